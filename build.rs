@@ -1,0 +1,63 @@
+//! The build script of `qrm-model`: scenes to Rust, or, without the feature `generate`, a check of the golden copy.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    println!("cargo::rerun-if-changed=../scenes");
+    // Messages name files as the user knows them, from the top of the workspace.
+    let scenes = std::env::set_current_dir("..").map_err(|e| e.to_string()).and_then(|()| scenes());
+    match scenes.and_then(|scenes| work(&scenes)) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("{message}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// The scene files, in the order of their names.
+fn scenes() -> Result<Vec<PathBuf>, String> {
+    let folder = std::fs::read_dir("scenes").map_err(|e| format!("cannot read the folder `scenes`: {e}"))?;
+    let mut scenes = Vec::new();
+    for entry in folder {
+        let path = entry.map_err(|e| format!("cannot read the folder `scenes`: {e}"))?.path();
+        if path.extension().is_some_and(|e| e == "toml") {
+            println!("cargo::rerun-if-changed=../{}", path.display());
+            scenes.push(path);
+        }
+    }
+    scenes.sort();
+    Ok(scenes)
+}
+
+#[cfg(feature = "generate")]
+fn work(scenes: &[PathBuf]) -> Result<(), String> {
+    let out = std::env::var_os("OUT_DIR").ok_or("OUT_DIR is not set: this program is run by cargo")?;
+    let generated = qrm_codegen::generate::generate(scenes, std::path::Path::new(&out)).map_err(|e| e.to_string())?;
+    for report in generated.warnings {
+        for line in report.to_string().lines() {
+            println!("cargo::warning={line}");
+        }
+    }
+    Ok(())
+}
+
+/// Nothing is generated, so the golden copy must have been made from the very scenes that are there.
+#[cfg(not(feature = "generate"))]
+fn work(scenes: &[PathBuf]) -> Result<(), String> {
+    for path in scenes {
+        let scene = std::fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))?;
+        let module = path.file_stem().unwrap_or_default().to_string_lossy().to_lowercase().replace('-', "_");
+        let golden = format!("qrm-model/golden/{module}.rs");
+        println!("cargo::rerun-if-changed=../{golden}");
+        if !std::fs::read_to_string(&golden).is_ok_and(|golden| golden.contains(scene.as_str())) {
+            return Err(format!(
+                "{} is not the scene that {golden} was generated from, and this build has no symbolic engine.\n\
+                 Build with the default features, or put the scene back as it was.",
+                path.display()
+            ));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,150 @@
+//! What is wrong with a scene, where, and how to mend it; printed in the shape of rustc's own messages.
+
+use std::fmt;
+use std::ops::Range;
+
+use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
+
+/// A range of bytes in the text of a scene.
+pub type Span = Range<usize>;
+
+/// One error or warning about a scene.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Diagnostic {
+    /// Whether the scene is unusable because of it.
+    pub severity: Severity,
+    /// What is wrong, in one sentence.
+    pub title: String,
+    /// Where; `None` when it is about the whole file.
+    pub span: Option<Span>,
+    /// A few words beside the place.
+    pub label: String,
+    /// A second place that explains the first.
+    pub context: Option<(Span, String)>,
+    /// How to mend it.
+    pub help: Option<String>,
+}
+
+/// How grave a [`Diagnostic`] is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Severity {
+    /// The scene cannot be used.
+    Error,
+    /// The scene can be used, but part of it looks like a mistake.
+    Warning,
+}
+
+impl Diagnostic {
+    /// An error at a place.
+    pub fn error(title: impl Into<String>, span: Span, label: impl Into<String>) -> Self {
+        Self {
+            severity: Severity::Error,
+            title: title.into(),
+            span: Some(span),
+            label: label.into(),
+            context: None,
+            help: None,
+        }
+    }
+
+    /// A warning at a place.
+    pub fn warning(title: impl Into<String>, span: Span, label: impl Into<String>) -> Self {
+        Self { severity: Severity::Warning, ..Self::error(title, span, label) }
+    }
+
+    /// An error about the whole file.
+    pub fn whole_file(title: impl Into<String>) -> Self {
+        Self { span: None, ..Self::error(title, 0..0, "") }
+    }
+
+    /// Adds how to mend it.
+    #[must_use]
+    pub fn help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+
+    /// Adds a second place that explains the first.
+    #[must_use]
+    pub fn context(mut self, span: Span, label: impl Into<String>) -> Self {
+        self.context = Some((span, label.into()));
+        self
+    }
+}
+
+/// All that was found in one file, in the order of its lines.
+#[derive(Clone, Debug)]
+pub struct Report {
+    /// The file as the user knows it.
+    pub path: String,
+    /// Its text.
+    pub source: String,
+    /// What was found.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+impl Report {
+    /// Gathers findings about `source`, sorted by place.
+    pub fn new(path: impl Into<String>, source: impl Into<String>, mut diagnostics: Vec<Diagnostic>) -> Self {
+        diagnostics.sort_by_key(|d| d.span.as_ref().map_or((0, 0), |s| (s.start, s.end)));
+        Self { path: path.into(), source: source.into(), diagnostics }
+    }
+
+    /// Whether any finding makes the scene unusable.
+    pub fn has_errors(&self) -> bool {
+        self.diagnostics.iter().any(|d| d.severity == Severity::Error)
+    }
+
+    /// The report as text, with terminal colours if asked for.
+    pub fn render(&self, colour: bool) -> String {
+        let renderer = if colour { Renderer::styled() } else { Renderer::plain() };
+        let rendered: Vec<String> = self.diagnostics.iter().map(|d| renderer.render(&[self.group(d)])).collect();
+        rendered.join("\n\n")
+    }
+
+    fn group<'a>(&'a self, diagnostic: &'a Diagnostic) -> Group<'a> {
+        let level = match diagnostic.severity {
+            Severity::Error => Level::ERROR,
+            Severity::Warning => Level::WARNING,
+        };
+        let title = level.primary_title(diagnostic.title.as_str());
+        let mut group = match &diagnostic.span {
+            None => title.element(annotate_snippets::Origin::path(self.path.as_str())),
+            Some(span) => {
+                let primary =
+                    AnnotationKind::Primary.span(self.visible(span)).label(diagnostic.label.as_str());
+                let mut snippet = Snippet::source(self.source.as_str()).path(self.path.as_str()).annotation(primary);
+                if let Some((span, label)) = &diagnostic.context {
+                    snippet =
+                        snippet.annotation(AnnotationKind::Context.span(self.visible(span)).label(label.as_str()));
+                }
+                title.element(snippet)
+            }
+        };
+        if let Some(help) = &diagnostic.help {
+            group = group.element(Level::HELP.message(help.as_str()));
+        }
+        group
+    }
+
+    /// Keeps a span inside the text and on character boundaries.
+    fn visible(&self, span: &Span) -> Span {
+        let mut start = span.start.min(self.source.len());
+        while !self.source.is_char_boundary(start) {
+            start -= 1;
+        }
+        let mut end = span.end.clamp(start, self.source.len());
+        while !self.source.is_char_boundary(end) {
+            end += 1;
+        }
+        start..end
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.render(false))
+    }
+}
+
+impl std::error::Error for Report {}

@@ -1,0 +1,233 @@
+//! What the generated file contains: which functions, of what, in which shape.
+
+use crate::graph::{Graph, Signed};
+use crate::lower::Lowering;
+use crate::scene::Scene;
+use crate::share::share_pairs;
+use crate::term::{Equations, Term};
+
+/// A function's argument.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Argument {
+    Time,
+    Coordinates,
+    Rates,
+    Accelerations,
+    Multipliers,
+}
+
+/// Values arranged for a function's result.
+#[derive(Clone, Debug)]
+pub(super) enum Shape<T> {
+    Scalar(T),
+    Vector(Vec<T>),
+    Matrix(Vec<Vec<T>>),
+}
+
+impl<T> Shape<T> {
+    pub(super) fn values(&self) -> Vec<&T> {
+        match self {
+            Self::Scalar(value) => vec![value],
+            Self::Vector(values) => values.iter().collect(),
+            Self::Matrix(rows) => rows.iter().flatten().collect(),
+        }
+    }
+
+    fn map<U>(&self, f: &mut impl FnMut(&T) -> U) -> Shape<U> {
+        match self {
+            Self::Scalar(value) => Shape::Scalar(f(value)),
+            Self::Vector(values) => Shape::Vector(values.iter().map(f).collect()),
+            Self::Matrix(rows) => Shape::Matrix(rows.iter().map(|row| row.iter().map(&mut *f).collect()).collect()),
+        }
+    }
+}
+
+/// A function to write.
+#[derive(Clone, Debug)]
+pub(super) struct Plan<T> {
+    pub(super) name: &'static str,
+    pub(super) aliases: &'static [&'static str],
+    pub(super) doc: String,
+    pub(super) arguments: &'static [Argument],
+    /// The result, or the named fields of the result.
+    pub(super) parts: Vec<(&'static str, Shape<T>)>,
+    /// The type of a result with several parts.
+    pub(super) structure: Option<&'static str>,
+}
+
+/// The functions of a scene over one shared graph.
+#[derive(Debug)]
+pub(super) struct Layout {
+    pub(super) graph: Graph,
+    pub(super) plans: Vec<Plan<Signed>>,
+    /// Values that are the coordinates of named points.
+    pub(super) points: Vec<[Signed; 2]>,
+}
+
+impl Layout {
+    pub(super) fn new(scene: &Scene, equations: &Equations) -> Self {
+        let plans = plans(scene, equations);
+        let mut lowering = Lowering::default();
+        let mut roots = Vec::new();
+        let mut lowered: Vec<Plan<usize>> = Vec::new();
+        for plan in plans {
+            let mut place = |term: &&Term| {
+                roots.push(lowering.term(term));
+                roots.len() - 1
+            };
+            let parts = plan.parts.iter().map(|(name, shape)| (*name, shape.map(&mut place))).collect();
+            lowered.push(Plan {
+                parts,
+                name: plan.name,
+                aliases: plan.aliases,
+                doc: plan.doc,
+                arguments: plan.arguments,
+                structure: plan.structure,
+            });
+        }
+        let point_place = roots.len();
+        for term in equations.points.iter().flatten() {
+            roots.push(lowering.term(term));
+        }
+        let (graph, roots) = share_pairs(&lowering.graph, &roots);
+        let plans = lowered
+            .into_iter()
+            .map(|plan| Plan {
+                parts: plan.parts.iter().map(|(name, shape)| (*name, shape.map(&mut |&i| roots[i]))).collect(),
+                name: plan.name,
+                aliases: plan.aliases,
+                doc: plan.doc,
+                arguments: plan.arguments,
+                structure: plan.structure,
+            })
+            .collect();
+        let points = roots[point_place..].chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect();
+        Self { graph, plans, points }
+    }
+}
+
+fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> {
+    use Argument::{Accelerations, Coordinates, Multipliers, Rates, Time};
+    let vector = |terms: &'e [Term]| Shape::Vector(terms.iter().collect());
+    let matrix = |rows: &'e [Vec<Term>]| Shape::Matrix(rows.iter().map(|row| row.iter().collect()).collect());
+    let rows: Vec<String> = e.rows.iter().map(|row| format!("`{}.{}`", scene.bodies[row.body].name, ["x", "y", "angle"][row.axis])).collect();
+    let rows = format!("Rows: {}; lengths in m, angles in rad.", rows.join(", "));
+    let constraints: Vec<String> = scene
+        .constraints
+        .iter()
+        .map(|c| format!("`{}`{}", c.name, if c.unit.is_empty() { String::new() } else { format!(" ({})", c.unit) }))
+        .collect();
+    let constraints = format!("Rows: {}.", constraints.join(", "));
+    let columns: Vec<String> = scene.coordinates.iter().map(|c| format!("`{}`", c.name)).collect();
+    let columns = format!("Columns: {}.", columns.join(", "));
+    let outputs: Vec<String> = scene.outputs.iter().map(|o| format!("`{}` ({})", o.name, o.unit)).collect();
+    let single = |name, aliases, doc, arguments, shape| Plan { name, aliases, doc, arguments, parts: vec![("", shape)], structure: None };
+
+    let mut plans = vec![
+        single(
+            "com_positions",
+            &["x"],
+            format!("Positions of the centres of mass and angles of the bodies, `x(q)`.\n\n{rows}"),
+            &[Coordinates],
+            vector(&e.com_positions),
+        ),
+        single(
+            "com_jacobian",
+            &["T", "x_q"],
+            format!("The transformation matrix of the TMT method, `T = dx/dq`.\n\n{rows} {columns}"),
+            &[Coordinates],
+            matrix(&e.com_jacobian),
+        ),
+        single(
+            "com_bias",
+            &["T_dq·qd", "convective acceleration"],
+            format!("Convective accelerations `(T qd)_q qd`: `xdd = T qdd + bias`, in m/s^2 and rad/s^2.\n\n{rows}"),
+            &[Coordinates, Rates],
+            vector(&e.com_bias),
+        ),
+    ];
+    if !scene.constraints.is_empty() {
+        plans.extend([
+            single(
+                "constraints",
+                &["C"],
+                format!("Residuals of the loop closures, `C(q)`.\n\n{constraints}"),
+                &[Coordinates],
+                vector(&e.constraints),
+            ),
+            single(
+                "constraint_jacobian",
+                &["C_q"],
+                format!("The constraint Jacobian `C_q = dC/dq`.\n\n{constraints} {columns}"),
+                &[Coordinates],
+                matrix(&e.constraint_jacobian),
+            ),
+            single(
+                "constraint_bias",
+                &["C_qq", "(C_q qd)_q qd"],
+                format!("`(C_q qd)_q qd`, the contraction of `C_qq` with `qd qd`: `C_q qdd + bias = 0`.\n\n{constraints}"),
+                &[Coordinates, Rates],
+                vector(&e.constraint_bias),
+            ),
+        ]);
+    }
+    plans.extend([
+        single(
+            "mass_matrix",
+            &["Mbar", "reduced mass matrix"],
+            format!("The reduced mass matrix `Mbar = T' M T`, symmetric, in kg, kg m and kg m^2.\n\nRows and columns: {}", columns.trim_start_matches("Columns: ")),
+            &[Coordinates],
+            matrix(&e.mass_matrix),
+        ),
+        single(
+            "generalized_forces",
+            &["fbar", "Q"],
+            format!("The reduced forces `fbar = Q + T' (F - M bias)`, in N and N m.\n\nRows: {}", columns.trim_start_matches("Columns: ")),
+            &[Time, Coordinates, Rates],
+            vector(&e.generalized_forces),
+        ),
+        single(
+            "energy",
+            &["T + V"],
+            "Kinetic energy, and the potential of the conservative loads, in J.".to_owned(),
+            &[Coordinates, Rates],
+            vector(&e.energy),
+        ),
+        single(
+            "power",
+            &[],
+            "Power of the loads that have no potential, in W.".to_owned(),
+            &[Time, Coordinates, Rates],
+            Shape::Scalar(&e.power[0]),
+        ),
+        single(
+            "outputs",
+            &[],
+            format!("What the scene asks for: {}.", outputs.join(", ")),
+            &[Time, Coordinates, Rates, Accelerations, Multipliers],
+            vector(&e.outputs),
+        ),
+        Plan {
+            name: "dynamics",
+            aliases: &["fused"],
+            doc: "All that the accelerations need, with everything shared that the parts have in common.".to_owned(),
+            arguments: &[Time, Coordinates, Rates],
+            parts: vec![
+                ("mass_matrix", matrix(&e.mass_matrix)),
+                ("generalized_forces", vector(&e.generalized_forces)),
+                ("constraint_jacobian", matrix(&e.constraint_jacobian)),
+                ("constraint_bias", vector(&e.constraint_bias)),
+            ],
+            structure: Some("Dynamics"),
+        },
+        Plan {
+            name: "closure",
+            aliases: &[],
+            doc: "All that a correction of positions needs: `C` and `C_q`.".to_owned(),
+            arguments: &[Coordinates],
+            parts: vec![("constraints", vector(&e.constraints)), ("constraint_jacobian", matrix(&e.constraint_jacobian))],
+            structure: Some("Closure"),
+        },
+    ]);
+    plans
+}

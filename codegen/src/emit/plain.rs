@@ -1,0 +1,127 @@
+//! Formulae that are evaluated as they stand: values of parameters, the start, the schedule, the stop condition.
+
+use std::collections::BTreeSet;
+
+use proc_macro2::{Literal, TokenStream};
+use quote::{format_ident, quote};
+
+use super::piece::{Piece, literal};
+use crate::expression::Node;
+use crate::function::Function;
+use crate::scene::{Quantity, Scene, Value};
+
+/// How names are written in a plain formula.
+pub(super) struct Plain<'s> {
+    pub(super) scene: &'s Scene,
+    /// What a parameter's name follows: `p.` or nothing.
+    pub(super) parameters: TokenStream,
+}
+
+impl Plain<'_> {
+    /// The formula in Rust, on doubles.
+    pub(super) fn tokens(&self, value: &Value) -> TokenStream {
+        let mut pieces: Vec<Piece> = Vec::with_capacity(value.nodes().len());
+        for node in value.nodes() {
+            let piece = match node {
+                Node::Number(number) => Piece::whole(literal(number.value)),
+                Node::Name(quantity) => self.name(*quantity),
+                Node::Negate(a) => pieces[*a].negate(),
+                Node::Add(a, b) => pieces[*a].add(&pieces[*b]),
+                Node::Subtract(a, b) => pieces[*a].subtract(&pieces[*b]),
+                Node::Multiply(a, b) => pieces[*a].multiply(&pieces[*b]),
+                Node::Divide(a, b) => pieces[*a].divide(&pieces[*b]),
+                Node::Power(a, b) => match &value.nodes()[*b] {
+                    Node::Number(n) if n.value.fract() == 0.0 && n.value <= 1024.0 => {
+                        let (base, exponent) = (&pieces[*a].tokens, Literal::i32_unsuffixed(n.value as i32));
+                        Piece::whole(quote!(f64::powi(#base, #exponent)))
+                    }
+                    _ => {
+                        let (base, exponent) = (&pieces[*a].tokens, &pieces[*b].tokens);
+                        Piece::whole(quote!(f64::powf(#base, #exponent)))
+                    }
+                },
+                Node::Call(function, arguments) => {
+                    let method = format_ident!("{}", method(*function));
+                    let arguments = arguments.iter().map(|&i| &pieces[i].tokens);
+                    Piece::whole(quote!(f64::#method(#(#arguments),*)))
+                }
+            };
+            pieces.push(piece);
+        }
+        pieces.pop().map(|piece| piece.tokens).unwrap_or_default()
+    }
+
+    /// Statements that define the points a formula needs.
+    pub(super) fn points(&self, value: &Value) -> Vec<TokenStream> {
+        let mut needed = BTreeSet::new();
+        let mut pending = vec![value];
+        while let Some(value) = pending.pop() {
+            for name in value.names() {
+                if let Quantity::Point(point, _) = name
+                    && needed.insert(*point)
+                {
+                    pending.extend(&self.scene.points[*point].position);
+                }
+            }
+        }
+        let define = |point: usize| {
+            let [x, y] = [0, 1].map(|axis| point_name(self.scene, point, axis));
+            let [a, b] = [0, 1].map(|axis| self.tokens(&self.scene.points[point].position[axis]));
+            quote!(let (#x, #y) = (#a, #b);)
+        };
+        needed.into_iter().map(define).collect()
+    }
+
+    fn name(&self, quantity: Quantity) -> Piece {
+        let prefix = &self.parameters;
+        let tokens = match quantity {
+            Quantity::Parameter(i) => {
+                let parameter = &self.scene.parameters[i];
+                if parameter.is_left_out() {
+                    literal(0.0)
+                } else {
+                    let name = ident(&parameter.name);
+                    quote!(#prefix #name)
+                }
+            }
+            Quantity::Coordinate(i) => {
+                let i = Literal::usize_unsuffixed(i);
+                quote!(q[#i])
+            }
+            Quantity::Rate(i) => {
+                let i = Literal::usize_unsuffixed(i);
+                quote!(qd[#i])
+            }
+            Quantity::Point(point, axis) => {
+                let name = point_name(self.scene, point, axis);
+                quote!(#name)
+            }
+            // The resolver lets no rate of a point into these formulae.
+            Quantity::PointRate(..) => unreachable!("rates of points occur in loads alone"),
+            Quantity::Time => quote!(t),
+            Quantity::Pi => quote!(std::f64::consts::PI),
+        };
+        Piece::whole(tokens)
+    }
+}
+
+fn point_name(scene: &Scene, point: usize, axis: usize) -> proc_macro2::Ident {
+    format_ident!("{}_{}", scene.points[point].name.to_lowercase(), ["x", "y"][axis])
+}
+
+/// A name of the scene as a Rust identifier.
+pub(super) fn ident(name: &str) -> proc_macro2::Ident {
+    match syn::parse_str::<proc_macro2::Ident>(name) {
+        Ok(_) => format_ident!("{name}"),
+        Err(_) if ["self", "Self", "super", "crate"].contains(&name) => format_ident!("{name}_"),
+        Err(_) => format_ident!("r#{name}"),
+    }
+}
+
+/// The method of `f64` and of `Real` that computes a function.
+pub(super) fn method(function: Function) -> &'static str {
+    match function {
+        Function::Log => "ln",
+        other => other.name(),
+    }
+}

@@ -1,0 +1,267 @@
+//! What a generated module holds beside the functions: parameters, description, the link to simulators.
+
+use proc_macro2::{Literal, TokenStream};
+use quote::{format_ident, quote};
+
+use super::layout::Layout;
+use super::plain::{Plain, ident};
+use super::struct_name;
+use crate::lexer::Comparison;
+use crate::scene::{Coordinate, Parameter, Scene, Start, Value};
+
+pub(super) fn items(scene: &Scene, layout: &Layout, source: &str) -> TokenStream {
+    let own = format_ident!("{}", struct_name(&scene.name));
+    let parameters = parameters(scene);
+    let description = description(scene, source);
+    let mechanism = mechanism(scene, layout);
+    let doc = format!(" {}", if scene.doc.is_empty() { &scene.name } else { &scene.doc });
+    quote! {
+        #[doc = #doc]
+        ///
+        /// Its parameters, and what depends on them alone.
+        #[derive(Clone, Copy, Debug)]
+        pub struct #own<R = f64> {
+            parameters: Parameters<R>,
+            constants: Constants<R>,
+        }
+
+        impl<R: Real> #own<R> {
+            /// The mechanism with these parameters.
+            pub fn new(parameters: Parameters<R>) -> Self {
+                Self { constants: Constants::new(&parameters), parameters }
+            }
+
+            /// The parameters.
+            pub fn parameters(&self) -> &Parameters<R> {
+                &self.parameters
+            }
+        }
+
+        impl Default for #own {
+            fn default() -> Self {
+                Self::new(Parameters::default())
+            }
+        }
+
+        #parameters
+        #mechanism
+        #description
+    }
+}
+
+fn kept(scene: &Scene) -> impl Iterator<Item = &Parameter> {
+    scene.parameters.iter().filter(|p| !p.is_left_out())
+}
+
+fn parameters(scene: &Scene) -> TokenStream {
+    let plain = Plain { scene, parameters: TokenStream::new() };
+    let names: Vec<_> = kept(scene).map(|p| ident(&p.name)).collect();
+    let texts: Vec<&str> = kept(scene).map(|p| p.name.as_str()).collect();
+    let values: Vec<TokenStream> = kept(scene).map(|p| plain.tokens(&p.formula)).collect();
+    let docs = kept(scene).map(|p| {
+        let unit = if p.unit.is_empty() { String::new() } else { format!(" ({})", p.unit) };
+        format!(" {}{unit}", if p.doc.is_empty() { &p.name } else { &p.doc })
+    });
+    quote! {
+        /// The numbers of the scene that can be changed, under their names in the scene.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        #[allow(non_snake_case)]
+        pub struct Parameters<R = f64> {
+            #(#[doc = #docs] pub #names: R,)*
+        }
+
+        impl Parameters {
+            /// The scene's values, some of them replaced; those that the scene computes from others follow.
+            #[allow(non_snake_case)]
+            pub fn with(replace: impl Fn(&str) -> Option<f64>) -> Self {
+                #(let #names = replace(#texts).unwrap_or(#values);)*
+                Self { #(#names),* }
+            }
+        }
+
+        impl Default for Parameters {
+            fn default() -> Self {
+                Self::with(|_| None)
+            }
+        }
+    }
+}
+
+fn mechanism(scene: &Scene, layout: &Layout) -> TokenStream {
+    let own = format_ident!("{}", struct_name(&scene.name));
+    let (n, m) = (scene.coordinates.len(), scene.constraints.len());
+    let (n, m) = (Literal::usize_unsuffixed(n), Literal::usize_unsuffixed(m));
+    let names = kept(scene).map(|p| ident(&p.name));
+    let plain = Plain { scene, parameters: quote!(p.) };
+    let start = start(scene, &plain);
+    let (step, end_time) = (plain.tokens(&scene.run.step), plain.tokens(&scene.run.end_time));
+    let schedule = with_parameters(&[&scene.run.step, &scene.run.end_time], quote!(Schedule { step: #step, end_time: #end_time }));
+    let stop = stop(scene, &plain);
+    let has = |name: &str| layout.plans.iter().any(|plan| plan.name == name);
+    debug_assert!(has("dynamics") && has("closure"));
+    let outputs = if scene.outputs.is_empty() {
+        quote!()
+    } else {
+        quote! {
+            for (output, value) in outputs.iter_mut().zip(self::outputs(self, t, q, qd, qdd, multipliers)) {
+                *output = value;
+            }
+        }
+    };
+    quote! {
+        impl Mechanism<#n, #m> for #own {
+            const DESCRIPTION: Description = DESCRIPTION;
+
+            fn with_parameters(replace: &dyn Fn(&str) -> Option<f64>) -> Self {
+                Self::new(Parameters::with(replace))
+            }
+
+            fn visit_parameters(&self, visit: &mut dyn FnMut(f64)) {
+                #(visit(self.parameters.#names);)*
+            }
+
+            fn start(&self) -> Start<#n> {
+                #start
+            }
+
+            fn schedule(&self) -> Schedule {
+                #schedule
+            }
+
+            #stop
+
+            #[inline]
+            fn dynamics(&self, t: f64, q: &[f64; #n], qd: &[f64; #n]) -> Dynamics<f64, #n, #m> {
+                dynamics(self, t, q, qd)
+            }
+
+            #[inline]
+            fn closure(&self, q: &[f64; #n]) -> Closure<f64, #n, #m> {
+                closure(self, q)
+            }
+
+            #[inline]
+            fn mass_matrix(&self, q: &[f64; #n]) -> [[f64; #n]; #n] {
+                mass_matrix(self, q)
+            }
+
+            fn energy(&self, q: &[f64; #n], qd: &[f64; #n]) -> [f64; 2] {
+                energy(self, q, qd)
+            }
+
+            fn power(&self, t: f64, q: &[f64; #n], qd: &[f64; #n]) -> f64 {
+                power(self, t, q, qd)
+            }
+
+            #[allow(unused_variables)]
+            fn outputs(
+                &self,
+                t: f64,
+                q: &[f64; #n],
+                qd: &[f64; #n],
+                qdd: &[f64; #n],
+                multipliers: &[f64; #m],
+                outputs: &mut [f64],
+            ) {
+                #outputs
+            }
+        }
+    }
+}
+
+/// Binds `p` if any of the formulae needs it.
+fn with_parameters(values: &[&Value], body: TokenStream) -> TokenStream {
+    let is_parameter = |q: &crate::scene::Quantity| matches!(q, crate::scene::Quantity::Parameter(_));
+    let binding = values.iter().any(|v| v.names().any(is_parameter)).then(|| quote!(let p = &self.parameters;));
+    quote!(#binding #body)
+}
+
+fn start(scene: &Scene, plain: &Plain) -> TokenStream {
+    let mut formulae = Vec::new();
+    let mut values = |start: fn(&Coordinate) -> &Start| -> (Vec<TokenStream>, Vec<bool>) {
+        let each = scene.coordinates.iter().map(|coordinate| match start(coordinate) {
+            Start::Given(value) | Start::Guess(value) => {
+                formulae.push(value);
+                (plain.tokens(value), matches!(start(coordinate), Start::Given(_)))
+            }
+            Start::Free => (quote!(0.0), false),
+        });
+        each.unzip()
+    };
+    let (q, given) = values(|c| &c.position);
+    let (qd, given_rates) = values(|c| &c.rate);
+    with_parameters(
+        &formulae,
+        quote! {
+            Start { q: [#(#q),*], given: [#(#given),*], qd: [#(#qd),*], given_rates: [#(#given_rates),*] }
+        },
+    )
+}
+
+fn stop(scene: &Scene, plain: &Plain) -> TokenStream {
+    let n = Literal::usize_unsuffixed(scene.coordinates.len());
+    let Some(condition) = &scene.run.until else {
+        return quote! {
+            fn stop(&self, _t: f64, _q: &[f64; #n], _qd: &[f64; #n]) -> Option<f64> {
+                None
+            }
+        };
+    };
+    let points = plain.points(&condition.difference);
+    let difference = plain.tokens(&condition.difference);
+    let rising = match condition.comparison {
+        Comparison::Greater | Comparison::GreaterOrEqual => quote!(#difference),
+        Comparison::Less | Comparison::LessOrEqual => quote!(-(#difference)),
+    };
+    quote! {
+        #[allow(unused_variables)]
+        fn stop(&self, t: f64, q: &[f64; #n], qd: &[f64; #n]) -> Option<f64> {
+            let p = &self.parameters;
+            #(#points)*
+            Some(#rising)
+        }
+    }
+}
+
+fn description(scene: &Scene, source: &str) -> TokenStream {
+    let (name, doc) = (&scene.name, &scene.doc);
+    let quantity = |name: &str, unit: &str, doc: &str| quote!(QuantityDescription { name: #name, unit: #unit, doc: #doc });
+    let coordinates = scene.coordinates.iter().map(|c| quantity(&c.name, &c.unit, &c.doc));
+    let constraints = scene.constraints.iter().map(|c| quantity(&c.name, &c.unit, &c.doc));
+    let outputs = scene.outputs.iter().map(|o| quantity(&o.name, &o.unit, &o.doc));
+    let parameters = kept(scene).map(|p| {
+        let (name, unit, doc, formula) = (&p.name, &p.unit, &p.doc, &p.text);
+        quote!(ParameterDescription { name: #name, unit: #unit, doc: #doc, formula: #formula })
+    });
+    let left_out = scene.left_out().map(|p| &p.name);
+    let until = scene.run.until.as_ref().map_or("", |c| source.get(c.difference.whole_span()).unwrap_or_default());
+    let text = raw_string(source);
+    quote! {
+        /// Names, units and meanings.
+        pub const DESCRIPTION: Description = Description {
+            name: #name,
+            doc: #doc,
+            source: SOURCE,
+            coordinates: &[#(#coordinates),*],
+            constraints: &[#(#constraints),*],
+            outputs: &[#(#outputs),*],
+            parameters: &[#(#parameters),*],
+            left_out: &[#(#left_out),*],
+            until: #until,
+        };
+
+        /// The scene that this module was generated from.
+        pub const SOURCE: &str = #text;
+    }
+}
+
+/// A string literal that reads like the text itself.
+fn raw_string(text: &str) -> TokenStream {
+    let mut fence = String::from("#");
+    while text.contains(&format!("\"{fence}")) {
+        fence.push('#');
+    }
+    // A raw literal cannot hold a bare carriage return.
+    let raw = (!text.contains('\r')).then(|| format!("r{fence}\"{text}\"{fence}").parse().ok()).flatten();
+    raw.unwrap_or_else(|| quote!(#text))
+}

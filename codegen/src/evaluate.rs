@@ -1,0 +1,145 @@
+//! Numbers for formulae: straight from the scene, with automatic differentiation, past the symbolic engine.
+
+use crate::expression::{Expression, Node};
+use crate::function::Differentiable;
+use crate::scene::{Quantity, Scene, Value};
+
+/// The value of `expression` when each name has the value that `lookup` gives it.
+pub fn evaluate<N, D: Differentiable>(expression: &Expression<N>, mut lookup: impl FnMut(&N) -> D) -> D {
+    let mut values: Vec<D> = Vec::with_capacity(expression.nodes().len());
+    for node in expression.nodes() {
+        values.push(apply(node, &values, &mut lookup));
+    }
+    values.last().copied().unwrap_or_else(|| D::from(f64::NAN))
+}
+
+/// The first operation of `expression` whose value is not finite.
+pub fn first_non_finite<N>(expression: &Expression<N>, mut lookup: impl FnMut(&N) -> f64) -> Option<usize> {
+    let mut values: Vec<f64> = Vec::with_capacity(expression.nodes().len());
+    for node in expression.nodes() {
+        values.push(apply(node, &values, &mut lookup));
+    }
+    values.iter().position(|v| !v.is_finite())
+}
+
+fn apply<N, D: Differentiable>(node: &Node<N>, values: &[D], lookup: &mut impl FnMut(&N) -> D) -> D {
+    match node {
+        Node::Number(number) => D::from(number.value),
+        Node::Name(name) => lookup(name),
+        Node::Negate(a) => -values[*a],
+        Node::Add(a, b) => values[*a] + values[*b],
+        Node::Subtract(a, b) => values[*a] - values[*b],
+        Node::Multiply(a, b) => values[*a] * values[*b],
+        Node::Divide(a, b) => values[*a] / values[*b],
+        Node::Power(a, b) => power(values[*a], values[*b]),
+        Node::Call(function, arguments) => {
+            let arguments: Vec<D> = arguments.iter().map(|&i| values[i]).collect();
+            function.evaluate(&arguments)
+        }
+    }
+}
+
+/// A power whose exponent does not vary; whole exponents work for negative bases too.
+fn power<D: Differentiable>(base: D, exponent: D) -> D {
+    let n = exponent.re();
+    if n.fract() == 0.0 && n.abs() <= 1024.0 {
+        #[expect(clippy::cast_possible_truncation, reason = "whole and small, as just checked")]
+        return base.powi(n as i32);
+    }
+    base.powf(n)
+}
+
+/// The values that the names of a scene's formulae have at one state.
+#[derive(Clone, Debug)]
+pub struct State<D> {
+    /// Parameters.
+    pub parameters: Vec<D>,
+    /// Time.
+    pub time: D,
+    /// Generalized coordinates.
+    pub coordinates: Vec<D>,
+    /// Their rates.
+    pub rates: Vec<D>,
+    points: Vec<[D; 2]>,
+    point_rates: Vec<[D; 2]>,
+}
+
+impl<D: Differentiable> State<D> {
+    /// The state with these coordinates and rates; points follow from them.
+    pub fn new(scene: &Scene, parameters: &[f64], time: f64, coordinates: Vec<D>, rates: Vec<D>) -> Self {
+        let parameters: Vec<D> = parameters.iter().map(|&p| D::from(p)).collect();
+        let points = Vec::with_capacity(scene.points.len());
+        let mut state = Self { parameters, time: D::from(time), coordinates, rates, points, point_rates: Vec::new() };
+        for point in &scene.points {
+            let position = [state.value(&point.position[0]), state.value(&point.position[1])];
+            state.points.push(position);
+        }
+        state
+    }
+
+    /// The value of a formula.
+    pub fn value(&self, value: &Value) -> D {
+        evaluate(value, |quantity| self.quantity(*quantity))
+    }
+
+    /// The same state with one point moved, everything else held.
+    #[must_use]
+    pub fn with_point(&self, point: usize, position: [D; 2]) -> Self {
+        let mut moved = self.clone();
+        moved.points[point] = position;
+        moved
+    }
+
+    /// Where a point is.
+    pub fn point(&self, point: usize) -> [D; 2] {
+        self.points[point]
+    }
+
+    fn quantity(&self, quantity: Quantity) -> D {
+        match quantity {
+            Quantity::Parameter(i) => self.parameters[i],
+            Quantity::Coordinate(i) => self.coordinates[i],
+            Quantity::Rate(i) => self.rates[i],
+            Quantity::Point(i, axis) => self.points[i][axis],
+            Quantity::PointRate(i, axis) => self.point_rates[i][axis],
+            Quantity::Time => self.time,
+            Quantity::Pi => D::from(std::f64::consts::PI),
+        }
+    }
+}
+
+impl State<f64> {
+    /// A state of plain numbers, in which the rates of points are known too.
+    pub fn plain(scene: &Scene, parameters: &[f64], time: f64, q: &[f64], qd: &[f64]) -> Self {
+        let moving = State::along(scene, parameters, time, q, qd, &vec![0.0; q.len()]);
+        let mut state = Self::new(scene, parameters, time, q.to_vec(), qd.to_vec());
+        state.point_rates = moving.points.iter().map(|point| point.map(|c| c.v1)).collect();
+        state
+    }
+}
+
+impl State<num_dual::Dual2_64> {
+    /// A state that moves with rates `qd` and accelerations `qdd`: every value carries its first two time derivatives.
+    pub fn along(scene: &Scene, parameters: &[f64], time: f64, q: &[f64], qd: &[f64], qdd: &[f64]) -> Self {
+        let coordinate = |i: usize| num_dual::Dual2_64::new(q[i], qd[i], qdd[i]);
+        let coordinates = (0..q.len()).map(coordinate).collect();
+        let rates = (0..q.len()).map(|i| num_dual::Dual2_64::new(qd[i], qdd[i], 0.0)).collect();
+        Self::new(scene, parameters, time, coordinates, rates)
+    }
+}
+
+/// The numbers of a scene's parameters, with some of them replaced; dependent ones follow.
+pub fn parameter_values(scene: &Scene, replace: impl Fn(&str) -> Option<f64>) -> Vec<f64> {
+    let mut values: Vec<f64> = Vec::with_capacity(scene.parameters.len());
+    for parameter in &scene.parameters {
+        let value = replace(&parameter.name).unwrap_or_else(|| {
+            evaluate(&parameter.formula, |quantity| match quantity {
+                Quantity::Parameter(i) => values[*i],
+                Quantity::Pi => std::f64::consts::PI,
+                _ => f64::NAN,
+            })
+        });
+        values.push(value);
+    }
+    values
+}

@@ -1,0 +1,154 @@
+//! Formulae as data: a flat list of operations in which operands come before their operation.
+//!
+//! The list stands for a tree without being one in memory, so a formula of any length is evaluated,
+//! translated and freed by a loop, never by recursion.
+
+use num_bigint::BigInt;
+use num_rational::BigRational;
+use num_traits::{One, Signed, ToPrimitive};
+
+use crate::diagnostic::Span;
+use crate::function::Function;
+
+/// A formula whose leaves are numbers and names `N`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Expression<N> {
+    nodes: Vec<Node<N>>,
+    spans: Vec<Span>,
+}
+
+/// The place of an operation in its [`Expression`].
+pub type NodeId = usize;
+
+/// One operation of an [`Expression`]; operands are places before it.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Node<N> {
+    /// A number as written.
+    Number(Number),
+    /// Something with a name.
+    Name(N),
+    /// `-a`
+    Negate(NodeId),
+    /// `a + b`
+    Add(NodeId, NodeId),
+    /// `a - b`
+    Subtract(NodeId, NodeId),
+    /// `a * b`
+    Multiply(NodeId, NodeId),
+    /// `a / b`
+    Divide(NodeId, NodeId),
+    /// `a ^ b`
+    Power(NodeId, NodeId),
+    /// `f(a, ...)`
+    Call(Function, Vec<NodeId>),
+}
+
+/// A number of a scene: exact for differentiation, nearest double for evaluation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Number {
+    /// Exactly what the decimal says.
+    pub exact: BigRational,
+    /// The double nearest to it.
+    pub value: f64,
+}
+
+impl Number {
+    /// Reads a decimal such as `0.2`, `12` or `1e-3`; `None` when no double comes near it.
+    pub fn parse(decimal: &str) -> Option<Self> {
+        let value: f64 = decimal.parse().ok()?;
+        let (mantissa, exponent) = match decimal.split_once(['e', 'E']) {
+            Some((mantissa, exponent)) => (mantissa, exponent),
+            None => (decimal, "0"),
+        };
+        let (whole, fraction) = mantissa.split_once('.').unwrap_or((mantissa, ""));
+        let digits: BigInt = format!("{whole}{fraction}").parse().ok()?;
+        let is_zero = digits == BigInt::ZERO;
+        if !value.is_finite() || (value == 0.0) != is_zero {
+            return None;
+        }
+        if is_zero {
+            return Some(Self { exact: BigRational::from(digits), value });
+        }
+        // A double between 5e-324 and 1.8e308 bounds the power by the length of the text.
+        let power = exponent.parse::<i64>().ok()? - i64::try_from(fraction.len()).ok()?;
+        let scale = BigInt::from(10).pow(u32::try_from(power.unsigned_abs()).ok()?);
+        let exact = if power < 0 { BigRational::new(digits, scale) } else { BigRational::from(digits * scale) };
+        Some(Self { exact, value })
+    }
+
+    /// A whole number.
+    pub fn whole(value: i32) -> Self {
+        Self { exact: BigRational::from(BigInt::from(value)), value: f64::from(value) }
+    }
+}
+
+/// The double nearest to a rational, and how a program should write it: `3.0 / 7.0` stays a quotient of
+/// whole numbers, a decimal becomes the decimal.
+pub(crate) fn to_f64(exact: &BigRational) -> f64 {
+    let (numerator, denominator) = (exact.numer(), exact.denom());
+    let exactly = BigInt::one() << 53;
+    if numerator.abs() <= exactly && *denominator <= exactly {
+        // Both are exact doubles, so the quotient is rounded once.
+        return numerator.to_f64().unwrap_or(f64::NAN) / denominator.to_f64().unwrap_or(f64::NAN);
+    }
+    exact.to_f64().unwrap_or(f64::NAN)
+}
+
+impl<N> Expression<N> {
+    /// An expression without operations, to be filled by [`push`](Self::push).
+    pub fn new() -> Self {
+        Self { nodes: Vec::new(), spans: Vec::new() }
+    }
+
+    /// Appends an operation whose operands are already there.
+    pub fn push(&mut self, node: Node<N>, span: Span) -> NodeId {
+        self.nodes.push(node);
+        self.spans.push(span);
+        self.nodes.len() - 1
+    }
+
+    /// The operations; the last one is the value.
+    pub fn nodes(&self) -> &[Node<N>] {
+        &self.nodes
+    }
+
+    /// Where an operation stands in the text of the scene.
+    pub fn span(&self, id: NodeId) -> Span {
+        self.spans[id].clone()
+    }
+
+    /// Where the whole expression stands in the text of the scene.
+    pub fn whole_span(&self) -> Span {
+        self.spans.last().cloned().unwrap_or(0..0)
+    }
+
+    /// The names that occur.
+    pub fn names(&self) -> impl Iterator<Item = &N> {
+        self.nodes.iter().filter_map(|node| match node {
+            Node::Name(name) => Some(name),
+            _ => None,
+        })
+    }
+
+    /// The same operations with other names.
+    pub fn map<M>(&self, mut rename: impl FnMut(&N, &Span) -> M) -> Expression<M> {
+        let nodes = self.nodes.iter().zip(&self.spans).map(|(node, span)| match node {
+            Node::Number(n) => Node::Number(n.clone()),
+            Node::Name(name) => Node::Name(rename(name, span)),
+            Node::Negate(a) => Node::Negate(*a),
+            Node::Add(a, b) => Node::Add(*a, *b),
+            Node::Subtract(a, b) => Node::Subtract(*a, *b),
+            Node::Multiply(a, b) => Node::Multiply(*a, *b),
+            Node::Divide(a, b) => Node::Divide(*a, *b),
+            Node::Power(a, b) => Node::Power(*a, *b),
+            Node::Call(f, arguments) => Node::Call(*f, arguments.clone()),
+        });
+        Expression { nodes: nodes.collect(), spans: self.spans.clone() }
+    }
+}
+
+impl<N> Default for Expression<N> {
+    fn default() -> Self {
+        Self::new()
+    }
+}

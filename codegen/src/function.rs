@@ -1,0 +1,136 @@
+//! The functions a formula may call.
+
+use num_dual::DualNum;
+
+/// A double, or a double that carries derivatives with it.
+pub trait Differentiable: DualNum<Primitive = f64> + Copy {}
+
+impl<D: DualNum<Primitive = f64> + Copy> Differentiable for D {}
+
+/// A function that formulae may call.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Function {
+    /// Square root.
+    Sqrt,
+    /// Sine of an angle in radians.
+    Sin,
+    /// Cosine of an angle in radians.
+    Cos,
+    /// Tangent of an angle in radians.
+    Tan,
+    /// Inverse sine.
+    Asin,
+    /// Inverse cosine.
+    Acos,
+    /// Inverse tangent.
+    Atan,
+    /// Exponential function.
+    Exp,
+    /// Natural logarithm.
+    Log,
+    /// Hyperbolic sine.
+    Sinh,
+    /// Hyperbolic cosine.
+    Cosh,
+    /// Hyperbolic tangent.
+    Tanh,
+    /// Length of the vector with two given components.
+    Hypot,
+    /// Angle of the vector with ordinate and abscissa (in this order).
+    Atan2,
+    /// Absolute value.
+    Abs,
+    /// The smaller of two.
+    Min,
+    /// The larger of two.
+    Max,
+}
+
+impl Function {
+    /// Every function, in the order the documentation lists them.
+    pub const ALL: [Function; 17] = [
+        Self::Sqrt,
+        Self::Sin,
+        Self::Cos,
+        Self::Tan,
+        Self::Asin,
+        Self::Acos,
+        Self::Atan,
+        Self::Exp,
+        Self::Log,
+        Self::Sinh,
+        Self::Cosh,
+        Self::Tanh,
+        Self::Hypot,
+        Self::Atan2,
+        Self::Abs,
+        Self::Min,
+        Self::Max,
+    ];
+
+    /// The name in a formula.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Sqrt => "sqrt",
+            Self::Sin => "sin",
+            Self::Cos => "cos",
+            Self::Tan => "tan",
+            Self::Asin => "asin",
+            Self::Acos => "acos",
+            Self::Atan => "atan",
+            Self::Exp => "exp",
+            Self::Log => "log",
+            Self::Sinh => "sinh",
+            Self::Cosh => "cosh",
+            Self::Tanh => "tanh",
+            Self::Hypot => "hypot",
+            Self::Atan2 => "atan2",
+            Self::Abs => "abs",
+            Self::Min => "min",
+            Self::Max => "max",
+        }
+    }
+
+    /// The function of this name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|f| f.name() == name)
+    }
+
+    /// How many arguments it takes.
+    pub fn arity(self) -> usize {
+        match self {
+            Self::Hypot | Self::Atan2 | Self::Min | Self::Max => 2,
+            _ => 1,
+        }
+    }
+
+    /// Whether the generator can differentiate it. The others serve where nothing is differentiated:
+    /// values of parameters, first guesses, stop conditions.
+    pub fn is_differentiable(self) -> bool {
+        !matches!(self, Self::Atan2 | Self::Abs | Self::Min | Self::Max)
+    }
+
+    /// The value at `arguments`, of which there must be [`arity`](Self::arity) many.
+    pub fn evaluate<D: Differentiable>(self, arguments: &[D]) -> D {
+        let x = arguments[0];
+        match self {
+            Self::Sqrt => x.sqrt(),
+            Self::Sin => x.sin(),
+            Self::Cos => x.cos(),
+            Self::Tan => x.tan(),
+            Self::Asin => x.asin(),
+            Self::Acos => x.acos(),
+            Self::Atan => x.atan(),
+            Self::Exp => x.exp(),
+            Self::Log => x.ln(),
+            Self::Sinh => x.sinh(),
+            Self::Cosh => x.cosh(),
+            Self::Tanh => x.tanh(),
+            Self::Hypot => (x * x + arguments[1] * arguments[1]).sqrt(),
+            Self::Atan2 => x.atan2(arguments[1]),
+            Self::Abs => if x.re() < 0.0 { -x } else { x },
+            Self::Min => if arguments[1].re() < x.re() { arguments[1] } else { x },
+            Self::Max => if arguments[1].re() > x.re() { arguments[1] } else { x },
+        }
+    }
+}

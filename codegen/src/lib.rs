@@ -1,0 +1,22 @@
+//! Differentiates a mechanism given as formulae, and writes plain Rust for its equations of motion.
+pub mod diagnostic;
+pub mod document;
+pub mod expression;
+pub mod function;
+pub mod lexer;
+pub mod names;
+pub mod parser;
+pub mod evaluate;
+pub mod resolve;
+pub mod scene;
+#[cfg(feature = "engine")]
+pub mod engine;
+pub mod term;
+pub mod graph;
+pub mod lower;
+pub mod share;
+pub mod emit;
+pub mod header;
+#[cfg(feature = "engine")]
+pub mod generate;
+pub mod verify;

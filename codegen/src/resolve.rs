@@ -1,0 +1,484 @@
+//! Syntax tree to scene: every name is looked up, every rule of the format checked, all mistakes reported at once.
+
+mod check;
+mod scope;
+
+use std::collections::HashMap;
+
+use crate::diagnostic::{Diagnostic, Report, Span};
+use crate::document::{Document, Identifier, LoadSyntax, OutputValue, Position, Target};
+use crate::evaluate::parameter_values;
+use crate::expression::{Expression, Node};
+use crate::parser::{Condition, Formula};
+use crate::scene::{
+    Body, Constraint, Coordinate, Load, LoadKind, Output, OutputKind, Parameter, Point, Quantity, Run, Scene, Start,
+    Value,
+};
+use scope::{Kind, Scope};
+
+/// Reads a scene. `path` is only for the messages.
+///
+/// # Errors
+/// A report of everything that is wrong with the scene.
+pub fn read(path: &str, source: &str) -> Result<(Scene, Report), Report> {
+    let (document, findings) = Document::parse(source);
+    let broken = !findings.is_empty();
+    let mut resolver = Resolver { source, scope: Scope::default(), findings, broken };
+    let scene = resolver.scene(&document);
+    let report = Report::new(path, source, resolver.findings);
+    if report.has_errors() { Err(report) } else { Ok((scene, report)) }
+}
+
+/// Reads a condition on the names of a scene, as the command line gives it.
+///
+/// # Errors
+/// A report of what is wrong with it.
+pub fn read_condition(scene: &Scene, text: &str) -> Result<Condition<Quantity>, Report> {
+    let mut scope = Scope::default();
+    let nowhere = |name: &str| Identifier { name: name.to_owned(), span: 0..0 };
+    let mut ignored = Vec::new();
+    for (i, coordinate) in scene.coordinates.iter().enumerate() {
+        scope.declare(&nowhere(&coordinate.name), Kind::Coordinate(i), &mut ignored);
+    }
+    for (i, parameter) in scene.parameters.iter().enumerate() {
+        scope.declare(&nowhere(&parameter.name), Kind::Parameter(i), &mut ignored);
+    }
+    for (i, point) in scene.points.iter().enumerate() {
+        scope.declare(&nowhere(&point.name), Kind::Point(i), &mut ignored);
+    }
+    let mut resolver = Resolver { source: text, scope, findings: Vec::new(), broken: false };
+    let condition = match crate::parser::parse_condition(text, 0) {
+        Ok(condition) => Some(resolver.condition(&condition)),
+        Err(finding) => {
+            resolver.findings.push(finding);
+            None
+        }
+    };
+    match condition {
+        Some(condition) if resolver.findings.is_empty() => Ok(condition),
+        _ => Err(Report::new("--until", text, resolver.findings)),
+    }
+}
+
+/// What may stand in a formula.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+enum Context {
+    /// Numbers and parameters.
+    Constant,
+    /// Coordinates and points too; it will be differentiated.
+    Geometry,
+    /// Rates and time too; it will be differentiated in a later version.
+    Load,
+    /// Everything, also functions without derivative.
+    Condition,
+}
+
+struct Resolver<'a> {
+    source: &'a str,
+    scope: Scope,
+    findings: Vec<Diagnostic>,
+    broken: bool,
+}
+
+impl Resolver<'_> {
+    fn scene(&mut self, document: &Document) -> Scene {
+        self.declare(document);
+        let parameters = self.parameters(document);
+        let points = self.points(document);
+        let bodies: Vec<Body> = document.bodies.iter().map(|body| self.body(body)).collect();
+        let constraints = self.constraints(document);
+        let mut scene = Scene {
+            name: document.name.name.clone(),
+            doc: document.doc.clone(),
+            coordinates: self.coordinates(document),
+            parameters,
+            points,
+            bodies,
+            constraints,
+            loads: Vec::new(),
+            outputs: Vec::new(),
+            run: self.run(document),
+        };
+        for (identifier, load) in &document.loads {
+            if let Some(kind) = self.load(&scene, load) {
+                scene.loads.push(Load { name: identifier.name.clone(), kind });
+            }
+        }
+        self.outputs(document, &mut scene);
+        if !self.broken && self.findings.is_empty() {
+            check::check(document, &mut scene, &mut self.findings);
+        }
+        scene
+    }
+
+    fn declare(&mut self, document: &Document) {
+        for (i, coordinate) in document.coordinates.iter().enumerate() {
+            self.scope.declare(&coordinate.identifier, Kind::Coordinate(i), &mut self.findings);
+        }
+        for (i, parameter) in document.parameters.iter().enumerate() {
+            self.scope.declare(&parameter.identifier, Kind::Parameter(i), &mut self.findings);
+        }
+        let order = point_order(document);
+        if let Err(circle) = &order {
+            let names: Vec<&str> = circle.iter().map(|&i| document.points[i].0.name.as_str()).collect();
+            let span = document.points[circle[0]].0.span.clone();
+            self.findings.push(
+                Diagnostic::error("points defined in a circle", span, format!("{} -> {}", names.join(" -> "), names[0]))
+                    .help("define one of them by coordinates and parameters alone"),
+            );
+        }
+        let order = order.unwrap_or_else(|_| (0..document.points.len()).collect());
+        for (place, &i) in order.iter().enumerate() {
+            self.scope.declare(&document.points[i].0, Kind::Point(place), &mut self.findings);
+        }
+    }
+
+    fn parameters(&mut self, document: &Document) -> Vec<Parameter> {
+        let mut parameters: Vec<Parameter> = Vec::new();
+        for (i, syntax) in document.parameters.iter().enumerate() {
+            self.scope.parameter_limit = i;
+            let formula = self.value(&syntax.value, Context::Constant);
+            let text = self.source.get(formula.whole_span()).unwrap_or_default().trim().to_owned();
+            parameters.push(Parameter {
+                name: syntax.identifier.name.clone(),
+                unit: syntax.unit.clone(),
+                doc: syntax.doc.clone(),
+                formula,
+                text,
+                value: 0.0,
+                runtime: syntax.runtime,
+            });
+        }
+        self.scope.parameter_limit = usize::MAX;
+        parameters
+    }
+
+    fn coordinates(&mut self, document: &Document) -> Vec<Coordinate> {
+        let mut starts: HashMap<&str, Start> = HashMap::new();
+        for (identifier, formula) in &document.given {
+            let value = self.value(formula, Context::Constant);
+            self.check_start_name(document, identifier);
+            starts.insert(&identifier.name, Start::Given(value));
+        }
+        for (identifier, formula) in &document.solve {
+            let value = self.value(formula, Context::Constant);
+            self.check_start_name(document, identifier);
+            if starts.insert(&identifier.name, Start::Guess(value)).is_some() {
+                self.findings.push(Diagnostic::error(
+                    format!("`{}` is both given and solved for", identifier.name),
+                    identifier.span.clone(),
+                    "given above",
+                ));
+            }
+        }
+        let coordinate = |syntax: &crate::document::CoordinateSyntax| {
+            let name = syntax.identifier.name.clone();
+            let unit = if syntax.unit.is_empty() { "rad".to_owned() } else { syntax.unit.clone() };
+            Coordinate {
+                position: starts.get(name.as_str()).cloned().unwrap_or(Start::Free),
+                rate: starts.get(format!("{name}_dot").as_str()).cloned().unwrap_or(Start::Free),
+                unit,
+                doc: syntax.doc.clone(),
+                span: syntax.identifier.span.clone(),
+                name,
+            }
+        };
+        document.coordinates.iter().map(coordinate).collect()
+    }
+
+    fn check_start_name(&mut self, document: &Document, identifier: &Identifier) {
+        let names: Vec<String> = document
+            .coordinates
+            .iter()
+            .flat_map(|c| [c.identifier.name.clone(), format!("{}_dot", c.identifier.name)])
+            .collect();
+        if !names.contains(&identifier.name) {
+            let near = crate::names::closest(&identifier.name, names.iter().map(String::as_str));
+            let error = Diagnostic::error(
+                format!("`{}` is neither a coordinate nor the rate of one", identifier.name),
+                identifier.span.clone(),
+                "not known",
+            );
+            self.findings.push(match near {
+                Some(near) => error.help(format!("did you mean `{near}`?")),
+                None => error.help(format!("known: {}", names.join(", "))),
+            });
+        }
+    }
+
+    fn points(&mut self, document: &Document) -> Vec<Point> {
+        let order = point_order(document).unwrap_or_else(|_| (0..document.points.len()).collect());
+        let mut points = Vec::new();
+        for &i in &order {
+            let (identifier, position) = &document.points[i];
+            let position = [self.value(&position[0], Context::Geometry), self.value(&position[1], Context::Geometry)];
+            points.push(Point { name: identifier.name.clone(), position });
+        }
+        points
+    }
+
+    fn body(&mut self, syntax: &crate::document::BodySyntax) -> Body {
+        let com = syntax.com.as_ref().and_then(|position| match position {
+            Position::Point(point) => self.point(point).map(|i| point_value(i, point.span.clone())),
+            Position::Pair(pair) => {
+                Some([self.value(&pair[0], Context::Geometry), self.value(&pair[1], Context::Geometry)])
+            }
+        });
+        Body {
+            name: syntax.identifier.name.clone(),
+            mass: syntax.mass.as_ref().map(|f| self.value(f, Context::Constant)),
+            com,
+            angle: syntax.angle.as_ref().map(|f| self.value(f, Context::Geometry)),
+            inertia: syntax.inertia.as_ref().map(|f| self.value(f, Context::Constant)),
+        }
+    }
+
+    fn constraints(&mut self, document: &Document) -> Vec<Constraint> {
+        let mut constraints = Vec::new();
+        for syntax in &document.constraints {
+            let residual = self.value(&syntax.residual, Context::Geometry);
+            constraints.push(Constraint {
+                name: syntax.identifier.name.clone(),
+                span: residual.whole_span(),
+                residual,
+                unit: syntax.unit.clone(),
+                doc: syntax.doc.clone(),
+            });
+        }
+        constraints
+    }
+
+    fn load(&mut self, scene: &Scene, load: &LoadSyntax) -> Option<LoadKind> {
+        Some(match load {
+            LoadSyntax::Force { force, target } => {
+                let at = match target {
+                    Target::Point(point) => self.point(point).map(|i| point_value(i, point.span.clone())),
+                    Target::Body(name) => {
+                        let body = self.body_named(scene, name)?;
+                        if body.com.is_none() {
+                            self.findings.push(Diagnostic::error(
+                                format!("body `{}` has no position for a force to act on", name.name),
+                                name.span.clone(),
+                                "has no `com`",
+                            ).help("give the body a `com`, or name a point with `at`"));
+                        }
+                        body.com
+                    }
+                };
+                let force = [self.value(&force[0], Context::Load), self.value(&force[1], Context::Load)];
+                LoadKind::Force { force, at: at? }
+            }
+            LoadSyntax::Torque { torque, body: name } => {
+                let torque = self.value(torque, Context::Load);
+                let body = self.body_named(scene, name)?;
+                if body.angle.is_none() {
+                    self.findings.push(Diagnostic::error(
+                        format!("body `{}` has no angle for a torque to work on", name.name),
+                        name.span.clone(),
+                        "has no `angle`",
+                    ));
+                }
+                LoadKind::Torque { torque, angle: body.angle? }
+            }
+            LoadSyntax::Gravity(field) => LoadKind::Gravity([
+                self.value(&field[0], Context::Constant),
+                self.value(&field[1], Context::Constant),
+            ]),
+            LoadSyntax::Spring { along, stiffness, rest, damping } => LoadKind::Spring {
+                along: self.value(along, Context::Geometry),
+                stiffness: stiffness.as_ref().map(|f| self.value(f, Context::Constant)),
+                rest: rest.as_ref().map(|f| self.value(f, Context::Constant)),
+                damping: damping.as_ref().map(|f| self.value(f, Context::Constant)),
+            },
+        })
+    }
+
+    fn outputs(&mut self, document: &Document, scene: &mut Scene) {
+        for syntax in &document.outputs {
+            let kind = match &syntax.value {
+                OutputValue::Value(f) => Some(OutputKind::Value(self.value(f, Context::Geometry))),
+                OutputValue::Rate(f) => Some(OutputKind::Rate(self.value(f, Context::Geometry))),
+                OutputValue::SecondRate(f) => Some(OutputKind::SecondRate(self.value(f, Context::Geometry))),
+                OutputValue::Reaction { constraint, target, along } => self.reaction(scene, constraint, target, along.as_ref()),
+            };
+            scene.outputs.extend(kind.map(|kind| Output {
+                name: syntax.identifier.name.clone(),
+                unit: syntax.unit.clone(),
+                doc: syntax.doc.clone(),
+                kind,
+            }));
+        }
+    }
+
+    fn reaction(
+        &mut self,
+        scene: &Scene,
+        constraint: &Identifier,
+        target: &Target,
+        along: Option<&[Formula; 2]>,
+    ) -> Option<OutputKind> {
+        let names: Vec<&str> = scene.constraints.iter().map(|c| c.name.as_str()).collect();
+        let constraint = self.find("constraint", constraint, &names);
+        match target {
+            Target::Point(name) => {
+                let along = along.map(|[x, y]| [self.value(x, Context::Geometry), self.value(y, Context::Geometry)]);
+                let (constraint, point, along) = (constraint?, self.point(name)?, along?);
+                let residual = &scene.constraints[constraint].residual;
+                if !residual.names().any(|n| matches!(n, Quantity::Point(p, _) if *p == point)) {
+                    self.findings.push(
+                        Diagnostic::error(
+                            format!("constraint `{}` does not act on point `{}`", names[constraint], name.name),
+                            name.span.clone(),
+                            "its force here is always zero",
+                        )
+                        .context(residual.whole_span(), "the constraint")
+                        .help("name a point that occurs in the constraint's residual"),
+                    );
+                }
+                Some(OutputKind::ReactionForce { constraint, point, along })
+            }
+            Target::Body(name) => {
+                let body = self.body_named(scene, name)?;
+                let coordinate = match body.angle.as_ref().map(Expression::nodes) {
+                    Some([Node::Name(Quantity::Coordinate(i))]) => *i,
+                    _ => {
+                        self.findings.push(Diagnostic::error(
+                            format!("the angle of body `{}` is not a coordinate", name.name),
+                            name.span.clone(),
+                            "no moment can be told apart",
+                        ).help("ask for the force on a point with `at` and `along`"));
+                        return None;
+                    }
+                };
+                Some(OutputKind::ReactionMoment { constraint: constraint?, coordinate })
+            }
+        }
+    }
+
+    fn run(&mut self, document: &Document) -> Run {
+        let run = &document.run;
+        let missing = || {
+            let mut value = Value::new();
+            value.push(Node::Number(crate::expression::Number::whole(1)), run.span.clone());
+            value
+        };
+        let mut constant = |f: &Option<Formula>| f.as_ref().map(|f| self.value(f, Context::Constant));
+        let step = constant(&run.step).unwrap_or_else(missing);
+        let (max_time, end_time) = (constant(&run.max_time), constant(&run.end_time));
+        let until = run.until.as_ref().map(|condition| self.condition(condition));
+        if run.step.is_some() {
+            match (&until, &max_time, &end_time) {
+                (Some(_), None, _) => self.findings.push(
+                    Diagnostic::error("[run] has `until` but no `max_time`", run.span.clone(), "could run for ever")
+                        .help("add `max_time`: a mechanism that stalls never meets its stop condition"),
+                ),
+                (None, _, None) => self.findings.push(
+                    Diagnostic::error("[run] does not say when to end", run.span.clone(), "no end")
+                        .help("add `end_time = ...`, or `until = '...'` with `max_time = ...`"),
+                ),
+                (Some(_), _, Some(_)) => self.findings.push(Diagnostic::error(
+                    "[run] has both `until` and `end_time`",
+                    run.span.clone(),
+                    "two ends",
+                )),
+                _ => {}
+            }
+        }
+        Run { step, until, end_time: max_time.or(end_time).unwrap_or_else(missing) }
+    }
+
+    fn condition(&mut self, condition: &Condition<String>) -> Condition<Quantity> {
+        let difference = self.value(&condition.difference, Context::Condition);
+        Condition { difference, comparison: condition.comparison }
+    }
+
+    /// Looks up every name of a formula and checks what its context forbids.
+    fn value(&mut self, formula: &Formula, context: Context) -> Value {
+        let (scope, findings) = (&self.scope, &mut self.findings);
+        let value = formula.map(|name, span| match scope.look_up(name, context) {
+            Ok(quantity) => quantity,
+            Err(finding) => {
+                findings.push(finding.at(span.clone()));
+                Quantity::Pi
+            }
+        });
+        if matches!(context, Context::Geometry | Context::Load) {
+            check::differentiable(&value, &mut self.findings);
+        }
+        value
+    }
+
+    fn find(&mut self, what: &str, identifier: &Identifier, names: &[&str]) -> Option<usize> {
+        let place = names.iter().position(|name| *name == identifier.name);
+        if place.is_none() && !self.broken {
+            let error = Diagnostic::error(format!("unknown {what} `{}`", identifier.name), identifier.span.clone(), "not known");
+            self.findings.push(match crate::names::closest(&identifier.name, names.iter().copied()) {
+                Some(near) => error.help(format!("did you mean `{near}`?")),
+                None => error.help(format!("known: {}", names.join(", "))),
+            });
+        }
+        place
+    }
+
+    fn point(&mut self, identifier: &Identifier) -> Option<usize> {
+        let names: Vec<String> = self.scope.points().map(str::to_owned).collect();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        self.find("point", identifier, &names)
+    }
+
+    fn body_named(&mut self, scene: &Scene, identifier: &Identifier) -> Option<Body> {
+        let names: Vec<&str> = scene.bodies.iter().map(|b| b.name.as_str()).collect();
+        self.find("body", identifier, &names).map(|i| scene.bodies[i].clone())
+    }
+}
+
+/// The two formulae `P.x`, `P.y`.
+fn point_value(point: usize, span: Span) -> [Value; 2] {
+    [0, 1].map(|axis| {
+        let mut value = Value::new();
+        value.push(Node::Name(Quantity::Point(point, axis)), span.clone());
+        value
+    })
+}
+
+/// Points in an order in which each depends only on earlier ones, or the points of a circle.
+fn point_order(document: &Document) -> Result<Vec<usize>, Vec<usize>> {
+    let place: HashMap<&str, usize> =
+        document.points.iter().enumerate().map(|(i, (identifier, _))| (identifier.name.as_str(), i)).collect();
+    let needs: Vec<Vec<usize>> = document
+        .points
+        .iter()
+        .map(|(_, position)| {
+            let names = position.iter().flat_map(Expression::names);
+            names.filter_map(|name| place.get(name.split('.').next()?).copied()).collect()
+        })
+        .collect();
+    let mut order: Vec<usize> = Vec::new();
+    let mut placed = vec![false; needs.len()];
+    while order.len() < needs.len() {
+        let ready = (0..needs.len()).find(|&i| !placed[i] && needs[i].iter().all(|&n| placed[n]));
+        if let Some(i) = ready {
+            placed[i] = true;
+            order.push(i);
+            continue;
+        }
+        // Every point left waits for another one that is left: following them must come round.
+        let mut trail: Vec<usize> = Vec::new();
+        let mut at = placed.iter().position(|p| !p).unwrap_or(0);
+        while !trail.contains(&at) {
+            trail.push(at);
+            at = needs[at].iter().copied().find(|&n| !placed[n]).unwrap_or(at);
+        }
+        let start = trail.iter().position(|&i| i == at).unwrap_or(0);
+        return Err(trail.split_off(start));
+    }
+    Ok(order)
+}
+
+/// Gives parameters their numbers.
+fn number_parameters(scene: &mut Scene) {
+    let values = parameter_values(scene, |_| None);
+    for (parameter, value) in scene.parameters.iter_mut().zip(values) {
+        parameter.value = value;
+    }
+}

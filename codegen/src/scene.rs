@@ -1,0 +1,264 @@
+//! A scene with every name looked up: plain data, ready to be differentiated or evaluated.
+
+use crate::expression::Expression;
+use crate::diagnostic::Span;
+use crate::parser::Condition;
+
+/// A formula of a scene.
+pub type Value = Expression<Quantity>;
+
+/// What a name in a formula stands for; numbers are places in the lists of [`Scene`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Quantity {
+    /// A parameter.
+    Parameter(usize),
+    /// A generalized coordinate.
+    Coordinate(usize),
+    /// The rate of a generalized coordinate.
+    Rate(usize),
+    /// Abscissa (0) or ordinate (1) of a point.
+    Point(usize, usize),
+    /// Its rate.
+    PointRate(usize, usize),
+    /// Time.
+    Time,
+    /// The ratio of a circle's circumference to its diameter.
+    Pi,
+}
+
+/// A mechanism.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// Its name.
+    pub name: String,
+    /// What it is, for people.
+    pub doc: String,
+    /// Generalized coordinates, in the order of q.
+    pub coordinates: Vec<Coordinate>,
+    /// Parameters; each may depend on those before it.
+    pub parameters: Vec<Parameter>,
+    /// Named points; each may depend on those before it.
+    pub points: Vec<Point>,
+    /// Bodies.
+    pub bodies: Vec<Body>,
+    /// Loop closures.
+    pub constraints: Vec<Constraint>,
+    /// Applied loads.
+    pub loads: Vec<Load>,
+    /// What is asked for beside the coordinates.
+    pub outputs: Vec<Output>,
+    /// How a run begins and ends.
+    pub run: Run,
+}
+
+/// A generalized coordinate.
+#[derive(Clone, Debug)]
+pub struct Coordinate {
+    /// Its name.
+    pub name: String,
+    /// Its unit.
+    pub unit: String,
+    /// What it is.
+    pub doc: String,
+    /// Its value at the start.
+    pub position: Start,
+    /// Its rate at the start.
+    pub rate: Start,
+    /// Where it is declared.
+    pub span: Span,
+}
+
+/// How the start fixes a coordinate or a rate.
+#[derive(Clone, Debug)]
+pub enum Start {
+    /// The user fixes it.
+    Given(Value),
+    /// It follows from the constraints, by iteration from this guess.
+    Guess(Value),
+    /// It follows from the constraints.
+    Free,
+}
+
+/// A constant that users may change.
+#[derive(Clone, Debug)]
+pub struct Parameter {
+    /// Its name.
+    pub name: String,
+    /// Its unit.
+    pub unit: String,
+    /// What it is.
+    pub doc: String,
+    /// Its formula of earlier parameters.
+    pub formula: Value,
+    /// The formula as written.
+    pub text: String,
+    /// The number that the formula gives.
+    pub value: f64,
+    /// Whether it is kept even when it is zero.
+    pub runtime: bool,
+}
+
+impl Parameter {
+    /// Whether the generated code does without it because it is exactly zero.
+    pub fn is_left_out(&self) -> bool {
+        self.value == 0.0 && !self.runtime
+    }
+}
+
+/// A named point.
+#[derive(Clone, Debug)]
+pub struct Point {
+    /// Its name.
+    pub name: String,
+    /// Abscissa and ordinate.
+    pub position: [Value; 2],
+}
+
+/// A rigid body; a missing part does not matter to the motion.
+#[derive(Clone, Debug)]
+pub struct Body {
+    /// Its name.
+    pub name: String,
+    /// Mass.
+    pub mass: Option<Value>,
+    /// Position of its centre of mass.
+    pub com: Option<[Value; 2]>,
+    /// Orientation.
+    pub angle: Option<Value>,
+    /// Moment of inertia about the centre of mass.
+    pub inertia: Option<Value>,
+}
+
+/// A loop closure: a formula that must stay zero.
+#[derive(Clone, Debug)]
+pub struct Constraint {
+    /// Its name.
+    pub name: String,
+    /// The formula.
+    pub residual: Value,
+    /// Unit of the residual.
+    pub unit: String,
+    /// What it is.
+    pub doc: String,
+    /// Where the formula stands.
+    pub span: Span,
+}
+
+/// An applied load.
+#[derive(Clone, Debug)]
+pub struct Load {
+    /// Its name.
+    pub name: String,
+    /// What it does.
+    pub kind: LoadKind,
+}
+
+/// The kinds of applied loads.
+#[derive(Clone, Debug)]
+pub enum LoadKind {
+    /// A force at a place.
+    Force {
+        /// Its components.
+        force: [Value; 2],
+        /// The place it acts on.
+        at: [Value; 2],
+    },
+    /// A torque that works on an angle.
+    Torque {
+        /// Its size.
+        torque: Value,
+        /// The angle.
+        angle: Value,
+    },
+    /// A field of acceleration that acts on every mass.
+    Gravity([Value; 2]),
+    /// A spring and a damper along a length or an angle.
+    Spring {
+        /// The length or angle.
+        along: Value,
+        /// Stiffness.
+        stiffness: Option<Value>,
+        /// Where the spring is slack.
+        rest: Option<Value>,
+        /// Damping coefficient.
+        damping: Option<Value>,
+    },
+}
+
+/// A quantity that is computed for every row of a trajectory.
+#[derive(Clone, Debug)]
+pub struct Output {
+    /// Its name.
+    pub name: String,
+    /// Its unit.
+    pub unit: String,
+    /// What it is.
+    pub doc: String,
+    /// How it is computed.
+    pub kind: OutputKind,
+}
+
+/// The kinds of outputs.
+#[derive(Clone, Debug)]
+pub enum OutputKind {
+    /// A formula of coordinates.
+    Value(Value),
+    /// Its time derivative.
+    Rate(Value),
+    /// Its second time derivative.
+    SecondRate(Value),
+    /// Force of a constraint on a point, along a direction: -lambda (dC/dP . along).
+    ReactionForce {
+        /// The constraint.
+        constraint: usize,
+        /// The point.
+        point: usize,
+        /// The direction.
+        along: [Value; 2],
+    },
+    /// Moment of a constraint on whatever turns with a coordinate: -lambda dC/d(angle).
+    ReactionMoment {
+        /// The constraint.
+        constraint: usize,
+        /// The coordinate that is the body's angle.
+        coordinate: usize,
+    },
+}
+
+/// How a run begins and ends.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// Step of the integration.
+    pub step: Value,
+    /// When it ends.
+    pub until: Option<Condition<Quantity>>,
+    /// When it ends at the latest, or always.
+    pub end_time: Value,
+}
+
+impl Scene {
+    /// The names of the parameters that the generated code does without.
+    pub fn left_out(&self) -> impl Iterator<Item = &Parameter> {
+        self.parameters.iter().filter(|p| p.is_left_out())
+    }
+
+    /// Which coordinates a formula depends on, through points too.
+    pub fn coordinates_of(&self, value: &Value) -> Vec<usize> {
+        let mut found = vec![false; self.coordinates.len()];
+        let mut visited = vec![false; self.points.len()];
+        let mut pending = vec![value];
+        while let Some(value) = pending.pop() {
+            for name in value.names() {
+                match *name {
+                    Quantity::Coordinate(i) | Quantity::Rate(i) => found[i] = true,
+                    Quantity::Point(point, _) | Quantity::PointRate(point, _) if !visited[point] => {
+                        visited[point] = true;
+                        pending.extend(&self.points[point].position);
+                    }
+                    _ => {}
+                }
+            }
+        }
+        (0..found.len()).filter(|&i| found[i]).collect()
+    }
+}

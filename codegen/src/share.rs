@@ -1,0 +1,148 @@
+//! Pairs of factors or of terms that occur in several products or sums are computed once.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+
+use crate::graph::{Graph, Id, Op, Signed};
+
+/// A graph that computes the values at `roots` with shared pairs, and where those values are in it.
+pub fn share_pairs(graph: &Graph, roots: &[Signed]) -> (Graph, Vec<Signed>) {
+    let mut sharing = Sharing { lists: BTreeMap::new(), made: Vec::new(), first_made: graph.ops().len() };
+    for id in graph.reachable(roots.iter().map(|r| r.id)) {
+        match graph.op(id) {
+            Op::Product(factors) => {
+                let elements = factors.iter().map(|&id| Signed { negative: false, id }).collect();
+                sharing.lists.insert(id, (Kind::Product, elements));
+            }
+            Op::Sum(terms) if terms.len() > 1 => {
+                sharing.lists.insert(id, (Kind::Sum, terms.clone()));
+            }
+            _ => {}
+        }
+    }
+    while sharing.round() {}
+    let mut rebuilt = Rebuilt { old: graph, sharing: &sharing, new: Graph::default(), places: HashMap::new() };
+    let roots = roots.iter().map(|root| Signed { negative: root.negative, id: rebuilt.build(root.id) }).collect();
+    (rebuilt.new, roots)
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Kind {
+    Product,
+    Sum,
+}
+
+/// Two elements of a list: the second's sign relative to the first's.
+type Pair = (Kind, Id, Id, bool);
+
+struct Sharing {
+    lists: BTreeMap<Id, (Kind, Vec<Signed>)>,
+    made: Vec<Pair>,
+    first_made: Id,
+}
+
+impl Sharing {
+    /// Replaces the pairs that now occur most often; whether any was replaced.
+    fn round(&mut self) -> bool {
+        let mut places: BTreeMap<Pair, BTreeSet<Id>> = BTreeMap::new();
+        for (&id, (kind, elements)) in &self.lists {
+            for pair in pairs(*kind, elements) {
+                places.entry(pair).or_default().insert(id);
+            }
+        }
+        let mut candidates: Vec<(Pair, BTreeSet<Id>)> = places.into_iter().filter(|(_, at)| at.len() > 1).collect();
+        candidates.sort_by_key(|(pair, at)| (std::cmp::Reverse(at.len()), *pair));
+        let mut most = 0;
+        for (pair, at) in candidates {
+            let holds = |id: &Id| pairs(pair.0, &self.lists[id].1).contains(&pair);
+            let at: Vec<Id> = at.into_iter().filter(holds).collect();
+            // A pair that fell far behind the best of this round waits: the replacements made better ones.
+            if at.len() < 2 || at.len() * 2 < most {
+                continue;
+            }
+            most = most.max(at.len());
+            let made = self.first_made + self.made.len();
+            self.made.push(pair);
+            for id in at {
+                if let Some((_, elements)) = self.lists.get_mut(&id) {
+                    replace(elements, pair, made);
+                }
+            }
+        }
+        most > 0
+    }
+}
+
+fn pairs(kind: Kind, elements: &[Signed]) -> BTreeSet<Pair> {
+    let mut found = BTreeSet::new();
+    for (i, a) in elements.iter().enumerate() {
+        for b in &elements[i + 1..] {
+            let (low, high) = if a.id <= b.id { (a, b) } else { (b, a) };
+            found.insert((kind, low.id, high.id, low.negative != high.negative));
+        }
+    }
+    found
+}
+
+/// Replaces a pair by the value that was made of it, as often as it occurs.
+fn replace(elements: &mut Vec<Signed>, (kind, low, high, opposite): Pair, made: Id) {
+    loop {
+        let first = elements.iter().position(|e| {
+            let partner = |p: &Signed| p.id == high && (p.negative != e.negative) == opposite;
+            e.id == low && elements.iter().any(|p| partner(p) && !std::ptr::eq(p, e))
+        });
+        // A list that is the pair itself becomes the one value; elsewhere two elements become one.
+        let Some(first) = first else { return };
+        let taken = elements.remove(first);
+        let second = elements.iter().position(|p| p.id == high && (p.negative != taken.negative) == opposite);
+        let Some(second) = second else { return };
+        elements.remove(second);
+        let negative = taken.negative && kind == Kind::Sum;
+        elements.push(Signed { negative, id: made });
+    }
+}
+
+struct Rebuilt<'a> {
+    old: &'a Graph,
+    sharing: &'a Sharing,
+    new: Graph,
+    places: HashMap<Id, Id>,
+}
+
+impl Rebuilt<'_> {
+    fn build(&mut self, id: Id) -> Id {
+        if let Some(&place) = self.places.get(&id) {
+            return place;
+        }
+        let op = if id >= self.sharing.first_made {
+            let (kind, low, high, opposite) = self.sharing.made[id - self.sharing.first_made];
+            let elements = [Signed { negative: false, id: low }, Signed { negative: opposite, id: high }];
+            self.list(kind, &elements)
+        } else {
+            match (self.sharing.lists.get(&id), self.old.op(id)) {
+                (Some((kind, elements)), _) => self.list(*kind, elements),
+                (None, Op::Sum(terms)) => self.list(Kind::Sum, terms),
+                (None, Op::Reciprocal(a)) => Op::Reciprocal(self.build(*a)),
+                (None, Op::Power(a, exponent)) => Op::Power(self.build(*a), *exponent),
+                (None, Op::Call(function, a)) => Op::Call(*function, self.build(*a)),
+                (None, leaf) => leaf.clone(),
+            }
+        };
+        let place = match op {
+            // The whole list was one shared pair.
+            Op::Product(ref factors) if factors.len() == 1 => factors[0],
+            Op::Sum(ref terms) if terms.len() == 1 && !terms[0].negative => terms[0].id,
+            op => self.new.add(op),
+        };
+        self.places.insert(id, place);
+        place
+    }
+
+    fn list(&mut self, kind: Kind, elements: &[Signed]) -> Op {
+        let built: Vec<Signed> =
+            elements.iter().map(|e| Signed { negative: e.negative, id: self.build(e.id) }).collect();
+        match kind {
+            Kind::Product => Op::Product(built.iter().map(|e| e.id).collect()),
+            Kind::Sum => Op::Sum(built),
+        }
+    }
+}

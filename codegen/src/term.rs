@@ -1,0 +1,129 @@
+//! Symbolic results as plain data, free of the engine's types.
+
+use num_rational::BigRational;
+
+use crate::function::Function;
+
+/// A symbolic expression in normal form: flat sums and products, rational powers, functions of one argument.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Term {
+    /// An exact number.
+    Number(BigRational),
+    /// A symbol.
+    Symbol(Symbol),
+    /// A sum.
+    Sum(Vec<Term>),
+    /// A product.
+    Product(Vec<Term>),
+    /// A power with a fixed rational exponent.
+    Power(Box<Term>, BigRational),
+    /// A function of one argument.
+    Call(Function, Box<Term>),
+}
+
+/// What a [`Term`] is made of; numbers are places in the scene's lists.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Symbol {
+    /// A parameter.
+    Parameter(usize),
+    /// The number pi.
+    Pi,
+    /// Time.
+    Time,
+    /// The size of a virtual displacement; it vanishes during the derivation.
+    Displacement,
+    /// A generalized coordinate.
+    Coordinate(usize),
+    /// Its rate.
+    Rate(usize),
+    /// Its acceleration.
+    Acceleration(usize),
+    /// A Lagrange multiplier.
+    Multiplier(usize),
+}
+
+impl Symbol {
+    /// Whether it keeps its value during a run.
+    pub fn is_constant(self) -> bool {
+        matches!(self, Self::Parameter(_) | Self::Pi)
+    }
+}
+
+impl Term {
+    /// The number zero.
+    pub fn zero() -> Self {
+        Self::Number(BigRational::from_integer(0.into()))
+    }
+
+    /// Whether it is the number zero.
+    pub fn is_zero(&self) -> bool {
+        *self == Self::zero()
+    }
+
+    /// How many operations it takes to evaluate it as it stands, sines and cosines counted for ten.
+    pub fn cost(&self) -> usize {
+        match self {
+            Self::Number(_) | Self::Symbol(_) => 0,
+            Self::Sum(terms) | Self::Product(terms) => terms.len() - 1 + terms.iter().map(Self::cost).sum::<usize>(),
+            Self::Power(base, exponent) => {
+                let whole = if exponent.is_integer() { 1 } else { 5 };
+                whole + base.cost()
+            }
+            Self::Call(_, argument) => 10 + argument.cost(),
+        }
+    }
+
+    /// Whether a symbol for which `test` holds occurs.
+    pub fn any_symbol(&self, test: &impl Fn(Symbol) -> bool) -> bool {
+        match self {
+            Self::Number(_) => false,
+            Self::Symbol(symbol) => test(*symbol),
+            Self::Sum(terms) | Self::Product(terms) => terms.iter().any(|t| t.any_symbol(test)),
+            Self::Power(inner, _) | Self::Call(_, inner) => inner.any_symbol(test),
+        }
+    }
+}
+
+/// Everything that the generated functions compute, as symbolic terms; matrices are lists of rows.
+#[derive(Clone, Debug, Default)]
+pub struct Equations {
+    /// What each row of x is.
+    pub rows: Vec<Row>,
+    /// Rows that do not matter, and why.
+    pub left_out: Vec<String>,
+    /// x(q)
+    pub com_positions: Vec<Term>,
+    /// T = dx/dq
+    pub com_jacobian: Vec<Vec<Term>>,
+    /// (T qd)_q qd
+    pub com_bias: Vec<Term>,
+    /// C(q)
+    pub constraints: Vec<Term>,
+    /// C_q
+    pub constraint_jacobian: Vec<Vec<Term>>,
+    /// (C_q qd)_q qd
+    pub constraint_bias: Vec<Term>,
+    /// T' M T
+    pub mass_matrix: Vec<Vec<Term>>,
+    /// Q + T' (F - M bias)
+    pub generalized_forces: Vec<Term>,
+    /// Kinetic energy and the potential of the conservative loads.
+    pub energy: Vec<Term>,
+    /// Power of the other loads.
+    pub power: Vec<Term>,
+    /// The outputs that the scene asks for.
+    pub outputs: Vec<Term>,
+    /// Abscissa and ordinate of each named point.
+    pub points: Vec<[Term; 2]>,
+}
+
+/// A row of x: one coordinate of one body.
+#[derive(Clone, Debug)]
+pub struct Row {
+    /// The body.
+    pub body: usize,
+    /// Abscissa (0) or ordinate (1) of its centre of mass, or its angle (2).
+    pub axis: usize,
+    /// Its mass or moment of inertia.
+    pub inertia: Term,
+}

@@ -1,0 +1,172 @@
+//! A generated module is run, as syntax, before it is written, and compared with the scene itself: formulae evaluated
+//! with automatic differentiation that shares nothing with the engine, the graph or the printer.
+
+mod expected;
+mod interpret;
+
+use std::collections::HashMap;
+
+use syn::{ImplItem, Item};
+
+use crate::evaluate::{State, evaluate, parameter_values};
+use crate::scene::{Coordinate, Quantity, Scene, Start, Value as Formula};
+use crate::term::Equations;
+use expected::Sample;
+use interpret::{Value, run, run_block};
+
+/// How many random states must agree.
+const STATES: usize = 40;
+/// How many random states may lie outside the domain of the formulae for each that lies inside.
+const PATIENCE: usize = 50;
+/// Largest difference, relative to the largest number of its function and to one.
+const TOLERANCE: f64 = 1e-9;
+
+/// Compares the module with its scene at random states.
+///
+/// # Errors
+/// Which function differs, by how much, and where.
+pub fn verify(scene: &Scene, equations: &Equations, file: &syn::File) -> Result<(), String> {
+    let module = Generated::new(file)?;
+    let mut random = Random(0x9e37_79b9_7f4a_7c15);
+    let mut agreed = 0;
+    for _ in 0..STATES * PATIENCE {
+        let sample = Sample::random(scene, &mut random);
+        let Some(expected) = sample.expected(scene, equations) else { continue };
+        let model = module.model(scene, &sample.parameters)?;
+        for (function, expected) in expected {
+            let arguments = sample.arguments(function, model.clone());
+            let got = module.call(function, &arguments)?;
+            compare(function, &got, &expected).map_err(|difference| {
+                format!("generated `{function}` of scene `{}` is wrong: {difference}\nat {sample:?}", scene.name)
+            })?;
+        }
+        agreed += 1;
+        if agreed == STATES {
+            return verify_plain(scene, &module);
+        }
+    }
+    Err(format!(
+        "scene `{}` could be evaluated at only {agreed} of {} random states: its formulae leave their domain almost everywhere",
+        scene.name,
+        STATES * PATIENCE
+    ))
+}
+
+fn compare(what: &str, got: &[f64], expected: &[f64]) -> Result<(), String> {
+    if got.len() != expected.len() {
+        return Err(format!("`{what}` has {} numbers instead of {}", got.len(), expected.len()));
+    }
+    let scale = expected.iter().fold(1.0_f64, |largest, e| largest.max(e.abs()));
+    for (i, (got, expected)) in got.iter().zip(expected).enumerate() {
+        let difference = (got - expected).abs();
+        // Written so that a difference that is not a number counts as one.
+        if !(difference <= TOLERANCE * scale) {
+            return Err(format!("number {i} is {got:e} instead of {expected:e}"));
+        }
+    }
+    Ok(())
+}
+
+/// Start, schedule and stop condition, at the scene's own parameters and at a random state.
+fn verify_plain(scene: &Scene, module: &Generated) -> Result<(), String> {
+    let parameters = parameter_values(scene, |_| None);
+    let model = module.model(scene, &parameters)?;
+    let constant = |value: &Formula| {
+        evaluate(value, |quantity| match quantity {
+            Quantity::Parameter(i) => parameters[*i],
+            _ => std::f64::consts::PI,
+        })
+    };
+    let starts = |start: fn(&Coordinate) -> &Start| -> Vec<f64> {
+        let value = |coordinate| match start(coordinate) {
+            Start::Given(value) | Start::Guess(value) => constant(value),
+            Start::Free => 0.0,
+        };
+        scene.coordinates.iter().map(value).collect()
+    };
+    let start = module.method("start", std::slice::from_ref(&model))?;
+    compare("start", &start.field("q")?.numbers(), &starts(|c| &c.position))?;
+    compare("start", &start.field("qd")?.numbers(), &starts(|c| &c.rate))?;
+    let schedule = module.method("schedule", std::slice::from_ref(&model))?;
+    compare("schedule", &schedule.field("step")?.numbers(), &[constant(&scene.run.step)])?;
+    compare("schedule", &schedule.field("end_time")?.numbers(), &[constant(&scene.run.end_time)])?;
+    if let Some(condition) = &scene.run.until {
+        let mut random = Random(1);
+        let sample = Sample::random(scene, &mut random);
+        let state = State::plain(scene, &parameters, sample.t, &sample.q, &sample.qd);
+        let arguments = [model, Value::Number(sample.t), Value::list(&sample.q), Value::list(&sample.qd)];
+        let expected = state.value(&condition.difference) * condition.comparison.sign();
+        compare("stop", &module.method("stop", &arguments)?.numbers(), &[expected])?;
+    }
+    Ok(())
+}
+
+/// The functions of a module, ready to be run.
+struct Generated<'f> {
+    functions: HashMap<String, &'f syn::ItemFn>,
+    methods: HashMap<String, &'f syn::ImplItemFn>,
+}
+
+impl<'f> Generated<'f> {
+    fn new(file: &'f syn::File) -> Result<Self, String> {
+        let mut generated = Self { functions: HashMap::new(), methods: HashMap::new() };
+        for item in &file.items {
+            match item {
+                Item::Fn(function) => {
+                    generated.functions.insert(function.sig.ident.to_string(), function);
+                }
+                Item::Impl(block) => {
+                    let owner = match &*block.self_ty {
+                        syn::Type::Path(path) => path.path.segments.last().map(|s| s.ident.to_string()),
+                        _ => None,
+                    };
+                    let owner = owner.ok_or("an impl of something without a name")?;
+                    for item in &block.items {
+                        let ImplItem::Fn(method) = item else { continue };
+                        let name = if owner == "Constants" { "Constants::new".to_owned() } else { method.sig.ident.to_string() };
+                        generated.methods.insert(name, method);
+                    }
+                }
+                _ => {}
+            }
+        }
+        Ok(generated)
+    }
+
+    /// The mechanism with these parameters.
+    fn model(&self, scene: &Scene, parameters: &[f64]) -> Result<Value, String> {
+        let kept = scene.parameters.iter().zip(parameters).filter(|(p, _)| !p.is_left_out());
+        let field = |(p, value): (&crate::scene::Parameter, &f64)| (crate::emit::field_name(&p.name), Value::Number(*value));
+        let parameters = Value::Fields(kept.map(field).collect());
+        let constants = self.method("Constants::new", std::slice::from_ref(&parameters))?;
+        let fields = [("parameters", parameters), ("constants", constants)];
+        Ok(Value::Fields(fields.map(|(name, value)| (name.to_owned(), value)).into()))
+    }
+
+    fn call(&self, name: &str, arguments: &[Value]) -> Result<Vec<f64>, String> {
+        let (name, part) = name.split_once('.').unwrap_or((name, ""));
+        let function = self.functions.get(name).ok_or_else(|| format!("no function `{name}` was generated"))?;
+        let value = run(function, arguments).map_err(|e| format!("generated `{name}`: {e}"))?;
+        Ok(if part.is_empty() { value.numbers() } else { value.field(part)?.numbers() })
+    }
+
+    fn method(&self, name: &str, arguments: &[Value]) -> Result<Value, String> {
+        let method = self.methods.get(name).ok_or_else(|| format!("no method `{name}` was generated"))?;
+        run_block(&method.sig, &method.block, arguments).map_err(|e| format!("generated `{name}`: {e}"))
+    }
+}
+
+/// A small generator of random numbers that gives the same ones everywhere (splitmix64, Steele et al. 2014).
+pub(crate) struct Random(u64);
+
+impl Random {
+    /// A number between two others.
+    pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^= z >> 31;
+        low + (high - low) * ((z >> 11) as f64 / (1_u64 << 53) as f64)
+    }
+}

@@ -1,0 +1,229 @@
+//! What each generated function must give at a state, straight from the scene.
+
+use num_dual::{Dual2_64, Dual64};
+
+use super::Random;
+use super::interpret::Value;
+use crate::evaluate::State;
+use crate::scene::{LoadKind, OutputKind, Quantity, Scene, Value as Formula};
+use crate::term::Equations;
+
+/// A random state and random parameters.
+#[derive(Clone, Debug)]
+pub(super) struct Sample {
+    pub(super) parameters: Vec<f64>,
+    pub(super) t: f64,
+    pub(super) q: Vec<f64>,
+    pub(super) qd: Vec<f64>,
+    qdd: Vec<f64>,
+    multipliers: Vec<f64>,
+}
+
+impl Sample {
+    pub(super) fn random(scene: &Scene, random: &mut Random) -> Self {
+        let (n, m) = (scene.coordinates.len(), scene.constraints.len());
+        let parameter = |random: &mut Random, p: &crate::scene::Parameter| {
+            if p.is_left_out() {
+                0.0
+            } else if p.value == 0.0 {
+                random.between(0.1, 1.0)
+            } else {
+                p.value * random.between(0.8, 1.25)
+            }
+        };
+        Self {
+            parameters: scene.parameters.iter().map(|p| parameter(random, p)).collect(),
+            t: random.between(0.0, 2.0),
+            q: (0..n).map(|_| random.between(-3.2, 3.2)).collect(),
+            qd: (0..n).map(|_| random.between(-5.0, 5.0)).collect(),
+            qdd: (0..n).map(|_| random.between(-5.0, 5.0)).collect(),
+            multipliers: (0..m).map(|_| random.between(-5.0, 5.0)).collect(),
+        }
+    }
+
+    /// The arguments of a generated function.
+    pub(super) fn arguments(&self, function: &str, model: Value) -> Vec<Value> {
+        let t = Value::Number(self.t);
+        let (q, qd) = (Value::list(&self.q), Value::list(&self.qd));
+        match function.split('.').next().unwrap_or(function) {
+            "com_bias" | "constraint_bias" | "energy" => vec![model, q, qd],
+            "generalized_forces" | "power" | "dynamics" => vec![model, t, q, qd],
+            "outputs" => vec![model, t, q, qd, Value::list(&self.qdd), Value::list(&self.multipliers)],
+            _ => vec![model, q],
+        }
+    }
+
+    /// What the functions must give; `None` if the state is outside the domain of the formulae.
+    pub(super) fn expected(&self, scene: &Scene, equations: &Equations) -> Option<Vec<(&'static str, Vec<f64>)>> {
+        let moving = State::along(scene, &self.parameters, self.t, &self.q, &self.qd, &vec![0.0; self.q.len()]);
+        let plain = State::plain(scene, &self.parameters, self.t, &self.q, &self.qd);
+        let x: Vec<(&Formula, f64)> = equations.rows.iter().filter_map(|row| {
+            let body = &scene.bodies[row.body];
+            let (position, inertia) = match row.axis {
+                2 => (body.angle.as_ref(), &body.inertia),
+                axis => (body.com.as_ref().map(|com| &com[axis]), &body.mass),
+            };
+            Some((position?, plain.value(inertia.as_ref()?)))
+        }).collect();
+        let c: Vec<&Formula> = scene.constraints.iter().map(|c| &c.residual).collect();
+
+        let positions: Vec<Dual2_64> = x.iter().map(|(row, _)| moving.value(row)).collect();
+        let jacobian: Vec<Vec<f64>> = x.iter().map(|(row, _)| self.gradient(scene, row)).collect();
+        let residuals: Vec<Dual2_64> = c.iter().map(|row| moving.value(row)).collect();
+        let constraint_jacobian: Vec<f64> = c.iter().flat_map(|row| self.gradient(scene, row)).collect();
+        let n = self.q.len();
+        let mut mass = vec![0.0; n * n];
+        let mut forces = self.generalized(scene, &plain);
+        for (((_, inertia), row), bias) in x.iter().zip(&jacobian).zip(&positions) {
+            for i in 0..n {
+                forces[i] -= inertia * row[i] * bias.v2;
+                for j in 0..n {
+                    mass[i * n + j] += inertia * row[i] * row[j];
+                }
+            }
+        }
+        let kinetic: f64 = x.iter().zip(&positions).map(|((_, inertia), x)| 0.5 * inertia * x.v1 * x.v1).sum();
+        let [potential, power] = self.potential_and_power(scene, &plain, &moving, &x, equations);
+        let second = |values: &[Dual2_64]| values.iter().map(|v| v.v2).collect::<Vec<f64>>();
+        let first = |values: &[Dual2_64]| values.iter().map(|v| v.re).collect::<Vec<f64>>();
+        let mut expected = vec![
+            ("com_positions", first(&positions)),
+            ("com_jacobian", jacobian.concat()),
+            ("com_bias", second(&positions)),
+            ("mass_matrix", mass.clone()),
+            ("generalized_forces", forces.clone()),
+            ("energy", vec![kinetic, potential]),
+            ("power", vec![power]),
+            ("outputs", self.outputs(scene)),
+            ("dynamics.mass_matrix", mass),
+            ("dynamics.generalized_forces", forces),
+            ("dynamics.constraint_jacobian", constraint_jacobian.clone()),
+            ("dynamics.constraint_bias", second(&residuals)),
+            ("closure.constraints", first(&residuals)),
+            ("closure.constraint_jacobian", constraint_jacobian.clone()),
+        ];
+        if !c.is_empty() {
+            expected.extend([
+                ("constraints", first(&residuals)),
+                ("constraint_jacobian", constraint_jacobian),
+                ("constraint_bias", second(&residuals)),
+            ]);
+        }
+        let finite = expected.iter().all(|(_, numbers)| numbers.iter().all(|n| n.is_finite() && n.abs() < 1e9));
+        finite.then_some(expected)
+    }
+
+    fn gradient(&self, scene: &Scene, value: &Formula) -> Vec<f64> {
+        (0..self.q.len()).map(|i| self.by_coordinate(scene, i).value(value).eps).collect()
+    }
+
+    /// The state in which every value carries its derivative by one coordinate.
+    fn by_coordinate(&self, scene: &Scene, i: usize) -> State<Dual64> {
+        let dual = |(j, &q): (usize, &f64)| Dual64::new(q, f64::from(u8::from(i == j)));
+        let q = self.q.iter().enumerate().map(dual).collect();
+        let qd = self.qd.iter().map(|&v| Dual64::new(v, 0.0)).collect();
+        State::new(scene, &self.parameters, self.t, q, qd)
+    }
+
+    /// The generalized forces of the loads: effort times derivative of displacement.
+    fn generalized(&self, scene: &Scene, plain: &State<f64>) -> Vec<f64> {
+        let mut forces = vec![0.0; self.q.len()];
+        let mut add = |effort: f64, displacement: &Formula| {
+            for (force, derivative) in forces.iter_mut().zip(self.gradient(scene, displacement)) {
+                *force += effort * derivative;
+            }
+        };
+        let optional = |value: &Option<Formula>| value.as_ref().map_or(0.0, |v| plain.value(v));
+        for load in &scene.loads {
+            match &load.kind {
+                LoadKind::Force { force, at } => {
+                    force.iter().zip(at).for_each(|(force, at)| add(plain.value(force), at));
+                }
+                LoadKind::Torque { torque, angle } => add(plain.value(torque), angle),
+                LoadKind::Gravity(field) => {
+                    for body in &scene.bodies {
+                        let Some((mass, com)) = body.mass.as_ref().zip(body.com.as_ref()) else { continue };
+                        field.iter().zip(com).for_each(|(g, at)| add(plain.value(mass) * plain.value(g), at));
+                    }
+                }
+                LoadKind::Spring { along, stiffness, rest, damping } => {
+                    let rate: f64 = self.gradient(scene, along).iter().zip(&self.qd).map(|(s, v)| s * v).sum();
+                    let spring = -optional(stiffness) * (plain.value(along) - optional(rest));
+                    add(spring - optional(damping) * rate, along);
+                }
+            }
+        }
+        forces
+    }
+
+    fn potential_and_power(
+        &self,
+        scene: &Scene,
+        plain: &State<f64>,
+        moving: &State<Dual2_64>,
+        x: &[(&Formula, f64)],
+        equations: &Equations,
+    ) -> [f64; 2] {
+        let optional = |value: &Option<Formula>| value.as_ref().map_or(0.0, |v| plain.value(v));
+        let (mut potential, mut power) = (0.0, 0.0);
+        let mut effort = |effort: &Formula, displacement: &Formula| {
+            let is_constant = effort.names().all(|n| matches!(n, Quantity::Parameter(_) | Quantity::Pi));
+            let moved = moving.value(displacement);
+            if is_constant {
+                potential -= plain.value(effort) * moved.re;
+            } else {
+                power += plain.value(effort) * moved.v1;
+            }
+        };
+        for load in &scene.loads {
+            match &load.kind {
+                LoadKind::Force { force, at } => force.iter().zip(at).for_each(|(f, at)| effort(f, at)),
+                LoadKind::Torque { torque, angle } => effort(torque, angle),
+                LoadKind::Gravity(_) | LoadKind::Spring { .. } => {}
+            }
+        }
+        for load in &scene.loads {
+            match &load.kind {
+                LoadKind::Gravity(field) => {
+                    for ((at, mass), row) in x.iter().zip(&equations.rows).filter(|(_, row)| row.axis < 2) {
+                        potential -= mass * plain.value(&field[row.axis]) * plain.value(at);
+                    }
+                }
+                LoadKind::Spring { along, stiffness, rest, damping } => {
+                    let along = moving.value(along);
+                    let extension = along.re - optional(rest);
+                    potential += 0.5 * optional(stiffness) * extension * extension;
+                    power -= optional(damping) * along.v1 * along.v1;
+                }
+                _ => {}
+            }
+        }
+        [potential, power]
+    }
+
+    fn outputs(&self, scene: &Scene) -> Vec<f64> {
+        let moving = State::along(scene, &self.parameters, self.t, &self.q, &self.qd, &self.qdd);
+        let output = |kind: &OutputKind| match kind {
+            OutputKind::Value(value) => moving.value(value).re,
+            OutputKind::Rate(value) => moving.value(value).v1,
+            OutputKind::SecondRate(value) => moving.value(value).v2,
+            OutputKind::ReactionForce { constraint, point, along } => {
+                let held: Vec<Dual64> = self.q.iter().map(|&q| Dual64::new(q, 0.0)).collect();
+                let still = State::<Dual64>::new(scene, &self.parameters, self.t, held.clone(), held);
+                let [x, y] = still.point(*point);
+                let [ax, ay] = [0, 1].map(|axis| Dual64::new(0.0, still.value(&along[axis]).re));
+                let displaced = still.with_point(*point, [x + ax, y + ay]);
+                -self.multipliers[*constraint] * displaced.value(&scene.constraints[*constraint].residual).eps
+            }
+            OutputKind::ReactionMoment { constraint, coordinate } => {
+                let mut turned = self.by_coordinate(scene, *coordinate);
+                for point in 0..scene.points.len() {
+                    let held = turned.point(point).map(|c| Dual64::new(c.re, 0.0));
+                    turned = turned.with_point(point, held);
+                }
+                -self.multipliers[*constraint] * turned.value(&scene.constraints[*constraint].residual).eps
+            }
+        };
+        scene.outputs.iter().map(|o| output(&o.kind)).collect()
+    }
+}

@@ -1,0 +1,218 @@
+//! Runs generated functions without compiling them: the syntax that is about to be written is evaluated as it stands.
+
+use std::collections::HashMap;
+
+use quote::ToTokens;
+use syn::{BinOp, Expr, ExprLit, FnArg, ItemFn, Lit, Member, Pat, Stmt, UnOp};
+
+/// A value in a running function.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Value {
+    Number(f64),
+    Truth(bool),
+    List(Vec<Value>),
+    Fields(HashMap<String, Value>),
+}
+
+impl Value {
+    pub(super) fn list(numbers: &[f64]) -> Self {
+        Self::List(numbers.iter().map(|&n| Self::Number(n)).collect())
+    }
+
+    /// All numbers inside, fields left out.
+    pub(super) fn numbers(&self) -> Vec<f64> {
+        match self {
+            Self::Number(n) => vec![*n],
+            Self::Truth(_) | Self::Fields(_) => Vec::new(),
+            Self::List(items) => items.iter().flat_map(Self::numbers).collect(),
+        }
+    }
+
+    pub(super) fn field(&self, name: &str) -> Result<&Value, String> {
+        match self {
+            Self::Fields(fields) => fields.get(name).ok_or_else(|| format!("no field `{name}`")),
+            _ => Err(format!("`{name}` asked of something without fields")),
+        }
+    }
+
+    fn number(&self) -> Result<f64, String> {
+        match self {
+            Self::Number(n) => Ok(*n),
+            other => Err(format!("{other:?} is not a number")),
+        }
+    }
+}
+
+/// Runs a function with these arguments, in their order.
+pub(super) fn run(function: &ItemFn, arguments: &[Value]) -> Result<Value, String> {
+    run_block(&function.sig, &function.block, arguments)
+}
+
+/// Runs the body of a function or method.
+pub(super) fn run_block(signature: &syn::Signature, block: &syn::Block, arguments: &[Value]) -> Result<Value, String> {
+    let mut scope = Scope::default();
+    if signature.inputs.len() != arguments.len() {
+        return Err(format!("`{}` takes {} arguments", signature.ident, signature.inputs.len()));
+    }
+    for (input, value) in signature.inputs.iter().zip(arguments) {
+        match input {
+            FnArg::Receiver(_) => scope.names.insert("self".to_owned(), value.clone()).map_or((), |_| ()),
+            FnArg::Typed(input) => scope.bind(&input.pat, value.clone())?,
+        }
+    }
+    scope.block(block)
+}
+
+#[derive(Default)]
+struct Scope {
+    names: HashMap<String, Value>,
+}
+
+impl Scope {
+    fn block(&mut self, block: &syn::Block) -> Result<Value, String> {
+        for statement in &block.stmts {
+            match statement {
+                Stmt::Local(local) => {
+                    let value = local.init.as_ref().ok_or("a `let` without a value")?;
+                    let value = self.value(&value.expr)?;
+                    self.bind(&local.pat, value)?;
+                }
+                Stmt::Expr(value, None) => return self.value(value),
+                other => return Err(format!("unexpected statement `{}`", other.to_token_stream())),
+            }
+        }
+        Err("a function without a result".to_owned())
+    }
+
+    fn bind(&mut self, pattern: &Pat, value: Value) -> Result<(), String> {
+        match (pattern, value) {
+            (Pat::Wild(_), _) => {}
+            (Pat::Ident(name), value) => {
+                self.names.insert(name.ident.to_string(), value);
+            }
+            (Pat::Slice(syn::PatSlice { elems, .. }) | Pat::Tuple(syn::PatTuple { elems, .. }), Value::List(values)) => {
+                if elems.len() != values.len() {
+                    return Err(format!("{} names for {} values", elems.len(), values.len()));
+                }
+                for (pattern, value) in elems.iter().zip(values) {
+                    self.bind(pattern, value)?;
+                }
+            }
+            (pattern, _) => return Err(format!("unexpected pattern `{}`", pattern.to_token_stream())),
+        }
+        Ok(())
+    }
+
+    fn values<'e>(&self, values: impl IntoIterator<Item = &'e Expr>) -> Result<Vec<Value>, String> {
+        values.into_iter().map(|value| self.value(value)).collect()
+    }
+
+    fn value(&self, value: &Expr) -> Result<Value, String> {
+        match value {
+            Expr::Paren(inner) => self.value(&inner.expr),
+            Expr::Reference(inner) => self.value(&inner.expr),
+            Expr::Lit(ExprLit { lit: Lit::Float(n), .. }) => n.base10_parse().map(Value::Number).map_err(|e| e.to_string()),
+            Expr::Lit(ExprLit { lit: Lit::Int(n), .. }) => n.base10_parse().map(Value::Number).map_err(|e| e.to_string()),
+            Expr::Lit(ExprLit { lit: Lit::Bool(truth), .. }) => Ok(Value::Truth(truth.value)),
+            Expr::Path(path) => match path.path.get_ident() {
+                Some(name) => self.names.get(&name.to_string()).cloned().ok_or_else(|| format!("unknown name `{name}`")),
+                None => constant(&path.to_token_stream().to_string()),
+            },
+            Expr::Unary(unary) => match unary.op {
+                UnOp::Neg(_) => Ok(Value::Number(-self.value(&unary.expr)?.number()?)),
+                UnOp::Deref(_) => self.value(&unary.expr),
+                _ => Err("unexpected operator".to_owned()),
+            },
+            Expr::Binary(binary) => {
+                let (a, b) = (self.value(&binary.left)?.number()?, self.value(&binary.right)?.number()?);
+                Ok(Value::Number(match binary.op {
+                    BinOp::Add(_) => a + b,
+                    BinOp::Sub(_) => a - b,
+                    BinOp::Mul(_) => a * b,
+                    BinOp::Div(_) => a / b,
+                    _ => return Err("unexpected operator".to_owned()),
+                }))
+            }
+            Expr::Field(field) => match &field.member {
+                Member::Named(name) => self.value(&field.base)?.field(&name.to_string()).cloned(),
+                Member::Unnamed(_) => Err("unexpected tuple field".to_owned()),
+            },
+            Expr::Index(index) => {
+                let place = self.value(&index.index)?.number()?;
+                match self.value(&index.expr)? {
+                    Value::List(items) => items.get(place as usize).cloned().ok_or_else(|| format!("no element {place}")),
+                    _ => Err("an index into something that is no list".to_owned()),
+                }
+            }
+            Expr::Array(array) => self.values(&array.elems).map(Value::List),
+            Expr::Tuple(tuple) => self.values(&tuple.elems).map(Value::List),
+            Expr::Struct(literal) => {
+                let field = |f: &syn::FieldValue| match &f.member {
+                    Member::Named(name) => Ok((name.to_string(), self.value(&f.expr)?)),
+                    Member::Unnamed(_) => Err("unexpected tuple struct".to_owned()),
+                };
+                literal.fields.iter().map(field).collect::<Result<_, String>>().map(Value::Fields)
+            }
+            Expr::MethodCall(call) => {
+                let receiver = self.value(&call.receiver)?;
+                let arguments = self.values(&call.args)?;
+                function(&call.method.to_string(), &receiver, &arguments)
+            }
+            Expr::Call(call) => self.call(call),
+            other => Err(format!("unexpected expression `{}`", other.to_token_stream())),
+        }
+    }
+
+    fn call(&self, call: &syn::ExprCall) -> Result<Value, String> {
+        let path = call.func.to_token_stream().to_string().replace(' ', "");
+        let mut arguments = self.values(&call.args)?.into_iter();
+        match (path.as_str(), arguments.next()) {
+            ("R::zero", None) => Ok(Value::Number(0.0)),
+            ("R::from_f64" | "Some", Some(value)) => Ok(value),
+            (path, Some(first)) if path.starts_with("f64::") => {
+                function(&path["f64::".len()..], &first, &arguments.collect::<Vec<_>>())
+            }
+            _ => Err(format!("unexpected call of `{path}`")),
+        }
+    }
+}
+
+fn constant(path: &str) -> Result<Value, String> {
+    match path.replace(' ', "").as_str() {
+        "std::f64::consts::PI" => Ok(Value::Number(std::f64::consts::PI)),
+        "std::marker::PhantomData" => Ok(Value::List(Vec::new())),
+        other => Err(format!("unknown name `{other}`")),
+    }
+}
+
+fn function(name: &str, receiver: &Value, arguments: &[Value]) -> Result<Value, String> {
+    let x = receiver.number()?;
+    let y = arguments.first().map(Value::number).transpose()?;
+    Ok(Value::Number(match (name, y) {
+        ("sin_cos", None) => {
+            let (sine, cosine) = x.sin_cos();
+            return Ok(Value::list(&[sine, cosine]));
+        }
+        ("sin", None) => x.sin(),
+        ("cos", None) => x.cos(),
+        ("tan", None) => x.tan(),
+        ("asin", None) => x.asin(),
+        ("acos", None) => x.acos(),
+        ("atan", None) => x.atan(),
+        ("sinh", None) => x.sinh(),
+        ("cosh", None) => x.cosh(),
+        ("tanh", None) => x.tanh(),
+        ("exp", None) => x.exp(),
+        ("ln", None) => x.ln(),
+        ("sqrt", None) => x.sqrt(),
+        ("abs", None) => x.abs(),
+        ("recip", None) => x.recip(),
+        ("powf", Some(y)) => x.powf(y),
+        ("powi", Some(y)) => x.powi(y as i32),
+        ("hypot", Some(y)) => x.hypot(y),
+        ("atan2", Some(y)) => x.atan2(y),
+        ("min", Some(y)) => x.min(y),
+        ("max", Some(y)) => x.max(y),
+        _ => return Err(format!("unexpected function `{name}`")),
+    }))
+}

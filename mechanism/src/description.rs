@@ -1,0 +1,48 @@
+//! What a mechanism's numbers are called and what they mean.
+
+/// Names, units and meanings of a mechanism's numbers.
+#[derive(Clone, Copy, Debug)]
+pub struct Description {
+    /// The scene's name.
+    pub name: &'static str,
+    /// What the scene is.
+    pub doc: &'static str,
+    /// The text the mechanism was generated from.
+    pub source: &'static str,
+    /// Generalized coordinates, in the order of q.
+    pub coordinates: &'static [QuantityDescription],
+    /// Constraints, in the order of the multipliers.
+    pub constraints: &'static [QuantityDescription],
+    /// Outputs.
+    pub outputs: &'static [QuantityDescription],
+    /// Parameters that can be set.
+    pub parameters: &'static [ParameterDescription],
+    /// Parameters that are exactly zero in the scene, so that the generated code does without them.
+    pub left_out: &'static [&'static str],
+    /// The stop condition as written; empty if there is none.
+    pub until: &'static str,
+}
+
+/// A named number.
+#[derive(Clone, Copy, Debug)]
+pub struct QuantityDescription {
+    /// Its name.
+    pub name: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// What it is.
+    pub doc: &'static str,
+}
+
+/// A parameter.
+#[derive(Clone, Copy, Debug)]
+pub struct ParameterDescription {
+    /// Its name.
+    pub name: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// What it is.
+    pub doc: &'static str,
+    /// Its value as the scene writes it.
+    pub formula: &'static str,
+}

@@ -1,0 +1,109 @@
+//! What the equations of motion of a mechanism look like to a simulator.
+//!
+//! Generated code implements [`Mechanism`]; a simulator is written against it. Both depend on this crate and not on
+//! each other, so that a changed length recompiles the generated code alone.
+//!
+//! With `q` the generalized coordinates (`N` of them) and `C(q) = 0` the loop closures (`M` of them):
+//!
+//! ```text
+//! | Mbar  C_q' | | qdd    |   | fbar           |
+//! | C_q   0    | | lambda | = | -(C_q qd)_q qd |
+//! ```
+
+mod description;
+mod real;
+
+pub use description::{Description, ParameterDescription, QuantityDescription};
+pub use real::Real;
+
+/// The equations of motion of one mechanism with `N` coordinates and `M` constraints, its parameters inside.
+///
+/// All numbers are in SI units, angles in radians.
+pub trait Mechanism<const N: usize, const M: usize>: Sized {
+    /// Names, units and meanings.
+    const DESCRIPTION: Description;
+
+    /// The mechanism with the scene's parameters, some of them replaced; parameters that the scene computes from
+    /// others follow.
+    fn with_parameters(replace: &dyn Fn(&str) -> Option<f64>) -> Self;
+
+    /// The values of the parameters, in the order of [`Description::parameters`].
+    fn visit_parameters(&self, visit: &mut dyn FnMut(f64));
+
+    /// The start that the scene asks for.
+    fn start(&self) -> Start<N>;
+
+    /// Step and end that the scene asks for, in seconds.
+    fn schedule(&self) -> Schedule;
+
+    /// Rises through zero when the scene's stop condition becomes true; `None` if it has none.
+    fn stop(&self, t: f64, q: &[f64; N], qd: &[f64; N]) -> Option<f64>;
+
+    /// All that the accelerations need.
+    fn dynamics(&self, t: f64, q: &[f64; N], qd: &[f64; N]) -> Dynamics<f64, N, M>;
+
+    /// All that a correction of positions needs.
+    fn closure(&self, q: &[f64; N]) -> Closure<f64, N, M>;
+
+    /// Mbar.
+    fn mass_matrix(&self, q: &[f64; N]) -> [[f64; N]; N];
+
+    /// Kinetic energy, and the potential of the conservative loads, in joule.
+    fn energy(&self, q: &[f64; N], qd: &[f64; N]) -> [f64; 2];
+
+    /// Power of the loads that have no potential, in watt.
+    fn power(&self, t: f64, q: &[f64; N], qd: &[f64; N]) -> f64;
+
+    /// The outputs that the scene asks for, in the order of [`Description::outputs`], as far as `outputs` has room.
+    fn outputs(&self, t: f64, q: &[f64; N], qd: &[f64; N], qdd: &[f64; N], multipliers: &[f64; M], outputs: &mut [f64]);
+}
+
+/// The parts of the equations of motion at one state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dynamics<R, const N: usize, const M: usize> {
+    /// Mbar, symmetric.
+    pub mass_matrix: [[R; N]; N],
+    /// fbar.
+    pub generalized_forces: [R; N],
+    /// C_q, a row for each constraint.
+    pub constraint_jacobian: [[R; N]; M],
+    /// (C_q qd)_q qd.
+    pub constraint_bias: [R; M],
+}
+
+/// The loop closures at one position.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Closure<R, const N: usize, const M: usize> {
+    /// C.
+    pub constraints: [R; M],
+    /// C_q, a row for each constraint.
+    pub constraint_jacobian: [[R; N]; M],
+}
+
+/// Where a motion starts: some values are given, the others are first guesses (rates: unused) until they are solved for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Start<const N: usize> {
+    /// Coordinates.
+    pub q: [f64; N],
+    /// Which of them are given.
+    pub given: [bool; N],
+    /// Rates.
+    pub qd: [f64; N],
+    /// Which of them are given.
+    pub given_rates: [bool; N],
+}
+
+/// Step and end of a run, in seconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Schedule {
+    /// Step of the integration.
+    pub step: f64,
+    /// The end, or the latest end if there is a stop condition.
+    pub end_time: f64,
+}
+
+/// Something that is done with each of several mechanisms, whatever their sizes.
+pub trait Visitor {
+    /// Does it with `X`.
+    fn visit<X: Mechanism<N, M> + 'static, const N: usize, const M: usize>(&mut self);
+}

@@ -1,0 +1,10 @@
+//! The equations of motion of the mechanisms in `scenes/`, each in a module of its own.
+//!
+//! The modules are generated when this crate is built. Each holds the functions of the TMT method for one mechanism,
+//! generic over the number type, and a struct that implements [`Mechanism`](qrm_mechanism::Mechanism) on doubles.
+
+#[cfg(feature = "generate")]
+include!(concat!(env!("OUT_DIR"), "/scenes.rs"));
+
+#[cfg(not(feature = "generate"))]
+include!("../golden/scenes.rs");
