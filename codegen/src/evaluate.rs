@@ -6,9 +6,18 @@ use crate::scene::{Quantity, Scene, Value};
 
 /// The value of `expression` when each name has the value that `lookup` gives it.
 pub fn evaluate<N, D: Differentiable>(expression: &Expression<N>, mut lookup: impl FnMut(&N) -> D) -> D {
-    let mut values: Vec<D> = Vec::with_capacity(expression.nodes().len());
+    evaluate_in(&mut Vec::with_capacity(expression.nodes().len()), expression, &mut lookup)
+}
+
+/// The same, with room for intermediate values that the caller keeps.
+pub fn evaluate_in<N, D: Differentiable>(
+    values: &mut Vec<D>,
+    expression: &Expression<N>,
+    lookup: &mut impl FnMut(&N) -> D,
+) -> D {
+    values.clear();
     for node in expression.nodes() {
-        values.push(apply(node, &values, &mut lookup));
+        values.push(apply(node, values, lookup));
     }
     values.last().copied().unwrap_or_else(|| D::from(f64::NAN))
 }
@@ -33,8 +42,9 @@ fn apply<N, D: Differentiable>(node: &Node<N>, values: &[D], lookup: &mut impl F
         Node::Divide(a, b) => values[*a] / values[*b],
         Node::Power(a, b) => power(values[*a], values[*b]),
         Node::Call(function, arguments) => {
-            let arguments: Vec<D> = arguments.iter().map(|&i| values[i]).collect();
-            function.evaluate(&arguments)
+            // No function takes more than two arguments.
+            let argument = |i: usize| values[arguments[i.min(arguments.len() - 1)]];
+            function.evaluate(&[argument(0), argument(1)])
         }
     }
 }

@@ -110,7 +110,7 @@ impl Function {
         !matches!(self, Self::Atan2 | Self::Abs | Self::Min | Self::Max)
     }
 
-    /// The value at `arguments`, of which there must be [`arity`](Self::arity) many.
+    /// The value at `arguments`, of which there must be at least [`arity`](Self::arity) many.
     pub fn evaluate<D: Differentiable>(self, arguments: &[D]) -> D {
         let x = arguments[0];
         match self {

@@ -21,10 +21,18 @@ use scope::{Kind, Scope};
 /// # Errors
 /// A report of everything that is wrong with the scene.
 pub fn read(path: &str, source: &str) -> Result<(Scene, Report), Report> {
+    read_with(path, source, &|_| None)
+}
+
+/// Reads a scene in which some parameters have other values.
+///
+/// # Errors
+/// A report of everything that is wrong with the scene, or with these values in it.
+pub fn read_with(path: &str, source: &str, replace: &dyn Fn(&str) -> Option<f64>) -> Result<(Scene, Report), Report> {
     let (document, findings) = Document::parse(source);
     let broken = !findings.is_empty();
     let mut resolver = Resolver { source, scope: Scope::default(), findings, broken };
-    let scene = resolver.scene(&document);
+    let scene = resolver.scene(&document, replace);
     let report = Report::new(path, source, resolver.findings);
     if report.has_errors() { Err(report) } else { Ok((scene, report)) }
 }
@@ -81,7 +89,7 @@ struct Resolver<'a> {
 }
 
 impl Resolver<'_> {
-    fn scene(&mut self, document: &Document) -> Scene {
+    fn scene(&mut self, document: &Document, replace: &dyn Fn(&str) -> Option<f64>) -> Scene {
         self.declare(document);
         let parameters = self.parameters(document);
         let points = self.points(document);
@@ -106,7 +114,8 @@ impl Resolver<'_> {
         }
         self.outputs(document, &mut scene);
         if !self.broken && self.findings.is_empty() {
-            check::check(document, &mut scene, &mut self.findings);
+            number_parameters(&mut scene, replace);
+            check::check(document, &scene, &mut self.findings);
         }
         scene
     }
@@ -476,8 +485,8 @@ fn point_order(document: &Document) -> Result<Vec<usize>, Vec<usize>> {
 }
 
 /// Gives parameters their numbers.
-fn number_parameters(scene: &mut Scene) {
-    let values = parameter_values(scene, |_| None);
+fn number_parameters(scene: &mut Scene, replace: &dyn Fn(&str) -> Option<f64>) {
+    let values = parameter_values(scene, replace);
     for (parameter, value) in scene.parameters.iter_mut().zip(values) {
         parameter.value = value;
     }

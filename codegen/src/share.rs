@@ -141,7 +141,11 @@ impl Rebuilt<'_> {
         let built: Vec<Signed> =
             elements.iter().map(|e| Signed { negative: e.negative, id: self.build(e.id) }).collect();
         match kind {
-            Kind::Product => Op::Product(built.iter().map(|e| e.id).collect()),
+            Kind::Product => {
+                let mut factors: Vec<Id> = built.iter().map(|e| e.id).collect();
+                factors.sort_by_key(|&id| !self.new.is_constant(id));
+                Op::Product(factors)
+            }
             Kind::Sum => Op::Sum(built),
         }
     }

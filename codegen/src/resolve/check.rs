@@ -1,15 +1,13 @@
 //! Rules that a scene must keep beyond knowing its names.
 
-use super::number_parameters;
 use crate::diagnostic::Diagnostic;
 use crate::document::{BodySyntax, Document};
 use crate::evaluate::{evaluate, first_non_finite};
 use crate::expression::Node;
 use crate::scene::{LoadKind, OutputKind, Quantity, Scene, Start, Value};
 
-/// Checks a scene whose names are all known, and gives its parameters their numbers.
-pub(super) fn check(document: &Document, scene: &mut Scene, findings: &mut Vec<Diagnostic>) {
-    number_parameters(scene);
+/// Checks a scene whose names are all known and whose parameters have their numbers.
+pub(super) fn check(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) {
     finite_constants(scene, findings);
     if !findings.is_empty() {
         return;

@@ -1,0 +1,124 @@
+//! A consistent start: what the user gives is kept, the rest is solved for.
+
+use qrm_mechanism::{Mechanism, Start};
+
+use crate::linear::{Ldl, PivotedLdl, Vector, dot, largest, multiply};
+
+/// The constraints cannot be met with what is given.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NotAssembled {
+    /// The constraint that cannot be met.
+    pub constraint: usize,
+    /// How far it stays from closed when all others are: a length or angle for positions, its rate for rates.
+    pub residual: f64,
+    /// The nearest position that was found.
+    pub q: Vec<f64>,
+    /// Whether it is the rates that cannot be solved for.
+    pub rates: bool,
+}
+
+/// Most iterations of the search for a position.
+const ITERATIONS: usize = 200;
+/// Residual up to which a position counts as assembled.
+const CLOSED: f64 = 1e-12;
+
+/// Positions by damped Gauss-Newton iteration from the guesses, rates by one linear solve.
+///
+/// # Errors
+/// Some constraint cannot be met.
+pub fn assemble<X: Mechanism<N, M>, const N: usize, const M: usize>(
+    mechanism: &X,
+    start: &Start<N>,
+) -> Result<(Vector<N>, Vector<N>), NotAssembled> {
+    let found = search(mechanism, start, start.q, &[1.0; M]);
+    let (constraint, residual) = largest(&mechanism.closure(&found).constraints);
+    if !(residual <= CLOSED) {
+        // With this constraint almost free, the others close, and its residual says how much is missing.
+        let mut weights = [1.0; M];
+        weights[constraint] = 1e-6;
+        let nearest = search(mechanism, start, found, &weights);
+        let residual = mechanism.closure(&nearest).constraints[constraint].abs();
+        return Err(NotAssembled { constraint, residual, q: nearest.to_vec(), rates: false });
+    }
+    let qd = rates(mechanism, start, &found)?;
+    Ok((found, qd))
+}
+
+/// Minimises the weighted residuals over the coordinates that are not given (Levenberg-Marquardt).
+fn search<X: Mechanism<N, M>, const N: usize, const M: usize>(
+    mechanism: &X,
+    start: &Start<N>,
+    from: Vector<N>,
+    weights: &Vector<M>,
+) -> Vector<N> {
+    let cost = |q: &Vector<N>| {
+        let residual = mechanism.closure(q).constraints;
+        residual.iter().zip(weights).map(|(r, w)| (r * w).powi(2)).sum::<f64>()
+    };
+    let mut q = from;
+    let mut damping = 1e-3;
+    let mut now = cost(&q);
+    for _ in 0..ITERATIONS {
+        let closure = mechanism.closure(&q);
+        let mut normal = [[0.0; N]; N];
+        let mut slope = [0.0; N];
+        for ((row, residual), weight) in closure.constraint_jacobian.iter().zip(closure.constraints).zip(weights) {
+            let row: Vector<N> = std::array::from_fn(|i| if start.given[i] { 0.0 } else { row[i] * weight });
+            for i in 0..N {
+                slope[i] -= row[i] * residual * weight;
+                for j in 0..N {
+                    normal[i][j] += row[i] * row[j];
+                }
+            }
+        }
+        let size = (0..N).fold(0.0, |most: f64, i| most.max(normal[i][i]));
+        for (i, row) in normal.iter_mut().enumerate() {
+            row[i] += if start.given[i] { 1.0 } else { damping * size + f64::MIN_POSITIVE };
+        }
+        let Some(factors) = Ldl::new(&normal) else {
+            damping *= 10.0;
+            continue;
+        };
+        let step = factors.solve(&slope);
+        let next: Vector<N> = std::array::from_fn(|i| q[i] + step[i]);
+        let then = cost(&next);
+        if then < now {
+            (q, now) = (next, then);
+            damping = (damping * 0.1).max(1e-15);
+        } else if damping > 1e6 || now == 0.0 {
+            break;
+        } else {
+            damping *= 10.0;
+        }
+    }
+    q
+}
+
+/// The rates that are not given, from `C_q qd = 0`.
+fn rates<X: Mechanism<N, M>, const N: usize, const M: usize>(
+    mechanism: &X,
+    start: &Start<N>,
+    q: &Vector<N>,
+) -> Result<Vector<N>, NotAssembled> {
+    let jacobian = mechanism.closure(q).constraint_jacobian;
+    let mut qd: Vector<N> = std::array::from_fn(|i| if start.given_rates[i] { start.qd[i] } else { 0.0 });
+    let free: [Vector<N>; M] =
+        std::array::from_fn(|r| std::array::from_fn(|i| if start.given_rates[i] { 0.0 } else { jacobian[r][i] }));
+    let schur: [Vector<M>; M] = std::array::from_fn(|i| std::array::from_fn(|j| dot(&free[i], &free[j])));
+    let factors = PivotedLdl::new(&schur);
+    // The second pass removes the rounding errors of the first.
+    for _ in 0..2 {
+        let weights = factors.solve(&multiply(&jacobian, &qd));
+        for (row, weight) in free.iter().zip(weights) {
+            for i in 0..N {
+                qd[i] -= weight * row[i];
+            }
+        }
+    }
+    let (constraint, residual) = largest(&multiply(&jacobian, &qd));
+    let scale = qd.iter().fold(1.0, |most: f64, v| most.max(v.abs()));
+    if !(residual <= 1e-9 * scale) {
+        return Err(NotAssembled { constraint, residual, q: q.to_vec(), rates: true });
+    }
+    Ok(qd)
+}

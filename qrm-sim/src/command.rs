@@ -1,0 +1,140 @@
+//! The command `qrm`.
+
+mod condition;
+mod list;
+mod recorder;
+mod run;
+mod settings;
+mod words;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand, ValueEnum};
+
+use crate::projection::Projection;
+use crate::scenes::Scenes;
+
+/// Simulates mechanisms with closed loops from generated equations of motion.
+///
+/// Without a command, runs the scene `quick-return`.
+#[derive(Parser)]
+#[command(name = "qrm", version)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Option<Task>,
+}
+
+#[derive(Subcommand)]
+enum Task {
+    /// Run a scene: trajectory.csv and summary.json
+    Run(Box<RunArguments>),
+    /// List the scenes and their parameters
+    List,
+}
+
+#[derive(clap::Args)]
+struct RunArguments {
+    /// Name of the scene; `qrm list` shows them
+    #[arg(default_value = "quick-return")]
+    scene: String,
+    /// Give a parameter another value, such as `O2A=0.25` or `w0=3*pi`
+    #[arg(long = "set", value_name = "NAME=VALUE", allow_hyphen_values = true)]
+    set: Vec<String>,
+    /// Step of the integration in seconds [default: the scene's]
+    #[arg(long, value_name = "H", allow_hyphen_values = true)]
+    step: Option<String>,
+    /// End at this time in seconds, whatever the scene says
+    #[arg(long, value_name = "T", conflicts_with = "until", allow_hyphen_values = true)]
+    end_time: Option<String>,
+    /// End when a condition becomes true, such as `phi2 >= 2*pi`; at the scene's latest end at the latest
+    #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
+    until: Option<String>,
+    /// Integration method
+    #[arg(long, value_enum, default_value_t = MethodName::Rk4)]
+    method: MethodName,
+    /// What is smallest in the correction after each step: nothing is corrected, the change of the coordinates, or
+    /// the mass-weighted change
+    #[arg(long, value_enum, default_value_t = ProjectionName::Euclidean)]
+    projection: ProjectionName,
+    /// Largest residual of a constraint that needs no further correction
+    #[arg(long, value_name = "TOLERANCE", allow_hyphen_values = true)]
+    closure_tolerance: Option<String>,
+    /// Most corrections of position after a step
+    #[arg(long, value_name = "N", default_value_t = 10)]
+    closure_iterations: u32,
+    /// Write every Nth row only; the last row is always written
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    every: u64,
+    /// Skip the second run, at twice the step, that estimates the error
+    #[arg(long)]
+    no_error_estimate: bool,
+    /// Folder for the files [default: out/SCENE]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum MethodName {
+    /// Classical Runge-Kutta, order 4, fixed step
+    Rk4,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum ProjectionName {
+    None,
+    Euclidean,
+    Mass,
+}
+
+impl ProjectionName {
+    fn projection(self) -> Projection {
+        match self {
+            Self::None => Projection::None,
+            Self::Euclidean => Projection::Euclidean,
+            Self::Mass => Projection::Mass,
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Euclidean => "euclidean",
+            Self::Mass => "mass",
+        }
+    }
+}
+
+/// How a command ended without reaching its goal.
+enum Failure {
+    /// The run itself failed; its files tell how far it got. Exit status 1.
+    Run(String),
+    /// The command or the scene is wrong. Exit status 2.
+    Use(String),
+}
+
+/// Runs the command with the scenes it was built with.
+pub fn main(scenes: &Scenes) -> ExitCode {
+    let result = match Arguments::parse().command {
+        None => Arguments::try_parse_from(["qrm", "run"]).map_err(|e| Failure::Use(e.to_string())).and_then(|a| task(scenes, a.command)),
+        command => task(scenes, command),
+    };
+    let (message, status) = match result {
+        Ok(()) => return ExitCode::SUCCESS,
+        Err(Failure::Run(message)) => (message, 1),
+        Err(Failure::Use(message)) => (message, 2),
+    };
+    eprintln!("{message}");
+    ExitCode::from(status)
+}
+
+fn task(scenes: &Scenes, task: Option<Task>) -> Result<(), Failure> {
+    match task {
+        Some(Task::Run(arguments)) => run::run(scenes, &arguments),
+        Some(Task::List) => {
+            list::list(scenes);
+            Ok(())
+        }
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,120 @@
+//! Takes the rows of a run to the disk and to the summary, and shows that it goes on.
+
+use std::io::{self, IsTerminal};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use indicatif::{ProgressBar, ProgressStyle};
+use qrm_mechanism::Description;
+
+use crate::extremes::Tracker;
+use crate::simulate::{Observer, Row};
+use crate::summary::{ExtremesEntry, Named};
+use crate::trajectory::{Trajectory, columns, numbers};
+
+/// How long a run goes on in silence before it shows its progress.
+const SILENCE: Duration = Duration::from_millis(300);
+
+/// Set when the user wants the run to end.
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// An observer that writes `trajectory.csv` and notes extremes.
+pub(super) struct Recorder {
+    folder: PathBuf,
+    description: Description,
+    every: u64,
+    trajectory: Option<Trajectory>,
+    trackers: Vec<Tracker>,
+    begun: Instant,
+    bar: Option<ProgressBar>,
+    /// Why nothing can be written at all.
+    pub(super) unusable: Option<String>,
+}
+
+impl Recorder {
+    pub(super) fn new(folder: &Path, description: Description, every: u64) -> Self {
+        // A second handler in one process is refused; the first one does.
+        let _ = ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::Relaxed));
+        Self {
+            folder: folder.to_owned(),
+            trackers: vec![Tracker::default(); columns(&description).len()],
+            description,
+            every,
+            trajectory: None,
+            begun: Instant::now(),
+            bar: None,
+            unusable: None,
+        }
+    }
+
+    /// Rows written.
+    pub(super) fn rows(&self) -> u64 {
+        self.trajectory.as_ref().map_or(0, |t| t.rows)
+    }
+
+    /// Extremes of every column that varies with the motion.
+    pub(super) fn extremes(&self) -> Named<ExtremesEntry> {
+        let columns = columns(&self.description).into_iter().zip(&self.trackers).skip(1);
+        let entry = |(name, tracker): (String, &Tracker)| {
+            let e = tracker.finish()?;
+            let (min, min_time) = e.minimum;
+            let (max, max_time) = e.maximum;
+            Some((name, ExtremesEntry { min, min_time, max, max_time }))
+        };
+        let without_checks = |(name, _): &(String, ExtremesEntry)| !name.starts_with("residual_");
+        Named(columns.filter_map(entry).filter(without_checks).collect())
+    }
+
+    /// The file is made with the first row: a run that cannot start leaves an earlier trajectory alone.
+    fn trajectory(&mut self) -> io::Result<&mut Trajectory> {
+        if self.trajectory.is_none() {
+            let path = self.folder.join("trajectory.csv");
+            let created = std::fs::create_dir_all(&self.folder).and_then(|()| Trajectory::create(&path, &self.description));
+            match created {
+                Ok(trajectory) => self.trajectory = Some(trajectory),
+                Err(e) => {
+                    let help = "choose another folder with --out DIR";
+                    self.unusable = Some(format!("error: cannot write {}: {e}\n  = help: {help}", path.display()));
+                    return Err(e);
+                }
+            }
+        }
+        self.trajectory.as_mut().ok_or_else(|| io::Error::other("no trajectory"))
+    }
+}
+
+impl Observer for Recorder {
+    fn row(&mut self, row: &Row) -> io::Result<()> {
+        for (tracker, number) in self.trackers.iter_mut().zip(numbers(row)) {
+            tracker.row(row.t, number);
+        }
+        if row.index % self.every == 0 || row.is_last {
+            self.trajectory()?.row(row)?;
+        }
+        if row.is_last { self.trajectory()?.flush() } else { Ok(()) }
+    }
+
+    fn goes_on(&mut self, t: f64, end_time: f64) -> io::Result<bool> {
+        if self.bar.is_none() && self.begun.elapsed() > SILENCE && io::stderr().is_terminal() {
+            let style = ProgressStyle::with_template("{bar:40} t = {msg} s, {eta} left").map_err(io::Error::other)?;
+            self.bar = Some(ProgressBar::new(10_000).with_style(style));
+        }
+        if let Some(bar) = &self.bar {
+            bar.set_position((1e4 * t / end_time) as u64);
+            bar.set_message(format!("{t:.3} of {end_time:.3}"));
+        }
+        if let Some(trajectory) = &mut self.trajectory {
+            trajectory.settle()?;
+        }
+        Ok(!INTERRUPTED.load(Ordering::Relaxed))
+    }
+}
+
+impl Drop for Recorder {
+    fn drop(&mut self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}

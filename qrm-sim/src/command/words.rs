@@ -1,0 +1,109 @@
+//! What went wrong in a run, in words.
+
+use qrm_codegen::diagnostic::{Diagnostic, Report};
+use qrm_codegen::scene::Scene as SceneText;
+use qrm_mechanism::Description;
+
+use crate::assembly::NotAssembled;
+use crate::motion::Breakdown;
+use crate::simulate::{NoStart, Outcome, Status};
+use crate::solve::Care;
+
+/// Why a run could not begin, with the place in the scene where there is one.
+pub(super) fn no_start(reason: &NoStart, description: &Description, scene: &SceneText, path: &str) -> String {
+    match reason {
+        NoStart::NotAssembled(reason) => {
+            let report = Report::new(path, description.source, vec![not_assembled(reason, scene)]);
+            report.to_string()
+        }
+        NoStart::Broken(reason) => format!("error: the run cannot start: {}", breakdown(reason, description)),
+        NoStart::StepTooShort { step, end_time } => format!(
+            "error: a step of {step:?} s is too short for a run of {end_time:?} s: time would stand still\n  \
+             = help: use a longer step or an earlier end"
+        ),
+    }
+}
+
+fn not_assembled(reason: &NotAssembled, scene: &SceneText) -> Diagnostic {
+    let constraint = &scene.constraints[reason.constraint];
+    let (name, unit) = (&constraint.name, &constraint.unit);
+    if reason.rates {
+        return Diagnostic::error(
+            format!("the rates at the start cannot be solved for: constraint `{name}` keeps a rate of {:.6} {unit}/s", reason.residual),
+            constraint.span.clone(),
+            "cannot stay closed with the given rates",
+        )
+        .help("the mechanism starts at a dead point for the coordinate that is given: start elsewhere, or give another rate");
+    }
+    let found = scene.coordinates.iter().zip(&reason.q).map(|(c, q)| format!("{} = {q:.6}", c.name));
+    Diagnostic::error(
+        format!("the mechanism cannot be assembled: constraint `{name}` stays {:.6} {unit} from closed", reason.residual),
+        constraint.span.clone(),
+        format!("not zero anywhere near the first guesses; nearest at {}", found.collect::<Vec<_>>().join(", ")),
+    )
+    .help("check the lengths that occur here, or start from other guesses in [initial]")
+}
+
+/// Why a step could not be made.
+pub(super) fn breakdown(reason: &Breakdown, description: &Description) -> String {
+    match reason {
+        Breakdown::NotConverged(e) => {
+            let constraint = &description.constraints[e.constraint];
+            let (name, unit) = (constraint.name, constraint.unit);
+            format!(
+                "constraint `{name}` could not be closed again after the step: still {:.3e} {unit} open after {} corrections\n  \
+                 = help: use a shorter --step; if it happens at the same position with every step, the mechanism is singular there",
+                e.residual, e.iterations
+            )
+        }
+        Breakdown::Massless(e) => format!(
+            "no mass resists a motion of coordinate `{}` that the constraints allow, so its acceleration is not determined\n  \
+             = help: give the bodies that move with it a mass or an inertia",
+            description.coordinates[e.coordinate].name
+        ),
+        Breakdown::NotFinite => "a number grew beyond all bounds\n  = help: use a shorter --step".to_owned(),
+    }
+}
+
+/// How a run ended, in one sentence or a few.
+pub(super) fn ending(outcome: &Outcome, description: &Description, until: &str) -> String {
+    let t = outcome.end_time;
+    match &outcome.status {
+        Status::Completed => format!("reached the end time {t:?} s"),
+        Status::Stopped => format!("`{until}` became true at t = {t:?} s"),
+        Status::StoppedAtStart => format!("`{until}` holds at the start: there is no motion to compute"),
+        Status::StopNotReached { nearest_time, missing } => {
+            let mut text = format!(
+                "`{until}` did not become true by the latest end, t = {t:?} s: it was nearest at t = {nearest_time:.6} s, {missing:.6} short"
+            );
+            if *nearest_time < t {
+                text += ", and has moved away since: the mechanism turned back or stalled";
+            } else {
+                text += ", and was still coming nearer";
+            }
+            text
+        }
+        Status::Interrupted => format!("interrupted at t = {t:?} s"),
+        Status::Broken(reason) => format!("broke off after t = {t:?} s: {}", breakdown(reason, description)),
+        Status::Unwritable(e) => format!("rows could not be written: {e}"),
+    }
+}
+
+/// What needed care on the way.
+pub(super) fn warnings(care: &Care, description: &Description) -> Vec<String> {
+    let mut warnings = Vec::new();
+    if care.singular_mass > 0 {
+        warnings.push(format!(
+            "the mass matrix was singular by itself in {} solves; the constraints made up for it",
+            care.singular_mass
+        ));
+    }
+    if care.dependent_constraints > 0 {
+        let name = care.constraint.map_or("?", |i| description.constraints[i].name);
+        warnings.push(format!(
+            "constraint `{name}` depended on the others in {} solves: the motion is right, but its multiplier is not unique there",
+            care.dependent_constraints
+        ));
+    }
+    warnings
+}

@@ -1,0 +1,90 @@
+//! The state of a motion under way, step by step.
+
+use qrm_mechanism::Mechanism;
+
+use crate::linear::Vector;
+use crate::projection::{NotConverged, Projection, Tolerance, project};
+use crate::rk4;
+use crate::solve::{Care, Massless, accelerations};
+
+/// How steps are made.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Method {
+    /// Metric of the projection after each step.
+    pub projection: Projection,
+    /// When a projection is good enough.
+    pub tolerance: Tolerance,
+}
+
+/// A corrected state with the accelerations and multipliers that belong to it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Moment<const N: usize, const M: usize> {
+    /// Time.
+    pub t: f64,
+    /// Coordinates.
+    pub q: Vector<N>,
+    /// Rates.
+    pub qd: Vector<N>,
+    /// Accelerations.
+    pub qdd: Vector<N>,
+    /// Multipliers.
+    pub multipliers: Vector<M>,
+}
+
+/// Why a step could not be made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Breakdown {
+    /// The projection did not converge.
+    NotConverged(NotConverged),
+    /// The accelerations are not determined.
+    Massless(Massless),
+    /// A number became infinite or undefined.
+    NotFinite,
+}
+
+impl From<NotConverged> for Breakdown {
+    fn from(e: NotConverged) -> Self {
+        Self::NotConverged(e)
+    }
+}
+
+impl From<Massless> for Breakdown {
+    fn from(e: Massless) -> Self {
+        Self::Massless(e)
+    }
+}
+
+/// Completes a state to a moment.
+///
+/// # Errors
+/// The accelerations are not determined, or not finite.
+#[inline(always)]
+pub fn moment<X: Mechanism<N, M>, const N: usize, const M: usize>(
+    mechanism: &X,
+    t: f64,
+    q: Vector<N>,
+    qd: Vector<N>,
+    care: &mut Care,
+) -> Result<Moment<N, M>, Breakdown> {
+    let (qdd, multipliers) = accelerations(&mechanism.dynamics(t, &q, &qd), care)?;
+    // One sum is not finite as soon as one of its terms is not.
+    let sum: f64 = q.iter().chain(&qd).chain(&qdd).chain(&multipliers).map(|x| x * 0.0).sum();
+    if sum != 0.0 { Err(Breakdown::NotFinite) } else { Ok(Moment { t, q, qd, qdd, multipliers }) }
+}
+
+/// The moment after a step that ends at `t_next`.
+///
+/// # Errors
+/// The step could not be made.
+#[inline(always)]
+pub fn advance<X: Mechanism<N, M>, const N: usize, const M: usize>(
+    mechanism: &X,
+    method: &Method,
+    from: &Moment<N, M>,
+    t_next: f64,
+    care: &mut Care,
+) -> Result<Moment<N, M>, Breakdown> {
+    let (mut q, mut qd) = rk4::step(mechanism, from.t, t_next - from.t, (&from.q, &from.qd, &from.qdd), care)?;
+    project(mechanism, method.projection, method.tolerance, &mut q, &mut qd, care)?;
+    moment(mechanism, t_next, q, qd, care)
+}

@@ -1,0 +1,87 @@
+//! Gauss-Newton correction of positions and rates after a step.
+
+use qrm_mechanism::Mechanism;
+
+use crate::linear::{Ldl, Vector, largest, multiply};
+use crate::solve::{Care, correction};
+
+/// In which metric the correction is smallest.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Projection {
+    /// No correction.
+    None,
+    /// Least change of the coordinates.
+    #[default]
+    Euclidean,
+    /// Least change of the mass-weighted coordinates.
+    Mass,
+}
+
+/// When a correction of positions is good enough.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tolerance {
+    /// Largest residual of a constraint, in its unit.
+    pub residual: f64,
+    /// Most iterations.
+    pub iterations: u32,
+}
+
+impl Default for Tolerance {
+    fn default() -> Self {
+        Self { residual: 1e-12, iterations: 10 }
+    }
+}
+
+/// The correction of positions did not converge.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NotConverged {
+    /// The constraint that is farthest from closed.
+    pub constraint: usize,
+    /// Its residual.
+    pub residual: f64,
+    /// How many iterations were made.
+    pub iterations: u32,
+}
+
+/// Moves `q` onto the constraints and `qd` onto their tangent; returns how many evaluations of the constraints it took.
+///
+/// # Errors
+/// The residual is still above the tolerance after the allowed iterations.
+#[inline(always)]
+pub fn project<X: Mechanism<N, M>, const N: usize, const M: usize>(
+    mechanism: &X,
+    projection: Projection,
+    tolerance: Tolerance,
+    q: &mut Vector<N>,
+    qd: &mut Vector<N>,
+    care: &mut Care,
+) -> Result<u32, NotConverged> {
+    if M == 0 || projection == Projection::None {
+        return Ok(0);
+    }
+    // A mass matrix that is singular by itself is no metric: those steps fall back to the plain one.
+    let mass = (projection == Projection::Mass).then(|| Ldl::new(&mechanism.mass_matrix(q))).flatten();
+    for iteration in 0..=tolerance.iterations {
+        let closure = mechanism.closure(q);
+        let (constraint, residual) = largest(&closure.constraints);
+        let is_closed = residual <= tolerance.residual;
+        if !is_closed && (iteration == tolerance.iterations || !residual.is_finite()) {
+            return Err(NotConverged { constraint, residual, iterations: iteration });
+        }
+        // The Jacobian is here anyway: one more correction costs next to nothing and takes the residual far below
+        // the tolerance.
+        let dq = correction(&closure.constraint_jacobian, &closure.constraints, mass.as_ref(), care);
+        for i in 0..N {
+            q[i] += dq[i];
+        }
+        if is_closed {
+            let slip = multiply(&closure.constraint_jacobian, qd);
+            let dqd = correction(&closure.constraint_jacobian, &slip, mass.as_ref(), care);
+            for i in 0..N {
+                qd[i] += dqd[i];
+            }
+            return Ok(iteration + 1);
+        }
+    }
+    Ok(tolerance.iterations)
+}

@@ -1,0 +1,38 @@
+//! The classical Runge-Kutta step of order 4, without projection.
+
+use qrm_mechanism::Mechanism;
+
+use crate::linear::Vector;
+use crate::solve::{Care, Massless, accelerations};
+
+/// One step of length `h` from `(q, qd)`, where the accelerations `qdd` are known already.
+///
+/// # Errors
+/// At some stage the accelerations are not determined.
+#[inline(always)]
+pub fn step<X: Mechanism<N, M>, const N: usize, const M: usize>(
+    mechanism: &X,
+    t: f64,
+    h: f64,
+    (q, qd, qdd): (&Vector<N>, &Vector<N>, &Vector<N>),
+    care: &mut Care,
+) -> Result<(Vector<N>, Vector<N>), Massless> {
+    let mut stage = |t: f64, h: f64, v: &Vector<N>, a: &Vector<N>| {
+        let v_next = along(qd, h, a);
+        let (a_next, _) = accelerations(&mechanism.dynamics(t, &along(q, h, v), &v_next), care)?;
+        Ok((v_next, a_next))
+    };
+    let (v2, a2) = stage(t + 0.5 * h, 0.5 * h, qd, qdd)?;
+    let (v3, a3) = stage(t + 0.5 * h, 0.5 * h, &v2, &a2)?;
+    let (v4, a4) = stage(t + h, h, &v3, &a3)?;
+    let mean = |k: [&Vector<N>; 4]| -> Vector<N> {
+        std::array::from_fn(|i| (k[0][i] + 2.0 * (k[1][i] + k[2][i]) + k[3][i]) / 6.0)
+    };
+    Ok((along(q, h, &mean([qd, &v2, &v3, &v4])), along(qd, h, &mean([qdd, &a2, &a3, &a4]))))
+}
+
+/// `x + h v`
+#[inline(always)]
+fn along<const N: usize>(x: &Vector<N>, h: f64, v: &Vector<N>) -> Vector<N> {
+    std::array::from_fn(|i| x[i] + h * v[i])
+}

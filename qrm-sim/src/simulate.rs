@@ -1,0 +1,398 @@
+//! A run from start to end: grid of steps, stop condition, rows for an observer, what can be said of the errors.
+
+use std::time::{Duration, Instant};
+
+use qrm_mechanism::Mechanism;
+
+use crate::assembly::{NotAssembled, assemble};
+use crate::linear::{Vector, largest, multiply};
+use crate::motion::{Breakdown, Method, Moment, advance, moment};
+use crate::solve::Care;
+
+/// How many steps are made between two visits to the observer.
+const CHUNK: usize = 1024;
+
+/// What a run is asked to do.
+pub struct Request<'a> {
+    /// How steps are made.
+    pub method: Method,
+    /// Their length; the scene's if `None`.
+    pub step: Option<f64>,
+    /// The end; the scene's if `None`.
+    pub end: Option<End<'a>>,
+    /// Whether a second run at twice the step estimates the error.
+    pub estimate_error: bool,
+}
+
+/// Where a run ends.
+pub enum End<'a> {
+    /// At a time.
+    Time(f64),
+    /// When a function of time, coordinates and rates rises through zero.
+    Condition(&'a dyn Fn(f64, &[f64], &[f64]) -> f64),
+}
+
+/// A row of a trajectory.
+#[derive(Clone, Copy, Debug)]
+pub struct Row<'a> {
+    /// Its place in the trajectory.
+    pub index: u64,
+    /// Whether the run ends here.
+    pub is_last: bool,
+    /// Time.
+    pub t: f64,
+    /// Coordinates.
+    pub q: &'a [f64],
+    /// Rates.
+    pub qd: &'a [f64],
+    /// Accelerations.
+    pub qdd: &'a [f64],
+    /// Multipliers.
+    pub multipliers: &'a [f64],
+    /// Outputs.
+    pub outputs: &'a [f64],
+    /// Largest residual of the constraints.
+    pub residual_position: f64,
+    /// Largest rate of a residual.
+    pub residual_velocity: f64,
+    /// Kinetic energy and potential of the conservative loads.
+    pub energy: f64,
+}
+
+/// Whoever wants the rows.
+pub trait Observer {
+    /// Takes a row.
+    ///
+    /// # Errors
+    /// The row cannot be kept; the run ends.
+    fn row(&mut self, row: &Row) -> std::io::Result<()>;
+
+    /// Called between chunks of rows; `false` ends the run.
+    ///
+    /// # Errors
+    /// The rows so far cannot be kept; the run ends.
+    fn goes_on(&mut self, t: f64, end_time: f64) -> std::io::Result<bool>;
+}
+
+/// How a run ended, and what is known of it.
+#[derive(Debug)]
+pub struct Outcome {
+    /// Why it ended.
+    pub status: Status,
+    /// Length of the steps.
+    pub step: f64,
+    /// Steps made.
+    pub steps: u64,
+    /// Where it ended.
+    pub end_time: f64,
+    /// Coordinates there.
+    pub q: Vec<f64>,
+    /// Rates there.
+    pub qd: Vec<f64>,
+    /// Time spent on integration alone.
+    pub integration: Duration,
+    /// Largest residual of a constraint in any row, and which constraint.
+    pub residual_position: (usize, f64),
+    /// Largest rate of a residual in any row, and of which constraint.
+    pub residual_velocity: (usize, f64),
+    /// Largest change of the energy, if no load without potential did work.
+    pub energy_drift: Option<f64>,
+    /// Estimated error of the coordinates at the end.
+    pub estimated_error: Option<f64>,
+    /// How often the fast solution did not do.
+    pub care: Care,
+}
+
+/// Why a run ended.
+#[derive(Debug)]
+pub enum Status {
+    /// The end time was reached.
+    Completed,
+    /// The stop condition became true.
+    Stopped,
+    /// The stop condition held from the start.
+    StoppedAtStart,
+    /// The latest end came before the stop condition became true.
+    StopNotReached {
+        /// When the condition was nearest to true.
+        nearest_time: f64,
+        /// How far it was from true then.
+        missing: f64,
+    },
+    /// The observer wanted no more.
+    Interrupted,
+    /// A step could not be made.
+    Broken(Breakdown),
+    /// A row could not be kept.
+    Unwritable(std::io::Error),
+}
+
+/// Why a run could not begin.
+#[derive(Clone, Debug, PartialEq)]
+pub enum NoStart {
+    /// The constraints cannot be met.
+    NotAssembled(NotAssembled),
+    /// The accelerations at the start are not determined.
+    Broken(Breakdown),
+    /// The step is so short that time stands still.
+    StepTooShort {
+        /// The step.
+        step: f64,
+        /// The end.
+        end_time: f64,
+    },
+}
+
+/// Runs a mechanism.
+///
+/// # Errors
+/// The run could not begin. A run that began always has an [`Outcome`].
+pub fn simulate<X: Mechanism<N, M>, const N: usize, const M: usize>(
+    mechanism: &X,
+    request: &Request,
+    observer: &mut dyn Observer,
+) -> Result<Outcome, NoStart> {
+    let schedule = mechanism.schedule();
+    let step = request.step.unwrap_or(schedule.step);
+    let end_time = match request.end {
+        Some(End::Time(t)) => t,
+        _ => schedule.end_time,
+    };
+    if step <= end_time * f64::EPSILON {
+        return Err(NoStart::StepTooShort { step, end_time });
+    }
+    let (q, qd) = assemble(mechanism, &mechanism.start()).map_err(NoStart::NotAssembled)?;
+    let mut care = Care::default();
+    let first = moment(mechanism, 0.0, q, qd, &mut care).map_err(NoStart::Broken)?;
+    let mut run = Run {
+        mechanism,
+        request,
+        grid: Grid { step, end_time },
+        even: first,
+        book: Book::new(mechanism, &first),
+        care,
+    };
+    Ok(run.run(first, observer))
+}
+
+/// The times of the steps: multiples of the step, and the end.
+#[derive(Clone, Copy)]
+struct Grid {
+    step: f64,
+    end_time: f64,
+}
+
+impl Grid {
+    /// The time after `n` steps; a remainder far below a step belongs to the last one.
+    fn time(&self, n: u64) -> f64 {
+        let t = n as f64 * self.step;
+        if t >= self.end_time - 1e-9 * self.step { self.end_time } else { t }
+    }
+}
+
+struct Run<'a, X, const N: usize, const M: usize> {
+    mechanism: &'a X,
+    request: &'a Request<'a>,
+    grid: Grid,
+    /// The last moment after an even number of whole steps.
+    even: Moment<N, M>,
+    book: Book,
+    care: Care,
+}
+
+impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
+    fn run(&mut self, first: Moment<N, M>, observer: &mut dyn Observer) -> Outcome {
+        let mut rows: Vec<Moment<N, M>> = Vec::with_capacity(CHUNK + 1);
+        rows.push(first);
+        let mut now = first;
+        let mut steps = 0;
+        let mut nearest = (0.0, self.condition(&first).unwrap_or(0.0));
+        let mut integration = Duration::ZERO;
+        let mut status = (nearest.1 >= 0.0 && self.condition(&first).is_some()).then_some(Status::StoppedAtStart);
+        loop {
+            let begun = Instant::now();
+            while status.is_none() && rows.len() < CHUNK {
+                status = self.step(&mut now, &mut steps, &mut nearest).err();
+                if !matches!(status, Some(Status::Broken(_))) {
+                    rows.push(now);
+                }
+            }
+            integration += begun.elapsed();
+            let kept = self.book.keep(self.mechanism, &rows, status.is_some(), observer);
+            rows.clear();
+            let goes_on = kept.and_then(|()| observer.goes_on(now.t, self.grid.end_time));
+            match goes_on {
+                Err(e) => status = Some(Status::Unwritable(e)),
+                Ok(false) if status.is_none() => status = Some(Status::Interrupted),
+                Ok(_) => {}
+            }
+            if let Some(status) = status {
+                return self.outcome(status, now, steps, integration);
+            }
+        }
+    }
+
+    /// How far the stop condition is from true (negative), if there is one.
+    #[inline(always)]
+    fn condition(&self, at: &Moment<N, M>) -> Option<f64> {
+        match self.request.end {
+            Some(End::Time(_)) => None,
+            Some(End::Condition(condition)) => Some(condition(at.t, &at.q, &at.qd)),
+            None => self.mechanism.stop(at.t, &at.q, &at.qd),
+        }
+    }
+
+    /// Makes a step, or part of one up to the stop condition; an error is the end of the run.
+    #[inline(always)]
+    fn step(&mut self, now: &mut Moment<N, M>, steps: &mut u64, nearest: &mut (f64, f64)) -> Result<(), Status> {
+        let t_next = self.grid.time(*steps + 1);
+        let next = advance(self.mechanism, &self.request.method, now, t_next, &mut self.care).map_err(Status::Broken)?;
+        *steps += 1;
+        let condition = self.condition(&next);
+        if let Some(value) = condition {
+            if value >= 0.0 {
+                *now = self.locate(now, &next);
+                return Err(Status::Stopped);
+            }
+            if value > nearest.1 {
+                *nearest = (next.t, value);
+            }
+        }
+        *now = next;
+        if t_next >= self.grid.end_time {
+            return Err(match condition {
+                Some(_) => Status::StopNotReached { nearest_time: nearest.0, missing: -nearest.1 },
+                None => Status::Completed,
+            });
+        }
+        if *steps % 2 == 0 {
+            self.even = next;
+        }
+        Ok(())
+    }
+
+    /// The moment inside a step at which the stop condition becomes true, by steps of other lengths from its beginning.
+    #[cold]
+    fn locate(&mut self, from: &Moment<N, M>, beyond: &Moment<N, M>) -> Moment<N, M> {
+        let value = |run: &Self, at: &Moment<N, M>| run.condition(at).unwrap_or(0.0);
+        let (mut low, mut f_low) = (from.t, value(self, from));
+        let (mut high, mut f_high, mut found) = (beyond.t, value(self, beyond), *beyond);
+        for iteration in 0..100 {
+            if f_high == 0.0 || high - low <= 2.0 * f64::EPSILON * high.abs() {
+                break;
+            }
+            // Regula falsi, kept from creeping by a bisection every third time.
+            let secant = high - f_high * (high - low) / (f_high - f_low);
+            let middle = 0.5 * (low + high);
+            let t = if iteration % 3 == 2 || !(secant > low && secant < high) { middle } else { secant };
+            let Ok(at) = advance(self.mechanism, &self.request.method, from, t, &mut self.care) else { break };
+            let f = value(self, &at);
+            if f >= 0.0 {
+                (high, f_high, found) = (t, f, at);
+            } else {
+                (low, f_low) = (t, f);
+            }
+        }
+        found
+    }
+
+    fn outcome(&mut self, status: Status, end: Moment<N, M>, steps: u64, integration: Duration) -> Outcome {
+        let broken = matches!(status, Status::Broken(_) | Status::Unwritable(_));
+        let estimate = self.request.estimate_error && !broken;
+        Outcome {
+            estimated_error: estimate.then(|| self.estimate(steps)).flatten(),
+            status,
+            step: self.grid.step,
+            steps,
+            end_time: end.t,
+            q: end.q.to_vec(),
+            qd: end.qd.to_vec(),
+            integration,
+            residual_position: self.book.residual_position,
+            residual_velocity: self.book.residual_velocity,
+            energy_drift: self.book.is_conservative.then_some(self.book.energy_drift),
+            care: self.care,
+        }
+    }
+
+    /// The error of the coordinates by a second run at twice the step, up to the last moment that both runs visit: the
+    /// difference of two results of order 4 is 15 times the error of the finer one.
+    fn estimate(&self, steps: u64) -> Option<f64> {
+        let pairs = (self.even.t / (2.0 * self.grid.step)).round() as u64;
+        if steps < 2 || pairs == 0 {
+            return None;
+        }
+        let mut care = Care::default();
+        let (q, qd) = assemble(self.mechanism, &self.mechanism.start()).ok()?;
+        let mut coarse = moment(self.mechanism, 0.0, q, qd, &mut care).ok()?;
+        for pair in 1..=pairs {
+            let t = self.grid.time(2 * pair);
+            coarse = advance(self.mechanism, &self.request.method, &coarse, t, &mut care).ok()?;
+        }
+        let difference: Vector<N> = std::array::from_fn(|i| coarse.q[i] - self.even.q[i]);
+        Some(largest(&difference).1 / 15.0)
+    }
+}
+
+/// What is noted of every row.
+struct Book {
+    outputs: Vec<f64>,
+    rows: u64,
+    residual_position: (usize, f64),
+    residual_velocity: (usize, f64),
+    first_energy: f64,
+    energy_drift: f64,
+    is_conservative: bool,
+}
+
+impl Book {
+    fn new<X: Mechanism<N, M>, const N: usize, const M: usize>(mechanism: &X, first: &Moment<N, M>) -> Self {
+        Self {
+            outputs: vec![0.0; X::DESCRIPTION.outputs.len()],
+            rows: 0,
+            residual_position: (0, 0.0),
+            residual_velocity: (0, 0.0),
+            first_energy: mechanism.energy(&first.q, &first.qd).iter().sum(),
+            energy_drift: 0.0,
+            is_conservative: true,
+        }
+    }
+
+    /// Completes moments to rows and hands them on.
+    fn keep<X: Mechanism<N, M>, const N: usize, const M: usize>(
+        &mut self,
+        mechanism: &X,
+        moments: &[Moment<N, M>],
+        ends: bool,
+        observer: &mut dyn Observer,
+    ) -> std::io::Result<()> {
+        for (i, at) in moments.iter().enumerate() {
+            let Moment { t, q, qd, qdd, multipliers } = at;
+            mechanism.outputs(*t, q, qd, qdd, multipliers, &mut self.outputs);
+            let closure = mechanism.closure(q);
+            let position = largest(&closure.constraints);
+            let velocity = largest(&multiply(&closure.constraint_jacobian, qd));
+            let energy: f64 = mechanism.energy(q, qd).iter().sum();
+            self.is_conservative &= mechanism.power(*t, q, qd) == 0.0;
+            self.energy_drift = self.energy_drift.max((energy - self.first_energy).abs());
+            let worse = |old: (usize, f64), new: (usize, f64)| if new.1 > old.1 { new } else { old };
+            self.residual_position = worse(self.residual_position, position);
+            self.residual_velocity = worse(self.residual_velocity, velocity);
+            observer.row(&Row {
+                index: self.rows,
+                is_last: ends && i + 1 == moments.len(),
+                t: *t,
+                q,
+                qd,
+                qdd,
+                multipliers,
+                outputs: &self.outputs,
+                residual_position: position.1,
+                residual_velocity: velocity.1,
+                energy,
+            })?;
+            self.rows += 1;
+        }
+        Ok(())
+    }
+}

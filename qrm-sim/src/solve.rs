@@ -1,0 +1,186 @@
+//! Accelerations, multipliers and corrections of one state.
+
+use qrm_mechanism::Dynamics;
+
+use crate::linear::{Ldl, Matrix, PivotedLdl, Vector, dot, multiply};
+
+/// How often the fast way did not do, and what stood in its way.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Care {
+    /// Solves with a mass matrix that is singular by itself.
+    pub singular_mass: u64,
+    /// Solves with constraints that depend on each other.
+    pub dependent_constraints: u64,
+    /// The constraint that last depended on the others.
+    pub constraint: Option<usize>,
+}
+
+/// No inertia resists a motion that the constraints allow: the accelerations are not determined.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Massless {
+    /// A coordinate of that motion.
+    pub coordinate: usize,
+}
+
+/// Solves `Mbar qdd + C_q' lambda = fbar`, `C_q qdd + bias = 0` by the Schur complement `C_q Mbar^-1 C_q'`.
+///
+/// A singular `Mbar` is first completed by `C_q' C_q`, which changes no solution; dependent constraints keep the
+/// accelerations right and leave the share of each of them in the force open.
+///
+/// # Errors
+/// `Mbar` is singular on the motions that the constraints allow.
+#[inline(always)]
+pub fn accelerations<const N: usize, const M: usize>(
+    dynamics: &Dynamics<f64, N, M>,
+    care: &mut Care,
+) -> Result<(Vector<N>, Vector<M>), Massless> {
+    if let Some(mass) = Ldl::new(&dynamics.mass_matrix) {
+        let free = mass.solve(&dynamics.generalized_forces);
+        let pull = pull(&mass, &dynamics.constraint_jacobian);
+        if let Some(schur) = Ldl::new(&schur(&dynamics.constraint_jacobian, &pull)) {
+            let multipliers = schur.solve(&excess(dynamics, &free));
+            return Ok((corrected(&free, &pull, &multipliers), multipliers));
+        }
+    }
+    careful_accelerations(dynamics, care)
+}
+
+#[cold]
+fn careful_accelerations<const N: usize, const M: usize>(
+    dynamics: &Dynamics<f64, N, M>,
+    care: &mut Care,
+) -> Result<(Vector<N>, Vector<M>), Massless> {
+    let jacobian = &dynamics.constraint_jacobian;
+    let mut mass = dynamics.mass_matrix;
+    let mut forces = dynamics.generalized_forces;
+    if Ldl::new(&mass).is_none() {
+        care.singular_mass += 1;
+        let scale = (0..N).fold(0.0, |most: f64, i| most.max(mass[i][i]));
+        let scale = if scale > 0.0 { scale } else { 1.0 };
+        for (row, bias) in jacobian.iter().zip(dynamics.constraint_bias) {
+            let size = dot(row, row);
+            let weight = if size > 0.0 { scale / size } else { 0.0 };
+            for i in 0..N {
+                forces[i] -= weight * row[i] * bias;
+                for j in 0..N {
+                    mass[i][j] += weight * row[i] * row[j];
+                }
+            }
+        }
+    }
+    let Some(mass_factors) = Ldl::new(&mass) else {
+        let coordinate = PivotedLdl::new(&mass).dependent().first().copied().unwrap_or(0);
+        return Err(Massless { coordinate });
+    };
+    let completed = Dynamics { mass_matrix: mass, generalized_forces: forces, ..*dynamics };
+    let free = mass_factors.solve(&forces);
+    let pull = pull(&mass_factors, jacobian);
+    let schur = schur(jacobian, &pull);
+    let factors = PivotedLdl::new(&schur);
+    if factors.rank < M {
+        care.dependent_constraints += 1;
+        care.constraint = factors.dependent().first().copied();
+    }
+    let multipliers = factors.solve(&excess(&completed, &free));
+    Ok((corrected(&free, &pull, &multipliers), multipliers))
+}
+
+/// The smallest correction `dq` with `C_q dq = -residual`, in the metric of `mass` or in the plain one.
+#[inline(always)]
+pub fn correction<const N: usize, const M: usize>(
+    jacobian: &Matrix<M, N>,
+    residual: &Vector<M>,
+    mass: Option<&Ldl<N>>,
+    care: &mut Care,
+) -> Vector<N> {
+    let pull = match mass {
+        Some(mass) => pull(mass, jacobian),
+        None => *jacobian,
+    };
+    let schur = schur(jacobian, &pull);
+    let weights = match Ldl::new(&schur) {
+        Some(factors) => factors.solve(residual),
+        None => {
+            let factors = PivotedLdl::new(&schur);
+            care.dependent_constraints += 1;
+            care.constraint = factors.dependent().first().copied();
+            factors.solve(residual)
+        }
+    };
+    corrected(&[0.0; N], &pull, &weights)
+}
+
+/// `Mbar^-1 C_q'`, a row for each constraint.
+#[inline(always)]
+fn pull<const N: usize, const M: usize>(mass: &Ldl<N>, jacobian: &Matrix<M, N>) -> Matrix<M, N> {
+    std::array::from_fn(|i| mass.solve(&jacobian[i]))
+}
+
+#[inline(always)]
+fn schur<const N: usize, const M: usize>(jacobian: &Matrix<M, N>, pull: &Matrix<M, N>) -> Matrix<M, M> {
+    std::array::from_fn(|i| multiply(pull, &jacobian[i]))
+}
+
+/// By how much free accelerations violate the constraints.
+#[inline(always)]
+fn excess<const N: usize, const M: usize>(dynamics: &Dynamics<f64, N, M>, free: &Vector<N>) -> Vector<M> {
+    std::array::from_fn(|i| dot(&dynamics.constraint_jacobian[i], free) + dynamics.constraint_bias[i])
+}
+
+#[inline(always)]
+fn corrected<const N: usize, const M: usize>(free: &Vector<N>, pull: &Matrix<M, N>, weights: &Vector<M>) -> Vector<N> {
+    let mut result = *free;
+    for (row, weight) in pull.iter().zip(weights) {
+        for i in 0..N {
+            result[i] -= weight * row[i];
+        }
+    }
+    result
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two masses in line, held at a distance: one of them may be massless.
+    fn rod(first: f64, second: f64) -> Dynamics<f64, 2, 1> {
+        Dynamics {
+            mass_matrix: [[first, 0.0], [0.0, second]],
+            generalized_forces: [3.0, 1.0],
+            constraint_jacobian: [[1.0, -1.0]],
+            constraint_bias: [0.5],
+        }
+    }
+
+    #[test]
+    fn a_massless_coordinate_is_carried_by_its_constraint() {
+        let mut care = Care::default();
+        let (qdd, multipliers) = accelerations(&rod(0.0, 2.0), &mut care).expect("determined");
+        // a1 - a2 = -0.5, lambda = 3, 2 a2 - lambda = 1
+        assert!((qdd[1] - 2.0).abs() < 1e-14 && (qdd[0] - 1.5).abs() < 1e-14, "{qdd:?}");
+        assert!((multipliers[0] - 3.0).abs() < 1e-14);
+        assert_eq!(care.singular_mass, 1);
+    }
+
+    #[test]
+    fn no_mass_at_all_is_an_error() {
+        assert_eq!(accelerations(&rod(0.0, 0.0), &mut Care::default()).map_err(|e| e.coordinate < 2), Err(true));
+    }
+
+    #[test]
+    fn a_constraint_said_twice_changes_no_acceleration() {
+        let once = rod(1.0, 2.0);
+        let twice = Dynamics {
+            mass_matrix: once.mass_matrix,
+            generalized_forces: once.generalized_forces,
+            constraint_jacobian: [[1.0, -1.0], [2.0, -2.0]],
+            constraint_bias: [0.5, 1.0],
+        };
+        let mut care = Care::default();
+        let (expected, _) = accelerations(&once, &mut care).expect("determined");
+        assert_eq!(care, Care::default());
+        let (qdd, _) = accelerations(&twice, &mut care).expect("determined");
+        assert!((qdd[0] - expected[0]).abs() < 1e-14 && (qdd[1] - expected[1]).abs() < 1e-14);
+        assert_eq!(care.dependent_constraints, 1);
+    }
+}

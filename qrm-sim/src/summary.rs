@@ -1,0 +1,73 @@
+//! `summary.json`: what a run was asked, how it ended, and how far its numbers can be trusted.
+
+use std::io::{self, Write};
+use std::path::Path;
+
+use serde::Serialize;
+use serde::ser::{SerializeMap, Serializer};
+
+/// A finished run, in the order of the file.
+#[derive(Debug, Serialize)]
+pub(crate) struct Summary {
+    pub(crate) scene: String,
+    pub(crate) method: &'static str,
+    pub(crate) projection: &'static str,
+    pub(crate) tolerance: f64,
+    pub(crate) step: f64,
+    pub(crate) steps: u64,
+    pub(crate) rows: u64,
+    pub(crate) status: &'static str,
+    pub(crate) message: String,
+    pub(crate) end_time: f64,
+    pub(crate) end_state: Named<f64>,
+    pub(crate) run_seconds: f64,
+    pub(crate) estimated_error: Option<f64>,
+    pub(crate) max_residual_position: f64,
+    pub(crate) max_residual_velocity: f64,
+    pub(crate) energy_drift: Option<f64>,
+    pub(crate) extremes: Named<ExtremesEntry>,
+    pub(crate) parameters: Named<f64>,
+    pub(crate) warnings: Vec<String>,
+}
+
+/// Extremes of a column.
+#[derive(Debug, Serialize)]
+pub(crate) struct ExtremesEntry {
+    pub(crate) min: f64,
+    pub(crate) min_time: f64,
+    pub(crate) max: f64,
+    pub(crate) max_time: f64,
+}
+
+/// Values under names, in their order.
+#[derive(Debug)]
+pub(crate) struct Named<T>(pub(crate) Vec<(String, T)>);
+
+impl<T: Serialize> Serialize for Named<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(self.0.len()))?;
+        for (name, value) in &self.0 {
+            map.serialize_entry(name, value)?;
+        }
+        map.end()
+    }
+}
+
+impl Summary {
+    /// Writes the file so that it appears whole or not at all.
+    pub(crate) fn write(&self, path: &Path) -> io::Result<()> {
+        let directory = path.parent().unwrap_or(Path::new("."));
+        let mut builder = tempfile::Builder::new();
+        #[cfg(unix)]
+        {
+            // As any program would have made it; a temporary file would be its owner's alone.
+            use std::os::unix::fs::PermissionsExt;
+            builder.permissions(std::fs::Permissions::from_mode(0o644));
+        }
+        let mut file = builder.tempfile_in(directory)?;
+        serde_json::to_writer_pretty(&mut file, self)?;
+        file.write_all(b"\n")?;
+        file.persist(path).map_err(|e| e.error)?;
+        Ok(())
+    }
+}

@@ -1,0 +1,78 @@
+//! `trajectory.csv`: every row in full precision, on disk while the run goes on.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use qrm_mechanism::Description;
+
+use crate::simulate::Row;
+
+/// How long rows may wait for the disk.
+const PATIENCE: Duration = Duration::from_millis(200);
+
+/// The names of the columns.
+pub(crate) fn columns(description: &Description) -> Vec<String> {
+    let mut columns = vec!["t".to_owned()];
+    for coordinate in description.coordinates {
+        columns.extend(["", "_dot", "_ddot"].map(|suffix| format!("{}{suffix}", coordinate.name)));
+    }
+    columns.extend(description.constraints.iter().map(|c| format!("lambda_{}", c.name)));
+    columns.extend(description.outputs.iter().map(|o| o.name.to_owned()));
+    columns.extend(["residual_position", "residual_velocity", "energy"].map(str::to_owned));
+    columns
+}
+
+/// The numbers of a row, in the order of the columns.
+pub(crate) fn numbers<'r>(row: &'r Row) -> impl Iterator<Item = f64> + 'r {
+    let coordinates = (0..row.q.len()).flat_map(|i| [row.q[i], row.qd[i], row.qdd[i]]);
+    let checks = [row.residual_position, row.residual_velocity, row.energy];
+    let rest = row.multipliers.iter().chain(row.outputs).copied();
+    std::iter::once(row.t).chain(coordinates).chain(rest).chain(checks)
+}
+
+/// A trajectory under way.
+pub(crate) struct Trajectory {
+    writer: csv::Writer<BufWriter<File>>,
+    flushed: Instant,
+    text: Vec<u8>,
+    /// Rows written.
+    pub(crate) rows: u64,
+}
+
+impl Trajectory {
+    pub(crate) fn create(path: &Path, description: &Description) -> io::Result<Self> {
+        let file = BufWriter::with_capacity(1 << 16, File::create(path)?);
+        let mut writer = csv::WriterBuilder::new().buffer_capacity(1 << 12).from_writer(file);
+        writer.write_record(columns(description))?;
+        writer.flush()?;
+        Ok(Self { writer, flushed: Instant::now(), text: Vec::new(), rows: 0 })
+    }
+
+    pub(crate) fn row(&mut self, row: &Row) -> io::Result<()> {
+        for number in numbers(row) {
+            self.text.clear();
+            // Debug prints the shortest digits that read back as the same double.
+            write!(self.text, "{number:?}")?;
+            self.writer.write_field(&self.text)?;
+        }
+        self.writer.write_record(None::<&[u8]>)?;
+        self.rows += 1;
+        Ok(())
+    }
+
+    /// Hands waiting rows to the disk, now and then.
+    pub(crate) fn settle(&mut self) -> io::Result<()> {
+        if self.flushed.elapsed() >= PATIENCE {
+            self.flush()?;
+        }
+        Ok(())
+    }
+
+    /// Hands all rows to the disk.
+    pub(crate) fn flush(&mut self) -> io::Result<()> {
+        self.flushed = Instant::now();
+        self.writer.flush()
+    }
+}
