@@ -33,8 +33,12 @@ fn scenes() -> Result<Vec<PathBuf>, String> {
 
 #[cfg(feature = "generate")]
 fn work(scenes: &[PathBuf]) -> Result<(), String> {
-    let out = std::env::var_os("OUT_DIR").ok_or("OUT_DIR is not set: this program is run by cargo")?;
-    let generated = qrm_codegen::generate::generate(scenes, std::path::Path::new(&out)).map_err(|e| e.to_string())?;
+    let out = std::env::var("OUT_DIR").map_err(|_| "OUT_DIR is not set: this program is run by cargo")?;
+    let out = std::path::Path::new(&out).join("scenes");
+    std::fs::create_dir_all(&out).map_err(|e| format!("{}: {e}", out.display()))?;
+    // For the test that compares what was generated with the golden copy.
+    println!("cargo::rustc-env=QRM_GENERATED={}", out.display());
+    let generated = qrm_codegen::generate::generate(scenes, &out).map_err(|e| e.to_string())?;
     for report in generated.warnings {
         for line in report.to_string().lines() {
             println!("cargo::warning={line}");

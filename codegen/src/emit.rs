@@ -292,12 +292,14 @@ impl<'a> Writer<'a> {
             None => (shape_type(&plan.parts[0].1, &n), fields[0].clone()),
         };
         let (name, own) = (format_ident!("{}", plan.name), format_ident!("{}", struct_name(&self.scene.name)));
+        // What a step calls must not pass its matrices through memory.
+        let inline = if plan.structure.is_some() { quote!(#[inline(always)]) } else { quote!(#[inline]) };
         let docs = doc_lines(plan, cost);
         let aliases = plan.aliases.iter();
         quote! {
             #(#[doc = #docs])*
             #(#[doc(alias = #aliases)])*
-            #[inline]
+            #inline
             pub fn #name<R: Real>(#m: &#own<R>, #(#parameters),*) -> #output {
                 #p
                 #k

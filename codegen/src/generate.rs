@@ -103,6 +103,7 @@ pub fn generate(scenes: &[PathBuf], directory: &Path) -> Result<Generated, Error
         constraints: scene.constraints.len(),
     });
     let modules: Vec<GeneratedModule> = modules.collect();
+    remove_others(directory, &modules)?;
     let index = directory.join("scenes.rs");
     let text = index_text(&modules);
     // A new time on an unchanged file would have everything compiled again.
@@ -110,6 +111,20 @@ pub fn generate(scenes: &[PathBuf], directory: &Path) -> Result<Generated, Error
         write_whole(&index, &text)?;
     }
     Ok(Generated { modules, warnings })
+}
+
+/// Removes modules of scenes that are gone.
+fn remove_others(directory: &Path, modules: &[GeneratedModule]) -> Result<(), Error> {
+    let failed = |source| Error::File { path: directory.display().to_string(), source };
+    for entry in fs::read_dir(directory).map_err(failed)? {
+        let path = entry.map_err(failed)?.path();
+        let name = path.file_stem().unwrap_or_default().to_string_lossy();
+        let is_ours = name == "scenes" || modules.iter().any(|m| m.name == name);
+        if path.extension().is_some_and(|e| e == "rs") && !is_ours {
+            fs::remove_file(&path).map_err(failed)?;
+        }
+    }
+    Ok(())
 }
 
 /// The file that includes the modules and hands each mechanism to a visitor.

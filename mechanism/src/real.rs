@@ -66,7 +66,7 @@ impl Real for f64 {
     }
     #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
-        f64::sin_cos(self)
+        libm::sincos(self)
     }
     #[inline(always)]
     fn powf(self, exponent: f64) -> Self {

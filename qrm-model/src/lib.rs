@@ -4,7 +4,7 @@
 //! generic over the number type, and a struct that implements [`Mechanism`](qrm_mechanism::Mechanism) on doubles.
 
 #[cfg(feature = "generate")]
-include!(concat!(env!("OUT_DIR"), "/scenes.rs"));
+include!(concat!(env!("OUT_DIR"), "/scenes/scenes.rs"));
 
 #[cfg(not(feature = "generate"))]
 include!("../golden/scenes.rs");

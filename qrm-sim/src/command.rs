@@ -55,7 +55,7 @@ struct RunArguments {
     method: MethodName,
     /// What is smallest in the correction after each step: nothing is corrected, the change of the coordinates, or
     /// the mass-weighted change
-    #[arg(long, value_enum, default_value_t = ProjectionName::Euclidean)]
+    #[arg(long, value_enum, default_value_t = ProjectionName::Mass)]
     projection: ProjectionName,
     /// Largest residual of a constraint that needs no further correction
     #[arg(long, value_name = "TOLERANCE", allow_hyphen_values = true)]

@@ -53,6 +53,11 @@ impl Tracker {
         if (at - before) * (after - at) > 0.0 || at == before && at == after {
             return;
         }
+        // A vertex near this row that cannot beat what was found already is not worth its search.
+        let reach = (at - before).abs() + (after - at).abs();
+        if self.found.is_some_and(|f| at + reach <= f.maximum.0 && at - reach >= f.minimum.0) {
+            return;
+        }
         // Newton's divided differences.
         let n = self.window.len();
         let times: Vec<f64> = self.window.iter().map(|row| row.0).collect();

@@ -5,7 +5,7 @@ use qrm_mechanism::Mechanism;
 use crate::linear::Vector;
 use crate::projection::{NotConverged, Projection, Tolerance, project};
 use crate::rk4;
-use crate::solve::{Care, Massless, accelerations};
+use crate::solve::{Care, Massless, Solution, accelerations};
 
 /// How steps are made.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -66,10 +66,19 @@ pub fn moment<X: Mechanism<N, M>, const N: usize, const M: usize>(
     qd: Vector<N>,
     care: &mut Care,
 ) -> Result<Moment<N, M>, Breakdown> {
-    let (qdd, multipliers) = accelerations(&mechanism.dynamics(t, &q, &qd), care)?;
-    // One sum is not finite as soon as one of its terms is not.
-    let sum: f64 = q.iter().chain(&qd).chain(&qdd).chain(&multipliers).map(|x| x * 0.0).sum();
-    if sum != 0.0 { Err(Breakdown::NotFinite) } else { Ok(Moment { t, q, qd, qdd, multipliers }) }
+    let Solution { qdd, multipliers, .. } = accelerations(&mechanism.dynamics(t, &q, &qd), care)?;
+    let is_finite = [&q, &qd, &qdd].into_iter().all(all_finite) && all_finite(&multipliers);
+    if is_finite { Ok(Moment { t, q, qd, qdd, multipliers }) } else { Err(Breakdown::NotFinite) }
+}
+
+#[inline(always)]
+fn all_finite<const N: usize>(x: &Vector<N>) -> bool {
+    let mut sum = 0.0;
+    // Zero times a number that is not finite is not a number, and stays so in a sum.
+    for value in x {
+        sum += value * 0.0;
+    }
+    sum == 0.0
 }
 
 /// The moment after a step that ends at `t_next`.
@@ -84,7 +93,7 @@ pub fn advance<X: Mechanism<N, M>, const N: usize, const M: usize>(
     t_next: f64,
     care: &mut Care,
 ) -> Result<Moment<N, M>, Breakdown> {
-    let (mut q, mut qd) = rk4::step(mechanism, from.t, t_next - from.t, (&from.q, &from.qd, &from.qdd), care)?;
-    project(mechanism, method.projection, method.tolerance, &mut q, &mut qd, care)?;
+    let (mut q, mut qd, mass) = rk4::step(mechanism, from.t, t_next - from.t, (&from.q, &from.qd, &from.qdd), care)?;
+    project(mechanism, (method.projection, method.tolerance), mass.as_ref(), &mut q, &mut qd, care)?;
     moment(mechanism, t_next, q, qd, care)
 }

@@ -3,7 +3,7 @@
 use qrm_mechanism::Mechanism;
 
 use crate::linear::{Ldl, Vector, largest, multiply};
-use crate::solve::{Care, correction};
+use crate::solve::{Care, Corrector};
 
 /// In which metric the correction is smallest.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -11,9 +11,9 @@ pub enum Projection {
     /// No correction.
     None,
     /// Least change of the coordinates.
-    #[default]
     Euclidean,
     /// Least change of the mass-weighted coordinates.
+    #[default]
     Mass,
 }
 
@@ -31,6 +31,10 @@ impl Default for Tolerance {
         Self { residual: 1e-12, iterations: 10 }
     }
 }
+
+/// A state that has not been corrected yet is taken as closed only this far below the tolerance: its rates are corrected
+/// with a Jacobian that the last correction of positions must not outdate.
+const SETTLED: f64 = 0.01;
 
 /// The correction of positions did not converge.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,8 +54,8 @@ pub struct NotConverged {
 #[inline(always)]
 pub fn project<X: Mechanism<N, M>, const N: usize, const M: usize>(
     mechanism: &X,
-    projection: Projection,
-    tolerance: Tolerance,
+    (projection, tolerance): (Projection, Tolerance),
+    mass: Option<&Ldl<N>>,
     q: &mut Vector<N>,
     qd: &mut Vector<N>,
     care: &mut Care,
@@ -60,26 +64,20 @@ pub fn project<X: Mechanism<N, M>, const N: usize, const M: usize>(
         return Ok(0);
     }
     // A mass matrix that is singular by itself is no metric: those steps fall back to the plain one.
-    let mass = (projection == Projection::Mass).then(|| Ldl::new(&mechanism.mass_matrix(q))).flatten();
+    let mass = mass.filter(|_| projection == Projection::Mass);
     for iteration in 0..=tolerance.iterations {
         let closure = mechanism.closure(q);
         let (constraint, residual) = largest(&closure.constraints);
-        let is_closed = residual <= tolerance.residual;
+        let is_closed = residual <= if iteration == 0 { SETTLED * tolerance.residual } else { tolerance.residual };
         if !is_closed && (iteration == tolerance.iterations || !residual.is_finite()) {
             return Err(NotConverged { constraint, residual, iterations: iteration });
         }
         // The Jacobian is here anyway: one more correction costs next to nothing and takes the residual far below
         // the tolerance.
-        let dq = correction(&closure.constraint_jacobian, &closure.constraints, mass.as_ref(), care);
-        for i in 0..N {
-            q[i] += dq[i];
-        }
+        let corrector = Corrector::new(&closure.constraint_jacobian, mass);
+        corrector.correct(q, &closure.constraints, care);
         if is_closed {
-            let slip = multiply(&closure.constraint_jacobian, qd);
-            let dqd = correction(&closure.constraint_jacobian, &slip, mass.as_ref(), care);
-            for i in 0..N {
-                qd[i] += dqd[i];
-            }
+            corrector.correct(qd, &multiply(&closure.constraint_jacobian, qd), care);
             return Ok(iteration + 1);
         }
     }

@@ -22,6 +22,17 @@ pub struct Massless {
     pub coordinate: usize,
 }
 
+/// What the equations of motion give at one state.
+#[derive(Clone, Copy, Debug)]
+pub struct Solution<const N: usize, const M: usize> {
+    /// Accelerations.
+    pub qdd: Vector<N>,
+    /// Multipliers.
+    pub multipliers: Vector<M>,
+    /// The factors of `Mbar`, unless it is singular by itself.
+    pub mass: Option<Ldl<N>>,
+}
+
 /// Solves `Mbar qdd + C_q' lambda = fbar`, `C_q qdd + bias = 0` by the Schur complement `C_q Mbar^-1 C_q'`.
 ///
 /// A singular `Mbar` is first completed by `C_q' C_q`, which changes no solution; dependent constraints keep the
@@ -33,13 +44,13 @@ pub struct Massless {
 pub fn accelerations<const N: usize, const M: usize>(
     dynamics: &Dynamics<f64, N, M>,
     care: &mut Care,
-) -> Result<(Vector<N>, Vector<M>), Massless> {
+) -> Result<Solution<N, M>, Massless> {
     if let Some(mass) = Ldl::new(&dynamics.mass_matrix) {
         let free = mass.solve(&dynamics.generalized_forces);
         let pull = pull(&mass, &dynamics.constraint_jacobian);
         if let Some(schur) = Ldl::new(&schur(&dynamics.constraint_jacobian, &pull)) {
             let multipliers = schur.solve(&excess(dynamics, &free));
-            return Ok((corrected(&free, &pull, &multipliers), multipliers));
+            return Ok(Solution { qdd: corrected(&free, &pull, &multipliers), multipliers, mass: Some(mass) });
         }
     }
     careful_accelerations(dynamics, care)
@@ -49,11 +60,12 @@ pub fn accelerations<const N: usize, const M: usize>(
 fn careful_accelerations<const N: usize, const M: usize>(
     dynamics: &Dynamics<f64, N, M>,
     care: &mut Care,
-) -> Result<(Vector<N>, Vector<M>), Massless> {
+) -> Result<Solution<N, M>, Massless> {
     let jacobian = &dynamics.constraint_jacobian;
     let mut mass = dynamics.mass_matrix;
     let mut forces = dynamics.generalized_forces;
-    if Ldl::new(&mass).is_none() {
+    let own = Ldl::new(&mass);
+    if own.is_none() {
         care.singular_mass += 1;
         let scale = (0..N).fold(0.0, |most: f64, i| most.max(mass[i][i]));
         let scale = if scale > 0.0 { scale } else { 1.0 };
@@ -82,32 +94,46 @@ fn careful_accelerations<const N: usize, const M: usize>(
         care.constraint = factors.dependent().first().copied();
     }
     let multipliers = factors.solve(&excess(&completed, &free));
-    Ok((corrected(&free, &pull, &multipliers), multipliers))
+    Ok(Solution { qdd: corrected(&free, &pull, &multipliers), multipliers, mass: own })
 }
 
-/// The smallest correction `dq` with `C_q dq = -residual`, in the metric of `mass` or in the plain one.
-#[inline(always)]
-pub fn correction<const N: usize, const M: usize>(
-    jacobian: &Matrix<M, N>,
-    residual: &Vector<M>,
-    mass: Option<&Ldl<N>>,
-    care: &mut Care,
-) -> Vector<N> {
-    let pull = match mass {
-        Some(mass) => pull(mass, jacobian),
-        None => *jacobian,
-    };
-    let schur = schur(jacobian, &pull);
-    let weights = match Ldl::new(&schur) {
-        Some(factors) => factors.solve(residual),
-        None => {
-            let factors = PivotedLdl::new(&schur);
-            care.dependent_constraints += 1;
-            care.constraint = factors.dependent().first().copied();
-            factors.solve(residual)
-        }
-    };
-    corrected(&[0.0; N], &pull, &weights)
+/// The smallest corrections that remove residuals, in the metric of a mass matrix or in the plain one.
+#[derive(Clone, Copy, Debug)]
+pub struct Corrector<const N: usize, const M: usize> {
+    pull: Matrix<M, N>,
+    schur: Matrix<M, M>,
+    factors: Option<Ldl<M>>,
+}
+
+impl<const N: usize, const M: usize> Corrector<N, M> {
+    /// Prepares corrections at one position.
+    #[inline(always)]
+    pub fn new(jacobian: &Matrix<M, N>, mass: Option<&Ldl<N>>) -> Self {
+        let pull = match mass {
+            Some(mass) => pull(mass, jacobian),
+            None => *jacobian,
+        };
+        let schur = schur(jacobian, &pull);
+        Self { pull, schur, factors: Ldl::new(&schur) }
+    }
+
+    /// Moves `x` by the smallest `dx` with `C_q dx = -residual`.
+    #[inline(always)]
+    pub fn correct(&self, x: &mut Vector<N>, residual: &Vector<M>, care: &mut Care) {
+        let weights = match &self.factors {
+            Some(factors) => factors.solve(residual),
+            None => self.careful_weights(residual, care),
+        };
+        *x = corrected(x, &self.pull, &weights);
+    }
+
+    #[cold]
+    fn careful_weights(&self, residual: &Vector<M>, care: &mut Care) -> Vector<M> {
+        let factors = PivotedLdl::new(&self.schur);
+        care.dependent_constraints += 1;
+        care.constraint = factors.dependent().first().copied();
+        factors.solve(residual)
+    }
 }
 
 /// `Mbar^-1 C_q'`, a row for each constraint.
@@ -155,7 +181,7 @@ mod tests {
     #[test]
     fn a_massless_coordinate_is_carried_by_its_constraint() {
         let mut care = Care::default();
-        let (qdd, multipliers) = accelerations(&rod(0.0, 2.0), &mut care).expect("determined");
+        let Solution { qdd, multipliers, .. } = accelerations(&rod(0.0, 2.0), &mut care).expect("determined");
         // a1 - a2 = -0.5, lambda = 3, 2 a2 - lambda = 1
         assert!((qdd[1] - 2.0).abs() < 1e-14 && (qdd[0] - 1.5).abs() < 1e-14, "{qdd:?}");
         assert!((multipliers[0] - 3.0).abs() < 1e-14);
@@ -164,7 +190,7 @@ mod tests {
 
     #[test]
     fn no_mass_at_all_is_an_error() {
-        assert_eq!(accelerations(&rod(0.0, 0.0), &mut Care::default()).map_err(|e| e.coordinate < 2), Err(true));
+        assert!(accelerations(&rod(0.0, 0.0), &mut Care::default()).is_err_and(|e| e.coordinate < 2));
     }
 
     #[test]
@@ -177,9 +203,9 @@ mod tests {
             constraint_bias: [0.5, 1.0],
         };
         let mut care = Care::default();
-        let (expected, _) = accelerations(&once, &mut care).expect("determined");
+        let expected = accelerations(&once, &mut care).expect("determined").qdd;
         assert_eq!(care, Care::default());
-        let (qdd, _) = accelerations(&twice, &mut care).expect("determined");
+        let qdd = accelerations(&twice, &mut care).expect("determined").qdd;
         assert!((qdd[0] - expected[0]).abs() < 1e-14 && (qdd[1] - expected[1]).abs() < 1e-14);
         assert_eq!(care.dependent_constraints, 1);
     }

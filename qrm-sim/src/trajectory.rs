@@ -12,6 +12,9 @@ use crate::simulate::Row;
 /// How long rows may wait for the disk.
 const PATIENCE: Duration = Duration::from_millis(200);
 
+/// How many columns at the end check the row instead of describing the motion.
+pub(crate) const CHECKS: usize = 3;
+
 /// The names of the columns.
 pub(crate) fn columns(description: &Description) -> Vec<String> {
     let mut columns = vec!["t".to_owned()];
@@ -20,7 +23,8 @@ pub(crate) fn columns(description: &Description) -> Vec<String> {
     }
     columns.extend(description.constraints.iter().map(|c| format!("lambda_{}", c.name)));
     columns.extend(description.outputs.iter().map(|o| o.name.to_owned()));
-    columns.extend(["residual_position", "residual_velocity", "energy"].map(str::to_owned));
+    let checks: [&str; CHECKS] = ["residual_position", "residual_velocity", "energy"];
+    columns.extend(checks.map(str::to_owned));
     columns
 }
 

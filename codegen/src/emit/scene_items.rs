@@ -130,12 +130,12 @@ fn mechanism(scene: &Scene, layout: &Layout) -> TokenStream {
 
             #stop
 
-            #[inline]
+            #[inline(always)]
             fn dynamics(&self, t: f64, q: &[f64; #n], qd: &[f64; #n]) -> Dynamics<f64, #n, #m> {
                 dynamics(self, t, q, qd)
             }
 
-            #[inline]
+            #[inline(always)]
             fn closure(&self, q: &[f64; #n]) -> Closure<f64, #n, #m> {
                 closure(self, q)
             }

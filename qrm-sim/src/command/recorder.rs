@@ -11,7 +11,7 @@ use qrm_mechanism::Description;
 use crate::extremes::Tracker;
 use crate::simulate::{Observer, Row};
 use crate::summary::{ExtremesEntry, Named};
-use crate::trajectory::{Trajectory, columns, numbers};
+use crate::trajectory::{CHECKS, Trajectory, columns, numbers};
 
 /// How long a run goes on in silence before it shows its progress.
 const SILENCE: Duration = Duration::from_millis(300);
@@ -38,7 +38,7 @@ impl Recorder {
         let _ = ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::Relaxed));
         Self {
             folder: folder.to_owned(),
-            trackers: vec![Tracker::default(); columns(&description).len()],
+            trackers: vec![Tracker::default(); columns(&description).len() - CHECKS],
             description,
             every,
             trajectory: None,
@@ -53,7 +53,7 @@ impl Recorder {
         self.trajectory.as_ref().map_or(0, |t| t.rows)
     }
 
-    /// Extremes of every column that varies with the motion.
+    /// Extremes of every column that the motion makes vary.
     pub(super) fn extremes(&self) -> Named<ExtremesEntry> {
         let columns = columns(&self.description).into_iter().zip(&self.trackers).skip(1);
         let entry = |(name, tracker): (String, &Tracker)| {
@@ -62,8 +62,7 @@ impl Recorder {
             let (max, max_time) = e.maximum;
             Some((name, ExtremesEntry { min, min_time, max, max_time }))
         };
-        let without_checks = |(name, _): &(String, ExtremesEntry)| !name.starts_with("residual_");
-        Named(columns.filter_map(entry).filter(without_checks).collect())
+        Named(columns.filter_map(entry).collect())
     }
 
     /// The file is made with the first row: a run that cannot start leaves an earlier trajectory alone.
