@@ -8,3 +8,5 @@ include!(concat!(env!("OUT_DIR"), "/scenes/scenes.rs"));
 
 #[cfg(not(feature = "generate"))]
 include!("../golden/scenes.rs");
+
+pub mod hand_written;

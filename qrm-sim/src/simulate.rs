@@ -28,9 +28,12 @@ pub struct Request<'a> {
 pub enum End<'a> {
     /// At a time.
     Time(f64),
-    /// When a function of time, coordinates and rates rises through zero.
-    Condition(&'a dyn Fn(f64, &[f64], &[f64]) -> f64),
+    /// When a function rises through zero.
+    Condition(&'a StopFunction<'a>),
 }
+
+/// A function of time, coordinates and rates.
+pub type StopFunction<'a> = dyn Fn(f64, &[f64], &[f64]) -> f64 + 'a;
 
 /// A row of a trajectory.
 #[derive(Clone, Copy, Debug)]
@@ -265,7 +268,7 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
                 None => Status::Completed,
             });
         }
-        if *steps % 2 == 0 {
+        if steps.is_multiple_of(2) {
             self.even = next;
         }
         Ok(())

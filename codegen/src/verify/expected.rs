@@ -2,7 +2,7 @@
 
 use num_dual::{Dual2_64, Dual64};
 
-use super::Random;
+use super::between;
 use super::interpret::Value;
 use crate::evaluate::State;
 use crate::scene::{LoadKind, OutputKind, Quantity, Scene, Value as Formula};
@@ -20,24 +20,24 @@ pub(super) struct Sample {
 }
 
 impl Sample {
-    pub(super) fn random(scene: &Scene, random: &mut Random) -> Self {
+    pub(super) fn random(scene: &Scene, random: &mut fastrand::Rng) -> Self {
         let (n, m) = (scene.coordinates.len(), scene.constraints.len());
-        let parameter = |random: &mut Random, p: &crate::scene::Parameter| {
+        let parameter = |random: &mut fastrand::Rng, p: &crate::scene::Parameter| {
             if p.is_left_out() {
                 0.0
             } else if p.value == 0.0 {
-                random.between(0.1, 1.0)
+                between(random, 0.1, 1.0)
             } else {
-                p.value * random.between(0.8, 1.25)
+                p.value * between(random, 0.8, 1.25)
             }
         };
         Self {
             parameters: scene.parameters.iter().map(|p| parameter(random, p)).collect(),
-            t: random.between(0.0, 2.0),
-            q: (0..n).map(|_| random.between(-3.2, 3.2)).collect(),
-            qd: (0..n).map(|_| random.between(-5.0, 5.0)).collect(),
-            qdd: (0..n).map(|_| random.between(-5.0, 5.0)).collect(),
-            multipliers: (0..m).map(|_| random.between(-5.0, 5.0)).collect(),
+            t: between(random, 0.0, 2.0),
+            q: (0..n).map(|_| between(random, -3.2, 3.2)).collect(),
+            qd: (0..n).map(|_| between(random, -5.0, 5.0)).collect(),
+            qdd: (0..n).map(|_| between(random, -5.0, 5.0)).collect(),
+            multipliers: (0..m).map(|_| between(random, -5.0, 5.0)).collect(),
         }
     }
 

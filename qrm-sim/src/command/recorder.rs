@@ -88,7 +88,7 @@ impl Observer for Recorder {
         for (tracker, number) in self.trackers.iter_mut().zip(numbers(row)) {
             tracker.row(row.t, number);
         }
-        if row.index % self.every == 0 || row.is_last {
+        if row.index.is_multiple_of(self.every) || row.is_last {
             self.trajectory()?.row(row)?;
         }
         if row.is_last { self.trajectory()?.flush() } else { Ok(()) }

@@ -1,0 +1,167 @@
+//! Every mistake that a scene can contain, and the whole report that the user gets for it.
+//!
+//! `errors/NAME.toml` is a scene with one mistake (or several that meet), `errors/NAME.txt` its report, byte for byte.
+//! `QRM_REFRESH=1 cargo test -p qrm-codegen --test errors` writes the reports anew: read the difference before keeping it.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use qrm_codegen::diagnostic::{Report, Severity};
+use qrm_codegen::resolve::read;
+
+/// Scenes that are usable, with warnings.
+const ACCEPTED: [&str; 1] = ["parameter-unused"];
+
+#[test]
+fn reports_are_as_written() {
+    let refresh = std::env::var_os("QRM_REFRESH").is_some();
+    let mut wrong = Vec::new();
+    for name in names("toml") {
+        let path = file(&name, "txt");
+        let actual = report(&name).to_string() + "\n";
+        if refresh {
+            fs::write(&path, &actual).expect("the report can be written");
+        } else if fs::read_to_string(&path).ok().as_deref() != Some(actual.as_str()) {
+            wrong.push(format!("{}\n{actual}", path.display()));
+        }
+    }
+    assert!(wrong.is_empty(), "other reports than written in\n{}", wrong.join("\n"));
+}
+
+#[test]
+fn every_scene_has_a_report_and_every_report_a_scene() {
+    let (scenes, reports) = (names("toml"), names("txt"));
+    let alone: Vec<&String> = scenes.symmetric_difference(&reports).collect();
+    assert!(alone.is_empty(), "without partner: {alone:?}");
+    assert!(!scenes.is_empty());
+}
+
+#[test]
+fn every_error_points_at_its_place_and_reports_are_in_the_order_of_lines() {
+    for name in names("toml") {
+        let report = report(&name);
+        let starts: Vec<usize> = report.diagnostics.iter().map(|d| d.span.as_ref().map_or(0, |s| s.start)).collect();
+        assert!(starts.is_sorted(), "{name}: {starts:?}");
+        for diagnostic in &report.diagnostics {
+            let span = diagnostic.span.clone().unwrap_or(0..0);
+            assert!(report.source.get(span.clone()).is_some(), "{name}: {span:?} cuts a character or leaves the file");
+            assert!(!diagnostic.title.is_empty(), "{name}");
+            let mended = diagnostic.help.is_some() || diagnostic.severity == Severity::Warning;
+            assert!(mended, "{name}: `{}` does not say how to mend it", diagnostic.title);
+        }
+    }
+}
+
+#[test]
+fn line_ends_of_other_systems_change_no_report() {
+    for name in names("toml") {
+        let source = scene(&name);
+        let (unix, dos) = (places(&name, &source), places(&name, &source.replace('\n', "\r\n")));
+        assert_eq!(unix, dos, "{name}");
+    }
+}
+
+#[test]
+fn a_formula_nested_too_deeply_is_an_error_at_its_place() {
+    let levels = 100_000;
+    let nested = [
+        format!("{}1{}", "(".repeat(levels), ")".repeat(levels)),
+        format!("{}1", "-".repeat(levels)),
+        format!("{}1", "+-".repeat(levels)),
+        format!("2{}", "^2".repeat(levels)),
+        format!("2{}", "^-2".repeat(levels)),
+        format!("{}1{}", "sin(".repeat(levels), ")".repeat(levels)),
+        format!("{}1", "(".repeat(levels)),
+    ];
+    for formula in nested {
+        let start: String = formula.chars().take(9).collect();eprintln!("{start}");
+        let report = read("deep.toml", &with_parameter(&formula)).expect_err("nested too deeply");
+        let [only] = &report.diagnostics[..] else { panic!("{start}: {} errors", report.diagnostics.len()) };
+        assert_eq!(only.title, "formula nested too deeply", "{start}");
+        let text = report.to_string();
+        assert!(text.contains(" --> deep.toml:3:"), "{start}: {text}");
+        assert!(text.len() < 2_000, "{start}: a report of {} bytes", text.len());
+        let column = only.span.as_ref().map_or(0, |s| s.start) - report.source.find("'").expect("a formula") - 1;
+        // 200 levels, of one to four characters each.
+        assert!((200..=800).contains(&column), "{start}: the level that is too many was found at {column}");
+    }
+}
+
+#[test]
+fn a_long_flat_formula_is_read_quickly() {
+    let begin = Instant::now();
+    for (term, sum) in [(" + 1", 100_001.0), (" + 2*(1 - 3)", -399_999.0), (" + 2^2", 400_001.0), (" + cos(0)", 100_001.0)] {
+        let formula = format!("1{}", term.repeat(100_000));
+        let (scene, _) = read("long.toml", &with_parameter(&formula)).expect("a long formula is a formula");
+        assert_eq!(scene.parameters[0].value, sum);
+    }
+    assert!(begin.elapsed() < Duration::from_secs(20), "took {:?}", begin.elapsed());
+}
+
+#[test]
+fn scenes_cut_short_or_with_a_character_lost_give_reports() {
+    let whole = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/quick-return.toml"));
+    let whole = whole.expect("the scene is there");
+    for (at, lost) in whole.char_indices().step_by(3) {
+        let without = format!("{}{}", &whole[..at], &whole[at + lost.len_utf8()..]);
+        for source in [&whole[..at], &without] {
+            match read("cut.toml", source) {
+                Ok((_, report)) | Err(report) => drop(report.to_string()),
+            }
+        }
+    }
+}
+
+/// A scene whose one parameter has this formula, in the third line.
+fn with_parameter(formula: &str) -> String {
+    format!(
+        "name = \"pendulum\"\ncoordinates = [\"phi\"]\nparameters = {{ J = '{formula}' }}\n\
+         bodies = {{ bob = {{ angle = 'phi', inertia = 'J^2' }} }}\n\
+         initial = {{ given = {{ phi = 0, phi_dot = 1 }} }}\nrun = {{ step = 0.01, end_time = 1 }}\n"
+    )
+}
+
+/// What the report of a source says, and in which lines.
+fn places(name: &str, source: &str) -> Vec<(String, Option<(usize, usize)>)> {
+    let (Ok((_, report)) | Err(report)) = read(name, source);
+    let place = |at: usize| {
+        let before = &report.source[..at];
+        (before.matches('\n').count() + 1, at - before.rfind('\n').map_or(0, |end| end + 1) + 1)
+    };
+    report.diagnostics.iter().map(|d| (d.title.clone(), d.span.as_ref().map(|s| place(s.start)))).collect()
+}
+
+fn report(name: &str) -> Report {
+    match read(&format!("{name}.toml"), &scene(name)) {
+        Ok((_, report)) if ACCEPTED.contains(&name) => {
+            assert!(!report.diagnostics.is_empty(), "{name} gives no warning");
+            report
+        }
+        Err(report) if !ACCEPTED.contains(&name) => report,
+        Ok(_) => panic!("{name} is accepted"),
+        Err(report) => panic!("{name} is not accepted\n{report}"),
+    }
+}
+
+fn scene(name: &str) -> String {
+    fs::read_to_string(file(name, "toml")).expect("the scene can be read")
+}
+
+fn file(name: &str, extension: &str) -> PathBuf {
+    folder().join(format!("{name}.{extension}"))
+}
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/errors")
+}
+
+/// The names of the files with this extension.
+fn names(extension: &str) -> BTreeSet<String> {
+    let entries = fs::read_dir(folder()).expect("the folder of scenes").map(|entry| entry.expect("an entry").path());
+    entries
+        .filter(|path| path.extension().is_some_and(|e| e == extension))
+        .filter_map(|path| path.file_stem()?.to_str().map(str::to_owned))
+        .collect()
+}
