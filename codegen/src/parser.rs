@@ -21,14 +21,16 @@ pub struct Condition<N> {
     pub comparison: Comparison,
 }
 
+/// Boxed, so that the recursion below needs little stack: one level of nesting passes through five functions.
+type Parsed<T> = Result<T, Box<Diagnostic>>;
+
 /// Reads a formula that begins at byte `offset` of its file.
 ///
 /// # Errors
 /// The first mistake in the formula, with its place.
 pub fn parse_formula(text: &str, offset: usize) -> Result<Formula, Diagnostic> {
     let mut parser = Parser::new(text, offset)?;
-    parser.sum()?;
-    parser.expect_end()?;
+    parser.sum().and_then(|_| parser.expect_end()).map_err(|error| *error)?;
     Ok(parser.formula)
 }
 
@@ -38,14 +40,7 @@ pub fn parse_formula(text: &str, offset: usize) -> Result<Formula, Diagnostic> {
 /// The first mistake in the condition, with its place.
 pub fn parse_condition(text: &str, offset: usize) -> Result<Condition<String>, Diagnostic> {
     let mut parser = Parser::new(text, offset)?;
-    let left = parser.sum()?;
-    let Some((Token::Comparison(comparison), _)) = parser.peek().cloned() else {
-        return Err(Diagnostic::error("a condition is missing", parser.here(), "expected `>=` or `<=` here")
-            .help("write a condition such as `phi2 >= 4*pi`"));
-    };
-    parser.at += 1;
-    let right = parser.sum()?;
-    parser.expect_end()?;
+    let (left, comparison, right) = parser.condition().map_err(|error| *error)?;
     parser.formula.push(Node::Subtract(left, right), offset..offset + text.len());
     Ok(Condition { difference: parser.formula, comparison })
 }
@@ -90,19 +85,35 @@ impl Parser {
         }
     }
 
-    fn expect_end(&self) -> Result<(), Diagnostic> {
-        match self.peek() {
-            None => Ok(()),
-            Some((Token::Symbol(')'), span)) => {
-                Err(Diagnostic::error("unmatched `)`", span.clone(), "closes no parenthesis"))
+    fn condition(&mut self) -> Parsed<(NodeId, Comparison, NodeId)> {
+        let left = self.sum()?;
+        let Some((Token::Comparison(comparison), _)) = self.peek().cloned() else {
+            // What no formula can contain here is the better thing to report.
+            self.expect_end()?;
+            let error = Diagnostic::error("a comparison is missing", self.here(), "expected `>=` or `<=` here");
+            return Err(Box::new(error.help("write a condition such as `phi2 >= 4*pi`")));
+        };
+        self.at += 1;
+        let right = self.sum()?;
+        self.expect_end()?;
+        Ok((left, comparison, right))
+    }
+
+    fn expect_end(&self) -> Parsed<()> {
+        let Some((token, span)) = self.peek() else { return Ok(()) };
+        let (title, label, help) = match token {
+            Token::Symbol(')') => ("unmatched `)`", "closes no parenthesis", "take it out, or add the `(` it belongs to"),
+            Token::Symbol(',') => {
+                ("unexpected `,`", "separates nothing here", "commas stand between the arguments of a function, as in `hypot(x, y)`")
             }
-            Some((Token::Comparison(_), span)) => {
-                Err(Diagnostic::error("a comparison is not a value", span.clone(), "unexpected here")
-                    .help("comparisons belong into the stop condition `until` alone"))
-            }
-            Some((_, span)) => Err(Diagnostic::error("an operator is missing", span.clone(), "expected an operator before this")
-                .help("products need an explicit `*`")),
-        }
+            Token::Comparison(_) => (
+                "a comparison is not a value",
+                "unexpected here",
+                "only the stop condition `until` compares: once, and outside of all parentheses",
+            ),
+            _ => ("an operator is missing", "expected an operator before this", "products need an explicit `*`"),
+        };
+        Err(Box::new(Diagnostic::error(title, span.clone(), label).help(help)))
     }
 
     fn binary(&mut self, node: Node<String>, left: NodeId, right: NodeId) -> NodeId {
@@ -110,7 +121,7 @@ impl Parser {
         self.formula.push(node, span)
     }
 
-    fn sum(&mut self) -> Result<NodeId, Diagnostic> {
+    fn sum(&mut self) -> Parsed<NodeId> {
         let mut left = self.product()?;
         while let Some((symbol, _)) = self.take(&['+', '-']) {
             let right = self.product()?;
@@ -120,7 +131,7 @@ impl Parser {
         Ok(left)
     }
 
-    fn product(&mut self) -> Result<NodeId, Diagnostic> {
+    fn product(&mut self) -> Parsed<NodeId> {
         let mut left = self.signed()?;
         while let Some((symbol, _)) = self.take(&['*', '/']) {
             let right = self.signed()?;
@@ -131,11 +142,10 @@ impl Parser {
     }
 
     /// A value with any signs before it. Every cycle of the grammar passes here, so here its depth is bounded.
-    fn signed(&mut self) -> Result<NodeId, Diagnostic> {
+    fn signed(&mut self) -> Parsed<NodeId> {
         self.depth += 1;
         if self.depth > DEPTH_LIMIT {
-            return Err(Diagnostic::error("formula nested too deeply", self.here(), "one level too many")
-                .help(format!("up to {DEPTH_LIMIT} levels are read; name a part of it as a point or a parameter")));
+            return Err(self.nested_too_deeply());
         }
         let value = match self.take(&['+', '-']) {
             Some(('-', span)) => {
@@ -150,7 +160,7 @@ impl Parser {
         Ok(value)
     }
 
-    fn power(&mut self) -> Result<NodeId, Diagnostic> {
+    fn power(&mut self) -> Parsed<NodeId> {
         let base = self.atom()?;
         if self.take(&['^']).is_none() {
             return Ok(base);
@@ -159,50 +169,36 @@ impl Parser {
         Ok(self.binary(Node::Power(base, exponent), base, exponent))
     }
 
-    fn atom(&mut self) -> Result<NodeId, Diagnostic> {
-        let Some((token, span)) = self.peek().cloned() else {
-            return Err(Diagnostic::error("the formula ends too early", self.here(), "expected a value here"));
-        };
-        self.at += 1;
+    fn atom(&mut self) -> Parsed<NodeId> {
+        let Some((token, span)) = self.peek().cloned() else { return Err(self.value_missing()) };
         match token {
-            Token::Number(number) => Ok(self.formula.push(Node::Number(number), span)),
+            Token::Number(number) => {
+                self.at += 1;
+                Ok(self.formula.push(Node::Number(number), span))
+            }
             Token::Name(name) => {
-                if self.take(&['(']).is_some() {
-                    return self.call(&name, span);
-                }
-                if Function::named(&name).is_some() {
-                    return Err(Diagnostic::error(
-                        format!("`{name}` is a function"),
-                        span.clone(),
-                        "its argument is missing",
-                    )
-                    .help(format!("write `{name}(...)`")));
-                }
-                Ok(self.formula.push(Node::Name(name), span))
+                self.at += 1;
+                if self.take(&['(']).is_some() { self.call(&name, span) } else { self.name(name, span) }
             }
             Token::Symbol('(') => {
+                self.at += 1;
                 let inner = self.sum()?;
                 self.close(&span)?;
                 Ok(inner)
             }
-            _ => Err(Diagnostic::error("a value is missing", span, "expected a number, a name or `(` here")),
+            _ => Err(self.value_missing()),
         }
     }
 
-    fn close(&mut self, opened: &Span) -> Result<Span, Diagnostic> {
-        match self.take(&[')']) {
-            Some((_, span)) => Ok(span),
-            None if self.peek().is_none() => {
-                Err(Diagnostic::error("unclosed parenthesis", opened.clone(), "opened here, never closed"))
-            }
-            None => {
-                let unexpected = self.expect_end().err();
-                Err(unexpected.unwrap_or_else(|| Diagnostic::error("unclosed parenthesis", opened.clone(), "opened here")))
-            }
+    fn name(&mut self, name: String, span: Span) -> Parsed<NodeId> {
+        if Function::named(&name).is_some() {
+            let error = Diagnostic::error(format!("`{name}` is a function"), span, "its argument is missing");
+            return Err(Box::new(error.help(format!("write `{name}(...)`"))));
         }
+        Ok(self.formula.push(Node::Name(name), span))
     }
 
-    fn call(&mut self, name: &str, name_span: Span) -> Result<NodeId, Diagnostic> {
+    fn call(&mut self, name: &str, name_span: Span) -> Parsed<NodeId> {
         let opened = name_span.end..name_span.end + 1;
         let mut arguments = Vec::new();
         if !matches!(self.peek(), Some((Token::Symbol(')'), _))) {
@@ -212,21 +208,49 @@ impl Parser {
             }
         }
         let closed = self.close(&opened)?;
-        let Some(function) = Function::named(name) else {
-            let known: Vec<&str> = Function::ALL.iter().map(|f| f.name()).collect();
-            let error = Diagnostic::error(format!("unknown function `{name}`"), name_span, "not known");
-            return Err(match closest(name, known.iter().copied()) {
-                Some(near) => error.help(format!("did you mean `{near}`?")),
-                None => error.help(format!("known functions: {}", known.join(", "))),
-            });
-        };
+        let function = Function::named(name).ok_or_else(|| unknown_function(name, name_span.clone()))?;
+        let span = name_span.start..closed.end;
         if arguments.len() != function.arity() {
-            return Err(Diagnostic::error(
-                format!("`{name}` takes {} argument{}", function.arity(), if function.arity() == 1 { "" } else { "s" }),
-                name_span.start..closed.end,
-                format!("{} given", arguments.len()),
-            ));
+            return Err(wrong_arity(function, arguments.len(), span));
         }
-        Ok(self.formula.push(Node::Call(function, arguments), name_span.start..closed.end))
+        Ok(self.formula.push(Node::Call(function, arguments), span))
     }
+
+    /// Takes the `)` that belongs to the `(` at `opened`.
+    fn close(&mut self, opened: &Span) -> Parsed<Span> {
+        if let Some((_, span)) = self.take(&[')']) {
+            return Ok(span);
+        }
+        self.expect_end()?;
+        let error = Diagnostic::error("unclosed parenthesis", opened.clone(), "opened here, never closed");
+        Err(Box::new(error.help("add the `)` it belongs to")))
+    }
+
+    fn value_missing(&self) -> Box<Diagnostic> {
+        let title = if self.peek().is_some() { "a value is missing" } else { "the formula ends too early" };
+        let error = Diagnostic::error(title, self.here(), "expected a number, a name or `(` here");
+        Box::new(error.help("every operator needs a value on both sides, every call its arguments"))
+    }
+
+    fn nested_too_deeply(&self) -> Box<Diagnostic> {
+        let error = Diagnostic::error("formula nested too deeply", self.here(), "one level too many");
+        let help = format!("up to {DEPTH_LIMIT} levels are read; name a part of it as a point or a parameter");
+        Box::new(error.help(help))
+    }
+}
+
+fn unknown_function(name: &str, span: Span) -> Box<Diagnostic> {
+    let known: Vec<&str> = Function::ALL.iter().map(|f| f.name()).collect();
+    let help = match closest(name, known.iter().copied()) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => format!("known functions: {}", known.join(", ")),
+    };
+    Box::new(Diagnostic::error(format!("unknown function `{name}`"), span, "not known").help(help))
+}
+
+fn wrong_arity(function: Function, given: usize, span: Span) -> Box<Diagnostic> {
+    let (name, arguments) = (function.name(), if function.arity() == 1 { "a" } else { "a, b" });
+    let title = format!("`{name}` takes {} argument{}", function.arity(), if function.arity() == 1 { "" } else { "s" });
+    let label = if given == 1 { "1 is given".to_owned() } else { format!("{given} are given") };
+    Box::new(Diagnostic::error(title, span, label).help(format!("write `{name}({arguments})`")))
 }

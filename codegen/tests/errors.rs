@@ -21,13 +21,16 @@ fn reports_are_as_written() {
     for name in names("toml") {
         let path = file(&name, "txt");
         let actual = report(&name).to_string() + "\n";
-        if refresh {
+        let accepted = !report(&name).has_errors();
+        if accepted != ACCEPTED.contains(&name.as_str()) {
+            wrong.push(format!("{name} is {}accepted\n{actual}", if accepted { "" } else { "not " }));
+        } else if refresh {
             fs::write(&path, &actual).expect("the report can be written");
         } else if fs::read_to_string(&path).ok().as_deref() != Some(actual.as_str()) {
             wrong.push(format!("{}\n{actual}", path.display()));
         }
     }
-    assert!(wrong.is_empty(), "other reports than written in\n{}", wrong.join("\n"));
+    assert!(wrong.is_empty(), "scenes with other reports than written:\n\n{}", wrong.join("\n"));
 }
 
 #[test]
@@ -76,7 +79,7 @@ fn a_formula_nested_too_deeply_is_an_error_at_its_place() {
         format!("{}1", "(".repeat(levels)),
     ];
     for formula in nested {
-        let start: String = formula.chars().take(9).collect();eprintln!("{start}");
+        let start: String = formula.chars().take(9).collect();
         let report = read("deep.toml", &with_parameter(&formula)).expect_err("nested too deeply");
         let [only] = &report.diagnostics[..] else { panic!("{start}: {} errors", report.diagnostics.len()) };
         assert_eq!(only.title, "formula nested too deeply", "{start}");
@@ -134,15 +137,8 @@ fn places(name: &str, source: &str) -> Vec<(String, Option<(usize, usize)>)> {
 }
 
 fn report(name: &str) -> Report {
-    match read(&format!("{name}.toml"), &scene(name)) {
-        Ok((_, report)) if ACCEPTED.contains(&name) => {
-            assert!(!report.diagnostics.is_empty(), "{name} gives no warning");
-            report
-        }
-        Err(report) if !ACCEPTED.contains(&name) => report,
-        Ok(_) => panic!("{name} is accepted"),
-        Err(report) => panic!("{name} is not accepted\n{report}"),
-    }
+    let (Ok((_, report)) | Err(report)) = read(&format!("{name}.toml"), &scene(name));
+    report
 }
 
 fn scene(name: &str) -> String {

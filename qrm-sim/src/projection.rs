@@ -32,10 +32,6 @@ impl Default for Tolerance {
     }
 }
 
-/// A state that has not been corrected yet is taken as closed only this far below the tolerance: its rates are corrected
-/// with a Jacobian that the last correction of positions must not outdate.
-const SETTLED: f64 = 0.01;
-
 /// The correction of positions did not converge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NotConverged {
@@ -68,7 +64,7 @@ pub fn project<X: Mechanism<N, M>, const N: usize, const M: usize>(
     for iteration in 0..=tolerance.iterations {
         let closure = mechanism.closure(q);
         let (constraint, residual) = largest(&closure.constraints);
-        let is_closed = residual <= if iteration == 0 { SETTLED * tolerance.residual } else { tolerance.residual };
+        let is_closed = residual <= tolerance.residual;
         if !is_closed && (iteration == tolerance.iterations || !residual.is_finite()) {
             return Err(NotConverged { constraint, residual, iterations: iteration });
         }
