@@ -127,13 +127,15 @@ impl Report {
         group
     }
 
-    /// Keeps a span inside the text and on character boundaries.
+    /// Keeps a span inside the text, on character boundaries, and wide enough to be seen.
     fn visible(&self, span: &Span) -> Span {
         let mut start = span.start.min(self.source.len());
         while !self.source.is_char_boundary(start) {
             start -= 1;
         }
-        let mut end = span.end.clamp(start, self.source.len());
+        // Nothing but a line end can be shown as a place without width.
+        let is_wide = self.source[start..].starts_with(|c: char| !c.is_control());
+        let mut end = span.end.max(start + usize::from(is_wide)).clamp(start, self.source.len());
         while !self.source.is_char_boundary(end) {
             end += 1;
         }

@@ -130,6 +130,18 @@ impl<N> Expression<N> {
         })
     }
 
+    /// Gives an operation another place in the text: the parentheses around it belong to it.
+    pub fn set_span(&mut self, id: NodeId, span: Span) {
+        self.spans[id] = span;
+    }
+
+    /// Moves every place in the text.
+    pub fn move_spans(&mut self, to: impl Fn(&Span) -> Span) {
+        for span in &mut self.spans {
+            *span = to(span);
+        }
+    }
+
     /// The same operations with other names.
     pub fn map<M>(&self, mut rename: impl FnMut(&N, &Span) -> M) -> Expression<M> {
         let nodes = self.nodes.iter().zip(&self.spans).map(|(node, span)| match node {

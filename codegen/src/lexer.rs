@@ -100,6 +100,11 @@ pub fn tokenize(text: &str, offset: usize) -> Result<Vec<(Token, Span)>, Diagnos
                 return Err(Diagnostic::error("`**` is not an operator", span, "unexpected")
                     .help("a power is written with `^`, as in `x^2`"));
             }
+            b'=' => {
+                let span = offset + at..offset + at + 1;
+                return Err(Diagnostic::error("`=` is not an operator", span, "unexpected")
+                    .help("conditions compare with `>=` or `<=`; an equation is written as a difference, `left - right`"));
+            }
             b'+' | b'-' | b'*' | b'/' | b'^' | b'(' | b')' | b',' => {
                 at += 1;
                 Token::Symbol(char::from(byte))

@@ -102,9 +102,9 @@ impl Parser {
     fn expect_end(&self) -> Parsed<()> {
         let Some((token, span)) = self.peek() else { return Ok(()) };
         let (title, label, help) = match token {
-            Token::Symbol(')') => ("unmatched `)`", "closes no parenthesis", "take it out, or add the `(` it belongs to"),
+            Token::Symbol(')') => ("unmatched `)`", "closes no parenthesis", "take it out, or add the `(` that belongs to it"),
             Token::Symbol(',') => {
-                ("unexpected `,`", "separates nothing here", "commas stand between the arguments of a function, as in `hypot(x, y)`")
+                ("unexpected `,`", "separates nothing here", "commas separate arguments, as in `hypot(x, y)`; decimals have a point")
             }
             Token::Comparison(_) => (
                 "a comparison is not a value",
@@ -183,7 +183,8 @@ impl Parser {
             Token::Symbol('(') => {
                 self.at += 1;
                 let inner = self.sum()?;
-                self.close(&span)?;
+                let closed = self.close(&span)?;
+                self.formula.set_span(inner, span.start..closed.end);
                 Ok(inner)
             }
             _ => Err(self.value_missing()),
@@ -223,7 +224,7 @@ impl Parser {
         }
         self.expect_end()?;
         let error = Diagnostic::error("unclosed parenthesis", opened.clone(), "opened here, never closed");
-        Err(Box::new(error.help("add the `)` it belongs to")))
+        Err(Box::new(error.help("add the `)` that belongs to it")))
     }
 
     fn value_missing(&self) -> Box<Diagnostic> {

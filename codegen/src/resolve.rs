@@ -1,19 +1,19 @@
 //! Syntax tree to scene: every name is looked up, every rule of the format checked, all mistakes reported at once.
 
+mod applied;
 mod check;
 mod scope;
+mod usage;
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use crate::diagnostic::{Diagnostic, Report, Span};
-use crate::document::{Document, Identifier, LoadSyntax, OutputValue, Position, Target};
+use crate::document::{Document, Identifier, Position};
 use crate::evaluate::parameter_values;
 use crate::expression::{Expression, Node};
+use crate::names::closest;
 use crate::parser::{Condition, Formula};
-use crate::scene::{
-    Body, Constraint, Coordinate, Load, LoadKind, Output, OutputKind, Parameter, Point, Quantity, Run, Scene, Start,
-    Value,
-};
+use crate::scene::{Body, Constraint, Coordinate, Load, Parameter, Point, Quantity, Run, Scene, Start, Value};
 use scope::{Kind, Scope};
 
 /// Reads a scene. `path` is only for the messages.
@@ -30,8 +30,8 @@ pub fn read(path: &str, source: &str) -> Result<(Scene, Report), Report> {
 /// A report of everything that is wrong with the scene, or with these values in it.
 pub fn read_with(path: &str, source: &str, replace: &dyn Fn(&str) -> Option<f64>) -> Result<(Scene, Report), Report> {
     let (document, findings) = Document::parse(source);
-    let broken = !findings.is_empty();
-    let mut resolver = Resolver { source, scope: Scope::default(), findings, broken };
+    let lost_names = document.lost_names;
+    let mut resolver = Resolver { source, scope: Scope::default(), findings, lost_names };
     let scene = resolver.scene(&document, replace);
     let report = Report::new(path, source, resolver.findings);
     if report.has_errors() { Err(report) } else { Ok((scene, report)) }
@@ -54,7 +54,7 @@ pub fn read_condition(scene: &Scene, text: &str) -> Result<Condition<Quantity>, 
     for (i, point) in scene.points.iter().enumerate() {
         scope.declare(&nowhere(&point.name), Kind::Point(i), &mut ignored);
     }
-    let mut resolver = Resolver { source: text, scope, findings: Vec::new(), broken: false };
+    let mut resolver = Resolver { source: text, scope, findings: Vec::new(), lost_names: false };
     let condition = match crate::parser::parse_condition(text, 0) {
         Ok(condition) => Some(resolver.condition(&condition)),
         Err(finding) => {
@@ -85,7 +85,8 @@ struct Resolver<'a> {
     source: &'a str,
     scope: Scope,
     findings: Vec<Diagnostic>,
-    broken: bool,
+    /// Whether names may seem unknown because their declaration could not be read.
+    lost_names: bool,
 }
 
 impl Resolver<'_> {
@@ -113,7 +114,7 @@ impl Resolver<'_> {
             }
         }
         self.outputs(document, &mut scene);
-        if !self.broken && self.findings.is_empty() {
+        if self.findings.is_empty() {
             number_parameters(&mut scene, replace);
             check::check(document, &scene, &mut self.findings);
         }
@@ -173,11 +174,17 @@ impl Resolver<'_> {
             let value = self.value(formula, Context::Constant);
             self.check_start_name(document, identifier);
             if starts.insert(&identifier.name, Start::Guess(value)).is_some() {
-                self.findings.push(Diagnostic::error(
-                    format!("`{}` is both given and solved for", identifier.name),
-                    identifier.span.clone(),
-                    "given above",
-                ));
+                let given = document.given.iter().find(|(given, _)| given.name == identifier.name);
+                let span = given.map_or(document.given_span.clone(), |(given, _)| given.span.clone());
+                self.findings.push(
+                    Diagnostic::error(
+                        format!("`{}` is both given and solved for", identifier.name),
+                        identifier.span.clone(),
+                        "solved for here",
+                    )
+                    .context(span, "given here")
+                    .help("take one of the two out"),
+                );
             }
         }
         let coordinate = |syntax: &crate::document::CoordinateSyntax| {
@@ -201,17 +208,16 @@ impl Resolver<'_> {
             .iter()
             .flat_map(|c| [c.identifier.name.clone(), format!("{}_dot", c.identifier.name)])
             .collect();
-        if !names.contains(&identifier.name) {
-            let near = crate::names::closest(&identifier.name, names.iter().map(String::as_str));
-            let error = Diagnostic::error(
-                format!("`{}` is neither a coordinate nor the rate of one", identifier.name),
-                identifier.span.clone(),
-                "not known",
+        if !names.contains(&identifier.name) && !self.lost_names {
+            let names: Vec<&str> = names.iter().map(String::as_str).collect();
+            self.findings.push(
+                Diagnostic::error(
+                    format!("`{}` is neither a coordinate nor the rate of one", identifier.name),
+                    identifier.span.clone(),
+                    "not known",
+                )
+                .help(near_or_all("coordinate", &identifier.name, &names)),
             );
-            self.findings.push(match near {
-                Some(near) => error.help(format!("did you mean `{near}`?")),
-                None => error.help(format!("known: {}", names.join(", "))),
-            });
         }
     }
 
@@ -257,113 +263,6 @@ impl Resolver<'_> {
         constraints
     }
 
-    fn load(&mut self, scene: &Scene, load: &LoadSyntax) -> Option<LoadKind> {
-        Some(match load {
-            LoadSyntax::Force { force, target } => {
-                let at = match target {
-                    Target::Point(point) => self.point(point).map(|i| point_value(i, point.span.clone())),
-                    Target::Body(name) => {
-                        let body = self.body_named(scene, name)?;
-                        if body.com.is_none() {
-                            self.findings.push(Diagnostic::error(
-                                format!("body `{}` has no position for a force to act on", name.name),
-                                name.span.clone(),
-                                "has no `com`",
-                            ).help("give the body a `com`, or name a point with `at`"));
-                        }
-                        body.com
-                    }
-                };
-                let force = [self.value(&force[0], Context::Load), self.value(&force[1], Context::Load)];
-                LoadKind::Force { force, at: at? }
-            }
-            LoadSyntax::Torque { torque, body: name } => {
-                let torque = self.value(torque, Context::Load);
-                let body = self.body_named(scene, name)?;
-                if body.angle.is_none() {
-                    self.findings.push(Diagnostic::error(
-                        format!("body `{}` has no angle for a torque to work on", name.name),
-                        name.span.clone(),
-                        "has no `angle`",
-                    ));
-                }
-                LoadKind::Torque { torque, angle: body.angle? }
-            }
-            LoadSyntax::Gravity(field) => LoadKind::Gravity([
-                self.value(&field[0], Context::Constant),
-                self.value(&field[1], Context::Constant),
-            ]),
-            LoadSyntax::Spring { along, stiffness, rest, damping } => LoadKind::Spring {
-                along: self.value(along, Context::Geometry),
-                stiffness: stiffness.as_ref().map(|f| self.value(f, Context::Constant)),
-                rest: rest.as_ref().map(|f| self.value(f, Context::Constant)),
-                damping: damping.as_ref().map(|f| self.value(f, Context::Constant)),
-            },
-        })
-    }
-
-    fn outputs(&mut self, document: &Document, scene: &mut Scene) {
-        for syntax in &document.outputs {
-            let kind = match &syntax.value {
-                OutputValue::Value(f) => Some(OutputKind::Value(self.value(f, Context::Geometry))),
-                OutputValue::Rate(f) => Some(OutputKind::Rate(self.value(f, Context::Geometry))),
-                OutputValue::SecondRate(f) => Some(OutputKind::SecondRate(self.value(f, Context::Geometry))),
-                OutputValue::Reaction { constraint, target, along } => self.reaction(scene, constraint, target, along.as_ref()),
-            };
-            scene.outputs.extend(kind.map(|kind| Output {
-                name: syntax.identifier.name.clone(),
-                unit: syntax.unit.clone(),
-                doc: syntax.doc.clone(),
-                kind,
-            }));
-        }
-    }
-
-    fn reaction(
-        &mut self,
-        scene: &Scene,
-        constraint: &Identifier,
-        target: &Target,
-        along: Option<&[Formula; 2]>,
-    ) -> Option<OutputKind> {
-        let names: Vec<&str> = scene.constraints.iter().map(|c| c.name.as_str()).collect();
-        let constraint = self.find("constraint", constraint, &names);
-        match target {
-            Target::Point(name) => {
-                let along = along.map(|[x, y]| [self.value(x, Context::Geometry), self.value(y, Context::Geometry)]);
-                let (constraint, point, along) = (constraint?, self.point(name)?, along?);
-                let residual = &scene.constraints[constraint].residual;
-                if !residual.names().any(|n| matches!(n, Quantity::Point(p, _) if *p == point)) {
-                    self.findings.push(
-                        Diagnostic::error(
-                            format!("constraint `{}` does not act on point `{}`", names[constraint], name.name),
-                            name.span.clone(),
-                            "its force here is always zero",
-                        )
-                        .context(residual.whole_span(), "the constraint")
-                        .help("name a point that occurs in the constraint's residual"),
-                    );
-                }
-                Some(OutputKind::ReactionForce { constraint, point, along })
-            }
-            Target::Body(name) => {
-                let body = self.body_named(scene, name)?;
-                let coordinate = match body.angle.as_ref().map(Expression::nodes) {
-                    Some([Node::Name(Quantity::Coordinate(i))]) => *i,
-                    _ => {
-                        self.findings.push(Diagnostic::error(
-                            format!("the angle of body `{}` is not a coordinate", name.name),
-                            name.span.clone(),
-                            "no moment can be told apart",
-                        ).help("ask for the force on a point with `at` and `along`"));
-                        return None;
-                    }
-                };
-                Some(OutputKind::ReactionMoment { constraint: constraint?, coordinate })
-            }
-        }
-    }
-
     fn run(&mut self, document: &Document) -> Run {
         let run = &document.run;
         let missing = || {
@@ -375,39 +274,57 @@ impl Resolver<'_> {
         let step = constant(&run.step).unwrap_or_else(missing);
         let (max_time, end_time) = (constant(&run.max_time), constant(&run.end_time));
         let until = run.until.as_ref().map(|condition| self.condition(condition));
-        if run.step.is_some() {
-            match (&until, &max_time, &end_time) {
-                (Some(_), None, _) => self.findings.push(
-                    Diagnostic::error("[run] has `until` but no `max_time`", run.span.clone(), "could run for ever")
-                        .help("add `max_time`: a mechanism that stalls never meets its stop condition"),
-                ),
-                (None, _, None) => self.findings.push(
-                    Diagnostic::error("[run] does not say when to end", run.span.clone(), "no end")
-                        .help("add `end_time = ...`, or `until = '...'` with `max_time = ...`"),
-                ),
-                (Some(_), _, Some(_)) => self.findings.push(Diagnostic::error(
-                    "[run] has both `until` and `end_time`",
-                    run.span.clone(),
-                    "two ends",
-                )),
-                _ => {}
+        let wrong = match (&until, &max_time, &end_time) {
+            (Some(_), _, Some(_)) => {
+                Some(("[run] has both `until` and `end_time`", "two ends", "`until` goes with `max_time`, `end_time` stands alone"))
             }
+            (Some(_), None, None) => Some((
+                "[run] has `until` but no `max_time`",
+                "could run for ever",
+                "add `max_time`: a mechanism that stalls never meets its stop condition",
+            )),
+            (None, Some(_), _) => Some((
+                "[run] has `max_time` but no `until`",
+                "nothing to wait for",
+                "write `end_time` alone, or add `until = '...'` to `max_time`",
+            )),
+            (None, None, None) => Some((
+                "[run] does not say when to end",
+                "no end",
+                "add `end_time = ...`, or `until = '...'` with `max_time = ...`",
+            )),
+            (Some(_), Some(_), None) | (None, None, Some(_)) => None,
+        };
+        if let (Some((title, label, help)), true) = (wrong, run.is_whole) {
+            self.findings.push(Diagnostic::error(title, run.span.clone(), label).help(help));
         }
         Run { step, until, end_time: max_time.or(end_time).unwrap_or_else(missing) }
     }
 
     fn condition(&mut self, condition: &Condition<String>) -> Condition<Quantity> {
+        let before = self.findings.len();
         let difference = self.value(&condition.difference, Context::Condition);
+        let is_constant = difference.names().all(|name| matches!(name, Quantity::Parameter(_) | Quantity::Pi));
+        if is_constant && self.findings.len() == before {
+            self.findings.push(
+                Diagnostic::error("the stop condition never changes", difference.whole_span(), "nothing moves in it")
+                    .help("compare coordinates, their rates, points or the time `t`"),
+            );
+        }
         Condition { difference, comparison: condition.comparison }
     }
 
     /// Looks up every name of a formula and checks what its context forbids.
     fn value(&mut self, formula: &Formula, context: Context) -> Value {
         let (scope, findings) = (&self.scope, &mut self.findings);
-        let value = formula.map(|name, span| match scope.look_up(name, context) {
+        let mut reported: HashSet<String> = HashSet::new();
+        let value = formula.map(|name, span| match scope.look_up(name, span.clone(), context) {
             Ok(quantity) => quantity,
             Err(finding) => {
-                findings.push(finding.at(span.clone()));
+                // A name that is used again in the same formula is not wrong twice.
+                if (scope.knows(name) || !self.lost_names) && reported.insert(name.clone()) {
+                    findings.push(finding);
+                }
                 Quantity::Pi
             }
         });
@@ -419,12 +336,12 @@ impl Resolver<'_> {
 
     fn find(&mut self, what: &str, identifier: &Identifier, names: &[&str]) -> Option<usize> {
         let place = names.iter().position(|name| *name == identifier.name);
-        if place.is_none() && !self.broken {
-            let error = Diagnostic::error(format!("unknown {what} `{}`", identifier.name), identifier.span.clone(), "not known");
-            self.findings.push(match crate::names::closest(&identifier.name, names.iter().copied()) {
-                Some(near) => error.help(format!("did you mean `{near}`?")),
-                None => error.help(format!("known: {}", names.join(", "))),
-            });
+        if place.is_none() && !self.lost_names {
+            let title = format!("unknown {what} `{}`", identifier.name);
+            self.findings.push(
+                Diagnostic::error(title, identifier.span.clone(), "not known")
+                    .help(near_or_all(what, &identifier.name, names)),
+            );
         }
         place
     }
@@ -438,6 +355,15 @@ impl Resolver<'_> {
     fn body_named(&mut self, scene: &Scene, identifier: &Identifier) -> Option<Body> {
         let names: Vec<&str> = scene.bodies.iter().map(|b| b.name.as_str()).collect();
         self.find("body", identifier, &names).map(|i| scene.bodies[i].clone())
+    }
+}
+
+/// Help for an unknown name.
+fn near_or_all(what: &str, name: &str, known: &[&str]) -> String {
+    match closest(name, known.iter().copied()) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None if known.is_empty() => format!("the scene has no {what}"),
+        None => format!("known: {}", known.join(", ")),
     }
 }
 

@@ -3,13 +3,19 @@
 use std::cell::RefCell;
 
 use toml::Spanned;
-use toml::de::{DeTable, DeValue};
+use toml::de::{DeString, DeTable, DeValue};
 
-use super::{Identifier, Target};
+use super::places::Places;
+use super::{Identifier, Target, form};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::expression::{Node, Number};
 use crate::names::closest;
 use crate::parser::{Condition, Formula, parse_condition, parse_formula};
+
+type Key<'s> = Spanned<DeString<'s>>;
+
+/// What messages call the table that is the whole file.
+const SCENE: &str = "the scene";
 
 /// A parsed file.
 pub(super) struct Root<'s>(Spanned<DeTable<'s>>);
@@ -17,16 +23,17 @@ pub(super) struct Root<'s>(Spanned<DeTable<'s>>);
 /// Parses the file's form.
 pub(super) fn parse<'s>(source: &'s str, findings: &mut Vec<Diagnostic>) -> Root<'s> {
     let (table, errors) = DeTable::parse_recoverable(source);
-    findings.extend(errors.iter().map(|error| match error.span() {
-        Some(span) => Diagnostic::error(error.message(), span, "not valid TOML here"),
-        None => Diagnostic::whole_file(error.message()),
-    }));
+    findings.extend(form::findings(source, &errors));
     Root(table)
 }
 
 impl<'s> Root<'s> {
     pub(super) fn table(&self) -> Table<'_, 's> {
-        Table::new("the scene".to_owned(), self.0.get_ref(), self.0.span())
+        Table::new(SCENE.to_owned(), self.0.get_ref(), self.0.span())
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.0.get_ref().is_empty()
     }
 }
 
@@ -41,6 +48,10 @@ impl Value<'_, '_> {
 
     pub(super) fn is_table(&self) -> bool {
         matches!(self.0.get_ref(), DeValue::Table(_))
+    }
+
+    pub(super) fn is_text(&self) -> bool {
+        matches!(self.0.get_ref(), DeValue::String(_))
     }
 
     pub(super) fn is_array(&self) -> bool {
@@ -73,21 +84,36 @@ impl<'t, 's> Table<'t, 's> {
     }
 
     pub(super) fn optional(&self, key: &str) -> Option<Value<'t, 's>> {
-        self.known.borrow_mut().push(key.to_owned());
+        if !self.known.borrow().iter().any(|known| known == key) {
+            self.known.borrow_mut().push(key.to_owned());
+        }
+        self.get(key)
+    }
+
+    fn get(&self, key: &str) -> Option<Value<'t, 's>> {
         self.entries.iter().find(|(k, _)| k.get_ref() == key).map(|(_, value)| Value(value))
     }
 
     pub(super) fn required(&self, r: &mut Reader, key: &str) -> Option<Value<'t, 's>> {
         let value = self.optional(key);
-        if value.is_none() {
-            let title = format!("{} has no `{key}`", self.what);
-            r.findings.push(if self.what == "the scene" {
+        // A mistyped key is reported as unknown: that says more.
+        if value.is_none() && self.mistyped(&[key]).is_none() {
+            let shown = if matches!(key, "initial" | "run") { format!("[{key}]") } else { format!("`{key}`") };
+            let title = format!("{} has no {shown}", self.what);
+            let error = if self.what == SCENE {
                 Diagnostic::whole_file(title)
             } else {
-                Diagnostic::error(title, self.span.clone(), format!("`{key}` is missing"))
-            });
+                Diagnostic::error(title, self.span.clone(), format!("{shown} is missing"))
+            };
+            r.findings.push(error.help(format!("add {}", example(key))));
         }
         value
+    }
+
+    /// A key that looks like one of `keys` and is none.
+    fn mistyped<'k>(&self, keys: &[&'k str]) -> Option<(&'t Key<'s>, &'k str)> {
+        let mut others = self.entries.keys().filter(|key| !keys.contains(&key.get_ref().as_ref()));
+        others.find_map(|key| Some((key, closest(key.get_ref(), keys.iter().copied())?)))
     }
 
     /// The text under a key, empty if there is none.
@@ -100,53 +126,58 @@ impl<'t, 's> Table<'t, 's> {
         let Some(value) = self.optional(key) else { return Vec::new() };
         let Some(table) = r.table(&format!("[{key}]"), value) else { return Vec::new() };
         let entries = table.all();
+        let what = if key == "bodies" { "body" } else { key.trim_end_matches('s') };
         for (identifier, _) in &entries {
-            r.check_name(identifier, key.trim_end_matches('s'));
+            r.check_name(identifier, what);
         }
         entries
     }
 
     pub(super) fn all(&self) -> Vec<(Identifier, Value<'t, 's>)> {
-        let identifier = |key: &Spanned<toml::de::DeString>| Identifier {
-            name: key.get_ref().to_string(),
-            span: key.span(),
-        };
+        let identifier = |key: &Key| Identifier { name: key.get_ref().to_string(), span: key.span() };
         self.entries.iter().map(|(key, value)| (identifier(key), Value(value))).collect()
     }
 
-    /// Which one of these keys is there.
-    pub(super) fn one_of(&self, r: &mut Reader, keys: &[&'static str], also: &str) -> Option<&'static str> {
-        let present: Vec<&'static str> = keys.iter().copied().filter(|key| self.optional(key).is_some()).collect();
+    /// Which one of these keys is there; `help` says more about them.
+    pub(super) fn one_of(&self, r: &mut Reader, keys: &[&'static str], help: &str) -> Option<&'static str> {
+        let present: Vec<&'static str> = keys.iter().copied().filter(|key| self.get(key).is_some()).collect();
         if let [key] = present[..] {
             return Some(key);
         }
-        let said = if present.is_empty() { "none is given".to_owned() } else { format!("`{}` are given", present.join("`, `")) };
-        let mut error = Diagnostic::error(
-            format!("{} needs exactly one of `{}`", self.what, keys.join("`, `")),
-            self.span.clone(),
-            said,
-        );
-        if !also.is_empty() {
-            error = error.help(format!("a spring or damper is written `{also}`"));
+        for key in &present {
+            self.optional(key);
         }
-        r.findings.push(error);
+        r.findings.push(match self.mistyped(keys) {
+            Some((key, near)) if present.is_empty() => self.unknown(key).help(format!("did you mean `{near}`?")),
+            _ => {
+                let listed = |keys: &[&str], and: &str| format!("`{}`", keys.join(&format!("`{and}`")));
+                let said = if present.is_empty() { "none is given".to_owned() } else { listed(&present, " and ") + " are given" };
+                let title = format!("{} needs exactly one of {}", self.what, listed(keys, ", "));
+                Diagnostic::error(title, self.span.clone(), said).help(help)
+            }
+        });
         None
     }
 
     /// `at = "point"` or `on = "body"`.
     pub(super) fn target(&self, r: &mut Reader) -> Option<Target> {
-        match self.one_of(r, &["at", "on"], "")? {
+        match self.one_of(r, &["at", "on"], "name a point with `at`, or a body with `on`")? {
             "at" => self.optional("at").and_then(|v| r.text(v)).map(Target::Point),
             _ => self.optional("on").and_then(|v| r.text(v)).map(Target::Body),
         }
     }
 
+    fn unknown(&self, key: &Key) -> Diagnostic {
+        Diagnostic::error(format!("unknown key `{}` in {}", key.get_ref(), self.what), key.span(), "not known")
+    }
+
     /// Reports keys that nothing asked for.
     pub(super) fn finish(self, r: &mut Reader) {
-        let known = self.known.into_inner();
-        for key in self.entries.keys().filter(|key| !known.iter().any(|k| k == key.get_ref())) {
-            let error =
-                Diagnostic::error(format!("unknown key `{}` in {}", key.get_ref(), self.what), key.span(), "not known");
+        let known = self.known.take();
+        for (key, value) in self.entries.iter().filter(|(key, _)| !known.iter().any(|k| k == key.get_ref())) {
+            let error = self.unknown(key);
+            // A whole section may have been meant to declare names.
+            r.lost |= self.what == SCENE && (Value(value).is_table() || Value(value).is_array());
             let near = closest(key.get_ref(), known.iter().map(String::as_str));
             r.findings.push(match near {
                 Some(near) => error.help(format!("did you mean `{near}`?")),
@@ -156,18 +187,35 @@ impl<'t, 's> Table<'t, 's> {
     }
 }
 
+/// How a missing key is written.
+fn example(key: &str) -> String {
+    let value = match key {
+        "initial" => return "[initial] with `given = { NAME = ..., NAME_dot = ... }`".to_owned(),
+        "run" => return "[run] with `step = ...` and `end_time = ...`".to_owned(),
+        "coordinates" => "[\"NAME\", ...]",
+        "given" => "{ NAME = ..., NAME_dot = ... }",
+        "along" => "['x', 'y']",
+        "name" | "on" => "\"NAME\"",
+        "residual" => "'...'",
+        _ => "...",
+    };
+    format!("`{key} = {value}`")
+}
+
 /// The file's text and what has been found wrong in it.
 pub(super) struct Reader<'s> {
     source: &'s str,
     pub(super) findings: Vec<Diagnostic>,
+    /// Whether something that may declare names could not be read.
+    pub(super) lost: bool,
 }
 
 impl<'s> Reader<'s> {
     pub(super) fn new(source: &'s str) -> Self {
-        Self { source, findings: Vec::new() }
+        Self { source, findings: Vec::new(), lost: false }
     }
 
-    fn wrong_type(&mut self, value: Value, expected: &str) {
+    pub(super) fn wrong_type(&mut self, value: Value, expected: &str) {
         let label = format!("this is {}", value.kind());
         self.findings.push(Diagnostic::error(format!("expected {expected}"), value.span(), label));
     }
@@ -176,6 +224,7 @@ impl<'s> Reader<'s> {
         if let DeValue::Table(entries) = value.0.get_ref() {
             return Some(Table::new(what.to_owned(), entries, value.span()));
         }
+        self.lost = true;
         self.wrong_type(value, &format!("a table for {what}"));
         None
     }
@@ -184,6 +233,7 @@ impl<'s> Reader<'s> {
         if let DeValue::Array(items) = value.0.get_ref() {
             return items.iter().map(Value).collect();
         }
+        self.lost = true;
         self.wrong_type(value, "an array");
         Vec::new()
     }
@@ -198,27 +248,23 @@ impl<'s> Reader<'s> {
 
     pub(super) fn text(&mut self, value: Value) -> Option<Identifier> {
         if let DeValue::String(text) = value.0.get_ref() {
-            return Some(Identifier { name: text.to_string(), span: self.inside(value, text) });
+            let span = if text.is_empty() { value.span() } else { self.places(value, text).whole() };
+            return Some(Identifier { name: text.to_string(), span });
         }
         self.wrong_type(value, "a string");
         None
     }
 
-    /// Where the characters of a string stand, its quotes left out.
-    fn inside(&self, value: Value, text: &str) -> Span {
-        let span = value.span();
-        match self.source.get(span.clone()).and_then(|raw| raw.find(text)) {
-            Some(at) if !text.is_empty() => span.start + at..span.start + at + text.len(),
-            _ => span,
-        }
+    fn places(&self, value: Value, text: &str) -> Places {
+        Places::of_string(&self.source[value.span()], value.span().start, text)
     }
 
     pub(super) fn formula(&mut self, value: Value) -> Formula {
-        self.parse(value, parse_formula).unwrap_or_else(placeholder)
+        self.parse(value, parse_formula, |formula| formula).unwrap_or_else(placeholder)
     }
 
     pub(super) fn condition(&mut self, value: Value) -> Option<Condition<String>> {
-        self.parse(value, parse_condition)
+        self.parse(value, parse_condition, |condition| &mut condition.difference)
     }
 
     /// Two formulae in an array.
@@ -231,35 +277,38 @@ impl<'s> Reader<'s> {
         [placeholder(), placeholder()]
     }
 
-    fn parse<T>(&mut self, value: Value, parse: fn(&str, usize) -> Result<T, Diagnostic>) -> Option<T> {
-        let span = value.span();
-        let result = match value.0.get_ref() {
-            DeValue::String(text) => {
-                let inside = self.inside(value, text);
-                let exact = self.source.get(inside.clone()) == Some(text.as_ref());
-                parse(text, inside.start).map_err(|mut finding| {
-                    if !exact {
-                        // Escapes inside the string: its bytes are not the file's.
-                        finding.span = Some(span.clone());
-                    }
-                    finding
-                })
-            }
+    fn parse<T>(
+        &mut self,
+        value: Value,
+        parse: fn(&str, usize) -> Result<T, Diagnostic>,
+        formula: fn(&mut T) -> &mut Formula,
+    ) -> Option<T> {
+        let raw = &self.source[value.span()];
+        let (text, places) = match value.0.get_ref() {
+            DeValue::String(text) => (text.to_string(), self.places(value, text)),
+            DeValue::Integer(_) | DeValue::Float(_) if is_decimal(raw) => Places::of_number(raw, value.span().start),
             DeValue::Integer(_) | DeValue::Float(_) => {
-                let raw = self.source.get(span.clone()).unwrap_or_default();
-                if raw.ends_with("inf") || raw.ends_with("nan") {
-                    Err(Diagnostic::error("number out of range", span.clone(), "a finite number is needed"))
-                } else {
-                    parse(&raw.replace('_', ""), span.start)
-                }
+                let error = Diagnostic::error(format!("`{raw}` cannot be used"), value.span(), "not a finite decimal");
+                self.findings.push(error.help("write a decimal like `0.5` or `1.5e-3`"));
+                return None;
             }
             _ => {
                 self.wrong_type(value, "a number or a formula in a string");
                 return None;
             }
         };
-        result.map_err(|finding| self.findings.push(finding)).ok()
+        let result = parse(&text, 0).map(|mut parsed| {
+            formula(&mut parsed).move_spans(|span| places.span(span));
+            parsed
+        });
+        let place = |finding: Diagnostic| Diagnostic { span: finding.span.map(|span| places.span(&span)), ..finding };
+        result.map_err(|finding| self.findings.push(place(finding))).ok()
     }
+}
+
+/// Whether a number of TOML is neither hexadecimal, octal or binary, nor infinite or undefined.
+fn is_decimal(raw: &str) -> bool {
+    raw.chars().all(|c| c.is_ascii_digit() || "+-._eE".contains(c))
 }
 
 /// Stands for a formula that could not be read, so that the rest of the file is still checked.

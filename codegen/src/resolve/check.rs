@@ -1,10 +1,11 @@
 //! Rules that a scene must keep beyond knowing its names.
 
+use super::usage;
 use crate::diagnostic::Diagnostic;
-use crate::document::{BodySyntax, Document};
+use crate::document::{BodySyntax, Document, Identifier};
 use crate::evaluate::{evaluate, first_non_finite};
 use crate::expression::Node;
-use crate::scene::{LoadKind, OutputKind, Quantity, Scene, Start, Value};
+use crate::scene::{LoadKind, Quantity, Scene, Start, Value};
 
 /// Checks a scene whose names are all known and whose parameters have their numbers.
 pub(super) fn check(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) {
@@ -28,9 +29,9 @@ pub(super) fn check(document: &Document, scene: &Scene, findings: &mut Vec<Diagn
             );
         }
     }
-    output_names(document, scene, findings);
+    columns(document, findings);
     freedoms(document, scene, findings);
-    used(document, scene, findings);
+    usage::used(document, scene, findings);
 }
 
 /// Reports what the generator cannot differentiate.
@@ -45,7 +46,7 @@ pub(super) fn differentiable(value: &Value, findings: &mut Vec<Diagnostic>) {
                 );
             }
             Node::Power(_, exponent) if !is_number(value, *exponent) => findings.push(
-                Diagnostic::error("the exponent is not a number", value.span(*exponent), "not a number")
+                Diagnostic::error("the exponent is not a number", value.span(*exponent), "not made of numbers alone")
                     .help("write `exp(b*log(a))` for a power `a^b` with a variable exponent"),
             ),
             _ => {}
@@ -104,22 +105,26 @@ fn finite_constants(scene: &Scene, findings: &mut Vec<Diagnostic>) {
     }
     for value in constants {
         if let Some(id) = first_non_finite(value, |quantity| lookup(scene, *quantity)) {
+            let upto = |operand: usize| {
+                let mut part = Value::new();
+                for node in &value.nodes()[..=operand] {
+                    part.push(node.clone(), 0..0);
+                }
+                constant(scene, &part)
+            };
             let operand = match &value.nodes()[id] {
                 Node::Call(function, arguments) => {
-                    let upto = |argument: usize| {
-                        let mut part = Value::new();
-                        for node in &value.nodes()[..=argument] {
-                            part.push(node.clone(), 0..0);
-                        }
-                        constant(scene, &part)
-                    };
                     let arguments: Vec<String> = arguments.iter().map(|&a| format!("{}", upto(a))).collect();
                     format!("`{}` of {} is not a number", function.name(), arguments.join(", "))
                 }
                 Node::Name(_) => continue,
-                _ => "this gives no finite number".to_owned(),
+                Node::Divide(_, divisor) if upto(*divisor) == 0.0 => "divides by zero".to_owned(),
+                _ => "gives no finite number".to_owned(),
             };
-            findings.push(Diagnostic::error("a formula has no finite value", value.span(id), operand));
+            findings.push(
+                Diagnostic::error("a formula has no finite value", value.span(id), operand)
+                    .help("every value must be finite at the values that the parameters have"),
+            );
         }
     }
 }
@@ -133,7 +138,10 @@ fn body(syntax: &BodySyntax, scene: &Scene, place: usize, findings: &mut Vec<Dia
         let number = constant(scene, value);
         if number < 0.0 {
             let label = format!("its value is {number}");
-            findings.push(Diagnostic::error(format!("body `{name}` has a negative {what}"), value.whole_span(), label));
+            findings.push(
+                Diagnostic::error(format!("body `{name}` has a negative {what}"), value.whole_span(), label)
+                    .help(format!("{} must be zero or positive", article(what))),
+            );
         }
         if !placed {
             findings.push(
@@ -147,7 +155,10 @@ fn body(syntax: &BodySyntax, scene: &Scene, place: usize, findings: &mut Vec<Dia
         }
     }
     if syntax.mass.is_none() && syntax.inertia.is_none() && body.com.is_none() && body.angle.is_none() {
-        findings.push(Diagnostic::error(format!("body `{name}` is empty"), syntax.identifier.span.clone(), "says nothing"));
+        findings.push(
+            Diagnostic::error(format!("body `{name}` is empty"), syntax.identifier.span.clone(), "says nothing")
+                .help("give it `mass` and `com`, or `angle` and `inertia`, or take it out"),
+        );
     }
 }
 
@@ -160,18 +171,29 @@ fn run(scene: &Scene, findings: &mut Vec<Diagnostic>) {
         let number = constant(scene, value);
         if number <= 0.0 {
             let label = format!("its value is {number}");
-            findings.push(Diagnostic::error(format!("the {what} of the run must be positive"), value.whole_span(), label));
+            findings.push(
+                Diagnostic::error(format!("the {what} of the run is not positive"), value.whole_span(), label)
+                    .help("give a time above zero"),
+            );
         }
     }
 }
 
-/// An output's name is a column of the trajectory, beside the columns that are always there.
-fn output_names(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) {
+/// Every name that a trajectory has a column for must be the name of one column alone.
+fn columns(document: &Document, findings: &mut Vec<Diagnostic>) {
     let mut columns: Vec<String> = ["t", "residual_position", "residual_velocity", "energy"].map(str::to_owned).to_vec();
-    for coordinate in &scene.coordinates {
-        columns.extend(["", "_dot", "_ddot"].map(|suffix| format!("{}{suffix}", coordinate.name)));
+    let coordinates = document.coordinates.iter().flat_map(|c| ["", "_dot", "_ddot"].map(|suffix| ("", &c.identifier, suffix)));
+    let constraints = document.constraints.iter().map(|c| ("lambda_", &c.identifier, ""));
+    for (prefix, Identifier { name, span }, suffix) in coordinates.chain(constraints) {
+        let column = format!("{prefix}{name}{suffix}");
+        if columns.contains(&column) {
+            let title = format!("`{name}` makes a second column `{column}`");
+            findings.push(
+                Diagnostic::error(title, span.clone(), "every trajectory has this column already").help("choose another name"),
+            );
+        }
+        columns.push(column);
     }
-    columns.extend(scene.constraints.iter().map(|c| format!("lambda_{}", c.name)));
     for output in &document.outputs {
         if columns.contains(&output.identifier.name) {
             findings.push(
@@ -190,11 +212,14 @@ fn freedoms(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) 
     let (n, m) = (scene.coordinates.len(), scene.constraints.len());
     let Some(freedoms) = n.checked_sub(m) else {
         let span = document.coordinates.first().map_or(0..0, |c| c.identifier.span.clone());
-        findings.push(Diagnostic::error(
-            format!("more constraints than coordinates: {} but {}", count(m, "constraint"), count(n, "coordinate")),
-            span,
-            "no freedom is left",
-        ));
+        findings.push(
+            Diagnostic::error(
+                format!("more constraints than coordinates: {} but {}", count(m, "constraint"), count(n, "coordinate")),
+                span,
+                "no freedom is left",
+            )
+            .help("take out constraints that follow from others, or describe the mechanism by more coordinates"),
+        );
         return;
     };
     let balance = format!("{} - {} = {}", count(n, "coordinate"), count(m, "constraint"), count(freedoms, "freedom"));
@@ -203,7 +228,9 @@ fn freedoms(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) 
     };
     for (what, names) in [("position", given(|c| &c.position)), ("rate", given(|c| &c.rate))] {
         if names.len() != freedoms {
-            let listed = if names.is_empty() { String::new() } else { format!(" ({})", names.join(", ")) };
+            let suffix = if what == "rate" { "_dot" } else { "" };
+            let listed = names.iter().map(|name| format!("{name}{suffix}")).collect::<Vec<_>>().join(", ");
+            let listed = if names.is_empty() { String::new() } else { format!(" ({listed})") };
             let label = format!("{}{listed}", count(names.len(), &format!("given {what}")));
             let title = format!("{balance}, but {} given", if names.len() == 1 { format!("1 {what} is") } else { format!("{} {what}s are", names.len()) });
             let help = if names.len() > freedoms {
@@ -238,76 +265,4 @@ fn freedoms(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) 
 
 fn count(n: usize, what: &str) -> String {
     format!("{n} {what}{}", if n == 1 { "" } else { "s" })
-}
-
-/// Coordinates that nothing uses are errors, parameters that nothing uses are warnings.
-fn used(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) {
-    let inertial = scene.bodies.iter().flat_map(|body| {
-        let com = body.com.iter().flatten().filter(|_| body.mass.is_some());
-        com.chain(body.angle.iter().filter(|_| body.inertia.is_some()))
-    });
-    let moving: Vec<&Value> = inertial.chain(scene.constraints.iter().map(|c| &c.residual)).collect();
-    let moved: Vec<usize> = moving.iter().flat_map(|value| scene.coordinates_of(value)).collect();
-    for (i, syntax) in document.coordinates.iter().enumerate() {
-        if !moved.contains(&i) {
-            let name = &syntax.identifier.name;
-            findings.push(
-                Diagnostic::error(
-                    format!("nothing depends on coordinate `{name}`"),
-                    syntax.identifier.span.clone(),
-                    "no mass moves with it and no constraint holds it",
-                )
-                .help("use it in a position, an angle or a constraint, or take it out"),
-            );
-        }
-    }
-    let mentioned: Vec<&Quantity> = all_values(scene).into_iter().flat_map(crate::expression::Expression::names).collect();
-    for (i, syntax) in document.parameters.iter().enumerate() {
-        if !mentioned.contains(&&Quantity::Parameter(i)) {
-            let name = &syntax.identifier.name;
-            findings.push(Diagnostic::warning(
-                format!("parameter `{name}` is never used"),
-                syntax.identifier.span.clone(),
-                "nothing depends on it",
-            ));
-        }
-    }
-}
-
-fn all_values(scene: &Scene) -> Vec<&Value> {
-    let mut values: Vec<&Value> = scene.parameters.iter().map(|p| &p.formula).collect();
-    values.extend(scene.points.iter().flat_map(|p| &p.position));
-    for body in &scene.bodies {
-        values.extend([&body.mass, &body.inertia, &body.angle].into_iter().flatten());
-        values.extend(body.com.iter().flatten());
-    }
-    values.extend(scene.constraints.iter().map(|c| &c.residual));
-    for load in &scene.loads {
-        match &load.kind {
-            LoadKind::Force { force, at } => values.extend(force.iter().chain(at)),
-            LoadKind::Torque { torque, angle } => values.extend([torque, angle]),
-            LoadKind::Gravity(field) => values.extend(field),
-            LoadKind::Spring { along, stiffness, rest, damping } => {
-                values.push(along);
-                values.extend([stiffness, rest, damping].into_iter().flatten());
-            }
-        }
-    }
-    for output in &scene.outputs {
-        match &output.kind {
-            OutputKind::Value(v) | OutputKind::Rate(v) | OutputKind::SecondRate(v) => values.push(v),
-            OutputKind::ReactionForce { along, .. } => values.extend(along),
-            OutputKind::ReactionMoment { .. } => {}
-        }
-    }
-    for coordinate in &scene.coordinates {
-        for start in [&coordinate.position, &coordinate.rate] {
-            if let Start::Given(value) | Start::Guess(value) = start {
-                values.push(value);
-            }
-        }
-    }
-    values.extend([&scene.run.step, &scene.run.end_time]);
-    values.extend(scene.run.until.iter().map(|c| &c.difference));
-    values
 }

@@ -33,27 +33,6 @@ impl Kind {
     }
 }
 
-/// Why a name does not stand for anything here.
-pub(super) struct Unresolved {
-    title: String,
-    label: String,
-    help: Option<String>,
-}
-
-impl Unresolved {
-    fn new(title: String, label: &str, help: Option<String>) -> Self {
-        Self { title, label: label.to_owned(), help }
-    }
-
-    pub(super) fn at(self, span: Span) -> Diagnostic {
-        let error = Diagnostic::error(self.title, span, self.label);
-        match self.help {
-            Some(help) => error.help(help),
-            None => error,
-        }
-    }
-}
-
 impl Default for Scope {
     fn default() -> Self {
         Self { names: Vec::new(), parameter_limit: usize::MAX }
@@ -75,15 +54,28 @@ impl Scope {
         } else if let Some((first, other)) = self.names.iter().find(|(other, _)| other.name == *name) {
             findings.push(
                 Diagnostic::error(format!("`{name}` is defined twice"), span, format!("also {}", kind.describe()))
-                    .context(first.span.clone(), format!("first defined here, as {}", other.describe())),
+                    .context(first.span.clone(), format!("first defined here, as {}", other.describe()))
+                    .help("choose another name for one of them"),
             );
-        } else if let Some((first, _)) =
-            self.names.iter().find(|(other, k)| matches!(k, Kind::Coordinate(_)) && name.strip_suffix("_dot") == Some(&other.name))
-        {
-            findings.push(
-                Diagnostic::error(format!("`{name}` already means the rate of `{}`", first.name), span, "defined by itself")
-                    .context(first.span.clone(), "its coordinate"),
-            );
+        } else {
+            // Coordinates are declared first, so only another coordinate can have taken the name of this one's rate.
+            let coordinates = self.names.iter().filter(|(_, kind)| matches!(kind, Kind::Coordinate(_))).map(|(i, _)| i);
+            let is_rate = |rate: &str, of: &str| rate.strip_suffix("_dot") == Some(of);
+            for other in coordinates {
+                let (rate, coordinate) = if is_rate(name, &other.name) {
+                    (identifier, other)
+                } else if matches!(kind, Kind::Coordinate(_)) && is_rate(&other.name, name) {
+                    (other, identifier)
+                } else {
+                    continue;
+                };
+                let title = format!("`{}` already means the rate of `{}`", rate.name, coordinate.name);
+                findings.push(
+                    Diagnostic::error(title, rate.span.clone(), "a rate is there without being declared")
+                        .context(coordinate.span.clone(), "its coordinate")
+                        .help("choose another name"),
+                );
+            }
         }
         self.names.push((identifier.clone(), kind));
     }
@@ -94,17 +86,10 @@ impl Scope {
     }
 
     /// What a name in a formula stands for.
-    pub(super) fn look_up(&self, name: &str, context: Context) -> Result<Quantity, Unresolved> {
-        let quantity = self.find(name).ok_or_else(|| self.unknown(name))?;
+    pub(super) fn look_up(&self, name: &str, span: Span, context: Context) -> Result<Quantity, Diagnostic> {
+        let Some(quantity) = self.find(name) else { return Err(self.unknown(name, span)) };
         let forbidden = match quantity {
-            Quantity::Parameter(i) if i >= self.parameter_limit => {
-                let help = "a parameter may depend on those above it";
-                return Err(Unresolved::new(
-                    format!("parameter `{name}` is used before it is defined"),
-                    "defined here or further down",
-                    Some(help.to_owned()),
-                ));
-            }
+            Quantity::Parameter(i) if i >= self.parameter_limit => return Err(self.too_early(name, i, span)),
             Quantity::Coordinate(_) | Quantity::Point(..) if context < Context::Geometry => "moves with the mechanism",
             Quantity::Rate(_) | Quantity::PointRate(..) if context < Context::Geometry => "moves with the mechanism",
             Quantity::Rate(_) | Quantity::PointRate(..) if context < Context::Load => "is a rate",
@@ -113,11 +98,35 @@ impl Scope {
             _ => return Ok(quantity),
         };
         let allowed = match context {
+            Context::Geometry if matches!(quantity, Quantity::Rate(_) | Quantity::PointRate(..)) => {
+                "here only coordinates, points, parameters and numbers can stand; an output has `rate = '...'` for a rate"
+            }
             Context::Constant => "here only numbers and parameters can stand",
             Context::Geometry => "here only coordinates, points, parameters and numbers can stand",
             Context::Load | Context::Condition => "use coordinates and their rates instead",
         };
-        Err(Unresolved::new(format!("`{name}` {forbidden}"), "not possible here", Some(allowed.to_owned())))
+        Err(Diagnostic::error(format!("`{name}` {forbidden}"), span, "not possible here").help(allowed))
+    }
+
+    /// Whether a name stands for anything, wherever it may be used.
+    pub(super) fn knows(&self, name: &str) -> bool {
+        self.find(name).is_some()
+    }
+
+    fn too_early(&self, name: &str, parameter: usize, span: Span) -> Diagnostic {
+        let help = "a parameter may depend on those above it";
+        if parameter == self.parameter_limit {
+            return Diagnostic::error(format!("parameter `{name}` depends on itself"), span, "not yet defined").help(help);
+        }
+        let error = Diagnostic::error(format!("parameter `{name}` is used before it is defined"), span, "not yet defined");
+        match self.declared(name) {
+            Some((identifier, _)) => error.context(identifier.span.clone(), "defined here").help(help),
+            None => error.help(help),
+        }
+    }
+
+    fn declared(&self, name: &str) -> Option<&(Identifier, Kind)> {
+        self.names.iter().find(|(identifier, _)| identifier.name == name)
     }
 
     fn find(&self, name: &str) -> Option<Quantity> {
@@ -126,7 +135,7 @@ impl Scope {
             "t" => return Some(Quantity::Time),
             _ => {}
         }
-        let declared = |name: &str| self.names.iter().find(|(i, _)| i.name == name).map(|(_, kind)| *kind);
+        let declared = |name: &str| self.declared(name).map(|(_, kind)| *kind);
         if let Some((point, component)) = name.split_once('.') {
             let Some(Kind::Point(i)) = declared(point) else { return None };
             return match component {
@@ -148,11 +157,22 @@ impl Scope {
         }
     }
 
-    fn unknown(&self, name: &str) -> Unresolved {
-        let is_point = |name: &str| self.points().any(|p| p == name);
-        if is_point(name) {
-            let help = format!("write `{name}.x` or `{name}.y`");
-            return Unresolved::new(format!("`{name}` is a point, not a number"), "its component is missing", Some(help));
+    fn unknown(&self, name: &str, span: Span) -> Diagnostic {
+        let (base, component) = name.split_once('.').unwrap_or((name, ""));
+        match self.declared(base) {
+            Some((_, Kind::Point(_))) if component.is_empty() => {
+                return Diagnostic::error(format!("`{name}` is a point, not a number"), span, "its component is missing")
+                    .help(format!("write `{name}.x` or `{name}.y`"));
+            }
+            Some((_, Kind::Point(_))) => {
+                return Diagnostic::error(format!("point `{base}` has no component `{component}`"), span, "not known")
+                    .help(format!("write `{base}.x` or `{base}.y`"));
+            }
+            Some((_, kind)) => {
+                return Diagnostic::error(format!("`{base}` is {}, not a point", kind.describe()), span, "has no components")
+                    .help(format!("write `{base}`"));
+            }
+            None => {}
         }
         let mut candidates: Vec<String> = vec!["pi".to_owned()];
         for (identifier, kind) in &self.names {
@@ -163,7 +183,10 @@ impl Scope {
                 Kind::Point(_) => candidates.extend([format!("{n}.x"), format!("{n}.y")]),
             }
         }
-        let near = closest(name, candidates.iter().map(String::as_str));
-        Unresolved::new(format!("unknown name `{name}`"), "not known", near.map(|near| format!("did you mean `{near}`?")))
+        let help = match closest(name, candidates.iter().map(String::as_str)) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => "names are declared in `coordinates`, [parameters] and [points]".to_owned(),
+        };
+        Diagnostic::error(format!("unknown name `{name}`"), span, "not known").help(help)
     }
 }

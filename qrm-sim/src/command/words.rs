@@ -65,26 +65,34 @@ pub(super) fn breakdown(reason: &Breakdown, description: &Description) -> String
     }
 }
 
+/// A time without the rounding error of its last digits.
+pub(super) fn seconds(t: f64) -> String {
+    let rounded = format!("{t:.13}");
+    let digits = rounded.trim_end_matches('0').trim_end_matches('.');
+    if digits.parse() == Ok(0.0) { format!("{t:?} s") } else { format!("{digits} s") }
+}
+
 /// How a run ended, in one sentence or a few.
 pub(super) fn ending(outcome: &Outcome, description: &Description, until: &str) -> String {
-    let t = outcome.end_time;
+    let t = seconds(outcome.end_time);
     match &outcome.status {
-        Status::Completed => format!("reached the end time {t:?} s"),
-        Status::Stopped => format!("`{until}` became true at t = {t:?} s"),
+        Status::Completed => format!("reached the end time {t}"),
+        Status::Stopped => format!("`{until}` became true at t = {t}"),
         Status::StoppedAtStart => format!("`{until}` holds at the start: there is no motion to compute"),
         Status::StopNotReached { nearest_time, missing } => {
             let mut text = format!(
-                "`{until}` did not become true by the latest end, t = {t:?} s: it was nearest at t = {nearest_time:.6} s, {missing:.6} short"
+                "`{until}` did not become true by the latest end, t = {t}: it was nearest at t = {}, {missing:.6} short",
+                seconds(*nearest_time)
             );
-            if *nearest_time < t {
+            if *nearest_time < outcome.end_time {
                 text += ", and has moved away since: the mechanism turned back or stalled";
             } else {
                 text += ", and was still coming nearer";
             }
             text
         }
-        Status::Interrupted => format!("interrupted at t = {t:?} s"),
-        Status::Broken(reason) => format!("broke off after t = {t:?} s: {}", breakdown(reason, description)),
+        Status::Interrupted => format!("interrupted at t = {t}"),
+        Status::Broken(reason) => format!("broke off after t = {t}: {}", breakdown(reason, description)),
         Status::Unwritable(e) => format!("rows could not be written: {e}"),
     }
 }

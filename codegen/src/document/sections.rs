@@ -1,0 +1,232 @@
+//! The sections of a scene file, key by key.
+
+use super::table::{self, Reader, Table};
+use super::{
+    BodySyntax, ConstraintSyntax, CoordinateSyntax, Document, Identifier, LoadSyntax, OutputSyntax, OutputValue,
+    ParameterSyntax, Position, Target,
+};
+use crate::diagnostic::Diagnostic;
+use crate::names::is_identifier;
+use crate::parser::Formula;
+
+impl Document {
+    pub(super) fn read(&mut self, r: &mut Reader, root: &table::Root) {
+        let mut root = root.table();
+        if let Some(name) = root.required(r, "name").and_then(|v| r.text(v)) {
+            if !name.name.starts_with(|c: char| c.is_ascii_alphabetic())
+                || !name.name.chars().all(|c| c.is_ascii_alphanumeric() || c == '-' || c == '_')
+            {
+                r.findings.push(
+                    Diagnostic::error(format!("`{}` cannot be the name of a scene", name.name), name.span.clone(), "not a name")
+                        .help("use letters, digits, `-` and `_`, beginning with a letter"),
+                );
+            }
+            self.name = name;
+        }
+        self.doc = root.string(r, "doc");
+        let coordinates = root.required(r, "coordinates");
+        r.lost |= coordinates.is_none();
+        for value in coordinates.map(|v| r.array(v)).unwrap_or_default() {
+            let coordinate = coordinate(r, value);
+            r.lost |= coordinate.is_none();
+            self.coordinates.extend(coordinate);
+        }
+        for (identifier, value) in root.entries(r, "parameters") {
+            self.parameters.extend(parameter(r, identifier, value));
+        }
+        for (identifier, value) in root.entries(r, "points") {
+            let position = r.pair(value);
+            self.points.push((identifier, position));
+        }
+        for (identifier, value) in root.entries(r, "bodies") {
+            self.bodies.extend(body(r, identifier, value));
+        }
+        for (identifier, value) in root.entries(r, "constraints") {
+            self.constraints.extend(constraint(r, identifier, value));
+        }
+        for (identifier, value) in root.entries(r, "loads") {
+            if let Some(load) = load(r, &identifier, value) {
+                self.loads.push((identifier, load));
+            }
+        }
+        self.read_initial(r, &mut root);
+        for (identifier, value) in root.entries(r, "outputs") {
+            self.outputs.extend(output(r, identifier, value));
+        }
+        self.read_run(r, &mut root);
+        root.finish(r);
+    }
+
+    fn read_initial(&mut self, r: &mut Reader, root: &mut Table) {
+        let Some(value) = root.required(r, "initial") else { return };
+        let Some(initial) = r.table("[initial]", value) else { return };
+        if let Some(given) = initial.required(r, "given") {
+            self.given_span = given.span();
+            self.given = values(r, "given", given);
+        }
+        if let Some(solve) = initial.optional("solve") {
+            self.solve = values(r, "solve", solve);
+        }
+        initial.finish(r);
+    }
+
+    fn read_run(&mut self, r: &mut Reader, root: &mut Table) {
+        let Some(value) = root.required(r, "run") else { return };
+        self.run.span = value.span();
+        let before = r.findings.len();
+        let Some(run) = r.table("[run]", value) else { return };
+        self.run.step = run.required(r, "step").map(|v| r.formula(v));
+        self.run.until = run.optional("until").and_then(|v| r.condition(v));
+        self.run.max_time = run.optional("max_time").map(|v| r.formula(v));
+        self.run.end_time = run.optional("end_time").map(|v| r.formula(v));
+        run.finish(r);
+        self.run.is_whole = r.findings.len() == before;
+    }
+}
+
+fn coordinate(r: &mut Reader, value: table::Value) -> Option<CoordinateSyntax> {
+    let syntax = if value.is_table() {
+        let table = r.table("a coordinate", value)?;
+        let identifier = table.required(r, "name").and_then(|v| r.text(v));
+        let (unit, doc) = (table.string(r, "unit"), table.string(r, "doc"));
+        table.finish(r);
+        CoordinateSyntax { identifier: identifier?, unit, doc }
+    } else {
+        CoordinateSyntax { identifier: r.text(value)?, unit: String::new(), doc: String::new() }
+    };
+    r.check_name(&syntax.identifier, "coordinate");
+    Some(syntax)
+}
+
+fn parameter(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option<ParameterSyntax> {
+    if !value.is_table() {
+        let value = r.formula(value);
+        return Some(ParameterSyntax { identifier, value, unit: String::new(), doc: String::new(), runtime: false });
+    }
+    let table = r.table(&format!("parameter `{}`", identifier.name), value)?;
+    let value = table.required(r, "value").map_or_else(table::placeholder, |v| r.formula(v));
+    let (unit, doc) = (table.string(r, "unit"), table.string(r, "doc"));
+    let runtime = table.optional("runtime").is_some_and(|v| r.boolean(v));
+    table.finish(r);
+    Some(ParameterSyntax { identifier, value, unit, doc, runtime })
+}
+
+fn body(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option<BodySyntax> {
+    let table = r.table(&format!("body `{}`", identifier.name), value)?;
+    let syntax = BodySyntax {
+        mass: table.optional("mass").map(|v| r.formula(v)),
+        com: table.optional("com").and_then(|v| {
+            if v.is_array() {
+                return Some(Position::Pair(r.pair(v)));
+            }
+            if v.is_text() {
+                return r.text(v).map(Position::Point);
+            }
+            r.wrong_type(v, "the name of a point or an array of two formulae, `['x', 'y']`");
+            None
+        }),
+        angle: table.optional("angle").map(|v| r.formula(v)),
+        inertia: table.optional("inertia").map(|v| r.formula(v)),
+        identifier,
+    };
+    table.string(r, "doc");
+    table.finish(r);
+    Some(syntax)
+}
+
+fn constraint(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option<ConstraintSyntax> {
+    let table = r.table(&format!("constraint `{}`", identifier.name), value)?;
+    let residual = table.required(r, "residual").map_or_else(table::placeholder, |v| r.formula(v));
+    let (unit, doc) = (table.string(r, "unit"), table.string(r, "doc"));
+    table.finish(r);
+    Some(ConstraintSyntax { identifier, residual, unit, doc })
+}
+
+fn load(r: &mut Reader, identifier: &Identifier, value: table::Value) -> Option<LoadSyntax> {
+    let table = r.table(&format!("load `{}`", identifier.name), value)?;
+    table.string(r, "doc");
+    let kind = table.one_of(r, &["force", "torque", "gravity", "along"], "a spring or damper is written `along` with `spring`, `rest` and `damper`")?;
+    let load = match kind {
+        "force" => {
+            let force = table.required(r, "force").map(|v| r.pair(v))?;
+            let target = table.target(r);
+            target.map(|target| LoadSyntax::Force { force, target })
+        }
+        "torque" => {
+            let torque = table.required(r, "torque").map(|v| r.formula(v))?;
+            let body = table.required(r, "on").and_then(|v| r.text(v));
+            body.map(|body| LoadSyntax::Torque { torque, body })
+        }
+        "gravity" => table.required(r, "gravity").map(|v| LoadSyntax::Gravity(r.pair(v))),
+        _ => {
+            let along = table.required(r, "along").map(|v| r.formula(v))?;
+            let stiffness = table.optional("spring").map(|v| r.formula(v));
+            let rest = table.optional("rest").map(|v| r.formula(v));
+            let damping = table.optional("damper").map(|v| r.formula(v));
+            if stiffness.is_none() && damping.is_none() {
+                let help = "add `spring = '...'` or `damper = '...'`";
+                r.findings.push(
+                    Diagnostic::error(format!("load `{}` has no size", identifier.name), identifier.span.clone(), "does nothing")
+                        .help(help),
+                );
+            }
+            Some(LoadSyntax::Spring { along, stiffness, rest, damping })
+        }
+    };
+    table.finish(r);
+    load
+}
+
+fn output(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option<OutputSyntax> {
+    if !value.is_table() {
+        let value = OutputValue::Value(r.formula(value));
+        return Some(OutputSyntax { identifier, value, unit: String::new(), doc: String::new() });
+    }
+    let table = r.table(&format!("output `{}`", identifier.name), value)?;
+    let (unit, doc) = (table.string(r, "unit"), table.string(r, "doc"));
+    let help = "an output is a value, its rate, its second rate or the reaction of a constraint";
+    let kind = table.one_of(r, &["value", "rate", "second_rate", "reaction"], help)?;
+    let asked = table.required(r, kind)?;
+    let value = match kind {
+        "value" => Some(OutputValue::Value(r.formula(asked))),
+        "rate" => Some(OutputValue::Rate(r.formula(asked))),
+        "second_rate" => Some(OutputValue::SecondRate(r.formula(asked))),
+        _ => {
+            let constraint = r.text(asked);
+            let target = table.target(r);
+            let along = match target {
+                Some(Target::Point(_)) => table.required(r, "along").map(|v| r.pair(v)),
+                _ => table.optional("along").map(|v| {
+                    let error = Diagnostic::error("a moment has no direction", v.span(), "not needed");
+                    r.findings.push(error.help("take `along` out, or ask for the force on a point with `at`"));
+                    r.pair(v)
+                }),
+            };
+            constraint.zip(target).map(|(constraint, target)| OutputValue::Reaction { constraint, target, along })
+        }
+    };
+    table.finish(r);
+    Some(OutputSyntax { identifier, value: value?, unit, doc })
+}
+
+fn values(r: &mut Reader, what: &str, value: table::Value) -> Vec<(Identifier, Formula)> {
+    let Some(table) = r.table(what, value) else { return Vec::new() };
+    table.all().into_iter().map(|(identifier, value)| (identifier, r.formula(value))).collect()
+}
+
+impl Reader<'_> {
+    /// Reports a name that could not stand in a formula.
+    pub(super) fn check_name(&mut self, identifier: &Identifier, what: &str) {
+        if !is_identifier(&identifier.name) {
+            self.lost = true;
+            self.findings.push(
+                Diagnostic::error(
+                    format!("`{}` cannot be the name of a {what}", identifier.name),
+                    identifier.span.clone(),
+                    "not a name",
+                )
+                .help("use letters, digits and `_`, beginning with a letter"),
+            );
+        }
+    }
+}

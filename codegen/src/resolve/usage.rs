@@ -1,0 +1,77 @@
+//! What a scene declares and does not use.
+
+use crate::diagnostic::Diagnostic;
+use crate::document::Document;
+use crate::scene::{LoadKind, OutputKind, Quantity, Scene, Start, Value};
+
+/// Coordinates that nothing uses are errors, parameters that nothing uses are warnings.
+pub(super) fn used(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) {
+    let inertial = scene.bodies.iter().flat_map(|body| {
+        let com = body.com.iter().flatten().filter(|_| body.mass.is_some());
+        com.chain(body.angle.iter().filter(|_| body.inertia.is_some()))
+    });
+    let moving: Vec<&Value> = inertial.chain(scene.constraints.iter().map(|c| &c.residual)).collect();
+    let moved: Vec<usize> = moving.iter().flat_map(|value| scene.coordinates_of(value)).collect();
+    for (i, syntax) in document.coordinates.iter().enumerate() {
+        if !moved.contains(&i) {
+            let name = &syntax.identifier.name;
+            findings.push(
+                Diagnostic::error(
+                    format!("nothing depends on coordinate `{name}`"),
+                    syntax.identifier.span.clone(),
+                    "no mass moves with it and no constraint holds it",
+                )
+                .help("use it in a position, an angle or a constraint, or take it out"),
+            );
+        }
+    }
+    let mentioned: Vec<&Quantity> = all_values(scene).into_iter().flat_map(crate::expression::Expression::names).collect();
+    for (i, syntax) in document.parameters.iter().enumerate() {
+        if !mentioned.contains(&&Quantity::Parameter(i)) {
+            let name = &syntax.identifier.name;
+            findings.push(Diagnostic::warning(
+                format!("parameter `{name}` is never used"),
+                syntax.identifier.span.clone(),
+                "nothing depends on it",
+            ));
+        }
+    }
+}
+
+fn all_values(scene: &Scene) -> Vec<&Value> {
+    let mut values: Vec<&Value> = scene.parameters.iter().map(|p| &p.formula).collect();
+    values.extend(scene.points.iter().flat_map(|p| &p.position));
+    for body in &scene.bodies {
+        values.extend([&body.mass, &body.inertia, &body.angle].into_iter().flatten());
+        values.extend(body.com.iter().flatten());
+    }
+    values.extend(scene.constraints.iter().map(|c| &c.residual));
+    for load in &scene.loads {
+        match &load.kind {
+            LoadKind::Force { force, at } => values.extend(force.iter().chain(at)),
+            LoadKind::Torque { torque, angle } => values.extend([torque, angle]),
+            LoadKind::Gravity(field) => values.extend(field),
+            LoadKind::Spring { along, stiffness, rest, damping } => {
+                values.push(along);
+                values.extend([stiffness, rest, damping].into_iter().flatten());
+            }
+        }
+    }
+    for output in &scene.outputs {
+        match &output.kind {
+            OutputKind::Value(v) | OutputKind::Rate(v) | OutputKind::SecondRate(v) => values.push(v),
+            OutputKind::ReactionForce { along, .. } => values.extend(along),
+            OutputKind::ReactionMoment { .. } => {}
+        }
+    }
+    for coordinate in &scene.coordinates {
+        for start in [&coordinate.position, &coordinate.rate] {
+            if let Start::Given(value) | Start::Guess(value) = start {
+                values.push(value);
+            }
+        }
+    }
+    values.extend([&scene.run.step, &scene.run.end_time]);
+    values.extend(scene.run.until.iter().map(|c| &c.difference));
+    values
+}

@@ -1,0 +1,64 @@
+//! Steps allocate nothing: a run of twice as many steps allocates as often.
+
+#![allow(unsafe_code, reason = "an allocator that counts is the only way to count allocations")]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::io;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use qrm_model::quick_return::QuickReturn;
+use qrm_sim::motion::Method;
+use qrm_sim::projection::{Projection, Tolerance};
+use qrm_sim::simulate::{End, Observer, Request, Row, simulate};
+
+struct Counting;
+
+static COUNT: AtomicUsize = AtomicUsize::new(0);
+
+// SAFETY: every call is handed to the system's allocator unchanged; counting touches no memory of its own.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        COUNT.fetch_add(1, Ordering::Relaxed);
+        // SAFETY: the caller keeps the contract of `alloc`.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
+        // SAFETY: the caller keeps the contract of `dealloc`.
+        unsafe { System.dealloc(block, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+struct Nobody;
+
+impl Observer for Nobody {
+    fn row(&mut self, _row: &Row) -> io::Result<()> {
+        Ok(())
+    }
+
+    fn goes_on(&mut self, _t: f64, _end_time: f64) -> io::Result<bool> {
+        Ok(true)
+    }
+}
+
+fn allocations(projection: Projection, end_time: f64) -> usize {
+    let mechanism = QuickReturn::default();
+    let method = Method { projection, tolerance: Tolerance::default() };
+    let request = Request { method, step: None, end: Some(End::Time(end_time)), estimate_error: true };
+    let before = COUNT.load(Ordering::Relaxed);
+    let outcome = simulate(&mechanism, &request, &mut Nobody).expect("the run starts");
+    assert!(outcome.steps > 100);
+    COUNT.load(Ordering::Relaxed) - before
+}
+
+#[test]
+fn steps_allocate_nothing() {
+    for projection in [Projection::None, Projection::Euclidean, Projection::Mass] {
+        let few = allocations(projection, 0.5);
+        assert!(few > 0, "the count counts");
+        assert_eq!(few, allocations(projection, 5.0), "{projection:?}");
+    }
+}

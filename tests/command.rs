@@ -1,0 +1,283 @@
+//! What a user can do wrong on the command line, and what is said about it; interrupted and impossible runs.
+
+mod common;
+
+use std::io::{BufRead, BufReader};
+use std::process::{Output, Stdio};
+use std::time::{Duration, Instant};
+
+use common::{near, qrm, run};
+use snapbox::{Assert, IntoData, Redactions, str};
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// Asserts exit status and error output of `qrm ARGUMENTS`.
+#[track_caller]
+fn wrong_use(arguments: &[&str], expected: impl IntoData) {
+    let Output { status, stdout, stderr } = qrm(arguments).output().expect("the command starts");
+    assert_eq!((status.code(), text(&stdout)), (Some(2), String::new()), "{}", text(&stderr));
+    Assert::new().eq(text(&stderr), expected);
+}
+
+#[test]
+fn parameters_that_cannot_be_set() {
+    wrong_use(
+        &["run", "--set", "O2B=0.3"],
+        str![[r#"
+error: scene `quick-return` has no parameter `O2B`
+  = help: did you mean `O2A`?
+
+"#]],
+    );
+    wrong_use(
+        &["run", "--set", "J3=0.1"],
+        str![[r#"
+error: parameter `J3` is exactly zero in scene `quick-return`, so the generated code does without it
+  = help: add `runtime = true` to `J3` in scenes/quick-return.toml, or give it a value there, and build again
+
+"#]],
+    );
+    wrong_use(
+        &["run", "--set", "O2A"],
+        str![[r#"
+error: `--set O2A` has no `=`
+  = help: write `--set NAME=VALUE`
+
+"#]],
+    );
+    wrong_use(
+        &["run", "--set", "O2A=two"],
+        str![[r#"
+error: `--set O2A` needs a number, but `two` contains the name `two`
+  = help: only numbers, `pi` and functions can stand here
+
+"#]],
+    );
+    wrong_use(
+        &["run", "--set", "O2A=0/0"],
+        str![[r#"
+error: `--set O2A` needs a number, but `0/0` gives NaN
+
+"#]],
+    );
+    wrong_use(
+        &["run", "--set", "m3=-1"],
+        str![[r#"
+error: body `block` has a negative mass
+  --> scenes/quick-return.toml:40:20
+   |
+40 | block  = { mass = 'm3', com = 'A', angle = 'phi4', inertia = 'J3' }
+   |                    ^^ its value is -1
+   |
+   = help: a mass must be zero or positive
+
+"#]],
+    );
+}
+
+#[test]
+fn steps_and_ends_that_make_no_sense() {
+    for (step, said) in [("0", "0"), ("-1e-3", "-0.001")] {
+        let expected = format!("error: `--step` must be above zero, but is {said}\n");
+        wrong_use(&["run", "--step", step], expected);
+    }
+    wrong_use(
+        &["run", "--step", "nan"],
+        str![[r#"
+error: `--step` needs a number, but `nan` contains the name `nan`
+  = help: only numbers, `pi` and functions can stand here
+
+"#]],
+    );
+    wrong_use(
+        &["run", "--step", "1e-300"],
+        str![[r#"
+error: a step of 1e-300 s is too short for a run of 10.0 s: time would stand still
+  = help: use a longer step or an earlier end
+
+"#]],
+    );
+    wrong_use(
+        &["run", "--end-time", "-1"],
+        str![[r#"
+error: `--end-time` must be above zero, but is -1
+
+"#]],
+    );
+    wrong_use(
+        &["run", "--until", "phi2 > phi6"],
+        str![[r#"
+error: unknown name `phi6`
+ --> --until:1:8
+  |
+1 | phi2 > phi6
+  |        ^^^^ not known
+  |
+  = help: did you mean `phi2`?
+
+"#]],
+    );
+}
+
+#[test]
+fn a_scene_that_is_not_there() {
+    wrong_use(
+        &["run", "quick-retrun"],
+        str![[r#"
+error: there is no scene `quick-retrun`
+  = help: did you mean `quick-return`?
+
+"#]],
+    );
+}
+
+#[test]
+fn a_mechanism_that_cannot_be_assembled() {
+    wrong_use(
+        &["run", "--set", "yC=1.3"],
+        str![[r#"
+error: the mechanism cannot be assembled: constraint `guide` stays 0.117565 m from closed
+  --> scenes/quick-return.toml:47:23
+   |
+47 | guide = { residual = 'C.y - yC', unit = "m", doc = "the ram stays on its guide" }
+   |                       ^^^^^^^^ not zero anywhere near the first guesses; nearest at phi2 = 0.000000, phi4 = 0.982794, phi5 = 1.570796
+   |
+   = help: check the lengths that occur here, or start from other guesses in [initial]
+
+"#]],
+    );
+}
+
+#[test]
+fn a_crank_that_never_turns_twice() {
+    let run = run(&["--set", "w0=3.0"]);
+    assert_eq!(run.status(), 1);
+    let expected = "error: `abs(phi2) >= 4*pi` did not become true by the latest end, t = 10 s: it was nearest at \
+                    t = 8.016 s, 10.949604 short, and has moved away since: the mechanism turned back or stalled\n";
+    Assert::new().eq(run.stderr(), expected);
+    assert_eq!(run.summary()["status"], "stop_not_reached");
+    near("end", run.summary()["end_time"].as_f64().expect("a number"), 10.0, 0.0);
+    assert_eq!(run.trajectory().rows.len(), 10_001);
+}
+
+#[test]
+fn a_run_that_breaks_off_keeps_its_rows() {
+    let run = run(&["quick-return-loaded", "--set", "cd=1e7", "--end-time", "0.05"]);
+    assert_eq!(run.status(), 1);
+    assert!(run.stderr().starts_with("error: broke off after t = "), "{}", run.stderr());
+    assert!(run.stderr().contains("constraint `guide` could not be closed again"), "{}", run.stderr());
+    assert_eq!(run.summary()["status"], "failed");
+    let trajectory = run.trajectory();
+    let broken_at = run.summary()["end_time"].as_f64().expect("a number");
+    near("last row", trajectory.number(trajectory.last(), "t"), broken_at, 0.0);
+    for row in 0..trajectory.rows.len() {
+        assert!(trajectory.columns.iter().all(|c| trajectory.number(row, c).is_finite()));
+    }
+}
+
+#[test]
+fn folders_that_cannot_be_written() {
+    let file = tempfile::NamedTempFile::new().expect("a temporary file");
+    let folder = file.path().join("below");
+    let path = folder.to_str().expect("a path in UTF-8");
+    let mut redactions = Redactions::new();
+    redactions.insert("[PATH]", file.path().to_path_buf()).expect("a redaction");
+    let output = qrm(&["run", "--out", path]).output().expect("the command starts");
+    assert_eq!(output.status.code(), Some(2));
+    Assert::new().redact_with(redactions).eq(
+        text(&output.stderr),
+        str![[r#"
+error: cannot write [PATH]/below/trajectory.csv: Not a directory (os error 20)
+  = help: choose another folder with --out DIR
+
+"#]],
+    );
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    std::os::unix::fs::symlink("/dev/full", folder.path().join("trajectory.csv")).expect("a link");
+    let output = qrm(&["run", "--out"]).arg(folder.path()).output().expect("the command starts");
+    let said = text(&output.stderr);
+    assert!(said.contains("No space left on device"), "{said}");
+    assert!(!said.contains("panicked"), "{said}");
+    assert_ne!(output.status.code(), Some(0));
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_keeps_its_rows() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut command = qrm(&["run", "--end-time", "1e6", "--out"]);
+    let mut child = command.arg(folder.path()).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("starts");
+    let path = folder.path().join("trajectory.csv");
+    let patience = Instant::now();
+    while std::fs::metadata(&path).map_or(0, |m| m.len()) < 100_000 {
+        assert!(patience.elapsed() < Duration::from_secs(30), "no rows appear");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let interrupted = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(interrupted.expect("kill runs").success());
+    assert_eq!(child.wait().expect("the run ends").code(), Some(1));
+    let said: Vec<String> = BufReader::new(child.stderr.take().expect("piped")).lines().map_while(Result::ok).collect();
+    assert!(said[0].starts_with("error: interrupted at t = "), "{said:?}");
+    let table = common::Table::read(&path);
+    let summary = std::fs::read_to_string(folder.path().join("summary.json")).expect("a summary");
+    let summary: serde_json::Value = serde_json::from_str(&summary).expect("JSON");
+    assert_eq!(summary["status"], "interrupted");
+    near("last row", table.number(table.last(), "t"), summary["end_time"].as_f64().expect("a number"), 0.0);
+    // A pipe gets no progress bar.
+    assert_eq!(said.len(), 1, "{said:?}");
+}
+
+#[test]
+fn conditions_and_formulae_on_the_command_line() {
+    let one = run(&["--until", "phi2 >= 2*pi"]).summary();
+    near("one revolution", one["end_time"].as_f64().expect("a number"), 0.877_997_139_511_224_4, 1e-9);
+    let at_point = run(&["--until", "C.x <= -0.5"]).summary();
+    near("x6", at_point["extremes"]["x6"]["min"].as_f64().expect("a number"), -0.5, 1e-9);
+    let timed = run(&["--until", "t >= 0.25"]).summary();
+    near("t", timed["end_time"].as_f64().expect("a number"), 0.25, 1e-15);
+    let set = run(&["--set", "w0=2*pi+1", "--end-time", "0.01"]).summary();
+    near("w0", set["parameters"]["w0"].as_f64().expect("a number"), std::f64::consts::TAU + 1.0, 1e-15);
+    let at_start = run(&["--until", "phi2 >= 0"]);
+    assert_eq!((at_start.status(), &at_start.summary()["steps"]), (0, &0.into()));
+}
+
+#[test]
+fn thinned_rows_and_uneven_ends() {
+    let run = run(&["--end-time", "0.0105", "--every", "4"]);
+    let table = run.trajectory();
+    let times: Vec<f64> = (0..table.rows.len()).map(|row| table.number(row, "t")).collect();
+    assert_eq!(times, [0.0, 0.004, 0.008, 0.0105]);
+    assert_eq!(run.summary()["steps"], 11);
+}
+
+#[test]
+fn without_arguments_the_document_s_scene_is_run() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let output = qrm(&[]).current_dir(folder.path()).output().expect("the command starts");
+    assert_eq!(output.status.code(), Some(0));
+    let said = text(&output.stdout);
+    assert!(said.contains("wrote out/quick-return/trajectory.csv (1757 rows) and out/quick-return/summary.json"), "{said}");
+    assert!(folder.path().join("out/quick-return/trajectory.csv").exists());
+}
+
+#[test]
+fn list_shows_scenes_and_parameters() {
+    let output = qrm(&["list"]).output().expect("the command starts");
+    let said = text(&output.stdout);
+    for expected in ["quick-return: ", "quick-return-loaded: ", "left out     J3, T2, g (zero in the scene)", "rad/s"] {
+        assert!(said.contains(expected), "{said}");
+    }
+}
+
+#[test]
+fn the_same_input_gives_the_same_bytes() {
+    let bytes = || std::fs::read(run(&["--end-time", "0.2"]).path("trajectory.csv")).expect("a trajectory");
+    assert_eq!(bytes(), bytes());
+}

@@ -1,0 +1,91 @@
+//! Runs the command as a user does, and reads what it wrote.
+#![allow(dead_code, unreachable_pub, reason = "each test file uses its part")]
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// A finished run and its folder.
+pub struct Run {
+    pub output: Output,
+    folder: TempDir,
+}
+
+/// The command, in this workspace's top folder.
+pub fn qrm(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_qrm"));
+    command.current_dir(env!("CARGO_MANIFEST_DIR")).args(arguments);
+    command
+}
+
+/// `qrm run ARGUMENTS --out` into a fresh folder.
+pub fn run(arguments: &[&str]) -> Run {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut command = qrm(&["run"]);
+    command.args(arguments).arg("--out").arg(folder.path());
+    Run { output: command.output().expect("the command starts"), folder }
+}
+
+impl Run {
+    pub fn status(&self) -> i32 {
+        self.output.status.code().expect("the command ended by itself")
+    }
+
+    pub fn stderr(&self) -> String {
+        String::from_utf8_lossy(&self.output.stderr).into_owned()
+    }
+
+    pub fn path(&self, file: &str) -> PathBuf {
+        self.folder.path().join(file)
+    }
+
+    pub fn summary(&self) -> Value {
+        let text = std::fs::read_to_string(self.path("summary.json")).unwrap_or_else(|e| panic!("{e}: {}", self.stderr()));
+        serde_json::from_str(&text).expect("the summary is JSON")
+    }
+
+    pub fn trajectory(&self) -> Table {
+        Table::read(&self.path("trajectory.csv"))
+    }
+}
+
+/// A table of numbers; fields that are none are kept as text.
+pub struct Table {
+    pub columns: Vec<String>,
+    pub rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    pub fn read(path: &Path) -> Self {
+        let mut reader = csv::Reader::from_path(path).expect("a table");
+        let columns = reader.headers().expect("a header").iter().map(str::to_owned).collect();
+        let rows = reader.records().map(|row| row.expect("a row").iter().map(str::to_owned).collect());
+        Self { columns, rows: rows.collect() }
+    }
+
+    /// A table of `tests/reference`.
+    pub fn reference(name: &str) -> Self {
+        Self::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/reference").join(name))
+    }
+
+    pub fn text(&self, row: usize, column: &str) -> &str {
+        let place = self.columns.iter().position(|c| c == column).unwrap_or_else(|| panic!("no column {column}"));
+        &self.rows[row][place]
+    }
+
+    pub fn number(&self, row: usize, column: &str) -> f64 {
+        self.text(row, column).parse().unwrap_or_else(|_| panic!("{column} in row {row} is no number"))
+    }
+
+    pub fn last(&self) -> usize {
+        self.rows.len() - 1
+    }
+}
+
+/// Asserts that two numbers differ by no more than allowed.
+#[track_caller]
+pub fn near(what: &str, got: f64, expected: f64, allowed: f64) {
+    assert!((got - expected).abs() <= allowed, "{what}: {got:?} instead of {expected:?}, off by {:e}", (got - expected).abs());
+}
