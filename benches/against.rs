@@ -67,7 +67,12 @@ fn main() -> ExitCode {
         }
     }
     own.sort_by(f64::total_cmp);
-    println!("ours: {:.0} ns a step (median of {ROUNDS} rounds; {:.0} to {:.0})", median(own.clone()), own[0], own[ROUNDS - 1]);
+    println!(
+        "ours: {:.0} ns a step (median of {ROUNDS} rounds; {:.0} to {:.0})",
+        median(own.clone()),
+        own[0],
+        own[ROUNDS - 1]
+    );
     if !ratios.is_empty() {
         ratios.sort_by(f64::total_cmp);
         println!("ratio: {:.2} (median; {:.2} to {:.2})", median(ratios.clone()), ratios[0], ratios[ROUNDS - 1]);

@@ -263,7 +263,10 @@ fn without_arguments_the_document_s_scene_is_run() {
     let output = qrm(&[]).current_dir(folder.path()).output().expect("the command starts");
     assert_eq!(output.status.code(), Some(0));
     let said = text(&output.stdout);
-    assert!(said.contains("wrote out/quick-return/trajectory.csv (1757 rows) and out/quick-return/summary.json"), "{said}");
+    assert!(
+        said.contains("wrote out/quick-return/trajectory.csv (1757 rows) and out/quick-return/summary.json"),
+        "{said}"
+    );
     assert!(folder.path().join("out/quick-return/trajectory.csv").exists());
 }
 

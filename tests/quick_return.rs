@@ -71,10 +71,22 @@ fn two_revolutions_end_where_they_should() {
 #[test]
 fn extremes_of_every_quantity() {
     let names = [
-        ("phi2d", "phi2_dot"), ("phi4d", "phi4_dot"), ("phi5d", "phi5_dot"), ("phi2dd", "phi2_ddot"),
-        ("phi4dd", "phi4_ddot"), ("phi5dd", "phi5_ddot"), ("phi4", "phi4"), ("phi5", "phi5"), ("v_slide", "v_slide"),
-        ("x6", "x6"), ("x6d", "x6_dot"), ("x6dd", "x6_ddot"), ("lambda1", "lambda_slot"), ("lambda2", "lambda_guide"),
-        ("N3", "N3"), ("N6", "N6"),
+        ("phi2d", "phi2_dot"),
+        ("phi4d", "phi4_dot"),
+        ("phi5d", "phi5_dot"),
+        ("phi2dd", "phi2_ddot"),
+        ("phi4dd", "phi4_ddot"),
+        ("phi5dd", "phi5_ddot"),
+        ("phi4", "phi4"),
+        ("phi5", "phi5"),
+        ("v_slide", "v_slide"),
+        ("x6", "x6"),
+        ("x6d", "x6_dot"),
+        ("x6dd", "x6_ddot"),
+        ("lambda1", "lambda_slot"),
+        ("lambda2", "lambda_guide"),
+        ("N3", "N3"),
+        ("N6", "N6"),
     ];
     let exact = Table::reference("quick-return-extremes.csv");
     let summary = run(&[]).summary();
@@ -108,7 +120,10 @@ fn the_error_falls_with_the_fourth_power_of_the_step() {
 fn the_projections_differ_as_they_should() {
     let drift = |projection: &str| {
         let summary = run(&["--projection", projection]).summary();
-        (summary["energy_drift"].as_f64().expect("a number"), summary["max_residual_position"].as_f64().expect("a number"))
+        (
+            summary["energy_drift"].as_f64().expect("a number"),
+            summary["max_residual_position"].as_f64().expect("a number"),
+        )
     };
     let [none, euclidean, mass] = ["none", "euclidean", "mass"].map(drift);
     assert!(none.1 > 1e-11 && euclidean.1 < 1e-14 && mass.1 < 1e-14, "{none:?} {euclidean:?} {mass:?}");
@@ -135,7 +150,16 @@ fn stiff_and_extreme_variants() {
         let parameters = cases.text(row, "params");
         let sets: Vec<&str> = parameters.split(' ').flat_map(|set| ["--set", set]).collect();
         let end = cases.text(row, "t_end");
-        let mut arguments = vec!["quick-return-loaded", "--end-time", end, "--step", "1e-4", "--every", "100000", "--no-error-estimate"];
+        let mut arguments = vec![
+            "quick-return-loaded",
+            "--end-time",
+            end,
+            "--step",
+            "1e-4",
+            "--every",
+            "100000",
+            "--no-error-estimate",
+        ];
         arguments.extend(sets);
         let run = run(&arguments);
         let summary = run.summary();

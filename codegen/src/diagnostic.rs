@@ -111,8 +111,7 @@ impl Report {
         let mut group = match &diagnostic.span {
             None => title.element(annotate_snippets::Origin::path(self.path.as_str())),
             Some(span) => {
-                let primary =
-                    AnnotationKind::Primary.span(self.visible(span)).label(diagnostic.label.as_str());
+                let primary = AnnotationKind::Primary.span(self.visible(span)).label(diagnostic.label.as_str());
                 let mut snippet = Snippet::source(self.source.as_str()).path(self.path.as_str()).annotation(primary);
                 if let Some((span, label)) = &diagnostic.context {
                     snippet =

@@ -37,7 +37,8 @@ pub fn module(scene: &Scene, equations: &Equations, source: &str) -> Module {
         #constants
         #(#functions)*
     };
-    let file = syn::parse2(tokens.clone()).unwrap_or_else(|e| panic!("the generated module is not Rust: {e}\n{tokens}"));
+    let file =
+        syn::parse2(tokens.clone()).unwrap_or_else(|e| panic!("the generated module is not Rust: {e}\n{tokens}"));
     Module { file, operations }
 }
 
@@ -182,15 +183,25 @@ impl<'a> Writer<'a> {
                 Op::Input(_) => self.hints[factor].clone(),
                 _ => return None,
             };
-            names.push(if times == 1 { name } else if times == 2 { format!("{name}_sq") } else { format!("{name}_pow{times}") });
+            names.push(if times == 1 {
+                name
+            } else if times == 2 {
+                format!("{name}_sq")
+            } else {
+                format!("{name}_pow{times}")
+            });
         }
         let name = names.join("_");
         (name.len() <= 24).then_some(name)
     }
 
     fn constants(&self) -> TokenStream {
-        let parameters: HashMap<Id, TokenStream> =
-            self.outside.iter().filter(|(id, _)| self.graph.op(**id).is_leaf()).map(|(id, t)| (*id, t.clone())).collect();
+        let parameters: HashMap<Id, TokenStream> = self
+            .outside
+            .iter()
+            .filter(|(id, _)| self.graph.op(**id).is_leaf())
+            .map(|(id, t)| (*id, t.clone()))
+            .collect();
         let roots: Vec<Signed> = self.constants.iter().map(|(_, id)| Signed { negative: false, id: *id }).collect();
         let hints = HashMap::new();
         let mut body = Body::new(self.graph, &parameters, &hints, HashSet::from(["p".to_owned()]), &roots);
@@ -200,7 +211,9 @@ impl<'a> Writer<'a> {
         let docs = self.constants.iter().map(|(_, id)| format!(" `{}`", self.formula(*id)));
         let p = if values.is_empty() { quote!(_p) } else { quote!(p) };
         // A struct without fields still has to mention its number type.
-        let marker = values.is_empty().then(|| (quote!(marker: std::marker::PhantomData<R>,), quote!(marker: std::marker::PhantomData)));
+        let marker = values
+            .is_empty()
+            .then(|| (quote!(marker: std::marker::PhantomData<R>,), quote!(marker: std::marker::PhantomData)));
         let (marker_field, marker_value) = marker.unzip();
         quote! {
             /// Values that depend on parameters alone, computed once.
@@ -259,9 +272,9 @@ impl<'a> Writer<'a> {
     }
 
     fn function(&self, plan: &Plan<Signed>, operations: &mut Vec<(&'static str, String)>) -> TokenStream {
-        let roots: Vec<Signed> =
-            plan.parts.iter().flat_map(|(_, shape)| shape.values()).copied().collect();
-        let mut taken: HashSet<String> = ["p", "k", "q", "qd", "qdd", "m", "t", "multipliers"].map(str::to_owned).into();
+        let roots: Vec<Signed> = plan.parts.iter().flat_map(|(_, shape)| shape.values()).copied().collect();
+        let mut taken: HashSet<String> =
+            ["p", "k", "q", "qd", "qdd", "m", "t", "multipliers"].map(str::to_owned).into();
         taken.extend(self.inputs.values().map(ToString::to_string));
         let mut body = Body::new(self.graph, &self.outside, &self.hints, taken, &roots);
         let fields: Vec<TokenStream> = plan.parts.iter().map(|(_, shape)| result(&mut body, shape)).collect();

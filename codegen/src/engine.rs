@@ -26,7 +26,8 @@ pub fn derive(scenes: &[&Scene]) -> io::Result<Vec<Equations>> {
     let lock = lock()?;
     std::thread::scope(|scope| {
         let work = || scenes.iter().enumerate().map(|(i, scene)| derive::equations(i, scene)).collect();
-        let thread = std::thread::Builder::new().name("symbolica".into()).stack_size(64 << 20).spawn_scoped(scope, work)?;
+        let thread =
+            std::thread::Builder::new().name("symbolica".into()).stack_size(64 << 20).spawn_scoped(scope, work)?;
         let equations = thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
         // Released by the end of the process.
         std::mem::forget(lock);

@@ -128,9 +128,27 @@ impl Function {
             Self::Tanh => x.tanh(),
             Self::Hypot => (x * x + arguments[1] * arguments[1]).sqrt(),
             Self::Atan2 => x.atan2(arguments[1]),
-            Self::Abs => if x.re() < 0.0 { -x } else { x },
-            Self::Min => if arguments[1].re() < x.re() { arguments[1] } else { x },
-            Self::Max => if arguments[1].re() > x.re() { arguments[1] } else { x },
+            Self::Abs => {
+                if x.re() < 0.0 {
+                    -x
+                } else {
+                    x
+                }
+            }
+            Self::Min => {
+                if arguments[1].re() < x.re() {
+                    arguments[1]
+                } else {
+                    x
+                }
+            }
+            Self::Max => {
+                if arguments[1].re() > x.re() {
+                    arguments[1]
+                } else {
+                    x
+                }
+            }
         }
     }
 }

@@ -102,8 +102,9 @@ pub fn tokenize(text: &str, offset: usize) -> Result<Vec<(Token, Span)>, Diagnos
             }
             b'=' => {
                 let span = offset + at..offset + at + 1;
-                return Err(Diagnostic::error("`=` is not an operator", span, "unexpected")
-                    .help("conditions compare with `>=` or `<=`; an equation is written as a difference, `left - right`"));
+                return Err(Diagnostic::error("`=` is not an operator", span, "unexpected").help(
+                    "conditions compare with `>=` or `<=`; an equation is written as a difference, `left - right`",
+                ));
             }
             b'+' | b'-' | b'*' | b'/' | b'^' | b'(' | b')' | b',' => {
                 at += 1;

@@ -102,10 +102,14 @@ impl Parser {
     fn expect_end(&self) -> Parsed<()> {
         let Some((token, span)) = self.peek() else { return Ok(()) };
         let (title, label, help) = match token {
-            Token::Symbol(')') => ("unmatched `)`", "closes no parenthesis", "take it out, or add the `(` that belongs to it"),
-            Token::Symbol(',') => {
-                ("unexpected `,`", "separates nothing here", "commas separate arguments, as in `hypot(x, y)`; decimals have a point")
+            Token::Symbol(')') => {
+                ("unmatched `)`", "closes no parenthesis", "take it out, or add the `(` that belongs to it")
             }
+            Token::Symbol(',') => (
+                "unexpected `,`",
+                "separates nothing here",
+                "commas separate arguments, as in `hypot(x, y)`; decimals have a point",
+            ),
             Token::Comparison(_) => (
                 "a comparison is not a value",
                 "unexpected here",

@@ -133,8 +133,12 @@ impl Resolver<'_> {
             let names: Vec<&str> = circle.iter().map(|&i| document.points[i].0.name.as_str()).collect();
             let span = document.points[circle[0]].0.span.clone();
             self.findings.push(
-                Diagnostic::error("points defined in a circle", span, format!("{} -> {}", names.join(" -> "), names[0]))
-                    .help("define one of them by coordinates and parameters alone"),
+                Diagnostic::error(
+                    "points defined in a circle",
+                    span,
+                    format!("{} -> {}", names.join(" -> "), names[0]),
+                )
+                .help("define one of them by coordinates and parameters alone"),
             );
         }
         let order = order.unwrap_or_else(|_| (0..document.points.len()).collect());
@@ -275,9 +279,11 @@ impl Resolver<'_> {
         let (max_time, end_time) = (constant(&run.max_time), constant(&run.end_time));
         let until = run.until.as_ref().map(|condition| self.condition(condition));
         let wrong = match (&until, &max_time, &end_time) {
-            (Some(_), _, Some(_)) => {
-                Some(("[run] has both `until` and `end_time`", "two ends", "`until` goes with `max_time`, `end_time` stands alone"))
-            }
+            (Some(_), _, Some(_)) => Some((
+                "[run] has both `until` and `end_time`",
+                "two ends",
+                "`until` goes with `max_time`, `end_time` stands alone",
+            )),
             (Some(_), None, None) => Some((
                 "[run] has `until` but no `max_time`",
                 "could run for ever",
@@ -338,10 +344,11 @@ impl Resolver<'_> {
         let place = names.iter().position(|name| *name == identifier.name);
         if place.is_none() && !self.lost_names {
             let title = format!("unknown {what} `{}`", identifier.name);
-            self.findings.push(
-                Diagnostic::error(title, identifier.span.clone(), "not known")
-                    .help(near_or_all(what, &identifier.name, names)),
-            );
+            self.findings.push(Diagnostic::error(title, identifier.span.clone(), "not known").help(near_or_all(
+                what,
+                &identifier.name,
+                names,
+            )));
         }
         place
     }

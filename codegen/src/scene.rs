@@ -1,7 +1,7 @@
 //! A scene with every name looked up: plain data, ready to be differentiated or evaluated.
 
-use crate::expression::Expression;
 use crate::diagnostic::Span;
+use crate::expression::Expression;
 use crate::parser::Condition;
 
 /// A formula of a scene.

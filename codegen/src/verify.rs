@@ -123,7 +123,11 @@ impl<'f> Generated<'f> {
                     let owner = owner.ok_or("an impl of something without a name")?;
                     for item in &block.items {
                         let ImplItem::Fn(method) = item else { continue };
-                        let name = if owner == "Constants" { "Constants::new".to_owned() } else { method.sig.ident.to_string() };
+                        let name = if owner == "Constants" {
+                            "Constants::new".to_owned()
+                        } else {
+                            method.sig.ident.to_string()
+                        };
                         generated.methods.insert(name, method);
                     }
                 }
@@ -136,7 +140,8 @@ impl<'f> Generated<'f> {
     /// The mechanism with these parameters.
     fn model(&self, scene: &Scene, parameters: &[f64]) -> Result<Value, String> {
         let kept = scene.parameters.iter().zip(parameters).filter(|(p, _)| !p.is_left_out());
-        let field = |(p, value): (&crate::scene::Parameter, &f64)| (crate::emit::field_name(&p.name), Value::Number(*value));
+        let field =
+            |(p, value): (&crate::scene::Parameter, &f64)| (crate::emit::field_name(&p.name), Value::Number(*value));
         let parameters = Value::Fields(kept.map(field).collect());
         let constants = self.method("Constants::new", std::slice::from_ref(&parameters))?;
         let fields = [("parameters", parameters), ("constants", constants)];

@@ -140,7 +140,15 @@ impl Mechanism<3, 2> for HandWritten {
         self.generated.power(t, q, qd)
     }
 
-    fn outputs(&self, t: f64, q: &[f64; 3], qd: &[f64; 3], qdd: &[f64; 3], multipliers: &[f64; 2], outputs: &mut [f64]) {
+    fn outputs(
+        &self,
+        t: f64,
+        q: &[f64; 3],
+        qd: &[f64; 3],
+        qdd: &[f64; 3],
+        multipliers: &[f64; 2],
+        outputs: &mut [f64],
+    ) {
         Mechanism::outputs(&self.generated, t, q, qd, qdd, multipliers, outputs);
     }
 }

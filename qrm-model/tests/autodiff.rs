@@ -154,7 +154,9 @@ fn expected(s: &Sample) -> Expected {
         forces: std::array::from_fn(|i| applied[i] - sum(&|r| m[r] * jacobian[r][i] * rows[r].v2)),
         energy: [
             sum(&|r| 0.5 * m[r] * rows[r].v1 * rows[r].v1),
-            -p.F6 * ram.re - p.T2 * q[0] + p.g * (p.m3 * height(2) + p.m4 * height(5) + p.m5 * height(8)) + 0.5 * p.k * spring * spring,
+            -p.F6 * ram.re - p.T2 * q[0]
+                + p.g * (p.m3 * height(2) + p.m4 * height(5) + p.m5 * height(8))
+                + 0.5 * p.k * spring * spring,
         ],
         power: -p.cd * ram.v1 * ram.v1,
         outputs: [
@@ -173,7 +175,10 @@ fn close(what: &str, got: &[f64], expected: &[f64]) {
     assert_eq!(got.len(), expected.len(), "{what}");
     let scale = expected.iter().fold(0.0_f64, |most, e| most.max(e.abs()));
     for (got, expected) in got.iter().zip(expected) {
-        assert!((got - expected).abs() <= TOLERANCE * scale, "{what}: {got:e} instead of {expected:e} (largest {scale:e})");
+        assert!(
+            (got - expected).abs() <= TOLERANCE * scale,
+            "{what}: {got:e} instead of {expected:e} (largest {scale:e})"
+        );
     }
 }
 
@@ -231,7 +236,13 @@ fn plain(p: &Loaded) -> quick_return::Parameters {
 #[test]
 fn every_function_of_the_loaded_scene() {
     for s in samples(true) {
-        check_functions!(quick_return_loaded, quick_return_loaded::QuickReturnLoaded::new(s.p), &s, expected(&s), |v: &[f64]| v.to_vec());
+        check_functions!(
+            quick_return_loaded,
+            quick_return_loaded::QuickReturnLoaded::new(s.p),
+            &s,
+            expected(&s),
+            |v: &[f64]| v.to_vec()
+        );
     }
 }
 
@@ -239,7 +250,9 @@ fn every_function_of_the_loaded_scene() {
 fn every_function_of_the_plain_scene() {
     for s in samples(false) {
         // The block's angle carries no inertia there.
-        check_functions!(quick_return, quick_return::QuickReturn::new(plain(&s.p)), &s, expected(&s), |v: &[f64]| drop_row(v, 3));
+        check_functions!(quick_return, quick_return::QuickReturn::new(plain(&s.p)), &s, expected(&s), |v: &[f64]| {
+            drop_row(v, 3)
+        });
     }
 }
 
@@ -290,8 +303,22 @@ fn functions_take_other_numbers() {
     let p = quick_return::Parameters::default();
     let s = |x: f64| Single(x as f32);
     let single = quick_return::Parameters {
-        O2A: s(p.O2A), O4B: s(p.O4B), BC: s(p.BC), O4O2: s(p.O4O2), O4G4: s(p.O4G4), BG5: s(p.BG5), yC: s(p.yC),
-        m3: s(p.m3), m4: s(p.m4), m5: s(p.m5), m6: s(p.m6), J2: s(p.J2), J4: s(p.J4), J5: s(p.J5), F6: s(p.F6), w0: s(p.w0),
+        O2A: s(p.O2A),
+        O4B: s(p.O4B),
+        BC: s(p.BC),
+        O4O2: s(p.O4O2),
+        O4G4: s(p.O4G4),
+        BG5: s(p.BG5),
+        yC: s(p.yC),
+        m3: s(p.m3),
+        m4: s(p.m4),
+        m5: s(p.m5),
+        m6: s(p.m6),
+        J2: s(p.J2),
+        J4: s(p.J4),
+        J5: s(p.J5),
+        F6: s(p.F6),
+        w0: s(p.w0),
     };
     let q = [0.3, 1.1, 2.6];
     let double = quick_return::com_positions(&quick_return::QuickReturn::new(p), &q);

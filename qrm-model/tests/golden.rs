@@ -27,9 +27,16 @@ fn golden_copy_is_current() {
             fs::write(golden.join(&new), text).expect("a new copy can be made");
         }
     }
-    assert_eq!(names(&golden), names(generated), "other modules are generated now; refresh the copy with\n    {REFRESH}\n");
+    assert_eq!(
+        names(&golden),
+        names(generated),
+        "other modules are generated now; refresh the copy with\n    {REFRESH}\n"
+    );
     for name in names(&golden) {
         let same = fs::read(golden.join(&name)).expect("a copy") == fs::read(generated.join(&name)).expect("a module");
-        assert!(same, "golden/{name} is not what is generated now; look at the difference and refresh the copy with\n    {REFRESH}\n");
+        assert!(
+            same,
+            "golden/{name} is not what is generated now; look at the difference and refresh the copy with\n    {REFRESH}\n"
+        );
     }
 }

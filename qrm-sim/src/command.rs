@@ -116,7 +116,9 @@ enum Failure {
 /// Runs the command with the scenes it was built with.
 pub fn main(scenes: &Scenes) -> ExitCode {
     let result = match Arguments::parse().command {
-        None => Arguments::try_parse_from(["qrm", "run"]).map_err(|e| Failure::Use(e.to_string())).and_then(|a| task(scenes, a.command)),
+        None => Arguments::try_parse_from(["qrm", "run"])
+            .map_err(|e| Failure::Use(e.to_string()))
+            .and_then(|a| task(scenes, a.command)),
         command => task(scenes, command),
     };
     let (message, status) = match result {

@@ -249,7 +249,8 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
     #[inline(always)]
     fn step(&mut self, now: &mut Moment<N, M>, steps: &mut u64, nearest: &mut (f64, f64)) -> Result<(), Status> {
         let t_next = self.grid.time(*steps + 1);
-        let next = advance(self.mechanism, &self.request.method, now, t_next, &mut self.care).map_err(Status::Broken)?;
+        let next =
+            advance(self.mechanism, &self.request.method, now, t_next, &mut self.care).map_err(Status::Broken)?;
         *steps += 1;
         let condition = self.condition(&next);
         if let Some(value) = condition {

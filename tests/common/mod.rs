@@ -42,7 +42,8 @@ impl Run {
     }
 
     pub fn summary(&self) -> Value {
-        let text = std::fs::read_to_string(self.path("summary.json")).unwrap_or_else(|e| panic!("{e}: {}", self.stderr()));
+        let text =
+            std::fs::read_to_string(self.path("summary.json")).unwrap_or_else(|e| panic!("{e}: {}", self.stderr()));
         serde_json::from_str(&text).expect("the summary is JSON")
     }
 
@@ -87,5 +88,9 @@ impl Table {
 /// Asserts that two numbers differ by no more than allowed.
 #[track_caller]
 pub fn near(what: &str, got: f64, expected: f64, allowed: f64) {
-    assert!((got - expected).abs() <= allowed, "{what}: {got:?} instead of {expected:?}, off by {:e}", (got - expected).abs());
+    assert!(
+        (got - expected).abs() <= allowed,
+        "{what}: {got:?} instead of {expected:?}, off by {:e}",
+        (got - expected).abs()
+    );
 }

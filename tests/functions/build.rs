@@ -3,7 +3,10 @@
 fn main() {
     println!("cargo::rerun-if-changed=functions.toml");
     #[cfg(feature = "generate")]
-    if let Err(e) = qrm_codegen::generate::generate(&["functions.toml".into()], std::env::var("OUT_DIR").expect("run by cargo").as_ref()) {
+    if let Err(e) = qrm_codegen::generate::generate(
+        &["functions.toml".into()],
+        std::env::var("OUT_DIR").expect("run by cargo").as_ref(),
+    ) {
         eprintln!("{e}");
         std::process::exit(1);
     }

@@ -17,8 +17,12 @@ impl Document {
                 || !name.name.chars().all(|c| c.is_ascii_alphanumeric() || c == '-' || c == '_')
             {
                 r.findings.push(
-                    Diagnostic::error(format!("`{}` cannot be the name of a scene", name.name), name.span.clone(), "not a name")
-                        .help("use letters, digits, `-` and `_`, beginning with a letter"),
+                    Diagnostic::error(
+                        format!("`{}` cannot be the name of a scene", name.name),
+                        name.span.clone(),
+                        "not a name",
+                    )
+                    .help("use letters, digits, `-` and `_`, beginning with a letter"),
                 );
             }
             self.name = name;
@@ -145,7 +149,11 @@ fn constraint(r: &mut Reader, identifier: Identifier, value: table::Value) -> Op
 fn load(r: &mut Reader, identifier: &Identifier, value: table::Value) -> Option<LoadSyntax> {
     let table = r.table(&format!("load `{}`", identifier.name), value)?;
     table.string(r, "doc");
-    let kind = table.one_of(r, &["force", "torque", "gravity", "along"], "a spring or damper is written `along` with `spring`, `rest` and `damper`")?;
+    let kind = table.one_of(
+        r,
+        &["force", "torque", "gravity", "along"],
+        "a spring or damper is written `along` with `spring`, `rest` and `damper`",
+    )?;
     let load = match kind {
         "force" => {
             let force = table.required(r, "force").map(|v| r.pair(v))?;
@@ -166,8 +174,12 @@ fn load(r: &mut Reader, identifier: &Identifier, value: table::Value) -> Option<
             if stiffness.is_none() && damping.is_none() {
                 let help = "add `spring = '...'` or `damper = '...'`";
                 r.findings.push(
-                    Diagnostic::error(format!("load `{}` has no size", identifier.name), identifier.span.clone(), "does nothing")
-                        .help(help),
+                    Diagnostic::error(
+                        format!("load `{}` has no size", identifier.name),
+                        identifier.span.clone(),
+                        "does nothing",
+                    )
+                    .help(help),
                 );
             }
             Some(LoadSyntax::Spring { along, stiffness, rest, damping })

@@ -151,7 +151,11 @@ impl<'t, 's> Table<'t, 's> {
             Some((key, near)) if present.is_empty() => self.unknown(key).help(format!("did you mean `{near}`?")),
             _ => {
                 let listed = |keys: &[&str], and: &str| format!("`{}`", keys.join(&format!("`{and}`")));
-                let said = if present.is_empty() { "none is given".to_owned() } else { listed(&present, " and ") + " are given" };
+                let said = if present.is_empty() {
+                    "none is given".to_owned()
+                } else {
+                    listed(&present, " and ") + " are given"
+                };
                 let title = format!("{} needs exactly one of {}", self.what, listed(keys, ", "));
                 Diagnostic::error(title, self.span.clone(), said).help(help)
             }

@@ -110,7 +110,11 @@ fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> {
     use Argument::{Accelerations, Coordinates, Multipliers, Rates, Time};
     let vector = |terms: &'e [Term]| Shape::Vector(terms.iter().collect());
     let matrix = |rows: &'e [Vec<Term>]| Shape::Matrix(rows.iter().map(|row| row.iter().collect()).collect());
-    let rows: Vec<String> = e.rows.iter().map(|row| format!("`{}.{}`", scene.bodies[row.body].name, ["x", "y", "angle"][row.axis])).collect();
+    let rows: Vec<String> = e
+        .rows
+        .iter()
+        .map(|row| format!("`{}.{}`", scene.bodies[row.body].name, ["x", "y", "angle"][row.axis]))
+        .collect();
     let rows = format!("Rows: {}; lengths in m, angles in rad.", rows.join(", "));
     let constraints: Vec<String> = scene
         .constraints
@@ -121,7 +125,14 @@ fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> {
     let columns: Vec<String> = scene.coordinates.iter().map(|c| format!("`{}`", c.name)).collect();
     let columns = format!("Columns: {}.", columns.join(", "));
     let outputs: Vec<String> = scene.outputs.iter().map(|o| format!("`{}` ({})", o.name, o.unit)).collect();
-    let single = |name, aliases, doc, arguments, shape| Plan { name, aliases, doc, arguments, parts: vec![("", shape)], structure: None };
+    let single = |name, aliases, doc, arguments, shape| Plan {
+        name,
+        aliases,
+        doc,
+        arguments,
+        parts: vec![("", shape)],
+        structure: None,
+    };
 
     let mut plans = vec![
         single(
@@ -165,7 +176,9 @@ fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> {
             single(
                 "constraint_bias",
                 &["C_qq", "(C_q qd)_q qd"],
-                format!("`(C_q qd)_q qd`, the contraction of `C_qq` with `qd qd`: `C_q qdd + bias = 0`.\n\n{constraints}"),
+                format!(
+                    "`(C_q qd)_q qd`, the contraction of `C_qq` with `qd qd`: `C_q qdd + bias = 0`.\n\n{constraints}"
+                ),
                 &[Coordinates, Rates],
                 vector(&e.constraint_bias),
             ),
@@ -175,14 +188,20 @@ fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> {
         single(
             "mass_matrix",
             &["Mbar", "reduced mass matrix"],
-            format!("The reduced mass matrix `Mbar = T' M T`, symmetric, in kg, kg m and kg m^2.\n\nRows and columns: {}", columns.trim_start_matches("Columns: ")),
+            format!(
+                "The reduced mass matrix `Mbar = T' M T`, symmetric, in kg, kg m and kg m^2.\n\nRows and columns: {}",
+                columns.trim_start_matches("Columns: ")
+            ),
             &[Coordinates],
             matrix(&e.mass_matrix),
         ),
         single(
             "generalized_forces",
             &["fbar", "Q"],
-            format!("The reduced forces `fbar = Q + T' (F - M bias)`, in N and N m.\n\nRows: {}", columns.trim_start_matches("Columns: ")),
+            format!(
+                "The reduced forces `fbar = Q + T' (F - M bias)`, in N and N m.\n\nRows: {}",
+                columns.trim_start_matches("Columns: ")
+            ),
             &[Time, Coordinates, Rates],
             vector(&e.generalized_forces),
         ),
@@ -225,7 +244,10 @@ fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> {
             aliases: &[],
             doc: "All that a correction of positions needs: `C` and `C_q`.".to_owned(),
             arguments: &[Coordinates],
-            parts: vec![("constraints", vector(&e.constraints)), ("constraint_jacobian", matrix(&e.constraint_jacobian))],
+            parts: vec![
+                ("constraints", vector(&e.constraints)),
+                ("constraint_jacobian", matrix(&e.constraint_jacobian)),
+            ],
             structure: Some("Closure"),
         },
     ]);

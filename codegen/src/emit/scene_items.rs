@@ -95,7 +95,8 @@ fn mechanism(scene: &Scene, layout: &Layout) -> TokenStream {
     let plain = Plain { scene, parameters: quote!(p.) };
     let start = start(scene, &plain);
     let (step, end_time) = (plain.tokens(&scene.run.step), plain.tokens(&scene.run.end_time));
-    let schedule = with_parameters(&[&scene.run.step, &scene.run.end_time], quote!(Schedule { step: #step, end_time: #end_time }));
+    let schedule =
+        with_parameters(&[&scene.run.step, &scene.run.end_time], quote!(Schedule { step: #step, end_time: #end_time }));
     let stop = stop(scene, &plain);
     let has = |name: &str| layout.plans.iter().any(|plan| plan.name == name);
     debug_assert!(has("dynamics") && has("closure"));
@@ -225,7 +226,8 @@ fn stop(scene: &Scene, plain: &Plain) -> TokenStream {
 
 fn description(scene: &Scene, source: &str) -> TokenStream {
     let (name, doc) = (&scene.name, &scene.doc);
-    let quantity = |name: &str, unit: &str, doc: &str| quote!(QuantityDescription { name: #name, unit: #unit, doc: #doc });
+    let quantity =
+        |name: &str, unit: &str, doc: &str| quote!(QuantityDescription { name: #name, unit: #unit, doc: #doc });
     let coordinates = scene.coordinates.iter().map(|c| quantity(&c.name, &c.unit, &c.doc));
     let constraints = scene.constraints.iter().map(|c| quantity(&c.name, &c.unit, &c.doc));
     let outputs = scene.outputs.iter().map(|o| quantity(&o.name, &o.unit, &o.doc));

@@ -45,7 +45,8 @@ pub(super) fn equations(number: usize, scene: &Scene) -> Equations {
     equations.energy = terms(&algebra, &[kinetic, loads.potential]);
     equations.power = terms(&algebra, &[loads.power]);
     equations.outputs = scene.outputs.iter().map(|o| algebra.simple_term(&output(scene, &algebra, &o.kind))).collect();
-    equations.points = (0..scene.points.len()).map(|i| [0, 1].map(|axis| algebra.simple_term(&algebra.point(i)[axis]))).collect();
+    equations.points =
+        (0..scene.points.len()).map(|i| [0, 1].map(|axis| algebra.simple_term(&algebra.point(i)[axis]))).collect();
     equations
 }
 
@@ -70,7 +71,11 @@ fn com_positions(scene: &Scene, algebra: &Algebra, equations: &mut Equations) ->
         for (axis, (position, inertia, name)) in parts.into_iter().enumerate() {
             let Some(position) = position else { continue };
             let atom = algebra.simplify(&algebra.atom(position));
-            let row = Row { body: i, axis, inertia: inertia.as_ref().map_or_else(Term::zero, |m| algebra.simple_term(&algebra.atom(m))) };
+            let row = Row {
+                body: i,
+                axis,
+                inertia: inertia.as_ref().map_or_else(Term::zero, |m| algebra.simple_term(&algebra.atom(m))),
+            };
             let moves = algebra.gradient(&atom).iter().any(|derivative| *derivative != Atom::num(0));
             let carries = if axis == 2 { "inertia" } else { "mass" };
             let reason = if row.inertia.is_zero() { format!("carries no {carries}") } else { "is constant".to_owned() };
@@ -101,7 +106,8 @@ struct Loads {
 impl Loads {
     fn new(scene: &Scene, algebra: &Algebra, x: &[Atom], rows: &[Row], inertia: &[Atom]) -> Self {
         let zero = Atom::num(0);
-        let mut loads = Self { generalized: vec![zero.clone(); scene.coordinates.len()], potential: zero.clone(), power: zero };
+        let mut loads =
+            Self { generalized: vec![zero.clone(); scene.coordinates.len()], potential: zero.clone(), power: zero };
         for load in &scene.loads {
             match &load.kind {
                 LoadKind::Force { force, at } => {
@@ -119,7 +125,8 @@ impl Loads {
                 }
                 LoadKind::Spring { along, stiffness, rest, damping } => {
                     let along = algebra.simplify(&algebra.atom(along));
-                    let constant = |value: &Option<Value>| value.as_ref().map_or_else(|| Atom::num(0), |v| algebra.atom(v));
+                    let constant =
+                        |value: &Option<Value>| value.as_ref().map_or_else(|| Atom::num(0), |v| algebra.atom(v));
                     let (stiffness, extension) = (constant(stiffness), &along - &constant(rest));
                     loads.add(algebra, &(-&stiffness * &extension), &along);
                     loads.potential = &loads.potential + &(&stiffness * &extension * &extension / Atom::num(2));
@@ -166,18 +173,28 @@ fn output(scene: &Scene, algebra: &Algebra, kind: &OutputKind) -> Atom {
                 let position = algebra.point(p)[axis].clone();
                 if p == *point { position + algebra.displacement() * &along[axis] } else { position }
             };
-            reaction(algebra, *constraint, &algebra.atom_where(
-                &scene.constraints[*constraint].residual, shifted, |i| algebra.symbol(Symbol::Coordinate(i)),
-            ))
+            reaction(
+                algebra,
+                *constraint,
+                &algebra.atom_where(&scene.constraints[*constraint].residual, shifted, |i| {
+                    algebra.symbol(Symbol::Coordinate(i))
+                }),
+            )
         }
         OutputKind::ReactionMoment { constraint, coordinate } => {
             let turned = |i: usize| {
                 let angle = algebra.symbol(Symbol::Coordinate(i));
                 if i == *coordinate { angle + algebra.displacement() } else { angle }
             };
-            reaction(algebra, *constraint, &algebra.atom_where(
-                &scene.constraints[*constraint].residual, |p, axis| algebra.point(p)[axis].clone(), turned,
-            ))
+            reaction(
+                algebra,
+                *constraint,
+                &algebra.atom_where(
+                    &scene.constraints[*constraint].residual,
+                    |p, axis| algebra.point(p)[axis].clone(),
+                    turned,
+                ),
+            )
         }
     }
 }

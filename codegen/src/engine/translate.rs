@@ -46,7 +46,8 @@ pub(super) fn term(view: AtomView, places: &HashMap<EngineSymbol, Symbol>) -> Te
                 (Some(argument), true) => Box::new(argument),
                 _ => panic!("the engine made a function of several arguments: {view}"),
             };
-            let inverse = |f| Term::Power(Box::new(Term::Call(f, argument.clone())), BigRational::from_integer((-1).into()));
+            let inverse =
+                |f| Term::Power(Box::new(Term::Call(f, argument.clone())), BigRational::from_integer((-1).into()));
             match symbol.get_stripped_name() {
                 "sec" => inverse(Function::Cos),
                 "csc" => inverse(Function::Sin),

@@ -16,11 +16,14 @@ impl Resolver<'_> {
                     Target::Body(name) => {
                         let body = self.body_named(scene, name)?;
                         if body.com.is_none() {
-                            self.findings.push(Diagnostic::error(
-                                format!("body `{}` has no position for a force to act on", name.name),
-                                name.span.clone(),
-                                "has no `com`",
-                            ).help("give the body a `com`, or name a point with `at`"));
+                            self.findings.push(
+                                Diagnostic::error(
+                                    format!("body `{}` has no position for a force to act on", name.name),
+                                    name.span.clone(),
+                                    "has no `com`",
+                                )
+                                .help("give the body a `com`, or name a point with `at`"),
+                            );
                         }
                         body.com
                     }
@@ -32,18 +35,20 @@ impl Resolver<'_> {
                 let torque = self.value(torque, Context::Load);
                 let body = self.body_named(scene, name)?;
                 if body.angle.is_none() {
-                    self.findings.push(Diagnostic::error(
-                        format!("body `{}` has no angle for a torque to work on", name.name),
-                        name.span.clone(),
-                        "has no `angle`",
-                    ).help("give the body an `angle`"));
+                    self.findings.push(
+                        Diagnostic::error(
+                            format!("body `{}` has no angle for a torque to work on", name.name),
+                            name.span.clone(),
+                            "has no `angle`",
+                        )
+                        .help("give the body an `angle`"),
+                    );
                 }
                 LoadKind::Torque { torque, angle: body.angle? }
             }
-            LoadSyntax::Gravity(field) => LoadKind::Gravity([
-                self.value(&field[0], Context::Constant),
-                self.value(&field[1], Context::Constant),
-            ]),
+            LoadSyntax::Gravity(field) => {
+                LoadKind::Gravity([self.value(&field[0], Context::Constant), self.value(&field[1], Context::Constant)])
+            }
             LoadSyntax::Spring { along, stiffness, rest, damping } => LoadKind::Spring {
                 along: self.value(along, Context::Geometry),
                 stiffness: stiffness.as_ref().map(|f| self.value(f, Context::Constant)),
@@ -59,7 +64,9 @@ impl Resolver<'_> {
                 OutputValue::Value(f) => Some(OutputKind::Value(self.value(f, Context::Geometry))),
                 OutputValue::Rate(f) => Some(OutputKind::Rate(self.value(f, Context::Geometry))),
                 OutputValue::SecondRate(f) => Some(OutputKind::SecondRate(self.value(f, Context::Geometry))),
-                OutputValue::Reaction { constraint, target, along } => self.reaction(scene, constraint, target, along.as_ref()),
+                OutputValue::Reaction { constraint, target, along } => {
+                    self.reaction(scene, constraint, target, along.as_ref())
+                }
             };
             scene.outputs.extend(kind.map(|kind| Output {
                 name: syntax.identifier.name.clone(),
@@ -102,11 +109,14 @@ impl Resolver<'_> {
                 let coordinate = match body.angle.as_ref().map(Expression::nodes) {
                     Some([Node::Name(Quantity::Coordinate(i))]) => *i,
                     _ => {
-                        self.findings.push(Diagnostic::error(
-                            format!("the angle of body `{}` is not a coordinate", name.name),
-                            name.span.clone(),
-                            "no moment can be told apart",
-                        ).help("ask for the force on a point with `at` and `along`"));
+                        self.findings.push(
+                            Diagnostic::error(
+                                format!("the angle of body `{}` is not a coordinate", name.name),
+                                name.span.clone(),
+                                "no moment can be told apart",
+                            )
+                            .help("ask for the force on a point with `at` and `along`"),
+                        );
                         return None;
                     }
                 };

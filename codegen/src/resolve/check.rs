@@ -61,7 +61,9 @@ fn is_number(value: &Value, id: usize) -> bool {
         match &value.nodes()[id] {
             Node::Number(_) => {}
             Node::Negate(a) => pending.push(*a),
-            Node::Divide(a, b) | Node::Multiply(a, b) | Node::Add(a, b) | Node::Subtract(a, b) => pending.extend([*a, *b]),
+            Node::Divide(a, b) | Node::Multiply(a, b) | Node::Add(a, b) | Node::Subtract(a, b) => {
+                pending.extend([*a, *b])
+            }
             _ => return false,
         }
     }
@@ -132,7 +134,8 @@ fn finite_constants(scene: &Scene, findings: &mut Vec<Diagnostic>) {
 fn body(syntax: &BodySyntax, scene: &Scene, place: usize, findings: &mut Vec<Diagnostic>) {
     let body = &scene.bodies[place];
     let name = &body.name;
-    let pairs = [("mass", &body.mass, body.com.is_some(), "com"), ("inertia", &body.inertia, body.angle.is_some(), "angle")];
+    let pairs =
+        [("mass", &body.mass, body.com.is_some(), "com"), ("inertia", &body.inertia, body.angle.is_some(), "angle")];
     for (what, value, placed, needed) in pairs {
         let Some(value) = value else { continue };
         let number = constant(scene, value);
@@ -146,7 +149,11 @@ fn body(syntax: &BodySyntax, scene: &Scene, place: usize, findings: &mut Vec<Dia
         if !placed {
             findings.push(
                 Diagnostic::error(
-                    format!("body `{name}` has {} but no {}", article(what), if needed == "com" { "position" } else { "angle" }),
+                    format!(
+                        "body `{name}` has {} but no {}",
+                        article(what),
+                        if needed == "com" { "position" } else { "angle" }
+                    ),
                     value.whole_span(),
                     format!("needs `{needed}`"),
                 )
@@ -181,15 +188,18 @@ fn run(scene: &Scene, findings: &mut Vec<Diagnostic>) {
 
 /// Every name that a trajectory has a column for must be the name of one column alone.
 fn columns(document: &Document, findings: &mut Vec<Diagnostic>) {
-    let mut columns: Vec<String> = ["t", "residual_position", "residual_velocity", "energy"].map(str::to_owned).to_vec();
-    let coordinates = document.coordinates.iter().flat_map(|c| ["", "_dot", "_ddot"].map(|suffix| ("", &c.identifier, suffix)));
+    let mut columns: Vec<String> =
+        ["t", "residual_position", "residual_velocity", "energy"].map(str::to_owned).to_vec();
+    let coordinates =
+        document.coordinates.iter().flat_map(|c| ["", "_dot", "_ddot"].map(|suffix| ("", &c.identifier, suffix)));
     let constraints = document.constraints.iter().map(|c| ("lambda_", &c.identifier, ""));
     for (prefix, Identifier { name, span }, suffix) in coordinates.chain(constraints) {
         let column = format!("{prefix}{name}{suffix}");
         if columns.contains(&column) {
             let title = format!("`{name}` makes a second column `{column}`");
             findings.push(
-                Diagnostic::error(title, span.clone(), "every trajectory has this column already").help("choose another name"),
+                Diagnostic::error(title, span.clone(), "every trajectory has this column already")
+                    .help("choose another name"),
             );
         }
         columns.push(column);
@@ -224,7 +234,12 @@ fn freedoms(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) 
     };
     let balance = format!("{} - {} = {}", count(n, "coordinate"), count(m, "constraint"), count(freedoms, "freedom"));
     let given = |start: fn(&crate::scene::Coordinate) -> &Start| {
-        scene.coordinates.iter().filter(|c| matches!(start(c), Start::Given(_))).map(|c| c.name.as_str()).collect::<Vec<_>>()
+        scene
+            .coordinates
+            .iter()
+            .filter(|c| matches!(start(c), Start::Given(_)))
+            .map(|c| c.name.as_str())
+            .collect::<Vec<_>>()
     };
     for (what, names) in [("position", given(|c| &c.position)), ("rate", given(|c| &c.rate))] {
         if names.len() != freedoms {
@@ -232,11 +247,21 @@ fn freedoms(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) 
             let listed = names.iter().map(|name| format!("{name}{suffix}")).collect::<Vec<_>>().join(", ");
             let listed = if names.is_empty() { String::new() } else { format!(" ({listed})") };
             let label = format!("{}{listed}", count(names.len(), &format!("given {what}")));
-            let title = format!("{balance}, but {} given", if names.len() == 1 { format!("1 {what} is") } else { format!("{} {what}s are", names.len()) });
+            let title = format!(
+                "{balance}, but {} given",
+                if names.len() == 1 { format!("1 {what} is") } else { format!("{} {what}s are", names.len()) }
+            );
             let help = if names.len() > freedoms {
-                if what == "position" { "move the others to `solve`, as first guesses".to_owned() } else { "leave the other rates away: they follow from the constraints".to_owned() }
+                if what == "position" {
+                    "move the others to `solve`, as first guesses".to_owned()
+                } else {
+                    "leave the other rates away: they follow from the constraints".to_owned()
+                }
             } else {
-                format!("give as many {what}s as there are freedoms{}", if what == "rate" { ", as `NAME_dot`" } else { "" })
+                format!(
+                    "give as many {what}s as there are freedoms{}",
+                    if what == "rate" { ", as `NAME_dot`" } else { "" }
+                )
             };
             findings.push(Diagnostic::error(title, document.given_span.clone(), label).help(help));
         }
@@ -256,8 +281,9 @@ fn freedoms(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) 
     for (identifier, _) in document.solve.iter().filter(|(i, _)| i.name.ends_with("_dot")) {
         if scene.coordinates.iter().any(|c| format!("{}_dot", c.name) == identifier.name) {
             findings.push(
-                Diagnostic::error("a rate needs no first guess", identifier.span.clone(), "not needed")
-                    .help("rates that are not given follow from the constraints by one linear solve: remove this entry"),
+                Diagnostic::error("a rate needs no first guess", identifier.span.clone(), "not needed").help(
+                    "rates that are not given follow from the constraints by one linear solve: remove this entry",
+                ),
             );
         }
     }

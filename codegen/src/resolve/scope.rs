@@ -50,7 +50,9 @@ impl Scope {
         };
         if let Some(what) = reserved {
             let title = format!("`{name}` already means {what}");
-            findings.push(Diagnostic::error(title, span, format!("cannot be {}", kind.describe())).help("choose another name"));
+            findings.push(
+                Diagnostic::error(title, span, format!("cannot be {}", kind.describe())).help("choose another name"),
+            );
         } else if let Some((first, other)) = self.names.iter().find(|(other, _)| other.name == *name) {
             findings.push(
                 Diagnostic::error(format!("`{name}` is defined twice"), span, format!("also {}", kind.describe()))
@@ -82,7 +84,10 @@ impl Scope {
 
     /// The names of the points, in their order.
     pub(super) fn points(&self) -> impl Iterator<Item = &str> {
-        self.names.iter().filter(|(_, kind)| matches!(kind, Kind::Point(_))).map(|(identifier, _)| identifier.name.as_str())
+        self.names
+            .iter()
+            .filter(|(_, kind)| matches!(kind, Kind::Point(_)))
+            .map(|(identifier, _)| identifier.name.as_str())
     }
 
     /// What a name in a formula stands for.
@@ -116,9 +121,11 @@ impl Scope {
     fn too_early(&self, name: &str, parameter: usize, span: Span) -> Diagnostic {
         let help = "a parameter may depend on those above it";
         if parameter == self.parameter_limit {
-            return Diagnostic::error(format!("parameter `{name}` depends on itself"), span, "not yet defined").help(help);
+            return Diagnostic::error(format!("parameter `{name}` depends on itself"), span, "not yet defined")
+                .help(help);
         }
-        let error = Diagnostic::error(format!("parameter `{name}` is used before it is defined"), span, "not yet defined");
+        let error =
+            Diagnostic::error(format!("parameter `{name}` is used before it is defined"), span, "not yet defined");
         match self.declared(name) {
             Some((identifier, _)) => error.context(identifier.span.clone(), "defined here").help(help),
             None => error.help(help),
@@ -161,16 +168,24 @@ impl Scope {
         let (base, component) = name.split_once('.').unwrap_or((name, ""));
         match self.declared(base) {
             Some((_, Kind::Point(_))) if component.is_empty() => {
-                return Diagnostic::error(format!("`{name}` is a point, not a number"), span, "its component is missing")
-                    .help(format!("write `{name}.x` or `{name}.y`"));
+                return Diagnostic::error(
+                    format!("`{name}` is a point, not a number"),
+                    span,
+                    "its component is missing",
+                )
+                .help(format!("write `{name}.x` or `{name}.y`"));
             }
             Some((_, Kind::Point(_))) => {
                 return Diagnostic::error(format!("point `{base}` has no component `{component}`"), span, "not known")
                     .help(format!("write `{base}.x` or `{base}.y`"));
             }
             Some((_, kind)) => {
-                return Diagnostic::error(format!("`{base}` is {}, not a point", kind.describe()), span, "has no components")
-                    .help(format!("write `{base}`"));
+                return Diagnostic::error(
+                    format!("`{base}` is {}, not a point", kind.describe()),
+                    span,
+                    "has no components",
+                )
+                .help(format!("write `{base}`"));
             }
             None => {}
         }

@@ -25,7 +25,8 @@ pub(super) fn used(document: &Document, scene: &Scene, findings: &mut Vec<Diagno
             );
         }
     }
-    let mentioned: Vec<&Quantity> = all_values(scene).into_iter().flat_map(crate::expression::Expression::names).collect();
+    let mentioned: Vec<&Quantity> =
+        all_values(scene).into_iter().flat_map(crate::expression::Expression::names).collect();
     for (i, syntax) in document.parameters.iter().enumerate() {
         if !mentioned.contains(&&Quantity::Parameter(i)) {
             let name = &syntax.identifier.name;

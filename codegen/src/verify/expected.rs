@@ -57,14 +57,18 @@ impl Sample {
     pub(super) fn expected(&self, scene: &Scene, equations: &Equations) -> Option<Vec<(&'static str, Vec<f64>)>> {
         let moving = State::along(scene, &self.parameters, self.t, &self.q, &self.qd, &vec![0.0; self.q.len()]);
         let plain = State::plain(scene, &self.parameters, self.t, &self.q, &self.qd);
-        let x: Vec<(&Formula, f64)> = equations.rows.iter().filter_map(|row| {
-            let body = &scene.bodies[row.body];
-            let (position, inertia) = match row.axis {
-                2 => (body.angle.as_ref(), &body.inertia),
-                axis => (body.com.as_ref().map(|com| &com[axis]), &body.mass),
-            };
-            Some((position?, plain.value(inertia.as_ref()?)))
-        }).collect();
+        let x: Vec<(&Formula, f64)> = equations
+            .rows
+            .iter()
+            .filter_map(|row| {
+                let body = &scene.bodies[row.body];
+                let (position, inertia) = match row.axis {
+                    2 => (body.angle.as_ref(), &body.inertia),
+                    axis => (body.com.as_ref().map(|com| &com[axis]), &body.mass),
+                };
+                Some((position?, plain.value(inertia.as_ref()?)))
+            })
+            .collect();
         let c: Vec<&Formula> = scene.constraints.iter().map(|c| &c.residual).collect();
 
         let positions: Vec<Dual2_64> = x.iter().map(|(row, _)| moving.value(row)).collect();

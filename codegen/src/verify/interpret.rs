@@ -90,7 +90,10 @@ impl Scope {
             (Pat::Ident(name), value) => {
                 self.names.insert(name.ident.to_string(), value);
             }
-            (Pat::Slice(syn::PatSlice { elems, .. }) | Pat::Tuple(syn::PatTuple { elems, .. }), Value::List(values)) => {
+            (
+                Pat::Slice(syn::PatSlice { elems, .. }) | Pat::Tuple(syn::PatTuple { elems, .. }),
+                Value::List(values),
+            ) => {
                 if elems.len() != values.len() {
                     return Err(format!("{} names for {} values", elems.len(), values.len()));
                 }
@@ -111,11 +114,17 @@ impl Scope {
         match value {
             Expr::Paren(inner) => self.value(&inner.expr),
             Expr::Reference(inner) => self.value(&inner.expr),
-            Expr::Lit(ExprLit { lit: Lit::Float(n), .. }) => n.base10_parse().map(Value::Number).map_err(|e| e.to_string()),
-            Expr::Lit(ExprLit { lit: Lit::Int(n), .. }) => n.base10_parse().map(Value::Number).map_err(|e| e.to_string()),
+            Expr::Lit(ExprLit { lit: Lit::Float(n), .. }) => {
+                n.base10_parse().map(Value::Number).map_err(|e| e.to_string())
+            }
+            Expr::Lit(ExprLit { lit: Lit::Int(n), .. }) => {
+                n.base10_parse().map(Value::Number).map_err(|e| e.to_string())
+            }
             Expr::Lit(ExprLit { lit: Lit::Bool(truth), .. }) => Ok(Value::Truth(truth.value)),
             Expr::Path(path) => match path.path.get_ident() {
-                Some(name) => self.names.get(&name.to_string()).cloned().ok_or_else(|| format!("unknown name `{name}`")),
+                Some(name) => {
+                    self.names.get(&name.to_string()).cloned().ok_or_else(|| format!("unknown name `{name}`"))
+                }
                 None => constant(&path.to_token_stream().to_string()),
             },
             Expr::Unary(unary) => match unary.op {
@@ -140,7 +149,9 @@ impl Scope {
             Expr::Index(index) => {
                 let place = self.value(&index.index)?.number()?;
                 match self.value(&index.expr)? {
-                    Value::List(items) => items.get(place as usize).cloned().ok_or_else(|| format!("no element {place}")),
+                    Value::List(items) => {
+                        items.get(place as usize).cloned().ok_or_else(|| format!("no element {place}"))
+                    }
                     _ => Err("an index into something that is no list".to_owned()),
                 }
             }

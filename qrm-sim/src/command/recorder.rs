@@ -69,7 +69,8 @@ impl Recorder {
     fn trajectory(&mut self) -> io::Result<&mut Trajectory> {
         if self.trajectory.is_none() {
             let path = self.folder.join("trajectory.csv");
-            let created = std::fs::create_dir_all(&self.folder).and_then(|()| Trajectory::create(&path, &self.description));
+            let created =
+                std::fs::create_dir_all(&self.folder).and_then(|()| Trajectory::create(&path, &self.description));
             match created {
                 Ok(trajectory) => self.trajectory = Some(trajectory),
                 Err(e) => {

@@ -25,7 +25,8 @@ pub(super) fn run(scenes: &crate::scenes::Scenes, arguments: &RunArguments) -> R
     let option = |name: &str, value: &Option<String>| value.as_ref().map(|v| settings::positive(name, v)).transpose();
     let step = option("--step", &arguments.step)?;
     let end_time = option("--end-time", &arguments.end_time)?;
-    let residual = option("--closure-tolerance", &arguments.closure_tolerance)?.unwrap_or(Tolerance::default().residual);
+    let residual =
+        option("--closure-tolerance", &arguments.closure_tolerance)?.unwrap_or(Tolerance::default().residual);
     let condition = arguments.until.as_ref().map(|u| Condition::new(&text, u, &replace)).transpose()?;
     let until = |t: f64, q: &[f64], qd: &[f64]| condition.as_ref().map_or(0.0, |c| c.value(t, q, qd));
     let end = match (end_time, &condition) {
@@ -107,12 +108,19 @@ fn print(summary: &Summary, description: &Description, out: &Path) {
     println!("  end       {}", summary.message);
     println!("  method    RK4, {} steps of {:?} s, projection: {}", summary.steps, summary.step, summary.projection);
     let steps = summary.steps.max(1) as f64;
-    println!("  time      {:.3} ms for the integration, {:.0} ns a step", summary.run_seconds * 1e3, summary.run_seconds * 1e9 / steps);
+    println!(
+        "  time      {:.3} ms for the integration, {:.0} ns a step",
+        summary.run_seconds * 1e3,
+        summary.run_seconds * 1e9 / steps
+    );
     match summary.estimated_error {
         Some(error) => println!("  error     about {error:.1e} in the coordinates, judged by a run at twice the step"),
         None => println!("  error     not estimated"),
     }
-    println!("  residual  at most {:.1e} of a constraint, {:.1e} of its rate", summary.max_residual_position, summary.max_residual_velocity);
+    println!(
+        "  residual  at most {:.1e} of a constraint, {:.1e} of its rate",
+        summary.max_residual_position, summary.max_residual_velocity
+    );
     match summary.energy_drift {
         Some(drift) => println!("  energy    constant within {drift:.1e} J"),
         None => println!("  energy    not constant: some loads have no potential"),
@@ -129,5 +137,10 @@ fn print(summary: &Summary, description: &Description, out: &Path) {
         println!("\nwarning: {warning}");
     }
     println!();
-    println!("wrote {} ({} rows) and {}", out.join("trajectory.csv").display(), summary.rows, out.join("summary.json").display());
+    println!(
+        "wrote {} ({} rows) and {}",
+        out.join("trajectory.csv").display(),
+        summary.rows,
+        out.join("summary.json").display()
+    );
 }

@@ -28,7 +28,9 @@ pub(super) fn parameters(description: &Description, set: &[String]) -> Result<BT
     let mut values = BTreeMap::new();
     for assignment in set {
         let Some((name, value)) = assignment.split_once('=') else {
-            return Err(Failure::Use(format!("error: `--set {assignment}` has no `=`\n  = help: write `--set NAME=VALUE`")));
+            return Err(Failure::Use(format!(
+                "error: `--set {assignment}` has no `=`\n  = help: write `--set NAME=VALUE`"
+            )));
         };
         let name = name.trim();
         known(description, name)?;
@@ -60,11 +62,12 @@ fn known(description: &Description, name: &str) -> Result<(), Failure> {
 /// A number, written as a number or as a formula of numbers and `pi`.
 pub(super) fn number(option: &str, text: &str) -> Result<f64, Failure> {
     let wrong = |why: String| Failure::Use(format!("error: `{option}` needs a number, but `{text}` {why}"));
-    let formula = parse_formula(text, 0).map_err(|finding| {
-        Failure::Use(Report::new(option, text, vec![finding]).to_string())
-    })?;
+    let formula =
+        parse_formula(text, 0).map_err(|finding| Failure::Use(Report::new(option, text, vec![finding]).to_string()))?;
     if let Some(name) = formula.names().find(|name| *name != "pi") {
-        return Err(wrong(format!("contains the name `{name}`\n  = help: only numbers, `pi` and functions can stand here")));
+        return Err(wrong(format!(
+            "contains the name `{name}`\n  = help: only numbers, `pi` and functions can stand here"
+        )));
     }
     let value = evaluate(&formula, |_| std::f64::consts::PI);
     if value.is_finite() { Ok(value) } else { Err(wrong(format!("gives {value}"))) }

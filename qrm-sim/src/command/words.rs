@@ -37,7 +37,10 @@ fn not_assembled(reason: &NotAssembled, scene: &SceneText) -> Diagnostic {
     }
     let found = scene.coordinates.iter().zip(&reason.q).map(|(c, q)| format!("{} = {q:.6}", c.name));
     Diagnostic::error(
-        format!("the mechanism cannot be assembled: constraint `{name}` stays {:.6} {unit} from closed", reason.residual),
+        format!(
+            "the mechanism cannot be assembled: constraint `{name}` stays {:.6} {unit} from closed",
+            reason.residual
+        ),
         constraint.span.clone(),
         format!("not zero anywhere near the first guesses; nearest at {}", found.collect::<Vec<_>>().join(", ")),
     )

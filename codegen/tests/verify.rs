@@ -1,0 +1,160 @@
+//! The check of generated code must find every wrong function. Equations of a pendulum on a spring are written here by
+//! hand, with one sign changed at a time.
+
+use num_rational::BigRational;
+use qrm_codegen::function::Function;
+use qrm_codegen::term::{Equations, Row, Symbol, Term};
+use qrm_codegen::{emit, resolve, verify};
+
+const SCENE: &str = r"
+name = 'pendulum'
+coordinates = [{ name = 'r', unit = 'm' }, 'phi']
+[parameters]
+m = 2
+k = 100
+cd = 3
+[points]
+P = ['r*cos(phi)', 'r*sin(phi)']
+[bodies]
+bob = { mass = 'm', com = 'P' }
+[constraints]
+rod = { residual = 'r*sin(phi) - 1', unit = 'm' }
+[loads]
+spring = { along = 'r', spring = 'k', damper = 'cd' }
+[initial]
+given = { phi = 1, phi_dot = 0 }
+solve = { r = 1 }
+[outputs]
+height = 'P.y'
+[run]
+step = 1e-3
+until = 'phi >= 2 + t'
+max_time = 10
+";
+
+fn number(value: i32) -> Term {
+    Term::Number(BigRational::from_integer(value.into()))
+}
+
+fn product(factors: &[Term]) -> Term {
+    Term::Product(factors.to_vec())
+}
+
+fn sum(terms: &[Term]) -> Term {
+    Term::Sum(terms.to_vec())
+}
+
+/// The equations as the engine would have derived them.
+fn equations() -> Equations {
+    let symbol = Term::Symbol;
+    let (m, k, cd) = (symbol(Symbol::Parameter(0)), symbol(Symbol::Parameter(1)), symbol(Symbol::Parameter(2)));
+    let (r, phi) = (symbol(Symbol::Coordinate(0)), symbol(Symbol::Coordinate(1)));
+    let (v, w) = (symbol(Symbol::Rate(0)), symbol(Symbol::Rate(1)));
+    let sin = Term::Call(Function::Sin, Box::new(phi.clone()));
+    let cos = Term::Call(Function::Cos, Box::new(phi));
+    let minus = |factors: &[Term]| product(&[&[number(-1)], factors].concat());
+    let squared = |t: &Term| Term::Power(Box::new(t.clone()), BigRational::from_integer(2.into()));
+    let half = Term::Number(BigRational::new(1.into(), 2.into()));
+    let x = [product(&[r.clone(), cos.clone()]), product(&[r.clone(), sin.clone()])];
+    let gradients =
+        [vec![cos.clone(), minus(&[r.clone(), sin.clone()])], vec![sin.clone(), product(&[r.clone(), cos.clone()])]];
+    let bias = [
+        sum(&[
+            product(&[number(-2), v.clone(), w.clone(), sin.clone()]),
+            minus(&[r.clone(), squared(&w), cos.clone()]),
+        ]),
+        sum(&[product(&[number(2), v.clone(), w.clone(), cos]), minus(&[r.clone(), squared(&w), sin])]),
+    ];
+    let inertia = product(&[m.clone(), squared(&r)]);
+    Equations {
+        rows: [0, 1].map(|axis| Row { body: 0, axis, inertia: m.clone() }).into(),
+        left_out: Vec::new(),
+        com_positions: x.to_vec(),
+        com_jacobian: gradients.to_vec(),
+        com_bias: bias.to_vec(),
+        constraints: vec![sum(&[x[1].clone(), number(-1)])],
+        constraint_jacobian: vec![gradients[1].clone()],
+        constraint_bias: vec![bias[1].clone()],
+        mass_matrix: vec![vec![m.clone(), Term::zero()], vec![Term::zero(), inertia.clone()]],
+        generalized_forces: vec![
+            sum(&[
+                product(&[m.clone(), r.clone(), squared(&w)]),
+                minus(&[k.clone(), r.clone()]),
+                minus(&[cd.clone(), v.clone()]),
+            ]),
+            product(&[number(-2), m.clone(), r.clone(), v.clone(), w.clone()]),
+        ],
+        energy: vec![
+            sum(&[product(&[half.clone(), m, squared(&v)]), product(&[half.clone(), inertia, squared(&w)])]),
+            product(&[half, k, squared(&r)]),
+        ],
+        power: vec![minus(&[cd, squared(&v)])],
+        outputs: vec![x[1].clone()],
+        points: vec![x],
+    }
+}
+
+fn check(equations: &Equations) -> Result<(), String> {
+    let (scene, _) = resolve::read("pendulum.toml", SCENE).expect("the scene is right");
+    verify::verify(&scene, equations, &emit::module(&scene, equations, SCENE).file)
+}
+
+#[test]
+fn right_equations_pass() {
+    assert_eq!(check(&equations()), Ok(()));
+}
+
+#[test]
+fn one_wrong_sign_is_found_wherever_it_is() {
+    type Spoil = fn(&mut Equations) -> &mut Term;
+    let places: [(&str, Spoil); 14] = [
+        ("com_positions", |e| &mut e.com_positions[1]),
+        ("com_jacobian", |e| &mut e.com_jacobian[0][1]),
+        ("com_jacobian", |e| &mut e.com_jacobian[1][0]),
+        ("com_bias", |e| &mut e.com_bias[1]),
+        ("constraints", |e| &mut e.constraints[0]),
+        ("constraint_jacobian", |e| &mut e.constraint_jacobian[0][0]),
+        ("constraint_bias", |e| &mut e.constraint_bias[0]),
+        ("mass_matrix", |e| &mut e.mass_matrix[1][1]),
+        ("generalized_forces", |e| &mut e.generalized_forces[0]),
+        ("generalized_forces", |e| &mut e.generalized_forces[1]),
+        ("energy", |e| &mut e.energy[0]),
+        ("energy", |e| &mut e.energy[1]),
+        ("power", |e| &mut e.power[0]),
+        ("outputs", |e| &mut e.outputs[0]),
+    ];
+    for (name, place) in places {
+        let mut wrong = equations();
+        let term = place(&mut wrong);
+        *term = product(&[number(-1), term.clone()]);
+        let said = check(&wrong).expect_err(name);
+        // A Jacobian stands in several functions; the first that shows the mistake is named.
+        assert!(said.contains("of scene `pendulum` is wrong: number"), "{name}: {said}");
+        assert!(said.contains(name) || said.contains("dynamics") || said.contains("closure"), "{name}: {said}");
+    }
+}
+
+#[test]
+fn a_small_error_is_found_too() {
+    let mut wrong = equations();
+    let nearly_one = Term::Number(BigRational::new(1_000_000_100.into(), 1_000_000_000.into()));
+    wrong.mass_matrix[1][1] = product(&[nearly_one, wrong.mass_matrix[1][1].clone()]);
+    assert!(check(&wrong).is_err());
+}
+
+#[test]
+fn changed_text_is_found() {
+    // Not the equations are spoiled but what was printed of them: parentheses lost, a start or a stop condition changed.
+    let (scene, _) = resolve::read("pendulum.toml", SCENE).expect("the scene is right");
+    let equations = equations();
+    let text = prettyplease::unparse(&emit::module(&scene, &equations, SCENE).file);
+    for (right, wrong) in [
+        ("Start {\n            q: [1.0, 1.0]", "Start {\n            q: [1.0, 1.5]"),
+        ("step: 0.001", "step: 0.01"),
+        ("q[1] - (2.0 + t)", "q[1] - 2.0 + t"),
+    ] {
+        assert!(text.contains(right), "{right} is not in\n{text}");
+        let file = syn::parse_file(&text.replace(right, wrong)).expect("still Rust");
+        assert!(verify::verify(&scene, &equations, &file).is_err(), "{wrong}");
+    }
+}
