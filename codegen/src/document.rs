@@ -36,6 +36,8 @@ pub struct Document {
     pub given_span: Span,
     /// Whether something that may declare names could not be read, so that names may seem unknown that are not.
     pub lost_names: bool,
+    /// Whether nothing is wrong but inside formulae.
+    pub is_whole: bool,
     /// `[outputs]`
     pub outputs: Vec<OutputSyntax>,
     /// `[run]`
@@ -221,6 +223,7 @@ impl Document {
             document.read(&mut reader, &parsed);
         }
         document.lost_names = reader.lost;
+        document.is_whole = reader.findings.len() == reader.unreadable;
         (document, reader.findings)
     }
 }

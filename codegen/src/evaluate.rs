@@ -114,6 +114,7 @@ impl<D: Differentiable> State<D> {
             Quantity::PointRate(i, axis) => self.point_rates[i][axis],
             Quantity::Time => self.time,
             Quantity::Pi => D::from(std::f64::consts::PI),
+            Quantity::Unknown => D::from(f64::NAN),
         }
     }
 }

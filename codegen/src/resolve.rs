@@ -31,7 +31,9 @@ pub fn read(path: &str, source: &str) -> Result<(Scene, Report), Report> {
 pub fn read_with(path: &str, source: &str, replace: &dyn Fn(&str) -> Option<f64>) -> Result<(Scene, Report), Report> {
     let (document, findings) = Document::parse(source);
     let lost_names = document.lost_names;
-    let mut resolver = Resolver { source, scope: Scope::default(), findings, lost_names };
+    let is_whole = document.is_whole;
+    let has_unknown = !findings.is_empty();
+    let mut resolver = Resolver { source, scope: Scope::default(), findings, lost_names, is_whole, has_unknown };
     let scene = resolver.scene(&document, replace);
     let report = Report::new(path, source, resolver.findings);
     if report.has_errors() { Err(report) } else { Ok((scene, report)) }
@@ -54,7 +56,9 @@ pub fn read_condition(scene: &Scene, text: &str) -> Result<Condition<Quantity>, 
     for (i, point) in scene.points.iter().enumerate() {
         scope.declare(&nowhere(&point.name), Kind::Point(i), &mut ignored);
     }
-    let mut resolver = Resolver { source: text, scope, findings: Vec::new(), lost_names: false };
+    let findings = Vec::new();
+    let mut resolver =
+        Resolver { source: text, scope, findings, lost_names: false, is_whole: true, has_unknown: false };
     let condition = match crate::parser::parse_condition(text, 0) {
         Ok(condition) => Some(resolver.condition(&condition)),
         Err(finding) => {
@@ -87,11 +91,17 @@ struct Resolver<'a> {
     findings: Vec<Diagnostic>,
     /// Whether names may seem unknown because their declaration could not be read.
     lost_names: bool,
+    /// Whether every part of the scene is there under a name of its own, and the start is sound.
+    is_whole: bool,
+    /// Whether something could not be looked up.
+    has_unknown: bool,
 }
 
 impl Resolver<'_> {
     fn scene(&mut self, document: &Document, replace: &dyn Fn(&str) -> Option<f64>) -> Scene {
+        let found = self.findings.len();
         self.declare(document);
+        self.is_whole &= self.findings.len() == found;
         let parameters = self.parameters(document);
         let points = self.points(document);
         let bodies: Vec<Body> = document.bodies.iter().map(|body| self.body(body)).collect();
@@ -114,9 +124,15 @@ impl Resolver<'_> {
             }
         }
         self.outputs(document, &mut scene);
-        if self.findings.is_empty() {
+        if !self.lost_names {
             number_parameters(&mut scene, replace);
-            check::check(document, &scene, &mut self.findings);
+            check::parts(document, &scene, &mut self.findings);
+        }
+        if self.is_whole {
+            check::whole(document, &scene, &mut self.findings);
+            if !self.has_unknown {
+                usage::used(document, &scene, &mut self.findings);
+            }
         }
         scene
     }
@@ -168,6 +184,7 @@ impl Resolver<'_> {
     }
 
     fn coordinates(&mut self, document: &Document) -> Vec<Coordinate> {
+        let found = self.findings.len();
         let mut starts: HashMap<&str, Start> = HashMap::new();
         for (identifier, formula) in &document.given {
             let value = self.value(formula, Context::Constant);
@@ -191,6 +208,7 @@ impl Resolver<'_> {
                 );
             }
         }
+        self.is_whole &= self.findings.len() == found;
         let coordinate = |syntax: &crate::document::CoordinateSyntax| {
             let name = syntax.identifier.name.clone();
             let unit = if syntax.unit.is_empty() { "rad".to_owned() } else { syntax.unit.clone() };
@@ -322,16 +340,19 @@ impl Resolver<'_> {
 
     /// Looks up every name of a formula and checks what its context forbids.
     fn value(&mut self, formula: &Formula, context: Context) -> Value {
-        let (scope, findings) = (&self.scope, &mut self.findings);
+        let (scope, findings, has_unknown) = (&self.scope, &mut self.findings, &mut self.has_unknown);
         let mut reported: HashSet<String> = HashSet::new();
         let value = formula.map(|name, span| match scope.look_up(name, span.clone(), context) {
             Ok(quantity) => quantity,
+            // What could not be read was reported where it was read.
+            Err(_) if name.is_empty() => Quantity::Unknown,
             Err(finding) => {
+                *has_unknown = true;
                 // A name that is used again in the same formula is not wrong twice.
                 if (scope.knows(name) || !self.lost_names) && reported.insert(name.clone()) {
                     findings.push(finding);
                 }
-                Quantity::Pi
+                Quantity::Unknown
             }
         });
         if matches!(context, Context::Geometry | Context::Load) {
@@ -342,6 +363,7 @@ impl Resolver<'_> {
 
     fn find(&mut self, what: &str, identifier: &Identifier, names: &[&str]) -> Option<usize> {
         let place = names.iter().position(|name| *name == identifier.name);
+        self.has_unknown |= place.is_none();
         if place.is_none() && !self.lost_names {
             let title = format!("unknown {what} `{}`", identifier.name);
             self.findings.push(Diagnostic::error(title, identifier.span.clone(), "not known").help(near_or_all(

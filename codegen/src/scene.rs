@@ -24,6 +24,8 @@ pub enum Quantity {
     Time,
     /// The ratio of a circle's circumference to its diameter.
     Pi,
+    /// Something that could not be read or looked up; in scenes with errors alone.
+    Unknown,
 }
 
 /// A mechanism.
@@ -240,6 +242,11 @@ impl Scene {
     /// The names of the parameters that the generated code does without.
     pub fn left_out(&self) -> impl Iterator<Item = &Parameter> {
         self.parameters.iter().filter(|p| p.is_left_out())
+    }
+
+    /// Whether all of a formula could be read and looked up.
+    pub fn is_known(value: &Value) -> bool {
+        value.names().all(|name| *name != Quantity::Unknown)
     }
 
     /// Which coordinates a formula depends on, through points too.

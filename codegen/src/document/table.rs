@@ -8,7 +8,7 @@ use toml::de::{DeString, DeTable, DeValue};
 use super::places::Places;
 use super::{Identifier, Target, form};
 use crate::diagnostic::{Diagnostic, Span};
-use crate::expression::{Node, Number};
+use crate::expression::Node;
 use crate::names::closest;
 use crate::parser::{Condition, Formula, parse_condition, parse_formula};
 
@@ -212,11 +212,13 @@ pub(super) struct Reader<'s> {
     pub(super) findings: Vec<Diagnostic>,
     /// Whether something that may declare names could not be read.
     pub(super) lost: bool,
+    /// How many of the findings are about the inside of a formula.
+    pub(super) unreadable: usize,
 }
 
 impl<'s> Reader<'s> {
     pub(super) fn new(source: &'s str) -> Self {
-        Self { source, findings: Vec::new(), lost: false }
+        Self { source, findings: Vec::new(), lost: false, unreadable: 0 }
     }
 
     pub(super) fn wrong_type(&mut self, value: Value, expected: &str) {
@@ -306,6 +308,7 @@ impl<'s> Reader<'s> {
             parsed
         });
         let place = |finding: Diagnostic| Diagnostic { span: finding.span.map(|span| places.span(&span)), ..finding };
+        self.unreadable += usize::from(result.is_err());
         result.map_err(|finding| self.findings.push(place(finding))).ok()
     }
 }
@@ -318,6 +321,6 @@ fn is_decimal(raw: &str) -> bool {
 /// Stands for a formula that could not be read, so that the rest of the file is still checked.
 pub(super) fn placeholder() -> Formula {
     let mut formula = Formula::new();
-    formula.push(Node::Number(Number::whole(1)), 0..0);
+    formula.push(Node::Name(String::new()), 0..0);
     formula
 }

@@ -96,8 +96,8 @@ impl Plain<'_> {
                 let name = point_name(self.scene, point, axis);
                 quote!(#name)
             }
-            // The resolver lets no rate of a point into these formulae.
-            Quantity::PointRate(..) => unreachable!("rates of points occur in loads alone"),
+            // The resolver lets no rate of a point into these formulae, and no scene with unknown names gets here.
+            Quantity::PointRate(..) | Quantity::Unknown => unreachable!("rates of points occur in loads alone"),
             Quantity::Time => quote!(t),
             Quantity::Pi => quote!(std::f64::consts::PI),
         };

@@ -109,6 +109,7 @@ impl<'s> Algebra<'s> {
                     Quantity::PointRate(p, axis) => self.rate(&self.points[p][axis]),
                     Quantity::Time => self.symbol(Symbol::Time),
                     Quantity::Pi => self.symbol(Symbol::Pi),
+                    Quantity::Unknown => unreachable!("a scene with unknown names is not differentiated"),
                 },
                 Node::Negate(a) => -&atoms[*a],
                 Node::Add(a, b) => &atoms[*a] + &atoms[*b],

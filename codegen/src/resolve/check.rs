@@ -1,24 +1,20 @@
 //! Rules that a scene must keep beyond knowing its names.
 
-use super::usage;
 use crate::diagnostic::Diagnostic;
 use crate::document::{BodySyntax, Document, Identifier};
 use crate::evaluate::{evaluate, first_non_finite};
 use crate::expression::Node;
 use crate::scene::{LoadKind, Quantity, Scene, Start, Value};
 
-/// Checks a scene whose names are all known and whose parameters have their numbers.
-pub(super) fn check(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) {
+/// Checks the parts of a scene whose parameters have their numbers. What depends on unknown names is left unchecked.
+pub(super) fn parts(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) {
     finite_constants(scene, findings);
-    if !findings.is_empty() {
-        return;
-    }
     for (syntax, place) in document.bodies.iter().zip(0..) {
         body(syntax, scene, place, findings);
     }
     run(scene, findings);
     for constraint in &scene.constraints {
-        if scene.coordinates_of(&constraint.residual).is_empty() {
+        if Scene::is_known(&constraint.residual) && scene.coordinates_of(&constraint.residual).is_empty() {
             findings.push(
                 Diagnostic::error(
                     format!("constraint `{}` depends on no coordinate", constraint.name),
@@ -29,9 +25,12 @@ pub(super) fn check(document: &Document, scene: &Scene, findings: &mut Vec<Diagn
             );
         }
     }
+}
+
+/// Checks how the parts of a scene go together, once each has its name and a sound start.
+pub(super) fn whole(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) {
     columns(document, findings);
     freedoms(document, scene, findings);
-    usage::used(document, scene, findings);
 }
 
 /// Reports what the generator cannot differentiate.
@@ -134,8 +133,10 @@ fn finite_constants(scene: &Scene, findings: &mut Vec<Diagnostic>) {
 fn body(syntax: &BodySyntax, scene: &Scene, place: usize, findings: &mut Vec<Diagnostic>) {
     let body = &scene.bodies[place];
     let name = &body.name;
-    let pairs =
-        [("mass", &body.mass, body.com.is_some(), "com"), ("inertia", &body.inertia, body.angle.is_some(), "angle")];
+    let pairs = [
+        ("mass", &body.mass, syntax.com.is_some(), "com"),
+        ("inertia", &body.inertia, syntax.angle.is_some(), "angle"),
+    ];
     for (what, value, placed, needed) in pairs {
         let Some(value) = value else { continue };
         let number = constant(scene, value);
@@ -161,7 +162,7 @@ fn body(syntax: &BodySyntax, scene: &Scene, place: usize, findings: &mut Vec<Dia
             );
         }
     }
-    if syntax.mass.is_none() && syntax.inertia.is_none() && body.com.is_none() && body.angle.is_none() {
+    if syntax.mass.is_none() && syntax.inertia.is_none() && syntax.com.is_none() && syntax.angle.is_none() {
         findings.push(
             Diagnostic::error(format!("body `{name}` is empty"), syntax.identifier.span.clone(), "says nothing")
                 .help("give it `mass` and `com`, or `angle` and `inertia`, or take it out"),

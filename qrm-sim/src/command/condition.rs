@@ -49,7 +49,7 @@ impl<'s> Condition<'s> {
                 evaluate_in(&mut Vec::new(), position, &mut |inner| self.quantity(*inner, t, q, qd))
             }
             // `read_condition` lets none through.
-            Quantity::PointRate(..) => f64::NAN,
+            Quantity::PointRate(..) | Quantity::Unknown => f64::NAN,
         }
     }
 }
