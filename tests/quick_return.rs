@@ -60,7 +60,7 @@ fn two_revolutions_end_where_they_should() {
     let trajectory = run.trajectory();
     assert_eq!(trajectory.rows.len(), 1757);
     for row in 0..trajectory.rows.len() {
-        near("energy", trajectory.number(row, "energy"), 3258.037_491_040_094_7, 2e-6);
+        near("energy", trajectory.number(row, "energy"), 3_258.037_491_040_094_7, 2e-6);
     }
     // The motion recurs.
     for name in ["phi4", "phi5", "phi2_dot", "phi4_dot", "phi5_dot"] {
