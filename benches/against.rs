@@ -8,7 +8,8 @@ use std::io;
 use std::process::{Command, ExitCode};
 
 use qrm_model::quick_return::QuickReturn;
-use qrm_sim::simulate::{Observer, Request, Row, simulate};
+use qrm_sim::observer::{Observer, Row};
+use qrm_sim::simulate::{Request, simulate};
 
 const ROUNDS: usize = 15;
 const RUNS: usize = 200;

@@ -3,12 +3,13 @@
 use std::hint::black_box;
 use std::io;
 
-use criterion::{Criterion, criterion_group, criterion_main};
+use divan::Bencher;
 use nalgebra::{SMatrix, SVector};
 use qrm_mechanism::{Dynamics, Mechanism};
 use qrm_model::hand_written::HandWritten;
 use qrm_model::quick_return::{Parameters, QuickReturn};
-use qrm_sim::simulate::{Observer, Request, Row, simulate};
+use qrm_sim::observer::{Observer, Row};
+use qrm_sim::simulate::{Request, simulate};
 use qrm_sim::solve::{Care, accelerations};
 
 const Q: [f64; 3] = [0.5, 1.15, 2.69];
@@ -52,25 +53,57 @@ fn whole_run<X: Mechanism<3, 2>>(mechanism: &X) -> u64 {
     simulate(mechanism, &request, &mut Nobody).map_or(0, |outcome| outcome.steps)
 }
 
-fn step(c: &mut Criterion) {
-    let generated = QuickReturn::new(Parameters::default());
-    let by_hand = HandWritten::new(Parameters::default());
-    let mut group = c.benchmark_group("dynamics");
-    group.bench_function("generated", |b| b.iter(|| generated.dynamics(0.0, black_box(&Q), black_box(&QD))));
-    group.bench_function("hand-written", |b| b.iter(|| by_hand.dynamics(0.0, black_box(&Q), black_box(&QD))));
-    group.finish();
+#[divan::bench_group(name = "one evaluation of the equations")]
+mod dynamics {
+    use super::*;
 
-    let dynamics = generated.dynamics(0.0, &Q, &QD);
-    let mut group = c.benchmark_group("solve");
-    group.bench_function("Schur", |b| b.iter(|| accelerations(black_box(&dynamics), &mut Care::default())));
-    group.bench_function("nalgebra LU 5x5", |b| b.iter(|| dense(black_box(&dynamics))));
-    group.finish();
+    #[divan::bench]
+    fn generated(b: Bencher) {
+        let mechanism = QuickReturn::default();
+        b.bench(|| black_box(&mechanism).dynamics(0.0, black_box(&Q), black_box(&QD)));
+    }
 
-    let mut group = c.benchmark_group("two revolutions with rows");
-    group.bench_function("generated", |b| b.iter(|| whole_run(black_box(&generated))));
-    group.bench_function("hand-written", |b| b.iter(|| whole_run(black_box(&by_hand))));
-    group.finish();
+    #[divan::bench]
+    fn hand_written(b: Bencher) {
+        let mechanism = HandWritten::new(Parameters::default());
+        b.bench(|| black_box(&mechanism).dynamics(0.0, black_box(&Q), black_box(&QD)));
+    }
 }
 
-criterion_group!(benches, step);
-criterion_main!(benches);
+#[divan::bench_group(name = "one solution for accelerations and multipliers")]
+mod solve {
+    use super::*;
+
+    #[divan::bench]
+    fn schur(b: Bencher) {
+        let dynamics = QuickReturn::default().dynamics(0.0, &Q, &QD);
+        b.bench(|| accelerations(black_box(&dynamics), &mut Care::default()));
+    }
+
+    #[divan::bench]
+    fn nalgebra_dense_lu(b: Bencher) {
+        let dynamics = QuickReturn::default().dynamics(0.0, &Q, &QD);
+        b.bench(|| dense(black_box(&dynamics)));
+    }
+}
+
+#[divan::bench_group(name = "two revolutions with outputs and checks of every row")]
+mod run {
+    use super::*;
+
+    #[divan::bench]
+    fn generated(b: Bencher) {
+        let mechanism = QuickReturn::default();
+        b.bench(|| whole_run(black_box(&mechanism)));
+    }
+
+    #[divan::bench]
+    fn hand_written(b: Bencher) {
+        let mechanism = HandWritten::new(Parameters::default());
+        b.bench(|| whole_run(black_box(&mechanism)));
+    }
+}
+
+fn main() {
+    divan::main();
+}

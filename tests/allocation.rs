@@ -8,8 +8,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use qrm_model::quick_return::QuickReturn;
 use qrm_sim::motion::Method;
+use qrm_sim::observer::{Observer, Row};
 use qrm_sim::projection::{Projection, Tolerance};
-use qrm_sim::simulate::{End, Observer, Request, Row, simulate};
+use qrm_sim::simulate::{End, Request, simulate};
 
 struct Counting;
 

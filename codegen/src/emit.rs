@@ -1,12 +1,13 @@
 //! A scene's functions as the text of a Rust module.
 
 mod body;
+mod constants;
 mod layout;
 mod piece;
 mod plain;
 mod scene_items;
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{HashMap, HashSet};
 
 use proc_macro2::{Ident, TokenStream};
 use quote::{format_ident, quote};
@@ -65,6 +66,9 @@ pub fn module_name(scene: &str) -> String {
 pub(crate) fn field_name(parameter: &str) -> String {
     ident(parameter).to_string()
 }
+
+/// Names of arguments and of the two halves of a mechanism.
+const RESERVED: [&str; 7] = ["p", "k", "q", "qd", "qdd", "m", "multipliers"];
 
 struct Writer<'a> {
     scene: &'a Scene,
@@ -131,144 +135,13 @@ impl<'a> Writer<'a> {
             Symbol::Multiplier(i) => format!("lambda_{}", self.scene.constraints[i].name),
             _ => "t".to_owned(),
         };
-        // The arguments and the two halves of a mechanism are in the same scope.
-        let clashes = ["p", "k", "q", "qd", "qdd", "m", "multipliers"].contains(&name.as_str());
-        if clashes || syn::parse_str::<Ident>(&name).is_err() { format!("{name}_") } else { name }
-    }
-
-    /// Values that keep their size during a run and are not just parameters get a field each.
-    fn name_constants(&mut self) {
-        let roots = self.layout.plans.iter().flat_map(|plan| plan.parts.iter().flat_map(|(_, shape)| shape.values()));
-        let roots: Vec<Id> = roots.map(|root| root.id).collect();
-        let mut fields: BTreeMap<Id, ()> = BTreeMap::new();
-        let mut note = |id: Id| {
-            if self.graph.is_constant(id) && !self.graph.op(id).is_leaf() {
-                fields.insert(id, ());
-            }
-        };
-        roots.iter().for_each(|&id| note(id));
-        for id in self.graph.reachable(roots) {
-            if !self.graph.is_constant(id) {
-                self.graph.op(id).operands().into_iter().for_each(&mut note);
-            }
+        let mut name = ident(&name).to_string();
+        // The arguments and the two halves of a mechanism are in the same scope, and a raw identifier cannot be part of
+        // a longer name.
+        while RESERVED.contains(&name.as_str()) || self.inputs.values().any(|bound| *bound == name) {
+            name.push('_');
         }
-        let mut taken = HashSet::new();
-        for (number, id) in fields.into_keys().enumerate() {
-            let base = self.constant_name(id).unwrap_or_else(|| format!("k{}", number + 1));
-            let mut name = base.clone();
-            let mut suffix = 2;
-            while !taken.insert(name.clone()) {
-                name = format!("{base}_{suffix}");
-                suffix += 1;
-            }
-            let field = ident(&name);
-            self.outside.insert(id, quote!(k.#field));
-            self.hints.insert(id, name);
-            self.constants.push((field, id));
-        }
-    }
-
-    /// A product of parameters is called after them.
-    fn constant_name(&self, id: Id) -> Option<String> {
-        let Op::Product(factors) = self.graph.op(id) else { return None };
-        let mut names: Vec<String> = Vec::new();
-        for (i, factor) in factors.iter().enumerate() {
-            if factors[..i].contains(factor) {
-                continue;
-            }
-            let times = factors.iter().filter(|f| *f == factor).count();
-            let name = match self.graph.op(*factor) {
-                Op::Number(bits) if f64::from_bits(*bits) == 2.0 => "twice".to_owned(),
-                Op::Number(bits) if f64::from_bits(*bits) == 0.5 => "half".to_owned(),
-                Op::Input(_) => self.hints[factor].clone(),
-                _ => return None,
-            };
-            names.push(if times == 1 {
-                name
-            } else if times == 2 {
-                format!("{name}_sq")
-            } else {
-                format!("{name}_pow{times}")
-            });
-        }
-        let name = names.join("_");
-        (name.len() <= 24).then_some(name)
-    }
-
-    fn constants(&self) -> TokenStream {
-        let parameters: HashMap<Id, TokenStream> = self
-            .outside
-            .iter()
-            .filter(|(id, _)| self.graph.op(**id).is_leaf())
-            .map(|(id, t)| (*id, t.clone()))
-            .collect();
-        let roots: Vec<Signed> = self.constants.iter().map(|(_, id)| Signed { negative: false, id: *id }).collect();
-        let hints = HashMap::new();
-        let mut body = Body::new(self.graph, &parameters, &hints, HashSet::from(["p".to_owned()]), &roots);
-        let values: Vec<TokenStream> = roots.iter().map(|root| body.root(*root)).collect();
-        let (statements, _) = body.finish();
-        let names: Vec<&Ident> = self.constants.iter().map(|(name, _)| name).collect();
-        let docs = self.constants.iter().map(|(_, id)| format!(" `{}`", self.formula(*id)));
-        let p = if values.is_empty() { quote!(_p) } else { quote!(p) };
-        // A struct without fields still has to mention its number type.
-        let marker = values
-            .is_empty()
-            .then(|| (quote!(marker: std::marker::PhantomData<R>,), quote!(marker: std::marker::PhantomData)));
-        let (marker_field, marker_value) = marker.unzip();
-        quote! {
-            /// Values that depend on parameters alone, computed once.
-            #[derive(Clone, Copy, Debug)]
-            pub struct Constants<R = f64> {
-                #(#[doc = #docs] pub #names: R,)*
-                #marker_field
-            }
-
-            impl<R: Real> Constants<R> {
-                fn new(#p: &Parameters<R>) -> Self {
-                    #(#statements)*
-                    Self { #(#names: #values,)* #marker_value }
-                }
-            }
-        }
-    }
-
-    /// A constant's formula in the notation of scenes.
-    fn formula(&self, id: Id) -> String {
-        let inner = |id: Id| {
-            let text = self.formula(id);
-            if matches!(self.graph.op(id), Op::Sum(_)) { format!("({text})") } else { text }
-        };
-        match self.graph.op(id) {
-            Op::Number(bits) => format!("{}", f64::from_bits(*bits)),
-            Op::Input(Symbol::Parameter(i)) => self.scene.parameters[*i].name.clone(),
-            Op::Input(_) => "pi".to_owned(),
-            Op::Sum(terms) => {
-                let mut text = String::new();
-                for term in terms {
-                    text += match (text.is_empty(), term.negative) {
-                        (true, false) => "",
-                        (true, true) => "-",
-                        (false, false) => " + ",
-                        (false, true) => " - ",
-                    };
-                    text += &inner(term.id);
-                }
-                text
-            }
-            Op::Product(factors) => {
-                let mut parts: Vec<String> = Vec::new();
-                for (i, factor) in factors.iter().enumerate() {
-                    let times = factors.iter().filter(|f| *f == factor).count();
-                    if !factors[..i].contains(factor) {
-                        parts.push(if times == 1 { inner(*factor) } else { format!("{}^{times}", inner(*factor)) });
-                    }
-                }
-                parts.join("*")
-            }
-            Op::Reciprocal(a) => format!("1/({})", self.formula(*a)),
-            Op::Power(a, exponent) => format!("({})^{}", self.formula(*a), f64::from_bits(*exponent)),
-            Op::Call(function, a) => format!("{}({})", function.name(), self.formula(*a)),
-        }
+        name.strip_prefix("r#").map_or(name.clone(), |word| format!("{word}_"))
     }
 
     fn function(&self, plan: &Plan<Signed>, operations: &mut Vec<(&'static str, String)>) -> TokenStream {

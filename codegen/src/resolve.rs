@@ -2,18 +2,21 @@
 
 mod applied;
 mod check;
+mod points;
 mod scope;
+mod start;
 mod usage;
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 
-use crate::diagnostic::{Diagnostic, Report, Span};
+use crate::diagnostic::{Diagnostic, Report};
 use crate::document::{Document, Identifier, Position};
 use crate::evaluate::parameter_values;
-use crate::expression::{Expression, Node};
+use crate::expression::Node;
 use crate::names::closest;
 use crate::parser::{Condition, Formula};
-use crate::scene::{Body, Constraint, Coordinate, Load, Parameter, Point, Quantity, Run, Scene, Start, Value};
+use crate::scene::{Body, Constraint, Load, Parameter, Quantity, Run, Scene, Value};
+use points::{point_order, point_value};
 use scope::{Kind, Scope};
 
 /// Reads a scene. `path` is only for the messages.
@@ -183,77 +186,6 @@ impl Resolver<'_> {
         parameters
     }
 
-    fn coordinates(&mut self, document: &Document) -> Vec<Coordinate> {
-        let found = self.findings.len();
-        let mut starts: HashMap<&str, Start> = HashMap::new();
-        for (identifier, formula) in &document.given {
-            let value = self.value(formula, Context::Constant);
-            self.check_start_name(document, identifier);
-            starts.insert(&identifier.name, Start::Given(value));
-        }
-        for (identifier, formula) in &document.solve {
-            let value = self.value(formula, Context::Constant);
-            self.check_start_name(document, identifier);
-            if starts.insert(&identifier.name, Start::Guess(value)).is_some() {
-                let given = document.given.iter().find(|(given, _)| given.name == identifier.name);
-                let span = given.map_or(document.given_span.clone(), |(given, _)| given.span.clone());
-                self.findings.push(
-                    Diagnostic::error(
-                        format!("`{}` is both given and solved for", identifier.name),
-                        identifier.span.clone(),
-                        "solved for here",
-                    )
-                    .context(span, "given here")
-                    .help("take one of the two out"),
-                );
-            }
-        }
-        self.is_whole &= self.findings.len() == found;
-        let coordinate = |syntax: &crate::document::CoordinateSyntax| {
-            let name = syntax.identifier.name.clone();
-            let unit = if syntax.unit.is_empty() { "rad".to_owned() } else { syntax.unit.clone() };
-            Coordinate {
-                position: starts.get(name.as_str()).cloned().unwrap_or(Start::Free),
-                rate: starts.get(format!("{name}_dot").as_str()).cloned().unwrap_or(Start::Free),
-                unit,
-                doc: syntax.doc.clone(),
-                span: syntax.identifier.span.clone(),
-                name,
-            }
-        };
-        document.coordinates.iter().map(coordinate).collect()
-    }
-
-    fn check_start_name(&mut self, document: &Document, identifier: &Identifier) {
-        let names: Vec<String> = document
-            .coordinates
-            .iter()
-            .flat_map(|c| [c.identifier.name.clone(), format!("{}_dot", c.identifier.name)])
-            .collect();
-        if !names.contains(&identifier.name) && !self.lost_names {
-            let names: Vec<&str> = names.iter().map(String::as_str).collect();
-            self.findings.push(
-                Diagnostic::error(
-                    format!("`{}` is neither a coordinate nor the rate of one", identifier.name),
-                    identifier.span.clone(),
-                    "not known",
-                )
-                .help(near_or_all("coordinate", &identifier.name, &names)),
-            );
-        }
-    }
-
-    fn points(&mut self, document: &Document) -> Vec<Point> {
-        let order = point_order(document).unwrap_or_else(|_| (0..document.points.len()).collect());
-        let mut points = Vec::new();
-        for &i in &order {
-            let (identifier, position) = &document.points[i];
-            let position = [self.value(&position[0], Context::Geometry), self.value(&position[1], Context::Geometry)];
-            points.push(Point { name: identifier.name.clone(), position });
-        }
-        points
-    }
-
     fn body(&mut self, syntax: &crate::document::BodySyntax) -> Body {
         let com = syntax.com.as_ref().and_then(|position| match position {
             Position::Point(point) => self.point(point).map(|i| point_value(i, point.span.clone())),
@@ -394,49 +326,6 @@ fn near_or_all(what: &str, name: &str, known: &[&str]) -> String {
         None if known.is_empty() => format!("the scene has no {what}"),
         None => format!("known: {}", known.join(", ")),
     }
-}
-
-/// The two formulae `P.x`, `P.y`.
-fn point_value(point: usize, span: Span) -> [Value; 2] {
-    [0, 1].map(|axis| {
-        let mut value = Value::new();
-        value.push(Node::Name(Quantity::Point(point, axis)), span.clone());
-        value
-    })
-}
-
-/// Points in an order in which each depends only on earlier ones, or the points of a circle.
-fn point_order(document: &Document) -> Result<Vec<usize>, Vec<usize>> {
-    let place: HashMap<&str, usize> =
-        document.points.iter().enumerate().map(|(i, (identifier, _))| (identifier.name.as_str(), i)).collect();
-    let needs: Vec<Vec<usize>> = document
-        .points
-        .iter()
-        .map(|(_, position)| {
-            let names = position.iter().flat_map(Expression::names);
-            names.filter_map(|name| place.get(name.split('.').next()?).copied()).collect()
-        })
-        .collect();
-    let mut order: Vec<usize> = Vec::new();
-    let mut placed = vec![false; needs.len()];
-    while order.len() < needs.len() {
-        let ready = (0..needs.len()).find(|&i| !placed[i] && needs[i].iter().all(|&n| placed[n]));
-        if let Some(i) = ready {
-            placed[i] = true;
-            order.push(i);
-            continue;
-        }
-        // Every point left waits for another one that is left: following them must come round.
-        let mut trail: Vec<usize> = Vec::new();
-        let mut at = placed.iter().position(|p| !p).unwrap_or(0);
-        while !trail.contains(&at) {
-            trail.push(at);
-            at = needs[at].iter().copied().find(|&n| !placed[n]).unwrap_or(at);
-        }
-        let start = trail.iter().position(|&i| i == at).unwrap_or(0);
-        return Err(trail.split_off(start));
-    }
-    Ok(order)
 }
 
 /// Gives parameters their numbers.

@@ -4,8 +4,11 @@
 //! the algorithms are free functions, generic over the mechanism and its size. Nothing is allocated inside a step.
 
 pub mod assembly;
+mod book;
 pub mod linear;
 pub mod motion;
+pub mod observer;
+pub mod outcome;
 pub mod projection;
 pub mod rk4;
 pub mod scenes;

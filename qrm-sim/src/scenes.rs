@@ -4,7 +4,9 @@ use std::marker::PhantomData;
 
 use qrm_mechanism::{Description, Mechanism, Visitor};
 
-use crate::simulate::{NoStart, Observer, Outcome, Request, simulate};
+use crate::observer::Observer;
+use crate::outcome::{NoStart, Outcome};
+use crate::simulate::{Request, simulate};
 
 /// A mechanism whose size is hidden.
 pub trait Scene {

@@ -4,9 +4,12 @@ use std::time::{Duration, Instant};
 
 use qrm_mechanism::Mechanism;
 
-use crate::assembly::{NotAssembled, assemble};
-use crate::linear::{Vector, largest, multiply};
-use crate::motion::{Breakdown, Method, Moment, advance, moment};
+use crate::assembly::assemble;
+use crate::book::Book;
+use crate::linear::{Vector, largest};
+use crate::motion::{Method, Moment, advance, moment};
+use crate::observer::Observer;
+use crate::outcome::{NoStart, Outcome, Status};
 use crate::solve::Care;
 
 /// How many steps are made between two visits to the observer.
@@ -34,117 +37,6 @@ pub enum End<'a> {
 
 /// A function of time, coordinates and rates.
 pub type StopFunction<'a> = dyn Fn(f64, &[f64], &[f64]) -> f64 + 'a;
-
-/// A row of a trajectory.
-#[derive(Clone, Copy, Debug)]
-pub struct Row<'a> {
-    /// Its place in the trajectory.
-    pub index: u64,
-    /// Whether the run ends here.
-    pub is_last: bool,
-    /// Time.
-    pub t: f64,
-    /// Coordinates.
-    pub q: &'a [f64],
-    /// Rates.
-    pub qd: &'a [f64],
-    /// Accelerations.
-    pub qdd: &'a [f64],
-    /// Multipliers.
-    pub multipliers: &'a [f64],
-    /// Outputs.
-    pub outputs: &'a [f64],
-    /// Largest residual of the constraints.
-    pub residual_position: f64,
-    /// Largest rate of a residual.
-    pub residual_velocity: f64,
-    /// Kinetic energy and potential of the conservative loads.
-    pub energy: f64,
-}
-
-/// Whoever wants the rows.
-pub trait Observer {
-    /// Takes a row.
-    ///
-    /// # Errors
-    /// The row cannot be kept; the run ends.
-    fn row(&mut self, row: &Row) -> std::io::Result<()>;
-
-    /// Called between chunks of rows; `false` ends the run.
-    ///
-    /// # Errors
-    /// The rows so far cannot be kept; the run ends.
-    fn goes_on(&mut self, t: f64, end_time: f64) -> std::io::Result<bool>;
-}
-
-/// How a run ended, and what is known of it.
-#[derive(Debug)]
-pub struct Outcome {
-    /// Why it ended.
-    pub status: Status,
-    /// Length of the steps.
-    pub step: f64,
-    /// Steps made.
-    pub steps: u64,
-    /// Where it ended.
-    pub end_time: f64,
-    /// Coordinates there.
-    pub q: Vec<f64>,
-    /// Rates there.
-    pub qd: Vec<f64>,
-    /// Time spent on integration alone.
-    pub integration: Duration,
-    /// Largest residual of a constraint in any row, and which constraint.
-    pub residual_position: (usize, f64),
-    /// Largest rate of a residual in any row, and of which constraint.
-    pub residual_velocity: (usize, f64),
-    /// Largest change of the energy, if no load without potential did work.
-    pub energy_drift: Option<f64>,
-    /// Estimated error of the coordinates at the end.
-    pub estimated_error: Option<f64>,
-    /// How often the fast solution did not do.
-    pub care: Care,
-}
-
-/// Why a run ended.
-#[derive(Debug)]
-pub enum Status {
-    /// The end time was reached.
-    Completed,
-    /// The stop condition became true.
-    Stopped,
-    /// The stop condition held from the start.
-    StoppedAtStart,
-    /// The latest end came before the stop condition became true.
-    StopNotReached {
-        /// When the condition was nearest to true.
-        nearest_time: f64,
-        /// How far it was from true then.
-        missing: f64,
-    },
-    /// The observer wanted no more.
-    Interrupted,
-    /// A step could not be made.
-    Broken(Breakdown),
-    /// A row could not be kept.
-    Unwritable(std::io::Error),
-}
-
-/// Why a run could not begin.
-#[derive(Clone, Debug, PartialEq)]
-pub enum NoStart {
-    /// The constraints cannot be met.
-    NotAssembled(NotAssembled),
-    /// The accelerations at the start are not determined.
-    Broken(Breakdown),
-    /// The step is so short that time stands still.
-    StepTooShort {
-        /// The step.
-        step: f64,
-        /// The end.
-        end_time: f64,
-    },
-}
 
 /// Runs a mechanism.
 ///
@@ -335,68 +227,5 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
         }
         let difference: Vector<N> = std::array::from_fn(|i| coarse.q[i] - self.even.q[i]);
         Some(largest(&difference).1 / 15.0)
-    }
-}
-
-/// What is noted of every row.
-struct Book {
-    outputs: Vec<f64>,
-    rows: u64,
-    residual_position: (usize, f64),
-    residual_velocity: (usize, f64),
-    first_energy: f64,
-    energy_drift: f64,
-    is_conservative: bool,
-}
-
-impl Book {
-    fn new<X: Mechanism<N, M>, const N: usize, const M: usize>(mechanism: &X, first: &Moment<N, M>) -> Self {
-        Self {
-            outputs: vec![0.0; X::DESCRIPTION.outputs.len()],
-            rows: 0,
-            residual_position: (0, 0.0),
-            residual_velocity: (0, 0.0),
-            first_energy: mechanism.energy(&first.q, &first.qd).iter().sum(),
-            energy_drift: 0.0,
-            is_conservative: true,
-        }
-    }
-
-    /// Completes moments to rows and hands them on.
-    fn keep<X: Mechanism<N, M>, const N: usize, const M: usize>(
-        &mut self,
-        mechanism: &X,
-        moments: &[Moment<N, M>],
-        ends: bool,
-        observer: &mut dyn Observer,
-    ) -> std::io::Result<()> {
-        for (i, at) in moments.iter().enumerate() {
-            let Moment { t, q, qd, qdd, multipliers } = at;
-            mechanism.outputs(*t, q, qd, qdd, multipliers, &mut self.outputs);
-            let closure = mechanism.closure(q);
-            let position = largest(&closure.constraints);
-            let velocity = largest(&multiply(&closure.constraint_jacobian, qd));
-            let energy: f64 = mechanism.energy(q, qd).iter().sum();
-            self.is_conservative &= mechanism.power(*t, q, qd) == 0.0;
-            self.energy_drift = self.energy_drift.max((energy - self.first_energy).abs());
-            let worse = |old: (usize, f64), new: (usize, f64)| if new.1 > old.1 { new } else { old };
-            self.residual_position = worse(self.residual_position, position);
-            self.residual_velocity = worse(self.residual_velocity, velocity);
-            observer.row(&Row {
-                index: self.rows,
-                is_last: ends && i + 1 == moments.len(),
-                t: *t,
-                q,
-                qd,
-                qdd,
-                multipliers,
-                outputs: &self.outputs,
-                residual_position: position.1,
-                residual_velocity: velocity.1,
-                energy,
-            })?;
-            self.rows += 1;
-        }
-        Ok(())
     }
 }

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use qrm_mechanism::Description;
 
-use crate::simulate::Row;
+use crate::observer::Row;
 
 /// How long rows may wait for the disk.
 const PATIENCE: Duration = Duration::from_millis(200);

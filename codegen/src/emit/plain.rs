@@ -106,12 +106,14 @@ impl Plain<'_> {
 }
 
 fn point_name(scene: &Scene, point: usize, axis: usize) -> proc_macro2::Ident {
-    format_ident!("{}_{}", scene.points[point].name.to_lowercase(), ["x", "y"][axis])
+    format_ident!("{}_{}", scene.points[point].name, ["x", "y"][axis])
 }
 
 /// A name of the scene as a Rust identifier.
 pub(super) fn ident(name: &str) -> proc_macro2::Ident {
     match syn::parse_str::<proc_macro2::Ident>(name) {
+        // As patterns these would mean a constant.
+        Ok(_) if ["None", "DESCRIPTION", "SOURCE"].contains(&name) => format_ident!("{name}_"),
         Ok(_) => format_ident!("{name}"),
         Err(_) if ["self", "Self", "super", "crate"].contains(&name) => format_ident!("{name}_"),
         Err(_) => format_ident!("r#{name}"),

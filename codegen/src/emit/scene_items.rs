@@ -62,6 +62,12 @@ fn parameters(scene: &Scene) -> TokenStream {
         let unit = if p.unit.is_empty() { String::new() } else { format!(" ({})", p.unit) };
         format!(" {}{unit}", if p.doc.is_empty() { &p.name } else { &p.doc })
     });
+    // A parameter of the same name would hide the closure.
+    let mut replace = String::from("replace");
+    while texts.contains(&replace.as_str()) {
+        replace.push('_');
+    }
+    let replace = format_ident!("{replace}");
     quote! {
         /// The numbers of the scene that can be changed, under their names in the scene.
         #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,8 +79,8 @@ fn parameters(scene: &Scene) -> TokenStream {
         impl Parameters {
             /// The scene's values, some of them replaced; those that the scene computes from others follow.
             #[allow(non_snake_case)]
-            pub fn with(replace: impl Fn(&str) -> Option<f64>) -> Self {
-                #(let #names = replace(#texts).unwrap_or(#values);)*
+            pub fn with(#replace: impl Fn(&str) -> Option<f64>) -> Self {
+                #(let #names = #replace(#texts).unwrap_or(#values);)*
                 Self { #(#names),* }
             }
         }

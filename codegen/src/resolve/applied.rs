@@ -1,6 +1,7 @@
 //! Loads on a mechanism, and the outputs asked of it.
 
-use super::{Context, Resolver, point_value};
+use super::points::point_value;
+use super::{Context, Resolver};
 use crate::diagnostic::Diagnostic;
 use crate::document::{Document, Identifier, LoadSyntax, OutputValue, Target};
 use crate::expression::{Expression, Node};

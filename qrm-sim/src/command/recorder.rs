@@ -9,7 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use qrm_mechanism::Description;
 
 use crate::extremes::Tracker;
-use crate::simulate::{Observer, Row};
+use crate::observer::{Observer, Row};
 use crate::summary::{ExtremesEntry, Named};
 use crate::trajectory::{CHECKS, Trajectory, columns, numbers};
 

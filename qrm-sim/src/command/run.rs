@@ -9,8 +9,9 @@ use super::condition::Condition;
 use super::recorder::Recorder;
 use super::{Failure, RunArguments, settings, words};
 use crate::motion::Method;
+use crate::outcome::{Outcome, Status};
 use crate::projection::Tolerance;
-use crate::simulate::{End, Outcome, Request, Status};
+use crate::simulate::{End, Request};
 use crate::summary::{Named, Summary};
 
 /// Runs a scene and writes its files.

@@ -6,7 +6,7 @@ use qrm_mechanism::Description;
 
 use crate::assembly::NotAssembled;
 use crate::motion::Breakdown;
-use crate::simulate::{NoStart, Outcome, Status};
+use crate::outcome::{NoStart, Outcome, Status};
 use crate::solve::Care;
 
 /// Why a run could not begin, with the place in the scene where there is one.

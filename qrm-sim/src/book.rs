@@ -1,0 +1,75 @@
+//! What is noted of every row while a run goes on.
+
+use qrm_mechanism::Mechanism;
+
+use crate::linear::{largest, multiply};
+use crate::motion::Moment;
+use crate::observer::{Observer, Row};
+
+/// The notes.
+#[derive(Debug)]
+pub(crate) struct Book {
+    outputs: Vec<f64>,
+    rows: u64,
+    /// Largest residual of a constraint in any row, and which constraint.
+    pub(crate) residual_position: (usize, f64),
+    /// Largest rate of a residual in any row, and of which constraint.
+    pub(crate) residual_velocity: (usize, f64),
+    first_energy: f64,
+    /// Largest change of the energy.
+    pub(crate) energy_drift: f64,
+    /// Whether no load without potential did work.
+    pub(crate) is_conservative: bool,
+}
+
+impl Book {
+    pub(crate) fn new<X: Mechanism<N, M>, const N: usize, const M: usize>(mechanism: &X, first: &Moment<N, M>) -> Self {
+        Self {
+            outputs: vec![0.0; X::DESCRIPTION.outputs.len()],
+            rows: 0,
+            residual_position: (0, 0.0),
+            residual_velocity: (0, 0.0),
+            first_energy: mechanism.energy(&first.q, &first.qd).iter().sum(),
+            energy_drift: 0.0,
+            is_conservative: true,
+        }
+    }
+
+    /// Completes moments to rows and hands them on.
+    pub(crate) fn keep<X: Mechanism<N, M>, const N: usize, const M: usize>(
+        &mut self,
+        mechanism: &X,
+        moments: &[Moment<N, M>],
+        ends: bool,
+        observer: &mut dyn Observer,
+    ) -> std::io::Result<()> {
+        for (i, at) in moments.iter().enumerate() {
+            let Moment { t, q, qd, qdd, multipliers } = at;
+            mechanism.outputs(*t, q, qd, qdd, multipliers, &mut self.outputs);
+            let closure = mechanism.closure(q);
+            let position = largest(&closure.constraints);
+            let velocity = largest(&multiply(&closure.constraint_jacobian, qd));
+            let energy: f64 = mechanism.energy(q, qd).iter().sum();
+            self.is_conservative &= mechanism.power(*t, q, qd) == 0.0;
+            self.energy_drift = self.energy_drift.max((energy - self.first_energy).abs());
+            let worse = |old: (usize, f64), new: (usize, f64)| if new.1 > old.1 { new } else { old };
+            self.residual_position = worse(self.residual_position, position);
+            self.residual_velocity = worse(self.residual_velocity, velocity);
+            observer.row(&Row {
+                index: self.rows,
+                is_last: ends && i + 1 == moments.len(),
+                t: *t,
+                q,
+                qd,
+                qdd,
+                multipliers,
+                outputs: &self.outputs,
+                residual_position: position.1,
+                residual_velocity: velocity.1,
+                energy,
+            })?;
+            self.rows += 1;
+        }
+        Ok(())
+    }
+}

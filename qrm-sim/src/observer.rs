@@ -1,0 +1,43 @@
+//! The rows of a run, and who takes them.
+
+/// A row of a trajectory.
+#[derive(Clone, Copy, Debug)]
+pub struct Row<'a> {
+    /// Its place in the trajectory.
+    pub index: u64,
+    /// Whether the run ends here.
+    pub is_last: bool,
+    /// Time.
+    pub t: f64,
+    /// Coordinates.
+    pub q: &'a [f64],
+    /// Rates.
+    pub qd: &'a [f64],
+    /// Accelerations.
+    pub qdd: &'a [f64],
+    /// Multipliers.
+    pub multipliers: &'a [f64],
+    /// Outputs.
+    pub outputs: &'a [f64],
+    /// Largest residual of the constraints.
+    pub residual_position: f64,
+    /// Largest rate of a residual.
+    pub residual_velocity: f64,
+    /// Kinetic energy and potential of the conservative loads.
+    pub energy: f64,
+}
+
+/// Whoever wants the rows.
+pub trait Observer {
+    /// Takes a row.
+    ///
+    /// # Errors
+    /// The row cannot be kept; the run ends.
+    fn row(&mut self, row: &Row) -> std::io::Result<()>;
+
+    /// Called between chunks of rows; `false` ends the run.
+    ///
+    /// # Errors
+    /// The rows so far cannot be kept; the run ends.
+    fn goes_on(&mut self, t: f64, end_time: f64) -> std::io::Result<bool>;
+}

@@ -1,0 +1,76 @@
+//! How a run ended, or why it could not begin.
+
+use std::time::Duration;
+
+use crate::assembly::NotAssembled;
+use crate::motion::Breakdown;
+use crate::solve::Care;
+
+/// How a run ended, and what is known of it.
+#[derive(Debug)]
+pub struct Outcome {
+    /// Why it ended.
+    pub status: Status,
+    /// Length of the steps.
+    pub step: f64,
+    /// Steps made.
+    pub steps: u64,
+    /// Where it ended.
+    pub end_time: f64,
+    /// Coordinates there.
+    pub q: Vec<f64>,
+    /// Rates there.
+    pub qd: Vec<f64>,
+    /// Time spent on integration alone.
+    pub integration: Duration,
+    /// Largest residual of a constraint in any row, and which constraint.
+    pub residual_position: (usize, f64),
+    /// Largest rate of a residual in any row, and of which constraint.
+    pub residual_velocity: (usize, f64),
+    /// Largest change of the energy, if no load without potential did work.
+    pub energy_drift: Option<f64>,
+    /// Estimated error of the coordinates at the end.
+    pub estimated_error: Option<f64>,
+    /// How often the fast solution did not do.
+    pub care: Care,
+}
+
+/// Why a run ended.
+#[derive(Debug)]
+pub enum Status {
+    /// The end time was reached.
+    Completed,
+    /// The stop condition became true.
+    Stopped,
+    /// The stop condition held from the start.
+    StoppedAtStart,
+    /// The latest end came before the stop condition became true.
+    StopNotReached {
+        /// When the condition was nearest to true.
+        nearest_time: f64,
+        /// How far it was from true then.
+        missing: f64,
+    },
+    /// The observer wanted no more.
+    Interrupted,
+    /// A step could not be made.
+    Broken(Breakdown),
+    /// A row could not be kept.
+    Unwritable(std::io::Error),
+}
+
+/// Why a run could not begin.
+#[derive(Clone, Debug, PartialEq)]
+pub enum NoStart {
+    /// The constraints cannot be met.
+    NotAssembled(NotAssembled),
+    /// The accelerations at the start are not determined.
+    Broken(Breakdown),
+    /// The step is so short that time stands still.
+    StepTooShort {
+        /// The step.
+        step: f64,
+        /// The end.
+        end_time: f64,
+    },
+}
