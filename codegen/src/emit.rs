@@ -28,15 +28,18 @@ pub fn module(scene: &Scene, equations: &Equations, source: &str) -> Module {
     let writer = Writer::new(scene, &layout);
     let mut operations = Vec::new();
     let functions: Vec<TokenStream> = layout.plans.iter().map(|plan| writer.function(plan, &mut operations)).collect();
-    let items = scene_items::items(scene, &layout, source);
     let constants = writer.constants();
+    let scene_items::Items { parameters, mechanism, link, description } = scene_items::items(scene, source);
     let tokens = quote! {
         use qrm_mechanism::{
             Closure, Description, Dynamics, Mechanism, ParameterDescription, QuantityDescription, Real, Schedule, Start,
         };
-        #items
+        #parameters
+        #mechanism
         #constants
         #(#functions)*
+        #link
+        #description
     };
     let file =
         syn::parse2(tokens.clone()).unwrap_or_else(|e| panic!("the generated module is not Rust: {e}\n{tokens}"));
@@ -79,6 +82,8 @@ struct Writer<'a> {
     /// The inputs' names as they are bound in a function.
     inputs: HashMap<Symbol, Ident>,
     hints: HashMap<Id, String>,
+    /// The coordinates of named points.
+    points: HashSet<Id>,
     constants: Vec<(Ident, Id)>,
 }
 
@@ -92,6 +97,7 @@ impl<'a> Writer<'a> {
             outside: HashMap::new(),
             inputs: HashMap::new(),
             hints: HashMap::new(),
+            points: HashSet::new(),
             constants: Vec::new(),
         };
         for (id, op) in graph.ops().iter().enumerate() {
@@ -120,6 +126,7 @@ impl<'a> Writer<'a> {
                 if is_new && !value.negative {
                     let name = format!("{}_{}", scene.points[place].name.to_lowercase(), ["x", "y"][axis]);
                     writer.hints.entry(value.id).or_insert(name);
+                    writer.points.insert(value.id);
                 }
             }
         }
@@ -149,7 +156,7 @@ impl<'a> Writer<'a> {
         let mut taken: HashSet<String> =
             ["p", "k", "q", "qd", "qdd", "m", "t", "multipliers"].map(str::to_owned).into();
         taken.extend(self.inputs.values().map(ToString::to_string));
-        let mut body = Body::new(self.graph, &self.outside, &self.hints, taken, &roots);
+        let mut body = Body::new(self.graph, &self.outside, &self.hints, &self.points, taken, &roots);
         let fields: Vec<TokenStream> = plan.parts.iter().map(|(_, shape)| result(&mut body, shape)).collect();
         let (statements, cost) = body.finish();
         operations.push((plan.name, cost.to_string()));

@@ -165,7 +165,26 @@ fn text(scene: &Scene, equations: &Equations, source: &str) -> Result<String, Er
     verify::verify(scene, equations, &module.file).map_err(Error::Wrong)?;
     // The printer drops comments of this kind, so the header is joined afterwards.
     let header = header::header(scene, equations, &module.operations, &header::hash(source));
-    Ok(format!("{header}\n{}", prettyplease::unparse(&module.file)))
+    Ok(format!("{header}\n{}", spaced(&prettyplease::unparse(&module.file))))
+}
+
+/// The printer sets items and methods close together; a blank line between them makes them easier to find.
+fn spaced(text: &str) -> String {
+    let mut spaced = String::new();
+    let mut lines = text.lines().peekable();
+    // The scene stands at the end, in a literal whose lines must stay as they are.
+    let mut in_literal = false;
+    while let Some(line) = lines.next() {
+        spaced += line;
+        spaced.push('\n');
+        in_literal |= line.starts_with("pub const SOURCE");
+        let ends_item = ["}", "};", "    }"].contains(&line) || line.starts_with("    const ");
+        let next_is_item = lines.peek().is_some_and(|next| !next.is_empty() && !next.trim_start().starts_with('}'));
+        if !in_literal && ends_item && next_is_item {
+            spaced.push('\n');
+        }
+    }
+    spaced
 }
 
 /// Whether a file holds what this program would write. A file older than the program is made again.

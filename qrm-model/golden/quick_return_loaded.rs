@@ -25,32 +25,7 @@ use qrm_mechanism::{
     Closure, Description, Dynamics, Mechanism, ParameterDescription, QuantityDescription,
     Real, Schedule, Start,
 };
-/// The quick-return mechanism with gravity, a torque on the crank, a spring and a damper at the ram, all zero until set.
-///
-/// Its parameters, and what depends on them alone.
-#[derive(Clone, Copy, Debug)]
-pub struct QuickReturnLoaded<R = f64> {
-    parameters: Parameters<R>,
-    constants: Constants<R>,
-}
-impl<R: Real> QuickReturnLoaded<R> {
-    /// The mechanism with these parameters.
-    pub fn new(parameters: Parameters<R>) -> Self {
-        Self {
-            constants: Constants::new(&parameters),
-            parameters,
-        }
-    }
-    /// The parameters.
-    pub fn parameters(&self) -> &Parameters<R> {
-        &self.parameters
-    }
-}
-impl Default for QuickReturnLoaded {
-    fn default() -> Self {
-        Self::new(Parameters::default())
-    }
-}
+
 /// The numbers of the scene that can be changed, under their names in the scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[allow(non_snake_case)]
@@ -102,6 +77,7 @@ pub struct Parameters<R = f64> {
     /// position of the ram at the start (m)
     pub x6_0: R,
 }
+
 impl Parameters {
     /// The scene's values, some of them replaced; those that the scene computes from others follow.
     #[allow(non_snake_case)]
@@ -161,16 +137,632 @@ impl Parameters {
         }
     }
 }
+
 impl Default for Parameters {
     fn default() -> Self {
         Self::with(|_| None)
     }
 }
+
+/// The quick-return mechanism with gravity, a torque on the crank, a spring and a damper at the ram, all zero until set.
+///
+/// Its parameters, and what depends on them alone.
+#[derive(Clone, Copy, Debug)]
+pub struct QuickReturnLoaded<R = f64> {
+    parameters: Parameters<R>,
+    constants: Constants<R>,
+}
+
+impl<R: Real> QuickReturnLoaded<R> {
+    /// The mechanism with these parameters.
+    pub fn new(parameters: Parameters<R>) -> Self {
+        Self {
+            constants: Constants::new(&parameters),
+            parameters,
+        }
+    }
+
+    /// The parameters.
+    pub fn parameters(&self) -> &Parameters<R> {
+        &self.parameters
+    }
+}
+
+impl Default for QuickReturnLoaded {
+    fn default() -> Self {
+        Self::new(Parameters::default())
+    }
+}
+
+/// Values that depend on parameters alone, computed once.
+#[derive(Clone, Copy, Debug)]
+pub struct Constants<R = f64> {
+    /// `O2A^2 + O4O2^2`
+    pub o2a_sq_plus_o4o2_sq: R,
+    /// `O2A*O4O2`
+    pub o2a_o4o2: R,
+    /// `2*O2A*O4O2`
+    pub twice_o2a_o4o2: R,
+    /// `O2A^2*O4O2^2`
+    pub o2a_sq_o4o2_sq: R,
+    /// `J2 + O2A^2*m3`
+    pub j2_plus_o2a_sq_m3: R,
+    /// `J3 + J4 + O4B^2*m5 + O4G4^2*m4`
+    pub k1: R,
+    /// `O4B^2*m6`
+    pub o4b_sq_m6: R,
+    /// `BG5*m5`
+    pub bg5_m5: R,
+    /// `O4B*BG5*m5`
+    pub o4b_bg5_m5: R,
+    /// `BC*m6`
+    pub bc_m6: R,
+    /// `O4B*(BC*m6 + BG5*m5)`
+    pub o4b_times_bc_m6_plus_bg5_m5: R,
+    /// `J5 + BG5^2*m5`
+    pub j5_plus_bg5_sq_m5: R,
+    /// `BC^2*m6`
+    pub bc_sq_m6: R,
+    /// `m3*g`
+    pub m3_g: R,
+    /// `O2A*m3*g`
+    pub o2a_m3_g: R,
+    /// `O4B*F6`
+    pub o4b_f6: R,
+    /// `O4B*m5`
+    pub o4b_m5: R,
+    /// `O4B*m6`
+    pub o4b_m6: R,
+    /// `O4B*k`
+    pub o4b_k: R,
+    /// `O4B*cd`
+    pub o4b_cd: R,
+    /// `g*(O4B*m5 + O4G4*m4)`
+    pub g_times_o4b_m5_plus_o4g4_m4: R,
+    /// `BC*F6`
+    pub bc_f6: R,
+    /// `BC*k`
+    pub bc_k: R,
+    /// `BC*cd`
+    pub bc_cd: R,
+    /// `BG5*m5*g`
+    pub bg5_m5_g: R,
+    /// `0.5*O4B^2*m6`
+    pub half_o4b_sq_m6: R,
+    /// `0.5*(J3 + J4 + O4B^2*m5 + O4G4^2*m4)`
+    pub k2: R,
+    /// `0.5*(J5 + BG5^2*m5)`
+    pub half_times_j5_plus_bg5_sq_m5: R,
+    /// `0.5*BC^2*m6`
+    pub half_bc_sq_m6: R,
+    /// `0.5*(J2 + O2A^2*m3)`
+    pub half_times_j2_plus_o2a_sq_m3: R,
+    /// `O4G4*m4*g`
+    pub o4g4_m4_g: R,
+    /// `m5*g`
+    pub m5_g: R,
+    /// `0.5*k`
+    pub half_k: R,
+    /// `2*O2A`
+    pub twice_o2a: R,
+}
+
+impl<R: Real> Constants<R> {
+    fn new(p: &Parameters<R>) -> Self {
+        let o2a_sq = p.O2A * p.O2A;
+        let o4o2_sq = p.O4O2 * p.O4O2;
+        let o2a_o4o2 = p.O2A * p.O4O2;
+        let j2_plus_o2a_sq_m3 = p.J2 + p.m3 * o2a_sq;
+        let o4b_sq = p.O4B * p.O4B;
+        let o4g4_m4 = p.O4G4 * p.m4;
+        let v1 = p.J3 + p.J4 + p.m5 * o4b_sq + p.O4G4 * o4g4_m4;
+        let o4b_sq_m6 = p.m6 * o4b_sq;
+        let bg5_m5 = p.BG5 * p.m5;
+        let bc_m6 = p.BC * p.m6;
+        let j5_plus_bg5_sq_m5 = p.J5 + p.BG5 * bg5_m5;
+        let bc_sq_m6 = p.BC * bc_m6;
+        let m3_g = p.m3 * p.g;
+        let o4b_m5 = p.O4B * p.m5;
+        Self {
+            o2a_sq_plus_o4o2_sq: o2a_sq + o4o2_sq,
+            o2a_o4o2,
+            twice_o2a_o4o2: R::from_f64(2.0) * o2a_o4o2,
+            o2a_sq_o4o2_sq: o2a_sq * o4o2_sq,
+            j2_plus_o2a_sq_m3,
+            k1: v1,
+            o4b_sq_m6,
+            bg5_m5,
+            o4b_bg5_m5: p.O4B * bg5_m5,
+            bc_m6,
+            o4b_times_bc_m6_plus_bg5_m5: p.O4B * (bc_m6 + bg5_m5),
+            j5_plus_bg5_sq_m5,
+            bc_sq_m6,
+            m3_g,
+            o2a_m3_g: p.O2A * m3_g,
+            o4b_f6: p.O4B * p.F6,
+            o4b_m5,
+            o4b_m6: p.O4B * p.m6,
+            o4b_k: p.O4B * p.k,
+            o4b_cd: p.O4B * p.cd,
+            g_times_o4b_m5_plus_o4g4_m4: p.g * (o4b_m5 + o4g4_m4),
+            bc_f6: p.BC * p.F6,
+            bc_k: p.BC * p.k,
+            bc_cd: p.BC * p.cd,
+            bg5_m5_g: p.g * bg5_m5,
+            half_o4b_sq_m6: R::from_f64(0.5) * o4b_sq_m6,
+            k2: v1 * R::from_f64(0.5),
+            half_times_j5_plus_bg5_sq_m5: j5_plus_bg5_sq_m5 * R::from_f64(0.5),
+            half_bc_sq_m6: R::from_f64(0.5) * bc_sq_m6,
+            half_times_j2_plus_o2a_sq_m3: j2_plus_o2a_sq_m3 * R::from_f64(0.5),
+            o4g4_m4_g: p.g * o4g4_m4,
+            m5_g: p.m5 * p.g,
+            half_k: p.k * R::from_f64(0.5),
+            twice_o2a: p.O2A * R::from_f64(2.0),
+        }
+    }
+}
+
+/// Positions of the centres of mass and angles of the bodies, `x(q)`.
+///
+/// Rows: `crank.angle`, `block.x`, `block.y`, `block.angle`, `rocker.x`, `rocker.y`, `rocker.angle`, `rod.x`, `rod.y`, `rod.angle`, `ram.x`; lengths in m, angles in rad.
+///
+/// Operations: 4 additions, 9 multiplications, 3 sine-cosine pairs.
+#[doc(alias = "x")]
+#[inline]
+pub fn com_positions<R: Real>(m: &QuickReturnLoaded<R>, q: &[R; 3]) -> [R; 11] {
+    let p = &m.parameters;
+    let [phi2, phi4, phi5] = *q;
+    let (sin_phi2, cos_phi2) = phi2.sin_cos();
+    let (sin_phi4, cos_phi4) = phi4.sin_cos();
+    let (sin_phi5, cos_phi5) = phi5.sin_cos();
+    let a_x = p.O2A * cos_phi2;
+    let a_y = p.O4O2 + p.O2A * sin_phi2;
+    let b_x = p.O4B * cos_phi4;
+    let b_y = p.O4B * sin_phi4;
+    let c_x = b_x + p.BC * cos_phi5;
+    [
+        phi2,
+        a_x,
+        a_y,
+        phi4,
+        p.O4G4 * cos_phi4,
+        p.O4G4 * sin_phi4,
+        phi4,
+        b_x + p.BG5 * cos_phi5,
+        b_y + p.BG5 * sin_phi5,
+        phi5,
+        c_x,
+    ]
+}
+
+/// The transformation matrix of the TMT method, `T = dx/dq`.
+///
+/// Rows: `crank.angle`, `block.x`, `block.y`, `block.angle`, `rocker.x`, `rocker.y`, `rocker.angle`, `rod.x`, `rod.y`, `rod.angle`, `ram.x`; lengths in m, angles in rad. Columns: `phi2`, `phi4`, `phi5`.
+///
+/// Operations: 6 additions, 9 multiplications, 3 sine-cosine pairs.
+#[doc(alias = "T")]
+#[doc(alias = "x_q")]
+#[inline]
+pub fn com_jacobian<R: Real>(m: &QuickReturnLoaded<R>, q: &[R; 3]) -> [[R; 3]; 11] {
+    let p = &m.parameters;
+    let [phi2, phi4, phi5] = *q;
+    let (sin_phi2, cos_phi2) = phi2.sin_cos();
+    let (sin_phi4, cos_phi4) = phi4.sin_cos();
+    let (sin_phi5, cos_phi5) = phi5.sin_cos();
+    let a_x = p.O2A * cos_phi2;
+    let b_x = p.O4B * cos_phi4;
+    let b_y = p.O4B * sin_phi4;
+    [
+        [R::from_f64(1.0), R::zero(), R::zero()],
+        [-(p.O2A * sin_phi2), R::zero(), R::zero()],
+        [a_x, R::zero(), R::zero()],
+        [R::zero(), R::from_f64(1.0), R::zero()],
+        [R::zero(), -(p.O4G4 * sin_phi4), R::zero()],
+        [R::zero(), p.O4G4 * cos_phi4, R::zero()],
+        [R::zero(), R::from_f64(1.0), R::zero()],
+        [R::zero(), -b_y, -(p.BG5 * sin_phi5)],
+        [R::zero(), b_x, p.BG5 * cos_phi5],
+        [R::zero(), R::zero(), R::from_f64(1.0)],
+        [R::zero(), -b_y, -(p.BC * sin_phi5)],
+    ]
+}
+
+/// Convective accelerations `(T qd)_q qd`: `xdd = T qdd + bias`, in m/s^2 and rad/s^2.
+///
+/// Rows: `crank.angle`, `block.x`, `block.y`, `block.angle`, `rocker.x`, `rocker.y`, `rocker.angle`, `rod.x`, `rod.y`, `rod.angle`, `ram.x`; lengths in m, angles in rad.
+///
+/// Operations: 10 additions, 19 multiplications, 3 sine-cosine pairs.
+#[doc(alias = "T_dq·qd")]
+#[doc(alias = "convective acceleration")]
+#[inline]
+pub fn com_bias<R: Real>(m: &QuickReturnLoaded<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 11] {
+    let p = &m.parameters;
+    let [phi2, phi4, phi5] = *q;
+    let [phi2_dot, phi4_dot, phi5_dot] = *qd;
+    let (sin_phi2, cos_phi2) = phi2.sin_cos();
+    let (sin_phi4, cos_phi4) = phi4.sin_cos();
+    let (sin_phi5, cos_phi5) = phi5.sin_cos();
+    let a_x = p.O2A * cos_phi2;
+    let b_y = p.O4B * sin_phi4;
+    let phi2_dot_sq = phi2_dot * phi2_dot;
+    let phi4_dot_sq = phi4_dot * phi4_dot;
+    let cos_phi4_phi4_dot_sq = cos_phi4 * phi4_dot_sq;
+    let o4b_cos_phi4_phi4_dot_sq = p.O4B * cos_phi4_phi4_dot_sq;
+    let phi5_dot_sq = phi5_dot * phi5_dot;
+    let cos_phi5_phi5_dot_sq = cos_phi5 * phi5_dot_sq;
+    [
+        R::zero(),
+        -(phi2_dot_sq * a_x),
+        -(phi2_dot_sq * (p.O2A * sin_phi2)),
+        R::zero(),
+        -(p.O4G4 * cos_phi4_phi4_dot_sq),
+        -(phi4_dot_sq * (p.O4G4 * sin_phi4)),
+        R::zero(),
+        -(o4b_cos_phi4_phi4_dot_sq + p.BG5 * cos_phi5_phi5_dot_sq),
+        -(phi4_dot_sq * b_y + phi5_dot_sq * (p.BG5 * sin_phi5)),
+        R::zero(),
+        -(o4b_cos_phi4_phi4_dot_sq + p.BC * cos_phi5_phi5_dot_sq),
+    ]
+}
+
+/// Residuals of the loop closures, `C(q)`.
+///
+/// Rows: `slot` (m), `guide` (m).
+///
+/// Operations: 4 additions, 5 multiplications, 1 root, 3 sine-cosine pairs.
+#[doc(alias = "C")]
+#[inline]
+pub fn constraints<R: Real>(m: &QuickReturnLoaded<R>, q: &[R; 3]) -> [R; 2] {
+    let p = &m.parameters;
+    let k = &m.constants;
+    let [phi2, phi4, phi5] = *q;
+    let (sin_phi2, cos_phi2) = phi2.sin_cos();
+    let (sin_phi4, cos_phi4) = phi4.sin_cos();
+    let sin_phi5 = phi5.sin();
+    let a_x = p.O2A * cos_phi2;
+    let b_y = p.O4B * sin_phi4;
+    let c_y = b_y + p.BC * sin_phi5;
+    [
+        a_x - cos_phi4 * (k.o2a_sq_plus_o4o2_sq + k.twice_o2a_o4o2 * sin_phi2).sqrt(),
+        c_y - p.yC,
+    ]
+}
+
+/// The constraint Jacobian `C_q = dC/dq`.
+///
+/// Rows: `slot` (m), `guide` (m). Columns: `phi2`, `phi4`, `phi5`.
+///
+/// Operations: 3 additions, 7 multiplications, 1 division, 1 root, 3 sine-cosine pairs.
+#[doc(alias = "C_q")]
+#[inline]
+pub fn constraint_jacobian<R: Real>(
+    m: &QuickReturnLoaded<R>,
+    q: &[R; 3],
+) -> [[R; 3]; 2] {
+    let p = &m.parameters;
+    let k = &m.constants;
+    let [phi2, phi4, phi5] = *q;
+    let (sin_phi2, cos_phi2) = phi2.sin_cos();
+    let (sin_phi4, cos_phi4) = phi4.sin_cos();
+    let cos_phi5 = phi5.cos();
+    let b_x = p.O4B * cos_phi4;
+    let root = (k.o2a_sq_plus_o4o2_sq + k.twice_o2a_o4o2 * sin_phi2).sqrt();
+    [
+        [
+            -(p.O2A * sin_phi2 + k.o2a_o4o2 * cos_phi2 * (cos_phi4 / root)),
+            sin_phi4 * root,
+            R::zero(),
+        ],
+        [R::zero(), b_x, p.BC * cos_phi5],
+    ]
+}
+
+/// `(C_q qd)_q qd`, the contraction of `C_qq` with `qd qd`: `C_q qdd + bias = 0`.
+///
+/// Rows: `slot` (m), `guide` (m).
+///
+/// Operations: 8 additions, 23 multiplications, 1 division, 1 root, 3 sine-cosine pairs.
+#[doc(alias = "C_qq")]
+#[doc(alias = "(C_q qd)_q qd")]
+#[inline]
+pub fn constraint_bias<R: Real>(
+    m: &QuickReturnLoaded<R>,
+    q: &[R; 3],
+    qd: &[R; 3],
+) -> [R; 2] {
+    let p = &m.parameters;
+    let k = &m.constants;
+    let [phi2, phi4, phi5] = *q;
+    let [phi2_dot, phi4_dot, phi5_dot] = *qd;
+    let (sin_phi2, cos_phi2) = phi2.sin_cos();
+    let (sin_phi4, cos_phi4) = phi4.sin_cos();
+    let sin_phi5 = phi5.sin();
+    let b_y = p.O4B * sin_phi4;
+    let phi4_dot_sq = phi4_dot * phi4_dot;
+    let root = (k.o2a_sq_plus_o4o2_sq + k.twice_o2a_o4o2 * sin_phi2).sqrt();
+    let inv_root = root.recip();
+    let cos_phi4_inv_root = cos_phi4 * inv_root;
+    [
+        -(phi2_dot
+            * (cos_phi2
+                * (phi2_dot
+                    * (p.O2A
+                        - k.o2a_sq_o4o2_sq * inv_root * cos_phi4_inv_root
+                            * (cos_phi2 * inv_root))
+                    - k.twice_o2a_o4o2 * inv_root * (sin_phi4 * phi4_dot))
+                - sin_phi2 * cos_phi4_inv_root * (k.o2a_o4o2 * phi2_dot))
+            - root * (cos_phi4 * phi4_dot_sq)),
+        -(phi4_dot_sq * b_y + phi5_dot * phi5_dot * (p.BC * sin_phi5)),
+    ]
+}
+
+/// The reduced mass matrix `Mbar = T' M T`, symmetric, in kg, kg m and kg m^2.
+///
+/// Rows and columns: `phi2`, `phi4`, `phi5`.
+///
+/// Operations: 3 additions, 8 multiplications, 2 sine-cosine pairs.
+#[doc(alias = "Mbar")]
+#[doc(alias = "reduced mass matrix")]
+#[inline]
+pub fn mass_matrix<R: Real>(m: &QuickReturnLoaded<R>, q: &[R; 3]) -> [[R; 3]; 3] {
+    let k = &m.constants;
+    let [_, phi4, phi5] = *q;
+    let (sin_phi4, cos_phi4) = phi4.sin_cos();
+    let (sin_phi5, cos_phi5) = phi5.sin_cos();
+    let v1 = k.o4b_bg5_m5 * (cos_phi4 * cos_phi5)
+        + sin_phi4 * (k.o4b_times_bc_m6_plus_bg5_m5 * sin_phi5);
+    [
+        [k.j2_plus_o2a_sq_m3, R::zero(), R::zero()],
+        [R::zero(), k.k1 + k.o4b_sq_m6 * sin_phi4 * sin_phi4, v1],
+        [R::zero(), v1, k.j5_plus_bg5_sq_m5 + k.bc_sq_m6 * (sin_phi5 * sin_phi5)],
+    ]
+}
+
+/// The reduced forces `fbar = Q + T' (F - M bias)`, in N and N m.
+///
+/// Rows: `phi2`, `phi4`, `phi5`.
+///
+/// Operations: 21 additions, 32 multiplications, 3 sine-cosine pairs.
+#[doc(alias = "fbar")]
+#[doc(alias = "Q")]
+#[inline]
+pub fn generalized_forces<R: Real>(
+    m: &QuickReturnLoaded<R>,
+    _t: R,
+    q: &[R; 3],
+    qd: &[R; 3],
+) -> [R; 3] {
+    let p = &m.parameters;
+    let k = &m.constants;
+    let [phi2, phi4, phi5] = *q;
+    let [_, phi4_dot, phi5_dot] = *qd;
+    let cos_phi2 = phi2.cos();
+    let (sin_phi4, cos_phi4) = phi4.sin_cos();
+    let (sin_phi5, cos_phi5) = phi5.sin_cos();
+    let b_x = p.O4B * cos_phi4;
+    let b_y = p.O4B * sin_phi4;
+    let c_x = b_x + p.BC * cos_phi5;
+    let phi4_dot_sq = phi4_dot * phi4_dot;
+    let o4b_cos_phi4_phi4_dot_sq = p.O4B * (cos_phi4 * phi4_dot_sq);
+    let phi5_dot_sq = phi5_dot * phi5_dot;
+    let cos_phi5_phi5_dot_sq = cos_phi5 * phi5_dot_sq;
+    let v1 = o4b_cos_phi4_phi4_dot_sq + p.BG5 * cos_phi5_phi5_dot_sq;
+    let v2 = phi4_dot_sq * b_y + phi5_dot_sq * (p.BG5 * sin_phi5);
+    let v3 = o4b_cos_phi4_phi4_dot_sq + p.BC * cos_phi5_phi5_dot_sq;
+    let v4 = c_x - p.x6_0;
+    let v5 = p.O4B * (sin_phi4 * phi4_dot) + phi5_dot * (p.BC * sin_phi5);
+    [
+        p.T2 - k.o2a_m3_g * cos_phi2,
+        -(sin_phi4
+            * (k.o4b_f6 + k.o4b_m5 * v1 + k.o4b_m6 * v3 - k.o4b_k * v4 + k.o4b_cd * v5)
+            + cos_phi4 * (k.g_times_o4b_m5_plus_o4g4_m4 - k.o4b_m5 * v2)),
+        -(sin_phi5
+            * (k.bc_f6 + k.bg5_m5 * v1 + k.bc_m6 * v3 - k.bc_k * v4 + k.bc_cd * v5)
+            + cos_phi5 * (k.bg5_m5_g - k.bg5_m5 * v2)),
+    ]
+}
+
+/// Kinetic energy, and the potential of the conservative loads, in J.
+///
+/// Operations: 16 additions, 28 multiplications, 3 sine-cosine pairs.
+#[doc(alias = "T + V")]
+#[inline]
+pub fn energy<R: Real>(m: &QuickReturnLoaded<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
+    let p = &m.parameters;
+    let k = &m.constants;
+    let [phi2, phi4, phi5] = *q;
+    let [phi2_dot, phi4_dot, phi5_dot] = *qd;
+    let sin_phi2 = phi2.sin();
+    let (sin_phi4, cos_phi4) = phi4.sin_cos();
+    let (sin_phi5, cos_phi5) = phi5.sin_cos();
+    let a_y = p.O4O2 + p.O2A * sin_phi2;
+    let b_x = p.O4B * cos_phi4;
+    let b_y = p.O4B * sin_phi4;
+    let c_x = b_x + p.BC * cos_phi5;
+    let v1 = c_x - p.x6_0;
+    [
+        phi4_dot
+            * (sin_phi4
+                * (k.half_o4b_sq_m6 * (sin_phi4 * phi4_dot)
+                    + phi5_dot * (k.o4b_times_bc_m6_plus_bg5_m5 * sin_phi5))
+                + phi5_dot * (k.o4b_bg5_m5 * (cos_phi4 * cos_phi5)) + k.k2 * phi4_dot)
+            + (k.half_times_j5_plus_bg5_sq_m5 + k.half_bc_sq_m6 * (sin_phi5 * sin_phi5))
+                * (phi5_dot * phi5_dot)
+            + k.half_times_j2_plus_o2a_sq_m3 * (phi2_dot * phi2_dot),
+        -(p.T2 * phi2 - k.m3_g * a_y - k.o4g4_m4_g * sin_phi4
+            - k.m5_g * (b_y + p.BG5 * sin_phi5) + p.F6 * c_x - k.half_k * v1 * v1),
+    ]
+}
+
+/// Power of the loads that have no potential, in W.
+///
+/// Operations: 2 additions, 6 multiplications, 2 sine-cosine pairs.
+#[inline]
+pub fn power<R: Real>(m: &QuickReturnLoaded<R>, _t: R, q: &[R; 3], qd: &[R; 3]) -> R {
+    let p = &m.parameters;
+    let [_, phi4, phi5] = *q;
+    let [_, phi4_dot, phi5_dot] = *qd;
+    let sin_phi4 = phi4.sin();
+    let sin_phi5 = phi5.sin();
+    let v1 = p.O4B * (sin_phi4 * phi4_dot) + phi5_dot * (p.BC * sin_phi5);
+    -(p.cd * v1 * v1)
+}
+
+/// What the scene asks for: `x6` (m), `x6_dot` (m/s), `x6_ddot` (m/s^2), `v_slide` (m/s), `N3` (N), `N6` (N).
+///
+/// Operations: 12 additions, 27 multiplications, 1 division, 1 root, 3 sine-cosine pairs.
+#[inline]
+pub fn outputs<R: Real>(
+    m: &QuickReturnLoaded<R>,
+    _t: R,
+    q: &[R; 3],
+    qd: &[R; 3],
+    qdd: &[R; 3],
+    multipliers: &[R; 2],
+) -> [R; 6] {
+    let p = &m.parameters;
+    let k = &m.constants;
+    let [phi2, phi4, phi5] = *q;
+    let [phi2_dot, phi4_dot, phi5_dot] = *qd;
+    let [_, phi4_ddot, phi5_ddot] = *qdd;
+    let [lambda_slot, lambda_guide] = *multipliers;
+    let (sin_phi2, cos_phi2) = phi2.sin_cos();
+    let (sin_phi4, cos_phi4) = phi4.sin_cos();
+    let (sin_phi5, cos_phi5) = phi5.sin_cos();
+    let a_y = p.O4O2 + p.O2A * sin_phi2;
+    let b_x = p.O4B * cos_phi4;
+    let c_x = b_x + p.BC * cos_phi5;
+    let inv_root = (k.o2a_sq_plus_o4o2_sq + k.twice_o2a_o4o2 * sin_phi2).sqrt().recip();
+    [
+        c_x,
+        -(p.O4B * (sin_phi4 * phi4_dot) + phi5_dot * (p.BC * sin_phi5)),
+        -(p.O4B * (cos_phi4 * (phi4_dot * phi4_dot) + sin_phi4 * phi4_ddot)
+            + p.BC * (cos_phi5 * (phi5_dot * phi5_dot) + sin_phi5 * phi5_ddot)),
+        cos_phi2 * inv_root * (k.o2a_o4o2 * phi2_dot),
+        lambda_slot
+            * (sin_phi4
+                - R::from_f64(0.5)
+                    * (k.twice_o2a * cos_phi2 * sin_phi4
+                        - R::from_f64(2.0) * a_y * cos_phi4) * (cos_phi4 * inv_root)),
+        -lambda_guide,
+    ]
+}
+
+/// All that the accelerations need, with everything shared that the parts have in common.
+///
+/// Operations: 34 additions, 60 multiplications, 1 division, 1 root, 3 sine-cosine pairs.
+#[doc(alias = "fused")]
+#[inline(always)]
+pub fn dynamics<R: Real>(
+    m: &QuickReturnLoaded<R>,
+    _t: R,
+    q: &[R; 3],
+    qd: &[R; 3],
+) -> Dynamics<R, 3, 2> {
+    let p = &m.parameters;
+    let k = &m.constants;
+    let [phi2, phi4, phi5] = *q;
+    let [phi2_dot, phi4_dot, phi5_dot] = *qd;
+    let (sin_phi2, cos_phi2) = phi2.sin_cos();
+    let (sin_phi4, cos_phi4) = phi4.sin_cos();
+    let (sin_phi5, cos_phi5) = phi5.sin_cos();
+    let b_x = p.O4B * cos_phi4;
+    let b_y = p.O4B * sin_phi4;
+    let bc_cos_phi5 = p.BC * cos_phi5;
+    let c_x = b_x + bc_cos_phi5;
+    let bc_sin_phi5 = p.BC * sin_phi5;
+    let phi4_dot_sq = phi4_dot * phi4_dot;
+    let cos_phi4_phi4_dot_sq = cos_phi4 * phi4_dot_sq;
+    let o4b_cos_phi4_phi4_dot_sq = p.O4B * cos_phi4_phi4_dot_sq;
+    let phi5_dot_sq = phi5_dot * phi5_dot;
+    let cos_phi5_phi5_dot_sq = cos_phi5 * phi5_dot_sq;
+    let v1 = o4b_cos_phi4_phi4_dot_sq + p.BG5 * cos_phi5_phi5_dot_sq;
+    let phi4_dot_sq_b_y = phi4_dot_sq * b_y;
+    let v2 = phi4_dot_sq_b_y + phi5_dot_sq * (p.BG5 * sin_phi5);
+    let v3 = o4b_cos_phi4_phi4_dot_sq + p.BC * cos_phi5_phi5_dot_sq;
+    let root = (k.o2a_sq_plus_o4o2_sq + k.twice_o2a_o4o2 * sin_phi2).sqrt();
+    let inv_root = root.recip();
+    let cos_phi4_inv_root = cos_phi4 * inv_root;
+    let sin_phi4_phi4_dot = sin_phi4 * phi4_dot;
+    let v4 = k.o4b_bg5_m5 * (cos_phi4 * cos_phi5)
+        + sin_phi4 * (k.o4b_times_bc_m6_plus_bg5_m5 * sin_phi5);
+    let v5 = c_x - p.x6_0;
+    let v6 = p.O4B * sin_phi4_phi4_dot + phi5_dot * bc_sin_phi5;
+    Dynamics {
+        mass_matrix: [
+            [k.j2_plus_o2a_sq_m3, R::zero(), R::zero()],
+            [R::zero(), k.k1 + k.o4b_sq_m6 * sin_phi4 * sin_phi4, v4],
+            [R::zero(), v4, k.j5_plus_bg5_sq_m5 + k.bc_sq_m6 * (sin_phi5 * sin_phi5)],
+        ],
+        generalized_forces: [
+            p.T2 - k.o2a_m3_g * cos_phi2,
+            -(sin_phi4
+                * (k.o4b_f6 + k.o4b_m5 * v1 + k.o4b_m6 * v3 - k.o4b_k * v5
+                    + k.o4b_cd * v6)
+                + cos_phi4 * (k.g_times_o4b_m5_plus_o4g4_m4 - k.o4b_m5 * v2)),
+            -(sin_phi5
+                * (k.bc_f6 + k.bg5_m5 * v1 + k.bc_m6 * v3 - k.bc_k * v5 + k.bc_cd * v6)
+                + cos_phi5 * (k.bg5_m5_g - k.bg5_m5 * v2)),
+        ],
+        constraint_jacobian: [
+            [
+                -(p.O2A * sin_phi2 + k.o2a_o4o2 * cos_phi2 * cos_phi4_inv_root),
+                sin_phi4 * root,
+                R::zero(),
+            ],
+            [R::zero(), b_x, bc_cos_phi5],
+        ],
+        constraint_bias: [
+            -(phi2_dot
+                * (cos_phi2
+                    * (phi2_dot
+                        * (p.O2A
+                            - k.o2a_sq_o4o2_sq * inv_root * cos_phi4_inv_root
+                                * (cos_phi2 * inv_root))
+                        - k.twice_o2a_o4o2 * inv_root * sin_phi4_phi4_dot)
+                    - sin_phi2 * cos_phi4_inv_root * (k.o2a_o4o2 * phi2_dot))
+                - root * cos_phi4_phi4_dot_sq),
+            -(phi4_dot_sq_b_y + phi5_dot_sq * bc_sin_phi5),
+        ],
+    }
+}
+
+/// All that a correction of positions needs: `C` and `C_q`.
+///
+/// Operations: 6 additions, 11 multiplications, 1 division, 1 root, 3 sine-cosine pairs.
+#[inline(always)]
+pub fn closure<R: Real>(m: &QuickReturnLoaded<R>, q: &[R; 3]) -> Closure<R, 3, 2> {
+    let p = &m.parameters;
+    let k = &m.constants;
+    let [phi2, phi4, phi5] = *q;
+    let (sin_phi2, cos_phi2) = phi2.sin_cos();
+    let (sin_phi4, cos_phi4) = phi4.sin_cos();
+    let (sin_phi5, cos_phi5) = phi5.sin_cos();
+    let a_x = p.O2A * cos_phi2;
+    let b_x = p.O4B * cos_phi4;
+    let b_y = p.O4B * sin_phi4;
+    let root = (k.o2a_sq_plus_o4o2_sq + k.twice_o2a_o4o2 * sin_phi2).sqrt();
+    let c_y = b_y + p.BC * sin_phi5;
+    Closure {
+        constraints: [a_x - cos_phi4 * root, c_y - p.yC],
+        constraint_jacobian: [
+            [
+                -(p.O2A * sin_phi2 + k.o2a_o4o2 * cos_phi2 * (cos_phi4 / root)),
+                sin_phi4 * root,
+                R::zero(),
+            ],
+            [R::zero(), b_x, p.BC * cos_phi5],
+        ],
+    }
+}
+
 impl Mechanism<3, 2> for QuickReturnLoaded {
     const DESCRIPTION: Description = DESCRIPTION;
+
     fn with_parameters(replace: &dyn Fn(&str) -> Option<f64>) -> Self {
         Self::new(Parameters::with(replace))
     }
+
     fn visit_parameters(&self, visit: &mut dyn FnMut(f64)) {
         visit(self.parameters.O2A);
         visit(self.parameters.O4B);
@@ -196,6 +788,7 @@ impl Mechanism<3, 2> for QuickReturnLoaded {
         visit(self.parameters.OA0);
         visit(self.parameters.x6_0);
     }
+
     fn start(&self) -> Start<3> {
         let p = &self.parameters;
         Start {
@@ -205,35 +798,41 @@ impl Mechanism<3, 2> for QuickReturnLoaded {
             given_rates: [true, false, false],
         }
     }
+
     fn schedule(&self) -> Schedule {
         Schedule {
             step: 0.001,
             end_time: 10.0,
         }
     }
-    #[allow(unused_variables)]
-    fn stop(&self, t: f64, q: &[f64; 3], qd: &[f64; 3]) -> Option<f64> {
-        let p = &self.parameters;
+
+    fn stop(&self, _t: f64, q: &[f64; 3], _qd: &[f64; 3]) -> Option<f64> {
         Some(f64::abs(q[0]) - 4.0 * std::f64::consts::PI)
     }
+
     #[inline(always)]
     fn dynamics(&self, t: f64, q: &[f64; 3], qd: &[f64; 3]) -> Dynamics<f64, 3, 2> {
         dynamics(self, t, q, qd)
     }
+
     #[inline(always)]
     fn closure(&self, q: &[f64; 3]) -> Closure<f64, 3, 2> {
         closure(self, q)
     }
+
     #[inline]
     fn mass_matrix(&self, q: &[f64; 3]) -> [[f64; 3]; 3] {
         mass_matrix(self, q)
     }
+
     fn energy(&self, q: &[f64; 3], qd: &[f64; 3]) -> [f64; 2] {
         energy(self, q, qd)
     }
+
     fn power(&self, t: f64, q: &[f64; 3], qd: &[f64; 3]) -> f64 {
         power(self, t, q, qd)
     }
+
     #[allow(unused_variables)]
     fn outputs(
         &self,
@@ -252,6 +851,7 @@ impl Mechanism<3, 2> for QuickReturnLoaded {
         }
     }
 }
+
 /// Names, units and meanings.
 pub const DESCRIPTION: Description = Description {
     name: "quick-return-loaded",
@@ -461,6 +1061,7 @@ pub const DESCRIPTION: Description = Description {
     left_out: &[],
     until: "abs(phi2) >= 4*pi",
 };
+
 /// The scene that this module was generated from.
 pub const SOURCE: &str = r#"name = "quick-return-loaded"
 doc = "The quick-return mechanism with gravity, a torque on the crank, a spring and a damper at the ram, all zero until set."
@@ -539,560 +1140,3 @@ step = 1e-3
 until = 'abs(phi2) >= 4*pi'
 max_time = 10
 "#;
-/// Values that depend on parameters alone, computed once.
-#[derive(Clone, Copy, Debug)]
-pub struct Constants<R = f64> {
-    /// `O2A^2 + O4O2^2`
-    pub k1: R,
-    /// `O2A*O4O2`
-    pub o2a_o4o2: R,
-    /// `2*O2A*O4O2`
-    pub k3: R,
-    /// `O2A^2*O4O2^2`
-    pub k4: R,
-    /// `J2 + m3*O2A^2`
-    pub k5: R,
-    /// `J3 + J4 + m5*O4B^2 + O4G4*O4G4*m4`
-    pub k6: R,
-    /// `m6*O4B^2`
-    pub k7: R,
-    /// `BG5*m5`
-    pub bg5_m5: R,
-    /// `O4B*BG5*m5`
-    pub k9: R,
-    /// `BC*m6`
-    pub bc_m6: R,
-    /// `O4B*(BC*m6 + BG5*m5)`
-    pub k11: R,
-    /// `J5 + BG5*BG5*m5`
-    pub k12: R,
-    /// `BC*BC*m6`
-    pub k13: R,
-    /// `m3*g`
-    pub m3_g: R,
-    /// `O2A*m3*g`
-    pub k15: R,
-    /// `O4B*F6`
-    pub o4b_f6: R,
-    /// `O4B*m5`
-    pub o4b_m5: R,
-    /// `O4B*m6`
-    pub o4b_m6: R,
-    /// `O4B*k`
-    pub o4b_k: R,
-    /// `O4B*cd`
-    pub o4b_cd: R,
-    /// `g*(O4B*m5 + O4G4*m4)`
-    pub k21: R,
-    /// `BC*F6`
-    pub bc_f6: R,
-    /// `BC*k`
-    pub bc_k: R,
-    /// `BC*cd`
-    pub bc_cd: R,
-    /// `g*BG5*m5`
-    pub k25: R,
-    /// `0.5*m6*O4B^2`
-    pub k26: R,
-    /// `(J3 + J4 + m5*O4B^2 + O4G4*O4G4*m4)*0.5`
-    pub k27: R,
-    /// `(J5 + BG5*BG5*m5)*0.5`
-    pub k28: R,
-    /// `0.5*BC*BC*m6`
-    pub k29: R,
-    /// `(J2 + m3*O2A^2)*0.5`
-    pub k30: R,
-    /// `g*O4G4*m4`
-    pub k31: R,
-    /// `m5*g`
-    pub m5_g: R,
-    /// `k*0.5`
-    pub k_half: R,
-    /// `O2A*2`
-    pub o2a_twice: R,
-}
-impl<R: Real> Constants<R> {
-    fn new(p: &Parameters<R>) -> Self {
-        let v1 = p.O2A * p.O2A;
-        let v2 = p.O4O2 * p.O4O2;
-        let v3 = p.O2A * p.O4O2;
-        let v4 = p.J2 + p.m3 * v1;
-        let v5 = p.O4B * p.O4B;
-        let v6 = p.O4G4 * p.m4;
-        let v7 = p.J3 + p.J4 + p.m5 * v5 + p.O4G4 * v6;
-        let v8 = p.m6 * v5;
-        let v9 = p.BG5 * p.m5;
-        let v10 = p.BC * p.m6;
-        let v11 = p.J5 + p.BG5 * v9;
-        let v12 = p.BC * v10;
-        let v13 = p.m3 * p.g;
-        let v14 = p.O4B * p.m5;
-        Self {
-            k1: v1 + v2,
-            o2a_o4o2: v3,
-            k3: R::from_f64(2.0) * v3,
-            k4: v1 * v2,
-            k5: v4,
-            k6: v7,
-            k7: v8,
-            bg5_m5: v9,
-            k9: p.O4B * v9,
-            bc_m6: v10,
-            k11: p.O4B * (v10 + v9),
-            k12: v11,
-            k13: v12,
-            m3_g: v13,
-            k15: p.O2A * v13,
-            o4b_f6: p.O4B * p.F6,
-            o4b_m5: v14,
-            o4b_m6: p.O4B * p.m6,
-            o4b_k: p.O4B * p.k,
-            o4b_cd: p.O4B * p.cd,
-            k21: p.g * (v14 + v6),
-            bc_f6: p.BC * p.F6,
-            bc_k: p.BC * p.k,
-            bc_cd: p.BC * p.cd,
-            k25: p.g * v9,
-            k26: R::from_f64(0.5) * v8,
-            k27: v7 * R::from_f64(0.5),
-            k28: v11 * R::from_f64(0.5),
-            k29: R::from_f64(0.5) * v12,
-            k30: v4 * R::from_f64(0.5),
-            k31: p.g * v6,
-            m5_g: p.m5 * p.g,
-            k_half: p.k * R::from_f64(0.5),
-            o2a_twice: p.O2A * R::from_f64(2.0),
-        }
-    }
-}
-/// Positions of the centres of mass and angles of the bodies, `x(q)`.
-///
-/// Rows: `crank.angle`, `block.x`, `block.y`, `block.angle`, `rocker.x`, `rocker.y`, `rocker.angle`, `rod.x`, `rod.y`, `rod.angle`, `ram.x`; lengths in m, angles in rad.
-///
-/// Operations: 4 additions, 9 multiplications, 3 sine-cosine pairs.
-#[doc(alias = "x")]
-#[inline]
-pub fn com_positions<R: Real>(m: &QuickReturnLoaded<R>, q: &[R; 3]) -> [R; 11] {
-    let p = &m.parameters;
-    let [phi2, phi4, phi5] = *q;
-    let (sin_phi2, cos_phi2) = phi2.sin_cos();
-    let (sin_phi4, cos_phi4) = phi4.sin_cos();
-    let (sin_phi5, cos_phi5) = phi5.sin_cos();
-    let a_x = p.O2A * cos_phi2;
-    let a_y = p.O4O2 + p.O2A * sin_phi2;
-    let b_x = p.O4B * cos_phi4;
-    let b_y = p.O4B * sin_phi4;
-    let c_x = b_x + p.BC * cos_phi5;
-    [
-        phi2,
-        a_x,
-        a_y,
-        phi4,
-        p.O4G4 * cos_phi4,
-        p.O4G4 * sin_phi4,
-        phi4,
-        b_x + p.BG5 * cos_phi5,
-        b_y + p.BG5 * sin_phi5,
-        phi5,
-        c_x,
-    ]
-}
-/// The transformation matrix of the TMT method, `T = dx/dq`.
-///
-/// Rows: `crank.angle`, `block.x`, `block.y`, `block.angle`, `rocker.x`, `rocker.y`, `rocker.angle`, `rod.x`, `rod.y`, `rod.angle`, `ram.x`; lengths in m, angles in rad. Columns: `phi2`, `phi4`, `phi5`.
-///
-/// Operations: 6 additions, 9 multiplications, 3 sine-cosine pairs.
-#[doc(alias = "T")]
-#[doc(alias = "x_q")]
-#[inline]
-pub fn com_jacobian<R: Real>(m: &QuickReturnLoaded<R>, q: &[R; 3]) -> [[R; 3]; 11] {
-    let p = &m.parameters;
-    let [phi2, phi4, phi5] = *q;
-    let (sin_phi2, cos_phi2) = phi2.sin_cos();
-    let (sin_phi4, cos_phi4) = phi4.sin_cos();
-    let (sin_phi5, cos_phi5) = phi5.sin_cos();
-    let a_x = p.O2A * cos_phi2;
-    let b_x = p.O4B * cos_phi4;
-    let b_y = p.O4B * sin_phi4;
-    [
-        [R::from_f64(1.0), R::zero(), R::zero()],
-        [-(p.O2A * sin_phi2), R::zero(), R::zero()],
-        [a_x, R::zero(), R::zero()],
-        [R::zero(), R::from_f64(1.0), R::zero()],
-        [R::zero(), -(p.O4G4 * sin_phi4), R::zero()],
-        [R::zero(), p.O4G4 * cos_phi4, R::zero()],
-        [R::zero(), R::from_f64(1.0), R::zero()],
-        [R::zero(), -b_y, -(p.BG5 * sin_phi5)],
-        [R::zero(), b_x, p.BG5 * cos_phi5],
-        [R::zero(), R::zero(), R::from_f64(1.0)],
-        [R::zero(), -b_y, -(p.BC * sin_phi5)],
-    ]
-}
-/// Convective accelerations `(T qd)_q qd`: `xdd = T qdd + bias`, in m/s^2 and rad/s^2.
-///
-/// Rows: `crank.angle`, `block.x`, `block.y`, `block.angle`, `rocker.x`, `rocker.y`, `rocker.angle`, `rod.x`, `rod.y`, `rod.angle`, `ram.x`; lengths in m, angles in rad.
-///
-/// Operations: 10 additions, 19 multiplications, 3 sine-cosine pairs.
-#[doc(alias = "T_dq·qd")]
-#[doc(alias = "convective acceleration")]
-#[inline]
-pub fn com_bias<R: Real>(m: &QuickReturnLoaded<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 11] {
-    let p = &m.parameters;
-    let [phi2, phi4, phi5] = *q;
-    let [phi2_dot, phi4_dot, phi5_dot] = *qd;
-    let (sin_phi2, cos_phi2) = phi2.sin_cos();
-    let (sin_phi4, cos_phi4) = phi4.sin_cos();
-    let (sin_phi5, cos_phi5) = phi5.sin_cos();
-    let a_x = p.O2A * cos_phi2;
-    let b_y = p.O4B * sin_phi4;
-    let phi2_dot_sq = phi2_dot * phi2_dot;
-    let phi4_dot_sq = phi4_dot * phi4_dot;
-    let cos_phi4_phi4_dot_sq = cos_phi4 * phi4_dot_sq;
-    let o4b_cos_phi4_phi4_dot_sq = p.O4B * cos_phi4_phi4_dot_sq;
-    let phi5_dot_sq = phi5_dot * phi5_dot;
-    let cos_phi5_phi5_dot_sq = cos_phi5 * phi5_dot_sq;
-    [
-        R::zero(),
-        -(phi2_dot_sq * a_x),
-        -(phi2_dot_sq * (p.O2A * sin_phi2)),
-        R::zero(),
-        -(p.O4G4 * cos_phi4_phi4_dot_sq),
-        -(phi4_dot_sq * (p.O4G4 * sin_phi4)),
-        R::zero(),
-        -(o4b_cos_phi4_phi4_dot_sq + p.BG5 * cos_phi5_phi5_dot_sq),
-        -(phi4_dot_sq * b_y + phi5_dot_sq * (p.BG5 * sin_phi5)),
-        R::zero(),
-        -(o4b_cos_phi4_phi4_dot_sq + p.BC * cos_phi5_phi5_dot_sq),
-    ]
-}
-/// Residuals of the loop closures, `C(q)`.
-///
-/// Rows: `slot` (m), `guide` (m).
-///
-/// Operations: 4 additions, 5 multiplications, 1 root, 3 sine-cosine pairs.
-#[doc(alias = "C")]
-#[inline]
-pub fn constraints<R: Real>(m: &QuickReturnLoaded<R>, q: &[R; 3]) -> [R; 2] {
-    let p = &m.parameters;
-    let k = &m.constants;
-    let [phi2, phi4, phi5] = *q;
-    let (sin_phi2, cos_phi2) = phi2.sin_cos();
-    let (sin_phi4, cos_phi4) = phi4.sin_cos();
-    let sin_phi5 = phi5.sin();
-    let a_x = p.O2A * cos_phi2;
-    let b_y = p.O4B * sin_phi4;
-    let c_y = b_y + p.BC * sin_phi5;
-    [a_x - cos_phi4 * (k.k1 + k.k3 * sin_phi2).sqrt(), c_y - p.yC]
-}
-/// The constraint Jacobian `C_q = dC/dq`.
-///
-/// Rows: `slot` (m), `guide` (m). Columns: `phi2`, `phi4`, `phi5`.
-///
-/// Operations: 3 additions, 7 multiplications, 1 division, 1 root, 3 sine-cosine pairs.
-#[doc(alias = "C_q")]
-#[inline]
-pub fn constraint_jacobian<R: Real>(
-    m: &QuickReturnLoaded<R>,
-    q: &[R; 3],
-) -> [[R; 3]; 2] {
-    let p = &m.parameters;
-    let k = &m.constants;
-    let [phi2, phi4, phi5] = *q;
-    let (sin_phi2, cos_phi2) = phi2.sin_cos();
-    let (sin_phi4, cos_phi4) = phi4.sin_cos();
-    let cos_phi5 = phi5.cos();
-    let b_x = p.O4B * cos_phi4;
-    let root = (k.k1 + k.k3 * sin_phi2).sqrt();
-    [
-        [
-            -(p.O2A * sin_phi2 + k.o2a_o4o2 * cos_phi2 * (cos_phi4 / root)),
-            sin_phi4 * root,
-            R::zero(),
-        ],
-        [R::zero(), b_x, p.BC * cos_phi5],
-    ]
-}
-/// `(C_q qd)_q qd`, the contraction of `C_qq` with `qd qd`: `C_q qdd + bias = 0`.
-///
-/// Rows: `slot` (m), `guide` (m).
-///
-/// Operations: 8 additions, 23 multiplications, 1 division, 1 root, 3 sine-cosine pairs.
-#[doc(alias = "C_qq")]
-#[doc(alias = "(C_q qd)_q qd")]
-#[inline]
-pub fn constraint_bias<R: Real>(
-    m: &QuickReturnLoaded<R>,
-    q: &[R; 3],
-    qd: &[R; 3],
-) -> [R; 2] {
-    let p = &m.parameters;
-    let k = &m.constants;
-    let [phi2, phi4, phi5] = *q;
-    let [phi2_dot, phi4_dot, phi5_dot] = *qd;
-    let (sin_phi2, cos_phi2) = phi2.sin_cos();
-    let (sin_phi4, cos_phi4) = phi4.sin_cos();
-    let sin_phi5 = phi5.sin();
-    let b_y = p.O4B * sin_phi4;
-    let phi4_dot_sq = phi4_dot * phi4_dot;
-    let root = (k.k1 + k.k3 * sin_phi2).sqrt();
-    let inv_root = root.recip();
-    let cos_phi4_inv_root = cos_phi4 * inv_root;
-    [
-        -(phi2_dot
-            * (cos_phi2
-                * (phi2_dot
-                    * (p.O2A
-                        - k.k4 * inv_root * cos_phi4_inv_root * (cos_phi2 * inv_root))
-                    - k.k3 * inv_root * (sin_phi4 * phi4_dot))
-                - sin_phi2 * cos_phi4_inv_root * (k.o2a_o4o2 * phi2_dot))
-            - root * (cos_phi4 * phi4_dot_sq)),
-        -(phi4_dot_sq * b_y + phi5_dot * phi5_dot * (p.BC * sin_phi5)),
-    ]
-}
-/// The reduced mass matrix `Mbar = T' M T`, symmetric, in kg, kg m and kg m^2.
-///
-/// Rows and columns: `phi2`, `phi4`, `phi5`.
-///
-/// Operations: 3 additions, 8 multiplications, 2 sine-cosine pairs.
-#[doc(alias = "Mbar")]
-#[doc(alias = "reduced mass matrix")]
-#[inline]
-pub fn mass_matrix<R: Real>(m: &QuickReturnLoaded<R>, q: &[R; 3]) -> [[R; 3]; 3] {
-    let k = &m.constants;
-    let [_, phi4, phi5] = *q;
-    let (sin_phi4, cos_phi4) = phi4.sin_cos();
-    let (sin_phi5, cos_phi5) = phi5.sin_cos();
-    let v1 = k.k9 * (cos_phi4 * cos_phi5) + sin_phi4 * (k.k11 * sin_phi5);
-    [
-        [k.k5, R::zero(), R::zero()],
-        [R::zero(), k.k6 + k.k7 * sin_phi4 * sin_phi4, v1],
-        [R::zero(), v1, k.k12 + k.k13 * (sin_phi5 * sin_phi5)],
-    ]
-}
-/// The reduced forces `fbar = Q + T' (F - M bias)`, in N and N m.
-///
-/// Rows: `phi2`, `phi4`, `phi5`.
-///
-/// Operations: 21 additions, 32 multiplications, 3 sine-cosine pairs.
-#[doc(alias = "fbar")]
-#[doc(alias = "Q")]
-#[inline]
-pub fn generalized_forces<R: Real>(
-    m: &QuickReturnLoaded<R>,
-    _t: R,
-    q: &[R; 3],
-    qd: &[R; 3],
-) -> [R; 3] {
-    let p = &m.parameters;
-    let k = &m.constants;
-    let [phi2, phi4, phi5] = *q;
-    let [_, phi4_dot, phi5_dot] = *qd;
-    let cos_phi2 = phi2.cos();
-    let (sin_phi4, cos_phi4) = phi4.sin_cos();
-    let (sin_phi5, cos_phi5) = phi5.sin_cos();
-    let b_x = p.O4B * cos_phi4;
-    let b_y = p.O4B * sin_phi4;
-    let c_x = b_x + p.BC * cos_phi5;
-    let phi4_dot_sq = phi4_dot * phi4_dot;
-    let o4b_cos_phi4_phi4_dot_sq = p.O4B * (cos_phi4 * phi4_dot_sq);
-    let phi5_dot_sq = phi5_dot * phi5_dot;
-    let cos_phi5_phi5_dot_sq = cos_phi5 * phi5_dot_sq;
-    let v1 = o4b_cos_phi4_phi4_dot_sq + p.BG5 * cos_phi5_phi5_dot_sq;
-    let v2 = phi4_dot_sq * b_y + phi5_dot_sq * (p.BG5 * sin_phi5);
-    let v3 = o4b_cos_phi4_phi4_dot_sq + p.BC * cos_phi5_phi5_dot_sq;
-    let v4 = c_x - p.x6_0;
-    let v5 = p.O4B * (sin_phi4 * phi4_dot) + phi5_dot * (p.BC * sin_phi5);
-    [
-        p.T2 - k.k15 * cos_phi2,
-        -(sin_phi4
-            * (k.o4b_f6 + k.o4b_m5 * v1 + k.o4b_m6 * v3 - k.o4b_k * v4 + k.o4b_cd * v5)
-            + cos_phi4 * (k.k21 - k.o4b_m5 * v2)),
-        -(sin_phi5
-            * (k.bc_f6 + k.bg5_m5 * v1 + k.bc_m6 * v3 - k.bc_k * v4 + k.bc_cd * v5)
-            + cos_phi5 * (k.k25 - k.bg5_m5 * v2)),
-    ]
-}
-/// Kinetic energy, and the potential of the conservative loads, in J.
-///
-/// Operations: 16 additions, 28 multiplications, 3 sine-cosine pairs.
-#[doc(alias = "T + V")]
-#[inline]
-pub fn energy<R: Real>(m: &QuickReturnLoaded<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
-    let p = &m.parameters;
-    let k = &m.constants;
-    let [phi2, phi4, phi5] = *q;
-    let [phi2_dot, phi4_dot, phi5_dot] = *qd;
-    let sin_phi2 = phi2.sin();
-    let (sin_phi4, cos_phi4) = phi4.sin_cos();
-    let (sin_phi5, cos_phi5) = phi5.sin_cos();
-    let a_y = p.O4O2 + p.O2A * sin_phi2;
-    let b_x = p.O4B * cos_phi4;
-    let b_y = p.O4B * sin_phi4;
-    let c_x = b_x + p.BC * cos_phi5;
-    let v1 = c_x - p.x6_0;
-    [
-        phi4_dot
-            * (sin_phi4 * (k.k26 * (sin_phi4 * phi4_dot) + phi5_dot * (k.k11 * sin_phi5))
-                + phi5_dot * (k.k9 * (cos_phi4 * cos_phi5)) + k.k27 * phi4_dot)
-            + (k.k28 + k.k29 * (sin_phi5 * sin_phi5)) * (phi5_dot * phi5_dot)
-            + k.k30 * (phi2_dot * phi2_dot),
-        -(p.T2 * phi2 - k.m3_g * a_y - k.k31 * sin_phi4
-            - k.m5_g * (b_y + p.BG5 * sin_phi5) + p.F6 * c_x - k.k_half * v1 * v1),
-    ]
-}
-/// Power of the loads that have no potential, in W.
-///
-/// Operations: 2 additions, 6 multiplications, 2 sine-cosine pairs.
-#[inline]
-pub fn power<R: Real>(m: &QuickReturnLoaded<R>, _t: R, q: &[R; 3], qd: &[R; 3]) -> R {
-    let p = &m.parameters;
-    let [_, phi4, phi5] = *q;
-    let [_, phi4_dot, phi5_dot] = *qd;
-    let sin_phi4 = phi4.sin();
-    let sin_phi5 = phi5.sin();
-    let v1 = p.O4B * (sin_phi4 * phi4_dot) + phi5_dot * (p.BC * sin_phi5);
-    -(p.cd * v1 * v1)
-}
-/// What the scene asks for: `x6` (m), `x6_dot` (m/s), `x6_ddot` (m/s^2), `v_slide` (m/s), `N3` (N), `N6` (N).
-///
-/// Operations: 12 additions, 27 multiplications, 1 division, 1 root, 3 sine-cosine pairs.
-#[inline]
-pub fn outputs<R: Real>(
-    m: &QuickReturnLoaded<R>,
-    _t: R,
-    q: &[R; 3],
-    qd: &[R; 3],
-    qdd: &[R; 3],
-    multipliers: &[R; 2],
-) -> [R; 6] {
-    let p = &m.parameters;
-    let k = &m.constants;
-    let [phi2, phi4, phi5] = *q;
-    let [phi2_dot, phi4_dot, phi5_dot] = *qd;
-    let [_, phi4_ddot, phi5_ddot] = *qdd;
-    let [lambda_slot, lambda_guide] = *multipliers;
-    let (sin_phi2, cos_phi2) = phi2.sin_cos();
-    let (sin_phi4, cos_phi4) = phi4.sin_cos();
-    let (sin_phi5, cos_phi5) = phi5.sin_cos();
-    let a_y = p.O4O2 + p.O2A * sin_phi2;
-    let b_x = p.O4B * cos_phi4;
-    let c_x = b_x + p.BC * cos_phi5;
-    let inv_root = (k.k1 + k.k3 * sin_phi2).sqrt().recip();
-    [
-        c_x,
-        -(p.O4B * (sin_phi4 * phi4_dot) + phi5_dot * (p.BC * sin_phi5)),
-        -(p.O4B * (cos_phi4 * (phi4_dot * phi4_dot) + sin_phi4 * phi4_ddot)
-            + p.BC * (cos_phi5 * (phi5_dot * phi5_dot) + sin_phi5 * phi5_ddot)),
-        cos_phi2 * inv_root * (k.o2a_o4o2 * phi2_dot),
-        lambda_slot
-            * (sin_phi4
-                - R::from_f64(0.5)
-                    * (k.o2a_twice * cos_phi2 * sin_phi4
-                        - R::from_f64(2.0) * a_y * cos_phi4) * (cos_phi4 * inv_root)),
-        -lambda_guide,
-    ]
-}
-/// All that the accelerations need, with everything shared that the parts have in common.
-///
-/// Operations: 34 additions, 60 multiplications, 1 division, 1 root, 3 sine-cosine pairs.
-#[doc(alias = "fused")]
-#[inline(always)]
-pub fn dynamics<R: Real>(
-    m: &QuickReturnLoaded<R>,
-    _t: R,
-    q: &[R; 3],
-    qd: &[R; 3],
-) -> Dynamics<R, 3, 2> {
-    let p = &m.parameters;
-    let k = &m.constants;
-    let [phi2, phi4, phi5] = *q;
-    let [phi2_dot, phi4_dot, phi5_dot] = *qd;
-    let (sin_phi2, cos_phi2) = phi2.sin_cos();
-    let (sin_phi4, cos_phi4) = phi4.sin_cos();
-    let (sin_phi5, cos_phi5) = phi5.sin_cos();
-    let b_x = p.O4B * cos_phi4;
-    let b_y = p.O4B * sin_phi4;
-    let bc_cos_phi5 = p.BC * cos_phi5;
-    let c_x = b_x + bc_cos_phi5;
-    let bc_sin_phi5 = p.BC * sin_phi5;
-    let phi4_dot_sq = phi4_dot * phi4_dot;
-    let cos_phi4_phi4_dot_sq = cos_phi4 * phi4_dot_sq;
-    let o4b_cos_phi4_phi4_dot_sq = p.O4B * cos_phi4_phi4_dot_sq;
-    let phi5_dot_sq = phi5_dot * phi5_dot;
-    let cos_phi5_phi5_dot_sq = cos_phi5 * phi5_dot_sq;
-    let v1 = o4b_cos_phi4_phi4_dot_sq + p.BG5 * cos_phi5_phi5_dot_sq;
-    let phi4_dot_sq_b_y = phi4_dot_sq * b_y;
-    let v2 = phi4_dot_sq_b_y + phi5_dot_sq * (p.BG5 * sin_phi5);
-    let v3 = o4b_cos_phi4_phi4_dot_sq + p.BC * cos_phi5_phi5_dot_sq;
-    let root = (k.k1 + k.k3 * sin_phi2).sqrt();
-    let inv_root = root.recip();
-    let cos_phi4_inv_root = cos_phi4 * inv_root;
-    let sin_phi4_phi4_dot = sin_phi4 * phi4_dot;
-    let v4 = k.k9 * (cos_phi4 * cos_phi5) + sin_phi4 * (k.k11 * sin_phi5);
-    let v5 = c_x - p.x6_0;
-    let v6 = p.O4B * sin_phi4_phi4_dot + phi5_dot * bc_sin_phi5;
-    Dynamics {
-        mass_matrix: [
-            [k.k5, R::zero(), R::zero()],
-            [R::zero(), k.k6 + k.k7 * sin_phi4 * sin_phi4, v4],
-            [R::zero(), v4, k.k12 + k.k13 * (sin_phi5 * sin_phi5)],
-        ],
-        generalized_forces: [
-            p.T2 - k.k15 * cos_phi2,
-            -(sin_phi4
-                * (k.o4b_f6 + k.o4b_m5 * v1 + k.o4b_m6 * v3 - k.o4b_k * v5
-                    + k.o4b_cd * v6) + cos_phi4 * (k.k21 - k.o4b_m5 * v2)),
-            -(sin_phi5
-                * (k.bc_f6 + k.bg5_m5 * v1 + k.bc_m6 * v3 - k.bc_k * v5 + k.bc_cd * v6)
-                + cos_phi5 * (k.k25 - k.bg5_m5 * v2)),
-        ],
-        constraint_jacobian: [
-            [
-                -(p.O2A * sin_phi2 + k.o2a_o4o2 * cos_phi2 * cos_phi4_inv_root),
-                sin_phi4 * root,
-                R::zero(),
-            ],
-            [R::zero(), b_x, bc_cos_phi5],
-        ],
-        constraint_bias: [
-            -(phi2_dot
-                * (cos_phi2
-                    * (phi2_dot
-                        * (p.O2A
-                            - k.k4 * inv_root * cos_phi4_inv_root
-                                * (cos_phi2 * inv_root))
-                        - k.k3 * inv_root * sin_phi4_phi4_dot)
-                    - sin_phi2 * cos_phi4_inv_root * (k.o2a_o4o2 * phi2_dot))
-                - root * cos_phi4_phi4_dot_sq),
-            -(phi4_dot_sq_b_y + phi5_dot_sq * bc_sin_phi5),
-        ],
-    }
-}
-/// All that a correction of positions needs: `C` and `C_q`.
-///
-/// Operations: 6 additions, 11 multiplications, 1 division, 1 root, 3 sine-cosine pairs.
-#[inline(always)]
-pub fn closure<R: Real>(m: &QuickReturnLoaded<R>, q: &[R; 3]) -> Closure<R, 3, 2> {
-    let p = &m.parameters;
-    let k = &m.constants;
-    let [phi2, phi4, phi5] = *q;
-    let (sin_phi2, cos_phi2) = phi2.sin_cos();
-    let (sin_phi4, cos_phi4) = phi4.sin_cos();
-    let (sin_phi5, cos_phi5) = phi5.sin_cos();
-    let a_x = p.O2A * cos_phi2;
-    let b_x = p.O4B * cos_phi4;
-    let b_y = p.O4B * sin_phi4;
-    let root = (k.k1 + k.k3 * sin_phi2).sqrt();
-    let c_y = b_y + p.BC * sin_phi5;
-    Closure {
-        constraints: [a_x - cos_phi4 * root, c_y - p.yC],
-        constraint_jacobian: [
-            [
-                -(p.O2A * sin_phi2 + k.o2a_o4o2 * cos_phi2 * (cos_phi4 / root)),
-                sin_phi4 * root,
-                R::zero(),
-            ],
-            [R::zero(), b_x, p.BC * cos_phi5],
-        ],
-    }
-}

@@ -56,11 +56,13 @@ pub(super) struct Body<'g> {
 }
 
 impl<'g> Body<'g> {
-    /// Prepares the body that computes `roots`. Values that have a name outside are not computed.
+    /// Prepares the body that computes `roots`. Values that have a name outside are not computed; `named` ones get a
+    /// statement of their own even if they serve only once.
     pub(super) fn new(
         graph: &'g Graph,
         outside: &'g HashMap<Id, TokenStream>,
         hints: &'g HashMap<Id, String>,
+        named: &HashSet<Id>,
         taken: HashSet<String>,
         roots: &[Signed],
     ) -> Self {
@@ -94,7 +96,7 @@ impl<'g> Body<'g> {
             }
             if let Op::Call(Function::Sin | Function::Cos, angle) = graph.op(id) {
                 body.define_pair(*angle, angles[angle]);
-            } else if body.uses[&id] > 1 || body.hints.contains_key(&id) {
+            } else if body.uses[&id] > 1 || named.contains(&id) {
                 body.define(id);
             }
         }

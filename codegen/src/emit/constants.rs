@@ -1,6 +1,6 @@
 //! Values that depend on parameters alone: their names, their struct, their formulae.
 
-use std::collections::{BTreeSet, HashMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use proc_macro2::{Ident, TokenStream};
 use quote::quote;
@@ -10,6 +10,9 @@ use super::body::Body;
 use super::plain::ident;
 use crate::graph::{Id, Op, Signed};
 use crate::term::Symbol;
+
+/// Constants whose formula makes a longer name are numbered.
+const LONGEST_NAME: usize = 34;
 
 impl Writer<'_> {
     /// Values that keep their size during a run and are not just parameters get a field each.
@@ -29,8 +32,12 @@ impl Writer<'_> {
             }
         }
         let mut taken = HashSet::new();
-        for (number, id) in fields.into_iter().enumerate() {
-            let base = self.constant_name(id).unwrap_or_else(|| format!("k{}", number + 1));
+        let mut unnamed = 0;
+        for id in fields {
+            let base = self.constant_name(id).unwrap_or_else(|| {
+                unnamed += 1;
+                format!("k{unnamed}")
+            });
             let mut name = base.clone();
             let mut suffix = 2;
             while !taken.insert(name.clone()) {
@@ -44,31 +51,61 @@ impl Writer<'_> {
         }
     }
 
-    /// A product of parameters is called after them.
+    /// A constant is called after its formula, if that makes a name that can still be read.
     fn constant_name(&self, id: Id) -> Option<String> {
-        let Op::Product(factors) = self.graph.op(id) else { return None };
-        let mut names: Vec<String> = Vec::new();
-        for (i, factor) in factors.iter().enumerate() {
-            if factors[..i].contains(factor) {
-                continue;
+        let name = match self.graph.op(id) {
+            Op::Number(bits) if f64::from_bits(*bits) == 2.0 => "twice".to_owned(),
+            Op::Number(bits) if f64::from_bits(*bits) == 0.5 => "half".to_owned(),
+            Op::Input(_) => self.hints[&id].clone(),
+            Op::Product(_) => {
+                let names = self.powers(id).into_iter().map(|(factor, times)| {
+                    let name = self.constant_name(factor)?;
+                    let name = if matches!(self.graph.op(factor), Op::Sum(_)) { format!("times_{name}") } else { name };
+                    Some(match times {
+                        1 => name,
+                        2 => format!("{name}_sq"),
+                        _ => format!("{name}_pow{times}"),
+                    })
+                });
+                names.collect::<Option<Vec<String>>>()?.join("_")
             }
-            let times = factors.iter().filter(|f| *f == factor).count();
-            let name = match self.graph.op(*factor) {
-                Op::Number(bits) if f64::from_bits(*bits) == 2.0 => "twice".to_owned(),
-                Op::Number(bits) if f64::from_bits(*bits) == 0.5 => "half".to_owned(),
-                Op::Input(_) => self.hints[factor].clone(),
-                _ => return None,
-            };
-            names.push(if times == 1 {
+            Op::Sum(terms) => {
+                let mut name = String::new();
+                for term in terms {
+                    name += match (name.is_empty(), term.negative) {
+                        (true, false) => "",
+                        (true, true) => "minus_",
+                        (false, false) => "_plus_",
+                        (false, true) => "_minus_",
+                    };
+                    name += &self.constant_name(term.id)?;
+                }
                 name
-            } else if times == 2 {
-                format!("{name}_sq")
-            } else {
-                format!("{name}_pow{times}")
-            });
+            }
+            Op::Call(function, a) => format!("{}_{}", function.name(), self.constant_name(*a)?),
+            _ => return None,
+        };
+        (name.len() <= LONGEST_NAME).then_some(name)
+    }
+
+    /// The factors of a product and of products in it, each with how often it occurs; numbers first, sums last.
+    fn powers(&self, id: Id) -> Vec<(Id, usize)> {
+        let mut pending = vec![id];
+        let mut counts: BTreeMap<(u8, Id), usize> = BTreeMap::new();
+        while let Some(id) = pending.pop() {
+            match self.graph.op(id) {
+                Op::Product(factors) => pending.extend(factors),
+                op => {
+                    let class = match op {
+                        Op::Number(_) => 0,
+                        Op::Sum(_) => 2,
+                        _ => 1,
+                    };
+                    *counts.entry((class, id)).or_default() += 1;
+                }
+            }
         }
-        let name = names.join("_");
-        (name.len() <= 24).then_some(name)
+        counts.into_iter().map(|((_, id), times)| (id, times)).collect()
     }
 
     /// The struct of the constants, and how they are computed.
@@ -80,10 +117,17 @@ impl Writer<'_> {
             .map(|(id, t)| (*id, t.clone()))
             .collect();
         let roots: Vec<Signed> = self.constants.iter().map(|(_, id)| Signed { negative: false, id: *id }).collect();
-        let hints = HashMap::new();
-        let mut body = Body::new(self.graph, &parameters, &hints, HashSet::from(["p".to_owned()]), &roots);
+        let constant = self.graph.reachable(roots.iter().map(|r| r.id)).into_iter();
+        let hints: HashMap<Id, String> = constant.filter_map(|id| Some((id, self.constant_name(id)?))).collect();
+        let mut body =
+            Body::new(self.graph, &parameters, &hints, &HashSet::new(), HashSet::from(["p".to_owned()]), &roots);
         let values: Vec<TokenStream> = roots.iter().map(|root| body.root(*root)).collect();
         let (statements, _) = body.finish();
+        let field = |((name, _), value): (&(Ident, Id), &TokenStream)| match *name == value.to_string() {
+            true => quote!(#name),
+            false => quote!(#name: #value),
+        };
+        let fields = self.constants.iter().zip(&values).map(field);
         let names: Vec<&Ident> = self.constants.iter().map(|(name, _)| name).collect();
         let docs = self.constants.iter().map(|(_, id)| format!(" `{}`", self.formula(*id)));
         let p = if values.is_empty() { quote!(_p) } else { quote!(p) };
@@ -103,7 +147,7 @@ impl Writer<'_> {
             impl<R: Real> Constants<R> {
                 fn new(#p: &Parameters<R>) -> Self {
                     #(#statements)*
-                    Self { #(#names: #values,)* #marker_value }
+                    Self { #(#fields,)* #marker_value }
                 }
             }
         }
@@ -132,15 +176,12 @@ impl Writer<'_> {
                 }
                 text
             }
-            Op::Product(factors) => {
-                let mut parts: Vec<String> = Vec::new();
-                for (i, factor) in factors.iter().enumerate() {
-                    let times = factors.iter().filter(|f| *f == factor).count();
-                    if !factors[..i].contains(factor) {
-                        parts.push(if times == 1 { inner(*factor) } else { format!("{}^{times}", inner(*factor)) });
-                    }
-                }
-                parts.join("*")
+            Op::Product(_) => {
+                let power = |(factor, times): (Id, usize)| match times {
+                    1 => inner(factor),
+                    _ => format!("{}^{times}", inner(factor)),
+                };
+                self.powers(id).into_iter().map(power).collect::<Vec<_>>().join("*")
             }
             Op::Reciprocal(a) => format!("1/({})", self.formula(*a)),
             Op::Power(a, exponent) => format!("({})^{}", self.formula(*a), f64::from_bits(*exponent)),

@@ -53,23 +53,31 @@ impl Plain<'_> {
 
     /// Statements that define the points a formula needs.
     pub(super) fn points(&self, value: &Value) -> Vec<TokenStream> {
-        let mut needed = BTreeSet::new();
-        let mut pending = vec![value];
-        while let Some(value) = pending.pop() {
-            for name in value.names() {
-                if let Quantity::Point(point, _) = name
-                    && needed.insert(*point)
-                {
-                    pending.extend(&self.scene.points[*point].position);
-                }
-            }
-        }
         let define = |point: usize| {
             let [x, y] = [0, 1].map(|axis| point_name(self.scene, point, axis));
             let [a, b] = [0, 1].map(|axis| self.tokens(&self.scene.points[point].position[axis]));
             quote!(let (#x, #y) = (#a, #b);)
         };
-        needed.into_iter().map(define).collect()
+        let needed = self.quantities(value).into_iter().filter_map(|quantity| match quantity {
+            Quantity::Point(point, _) => Some(point),
+            _ => None,
+        });
+        needed.collect::<BTreeSet<usize>>().into_iter().map(define).collect()
+    }
+
+    /// All that a formula needs, through points too; left-out parameters not counted.
+    pub(super) fn quantities(&self, value: &Value) -> BTreeSet<Quantity> {
+        let mut needed = BTreeSet::new();
+        let mut pending = vec![value];
+        while let Some(value) = pending.pop() {
+            for name in value.names() {
+                let is_left_out = matches!(name, Quantity::Parameter(i) if self.scene.parameters[*i].is_left_out());
+                if let (true, Quantity::Point(point, _)) = (!is_left_out && needed.insert(*name), name) {
+                    pending.extend(&self.scene.points[*point].position);
+                }
+            }
+        }
+        needed
     }
 
     fn name(&self, quantity: Quantity) -> Piece {

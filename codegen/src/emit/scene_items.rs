@@ -3,17 +3,32 @@
 use proc_macro2::{Literal, TokenStream};
 use quote::{format_ident, quote};
 
-use super::layout::Layout;
 use super::plain::{Plain, ident};
 use super::struct_name;
 use crate::lexer::Comparison;
-use crate::scene::{Coordinate, Parameter, Scene, Start, Value};
+use crate::scene::{Coordinate, Parameter, Quantity, Scene, Start, Value};
 
-pub(super) fn items(scene: &Scene, layout: &Layout, source: &str) -> TokenStream {
+/// The parts of a module beside its functions.
+pub(super) struct Items {
+    pub(super) parameters: TokenStream,
+    /// The struct that is the mechanism.
+    pub(super) mechanism: TokenStream,
+    /// What simulators use.
+    pub(super) link: TokenStream,
+    pub(super) description: TokenStream,
+}
+
+pub(super) fn items(scene: &Scene, source: &str) -> Items {
+    Items {
+        parameters: parameters(scene),
+        mechanism: own_struct(scene),
+        link: link(scene),
+        description: description(scene, source),
+    }
+}
+
+fn own_struct(scene: &Scene) -> TokenStream {
     let own = format_ident!("{}", struct_name(&scene.name));
-    let parameters = parameters(scene);
-    let description = description(scene, source);
-    let mechanism = mechanism(scene, layout);
     let doc = format!(" {}", if scene.doc.is_empty() { &scene.name } else { &scene.doc });
     quote! {
         #[doc = #doc]
@@ -42,10 +57,6 @@ pub(super) fn items(scene: &Scene, layout: &Layout, source: &str) -> TokenStream
                 Self::new(Parameters::default())
             }
         }
-
-        #parameters
-        #mechanism
-        #description
     }
 }
 
@@ -93,7 +104,7 @@ fn parameters(scene: &Scene) -> TokenStream {
     }
 }
 
-fn mechanism(scene: &Scene, layout: &Layout) -> TokenStream {
+fn link(scene: &Scene) -> TokenStream {
     let own = format_ident!("{}", struct_name(&scene.name));
     let (n, m) = (scene.coordinates.len(), scene.constraints.len());
     let (n, m) = (Literal::usize_unsuffixed(n), Literal::usize_unsuffixed(m));
@@ -104,8 +115,6 @@ fn mechanism(scene: &Scene, layout: &Layout) -> TokenStream {
     let schedule =
         with_parameters(&[&scene.run.step, &scene.run.end_time], quote!(Schedule { step: #step, end_time: #end_time }));
     let stop = stop(scene, &plain);
-    let has = |name: &str| layout.plans.iter().any(|plan| plan.name == name);
-    debug_assert!(has("dynamics") && has("closure"));
     let outputs = if scene.outputs.is_empty() {
         quote!()
     } else {
@@ -178,7 +187,7 @@ fn mechanism(scene: &Scene, layout: &Layout) -> TokenStream {
 
 /// Binds `p` if any of the formulae needs it.
 fn with_parameters(values: &[&Value], body: TokenStream) -> TokenStream {
-    let is_parameter = |q: &crate::scene::Quantity| matches!(q, crate::scene::Quantity::Parameter(_));
+    let is_parameter = |q: &Quantity| matches!(q, Quantity::Parameter(_));
     let binding = values.iter().any(|v| v.names().any(is_parameter)).then(|| quote!(let p = &self.parameters;));
     quote!(#binding #body)
 }
@@ -220,10 +229,16 @@ fn stop(scene: &Scene, plain: &Plain) -> TokenStream {
         Comparison::Greater | Comparison::GreaterOrEqual => quote!(#difference),
         Comparison::Less | Comparison::LessOrEqual => quote!(-(#difference)),
     };
+    let quantities = plain.quantities(&condition.difference);
+    let uses = |test: fn(&Quantity) -> bool| quantities.iter().any(test);
+    let argument = |name: &str, is_used: bool| format_ident!("{}{name}", if is_used { "" } else { "_" });
+    let t = argument("t", uses(|q| *q == Quantity::Time));
+    let q = argument("q", uses(|q| matches!(q, Quantity::Coordinate(_))));
+    let qd = argument("qd", uses(|q| matches!(q, Quantity::Rate(_))));
+    let p = uses(|q| matches!(q, Quantity::Parameter(_))).then(|| quote!(let p = &self.parameters;));
     quote! {
-        #[allow(unused_variables)]
-        fn stop(&self, t: f64, q: &[f64; #n], qd: &[f64; #n]) -> Option<f64> {
-            let p = &self.parameters;
+        fn stop(&self, #t: f64, #q: &[f64; #n], #qd: &[f64; #n]) -> Option<f64> {
+            #p
             #(#points)*
             Some(#rising)
         }
