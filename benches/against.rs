@@ -26,6 +26,10 @@ impl Observer for Nobody {
     fn goes_on(&mut self, _t: f64, _end_time: f64) -> io::Result<bool> {
         Ok(true)
     }
+
+    fn finish(&mut self) -> io::Result<()> {
+        Ok(())
+    }
 }
 
 /// Median time of a step over whole runs, in nanoseconds.

@@ -43,6 +43,10 @@ impl Observer for Nobody {
     fn goes_on(&mut self, _t: f64, _end_time: f64) -> io::Result<bool> {
         Ok(true)
     }
+
+    fn finish(&mut self) -> io::Result<()> {
+        Ok(())
+    }
 }
 
 fn allocations(projection: Projection, end_time: f64) -> usize {

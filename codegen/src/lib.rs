@@ -1,4 +1,21 @@
 //! Differentiates a mechanism given as formulae, and writes plain Rust for its equations of motion.
+//!
+//! A build script needs three lines (feature `engine`):
+//!
+//! ```ignore
+//! fn main() {
+//!     let out = std::env::var("OUT_DIR").expect("run by cargo");
+//!     qrm_codegen::generate::generate(&["scene.toml".into()], out.as_ref()).unwrap_or_else(|e| panic!("{e}"));
+//! }
+//! ```
+//!
+//! and the crate includes the result by `include!(concat!(env!("OUT_DIR"), "/scenes.rs"));`. Without the feature scenes
+//! are read, checked and evaluated, which is what a simulator needs of them.
+//!
+//! The phases, each with plain data for the next: [`document`] (text to syntax), [`resolve`] (syntax to [`scene`]),
+//! `engine` (scene to [`term`]s), [`lower`] and [`share`] (terms to a [`graph`]), [`emit`] (graph to Rust), [`verify`]
+//! (Rust against the scene), `generate` (files in, files out).
+
 pub mod diagnostic;
 pub mod document;
 pub mod emit;

@@ -40,10 +40,9 @@ impl Book {
         &mut self,
         mechanism: &X,
         moments: &[Moment<N, M>],
-        ends: bool,
         observer: &mut dyn Observer,
     ) -> std::io::Result<()> {
-        for (i, at) in moments.iter().enumerate() {
+        for at in moments {
             let Moment { t, q, qd, qdd, multipliers } = at;
             mechanism.outputs(*t, q, qd, qdd, multipliers, &mut self.outputs);
             let closure = mechanism.closure(q);
@@ -57,7 +56,6 @@ impl Book {
             self.residual_velocity = worse(self.residual_velocity, velocity);
             observer.row(&Row {
                 index: self.rows,
-                is_last: ends && i + 1 == moments.len(),
                 t: *t,
                 q,
                 qd,

@@ -5,8 +5,6 @@
 pub struct Row<'a> {
     /// Its place in the trajectory.
     pub index: u64,
-    /// Whether the run ends here.
-    pub is_last: bool,
     /// Time.
     pub t: f64,
     /// Coordinates.
@@ -40,4 +38,10 @@ pub trait Observer {
     /// # Errors
     /// The rows so far cannot be kept; the run ends.
     fn goes_on(&mut self, t: f64, end_time: f64) -> std::io::Result<bool>;
+
+    /// Called once when no more rows follow.
+    ///
+    /// # Errors
+    /// The rows so far cannot be kept.
+    fn finish(&mut self) -> std::io::Result<()>;
 }

@@ -113,7 +113,7 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
                 }
             }
             integration += begun.elapsed();
-            let kept = self.book.keep(self.mechanism, &rows, status.is_some(), observer);
+            let kept = self.book.keep(self.mechanism, &rows, observer);
             rows.clear();
             let goes_on = kept.and_then(|()| observer.goes_on(now.t, self.grid.end_time));
             match goes_on {
@@ -122,6 +122,7 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
                 Ok(_) => {}
             }
             if let Some(status) = status {
+                let status = observer.finish().map_or_else(Status::Unwritable, |()| status);
                 return self.outcome(status, now, steps, integration);
             }
         }

@@ -54,8 +54,8 @@ impl Trajectory {
         Ok(Self { writer, flushed: Instant::now(), text: Vec::new(), rows: 0 })
     }
 
-    pub(crate) fn row(&mut self, row: &Row) -> io::Result<()> {
-        for number in numbers(row) {
+    pub(crate) fn row(&mut self, numbers: impl Iterator<Item = f64>) -> io::Result<()> {
+        for number in numbers {
             self.text.clear();
             // Debug prints the shortest digits that read back as the same double.
             write!(self.text, "{number:?}")?;

@@ -26,6 +26,8 @@ pub(super) struct Recorder {
     every: u64,
     trajectory: Option<Trajectory>,
     trackers: Vec<Tracker>,
+    /// The last row, if it was not written.
+    skipped: Vec<f64>,
     begun: Instant,
     bar: Option<ProgressBar>,
     /// Why nothing can be written at all.
@@ -42,6 +44,7 @@ impl Recorder {
             description,
             every,
             trajectory: None,
+            skipped: Vec::new(),
             begun: Instant::now(),
             bar: None,
             unusable: None,
@@ -89,10 +92,14 @@ impl Observer for Recorder {
         for (tracker, number) in self.trackers.iter_mut().zip(numbers(row)) {
             tracker.row(row.t, number);
         }
-        if row.index.is_multiple_of(self.every) || row.is_last {
-            self.trajectory()?.row(row)?;
+        if row.index.is_multiple_of(self.every) {
+            self.skipped.clear();
+            self.trajectory()?.row(numbers(row))
+        } else {
+            self.skipped.clear();
+            self.skipped.extend(numbers(row));
+            Ok(())
         }
-        if row.is_last { self.trajectory()?.flush() } else { Ok(()) }
     }
 
     fn goes_on(&mut self, t: f64, end_time: f64) -> io::Result<bool> {
@@ -108,6 +115,15 @@ impl Observer for Recorder {
             trajectory.settle()?;
         }
         Ok(!INTERRUPTED.load(Ordering::Relaxed))
+    }
+
+    fn finish(&mut self) -> io::Result<()> {
+        let Some(trajectory) = &mut self.trajectory else { return Ok(()) };
+        // The last row is written even if it is not its turn.
+        if !self.skipped.is_empty() {
+            trajectory.row(self.skipped.drain(..))?;
+        }
+        trajectory.flush()
     }
 }
 
