@@ -16,6 +16,8 @@ pub(crate) struct Book {
     /// Largest rate of a residual in any row, and of which constraint.
     pub(crate) residual_velocity: (usize, f64),
     first_energy: f64,
+    /// Largest kinetic energy in any row.
+    pub(crate) largest_kinetic_energy: f64,
     /// Largest change of the energy.
     pub(crate) energy_drift: f64,
     /// Whether no load without potential did work.
@@ -30,6 +32,7 @@ impl Book {
             residual_position: (0, 0.0),
             residual_velocity: (0, 0.0),
             first_energy: mechanism.energy(&first.q, &first.qd).iter().sum(),
+            largest_kinetic_energy: 0.0,
             energy_drift: 0.0,
             is_conservative: true,
         }
@@ -48,7 +51,9 @@ impl Book {
             let closure = mechanism.closure(q);
             let position = largest(&closure.constraints);
             let velocity = largest(&multiply(&closure.constraint_jacobian, qd));
-            let energy: f64 = mechanism.energy(q, qd).iter().sum();
+            let [kinetic, potential] = mechanism.energy(q, qd);
+            let energy = kinetic + potential;
+            self.largest_kinetic_energy = self.largest_kinetic_energy.max(kinetic);
             self.is_conservative &= mechanism.power(*t, q, qd) == 0.0;
             self.energy_drift = self.energy_drift.max((energy - self.first_energy).abs());
             let worse = |old: (usize, f64), new: (usize, f64)| if new.1 > old.1 { new } else { old };

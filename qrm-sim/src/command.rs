@@ -3,10 +3,12 @@
 mod condition;
 mod list;
 mod recorder;
+mod report;
 mod run;
 mod settings;
 mod words;
 
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -126,15 +128,20 @@ pub fn main(scenes: &Scenes) -> ExitCode {
         Err(Failure::Run(message)) => (message, 1),
         Err(Failure::Use(message)) => (message, 2),
     };
-    eprintln!("{message}");
+    let _ = writeln!(std::io::stderr(), "{message}");
     ExitCode::from(status)
+}
+
+/// Prints to standard output, of which nobody may be listening any more.
+fn say(text: &str) {
+    let _ = writeln!(std::io::stdout(), "{text}");
 }
 
 fn task(scenes: &Scenes, task: Option<Task>) -> Result<(), Failure> {
     match task {
         Some(Task::Run(arguments)) => run::run(scenes, &arguments),
         Some(Task::List) => {
-            list::list(scenes);
+            say(&list::list(scenes));
             Ok(())
         }
         None => Ok(()),

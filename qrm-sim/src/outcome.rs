@@ -29,6 +29,8 @@ pub struct Outcome {
     pub residual_velocity: (usize, f64),
     /// Largest change of the energy, if no load without potential did work.
     pub energy_drift: Option<f64>,
+    /// Largest kinetic energy in any row.
+    pub largest_kinetic_energy: f64,
     /// Estimated error of the coordinates at the end.
     pub estimated_error: Option<f64>,
     /// How often the fast solution did not do.

@@ -7,7 +7,7 @@ use qrm_mechanism::Mechanism;
 use crate::assembly::assemble;
 use crate::book::Book;
 use crate::linear::{Vector, largest};
-use crate::motion::{Method, Moment, advance, moment};
+use crate::motion::{Breakdown, Method, Moment, advance, moment};
 use crate::observer::Observer;
 use crate::outcome::{NoStart, Outcome, Status};
 use crate::solve::Care;
@@ -148,7 +148,7 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
         let condition = self.condition(&next);
         if let Some(value) = condition {
             if value >= 0.0 {
-                *now = self.locate(now, &next);
+                *now = self.locate(now, &next).map_err(Status::Broken)?;
                 return Err(Status::Stopped);
             }
             if value > nearest.1 {
@@ -170,7 +170,7 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
 
     /// The moment inside a step at which the stop condition becomes true, by steps of other lengths from its beginning.
     #[cold]
-    fn locate(&mut self, from: &Moment<N, M>, beyond: &Moment<N, M>) -> Moment<N, M> {
+    fn locate(&mut self, from: &Moment<N, M>, beyond: &Moment<N, M>) -> Result<Moment<N, M>, Breakdown> {
         let value = |run: &Self, at: &Moment<N, M>| run.condition(at).unwrap_or(0.0);
         let (mut low, mut f_low) = (from.t, value(self, from));
         let (mut high, mut f_high, mut found) = (beyond.t, value(self, beyond), *beyond);
@@ -182,7 +182,7 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
             let secant = high - f_high * (high - low) / (f_high - f_low);
             let middle = 0.5 * (low + high);
             let t = if iteration % 3 == 2 || !(secant > low && secant < high) { middle } else { secant };
-            let Ok(at) = advance(self.mechanism, &self.request.method, from, t, &mut self.care) else { break };
+            let at = advance(self.mechanism, &self.request.method, from, t, &mut self.care)?;
             let f = value(self, &at);
             if f >= 0.0 {
                 (high, f_high, found) = (t, f, at);
@@ -190,7 +190,7 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
                 (low, f_low) = (t, f);
             }
         }
-        found
+        Ok(found)
     }
 
     fn outcome(&mut self, status: Status, end: Moment<N, M>, steps: u64, integration: Duration) -> Outcome {
@@ -207,6 +207,7 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
             integration,
             residual_position: self.book.residual_position,
             residual_velocity: self.book.residual_velocity,
+            largest_kinetic_energy: self.book.largest_kinetic_energy,
             energy_drift: self.book.is_conservative.then_some(self.book.energy_drift),
             care: self.care,
         }

@@ -1,13 +1,13 @@
 //! `qrm run`
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use qrm_codegen::resolve;
 use qrm_mechanism::Description;
 
 use super::condition::Condition;
 use super::recorder::Recorder;
-use super::{Failure, RunArguments, settings, words};
+use super::{Failure, RunArguments, report, settings, words};
 use crate::motion::Method;
 use crate::outcome::{Outcome, Status};
 use crate::projection::Tolerance;
@@ -67,10 +67,10 @@ pub(super) fn run(scenes: &crate::scenes::Scenes, arguments: &RunArguments) -> R
         energy_drift: outcome.energy_drift,
         extremes: recorder.extremes(),
         parameters: named(description.parameters.iter().map(|p| p.name), &scene.parameters(&replace)),
-        warnings: words::warnings(&outcome.care, &description),
+        warnings: words::warnings(&outcome, &description),
     };
     let written = summary.write(&out.join("summary.json"));
-    print(&summary, &description, &out);
+    super::say(&report::report(&summary, &description, &out));
     if let Err(e) = written {
         return Err(Failure::Run(format!("error: cannot write {}: {e}", out.join("summary.json").display())));
     }
@@ -100,48 +100,4 @@ fn end_state(description: &Description, outcome: &Outcome) -> Named<f64> {
         [(coordinate.name.to_owned(), *q), (format!("{}_dot", coordinate.name), *qd)]
     };
     Named(states.flat_map(each).collect())
-}
-
-/// What a person wants to know at once.
-fn print(summary: &Summary, description: &Description, out: &Path) {
-    println!("{}: {}", summary.scene, description.doc);
-    println!();
-    println!("  end       {}", summary.message);
-    println!("  method    RK4, {} steps of {:?} s, projection: {}", summary.steps, summary.step, summary.projection);
-    let steps = summary.steps.max(1) as f64;
-    println!(
-        "  time      {:.3} ms for the integration, {:.0} ns a step",
-        summary.run_seconds * 1e3,
-        summary.run_seconds * 1e9 / steps
-    );
-    match summary.estimated_error {
-        Some(error) => println!("  error     about {error:.1e} in the coordinates, judged by a run at twice the step"),
-        None => println!("  error     not estimated"),
-    }
-    println!(
-        "  residual  at most {:.1e} of a constraint, {:.1e} of its rate",
-        summary.max_residual_position, summary.max_residual_velocity
-    );
-    match summary.energy_drift {
-        Some(drift) => println!("  energy    constant within {drift:.1e} J"),
-        None => println!("  energy    not constant: some loads have no potential"),
-    }
-    println!();
-    println!("  {:10} {:>14} {:>11} {:>14} {:>11}", "", "minimum", "at t", "maximum", "at t");
-    let units = description.outputs.iter().map(|o| (o.name, o.unit));
-    for (name, unit) in units {
-        if let Some((_, e)) = summary.extremes.0.iter().find(|(n, _)| n == name) {
-            println!("  {name:10} {:>14.7} {:>11.6} {:>14.7} {:>11.6}  {unit}", e.min, e.min_time, e.max, e.max_time);
-        }
-    }
-    for warning in &summary.warnings {
-        println!("\nwarning: {warning}");
-    }
-    println!();
-    println!(
-        "wrote {} ({} rows) and {}",
-        out.join("trajectory.csv").display(),
-        summary.rows,
-        out.join("summary.json").display()
-    );
 }

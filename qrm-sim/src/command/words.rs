@@ -7,7 +7,6 @@ use qrm_mechanism::Description;
 use crate::assembly::NotAssembled;
 use crate::motion::Breakdown;
 use crate::outcome::{NoStart, Outcome, Status};
-use crate::solve::Care;
 
 /// Why a run could not begin, with the place in the scene where there is one.
 pub(super) fn no_start(reason: &NoStart, description: &Description, scene: &SceneText, path: &str) -> String {
@@ -16,10 +15,15 @@ pub(super) fn no_start(reason: &NoStart, description: &Description, scene: &Scen
             let report = Report::new(path, description.source, vec![not_assembled(reason, scene)]);
             report.to_string()
         }
+        NoStart::Broken(Breakdown::NotFinite) => "error: the run cannot start: the accelerations are not finite\n  \
+             = help: some parameter is too large or too small for double precision"
+            .to_owned(),
         NoStart::Broken(reason) => format!("error: the run cannot start: {}", breakdown(reason, description)),
         NoStart::StepTooShort { step, end_time } => format!(
-            "error: a step of {step:?} s is too short for a run of {end_time:?} s: time would stand still\n  \
-             = help: use a longer step or an earlier end"
+            "error: a step of {} is too short for a run of {}: time would stand still\n  \
+             = help: use a longer step or an earlier end",
+            seconds(*step),
+            seconds(*end_time)
         ),
     }
 }
@@ -68,11 +72,11 @@ pub(super) fn breakdown(reason: &Breakdown, description: &Description) -> String
     }
 }
 
-/// A time without the rounding error of its last digits.
+/// A time without the rounding errors of its last digits.
 pub(super) fn seconds(t: f64) -> String {
-    let rounded = format!("{t:.13}");
-    let digits = rounded.trim_end_matches('0').trim_end_matches('.');
-    if digits.parse() == Ok(0.0) { format!("{t:?} s") } else { format!("{digits} s") }
+    let rounded: f64 = format!("{t:.13e}").parse().unwrap_or(t);
+    let digits = format!("{rounded:?}");
+    format!("{} s", digits.strip_suffix(".0").unwrap_or(&digits))
 }
 
 /// How a run ended, in one sentence or a few.
@@ -100,9 +104,21 @@ pub(super) fn ending(outcome: &Outcome, description: &Description, until: &str) 
     }
 }
 
+/// A conservative motion must not change its energy by more than this fraction of the largest kinetic energy.
+const TOLERABLE_DRIFT: f64 = 1e-3;
+
 /// What needed care on the way.
-pub(super) fn warnings(care: &Care, description: &Description) -> Vec<String> {
+pub(super) fn warnings(outcome: &Outcome, description: &Description) -> Vec<String> {
+    let care = &outcome.care;
     let mut warnings = Vec::new();
+    if let Some(drift) = outcome.energy_drift
+        && drift > TOLERABLE_DRIFT * outcome.largest_kinetic_energy
+    {
+        warnings.push(format!(
+            "the energy changed by {drift:.1e} J although every load has a potential: the step is too long, do not trust \
+             the numbers"
+        ));
+    }
     if care.singular_mass > 0 {
         warnings.push(format!(
             "the mass matrix was singular by itself in {} solves; the constraints made up for it",

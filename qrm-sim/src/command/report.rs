@@ -1,0 +1,59 @@
+//! What a person wants to know of a finished run at once.
+
+use std::path::Path;
+
+use qrm_mechanism::Description;
+
+use super::words::seconds;
+use crate::summary::Summary;
+
+/// The text that a run prints.
+pub(super) fn report(summary: &Summary, description: &Description, out: &Path) -> String {
+    let Summary { steps, rows, run_seconds, max_residual_position, max_residual_velocity, .. } = summary;
+    let per_step = run_seconds * 1e9 / (*steps).max(1) as f64;
+    let error = match summary.estimated_error {
+        Some(error) => format!("about {error:.1e} in the coordinates, judged by a run at twice the step"),
+        None => "not estimated".to_owned(),
+    };
+    let energy = match summary.energy_drift {
+        Some(drift) => format!("constant within {drift:.1e} J"),
+        None => "not constant: some loads have no potential".to_owned(),
+    };
+    let facts = [
+        ("end", summary.message.clone()),
+        ("method", format!("RK4, {steps} steps of {}, projection: {}", seconds(summary.step), summary.projection)),
+        ("time", format!("{:.3} ms for the integration, {per_step:.0} ns a step", run_seconds * 1e3)),
+        ("error", error),
+        (
+            "residual",
+            format!("at most {max_residual_position:.1e} of a constraint, {max_residual_velocity:.1e} of its rate"),
+        ),
+        ("energy", energy),
+    ];
+    let mut text = format!("{}: {}\n\n", summary.scene, description.doc);
+    for (what, fact) in facts {
+        text += &format!("  {what:8}  {fact}\n");
+    }
+    if !description.outputs.is_empty() {
+        text += &format!("\n  {:10} {:>14} {:>11} {:>14} {:>11}\n", "", "minimum", "at t", "maximum", "at t");
+    }
+    for output in description.outputs {
+        if let Some((name, e)) = summary.extremes.0.iter().find(|(name, _)| name == output.name) {
+            let (low, high) = (number(e.min), number(e.max));
+            text += &format!(
+                "  {name:10} {low:>14} {:>11.6} {high:>14} {:>11.6}  {}\n",
+                e.min_time, e.max_time, output.unit
+            );
+        }
+    }
+    for warning in &summary.warnings {
+        text += &format!("\nwarning: {warning}\n");
+    }
+    let [table, json] = ["trajectory.csv", "summary.json"].map(|file| out.join(file).display().to_string());
+    text + &format!("\nwrote {table} ({rows} rows) and {json}")
+}
+
+/// A number in the width of a column.
+fn number(value: f64) -> String {
+    if value == 0.0 || (1e-4..1e6).contains(&value.abs()) { format!("{value:.7}") } else { format!("{value:.6e}") }
+}
