@@ -187,7 +187,7 @@ impl<'a> Writer<'a> {
         let (name, own) = (format_ident!("{}", plan.name), format_ident!("{}", struct_name(&self.scene.name)));
         // What a step calls must not pass its matrices through memory.
         let inline = if plan.structure.is_some() { quote!(#[inline(always)]) } else { quote!(#[inline]) };
-        let docs = doc_lines(plan, cost);
+        let docs = self.doc_lines(plan, cost);
         let aliases = plan.aliases.iter();
         quote! {
             #(#[doc = #docs])*
@@ -201,6 +201,25 @@ impl<'a> Writer<'a> {
                 #value
             }
         }
+    }
+
+    fn doc_lines(&self, plan: &Plan<Signed>, cost: Operations) -> Vec<String> {
+        let coordinates = || self.scene.coordinates.iter().map(|c| c.name.clone());
+        let list = |argument: &Argument| {
+            let (name, of): (&str, Vec<String>) = match argument {
+                Argument::Time => return "`t` in s".to_owned(),
+                Argument::Coordinates => ("q", coordinates().collect()),
+                Argument::Rates => ("qd", coordinates().map(|name| format!("{name}_dot")).collect()),
+                Argument::Accelerations => ("qdd", coordinates().map(|name| format!("{name}_ddot")).collect()),
+                Argument::Multipliers => {
+                    ("multipliers", self.scene.constraints.iter().map(|c| c.name.clone()).collect())
+                }
+            };
+            format!("`{name} = [{}]`", of.join(", "))
+        };
+        let arguments: Vec<String> = plan.arguments.iter().map(list).collect();
+        let text = format!("{}\n\nArguments: {}.\n\nOperations: {cost}.", plan.doc, arguments.join(", "));
+        text.lines().map(|line| format!(" {line}").trim_end().to_owned()).collect()
     }
 
     /// Whether a value is needed by something that is computed in the function itself.
@@ -280,9 +299,4 @@ fn shape_type(shape: &Shape<Signed>, columns: &proc_macro2::Literal) -> TokenStr
             quote!([[R; #columns]; #rows])
         }
     }
-}
-
-fn doc_lines(plan: &Plan<Signed>, cost: Operations) -> Vec<String> {
-    let text = format!("{}\n\nOperations: {cost}.", plan.doc);
-    text.lines().map(|line| format!(" {line}").trim_end().to_owned()).collect()
 }

@@ -7,13 +7,14 @@ use std::{fs, io};
 use crate::diagnostic::Report;
 use crate::emit::{self, module_name, struct_name};
 use crate::scene::Scene;
+use crate::source::read_text;
 use crate::term::Equations;
 use crate::{engine, header, resolve, verify};
 
 /// Why no code was generated.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// A file could not be read or written.
+    /// A file could not be written.
     #[error("{path}: {source}")]
     File {
         /// The file.
@@ -67,9 +68,12 @@ pub fn generate(scenes: &[PathBuf], directory: &Path) -> Result<Generated, Error
     let mut read = Vec::new();
     let (mut reports, mut warnings) = (Vec::new(), Vec::new());
     for path in scenes {
-        let source = read_text(path)?;
-        match resolve::read(&path.display().to_string(), &source) {
-            Ok((scene, report)) => {
+        let scene = read_text(path).and_then(|source| {
+            let (scene, report) = resolve::read(&path.display().to_string(), &source)?;
+            Ok((scene, source, report))
+        });
+        match scene {
+            Ok((scene, source, report)) => {
                 if !report.diagnostics.is_empty() {
                     warnings.push(report);
                 }
@@ -143,20 +147,6 @@ fn index_text(modules: &[GeneratedModule]) -> String {
         text += &format!("    visitor.visit::<{name}::{mechanism}, {coordinates}, {constraints}>();\n");
     }
     text + "}\n"
-}
-
-/// Reads a file that must be text.
-///
-/// # Errors
-/// It cannot be read, or is not UTF-8.
-pub fn read_text(path: &Path) -> Result<String, Error> {
-    let bytes = fs::read(path).map_err(|source| Error::File { path: path.display().to_string(), source })?;
-    String::from_utf8(bytes).map_err(|e| {
-        let place = e.utf8_error().valid_up_to();
-        let line = 1 + e.as_bytes()[..place].iter().filter(|&&b| b == b'\n').count();
-        let what = format!("not UTF-8 text: line {line} has a byte that begins no character; save the scene as UTF-8");
-        Error::File { path: path.display().to_string(), source: io::Error::new(io::ErrorKind::InvalidData, what) }
-    })
 }
 
 /// The text of a scene's module.

@@ -35,5 +35,6 @@ pub mod parser;
 pub mod resolve;
 pub mod scene;
 pub mod share;
+pub mod source;
 pub mod term;
 pub mod verify;

@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 
 use qrm_codegen::diagnostic::{Report, Severity};
 use qrm_codegen::resolve::read;
+use qrm_codegen::source::read_text;
 
 /// Scenes that are usable, with warnings.
 const ACCEPTED: [&str; 1] = ["parameter-unused"];
@@ -61,6 +62,31 @@ fn line_ends_of_other_systems_change_no_report() {
         let (unix, dos) = (places(&name, &source), places(&name, &source.replace('\n', "\r\n")));
         assert_eq!(unix, dos, "{name}");
     }
+}
+
+#[test]
+fn files_that_are_missing_or_no_text() {
+    let missing = read_text(Path::new("no-such-folder/scene.toml")).expect_err("there is no such file");
+    assert_eq!(
+        missing.to_string(),
+        "error: the scene cannot be read: No such file or directory (os error 2)\n\
+         --> no-such-folder/scene.toml\n\
+         \u{20}= help: check the name of the file and its permissions"
+    );
+    let path = std::env::temp_dir().join(format!("qrm-not-text-{}.toml", std::process::id()));
+    fs::write(&path, b"name = \"a\"\ndoc = \"m\xe4ssig\"\n").expect("a file");
+    let report = read_text(&path).expect_err("no text");
+    fs::remove_file(&path).expect("the file is there");
+    assert_eq!(
+        report.to_string().replace(&path.display().to_string(), "scene.toml"),
+        "error: the scene is not UTF-8 text\n\
+         \u{20}--> scene.toml:2:9\n\
+         \u{20} |\n\
+         2 | doc = \"m\u{fffd}ssig\"\n\
+         \u{20} |         ^ this byte begins no character\n\
+         \u{20} |\n\
+         \u{20} = help: save the file as UTF-8"
+    );
 }
 
 #[test]

@@ -230,6 +230,8 @@ impl<R: Real> Constants<R> {
 ///
 /// Rows: `crank.angle`, `block.x`, `block.y`, `rocker.x`, `rocker.y`, `rocker.angle`, `rod.x`, `rod.y`, `rod.angle`, `ram.x`; lengths in m, angles in rad.
 ///
+/// Arguments: `q = [phi2, phi4, phi5]`.
+///
 /// Operations: 4 additions, 9 multiplications, 3 sine-cosine pairs.
 #[doc(alias = "x")]
 #[inline]
@@ -262,6 +264,8 @@ pub fn com_positions<R: Real>(m: &QuickReturn<R>, q: &[R; 3]) -> [R; 10] {
 ///
 /// Rows: `crank.angle`, `block.x`, `block.y`, `rocker.x`, `rocker.y`, `rocker.angle`, `rod.x`, `rod.y`, `rod.angle`, `ram.x`; lengths in m, angles in rad. Columns: `phi2`, `phi4`, `phi5`.
 ///
+/// Arguments: `q = [phi2, phi4, phi5]`.
+///
 /// Operations: 6 additions, 9 multiplications, 3 sine-cosine pairs.
 #[doc(alias = "T")]
 #[doc(alias = "x_q")]
@@ -292,6 +296,8 @@ pub fn com_jacobian<R: Real>(m: &QuickReturn<R>, q: &[R; 3]) -> [[R; 3]; 10] {
 /// Convective accelerations `(T qd)_q qd`: `xdd = T qdd + bias`, in m/s^2 and rad/s^2.
 ///
 /// Rows: `crank.angle`, `block.x`, `block.y`, `rocker.x`, `rocker.y`, `rocker.angle`, `rod.x`, `rod.y`, `rod.angle`, `ram.x`; lengths in m, angles in rad.
+///
+/// Arguments: `q = [phi2, phi4, phi5]`, `qd = [phi2_dot, phi4_dot, phi5_dot]`.
 ///
 /// Operations: 10 additions, 19 multiplications, 3 sine-cosine pairs.
 #[doc(alias = "T_dq·qd")]
@@ -330,6 +336,8 @@ pub fn com_bias<R: Real>(m: &QuickReturn<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 10]
 ///
 /// Rows: `slot` (m), `guide` (m).
 ///
+/// Arguments: `q = [phi2, phi4, phi5]`.
+///
 /// Operations: 4 additions, 5 multiplications, 1 root, 3 sine-cosine pairs.
 #[doc(alias = "C")]
 #[inline]
@@ -352,6 +360,8 @@ pub fn constraints<R: Real>(m: &QuickReturn<R>, q: &[R; 3]) -> [R; 2] {
 /// The constraint Jacobian `C_q = dC/dq`.
 ///
 /// Rows: `slot` (m), `guide` (m). Columns: `phi2`, `phi4`, `phi5`.
+///
+/// Arguments: `q = [phi2, phi4, phi5]`.
 ///
 /// Operations: 3 additions, 7 multiplications, 1 division, 1 root, 3 sine-cosine pairs.
 #[doc(alias = "C_q")]
@@ -378,6 +388,8 @@ pub fn constraint_jacobian<R: Real>(m: &QuickReturn<R>, q: &[R; 3]) -> [[R; 3]; 
 /// `(C_q qd)_q qd`, the contraction of `C_qq` with `qd qd`: `C_q qdd + bias = 0`.
 ///
 /// Rows: `slot` (m), `guide` (m).
+///
+/// Arguments: `q = [phi2, phi4, phi5]`, `qd = [phi2_dot, phi4_dot, phi5_dot]`.
 ///
 /// Operations: 8 additions, 23 multiplications, 1 division, 1 root, 3 sine-cosine pairs.
 #[doc(alias = "C_qq")]
@@ -414,6 +426,8 @@ pub fn constraint_bias<R: Real>(m: &QuickReturn<R>, q: &[R; 3], qd: &[R; 3]) -> 
 ///
 /// Rows and columns: `phi2`, `phi4`, `phi5`.
 ///
+/// Arguments: `q = [phi2, phi4, phi5]`.
+///
 /// Operations: 3 additions, 8 multiplications, 2 sine-cosine pairs.
 #[doc(alias = "Mbar")]
 #[doc(alias = "reduced mass matrix")]
@@ -439,6 +453,8 @@ pub fn mass_matrix<R: Real>(m: &QuickReturn<R>, q: &[R; 3]) -> [[R; 3]; 3] {
 /// The reduced forces `fbar = Q + T' (F - M bias)`, in N and N m.
 ///
 /// Rows: `phi2`, `phi4`, `phi5`.
+///
+/// Arguments: `t` in s, `q = [phi2, phi4, phi5]`, `qd = [phi2_dot, phi4_dot, phi5_dot]`.
 ///
 /// Operations: 8 additions, 16 multiplications, 2 sine-cosine pairs.
 #[doc(alias = "fbar")]
@@ -474,6 +490,8 @@ pub fn generalized_forces<R: Real>(
 
 /// Kinetic energy, and the potential of the conservative loads, in J.
 ///
+/// Arguments: `q = [phi2, phi4, phi5]`, `qd = [phi2_dot, phi4_dot, phi5_dot]`.
+///
 /// Operations: 8 additions, 19 multiplications, 2 sine-cosine pairs.
 #[doc(alias = "T + V")]
 #[inline]
@@ -501,6 +519,8 @@ pub fn energy<R: Real>(m: &QuickReturn<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
 
 /// Power of the loads that have no potential, in W.
 ///
+/// Arguments: `t` in s, `q = [phi2, phi4, phi5]`, `qd = [phi2_dot, phi4_dot, phi5_dot]`.
+///
 /// Operations: no operations.
 #[inline]
 pub fn power<R: Real>(_m: &QuickReturn<R>, _t: R, _q: &[R; 3], _qd: &[R; 3]) -> R {
@@ -508,6 +528,8 @@ pub fn power<R: Real>(_m: &QuickReturn<R>, _t: R, _q: &[R; 3], _qd: &[R; 3]) -> 
 }
 
 /// What the scene asks for: `x6` (m), `x6_dot` (m/s), `x6_ddot` (m/s^2), `v_slide` (m/s), `N3` (N), `N6` (N).
+///
+/// Arguments: `t` in s, `q = [phi2, phi4, phi5]`, `qd = [phi2_dot, phi4_dot, phi5_dot]`, `qdd = [phi2_ddot, phi4_ddot, phi5_ddot]`, `multipliers = [slot, guide]`.
 ///
 /// Operations: 12 additions, 27 multiplications, 1 division, 1 root, 3 sine-cosine pairs.
 #[inline]
@@ -549,6 +571,8 @@ pub fn outputs<R: Real>(
 }
 
 /// All that the accelerations need, with everything shared that the parts have in common.
+///
+/// Arguments: `t` in s, `q = [phi2, phi4, phi5]`, `qd = [phi2_dot, phi4_dot, phi5_dot]`.
 ///
 /// Operations: 21 additions, 49 multiplications, 1 division, 1 root, 3 sine-cosine pairs.
 #[doc(alias = "fused")]
@@ -623,6 +647,8 @@ pub fn dynamics<R: Real>(
 }
 
 /// All that a correction of positions needs: `C` and `C_q`.
+///
+/// Arguments: `q = [phi2, phi4, phi5]`.
 ///
 /// Operations: 6 additions, 11 multiplications, 1 division, 1 root, 3 sine-cosine pairs.
 #[inline(always)]

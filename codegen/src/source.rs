@@ -1,0 +1,24 @@
+//! The text of a scene file.
+
+use std::path::Path;
+
+use crate::diagnostic::{Diagnostic, Report};
+
+/// Reads a scene file, which must be UTF-8.
+///
+/// # Errors
+/// A report that the file cannot be read, or where it stops being text.
+pub fn read_text(path: &Path) -> Result<String, Report> {
+    let name = path.display().to_string();
+    let bytes = std::fs::read(path).map_err(|e| {
+        let finding = Diagnostic::whole_file(format!("the scene cannot be read: {e}"));
+        Report::new(&name, "", vec![finding.help("check the name of the file and its permissions")])
+    })?;
+    String::from_utf8(bytes).map_err(|e| {
+        let place = e.utf8_error().valid_up_to();
+        let text = String::from_utf8_lossy(e.as_bytes()).into_owned();
+        let span = place..place + char::REPLACEMENT_CHARACTER.len_utf8();
+        let finding = Diagnostic::error("the scene is not UTF-8 text", span, "this byte begins no character");
+        Report::new(&name, text, vec![finding.help("save the file as UTF-8")])
+    })
+}
