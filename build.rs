@@ -50,12 +50,27 @@ fn work(scenes: &[PathBuf]) -> Result<(), String> {
 /// Nothing is generated, so the golden copy must have been made from the very scenes that are there.
 #[cfg(not(feature = "generate"))]
 fn work(scenes: &[PathBuf]) -> Result<(), String> {
+    let module_of =
+        |path: &PathBuf| path.file_stem().unwrap_or_default().to_string_lossy().to_lowercase().replace('-', "_");
+    for entry in std::fs::read_dir("qrm-model/golden").map_err(|e| format!("qrm-model/golden: {e}"))? {
+        let path = entry.map_err(|e| format!("qrm-model/golden: {e}"))?.path();
+        let module = module_of(&path);
+        if module != "scenes" && !scenes.iter().any(|scene| module_of(scene) == module) {
+            return Err(format!(
+                "{} has no scene any more, and this build has no symbolic engine.\n\
+                 Build with the default features, or put the scene back.",
+                path.display()
+            ));
+        }
+    }
     for path in scenes {
         let scene = std::fs::read_to_string(path).map_err(|e| format!("{}: {e}", path.display()))?;
-        let module = path.file_stem().unwrap_or_default().to_string_lossy().to_lowercase().replace('-', "_");
+        let module = module_of(path);
         let golden = format!("qrm-model/golden/{module}.rs");
         println!("cargo::rerun-if-changed=../{golden}");
-        if !std::fs::read_to_string(&golden).is_ok_and(|golden| golden.contains(scene.as_str())) {
+        // The scene stands in its module, as a raw string literal.
+        let literal = format!("\"{scene}\"#");
+        if !std::fs::read_to_string(&golden).is_ok_and(|golden| golden.contains(&literal)) {
             return Err(format!(
                 "{} is not the scene that {golden} was generated from, and this build has no symbolic engine.\n\
                  Build with the default features, or put the scene back as it was.",

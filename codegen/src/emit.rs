@@ -29,7 +29,8 @@ pub fn module(scene: &Scene, equations: &Equations, source: &str) -> Module {
     let mut operations = Vec::new();
     let functions: Vec<TokenStream> = layout.plans.iter().map(|plan| writer.function(plan, &mut operations)).collect();
     let constants = writer.constants();
-    let scene_items::Items { parameters, mechanism, link, description } = scene_items::items(scene, source);
+    let scene_items::Items { parameters, mechanism, link, description } =
+        scene_items::items(scene, !writer.constants.is_empty(), source);
     let tokens = quote! {
         use qrm_mechanism::{
             Closure, Description, Dynamics, Mechanism, ParameterDescription, QuantityDescription, Real, Schedule, Start,

@@ -11,29 +11,60 @@ mod translate;
 use std::fs::File;
 use std::io;
 use std::path::PathBuf;
+use std::sync::Mutex;
 
+use crate::diagnostic::Span;
 use crate::scene::Scene;
 use crate::term::Equations;
+
+/// Why scenes could not be differentiated.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The lock file cannot be made, or the thread cannot be started.
+    #[error("the symbolic engine could not be started: {0}")]
+    NotStarted(#[from] io::Error),
+    /// The engine gave up at a formula, or made something of it that has no meaning here.
+    #[error("{reason}")]
+    Formula {
+        /// Which of the scenes it is in.
+        scene: usize,
+        /// Where it stands.
+        span: Span,
+        /// What happened.
+        reason: String,
+    },
+}
 
 /// Derives the equations of motion of every scene. At most one call per process.
 ///
 /// # Errors
-/// The lock file cannot be made, or the thread cannot be started.
-///
-/// # Panics
-/// If the engine panics.
-pub fn derive(scenes: &[&Scene]) -> io::Result<Vec<Equations>> {
+/// The engine could not be started, or cannot differentiate a formula.
+pub fn derive(scenes: &[&Scene]) -> Result<Vec<Equations>, Error> {
     let lock = lock()?;
-    std::thread::scope(|scope| {
-        let work = || scenes.iter().enumerate().map(|(i, scene)| derive::equations(i, scene)).collect();
+    let place = Mutex::new((0, 0..0));
+    let quiet = std::panic::take_hook();
+    // What the engine says when it gives up becomes an error with a place.
+    std::panic::set_hook(Box::new(|_| ()));
+    let joined = std::thread::scope(|scope| {
+        let place = &place;
+        let work = move || scenes.iter().enumerate().map(|(i, scene)| derive::equations(i, scene, place)).collect();
         let thread =
             std::thread::Builder::new().name("symbolica".into()).stack_size(64 << 20).spawn_scoped(scope, work)?;
-        let equations = thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-        // Released by the end of the process.
-        std::mem::forget(lock);
-        Ok(equations)
+        Ok(thread.join())
+    });
+    std::panic::set_hook(quiet);
+    // Released by the end of the process.
+    std::mem::forget(lock);
+    joined.map_err(Error::NotStarted)?.map_err(|panic| {
+        let (scene, span) = place.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let said = panic.downcast_ref::<String>().cloned();
+        let reason = said.or_else(|| panic.downcast_ref::<&str>().map(|s| (*s).to_owned()));
+        Error::Formula { scene, span, reason: reason.unwrap_or_else(|| "the engine gave up".to_owned()) }
     })
 }
+
+/// Which scene and which formula is being worked on.
+type Place = Mutex<(usize, Span)>;
 
 /// Waits until no other process of this project uses the engine on this machine.
 fn lock() -> io::Result<File> {

@@ -22,13 +22,21 @@ pub fn evaluate_in<N, D: Differentiable>(
     values.last().copied().unwrap_or_else(|| D::from(f64::NAN))
 }
 
-/// The first operation of `expression` whose value is not finite.
-pub fn first_non_finite<N>(expression: &Expression<N>, mut lookup: impl FnMut(&N) -> f64) -> Option<usize> {
+/// The value of each operation that rests on names with a known value alone.
+pub fn known_values<N>(expression: &Expression<N>, mut lookup: impl FnMut(&N) -> Option<f64>) -> Vec<Option<f64>> {
+    let mut known: Vec<Option<f64>> = Vec::with_capacity(expression.nodes().len());
     let mut values: Vec<f64> = Vec::with_capacity(expression.nodes().len());
     for node in expression.nodes() {
-        values.push(apply(node, &values, &mut lookup));
+        let operands_known = node.operands().iter().all(|&operand| known[operand].is_some());
+        let name = match node {
+            Node::Name(name) => lookup(name),
+            _ => None,
+        };
+        let is_known = operands_known && (name.is_some() || !matches!(node, Node::Name(_)));
+        values.push(apply(node, &values, &mut |_| name.unwrap_or(f64::NAN)));
+        known.push(is_known.then(|| values[values.len() - 1]));
     }
-    values.iter().position(|v| !v.is_finite())
+    known
 }
 
 fn apply<N, D: Differentiable>(node: &Node<N>, values: &[D], lookup: &mut impl FnMut(&N) -> D) -> D {

@@ -52,6 +52,20 @@ pub struct Number {
     pub value: f64,
 }
 
+impl<N> Node<N> {
+    /// The places of the operands.
+    pub fn operands(&self) -> Vec<NodeId> {
+        match self {
+            Self::Number(_) | Self::Name(_) => Vec::new(),
+            Self::Negate(a) => vec![*a],
+            Self::Add(a, b) | Self::Subtract(a, b) | Self::Multiply(a, b) | Self::Divide(a, b) | Self::Power(a, b) => {
+                vec![*a, *b]
+            }
+            Self::Call(_, arguments) => arguments.clone(),
+        }
+    }
+}
+
 impl Number {
     /// Reads a decimal such as `0.2`, `12` or `1e-3`; `None` when no double comes near it.
     pub fn parse(decimal: &str) -> Option<Self> {

@@ -4,12 +4,13 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-use crate::diagnostic::Report;
+use crate::diagnostic::{Diagnostic, Report};
 use crate::emit::{self, module_name, struct_name};
 use crate::scene::Scene;
 use crate::source::read_text;
 use crate::term::Equations;
-use crate::{engine, header, resolve, verify};
+use crate::verify::{self, Unverified};
+use crate::{engine, header, resolve};
 
 /// Why no code was generated.
 #[derive(Debug, thiserror::Error)]
@@ -25,15 +26,12 @@ pub enum Error {
     /// Scenes have mistakes.
     #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n\n"))]
     Scenes(Vec<Report>),
-    /// Two scenes would have the same module.
-    #[error("scenes `{0}` and `{1}` would both become module `{2}`: rename one of them")]
-    SameModule(String, String, String),
     /// The engine could not be started.
-    #[error("the symbolic engine could not be started: {0}")]
-    Engine(io::Error),
-    /// A generated function does not compute what its scene says.
-    #[error("{0}\nnothing was written; this is a mistake of the generator, please report it with the scene")]
-    Wrong(String),
+    #[error(transparent)]
+    Engine(engine::Error),
+    /// A generated function was not found right.
+    #[error(transparent)]
+    Unverified(Unverified),
 }
 
 /// What was generated.
@@ -65,43 +63,17 @@ pub struct GeneratedModule {
 /// # Errors
 /// Anything that keeps one of the files from being written; no file is ever half-written.
 pub fn generate(scenes: &[PathBuf], directory: &Path) -> Result<Generated, Error> {
-    let mut read = Vec::new();
-    let (mut reports, mut warnings) = (Vec::new(), Vec::new());
-    for path in scenes {
-        let scene = read_text(path).and_then(|source| {
-            let (scene, report) = resolve::read(&path.display().to_string(), &source)?;
-            Ok((scene, source, report))
-        });
-        match scene {
-            Ok((scene, source, report)) => {
-                if !report.diagnostics.is_empty() {
-                    warnings.push(report);
-                }
-                read.push((scene, source));
-            }
-            Err(report) => reports.push(report),
-        }
-    }
-    if !reports.is_empty() {
-        return Err(Error::Scenes(reports));
-    }
-    for (i, (scene, _)) in read.iter().enumerate() {
-        let name = module_name(&scene.name);
-        if let Some((other, _)) = read[..i].iter().find(|(other, _)| module_name(&other.name) == name) {
-            return Err(Error::SameModule(other.name.clone(), scene.name.clone(), name));
-        }
-    }
+    let (read, warnings) = read_all(scenes)?;
     let file = |scene: &Scene| directory.join(format!("{}.rs", module_name(&scene.name)));
-    let stale: Vec<&(Scene, String)> =
-        read.iter().filter(|(scene, source)| !is_current(&file(scene), source)).collect();
+    let stale: Vec<&Read> = read.iter().filter(|r| !is_current(&file(&r.scene), &r.source)).collect();
     if !stale.is_empty() {
-        let scenes: Vec<&Scene> = stale.iter().map(|(scene, _)| scene).collect();
-        let equations = engine::derive(&scenes).map_err(Error::Engine)?;
-        for ((scene, source), equations) in stale.iter().zip(&equations) {
+        let scenes: Vec<&Scene> = stale.iter().map(|r| &r.scene).collect();
+        let equations = engine::derive(&scenes).map_err(|e| engine_error(e, &stale))?;
+        for (Read { scene, source, .. }, equations) in stale.iter().zip(&equations) {
             write_whole(&file(scene), &text(scene, equations, source)?)?;
         }
     }
-    let modules = read.iter().map(|(scene, _)| GeneratedModule {
+    let modules = read.iter().map(|Read { scene, .. }| GeneratedModule {
         name: module_name(&scene.name),
         mechanism: struct_name(&scene.name),
         coordinates: scene.coordinates.len(),
@@ -116,6 +88,60 @@ pub fn generate(scenes: &[PathBuf], directory: &Path) -> Result<Generated, Error
         write_whole(&index, &text)?;
     }
     Ok(Generated { modules, warnings })
+}
+
+/// A scene that was read.
+struct Read {
+    path: String,
+    source: String,
+    scene: Scene,
+}
+
+/// Reads all scenes; mistakes of all of them are reported together.
+fn read_all(paths: &[PathBuf]) -> Result<(Vec<Read>, Vec<Report>), Error> {
+    let mut read: Vec<Read> = Vec::new();
+    let (mut wrong, mut warnings) = (Vec::new(), Vec::new());
+    for path in paths {
+        let name = path.display().to_string();
+        let result = read_text(path).and_then(|source| {
+            let (scene, report) = resolve::read(&name, &source)?;
+            Ok((Read { path: name, source, scene }, report))
+        });
+        match result {
+            Ok((scene, report)) => {
+                wrong.extend(same_module(&scene, &read));
+                warnings.extend(Some(report).filter(|r| !r.diagnostics.is_empty()));
+                read.push(scene);
+            }
+            Err(report) => wrong.push(report),
+        }
+    }
+    if wrong.is_empty() { Ok((read, warnings)) } else { Err(Error::Scenes(wrong)) }
+}
+
+/// Every scene becomes a module, so no two may have names that make the same one.
+fn same_module(new: &Read, read: &[Read]) -> Option<Report> {
+    let module = module_name(&new.scene.name);
+    let other = read.iter().find(|r| module_name(&r.scene.name) == module);
+    let title = match other {
+        Some(other) => {
+            format!("scenes `{}` and `{}` would both become module `{module}`", other.scene.name, new.scene.name)
+        }
+        None if module == "scenes" => "the module `scenes` lists the scenes".to_owned(),
+        None => return None,
+    };
+    let label = other.map_or_else(String::new, |other| format!("the other one is in {}", other.path));
+    let finding = Diagnostic::error(title, new.scene.name_span.clone(), label).help("give the scene another name");
+    Some(Report::new(&new.path, &new.source, vec![finding]))
+}
+
+/// Where the engine gave up, in the shape of other mistakes.
+fn engine_error(error: engine::Error, scenes: &[&Read]) -> Error {
+    let engine::Error::Formula { scene, span, reason } = error else { return Error::Engine(error) };
+    let Read { path, source, .. } = scenes[scene];
+    let finding = Diagnostic::error("a formula cannot be differentiated", span, reason)
+        .help("look for a division by something that is always zero");
+    Error::Scenes(vec![Report::new(path, source, vec![finding])])
 }
 
 /// Removes modules of scenes that are gone.
@@ -152,7 +178,7 @@ fn index_text(modules: &[GeneratedModule]) -> String {
 /// The text of a scene's module.
 fn text(scene: &Scene, equations: &Equations, source: &str) -> Result<String, Error> {
     let module = emit::module(scene, equations, source);
-    verify::verify(scene, equations, &module.file).map_err(Error::Wrong)?;
+    verify::verify(scene, equations, &module.file).map_err(Error::Unverified)?;
     // The printer drops comments of this kind, so the header is joined afterwards.
     let header = header::header(scene, equations, &module.operations, &header::hash(source));
     Ok(format!("{header}\n{}", spaced(&prettyplease::unparse(&module.file))))

@@ -16,6 +16,7 @@ pub fn header(scene: &Scene, equations: &Equations, operations: &[(&'static str,
         String::new(),
         hash_line(hash),
         "Regenerate: cargo build --release".to_owned(),
+        "Renew the golden copy: QRM_REFRESH=1 cargo test --release --package qrm-model --test golden".to_owned(),
         String::new(),
         "Operations:".to_owned(),
     ];

@@ -111,6 +111,7 @@ impl Resolver<'_> {
         let constraints = self.constraints(document);
         let mut scene = Scene {
             name: document.name.name.clone(),
+            name_span: document.name.span.clone(),
             doc: document.doc.clone(),
             coordinates: self.coordinates(document),
             parameters,

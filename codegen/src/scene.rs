@@ -33,6 +33,8 @@ pub enum Quantity {
 pub struct Scene {
     /// Its name.
     pub name: String,
+    /// Where its name stands.
+    pub name_span: Span,
     /// What it is, for people.
     pub doc: String,
     /// Generalized coordinates, in the order of q.

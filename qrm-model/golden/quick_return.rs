@@ -2,6 +2,7 @@
 //
 // Hash of scene and generator: 2950667dc3954428965a2d52f54ef328
 // Regenerate: cargo build --release
+// Renew the golden copy: QRM_REFRESH=1 cargo test --release --package qrm-model --test golden
 //
 // Operations:
 //     com_positions        4 additions, 9 multiplications, 3 sine-cosine pairs
@@ -14,7 +15,7 @@
 //     generalized_forces   8 additions, 16 multiplications, 2 sine-cosine pairs
 //     energy               8 additions, 19 multiplications, 2 sine-cosine pairs
 //     power                no operations
-//     outputs              12 additions, 27 multiplications, 1 division, 1 root, 3 sine-cosine pairs
+//     outputs              12 additions, 25 multiplications, 1 division, 1 root, 3 sine-cosine pairs
 //     dynamics             21 additions, 49 multiplications, 1 division, 1 root, 3 sine-cosine pairs
 //     closure              6 additions, 11 multiplications, 1 division, 1 root, 3 sine-cosine pairs
 //
@@ -184,8 +185,6 @@ pub struct Constants<R = f64> {
     pub half_bc_sq_m6: R,
     /// `0.5*(J2 + O2A^2*m3)`
     pub half_times_j2_plus_o2a_sq_m3: R,
-    /// `2*O2A`
-    pub twice_o2a: R,
 }
 
 impl<R: Real> Constants<R> {
@@ -221,14 +220,13 @@ impl<R: Real> Constants<R> {
             half_times_j5_plus_bg5_sq_m5: j5_plus_bg5_sq_m5 * R::from_f64(0.5),
             half_bc_sq_m6: R::from_f64(0.5) * bc_sq_m6,
             half_times_j2_plus_o2a_sq_m3: j2_plus_o2a_sq_m3 * R::from_f64(0.5),
-            twice_o2a: p.O2A * R::from_f64(2.0),
         }
     }
 }
 
-/// Positions of the centres of mass and angles of the bodies, `x(q)`.
+/// Positions of the centres of mass and angles of the bodies, `x(q)`, in m and rad.
 ///
-/// Rows: `crank.angle`, `block.x`, `block.y`, `rocker.x`, `rocker.y`, `rocker.angle`, `rod.x`, `rod.y`, `rod.angle`, `ram.x`; lengths in m, angles in rad.
+/// Rows: `crank.angle`, `block.x`, `block.y`, `rocker.x`, `rocker.y`, `rocker.angle`, `rod.x`, `rod.y`, `rod.angle`, `ram.x`.
 ///
 /// Arguments: `q = [phi2, phi4, phi5]`.
 ///
@@ -260,9 +258,9 @@ pub fn com_positions<R: Real>(m: &QuickReturn<R>, q: &[R; 3]) -> [R; 10] {
     ]
 }
 
-/// The transformation matrix of the TMT method, `T = dx/dq`.
+/// The transformation matrix of the TMT method, `T = dx/dq`, each entry in the unit of its row over that of its column.
 ///
-/// Rows: `crank.angle`, `block.x`, `block.y`, `rocker.x`, `rocker.y`, `rocker.angle`, `rod.x`, `rod.y`, `rod.angle`, `ram.x`; lengths in m, angles in rad. Columns: `phi2`, `phi4`, `phi5`.
+/// Rows: `crank.angle`, `block.x`, `block.y`, `rocker.x`, `rocker.y`, `rocker.angle`, `rod.x`, `rod.y`, `rod.angle`, `ram.x`. Columns: `phi2`, `phi4`, `phi5`.
 ///
 /// Arguments: `q = [phi2, phi4, phi5]`.
 ///
@@ -295,7 +293,7 @@ pub fn com_jacobian<R: Real>(m: &QuickReturn<R>, q: &[R; 3]) -> [[R; 3]; 10] {
 
 /// Convective accelerations `(T qd)_q qd`: `xdd = T qdd + bias`, in m/s^2 and rad/s^2.
 ///
-/// Rows: `crank.angle`, `block.x`, `block.y`, `rocker.x`, `rocker.y`, `rocker.angle`, `rod.x`, `rod.y`, `rod.angle`, `ram.x`; lengths in m, angles in rad.
+/// Rows: `crank.angle`, `block.x`, `block.y`, `rocker.x`, `rocker.y`, `rocker.angle`, `rod.x`, `rod.y`, `rod.angle`, `ram.x`.
 ///
 /// Arguments: `q = [phi2, phi4, phi5]`, `qd = [phi2_dot, phi4_dot, phi5_dot]`.
 ///
@@ -320,7 +318,7 @@ pub fn com_bias<R: Real>(m: &QuickReturn<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 10]
     let cos_phi5_phi5_dot_sq = cos_phi5 * phi5_dot_sq;
     [
         R::zero(),
-        -(phi2_dot_sq * a_x),
+        -(a_x * phi2_dot_sq),
         -(phi2_dot_sq * (p.O2A * sin_phi2)),
         -(p.O4G4 * cos_phi4_phi4_dot_sq),
         -(phi4_dot_sq * (p.O4G4 * sin_phi4)),
@@ -385,7 +383,7 @@ pub fn constraint_jacobian<R: Real>(m: &QuickReturn<R>, q: &[R; 3]) -> [[R; 3]; 
     ]
 }
 
-/// `(C_q qd)_q qd`, the contraction of `C_qq` with `qd qd`: `C_q qdd + bias = 0`.
+/// `(C_q qd)_q qd`, the contraction of `C_qq` with `qd qd`: `C_q qdd + bias = 0`, in the unit of each constraint per s^2.
 ///
 /// Rows: `slot` (m), `guide` (m).
 ///
@@ -422,7 +420,7 @@ pub fn constraint_bias<R: Real>(m: &QuickReturn<R>, q: &[R; 3], qd: &[R; 3]) -> 
     ]
 }
 
-/// The reduced mass matrix `Mbar = T' M T`, symmetric, in kg, kg m and kg m^2.
+/// The reduced mass matrix `Mbar = T' M T`, symmetric, in kg m^2.
 ///
 /// Rows and columns: `phi2`, `phi4`, `phi5`.
 ///
@@ -450,7 +448,7 @@ pub fn mass_matrix<R: Real>(m: &QuickReturn<R>, q: &[R; 3]) -> [[R; 3]; 3] {
     ]
 }
 
-/// The reduced forces `fbar = Q + T' (F - M bias)`, in N and N m.
+/// The reduced forces `fbar = Q + T' (F - M bias)`, in N m.
 ///
 /// Rows: `phi2`, `phi4`, `phi5`.
 ///
@@ -458,7 +456,6 @@ pub fn mass_matrix<R: Real>(m: &QuickReturn<R>, q: &[R; 3]) -> [[R; 3]; 3] {
 ///
 /// Operations: 8 additions, 16 multiplications, 2 sine-cosine pairs.
 #[doc(alias = "fbar")]
-#[doc(alias = "Q")]
 #[inline]
 pub fn generalized_forces<R: Real>(
     m: &QuickReturn<R>,
@@ -531,7 +528,7 @@ pub fn power<R: Real>(_m: &QuickReturn<R>, _t: R, _q: &[R; 3], _qd: &[R; 3]) -> 
 ///
 /// Arguments: `t` in s, `q = [phi2, phi4, phi5]`, `qd = [phi2_dot, phi4_dot, phi5_dot]`, `qdd = [phi2_ddot, phi4_ddot, phi5_ddot]`, `multipliers = [slot, guide]`.
 ///
-/// Operations: 12 additions, 27 multiplications, 1 division, 1 root, 3 sine-cosine pairs.
+/// Operations: 12 additions, 25 multiplications, 1 division, 1 root, 3 sine-cosine pairs.
 #[inline]
 pub fn outputs<R: Real>(
     m: &QuickReturn<R>,
@@ -550,6 +547,7 @@ pub fn outputs<R: Real>(
     let (sin_phi2, cos_phi2) = phi2.sin_cos();
     let (sin_phi4, cos_phi4) = phi4.sin_cos();
     let (sin_phi5, cos_phi5) = phi5.sin_cos();
+    let a_x = p.O2A * cos_phi2;
     let a_y = p.O4O2 + p.O2A * sin_phi2;
     let b_x = p.O4B * cos_phi4;
     let b_y = p.O4B * sin_phi4;
@@ -562,10 +560,7 @@ pub fn outputs<R: Real>(
             + p.BC * (cos_phi5 * (phi5_dot * phi5_dot) + sin_phi5 * phi5_ddot)),
         cos_phi2 * inv_root * (k.o2a_o4o2 * phi2_dot),
         lambda_slot
-            * (sin_phi4
-                - R::from_f64(0.5)
-                    * (k.twice_o2a * cos_phi2 * sin_phi4
-                        - R::from_f64(2.0) * a_y * cos_phi4) * (cos_phi4 * inv_root)),
+            * (sin_phi4 - (sin_phi4 * a_x - a_y * cos_phi4) * (cos_phi4 * inv_root)),
         -lambda_guide,
     ]
 }

@@ -9,4 +9,5 @@ include!(concat!(env!("OUT_DIR"), "/scenes/scenes.rs"));
 #[cfg(not(feature = "generate"))]
 include!("../golden/scenes.rs");
 
+#[cfg(feature = "hand-written")]
 pub mod hand_written;

@@ -31,17 +31,33 @@ pub fn assemble<X: Mechanism<N, M>, const N: usize, const M: usize>(
     start: &Start<N>,
 ) -> Result<(Vector<N>, Vector<N>), NotAssembled> {
     let found = search(mechanism, start, start.q, &[1.0; M]);
-    let (constraint, residual) = largest(&mechanism.closure(&found).constraints);
-    if !(residual <= CLOSED) {
-        // With this constraint almost free, the others close, and its residual says how much is missing.
-        let mut weights = [1.0; M];
-        weights[constraint] = 1e-6;
-        let nearest = search(mechanism, start, found, &weights);
-        let residual = mechanism.closure(&nearest).constraints[constraint].abs();
-        return Err(NotAssembled { constraint, residual, q: nearest.to_vec(), rates: false });
+    if !(largest(&mechanism.closure(&found).constraints).1 <= CLOSED) {
+        return Err(blame(mechanism, start, &found));
     }
     let qd = rates(mechanism, start, &found)?;
     Ok((found, qd))
+}
+
+/// The last constraint that alone stays open when all others are closed, and how far; failing that, the one that is
+/// farthest from closed.
+fn blame<X: Mechanism<N, M>, const N: usize, const M: usize>(
+    mechanism: &X,
+    start: &Start<N>,
+    found: &Vector<N>,
+) -> NotAssembled {
+    let alone = (0..M).rev().find_map(|constraint| {
+        let mut weights = [1.0; M];
+        weights[constraint] = 1e-6;
+        let q = search(mechanism, start, *found, &weights);
+        let mut residuals = mechanism.closure(&q).constraints;
+        let residual = std::mem::replace(&mut residuals[constraint], 0.0).abs();
+        (largest(&residuals).1 <= 1e-9).then_some((constraint, residual, q))
+    });
+    let (constraint, residual, q) = alone.unwrap_or_else(|| {
+        let (constraint, residual) = largest(&mechanism.closure(found).constraints);
+        (constraint, residual, *found)
+    });
+    NotAssembled { constraint, residual, q: q.to_vec(), rates: false }
 }
 
 /// Minimises the weighted residuals over the coordinates that are not given (Levenberg-Marquardt).

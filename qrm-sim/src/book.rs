@@ -5,6 +5,7 @@ use qrm_mechanism::Mechanism;
 use crate::linear::{largest, multiply};
 use crate::motion::Moment;
 use crate::observer::{Observer, Row};
+use crate::outcome::Status;
 
 /// The notes.
 #[derive(Debug)]
@@ -44,7 +45,7 @@ impl Book {
         mechanism: &X,
         moments: &[Moment<N, M>],
         observer: &mut dyn Observer,
-    ) -> std::io::Result<()> {
+    ) -> Result<(), Status> {
         for at in moments {
             let Moment { t, q, qd, qdd, multipliers } = at;
             mechanism.outputs(*t, q, qd, qdd, multipliers, &mut self.outputs);
@@ -59,7 +60,10 @@ impl Book {
             let worse = |old: (usize, f64), new: (usize, f64)| if new.1 > old.1 { new } else { old };
             self.residual_position = worse(self.residual_position, position);
             self.residual_velocity = worse(self.residual_velocity, velocity);
-            observer.row(&Row {
+            if let Some(output) = self.not_finite(energy) {
+                return Err(Status::NotFinite { t: *t, output });
+            }
+            let row = Row {
                 index: self.rows,
                 t: *t,
                 q,
@@ -70,9 +74,16 @@ impl Book {
                 residual_position: position.1,
                 residual_velocity: velocity.1,
                 energy,
-            })?;
+            };
+            observer.row(&row).map_err(Status::Unwritable)?;
             self.rows += 1;
         }
         Ok(())
+    }
+
+    /// Which number of the row under way is not finite: an output, or the energy.
+    fn not_finite(&self, energy: f64) -> Option<Option<usize>> {
+        let output = self.outputs.iter().position(|value| !value.is_finite());
+        if output.is_some() || !energy.is_finite() { Some(output) } else { None }
     }
 }

@@ -5,7 +5,7 @@ use qrm_mechanism::Mechanism;
 use crate::linear::Vector;
 use crate::projection::{NotConverged, Projection, Tolerance, project};
 use crate::rk4;
-use crate::solve::{Care, Massless, Solution, accelerations};
+use crate::solve::{Care, Solution, Undetermined, accelerations};
 
 /// How steps are made.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -36,21 +36,24 @@ pub struct Moment<const N: usize, const M: usize> {
 pub enum Breakdown {
     /// The projection did not converge.
     NotConverged(NotConverged),
-    /// The accelerations are not determined.
-    Massless(Massless),
+    /// No inertia resists a motion of this coordinate that the constraints allow.
+    Massless(usize),
     /// A number became infinite or undefined.
     NotFinite,
 }
 
 impl From<NotConverged> for Breakdown {
     fn from(e: NotConverged) -> Self {
-        Self::NotConverged(e)
+        if e.residual.is_finite() { Self::NotConverged(e) } else { Self::NotFinite }
     }
 }
 
-impl From<Massless> for Breakdown {
-    fn from(e: Massless) -> Self {
-        Self::Massless(e)
+impl From<Undetermined> for Breakdown {
+    fn from(e: Undetermined) -> Self {
+        match e {
+            Undetermined::Massless(coordinate) => Self::Massless(coordinate),
+            Undetermined::NotFinite => Self::NotFinite,
+        }
     }
 }
 

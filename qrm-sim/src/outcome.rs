@@ -33,6 +33,8 @@ pub struct Outcome {
     pub largest_kinetic_energy: f64,
     /// Estimated error of the coordinates at the end.
     pub estimated_error: Option<f64>,
+    /// Whether the run that should have estimated it broke off.
+    pub error_unknown: bool,
     /// How often the fast solution did not do.
     pub care: Care,
 }
@@ -57,6 +59,13 @@ pub enum Status {
     Interrupted,
     /// A step could not be made.
     Broken(Breakdown),
+    /// A row had a value that is not finite.
+    NotFinite {
+        /// The time of the row.
+        t: f64,
+        /// Which output; `None` for the energy.
+        output: Option<usize>,
+    },
     /// A row could not be kept.
     Unwritable(std::io::Error),
 }
@@ -66,6 +75,8 @@ pub enum Status {
 pub enum NoStart {
     /// The constraints cannot be met.
     NotAssembled(NotAssembled),
+    /// The stop condition has no finite value at the start.
+    ConditionNotFinite,
     /// The accelerations at the start are not determined.
     Broken(Breakdown),
     /// The step is so short that time stands still.

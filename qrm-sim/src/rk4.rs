@@ -3,7 +3,7 @@
 use qrm_mechanism::Mechanism;
 
 use crate::linear::{Ldl, Vector};
-use crate::solve::{Care, Massless, accelerations};
+use crate::solve::{Care, Undetermined, accelerations};
 
 /// One step of length `h` from `(q, qd)`, where the accelerations `qdd` are known already; also the factors of the mass
 /// matrix at the last stage, which lies close to the end of the step.
@@ -17,7 +17,7 @@ pub fn step<X: Mechanism<N, M>, const N: usize, const M: usize>(
     h: f64,
     (q, qd, qdd): (&Vector<N>, &Vector<N>, &Vector<N>),
     care: &mut Care,
-) -> Result<(Vector<N>, Vector<N>, Option<Ldl<N>>), Massless> {
+) -> Result<(Vector<N>, Vector<N>, Option<Ldl<N>>), Undetermined> {
     let mut stage = |t: f64, h: f64, v: &Vector<N>, a: &Vector<N>| {
         let v_next = along(qd, h, a);
         let dynamics = mechanism.dynamics(t, &along(q, h, v), &v_next);

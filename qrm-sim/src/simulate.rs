@@ -67,6 +67,9 @@ pub fn simulate<X: Mechanism<N, M>, const N: usize, const M: usize>(
         book: Book::new(mechanism, &first),
         care,
     };
+    if run.condition(&first).is_some_and(|value| !value.is_finite()) {
+        return Err(NoStart::ConditionNotFinite);
+    }
     Ok(run.run(first, observer))
 }
 
@@ -115,9 +118,9 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
             integration += begun.elapsed();
             let kept = self.book.keep(self.mechanism, &rows, observer);
             rows.clear();
-            let goes_on = kept.and_then(|()| observer.goes_on(now.t, self.grid.end_time));
+            let goes_on = kept.and_then(|()| observer.goes_on(now.t, self.grid.end_time).map_err(Status::Unwritable));
             match goes_on {
-                Err(e) => status = Some(Status::Unwritable(e)),
+                Err(ending) => status = Some(ending),
                 Ok(false) if status.is_none() => status = Some(Status::Interrupted),
                 Ok(_) => {}
             }
@@ -194,10 +197,14 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
     }
 
     fn outcome(&mut self, status: Status, end: Moment<N, M>, steps: u64, integration: Duration) -> Outcome {
-        let broken = matches!(status, Status::Broken(_) | Status::Unwritable(_));
-        let estimate = self.request.estimate_error && !broken;
+        let broken = matches!(status, Status::Broken(_) | Status::NotFinite { .. } | Status::Unwritable(_));
+        // Too few steps for a second run are no failure of it.
+        let pairs = (self.even.t / (2.0 * self.grid.step)).round() as u64;
+        let estimate = self.request.estimate_error && !broken && pairs > 0;
+        let estimated_error = estimate.then(|| self.estimate(pairs)).flatten();
         Outcome {
-            estimated_error: estimate.then(|| self.estimate(steps)).flatten(),
+            estimated_error,
+            error_unknown: estimate && estimated_error.is_none(),
             status,
             step: self.grid.step,
             steps,
@@ -215,11 +222,7 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
 
     /// The error of the coordinates by a second run at twice the step, up to the last moment that both runs visit: the
     /// difference of two results of order 4 is 15 times the error of the finer one.
-    fn estimate(&self, steps: u64) -> Option<f64> {
-        let pairs = (self.even.t / (2.0 * self.grid.step)).round() as u64;
-        if steps < 2 || pairs == 0 {
-            return None;
-        }
+    fn estimate(&self, pairs: u64) -> Option<f64> {
         let mut care = Care::default();
         let (q, qd) = assemble(self.mechanism, &self.mechanism.start()).ok()?;
         let mut coarse = moment(self.mechanism, 0.0, q, qd, &mut care).ok()?;

@@ -1,6 +1,6 @@
 //! `summary.json`: what a run was asked, how it ended, and how far its numbers can be trusted.
 
-use std::io::{self, Write};
+use std::io;
 use std::path::Path;
 
 use serde::Serialize;
@@ -56,18 +56,14 @@ impl<T: Serialize> Serialize for Named<T> {
 impl Summary {
     /// Writes the file so that it appears whole or not at all.
     pub(crate) fn write(&self, path: &Path) -> io::Result<()> {
-        let directory = path.parent().unwrap_or(Path::new("."));
-        let mut builder = tempfile::Builder::new();
-        #[cfg(unix)]
-        {
-            // As any program would have made it; a temporary file would be its owner's alone.
-            use std::os::unix::fs::PermissionsExt;
-            builder.permissions(std::fs::Permissions::from_mode(0o644));
+        let part = path.with_extension("json.part");
+        let mut text = serde_json::to_string_pretty(self)?;
+        text.push('\n');
+        let written = std::fs::write(&part, text).and_then(|()| std::fs::rename(&part, path));
+        if written.is_err() {
+            // What is left of it is of no use; that it cannot be removed would be no news.
+            let _ = std::fs::remove_file(&part);
         }
-        let mut file = builder.tempfile_in(directory)?;
-        serde_json::to_writer_pretty(&mut file, self)?;
-        file.write_all(b"\n")?;
-        file.persist(path).map_err(|e| e.error)?;
-        Ok(())
+        written
     }
 }

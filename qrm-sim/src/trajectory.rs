@@ -1,7 +1,7 @@
 //! `trajectory.csv`: every row in full precision, on disk while the run goes on.
 
 use std::fs::File;
-use std::io::{self, BufWriter, Write};
+use std::io::{self, BufRead, BufReader, BufWriter, Write};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -72,6 +72,28 @@ impl Trajectory {
             self.flush()?;
         }
         Ok(())
+    }
+
+    /// Cuts off what a failed write left of a row, and counts the whole ones.
+    pub(crate) fn cut(self, path: &Path) -> io::Result<u64> {
+        // What still waits could not be written either, and must not be tried again when the writer goes.
+        std::mem::forget(self.writer);
+        if !std::fs::metadata(path)?.is_file() {
+            return Ok(0);
+        }
+        let mut file = BufReader::new(File::options().read(true).write(true).open(path)?);
+        let (mut lines, mut whole, mut line) = (0, 0, Vec::new());
+        loop {
+            line.clear();
+            let length = file.read_until(b'\n', &mut line)?;
+            if line.last() != Some(&b'\n') {
+                break;
+            }
+            lines += 1;
+            whole += length as u64;
+        }
+        file.into_inner().set_len(whole)?;
+        Ok(u64::saturating_sub(lines, 1))
     }
 
     /// Hands all rows to the disk.

@@ -64,7 +64,8 @@ impl Document {
     fn read_initial(&mut self, r: &mut Reader, root: &mut Table) {
         let Some(value) = root.required(r, "initial") else { return };
         let Some(initial) = r.table("[initial]", value) else { return };
-        if let Some(given) = initial.required(r, "given") {
+        self.given_span = value.span();
+        if let Some(given) = initial.optional("given") {
             self.given_span = given.span();
             self.given = values(r, "given", given);
         }
@@ -233,7 +234,7 @@ impl Reader<'_> {
             self.lost = true;
             self.findings.push(
                 Diagnostic::error(
-                    format!("`{}` cannot be the name of a {what}", identifier.name),
+                    format!("`{}` cannot be the name of {} {what}", identifier.name, article(what)),
                     identifier.span.clone(),
                     "not a name",
                 )
@@ -241,4 +242,9 @@ impl Reader<'_> {
             );
         }
     }
+}
+
+/// The article that goes before a word.
+fn article(word: &str) -> &'static str {
+    if word.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" }
 }

@@ -130,24 +130,20 @@ impl Writer<'_> {
         let fields = self.constants.iter().zip(&values).map(field);
         let names: Vec<&Ident> = self.constants.iter().map(|(name, _)| name).collect();
         let docs = self.constants.iter().map(|(_, id)| format!(" `{}`", self.formula(*id)));
-        let p = if values.is_empty() { quote!(_p) } else { quote!(p) };
-        // A struct without fields still has to mention its number type.
-        let marker = values
-            .is_empty()
-            .then(|| (quote!(marker: std::marker::PhantomData<R>,), quote!(marker: std::marker::PhantomData)));
-        let (marker_field, marker_value) = marker.unzip();
+        if values.is_empty() {
+            return TokenStream::new();
+        }
         quote! {
             /// Values that depend on parameters alone, computed once.
             #[derive(Clone, Copy, Debug)]
             pub struct Constants<R = f64> {
                 #(#[doc = #docs] pub #names: R,)*
-                #marker_field
             }
 
             impl<R: Real> Constants<R> {
-                fn new(#p: &Parameters<R>) -> Self {
+                fn new(p: &Parameters<R>) -> Self {
                     #(#statements)*
-                    Self { #(#fields,)* #marker_value }
+                    Self { #(#fields),* }
                 }
             }
         }

@@ -115,7 +115,7 @@ fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> {
         .iter()
         .map(|row| format!("`{}.{}`", scene.bodies[row.body].name, ["x", "y", "angle"][row.axis]))
         .collect();
-    let rows = format!("Rows: {}; lengths in m, angles in rad.", rows.join(", "));
+    let rows = format!("Rows: {}.", rows.join(", "));
     let constraints: Vec<String> = scene
         .constraints
         .iter()
@@ -124,6 +124,7 @@ fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> {
     let constraints = format!("Rows: {}.", constraints.join(", "));
     let columns: Vec<String> = scene.coordinates.iter().map(|c| format!("`{}`", c.name)).collect();
     let columns = format!("Columns: {}.", columns.join(", "));
+    let angles = scene.coordinates.iter().all(|c| c.unit == "rad");
     let outputs: Vec<String> = scene.outputs.iter().map(|o| format!("`{}` ({})", o.name, o.unit)).collect();
     let single = |name, aliases, doc, arguments, shape| Plan {
         name,
@@ -138,14 +139,17 @@ fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> {
         single(
             "com_positions",
             &["x"],
-            format!("Positions of the centres of mass and angles of the bodies, `x(q)`.\n\n{rows}"),
+            format!("Positions of the centres of mass and angles of the bodies, `x(q)`, in m and rad.\n\n{rows}"),
             &[Coordinates],
             vector(&e.com_positions),
         ),
         single(
             "com_jacobian",
             &["T", "x_q"],
-            format!("The transformation matrix of the TMT method, `T = dx/dq`.\n\n{rows} {columns}"),
+            format!(
+                "The transformation matrix of the TMT method, `T = dx/dq`, each entry in the unit of its row over that of its \
+                 column.\n\n{rows} {columns}"
+            ),
             &[Coordinates],
             matrix(&e.com_jacobian),
         ),
@@ -177,7 +181,8 @@ fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> {
                 "constraint_bias",
                 &["C_qq", "(C_q qd)_q qd"],
                 format!(
-                    "`(C_q qd)_q qd`, the contraction of `C_qq` with `qd qd`: `C_q qdd + bias = 0`.\n\n{constraints}"
+                    "`(C_q qd)_q qd`, the contraction of `C_qq` with `qd qd`: `C_q qdd + bias = 0`, in the unit of each \
+                     constraint per s^2.\n\n{constraints}"
                 ),
                 &[Coordinates, Rates],
                 vector(&e.constraint_bias),
@@ -189,7 +194,8 @@ fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> {
             "mass_matrix",
             &["Mbar", "reduced mass matrix"],
             format!(
-                "The reduced mass matrix `Mbar = T' M T`, symmetric, in kg, kg m and kg m^2.\n\nRows and columns: {}",
+                "The reduced mass matrix `Mbar = T' M T`, symmetric{}.\n\nRows and columns: {}",
+                if angles { ", in kg m^2" } else { "; kg between lengths, kg m^2 between angles, kg m between both" },
                 columns.trim_start_matches("Columns: ")
             ),
             &[Coordinates],
@@ -197,9 +203,10 @@ fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> {
         ),
         single(
             "generalized_forces",
-            &["fbar", "Q"],
+            &["fbar"],
             format!(
-                "The reduced forces `fbar = Q + T' (F - M bias)`, in N and N m.\n\nRows: {}",
+                "The reduced forces `fbar = Q + T' (F - M bias)`, {}.\n\nRows: {}",
+                if angles { "in N m" } else { "in N for lengths, N m for angles" },
                 columns.trim_start_matches("Columns: ")
             ),
             &[Time, Coordinates, Rates],

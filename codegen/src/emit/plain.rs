@@ -121,7 +121,9 @@ fn point_name(scene: &Scene, point: usize, axis: usize) -> proc_macro2::Ident {
 pub(super) fn ident(name: &str) -> proc_macro2::Ident {
     match syn::parse_str::<proc_macro2::Ident>(name) {
         // As patterns these would mean a constant.
-        Ok(_) if ["None", "DESCRIPTION", "SOURCE"].contains(&name) => format_ident!("{name}_"),
+        Ok(_) if ["None", "Some", "Ok", "Err", "DESCRIPTION", "SOURCE"].contains(&name) => format_ident!("{name}_"),
+        // A word of the language since its edition of 2024.
+        Ok(_) if name == "gen" => format_ident!("r#gen"),
         Ok(_) => format_ident!("{name}"),
         Err(_) if ["self", "Self", "super", "crate"].contains(&name) => format_ident!("{name}_"),
         Err(_) => format_ident!("r#{name}"),

@@ -18,18 +18,20 @@ pub(super) struct Items {
     pub(super) description: TokenStream,
 }
 
-pub(super) fn items(scene: &Scene, source: &str) -> Items {
+pub(super) fn items(scene: &Scene, has_constants: bool, source: &str) -> Items {
     Items {
         parameters: parameters(scene),
-        mechanism: own_struct(scene),
+        mechanism: own_struct(scene, has_constants),
         link: link(scene),
         description: description(scene, source),
     }
 }
 
-fn own_struct(scene: &Scene) -> TokenStream {
+fn own_struct(scene: &Scene, has_constants: bool) -> TokenStream {
     let own = format_ident!("{}", struct_name(&scene.name));
     let doc = format!(" {}", if scene.doc.is_empty() { &scene.name } else { &scene.doc });
+    let field = has_constants.then(|| quote!(constants: Constants<R>,));
+    let value = has_constants.then(|| quote!(constants: Constants::new(&parameters),));
     quote! {
         #[doc = #doc]
         ///
@@ -37,13 +39,13 @@ fn own_struct(scene: &Scene) -> TokenStream {
         #[derive(Clone, Copy, Debug)]
         pub struct #own<R = f64> {
             parameters: Parameters<R>,
-            constants: Constants<R>,
+            #field
         }
 
         impl<R: Real> #own<R> {
             /// The mechanism with these parameters.
             pub fn new(parameters: Parameters<R>) -> Self {
-                Self { constants: Constants::new(&parameters), parameters }
+                Self { #value parameters }
             }
 
             /// The parameters.
@@ -73,8 +75,13 @@ fn parameters(scene: &Scene) -> TokenStream {
         let unit = if p.unit.is_empty() { String::new() } else { format!(" ({})", p.unit) };
         format!(" {}{unit}", if p.doc.is_empty() { &p.name } else { &p.doc })
     });
+    // A struct without fields still has to mention its number type.
+    let marker = names
+        .is_empty()
+        .then(|| (quote!(marker: std::marker::PhantomData<R>,), quote!(marker: std::marker::PhantomData)));
+    let (marker_field, marker_value) = marker.unzip();
     // A parameter of the same name would hide the closure.
-    let mut replace = String::from("replace");
+    let mut replace = String::from(if names.is_empty() { "_replace" } else { "replace" });
     while texts.contains(&replace.as_str()) {
         replace.push('_');
     }
@@ -85,6 +92,7 @@ fn parameters(scene: &Scene) -> TokenStream {
         #[allow(non_snake_case)]
         pub struct Parameters<R = f64> {
             #(#[doc = #docs] pub #names: R,)*
+            #marker_field
         }
 
         impl Parameters {
@@ -92,7 +100,7 @@ fn parameters(scene: &Scene) -> TokenStream {
             #[allow(non_snake_case)]
             pub fn with(#replace: impl Fn(&str) -> Option<f64>) -> Self {
                 #(let #names = #replace(#texts).unwrap_or(#values);)*
-                Self { #(#names),* }
+                Self { #(#names,)* #marker_value }
             }
         }
 

@@ -8,6 +8,7 @@ use num_traits::ToPrimitive;
 use symbolica::atom::{Atom, AtomCore, AtomView, Symbol as EngineSymbol};
 use symbolica::{function, parse, symbol};
 
+use super::Place;
 use super::translate::term;
 use crate::expression::{Node, Number};
 use crate::function::Function;
@@ -17,6 +18,8 @@ use crate::term::{Symbol, Term};
 /// The symbols of one scene, and its formulae in terms of them.
 pub(super) struct Algebra<'s> {
     scene: &'s Scene,
+    number: usize,
+    place: &'s Place,
     symbols: Vec<(Symbol, EngineSymbol)>,
     places: HashMap<EngineSymbol, Symbol>,
     points: Vec<[Atom; 2]>,
@@ -24,7 +27,7 @@ pub(super) struct Algebra<'s> {
 
 impl<'s> Algebra<'s> {
     /// Defines the symbols of a scene, in an order that depends on nothing but the scene: the order of terms follows it.
-    pub(super) fn new(number: usize, scene: &'s Scene) -> Self {
+    pub(super) fn new(number: usize, scene: &'s Scene, place: &'s Place) -> Self {
         let (n, m) = (scene.coordinates.len(), scene.constraints.len());
         let mut wanted: Vec<Symbol> = (0..scene.parameters.len()).map(Symbol::Parameter).collect();
         wanted.extend([Symbol::Pi, Symbol::Time, Symbol::Displacement]);
@@ -35,7 +38,7 @@ impl<'s> Algebra<'s> {
         let symbols: Vec<_> =
             wanted.into_iter().enumerate().map(|(i, s)| (s, symbol!(format!("scene{number}_{i}")))).collect();
         let places = symbols.iter().map(|(s, engine)| (*engine, *s)).collect();
-        let mut algebra = Self { scene, symbols, places, points: Vec::new() };
+        let mut algebra = Self { scene, number, place, symbols, places, points: Vec::new() };
         for point in &scene.points {
             let position = [0, 1].map(|axis| algebra.atom(&point.position[axis]));
             algebra.points.push(position);
@@ -97,6 +100,9 @@ impl<'s> Algebra<'s> {
         point: impl Fn(usize, usize) -> Atom,
         coordinate: impl Fn(usize) -> Atom,
     ) -> Atom {
+        if let Ok(mut place) = self.place.lock() {
+            *place = (self.number, value.whole_span());
+        }
         let mut atoms: Vec<Atom> = Vec::with_capacity(value.nodes().len());
         for node in value.nodes() {
             let atom = match node {
@@ -170,6 +176,7 @@ impl<'s> Algebra<'s> {
 
     /// The cheapest of several equal forms: as it is, multiplied out, and with sin^2 + cos^2 = 1 used either way.
     pub(super) fn simplify(&self, atom: &Atom) -> Atom {
+        let atom = &atom.expand_num();
         let expanded = atom.expand();
         let forms = [
             without_squares_of(EngineSymbol::COS, EngineSymbol::SIN, &expanded),

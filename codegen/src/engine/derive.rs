@@ -2,13 +2,14 @@
 
 use symbolica::atom::Atom;
 
+use super::Place;
 use super::algebra::Algebra;
 use crate::scene::{LoadKind, OutputKind, Quantity, Scene, Value};
 use crate::term::{Equations, Row, Symbol, Term};
 
 /// Derives everything that the generated functions compute. `number` tells the scenes of a process apart.
-pub(super) fn equations(number: usize, scene: &Scene) -> Equations {
-    let algebra = Algebra::new(number, scene);
+pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> Equations {
+    let algebra = Algebra::new(number, scene, place);
     let mut equations = Equations::default();
     let x = com_positions(scene, &algebra, &mut equations);
     let gradients: Vec<Vec<Atom>> = x.iter().map(|row| simplified(&algebra, algebra.gradient(row))).collect();

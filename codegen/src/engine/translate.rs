@@ -71,6 +71,6 @@ fn rational(coefficient: CoefficientView, view: &AtomView) -> BigRational {
     let (numerator, denominator) = text.split_once('/').unwrap_or((&text, "1"));
     match (numerator.parse::<BigInt>(), denominator.parse::<BigInt>()) {
         (Ok(numerator), Ok(denominator)) => BigRational::new(numerator, denominator),
-        _ => panic!("the engine made a number that is not rational: {view}"),
+        _ => panic!("its value is not a finite number: {view}"),
     }
 }

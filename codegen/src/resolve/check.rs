@@ -1,10 +1,11 @@
 //! Rules that a scene must keep beyond knowing its names.
 
+use super::usage::all_values;
 use crate::diagnostic::Diagnostic;
 use crate::document::{BodySyntax, Document, Identifier};
-use crate::evaluate::{evaluate, first_non_finite};
+use crate::evaluate::{evaluate, known_values};
 use crate::expression::Node;
-use crate::scene::{LoadKind, Quantity, Scene, Start, Value};
+use crate::scene::{Quantity, Scene, Start, Value};
 
 /// Checks the parts of a scene whose parameters have their numbers. What depends on unknown names is left unchecked.
 pub(super) fn parts(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) {
@@ -81,52 +82,30 @@ fn lookup(scene: &Scene, quantity: Quantity) -> f64 {
     }
 }
 
-/// Every constant formula must give a number, at the values that the file gives to parameters.
+/// Every part of a formula that does not move must give a number, at the values that the file gives to parameters.
 fn finite_constants(scene: &Scene, findings: &mut Vec<Diagnostic>) {
-    let mut constants: Vec<&Value> = scene.parameters.iter().map(|p| &p.formula).collect();
-    for coordinate in &scene.coordinates {
-        for start in [&coordinate.position, &coordinate.rate] {
-            if let Start::Given(value) | Start::Guess(value) = start {
-                constants.push(value);
+    for value in all_values(scene) {
+        let known = known_values(value, |quantity| match quantity {
+            Quantity::Parameter(_) | Quantity::Pi => Some(lookup(scene, *quantity)),
+            _ => None,
+        });
+        let number = |id: usize| known[id].unwrap_or(f64::NAN);
+        let is_bad = |id: &usize| known[*id].is_some_and(|v| !v.is_finite());
+        let Some(id) = (0..known.len()).find(is_bad) else { continue };
+        let label = match &value.nodes()[id] {
+            Node::Call(function, arguments) => {
+                let arguments: Vec<String> = arguments.iter().map(|&a| format!("{}", number(a))).collect();
+                format!("`{}` of {} is not a number", function.name(), arguments.join(", "))
             }
-        }
-    }
-    constants.extend([&scene.run.step, &scene.run.end_time]);
-    for body in &scene.bodies {
-        constants.extend([&body.mass, &body.inertia].into_iter().flatten());
-    }
-    for load in &scene.loads {
-        match &load.kind {
-            LoadKind::Gravity(field) => constants.extend(field),
-            LoadKind::Spring { stiffness, rest, damping, .. } => {
-                constants.extend([stiffness, rest, damping].into_iter().flatten());
-            }
-            LoadKind::Force { .. } | LoadKind::Torque { .. } => {}
-        }
-    }
-    for value in constants {
-        if let Some(id) = first_non_finite(value, |quantity| lookup(scene, *quantity)) {
-            let upto = |operand: usize| {
-                let mut part = Value::new();
-                for node in &value.nodes()[..=operand] {
-                    part.push(node.clone(), 0..0);
-                }
-                constant(scene, &part)
-            };
-            let operand = match &value.nodes()[id] {
-                Node::Call(function, arguments) => {
-                    let arguments: Vec<String> = arguments.iter().map(|&a| format!("{}", upto(a))).collect();
-                    format!("`{}` of {} is not a number", function.name(), arguments.join(", "))
-                }
-                Node::Name(_) => continue,
-                Node::Divide(_, divisor) if upto(*divisor) == 0.0 => "divides by zero".to_owned(),
-                _ => "gives no finite number".to_owned(),
-            };
-            findings.push(
-                Diagnostic::error("a formula has no finite value", value.span(id), operand)
-                    .help("every value must be finite at the values that the parameters have"),
-            );
-        }
+            // The parameter's own formula was reported.
+            Node::Name(_) => continue,
+            Node::Divide(_, divisor) if number(*divisor) == 0.0 => "divides by zero".to_owned(),
+            _ => "gives no finite number".to_owned(),
+        };
+        findings.push(
+            Diagnostic::error("a formula has no finite value", value.span(id), label)
+                .help("every value must be finite at the values that the parameters have"),
+        );
     }
 }
 
@@ -259,10 +238,7 @@ fn freedoms(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) 
                     "leave the other rates away: they follow from the constraints".to_owned()
                 }
             } else {
-                format!(
-                    "give as many {what}s as there are freedoms{}",
-                    if what == "rate" { ", as `NAME_dot`" } else { "" }
-                )
+                format!("give as many {what}s as there are freedoms, as `NAME{suffix} = ...` in `given`")
             };
             findings.push(Diagnostic::error(title, document.given_span.clone(), label).help(help));
         }

@@ -39,7 +39,8 @@ pub(super) fn used(document: &Document, scene: &Scene, findings: &mut Vec<Diagno
     }
 }
 
-fn all_values(scene: &Scene) -> Vec<&Value> {
+/// Every formula of a scene.
+pub(super) fn all_values(scene: &Scene) -> Vec<&Value> {
     let mut values: Vec<&Value> = scene.parameters.iter().map(|p| &p.formula).collect();
     values.extend(scene.points.iter().flat_map(|p| &p.position));
     for body in &scene.bodies {

@@ -51,9 +51,13 @@ impl Recorder {
         }
     }
 
-    /// Rows written.
-    pub(super) fn rows(&self) -> u64 {
-        self.trajectory.as_ref().map_or(0, |t| t.rows)
+    /// Rows written; after a failed write the whole rows that are left.
+    pub(super) fn rows(&mut self, failed: bool) -> u64 {
+        match self.trajectory.take() {
+            Some(trajectory) if failed => trajectory.cut(&self.folder.join("trajectory.csv")).unwrap_or(0),
+            Some(trajectory) => trajectory.rows,
+            None => 0,
+        }
     }
 
     /// Extremes of every column that the motion makes vary.
@@ -68,12 +72,20 @@ impl Recorder {
         Named(columns.filter_map(entry).collect())
     }
 
+    /// Makes the folder, and removes the summary of an earlier run: it would not belong to the new rows.
+    fn prepare(&self) -> io::Result<()> {
+        std::fs::create_dir_all(&self.folder)?;
+        match std::fs::remove_file(self.folder.join("summary.json")) {
+            Err(e) if e.kind() != io::ErrorKind::NotFound => Err(e),
+            _ => Ok(()),
+        }
+    }
+
     /// The file is made with the first row: a run that cannot start leaves an earlier trajectory alone.
     fn trajectory(&mut self) -> io::Result<&mut Trajectory> {
         if self.trajectory.is_none() {
             let path = self.folder.join("trajectory.csv");
-            let created =
-                std::fs::create_dir_all(&self.folder).and_then(|()| Trajectory::create(&path, &self.description));
+            let created = self.prepare().and_then(|()| Trajectory::create(&path, &self.description));
             match created {
                 Ok(trajectory) => self.trajectory = Some(trajectory),
                 Err(e) => {

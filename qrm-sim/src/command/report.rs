@@ -8,7 +8,7 @@ use super::words::seconds;
 use crate::summary::Summary;
 
 /// The text that a run prints.
-pub(super) fn report(summary: &Summary, description: &Description, out: &Path) -> String {
+pub(super) fn report(summary: &Summary, description: &Description, out: &Path, has_summary: bool) -> String {
     let Summary { steps, rows, run_seconds, max_residual_position, max_residual_velocity, .. } = summary;
     let per_step = run_seconds * 1e9 / (*steps).max(1) as f64;
     let error = match summary.estimated_error {
@@ -50,7 +50,8 @@ pub(super) fn report(summary: &Summary, description: &Description, out: &Path) -
         text += &format!("\nwarning: {warning}\n");
     }
     let [table, json] = ["trajectory.csv", "summary.json"].map(|file| out.join(file).display().to_string());
-    text + &format!("\nwrote {table} ({rows} rows) and {json}")
+    let and_summary = if has_summary { format!(" and {json}") } else { String::new() };
+    text + &format!("\nwrote {table} ({rows} rows){and_summary}")
 }
 
 /// A number in the width of a column.

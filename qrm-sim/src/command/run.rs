@@ -55,7 +55,7 @@ pub(super) fn run(scenes: &crate::scenes::Scenes, arguments: &RunArguments) -> R
         tolerance: residual,
         step: outcome.step,
         steps: outcome.steps,
-        rows: recorder.rows(),
+        rows: recorder.rows(matches!(outcome.status, Status::Unwritable(_))),
         status: status(&outcome),
         message: words::ending(&outcome, &description, until),
         end_time: outcome.end_time,
@@ -70,9 +70,10 @@ pub(super) fn run(scenes: &crate::scenes::Scenes, arguments: &RunArguments) -> R
         warnings: words::warnings(&outcome, &description),
     };
     let written = summary.write(&out.join("summary.json"));
-    super::say(&report::report(&summary, &description, &out));
+    super::say(&report::report(&summary, &description, &out, written.is_ok()));
     if let Err(e) = written {
-        return Err(Failure::Run(format!("error: cannot write {}: {e}", out.join("summary.json").display())));
+        let path = out.join("summary.json");
+        return Err(Failure::Run(format!("error: {}\nerror: cannot write {}: {e}", summary.message, path.display())));
     }
     match outcome.status {
         Status::Completed | Status::Stopped | Status::StoppedAtStart => Ok(()),
@@ -86,7 +87,7 @@ fn status(outcome: &Outcome) -> &'static str {
         Status::Stopped | Status::StoppedAtStart => "stopped",
         Status::StopNotReached { .. } => "stop_not_reached",
         Status::Interrupted => "interrupted",
-        Status::Broken(_) | Status::Unwritable(_) => "failed",
+        Status::Broken(_) | Status::NotFinite { .. } | Status::Unwritable(_) => "failed",
     }
 }
 

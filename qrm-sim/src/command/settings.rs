@@ -50,8 +50,7 @@ fn known(description: &Description, name: &str) -> Result<(), Failure> {
              = help: add `runtime = true` to `{name}` in scenes/{scene}.toml, or give it a value there, and build again"
         )));
     }
-    let names = description.parameters.iter().map(|p| p.name).chain(description.left_out.iter().copied());
-    let names: Vec<&str> = names.collect();
+    let names: Vec<&str> = description.parameters.iter().map(|p| p.name).collect();
     let help = match closest(name, names.iter().copied()) {
         Some(near) => format!("did you mean `{near}`?"),
         None => format!("its parameters: {}", names.join(", ")),

@@ -19,6 +19,9 @@ pub(super) fn no_start(reason: &NoStart, description: &Description, scene: &Scen
              = help: some parameter is too large or too small for double precision"
             .to_owned(),
         NoStart::Broken(reason) => format!("error: the run cannot start: {}", breakdown(reason, description)),
+        NoStart::ConditionNotFinite => "error: the stop condition has no finite value at the start\n  \
+             = help: look for divisions by zero, roots and logarithms in it"
+            .to_owned(),
         NoStart::StepTooShort { step, end_time } => format!(
             "error: a step of {} is too short for a run of {}: time would stand still\n  \
              = help: use a longer step or an earlier end",
@@ -33,7 +36,7 @@ fn not_assembled(reason: &NotAssembled, scene: &SceneText) -> Diagnostic {
     let (name, unit) = (&constraint.name, &constraint.unit);
     if reason.rates {
         return Diagnostic::error(
-            format!("the rates at the start cannot be solved for: constraint `{name}` keeps a rate of {:.6} {unit}/s", reason.residual),
+            format!("the rates at the start cannot be solved for: constraint `{name}` keeps a rate of {} {unit}/s", size(reason.residual)),
             constraint.span.clone(),
             "cannot stay closed with the given rates",
         )
@@ -42,8 +45,8 @@ fn not_assembled(reason: &NotAssembled, scene: &SceneText) -> Diagnostic {
     let found = scene.coordinates.iter().zip(&reason.q).map(|(c, q)| format!("{} = {q:.6}", c.name));
     Diagnostic::error(
         format!(
-            "the mechanism cannot be assembled: constraint `{name}` stays {:.6} {unit} from closed",
-            reason.residual
+            "the mechanism cannot be assembled: constraint `{name}` stays {} {unit} from closed",
+            size(reason.residual)
         ),
         constraint.span.clone(),
         format!("not zero anywhere near the first guesses; nearest at {}", found.collect::<Vec<_>>().join(", ")),
@@ -63,13 +66,22 @@ pub(super) fn breakdown(reason: &Breakdown, description: &Description) -> String
                 e.residual, e.iterations
             )
         }
-        Breakdown::Massless(e) => format!(
+        Breakdown::Massless(coordinate) => format!(
             "no mass resists a motion of coordinate `{}` that the constraints allow, so its acceleration is not determined\n  \
              = help: give the bodies that move with it a mass or an inertia",
-            description.coordinates[e.coordinate].name
+            description.coordinates[*coordinate].name
         ),
-        Breakdown::NotFinite => "a number grew beyond all bounds\n  = help: use a shorter --step".to_owned(),
+        Breakdown::NotFinite => {
+            "the next state is not finite: numbers grew beyond all bounds, or a formula left its domain\n  \
+             = help: use a shorter --step; look for roots, logarithms and quotients in the scene"
+                .to_owned()
+        }
     }
+}
+
+/// A length or angle, in as many digits as can be read.
+fn size(value: f64) -> String {
+    if (1e-4..1e6).contains(&value) { format!("{value:.6}") } else { format!("{value:.3e}") }
 }
 
 /// A time without the rounding errors of its last digits.
@@ -92,7 +104,7 @@ pub(super) fn ending(outcome: &Outcome, description: &Description, until: &str) 
                 seconds(*nearest_time)
             );
             if *nearest_time < outcome.end_time {
-                text += ", and has moved away since: the mechanism turned back or stalled";
+                text += ", and has moved away since: the mechanism turned back or stalled, or met the condition only between two steps";
             } else {
                 text += ", and was still coming nearer";
             }
@@ -100,7 +112,12 @@ pub(super) fn ending(outcome: &Outcome, description: &Description, until: &str) 
         }
         Status::Interrupted => format!("interrupted at t = {t}"),
         Status::Broken(reason) => format!("broke off after t = {t}: {}", breakdown(reason, description)),
-        Status::Unwritable(e) => format!("rows could not be written: {e}"),
+        Status::NotFinite { t, output } => {
+            let what =
+                output.map_or_else(|| "the energy".to_owned(), |i| format!("output `{}`", description.outputs[i].name));
+            format!("{what} is not finite at t = {}; the rows before that are kept", seconds(*t))
+        }
+        Status::Unwritable(e) => format!("a row could not be written: {e}"),
     }
 }
 
@@ -118,6 +135,12 @@ pub(super) fn warnings(outcome: &Outcome, description: &Description) -> Vec<Stri
             "the energy changed by {drift:.1e} J although every load has a potential: the step is too long, do not trust \
              the numbers"
         ));
+    }
+    if outcome.error_unknown {
+        warnings.push(
+            "the second run, at twice the step, broke off: the error is unknown, and the step is near its limit"
+                .to_owned(),
+        );
     }
     if care.singular_mass > 0 {
         warnings.push(format!(
