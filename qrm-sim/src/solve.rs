@@ -15,6 +15,9 @@ pub struct Care {
     pub constraint: Option<usize>,
 }
 
+/// Products of larger masses overflow.
+const LARGEST_MASS: f64 = 1e150;
+
 /// Why the accelerations are not determined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Undetermined {
@@ -87,6 +90,9 @@ fn careful_accelerations<const N: usize, const M: usize>(
         }
     }
     let Some(mass_factors) = Ldl::new(&mass) else {
+        if (0..N).any(|i| mass[i][i] > LARGEST_MASS) {
+            return Err(Undetermined::NotFinite);
+        }
         let coordinate = PivotedLdl::new(&mass).dependent().first().copied().unwrap_or(0);
         return Err(Undetermined::Massless(coordinate));
     };

@@ -50,8 +50,15 @@ pub(super) fn report(summary: &Summary, description: &Description, out: &Path, h
         text += &format!("\nwarning: {warning}\n");
     }
     let [table, json] = ["trajectory.csv", "summary.json"].map(|file| out.join(file).display().to_string());
-    let and_summary = if has_summary { format!(" and {json}") } else { String::new() };
-    text + &format!("\nwrote {table} ({rows} rows){and_summary}")
+    let mut files = Vec::new();
+    if *rows > 0 {
+        files.push(format!("{table} ({rows} rows)"));
+    }
+    if has_summary {
+        files.push(json);
+    }
+    let files = if files.is_empty() { "nothing".to_owned() } else { files.join(" and ") };
+    text + &format!("\nwrote {files}")
 }
 
 /// A number in the width of a column.
