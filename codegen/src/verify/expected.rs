@@ -8,6 +8,9 @@ use crate::evaluate::{State, evaluate};
 use crate::scene::{LoadKind, OutputKind, Quantity, Scene, Start, Value as Formula};
 use crate::term::Equations;
 
+/// The numbers that each function must give.
+pub(super) type Expected = Vec<(&'static str, Vec<f64>)>;
+
 /// A random state and random parameters.
 #[derive(Clone, Debug)]
 pub(super) struct Sample {
@@ -87,7 +90,7 @@ impl Sample {
     }
 
     /// What the functions must give; `None` if the state is outside the domain of the formulae.
-    pub(super) fn expected(&self, scene: &Scene, equations: &Equations) -> Option<Vec<(&'static str, Vec<f64>)>> {
+    pub(super) fn expected(&self, scene: &Scene, equations: &Equations) -> Option<Expected> {
         let moving = State::along(scene, &self.parameters, self.t, &self.q, &self.qd, &vec![0.0; self.q.len()]);
         let plain = State::plain(scene, &self.parameters, self.t, &self.q, &self.qd);
         let x: Vec<(&Formula, f64)> = equations
