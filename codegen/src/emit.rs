@@ -31,9 +31,11 @@ pub fn module(scene: &Scene, equations: &Equations, source: &str) -> Module {
     let constants = writer.constants();
     let scene_items::Items { parameters, mechanism, link, description } =
         scene_items::items(scene, !writer.constants.is_empty(), source);
+    let has_parameters = scene.parameters.iter().any(|p| !p.is_left_out());
+    let parameter_description = has_parameters.then(|| quote!(ParameterDescription,));
     let tokens = quote! {
         use qrm_mechanism::{
-            Closure, Description, Dynamics, Mechanism, ParameterDescription, QuantityDescription, Real, Schedule, Start,
+            Closure, Description, Dynamics, Mechanism, #parameter_description QuantityDescription, Real, Schedule, Start,
         };
         #parameters
         #mechanism

@@ -117,6 +117,7 @@ fn link(scene: &Scene) -> TokenStream {
     let (n, m) = (scene.coordinates.len(), scene.constraints.len());
     let (n, m) = (Literal::usize_unsuffixed(n), Literal::usize_unsuffixed(m));
     let names = kept(scene).map(|p| ident(&p.name));
+    let visit = format_ident!("{}", if kept(scene).next().is_some() { "visit" } else { "_visit" });
     let plain = Plain { scene, parameters: quote!(p.) };
     let start = start(scene, &plain);
     let (step, end_time) = (plain.tokens(&scene.run.step), plain.tokens(&scene.run.end_time));
@@ -140,8 +141,8 @@ fn link(scene: &Scene) -> TokenStream {
                 Self::new(Parameters::with(replace))
             }
 
-            fn visit_parameters(&self, visit: &mut dyn FnMut(f64)) {
-                #(visit(self.parameters.#names);)*
+            fn visit_parameters(&self, #visit: &mut dyn FnMut(f64)) {
+                #(#visit(self.parameters.#names);)*
             }
 
             fn start(&self) -> Start<#n> {
