@@ -1,0 +1,66 @@
+//! What the README shows is what is there.
+
+mod common;
+
+use common::qrm;
+
+const README: &str = include_str!("../README.md");
+
+#[test]
+fn the_generated_function_is_the_generated_one() {
+    let golden = include_str!("../qrm-model/golden/quick_return.rs");
+    let start = README.find("```rust\n").expect("a block of Rust") + "```rust\n".len();
+    let block = &README[start..start + README[start..].find("```").expect("its end")];
+    assert!(golden.contains(block), "{block}");
+}
+
+#[test]
+fn the_formulae_are_those_of_the_scene() {
+    let scene = include_str!("../scenes/quick-return.toml");
+    let start = README.find("```toml\n").expect("a block of TOML") + "```toml\n".len();
+    let block = &README[start..start + README[start..].find("```").expect("its end")];
+    for line in block.lines().filter(|line| line.contains('=')) {
+        let formula = line.trim_end_matches(" }").trim_end_matches(',');
+        assert!(scene.contains(formula), "{formula}");
+    }
+}
+
+#[test]
+fn the_default_run_prints_what_is_shown() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let output = qrm(&[]).current_dir(folder.path()).output().expect("the command starts");
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    for line in said.lines().filter(|line| !line.starts_with("  time ") && !line.is_empty()) {
+        assert!(README.contains(&format!("\n    {line}\n")), "{line}");
+    }
+}
+
+#[test]
+fn the_commands_shown_do_what_they_should() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let commands = README.lines().filter_map(|line| line.trim().strip_prefix("cargo run --release -- "));
+    let mut count = 0;
+    for command in commands {
+        let arguments: Vec<String> = split(command);
+        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+        let output = qrm(&arguments).current_dir(folder.path()).output().expect("the command starts");
+        assert!(output.status.success(), "{command}: {}", String::from_utf8_lossy(&output.stderr));
+        count += 1;
+    }
+    assert!(count >= 4, "{count} commands");
+}
+
+/// Splits a line into words as a shell does, single quotes respected.
+fn split(line: &str) -> Vec<String> {
+    let mut words = vec![String::new()];
+    let mut quoted = false;
+    for character in line.chars() {
+        match character {
+            '\'' => quoted = !quoted,
+            ' ' if !quoted => words.push(String::new()),
+            other => words.last_mut().expect("never empty").push(other),
+        }
+    }
+    words.retain(|word| !word.is_empty());
+    words
+}
