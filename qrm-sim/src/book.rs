@@ -11,7 +11,8 @@ use crate::outcome::Status;
 #[derive(Debug)]
 pub(crate) struct Book {
     outputs: Vec<f64>,
-    rows: u64,
+    /// Rows kept.
+    pub(crate) rows: u64,
     /// Largest residual of a constraint in any row, and which constraint.
     pub(crate) residual_position: (usize, f64),
     /// Largest rate of a residual in any row, and of which constraint.

@@ -102,6 +102,8 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
     fn run(&mut self, first: Moment<N, M>, observer: &mut dyn Observer) -> Outcome {
         let mut rows: Vec<Moment<N, M>> = Vec::with_capacity(CHUNK + 1);
         rows.push(first);
+        // The end of the rows that were kept, and the end of what was computed.
+        let mut kept_until = first;
         let mut now = first;
         let mut steps = 0;
         let mut nearest = (0.0, self.condition(&first).unwrap_or(0.0));
@@ -116,7 +118,15 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
                 }
             }
             integration += begun.elapsed();
+            let kept_before = self.book.rows;
             let kept = self.book.keep(self.mechanism, &rows, observer);
+            if kept.is_err() {
+                // The run ends with its last row, however much further the computation had come.
+                let last = ((self.book.rows - kept_before) as usize).checked_sub(1);
+                now = last.map_or(kept_until, |last| rows[last]);
+                steps = self.book.rows.saturating_sub(1);
+            }
+            kept_until = now;
             rows.clear();
             let goes_on = kept.and_then(|()| observer.goes_on(now.t, self.grid.end_time).map_err(Status::Unwritable));
             match goes_on {
@@ -126,7 +136,7 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
             }
             if let Some(status) = status {
                 let status = observer.finish().map_or_else(Status::Unwritable, |()| status);
-                return self.outcome(status, now, steps, integration);
+                return self.outcome(status, now, steps, integration, observer);
             }
         }
     }
@@ -196,15 +206,24 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
         Ok(found)
     }
 
-    fn outcome(&mut self, status: Status, end: Moment<N, M>, steps: u64, integration: Duration) -> Outcome {
-        let broken = matches!(status, Status::Broken(_) | Status::NotFinite { .. } | Status::Unwritable(_));
+    fn outcome(
+        &mut self,
+        status: Status,
+        end: Moment<N, M>,
+        steps: u64,
+        integration: Duration,
+        observer: &mut dyn Observer,
+    ) -> Outcome {
+        let is_whole = matches!(status, Status::Completed | Status::Stopped | Status::StopNotReached { .. });
         // Too few steps for a second run are no failure of it.
         let pairs = (self.even.t / (2.0 * self.grid.step)).round() as u64;
-        let estimate = self.request.estimate_error && !broken && pairs > 0;
-        let estimated_error = estimate.then(|| self.estimate(pairs)).flatten();
+        let estimate = match self.request.estimate_error && is_whole && pairs > 0 {
+            true => self.estimate(pairs, observer),
+            false => Estimate::NotMade,
+        };
         Outcome {
-            estimated_error,
-            error_unknown: estimate && estimated_error.is_none(),
+            estimated_error: if let Estimate::Error(error) = estimate { Some(error) } else { None },
+            error_unknown: matches!(estimate, Estimate::BrokeOff),
             status,
             step: self.grid.step,
             steps,
@@ -222,15 +241,30 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
 
     /// The error of the coordinates by a second run at twice the step, up to the last moment that both runs visit: the
     /// difference of two results of order 4 is 15 times the error of the finer one.
-    fn estimate(&self, pairs: u64) -> Option<f64> {
+    fn estimate(&self, pairs: u64, observer: &mut dyn Observer) -> Estimate {
         let mut care = Care::default();
-        let (q, qd) = assemble(self.mechanism, &self.mechanism.start()).ok()?;
-        let mut coarse = moment(self.mechanism, 0.0, q, qd, &mut care).ok()?;
+        let start = assemble(self.mechanism, &self.mechanism.start()).ok();
+        let mut coarse = start.and_then(|(q, qd)| moment(self.mechanism, 0.0, q, qd, &mut care).ok());
         for pair in 1..=pairs {
+            let Some(at) = coarse else { return Estimate::BrokeOff };
+            if pair.is_multiple_of(CHUNK as u64) && !matches!(observer.goes_on(at.t, self.grid.end_time), Ok(true)) {
+                return Estimate::NotMade;
+            }
             let t = self.grid.time(2 * pair);
-            coarse = advance(self.mechanism, &self.request.method, &coarse, t, &mut care).ok()?;
+            coarse = advance(self.mechanism, &self.request.method, &at, t, &mut care).ok();
         }
+        let Some(coarse) = coarse else { return Estimate::BrokeOff };
         let difference: Vector<N> = std::array::from_fn(|i| coarse.q[i] - self.even.q[i]);
-        Some(largest(&difference).1 / 15.0)
+        Estimate::Error(largest(&difference).1 / 15.0)
     }
+}
+
+/// What a second run says of the error.
+enum Estimate {
+    /// The error of the coordinates.
+    Error(f64),
+    /// It broke off.
+    BrokeOff,
+    /// It was not made, or not to its end.
+    NotMade,
 }

@@ -124,6 +124,7 @@ fn an_output_without_value_ends_the_run_before_its_row() {
         "{outcome:?}"
     );
     assert_eq!((notes.times.len(), notes.finished), (51, 1));
+    assert_eq!((outcome.end_time, outcome.steps), (notes.times[50], 50));
 }
 
 #[test]
