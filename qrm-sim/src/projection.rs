@@ -32,6 +32,10 @@ impl Default for Tolerance {
     }
 }
 
+/// Where corrections no longer lower a residual, rounding errors do not let them: up to this many times the tolerance
+/// that is said, not refused.
+const SETTLED: f64 = 1e3;
+
 /// The correction of positions did not converge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NotConverged {
@@ -61,10 +65,16 @@ pub fn project<X: Mechanism<N, M>, const N: usize, const M: usize>(
     }
     // A mass matrix that is singular by itself is no metric: those steps fall back to the plain one.
     let mass = mass.filter(|_| projection == Projection::Mass);
+    let mut before = f64::INFINITY;
     for iteration in 0..=tolerance.iterations {
         let closure = mechanism.closure(q);
         let (constraint, residual) = largest(&closure.constraints);
-        let is_closed = residual <= tolerance.residual;
+        let is_settled = residual > 0.5 * before && residual <= SETTLED * tolerance.residual;
+        let is_closed = residual <= tolerance.residual || is_settled;
+        before = residual;
+        if is_settled {
+            care.note_settled(constraint, residual);
+        }
         if !is_closed && (iteration == tolerance.iterations || !residual.is_finite()) {
             return Err(NotConverged { constraint, residual, iterations: iteration });
         }

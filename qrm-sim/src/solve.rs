@@ -5,7 +5,7 @@ use qrm_mechanism::Dynamics;
 use crate::linear::{Ldl, Matrix, PivotedLdl, Vector, dot, multiply};
 
 /// How often the fast way did not do, and what stood in its way.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Care {
     /// Solves with a mass matrix that is singular by itself.
     pub singular_mass: u64,
@@ -13,6 +13,21 @@ pub struct Care {
     pub dependent_constraints: u64,
     /// The constraint that last depended on the others.
     pub constraint: Option<usize>,
+    /// Corrections that rounding errors kept from the tolerance.
+    pub settled: u64,
+    /// The constraint that stayed farthest open then, and how far.
+    pub farthest: (usize, f64),
+}
+
+impl Care {
+    /// Notes a correction that rounding errors kept from the tolerance.
+    #[cold]
+    pub fn note_settled(&mut self, constraint: usize, residual: f64) {
+        self.settled += 1;
+        if residual > self.farthest.1 {
+            self.farthest = (constraint, residual);
+        }
+    }
 }
 
 /// Products of larger masses overflow.

@@ -148,6 +148,14 @@ pub(super) fn warnings(outcome: &Outcome, description: &Description) -> Vec<Stri
             care.singular_mass
         ));
     }
+    if care.settled > 0 {
+        let constraint = &description.constraints[care.farthest.0];
+        warnings.push(format!(
+            "after {} steps rounding errors kept constraint `{}` open by up to {:.1e} {}: the mechanism came near a singular \
+             position",
+            care.settled, constraint.name, care.farthest.1, constraint.unit
+        ));
+    }
     if care.dependent_constraints > 0 {
         let name = care.constraint.map_or("?", |i| description.constraints[i].name);
         warnings.push(format!(
