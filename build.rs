@@ -1,6 +1,6 @@
 //! The build script of `qrm-model`: scenes to Rust, or, without the feature `generate`, a check of the golden copy.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
@@ -31,14 +31,28 @@ fn scenes() -> Result<Vec<PathBuf>, String> {
     Ok(scenes)
 }
 
+/// The module that belongs to a file.
+fn module_of(path: &Path) -> String {
+    path.file_stem().unwrap_or_default().to_string_lossy().to_lowercase().replace('-', "_")
+}
+
 #[cfg(feature = "generate")]
 fn work(scenes: &[PathBuf]) -> Result<(), String> {
     let out = std::env::var("OUT_DIR").map_err(|_| "OUT_DIR is not set: this program is run by cargo")?;
-    let out = std::path::Path::new(&out).join("scenes");
+    let out = Path::new(&out).join("scenes");
     std::fs::create_dir_all(&out).map_err(|e| format!("{}: {e}", out.display()))?;
     // For the test that compares what was generated with the golden copy.
     println!("cargo::rustc-env=QRM_GENERATED={}", out.display());
     let generated = qrm_codegen::generate::generate(scenes, &out).map_err(|e| e.to_string())?;
+    for (path, module) in scenes.iter().zip(&generated.modules) {
+        if module_of(path) != module.name {
+            return Err(format!(
+                "error: the scene in {} has another name than its file\n  = help: give both the same name: the golden copy \
+                 and messages go by it",
+                path.display()
+            ));
+        }
+    }
     for report in generated.warnings {
         for line in report.to_string().lines() {
             println!("cargo::warning={line}");
@@ -50,8 +64,6 @@ fn work(scenes: &[PathBuf]) -> Result<(), String> {
 /// Nothing is generated, so the golden copy must have been made from the very scenes that are there.
 #[cfg(not(feature = "generate"))]
 fn work(scenes: &[PathBuf]) -> Result<(), String> {
-    let module_of =
-        |path: &PathBuf| path.file_stem().unwrap_or_default().to_string_lossy().to_lowercase().replace('-', "_");
     for entry in std::fs::read_dir("qrm-model/golden").map_err(|e| format!("qrm-model/golden: {e}"))? {
         let path = entry.map_err(|e| format!("qrm-model/golden: {e}"))?.path();
         let module = module_of(&path);

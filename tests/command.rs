@@ -107,13 +107,13 @@ error: `--end-time` must be above zero, but is -1
 "#]],
     );
     wrong_use(
-        &["run", "--until", "phi2 > phi6"],
+        &["run", "--until", "phi2 >= phi6"],
         str![[r#"
 error: unknown name `phi6`
- --> --until:1:8
+ --> --until:1:9
   |
-1 | phi2 > phi6
-  |        ^^^^ not known
+1 | phi2 >= phi6
+  |         ^^^^ not known
   |
   = help: did you mean `phi2`?
 

@@ -37,13 +37,16 @@ fn every_row_belongs_to_its_own_time() {
     let exact = Table::reference("quick-return-states.csv");
     let run = run(&["--end-time", "1.0"]);
     let got = run.trajectory();
+    let mut compared = 0;
     for row in 0..exact.rows.len() {
         let t = exact.number(row, "t");
         let Some(at) = (0..got.rows.len()).find(|&r| (got.number(r, "t") - t).abs() < 1e-9) else { continue };
         near("x6_ddot", got.number(at, "x6_ddot"), exact.number(row, "x6_ddot"), 1e-8);
         near("N3", got.number(at, "N3"), exact.number(row, "N3"), 1e-5);
         near("phi4_ddot", got.number(at, "phi4_ddot"), exact.number(row, "phi4_ddot"), 1e-8);
+        compared += 1;
     }
+    assert_eq!(compared, 6);
 }
 
 #[test]
@@ -90,12 +93,15 @@ fn extremes_of_every_quantity() {
     ];
     let exact = Table::reference("quick-return-extremes.csv");
     let summary = run(&[]).summary();
+    let mut compared = 0;
     for row in 0..exact.rows.len() {
         let Some((_, column)) = names.iter().find(|(name, _)| *name == exact.text(row, "quantity")) else { continue };
         let (which, value) = (exact.text(row, "which"), exact.number(row, "value"));
         let got = summary["extremes"][column][which].as_f64().expect("an extreme");
         near(&format!("{which} of {column}"), got, value, 1e-4 * value.abs());
+        compared += 1;
     }
+    assert_eq!(compared, 2 * names.len());
 }
 
 /// Largest error of the coordinates at 0.5 s.
@@ -176,11 +182,21 @@ fn stiff_and_extreme_variants() {
             // Tens of thousands of steps leave rounding errors of this size.
             assert!(off.abs() <= (2.5 * expected).max(5e-13), "{parameters}: {name} is off by {off:e}");
         }
-        // Springs and masses of up to 1e9 turn an error of position into one of force.
+        let near_singular = summary["warnings"].to_string().contains("rounding errors kept constraint `slot` open");
+        assert_eq!(near_singular, parameters.contains("O2A=0.299997"), "{parameters}: {}", summary["warnings"]);
         let trajectory = run.trajectory();
-        for name in ["x6", "x6_dot", "x6_ddot", "N3", "N6"] {
+        let position = (2.5 * expected).max(5e-13);
+        // Rates of up to 100 rad/s; springs and masses of up to 1e9 turn an error of position into one of force.
+        let outputs = [
+            ("x6", position),
+            ("x6_dot", 1e3 * position),
+            ("x6_ddot", 1e6 * position),
+            ("N3", 1e9 * position),
+            ("N6", 1e9 * position),
+        ];
+        for (name, allowed) in outputs {
             let (got, exact) = (trajectory.number(trajectory.last(), name), cases.number(row, name));
-            near(&format!("{parameters}: {name}"), got, exact, 1e-9 * exact.abs() + 1e9 * expected.max(1e-15));
+            near(&format!("{parameters}: {name}"), got, exact, allowed);
         }
     }
 }

@@ -31,7 +31,7 @@ pub fn module(scene: &Scene, equations: &Equations, source: &str) -> Module {
     let constants = writer.constants();
     let scene_items::Items { parameters, mechanism, link, description } =
         scene_items::items(scene, !writer.constants.is_empty(), source);
-    let has_parameters = scene.parameters.iter().any(|p| !p.is_left_out());
+    let has_parameters = scene.parameters.iter().any(|p| !p.left_out);
     let parameter_description = has_parameters.then(|| quote!(ParameterDescription,));
     let tokens = quote! {
         use qrm_mechanism::{
@@ -145,13 +145,14 @@ impl<'a> Writer<'a> {
             Symbol::Multiplier(i) => format!("lambda_{}", self.scene.constraints[i].name),
             _ => "t".to_owned(),
         };
-        let mut name = ident(&name).to_string();
+        let name = ident(&name).to_string();
+        let mut name = name.strip_prefix("r#").map_or(name.clone(), |word| format!("{word}_"));
         // The arguments and the two halves of a mechanism are in the same scope, and a raw identifier cannot be part of
         // a longer name.
         while RESERVED.contains(&name.as_str()) || self.inputs.values().any(|bound| *bound == name) {
             name.push('_');
         }
-        name.strip_prefix("r#").map_or(name.clone(), |word| format!("{word}_"))
+        name
     }
 
     fn function(&self, plan: &Plan<Signed>, operations: &mut Vec<(&'static str, String)>) -> TokenStream {

@@ -96,8 +96,7 @@ impl Number {
     }
 }
 
-/// The double nearest to a rational, and how a program should write it: `3.0 / 7.0` stays a quotient of
-/// whole numbers, a decimal becomes the decimal.
+/// The double nearest to a rational.
 pub(crate) fn to_f64(exact: &BigRational) -> f64 {
     let (numerator, denominator) = (exact.numer(), exact.denom());
     let exactly = BigInt::one() << 53;

@@ -119,15 +119,39 @@ fn read_all(paths: &[PathBuf]) -> Result<(Vec<Read>, Vec<Report>), Error> {
     if wrong.is_empty() { Ok((read, warnings)) } else { Err(Error::Scenes(wrong)) }
 }
 
+/// Words that a module cannot have as its name, and the list of modules.
+const RESERVED_MODULES: [&str; 6] = ["scenes", "gen", "self", "super", "crate", "hand_written"];
+/// What every generated module already means by these names.
+const RESERVED_STRUCTS: [&str; 12] = [
+    "Closure",
+    "Constants",
+    "Description",
+    "Dynamics",
+    "Mechanism",
+    "ParameterDescription",
+    "Parameters",
+    "QuantityDescription",
+    "Real",
+    "Schedule",
+    "Self",
+    "Start",
+];
+
 /// Every scene becomes a module, so no two may have names that make the same one.
 fn same_module(new: &Read, read: &[Read]) -> Option<Report> {
     let module = module_name(&new.scene.name);
     let other = read.iter().find(|r| module_name(&r.scene.name) == module);
+    let mechanism = struct_name(&new.scene.name);
     let title = match other {
         Some(other) => {
             format!("scenes `{}` and `{}` would both become module `{module}`", other.scene.name, new.scene.name)
         }
-        None if module == "scenes" => "the module `scenes` lists the scenes".to_owned(),
+        None if RESERVED_MODULES.contains(&module.as_str()) || syn::parse_str::<syn::Ident>(&module).is_err() => {
+            format!("a module cannot be called `{module}`")
+        }
+        None if RESERVED_STRUCTS.contains(&mechanism.as_str()) => {
+            format!("the generated code has another struct `{mechanism}`")
+        }
         None => return None,
     };
     let label = other.map_or_else(String::new, |other| format!("the other one is in {}", other.path));
@@ -140,7 +164,7 @@ fn engine_error(error: engine::Error, scenes: &[&Read]) -> Error {
     let engine::Error::Formula { scene, span, reason } = error else { return Error::Engine(error) };
     let Read { path, source, .. } = scenes[scene];
     let finding = Diagnostic::error("a formula cannot be differentiated", span, reason)
-        .help("look for a division by something that is always zero");
+        .help("look for a division by something that is always zero, and for numbers beyond 1e308");
     Error::Scenes(vec![Report::new(path, source, vec![finding])])
 }
 

@@ -12,19 +12,15 @@ pub enum Token {
     Name(String),
     /// One of `+ - * / ^ ( ) ,`.
     Symbol(char),
-    /// One of `< <= > >=`.
+    /// `<=` or `>=`.
     Comparison(Comparison),
 }
 
 /// How a condition compares its two sides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Comparison {
-    /// `<`
-    Less,
     /// `<=`
     LessOrEqual,
-    /// `>`
-    Greater,
     /// `>=`
     GreaterOrEqual,
 }
@@ -33,8 +29,8 @@ impl Comparison {
     /// `1` if the condition becomes true when left minus right rises through zero, `-1` if when it falls.
     pub fn sign(self) -> f64 {
         match self {
-            Self::Greater | Self::GreaterOrEqual => 1.0,
-            Self::Less | Self::LessOrEqual => -1.0,
+            Self::GreaterOrEqual => 1.0,
+            Self::LessOrEqual => -1.0,
         }
     }
 }
@@ -86,14 +82,14 @@ pub fn tokenize(text: &str, offset: usize) -> Result<Vec<(Token, Span)>, Diagnos
                 Token::Name(text[start..at].to_owned())
             }
             b'<' | b'>' => {
-                let or_equal = bytes.get(at + 1) == Some(&b'=');
-                at += 1 + usize::from(or_equal);
-                Token::Comparison(match (byte, or_equal) {
-                    (b'<', false) => Comparison::Less,
-                    (b'<', true) => Comparison::LessOrEqual,
-                    (_, false) => Comparison::Greater,
-                    (_, true) => Comparison::GreaterOrEqual,
-                })
+                if bytes.get(at + 1) != Some(&b'=') {
+                    let sign = char::from(byte);
+                    let span = offset + at..offset + at + 1;
+                    return Err(Diagnostic::error(format!("`{sign}` is not offered"), span, "unexpected")
+                        .help(format!("write `{sign}=`: a condition is met at the moment its two sides are equal")));
+                }
+                at += 2;
+                Token::Comparison(if byte == b'<' { Comparison::LessOrEqual } else { Comparison::GreaterOrEqual })
             }
             b'*' if bytes.get(at + 1) == Some(&b'*') => {
                 let span = offset + at..offset + at + 2;

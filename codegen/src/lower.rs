@@ -17,7 +17,7 @@ pub struct Lowering {
     done: HashMap<Term, Signed>,
 }
 
-/// A product in a sum: what is constant in it, and what varies.
+/// A product in a sum.
 #[derive(Clone, Debug)]
 struct Monomial {
     negative: bool,

@@ -82,7 +82,7 @@ enum Context {
     Constant,
     /// Coordinates and points too; it will be differentiated.
     Geometry,
-    /// Rates and time too; it will be differentiated in a later version.
+    /// Rates and time too; it must be smooth.
     Load,
     /// Everything, also functions without derivative.
     Condition,
@@ -181,6 +181,7 @@ impl Resolver<'_> {
                 text,
                 value: 0.0,
                 runtime: syntax.runtime,
+                left_out: false,
             });
         }
         self.scope.parameter_limit = usize::MAX;
@@ -329,10 +330,16 @@ fn near_or_all(what: &str, name: &str, known: &[&str]) -> String {
     }
 }
 
-/// Gives parameters their numbers.
+/// Gives parameters their numbers, and tells which of them are left out: those that are zero and can only be zero.
 fn number_parameters(scene: &mut Scene, replace: &dyn Fn(&str) -> Option<f64>) {
     let values = parameter_values(scene, replace);
-    for (parameter, value) in scene.parameters.iter_mut().zip(values) {
+    for (i, value) in values.into_iter().enumerate() {
+        let is_fixed = scene.parameters[i].formula.names().all(|name| match name {
+            Quantity::Parameter(other) => scene.parameters[*other].left_out,
+            _ => true,
+        });
+        let parameter = &mut scene.parameters[i];
         parameter.value = value;
+        parameter.left_out = value == 0.0 && !parameter.runtime && is_fixed;
     }
 }

@@ -100,13 +100,8 @@ pub struct Parameter {
     pub value: f64,
     /// Whether it is kept even when it is zero.
     pub runtime: bool,
-}
-
-impl Parameter {
-    /// Whether the generated code does without it because it is exactly zero.
-    pub fn is_left_out(&self) -> bool {
-        self.value == 0.0 && !self.runtime
-    }
+    /// Whether the generated code does without it: it is exactly zero, and so is every parameter it is computed from.
+    pub left_out: bool,
 }
 
 /// A named point.
@@ -243,7 +238,7 @@ pub struct Run {
 impl Scene {
     /// The names of the parameters that the generated code does without.
     pub fn left_out(&self) -> impl Iterator<Item = &Parameter> {
-        self.parameters.iter().filter(|p| p.is_left_out())
+        self.parameters.iter().filter(|p| p.left_out)
     }
 
     /// Whether all of a formula could be read and looked up.

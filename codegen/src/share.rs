@@ -53,7 +53,7 @@ impl Sharing {
         candidates.sort_by_key(|(pair, at)| (std::cmp::Reverse(at.len()), *pair));
         let mut most = 0;
         for (pair, at) in candidates {
-            let holds = |id: &Id| pairs(pair.0, &self.lists[id].1).contains(&pair);
+            let holds = |id: &Id| places_of(&self.lists[id].1, pair).is_some();
             let at: Vec<Id> = at.into_iter().filter(holds).collect();
             // A pair that fell far behind the best of this round waits: the replacements made better ones.
             if at.len() < 2 || at.len() * 2 < most {
@@ -83,20 +83,22 @@ fn pairs(kind: Kind, elements: &[Signed]) -> BTreeSet<Pair> {
     found
 }
 
+/// Where a pair stands in a list.
+fn places_of(elements: &[Signed], (_, low, high, opposite): Pair) -> Option<(usize, usize)> {
+    elements.iter().enumerate().filter(|(_, e)| e.id == low).find_map(|(first, e)| {
+        let partner =
+            |(place, p): (usize, &Signed)| place != first && p.id == high && (p.negative != e.negative) == opposite;
+        elements.iter().enumerate().position(partner).map(|second| (first, second))
+    })
+}
+
 /// Replaces a pair by the value that was made of it, as often as it occurs.
-fn replace(elements: &mut Vec<Signed>, (kind, low, high, opposite): Pair, made: Id) {
-    loop {
-        let first = elements.iter().position(|e| {
-            let partner = |p: &Signed| p.id == high && (p.negative != e.negative) == opposite;
-            e.id == low && elements.iter().any(|p| partner(p) && !std::ptr::eq(p, e))
-        });
+fn replace(elements: &mut Vec<Signed>, pair: Pair, made: Id) {
+    while let Some((first, second)) = places_of(elements, pair) {
         // A list that is the pair itself becomes the one value; elsewhere two elements become one.
-        let Some(first) = first else { return };
-        let taken = elements.remove(first);
-        let second = elements.iter().position(|p| p.id == high && (p.negative != taken.negative) == opposite);
-        let Some(second) = second else { return };
-        elements.remove(second);
-        let negative = taken.negative && kind == Kind::Sum;
+        let negative = elements[first].negative && pair.0 == Kind::Sum;
+        elements.remove(first.max(second));
+        elements.remove(first.min(second));
         elements.push(Signed { negative, id: made });
     }
 }

@@ -151,6 +151,7 @@ fn changed_text_is_found() {
     for (right, wrong) in [
         ("Start {\n            q: [1.0, 1.0]", "Start {\n            q: [1.0, 1.5]"),
         ("step: 0.001", "step: 0.01"),
+        ("unwrap_or(100.0)", "unwrap_or(10.0)"),
         ("q[1] - (2.0 + t)", "q[1] - 2.0 + t"),
     ] {
         assert!(text.contains(right), "{right} is not in\n{text}");

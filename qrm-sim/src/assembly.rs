@@ -31,11 +31,19 @@ pub fn assemble<X: Mechanism<N, M>, const N: usize, const M: usize>(
     start: &Start<N>,
 ) -> Result<(Vector<N>, Vector<N>), NotAssembled> {
     let found = search(mechanism, start, start.q, &[1.0; M]);
-    if !(largest(&mechanism.closure(&found).constraints).1 <= CLOSED) {
+    if !is_closed(mechanism, &found) {
         return Err(blame(mechanism, start, &found));
     }
     let qd = rates(mechanism, start, &found)?;
     Ok((found, qd))
+}
+
+/// Whether every residual is at the size of rounding errors, of its own or of the terms it is the difference of.
+fn is_closed<X: Mechanism<N, M>, const N: usize, const M: usize>(mechanism: &X, q: &Vector<N>) -> bool {
+    let closure = mechanism.closure(q);
+    let terms = |row: &Vector<N>| row.iter().zip(q).map(|(derivative, q)| (derivative * q).abs()).sum::<f64>();
+    let rows = closure.constraints.iter().zip(&closure.constraint_jacobian);
+    rows.into_iter().all(|(residual, row)| residual.abs() <= CLOSED.max(64.0 * f64::EPSILON * terms(row)))
 }
 
 /// The last constraint that alone stays open when all others are closed, and how far; failing that, the one that is

@@ -5,7 +5,7 @@ use qrm_mechanism::Mechanism;
 use crate::linear::{largest, multiply};
 use crate::motion::Moment;
 use crate::observer::{Observer, Row};
-use crate::outcome::Status;
+use crate::outcome::{Status, Undefined};
 
 /// The notes.
 #[derive(Debug)]
@@ -20,6 +20,8 @@ pub(crate) struct Book {
     first_energy: f64,
     /// Largest kinetic energy in any row.
     pub(crate) largest_kinetic_energy: f64,
+    /// Largest energy in any row, kinetic and potential.
+    pub(crate) largest_energy: f64,
     /// Largest change of the energy.
     pub(crate) energy_drift: f64,
     /// Whether no load without potential did work.
@@ -35,6 +37,7 @@ impl Book {
             residual_velocity: (0, 0.0),
             first_energy: mechanism.energy(&first.q, &first.qd).iter().sum(),
             largest_kinetic_energy: 0.0,
+            largest_energy: 0.0,
             energy_drift: 0.0,
             is_conservative: true,
         }
@@ -55,15 +58,16 @@ impl Book {
             let velocity = largest(&multiply(&closure.constraint_jacobian, qd));
             let [kinetic, potential] = mechanism.energy(q, qd);
             let energy = kinetic + potential;
+            if let Some(what) = self.undefined(energy) {
+                return Err(Status::NotFinite { t: *t, what });
+            }
+            self.largest_energy = self.largest_energy.max(energy.abs()).max(potential.abs());
             self.largest_kinetic_energy = self.largest_kinetic_energy.max(kinetic);
             self.is_conservative &= mechanism.power(*t, q, qd) == 0.0;
             self.energy_drift = self.energy_drift.max((energy - self.first_energy).abs());
             let worse = |old: (usize, f64), new: (usize, f64)| if new.1 > old.1 { new } else { old };
             self.residual_position = worse(self.residual_position, position);
             self.residual_velocity = worse(self.residual_velocity, velocity);
-            if let Some(output) = self.not_finite(energy) {
-                return Err(Status::NotFinite { t: *t, output });
-            }
             let row = Row {
                 index: self.rows,
                 t: *t,
@@ -82,9 +86,9 @@ impl Book {
         Ok(())
     }
 
-    /// Which number of the row under way is not finite: an output, or the energy.
-    fn not_finite(&self, energy: f64) -> Option<Option<usize>> {
+    /// Which number of the row under way is not finite.
+    fn undefined(&self, energy: f64) -> Option<Undefined> {
         let output = self.outputs.iter().position(|value| !value.is_finite());
-        if output.is_some() || !energy.is_finite() { Some(output) } else { None }
+        output.map(Undefined::Output).or((!energy.is_finite()).then_some(Undefined::Energy))
     }
 }

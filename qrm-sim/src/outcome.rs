@@ -31,6 +31,8 @@ pub struct Outcome {
     pub energy_drift: Option<f64>,
     /// Largest kinetic energy in any row.
     pub largest_kinetic_energy: f64,
+    /// Largest energy in any row, kinetic and potential.
+    pub largest_energy: f64,
     /// Estimated error of the coordinates at the end.
     pub estimated_error: Option<f64>,
     /// Whether the run that should have estimated it broke off.
@@ -63,11 +65,22 @@ pub enum Status {
     NotFinite {
         /// The time of the row.
         t: f64,
-        /// Which output; `None` for the energy.
-        output: Option<usize>,
+        /// Which value.
+        what: Undefined,
     },
     /// A row could not be kept.
     Unwritable(std::io::Error),
+}
+
+/// A value of a row that is not finite.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Undefined {
+    /// An output.
+    Output(usize),
+    /// The energy.
+    Energy,
+    /// The stop condition.
+    Condition,
 }
 
 /// Why a run could not begin.

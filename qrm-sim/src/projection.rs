@@ -32,9 +32,9 @@ impl Default for Tolerance {
     }
 }
 
-/// Where corrections no longer lower a residual, rounding errors do not let them: up to this many times the tolerance
-/// that is said, not refused.
-const SETTLED: f64 = 1e3;
+/// Residuals up to this size, in m or rad, may be rounding errors: near a singular position they are magnified. A run
+/// says where it had to be content with one.
+const SETTLED: f64 = 1e-9;
 
 /// The correction of positions did not converge.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,7 +47,7 @@ pub struct NotConverged {
     pub iterations: u32,
 }
 
-/// Moves `q` onto the constraints and `qd` onto their tangent; returns how many evaluations of the constraints it took.
+/// Moves `q` onto the constraints and `qd` onto their tangent.
 ///
 /// # Errors
 /// The residual is still above the tolerance after the allowed iterations.
@@ -59,33 +59,36 @@ pub fn project<X: Mechanism<N, M>, const N: usize, const M: usize>(
     q: &mut Vector<N>,
     qd: &mut Vector<N>,
     care: &mut Care,
-) -> Result<u32, NotConverged> {
+) -> Result<(), NotConverged> {
     if M == 0 || projection == Projection::None {
-        return Ok(0);
+        return Ok(());
     }
     // A mass matrix that is singular by itself is no metric: those steps fall back to the plain one.
     let mass = mass.filter(|_| projection == Projection::Mass);
     let mut before = f64::INFINITY;
-    for iteration in 0..=tolerance.iterations {
+    let mut iterations = 0;
+    loop {
         let closure = mechanism.closure(q);
         let (constraint, residual) = largest(&closure.constraints);
-        let is_settled = residual > 0.5 * before && residual <= SETTLED * tolerance.residual;
-        let is_closed = residual <= tolerance.residual || is_settled;
-        before = residual;
+        let is_closed = residual <= tolerance.residual;
+        // A residual at the size of rounding errors that corrections no longer lower is as good as it gets.
+        let is_settled = !is_closed && residual > 0.5 * before && residual <= SETTLED;
+        if !is_closed && !is_settled && (iterations == tolerance.iterations || !residual.is_finite()) {
+            return Err(NotConverged { constraint, residual, iterations });
+        }
+        let corrector = Corrector::new(&closure.constraint_jacobian, mass);
         if is_settled {
             care.note_settled(constraint, residual);
+        } else {
+            // The Jacobian is here anyway: one more correction of a closed position costs next to nothing and takes
+            // the residual far below the tolerance.
+            corrector.correct(q, &closure.constraints, care);
         }
-        if !is_closed && (iteration == tolerance.iterations || !residual.is_finite()) {
-            return Err(NotConverged { constraint, residual, iterations: iteration });
-        }
-        // The Jacobian is here anyway: one more correction costs next to nothing and takes the residual far below
-        // the tolerance.
-        let corrector = Corrector::new(&closure.constraint_jacobian, mass);
-        corrector.correct(q, &closure.constraints, care);
-        if is_closed {
+        if is_closed || is_settled {
             corrector.correct(qd, &multiply(&closure.constraint_jacobian, qd), care);
-            return Ok(iteration + 1);
+            return Ok(());
         }
+        before = residual;
+        iterations += 1;
     }
-    Ok(tolerance.iterations)
 }

@@ -9,7 +9,7 @@ use crate::book::Book;
 use crate::linear::{Vector, largest};
 use crate::motion::{Breakdown, Method, Moment, advance, moment};
 use crate::observer::Observer;
-use crate::outcome::{NoStart, Outcome, Status};
+use crate::outcome::{NoStart, Outcome, Status, Undefined};
 use crate::solve::Care;
 
 /// How many steps are made between two visits to the observer.
@@ -113,7 +113,7 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
             let begun = Instant::now();
             while status.is_none() && rows.len() < CHUNK {
                 status = self.step(&mut now, &mut steps, &mut nearest).err();
-                if !matches!(status, Some(Status::Broken(_))) {
+                if !matches!(status, Some(Status::Broken(_) | Status::NotFinite { .. })) {
                     rows.push(now);
                 }
             }
@@ -157,17 +157,21 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
         let t_next = self.grid.time(*steps + 1);
         let next =
             advance(self.mechanism, &self.request.method, now, t_next, &mut self.care).map_err(Status::Broken)?;
-        *steps += 1;
         let condition = self.condition(&next);
         if let Some(value) = condition {
             if value >= 0.0 {
                 *now = self.locate(now, &next).map_err(Status::Broken)?;
+                *steps += 1;
                 return Err(Status::Stopped);
+            }
+            if value.is_nan() {
+                return Err(Status::NotFinite { t: next.t, what: Undefined::Condition });
             }
             if value > nearest.1 {
                 *nearest = (next.t, value);
             }
         }
+        *steps += 1;
         *now = next;
         if t_next >= self.grid.end_time {
             return Err(match condition {
@@ -234,6 +238,7 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
             residual_position: self.book.residual_position,
             residual_velocity: self.book.residual_velocity,
             largest_kinetic_energy: self.book.largest_kinetic_energy,
+            largest_energy: self.book.largest_energy,
             energy_drift: self.book.is_conservative.then_some(self.book.energy_drift),
             care: self.care,
         }

@@ -5,7 +5,7 @@ use std::io;
 use qrm_mechanism::{Closure, Description, Dynamics, Mechanism, QuantityDescription, Schedule, Start};
 use qrm_sim::motion::Breakdown;
 use qrm_sim::observer::{Observer, Row};
-use qrm_sim::outcome::{NoStart, Outcome, Status};
+use qrm_sim::outcome::{NoStart, Outcome, Status, Undefined};
 use qrm_sim::simulate::{End, Request, simulate};
 
 /// A mass on a line with a force that depends on its position.
@@ -120,7 +120,7 @@ fn an_output_without_value_ends_the_run_before_its_row() {
     let mut notes = Notes::default();
     let outcome = run(&Line { output: |x| (0.5 - x).sqrt(), ..line() }, None, &mut notes).expect("starts");
     assert!(
-        matches!(outcome.status, Status::NotFinite { output: Some(0), t } if (t - 0.51).abs() < 1e-12),
+        matches!(outcome.status, Status::NotFinite { what: Undefined::Output(0), t } if (t - 0.51).abs() < 1e-12),
         "{outcome:?}"
     );
     assert_eq!((notes.times.len(), notes.finished), (51, 1));

@@ -71,7 +71,7 @@ impl Plain<'_> {
         let mut pending = vec![value];
         while let Some(value) = pending.pop() {
             for name in value.names() {
-                let is_left_out = matches!(name, Quantity::Parameter(i) if self.scene.parameters[*i].is_left_out());
+                let is_left_out = matches!(name, Quantity::Parameter(i) if self.scene.parameters[*i].left_out);
                 if let (true, Quantity::Point(point, _)) = (!is_left_out && needed.insert(*name), name) {
                     pending.extend(&self.scene.points[*point].position);
                 }
@@ -85,7 +85,7 @@ impl Plain<'_> {
         let tokens = match quantity {
             Quantity::Parameter(i) => {
                 let parameter = &self.scene.parameters[i];
-                if parameter.is_left_out() {
+                if parameter.left_out {
                     literal(0.0)
                 } else {
                     let name = ident(&parameter.name);

@@ -63,7 +63,7 @@ fn own_struct(scene: &Scene, has_constants: bool) -> TokenStream {
 }
 
 fn kept(scene: &Scene) -> impl Iterator<Item = &Parameter> {
-    scene.parameters.iter().filter(|p| !p.is_left_out())
+    scene.parameters.iter().filter(|p| !p.left_out)
 }
 
 fn parameters(scene: &Scene) -> TokenStream {
@@ -235,8 +235,8 @@ fn stop(scene: &Scene, plain: &Plain) -> TokenStream {
     let points = plain.points(&condition.difference);
     let difference = plain.tokens(&condition.difference);
     let rising = match condition.comparison {
-        Comparison::Greater | Comparison::GreaterOrEqual => quote!(#difference),
-        Comparison::Less | Comparison::LessOrEqual => quote!(-(#difference)),
+        Comparison::GreaterOrEqual => quote!(#difference),
+        Comparison::LessOrEqual => quote!(-(#difference)),
     };
     let quantities = plain.quantities(&condition.difference);
     let uses = |test: fn(&Quantity) -> bool| quantities.iter().any(test);

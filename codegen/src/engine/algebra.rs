@@ -53,7 +53,7 @@ impl<'s> Algebra<'s> {
     /// A symbol as an atom; parameters that are left out are zero.
     pub(super) fn symbol(&self, symbol: Symbol) -> Atom {
         match symbol {
-            Symbol::Parameter(i) if self.scene.parameters[i].is_left_out() => Atom::num(0),
+            Symbol::Parameter(i) if self.scene.parameters[i].left_out => Atom::num(0),
             _ => Atom::var(self.engine_symbol(symbol)),
         }
     }

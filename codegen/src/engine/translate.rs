@@ -4,9 +4,11 @@ use std::collections::HashMap;
 
 use num_bigint::BigInt;
 use num_rational::BigRational;
+use num_traits::Zero;
 use symbolica::atom::{AtomView, Symbol as EngineSymbol};
 use symbolica::coefficient::CoefficientView;
 
+use crate::expression::to_f64;
 use crate::function::Function;
 use crate::term::{Symbol, Term};
 
@@ -17,7 +19,15 @@ use crate::term::{Symbol, Term};
 pub(super) fn term(view: AtomView, places: &HashMap<EngineSymbol, Symbol>) -> Term {
     let each = |items: &mut dyn Iterator<Item = AtomView<'_>>| items.map(|item| term(item, places)).collect();
     match view {
-        AtomView::Num(number) => Term::Number(rational(number.get_coeff_view(), &view)),
+        AtomView::Num(number) => {
+            let number = rational(number.get_coeff_view(), &view);
+            let value = to_f64(&number);
+            assert!(
+                value.is_finite() && (value == 0.0) == number.is_zero(),
+                "a number in it is beyond double precision"
+            );
+            Term::Number(number)
+        }
         AtomView::Var(variable) => match places.get(&variable.get_symbol()) {
             Some(symbol) => Term::Symbol(*symbol),
             None if variable.get_symbol() == EngineSymbol::E => {

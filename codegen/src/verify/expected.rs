@@ -23,11 +23,13 @@ pub(super) struct Sample {
 }
 
 impl Sample {
-    /// Random numbers; coordinates and rates near the scene's start if asked for.
-    pub(super) fn random(scene: &Scene, near_start: bool, random: &mut fastrand::Rng) -> Self {
+    /// Random numbers; every second time coordinates and rates near the scene's start, and nearer each time, for formulae
+    /// that have a value nowhere else.
+    pub(super) fn random(scene: &Scene, number: usize, random: &mut fastrand::Rng) -> Self {
+        let near_start = number.is_multiple_of(2);
         let (n, m) = (scene.coordinates.len(), scene.constraints.len());
         let parameter = |random: &mut fastrand::Rng, p: &crate::scene::Parameter| {
-            if p.is_left_out() {
+            if p.left_out {
                 0.0
             } else if p.value == 0.0 {
                 between(random, 0.1, 1.0)
@@ -45,7 +47,7 @@ impl Sample {
         };
         let mut around =
             |value: f64, spread: f64| value * between(random, 0.97, 1.03) + between(random, -spread, spread);
-        let spread = if near_start { 0.2 } else { 3.2 };
+        let spread = if near_start { [0.2, 0.02, 2e-3, 2e-4][number / 2 % 4] } else { 3.2 };
         let q = scene.coordinates.iter().map(|c| around(start(&c.position), spread)).collect();
         let qd = scene.coordinates.iter().map(|c| around(start(&c.rate), 5.0)).collect();
         Self {

@@ -10,6 +10,8 @@ use syn::{BinOp, Expr, ExprLit, FnArg, ItemFn, Lit, Member, Pat, Stmt, UnOp};
 pub(super) enum Value {
     Number(f64),
     Truth(bool),
+    /// A closure that gives nothing, and what it gives.
+    Nothing,
     List(Vec<Value>),
     Fields(HashMap<String, Value>),
 }
@@ -23,7 +25,7 @@ impl Value {
     pub(super) fn numbers(&self) -> Vec<f64> {
         match self {
             Self::Number(n) => vec![*n],
-            Self::Truth(_) | Self::Fields(_) => Vec::new(),
+            Self::Truth(_) | Self::Nothing | Self::Fields(_) => Vec::new(),
             Self::List(items) => items.iter().flat_map(Self::numbers).collect(),
         }
     }
@@ -120,6 +122,8 @@ impl Scope {
             Expr::Lit(ExprLit { lit: Lit::Int(n), .. }) => {
                 n.base10_parse().map(Value::Number).map_err(|e| e.to_string())
             }
+            // The name of a parameter, for the closure.
+            Expr::Lit(ExprLit { lit: Lit::Str(_), .. }) => Ok(Value::Nothing),
             Expr::Lit(ExprLit { lit: Lit::Bool(truth), .. }) => Ok(Value::Truth(truth.value)),
             Expr::Path(path) => match path.path.get_ident() {
                 Some(name) => {
@@ -166,7 +170,11 @@ impl Scope {
             }
             Expr::MethodCall(call) => {
                 let receiver = self.value(&call.receiver)?;
-                let arguments = self.values(&call.args)?;
+                let mut arguments = self.values(&call.args)?;
+                if let (Value::Nothing, "unwrap_or", 1) = (&receiver, call.method.to_string().as_str(), arguments.len())
+                {
+                    return Ok(arguments.remove(0));
+                }
                 function(&call.method.to_string(), &receiver, &arguments)
             }
             Expr::Call(call) => self.call(call),
@@ -178,6 +186,7 @@ impl Scope {
         let path = call.func.to_token_stream().to_string().replace(' ', "");
         let mut arguments = self.values(&call.args)?.into_iter();
         match (path.as_str(), arguments.next()) {
+            (name, Some(_)) if self.names.get(name) == Some(&Value::Nothing) => Ok(Value::Nothing),
             ("R::zero", None) => Ok(Value::Number(0.0)),
             ("R::from_f64" | "Some", Some(value)) => Ok(value),
             (path, Some(first)) if path.starts_with("f64::") => {

@@ -6,7 +6,7 @@ use qrm_mechanism::Description;
 
 use crate::assembly::NotAssembled;
 use crate::motion::Breakdown;
-use crate::outcome::{NoStart, Outcome, Status};
+use crate::outcome::{NoStart, Outcome, Status, Undefined};
 
 /// Why a run could not begin, with the place in the scene where there is one.
 pub(super) fn no_start(reason: &NoStart, description: &Description, scene: &SceneText, path: &str) -> String {
@@ -41,6 +41,14 @@ fn not_assembled(reason: &NotAssembled, scene: &SceneText) -> Diagnostic {
             "cannot stay closed with the given rates",
         )
         .help("the mechanism starts at a dead point for the coordinate that is given: start elsewhere, or give another rate");
+    }
+    if !reason.residual.is_finite() {
+        return Diagnostic::error(
+            format!("constraint `{name}` has no value at the first guesses"),
+            constraint.span.clone(),
+            "a root or another function leaves its domain",
+        )
+        .help("choose other guesses in [initial]");
     }
     let found = scene.coordinates.iter().zip(&reason.q).map(|(c, q)| format!("{} = {q:.6}", c.name));
     Diagnostic::error(
@@ -112,9 +120,12 @@ pub(super) fn ending(outcome: &Outcome, description: &Description, until: &str) 
         }
         Status::Interrupted => format!("interrupted at t = {t}"),
         Status::Broken(reason) => format!("broke off after t = {t}: {}", breakdown(reason, description)),
-        Status::NotFinite { t, output } => {
-            let what =
-                output.map_or_else(|| "the energy".to_owned(), |i| format!("output `{}`", description.outputs[i].name));
+        Status::NotFinite { t, what } => {
+            let what = match what {
+                Undefined::Output(i) => format!("output `{}`", description.outputs[*i].name),
+                Undefined::Energy => "the energy".to_owned(),
+                Undefined::Condition => format!("the stop condition `{until}`"),
+            };
             format!("{what} is not finite at t = {}; the rows before that are kept", seconds(*t))
         }
         Status::Unwritable(e) => format!("a row could not be written: {e}"),
@@ -129,7 +140,7 @@ pub(super) fn warnings(outcome: &Outcome, description: &Description) -> Vec<Stri
     let care = &outcome.care;
     let mut warnings = Vec::new();
     if let Some(drift) = outcome.energy_drift
-        && drift > TOLERABLE_DRIFT * outcome.largest_kinetic_energy
+        && drift > TOLERABLE_DRIFT * outcome.largest_kinetic_energy + 1e-12 * outcome.largest_energy
     {
         warnings.push(format!(
             "the energy changed by {drift:.1e} J although every load has a potential: the step is too long, do not trust \

@@ -78,6 +78,17 @@ fn jacobian_against_differences() {
 }
 
 #[test]
+fn a_parameter_that_is_zero_only_for_now_is_kept() {
+    let at = |zero: f64| {
+        let model = Functions::with_parameters(&|name| (name == "zero").then_some(zero));
+        model.dynamics(0.3, &Q, &QD).generalized_forces
+    };
+    let (without, with) = (at(0.0), at(4.0));
+    // load = -m zero = -10 N, along p.
+    assert!((with[0] - without[0] + 10.0).abs() < 1e-12, "{without:?} {with:?}");
+}
+
+#[test]
 fn start_schedule_and_dependent_parameters() {
     let model = Functions::with_parameters(&|name| (name == "m").then_some(4.0));
     assert_eq!(model.schedule().step, 4e-3);
@@ -86,6 +97,6 @@ fn start_schedule_and_dependent_parameters() {
     assert_eq!(model.start().given_rates, [true, true, false]);
     let mut values = Vec::new();
     model.visit_parameters(&mut |value| values.push(value));
-    assert_eq!(values, [3.0, 4.0, 8.0 + 2.0_f64.sqrt(), 1e250, 1e-250]);
+    assert_eq!(values, [3.0, 4.0, 8.0 + 2.0_f64.sqrt(), 1e250, 1e-250, 0.0, -0.0]);
     assert_eq!(Functions::<f64>::DESCRIPTION.left_out, ["off"]);
 }
