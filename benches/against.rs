@@ -4,40 +4,20 @@
 //! Without a program our own time is printed alone.
 
 use std::hint::black_box;
-use std::io;
 use std::process::{Command, ExitCode};
 
 use qrm_model::quick_return::QuickReturn;
-use qrm_sim::observer::{Observer, Row};
 use qrm_sim::simulate::{Request, simulate};
 
 const ROUNDS: usize = 15;
 const RUNS: usize = 200;
-
-/// Keeps what the other program keeps too: the integrator's own rows.
-struct Nobody;
-
-impl Observer for Nobody {
-    fn row(&mut self, row: &Row) -> io::Result<()> {
-        black_box(row.q);
-        Ok(())
-    }
-
-    fn goes_on(&mut self, _t: f64, _end_time: f64) -> io::Result<bool> {
-        Ok(true)
-    }
-
-    fn finish(&mut self) -> io::Result<()> {
-        Ok(())
-    }
-}
 
 /// Median time of a step over whole runs, in nanoseconds.
 fn ours() -> f64 {
     let mechanism = QuickReturn::default();
     let request = Request { method: Default::default(), step: None, end: None, estimate_error: false };
     let run = |_| {
-        let outcome = simulate(black_box(&mechanism), &request, &mut Nobody);
+        let outcome = simulate(black_box(&mechanism), &request, &mut ());
         outcome.map_or(f64::NAN, |o| o.integration.as_secs_f64() * 1e9 / o.steps as f64)
     };
     median((0..RUNS).map(run).collect())

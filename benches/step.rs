@@ -1,37 +1,17 @@
 //! Generated against hand-written: one evaluation of the equations, one solve of them, one whole run.
 
 use std::hint::black_box;
-use std::io;
 
 use divan::Bencher;
 use nalgebra::{SMatrix, SVector};
 use qrm_mechanism::{Dynamics, Mechanism};
 use qrm_model::hand_written::HandWritten;
 use qrm_model::quick_return::{Parameters, QuickReturn};
-use qrm_sim::observer::{Observer, Row};
 use qrm_sim::simulate::{Request, simulate};
 use qrm_sim::solve::{Care, accelerations};
 
 const Q: [f64; 3] = [0.5, 1.15, 2.69];
 const QD: [f64; 3] = [7.7, 2.8, 1.5];
-
-/// An observer that keeps nothing.
-struct Nobody;
-
-impl Observer for Nobody {
-    fn row(&mut self, row: &Row) -> io::Result<()> {
-        black_box(row.t);
-        Ok(())
-    }
-
-    fn goes_on(&mut self, _t: f64, _end_time: f64) -> io::Result<bool> {
-        Ok(true)
-    }
-
-    fn finish(&mut self) -> io::Result<()> {
-        Ok(())
-    }
-}
 
 /// The dense system of five equations by nalgebra's LU.
 fn dense(d: &Dynamics<f64, 3, 2>) -> SVector<f64, 5> {
@@ -54,7 +34,7 @@ fn dense(d: &Dynamics<f64, 3, 2>) -> SVector<f64, 5> {
 
 fn whole_run<X: Mechanism<3, 2>>(mechanism: &X) -> u64 {
     let request = Request { method: Default::default(), step: None, end: None, estimate_error: false };
-    simulate(mechanism, &request, &mut Nobody).map_or(0, |outcome| outcome.steps)
+    simulate(mechanism, &request, &mut ()).map_or(0, |outcome| outcome.steps)
 }
 
 #[divan::bench_group(name = "one evaluation of the equations")]

@@ -3,12 +3,10 @@
 #![allow(unsafe_code, reason = "an allocator that counts is the only way to count allocations")]
 
 use std::alloc::{GlobalAlloc, Layout, System};
-use std::io;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use qrm_model::quick_return::QuickReturn;
 use qrm_sim::motion::Method;
-use qrm_sim::observer::{Observer, Row};
 use qrm_sim::projection::{Projection, Tolerance};
 use qrm_sim::simulate::{End, Request, simulate};
 
@@ -33,28 +31,12 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-struct Nobody;
-
-impl Observer for Nobody {
-    fn row(&mut self, _row: &Row) -> io::Result<()> {
-        Ok(())
-    }
-
-    fn goes_on(&mut self, _t: f64, _end_time: f64) -> io::Result<bool> {
-        Ok(true)
-    }
-
-    fn finish(&mut self) -> io::Result<()> {
-        Ok(())
-    }
-}
-
 fn allocations(projection: Projection, end_time: f64) -> usize {
     let mechanism = QuickReturn::default();
     let method = Method { projection, tolerance: Tolerance::default() };
     let request = Request { method, step: None, end: Some(End::Time(end_time)), estimate_error: true };
     let before = COUNT.load(Ordering::Relaxed);
-    let outcome = simulate(&mechanism, &request, &mut Nobody).expect("the run starts");
+    let outcome = simulate(&mechanism, &request, &mut ()).expect("the run starts");
     assert!(outcome.steps > 100);
     COUNT.load(Ordering::Relaxed) - before
 }

@@ -3,6 +3,7 @@
 mod body;
 mod constants;
 mod layout;
+mod naming;
 mod piece;
 mod plain;
 mod scene_items;
@@ -156,27 +157,21 @@ impl<'a> Writer<'a> {
     }
 
     fn function(&self, plan: &Plan<Signed>, operations: &mut Vec<(&'static str, String)>) -> TokenStream {
-        let roots: Vec<Signed> = plan.parts.iter().flat_map(|(_, shape)| shape.values()).copied().collect();
-        let mut taken: HashSet<String> =
-            ["p", "k", "q", "qd", "qdd", "m", "t", "multipliers"].map(str::to_owned).into();
+        let roots: Vec<Signed> = plan.values().copied().collect();
+        let mut taken: HashSet<String> = RESERVED.map(str::to_owned).into();
+        taken.insert("t".to_owned());
         taken.extend(self.inputs.values().map(ToString::to_string));
         let mut body = Body::new(self.graph, &self.outside, &self.hints, &self.points, taken, &roots);
         let fields: Vec<TokenStream> = plan.parts.iter().map(|(_, shape)| result(&mut body, shape)).collect();
+        let used: Vec<Id> = self.outside.keys().copied().filter(|&id| body.needs(id)).collect();
         let (statements, cost) = body.finish();
         operations.push((plan.name, cost.to_string()));
 
-        let used = self.graph.reachable(roots.iter().map(|r| r.id));
         let (bindings, parameters) = self.arguments(plan.arguments, &used);
-        let uses = |what: &str| -> Option<TokenStream> {
-            let is_used = used.iter().any(|id| match self.outside.get(id) {
-                Some(tokens) => tokens.to_string().starts_with(what) && self.reached_from_outside(*id, &roots),
-                None => false,
-            });
-            let name = format_ident!("{}", &what[..1]);
-            let field = format_ident!("{}", if what.starts_with('p') { "parameters" } else { "constants" });
-            is_used.then(|| quote!(let #name = &m.#field;))
-        };
-        let (p, k) = (uses("p ."), uses("k ."));
+        let uses = |test: fn(&Op) -> bool| used.iter().any(|&id| test(self.graph.op(id)));
+        let p = uses(|op| matches!(op, Op::Input(Symbol::Parameter(_)))).then(|| quote!(let p = &m.parameters;));
+        // Of what stands outside, the constants alone are computed from something.
+        let k = uses(|op| !op.is_leaf()).then(|| quote!(let k = &m.constants;));
         let m = if p.is_some() || k.is_some() { quote!(m) } else { quote!(_m) };
         let (n, c) = (self.scene.coordinates.len(), self.scene.constraints.len());
         let (n, c) = (proc_macro2::Literal::usize_unsuffixed(n), proc_macro2::Literal::usize_unsuffixed(c));
@@ -224,21 +219,6 @@ impl<'a> Writer<'a> {
         let arguments: Vec<String> = plan.arguments.iter().map(list).collect();
         let text = format!("{}\n\nArguments: {}.\n\nOperations: {cost}.", plan.doc, arguments.join(", "));
         text.lines().map(|line| format!(" {line}").trim_end().to_owned()).collect()
-    }
-
-    /// Whether a value is needed by something that is computed in the function itself.
-    fn reached_from_outside(&self, id: Id, roots: &[Signed]) -> bool {
-        let mut pending: Vec<Id> = roots.iter().map(|r| r.id).collect();
-        let mut seen = HashSet::new();
-        while let Some(at) = pending.pop() {
-            if at == id {
-                return true;
-            }
-            if !self.outside.contains_key(&at) && seen.insert(at) {
-                pending.extend(self.graph.op(at).operands());
-            }
-        }
-        false
     }
 
     /// The bindings of the inputs that are used, and the function's parameters.

@@ -22,6 +22,15 @@ pub fn evaluate_in<N, D: Differentiable>(
     values.last().copied().unwrap_or_else(|| D::from(f64::NAN))
 }
 
+/// The value of a formula of numbers and parameters.
+pub fn constant(value: &Value, parameters: &[f64]) -> f64 {
+    evaluate(value, |quantity| match quantity {
+        Quantity::Parameter(i) => parameters[*i],
+        Quantity::Pi => std::f64::consts::PI,
+        _ => f64::NAN,
+    })
+}
+
 /// The value of each operation that rests on names with a known value alone.
 pub fn known_values<N>(expression: &Expression<N>, mut lookup: impl FnMut(&N) -> Option<f64>) -> Vec<Option<f64>> {
     let mut known: Vec<Option<f64>> = Vec::with_capacity(expression.nodes().len());
@@ -151,13 +160,7 @@ impl State<num_dual::Dual2_64> {
 pub fn parameter_values(scene: &Scene, replace: impl Fn(&str) -> Option<f64>) -> Vec<f64> {
     let mut values: Vec<f64> = Vec::with_capacity(scene.parameters.len());
     for parameter in &scene.parameters {
-        let value = replace(&parameter.name).unwrap_or_else(|| {
-            evaluate(&parameter.formula, |quantity| match quantity {
-                Quantity::Parameter(i) => values[*i],
-                Quantity::Pi => std::f64::consts::PI,
-                _ => f64::NAN,
-            })
-        });
+        let value = replace(&parameter.name).unwrap_or_else(|| constant(&parameter.formula, &values));
         values.push(value);
     }
     values

@@ -4,7 +4,7 @@ use crate::diagnostic::{Diagnostic, Span};
 use crate::expression::{Expression, Node, NodeId};
 use crate::function::Function;
 use crate::lexer::{Comparison, Token, tokenize};
-use crate::names::closest;
+use crate::names::suggestion;
 
 /// How deep parentheses, signs and powers may nest.
 const DEPTH_LIMIT: usize = 200;
@@ -246,10 +246,7 @@ impl Parser {
 
 fn unknown_function(name: &str, span: Span) -> Box<Diagnostic> {
     let known: Vec<&str> = Function::ALL.iter().map(|f| f.name()).collect();
-    let help = match closest(name, known.iter().copied()) {
-        Some(near) => format!("did you mean `{near}`?"),
-        None => format!("known functions: {}", known.join(", ")),
-    };
+    let help = suggestion(name, known.iter().copied(), || format!("known functions: {}", known.join(", ")));
     Box::new(Diagnostic::error(format!("unknown function `{name}`"), span, "not known").help(help))
 }
 

@@ -13,7 +13,7 @@ use crate::diagnostic::{Diagnostic, Report};
 use crate::document::{Document, Identifier, Position};
 use crate::evaluate::parameter_values;
 use crate::expression::Node;
-use crate::names::closest;
+use crate::names::suggestion;
 use crate::parser::{Condition, Formula};
 use crate::scene::{Body, Constraint, Load, Parameter, Quantity, Run, Scene, Value};
 use points::{point_order, point_value};
@@ -323,11 +323,10 @@ impl Resolver<'_> {
 
 /// Help for an unknown name.
 fn near_or_all(what: &str, name: &str, known: &[&str]) -> String {
-    match closest(name, known.iter().copied()) {
-        Some(near) => format!("did you mean `{near}`?"),
-        None if known.is_empty() => format!("the scene has no {what}"),
-        None => format!("known: {}", known.join(", ")),
-    }
+    suggestion(name, known.iter().copied(), || match known {
+        [] => format!("the scene has no {what}"),
+        _ => format!("known: {}", known.join(", ")),
+    })
 }
 
 /// Gives parameters their numbers, and tells which of them are left out: those that are zero and can only be zero.

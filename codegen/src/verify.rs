@@ -8,8 +8,8 @@ use std::collections::HashMap;
 
 use syn::{ImplItem, Item};
 
-use crate::evaluate::{State, evaluate, parameter_values};
-use crate::scene::{Coordinate, Quantity, Scene, Start, Value as Formula};
+use crate::evaluate::{State, constant, parameter_values};
+use crate::scene::{Coordinate, Scene, Start, Value as Formula};
 use crate::term::Equations;
 use expected::{Expected, Sample};
 use interpret::{Value, run, run_block};
@@ -136,12 +136,7 @@ fn same(what: &str, got: &[f64], expected: &[f64]) -> Result<(), String> {
 fn verify_plain(scene: &Scene, module: &Generated) -> Result<(), String> {
     let parameters = parameter_values(scene, |_| None);
     let model = module.model(scene, &parameters)?;
-    let constant = |value: &Formula| {
-        evaluate(value, |quantity| match quantity {
-            Quantity::Parameter(i) => parameters[*i],
-            _ => std::f64::consts::PI,
-        })
-    };
+    let constant = |value: &Formula| constant(value, &parameters);
     let set = module.method("with", &[Value::Nothing])?;
     for (parameter, value) in scene.parameters.iter().zip(&parameters).filter(|(p, _)| !p.left_out) {
         let name = crate::emit::field_name(&parameter.name);

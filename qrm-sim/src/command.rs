@@ -35,7 +35,7 @@ enum Task {
     List,
 }
 
-#[derive(clap::Args)]
+#[derive(Parser)]
 struct RunArguments {
     /// Name of the scene; `qrm list` shows them
     #[arg(default_value = "quick-return")]
@@ -117,11 +117,13 @@ enum Failure {
 
 /// Runs the command with the scenes it was built with.
 pub fn main(scenes: &Scenes) -> ExitCode {
-    let result = match Arguments::parse().command {
-        None => Arguments::try_parse_from(["qrm", "run"])
-            .map_err(|e| Failure::Use(e.to_string()))
-            .and_then(|a| task(scenes, a.command)),
-        command => task(scenes, command),
+    let default = || Task::Run(Box::new(RunArguments::parse_from(["qrm"])));
+    let result = match Arguments::parse().command.unwrap_or_else(default) {
+        Task::Run(arguments) => run::run(scenes, &arguments),
+        Task::List => {
+            say(&list::list(scenes));
+            Ok(())
+        }
     };
     let (message, status) = match result {
         Ok(()) => return ExitCode::SUCCESS,
@@ -135,15 +137,4 @@ pub fn main(scenes: &Scenes) -> ExitCode {
 /// Prints to standard output, of which nobody may be listening any more.
 fn say(text: &str) {
     let _ = writeln!(std::io::stdout(), "{text}");
-}
-
-fn task(scenes: &Scenes, task: Option<Task>) -> Result<(), Failure> {
-    match task {
-        Some(Task::Run(arguments)) => run::run(scenes, &arguments),
-        Some(Task::List) => {
-            say(&list::list(scenes));
-            Ok(())
-        }
-        None => Ok(()),
-    }
 }

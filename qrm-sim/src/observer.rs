@@ -25,7 +25,7 @@ pub struct Row<'a> {
     pub energy: f64,
 }
 
-/// Whoever wants the rows.
+/// Whoever wants the rows; `()` keeps none.
 pub trait Observer {
     /// Takes a row.
     ///
@@ -44,4 +44,18 @@ pub trait Observer {
     /// # Errors
     /// The rows so far cannot be kept.
     fn finish(&mut self) -> std::io::Result<()>;
+}
+
+impl Observer for () {
+    fn row(&mut self, _row: &Row) -> std::io::Result<()> {
+        Ok(())
+    }
+
+    fn goes_on(&mut self, _t: f64, _end_time: f64) -> std::io::Result<bool> {
+        Ok(true)
+    }
+
+    fn finish(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
 }

@@ -9,7 +9,7 @@ use super::places::Places;
 use super::{Identifier, Target, form};
 use crate::diagnostic::{Diagnostic, Span};
 use crate::expression::Node;
-use crate::names::closest;
+use crate::names::{closest, suggestion};
 use crate::parser::{Condition, Formula, parse_condition, parse_formula};
 
 type Key<'s> = Spanned<DeString<'s>>;
@@ -182,11 +182,9 @@ impl<'t, 's> Table<'t, 's> {
             let error = self.unknown(key);
             // A whole section may have been meant to declare names.
             r.lost |= self.what == SCENE && (Value(value).is_table() || Value(value).is_array());
-            let near = closest(key.get_ref(), known.iter().map(String::as_str));
-            r.findings.push(match near {
-                Some(near) => error.help(format!("did you mean `{near}`?")),
-                None => error.help(format!("known keys: {}", known.join(", "))),
-            });
+            let names = known.iter().map(String::as_str);
+            let help = suggestion(key.get_ref(), names, || format!("known keys: {}", known.join(", ")));
+            r.findings.push(error.help(help));
         }
     }
 }

@@ -1,10 +1,11 @@
 //! Straight-line function bodies: sines and cosines first, then named intermediate values, then the result.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use proc_macro2::TokenStream;
 use quote::{format_ident, quote};
 
+use super::naming::{power_name, untaken};
 use super::piece::{Piece, literal};
 use super::plain::method;
 use crate::function::Function;
@@ -105,14 +106,14 @@ impl<'g> Body<'g> {
 
     /// The values to compute, operands first.
     fn needed(&self, roots: &[Signed]) -> Vec<Id> {
-        let mut needed = BTreeMap::new();
+        let mut needed = BTreeSet::new();
         let mut pending: Vec<Id> = roots.iter().map(|r| r.id).collect();
         while let Some(id) = pending.pop() {
-            if !self.outside.contains_key(&id) && needed.insert(id, ()).is_none() {
+            if !self.outside.contains_key(&id) && needed.insert(id) {
                 pending.extend(self.graph.op(id).operands());
             }
         }
-        needed.into_keys().collect()
+        needed.into_iter().collect()
     }
 
     /// The angles whose sine (0) or cosine (1) is needed.
@@ -174,11 +175,7 @@ impl<'g> Body<'g> {
                         continue;
                     }
                     let name = self.hint(factor)?;
-                    names.push(match times {
-                        1 => name,
-                        2 => format!("{name}_sq"),
-                        _ => format!("{name}_pow{times}"),
-                    });
+                    names.push(power_name(name, times));
                 }
                 names.join("_")
             }
@@ -189,16 +186,11 @@ impl<'g> Body<'g> {
 
     /// Gives a value a name that is not taken.
     fn name(&mut self, id: Id, hint: Option<String>) -> String {
-        let base = hint.unwrap_or_else(|| {
+        let wish = hint.unwrap_or_else(|| {
             self.unnamed += 1;
             format!("v{}", self.unnamed)
         });
-        let mut name = base.clone();
-        let mut number = 2;
-        while !self.taken.insert(name.clone()) {
-            name = format!("{base}_{number}");
-            number += 1;
-        }
+        let name = untaken(wish, &mut self.taken);
         self.names.insert(id, name.clone());
         name
     }
@@ -303,6 +295,11 @@ impl<'g> Body<'g> {
             product = Some(product.map_or_else(|| value.call("recip", &TokenStream::new()), |p| p.divide(&value)));
         }
         product.unwrap_or_else(|| unreachable!("a product has factors"))
+    }
+
+    /// Whether the function needs a value, one that stands outside included.
+    pub(super) fn needs(&self, id: Id) -> bool {
+        self.uses.contains_key(&id)
     }
 
     /// The statements written so far and what they cost.

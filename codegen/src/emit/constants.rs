@@ -7,6 +7,8 @@ use quote::quote;
 
 use super::Writer;
 use super::body::Body;
+use super::layout::Plan;
+use super::naming::{power_name, untaken};
 use super::plain::ident;
 use crate::graph::{Id, Op, Signed};
 use crate::term::Symbol;
@@ -17,8 +19,7 @@ const LONGEST_NAME: usize = 34;
 impl Writer<'_> {
     /// Values that keep their size during a run and are not just parameters get a field each.
     pub(super) fn name_constants(&mut self) {
-        let roots = self.layout.plans.iter().flat_map(|plan| plan.parts.iter().flat_map(|(_, shape)| shape.values()));
-        let roots: Vec<Id> = roots.map(|root| root.id).collect();
+        let roots: Vec<Id> = self.layout.plans.iter().flat_map(Plan::values).map(|root| root.id).collect();
         let mut fields: BTreeSet<Id> = BTreeSet::new();
         let mut note = |id: Id| {
             if self.graph.is_constant(id) && !self.graph.op(id).is_leaf() {
@@ -34,16 +35,11 @@ impl Writer<'_> {
         let mut taken = HashSet::new();
         let mut unnamed = 0;
         for id in fields {
-            let base = self.constant_name(id).unwrap_or_else(|| {
+            let wish = self.constant_name(id).unwrap_or_else(|| {
                 unnamed += 1;
                 format!("k{unnamed}")
             });
-            let mut name = base.clone();
-            let mut suffix = 2;
-            while !taken.insert(name.clone()) {
-                name = format!("{base}_{suffix}");
-                suffix += 1;
-            }
+            let name = untaken(wish, &mut taken);
             let field = ident(&name);
             self.outside.insert(id, quote!(k.#field));
             self.hints.insert(id, name);
@@ -61,11 +57,7 @@ impl Writer<'_> {
                 let names = self.powers(id).into_iter().map(|(factor, times)| {
                     let name = self.constant_name(factor)?;
                     let name = if matches!(self.graph.op(factor), Op::Sum(_)) { format!("times_{name}") } else { name };
-                    Some(match times {
-                        1 => name,
-                        2 => format!("{name}_sq"),
-                        _ => format!("{name}_pow{times}"),
-                    })
+                    Some(power_name(name, times))
                 });
                 names.collect::<Option<Vec<String>>>()?.join("_")
             }
@@ -110,6 +102,9 @@ impl Writer<'_> {
 
     /// The struct of the constants, and how they are computed.
     pub(super) fn constants(&self) -> TokenStream {
+        if self.constants.is_empty() {
+            return TokenStream::new();
+        }
         let parameters: HashMap<Id, TokenStream> = self
             .outside
             .iter()
@@ -130,9 +125,6 @@ impl Writer<'_> {
         let fields = self.constants.iter().zip(&values).map(field);
         let names: Vec<&Ident> = self.constants.iter().map(|(name, _)| name).collect();
         let docs = self.constants.iter().map(|(_, id)| format!(" `{}`", self.formula(*id)));
-        if values.is_empty() {
-            return TokenStream::new();
-        }
         quote! {
             /// Values that depend on parameters alone, computed once.
             #[derive(Clone, Copy, Debug)]

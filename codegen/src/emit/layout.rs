@@ -55,6 +55,25 @@ pub(super) struct Plan<T> {
     pub(super) structure: Option<&'static str>,
 }
 
+impl<T> Plan<T> {
+    /// The values of all parts.
+    pub(super) fn values(&self) -> impl Iterator<Item = &T> {
+        self.parts.iter().flat_map(|(_, shape)| shape.values())
+    }
+
+    /// The same function of other values.
+    fn map<U>(&self, f: &mut impl FnMut(&T) -> U) -> Plan<U> {
+        Plan {
+            name: self.name,
+            aliases: self.aliases,
+            doc: self.doc.clone(),
+            arguments: self.arguments,
+            parts: self.parts.iter().map(|(name, shape)| (*name, shape.map(f))).collect(),
+            structure: self.structure,
+        }
+    }
+}
+
 /// The functions of a scene over one shared graph.
 #[derive(Debug)]
 pub(super) struct Layout {
@@ -69,38 +88,17 @@ impl Layout {
         let plans = plans(scene, equations);
         let mut lowering = Lowering::default();
         let mut roots = Vec::new();
-        let mut lowered: Vec<Plan<usize>> = Vec::new();
-        for plan in plans {
-            let mut place = |term: &&Term| {
-                roots.push(lowering.term(term));
-                roots.len() - 1
-            };
-            let parts = plan.parts.iter().map(|(name, shape)| (*name, shape.map(&mut place))).collect();
-            lowered.push(Plan {
-                parts,
-                name: plan.name,
-                aliases: plan.aliases,
-                doc: plan.doc,
-                arguments: plan.arguments,
-                structure: plan.structure,
-            });
-        }
+        let mut place = |term: &&Term| {
+            roots.push(lowering.term(term));
+            roots.len() - 1
+        };
+        let lowered: Vec<Plan<usize>> = plans.iter().map(|plan| plan.map(&mut place)).collect();
         let point_place = roots.len();
         for term in equations.points.iter().flatten() {
             roots.push(lowering.term(term));
         }
         let (graph, roots) = share_pairs(&lowering.graph, &roots);
-        let plans = lowered
-            .into_iter()
-            .map(|plan| Plan {
-                parts: plan.parts.iter().map(|(name, shape)| (*name, shape.map(&mut |&i| roots[i]))).collect(),
-                name: plan.name,
-                aliases: plan.aliases,
-                doc: plan.doc,
-                arguments: plan.arguments,
-                structure: plan.structure,
-            })
-            .collect();
+        let plans = lowered.iter().map(|plan| plan.map(&mut |&i| roots[i])).collect();
         let points = roots[point_place..].chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect();
         Self { graph, plans, points }
     }

@@ -4,7 +4,7 @@ use super::Context;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::document::Identifier;
 use crate::function::Function;
-use crate::names::closest;
+use crate::names::suggestion;
 use crate::scene::Quantity;
 
 /// The declared names, in the order of the file.
@@ -198,10 +198,9 @@ impl Scope {
                 Kind::Point(_) => candidates.extend([format!("{n}.x"), format!("{n}.y")]),
             }
         }
-        let help = match closest(name, candidates.iter().map(String::as_str)) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None => "names are declared in `coordinates`, [parameters] and [points]".to_owned(),
-        };
+        let help = suggestion(name, candidates.iter().map(String::as_str), || {
+            "names are declared in `coordinates`, [parameters] and [points]".to_owned()
+        });
         Diagnostic::error(format!("unknown name `{name}`"), span, "not known").help(help)
     }
 }

@@ -4,7 +4,7 @@ use num_dual::{Dual2_64, Dual64};
 
 use super::between;
 use super::interpret::Value;
-use crate::evaluate::{State, evaluate};
+use crate::evaluate::{State, constant};
 use crate::scene::{LoadKind, OutputKind, Quantity, Scene, Start, Value as Formula};
 use crate::term::Equations;
 
@@ -39,10 +39,7 @@ impl Sample {
         };
         let scene_values: Vec<f64> = scene.parameters.iter().map(|p| p.value).collect();
         let start = |start: &Start| match start {
-            Start::Given(value) | Start::Guess(value) if near_start => evaluate(value, |quantity| match quantity {
-                Quantity::Parameter(i) => scene_values[*i],
-                _ => std::f64::consts::PI,
-            }),
+            Start::Given(value) | Start::Guess(value) if near_start => constant(value, &scene_values),
             _ => 0.0,
         };
         let mut around =

@@ -104,14 +104,12 @@ impl Observer for Recorder {
         for (tracker, number) in self.trackers.iter_mut().zip(numbers(row)) {
             tracker.row(row.t, number);
         }
+        self.skipped.clear();
         if row.index.is_multiple_of(self.every) {
-            self.skipped.clear();
-            self.trajectory()?.row(numbers(row))
-        } else {
-            self.skipped.clear();
-            self.skipped.extend(numbers(row));
-            Ok(())
+            return self.trajectory()?.row(numbers(row));
         }
+        self.skipped.extend(numbers(row));
+        Ok(())
     }
 
     fn goes_on(&mut self, t: f64, end_time: f64) -> io::Result<bool> {

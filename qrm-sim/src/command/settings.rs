@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use qrm_codegen::diagnostic::Report;
 use qrm_codegen::evaluate::evaluate;
-use qrm_codegen::names::closest;
+use qrm_codegen::names::suggestion;
 use qrm_codegen::parser::parse_formula;
 use qrm_mechanism::Description;
 
@@ -15,10 +15,7 @@ use crate::scenes::{Scene, Scenes};
 pub(super) fn scene<'s>(scenes: &'s Scenes, name: &str) -> Result<&'s dyn Scene, Failure> {
     scenes.find(name).ok_or_else(|| {
         let names: Vec<&str> = scenes.iter().map(|s| s.description().name).collect();
-        let help = match closest(name, names.iter().copied()) {
-            Some(near) => format!("did you mean `{near}`?"),
-            None => format!("scenes: {}", names.join(", ")),
-        };
+        let help = suggestion(name, names.iter().copied(), || format!("scenes: {}", names.join(", ")));
         Failure::Use(format!("error: there is no scene `{name}`\n  = help: {help}"))
     })
 }
@@ -51,10 +48,7 @@ fn known(description: &Description, name: &str) -> Result<(), Failure> {
         )));
     }
     let names: Vec<&str> = description.parameters.iter().map(|p| p.name).collect();
-    let help = match closest(name, names.iter().copied()) {
-        Some(near) => format!("did you mean `{near}`?"),
-        None => format!("its parameters: {}", names.join(", ")),
-    };
+    let help = suggestion(name, names.iter().copied(), || format!("its parameters: {}", names.join(", ")));
     Err(Failure::Use(format!("error: scene `{scene}` has no parameter `{name}`\n  = help: {help}")))
 }
 

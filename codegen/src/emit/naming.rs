@@ -1,0 +1,23 @@
+//! How values get their names.
+
+use std::collections::HashSet;
+
+/// The name of a power.
+pub(super) fn power_name(name: String, times: usize) -> String {
+    match times {
+        1 => name,
+        2 => format!("{name}_sq"),
+        _ => format!("{name}_pow{times}"),
+    }
+}
+
+/// A name that is not taken, and now is: the one that is wished for, or that with a number.
+pub(super) fn untaken(wish: String, taken: &mut HashSet<String>) -> String {
+    let mut name = wish.clone();
+    let mut number = 2;
+    while !taken.insert(name.clone()) {
+        name = format!("{wish}_{number}");
+        number += 1;
+    }
+    name
+}
