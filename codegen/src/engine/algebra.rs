@@ -193,7 +193,8 @@ impl<'s> Algebra<'s> {
         self.term(&self.simplify(atom))
     }
 
-    fn term(&self, atom: &Atom) -> Term {
+    /// An atom as plain data, as it is.
+    pub(super) fn term(&self, atom: &Atom) -> Term {
         term(atom.as_view(), &self.places)
     }
 }

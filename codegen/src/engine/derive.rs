@@ -12,16 +12,18 @@ pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> Equation
     let algebra = Algebra::new(number, scene, place);
     let mut equations = Equations::default();
     let x = com_positions(scene, &algebra, &mut equations);
-    let gradients: Vec<Vec<Atom>> = x.iter().map(|row| simplified(&algebra, algebra.gradient(row))).collect();
-    let bias: Vec<Atom> = x.iter().map(|row| algebra.simplify(&algebra.bias(row))).collect();
+    let simplify = |atoms: Vec<Atom>| -> Vec<Atom> { atoms.iter().map(|atom| algebra.simplify(atom)).collect() };
+    let gradients: Vec<Vec<Atom>> = x.iter().map(|row| simplify(algebra.gradient(row))).collect();
+    let bias = simplify(x.iter().map(|row| algebra.bias(row)).collect());
     let inertia: Vec<Atom> = equations.rows.iter().map(|row| inertia_of(scene, &algebra, row)).collect();
-    let c: Vec<Atom> = scene.constraints.iter().map(|c| algebra.simplify(&algebra.atom(&c.residual))).collect();
+    let c = simplify(scene.constraints.iter().map(|c| algebra.atom(&c.residual)).collect());
 
-    equations.com_positions = terms(&algebra, &x);
-    equations.com_jacobian = gradients.iter().map(|row| terms(&algebra, row)).collect();
-    equations.com_bias = terms(&algebra, &bias);
-    equations.constraints = terms(&algebra, &c);
-    equations.constraint_jacobian = c.iter().map(|row| terms(&algebra, &algebra.gradient(row))).collect();
+    let terms = |atoms: &[Atom]| -> Vec<Term> { atoms.iter().map(|atom| algebra.term(atom)).collect() };
+    equations.com_positions = terms(&x);
+    equations.com_jacobian = gradients.iter().map(|row| terms(row)).collect();
+    equations.com_bias = terms(&bias);
+    equations.constraints = terms(&c);
+    equations.constraint_jacobian = c.iter().map(|row| terms(&simplify(algebra.gradient(row)))).collect();
     equations.constraint_bias = c.iter().map(|row| algebra.simple_term(&algebra.bias(row))).collect();
 
     let n = scene.coordinates.len();
@@ -29,9 +31,10 @@ pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> Equation
         let products = gradients.iter().zip(&inertia).map(|(row, m)| m * &row[i] * &row[j]);
         algebra.simplify(&products.fold(Atom::num(0), |sum, product| sum + product))
     };
-    let mass: Vec<Vec<Atom>> = (0..n).map(|i| (0..=i).map(|j| mass(i, j)).collect()).collect();
-    let entry = |i: usize, j: usize| algebra.simple_term(&mass[i.max(j)][i.min(j)]);
-    equations.mass_matrix = (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect();
+    let lower: Vec<Vec<Atom>> = (0..n).map(|i| (0..=i).map(|j| mass(i, j)).collect()).collect();
+    let row = |i: usize| -> Vec<Atom> { (0..n).map(|j| lower[i.max(j)][i.min(j)].clone()).collect() };
+    let mass: Vec<Vec<Atom>> = (0..n).map(row).collect();
+    equations.mass_matrix = mass.iter().map(|row| terms(row)).collect();
 
     let loads = Loads::new(scene, &algebra, &x, &equations.rows, &inertia);
     let force = |i: usize| {
@@ -39,24 +42,14 @@ pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> Equation
         algebra.simple_term(&inertial.fold(loads.generalized[i].clone(), |sum, product| sum - product))
     };
     equations.generalized_forces = (0..n).map(force).collect();
-    let momenta: Vec<Atom> = (0..n)
-        .map(|i| algebra.contract(&(0..n).map(|j| mass[i.max(j)][i.min(j)].clone()).collect::<Vec<_>>(), Symbol::Rate))
-        .collect();
+    let momenta: Vec<Atom> = mass.iter().map(|row| algebra.contract(row, Symbol::Rate)).collect();
     let kinetic = algebra.contract(&momenta, Symbol::Rate) / Atom::num(2);
-    equations.energy = terms(&algebra, &[kinetic, loads.potential]);
-    equations.power = terms(&algebra, &[loads.power]);
+    equations.energy = [kinetic, loads.potential].iter().map(|atom| algebra.simple_term(atom)).collect();
+    equations.power = vec![algebra.simple_term(&loads.power)];
     equations.outputs = scene.outputs.iter().map(|o| algebra.simple_term(&output(scene, &algebra, &o.kind))).collect();
     equations.points =
         (0..scene.points.len()).map(|i| [0, 1].map(|axis| algebra.simple_term(&algebra.point(i)[axis]))).collect();
     equations
-}
-
-fn simplified(algebra: &Algebra, atoms: Vec<Atom>) -> Vec<Atom> {
-    atoms.iter().map(|atom| algebra.simplify(atom)).collect()
-}
-
-fn terms(algebra: &Algebra, atoms: &[Atom]) -> Vec<Term> {
-    atoms.iter().map(|atom| algebra.simple_term(atom)).collect()
 }
 
 /// Positions and angles of the bodies, without the rows that cannot matter to the motion.
