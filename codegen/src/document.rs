@@ -40,6 +40,8 @@ pub struct Document {
     pub is_whole: bool,
     /// `[outputs]`
     pub outputs: Vec<OutputSyntax>,
+    /// `[drawing]`
+    pub drawing: Vec<(Identifier, DrawnSyntax)>,
     /// `[run]`
     pub run: RunSyntax,
 }
@@ -188,6 +190,26 @@ pub enum OutputValue {
         /// The direction; none for a moment.
         along: Option<[Formula; 2]>,
     },
+}
+
+/// What an entry of `[drawing]` says.
+#[derive(Debug)]
+pub enum DrawnSyntax {
+    /// A rigid bar through places.
+    Link(Vec<Position>),
+    /// A block that slides.
+    Block {
+        /// Its middle.
+        at: Position,
+        /// The direction it slides in.
+        angle: Option<Formula>,
+    },
+    /// A bearing on the ground.
+    Pivot(Position),
+    /// A line that something slides along.
+    Guide(Vec<Position>),
+    /// The path of a point.
+    Path(Identifier),
 }
 
 /// `[run]`

@@ -2,8 +2,10 @@
 
 mod body;
 mod constants;
+mod formulae;
 mod layout;
 mod naming;
+mod own_struct;
 mod piece;
 mod plain;
 mod scene_items;

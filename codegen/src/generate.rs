@@ -10,7 +10,7 @@ use crate::scene::Scene;
 use crate::source::read_text;
 use crate::term::Equations;
 use crate::verify::{self, Unverified};
-use crate::{engine, header, resolve};
+use crate::{derivation, engine, header, resolve};
 
 /// Why no code was generated.
 #[derive(Debug, thiserror::Error)]
@@ -56,8 +56,8 @@ pub struct GeneratedModule {
     pub constraints: usize,
 }
 
-/// Generates `directory/NAME.rs` for each scene file, and `directory/scenes.rs`, which includes them all. A module that
-/// is there already and was made from the same text by this same program is left alone, and if all are, the engine is
+/// Generates `directory/NAME.rs` for each scene file with its derivation, `NAME.md`, and `directory/scenes.rs`, which
+/// includes them all. A module that is there already and was made from the same text by this same program is left alone, and if all are, the engine is
 /// not started.
 ///
 /// # Errors
@@ -65,11 +65,15 @@ pub struct GeneratedModule {
 pub fn generate(scenes: &[PathBuf], directory: &Path) -> Result<Generated, Error> {
     let (read, warnings) = read_all(scenes)?;
     let file = |scene: &Scene| directory.join(format!("{}.rs", module_name(&scene.name)));
-    let stale: Vec<&Read> = read.iter().filter(|r| !is_current(&file(&r.scene), &r.source)).collect();
+    let derivation = |scene: &Scene| file(scene).with_extension("md");
+    let is_done = |r: &&Read| is_current(&file(&r.scene), &r.source) && derivation(&r.scene).is_file();
+    let stale: Vec<&Read> = read.iter().filter(|r| !is_done(r)).collect();
     if !stale.is_empty() {
         let scenes: Vec<&Scene> = stale.iter().map(|r| &r.scene).collect();
         let equations = engine::derive(&scenes).map_err(|e| engine_error(e, &stale))?;
         for (Read { scene, source, .. }, equations) in stale.iter().zip(&equations) {
+            // First: the module includes it, and is the mark of both.
+            write_whole(&derivation(scene), &derivation::markdown(scene, equations, source))?;
             write_whole(&file(scene), &text(scene, equations, source)?)?;
         }
     }
@@ -175,7 +179,7 @@ fn remove_others(directory: &Path, modules: &[GeneratedModule]) -> Result<(), Er
         let path = entry.map_err(failed)?.path();
         let name = path.file_stem().unwrap_or_default().to_string_lossy();
         let is_ours = name == "scenes" || modules.iter().any(|m| m.name == name);
-        if path.extension().is_some_and(|e| e == "rs") && !is_ours {
+        if path.extension().is_some_and(|e| e == "rs" || e == "md") && !is_ours {
             fs::remove_file(&path).map_err(failed)?;
         }
     }

@@ -16,6 +16,7 @@
 //! `engine` (scene to [`term`]s), [`lower`] and [`share`] (terms to a [`graph`]), [`emit`] (graph to Rust), [`verify`]
 //! (Rust against the scene), `generate` (files in, files out).
 
+pub mod derivation;
 pub mod diagnostic;
 pub mod document;
 pub mod emit;
@@ -23,6 +24,7 @@ pub mod emit;
 pub mod engine;
 pub mod evaluate;
 pub mod expression;
+pub mod formula;
 pub mod function;
 #[cfg(feature = "engine")]
 pub mod generate;
@@ -38,3 +40,4 @@ pub mod share;
 pub mod source;
 pub mod term;
 pub mod verify;
+pub mod words;

@@ -2,6 +2,7 @@
 
 mod applied;
 mod check;
+mod drawing;
 mod points;
 mod scope;
 mod start;
@@ -82,6 +83,8 @@ enum Context {
     Constant,
     /// Coordinates and points too; it will be differentiated.
     Geometry,
+    /// The same; it will not be differentiated.
+    Picture,
     /// Rates and time too; it must be smooth.
     Load,
     /// Everything, also functions without derivative.
@@ -120,6 +123,7 @@ impl Resolver<'_> {
             constraints,
             loads: Vec::new(),
             outputs: Vec::new(),
+            drawing: self.drawing(document),
             run: self.run(document),
         };
         for (identifier, load) in &document.loads {
@@ -189,18 +193,20 @@ impl Resolver<'_> {
     }
 
     fn body(&mut self, syntax: &crate::document::BodySyntax) -> Body {
-        let com = syntax.com.as_ref().and_then(|position| match position {
-            Position::Point(point) => self.point(point).map(|i| point_value(i, point.span.clone())),
-            Position::Pair(pair) => {
-                Some([self.value(&pair[0], Context::Geometry), self.value(&pair[1], Context::Geometry)])
-            }
-        });
+        let com = syntax.com.as_ref().and_then(|position| self.position(position, Context::Geometry));
         Body {
             name: syntax.identifier.name.clone(),
             mass: syntax.mass.as_ref().map(|f| self.value(f, Context::Constant)),
             com,
             angle: syntax.angle.as_ref().map(|f| self.value(f, Context::Geometry)),
             inertia: syntax.inertia.as_ref().map(|f| self.value(f, Context::Constant)),
+        }
+    }
+
+    fn position(&mut self, position: &Position, context: Context) -> Option<[Value; 2]> {
+        match position {
+            Position::Point(point) => self.point(point).map(|i| point_value(i, point.span.clone())),
+            Position::Pair([x, y]) => Some([self.value(x, context), self.value(y, context)]),
         }
     }
 

@@ -51,6 +51,8 @@ pub struct Scene {
     pub loads: Vec<Load>,
     /// What is asked for beside the coordinates.
     pub outputs: Vec<Output>,
+    /// What a picture of it shows; empty if the scene does not say.
+    pub drawing: Vec<Drawn>,
     /// How a run begins and ends.
     pub run: Run,
 }
@@ -224,6 +226,47 @@ pub enum OutputKind {
     },
 }
 
+/// A part of a picture.
+#[derive(Clone, Debug)]
+pub struct Drawn {
+    /// Its name.
+    pub name: String,
+    /// What it looks like.
+    pub kind: DrawnKind,
+}
+
+/// The kinds of parts of a picture.
+#[derive(Clone, Debug)]
+pub enum DrawnKind {
+    /// A rigid bar through places.
+    Link(Vec<[Value; 2]>),
+    /// A block that slides.
+    Block {
+        /// Its middle.
+        at: [Value; 2],
+        /// The direction it slides in.
+        angle: Option<Value>,
+    },
+    /// A bearing on the ground.
+    Pivot([Value; 2]),
+    /// A line that something slides along.
+    Guide(Vec<[Value; 2]>),
+    /// The path of a point.
+    Path(usize),
+}
+
+impl DrawnKind {
+    /// Its formulae.
+    pub fn values(&self) -> Vec<&Value> {
+        match self {
+            Self::Link(places) | Self::Guide(places) => places.iter().flatten().collect(),
+            Self::Block { at, angle } => at.iter().chain(angle).collect(),
+            Self::Pivot(at) => at.iter().collect(),
+            Self::Path(_) => Vec::new(),
+        }
+    }
+}
+
 /// How a run begins and ends.
 #[derive(Clone, Debug)]
 pub struct Run {
@@ -236,6 +279,14 @@ pub struct Run {
 }
 
 impl Scene {
+    /// The names that formulae can contain.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        let coordinates = self.coordinates.iter().map(|c| c.name.as_str());
+        coordinates
+            .chain(self.parameters.iter().map(|p| p.name.as_str()))
+            .chain(self.points.iter().map(|p| p.name.as_str()))
+    }
+
     /// The names of the parameters that the generated code does without.
     pub fn left_out(&self) -> impl Iterator<Item = &Parameter> {
         self.parameters.iter().filter(|p| p.left_out)

@@ -2,6 +2,7 @@
 
 use num_rational::BigRational;
 
+use crate::expression::to_f64;
 use crate::function::Function;
 
 /// A symbolic expression in normal form: flat sums and products, rational powers, functions of one argument.
@@ -73,6 +74,18 @@ impl Term {
         }
     }
 
+    /// Its value when each symbol has the value that `lookup` gives it.
+    pub fn evaluate(&self, lookup: &impl Fn(Symbol) -> f64) -> f64 {
+        match self {
+            Self::Number(number) => to_f64(number),
+            Self::Symbol(symbol) => lookup(*symbol),
+            Self::Sum(terms) => terms.iter().map(|term| term.evaluate(lookup)).sum(),
+            Self::Product(factors) => factors.iter().map(|factor| factor.evaluate(lookup)).product(),
+            Self::Power(base, exponent) => base.evaluate(lookup).powf(to_f64(exponent)),
+            Self::Call(function, argument) => function.evaluate(&[argument.evaluate(lookup); 2]),
+        }
+    }
+
     /// Whether a symbol for which `test` holds occurs.
     pub fn any_symbol(&self, test: &impl Fn(Symbol) -> bool) -> bool {
         match self {
@@ -101,6 +114,8 @@ pub struct Equations {
     pub constraints: Vec<Term>,
     /// C_q
     pub constraint_jacobian: Vec<Vec<Term>>,
+    /// C_qq, a symmetric matrix for each constraint
+    pub constraint_hessians: Vec<Vec<Vec<Term>>>,
     /// (C_q qd)_q qd
     pub constraint_bias: Vec<Term>,
     /// T' M T
@@ -115,6 +130,19 @@ pub struct Equations {
     pub outputs: Vec<Term>,
     /// Abscissa and ordinate of each named point.
     pub points: Vec<[Term; 2]>,
+}
+
+impl Equations {
+    /// Every term.
+    pub fn terms(&self) -> impl Iterator<Item = &Term> {
+        let vectors = [&self.com_positions, &self.com_bias, &self.constraints, &self.constraint_bias];
+        let more = [&self.generalized_forces, &self.energy, &self.power, &self.outputs];
+        let matrices = [&self.com_jacobian, &self.constraint_jacobian, &self.mass_matrix];
+        let hessians = self.constraint_hessians.iter().flatten().flatten();
+        let points = self.points.iter().flatten();
+        let matrices = matrices.into_iter().flatten().flatten();
+        points.chain(vectors.into_iter().chain(more).flatten()).chain(matrices).chain(hessians)
+    }
 }
 
 /// A row of x: one coordinate of one body.

@@ -10,7 +10,7 @@ use syn::{ImplItem, Item};
 
 use crate::evaluate::{State, constant, parameter_values};
 use crate::scene::{Coordinate, Scene, Start, Value as Formula};
-use crate::term::Equations;
+use crate::term::{Equations, Symbol, Term};
 use expected::{Expected, Sample};
 use interpret::{Value, run, run_block};
 
@@ -52,6 +52,7 @@ pub fn verify(scene: &Scene, equations: &Equations, file: &syn::File) -> Result<
     let scales = scales(&known);
     let mut agreed = 0;
     for (sample, expected) in &known {
+        second_derivatives(equations, sample, expected, &scales).map_err(Unverified::Wrong)?;
         let agrees = agrees(scene, equations, &module, (sample, expected), &scales);
         let wrong = |difference| Unverified::Wrong(format!("scene `{}`: {difference}\nat {sample:?}", scene.name));
         agreed += usize::from(agrees.map_err(wrong)?);
@@ -108,6 +109,34 @@ fn agrees(
         all_compared = false;
     }
     Ok(all_compared)
+}
+
+/// Compares `C_qq`, which no function computes but the derivation shows, contracted with the rates on both sides.
+fn second_derivatives(
+    equations: &Equations,
+    sample: &Sample,
+    expected: &Expected,
+    scales: &[Vec<f64>],
+) -> Result<(), String> {
+    let Some(place) = expected.iter().position(|(name, _)| *name == "constraint_bias") else { return Ok(()) };
+    let value = |symbol: Symbol| match symbol {
+        Symbol::Parameter(i) => sample.parameters[i],
+        Symbol::Pi => std::f64::consts::PI,
+        Symbol::Coordinate(i) => sample.q[i],
+        _ => f64::NAN,
+    };
+    for (k, hessian) in equations.constraint_hessians.iter().enumerate() {
+        let row =
+            |row: &Vec<Term>| row.iter().zip(&sample.qd).map(|(entry, v)| entry.evaluate(&value) * v).sum::<f64>();
+        let contracted: f64 = hessian.iter().zip(&sample.qd).map(|(entries, v)| row(entries) * v).sum();
+        let (expected, scale) = (expected[place].1[k], scales[place][k]);
+        if !((contracted - expected).abs() <= 1e-7 * expected.abs().max(scale)) {
+            return Err(format!(
+                "the C_qq of the derivation is wrong: number {k}, contracted with the rates, is {contracted:e} instead of {expected:e}"
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// The first number that differs by more than allowed, and how.

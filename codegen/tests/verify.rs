@@ -74,6 +74,10 @@ fn equations() -> Equations {
         com_bias: bias.to_vec(),
         constraints: vec![sum(&[x[1].clone(), number(-1)])],
         constraint_jacobian: vec![gradients[1].clone()],
+        constraint_hessians: vec![vec![
+            vec![Term::zero(), gradients[0][0].clone()],
+            vec![gradients[0][0].clone(), minus(&[x[1].clone()])],
+        ]],
         constraint_bias: vec![bias[1].clone()],
         mass_matrix: vec![vec![m.clone(), Term::zero()], vec![Term::zero(), inertia.clone()]],
         generalized_forces: vec![
@@ -107,7 +111,7 @@ fn right_equations_pass() {
 #[test]
 fn one_wrong_sign_is_found_wherever_it_is() {
     type Spoil = fn(&mut Equations) -> &mut Term;
-    let places: [(&str, Spoil); 14] = [
+    let places: [(&str, Spoil); 15] = [
         ("com_positions", |e| &mut e.com_positions[1]),
         ("com_jacobian", |e| &mut e.com_jacobian[0][1]),
         ("com_jacobian", |e| &mut e.com_jacobian[1][0]),
@@ -115,6 +119,7 @@ fn one_wrong_sign_is_found_wherever_it_is() {
         ("constraints", |e| &mut e.constraints[0]),
         ("constraint_jacobian", |e| &mut e.constraint_jacobian[0][0]),
         ("constraint_bias", |e| &mut e.constraint_bias[0]),
+        ("C_qq", |e| &mut e.constraint_hessians[0][1][1]),
         ("mass_matrix", |e| &mut e.mass_matrix[1][1]),
         ("generalized_forces", |e| &mut e.generalized_forces[0]),
         ("generalized_forces", |e| &mut e.generalized_forces[1]),

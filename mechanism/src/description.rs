@@ -9,6 +9,10 @@ pub struct Description {
     pub doc: &'static str,
     /// The text the mechanism was generated from.
     pub source: &'static str,
+    /// The generated module.
+    pub code: &'static str,
+    /// The derivation of the equations of motion: Markdown with LaTeX.
+    pub derivation: &'static str,
     /// Generalized coordinates, in the order of q.
     pub coordinates: &'static [QuantityDescription],
     /// Constraints, in the order of the multipliers.

@@ -13,7 +13,7 @@ fn golden_copy_is_current() {
     let names = |folder: &Path| -> Vec<String> {
         let entries = fs::read_dir(folder).expect("the folder exists");
         let names = entries.map(|e| e.expect("an entry").file_name().to_string_lossy().into_owned());
-        let mut names: Vec<String> = names.filter(|name| name.ends_with(".rs")).collect();
+        let mut names: Vec<String> = names.filter(|name| name.ends_with(".rs") || name.ends_with(".md")).collect();
         names.sort();
         names
     };

@@ -2,8 +2,8 @@
 
 use super::table::{self, Reader, Table};
 use super::{
-    BodySyntax, ConstraintSyntax, CoordinateSyntax, Document, Identifier, LoadSyntax, OutputSyntax, OutputValue,
-    ParameterSyntax, Position, Target,
+    BodySyntax, ConstraintSyntax, CoordinateSyntax, Document, DrawnSyntax, Identifier, LoadSyntax, OutputSyntax,
+    OutputValue, ParameterSyntax, Position, Target,
 };
 use crate::diagnostic::Diagnostic;
 use crate::names::is_identifier;
@@ -56,6 +56,11 @@ impl Document {
         self.read_initial(r, &mut root);
         for (identifier, value) in root.entries(r, "outputs") {
             self.outputs.extend(output(r, identifier, value));
+        }
+        for (identifier, value) in root.entries(r, "drawing") {
+            if let Some(drawn) = drawn(r, &identifier, value) {
+                self.drawing.push((identifier, drawn));
+            }
         }
         self.read_run(r, &mut root);
         root.finish(r);
@@ -120,16 +125,7 @@ fn body(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option<B
     let table = r.table(&format!("body `{}`", identifier.name), value)?;
     let syntax = BodySyntax {
         mass: table.optional("mass").map(|v| r.formula(v)),
-        com: table.optional("com").and_then(|v| {
-            if v.is_array() {
-                return Some(Position::Pair(r.pair(v)));
-            }
-            if v.is_text() {
-                return r.text(v).map(Position::Point);
-            }
-            r.wrong_type(v, "the name of a point or an array of two formulae, `['x', 'y']`");
-            None
-        }),
+        com: table.optional("com").and_then(|v| position(r, v)),
         angle: table.optional("angle").map(|v| r.formula(v)),
         inertia: table.optional("inertia").map(|v| r.formula(v)),
         identifier,
@@ -137,6 +133,17 @@ fn body(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option<B
     table.string(r, "doc");
     table.finish(r);
     Some(syntax)
+}
+
+fn position(r: &mut Reader, value: table::Value) -> Option<Position> {
+    if value.is_array() {
+        return Some(Position::Pair(r.pair(value)));
+    }
+    if value.is_text() {
+        return r.text(value).map(Position::Point);
+    }
+    r.wrong_type(value, "the name of a point or an array of two formulae, `['x', 'y']`");
+    None
 }
 
 fn constraint(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option<ConstraintSyntax> {
@@ -220,6 +227,40 @@ fn output(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option
     };
     table.finish(r);
     Some(OutputSyntax { identifier, value: value?, unit, doc })
+}
+
+fn drawn(r: &mut Reader, identifier: &Identifier, value: table::Value) -> Option<DrawnSyntax> {
+    let table = r.table(&format!("drawing of `{}`", identifier.name), value)?;
+    let help = "a drawing is made of links, blocks, pivots, guides and paths";
+    let kind = table.one_of(r, &["link", "block", "pivot", "guide", "path"], help)?;
+    let asked = table.required(r, kind)?;
+    let drawn = match kind {
+        "link" => places(r, asked).map(DrawnSyntax::Link),
+        "guide" => places(r, asked).map(DrawnSyntax::Guide),
+        "block" => {
+            let angle = table.optional("angle").map(|v| r.formula(v));
+            position(r, asked).map(|at| DrawnSyntax::Block { at, angle })
+        }
+        "pivot" => position(r, asked).map(DrawnSyntax::Pivot),
+        _ => r.text(asked).map(DrawnSyntax::Path),
+    };
+    table.finish(r);
+    drawn
+}
+
+/// Two or more places.
+fn places(r: &mut Reader, value: table::Value) -> Option<Vec<Position>> {
+    if !value.is_array() {
+        r.wrong_type(value, "an array of places");
+        return None;
+    }
+    let items = r.array(value);
+    if items.len() < 2 {
+        let error = Diagnostic::error("a line needs two places or more", value.span(), "too few");
+        r.findings.push(error.help("name points, or give places as `['x', 'y']`: `[\"A\", ['0', '0.3']]`"));
+        return None;
+    }
+    items.into_iter().map(|item| position(r, item)).collect()
 }
 
 fn values(r: &mut Reader, what: &str, value: table::Value) -> Vec<(Identifier, Formula)> {

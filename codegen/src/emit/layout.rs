@@ -1,5 +1,7 @@
 //! What the generated file contains: which functions, of what, in which shape.
 
+use super::formulae;
+use crate::formula::{Style, Writer};
 use crate::graph::{Graph, Signed};
 use crate::lower::Lowering;
 use crate::scene::Scene;
@@ -108,26 +110,28 @@ fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> {
     use Argument::{Accelerations, Coordinates, Multipliers, Rates, Time};
     let vector = |terms: &'e [Term]| Shape::Vector(terms.iter().collect());
     let matrix = |rows: &'e [Vec<Term>]| Shape::Matrix(rows.iter().map(|row| row.iter().collect()).collect());
-    let rows: Vec<String> = e
-        .rows
-        .iter()
-        .map(|row| format!("`{}.{}`", scene.bodies[row.body].name, ["x", "y", "angle"][row.axis]))
-        .collect();
-    let rows = format!("Rows: {}.", rows.join(", "));
+    let quoted = |names: &[String]| names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
+    let row_names: Vec<String> =
+        e.rows.iter().map(|row| format!("{}.{}", scene.bodies[row.body].name, ["x", "y", "angle"][row.axis])).collect();
+    let rows = format!("Rows: {}.", quoted(&row_names));
+    let constraint_names: Vec<String> = scene.constraints.iter().map(|c| c.name.clone()).collect();
     let constraints: Vec<String> = scene
         .constraints
         .iter()
         .map(|c| format!("`{}`{}", c.name, if c.unit.is_empty() { String::new() } else { format!(" ({})", c.unit) }))
         .collect();
     let constraints = format!("Rows: {}.", constraints.join(", "));
-    let columns: Vec<String> = scene.coordinates.iter().map(|c| format!("`{}`", c.name)).collect();
-    let columns = format!("Columns: {}.", columns.join(", "));
+    let coordinate_names: Vec<String> = scene.coordinates.iter().map(|c| c.name.clone()).collect();
+    let columns = format!("Columns: {}.", quoted(&coordinate_names));
     let angles = scene.coordinates.iter().all(|c| c.unit == "rad");
     let outputs: Vec<String> = scene.outputs.iter().map(|o| format!("`{}` ({})", o.name, o.unit)).collect();
-    let single = |name, aliases, doc, arguments, shape| Plan {
+    let output_names: Vec<String> = scene.outputs.iter().map(|o| o.name.clone()).collect();
+    let energies = ["kinetic", "potential"].map(str::to_owned);
+    let writer = Writer::new(scene, Style::Plain).naming_roots(e.terms());
+    let single = |name, aliases, doc: String, arguments, names: &[String], shape| Plan {
         name,
         aliases,
-        doc,
+        doc: doc + formulae::block(&writer, names, &coordinate_names, &shape).as_str(),
         arguments,
         parts: vec![("", shape)],
         structure: None,
@@ -139,6 +143,7 @@ fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> {
             &["x"],
             format!("Positions of the centres of mass and angles of the bodies, `x(q)`, in m and rad.\n\n{rows}"),
             &[Coordinates],
+            &row_names,
             vector(&e.com_positions),
         ),
         single(
@@ -149,6 +154,7 @@ fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> {
                  column.\n\n{rows} {columns}"
             ),
             &[Coordinates],
+            &row_names,
             matrix(&e.com_jacobian),
         ),
         single(
@@ -156,6 +162,7 @@ fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> {
             &["T_dq·qd", "convective acceleration"],
             format!("Convective accelerations `(T qd)_q qd`: `xdd = T qdd + bias`, in m/s^2 and rad/s^2.\n\n{rows}"),
             &[Coordinates, Rates],
+            &row_names,
             vector(&e.com_bias),
         ),
     ];
@@ -166,6 +173,7 @@ fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> {
                 &["C"],
                 format!("Residuals of the loop closures, `C(q)`.\n\n{constraints}"),
                 &[Coordinates],
+                &constraint_names,
                 vector(&e.constraints),
             ),
             single(
@@ -173,6 +181,7 @@ fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> {
                 &["C_q"],
                 format!("The constraint Jacobian `C_q = dC/dq`.\n\n{constraints} {columns}"),
                 &[Coordinates],
+                &constraint_names,
                 matrix(&e.constraint_jacobian),
             ),
             single(
@@ -183,6 +192,7 @@ fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> {
                      constraint per s^2.\n\n{constraints}"
                 ),
                 &[Coordinates, Rates],
+                &constraint_names,
                 vector(&e.constraint_bias),
             ),
         ]);
@@ -197,6 +207,7 @@ fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> {
                 columns.trim_start_matches("Columns: ")
             ),
             &[Coordinates],
+            &coordinate_names,
             matrix(&e.mass_matrix),
         ),
         single(
@@ -208,6 +219,7 @@ fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> {
                 columns.trim_start_matches("Columns: ")
             ),
             &[Time, Coordinates, Rates],
+            &coordinate_names,
             vector(&e.generalized_forces),
         ),
         single(
@@ -215,6 +227,7 @@ fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> {
             &["T + V"],
             "Kinetic energy, and the potential of the conservative loads, in J.".to_owned(),
             &[Coordinates, Rates],
+            &energies,
             vector(&e.energy),
         ),
         single(
@@ -222,6 +235,7 @@ fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> {
             &[],
             "Power of the loads that have no potential, in W.".to_owned(),
             &[Time, Coordinates, Rates],
+            &[],
             Shape::Scalar(&e.power[0]),
         ),
         single(
@@ -229,6 +243,7 @@ fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> {
             &[],
             format!("What the scene asks for: {}.", outputs.join(", ")),
             &[Time, Coordinates, Rates, Accelerations, Multipliers],
+            &output_names,
             vector(&e.outputs),
         ),
         Plan {

@@ -3,8 +3,9 @@
 use proc_macro2::{Literal, TokenStream};
 use quote::{format_ident, quote};
 
+use super::own_struct::own_struct;
 use super::plain::{Plain, ident};
-use super::struct_name;
+use super::{module_name, struct_name};
 use crate::lexer::Comparison;
 use crate::scene::{Coordinate, Parameter, Quantity, Scene, Start, Value};
 
@@ -21,44 +22,9 @@ pub(super) struct Items {
 pub(super) fn items(scene: &Scene, has_constants: bool, source: &str) -> Items {
     Items {
         parameters: parameters(scene),
-        mechanism: own_struct(scene, has_constants),
+        mechanism: own_struct(scene, has_constants, source),
         link: link(scene),
         description: description(scene, source),
-    }
-}
-
-fn own_struct(scene: &Scene, has_constants: bool) -> TokenStream {
-    let own = format_ident!("{}", struct_name(&scene.name));
-    let doc = format!(" {}", if scene.doc.is_empty() { &scene.name } else { &scene.doc });
-    let field = has_constants.then(|| quote!(constants: Constants<R>,));
-    let value = has_constants.then(|| quote!(constants: Constants::new(&parameters),));
-    quote! {
-        #[doc = #doc]
-        ///
-        /// Its parameters, and what depends on them alone.
-        #[derive(Clone, Copy, Debug)]
-        pub struct #own<R = f64> {
-            parameters: Parameters<R>,
-            #field
-        }
-
-        impl<R: Real> #own<R> {
-            /// The mechanism with these parameters.
-            pub fn new(parameters: Parameters<R>) -> Self {
-                Self { #value parameters }
-            }
-
-            /// The parameters.
-            pub fn parameters(&self) -> &Parameters<R> {
-                &self.parameters
-            }
-        }
-
-        impl Default for #own {
-            fn default() -> Self {
-                Self::new(Parameters::default())
-            }
-        }
     }
 }
 
@@ -268,12 +234,15 @@ fn description(scene: &Scene, source: &str) -> TokenStream {
     let left_out = scene.left_out().map(|p| &p.name);
     let until = scene.run.until.as_ref().map_or("", |c| source.get(c.difference.whole_span()).unwrap_or_default());
     let text = raw_string(source);
+    let [code_file, derivation_file] = ["rs", "md"].map(|extension| format!("{}.{extension}", module_name(name)));
     quote! {
         /// Names, units and meanings.
         pub const DESCRIPTION: Description = Description {
             name: #name,
             doc: #doc,
             source: SOURCE,
+            code: include_str!(#code_file),
+            derivation: include_str!(#derivation_file),
             coordinates: &[#(#coordinates),*],
             constraints: &[#(#constraints),*],
             outputs: &[#(#outputs),*],

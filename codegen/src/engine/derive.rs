@@ -23,7 +23,10 @@ pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> Equation
     equations.com_jacobian = gradients.iter().map(|row| terms(row)).collect();
     equations.com_bias = terms(&bias);
     equations.constraints = terms(&c);
-    equations.constraint_jacobian = c.iter().map(|row| terms(&simplify(algebra.gradient(row)))).collect();
+    let c_q: Vec<Vec<Atom>> = c.iter().map(|row| simplify(algebra.gradient(row))).collect();
+    equations.constraint_jacobian = c_q.iter().map(|row| terms(row)).collect();
+    let hessian = |row: &Vec<Atom>| row.iter().map(|entry| terms(&simplify(algebra.gradient(entry)))).collect();
+    equations.constraint_hessians = c_q.iter().map(hessian).collect();
     equations.constraint_bias = c.iter().map(|row| algebra.simple_term(&algebra.bias(row))).collect();
 
     let n = scene.coordinates.len();

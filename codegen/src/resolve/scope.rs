@@ -107,7 +107,7 @@ impl Scope {
                 "here only coordinates, points, parameters and numbers can stand; an output has `rate = '...'` for a rate"
             }
             Context::Constant => "here only numbers and parameters can stand",
-            Context::Geometry => "here only coordinates, points, parameters and numbers can stand",
+            Context::Geometry | Context::Picture => "here only coordinates, points, parameters and numbers can stand",
             Context::Load | Context::Condition => "use coordinates and their rates instead",
         };
         Err(Diagnostic::error(format!("`{name}` {forbidden}"), span, "not possible here").help(allowed))

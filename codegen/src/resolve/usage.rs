@@ -73,6 +73,7 @@ pub(super) fn all_values(scene: &Scene) -> Vec<&Value> {
             }
         }
     }
+    values.extend(scene.drawing.iter().flat_map(|drawn| drawn.kind.values()));
     values.extend([&scene.run.step, &scene.run.end_time]);
     values.extend(scene.run.until.iter().map(|c| &c.difference));
     values

@@ -1,0 +1,305 @@
+//! Terms as people write them: plain text for documentation, LaTeX for a derivation.
+
+mod names;
+
+use num_bigint::BigInt;
+use num_rational::BigRational;
+use num_traits::{One, Signed};
+
+use crate::expression::{Number, to_f64};
+use crate::function::Function;
+use crate::scene::Scene;
+use crate::term::{Symbol, Term};
+use names::{latex_function, latex_name};
+
+/// How formulae are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Style {
+    /// As in a scene file, which reads it back: `O4B*cos(phi4)`, `phi4_ddot`.
+    Plain,
+    /// LaTeX in mathematical mode.
+    Latex,
+}
+
+/// Writes formulae of one scene.
+#[derive(Clone, Debug)]
+pub struct Writer<'s> {
+    scene: &'s Scene,
+    style: Style,
+    /// What stands under a root, and the name of the root.
+    roots: Vec<(Term, String)>,
+}
+
+/// A product or quotient without its sign.
+struct Fraction<'t> {
+    is_negative: bool,
+    coefficient: BigRational,
+    above: Vec<Factor<'t>>,
+    below: Vec<Factor<'t>>,
+}
+
+/// A power with a positive exponent.
+struct Factor<'t> {
+    base: &'t Term,
+    exponent: BigRational,
+}
+
+impl<'s> Writer<'s> {
+    /// For the formulae of this scene.
+    pub fn new(scene: &'s Scene, style: Style) -> Self {
+        Self { scene, style, roots: Vec::new() }
+    }
+
+    /// Gives each root of a sum that occurs in the terms more than once a name, under which it is written from now on.
+    #[must_use]
+    pub fn naming_roots<'t>(mut self, terms: impl IntoIterator<Item = &'t Term>) -> Self {
+        let mut found: Vec<(&Term, usize)> = Vec::new();
+        terms.into_iter().for_each(|term| radicands(term, &mut found));
+        let radicands: Vec<&Term> = found.into_iter().filter(|(_, times)| *times > 1).map(|(term, _)| term).collect();
+        let is_free = |letter: &&str| !self.scene.names().any(|name| name == *letter);
+        let letter = ["r", "s", "u", "w"].into_iter().find(is_free).unwrap_or("root");
+        let index = |i: usize| match self.style {
+            _ if radicands.len() == 1 => String::new(),
+            Style::Plain => format!("{}", i + 1),
+            Style::Latex => format!("_{{{}}}", i + 1),
+        };
+        self.roots = radicands.iter().enumerate().map(|(i, &r)| (r.clone(), format!("{letter}{}", index(i)))).collect();
+        self
+    }
+
+    /// The names of roots, and what they stand for.
+    pub fn roots(&self) -> Vec<(String, String)> {
+        let bare = Self { roots: Vec::new(), ..*self };
+        let root = |radicand: &Term| Term::Power(Box::new(radicand.clone()), BigRational::new(1.into(), 2.into()));
+        self.roots.iter().map(|(radicand, name)| (name.clone(), bare.term(&root(radicand)))).collect()
+    }
+
+    /// A term.
+    pub fn term(&self, term: &Term) -> String {
+        let Term::Sum(terms) = term else {
+            let fraction = Fraction::new(term);
+            return format!("{}{}", if fraction.is_negative { "-" } else { "" }, self.fraction(fraction));
+        };
+        let mut fractions: Vec<Fraction> = terms.iter().map(Fraction::new).collect();
+        // A sum that begins with a minus is harder to read.
+        if let Some(first) = fractions.iter().position(|f| !f.is_negative) {
+            fractions[..=first].rotate_right(1);
+        }
+        let mut text = String::new();
+        for fraction in fractions {
+            text += match (text.is_empty(), fraction.is_negative) {
+                (true, false) => "",
+                (true, true) => "-",
+                (false, false) => " + ",
+                (false, true) => " - ",
+            };
+            text += &self.fraction(fraction);
+        }
+        text
+    }
+
+    /// A symbol.
+    pub fn symbol(&self, symbol: Symbol) -> String {
+        let coordinate = |i: usize| self.scene.coordinates[i].name.as_str();
+        if self.style == Style::Plain {
+            return match symbol {
+                Symbol::Parameter(i) => self.scene.parameters[i].name.clone(),
+                Symbol::Pi => "pi".to_owned(),
+                Symbol::Time => "t".to_owned(),
+                Symbol::Displacement => "delta".to_owned(),
+                Symbol::Coordinate(i) => coordinate(i).to_owned(),
+                Symbol::Rate(i) => format!("{}_dot", coordinate(i)),
+                Symbol::Acceleration(i) => format!("{}_ddot", coordinate(i)),
+                Symbol::Multiplier(i) => format!("lambda_{}", self.scene.constraints[i].name),
+            };
+        }
+        match symbol {
+            Symbol::Parameter(i) => latex_name("", &self.scene.parameters[i].name),
+            Symbol::Pi => r"\pi".to_owned(),
+            Symbol::Time => "t".to_owned(),
+            Symbol::Displacement => r"\delta".to_owned(),
+            Symbol::Coordinate(i) => latex_name("", coordinate(i)),
+            Symbol::Rate(i) => latex_name(r"\dot", coordinate(i)),
+            Symbol::Acceleration(i) => latex_name(r"\ddot", coordinate(i)),
+            Symbol::Multiplier(i) => {
+                format!(r"\lambda_{{\mathrm{{{}}}}}", self.scene.constraints[i].name.replace('_', r"\_"))
+            }
+        }
+    }
+
+    fn fraction(&self, fraction: Fraction) -> String {
+        let Fraction { coefficient, above, below, .. } = fraction;
+        let (numerator, denominator) = (coefficient.numer(), coefficient.denom());
+        match self.style {
+            Style::Plain => {
+                let number = decimal(&coefficient);
+                let above =
+                    self.product(number.as_deref().map_or_else(|| numerator.to_string(), str::to_owned), &above);
+                let rest = if number.is_some() { BigInt::one() } else { denominator.clone() };
+                let many = below.len() + usize::from(!rest.is_one()) > 1;
+                let below = self.product(rest.to_string(), &below);
+                match below.as_str() {
+                    "1" => above,
+                    _ if many => format!("{above}/({below})"),
+                    _ => format!("{above}/{below}"),
+                }
+            }
+            Style::Latex if below.is_empty() => {
+                let is_simple = !denominator.is_one() && *denominator <= BigInt::from(12);
+                let number = decimal(&coefficient).filter(|_| !is_simple).map(|number| scientific(&number));
+                self.product(number.unwrap_or_else(|| format!(r"\tfrac{{{numerator}}}{{{denominator}}}")), &above)
+            }
+            Style::Latex => {
+                let (above, below) =
+                    (self.product(numerator.to_string(), &above), self.product(denominator.to_string(), &below));
+                format!(r"\frac{{{above}}}{{{below}}}")
+            }
+        }
+    }
+
+    /// A number times factors; a number that is one is not written.
+    fn product(&self, number: String, factors: &[Factor]) -> String {
+        if factors.is_empty() {
+            return number;
+        }
+        let mut parts: Vec<String> = Vec::new();
+        if number != "1" {
+            parts.push(number);
+        }
+        // A sum alone needs no parentheses inside a fraction of LaTeX, but plain text has no such fractions.
+        let alone = factors.len() == 1 && parts.is_empty();
+        parts.extend(factors.iter().map(|factor| self.factor(factor, alone && self.style == Style::Latex)));
+        parts.join(if self.style == Style::Plain { "*" } else { r"\," })
+    }
+
+    fn factor(&self, factor: &Factor, alone: bool) -> String {
+        let Factor { base, exponent } = factor;
+        if let Some((_, name)) = self.roots.iter().find(|(radicand, _)| *radicand == **base)
+            && !(exponent.is_one() && alone)
+        {
+            let doubled = exponent * BigInt::from(2);
+            return match (self.style, doubled.is_integer(), doubled.is_one()) {
+                (_, _, true) => name.clone(),
+                (Style::Plain, true, _) => format!("{name}^{doubled}"),
+                (Style::Plain, false, _) => format!("{name}^({doubled})"),
+                (Style::Latex, ..) => format!("{{{name}}}^{{{doubled}}}"),
+            };
+        }
+        let half = BigRational::new(1.into(), 2.into());
+        if *exponent == half {
+            let radicand = self.term(base);
+            return if self.style == Style::Plain {
+                format!("sqrt({radicand})")
+            } else {
+                format!(r"\sqrt{{{radicand}}}")
+            };
+        }
+        if exponent.is_one() {
+            return match base {
+                Term::Sum(_) if !alone => self.in_parentheses(&self.term(base)),
+                Term::Call(function, argument) => self.call(*function, argument, ""),
+                Term::Symbol(symbol) => self.symbol(*symbol),
+                _ => self.term(base),
+            };
+        }
+        let power = match (self.style, exponent.is_integer()) {
+            (Style::Plain, true) => format!("^{exponent}"),
+            (Style::Plain, false) => format!("^({exponent})"),
+            (Style::Latex, _) => format!("^{{{exponent}}}"),
+        };
+        match base {
+            Term::Call(function, argument) => self.call(*function, argument, &power),
+            Term::Symbol(symbol) => self.symbol(*symbol) + power.as_str(),
+            Term::Number(n) if n.is_integer() && !n.is_negative() => self.term(base) + power.as_str(),
+            _ => self.in_parentheses(&self.term(base)) + power.as_str(),
+        }
+    }
+
+    fn call(&self, function: Function, argument: &Term, power: &str) -> String {
+        let inside = self.term(argument);
+        if self.style == Style::Plain {
+            return format!("{}({inside}){power}", function.name());
+        }
+        match (function, argument) {
+            (Function::Sqrt, _) if power.is_empty() => format!(r"\sqrt{{{inside}}}"),
+            (Function::Exp, _) if power.is_empty() => format!("e^{{{inside}}}"),
+            (Function::Exp | Function::Sqrt, _) => {
+                format!(r"\left({}\right){power}", self.call(function, argument, ""))
+            }
+            (_, Term::Symbol(_)) => format!("{}{power} {inside}", latex_function(function)),
+            _ => format!("{}{power}{}", latex_function(function), self.in_parentheses(&inside)),
+        }
+    }
+
+    fn in_parentheses(&self, text: &str) -> String {
+        if self.style == Style::Plain { format!("({text})") } else { format!(r"\left({text}\right)") }
+    }
+}
+
+impl<'t> Fraction<'t> {
+    fn new(term: &'t Term) -> Self {
+        let mut fraction =
+            Self { is_negative: false, coefficient: BigRational::one(), above: Vec::new(), below: Vec::new() };
+        let factors = if let Term::Product(factors) = term { factors.as_slice() } else { std::slice::from_ref(term) };
+        for factor in factors {
+            let (base, exponent) = match factor {
+                Term::Number(number) => {
+                    fraction.coefficient *= number;
+                    continue;
+                }
+                Term::Power(base, exponent) => (&**base, exponent.clone()),
+                base => (base, BigRational::one()),
+            };
+            let side = if exponent.is_negative() { &mut fraction.below } else { &mut fraction.above };
+            side.push(Factor { base, exponent: exponent.abs() });
+        }
+        fraction.is_negative = fraction.coefficient.is_negative();
+        fraction.coefficient = fraction.coefficient.abs();
+        // Constants first, functions last: the next factor is never taken for part of an argument.
+        let rank = |factor: &Factor| match factor.base {
+            Term::Number(_) => 0,
+            Term::Symbol(symbol) if symbol.is_constant() => 1,
+            Term::Sum(_) | Term::Product(_) | Term::Power(..) => 3,
+            Term::Symbol(_) => 4,
+            Term::Call(..) => 5,
+        };
+        fraction.above.sort_by_key(rank);
+        fraction.below.sort_by_key(rank);
+        fraction
+    }
+}
+
+/// Collects the sums that stand under a root, and how often.
+fn radicands<'t>(term: &'t Term, found: &mut Vec<(&'t Term, usize)>) {
+    match term {
+        Term::Number(_) | Term::Symbol(_) => {}
+        Term::Sum(terms) | Term::Product(terms) => terms.iter().for_each(|term| radicands(term, found)),
+        Term::Call(_, inner) => radicands(inner, found),
+        Term::Power(base, exponent) => {
+            radicands(base, found);
+            if !exponent.is_integer() && matches!(**base, Term::Sum(_)) {
+                match found.iter_mut().find(|(known, _)| *known == &**base) {
+                    Some((_, times)) => *times += 1,
+                    None => found.push((base, 1)),
+                }
+            }
+        }
+    }
+}
+
+/// A number as a decimal, if that is exact.
+fn decimal(number: &BigRational) -> Option<String> {
+    if number.is_integer() {
+        return Some(number.to_string());
+    }
+    let text = format!("{:?}", to_f64(number));
+    (Number::parse(&text)?.exact == *number).then_some(text)
+}
+
+/// `1e-5` as LaTeX writes it.
+fn scientific(number: &str) -> String {
+    match number.split_once('e') {
+        Some((mantissa, exponent)) => format!(r"{mantissa} \cdot 10^{{{exponent}}}"),
+        None => number.to_owned(),
+    }
+}

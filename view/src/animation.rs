@@ -1,0 +1,86 @@
+//! Animations as HTML.
+
+use std::io::{Error, Write};
+
+use serde::Serialize;
+use serde_json::ser::{Formatter, Serializer};
+
+use crate::motion::Motion;
+
+/// A whole document that plays the motion: it needs nothing but a browser.
+pub fn page(motion: &Motion) -> String {
+    format!(
+        include_str!("animation/page.html"),
+        title = escaped(&motion.title),
+        doc = escaped(&motion.doc),
+        fragment = piece(motion, "page", "h1"),
+    )
+}
+
+/// The same animation as a piece of a larger document; several of them may stand in one.
+pub fn fragment(motion: &Motion) -> String {
+    piece(motion, "piece", "h2")
+}
+
+/// The animation; a `page` owns the keyboard and the address of the document, a `piece` only its own part.
+fn piece(motion: &Motion, mode: &str, heading: &str) -> String {
+    format!(
+        include_str!("animation/fragment.html"),
+        mode = mode,
+        heading = heading,
+        title = escaped(&motion.title),
+        doc = escaped(&motion.doc),
+        css = include_str!("animation/animation.css"),
+        data = data(motion),
+        drawing = include_str!("animation/drawing.js"),
+        plots = include_str!("animation/plots.js"),
+        player = include_str!("animation/player.js"),
+    )
+}
+
+/// The motion as JSON that may stand in a script element.
+fn data(motion: &Motion) -> String {
+    let mut bytes = Vec::new();
+    motion
+        .serialize(&mut Serializer::with_formatter(&mut bytes, Compact))
+        .expect("names and numbers are JSON, and memory takes them");
+    String::from_utf8(bytes).expect("JSON is UTF-8")
+}
+
+/// Text as it stands in HTML, between tags and in attributes.
+fn escaped(text: &str) -> String {
+    let mut html = String::with_capacity(text.len());
+    for character in text.chars() {
+        match character {
+            '&' => html.push_str("&amp;"),
+            '<' => html.push_str("&lt;"),
+            '>' => html.push_str("&gt;"),
+            '"' => html.push_str("&quot;"),
+            '\'' => html.push_str("&#39;"),
+            _ => html.push(character),
+        }
+    }
+    html
+}
+
+/// JSON with no more digits than a drawing can show, and without the signs that could end a script element.
+struct Compact;
+
+impl Formatter for Compact {
+    fn write_f64<W: ?Sized + Write>(&mut self, writer: &mut W, value: f64) -> Result<(), Error> {
+        writer.write_all(rounded(value).as_bytes())
+    }
+
+    fn write_string_fragment<W: ?Sized + Write>(&mut self, writer: &mut W, fragment: &str) -> Result<(), Error> {
+        writer.write_all(fragment.replace('<', "\\u003c").as_bytes())
+    }
+}
+
+/// Six significant digits, written as shortly as JSON allows.
+fn rounded(value: f64) -> String {
+    let scientific = format!("{value:.5e}");
+    // Reading it back drops the zeros at the end; adding zero makes -0 the same as 0.
+    let value = scientific.parse::<f64>().unwrap_or(value) + 0.0;
+    let (plain, scientific) = (format!("{value}"), format!("{value:e}"));
+    if scientific.len() < plain.len() { scientific } else { plain }
+}

@@ -1,0 +1,207 @@
+// The controls, and what ties drawing and plots to the time.
+
+const root = document.currentScript.closest(".qrm-animation");
+const part = (name) => root.querySelector(`.qrm-${name}`);
+const motion = JSON.parse(root.querySelector("script[type='application/json']").textContent);
+
+// JSON knows no numbers that are not finite. A place keeps its last one, a curve has a gap.
+const kept = (track) => {
+  let last = track.find((value) => value !== null) ?? 0;
+  return track.map((value) => (last = value ?? last));
+};
+for (const thing of [...motion.nodes, ...motion.arrows]) [thing.x, thing.y] = [kept(thing.x), kept(thing.y)];
+for (const shape of motion.shapes) if (shape.angle) shape.angle = kept(shape.angle);
+for (const { curves } of motion.plots) {
+  for (const curve of curves) curve.values = curve.values.map((value) => value ?? NaN);
+}
+
+const { times } = motion;
+const [begin, end] = [times[0], times[times.length - 1]];
+const duration = end - begin;
+const isPage = root.dataset.mode === "page";
+const timeExponent = Math.min(exponentFor(duration, 0.01, Infinity), 0);
+const timeDecimals = duration / 10 ** timeExponent < 1000 ? 3 : 1;
+const timeText = (value) => `${fixed(value / 10 ** timeExponent, timeDecimals)} ${PREFIXES[timeExponent]}s`;
+const planned = plan(motion);
+const plots = motion.plots.map((data) => plot(part("plots"), data, times, timeExponent, seek));
+if (plots.length === 0) part("plots").remove();
+let drawing = null;
+let time = begin;
+let speed = 1;
+let isPlaying = false;
+let isHeld = false;
+let isSeen = true;
+
+function show(next) {
+  time = clamp(next, begin, end);
+  drawing?.update(time);
+  for (const each of plots) each.update(time);
+  part("slider").value = time;
+  part("time").textContent = `t = ${timeText(time)}`;
+  root.dataset.time = Number(time.toPrecision(9));
+  // Speaking out every frame would be noise.
+  if (!isPlaying) part("slider").setAttribute("aria-valuetext", timeText(time));
+}
+
+const PLAY = "M6 3.5v13L16.5 10z";
+const PAUSE = "M5 4h3.6v12H5zM11.4 4H15v12h-3.6z";
+let before = 0;
+
+function play(yes) {
+  if (yes === isPlaying || (yes && !(duration > 0))) return;
+  isPlaying = yes;
+  root.dataset.playing = yes;
+  part("play").setAttribute("aria-label", yes ? "Pause" : "Play");
+  part("play").querySelector("path").setAttribute("d", yes ? PAUSE : PLAY);
+  before = performance.now();
+  if (yes) requestAnimationFrame(tick);
+  else show(time);
+}
+
+function tick(now) {
+  if (!isPlaying) return;
+  // After a pause of the browser the motion goes on from where it was.
+  const passed = clamp(now - before, 0, 250) / 1000;
+  before = now;
+  if (!isHeld && isSeen) {
+    const next = time + passed * speed;
+    show(next <= end ? next : begin + ((next - begin) % duration));
+  }
+  requestAnimationFrame(tick);
+}
+
+function seek(next) {
+  play(false);
+  show(next);
+}
+
+/** To the next or the previous recorded frame, round the ends. */
+function move(direction) {
+  const slack = 1e-9 * duration;
+  const next = direction > 0 ? times.find((each) => each > time + slack) : times.findLast((each) => each < time - slack);
+  seek(next ?? (direction > 0 ? begin : end));
+}
+
+// Legend.
+const legend = part("legend");
+const listed = new Set();
+motion.shapes.forEach((shape, place) => {
+  if (planned.colour[place] < 0 || !shape.name || listed.has(shape.name)) return;
+  listed.add(shape.name);
+  const entry = html(legend, "li", `qrm-c${planned.colour[place]}`);
+  html(entry, "i", shape.kind === "block" ? "qrm-swatch qrm-square" : "qrm-swatch");
+  entry.append(shape.name);
+});
+const arrowKeys = [true, false].flatMap((isReaction) => {
+  if (!motion.arrows.some((arrow) => arrow.is_reaction === isReaction)) return [];
+  const entry = html(legend, "li", `qrm-arrow ${isReaction ? "qrm-reaction" : "qrm-load"}`);
+  const key = element(entry, "svg", { "aria-hidden": "true", height: 10 });
+  const name = html(entry, "span", "", isReaction ? "reaction" : "load");
+  return [{ key, name, isReaction }];
+});
+
+/** Draws the arrows of the legend to scale, so that they tell how long a newton is. */
+function keyForces(pixelPerNewton) {
+  for (const { key, name, isReaction } of arrowKeys) {
+    const newton = pixelPerNewton > 0 ? nice(28 / pixelPerNewton) : 0;
+    const length = newton ? newton * pixelPerNewton : 30;
+    const power = exponentFor(newton, 0.1, 1000);
+    const value = newton / 10 ** power;
+    key.setAttribute("width", Math.ceil(length));
+    key.replaceChildren();
+    element(key, "path", { class: "qrm-shaft", d: `M0 5H${round(length - 8)}` });
+    element(key, "path", { class: "qrm-tip", d: `M${round(length)} 5l-9 3.6v-7.2z` });
+    const size = newton ? `, ${fixed(value, decimalsOf(nice(value)))} ${PREFIXES[power]}N long` : "";
+    name.textContent = (isReaction ? "reaction" : "load") + size;
+  }
+}
+
+// Controls.
+const slider = part("slider");
+[slider.min, slider.max, slider.value] = [begin, end, begin];
+slider.addEventListener("pointerdown", () => (isHeld = true));
+for (const name of ["pointerup", "pointercancel"]) addEventListener(name, () => (isHeld = false));
+slider.addEventListener("input", () => {
+  if (isHeld) show(Number(slider.value));
+  else seek(Number(slider.value));
+});
+part("play").addEventListener("click", () => play(!isPlaying));
+part("back").addEventListener("click", () => move(-1));
+part("forth").addEventListener("click", () => move(1));
+
+const speeds = [0.05, 0.1, 0.25, 0.5, 1, 2];
+if (duration > 0 && (duration < 0.5 || duration > 60)) {
+  speed = Number((duration / 5).toPrecision(1));
+  if (!speeds.includes(speed)) speeds.push(speed);
+}
+for (const each of speeds.sort((a, b) => a - b)) {
+  const option = html(part("speed"), "option", "", `${each}\u00d7`);
+  option.value = each;
+  option.selected = each === speed;
+}
+function note() {
+  const seconds = duration / speed;
+  const loop = seconds < 0.1 || seconds >= 1000 ? seconds.toPrecision(2) : seconds.toFixed(seconds < 10 ? 2 : 0);
+  const times = (factor) => `${Number(factor.toPrecision(3))} times`;
+  const pace = speed === 1 ? "real time" : speed < 1 ? `${times(1 / speed)} slower` : `${times(speed)} faster`;
+  part("note").textContent = `${pace}, a loop takes ${Number(loop)} s`;
+}
+part("speed").addEventListener("change", () => {
+  speed = Number(part("speed").value);
+  note();
+});
+note();
+
+const has = {
+  forces: motion.arrows.length > 0,
+  paths: motion.nodes.some((node) => node.is_traced),
+  names: motion.nodes.some((node) => node.name),
+};
+for (const name in has) {
+  const box = part(name);
+  box.parentElement.hidden = !has[name];
+  const apply = () => root.classList.toggle(`qrm-no-${name}`, !box.checked);
+  box.addEventListener("change", apply);
+  apply();
+}
+
+// A page hears keys wherever they are pressed, a piece of one only where it has the focus.
+(isPage ? document : root).addEventListener("keydown", (event) => {
+  if (event.ctrlKey || event.altKey || event.metaKey) return;
+  const isOwn = (kinds) => event.target instanceof Element && event.target.matches(kinds);
+  if (event.key === " " && !isOwn("button, select, input[type='checkbox']")) play(!isPlaying);
+  else if (event.key === "ArrowLeft" && !isOwn("select")) move(-1);
+  else if (event.key === "ArrowRight" && !isOwn("select")) move(1);
+  else return;
+  event.preventDefault();
+});
+
+// Sizes. What is drawn is in pixels, so that lines and letters stay as they are.
+const { box } = planned;
+part("canvas").style.setProperty("--aspect", clamp((box.right - box.left) / (box.top - box.bottom), 0.8, 2.2).toFixed(3));
+const observer = new ResizeObserver((entries) => {
+  for (const { target, contentRect } of entries) {
+    const { width, height } = contentRect;
+    if (!(width > 40 && height > 40)) continue;
+    if (target === part("canvas")) {
+      drawing = draw(target.firstElementChild, motion, planned, Math.round(width), Math.round(height));
+      keyForces(drawing.pixelPerNewton);
+    } else {
+      plots.find((each) => each.area === target)?.layout(Math.round(width), Math.round(height));
+    }
+  }
+  show(time);
+});
+observer.observe(part("canvas"));
+for (const each of plots) observer.observe(each.area);
+// In a long report nothing is drawn that is out of sight.
+new IntersectionObserver((entries) => (isSeen = entries[entries.length - 1].isIntersecting)).observe(root);
+
+function fromAddress() {
+  const wanted = parseFloat(/[#&]t=([^&]*)/.exec(location.hash)?.[1]);
+  if (Number.isFinite(wanted)) seek(wanted);
+  return Number.isFinite(wanted);
+}
+if (isPage) addEventListener("hashchange", fromAddress);
+show(begin);
+if (!(isPage && fromAddress()) && !matchMedia("(prefers-reduced-motion: reduce)").matches) play(true);

@@ -1,0 +1,117 @@
+// Curves over time, each plot with a cursor at the time shown.
+
+const SUPERSCRIPTS = { "-": "\u207b", 0: "\u2070", 1: "\u00b9", 2: "\u00b2", 3: "\u00b3", 4: "\u2074", 5: "\u2075", 6: "\u2076", 7: "\u2077", 8: "\u2078", 9: "\u2079" };
+
+/** Builds one plot into a holder; `seek` is called with the time that is pointed at. */
+function plot(holder, data, times, timeExponent, seek) {
+  const [begin, end] = [times[0], times[times.length - 1]];
+  let [low, high] = rangeOf(data.curves.map((curve) => curve.values));
+  const largest = Math.max(Math.abs(low), Math.abs(high));
+  const exponent = exponentFor(largest, 0.01, 10000);
+  // What differs in the last digit only is constant: rounding is not shown as a curve.
+  if (high - low <= 2e-5 * largest || high === low) {
+    const room = 0.2 * largest || 1;
+    [low, high] = [low - room, high + room];
+  } else {
+    // Zero is worth seeing if it is near.
+    if (low > 0 && low < 0.35 * (high - low)) low = 0;
+    if (high < 0 && -high < 0.35 * (high - low)) high = 0;
+    const room = 0.06 * (high - low);
+    [low, high] = [low - (low === 0 ? 0 : room), high + (high === 0 ? 0 : room)];
+  }
+
+  const figure = html(holder, "figure", "qrm-plot");
+  const caption = html(figure, "figcaption", "qrm-caption");
+  html(caption, "span", "qrm-what", data.title);
+  const power = exponent ? `10${[...String(exponent)].map((sign) => SUPERSCRIPTS[sign]).join("")}` : "";
+  const unit = [power, data.unit].filter((part) => part).join(" ");
+  if (unit) html(caption, "span", "qrm-unit", ` in ${unit}`);
+  const legend = html(figure, "div", "qrm-keys");
+  const area = html(figure, "div", "qrm-area");
+  const svg = element(area, "svg", { role: "img", "aria-label": `${data.title} over time` });
+  const decimals = clamp(decimalsOf(nice((high - low) / 3 / 10 ** exponent)) + 2, 0, 9);
+  const number = (value) => (Number.isFinite(value) ? fixed(value / 10 ** exponent, decimals) : "\u2013");
+  const curves = data.curves.map((curve, place) => {
+    const key = html(legend, "span", `qrm-key qrm-c${place % 8}`);
+    html(key, "i", "qrm-swatch");
+    html(key, "span", "qrm-whose", curve.name);
+    const value = html(key, "output", "qrm-value");
+    value.setAttribute("aria-live", "off");
+    // Room for the longest number, so that nothing beside it moves.
+    value.style.minWidth = `${Math.max(number(low).length, number(high).length)}ch`;
+    return { values: curve.values, value, style: `qrm-c${place % 8}` };
+  });
+
+  let [toX, toY, cursor] = [() => 0, () => 0, null];
+  function layout(width, height) {
+    svg.replaceChildren();
+    svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
+    const edge = { left: 50, right: width - 12, top: 6, bottom: height - 18 };
+    toX = (time) => edge.left + ((time - begin) / (end - begin || 1)) * (edge.right - edge.left);
+    toY = (value) => edge.bottom - ((value - low) / (high - low)) * (edge.bottom - edge.top);
+
+    const grid = element(svg, "g", { class: "qrm-grid" });
+    const rise = nice((high - low) / clamp((edge.bottom - edge.top) / 26, 2, 6));
+    const lines = { thin: "", zero: "" };
+    for (const value of multiples(low, high, rise)) {
+      const y = round(toY(value));
+      lines[Math.abs(value) < rise / 2 ? "zero" : "thin"] += `M${edge.left} ${y}H${edge.right}`;
+      const text = fixed(value / 10 ** exponent, decimalsOf(rise / 10 ** exponent));
+      element(grid, "text", { x: edge.left - 6, y: y + 3.5, "text-anchor": "end" }, text);
+    }
+    const run = nice((end - begin || 1) / clamp((edge.right - edge.left) / 56, 2, 8));
+    const ticks = multiples(begin, end, run);
+    ticks.forEach((time, place) => {
+      const x = round(toX(time));
+      lines.thin += `M${x} ${edge.top}V${edge.bottom}`;
+      const text = fixed(time / 10 ** timeExponent, decimalsOf(run / 10 ** timeExponent));
+      const isLast = place === ticks.length - 1;
+      // The unit hangs on the last number, which is kept inside.
+      const shown = isLast ? `${text} ${PREFIXES[timeExponent]}s` : text;
+      const isNear = x > edge.right - 18;
+      element(grid, "text", { x: isNear ? edge.right + 8 : x, y: height - 4, "text-anchor": isNear ? "end" : "middle" }, shown);
+    });
+    element(grid, "path", { d: lines.thin });
+    element(grid, "path", { d: lines.zero, class: "qrm-zero" });
+
+    for (const curve of curves) {
+      let path = "";
+      let pen = "M";
+      curve.values.forEach((value, frame) => {
+        if (!Number.isFinite(value)) return void (pen = "M");
+        path += `${pen}${round(toX(times[frame]))} ${round(toY(value))}`;
+        pen = "L";
+      });
+      // A curve of one value is one for all times.
+      if (curve.values.length === 1 && path) path += `H${edge.right}`;
+      element(svg, "path", { class: `qrm-curve ${curve.style}`, d: path });
+    }
+    cursor = element(svg, "path", { class: "qrm-cursor", d: `M0 ${edge.top}V${edge.bottom}` });
+    for (const curve of curves) curve.dot = element(svg, "circle", { class: `qrm-spot ${curve.style}`, r: 3.5 });
+    svg.onpointerdown = (event) => {
+      if (event.button !== 0) return;
+      svg.setPointerCapture(event.pointerId);
+      point(event);
+    };
+    svg.onpointermove = (event) => svg.hasPointerCapture(event.pointerId) && point(event);
+    function point(event) {
+      const bounds = svg.getBoundingClientRect();
+      const x = ((event.clientX - bounds.left) / bounds.width) * width;
+      seek(clamp(begin + ((x - edge.left) / (edge.right - edge.left)) * (end - begin), begin, end));
+    }
+  }
+
+  function update(time) {
+    if (!cursor) return;
+    const at = locate(times, time);
+    const x = round(toX(time));
+    cursor.setAttribute("transform", `translate(${x} 0)`);
+    for (const { values, value, dot } of curves) {
+      const now = valueAt(values, at);
+      value.textContent = number(now);
+      dot.setAttribute("visibility", Number.isFinite(now) ? "visible" : "hidden");
+      if (Number.isFinite(now)) dot.setAttribute("transform", `translate(${x} ${round(toY(now))})`);
+    }
+  }
+  return { area, layout, update };
+}

@@ -1,0 +1,110 @@
+//! Curves over time, and their picture as SVG.
+//!
+//! The SVG can be read back. Coordinates are counted in its `viewBox`; for each panel there is an element
+//! `<g class="panel">` with the rectangle of the plotting area (`data-left`, `data-right`, `data-top`, `data-bottom`), the
+//! times at its left and right (`data-t0`, `data-t1`), the values at its bottom and top (`data-low`, `data-high`) and how
+//! the ordinate is divided (`data-scale`). In it there is for each curve an element `<g class="curve">` with its name
+//! (`data-name`), the colour of its lines (`data-stroke`) and of the labels of its extremes (`data-ink`), and its extremes
+//! (`data-minimum`, `data-maximum`: time and value).
+
+mod axis;
+mod label;
+mod layout;
+mod look;
+mod markup;
+mod number;
+mod path;
+mod sheet;
+mod span;
+mod text;
+
+use std::fmt;
+
+/// Panels one above the other, over the same time.
+#[derive(Clone, Debug)]
+pub struct Figure {
+    /// Stands above the panels.
+    pub title: String,
+    /// The panels, the first one at the top.
+    pub panels: Vec<Panel>,
+}
+
+/// Curves in one unit.
+#[derive(Clone, Debug)]
+pub struct Panel {
+    /// What the ordinate shows, without its unit: `angular speed`.
+    pub quantity: String,
+    /// The unit of the ordinate; empty if it has none.
+    pub unit: String,
+    /// How the ordinate is divided.
+    pub scale: Scale,
+    /// The curves.
+    pub curves: Vec<Curve>,
+}
+
+/// How an axis is divided.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scale {
+    /// Evenly.
+    Linear,
+    /// By powers of ten; values that are not above zero are left out.
+    Logarithmic,
+}
+
+/// A quantity over time.
+#[derive(Clone, Debug)]
+pub struct Curve {
+    /// Its name in the legend: `phi2_dot`.
+    pub name: String,
+    /// What it is, in a few words: `crank`.
+    pub doc: String,
+    /// Time and value, in the order of time; all finite.
+    pub points: Vec<(f64, f64)>,
+    /// Its smallest and largest value, if they are to be marked.
+    pub extremes: Option<Extremes>,
+}
+
+/// The smallest and the largest value of a curve.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Extremes {
+    /// Time and value of the smallest.
+    pub minimum: (f64, f64),
+    /// Time and value of the largest.
+    pub maximum: (f64, f64),
+}
+
+impl Figure {
+    /// The figure as SVG: 800 CSS pixels wide, dark on a dark screen, fit to stand alone or in an HTML page.
+    ///
+    /// # Errors
+    /// There is nothing to draw, or it lies too far apart.
+    pub fn svg(&self) -> Result<String, NoPicture> {
+        sheet::draw(self)
+    }
+}
+
+/// Why a figure cannot be drawn.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum NoPicture {
+    /// No curve has a point.
+    Empty,
+    /// This curve has a time or value that is not a finite number.
+    NotFinite(String),
+    /// The times, or the values of this quantity, lie so far apart that their difference is not a finite number.
+    TooFarApart(String),
+    /// The picture could not be written.
+    NotWritten(String),
+}
+
+impl fmt::Display for NoPicture {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Empty => f.write_str("there are no points to draw"),
+            Self::NotFinite(curve) => write!(f, "curve `{curve}` has a point that is not finite"),
+            Self::TooFarApart(quantity) => write!(f, "the values of `{quantity}` lie too far apart to draw"),
+            Self::NotWritten(why) => write!(f, "the picture was not written: {why}"),
+        }
+    }
+}
+
+impl std::error::Error for NoPicture {}

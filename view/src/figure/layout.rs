@@ -1,0 +1,79 @@
+//! How the sheet is divided, in CSS pixels.
+
+use super::{Figure, Panel, text};
+
+/// The sheet is so wide.
+pub(super) const WIDTH: f64 = 800.0;
+/// Free on the left of titles, and on the right of everything.
+pub(super) const MARGIN: f64 = 16.0;
+/// From the plotting area to the right edge: half a label of the time axis fits there.
+pub(super) const RIGHT: f64 = 26.0;
+/// Below the lowest panel, for the time axis.
+pub(super) const TIME_AXIS: f64 = 44.0;
+/// Sizes of letters.
+pub(super) const TITLE: f64 = 16.0;
+pub(super) const HEADER: f64 = 13.0;
+pub(super) const TICK: f64 = 12.0;
+pub(super) const LABEL: f64 = 11.5;
+/// How long the line in front of a name in the legend is.
+pub(super) const SAMPLE: f64 = 26.0;
+
+const ROW: f64 = 19.0;
+
+/// The place of a panel.
+#[derive(Clone, Debug)]
+pub(super) struct Place {
+    /// The middle of the line that says what the ordinate shows.
+    pub(super) header: f64,
+    /// Curves in the legend: which, where its sample begins, the middle of its line, and its text.
+    pub(super) entries: Vec<(usize, f64, f64, String)>,
+    /// The plotting area.
+    pub(super) top: f64,
+    pub(super) bottom: f64,
+}
+
+/// The height of the sheet and the places of its panels. `descriptions` say what the ordinates show.
+pub(super) fn divided(figure: &Figure, descriptions: &[String]) -> (f64, Vec<Place>) {
+    let mut y = if figure.title.is_empty() { 8.0 } else { 40.0 };
+    let is_alone = figure.panels.len() == 1;
+    let mut places = Vec::new();
+    for (panel, description) in figure.panels.iter().zip(descriptions) {
+        let header = y + 0.5 * ROW;
+        let (entries, rows) = legend(panel, description, header);
+        let top = y + ROW * f64::from(rows) + 7.0;
+        let height = if is_alone { (420.0 - TIME_AXIS - top).max(240.0) } else { height_of_one(rows) };
+        places.push(Place { header, entries, top, bottom: top + height });
+        y = top + height + 14.0;
+    }
+    (y - 14.0 + TIME_AXIS, places)
+}
+
+/// How high the plotting area of a panel is.
+pub(super) fn height_of(figure: &Figure) -> f64 {
+    if figure.panels.len() == 1 { 310.0 } else { height_of_one(1) }
+}
+
+fn height_of_one(rows: u32) -> f64 {
+    (176.0 - ROW * f64::from(rows)).max(130.0)
+}
+
+/// The legend behind the description, and how many rows they take. A curve that is alone needs none.
+fn legend(panel: &Panel, description: &str, header: f64) -> (Vec<(usize, f64, f64, String)>, u32) {
+    let mut entries = Vec::new();
+    let (mut x, mut row) = (MARGIN + text::width(description, HEADER) + 26.0, 0);
+    if panel.curves.len() < 2 {
+        return (entries, 1);
+    }
+    for (i, curve) in panel.curves.iter().enumerate() {
+        let name =
+            if curve.doc.is_empty() { curve.name.clone() } else { format!("{}\u{2002}{}", curve.name, curve.doc) };
+        let name = text::cut(&text::clean(&name), TICK, WIDTH - 2.0 * MARGIN - SAMPLE - 8.0);
+        let width = SAMPLE + 7.0 + text::width(&name, TICK);
+        if x + width > WIDTH - MARGIN {
+            (x, row) = (MARGIN, row + 1);
+        }
+        entries.push((i, x, header + ROW * f64::from(row), name));
+        x += width + 18.0;
+    }
+    (entries, row + 1)
+}

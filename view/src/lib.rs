@@ -1,0 +1,9 @@
+//! Pictures of recorded motions: figures as SVG, animations as HTML and GIF.
+//!
+//! Knows nothing of mechanisms: what it is given are numbers under names ([`figure::Figure`], [`motion::Motion`]), what
+//! it gives back is text or bytes. The same input gives the same bytes.
+
+pub mod animation;
+pub mod figure;
+pub mod gif;
+pub mod motion;
