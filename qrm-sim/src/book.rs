@@ -51,7 +51,7 @@ impl Book {
         observer: &mut dyn Observer,
     ) -> Result<(), Status> {
         for at in moments {
-            let Moment { t, q, qd, qdd, multipliers } = at;
+            let Moment { t, q, qd, qdd, multipliers, corrections } = at;
             mechanism.outputs(*t, q, qd, qdd, multipliers, &mut self.outputs);
             let closure = mechanism.closure(q);
             let position = largest(&closure.constraints);
@@ -63,7 +63,8 @@ impl Book {
             }
             self.largest_energy = self.largest_energy.max(energy.abs()).max(potential.abs());
             self.largest_kinetic_energy = self.largest_kinetic_energy.max(kinetic);
-            self.is_conservative &= mechanism.power(*t, q, qd) == 0.0;
+            let power = mechanism.power(*t, q, qd);
+            self.is_conservative &= power == 0.0;
             self.energy_drift = self.energy_drift.max((energy - self.first_energy).abs());
             let worse = |old: (usize, f64), new: (usize, f64)| if new.1 > old.1 { new } else { old };
             self.residual_position = worse(self.residual_position, position);
@@ -79,6 +80,8 @@ impl Book {
                 residual_position: position.1,
                 residual_velocity: velocity.1,
                 energy,
+                power,
+                corrections: *corrections,
             };
             observer.row(&row).map_err(Status::Unwritable)?;
             self.rows += 1;

@@ -1,21 +1,27 @@
 //! The command `qrm`.
 
+mod account;
+mod animate;
+mod check;
 mod condition;
+mod digest;
 mod list;
+mod progress;
 mod recorder;
-mod report;
 mod run;
 mod settings;
+mod setup;
 mod words;
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand, ValueEnum};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::projection::Projection;
 use crate::scenes::Scenes;
+use crate::whole::write_whole;
 
 /// Simulates mechanisms with closed loops from generated equations of motion.
 ///
@@ -29,14 +35,19 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Task {
-    /// Run a scene: trajectory.csv and summary.json
+    /// Run a scene: trajectory.csv, summary.json and figures
     Run(Box<RunArguments>),
+    /// Run a scene and show it moving: animation.html and animation.gif
+    Animate(Box<AnimateArguments>),
+    /// Check a mechanism: strokes, locks, forces at rest, energy, recurrence
+    Check(Box<CheckArguments>),
     /// List the scenes and their parameters
     List,
 }
 
-#[derive(Parser)]
-struct RunArguments {
+/// How a scene is run.
+#[derive(Args)]
+struct MotionArguments {
     /// Name of the scene; `qrm list` shows them
     #[arg(default_value = "quick-return")]
     scene: String,
@@ -65,15 +76,45 @@ struct RunArguments {
     /// Most corrections of position after a step
     #[arg(long, value_name = "N", default_value_t = 10)]
     closure_iterations: u32,
+}
+
+#[derive(Parser)]
+struct RunArguments {
+    #[command(flatten)]
+    motion: MotionArguments,
     /// Write every Nth row only; the last row is always written
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     every: u64,
     /// Skip the second run, at twice the step, that estimates the error
     #[arg(long)]
     no_error_estimate: bool,
+    /// Draw no figures
+    #[arg(long)]
+    no_figures: bool,
     /// Folder for the files [default: out/SCENE]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+}
+
+#[derive(Args)]
+struct AnimateArguments {
+    #[command(flatten)]
+    motion: MotionArguments,
+    /// Make no GIF, only the page
+    #[arg(long)]
+    no_gif: bool,
+    /// Folder for the files [default: out/SCENE]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+#[derive(Args)]
+struct CheckArguments {
+    #[command(flatten)]
+    motion: MotionArguments,
+    /// Only say what balances the loads at rest, at a position such as `phi2=45deg`; may be repeated
+    #[arg(long = "static", value_name = "NAME=VALUE", allow_hyphen_values = true)]
+    at_rest: Vec<String>,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -120,6 +161,8 @@ pub fn main(scenes: &Scenes) -> ExitCode {
     let default = || Task::Run(Box::new(RunArguments::parse_from(["qrm"])));
     let result = match Arguments::parse().command.unwrap_or_else(default) {
         Task::Run(arguments) => run::run(scenes, &arguments),
+        Task::Animate(arguments) => animate::animate(scenes, &arguments),
+        Task::Check(arguments) => check::check(scenes, &arguments),
         Task::List => {
             say(&list::list(scenes));
             Ok(())
@@ -132,6 +175,17 @@ pub fn main(scenes: &Scenes) -> ExitCode {
     };
     let _ = writeln!(std::io::stderr(), "{message}");
     ExitCode::from(status)
+}
+
+/// Writes a file of a command, in a folder that is made if it is not there.
+fn write(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
+    path.parent().map_or(Ok(()), std::fs::create_dir_all)?;
+    write_whole(path, bytes)
+}
+
+/// What is said when a file cannot be written.
+fn unwritable(path: &Path, e: &std::io::Error) -> String {
+    format!("error: cannot write {}: {e}\n  = help: choose another folder with --out DIR", path.display())
 }
 
 /// Prints to standard output, of which nobody may be listening any more.

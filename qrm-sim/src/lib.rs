@@ -5,17 +5,28 @@
 
 pub mod assembly;
 mod book;
+pub mod kinematics;
 pub mod linear;
 pub mod motion;
 pub mod observer;
 pub mod outcome;
 pub mod projection;
+pub mod rest;
 pub mod rk4;
 pub mod scenes;
 pub mod simulate;
 pub mod solve;
+pub mod turn;
 
+mod album;
+mod animation;
+mod balance;
 pub mod command;
+mod drawing;
+mod envelope;
 mod extremes;
+mod figures;
+mod stage;
 mod summary;
 mod trajectory;
+mod whole;

@@ -2,6 +2,8 @@
 //!
 //! Sizes are known when the mechanism is compiled, so the loops unroll and nothing is allocated.
 
+pub mod lu;
+
 /// A vector.
 pub type Vector<const N: usize> = [f64; N];
 /// A matrix, as rows.

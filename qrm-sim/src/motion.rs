@@ -29,6 +29,8 @@ pub struct Moment<const N: usize, const M: usize> {
     pub qdd: Vector<N>,
     /// Multipliers.
     pub multipliers: Vector<M>,
+    /// How often the coordinates were corrected after the step to here.
+    pub corrections: u32,
 }
 
 /// Why a step could not be made.
@@ -71,7 +73,7 @@ pub fn moment<X: Mechanism<N, M>, const N: usize, const M: usize>(
 ) -> Result<Moment<N, M>, Breakdown> {
     let Solution { qdd, multipliers, .. } = accelerations(&mechanism.dynamics(t, &q, &qd), care)?;
     let is_finite = [&q, &qd, &qdd].into_iter().all(all_finite) && all_finite(&multipliers);
-    if is_finite { Ok(Moment { t, q, qd, qdd, multipliers }) } else { Err(Breakdown::NotFinite) }
+    if is_finite { Ok(Moment { t, q, qd, qdd, multipliers, corrections: 0 }) } else { Err(Breakdown::NotFinite) }
 }
 
 #[inline(always)]
@@ -97,6 +99,7 @@ pub fn advance<X: Mechanism<N, M>, const N: usize, const M: usize>(
     care: &mut Care,
 ) -> Result<Moment<N, M>, Breakdown> {
     let (mut q, mut qd, mass) = rk4::step(mechanism, from.t, t_next - from.t, (&from.q, &from.qd, &from.qdd), care)?;
-    project(mechanism, (method.projection, method.tolerance), mass.as_ref(), &mut q, &mut qd, care)?;
-    moment(mechanism, t_next, q, qd, care)
+    let projection = (method.projection, method.tolerance);
+    let corrections = project(mechanism, projection, mass.as_ref(), &mut q, &mut qd, care)?;
+    Ok(Moment { corrections, ..moment(mechanism, t_next, q, qd, care)? })
 }

@@ -23,9 +23,13 @@ pub struct Row<'a> {
     pub residual_velocity: f64,
     /// Kinetic energy and potential of the conservative loads.
     pub energy: f64,
+    /// Power of the loads that have no potential.
+    pub power: f64,
+    /// How often the coordinates were corrected after the step to here.
+    pub corrections: u32,
 }
 
-/// Whoever wants the rows; `()` keeps none.
+/// Whoever wants the rows; `()` keeps none, a pair hands each to both.
 pub trait Observer {
     /// Takes a row.
     ///
@@ -57,5 +61,21 @@ impl Observer for () {
 
     fn finish(&mut self) -> std::io::Result<()> {
         Ok(())
+    }
+}
+
+impl<A: Observer, B: Observer> Observer for (A, B) {
+    fn row(&mut self, row: &Row) -> std::io::Result<()> {
+        self.0.row(row)?;
+        self.1.row(row)
+    }
+
+    fn goes_on(&mut self, t: f64, end_time: f64) -> std::io::Result<bool> {
+        Ok(self.0.goes_on(t, end_time)? && self.1.goes_on(t, end_time)?)
+    }
+
+    fn finish(&mut self) -> std::io::Result<()> {
+        self.0.finish()?;
+        self.1.finish()
     }
 }

@@ -47,7 +47,7 @@ pub struct NotConverged {
     pub iterations: u32,
 }
 
-/// Moves `q` onto the constraints and `qd` onto their tangent.
+/// Moves `q` onto the constraints and `qd` onto their tangent, and says how often `q` was moved.
 ///
 /// # Errors
 /// The residual is still above the tolerance after the allowed iterations.
@@ -59,9 +59,9 @@ pub fn project<X: Mechanism<N, M>, const N: usize, const M: usize>(
     q: &mut Vector<N>,
     qd: &mut Vector<N>,
     care: &mut Care,
-) -> Result<(), NotConverged> {
+) -> Result<u32, NotConverged> {
     if M == 0 || projection == Projection::None {
-        return Ok(());
+        return Ok(0);
     }
     // A mass matrix that is singular by itself is no metric: those steps fall back to the plain one.
     let mass = mass.filter(|_| projection == Projection::Mass);
@@ -86,7 +86,7 @@ pub fn project<X: Mechanism<N, M>, const N: usize, const M: usize>(
         }
         if is_closed || is_settled {
             corrector.correct(qd, &multiply(&closure.constraint_jacobian, qd), care);
-            return Ok(());
+            return Ok(iterations + u32::from(is_closed));
         }
         before = residual;
         iterations += 1;

@@ -6,7 +6,9 @@ use qrm_mechanism::{Description, Mechanism, Visitor};
 
 use crate::observer::Observer;
 use crate::outcome::{NoStart, Outcome};
+use crate::rest::{NoRest, Rest, rest};
 use crate::simulate::{Request, simulate};
+use crate::turn::{NoTurn, Turn, turn, turns};
 
 /// A mechanism whose size is hidden.
 pub trait Scene {
@@ -26,6 +28,24 @@ pub trait Scene {
         request: &Request,
         observer: &mut dyn Observer,
     ) -> Result<Outcome, NoStart>;
+
+    /// Which coordinates are given at the start.
+    fn given(&self) -> Vec<bool>;
+
+    /// Turns the driven coordinate once around.
+    ///
+    /// # Errors
+    /// There is nothing to turn.
+    fn turn(&self, replace: &dyn Fn(&str) -> Option<f64>) -> Result<Turn, NoTurn>;
+
+    /// Whether the driven coordinate can turn fully.
+    fn turns(&self, replace: &dyn Fn(&str) -> Option<f64>) -> bool;
+
+    /// What holds a position at rest.
+    ///
+    /// # Errors
+    /// The position cannot be reached, or not be held.
+    fn rest(&self, replace: &dyn Fn(&str) -> Option<f64>, wanted: &[(usize, f64)]) -> Result<Rest, NoRest>;
 }
 
 struct Sized<X, const N: usize, const M: usize>(PhantomData<X>);
@@ -48,6 +68,22 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Scene for Sized<X, N, M
         observer: &mut dyn Observer,
     ) -> Result<Outcome, NoStart> {
         simulate(&X::with_parameters(replace), request, observer)
+    }
+
+    fn given(&self) -> Vec<bool> {
+        X::with_parameters(&|_| None).start().given.to_vec()
+    }
+
+    fn turn(&self, replace: &dyn Fn(&str) -> Option<f64>) -> Result<Turn, NoTurn> {
+        turn(&X::with_parameters(replace))
+    }
+
+    fn turns(&self, replace: &dyn Fn(&str) -> Option<f64>) -> bool {
+        turns(&X::with_parameters(replace))
+    }
+
+    fn rest(&self, replace: &dyn Fn(&str) -> Option<f64>, wanted: &[(usize, f64)]) -> Result<Rest, NoRest> {
+        rest(&X::with_parameters(replace), wanted)
     }
 }
 

@@ -6,6 +6,8 @@ use std::path::Path;
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 
+use crate::whole::write_whole;
+
 /// A finished run, in the order of the file.
 #[derive(Debug, Serialize)]
 pub(crate) struct Summary {
@@ -27,6 +29,7 @@ pub(crate) struct Summary {
     pub(crate) energy_drift: Option<f64>,
     pub(crate) extremes: Named<ExtremesEntry>,
     pub(crate) parameters: Named<f64>,
+    pub(crate) figures: Vec<String>,
     pub(crate) warnings: Vec<String>,
 }
 
@@ -54,16 +57,15 @@ impl<T: Serialize> Serialize for Named<T> {
 }
 
 impl Summary {
-    /// Writes the file so that it appears whole or not at all.
-    pub(crate) fn write(&self, path: &Path) -> io::Result<()> {
-        let part = path.with_extension("json.part");
+    /// The text of the file.
+    pub(crate) fn text(&self) -> io::Result<String> {
         let mut text = serde_json::to_string_pretty(self)?;
         text.push('\n');
-        let written = std::fs::write(&part, text).and_then(|()| std::fs::rename(&part, path));
-        if written.is_err() {
-            // What is left of it is of no use; that it cannot be removed would be no news.
-            let _ = std::fs::remove_file(&part);
-        }
-        written
+        Ok(text)
+    }
+
+    /// Writes the file.
+    pub(crate) fn write(&self, path: &Path) -> io::Result<()> {
+        write_whole(path, self.text()?.as_bytes())
     }
 }

@@ -22,6 +22,8 @@ impl Mechanism<1, 0> for Line {
         name: "line",
         doc: "",
         source: "",
+        code: "",
+        derivation: "",
         coordinates: &[X],
         constraints: &[],
         outputs: &[X],

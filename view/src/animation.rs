@@ -32,6 +32,7 @@ fn piece(motion: &Motion, mode: &str, heading: &str) -> String {
         doc = escaped(&motion.doc),
         css = include_str!("animation/animation.css"),
         data = data(motion),
+        basics = include_str!("animation/basics.js"),
         drawing = include_str!("animation/drawing.js"),
         plots = include_str!("animation/plots.js"),
         player = include_str!("animation/player.js"),

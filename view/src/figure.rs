@@ -11,12 +11,14 @@ mod axis;
 mod label;
 mod layout;
 mod look;
+mod marks;
 mod markup;
 mod number;
 mod path;
 mod sheet;
 mod span;
 mod text;
+mod trace;
 
 use std::fmt;
 

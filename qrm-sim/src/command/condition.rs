@@ -2,27 +2,27 @@
 
 use std::cell::RefCell;
 
-use qrm_codegen::evaluate::{evaluate_in, parameter_values};
+use qrm_codegen::evaluate::evaluate_in;
 use qrm_codegen::resolve::read_condition;
 use qrm_codegen::scene::{Quantity, Scene, Value};
 
 use super::Failure;
 
 /// A condition on the names of a scene.
-pub(super) struct Condition<'s> {
-    scene: &'s Scene,
+pub(super) struct Condition {
+    scene: Scene,
     parameters: Vec<f64>,
     difference: Value,
     sign: f64,
     room: RefCell<Vec<f64>>,
 }
 
-impl<'s> Condition<'s> {
-    pub(super) fn new(scene: &'s Scene, text: &str, replace: &dyn Fn(&str) -> Option<f64>) -> Result<Self, Failure> {
+impl Condition {
+    pub(super) fn new(scene: &Scene, text: &str, parameters: Vec<f64>) -> Result<Self, Failure> {
         let condition = read_condition(scene, text).map_err(|report| Failure::Use(report.to_string()))?;
         Ok(Self {
-            scene,
-            parameters: parameter_values(scene, replace),
+            scene: scene.clone(),
+            parameters,
             sign: condition.comparison.sign(),
             difference: condition.difference,
             room: RefCell::default(),

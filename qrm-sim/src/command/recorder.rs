@@ -1,54 +1,28 @@
-//! Takes the rows of a run to the disk and to the summary, and shows that it goes on.
+//! Takes the rows of a run to the disk.
 
-use std::io::{self, IsTerminal};
+use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressStyle};
 use qrm_mechanism::Description;
 
-use crate::extremes::Tracker;
 use crate::observer::{Observer, Row};
-use crate::summary::{ExtremesEntry, Named};
-use crate::trajectory::{CHECKS, Trajectory, columns, numbers};
+use crate::trajectory::{Trajectory, numbers};
 
-/// How long a run goes on in silence before it shows its progress.
-const SILENCE: Duration = Duration::from_millis(300);
-
-/// Set when the user wants the run to end.
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
-
-/// An observer that writes `trajectory.csv` and notes extremes.
+/// An observer that writes `trajectory.csv`.
 pub(super) struct Recorder {
     folder: PathBuf,
     description: Description,
     every: u64,
     trajectory: Option<Trajectory>,
-    trackers: Vec<Tracker>,
     /// The last row, if it was not written.
     skipped: Vec<f64>,
-    begun: Instant,
-    bar: Option<ProgressBar>,
     /// Why nothing can be written at all.
     pub(super) unusable: Option<String>,
 }
 
 impl Recorder {
     pub(super) fn new(folder: &Path, description: Description, every: u64) -> Self {
-        // A second handler in one process is refused; the first one does.
-        let _ = ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::Relaxed));
-        Self {
-            folder: folder.to_owned(),
-            trackers: vec![Tracker::default(); columns(&description).len() - CHECKS],
-            description,
-            every,
-            trajectory: None,
-            skipped: Vec::new(),
-            begun: Instant::now(),
-            bar: None,
-            unusable: None,
-        }
+        Self { folder: folder.to_owned(), description, every, trajectory: None, skipped: Vec::new(), unusable: None }
     }
 
     /// Rows written; after a failed write the whole rows that are left.
@@ -58,18 +32,6 @@ impl Recorder {
             Some(trajectory) => trajectory.rows,
             None => 0,
         }
-    }
-
-    /// Extremes of every column that the motion makes vary.
-    pub(super) fn extremes(&self) -> Named<ExtremesEntry> {
-        let columns = columns(&self.description).into_iter().zip(&self.trackers).skip(1);
-        let entry = |(name, tracker): (String, &Tracker)| {
-            let e = tracker.finish()?;
-            let (min, min_time) = e.minimum;
-            let (max, max_time) = e.maximum;
-            Some((name, ExtremesEntry { min, min_time, max, max_time }))
-        };
-        Named(columns.filter_map(entry).collect())
     }
 
     /// Makes the folder, and removes the summary of an earlier run: it would not belong to the new rows.
@@ -89,8 +51,7 @@ impl Recorder {
             match created {
                 Ok(trajectory) => self.trajectory = Some(trajectory),
                 Err(e) => {
-                    let help = "choose another folder with --out DIR";
-                    self.unusable = Some(format!("error: cannot write {}: {e}\n  = help: {help}", path.display()));
+                    self.unusable = Some(super::unwritable(&path, &e));
                     return Err(e);
                 }
             }
@@ -101,9 +62,6 @@ impl Recorder {
 
 impl Observer for Recorder {
     fn row(&mut self, row: &Row) -> io::Result<()> {
-        for (tracker, number) in self.trackers.iter_mut().zip(numbers(row)) {
-            tracker.row(row.t, number);
-        }
         self.skipped.clear();
         if row.index.is_multiple_of(self.every) {
             return self.trajectory()?.row(numbers(row));
@@ -112,19 +70,11 @@ impl Observer for Recorder {
         Ok(())
     }
 
-    fn goes_on(&mut self, t: f64, end_time: f64) -> io::Result<bool> {
-        if self.bar.is_none() && self.begun.elapsed() > SILENCE && io::stderr().is_terminal() {
-            let style = ProgressStyle::with_template("{bar:40} t = {msg} s, {eta} left").map_err(io::Error::other)?;
-            self.bar = Some(ProgressBar::new(10_000).with_style(style));
-        }
-        if let Some(bar) = &self.bar {
-            bar.set_position((1e4 * t / end_time) as u64);
-            bar.set_message(format!("{t:.3} of {end_time:.3}"));
-        }
+    fn goes_on(&mut self, _t: f64, _end_time: f64) -> io::Result<bool> {
         if let Some(trajectory) = &mut self.trajectory {
             trajectory.settle()?;
         }
-        Ok(!INTERRUPTED.load(Ordering::Relaxed))
+        Ok(true)
     }
 
     fn finish(&mut self) -> io::Result<()> {
@@ -134,13 +84,5 @@ impl Observer for Recorder {
             trajectory.row(self.skipped.drain(..))?;
         }
         trajectory.flush()
-    }
-}
-
-impl Drop for Recorder {
-    fn drop(&mut self) {
-        if let Some(bar) = &self.bar {
-            bar.finish_and_clear();
-        }
     }
 }

@@ -11,10 +11,7 @@ use crate::outcome::{NoStart, Outcome, Status, Undefined};
 /// Why a run could not begin, with the place in the scene where there is one.
 pub(super) fn no_start(reason: &NoStart, description: &Description, scene: &SceneText, path: &str) -> String {
     match reason {
-        NoStart::NotAssembled(reason) => {
-            let report = Report::new(path, description.source, vec![not_assembled(reason, scene)]);
-            report.to_string()
-        }
+        NoStart::NotAssembled(reason) => not_assembled_report(reason, description, scene, path),
         NoStart::Broken(Breakdown::NotFinite) => "error: the run cannot start: the accelerations are not finite\n  \
              = help: some parameter is too large or too small for double precision"
             .to_owned(),
@@ -29,6 +26,16 @@ pub(super) fn no_start(reason: &NoStart, description: &Description, scene: &Scen
             seconds(*end_time)
         ),
     }
+}
+
+/// Why the constraints cannot be met, at their place in the scene.
+pub(super) fn not_assembled_report(
+    reason: &NotAssembled,
+    description: &Description,
+    scene: &SceneText,
+    path: &str,
+) -> String {
+    Report::new(path, description.source, vec![not_assembled(reason, scene)]).to_string()
 }
 
 fn not_assembled(reason: &NotAssembled, scene: &SceneText) -> Diagnostic {

@@ -1,94 +1,3 @@
-// Numbers and their text.
-
-const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
-const round = (value) => Math.round(value * 100) / 100;
-const PREFIXES = { "-12": "p", "-9": "n", "-6": "µ", "-3": "m", 0: "", 3: "k", 6: "M", 9: "G", 12: "T" };
-
-/** The power of ten, a multiple of three, to divide numbers by; between `low` and `high` they are left as they are. */
-function exponentFor(largest, low, high) {
-  if (!(largest > 0) || (largest >= low && largest < high)) return 0;
-  return clamp(3 * Math.floor(Math.log10(largest) / 3 + 1e-9), -12, 12);
-}
-
-/** With a true minus sign, and no minus before zero. */
-function fixed(value, decimals) {
-  const text = Math.abs(value).toFixed(clamp(decimals, 0, 12));
-  return value < 0 && Number(text) !== 0 ? "\u2212" + text : text;
-}
-
-/** The round number of the series 1, 2, 5 that is not below a positive one. */
-function nice(value) {
-  const power = 10 ** Math.floor(Math.log10(value));
-  return [1, 2, 5, 10].find((factor) => factor * power >= value * 0.999999) * power;
-}
-
-const decimalsOf = (step) => Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
-
-/** Multiples of a step from low to high. */
-function multiples(low, high, step) {
-  const first = Math.ceil(low / step - 1e-6);
-  const count = clamp(Math.floor(high / step + 1e-6) - first + 1, 0, 100);
-  return Array.from({ length: count }, (_, place) => (first + place) * step);
-}
-
-/** The smallest and the largest of the finite numbers. */
-function rangeOf(lists) {
-  let [low, high] = [Infinity, -Infinity];
-  for (const list of lists) {
-    for (const value of list) {
-      if (value < low) low = value;
-      if (value > high) high = value;
-    }
-  }
-  return low <= high ? [low, high] : [0, 0];
-}
-
-// Values between frames.
-
-/** The frame before a time, and how far it is to the next one. */
-function locate(times, time) {
-  let [low, high] = [0, times.length - 1];
-  while (high - low > 1) {
-    const middle = (low + high) >> 1;
-    if (times[middle] <= time) low = middle;
-    else high = middle;
-  }
-  const span = times[high] - times[low];
-  return { frame: low, part: span > 0 ? clamp((time - times[low]) / span, 0, 1) : 0 };
-}
-
-function valueAt(track, at) {
-  if (track.length === 1) return track[0];
-  const value = track[at.frame];
-  return at.part === 0 ? value : value + (track[at.frame + 1] - value) * at.part;
-}
-
-/** Angles may jump by whole turns between frames; the short way is meant. */
-function angleAt(track, at) {
-  if (track.length === 1) return track[0];
-  const turn = track[Math.min(at.frame + 1, track.length - 1)] - track[at.frame];
-  return track[at.frame] + (turn - 2 * Math.PI * Math.round(turn / (2 * Math.PI))) * at.part;
-}
-
-// Elements.
-
-function element(parent, name, attributes = {}, text = "") {
-  const child = document.createElementNS("http://www.w3.org/2000/svg", name);
-  for (const key in attributes) child.setAttribute(key, attributes[key]);
-  // Names are only ever put in as text.
-  if (text) child.textContent = text;
-  parent.append(child);
-  return child;
-}
-
-function html(parent, name, style, text = "") {
-  const child = document.createElement(name);
-  if (style) child.className = style;
-  if (text) child.textContent = text;
-  parent.append(child);
-  return child;
-}
-
 // The drawing.
 
 /** What does not depend on the size of the drawing: what is reached, the scale of the forces, the colours. */
@@ -199,10 +108,10 @@ function draw(svg, motion, planned, width, height) {
   const middleX = (edge.left + edge.right) / 2 - (scale * (box.left + box.right)) / 2;
   const middleY = (edge.top + edge.bottom) / 2 + (scale * (box.bottom + box.top)) / 2;
   const place = (node, at) => [middleX + scale * valueAt(node.x, at), middleY - scale * valueAt(node.y, at)];
-  const samples = Array.from({ length: Math.min(motion.times.length, 48) }, (_, sample, all) => ({
-    frame: Math.floor((sample * (motion.times.length - 1)) / Math.max(1, Math.min(motion.times.length, 48) - 1)),
-    part: 0,
-  }));
+  const count = Math.min(motion.times.length, 48);
+  const samples = Array.from({ length: count }, (_, sample) => {
+    return { frame: Math.floor((sample * (motion.times.length - 1)) / (count - 1)), part: 0 };
+  });
 
   // Grid, with its numbers along the edges.
   const grid = element(svg, "g", { class: "qrm-grid" });
@@ -210,7 +119,7 @@ function draw(svg, motion, planned, width, height) {
   for (const x of multiples((edge.left - middleX) / scale, (edge.right - middleX) / scale, step)) {
     const at = round(middleX + scale * x);
     lines[Math.abs(x) < step / 2 ? "zero" : "thin"] += `M${at} ${edge.top}V${edge.bottom}`;
-    if (at > edge.left + 12 && at < edge.right - 44) {
+    if (at > edge.left + 12 && at < edge.right - 58) {
       element(grid, "text", { x: at, y: height - 7, "text-anchor": "middle" }, metres(x));
     }
   }
@@ -249,12 +158,13 @@ function draw(svg, motion, planned, width, height) {
         const outline = ring.map((id) => text(points[id])).join(" ");
         halo.setAttribute("points", outline);
         bar.setAttribute("points", outline);
-        pins.forEach((pin, pin_) => pin.setAttribute("transform", translate(shape.nodes[pin_])));
+        pins.forEach((pin, turn) => pin.setAttribute("transform", translate(shape.nodes[turn])));
       });
     },
     block(group, shape) {
       const [long, high] = [5 * unit, 3 * unit];
-      element(group, "rect", { x: -long / 2, y: -high / 2, width: long, height: high, rx: 0.5 * unit, class: "qrm-box" });
+      const size = { x: -long / 2, y: -high / 2, width: long, height: high, rx: 0.5 * unit };
+      element(group, "rect", { ...size, class: "qrm-box" });
       element(group, "circle", { class: "qrm-pin", r: round(0.62 * unit) });
       moving.push((at) => {
         const degrees = round((-angleAt(shape.angle, at) * 180) / Math.PI);
@@ -273,14 +183,19 @@ function draw(svg, motion, planned, width, height) {
     guide(group, shape) {
       const line = element(group, "polyline", { class: "qrm-rail" });
       const hatch = element(group, "path", { class: "qrm-hatch" });
+      // The ground lies on the side away from what moves; a guide that turns keeps the side it has at first.
+      const start = shape.nodes.map((id) => place(nodes[id], { frame: 0, part: 0 }));
+      const sides = start.slice(1).map(([bx, by], part) => {
+        const [ax, ay] = start[part];
+        const [cx, cy] = [(edge.left + edge.right) / 2 - ax, (edge.top + edge.bottom) / 2 - ay];
+        return (bx - ax) * cy - (by - ay) * cx > 0 ? -1 : 1;
+      });
       onMove(shape.nodes, () => {
         line.setAttribute("points", shape.nodes.map((id) => text(points[id])).join(" "));
         let strokes = "";
         for (let part = 1; part < shape.nodes.length; part++) {
           const [[ax, ay], [bx, by]] = [points[shape.nodes[part - 1]], points[shape.nodes[part]]];
-          // The ground lies on the side away from what moves.
-          const [cx, cy] = [(edge.left + edge.right) / 2 - ax, (edge.top + edge.bottom) / 2 - ay];
-          strokes += hatching(ax, ay, bx, by, 0.75 * unit, (bx - ax) * cy - (by - ay) * cx > 0 ? -1 : 1);
+          strokes += hatching(ax, ay, bx, by, 0.75 * unit, sides[part - 1]);
         }
         hatch.setAttribute("d", strokes);
       });
@@ -288,14 +203,17 @@ function draw(svg, motion, planned, width, height) {
     mass(group, shape) {
       const r = round(0.95 * unit);
       element(group, "circle", { class: "qrm-mass", r });
-      element(group, "path", { class: "qrm-quarter", d: `M0 0V${-r}A${r} ${r} 0 0 1 ${r} 0H${-r}A${r} ${r} 0 0 0 0 ${r}Z` });
+      const quarters = `M0 0V${-r}A${r} ${r} 0 0 1 ${r} 0H${-r}A${r} ${r} 0 0 0 0 ${r}Z`;
+      element(group, "path", { class: "qrm-quarter", d: quarters });
       onMove([shape.node], () => group.setAttribute("transform", translate(shape.node)));
     },
   };
+  const nodesOf = (kind) => new Set(motion.shapes.filter((shape) => shape.kind === kind).map((shape) => shape.node));
+  const [blocks, pivots] = [nodesOf("block"), nodesOf("pivot")];
   const used = new Set();
-  motion.shapes.forEach((shape, place_) => {
+  motion.shapes.forEach((shape, index) => {
     const ids = shape.nodes ?? [shape.node];
-    const colour = planned.colour[place_];
+    const colour = planned.colour[index];
     const group = element(shapeLayer, "g", { class: `qrm-${shape.kind} qrm-c${colour}` });
     if (shape.name) {
       group.dataset.name = shape.name;
@@ -321,10 +239,12 @@ function draw(svg, motion, planned, width, height) {
     const group = element(pathLayer, "g", { class: `qrm-path qrm-c${owner.get(id) ?? 0}` });
     const all = motion.times.map((_, frame) => text(place(node, { frame, part: 0 })));
     element(group, "path", { class: "qrm-whole", d: "M" + all.join("L") });
-    const tails = [0.12, 0.08, 0.04].map((share) => [share * (end - begin), element(group, "path", { class: "qrm-tail" })]);
+    const tails = [0.12, 0.08, 0.04].map((share) => {
+      return [share * (end - begin), element(group, "path", { class: "qrm-tail" })];
+    });
     moving.push((at, time) => {
-      for (const [share, tail] of tails) {
-        const from = locate(motion.times, Math.max(begin, time - share));
+      for (const [past, tail] of tails) {
+        const from = locate(motion.times, Math.max(begin, time - past));
         const passed = all.slice(from.frame + 1, at.frame + 1);
         tail.setAttribute("d", "M" + [text(place(node, from)), ...passed, text(points[id])].join("L"));
       }
@@ -337,29 +257,35 @@ function draw(svg, motion, planned, width, height) {
     return [x + pixels * valueAt(arrow.x, at), y - pixels * valueAt(arrow.y, at)];
   };
   const labels = [];
-  const arrows = motion.arrows.map((arrow, place_) => {
+  const arrows = motion.arrows.map((arrow, index) => {
     const style = arrow.is_reaction ? "qrm-reaction" : "qrm-load";
     const group = element(forceLayer, "g", { class: `qrm-arrow ${style}` });
     group.dataset.name = arrow.name;
     element(group, "title", {}, arrow.doc ? `${arrow.name}: ${arrow.doc}` : arrow.name);
-    const [shaft, head] = [element(group, "path", { class: "qrm-shaft" }), element(group, "path", { class: "qrm-tip" })];
+    const [shaft, head] = ["qrm-shaft", "qrm-tip"].map((part) => element(group, "path", { class: part }));
     // Prefix and decimals stay the same over the run, so that the number can be read while it changes.
-    const power = exponentFor(planned.largest[place_], 0.1, 1000);
-    const most = planned.largest[place_] / 10 ** power;
+    const power = exponentFor(planned.largest[index], 0.1, 1000);
+    const most = planned.largest[index] / 10 ** power;
     const decimals = most > 0 ? clamp(2 - Math.floor(Math.log10(most)), 0, 3) : 0;
     const size = (newton) => `${fixed(newton / 10 ** power, decimals)} ${PREFIXES[power]}N`;
-    const label = element(sizeLayer, "text", { class: `qrm-size ${style}`, "text-anchor": "middle" });
-    const name = element(label, "tspan", { class: "qrm-who" }, arrow.name);
-    const value = element(label, "tspan", { dx: "0.35em" }, size(planned.largest[place_]));
-    return { arrow, group, shaft, head, size, name, label, value, half: label.getComputedTextLength() / 2 + 2 };
+    const label = element(sizeLayer, "g", { class: `qrm-size ${style}` });
+    const plate = element(label, "rect", { y: -9, height: 18, rx: 5 });
+    const words = element(label, "text", { y: 4, "text-anchor": "middle" });
+    element(words, "tspan", { class: "qrm-who" }, arrow.name);
+    const value = element(words, "tspan", { dx: "0.35em" }, size(planned.largest[index]));
+    const half = words.getComputedTextLength() / 2 + 4;
+    plate.setAttribute("x", round(-half));
+    plate.setAttribute("width", round(2 * half));
+    const clear = (blocks.has(arrow.node) ? 2.9 : pivots.has(arrow.node) ? 1.2 : 0.9) * unit;
+    return { arrow, group, shaft, head, size, label, value, half, clear };
   });
   moving.push((at) => {
     const taken = labels.map(({ id, x, y, half }) => ({ x: points[id][0] + x, y: points[id][1] + y, half }));
-    for (const { arrow, group, shaft, head, size, label, value, half } of arrows) {
+    for (const { arrow, group, shaft, head, size, label, value, half, clear } of arrows) {
       const from = points[arrow.node];
       const tip = tipOf(arrow, from, at);
       const length = Math.hypot(tip[0] - from[0], tip[1] - from[1]);
-      const strength = clamp((length - 1) / 8, 0, 1);
+      const strength = clamp((length - 0.5) / 2.5, 0, 1);
       group.setAttribute("opacity", round(strength));
       label.setAttribute("opacity", round(strength));
       if (strength === 0) continue;
@@ -370,20 +296,23 @@ function draw(svg, motion, planned, width, height) {
       shaft.setAttribute("d", `M${text(from)}L${text(neck)}`);
       head.setAttribute("d", `M${text(tip)}L${wing(1)}L${wing(-1)}Z`);
       value.textContent = size(Math.hypot(valueAt(arrow.x, at), valueAt(arrow.y, at)));
-      // Beyond the tip, moved aside by the shorter way where another label is.
-      const reach = 5 + half * Math.abs(ux) + 8 * Math.abs(uy);
-      const own = { x: tip[0] + ux * reach, y: tip[1] + uy * reach, half };
+      // Beyond the tip and the symbol at the node, moved aside by the shorter way where another label is.
+      const reach = Math.max(length + 3, clear) + half * Math.abs(ux) + 9 * Math.abs(uy);
+      const own = { x: from[0] + ux * reach, y: from[1] + uy * reach, half };
       for (const other of taken) {
         const [dx, dy] = [own.x - other.x, own.y - other.y];
-        const [overX, overY] = [own.half + other.half + 3 - Math.abs(dx), 15 - Math.abs(dy)];
+        const [overX, overY] = [own.half + other.half + 2 - Math.abs(dx), 17 - Math.abs(dy)];
         if (overX <= 0 || overY <= 0) continue;
         if (overX < overY) own.x += dx < 0 ? -overX : overX;
         else own.y += dy < 0 ? -overY : overY;
       }
-      own.x = clamp(own.x, edge.left + half + 2, Math.max(edge.left + half + 2, edge.right - half - 4));
-      own.y = clamp(own.y, edge.top + 10, edge.bottom - 8);
+      // Kept inside, and then not upon the tip.
+      const inside = clamp(own.x, edge.left + half + 3, Math.max(edge.left + half + 3, edge.right - half - 3));
+      own.y += (uy > 0.15 ? 1 : -1) * Math.min(17, 2 * Math.abs(own.x - inside));
+      own.x = inside;
+      own.y = clamp(own.y, edge.top + 11, edge.bottom - 10);
       taken.push(own);
-      label.setAttribute("transform", `translate(${text([own.x, own.y + 4])})`);
+      label.setAttribute("transform", `translate(${text([own.x, own.y])})`);
     }
   });
 
@@ -397,18 +326,18 @@ function draw(svg, motion, planned, width, height) {
       if (ids.length > 2) list.push([where[ids[ids.length - 1]], where[ids[0]]]);
       if (shape.kind === "pivot") {
         const [x, y] = where[shape.node];
-        list.push([[x, y], [x, y + 3 * unit]], [[x - 2.5 * unit, y + 2.5 * unit], [x + 2.5 * unit, y + 2.5 * unit]]);
+        const ground = y + 2.5 * unit;
+        list.push([[x, y], [x, ground]], [[x - 2.5 * unit, ground], [x + 2.5 * unit, ground]]);
       }
     }
     for (const arrow of motion.arrows) list.push([where[arrow.node], tipOf(arrow, where[arrow.node], at)]);
     return { where, list };
   });
-  const blocks = new Set(motion.shapes.filter((shape) => shape.kind === "block").map((shape) => shape.node));
   nodes.forEach((node, id) => {
     if (!node.name) return;
     const label = element(nameLayer, "text", { class: "qrm-name", "text-anchor": "middle" }, node.name);
     const half = label.getComputedTextLength() / 2;
-    const gap = blocks.has(id) ? 2.4 * unit : 1.1 * unit;
+    const gap = (blocks.has(id) ? 2.4 : pivots.has(id) ? 1.5 : 1.1) * unit;
     let best = { cost: Infinity };
     for (let eighth = 0; eighth < 8; eighth++) {
       const [dx, dy] = [Math.cos((eighth * Math.PI) / 4), -Math.sin((eighth * Math.PI) / 4)];
@@ -427,7 +356,10 @@ function draw(svg, motion, planned, width, height) {
       if (cost < best.cost) best = { cost, id, x, y, half };
     }
     labels.push(best);
-    onMove([id], () => label.setAttribute("transform", `translate(${text([points[id][0] + best.x, points[id][1] + best.y + 4])})`));
+    onMove([id], () => {
+      const [x, y] = [points[id][0] + best.x, points[id][1] + best.y + 4];
+      label.setAttribute("transform", `translate(${text([x, y])})`);
+    });
   });
 
   const settle = (at) => nodes.forEach((node, id) => ([points[id][0], points[id][1]] = place(node, at)));

@@ -78,8 +78,8 @@ function seek(next) {
 /** To the next or the previous recorded frame, round the ends. */
 function move(direction) {
   const slack = 1e-9 * duration;
-  const next = direction > 0 ? times.find((each) => each > time + slack) : times.findLast((each) => each < time - slack);
-  seek(next ?? (direction > 0 ? begin : end));
+  if (direction > 0) seek(times.find((each) => each > time + slack) ?? begin);
+  else seek(times.findLast((each) => each < time - slack) ?? end);
 }
 
 // Legend.
@@ -92,28 +92,28 @@ motion.shapes.forEach((shape, place) => {
   html(entry, "i", shape.kind === "block" ? "qrm-swatch qrm-square" : "qrm-swatch");
   entry.append(shape.name);
 });
-const arrowKeys = [true, false].flatMap((isReaction) => {
-  if (!motion.arrows.some((arrow) => arrow.is_reaction === isReaction)) return [];
-  const entry = html(legend, "li", `qrm-arrow ${isReaction ? "qrm-reaction" : "qrm-load"}`);
-  const key = element(entry, "svg", { "aria-hidden": "true", height: 10 });
-  const name = html(entry, "span", "", isReaction ? "reaction" : "load");
-  return [{ key, name, isReaction }];
-});
+const arrowKey = (name, style) => {
+  const entry = html(legend, "li", style);
+  const key = element(entry, "svg", { "aria-hidden": "true", width: 26, height: 10 });
+  element(key, "path", { class: "qrm-shaft", d: "M0 5H17" });
+  element(key, "path", { class: "qrm-tip", d: "M26 5l-9 3.6v-7.2z" });
+  html(entry, "span", "", name);
+};
+if (motion.arrows.some((arrow) => arrow.is_reaction)) arrowKey("reaction", "qrm-arrow qrm-reaction");
+if (motion.arrows.some((arrow) => !arrow.is_reaction)) arrowKey("load", "qrm-arrow qrm-load");
+const forceKey = planned.most > 0 ? html(legend, "li", "qrm-scale") : null;
 
-/** Draws the arrows of the legend to scale, so that they tell how long a newton is. */
+/** Tells how long the arrow of a round number of newtons is. */
 function keyForces(pixelPerNewton) {
-  for (const { key, name, isReaction } of arrowKeys) {
-    const newton = pixelPerNewton > 0 ? nice(28 / pixelPerNewton) : 0;
-    const length = newton ? newton * pixelPerNewton : 30;
-    const power = exponentFor(newton, 0.1, 1000);
-    const value = newton / 10 ** power;
-    key.setAttribute("width", Math.ceil(length));
-    key.replaceChildren();
-    element(key, "path", { class: "qrm-shaft", d: `M0 5H${round(length - 8)}` });
-    element(key, "path", { class: "qrm-tip", d: `M${round(length)} 5l-9 3.6v-7.2z` });
-    const size = newton ? `, ${fixed(value, decimalsOf(nice(value)))} ${PREFIXES[power]}N long` : "";
-    name.textContent = (isReaction ? "reaction" : "load") + size;
-  }
+  if (!forceKey) return;
+  const newton = nice(30 / pixelPerNewton);
+  const length = round(newton * pixelPerNewton);
+  const power = exponentFor(newton, 0.1, 1000);
+  const value = newton / 10 ** power;
+  forceKey.replaceChildren();
+  const key = element(forceKey, "svg", { "aria-hidden": "true", width: length, height: 10 });
+  element(key, "path", { d: `M.5 1.5v7M.5 5H${length - 0.5}M${length - 0.5} 1.5v7` });
+  html(forceKey, "span", "", `${fixed(value, decimalsOf(value))} ${PREFIXES[power]}N`);
 }
 
 // Controls.
@@ -178,22 +178,27 @@ for (const name in has) {
 
 // Sizes. What is drawn is in pixels, so that lines and letters stay as they are.
 const { box } = planned;
-part("canvas").style.setProperty("--aspect", clamp((box.right - box.left) / (box.top - box.bottom), 0.8, 2.2).toFixed(3));
-const observer = new ResizeObserver((entries) => {
-  for (const { target, contentRect } of entries) {
-    const { width, height } = contentRect;
-    if (!(width > 40 && height > 40)) continue;
+const aspect = clamp((box.right - box.left) / (box.top - box.bottom), 0.8, 2.2);
+part("canvas").style.setProperty("--aspect", aspect.toFixed(3));
+const sizes = new Map();
+function fit(targets) {
+  for (const target of targets) {
+    const [width, height] = [target.clientWidth, target.clientHeight];
+    if (!(width > 40 && height > 40) || sizes.get(target) === `${width} ${height}`) continue;
+    sizes.set(target, `${width} ${height}`);
     if (target === part("canvas")) {
-      drawing = draw(target.firstElementChild, motion, planned, Math.round(width), Math.round(height));
-      keyForces(drawing.pixelPerNewton);
+      drawing = draw(target.firstElementChild, motion, planned, width, height);
+      // Later, for the legend may wrap anew: an observer must not change sizes while it observes.
+      requestAnimationFrame(() => keyForces(drawing.pixelPerNewton));
     } else {
-      plots.find((each) => each.area === target)?.layout(Math.round(width), Math.round(height));
+      plots.find((each) => each.area === target).layout(width, height);
     }
   }
   show(time);
-});
-observer.observe(part("canvas"));
-for (const each of plots) observer.observe(each.area);
+}
+const areas = [part("canvas"), ...plots.map((each) => each.area)];
+const observer = new ResizeObserver((entries) => fit(entries.map((entry) => entry.target)));
+for (const area of areas) observer.observe(area);
 // In a long report nothing is drawn that is out of sight.
 new IntersectionObserver((entries) => (isSeen = entries[entries.length - 1].isIntersecting)).observe(root);
 
@@ -203,5 +208,5 @@ function fromAddress() {
   return Number.isFinite(wanted);
 }
 if (isPage) addEventListener("hashchange", fromAddress);
-show(begin);
+fit(areas);
 if (!(isPage && fromAddress()) && !matchMedia("(prefers-reduced-motion: reduce)").matches) play(true);

@@ -1,6 +1,6 @@
 // Curves over time, each plot with a cursor at the time shown.
 
-const SUPERSCRIPTS = { "-": "\u207b", 0: "\u2070", 1: "\u00b9", 2: "\u00b2", 3: "\u00b3", 4: "\u2074", 5: "\u2075", 6: "\u2076", 7: "\u2077", 8: "\u2078", 9: "\u2079" };
+const SUPERSCRIPTS = [..."\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079"];
 
 /** Builds one plot into a holder; `seek` is called with the time that is pointed at. */
 function plot(holder, data, times, timeExponent, seek) {
@@ -23,7 +23,7 @@ function plot(holder, data, times, timeExponent, seek) {
   const figure = html(holder, "figure", "qrm-plot");
   const caption = html(figure, "figcaption", "qrm-caption");
   html(caption, "span", "qrm-what", data.title);
-  const power = exponent ? `10${[...String(exponent)].map((sign) => SUPERSCRIPTS[sign]).join("")}` : "";
+  const power = exponent ? `10${[...String(exponent)].map((sign) => SUPERSCRIPTS[sign] ?? "\u207b").join("")}` : "";
   const unit = [power, data.unit].filter((part) => part).join(" ");
   if (unit) html(caption, "span", "qrm-unit", ` in ${unit}`);
   const legend = html(figure, "div", "qrm-keys");
@@ -51,7 +51,7 @@ function plot(holder, data, times, timeExponent, seek) {
     toY = (value) => edge.bottom - ((value - low) / (high - low)) * (edge.bottom - edge.top);
 
     const grid = element(svg, "g", { class: "qrm-grid" });
-    const rise = nice((high - low) / clamp((edge.bottom - edge.top) / 26, 2, 6));
+    const rise = nice((high - low) / clamp((edge.bottom - edge.top) / 15, 2, 8));
     const lines = { thin: "", zero: "" };
     for (const value of multiples(low, high, rise)) {
       const y = round(toY(value));
@@ -59,7 +59,7 @@ function plot(holder, data, times, timeExponent, seek) {
       const text = fixed(value / 10 ** exponent, decimalsOf(rise / 10 ** exponent));
       element(grid, "text", { x: edge.left - 6, y: y + 3.5, "text-anchor": "end" }, text);
     }
-    const run = nice((end - begin || 1) / clamp((edge.right - edge.left) / 56, 2, 8));
+    const run = nice((end - begin || 1) / clamp((edge.right - edge.left) / 46, 2, 8));
     const ticks = multiples(begin, end, run);
     ticks.forEach((time, place) => {
       const x = round(toX(time));
@@ -69,7 +69,8 @@ function plot(holder, data, times, timeExponent, seek) {
       // The unit hangs on the last number, which is kept inside.
       const shown = isLast ? `${text} ${PREFIXES[timeExponent]}s` : text;
       const isNear = x > edge.right - 18;
-      element(grid, "text", { x: isNear ? edge.right + 8 : x, y: height - 4, "text-anchor": isNear ? "end" : "middle" }, shown);
+      const [at, anchor] = isNear ? [edge.right + 8, "end"] : [x, "middle"];
+      element(grid, "text", { x: at, y: height - 4, "text-anchor": anchor }, shown);
     });
     element(grid, "path", { d: lines.thin });
     element(grid, "path", { d: lines.zero, class: "qrm-zero" });

@@ -29,7 +29,7 @@ impl Axis {
         let raw = (high - low) / wanted.max(1) as f64;
         let mut exponent = magnitude(raw);
         let mut digit: i128 = 1;
-        while (digit as f64) * ten_to(exponent) < raw * 0.999 {
+        while (digit as f64) * ten_to(exponent) < raw * 0.7 {
             (digit, exponent) = match digit {
                 1 => (2, exponent),
                 2 => (5, exponent),
@@ -62,12 +62,11 @@ impl Axis {
         Self { low, high, is_logarithmic: false, ticks, light: Vec::new(), offset, factor }
     }
 
-    /// Whole decades around what lies from `low` to `high`, both positive, with at most about so many ticks.
+    /// Whole decades around what lies from 10^`low` to 10^`high`, with at most about so many ticks.
     pub(super) fn logarithmic(low: f64, high: f64, wanted: usize) -> Self {
-        let first = magnitude(low).max(-323);
-        let above = magnitude(high);
-        // A single decade at least, and no more than the largest number.
-        let last = (if high > ten_to(above) { above + 1 } else { above }).max(first + 1).min(308);
+        // A single decade at least, and nothing beyond the smallest and the largest number.
+        let first = (low.floor() as i32).clamp(-323, 307);
+        let last = (high.ceil() as i32).clamp(first + 1, 308);
         let decades = last - first;
         let sizes = [1, 2, 3, 5, 10, 20, 50, 100];
         let size = sizes.into_iter().find(|s| decades / s < wanted.max(2) as i32).unwrap_or(200);

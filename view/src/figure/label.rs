@@ -14,14 +14,19 @@ const LABEL: f64 = 5000.0;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Label {
     /// The marker it belongs to.
-    pub(super) marker: Place,
-    pub(super) left: i32,
-    pub(super) top: i32,
+    marker: Place,
+    left: i32,
+    top: i32,
     width: i32,
     height: i32,
 }
 
 impl Label {
+    /// Where its text has its middle.
+    pub(super) fn middle(&self) -> Place {
+        (self.left + self.width / 2, self.top + self.height / 2)
+    }
+
     /// The end of a line from the marker, if the label is too far away to do without.
     pub(super) fn leader(&self) -> Option<Place> {
         let x = self.marker.0.clamp(self.left + UNITS, self.left + self.width - UNITS);
@@ -58,7 +63,7 @@ pub(super) type Wish = (Place, i32, bool);
 pub(super) fn placed(
     wishes: &[Wish],
     height: i32,
-    paths: &[Vec<Place>],
+    paths: &[&[Place]],
     (corner, opposite): (Place, Place),
 ) -> Vec<Label> {
     let profiles: Vec<Profile> = paths.iter().map(|path| Profile::new(path, corner.0, opposite.0)).collect();
@@ -66,10 +71,11 @@ pub(super) fn placed(
     for &(marker, width, is_above) in wishes {
         let mut best: Option<(f64, Label)> = None;
         let rows = (-17..=17).map(|row| row * 6 * UNITS);
-        let columns = (-7..=7).map(|column| column * (width + 12 * UNITS) / 14);
+        let beside = [8, 20, 36].map(|gap| width / 2 + gap * UNITS);
+        let columns = (-6..=6).map(|column| column * width / 12).chain(beside).chain(beside.map(|dx| -dx));
         for (dx, dy) in rows.flat_map(|dy| columns.clone().map(move |dx| (dx, dy))) {
             // Clamping against an area that is too narrow must not panic.
-            let left = (marker.0 + dx - width / 2).min(opposite.0 - width - UNITS).max(corner.0 + UNITS);
+            let left = (marker.0 + dx - width / 2).min(opposite.0 - width).max(corner.0 + 6 * UNITS);
             let top = marker.1 + dy - height / 2;
             if top < corner.1 || top + height > opposite.1 {
                 continue;

@@ -40,7 +40,7 @@ pub(super) fn divided(figure: &Figure, descriptions: &[String]) -> (f64, Vec<Pla
     for (panel, description) in figure.panels.iter().zip(descriptions) {
         let header = y + 0.5 * ROW;
         let (entries, rows) = legend(panel, description, header);
-        let top = y + ROW * f64::from(rows) + 7.0;
+        let top = y + ROW * f64::from(rows) + 9.0;
         let height = if is_alone { (420.0 - TIME_AXIS - top).max(240.0) } else { height_of_one(rows) };
         places.push(Place { header, entries, top, bottom: top + height });
         y = top + height + 14.0;

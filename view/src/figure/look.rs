@@ -5,6 +5,10 @@ use plotters::style::{Color, FontStyle, IntoFont, RGBColor, ShapeStyle, TextStyl
 /// Drawing units per CSS pixel: plotters draws at whole units only.
 pub(super) const UNITS: i32 = 20;
 
+/// Widths of curves, in hundredths of a pixel.
+pub(super) const CURVE: u32 = 180;
+pub(super) const THIN: u32 = 80;
+
 /// A colour on paper and on a dark screen.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Shade {
@@ -62,8 +66,11 @@ pub(super) fn stroke(shade: Shade, width: u32) -> ShapeStyle {
 
 /// Letters; their size in CSS pixels.
 pub(super) fn letters(shade: Shade, size: f64, is_bold: bool) -> TextStyle<'static> {
-    // The backend divides by 1.24.
-    let font = ("sans-serif", size * f64::from(UNITS) * 1.24).into_font();
+    // The backend divides by 1.24, which must not leave a rounding error to be written out.
+    let wanted = size * f64::from(UNITS);
+    let near = [wanted * 1.24, (wanted * 1.24).next_down(), (wanted * 1.24).next_up()];
+    let size = near.into_iter().find(|size| size / 1.24 == wanted).unwrap_or(near[0]);
+    let font = ("sans-serif", size).into_font();
     let font = if is_bold { font.style(FontStyle::Bold) } else { font };
     TextStyle { color: shade.paper.to_backend_color(), ..TextStyle::from(font) }
 }
@@ -77,8 +84,10 @@ pub(super) fn style_sheet() -> String {
          svg.qrm text{font-family:Helvetica,Arial,Liberation Sans,sans-serif;font-variant-numeric:tabular-nums}\
          svg.qrm polyline{stroke-linejoin:round;stroke-linecap:round}",
     );
+    // Dashes would tear thin lines to pieces.
     for pen in PENS.iter().filter(|pen| !pen.dashes.is_empty()) {
-        css += &format!("svg.qrm polyline[stroke=\"{}\"]{{stroke-dasharray:{}}}", hex(pen.line.paper), pen.dashes);
+        let (colour, width) = (hex(pen.line.paper), CURVE * UNITS as u32 / 100);
+        css += &format!("svg.qrm [stroke=\"{colour}\"][stroke-width=\"{width}\"]{{stroke-dasharray:{}}}", pen.dashes);
     }
     // A rim in the colour of the paper keeps letters readable where they cross a line.
     let of_labels: Vec<String> = inks.iter().map(|ink| format!("svg.qrm text[fill=\"{}\"]", hex(ink.paper))).collect();

@@ -39,8 +39,9 @@ pub(super) fn panel(panel: &Panel, time: &Axis, axis: Option<&Axis>, (from, to):
 /// What plotters drew, with all the rest.
 pub(super) fn finished(drawn: &str, figure: &Figure, height: f64, panels: &str) -> String {
     let inside = drawn.split_once('>').map_or("", |(_, inside)| inside);
-    // Names are escaped, so this occurs in attributes only.
-    let inside = inside.replace("opacity=\"1\" ", "").replace(" \"/>", "\"/>").replace("\n</text>", "</text>");
+    // Quotes are escaped in text, so these stand in and around tags only.
+    let surplus = [("opacity=\"1\" ", ""), (" \"/>", "\"/>"), ("\">\n", "\">"), ("\n</text>", "</text>")];
+    let inside = surplus.iter().fold(inside.to_owned(), |svg, (long, short)| svg.replace(long, short));
     let scale = f64::from(UNITS);
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"qrm\" role=\"img\" width=\"{WIDTH}\" height=\"{height}\" \

@@ -9,19 +9,24 @@ pub(super) fn significant(value: f64, digits: usize) -> String {
     let (mantissa, exponent) = written.split_once('e').unwrap_or((&written, "0"));
     let exponent: i32 = exponent.parse().unwrap_or(0);
     let last = digits as i32 - 1;
-    if (-4..=last).contains(&exponent) {
-        with_minus(&format!("{:.*}", (last - exponent).max(0) as usize, value))
+    if (-2..=last).contains(&exponent) {
+        rounded(value, (last - exponent).max(0) as usize)
     } else {
         format!("{}×{}", with_minus(mantissa), power_of_ten(exponent))
     }
 }
 
+/// `value` with so many decimals.
+pub(super) fn rounded(value: f64, decimals: usize) -> String {
+    with_minus(&format!("{value:.decimals$}"))
+}
+
 /// `count`·10^`exponent` with so many decimals, the thousands set apart: `−20 000`.
 pub(super) fn decimal(count: i128, exponent: i32, decimals: usize) -> String {
-    let digits = count.unsigned_abs().to_string();
+    let digits = if count == 0 { String::new() } else { count.unsigned_abs().to_string() };
     // Zeros that the power of ten appends, or that the decimals want.
-    let digits = digits + &"0".repeat((exponent + decimals as i32).max(0) as usize);
-    let digits = format!("{digits:0>width$}", width = decimals + 1);
+    let appended = if count == 0 { 0 } else { (exponent + decimals as i32).max(0) as usize };
+    let digits = format!("{digits:0>width$}", digits = digits + &"0".repeat(appended), width = decimals + 1);
     let (whole, fraction) = digits.split_at(digits.len() - decimals);
     let sign = if count < 0 { "−" } else { "" };
     let point = if fraction.is_empty() { "" } else { "." };

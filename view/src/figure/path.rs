@@ -33,34 +33,39 @@ fn thinned(places: &[Place], width: i32) -> Vec<Place> {
     kept
 }
 
-/// Leaves out what lies on the straight line between its neighbours (Ramer, Douglas and Peucker).
+/// Leaves out what lies on the straight line between its neighbours. From the last place that is kept, a cone is narrowed
+/// until it holds no line that passes near all places since: one look at each place is enough.
 fn straightened(places: &[Place]) -> Vec<Place> {
-    let mut places = places.to_vec();
-    places.dedup();
-    if places.len() < 3 {
-        return places;
-    }
-    let end = places.len() - 1;
-    let (low, high) = extremes(&places);
-    let mut is_kept = vec![false; places.len()];
-    let mut corners = [0, low, high, end];
-    corners.sort_unstable();
-    corners.iter().for_each(|&i| is_kept[i] = true);
-    let mut spans: Vec<(usize, usize)> = corners.windows(2).map(|pair| (pair[0], pair[1])).collect();
-    while let Some((a, b)) = spans.pop() {
-        let mut farthest = (TOLERANCE, None);
-        for i in a + 1..b {
-            let distance = distance(places[i], places[a], places[b]);
-            if distance > farthest.0 {
-                farthest = (distance, Some(i));
+    let (low, high) = extremes(places);
+    let mut kept: Vec<Place> = Vec::new();
+    let open = (f64::NEG_INFINITY, f64::INFINITY);
+    let mut cone = open;
+    for (i, &place) in places.iter().enumerate() {
+        let mut is_corner = i == 0 || i == low || i == high || i + 1 == places.len();
+        if let (Some(&anchor), Some(previous)) = (kept.last(), i.checked_sub(1).map(|i| places[i])) {
+            let mut reach = reach(anchor, place);
+            if previous != anchor && !reach.is_some_and(|(slope, _)| (cone.0..=cone.1).contains(&slope)) {
+                kept.push(previous);
+                (reach, cone) = (self::reach(previous, place), open);
+            }
+            match reach {
+                Some((slope, slack)) => cone = (cone.0.max(slope - slack), cone.1.min(slope + slack)),
+                None => is_corner = true,
             }
         }
-        if let Some(i) = farthest.1 {
-            is_kept[i] = true;
-            spans.extend([(a, i), (i, b)]);
+        if is_corner {
+            kept.push(place);
+            cone = open;
         }
     }
-    places.iter().zip(is_kept).filter_map(|(place, kept)| kept.then_some(*place)).collect()
+    kept.dedup();
+    kept
+}
+
+/// The slope of the line from one place to another on its right, and by how much it may differ.
+fn reach(from: Place, to: Place) -> Option<(f64, f64)> {
+    let (dx, dy) = (f64::from(to.0 - from.0), f64::from(to.1 - from.1));
+    (dx > 0.0).then(|| (dy / dx, TOLERANCE / dx))
 }
 
 /// Where the ordinate is smallest and where it is largest.
@@ -75,13 +80,4 @@ fn extremes(places: &[Place]) -> (usize, usize) {
         }
     }
     found
-}
-
-/// From a place to the line from `a` to `b`.
-fn distance(place: Place, a: Place, b: Place) -> f64 {
-    let vector = |from: Place, to: Place| (f64::from(to.0 - from.0), f64::from(to.1 - from.1));
-    let ((x, y), (dx, dy)) = (vector(a, place), vector(a, b));
-    let length = dx.hypot(dy);
-    let along = if length > 0.0 { ((x * dx + y * dy) / (length * length)).clamp(0.0, 1.0) } else { 0.0 };
-    (x - along * dx).hypot(y - along * dy)
 }

@@ -1,18 +1,49 @@
 //! From where to where an axis has to reach.
 
-use super::{Curve, Panel, Scale};
+use super::axis::Axis;
+use super::{Curve, Figure, NoPicture, Panel, Scale};
+
+/// The abscissa of all panels.
+pub(super) fn time_axis(figure: &Figure) -> Result<Axis, NoPicture> {
+    let curves = || figure.panels.iter().flat_map(|panel| &panel.curves);
+    let is_finite = |(t, v): &(f64, f64)| t.is_finite() && v.is_finite();
+    for curve in curves() {
+        let marked = curve.extremes.iter().flat_map(|e| [e.minimum, e.maximum]);
+        if !curve.points.iter().copied().chain(marked).all(|point| is_finite(&point)) {
+            return Err(NoPicture::NotFinite(curve.name.clone()));
+        }
+    }
+    let times = of(curves().flat_map(|curve| curve.points.iter().map(|point| point.0)));
+    let (first, last) = widened(times.ok_or(NoPicture::Empty)?);
+    if !(last - first).is_finite() {
+        return Err(NoPicture::TooFarApart("t".to_owned()));
+    }
+    Ok(Axis::linear(first, last, 9))
+}
+
+/// The ordinate of a panel that is about so many pixels high; nothing if the panel has no value to show.
+pub(super) fn value_axis(panel: &Panel, height: f64) -> Result<Option<Axis>, NoPicture> {
+    let shown = panel.curves.iter().flat_map(values).filter(|value| is_shown(panel.scale, *value));
+    let Some((low, high)) = of(shown) else { return Ok(None) };
+    // A line of text fits above and below the curves.
+    let room = if panel.curves.iter().any(|curve| curve.extremes.is_some()) { 24.0 } else { 6.0 };
+    if panel.scale == Scale::Logarithmic {
+        let (low, high) = padded((low.log10(), high.log10()), room - 6.0, height);
+        return Ok(Some(Axis::logarithmic(low, high, (height / 24.0) as usize)));
+    }
+    let (low, high) = padded(widened((low, high)), room, height);
+    if !(high - low).is_finite() {
+        return Err(NoPicture::TooFarApart(panel.quantity.clone()));
+    }
+    Ok(Some(Axis::linear(low, high, (height / 38.0) as usize)))
+}
 
 /// The smallest and the largest of some values.
-pub(super) fn of(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+fn of(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     values.fold(None, |found: Option<(f64, f64)>, v| match found {
         Some((low, high)) => Some((low.min(v), high.max(v))),
         None => Some((v, v)),
     })
-}
-
-/// What the ordinate of a panel has to show; nothing if there is nothing to show.
-pub(super) fn of_panel(panel: &Panel) -> Option<(f64, f64)> {
-    of(panel.curves.iter().flat_map(values).filter(|v| is_shown(panel.scale, *v)))
 }
 
 /// Whether the scale has a place for a value.
@@ -27,7 +58,7 @@ fn values(curve: &Curve) -> impl Iterator<Item = f64> {
 
 /// A range wide enough to be divided: what is constant gets room on both sides, and so does what differs by rounding
 /// errors only.
-pub(super) fn widened((low, high): (f64, f64)) -> (f64, f64) {
+fn widened((low, high): (f64, f64)) -> (f64, f64) {
     let size = low.abs().max(high.abs());
     let wanted = match high - low {
         _ if size == 0.0 => 2.0,
@@ -44,7 +75,7 @@ pub(super) fn widened((low, high): (f64, f64)) -> (f64, f64) {
 }
 
 /// A range with room for `room` of `length` pixels at each end.
-pub(super) fn padded((low, high): (f64, f64), room: f64, length: f64) -> (f64, f64) {
+fn padded((low, high): (f64, f64), room: f64, length: f64) -> (f64, f64) {
     let pad = (high - low) * room / (length - 2.0 * room).max(1.0);
     (low - pad, high + pad)
 }

@@ -3,14 +3,16 @@
 /// About how wide a text is in CSS pixels, rather too much than too little: which font draws it is not known.
 pub(super) fn width(text: &str, size: f64) -> f64 {
     let of = |c: char| match c {
-        'i' | 'j' | 'l' | '.' | ',' | ':' | ';' | '\'' | '|' | '!' | '\u{202f}' => 0.3,
-        ' ' | 'f' | 't' | 'r' | '(' | ')' | '[' | ']' | '⁻' | '⁰'..='⁹' | '¹' | '²' | '³' => 0.38,
+        'i' | 'j' | 'l' | '\'' | '\u{202f}' => 0.23,
+        ' ' | 'f' | 't' | 'I' | '.' | ',' | ':' | ';' | '/' | '|' | '!' | '[' | ']' => 0.29,
+        'r' | '(' | ')' | '-' | '⁻' | '⁰'..='⁹' | '¹' | '²' | '³' => 0.36,
+        'c' | 'k' | 's' | 'v' | 'x' | 'y' | 'z' | 'J' => 0.5,
         'm' | 'w' | 'M' | 'W' | '@' | '%' => 0.9,
         'A'..='Z' => 0.7,
         _ if c < '\u{2e80}' => 0.57,
         _ => 1.05,
     };
-    text.chars().map(of).sum::<f64>() * size
+    text.chars().map(of).sum::<f64>() * size * 1.04
 }
 
 /// The text, or its beginning if it is wider than `most` CSS pixels.

@@ -8,7 +8,7 @@ use super::words::seconds;
 use crate::summary::Summary;
 
 /// The text that a run prints.
-pub(super) fn report(summary: &Summary, description: &Description, out: &Path, has_summary: bool) -> String {
+pub(super) fn digest(summary: &Summary, description: &Description, out: &Path, has_summary: bool) -> String {
     let Summary { steps, rows, run_seconds, max_residual_position, max_residual_velocity, .. } = summary;
     let per_step = run_seconds * 1e9 / (*steps).max(1) as f64;
     let error = match summary.estimated_error {
@@ -49,15 +49,19 @@ pub(super) fn report(summary: &Summary, description: &Description, out: &Path, h
     for warning in &summary.warnings {
         text += &format!("\nwarning: {warning}\n");
     }
-    let [table, json] = ["trajectory.csv", "summary.json"].map(|file| out.join(file).display().to_string());
     let mut files = Vec::new();
     if *rows > 0 {
-        files.push(format!("{table} ({rows} rows)"));
+        files.push(format!("{} ({rows} rows)", out.join("trajectory.csv").display()));
     }
     if has_summary {
-        files.push(json);
+        files.push(out.join("summary.json").display().to_string());
     }
-    let files = if files.is_empty() { "nothing".to_owned() } else { files.join(" and ") };
+    if !summary.figures.is_empty() {
+        let name = |file: &String| Path::new(file).file_stem().unwrap_or_default().display().to_string();
+        let names: Vec<String> = summary.figures.iter().map(name).collect();
+        files.push(format!("{} ({})", out.join("figures").display(), names.join(", ")));
+    }
+    let files = if files.is_empty() { "nothing".to_owned() } else { files.join("\n      ") };
     text + &format!("\nwrote {files}")
 }
 

@@ -1,0 +1,37 @@
+//! `qrm animate`
+
+use super::progress::Progress;
+use super::setup::Setup;
+use super::{AnimateArguments, Failure, account};
+use crate::album::Album;
+use crate::animation::motion;
+use crate::scenes::Scenes;
+
+/// Runs a scene and writes its animation.
+pub(super) fn animate(scenes: &Scenes, arguments: &AnimateArguments) -> Result<(), Failure> {
+    let setup = Setup::new(scenes, &arguments.motion)?;
+    let out = setup.folder(arguments.out.as_deref());
+    let mut observer = (Progress::new(), Album::new(&setup.description));
+    let outcome = setup.simulate(false, &mut observer)?;
+    let album = observer.1;
+    let summary = account::summary(&setup, &outcome, &album);
+    if album.frames.len() < 2 {
+        return Err(Failure::Run(format!("error: {}: there is nothing to show", summary.message)));
+    }
+    let motion =
+        motion(&setup.text, &setup.parameters(), &album).map_err(|reason| Failure::Run(format!("error: {reason}")))?;
+    let mut written = vec![("animation.html", qrm_view::animation::page(&motion).into_bytes())];
+    if !arguments.no_gif {
+        let gif = qrm_view::gif::gif(&motion).map_err(|e| Failure::Run(format!("error: no GIF could be made: {e}")))?;
+        written.push(("animation.gif", gif));
+    }
+    for (file, bytes) in &written {
+        let path = out.join(file);
+        super::write(&path, bytes).map_err(|e| Failure::Use(super::unwritable(&path, &e)))?;
+    }
+    super::say(&format!("{}: {}\n", summary.scene, summary.message));
+    for (file, bytes) in &written {
+        super::say(&format!("wrote {} ({} kB)", out.join(file).display(), bytes.len().div_ceil(1000)));
+    }
+    account::problem(&outcome, &summary).map_or(Ok(()), |problem| Err(Failure::Run(problem)))
+}

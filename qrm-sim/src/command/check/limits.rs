@@ -1,0 +1,77 @@
+//! Which lengths allow a full turn.
+
+use qrm_codegen::scene::{Quantity, Scene, Value};
+
+use super::super::setup::Setup;
+
+/// Between which values a length allows a full turn, where an end was found.
+pub(super) struct Limits {
+    pub(super) name: &'static str,
+    pub(super) unit: &'static str,
+    pub(super) value: f64,
+    pub(super) low: Option<f64>,
+    pub(super) high: Option<f64>,
+}
+
+/// Searched this many times the present value, upward and downward.
+const REACH: f64 = 20.0;
+/// From one trial to the next.
+const FACTOR: f64 = 1.25;
+/// Relative accuracy of a limit.
+const ACCURACY: f64 = 1e-10;
+
+/// The limits of every parameter that the constraints contain, the others held.
+pub(super) fn limits(setup: &Setup) -> Vec<Limits> {
+    let used = parameters_of_constraints(&setup.text);
+    let values = setup.scene.parameters(&setup.replace());
+    let described = setup.description.parameters.iter().zip(values);
+    let relevant = described.filter(|(p, value)| *value != 0.0 && used.iter().any(|name| name == p.name));
+    let limits = relevant.map(|(parameter, value)| {
+        let replace = setup.replace();
+        let turns =
+            |trial: f64| setup.scene.turns(&|name| if name == parameter.name { Some(trial) } else { replace(name) });
+        let [low, high] = [1.0 / FACTOR, FACTOR].map(|factor| limit(&turns, value, factor));
+        let (low, high) = if value > 0.0 { (low, high) } else { (high, low) };
+        Limits { name: parameter.name, unit: parameter.unit, value, low, high }
+    });
+    limits.collect()
+}
+
+/// The value at which a full turn ends to be possible, going from the present one by a factor.
+fn limit(turns: &dyn Fn(f64) -> bool, value: f64, factor: f64) -> Option<f64> {
+    let (mut good, mut bad) = (value, value * factor);
+    while turns(bad) {
+        if (bad / value).max(value / bad) > REACH {
+            return None;
+        }
+        (good, bad) = (bad, bad * factor);
+    }
+    while (good - bad).abs() > ACCURACY * good.abs() {
+        let middle = 0.5 * (good + bad);
+        if turns(middle) { good = middle } else { bad = middle }
+    }
+    Some(good)
+}
+
+/// The names of parameters in the constraints, through points and other parameters too.
+fn parameters_of_constraints(scene: &Scene) -> Vec<String> {
+    let mut pending: Vec<&Value> = scene.constraints.iter().map(|c| &c.residual).collect();
+    let mut points = vec![false; scene.points.len()];
+    let mut found = vec![false; scene.parameters.len()];
+    while let Some(value) = pending.pop() {
+        for name in value.names() {
+            match *name {
+                Quantity::Parameter(i) if !found[i] => {
+                    found[i] = true;
+                    pending.push(&scene.parameters[i].formula);
+                }
+                Quantity::Point(i, _) if !points[i] => {
+                    points[i] = true;
+                    pending.extend(&scene.points[i].position);
+                }
+                _ => {}
+            }
+        }
+    }
+    scene.parameters.iter().zip(found).filter(|(_, found)| *found).map(|(p, _)| p.name.clone()).collect()
+}

@@ -1,0 +1,123 @@
+//! Facts of the scene's own motion: peaks, energy, recurrence.
+
+use std::f64::consts::TAU;
+
+use qrm_codegen::scene::OutputKind;
+
+use super::super::progress::Progress;
+use super::super::setup::Setup;
+use super::super::{Failure, account, words};
+use super::shown;
+use crate::album::Album;
+use crate::balance::Balance;
+use crate::outcome::Status;
+use crate::simulate::End;
+
+/// The facts in words.
+pub(super) fn facts(setup: &Setup) -> Result<String, Failure> {
+    let mut observer = (Progress::new(), (Album::new(&setup.description), Balance::default()));
+    let outcome = setup.simulate(false, &mut observer)?;
+    let (album, balance) = observer.1;
+    let summary = account::summary(setup, &outcome, &album);
+    let mut text = format!("\n  run        {}\n", summary.message);
+    text += &peaks(setup, &album);
+    text += &energy(&balance, outcome.energy_drift.is_some());
+    text += &recurrence(setup)?;
+    for warning in &summary.warnings {
+        text += &format!("\nwarning: {warning}\n");
+    }
+    Ok(text)
+}
+
+/// The coordinate that the scene gives at its start, if it is a single angle.
+fn driven(setup: &Setup) -> Option<usize> {
+    let given = setup.scene.given();
+    let mut places = (0..given.len()).filter(|&i| given[i]);
+    let place = places.next()?;
+    (places.next().is_none() && setup.description.coordinates[place].unit == "rad").then_some(place)
+}
+
+fn peaks(setup: &Setup, album: &Album) -> String {
+    let driven = driven(setup).map(|i| setup.description.coordinates[i].name);
+    let course = driven.map(|name| album.course(name)).unwrap_or_default();
+    let at = |t: f64| {
+        let after = course.partition_point(|point| point.0 < t).clamp(1, course.len().max(2) - 1);
+        let angle = course
+            .get(after - 1)
+            .zip(course.get(after))
+            .map(|((t0, a0), (t1, a1))| (a0 + (a1 - a0) * (t - t0) / (t1 - t0)).rem_euclid(TAU));
+        let angle = angle.zip(driven).map(|(angle, name)| format!(", {name} = {}", shown(angle, "rad")));
+        format!("t = {t:.6} s{}", angle.unwrap_or_default())
+    };
+    let mut text = String::new();
+    for output in &setup.text.outputs {
+        let is_reaction = matches!(output.kind, OutputKind::ReactionForce { .. } | OutputKind::ReactionMoment { .. });
+        let (true, Some(e)) = (is_reaction, album.extremes(&output.name)) else { continue };
+        let (name, unit) = (&output.name, &output.unit);
+        for (value, t) in [e.minimum, e.maximum] {
+            text += &format!(
+                "  {name:10} {} {value:.4} {unit} at {}\n",
+                if value == e.minimum.0 { "lowest" } else { "highest" },
+                at(t)
+            );
+        }
+    }
+    if text.is_empty() { text } else { format!("\n{text}") }
+}
+
+fn energy(balance: &Balance, is_conservative: bool) -> String {
+    let Balance { work, change, error, .. } = balance;
+    if is_conservative {
+        return format!("\n  energy     kinetic and potential: constant within {error:.1e} J\n");
+    }
+    format!(
+        "\n  energy     changes by {change:.7} J, loads without potential do work of {work:.7} J: balanced within {error:.1e} J\n"
+    )
+}
+
+/// Whether the state comes back after a turn of the driven angle.
+fn recurrence(setup: &Setup) -> Result<String, Failure> {
+    let Some(driven) = driven(setup) else { return Ok(String::new()) };
+    let name = setup.description.coordinates[driven].name;
+    let mut album = Album::new(&setup.description);
+    let turned = std::cell::Cell::new(None);
+    let condition = |_: f64, q: &[f64], _: &[f64]| {
+        let from = turned.get().unwrap_or(q[driven]);
+        turned.set(Some(from));
+        (q[driven] - from).abs() - TAU
+    };
+    let outcome = setup.simulate_until(Some(End::Condition(&condition)), false, &mut album)?;
+    let n = setup.description.coordinates.len();
+    if !matches!(outcome.status, Status::Stopped) {
+        let t = words::seconds(outcome.end_time);
+        return Ok(format!("\n  cycle      {name} makes no full turn by t = {t}\n"));
+    }
+    let Some(first) = album.frames.first() else { return Ok(String::new()) };
+    let (q, qd): (Vec<f64>, Vec<f64>) = (0..n).map(|i| (first[1 + 3 * i], first[2 + 3 * i])).unzip();
+    let mut largest = [(0.0, 0); 2];
+    for i in 0..n {
+        let turned = outcome.q[i] - q[i];
+        let is_angle = setup.description.coordinates[i].unit == "rad";
+        let rest = if is_angle { turned - TAU * (turned / TAU).round() } else { turned };
+        for (largest, difference) in largest.iter_mut().zip([rest, outcome.qd[i] - qd[i]]) {
+            if difference.abs() > largest.0 {
+                *largest = (difference.abs(), i);
+            }
+        }
+    }
+    let [(position, _), (rate, fastest)] = largest;
+    let scale = qd.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+    let t = words::seconds(outcome.end_time);
+    Ok(if position <= 1e-6 && rate <= 1e-6 * scale {
+        format!(
+            "\n  cycle      after a turn of {name}, at t = {t}, the state is that of the start within {position:.1e} in the \
+             coordinates, {rate:.1e} in the rates\n"
+        )
+    } else {
+        let slowest = setup.description.coordinates[fastest].name;
+        format!(
+            "\n  cycle      after a turn of {name}, at t = {t}, the motion does not repeat: {slowest}_dot is {:.7} instead of {:.7}\n",
+            outcome.qd[fastest], qd[fastest]
+        )
+    })
+}

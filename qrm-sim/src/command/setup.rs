@@ -1,0 +1,110 @@
+//! A scene as the command line wants it run.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use qrm_codegen::evaluate::parameter_values;
+use qrm_codegen::resolve;
+use qrm_codegen::scene::Scene as SceneText;
+use qrm_mechanism::Description;
+
+use super::condition::Condition;
+use super::{Failure, MotionArguments, settings, words};
+use crate::motion::Method;
+use crate::observer::Observer;
+use crate::outcome::Outcome;
+use crate::projection::Tolerance;
+use crate::scenes::{Scene, Scenes};
+use crate::simulate::{End, Request};
+
+/// A scene with its parameters set, and how it is to be run.
+pub(super) struct Setup<'s> {
+    pub(super) scene: &'s dyn Scene,
+    pub(super) description: Description,
+    /// What the scene's text says.
+    pub(super) text: SceneText,
+    /// Where the text stands.
+    pub(super) path: String,
+    pub(super) method: Method,
+    /// The name of the projection.
+    pub(super) projection: &'static str,
+    /// The stop condition as written.
+    pub(super) until: String,
+    set: BTreeMap<String, f64>,
+    step: Option<f64>,
+    end_time: Option<f64>,
+    condition: Option<Condition>,
+}
+
+impl<'s> Setup<'s> {
+    pub(super) fn new(scenes: &'s Scenes, arguments: &MotionArguments) -> Result<Self, Failure> {
+        let scene = settings::scene(scenes, &arguments.scene)?;
+        let description = scene.description();
+        let set = settings::parameters(&description, &arguments.set)?;
+        let replace = |name: &str| set.get(name).copied();
+        let path = format!("scenes/{}.toml", description.name);
+        let text = resolve::read_with(&path, description.source, &replace);
+        let (text, _) = text.map_err(|report| Failure::Use(report.to_string()))?;
+        let option =
+            |name: &str, value: &Option<String>| value.as_ref().map(|v| settings::positive(name, v)).transpose();
+        let step = option("--step", &arguments.step)?;
+        let end_time = option("--end-time", &arguments.end_time)?;
+        let residual = option("--closure-tolerance", &arguments.closure_tolerance)?;
+        let residual = residual.unwrap_or(Tolerance::default().residual);
+        let tolerance = Tolerance { residual, iterations: arguments.closure_iterations };
+        let until = arguments.until.as_deref();
+        let condition =
+            until.map(|until| Condition::new(&text, until, parameter_values(&text, replace))).transpose()?;
+        Ok(Self {
+            method: Method { projection: arguments.projection.projection(), tolerance },
+            projection: arguments.projection.name(),
+            until: until.unwrap_or(description.until).to_owned(),
+            scene,
+            description,
+            text,
+            path,
+            set,
+            step,
+            end_time,
+            condition,
+        })
+    }
+
+    /// The value that the command line gives a parameter.
+    pub(super) fn replace(&self) -> impl Fn(&str) -> Option<f64> {
+        |name| self.set.get(name).copied()
+    }
+
+    /// The values of all parameters of the text.
+    pub(super) fn parameters(&self) -> Vec<f64> {
+        parameter_values(&self.text, self.replace())
+    }
+
+    /// Where the files of a command go.
+    pub(super) fn folder(&self, out: Option<&Path>) -> PathBuf {
+        out.map_or_else(|| PathBuf::from("out").join(self.description.name), Path::to_owned)
+    }
+
+    /// Runs the scene.
+    pub(super) fn simulate(&self, estimate_error: bool, observer: &mut dyn Observer) -> Result<Outcome, Failure> {
+        let until = |t: f64, q: &[f64], qd: &[f64]| self.condition.as_ref().map_or(0.0, |c| c.value(t, q, qd));
+        let end = match (self.end_time, &self.condition) {
+            (Some(t), _) => Some(End::Time(t)),
+            (None, Some(_)) => Some(End::Condition(&until)),
+            (None, None) => None,
+        };
+        self.simulate_until(end, estimate_error, observer)
+    }
+
+    /// Runs the scene to another end.
+    pub(super) fn simulate_until(
+        &self,
+        end: Option<End>,
+        estimate_error: bool,
+        observer: &mut dyn Observer,
+    ) -> Result<Outcome, Failure> {
+        let request = Request { method: self.method, step: self.step, end, estimate_error };
+        let outcome = self.scene.simulate(&self.replace(), &request, observer);
+        outcome.map_err(|reason| Failure::Use(words::no_start(&reason, &self.description, &self.text, &self.path)))
+    }
+}

@@ -1,0 +1,119 @@
+//! What an animation shows of a mechanism: what its scene says, or what can be guessed from its points.
+
+use num_dual::Dual2_64;
+use qrm_codegen::evaluate::State;
+use qrm_codegen::expression::Expression;
+use qrm_codegen::scene::{DrawnKind, Quantity};
+use qrm_view::motion::Shape;
+
+use crate::stage::Stage;
+
+/// The shapes, the lowest layer first.
+pub(crate) fn draw(stage: &mut Stage) -> Vec<Shape> {
+    let scene = stage.scene;
+    if scene.drawing.is_empty() {
+        return guessed(stage);
+    }
+    let mut shapes = Vec::new();
+    for drawn in &scene.drawing {
+        let name = drawn.name.clone();
+        shapes.push(match &drawn.kind {
+            DrawnKind::Link(places) => Shape::Link { name, nodes: places.iter().map(|p| stage.place(p)).collect() },
+            DrawnKind::Guide(places) => Shape::Guide { nodes: places.iter().map(|p| stage.place(p)).collect() },
+            DrawnKind::Pivot(at) => Shape::Pivot { node: stage.place(at) },
+            DrawnKind::Block { at, angle } => {
+                let angle = angle.as_ref().map_or_else(|| vec![0.0], |angle| stage.track(angle));
+                Shape::Block { name, node: stage.place(at), angle }
+            }
+            DrawnKind::Path(point) => {
+                let node = stage.point(*point);
+                stage.nodes[node].is_traced = true;
+                continue;
+            }
+        });
+    }
+    shapes
+}
+
+/// Points that are defined from other points are joined to them; a point that one coordinate moves on a circle is joined to
+/// its centre, one that it moves on a line slides there. Centres of mass are marked.
+fn guessed(stage: &mut Stage) -> Vec<Shape> {
+    let scene = stage.scene;
+    let mut shapes = Vec::new();
+    for (place, point) in scene.points.iter().enumerate() {
+        let name = point.name.clone();
+        let node = stage.point(place);
+        let names = || point.position.iter().flat_map(Expression::names);
+        let origins = sorted(names().filter_map(|q| if let Quantity::Point(p, _) = q { Some(*p) } else { None }));
+        let movers = sorted(names().filter_map(|q| if let Quantity::Coordinate(i) = q { Some(*i) } else { None }));
+        match (&origins[..], &movers[..]) {
+            ([], []) => shapes.push(Shape::Pivot { node }),
+            ([], [coordinate]) => match course(stage, place, *coordinate) {
+                Course::Circle(centre) => {
+                    let centre = stage.fixed(centre);
+                    shapes.extend([Shape::Pivot { node: centre }, Shape::Link { name, nodes: vec![centre, node] }]);
+                    stage.nodes[node].is_traced = true;
+                }
+                Course::Line(from, to) => {
+                    let angle = vec![(to[1] - from[1]).atan2(to[0] - from[0])];
+                    let nodes = vec![stage.fixed(from), stage.fixed(to)];
+                    shapes.extend([Shape::Guide { nodes }, Shape::Block { name, node, angle }]);
+                }
+                Course::Other => stage.nodes[node].is_traced = true,
+            },
+            ([], _) => stage.nodes[node].is_traced = true,
+            (origins, _) => {
+                let links = origins.iter().map(|origin| vec![stage.point(*origin), node]).collect::<Vec<_>>();
+                shapes.extend(links.into_iter().map(|nodes| Shape::Link { name: name.clone(), nodes }));
+                stage.nodes[node].is_traced = true;
+            }
+        }
+    }
+    for body in &scene.bodies {
+        if let Some(com) = &body.com {
+            shapes.push(Shape::Mass { name: body.name.clone(), node: stage.place(com) });
+        }
+    }
+    shapes
+}
+
+fn sorted(places: impl Iterator<Item = usize>) -> Vec<usize> {
+    let mut places: Vec<usize> = places.collect();
+    places.sort_unstable();
+    places.dedup();
+    places
+}
+
+/// How one coordinate moves a point.
+enum Course {
+    /// Around a centre.
+    Circle([f64; 2]),
+    /// Between two places.
+    Line([f64; 2], [f64; 2]),
+    Other,
+}
+
+/// On a circle `P = c + r (cos, sin)` the centre `c = P + P_qq` stays where it is; on a line `P_qq` is zero.
+fn course(stage: &Stage, point: usize, coordinate: usize) -> Course {
+    let at = |value: f64| {
+        let moved = |i: usize| if i == coordinate { Dual2_64::new(value, 1.0, 0.0) } else { Dual2_64::from(0.0) };
+        let q: Vec<Dual2_64> = (0..stage.scene.coordinates.len()).map(moved).collect();
+        State::new(stage.scene, stage.parameters, 0.0, q.clone(), q).point(point)
+    };
+    let values = stage.states.iter().map(|state| state.coordinates[coordinate]);
+    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+    let samples = [at(low), at(0.3 * low + 0.7 * high), at(high), at(high + 1.0)];
+    let centre = |p: &[Dual2_64; 2]| p.map(|c| c.re + c.v2);
+    let radius = |p: &[Dual2_64; 2]| p[0].v2.hypot(p[1].v2);
+    let size = samples.iter().map(radius).fold(0.0, f64::max);
+    let first = centre(&samples[0]);
+    let is_centre = |c: [f64; 2]| (c[0] - first[0]).hypot(c[1] - first[1]) <= 1e-9 * size;
+    if size > 0.0 && samples.iter().all(|p| is_centre(centre(p))) {
+        Course::Circle(first)
+    } else if size == 0.0 && low < high {
+        let [from, to] = [&samples[0], &samples[2]].map(|p| p.map(|c| c.re));
+        Course::Line(from, to)
+    } else {
+        Course::Other
+    }
+}

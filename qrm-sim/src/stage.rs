@@ -1,0 +1,81 @@
+//! Places of a mechanism over the frames of an animation.
+
+use qrm_codegen::evaluate::State;
+use qrm_codegen::expression::Node as Operation;
+use qrm_codegen::scene::{Quantity, Scene, Value};
+use qrm_view::motion::{Node, Track};
+
+/// A scene at each of several moments, and the places of it that are shown.
+pub(crate) struct Stage<'s> {
+    pub(crate) scene: &'s Scene,
+    pub(crate) parameters: &'s [f64],
+    /// The scene at each frame.
+    pub(crate) states: Vec<State<f64>>,
+    pub(crate) nodes: Vec<Node>,
+    /// Which node shows a point.
+    points: Vec<Option<usize>>,
+}
+
+impl<'s> Stage<'s> {
+    /// From rows of a trajectory.
+    pub(crate) fn new(scene: &'s Scene, parameters: &'s [f64], frames: &[Vec<f64>]) -> Self {
+        let n = scene.coordinates.len();
+        let state = |frame: &Vec<f64>| {
+            let [q, qd] = [1, 2].map(|first| (0..n).map(|i| frame[first + 3 * i]).collect::<Vec<f64>>());
+            State::plain(scene, parameters, frame[0], &q, &qd)
+        };
+        let states = frames.iter().map(state).collect();
+        Self { scene, parameters, states, nodes: Vec::new(), points: vec![None; scene.points.len()] }
+    }
+
+    /// The value of a formula at each frame.
+    pub(crate) fn track(&self, value: &Value) -> Track {
+        track(self.states.iter().map(|state| state.value(value)).collect())
+    }
+
+    /// The node of a point.
+    pub(crate) fn point(&mut self, point: usize) -> usize {
+        if let Some(node) = self.points[point] {
+            return node;
+        }
+        let [x, y] = [0, 1].map(|axis| track(self.states.iter().map(|state| state.point(point)[axis]).collect()));
+        let node = self.add(Node { name: self.scene.points[point].name.clone(), is_traced: false, x, y });
+        self.points[point] = Some(node);
+        node
+    }
+
+    /// The node of a place: that of a point if it is one.
+    pub(crate) fn place(&mut self, place: &[Value; 2]) -> usize {
+        let component = |axis: usize| match place[axis].nodes() {
+            [Operation::Name(Quantity::Point(point, of))] if *of == axis => Some(*point),
+            _ => None,
+        };
+        if let (Some(point), true) = (component(0), component(0) == component(1)) {
+            return self.point(point);
+        }
+        let [x, y] = [0, 1].map(|axis| self.track(&place[axis]));
+        self.add(Node { name: String::new(), is_traced: false, x, y })
+    }
+
+    /// The node of a place that never moves.
+    pub(crate) fn fixed(&mut self, [x, y]: [f64; 2]) -> usize {
+        self.add(Node { name: String::new(), is_traced: false, x: vec![x], y: vec![y] })
+    }
+
+    fn add(&mut self, node: Node) -> usize {
+        let is_same = |other: &Node| other.name == node.name && other.x == node.x && other.y == node.y;
+        let place = self.nodes.iter().position(is_same);
+        place.unwrap_or_else(|| {
+            self.nodes.push(node);
+            self.nodes.len() - 1
+        })
+    }
+}
+
+/// One value is enough for what never changes.
+fn track(mut values: Vec<f64>) -> Track {
+    if values.iter().all(|value| *value == values[0]) {
+        values.truncate(1);
+    }
+    values
+}

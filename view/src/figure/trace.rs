@@ -1,0 +1,63 @@
+//! The line of a curve on the sheet.
+
+use super::look;
+use super::path::{Place, simplified};
+use super::sheet::Chart;
+use super::{Curve, Scale, span};
+
+/// More points than this in a figure make a file too large.
+const MOST_POINTS: usize = 10_000;
+
+/// The line of a curve.
+#[derive(Clone, Debug)]
+pub(super) struct Trace {
+    /// Its unbroken pieces.
+    pub(super) pieces: Vec<Vec<Place>>,
+    is_restless: bool,
+}
+
+impl Trace {
+    /// The line of one of so many curves in a figure.
+    pub(super) fn new(chart: &Chart<'_>, scale: Scale, curve: &Curve, curves: usize) -> Self {
+        let points = with_extremes(curve);
+        let share = MOST_POINTS / curves.max(1);
+        let shown = points.chunk_by(|a, b| span::is_shown(scale, a.1) == span::is_shown(scale, b.1));
+        let drawn = shown.filter(|piece| span::is_shown(scale, piece[0].1)).map(|piece| {
+            let places: Vec<Place> = piece.iter().map(|point| chart.backend_coord(point)).collect();
+            let mut path = simplified(&places, share * piece.len() / points.len());
+            if path.len() == 1 {
+                // The round ends of a line without length make a dot.
+                path.push(path[0]);
+            }
+            path
+        });
+        let pieces: Vec<Vec<Place>> = drawn.collect();
+        let is_restless = is_restless(&pieces);
+        Self { pieces, is_restless }
+    }
+
+    /// How wide the line is, in hundredths of a pixel.
+    pub(super) fn width(&self) -> u32 {
+        if self.is_restless { look::THIN } else { look::CURVE }
+    }
+}
+
+/// The points of a curve, and the extremes that it reaches between them.
+fn with_extremes(curve: &Curve) -> Vec<(f64, f64)> {
+    let mut points = curve.points.clone();
+    for extreme in curve.extremes.iter().flat_map(|e| [e.minimum, e.maximum]) {
+        let at = points.partition_point(|point| point.0 < extreme.0);
+        if 0 < at && at < points.len() && points[at].0 > extreme.0 {
+            points.insert(at, extreme);
+        }
+    }
+    points
+}
+
+/// Whether a curve goes up and down so often that a line of the usual width would blacken the paper.
+fn is_restless(pieces: &[Vec<Place>]) -> bool {
+    let steps = || pieces.iter().flat_map(|piece| piece.windows(2));
+    let across: f64 = steps().map(|step| f64::from(step[1].0 - step[0].0)).sum();
+    let climbed: f64 = steps().map(|step| f64::from((step[1].1 - step[0].1).abs())).sum();
+    climbed > 8.0 * across && steps().count() > 200
+}

@@ -1,0 +1,104 @@
+//! Where the names of nodes are written.
+
+use embedded_graphics::mono_font::MonoFont;
+use embedded_graphics::mono_font::ascii::FONT_7X13;
+
+use crate::motion::{Motion, Shape};
+
+use super::canvas::Canvas;
+use super::palette::INK;
+use super::stage::{Point, Stage};
+use super::track::Moment;
+
+const FONT: &MonoFont<'_> = &FONT_7X13;
+const LETTER: (f32, f32) = (7.0, 13.0);
+/// So many moments of the motion decide where names are in the way.
+const LOOKS: usize = 12;
+
+/// The name of a node, always written on the same side of it so that it does not jump about.
+#[derive(Clone, Debug)]
+pub(super) struct Label {
+    node: usize,
+    text: String,
+    /// From the node to the left upper corner of the name.
+    offset: Point,
+}
+
+/// The names of all nodes that have one.
+pub(super) fn placed(motion: &Motion, stage: &Stage) -> Vec<Label> {
+    let frames = motion.times.len();
+    let moments: Vec<Moment> = (0..LOOKS).map(|i| Moment::of_frame(i * (frames - 1) / (LOOKS - 1))).collect();
+    let mut labels: Vec<Label> = Vec::new();
+    for (node, named) in motion.nodes.iter().enumerate().filter(|(_, n)| !n.name.is_empty()) {
+        let text = plain(&named.name);
+        let width = LETTER.0 * text.len() as f32;
+        let is_block = |shape: &Shape| matches!(shape, Shape::Block { node: of, .. } if *of == node);
+        // Blocks are larger than joints.
+        let gap = if motion.shapes.iter().any(is_block) { 17.0 } else { 8.0 };
+        let (right, left, above, below) = (gap + 1.0, -gap - 1.0 - width, -gap - LETTER.1, gap);
+        let (middle, level) = (-0.5 * width, -0.5 * LETTER.1);
+        let sides = [(right, above), (left, above), (right, below), (left, below)];
+        let sides = sides.into_iter().chain([(right + 3.0, level), (left - 3.0, level), (middle, above - 3.0)]);
+        let candidates = sides.map(|offset| Label { node, text: text.clone(), offset });
+        let cost = |label: &Label| moments.iter().map(|at| label.cost(motion, stage, *at, &labels)).sum::<u32>();
+        // The first of several equal ones.
+        let best = candidates.min_by_key(cost);
+        labels.extend(best);
+    }
+    labels
+}
+
+/// The font has nothing but ASCII.
+pub(super) fn plain(text: &str) -> String {
+    text.chars().map(|c| if c.is_ascii_graphic() || c == ' ' { c } else { '?' }).collect()
+}
+
+impl Label {
+    /// Writes the name.
+    pub(super) fn draw(&self, canvas: &mut Canvas, motion: &Motion, stage: &Stage, moment: Moment) {
+        let corner = self.corner(motion, stage, moment);
+        canvas.write(&self.text, FONT, (corner.0.round() as i32, corner.1.round() as i32), INK);
+    }
+
+    fn corner(&self, motion: &Motion, stage: &Stage, moment: Moment) -> Point {
+        let (x, y) = stage.seen(&motion.nodes[self.node], moment);
+        (x + self.offset.0, y + self.offset.1)
+    }
+
+    fn width(&self) -> f32 {
+        LETTER.0 * self.text.len() as f32
+    }
+
+    /// How much is in the way at a moment.
+    fn cost(&self, motion: &Motion, stage: &Stage, moment: Moment, others: &[Self]) -> u32 {
+        let (x, y) = self.corner(motion, stage, moment);
+        let (width, height) = (self.width(), LETTER.1);
+        let covers = |place: Point, rim: f32| {
+            (x - rim..=x + width + rim).contains(&place.0) && (y - rim..=y + height + rim).contains(&place.1)
+        };
+        let is_outside = x < 0.0 || y < 0.0 || x + width > stage.width as f32 || y + height > stage.height as f32;
+        let is_crowded = |other: &&Self| {
+            let (left, top) = other.corner(motion, stage, moment);
+            x < left + other.width() && left < x + width && y < top + height && top < y + height
+        };
+        let seen = |node: usize| stage.seen(&motion.nodes[node], moment);
+        let crossed = motion.shapes.iter().map(|shape| match shape {
+            Shape::Link { nodes, .. } | Shape::Guide { nodes } => nodes
+                .windows(2)
+                .filter(|pair| along(seen(pair[0]), seen(pair[1])).any(|place| covers(place, 4.0)))
+                .count(),
+            Shape::Block { node, .. } => usize::from(*node != self.node && covers(seen(*node), 12.0)),
+            Shape::Pivot { node } => usize::from(covers((seen(*node).0, seen(*node).1 + 12.0), 10.0)),
+            Shape::Mass { node, .. } => usize::from(covers(seen(*node), 5.0)),
+        });
+        let crossed = crossed.sum::<usize>() as u32;
+        crossed + 4 * others.iter().filter(is_crowded).count() as u32 + 8 * u32::from(is_outside)
+    }
+}
+
+/// Places on a line, close together.
+fn along(from: Point, to: Point) -> impl Iterator<Item = Point> {
+    let (dx, dy) = (to.0 - from.0, to.1 - from.1);
+    let steps = (dx.hypot(dy) / 5.0).ceil().clamp(1.0, 400.0);
+    (0..=steps as u32).map(move |i| (from.0 + dx * i as f32 / steps, from.1 + dy * i as f32 / steps))
+}

@@ -1,0 +1,129 @@
+//! Where the drawing stands in the picture.
+
+use crate::motion::{Motion, Node};
+
+use super::track::{Moment, nodes_of, value};
+
+/// The longest arrow, as a part of the drawing.
+const LONGEST: f64 = 0.28;
+/// Free around the drawing: joints, bearings and labels reach beyond the nodes.
+const MARGIN: f64 = 44.0;
+/// For the title and the time at the top, and for the scale of the arrows at the bottom.
+const HEAD: f64 = 46.0;
+const FOOT: f64 = 12.0;
+
+/// A place in the picture.
+pub(super) type Point = (f32, f32);
+
+/// How the drawing is fitted into the picture.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Stage {
+    pub(super) width: u32,
+    pub(super) height: u32,
+    /// The largest force in N; zero if there is none.
+    pub(super) largest: f64,
+    /// m per N of arrows.
+    arrow: f64,
+    /// Pixels per m.
+    scale: f64,
+    /// What stands in the middle, and where that is.
+    middle: (f64, f64),
+    centre: (f64, f64),
+}
+
+impl Stage {
+    /// Fits all that is reached; nothing if it lies too far apart.
+    pub(super) fn new(motion: &Motion) -> Option<Self> {
+        let forces = motion
+            .arrows
+            .iter()
+            .flat_map(|arrow| frames(motion).map(|moment| value(&arrow.x, moment).hypot(value(&arrow.y, moment))));
+        let largest = forces.fold(0.0, f64::max);
+        let bodies = Extent::around(reached(motion))?;
+        // If nothing has an extent, anything is a fair scale.
+        let size = bodies.width().max(bodies.height());
+        let size = if size > 0.0 { size } else { 1.0 };
+        let arrow = if largest > 0.0 { LONGEST * size / largest } else { 0.0 };
+        let tips = motion.arrows.iter().flat_map(|a| {
+            let node = &motion.nodes[a.node];
+            frames(motion).map(move |moment| {
+                let (x, y) = place(node, moment);
+                (x + arrow * value(&a.x, moment), y + arrow * value(&a.y, moment))
+            })
+        });
+        let all = Extent::around(reached(motion).chain(tips))?;
+        let is_finite = [largest, all.width(), all.height(), arrow].into_iter().all(f64::is_finite);
+        is_finite.then(|| Self::fitted(&all, size, largest, arrow))
+    }
+
+    fn fitted(all: &Extent, size: f64, largest: f64, arrow: f64) -> Self {
+        // Thin drawings get room at their sides, and rounding errors of far places none.
+        let far = all.low.0.abs().max(all.high.0.abs()).max(all.low.1.abs()).max(all.high.1.abs());
+        let least = (0.05 * size).max(1e-9 * far);
+        let (width, height) = (all.width().max(least), all.height().max(least));
+        let free = (640.0 - 2.0 * MARGIN, 480.0 - 2.0 * MARGIN - HEAD - FOOT);
+        let scale = (free.0 / width).min(free.1 / height);
+        let wide = (width * scale + 2.0 * MARGIN).clamp(400.0, 640.0).round();
+        let high = (height * scale + 2.0 * MARGIN + HEAD + FOOT).clamp(240.0, 480.0).round();
+        let middle = (0.5 * all.low.0 + 0.5 * all.high.0, 0.5 * all.low.1 + 0.5 * all.high.1);
+        let centre = (0.5 * wide, HEAD + 0.5 * (high - HEAD - FOOT));
+        Self { width: wide as u32, height: high as u32, largest, arrow, scale, middle, centre }
+    }
+
+    /// Where a node is seen.
+    pub(super) fn seen(&self, node: &Node, moment: Moment) -> Point {
+        let (x, y) = place(node, moment);
+        let x = self.centre.0 + self.scale * (x - self.middle.0);
+        let y = self.centre.1 - self.scale * (y - self.middle.1);
+        (x as f32, y as f32)
+    }
+
+    /// A force as it is seen from where it acts.
+    pub(super) fn arrow(&self, (x, y): (f64, f64)) -> Point {
+        let pixels = self.arrow * self.scale;
+        ((pixels * x) as f32, (-pixels * y) as f32)
+    }
+}
+
+fn frames(motion: &Motion) -> impl Iterator<Item = Moment> + Clone {
+    (0..motion.times.len()).map(Moment::of_frame)
+}
+
+fn place(node: &Node, moment: Moment) -> (f64, f64) {
+    (value(&node.x, moment), value(&node.y, moment))
+}
+
+/// The places of all nodes that are drawn somehow.
+fn reached(motion: &Motion) -> impl Iterator<Item = (f64, f64)> {
+    let of_shapes = motion.shapes.iter().flat_map(nodes_of).copied();
+    let of_arrows = motion.arrows.iter().map(|arrow| arrow.node);
+    let drawn = of_shapes.chain(of_arrows).map(|node| &motion.nodes[node]);
+    let seen = motion.nodes.iter().filter(|node| node.is_traced || !node.name.is_empty());
+    drawn.chain(seen).flat_map(|node| frames(motion).map(|moment| place(node, moment)))
+}
+
+/// A rectangle along the axes.
+struct Extent {
+    low: (f64, f64),
+    high: (f64, f64),
+}
+
+impl Extent {
+    /// Nothing if it has no finite extent; a point if there are no places.
+    fn around(places: impl Iterator<Item = (f64, f64)>) -> Option<Self> {
+        let grown = |found: Option<Self>, (x, y): (f64, f64)| match found {
+            None => Some(Self { low: (x, y), high: (x, y) }),
+            Some(b) => Some(Self { low: (b.low.0.min(x), b.low.1.min(y)), high: (b.high.0.max(x), b.high.1.max(y)) }),
+        };
+        let all = places.fold(None, grown).unwrap_or(Self { low: (0.0, 0.0), high: (0.0, 0.0) });
+        (all.width().is_finite() && all.height().is_finite()).then_some(all)
+    }
+
+    fn width(&self) -> f64 {
+        self.high.0 - self.low.0
+    }
+
+    fn height(&self) -> f64 {
+        self.high.1 - self.low.1
+    }
+}
