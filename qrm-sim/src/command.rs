@@ -3,7 +3,9 @@
 mod account;
 mod animate;
 mod check;
+mod code;
 mod condition;
+mod derive;
 mod digest;
 mod list;
 mod progress;
@@ -41,6 +43,10 @@ enum Task {
     Animate(Box<AnimateArguments>),
     /// Check a mechanism: strokes, locks, forces at rest, energy, recurrence
     Check(Box<CheckArguments>),
+    /// Print the generated code of a scene
+    Code(CodeArguments),
+    /// Write the derivation of a scene's equations: derivation.md
+    Derive(DeriveArguments),
     /// List the scenes and their parameters
     List,
 }
@@ -117,6 +123,25 @@ struct CheckArguments {
     at_rest: Vec<String>,
 }
 
+#[derive(Args)]
+struct CodeArguments {
+    /// Name of the scene; `qrm list` shows them
+    #[arg(default_value = "quick-return")]
+    scene: String,
+    /// A function such as `com_jacobian`, or its symbol: `T`, `C_q`, `Mbar`
+    function: Option<String>,
+}
+
+#[derive(Args)]
+struct DeriveArguments {
+    /// Name of the scene; `qrm list` shows them
+    #[arg(default_value = "quick-return")]
+    scene: String,
+    /// Folder for the file [default: out/SCENE]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
 #[derive(Clone, Copy, ValueEnum)]
 enum MethodName {
     /// Classical Runge-Kutta, order 4, fixed step
@@ -163,6 +188,8 @@ pub fn main(scenes: &Scenes) -> ExitCode {
         Task::Run(arguments) => run::run(scenes, &arguments),
         Task::Animate(arguments) => animate::animate(scenes, &arguments),
         Task::Check(arguments) => check::check(scenes, &arguments),
+        Task::Code(arguments) => code::code(scenes, &arguments),
+        Task::Derive(arguments) => derive::derive(scenes, &arguments),
         Task::List => {
             say(&list::list(scenes));
             Ok(())

@@ -50,6 +50,8 @@ pub struct Range {
 pub enum NoTurn {
     /// The mechanism has another number of freedoms than one.
     Freedoms(usize),
+    /// The start is a singular position.
+    Singular,
     /// What is given at the start is no angle.
     NotAnAngle(usize),
     /// The constraints cannot be met at the start.
@@ -62,9 +64,9 @@ pub enum NoTurn {
 /// There is nothing to turn.
 pub fn turn<X: Mechanism<N, M>, const N: usize, const M: usize>(mechanism: &X) -> Result<Turn, NoTurn> {
     let round = Round::new(mechanism)?;
+    let driven = round.driven;
     let mut samples = vec![round.sample(&round.start)];
-    let walked = round.walk(SAMPLES, |position| samples.push(round.sample(position)));
-    let (driven, way) = (round.driven, round.way);
+    let walked = round.walk(round.way, SAMPLES, |position| samples.push(round.sample(position)));
     let (range, nearest, returns) = match walked {
         Ok((end, nearest)) => {
             let comes_back = |i: usize| {
@@ -75,10 +77,15 @@ pub fn turn<X: Mechanism<N, M>, const N: usize, const M: usize>(mechanism: &X) -
             (None, nearest, (0..N).all(comes_back))
         }
         Err(ahead) => {
-            let back = round.drive.go(&round.start, &round.target(-1.0));
+            let mut behind = Vec::new();
+            let back = round.walk(-round.way, SAMPLES, |position| behind.push(round.sample(position)));
+            let back = back.err().unwrap_or(ahead);
+            behind.push(round.sample(&back.position));
+            behind.reverse();
+            samples.push(round.sample(&ahead.position));
+            samples.splice(0..0, behind);
             let end = |lock: &Lock<N>| (lock.position.q[driven], lock.constraint);
-            let behind = back.map_or_else(|lock| end(&lock), |position| (position.q[driven], None));
-            let (low, high) = if way > 0.0 { (behind, end(&ahead)) } else { (end(&ahead), behind) };
+            let (low, high) = if round.way > 0.0 { (end(&back), end(&ahead)) } else { (end(&ahead), end(&back)) };
             (Some(Range { low, high }), (ahead.position.q[driven], 0.0), false)
         }
     };
@@ -87,7 +94,7 @@ pub fn turn<X: Mechanism<N, M>, const N: usize, const M: usize>(mechanism: &X) -
 
 /// Whether the driven coordinate can turn fully.
 pub fn turns<X: Mechanism<N, M>, const N: usize, const M: usize>(mechanism: &X) -> bool {
-    Round::new(mechanism).is_ok_and(|round| round.walk(SAMPLES / 4, |_| ()).is_ok())
+    Round::new(mechanism).is_ok_and(|round| round.walk(round.way, SAMPLES / 4, |_| ()).is_ok())
 }
 
 /// A turn to be made.
@@ -109,27 +116,27 @@ impl<'m, X: Mechanism<N, M>, const N: usize, const M: usize> Round<'m, X, N, M> 
         if X::DESCRIPTION.coordinates[driven].unit != "rad" {
             return Err(NoTurn::NotAnAngle(driven));
         }
-        let drive = Drive::new(mechanism, start.given).ok_or(NoTurn::Freedoms(N - M))?;
+        let drive = Drive::new(mechanism, start.given).ok_or(NoTurn::Freedoms(N.saturating_sub(M)))?;
         let (q, qd) = assemble(mechanism, &start).map_err(NoTurn::NotAssembled)?;
         let way = if qd[driven] < 0.0 { -1.0 } else { 1.0 };
-        let start = drive.close(q).ok_or(NoTurn::Freedoms(freedoms))?;
+        let start = drive.close(q).ok_or(NoTurn::Singular)?;
         Ok(Self { drive, start, driven, way })
     }
 
-    /// The start with the driven coordinate some turns on.
-    fn target(&self, turns: f64) -> [f64; N] {
-        let mut target = self.start.q;
-        target[self.driven] += self.way * TAU * turns;
-        target
-    }
-
-    /// Goes once around, and says where it ends and where the margin was smallest.
-    fn walk(&self, samples: usize, mut visit: impl FnMut(&Position<N>)) -> Result<(Position<N>, (f64, f64)), Lock<N>> {
+    /// Goes once around, one way or the other, and says where it ends and where the margin was smallest.
+    fn walk(
+        &self,
+        way: f64,
+        samples: usize,
+        mut visit: impl FnMut(&Position<N>),
+    ) -> Result<(Position<N>, (f64, f64)), Lock<N>> {
         let mut last = [self.start; 3];
         let mut nearest = (self.start.q[self.driven], self.start.margin.abs());
         // One step more, so that a smallest margin at the start is between two others as well.
         for i in 1..=samples + 1 {
-            let next = self.drive.go(&last[2], &self.target(i as f64 / samples as f64))?;
+            let mut target = self.start.q;
+            target[self.driven] += way * TAU * i as f64 / samples as f64;
+            let next = self.drive.go(&last[2], &target)?;
             last = [last[1], last[2], next];
             let [before, at, after] = last.map(|position| position.margin.abs());
             if i > 1 && at <= before && at <= after {

@@ -253,6 +253,12 @@ fn logarithmic_curves_break_where_they_are_zero() {
 }
 
 #[test]
+fn torn_curves_stay_small() {
+    let torn = |k: u32| curve("c", 5000, 1.0, move |t| ((t * 4999.0).round() % 2.0) * f64::from(k));
+    drawn(&figure(vec![panel(Scale::Logarithmic, (1..4).map(torn).collect())]));
+}
+
+#[test]
 fn restless_curves_stay_small_and_keep_their_extremes() {
     let noise = |k: f64| move |t: f64| ((t * 1e4 + k).sin() * 43_758.545).fract();
     let curves: Vec<Curve> = (0..6).map(|k| curve("c", 100_001, 1.0, noise(f64::from(k)))).collect();

@@ -78,7 +78,7 @@ fn shot(motion: &Motion) -> Film {
 
 #[test]
 fn runs_of_some_seconds_are_shown_in_real_time() {
-    for (length, frames, delay) in [(1.8, 45, 4), (1.0, 25, 4), (10.0, 250, 4), (20.0, 400, 5)] {
+    for (length, frames, delay) in [(1.8, 45, 4), (1.0, 25, 4), (20.0, 400, 5)] {
         let film = shot(&crank(length, 361, 0.2));
         assert_eq!((film.pictures.len(), film.delays[0]), (frames, delay), "{length}");
         assert!(film.delays.iter().all(|d| *d == delay));
@@ -87,10 +87,8 @@ fn runs_of_some_seconds_are_shown_in_real_time() {
 
 #[test]
 fn other_runs_are_slowed_or_quickened() {
-    // The factors are 5, 20, 1e9 and 2, 1e5.
-    for (length, shown) in
-        [(0.5, 2.5), (0.1, 2.0), (3e-9, 3.0), (25.0, 12.5), (1e6, 10.0), (1e-300, 2.0), (1e300, 10.0)]
-    {
+    // The factors are 5, 1e9, 2 and 1e299.
+    for (length, shown) in [(0.5, 2.5), (3e-9, 3.0), (25.0, 12.5), (1e300, 10.0)] {
         let film = shot(&crank(length, 50, 0.2));
         let total: u32 = film.delays.iter().map(|delay| u32::from(*delay)).sum();
         assert!((f64::from(total) / 100.0 - shown).abs() < 0.05, "{length}: {total}");
@@ -171,5 +169,6 @@ fn what_cannot_be_shown_is_an_error() {
         (wild.nodes[0].x, wild.nodes[2].x) = (vec![x], vec![y]);
         assert_eq!(gif(&wild), Err(NoAnimation::NotFinite));
     }
+    assert_eq!(gif(&crank(1.0, 10, 1e-310)), Err(NoAnimation::NotFinite));
     assert!(gif(&lost).expect_err("the node is missing").to_string().contains("arrow `F`"));
 }

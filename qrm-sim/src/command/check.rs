@@ -19,16 +19,37 @@ pub(super) fn check(scenes: &Scenes, arguments: &CheckArguments) -> Result<(), F
         }
         return Ok(());
     }
-    super::say(&facts(&setup)?);
+    let facts = facts(&setup)?;
+    let width = facts.iter().map(|fact| fact.topic.len()).max().unwrap_or(0);
+    let mut text = format!("{}: {}\n", setup.description.name, setup.description.doc);
+    for Fact { topic, lines } in &facts {
+        let topics = std::iter::once(topic.as_str()).chain(std::iter::repeat(""));
+        text.push('\n');
+        for (topic, line) in topics.zip(lines) {
+            text += &format!("  {topic:width$}  {line}\n");
+        }
+    }
+    super::say(&text);
     Ok(())
 }
 
+/// What is known about one topic.
+pub(super) struct Fact {
+    pub(super) topic: String,
+    pub(super) lines: Vec<String>,
+}
+
+impl Fact {
+    fn new(topic: &str, lines: impl Into<Vec<String>>) -> Self {
+        Self { topic: topic.to_owned(), lines: lines.into() }
+    }
+}
+
 /// Everything but positions at rest that were asked for.
-pub(super) fn facts(setup: &Setup) -> Result<String, Failure> {
-    let mut text = format!("{}: {}\n", setup.description.name, setup.description.doc);
-    text += &turn::facts(setup)?;
-    text += &motion::facts(setup)?;
-    Ok(text)
+pub(super) fn facts(setup: &Setup) -> Result<Vec<Fact>, Failure> {
+    let mut facts = turn::facts(setup)?;
+    facts.extend(motion::facts(setup)?);
+    Ok(facts)
 }
 
 /// An angle in degrees, a length as it is.

@@ -1,6 +1,7 @@
 //! What the command line sets: parameters, numbers, conditions, each checked against the scene.
 
 use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
 
 use qrm_codegen::diagnostic::Report;
 use qrm_codegen::evaluate::evaluate;
@@ -18,6 +19,11 @@ pub(super) fn scene<'s>(scenes: &'s Scenes, name: &str) -> Result<&'s dyn Scene,
         let help = suggestion(name, names.iter().copied(), || format!("scenes: {}", names.join(", ")));
         Failure::Use(format!("error: there is no scene `{name}`\n  = help: {help}"))
     })
+}
+
+/// Where the files of a command go.
+pub(super) fn folder(description: &Description, out: Option<&Path>) -> PathBuf {
+    out.map_or_else(|| PathBuf::from("out").join(description.name), Path::to_owned)
 }
 
 /// The parameters that `--set` changes.

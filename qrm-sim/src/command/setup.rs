@@ -82,7 +82,7 @@ impl<'s> Setup<'s> {
 
     /// Where the files of a command go.
     pub(super) fn folder(&self, out: Option<&Path>) -> PathBuf {
-        out.map_or_else(|| PathBuf::from("out").join(self.description.name), Path::to_owned)
+        settings::folder(&self.description, out)
     }
 
     /// Runs the scene.

@@ -7,6 +7,8 @@ use super::{Curve, Scale, span};
 
 /// More points than this in a figure make a file too large.
 const MOST_POINTS: usize = 10_000;
+/// And so do more pieces than this.
+const MOST_PIECES: usize = 1_200;
 
 /// The line of a curve.
 #[derive(Clone, Debug)]
@@ -31,7 +33,7 @@ impl Trace {
             }
             path
         });
-        let pieces: Vec<Vec<Place>> = drawn.collect();
+        let pieces = sparse(drawn.collect(), MOST_PIECES / curves.max(1));
         let is_restless = is_restless(&pieces);
         Self { pieces, is_restless }
     }
@@ -40,6 +42,23 @@ impl Trace {
     pub(super) fn width(&self) -> u32 {
         if self.is_restless { look::THIN } else { look::CURVE }
     }
+}
+
+/// If a curve is torn into more pieces than `most`, those that end close behind another one are left out.
+fn sparse(pieces: Vec<Vec<Place>>, most: usize) -> Vec<Vec<Place>> {
+    if pieces.len() <= most {
+        return pieces;
+    }
+    let end = |piece: &[Place]| piece.last().map_or(0, |place| place.0);
+    let start = pieces[0][0].0;
+    let gap = (end(&pieces[pieces.len() - 1]) - start) / most.max(1) as i32;
+    let mut reached = start - gap - 1;
+    let is_kept = |piece: &Vec<Place>| {
+        let is_far = end(piece) > reached + gap;
+        reached = if is_far { end(piece) } else { reached };
+        is_far
+    };
+    pieces.into_iter().filter(is_kept).collect()
 }
 
 /// The points of a curve, and the extremes that it reaches between them.

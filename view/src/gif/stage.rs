@@ -53,7 +53,7 @@ impl Stage {
         });
         let all = Extent::around(reached(motion).chain(tips))?;
         let is_finite = [largest, all.width(), all.height(), arrow].into_iter().all(f64::is_finite);
-        is_finite.then(|| Self::fitted(&all, size, largest, arrow))
+        is_finite.then(|| Self::fitted(&all, size, largest, arrow)).filter(|stage| stage.scale.is_finite())
     }
 
     fn fitted(all: &Extent, size: f64, largest: f64, arrow: f64) -> Self {

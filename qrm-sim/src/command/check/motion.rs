@@ -2,31 +2,29 @@
 
 use std::f64::consts::TAU;
 
-use qrm_codegen::scene::OutputKind;
+use qrm_codegen::scene::{Output, OutputKind};
 
 use super::super::progress::Progress;
 use super::super::setup::Setup;
 use super::super::{Failure, account, words};
-use super::shown;
+use super::{Fact, shown};
 use crate::album::Album;
 use crate::balance::Balance;
 use crate::outcome::Status;
 use crate::simulate::End;
 
 /// The facts in words.
-pub(super) fn facts(setup: &Setup) -> Result<String, Failure> {
+pub(super) fn facts(setup: &Setup) -> Result<Vec<Fact>, Failure> {
     let mut observer = (Progress::new(), (Album::new(&setup.description), Balance::default()));
     let outcome = setup.simulate(false, &mut observer)?;
     let (album, balance) = observer.1;
     let summary = account::summary(setup, &outcome, &album);
-    let mut text = format!("\n  run        {}\n", summary.message);
-    text += &peaks(setup, &album);
-    text += &energy(&balance, outcome.energy_drift.is_some());
-    text += &recurrence(setup)?;
-    for warning in &summary.warnings {
-        text += &format!("\nwarning: {warning}\n");
-    }
-    Ok(text)
+    let mut facts = vec![Fact::new("run", [summary.message])];
+    facts.extend(peaks(setup, &album));
+    facts.push(energy(&balance, outcome.energy_drift.is_some()));
+    facts.extend(recurrence(setup)?);
+    facts.extend(summary.warnings.into_iter().map(|warning| Fact::new("warning", [warning])));
+    Ok(facts)
 }
 
 /// The coordinate that the scene gives at its start, if it is a single angle.
@@ -37,7 +35,7 @@ fn driven(setup: &Setup) -> Option<usize> {
     (places.next().is_none() && setup.description.coordinates[place].unit == "rad").then_some(place)
 }
 
-fn peaks(setup: &Setup, album: &Album) -> String {
+fn peaks(setup: &Setup, album: &Album) -> Vec<Fact> {
     let driven = driven(setup).map(|i| setup.description.coordinates[i].name);
     let course = driven.map(|name| album.course(name)).unwrap_or_default();
     let at = |t: f64| {
@@ -49,35 +47,30 @@ fn peaks(setup: &Setup, album: &Album) -> String {
         let angle = angle.zip(driven).map(|(angle, name)| format!(", {name} = {}", shown(angle, "rad")));
         format!("t = {t:.6} s{}", angle.unwrap_or_default())
     };
-    let mut text = String::new();
+    let mut facts = Vec::new();
     for output in &setup.text.outputs {
         let is_reaction = matches!(output.kind, OutputKind::ReactionForce { .. } | OutputKind::ReactionMoment { .. });
         let (true, Some(e)) = (is_reaction, album.extremes(&output.name)) else { continue };
-        let (name, unit) = (&output.name, &output.unit);
-        for (value, t) in [e.minimum, e.maximum] {
-            text += &format!(
-                "  {name:10} {} {value:.4} {unit} at {}\n",
-                if value == e.minimum.0 { "lowest" } else { "highest" },
-                at(t)
-            );
-        }
+        let line = |what: &str, (value, t): (f64, f64)| format!("{what}  {value:.4} {} at {}", output.unit, at(t));
+        facts.push(Fact::new(&output.name, [line("smallest", e.minimum), line("largest ", e.maximum)]));
     }
-    if text.is_empty() { text } else { format!("\n{text}") }
+    facts
 }
 
-fn energy(balance: &Balance, is_conservative: bool) -> String {
+fn energy(balance: &Balance, is_conservative: bool) -> Fact {
     let Balance { work, change, error, .. } = balance;
-    if is_conservative {
-        return format!("\n  energy     kinetic and potential: constant within {error:.1e} J\n");
-    }
-    format!(
-        "\n  energy     changes by {change:.7} J, loads without potential do work of {work:.7} J: balanced within {error:.1e} J\n"
-    )
+    let line = match is_conservative {
+        true => format!("kinetic and potential: constant within {error:.1e} J"),
+        false => format!(
+            "changes by {change:.7} J, while loads without potential do work of {work:.7} J: balanced within {error:.1e} J"
+        ),
+    };
+    Fact::new("energy", [line])
 }
 
 /// Whether the state comes back after a turn of the driven angle.
-fn recurrence(setup: &Setup) -> Result<String, Failure> {
-    let Some(driven) = driven(setup) else { return Ok(String::new()) };
+fn recurrence(setup: &Setup) -> Result<Option<Fact>, Failure> {
+    let Some(driven) = driven(setup) else { return Ok(None) };
     let name = setup.description.coordinates[driven].name;
     let mut album = Album::new(&setup.description);
     let turned = std::cell::Cell::new(None);
@@ -90,9 +83,9 @@ fn recurrence(setup: &Setup) -> Result<String, Failure> {
     let n = setup.description.coordinates.len();
     if !matches!(outcome.status, Status::Stopped) {
         let t = words::seconds(outcome.end_time);
-        return Ok(format!("\n  cycle      {name} makes no full turn by t = {t}\n"));
+        return Ok(Some(Fact::new("cycle", [format!("{name} makes no full turn by t = {t}")])));
     }
-    let Some(first) = album.frames.first() else { return Ok(String::new()) };
+    let Some(first) = album.frames.first() else { return Ok(None) };
     let (q, qd): (Vec<f64>, Vec<f64>) = (0..n).map(|i| (first[1 + 3 * i], first[2 + 3 * i])).unzip();
     let mut largest = [(0.0, 0); 2];
     for i in 0..n {
@@ -105,19 +98,36 @@ fn recurrence(setup: &Setup) -> Result<String, Failure> {
             }
         }
     }
-    let [(position, _), (rate, fastest)] = largest;
+    let [(position, _), (rate, place)] = largest;
     let scale = qd.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
     let t = words::seconds(outcome.end_time);
-    Ok(if position <= 1e-6 && rate <= 1e-6 * scale {
+    let line = if position <= 1e-6 && rate <= 1e-6 * scale {
         format!(
-            "\n  cycle      after a turn of {name}, at t = {t}, the state is that of the start within {position:.1e} in the \
-             coordinates, {rate:.1e} in the rates\n"
+            "after a turn of {name}, at t = {t}, the state is that of the start within {position:.1e} in the coordinates, \
+             {rate:.1e} in the rates"
         )
     } else {
-        let slowest = setup.description.coordinates[fastest].name;
+        let fastest = setup.description.coordinates[place].name;
+        let [now, then] = [outcome.qd[place], qd[place]];
         format!(
-            "\n  cycle      after a turn of {name}, at t = {t}, the motion does not repeat: {slowest}_dot is {:.7} instead of {:.7}\n",
-            outcome.qd[fastest], qd[fastest]
+            "after a turn of {name}, at t = {t}, the motion does not repeat: {fastest}_dot is {now:.7} instead of {then:.7}"
+        )
+    };
+    let mut lines = vec![line];
+    lines.extend(setup.text.outputs.iter().filter_map(|output| strokes(output, &album, outcome.end_time)));
+    Ok(Some(Fact::new("cycle", lines)))
+}
+
+/// How long the two strokes of an output take in one turn.
+fn strokes(output: &Output, album: &Album, period: f64) -> Option<String> {
+    let (OutputKind::Value(_), Some(e)) = (&output.kind, album.extremes(&output.name)) else { return None };
+    let there = (e.maximum.1 - e.minimum.1).abs();
+    let (slow, fast) = if there > period - there { (there, period - there) } else { (period - there, there) };
+    (fast > 0.0).then(|| {
+        format!(
+            "{}: slow stroke {slow:.6} s, fast one back {fast:.6} s: ratio {:.6} in this motion",
+            output.name,
+            slow / fast
         )
     })
 }

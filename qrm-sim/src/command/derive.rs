@@ -1,0 +1,13 @@
+//! `qrm derive`
+
+use super::{DeriveArguments, Failure, settings};
+use crate::scenes::Scenes;
+
+/// Writes the derivation of a scene's equations of motion.
+pub(super) fn derive(scenes: &Scenes, arguments: &DeriveArguments) -> Result<(), Failure> {
+    let description = settings::scene(scenes, &arguments.scene)?.description();
+    let path = settings::folder(&description, arguments.out.as_deref()).join("derivation.md");
+    super::write(&path, description.derivation.as_bytes()).map_err(|e| Failure::Use(super::unwritable(&path, &e)))?;
+    super::say(&format!("wrote {}", path.display()));
+    Ok(())
+}
