@@ -6,7 +6,7 @@ use crate::formula::{Style, Writer};
 use crate::scene::Scene;
 use crate::term::{Equations, Row, Symbol, Term};
 use crate::words::Words;
-use matrix::{entries, matrix, vector};
+use matrix::{entries, equation, matrix, vector};
 
 /// The whole text.
 pub fn markdown(scene: &Scene, equations: &Equations, source: &str) -> String {
@@ -127,13 +127,13 @@ impl Derivation<'_> {
         }
         text += &format!(
             "\n$$\\bar f = Q + T^{{T}}\\left(F - M\\,(T\\dot q)_q\\,\\dot q\\right)$$\n\n{}\n\nKinetic energy, and the potential \
-             of the loads that have one:\n\n$$E_k = {}$$\n\n$$V = {}$$\n",
+             of the loads that have one:\n\n{}\n\n{}\n",
             self.vector(r"\bar f", r"\bar f", &self.equations.generalized_forces),
-            self.writer.term(&self.equations.energy[0]),
-            self.writer.term(&self.equations.energy[1])
+            self.equation("E_k", &self.equations.energy[0]),
+            self.equation("V", &self.equations.energy[1])
         );
         if !self.equations.power[0].is_zero() {
-            text += &format!("\nPower of the others:\n\n$$P = {}$$\n", self.writer.term(&self.equations.power[0]));
+            text += &format!("\nPower of the others:\n\n{}\n", self.equation("P", &self.equations.power[0]));
         }
         text
     }
@@ -238,13 +238,25 @@ impl Derivation<'_> {
 
     /// `name = vector`, or its entries one by one if that is too much for a page's width.
     fn vector(&self, name: &str, letter: &str, terms: &[Term]) -> String {
-        let rows: Vec<Vec<String>> = self.terms(terms).into_iter().map(|entry| vec![entry]).collect();
-        if matrix::fits(&rows) { format!("$${name} = {}$$", matrix(&rows)) } else { entries(name, letter, &rows) }
+        let rows: Vec<Vec<Term>> = terms.iter().map(|term| vec![term.clone()]).collect();
+        self.array(name, letter, &rows)
     }
 
     fn matrix(&self, name: &str, terms: &[Vec<Term>]) -> String {
+        self.array(name, name, terms)
+    }
+
+    fn array(&self, name: &str, letter: &str, terms: &[Vec<Term>]) -> String {
         let rows: Vec<Vec<String>> = terms.iter().map(|row| self.terms(row)).collect();
-        if matrix::fits(&rows) { format!("$${name} = {}$$", matrix(&rows)) } else { entries(name, name, &rows) }
+        if matrix::fits(&rows) {
+            return format!("$${name} = {}$$", matrix(&rows));
+        }
+        let summands = |row: &Vec<Term>| row.iter().map(|term| self.writer.summands(term)).collect();
+        entries(name, letter, &terms.iter().map(summands).collect::<Vec<Vec<Vec<String>>>>())
+    }
+
+    fn equation(&self, name: &str, term: &Term) -> String {
+        equation(name, &self.writer.summands(term))
     }
 }
 

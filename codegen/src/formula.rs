@@ -76,26 +76,27 @@ impl<'s> Writer<'s> {
 
     /// A term.
     pub fn term(&self, term: &Term) -> String {
-        let Term::Sum(terms) = term else {
-            let fraction = Fraction::new(term);
-            return format!("{}{}", if fraction.is_negative { "-" } else { "" }, self.fraction(fraction));
-        };
+        self.summands(term).concat()
+    }
+
+    /// The parts of a sum, each with its sign; a single part if it is none.
+    pub fn summands(&self, term: &Term) -> Vec<String> {
+        let terms = if let Term::Sum(terms) = term { terms.as_slice() } else { std::slice::from_ref(term) };
         let mut fractions: Vec<Fraction> = terms.iter().map(Fraction::new).collect();
         // A sum that begins with a minus is harder to read.
         if let Some(first) = fractions.iter().position(|f| !f.is_negative) {
             fractions[..=first].rotate_right(1);
         }
-        let mut text = String::new();
-        for fraction in fractions {
-            text += match (text.is_empty(), fraction.is_negative) {
-                (true, false) => "",
-                (true, true) => "-",
-                (false, false) => " + ",
-                (false, true) => " - ",
+        let signed = fractions.into_iter().enumerate().map(|(i, fraction)| {
+            let sign = match (i, fraction.is_negative) {
+                (0, false) => "",
+                (0, true) => "-",
+                (_, false) => " + ",
+                (_, true) => " - ",
             };
-            text += &self.fraction(fraction);
-        }
-        text
+            format!("{sign}{}", self.fraction(fraction))
+        });
+        signed.collect()
     }
 
     /// A symbol.

@@ -70,7 +70,10 @@ impl Observer for Album {
             column.envelope.row(row.t, *number);
             column.tracker.row(row.t, *number);
         }
-        self.corrections.row(row.t, f64::from(row.corrections));
+        // No step leads to the first row.
+        if row.index > 0 {
+            self.corrections.row(row.t, f64::from(row.corrections));
+        }
         if row.index.is_multiple_of(self.every) {
             if self.frames.len() == MOST_FRAMES {
                 let mut place = 0;

@@ -10,6 +10,7 @@ mod digest;
 mod list;
 mod progress;
 mod recorder;
+mod report;
 mod run;
 mod settings;
 mod setup;
@@ -41,6 +42,8 @@ enum Task {
     Run(Box<RunArguments>),
     /// Run a scene and show it moving: animation.html and animation.gif
     Animate(Box<AnimateArguments>),
+    /// Run a scene and put all that is known of it on one page: report.html
+    Report(Box<ReportArguments>),
     /// Check a mechanism: strokes, locks, forces at rest, energy, recurrence
     Check(Box<CheckArguments>),
     /// Print the generated code of a scene
@@ -110,6 +113,15 @@ struct AnimateArguments {
     #[arg(long)]
     no_gif: bool,
     /// Folder for the files [default: out/SCENE]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+#[derive(Args)]
+struct ReportArguments {
+    #[command(flatten)]
+    motion: MotionArguments,
+    /// Folder for the file [default: out/SCENE]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
@@ -187,6 +199,7 @@ pub fn main(scenes: &Scenes) -> ExitCode {
     let result = match Arguments::parse().command.unwrap_or_else(default) {
         Task::Run(arguments) => run::run(scenes, &arguments),
         Task::Animate(arguments) => animate::animate(scenes, &arguments),
+        Task::Report(arguments) => report::report(scenes, &arguments),
         Task::Check(arguments) => check::check(scenes, &arguments),
         Task::Code(arguments) => code::code(scenes, &arguments),
         Task::Derive(arguments) => derive::derive(scenes, &arguments),

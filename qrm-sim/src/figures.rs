@@ -24,6 +24,7 @@ const MOST_CURVES: usize = 6;
 pub(crate) fn groups(scene: &Scene) -> Vec<Group> {
     let mut groups: Vec<Group> = Vec::new();
     let mut add = |file: &str, title: String, quantity: &str, unit: String, curve: (String, String)| {
+        let unit = unit.replace("^2", "²").replace("^3", "³");
         let joins = |group: &&mut Group| group.title == title && group.unit == unit && group.curves.len() < MOST_CURVES;
         if let Some(group) = groups.iter_mut().rev().find(joins) {
             group.curves.push(curve);

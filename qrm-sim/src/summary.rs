@@ -57,15 +57,23 @@ impl<T: Serialize> Serialize for Named<T> {
 }
 
 impl Summary {
-    /// The text of the file.
-    pub(crate) fn text(&self) -> io::Result<String> {
-        let mut text = serde_json::to_string_pretty(self)?;
-        text.push('\n');
-        Ok(text)
-    }
-
     /// Writes the file.
     pub(crate) fn write(&self, path: &Path) -> io::Result<()> {
-        write_whole(path, self.text()?.as_bytes())
+        let mut text = serde_json::to_string_pretty(self)?;
+        text.push('\n');
+        write_whole(path, text.as_bytes())
+    }
+
+    /// The figures that the summary of an earlier run in a folder lists; none if there is no such summary.
+    pub(crate) fn figures_of(folder: &Path) -> Vec<String> {
+        let text = std::fs::read_to_string(folder.join("summary.json")).unwrap_or_default();
+        let summary: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
+        let listed = summary["figures"].as_array().cloned().unwrap_or_default();
+        let names = listed.iter().filter_map(|figure| figure.as_str());
+        // Whatever the file says, nothing else is meant.
+        let is_figure = |name: &&str| {
+            name.strip_prefix("figures/").is_some_and(|name| name.ends_with(".svg") && !name.contains(['/', '\\']))
+        };
+        names.filter(is_figure).map(str::to_owned).collect()
     }
 }

@@ -5,6 +5,7 @@ use std::io::{Error, Write};
 use serde::Serialize;
 use serde_json::ser::{Formatter, Serializer};
 
+use crate::html::escaped;
 use crate::motion::Motion;
 
 /// A whole document that plays the motion: it needs nothing but a browser.
@@ -46,22 +47,6 @@ fn data(motion: &Motion) -> String {
         .serialize(&mut Serializer::with_formatter(&mut bytes, Compact))
         .expect("names and numbers are JSON, and memory takes them");
     String::from_utf8(bytes).expect("JSON is UTF-8")
-}
-
-/// Text as it stands in HTML, between tags and in attributes.
-fn escaped(text: &str) -> String {
-    let mut html = String::with_capacity(text.len());
-    for character in text.chars() {
-        match character {
-            '&' => html.push_str("&amp;"),
-            '<' => html.push_str("&lt;"),
-            '>' => html.push_str("&gt;"),
-            '"' => html.push_str("&quot;"),
-            '\'' => html.push_str("&#39;"),
-            _ => html.push(character),
-        }
-    }
-    html
 }
 
 /// JSON with no more digits than a drawing can show, and without the signs that could end a script element.

@@ -1,4 +1,4 @@
-//! Pictures of recorded motions: figures as SVG, animations as HTML and GIF.
+//! Pictures of recorded motions: figures as SVG, animations as HTML and GIF, reports.
 //!
 //! Knows nothing of mechanisms: what it is given are numbers under names ([`figure::Figure`], [`motion::Motion`]), what
 //! it gives back is text or bytes. The same input gives the same bytes.
@@ -6,4 +6,7 @@
 pub mod animation;
 pub mod figure;
 pub mod gif;
+mod html;
+mod markdown;
 pub mod motion;
+pub mod report;

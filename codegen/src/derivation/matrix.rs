@@ -1,7 +1,21 @@
 //! Matrices in LaTeX.
 
-/// About as many characters of LaTeX fit beside each other on a page.
-const WIDTH: usize = 220;
+/// About as many letters fit beside each other on a page.
+const WIDTH: usize = 90;
+
+/// About how many letters a formula shows: commands are one, braces and the like none.
+fn width(latex: &str) -> usize {
+    let hidden = [r"\left", r"\right", r"\mathit", r"\mathrm", r"\dot", r"\ddot", r"\frac", r"\,"];
+    let bare = hidden.iter().fold(latex.to_owned(), |text, command| text.replace(command, ""));
+    let mut in_command = false;
+    let mut is_seen = |c: &char| {
+        let c = *c;
+        let begins = c == '\\';
+        in_command = begins || in_command && c.is_ascii_alphabetic();
+        begins || !in_command && !"{}_^ ".contains(c)
+    };
+    bare.chars().filter(|c| is_seen(c)).count()
+}
 
 /// The name of a point.
 pub(super) fn name(point: &str) -> String {
@@ -22,12 +36,30 @@ pub(super) fn matrix(rows: &[Vec<String>]) -> String {
 /// Whether a matrix is narrow enough to be read at once.
 pub(super) fn fits(rows: &[Vec<String>]) -> bool {
     let columns = rows.first().map_or(0, Vec::len);
-    let width = |column: usize| rows.iter().map(|row| row[column].len()).max().unwrap_or(0);
-    columns <= 8 && (0..columns).map(width).sum::<usize>() <= WIDTH
+    let widest = |column: usize| rows.iter().map(|row| width(&row[column])).max().unwrap_or(0);
+    (0..columns).map(|column| widest(column) + 4).sum::<usize>() <= WIDTH
+}
+
+/// `name = formula`, on several lines if the formula is long.
+pub(super) fn equation(name: &str, summands: &[String]) -> String {
+    let whole = summands.concat();
+    if width(&whole) <= WIDTH {
+        return format!("$${name} = {whole}$$");
+    }
+    let mut lines: Vec<String> = Vec::new();
+    let mut line = String::new();
+    for summand in summands {
+        if !line.is_empty() && width(&line) + width(summand) > WIDTH {
+            lines.push(std::mem::take(&mut line));
+        }
+        line += summand;
+    }
+    lines.push(line);
+    format!(r"$$\begin{{aligned}} {name} ={{}}& {} \end{{aligned}}$$", lines.join(r" \\ & "))
 }
 
 /// The entries that are not zero, each by itself.
-pub(super) fn entries(name: &str, letter: &str, rows: &[Vec<String>]) -> String {
+pub(super) fn entries(name: &str, letter: &str, rows: &[Vec<Vec<String>>]) -> String {
     let columns = rows.first().map_or(0, Vec::len);
     let mut text = if name == letter { String::new() } else { format!("$${name} = {letter}$$\n\n") };
     let mut is_zero = true;
@@ -35,9 +67,10 @@ pub(super) fn entries(name: &str, letter: &str, rows: &[Vec<String>]) -> String 
         columns > 1 && columns == rows.len() && (0..columns).all(|i| (0..i).all(|j| rows[i][j] == rows[j][i]));
     for (i, row) in rows.iter().enumerate() {
         let from = if is_symmetric { i } else { 0 };
-        for (j, entry) in row.iter().enumerate().skip(from).filter(|(_, entry)| *entry != "0") {
+        for (j, entry) in row.iter().enumerate().skip(from).filter(|(_, entry)| entry[..] != ["0"]) {
             let index = if columns == 1 { format!("{}", i + 1) } else { format!("{},{}", i + 1, j + 1) };
-            text += &format!("$${{{letter}}}_{{{index}}} = {entry}$$\n\n");
+            text += &equation(&format!("{{{letter}}}_{{{index}}}"), entry);
+            text += "\n\n";
             is_zero = false;
         }
     }

@@ -7,9 +7,9 @@ use qrm_mechanism::Description;
 use super::words::seconds;
 use crate::summary::Summary;
 
-/// The text that a run prints.
-pub(super) fn digest(summary: &Summary, description: &Description, out: &Path, has_summary: bool) -> String {
-    let Summary { steps, rows, run_seconds, max_residual_position, max_residual_velocity, .. } = summary;
+/// How a run went.
+pub(super) fn facts(summary: &Summary) -> [(&'static str, String); 6] {
+    let Summary { steps, run_seconds, max_residual_position, max_residual_velocity, .. } = summary;
     let per_step = run_seconds * 1e9 / (*steps).max(1) as f64;
     let error = match summary.estimated_error {
         Some(error) => format!("about {error:.1e} in the coordinates, judged by a run at twice the step"),
@@ -19,7 +19,7 @@ pub(super) fn digest(summary: &Summary, description: &Description, out: &Path, h
         Some(drift) => format!("constant within {drift:.1e} J"),
         None => "not constant: some loads have no potential".to_owned(),
     };
-    let facts = [
+    [
         ("end", summary.message.clone()),
         ("method", format!("RK4, {steps} steps of {}, projection: {}", seconds(summary.step), summary.projection)),
         ("time", format!("{:.3} ms for the integration, {per_step:.0} ns a step", run_seconds * 1e3)),
@@ -29,9 +29,14 @@ pub(super) fn digest(summary: &Summary, description: &Description, out: &Path, h
             format!("at most {max_residual_position:.1e} of a constraint, {max_residual_velocity:.1e} of its rate"),
         ),
         ("energy", energy),
-    ];
+    ]
+}
+
+/// The text that a run prints.
+pub(super) fn digest(summary: &Summary, description: &Description, out: &Path, has_summary: bool) -> String {
+    let rows = summary.rows;
     let mut text = format!("{}: {}\n\n", summary.scene, description.doc);
-    for (what, fact) in facts {
+    for (what, fact) in facts(summary) {
         text += &format!("  {what:8}  {fact}\n");
     }
     if !description.outputs.is_empty() {
@@ -50,7 +55,7 @@ pub(super) fn digest(summary: &Summary, description: &Description, out: &Path, h
         text += &format!("\nwarning: {warning}\n");
     }
     let mut files = Vec::new();
-    if *rows > 0 {
+    if rows > 0 {
         files.push(format!("{} ({rows} rows)", out.join("trajectory.csv").display()));
     }
     if has_summary {
@@ -66,6 +71,6 @@ pub(super) fn digest(summary: &Summary, description: &Description, out: &Path, h
 }
 
 /// A number in the width of a column.
-fn number(value: f64) -> String {
+pub(super) fn number(value: f64) -> String {
     if value == 0.0 || (1e-4..1e6).contains(&value.abs()) { format!("{value:.7}") } else { format!("{value:.6e}") }
 }

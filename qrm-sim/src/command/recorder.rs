@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use qrm_mechanism::Description;
 
 use crate::observer::{Observer, Row};
+use crate::summary::Summary;
 use crate::trajectory::{Trajectory, numbers};
 
 /// An observer that writes `trajectory.csv`.
@@ -34,13 +35,16 @@ impl Recorder {
         }
     }
 
-    /// Makes the folder, and removes the summary of an earlier run: it would not belong to the new rows.
+    /// Makes the folder, and removes the summary and the figures of an earlier run: they would not belong to the new rows.
     fn prepare(&self) -> io::Result<()> {
         std::fs::create_dir_all(&self.folder)?;
-        match std::fs::remove_file(self.folder.join("summary.json")) {
-            Err(e) if e.kind() != io::ErrorKind::NotFound => Err(e),
-            _ => Ok(()),
+        for file in Summary::figures_of(&self.folder).into_iter().chain(["summary.json".to_owned()]) {
+            match std::fs::remove_file(self.folder.join(file)) {
+                Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(e),
+                _ => {}
+            }
         }
+        Ok(())
     }
 
     /// The file is made with the first row: a run that cannot start leaves an earlier trajectory alone.

@@ -34,7 +34,7 @@ pub(super) fn facts(setup: &Setup) -> Result<Vec<Fact>, Failure> {
         facts.extend(needs(setup));
     }
     facts.extend(strokes(setup, &turn, &driven));
-    facts.extend(at_rest(&turn, &driven));
+    facts.push(at_rest(&turn, &driven));
     Ok(facts)
 }
 
@@ -125,11 +125,13 @@ fn strokes(setup: &Setup, turn: &Turn, driven: &QuantityDescription) -> Vec<Fact
     facts
 }
 
-fn at_rest(turn: &Turn, driven: &QuantityDescription) -> Option<Fact> {
-    let e = extremes(turn, |sample| sample.balance)?;
+fn at_rest(turn: &Turn, driven: &QuantityDescription) -> Fact {
+    let what = format!("torque on {} that balances the loads", driven.name);
+    let found = extremes(turn, |sample| sample.balance).filter(|_| turn.range.is_none());
+    let Some(e) = found else { return Fact::new("at rest", [what + ": grows beyond all bounds where it locks"]) };
     let unit = unit_of_force(driven.unit);
-    let at = |(value, angle): (f64, f64)| format!("{value:.7} {unit} at {} = {}", driven.name, whole(angle));
-    let lines = [format!("torque on {} that balances the loads", driven.name), at(e.minimum), at(e.maximum)];
-    let [title, low, high] = lines;
-    Some(Fact::new("at rest", [title + ":", format!("smallest  {low}"), format!("largest   {high}")]))
+    let line = |which: &str, (value, angle): (f64, f64)| {
+        format!("{which}  {value:.7} {unit} at {} = {}", driven.name, whole(angle))
+    };
+    Fact::new("at rest", [what + ":", line("smallest", e.minimum), line("largest ", e.maximum)])
 }

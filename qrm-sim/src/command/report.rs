@@ -1,0 +1,78 @@
+//! `qrm report`
+
+use qrm_view::report::{Content, Report, Section, page};
+
+use super::progress::Progress;
+use super::setup::Setup;
+use super::{Failure, ReportArguments, account, check, digest};
+use crate::album::Album;
+use crate::animation::motion;
+use crate::scenes::Scenes;
+use crate::summary::Summary;
+
+/// Runs a scene and writes everything that is known of it on one page.
+pub(super) fn report(scenes: &Scenes, arguments: &ReportArguments) -> Result<(), Failure> {
+    let setup = Setup::new(scenes, &arguments.motion)?;
+    let path = setup.folder(arguments.out.as_deref()).join("report.html");
+    let mut observer = (Progress::new(), Album::new(&setup.description));
+    let outcome = setup.simulate(true, &mut observer)?;
+    let album = observer.1;
+    let summary = account::summary(&setup, &outcome, &album);
+    let mut sections = vec![run(&setup, &summary)];
+    let motion = if album.frames.len() > 1 {
+        Some(motion(&setup.text, &setup.parameters(), &album).map_err(|e| Failure::Run(format!("error: {e}")))?)
+    } else {
+        None
+    };
+    if let Some(motion) = &motion {
+        sections.push(Section { heading: "Motion".to_owned(), contents: vec![Content::Animation(motion)] });
+        let figures = account::figures(&setup, &outcome, &album).into_iter().map(|(name, figure)| match figure.svg() {
+            Ok(svg) => Content::Figure(svg),
+            Err(reason) => Content::Warning(format!("{name} cannot be drawn: {reason}")),
+        });
+        sections.push(Section { heading: "Figures".to_owned(), contents: figures.collect() });
+    }
+    let facts = check::facts(&setup)?.into_iter().map(|fact| (fact.topic, fact.lines)).collect();
+    sections.push(Section { heading: "Mechanism".to_owned(), contents: vec![Content::Facts(facts)] });
+    sections.push(parameters(&setup, &summary));
+    let derivation = vec![Content::Markdown(setup.description.derivation)];
+    sections.push(Section { heading: "Derivation".to_owned(), contents: derivation });
+    let (title, doc) = (setup.description.name.to_owned(), setup.description.doc.to_owned());
+    let html = page(&Report { title, doc, sections });
+    super::write(&path, html.as_bytes()).map_err(|e| Failure::Use(super::unwritable(&path, &e)))?;
+    super::say(&format!("{}: {}\n", summary.scene, summary.message));
+    super::say(&format!("wrote {} ({} kB)", path.display(), html.len().div_ceil(1000)));
+    account::problem(&outcome, &summary).map_or(Ok(()), |problem| Err(Failure::Run(problem)))
+}
+
+fn run(setup: &Setup, summary: &Summary) -> Section<'static> {
+    let facts = digest::facts(summary).into_iter().map(|(topic, line)| (topic.to_owned(), vec![line]));
+    let mut contents = vec![Content::Facts(facts.collect())];
+    contents.extend(summary.warnings.iter().cloned().map(Content::Warning));
+    let extremes = |name: &str| summary.extremes.0.iter().find(|(column, _)| column == name).map(|(_, e)| e);
+    let rows = setup.description.outputs.iter().filter_map(|output| {
+        let e = extremes(output.name)?;
+        let [low, high] = [e.min, e.max].map(digest::number);
+        let [at_low, at_high] = [e.min_time, e.max_time].map(|t| format!("{t:.6}"));
+        Some(vec![output.name.to_owned(), low, at_low, high, at_high, output.unit.to_owned()])
+    });
+    let rows: Vec<Vec<String>> = rows.collect();
+    if !rows.is_empty() {
+        contents.push(table(["output", "minimum", "at t (s)", "maximum", "at t (s)", "unit"], rows));
+    }
+    Section { heading: "Run".to_owned(), contents }
+}
+
+fn parameters(setup: &Setup, summary: &Summary) -> Section<'static> {
+    let described = setup.description.parameters.iter().zip(&summary.parameters.0);
+    let row = |(p, (name, value)): (&qrm_mechanism::ParameterDescription, &(String, f64))| {
+        vec![name.clone(), format!("{value}"), p.unit.to_owned(), p.doc.to_owned()]
+    };
+    let rows = described.map(row).collect();
+    let contents = vec![table(["parameter", "value", "unit", "meaning"], rows)];
+    Section { heading: "Parameters".to_owned(), contents }
+}
+
+fn table<const COLUMNS: usize>(head: [&str; COLUMNS], rows: Vec<Vec<String>>) -> Content<'static> {
+    Content::Table { head: head.map(str::to_owned).to_vec(), rows }
+}
