@@ -66,9 +66,9 @@ error: `--set O2A` needs a number, but `0/0` gives NaN
         &["run", "--set", "m3=-1"],
         str![[r#"
 error: body `block` has a negative mass
-  --> scenes/quick-return.toml:40:20
+  --> scenes/quick-return.toml:42:20
    |
-40 | block  = { mass = 'm3', com = 'A', angle = 'phi4', inertia = 'J3' }
+42 | block  = { mass = 'm3', com = 'A', angle = 'phi4', inertia = 'J3' }
    |                    ^^ its value is -1
    |
    = help: a mass must be zero or positive
@@ -139,9 +139,9 @@ fn a_mechanism_that_cannot_be_assembled() {
         &["run", "--set", "yC=1.3"],
         str![[r#"
 error: the mechanism cannot be assembled: constraint `guide` stays 0.117565 m from closed
-  --> scenes/quick-return.toml:47:23
+  --> scenes/quick-return.toml:49:23
    |
-47 | guide = { residual = 'C.y - yC', unit = "m", doc = "the ram stays on its guide" }
+49 | guide = { residual = 'C.y - yC', unit = "m", doc = "the ram stays on its guide" }
    |                       ^^^^^^^^ not zero anywhere near the first guesses; nearest at phi2 = 0.000000, phi4 = 0.982794, phi5 = 1.570796
    |
    = help: check the lengths that occur here, or start from other guesses in [initial]
@@ -279,11 +279,13 @@ fn without_arguments_the_document_s_scene_is_run() {
     let output = qrm(&[]).current_dir(folder.path()).output().expect("the command starts");
     assert_eq!(output.status.code(), Some(0));
     let said = text(&output.stdout);
-    assert!(
-        said.contains("wrote out/quick-return/trajectory.csv (1757 rows) and out/quick-return/summary.json"),
-        "{said}"
-    );
+    let files = "wrote out/quick-return/trajectory.csv (1757 rows)
+      out/quick-return/summary.json
+      out/quick-return/figures (rates, x6, x6_dot, x6_ddot, v_slide, reactions, health)
+";
+    assert!(said.contains(files), "{said}");
     assert!(folder.path().join("out/quick-return/trajectory.csv").exists());
+    assert!(folder.path().join("out/quick-return/figures/reactions.svg").exists());
 }
 
 #[test]

@@ -51,7 +51,11 @@ fn guessed(stage: &mut Stage) -> Vec<Shape> {
             ([], [coordinate]) => match course(stage, place, *coordinate) {
                 Course::Circle(centre) => {
                     let centre = stage.fixed(centre);
-                    shapes.extend([Shape::Pivot { node: centre }, Shape::Link { name, nodes: vec![centre, node] }]);
+                    let has_pivot = |shape: &Shape| matches!(shape, Shape::Pivot { node } if *node == centre);
+                    if !shapes.iter().any(has_pivot) {
+                        shapes.push(Shape::Pivot { node: centre });
+                    }
+                    shapes.push(Shape::Link { name, nodes: vec![centre, node] });
                     stage.nodes[node].is_traced = true;
                 }
                 Course::Line(from, to) => {
@@ -115,5 +119,75 @@ fn course(stage: &Stage, point: usize, coordinate: usize) -> Course {
         Course::Line(from, to)
     } else {
         Course::Other
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use qrm_codegen::resolve;
+
+    const SCENE: &str = r#"
+name = "drawn"
+coordinates = ["phi", { name = "s", unit = "m" }, "psi"]
+[points]
+O = ['0', '0.3']
+A = ['0.2*cos(phi)', '0.3 + 0.2*sin(phi)']
+B = ['A.x + 0.6*cos(psi)', 'A.y + 0.6*sin(psi)']
+S = ['s*cos(0.5)', 's*sin(0.5)']
+D = ['s*cos(phi)', 's*sin(phi)']
+[bodies]
+all = { mass = 1, com = "D", angle = 'psi', inertia = 1 }
+[initial]
+given = { phi = 0, s = 1, psi = 0, phi_dot = 1, s_dot = 1, psi_dot = 1 }
+[run]
+step = 1
+end_time = 2
+"#;
+
+    /// Rows of a trajectory: time, then position, rate and acceleration of each coordinate.
+    fn frames() -> Vec<Vec<f64>> {
+        let frame = |t: f64| vec![t, t, 1.0, 0.0, 1.0 + 0.5 * t, 0.5, 0.0, -t, -1.0, 0.0];
+        [0.0, 1.0, 2.0].map(frame).into()
+    }
+
+    #[test]
+    fn joints_are_found_from_points() {
+        let (scene, _) = resolve::read("drawn.toml", SCENE).expect("the scene is right");
+        let frames = frames();
+        let mut stage = Stage::new(&scene, &[], &frames);
+        let shapes = draw(&mut stage);
+        let node = |name: &str| stage.nodes.iter().position(|n| n.name == name).expect(name);
+        let links: Vec<Vec<usize>> = shapes
+            .iter()
+            .filter_map(|shape| if let Shape::Link { nodes, .. } = shape { Some(nodes.clone()) } else { None })
+            .collect();
+        // The crank turns about O, which is a point already; the rod hangs on the crank.
+        assert_eq!(links, [[node("O"), node("A")], [node("A"), node("B")]]);
+        assert_eq!(shapes.iter().filter(|shape| matches!(shape, Shape::Pivot { .. })).count(), 1);
+        let guides: Vec<&Shape> = shapes.iter().filter(|shape| matches!(shape, Shape::Guide { .. })).collect();
+        let [Shape::Guide { nodes }] = guides[..] else { panic!("one guide: {shapes:?}") };
+        let end = &stage.nodes[nodes[1]];
+        assert!((end.x[0] - 2.0 * 0.5_f64.cos()).abs() < 1e-12 && (end.y[0] - 2.0 * 0.5_f64.sin()).abs() < 1e-12);
+        let angle =
+            shapes.iter().find_map(|shape| if let Shape::Block { angle, .. } = shape { Some(angle[0]) } else { None });
+        assert!((angle.expect("a block") - 0.5).abs() < 1e-12);
+        // What two coordinates move is only followed.
+        assert!(stage.nodes[node("D")].is_traced && stage.nodes[node("B")].is_traced);
+        assert!(matches!(shapes.last(), Some(Shape::Mass { node: at, .. }) if *at == node("D")));
+    }
+
+    #[test]
+    fn a_scene_that_says_what_to_draw_gets_that() {
+        let text =
+            format!("{SCENE}[drawing]\nbar = {{ link = [\"O\", ['1', '2'], \"A\"] }}\npath = {{ path = \"A\" }}\n");
+        let (scene, _) = resolve::read("drawn.toml", &text).expect("the scene is right");
+        let frames = frames();
+        let mut stage = Stage::new(&scene, &[], &frames);
+        let shapes = draw(&mut stage);
+        assert!(matches!(&shapes[..], [Shape::Link { name, nodes }] if name == "bar" && nodes.len() == 3));
+        let traced: Vec<&str> = stage.nodes.iter().filter(|n| n.is_traced).map(|n| n.name.as_str()).collect();
+        assert_eq!(traced, ["A"]);
+        assert_eq!((stage.nodes[0].x.len(), stage.nodes[2].x.len()), (1, 3));
     }
 }

@@ -57,8 +57,13 @@ impl<'s> Stage<'s> {
         self.add(Node { name: String::new(), is_traced: false, x, y })
     }
 
-    /// The node of a place that never moves.
+    /// The node of a place that never moves, found up to rounding errors.
     pub(crate) fn fixed(&mut self, [x, y]: [f64; 2]) -> usize {
+        let near = |a: f64, b: f64| (a - b).abs() <= 1e-9 * (1e-6 + a.abs().max(b.abs()));
+        let is_there = |node: &Node| node.x.len() == 1 && node.y.len() == 1 && near(node.x[0], x) && near(node.y[0], y);
+        if let Some(place) = self.nodes.iter().position(is_there) {
+            return place;
+        }
         self.add(Node { name: String::new(), is_traced: false, x: vec![x], y: vec![y] })
     }
 

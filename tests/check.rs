@@ -1,0 +1,109 @@
+//! What `qrm check` says, against exact values and closed forms.
+
+mod common;
+
+use std::f64::consts::TAU;
+
+use common::{Table, near, qrm};
+
+/// What a successful `qrm check ARGUMENTS` prints.
+fn check(arguments: &[&str]) -> String {
+    let output = qrm(&["check"]).args(arguments).output().expect("the command starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).expect("text")
+}
+
+/// The number that follows a text.
+#[track_caller]
+fn after(text: &str, lead: &str) -> f64 {
+    let rest = text.split_once(lead).unwrap_or_else(|| panic!("`{lead}` is not in\n{text}")).1.trim_start();
+    let end = rest.find(|c: char| !c.is_ascii_digit() && !".-+e".contains(c)).unwrap_or(rest.len());
+    rest[..end].trim_end_matches('.').parse().unwrap_or_else(|_| panic!("no number after `{lead}` in\n{text}"))
+}
+
+#[test]
+fn forces_at_rest_are_the_exact_ones() {
+    let exact = Table::reference("quick-return-statics.csv");
+    for row in 0..exact.rows.len() {
+        let text = check(&["--static", &format!("phi2={}deg", exact.text(row, "phi2_deg"))]);
+        for (lead, column) in
+            [("on phi2", "T2"), ("phi4", "phi4"), ("phi5", "phi5"), ("x6", "x6"), ("N3", "N3"), ("N6", "N6")]
+        {
+            let expected = exact.number(row, column);
+            near(&format!("{column} in row {row}"), after(&text, lead), expected, 1e-9 * expected.abs().max(1.0));
+        }
+    }
+}
+
+#[test]
+fn balance_is_the_work_of_the_loads() {
+    // By virtual work the torque is -F dx6/dphi2; the derivative by differences of positions that are closed anew.
+    let x6 = |angle: f64| after(&check(&["--static", &format!("phi2={angle}")]), "x6");
+    let (angle, h) = (0.7, 1e-3);
+    let slope = (8.0 * (x6(angle + h) - x6(angle - h)) - x6(angle + 2.0 * h) + x6(angle - 2.0 * h)) / (12.0 * h);
+    near("torque", after(&check(&["--static", "phi2=0.7"]), "on phi2"), -1000.0 * slope, 1e-4);
+    // Gravity and a torque on the crank are loads like others.
+    let loaded = ["quick-return-loaded", "--set", "g=9.81", "--set", "T2=100", "--static", "phi2=0.7"];
+    let (with, without) = (check(&loaded), check(&[&loaded[..3], &loaded[5..]].concat()));
+    near("T2", after(&with, "on phi2"), after(&without, "on phi2") - 100.0, 1e-7);
+}
+
+#[test]
+fn the_ram_has_its_stroke_and_time_ratio() {
+    let text = check(&[]);
+    // The ram stands still where the crank is at right angles to the rocker.
+    let from_below = (2.0_f64 / 3.0).acos();
+    let [first, second] = [0.75 * TAU - from_below, 0.75 * TAU + from_below];
+    near("one dead point", after(&text, "-0.9324202 m at phi2 = "), first.to_degrees(), 1e-3);
+    near("the other", after(&text, "0.0009132 m at phi2 = "), second.to_degrees(), 1e-3);
+    near("time ratio", after(&text, "during 96.3794 deg: ratio "), (TAU - (second - first)) / (second - first), 2e-6);
+    near("stroke", after(&text, "stroke    "), 0.000913160692004732 + 0.932420172641328601, 1e-7);
+    assert!(text.contains("energy   kinetic and potential: constant within 1.3e-6 J"), "{text}");
+    near("a turn", after(&text, "after a turn of phi2, at t = "), 0.877997139511224, 1e-9);
+}
+
+#[test]
+fn a_full_turn_needs_certain_lengths() {
+    let text = check(&[]);
+    near("BC", after(&text, "BC >= "), 0.378250805249050, 6e-9);
+    near("O4B", after(&text, "<= O4B <= "), 1.5, 6e-9);
+    near("yC", after(&text, "<= yC <= "), 0.6 + 0.7 * (1.0_f64 - 4.0 / 9.0).sqrt(), 6e-9);
+    let locked = check(&["--set", "BC=0.37"]);
+    // It locks where the rod points straight up, on both sides.
+    let angle = after(&locked, "it can move from ").to_radians();
+    let rocker = ((0.3 + 0.2 * angle.sin()) / (0.2 * angle.cos())).atan();
+    near("height of B", 0.7 * rocker.sin(), 0.9 - 0.37, 1e-6);
+    near("the other end", after(&locked, "holds it, to "), 180.0 - angle.to_degrees(), 1e-3);
+    assert!(locked.contains("where constraint `guide` holds it"), "{locked}");
+    assert!(check(&["--set", "BC=0.3783"]).contains("turns all the way"), "just long enough");
+    assert!(check(&["--set", "BC=0.3782"]).contains("locks"), "just too short");
+}
+
+#[test]
+fn work_of_a_damper_is_balanced() {
+    let text = check(&["quick-return-loaded", "--set", "cd=50"]);
+    let (change, work) = (after(&text, "energy   changes by "), after(&text, "do work of "));
+    assert!(change < -100.0, "{text}");
+    near("work", work, change, 1e-5);
+    assert!(text.contains("the motion does not repeat"), "{text}");
+}
+
+#[test]
+fn positions_that_cannot_be_asked_for() {
+    for (position, said) in [
+        ("phi2", "`phi2` has no `=`"),
+        ("phi4=1", "`phi4` follows from the constraints"),
+        ("ph2=1", "did you mean `phi2`?"),
+        ("phi2=x", "contains the name `x`"),
+        ("phi2=1/0", "gives inf"),
+    ] {
+        let output = qrm(&["check", "--static", position]).output().expect("the command starts");
+        let error = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{position}: {error}");
+        assert!(error.contains(said), "{position}: {error}");
+    }
+    let beyond = qrm(&["check", "--set", "BC=0.37", "--static", "phi2=270deg"]).output().expect("the command starts");
+    let error = String::from_utf8_lossy(&beyond.stderr).into_owned();
+    assert_eq!(beyond.status.code(), Some(2), "{error}");
+    assert!(error.contains("the mechanism locks at phi2 = 209.27"), "{error}");
+}

@@ -1,0 +1,133 @@
+//! What there is to read and to watch: code, derivation, animation, report.
+
+mod common;
+
+use common::qrm;
+use tempfile::TempDir;
+
+/// Runs `qrm ARGUMENTS --out` into a fresh folder, which must succeed.
+fn into_folder(arguments: &[&str]) -> TempDir {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let output = qrm(arguments).arg("--out").arg(folder.path()).output().expect("the command starts");
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    folder
+}
+
+/// What `qrm ARGUMENTS` prints.
+fn printed(arguments: &[&str]) -> String {
+    let output = qrm(arguments).output().expect("the command starts");
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).expect("text")
+}
+
+const CODE: &str = include_str!("../qrm-model/golden/quick_return.rs");
+const DERIVATION: &str = include_str!("../qrm-model/golden/quick_return.md");
+
+#[test]
+fn code_is_printed_whole_or_in_parts() {
+    assert_eq!(printed(&["code"]), CODE);
+    let part = printed(&["code", "quick-return", "com_jacobian"]);
+    assert!(part.starts_with("/// The transformation matrix of the TMT method") && part.ends_with("\n}\n"), "{part}");
+    assert!(CODE.contains(part.trim_end()), "a part of the whole");
+    // Symbols of the literature lead to the same functions.
+    for (symbol, function) in [("T", "com_jacobian"), ("C_q", "constraint_jacobian"), ("Mbar", "mass_matrix")] {
+        assert_eq!(
+            printed(&["code", "quick-return", symbol]),
+            printed(&["code", "quick-return", function]),
+            "{symbol}"
+        );
+    }
+    let whole = printed(&["code", "quick-return", "QuickReturn"]);
+    assert!(
+        whole.contains("pub struct QuickReturn") && whole.contains("impl Mechanism<3, 2> for QuickReturn"),
+        "{whole}"
+    );
+}
+
+#[test]
+fn code_has_colours_on_a_terminal_only() {
+    let plain = printed(&["code", "quick-return", "mass_matrix"]);
+    assert!(!plain.contains('\u{1b}'));
+    let coloured =
+        qrm(&["code", "quick-return", "mass_matrix"]).env("CLICOLOR_FORCE", "1").output().expect("it starts");
+    let coloured = String::from_utf8(coloured.stdout).expect("text");
+    assert!(coloured.contains("\u{1b}[35mlet\u{1b}[0m"), "{coloured}");
+    let mut bare = coloured;
+    while let Some(start) = bare.find('\u{1b}') {
+        let end = start + bare[start..].find('m').expect("the end of a colour");
+        bare.replace_range(start..=end, "");
+    }
+    assert_eq!(bare, plain);
+}
+
+#[test]
+fn unknown_parts_are_errors() {
+    let output = qrm(&["code", "quick-return", "com_jacobien"]).output().expect("the command starts");
+    let error = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(error.contains("has no part `com_jacobien`") && error.contains("did you mean `com_jacobian`?"), "{error}");
+}
+
+#[test]
+fn the_derivation_is_written() {
+    let folder = into_folder(&["derive", "quick-return"]);
+    let written = std::fs::read_to_string(folder.path().join("derivation.md")).expect("a derivation");
+    assert_eq!(written, DERIVATION);
+    // Entries that can be worked out by hand.
+    for formula in [
+        r"{\bar M}_{1,1} = J_{2} + \mathit{O_{2}A}^{2}\,m_{3}",
+        r"\frac{\partial^{2} C_{2}}{\partial \varphi_{5}^{2}} = -\mathit{BC}\,\sin \varphi_{5}",
+        r"r = \sqrt{2\,\mathit{O_{2}A}\,\mathit{O_{4}O_{2}}\,\sin \varphi_{2} + \mathit{O_{2}A}^{2} + \mathit{O_{4}O_{2}}^{2}}",
+        r"\frac{\partial^{2} C_{1}}{\partial \varphi_{4}^{2}} = r\,\cos \varphi_{4}",
+    ] {
+        assert!(written.contains(formula), "{formula}");
+    }
+}
+
+#[test]
+fn an_animation_is_one_page_and_a_picture() {
+    for scene in ["quick-return", "quick-return-loaded"] {
+        let folder = into_folder(&["animate", scene]);
+        let page = std::fs::read_to_string(folder.path().join("animation.html")).expect("a page");
+        assert!(page.len() < 2_000_000, "{} bytes", page.len());
+        stands_alone(&page);
+        for name in ["crank", "rocker", "rod", "block", "ram", "N3", "N6", "cutting", "phi4_dot"] {
+            assert!(page.contains(&format!("\"name\":\"{name}\"")), "{name}");
+        }
+        let gif = std::fs::read(folder.path().join("animation.gif")).expect("a picture");
+        assert!(gif.starts_with(b"GIF89a") && gif.len() < 2_000_000, "{} bytes", gif.len());
+    }
+    let folder = into_folder(&["animate", "--no-gif"]);
+    assert!(!folder.path().join("animation.gif").exists());
+}
+
+#[test]
+fn a_report_holds_everything_on_one_page() {
+    let folder = into_folder(&["report", "quick-return", "--set", "w0=9"]);
+    let page = std::fs::read_to_string(folder.path().join("report.html")).expect("a page");
+    assert!(page.len() < 2_000_000, "{} bytes", page.len());
+    stands_alone(&page);
+    for part in ["<h2>Run</h2>", "<h2>Motion</h2>", "<h2>Figures</h2>", "<h2>Mechanism</h2>", "<h2>Derivation</h2>"] {
+        assert!(page.contains(part), "{part}");
+    }
+    assert_eq!(page.matches("<svg xmlns").count(), 7, "figures");
+    // Every formula of the derivation could be set.
+    assert!(page.matches("<math").count() > 60 && !page.contains("<merror") && !page.contains("<code>\\"), "formulae");
+}
+
+/// Asserts that a page loads nothing.
+fn stands_alone(page: &str) {
+    let outside = page.replace("http://www.w3.org/", "");
+    assert!(
+        !outside.contains("http:") && !outside.contains("https:") && !outside.contains("src="),
+        "needs the network"
+    );
+}
+
+#[test]
+fn a_motion_without_a_second_row_cannot_be_shown() {
+    let output = qrm(&["animate", "--until", "phi2 >= -1"]).output().expect("the command starts");
+    let error = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(error.contains("there is nothing to show"), "{error}");
+}
