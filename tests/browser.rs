@@ -48,7 +48,7 @@ fn the_animation_shows_the_exact_position() {
     let written = qrm(&["animate", "--no-gif", "--out"]).arg(folder.path()).output().expect("the command starts");
     assert!(written.status.success());
     let exact = Table::reference("quick-return-states.csv");
-    for t in [0.1, 0.5, 0.7] {
+    for t in [0.1, 0.5, 1.0] {
         let row = (0..exact.rows.len()).find(|&row| (exact.number(row, "t") - t).abs() < 1e-12).expect("a state");
         let document = opened(folder.path(), &format!("animation.html#t={t}"));
         near("time shown", between(&document, "data-time=\"", "\"").parse().expect("a number"), t, 1e-9);

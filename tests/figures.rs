@@ -58,7 +58,7 @@ fn curve(run: &Run, file: &str, name: &str) -> Curve {
 /// A number as figures write it: `−9.1316×10⁻⁴`.
 fn number_in(label: &str) -> f64 {
     let digits = ["⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"];
-    let plain = label.replace('−', "-").replace('⁻', "-").replace("×10", "e");
+    let plain = label.replace(['−', '⁻'], "-").replace("×10", "e");
     let plain = digits.iter().zip(0..).fold(plain, |text, (digit, value)| text.replace(digit, &format!("{value}")));
     plain.parse().unwrap_or_else(|_| panic!("`{label}` is no number"))
 }
