@@ -75,10 +75,10 @@ fn the_derivation_is_written() {
     assert_eq!(written, DERIVATION);
     // Entries that can be worked out by hand.
     for formula in [
-        r"{\bar M}_{1,1} = J_{2} + \mathit{O_{2}A}^{2}\,m_{3}",
-        r"\frac{\partial^{2} C_{2}}{\partial \varphi_{5}^{2}} = -\mathit{BC}\,\sin \varphi_{5}",
+        r"{\bar{\mathbf{M}}}_{1,1} = J_{2} + \mathit{O_{2}A}^{2}\,m_{3}",
+        r"\frac{\partial^{2} C_{\mathrm{guide}}}{\partial \varphi_{5}^{2}} = -\mathit{BC}\,\sin \varphi_{5}",
         r"r = \sqrt{2\,\mathit{O_{2}A}\,\mathit{O_{4}O_{2}}\,\sin \varphi_{2} + \mathit{O_{2}A}^{2} + \mathit{O_{4}O_{2}}^{2}}",
-        r"\frac{\partial^{2} C_{1}}{\partial \varphi_{4}^{2}} = r\,\cos \varphi_{4}",
+        r"\frac{\partial^{2} C_{\mathrm{slot}}}{\partial \varphi_{4}^{2}} = r\,\cos \varphi_{4}",
     ] {
         assert!(written.contains(formula), "{formula}");
     }
@@ -129,5 +129,5 @@ fn a_motion_without_a_second_row_cannot_be_shown() {
     let output = qrm(&["animate", "--until", "phi2 >= -1"]).output().expect("the command starts");
     let error = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(1));
-    assert!(error.contains("there is nothing to show"), "{error}");
+    assert!(error.contains("there is no motion to compute"), "{error}");
 }

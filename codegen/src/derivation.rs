@@ -6,7 +6,7 @@ use crate::formula::{Style, Writer};
 use crate::scene::Scene;
 use crate::term::{Equations, Row, Symbol, Term};
 use crate::words::Words;
-use matrix::{entries, equation, matrix, vector};
+use matrix::{entries, equation, formula, matrix, vector};
 
 /// The whole text.
 pub fn markdown(scene: &Scene, equations: &Equations, source: &str) -> String {
@@ -39,7 +39,7 @@ struct Derivation<'a> {
 impl Derivation<'_> {
     fn beginning(&self) -> String {
         let Scene { name, doc, .. } = self.scene;
-        let doc = if doc.is_empty() { String::new() } else { format!("{doc}\n\n") };
+        let doc = if doc.is_empty() { String::new() } else { format!("{}\n\n", plain(doc)) };
         format!(
             "# {name}: the equations of motion\n\n{doc}Derived from `scenes/{name}.toml` by the TMT method: the positions of \
              the bodies are differentiated by the generalized coordinates, loops are cut and closed by constraints with \
@@ -48,15 +48,16 @@ impl Derivation<'_> {
     }
 
     fn coordinates(&self) -> String {
-        let mut text = format!("## Coordinates and parameters\n\n$$q = {}$$\n\n", self.column(Symbol::Coordinate));
+        let q = set("@q");
+        let mut text = format!("## Coordinates and parameters\n\n$${q} = {}$$\n\n", self.column(Symbol::Coordinate));
         text += "| symbol | name | unit | what |\n|---|---|---|---|\n";
         for (i, c) in self.scene.coordinates.iter().enumerate() {
             text += &format!(
                 "| ${}$ | `{}` | {} | {} |\n",
                 self.symbol(Symbol::Coordinate(i)),
                 c.name,
-                c.unit,
-                cell(&c.doc)
+                plain(&c.unit),
+                plain(&c.doc)
             );
         }
         if !self.scene.parameters.is_empty() {
@@ -65,7 +66,13 @@ impl Derivation<'_> {
         for (i, p) in self.scene.parameters.iter().enumerate() {
             let zero = if p.left_out { ", left out" } else { "" };
             let symbol = self.symbol(Symbol::Parameter(i));
-            text += &format!("| ${symbol}$ | `{}` | `{}`{zero} | {} | {} |\n", p.name, p.text, p.unit, cell(&p.doc));
+            text += &format!(
+                "| ${symbol}$ | `{}` | `{}`{zero} | {} | {} |\n",
+                p.name,
+                p.text.split_whitespace().collect::<Vec<_>>().join(" ").replace('|', r"\|"),
+                plain(&p.unit),
+                plain(&p.doc)
+            );
         }
         text
     }
@@ -88,9 +95,9 @@ impl Derivation<'_> {
     }
 
     fn bodies(&self) -> String {
-        let mut text = String::from(
-            "## Bodies: `com_positions`\n\n$x(q)$ stacks the positions of the centres of mass and the angles of the bodies, \
-             as far as they carry inertia and move:\n\n| row | what | $x_i$ | $M_{ii}$ |\n|---|---|---|---|\n",
+        let mut text = set(
+            "## Bodies: `com_positions`\n\n$@x(@q)$ stacks the positions of the centres of mass and the angles of \
+             the bodies, as far as they carry inertia and move:\n\n| row | what | $@x_i$ | $@M_{ii}$ |\n|---|---|---|---|\n",
         );
         for (i, (row, x)) in self.equations.rows.iter().zip(&self.equations.com_positions).enumerate() {
             let (what, x, inertia) = (self.row(row), self.writer.term(x), self.writer.term(&row.inertia));
@@ -101,20 +108,19 @@ impl Derivation<'_> {
 
     fn jacobian(&self) -> String {
         let e = self.equations;
-        format!(
-            "## Transformation matrix and convective accelerations: `com_jacobian`, `com_bias`\n\n\
-             $$\\dot x = T\\,\\dot q, \\qquad T = \\frac{{\\partial x}}{{\\partial q}}$$\n\n{}\n\n\
-             $$\\ddot x = T\\,\\ddot q + (T\\dot q)_q\\,\\dot q$$\n\n{}\n",
-            self.matrix("T", &e.com_jacobian),
-            self.vector(r"(T\dot q)_q\,\dot q", "b", &e.com_bias),
-        )
+        [
+            "## Transformation matrix and convective accelerations: `com_jacobian`, `com_bias`\n\n".to_owned(),
+            set(r"$$@xd = @T\,@qd, \qquad @T = \frac{\partial @x}{\partial @q}$$"),
+            format!("\n\n{}\n\n", self.matrix(&set("@T"), &e.com_jacobian)),
+            set(r"$$@xdd = @T\,@qdd + (@T\,@qd)_{@q}\,@qd$$"),
+            format!("\n\n{}\n", self.vector(&set(r"(@T\,@qd)_{@q}\,@qd"), r"\mathcal{B}", &e.com_bias)),
+        ]
+        .concat()
     }
 
     fn mass(&self) -> String {
-        format!(
-            "## Reduced mass matrix: `mass_matrix`\n\n$$\\bar M = T^{{T}} M\\,T$$\n\n{}\n",
-            self.matrix(r"\bar M", &self.equations.mass_matrix)
-        )
+        let matrix = self.matrix(&set("@m"), &self.equations.mass_matrix);
+        format!("## Reduced mass matrix: `mass_matrix`\n\n{}\n\n{matrix}\n", set(r"$$@m = @T^{T} @M\,@T$$"))
     }
 
     fn loads(&self) -> String {
@@ -125,15 +131,16 @@ impl Derivation<'_> {
         if self.scene.loads.is_empty() {
             text += "There are no loads.\n";
         }
+        text += &set("\n$$@f = @Q + @T^{T}\\left(@F - @M\\,(@T\\,@qd)_{@q}\\,@qd\\right)$$\n\n");
+        text += &self.vector(&set("@f"), &set("@f"), &self.equations.generalized_forces);
+        let [kinetic, potential] = [0, 1].map(|i| &self.equations.energy[i]);
         text += &format!(
-            "\n$$\\bar f = Q + T^{{T}}\\left(F - M\\,(T\\dot q)_q\\,\\dot q\\right)$$\n\n{}\n\nKinetic energy, and the potential \
-             of the loads that have one:\n\n{}\n\n{}\n",
-            self.vector(r"\bar f", r"\bar f", &self.equations.generalized_forces),
-            self.equation("E_k", &self.equations.energy[0]),
-            self.equation("V", &self.equations.energy[1])
+            "\n\nKinetic energy, and the potential of the loads that have one:\n\n{}\n\n{}\n",
+            self.equation(r"E_{\mathrm{kin}}", kinetic),
+            self.equation(r"E_{\mathrm{pot}}", potential)
         );
         if !self.equations.power[0].is_zero() {
-            text += &format!("\nPower of the others:\n\n{}\n", self.equation("P", &self.equations.power[0]));
+            text += &format!("\nPower of the others:\n\n{}\n", self.equation(r"\dot{W}", &self.equations.power[0]));
         }
         text
     }
@@ -145,14 +152,19 @@ impl Derivation<'_> {
         }
         let mut text = String::from("## Cut loops: `constraints`, `constraint_jacobian`, `constraint_bias`\n\n");
         for constraint in &self.scene.constraints {
-            let doc = if constraint.doc.is_empty() { String::new() } else { format!(", {}", constraint.doc) };
+            let doc = if constraint.doc.is_empty() { String::new() } else { format!(", {}", plain(&constraint.doc)) };
             text += &format!("- `{}`: `{} = 0`{doc}\n", constraint.name, self.words.formula(&constraint.residual));
         }
-        text += &format!(
-            "\n{}\n\n{}\n",
-            self.vector("C(q)", "C", &e.constraints),
-            self.matrix("C_q", &e.constraint_jacobian)
-        );
+        let name = |i: usize| format!(r"C_{{\mathrm{{{}}}}}", plain(&self.scene.constraints[i].name));
+        let column = vector(&(0..e.constraints.len()).map(name).collect::<Vec<_>>());
+        text += &format!("\n$${} = {column}$$\n", set("@C(@q)"));
+        for (i, term) in e.constraints.iter().enumerate() {
+            text += &format!("\n{}\n", self.equation(&name(i), term));
+        }
+        text += &format!("\n{}\n", self.matrix(&set("@C_{@q}"), &e.constraint_jacobian));
+        if e.constraint_hessians.iter().flatten().flatten().all(Term::is_zero) {
+            return text + "\nAll second derivatives are zero.\n";
+        }
         text += "\nThe second derivatives that are not zero:\n\n";
         for (k, hessian) in e.constraint_hessians.iter().enumerate() {
             for (i, row) in hessian.iter().enumerate() {
@@ -160,30 +172,30 @@ impl Derivation<'_> {
                     let [a, b] = [i, j].map(|i| self.symbol(Symbol::Coordinate(i)));
                     let by =
                         if i == j { format!(r"\partial {a}^{{2}}") } else { format!(r"\partial {a}\,\partial {b}") };
-                    text += &format!(
-                        "$$\\frac{{\\partial^{{2}} C_{{{}}}}}{{{by}}} = {}$$\n\n",
-                        k + 1,
-                        self.writer.term(entry)
-                    );
+                    let derivative = format!(r"\frac{{\partial^{{2}} {}}}{{{by}}}", name(k));
+                    text += &format!("{}\n\n", self.equation(&derivative, entry));
                 }
             }
         }
         text += "They enter the motion through their contraction with the rates alone:\n\n";
-        text += &self.vector(r"(C_q\,\dot q)_q\,\dot q", "c", &e.constraint_bias);
+        text += &self.vector(&set(r"(@C_{@q}\,@qd)_{@q}\,@qd"), r"\mathcal{D}", &e.constraint_bias);
         text + "\n"
     }
 
     fn motion(&self) -> String {
         if self.scene.constraints.is_empty() {
-            return String::from("## Equations of motion: `dynamics`\n\n$$\\bar M\\,\\ddot q = \\bar f$$\n");
+            return format!("## Equations of motion: `dynamics`\n\n{}\n", set(r"$$@m\,@qdd = @f$$"));
         }
+        let system = set(r"\begin{pmatrix} @m & @C_{@q}^{T} \\ @C_{@q} & 0 \end{pmatrix}
+\begin{pmatrix} @qdd \\ @l \end{pmatrix} =
+\begin{pmatrix} @f \\ -(@C_{@q}\,@qd)_{@q}\,@qd \end{pmatrix}");
+        let (lambda, column) = (set("@l"), self.column(Symbol::Multiplier));
+        let words = set("The force of a constraint $C$ with the multiplier $\\lambda$ on a point $P$ is \
+             $-\\lambda\\,\\partial C/\\partial P$, the coordinates of other points and all angles held. After each step \
+             positions are put back onto $@C(@q) = 0$, rates onto $@C_{@q}\\,@qd = 0$.");
         format!(
-            "## Equations of motion: `dynamics`, `closure`\n\n$$\\begin{{pmatrix}} \\bar M & C_q^{{T}} \\\\ C_q & 0 \
-             \\end{{pmatrix}} \\begin{{pmatrix}} \\ddot q \\\\ \\lambda \\end{{pmatrix}} = \\begin{{pmatrix}} \\bar f \\\\ \
-             -(C_q\\,\\dot q)_q\\,\\dot q \\end{{pmatrix}}, \\qquad \\lambda = {}$$\n\nThe force of a constraint on a point $P$ \
-             is $-\\lambda\\,\\partial C/\\partial P$, the coordinates of other points and all angles held. After each step \
-             positions are put back onto $C(q) = 0$, rates onto $C_q\\,\\dot q = 0$.\n",
-            self.column(Symbol::Multiplier)
+            "## Equations of motion: `dynamics`, `closure`\n\n$${}, \\qquad {lambda} = {column}$$\n\n{words}\n",
+            system.replace('\n', " ")
         )
     }
 
@@ -193,9 +205,10 @@ impl Derivation<'_> {
         }
         let mut text = String::from("## Outputs: `outputs`\n\n");
         for (output, term) in self.scene.outputs.iter().zip(&self.equations.outputs) {
-            let what = [&output.doc, &output.unit].map(|s| s.as_str()).into_iter().filter(|s| !s.is_empty());
-            let what: Vec<&str> = what.collect();
-            text += &format!("`{}`, {}:\n\n$${}$$\n\n", output.name, what.join(", in "), self.writer.term(term));
+            let doc = if output.doc.is_empty() { String::new() } else { format!(", {}", plain(&output.doc)) };
+            let unit = if output.unit.is_empty() { String::new() } else { format!(", in {}", plain(&output.unit)) };
+            let summands = self.writer.summands(term);
+            text += &format!("`{}`{doc}{unit}:\n\n{}\n\n", output.name, formula(&summands));
         }
         text
     }
@@ -260,7 +273,36 @@ impl Derivation<'_> {
     }
 }
 
-/// Text inside a table.
-fn cell(text: &str) -> String {
-    text.replace('|', r"\|")
+/// Sets vectors and matrices in bold type, which tells them from the scene's own symbols: `@q`, `@qd` for its rate, `@qdd`
+/// for its acceleration, `@m` and `@f` for what is reduced, `@l` for the multipliers.
+fn set(text: &str) -> String {
+    let letters = [
+        ("@qdd", r"\ddot{\mathbf{q}}"),
+        ("@qd", r"\dot{\mathbf{q}}"),
+        ("@q", r"\mathbf{q}"),
+        ("@xdd", r"\ddot{\mathbf{x}}"),
+        ("@xd", r"\dot{\mathbf{x}}"),
+        ("@x", r"\mathbf{x}"),
+        ("@m", r"\bar{\mathbf{M}}"),
+        ("@f", r"\bar{\mathbf{f}}"),
+        ("@l", r"\boldsymbol{\lambda}"),
+        ("@T", r"\mathbf{T}"),
+        ("@M", r"\mathbf{M}"),
+        ("@F", r"\mathbf{F}"),
+        ("@Q", r"\mathbf{Q}"),
+        ("@C", r"\mathbf{C}"),
+    ];
+    letters.iter().fold(text.to_owned(), |text, (short, latex)| text.replace(short, latex))
+}
+
+/// Text of a scene in which no character means anything to Markdown.
+fn plain(text: &str) -> String {
+    let mut escaped = String::new();
+    for character in text.chars() {
+        if r"\`*_{}[]<>$|#".contains(character) {
+            escaped.push('\\');
+        }
+        escaped.push(character);
+    }
+    escaped
 }

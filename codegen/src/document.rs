@@ -42,6 +42,8 @@ pub struct Document {
     pub outputs: Vec<OutputSyntax>,
     /// `[drawing]`
     pub drawing: Vec<(Identifier, DrawnSyntax)>,
+    /// `[reference]`
+    pub references: Vec<ReferenceSyntax>,
     /// `[run]`
     pub run: RunSyntax,
 }
@@ -210,6 +212,21 @@ pub enum DrawnSyntax {
     Guide(Vec<Position>),
     /// The path of a point.
     Path(Identifier),
+}
+
+/// An entry of `[reference]`.
+#[derive(Debug)]
+pub struct ReferenceSyntax {
+    /// Its name.
+    pub identifier: Identifier,
+    /// Where it is from.
+    pub doc: String,
+    /// The time of the values.
+    pub t: Formula,
+    /// How accurate the values are.
+    pub accuracy: Formula,
+    /// The values.
+    pub values: Vec<(Identifier, Formula)>,
 }
 
 /// `[run]`

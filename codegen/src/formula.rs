@@ -56,8 +56,9 @@ impl<'s> Writer<'s> {
         let mut found: Vec<(&Term, usize)> = Vec::new();
         terms.into_iter().for_each(|term| radicands(term, &mut found));
         let radicands: Vec<&Term> = found.into_iter().filter(|(_, times)| *times > 1).map(|(term, _)| term).collect();
-        let is_free = |letter: &&str| !self.scene.names().any(|name| name == *letter);
-        let letter = ["r", "s", "u", "w"].into_iter().find(is_free).unwrap_or("root");
+        // No name of the scene may look like one of these, with a number or without.
+        let is_free = |letter: &&str| !self.scene.names().any(|name| name.starts_with(letter));
+        let letter = ["r", "s", "u", "w", "h", "z", "k", "root"].into_iter().find(is_free).unwrap_or("square_root");
         let index = |i: usize| match self.style {
             _ if radicands.len() == 1 => String::new(),
             Style::Plain => format!("{}", i + 1),
@@ -115,30 +116,38 @@ impl<'s> Writer<'s> {
             };
         }
         match symbol {
-            Symbol::Parameter(i) => latex_name("", &self.scene.parameters[i].name),
+            Symbol::Parameter(i) => self.latex("", &self.scene.parameters[i].name),
             Symbol::Pi => r"\pi".to_owned(),
             Symbol::Time => "t".to_owned(),
             Symbol::Displacement => r"\delta".to_owned(),
-            Symbol::Coordinate(i) => latex_name("", coordinate(i)),
-            Symbol::Rate(i) => latex_name(r"\dot", coordinate(i)),
-            Symbol::Acceleration(i) => latex_name(r"\ddot", coordinate(i)),
+            Symbol::Coordinate(i) => self.latex("", coordinate(i)),
+            Symbol::Rate(i) => self.latex(r"\dot", coordinate(i)),
+            Symbol::Acceleration(i) => self.latex(r"\ddot", coordinate(i)),
             Symbol::Multiplier(i) => {
                 format!(r"\lambda_{{\mathrm{{{}}}}}", self.scene.constraints[i].name.replace('_', r"\_"))
             }
         }
     }
 
+    /// A name as a symbol; as it is if another name would look the same.
+    fn latex(&self, accent: &str, name: &str) -> String {
+        let others = self.scene.names().filter(|other| *other != name);
+        if others.map(|other| latex_name("", other)).any(|other| other == latex_name("", name)) {
+            return format!(r"{accent}{{\mathtt{{{}}}}}", name.replace('_', r"\_"));
+        }
+        latex_name(accent, name)
+    }
+
     fn fraction(&self, fraction: Fraction) -> String {
-        let Fraction { coefficient, above, below, .. } = fraction;
+        let Fraction { coefficient, above, below, is_negative } = fraction;
         let (numerator, denominator) = (coefficient.numer(), coefficient.denom());
         match self.style {
             Style::Plain => {
                 let number = decimal(&coefficient);
-                let above =
-                    self.product(number.as_deref().map_or_else(|| numerator.to_string(), str::to_owned), &above);
                 let rest = if number.is_some() { BigInt::one() } else { denominator.clone() };
+                let above = self.product(number.unwrap_or_else(|| numerator.to_string()), &above, false);
                 let many = below.len() + usize::from(!rest.is_one()) > 1;
-                let below = self.product(rest.to_string(), &below);
+                let below = self.product(rest.to_string(), &below, false);
                 match below.as_str() {
                     "1" => above,
                     _ if many => format!("{above}/({below})"),
@@ -148,29 +157,35 @@ impl<'s> Writer<'s> {
             Style::Latex if below.is_empty() => {
                 let is_simple = !denominator.is_one() && *denominator <= BigInt::from(12);
                 let number = decimal(&coefficient).filter(|_| !is_simple).map(|number| scientific(&number));
-                self.product(number.unwrap_or_else(|| format!(r"\tfrac{{{numerator}}}{{{denominator}}}")), &above)
+                let number = number.unwrap_or_else(|| format!(r"\tfrac{{{numerator}}}{{{denominator}}}"));
+                self.product(number, &above, !is_negative)
             }
             Style::Latex => {
-                let (above, below) =
-                    (self.product(numerator.to_string(), &above), self.product(denominator.to_string(), &below));
-                format!(r"\frac{{{above}}}{{{below}}}")
+                let above = self.product(numerator.to_string(), &above, true);
+                format!(r"\frac{{{above}}}{{{}}}", self.product(denominator.to_string(), &below, true))
             }
         }
     }
 
-    /// A number times factors; a number that is one is not written.
-    fn product(&self, number: String, factors: &[Factor]) -> String {
+    /// A number times factors; a number that is one is not written, and a sum that stands alone may do without parentheses.
+    fn product(&self, number: String, factors: &[Factor], may_be_bare: bool) -> String {
         if factors.is_empty() {
             return number;
         }
-        let mut parts: Vec<String> = Vec::new();
-        if number != "1" {
-            parts.push(number);
+        let has_number = number != "1";
+        let is_alone = factors.len() == 1 && !has_number && may_be_bare;
+        let mut text = if has_number { number } else { String::new() };
+        for (i, factor) in factors.iter().enumerate() {
+            text += match (i, self.style, factor.base) {
+                (0, _, _) if !has_number => "",
+                (_, Style::Plain, _) => "*",
+                // Two numbers side by side would be read as one.
+                (0, Style::Latex, Term::Number(_)) => r" \cdot ",
+                (_, Style::Latex, _) => r"\,",
+            };
+            text += &self.factor(factor, is_alone);
         }
-        // A sum alone needs no parentheses inside a fraction of LaTeX, but plain text has no such fractions.
-        let alone = factors.len() == 1 && parts.is_empty();
-        parts.extend(factors.iter().map(|factor| self.factor(factor, alone && self.style == Style::Latex)));
-        parts.join(if self.style == Style::Plain { "*" } else { r"\," })
+        text
     }
 
     fn factor(&self, factor: &Factor, alone: bool) -> String {
@@ -197,10 +212,11 @@ impl<'s> Writer<'s> {
         }
         if exponent.is_one() {
             return match base {
-                Term::Sum(_) if !alone => self.in_parentheses(&self.term(base)),
                 Term::Call(function, argument) => self.call(*function, argument, ""),
                 Term::Symbol(symbol) => self.symbol(*symbol),
-                _ => self.term(base),
+                Term::Sum(_) if alone => self.term(base),
+                Term::Number(n) if !n.is_negative() && n.is_integer() => self.term(base),
+                _ => self.in_parentheses(&self.term(base)),
             };
         }
         let power = match (self.style, exponent.is_integer()) {
@@ -223,7 +239,7 @@ impl<'s> Writer<'s> {
         }
         match (function, argument) {
             (Function::Sqrt, _) if power.is_empty() => format!(r"\sqrt{{{inside}}}"),
-            (Function::Exp, _) if power.is_empty() => format!("e^{{{inside}}}"),
+            (Function::Exp, _) if power.is_empty() => format!(r"\mathrm{{e}}^{{{inside}}}"),
             (Function::Exp | Function::Sqrt, _) => {
                 format!(r"\left({}\right){power}", self.call(function, argument, ""))
             }
@@ -241,19 +257,7 @@ impl<'t> Fraction<'t> {
     fn new(term: &'t Term) -> Self {
         let mut fraction =
             Self { is_negative: false, coefficient: BigRational::one(), above: Vec::new(), below: Vec::new() };
-        let factors = if let Term::Product(factors) = term { factors.as_slice() } else { std::slice::from_ref(term) };
-        for factor in factors {
-            let (base, exponent) = match factor {
-                Term::Number(number) => {
-                    fraction.coefficient *= number;
-                    continue;
-                }
-                Term::Power(base, exponent) => (&**base, exponent.clone()),
-                base => (base, BigRational::one()),
-            };
-            let side = if exponent.is_negative() { &mut fraction.below } else { &mut fraction.above };
-            side.push(Factor { base, exponent: exponent.abs() });
-        }
+        fraction.take(term, false);
         fraction.is_negative = fraction.coefficient.is_negative();
         fraction.coefficient = fraction.coefficient.abs();
         // Constants first, functions last: the next factor is never taken for part of an argument.
@@ -267,6 +271,24 @@ impl<'t> Fraction<'t> {
         fraction.above.sort_by_key(rank);
         fraction.below.sort_by_key(rank);
         fraction
+    }
+}
+
+impl<'t> Fraction<'t> {
+    /// Multiplies or divides by a term; products inside products are products.
+    fn take(&mut self, term: &'t Term, divides: bool) {
+        let (base, exponent) = match term {
+            Term::Product(factors) => return factors.iter().for_each(|factor| self.take(factor, divides)),
+            Term::Number(number) if divides => return self.coefficient /= number,
+            Term::Number(number) => return self.coefficient *= number,
+            Term::Power(base, exponent) => (&**base, exponent.clone()),
+            base => (base, BigRational::one()),
+        };
+        if matches!(base, Term::Product(_)) && exponent == -BigRational::one() {
+            return self.take(base, !divides);
+        }
+        let side = if exponent.is_negative() == divides { &mut self.above } else { &mut self.below };
+        side.push(Factor { base, exponent: exponent.abs() });
     }
 }
 

@@ -72,9 +72,10 @@ pub fn generate(scenes: &[PathBuf], directory: &Path) -> Result<Generated, Error
         let scenes: Vec<&Scene> = stale.iter().map(|r| &r.scene).collect();
         let equations = engine::derive(&scenes).map_err(|e| engine_error(e, &stale))?;
         for (Read { scene, source, .. }, equations) in stale.iter().zip(&equations) {
+            let module = text(scene, equations, source)?;
             // First: the module includes it, and is the mark of both.
             write_whole(&derivation(scene), &derivation::markdown(scene, equations, source))?;
-            write_whole(&file(scene), &text(scene, equations, source)?)?;
+            write_whole(&file(scene), &module)?;
         }
     }
     let modules = read.iter().map(|Read { scene, .. }| GeneratedModule {

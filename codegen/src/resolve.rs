@@ -4,6 +4,7 @@ mod applied;
 mod check;
 mod drawing;
 mod points;
+mod references;
 mod scope;
 mod start;
 mod usage;
@@ -124,6 +125,7 @@ impl Resolver<'_> {
             loads: Vec::new(),
             outputs: Vec::new(),
             drawing: self.drawing(document),
+            references: self.references(document),
             run: self.run(document),
         };
         for (identifier, load) in &document.loads {

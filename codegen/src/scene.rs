@@ -53,6 +53,8 @@ pub struct Scene {
     pub outputs: Vec<Output>,
     /// What a picture of it shows; empty if the scene does not say.
     pub drawing: Vec<Drawn>,
+    /// Values that are known from elsewhere.
+    pub references: Vec<Reference>,
     /// How a run begins and ends.
     pub run: Run,
 }
@@ -265,6 +267,32 @@ impl DrawnKind {
             Self::Path(_) => Vec::new(),
         }
     }
+}
+
+/// Values at one time that are known from elsewhere.
+#[derive(Clone, Debug)]
+pub struct Reference {
+    /// Its name.
+    pub name: String,
+    /// Where it is from.
+    pub doc: String,
+    /// The time.
+    pub t: Value,
+    /// How accurate the values are.
+    pub accuracy: Value,
+    /// The values.
+    pub values: Vec<(Known, Value)>,
+}
+
+/// What is known from elsewhere.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Known {
+    /// A coordinate.
+    Coordinate(usize),
+    /// The rate of a coordinate.
+    Rate(usize),
+    /// An output.
+    Output(usize),
 }
 
 /// How a run begins and ends.

@@ -15,19 +15,28 @@ use crate::stage::Stage;
 pub(crate) fn motion(scene: &Scene, parameters: &[f64], album: &Album) -> Result<Motion, String> {
     let mut stage = Stage::new(scene, parameters, &album.frames);
     let shapes = draw(&mut stage);
+    untrace_leaps(&mut stage);
     let arrows = reactions(&mut stage, album).into_iter().chain(loads(&mut stage)).collect();
-    let values = stage.nodes.iter().flat_map(|node| node.x.iter().chain(&node.y));
-    let turns =
-        shapes.iter().flat_map(|shape| if let Shape::Block { angle, .. } = shape { angle.as_slice() } else { &[] });
-    if !values.chain(turns).all(|value| value.is_finite()) {
-        return Err("a formula of [drawing] or [points] has no finite value at some moment of the motion\n  \
-                    = help: look for divisions by zero, roots and logarithms in it"
-            .to_owned());
+    let times: Vec<f64> = album.frames.iter().map(|frame| frame[0]).collect();
+    let nodes = stage.nodes.iter().flat_map(|node| [&node.x, &node.y].map(|track| (node.name.as_str(), track)));
+    let turns = shapes.iter().filter_map(|shape| match shape {
+        Shape::Block { name, angle, .. } => Some((name.as_str(), angle)),
+        _ => None,
+    });
+    for (name, track) in nodes.chain(turns) {
+        if let Some(frame) = track.iter().position(|value| !value.is_finite()) {
+            let what = if name.is_empty() { "a place in [drawing]".to_owned() } else { format!("`{name}`") };
+            return Err(format!(
+                "{what} has no finite place at t = {} s, so the motion cannot be drawn\n  \
+                 = help: look for divisions by zero, roots and logarithms in its formula",
+                times[frame.min(times.len() - 1)]
+            ));
+        }
     }
     Ok(Motion {
         title: scene.name.clone(),
         doc: scene.doc.clone(),
-        times: album.frames.iter().map(|frame| frame[0]).collect(),
+        times,
         nodes: stage.nodes,
         shapes,
         arrows,
@@ -82,3 +91,21 @@ fn plots(scene: &Scene, album: &Album) -> Vec<Plot> {
     };
     groups(scene).into_iter().map(plot).collect()
 }
+
+/// A path is drawn through the frames; where a point leaps from one to the next, that would be no path.
+fn untrace_leaps(stage: &mut Stage) {
+    let span = |tracks: &mut dyn Iterator<Item = f64>| {
+        let (low, high) = tracks.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+        high - low
+    };
+    let width = span(&mut stage.nodes.iter().flat_map(|node| node.x.iter().copied()));
+    let height = span(&mut stage.nodes.iter().flat_map(|node| node.y.iter().copied()));
+    let size = width.max(height);
+    for node in stage.nodes.iter_mut().filter(|node| node.is_traced) {
+        let leaps = |track: &Track| track.windows(2).filter(|pair| (pair[1] - pair[0]).abs() > LEAP * size).count();
+        node.is_traced = leaps(&node.x).max(leaps(&node.y)) * 10 < stage.states.len();
+    }
+}
+
+/// A way between two frames that is this part of the picture is a leap.
+const LEAP: f64 = 0.05;

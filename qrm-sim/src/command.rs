@@ -1,6 +1,7 @@
 //! The command `qrm`.
 
 mod account;
+mod accuracy;
 mod animate;
 mod check;
 mod code;
@@ -19,10 +20,11 @@ mod words;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-use crate::projection::Projection;
+use crate::projection::{Projection, Tolerance};
 use crate::scenes::Scenes;
 use crate::whole::write_whole;
 
@@ -44,6 +46,8 @@ enum Task {
     Animate(Box<AnimateArguments>),
     /// Run a scene and put all that is known of it on one page: report.html
     Report(Box<ReportArguments>),
+    /// Measure run time and error of every method: accuracy.csv and accuracy.svg
+    Accuracy(Box<AccuracyArguments>),
     /// Check a mechanism: strokes, locks, forces at rest, energy, recurrence
     Check(Box<CheckArguments>),
     /// Print the generated code of a scene
@@ -54,16 +58,16 @@ enum Task {
     List,
 }
 
-/// How a scene is run.
+/// Which scene, with which parameters.
 #[derive(Args)]
-struct MotionArguments {
+struct SceneArguments {
     /// Name of the scene; `qrm list` shows them
     #[arg(default_value = "quick-return")]
     scene: String,
     /// Give a parameter another value, such as `O2A=0.25` or `w0=3*pi`
     #[arg(long = "set", value_name = "NAME=VALUE", allow_hyphen_values = true)]
     set: Vec<String>,
-    /// Step of the integration in seconds [default: the scene's]
+    /// Step of the integration in seconds; of the rows, if the method chooses its steps [default: the scene's]
     #[arg(long, value_name = "H", allow_hyphen_values = true)]
     step: Option<String>,
     /// End at this time in seconds, whatever the scene says
@@ -72,9 +76,18 @@ struct MotionArguments {
     /// End when a condition becomes true, such as `phi2 >= 2*pi`; at the scene's latest end at the latest
     #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
     until: Option<String>,
+}
+
+/// How it is run.
+#[derive(Args)]
+struct MethodArguments {
     /// Integration method
     #[arg(long, value_enum, default_value_t = MethodName::Rk4)]
     method: MethodName,
+    /// Largest error of a step of a method that chooses its steps, in the unit of each coordinate and rate
+    /// [default: 1e-9]
+    #[arg(long, value_name = "TOLERANCE", allow_hyphen_values = true)]
+    tolerance: Option<String>,
     /// What is smallest in the correction after each step: nothing is corrected, the change of the coordinates, or
     /// the mass-weighted change
     #[arg(long, value_enum, default_value_t = ProjectionName::Mass)]
@@ -87,10 +100,24 @@ struct MotionArguments {
     closure_iterations: u32,
 }
 
+impl Default for MethodArguments {
+    fn default() -> Self {
+        Self {
+            method: MethodName::Rk4,
+            tolerance: None,
+            projection: ProjectionName::Mass,
+            closure_tolerance: None,
+            closure_iterations: Tolerance::default().iterations,
+        }
+    }
+}
+
 #[derive(Parser)]
 struct RunArguments {
     #[command(flatten)]
-    motion: MotionArguments,
+    scene: SceneArguments,
+    #[command(flatten)]
+    method: MethodArguments,
     /// Write every Nth row only; the last row is always written
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     every: u64,
@@ -108,7 +135,9 @@ struct RunArguments {
 #[derive(Args)]
 struct AnimateArguments {
     #[command(flatten)]
-    motion: MotionArguments,
+    scene: SceneArguments,
+    #[command(flatten)]
+    method: MethodArguments,
     /// Make no GIF, only the page
     #[arg(long)]
     no_gif: bool,
@@ -120,7 +149,9 @@ struct AnimateArguments {
 #[derive(Args)]
 struct ReportArguments {
     #[command(flatten)]
-    motion: MotionArguments,
+    scene: SceneArguments,
+    #[command(flatten)]
+    method: MethodArguments,
     /// Folder for the file [default: out/SCENE]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -129,10 +160,27 @@ struct ReportArguments {
 #[derive(Args)]
 struct CheckArguments {
     #[command(flatten)]
-    motion: MotionArguments,
+    scene: SceneArguments,
+    #[command(flatten)]
+    method: MethodArguments,
     /// Only say what balances the loads at rest, at a position such as `phi2=45deg`; may be repeated
     #[arg(long = "static", value_name = "NAME=VALUE", allow_hyphen_values = true)]
     at_rest: Vec<String>,
+}
+
+#[derive(Args)]
+struct AccuracyArguments {
+    #[command(flatten)]
+    scene: SceneArguments,
+    /// Compare at this time in seconds; may be repeated [default: eight times up to the end]
+    #[arg(long, value_name = "T", allow_hyphen_values = true)]
+    at: Vec<String>,
+    /// Begin no further measurement after this time, such as `30s`
+    #[arg(long, value_name = "TIME", default_value = "30s", allow_hyphen_values = true)]
+    budget: String,
+    /// Folder for the files [default: out/SCENE]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
 }
 
 #[derive(Args)]
@@ -158,6 +206,20 @@ struct DeriveArguments {
 enum MethodName {
     /// Classical Runge-Kutta, order 4, fixed step
     Rk4,
+    /// Dormand-Prince pair of order 5, steps chosen by --tolerance
+    Dopri5,
+    /// Dormand-Prince pair of order 8, steps chosen by --tolerance
+    Dop853,
+}
+
+impl MethodName {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Rk4 => "rk4",
+            Self::Dopri5 => "dopri5",
+            Self::Dop853 => "dop853",
+        }
+    }
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -200,6 +262,7 @@ pub fn main(scenes: &Scenes) -> ExitCode {
         Task::Run(arguments) => run::run(scenes, &arguments),
         Task::Animate(arguments) => animate::animate(scenes, &arguments),
         Task::Report(arguments) => report::report(scenes, &arguments),
+        Task::Accuracy(arguments) => accuracy::accuracy(scenes, &arguments),
         Task::Check(arguments) => check::check(scenes, &arguments),
         Task::Code(arguments) => code::code(scenes, &arguments),
         Task::Derive(arguments) => derive::derive(scenes, &arguments),
@@ -209,6 +272,7 @@ pub fn main(scenes: &Scenes) -> ExitCode {
         }
     };
     let (message, status) = match result {
+        Ok(()) if UNSAID.load(Ordering::Relaxed) => ("error: cannot write to the standard output".to_owned(), 1),
         Ok(()) => return ExitCode::SUCCESS,
         Err(Failure::Run(message)) => (message, 1),
         Err(Failure::Use(message)) => (message, 2),
@@ -228,7 +292,15 @@ fn unwritable(path: &Path, e: &std::io::Error) -> String {
     format!("error: cannot write {}: {e}\n  = help: choose another folder with --out DIR", path.display())
 }
 
-/// Prints to standard output, of which nobody may be listening any more.
+/// Prints to standard output, to which nobody may be listening any more.
 fn say(text: &str) {
-    let _ = writeln!(std::io::stdout(), "{text}");
+    let mut out = std::io::stdout();
+    if let Err(e) = writeln!(out, "{text}").and_then(|()| out.flush())
+        && e.kind() != std::io::ErrorKind::BrokenPipe
+    {
+        UNSAID.store(true, Ordering::Relaxed);
+    }
 }
+
+/// Set when something could not be printed.
+static UNSAID: AtomicBool = AtomicBool::new(false);

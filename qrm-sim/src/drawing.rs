@@ -73,12 +73,40 @@ fn guessed(stage: &mut Stage) -> Vec<Shape> {
             }
         }
     }
+    for constraint in &scene.constraints {
+        let points = sorted(constraint.residual.names().filter_map(|q| match q {
+            Quantity::Point(point, _) => Some(*point),
+            _ => None,
+        }));
+        // A loop that keeps two points at a distance is closed by a rod.
+        if let [a, b] = points[..]
+            && keeps_distance(stage, a, b)
+        {
+            let nodes = vec![stage.point(a), stage.point(b)];
+            shapes.push(Shape::Link { name: constraint.name.clone(), nodes });
+        }
+    }
     for body in &scene.bodies {
         if let Some(com) = &body.com {
             shapes.push(Shape::Mass { name: body.name.clone(), node: stage.place(com) });
         }
     }
     shapes
+}
+
+/// Whether two points stay apart, and as far apart as they are, while they move.
+fn keeps_distance(stage: &Stage, a: usize, b: usize) -> bool {
+    let distance = |state: &State<f64>| {
+        let ([ax, ay], [bx, by]) = (state.point(a), state.point(b));
+        (bx - ax).hypot(by - ay)
+    };
+    let Some(first) = stage.states.first().map(distance) else { return false };
+    let size =
+        |state: &State<f64>| state.point(a).iter().chain(&state.point(b)).fold(0.0, |most: f64, c| most.max(c.abs()));
+    stage.states.iter().all(|state| {
+        let now = distance(state);
+        now > 1e-6 * size(state) && (now - first).abs() <= 1e-6 * first
+    })
 }
 
 fn sorted(places: impl Iterator<Item = usize>) -> Vec<usize> {
@@ -112,7 +140,7 @@ fn course(stage: &Stage, point: usize, coordinate: usize) -> Course {
     let size = samples.iter().map(radius).fold(0.0, f64::max);
     let first = centre(&samples[0]);
     let is_centre = |c: [f64; 2]| (c[0] - first[0]).hypot(c[1] - first[1]) <= 1e-9 * size;
-    if size > 0.0 && samples.iter().all(|p| is_centre(centre(p))) {
+    if size > 0.0 && samples.iter().all(|p| is_centre(centre(p)) && radius(p) > (1.0 - 1e-9) * size) {
         Course::Circle(first)
     } else if size == 0.0 && low < high {
         let [from, to] = [&samples[0], &samples[2]].map(|p| p.map(|c| c.re));

@@ -8,6 +8,8 @@ const SPANS: usize = 1000;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Envelope {
     spans: Vec<Span>,
+    /// The first row.
+    first: Option<(f64, f64)>,
     /// The last row.
     last: Option<(f64, f64)>,
     /// How many rows the last span has.
@@ -36,6 +38,7 @@ impl Span {
 impl Envelope {
     pub(crate) fn row(&mut self, t: f64, value: f64) {
         let row = Span { lowest: (t, value), highest: (t, value) };
+        self.first.get_or_insert((t, value));
         self.last = Some((t, value));
         match self.spans.last_mut() {
             Some(span) if self.filled <= self.width => {
@@ -63,7 +66,10 @@ impl Envelope {
 
     /// Times and values, in the order of time, from the first row to the last.
     pub(crate) fn points(&self) -> Vec<(f64, f64)> {
-        let mut points: Vec<(f64, f64)> = Vec::with_capacity(2 * self.spans.len());
+        let mut points: Vec<(f64, f64)> = Vec::with_capacity(2 * self.spans.len() + 2);
+        let begins_later =
+            |first: &(f64, f64)| self.spans.first().is_some_and(|span| span.lowest.0.min(span.highest.0) > first.0);
+        points.extend(self.first.filter(begins_later));
         for Span { lowest, highest } in &self.spans {
             let (first, second) = if lowest.0 <= highest.0 { (lowest, highest) } else { (highest, lowest) };
             points.push(*first);
@@ -93,7 +99,8 @@ mod tests {
         let peak = |i: usize| if i % 99_991 == 77 { 5.0 } else { (i as f64 * 0.37).sin() };
         (0..count).for_each(|i| envelope.row(i as f64, peak(i)));
         let points = envelope.points();
-        assert!(points.len() <= 4 * SPANS + 1, "{}", points.len());
+        assert!(points.len() <= 4 * SPANS + 2, "{}", points.len());
+        assert_eq!(points[0], (0.0, peak(0)));
         assert!(points.is_sorted_by(|a, b| a.0 < b.0));
         assert_eq!(points.iter().filter(|point| point.1 == 5.0).count(), count.div_ceil(99_991));
         assert_eq!(points.last().map(|point| point.0), Some((count - 1) as f64));

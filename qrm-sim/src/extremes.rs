@@ -77,7 +77,8 @@ impl Tracker {
         }
         let t = 0.5 * (low + high);
         let vertex = value(t);
-        if vertex.is_finite() {
+        // Between neighbours a smooth column rises no higher; a polynomial through noise may.
+        if (vertex - at).abs() <= reach {
             self.note(t, vertex);
         }
     }

@@ -1,7 +1,7 @@
 //! Which pictures a scene gets, from its coordinates and outputs alone.
 
 use qrm_codegen::scene::{OutputKind, Scene};
-use qrm_view::figure::{Curve, Extremes, Figure, Panel, Scale};
+use qrm_view::figure::{Abscissa, Curve, Extremes, Figure, Panel, Scale};
 
 use crate::album::Album;
 
@@ -23,34 +23,43 @@ const MOST_CURVES: usize = 6;
 /// The rates of the coordinates, each output by itself, all reactions together; what differs in unit stands apart.
 pub(crate) fn groups(scene: &Scene) -> Vec<Group> {
     let mut groups: Vec<Group> = Vec::new();
-    let mut add = |file: &str, title: String, quantity: &str, unit: String, curve: (String, String)| {
+    // What joins others does so under the name of their file.
+    let mut joined: Vec<(&str, usize)> = Vec::new();
+    let mut add = |kind: Option<&'static str>, name: &str, (title, quantity): (&str, &str), unit: &str, doc: &str| {
         let unit = unit.replace("^2", "²").replace("^3", "³");
-        let joins = |group: &&mut Group| group.title == title && group.unit == unit && group.curves.len() < MOST_CURVES;
-        if let Some(group) = groups.iter_mut().rev().find(joins) {
-            group.curves.push(curve);
+        let curve = (name.to_owned(), doc.to_owned());
+        let same = joined.iter().filter(|(other, place)| Some(*other) == kind && groups[*place].unit == unit);
+        let places: Vec<usize> = same.map(|(_, place)| *place).collect();
+        if let Some(place) = places.last().filter(|place| groups[**place].curves.len() < MOST_CURVES) {
+            groups[*place].curves.push(curve);
             return;
         }
-        let file = unused(file, &groups);
-        groups.push(Group { file, title, quantity: quantity.to_owned(), unit, curves: vec![curve] });
+        joined.extend(kind.map(|kind| (kind, groups.len())));
+        let number = if places.is_empty() { String::new() } else { format!(" ({})", places.len() + 1) };
+        let file = unused(kind.unwrap_or(name), &groups);
+        let (title, quantity) = (format!("{title}{number}"), quantity.to_owned());
+        groups.push(Group { file, title, quantity, unit, curves: vec![curve] });
     };
     for coordinate in &scene.coordinates {
-        let (title, quantity) = match coordinate.unit.as_str() {
+        let titles = match coordinate.unit.as_str() {
             "rad" => ("angular speeds", "angular speed"),
             _ => ("speeds", "speed"),
         };
-        let unit = format!("{}/s", if coordinate.unit.is_empty() { "1" } else { &coordinate.unit });
-        let curve = (format!("{}_dot", coordinate.name), coordinate.doc.clone());
-        add("rates", title.to_owned(), quantity, unit, curve);
+        let unit = format!("{}/s", coordinate.unit);
+        add(Some("rates"), &format!("{}_dot", coordinate.name), titles, &unit, &coordinate.doc);
     }
     for output in &scene.outputs {
-        let (name, doc, unit) = (&output.name, &output.doc, output.unit.clone());
-        let curve = (name.clone(), doc.clone());
+        let (name, doc, unit) = (&output.name, &output.doc, &output.unit);
         match output.kind {
-            OutputKind::ReactionForce { .. } => add("reactions", "reaction forces".to_owned(), "force", unit, curve),
-            OutputKind::ReactionMoment { .. } => add("moments", "reaction moments".to_owned(), "moment", unit, curve),
+            OutputKind::ReactionForce { .. } => {
+                add(Some("reactions"), name, ("reaction forces", "force"), unit, doc);
+            }
+            OutputKind::ReactionMoment { .. } => {
+                add(Some("moments"), name, ("reaction moments", "moment"), unit, doc);
+            }
             _ => {
                 let title = if doc.is_empty() { name.clone() } else { format!("{name}: {doc}") };
-                add(name, title, name, unit, curve);
+                add(None, name, (&title, name), unit, doc);
             }
         }
     }
@@ -59,7 +68,9 @@ pub(crate) fn groups(scene: &Scene) -> Vec<Group> {
 
 /// A file name that no group has yet, not even in capitals: some file systems do not tell them apart.
 fn unused(wish: &str, groups: &[Group]) -> String {
-    let is_taken = |name: &str| name == HEALTH || groups.iter().any(|group| group.file.eq_ignore_ascii_case(name));
+    let is_taken = |name: &str| {
+        name.eq_ignore_ascii_case(HEALTH) || groups.iter().any(|group| group.file.eq_ignore_ascii_case(name))
+    };
     let numbered = (2..).map(|number| format!("{wish}-{number}"));
     std::iter::once(wish.to_owned()).chain(numbered).find(|name| !is_taken(name)).unwrap_or_default()
 }
@@ -73,14 +84,16 @@ pub(crate) fn figure(group: &Group, album: &Album) -> Figure {
         extremes: album
             .extremes(name)
             .map(|e| Extremes { minimum: (e.minimum.1, e.minimum.0), maximum: (e.maximum.1, e.maximum.0) }),
+        has_dots: false,
     };
     let panel = Panel {
         quantity: group.quantity.clone(),
         unit: group.unit.clone(),
         scale: Scale::Linear,
         curves: group.curves.iter().map(curve).collect(),
+        floor: None,
     };
-    Figure { title: group.title.clone(), panels: vec![panel] }
+    Figure { title: group.title.clone(), abscissa: Abscissa::time(), panels: vec![panel] }
 }
 
 /// The name of the sheet that shows how far a run can be trusted.
@@ -92,7 +105,8 @@ pub(crate) fn health(scene: &Scene, album: &Album, title: String, is_conservativ
         quantity: quantity.to_owned(),
         unit: unit.to_owned(),
         scale,
-        curves: vec![Curve { name: name.to_owned(), doc: String::new(), points, extremes: None }],
+        curves: vec![Curve { name: name.to_owned(), doc: String::new(), points, extremes: None, has_dots: false }],
+        floor: None,
     };
     let mut panels = Vec::new();
     if let Some(first) = scene.constraints.first() {
@@ -115,5 +129,5 @@ pub(crate) fn health(scene: &Scene, album: &Album, title: String, is_conservativ
     if !scene.constraints.is_empty() {
         panels.push(panel("corrections", "", Scale::Linear, "corrections", album.corrections()));
     }
-    Figure { title, panels }
+    Figure { title, abscissa: Abscissa::time(), panels }
 }

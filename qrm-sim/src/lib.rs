@@ -3,10 +3,13 @@
 //! Constant data (a [`Mechanism`](qrm_mechanism::Mechanism) with its parameters) and the state of a run are separate;
 //! the algorithms are free functions, generic over the mechanism and its size. Nothing is allocated inside a step.
 
+pub mod adaptive;
 pub mod assembly;
 mod book;
+pub mod energy_integral;
 pub mod kinematics;
 pub mod linear;
+pub mod measure;
 pub mod motion;
 pub mod observer;
 pub mod outcome;
@@ -26,7 +29,9 @@ mod drawing;
 mod envelope;
 mod extremes;
 mod figures;
+mod quadrature;
 mod stage;
+mod stepper;
 mod summary;
 mod trajectory;
 mod whole;

@@ -10,10 +10,40 @@ use crate::solve::{Care, Solution, Undetermined, accelerations};
 /// How steps are made.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Method {
+    /// The formula, and how its step is chosen.
+    pub scheme: Scheme,
     /// Metric of the projection after each step.
     pub projection: Projection,
     /// When a projection is good enough.
     pub tolerance: Tolerance,
+}
+
+/// Runge-Kutta formulae.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Scheme {
+    /// The classical formula of order 4, with steps of the length of the request.
+    #[default]
+    Rk4,
+    /// Dormand and Prince's pair of order 5, with steps of its own choice and rows by dense output.
+    Dopri5 {
+        /// Largest error of a step, in the unit of each coordinate and rate.
+        tolerance: f64,
+    },
+    /// The pair of order 8, likewise.
+    Dop853 {
+        /// Largest error of a step, in the unit of each coordinate and rate.
+        tolerance: f64,
+    },
+}
+
+impl Scheme {
+    /// The largest error of a step, if the method chooses its steps by it.
+    pub fn tolerance(self) -> Option<f64> {
+        match self {
+            Self::Rk4 => None,
+            Self::Dopri5 { tolerance } | Self::Dop853 { tolerance } => Some(tolerance),
+        }
+    }
 }
 
 /// A corrected state with the accelerations and multipliers that belong to it.
@@ -40,8 +70,25 @@ pub enum Breakdown {
     NotConverged(NotConverged),
     /// No inertia resists a motion of this coordinate that the constraints allow.
     Massless(usize),
+    /// Steps of the method's choice became so short that time stands still.
+    StepTooShort {
+        /// The last one.
+        h: f64,
+    },
     /// A number became infinite or undefined.
     NotFinite,
+}
+
+impl Method {
+    /// The method of a second run that tells the error of a first one, whose fixed steps it makes in pairs.
+    pub(crate) fn finer(&self) -> Self {
+        let scheme = match self.scheme {
+            Scheme::Rk4 => Scheme::Rk4,
+            Scheme::Dopri5 { tolerance } => Scheme::Dopri5 { tolerance: 0.1 * tolerance },
+            Scheme::Dop853 { tolerance } => Scheme::Dop853 { tolerance: 0.1 * tolerance },
+        };
+        Self { scheme, ..*self }
+    }
 }
 
 impl From<NotConverged> for Breakdown {

@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use crate::adaptive::Counts;
 use crate::assembly::NotAssembled;
 use crate::motion::Breakdown;
 use crate::solve::Care;
@@ -13,8 +14,8 @@ pub struct Outcome {
     pub status: Status,
     /// Length of the steps.
     pub step: f64,
-    /// Steps made.
-    pub steps: u64,
+    /// Steps made, and what they took.
+    pub counts: Counts,
     /// Where it ended.
     pub end_time: f64,
     /// Coordinates there.

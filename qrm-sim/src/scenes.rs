@@ -4,6 +4,8 @@ use std::marker::PhantomData;
 
 use qrm_mechanism::{Description, Mechanism, Visitor};
 
+use crate::energy_integral::NoIntegral;
+use crate::measure::{Measurement, Patience, StateAt, Trial, exact, measure};
 use crate::observer::Observer;
 use crate::outcome::{NoStart, Outcome};
 use crate::rest::{NoRest, Rest, rest};
@@ -28,6 +30,29 @@ pub trait Scene {
         request: &Request,
         observer: &mut dyn Observer,
     ) -> Result<Outcome, NoStart>;
+
+    /// Runs a method to each of the times, again and again.
+    ///
+    /// # Errors
+    /// The run could not begin, or not go to the last time.
+    fn measure(
+        &self,
+        replace: &dyn Fn(&str) -> Option<f64>,
+        trial: &Trial,
+        times: &[f64],
+        patience: Patience,
+    ) -> Result<Measurement, NoStart>;
+
+    /// The states at these times from the energy integral, with so many panels in a turn.
+    ///
+    /// # Errors
+    /// The motion is not of the kind that has one.
+    fn exact(
+        &self,
+        replace: &dyn Fn(&str) -> Option<f64>,
+        times: &[f64],
+        panels: f64,
+    ) -> Result<Vec<StateAt>, NoIntegral>;
 
     /// Which coordinates are given at the start.
     fn given(&self) -> Vec<bool>;
@@ -68,6 +93,25 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Scene for Sized<X, N, M
         observer: &mut dyn Observer,
     ) -> Result<Outcome, NoStart> {
         simulate(&X::with_parameters(replace), request, observer)
+    }
+
+    fn measure(
+        &self,
+        replace: &dyn Fn(&str) -> Option<f64>,
+        trial: &Trial,
+        times: &[f64],
+        patience: Patience,
+    ) -> Result<Measurement, NoStart> {
+        measure(&X::with_parameters(replace), trial, times, patience)
+    }
+
+    fn exact(
+        &self,
+        replace: &dyn Fn(&str) -> Option<f64>,
+        times: &[f64],
+        panels: f64,
+    ) -> Result<Vec<StateAt>, NoIntegral> {
+        exact(&X::with_parameters(replace), times, panels)
     }
 
     fn given(&self) -> Vec<bool> {

@@ -7,10 +7,11 @@ use qrm_mechanism::Mechanism;
 use crate::assembly::assemble;
 use crate::book::Book;
 use crate::linear::{Vector, largest};
-use crate::motion::{Breakdown, Method, Moment, advance, moment};
+use crate::motion::{Breakdown, Method, Moment, moment};
 use crate::observer::Observer;
 use crate::outcome::{NoStart, Outcome, Status, Undefined};
 use crate::solve::Care;
+use crate::stepper::Stepper;
 
 /// How many steps are made between two visits to the observer.
 const CHUNK: usize = 1024;
@@ -63,7 +64,8 @@ pub fn simulate<X: Mechanism<N, M>, const N: usize, const M: usize>(
         mechanism,
         request,
         grid: Grid { step, end_time },
-        even: first,
+        stepper: Stepper::new(mechanism, request.method.scheme, first, end_time, &mut care).map_err(NoStart::Broken)?,
+        compared: first,
         book: Book::new(mechanism, &first),
         care,
     };
@@ -92,8 +94,9 @@ struct Run<'a, X, const N: usize, const M: usize> {
     mechanism: &'a X,
     request: &'a Request<'a>,
     grid: Grid,
-    /// The last moment after an even number of whole steps.
-    even: Moment<N, M>,
+    stepper: Stepper<N, M>,
+    /// The last moment that the run which estimates the error visits too.
+    compared: Moment<N, M>,
     book: Book,
     care: Care,
 }
@@ -155,8 +158,10 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
     #[inline(always)]
     fn step(&mut self, now: &mut Moment<N, M>, steps: &mut u64, nearest: &mut (f64, f64)) -> Result<(), Status> {
         let t_next = self.grid.time(*steps + 1);
-        let next =
-            advance(self.mechanism, &self.request.method, now, t_next, &mut self.care).map_err(Status::Broken)?;
+        let next = self
+            .stepper
+            .next(self.mechanism, &self.request.method, now, t_next, &mut self.care)
+            .map_err(Status::Broken)?;
         let condition = self.condition(&next);
         if let Some(value) = condition {
             if value >= 0.0 {
@@ -179,8 +184,8 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
                 None => Status::Completed,
             });
         }
-        if steps.is_multiple_of(2) {
-            self.even = next;
+        if steps.is_multiple_of(2) || !matches!(self.stepper, Stepper::Fixed) {
+            self.compared = next;
         }
         Ok(())
     }
@@ -199,7 +204,7 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
             let secant = high - f_high * (high - low) / (f_high - f_low);
             let middle = 0.5 * (low + high);
             let t = if iteration % 3 == 2 || !(secant > low && secant < high) { middle } else { secant };
-            let at = advance(self.mechanism, &self.request.method, from, t, &mut self.care)?;
+            let at = self.stepper.between(self.mechanism, &self.request.method, from, t, &mut self.care)?;
             let f = value(self, &at);
             if f >= 0.0 {
                 (high, f_high, found) = (t, f, at);
@@ -219,10 +224,8 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
         observer: &mut dyn Observer,
     ) -> Outcome {
         let is_whole = matches!(status, Status::Completed | Status::Stopped | Status::StopNotReached { .. });
-        // Too few steps for a second run are no failure of it.
-        let pairs = (self.even.t / (2.0 * self.grid.step)).round() as u64;
-        let estimate = match self.request.estimate_error && is_whole && pairs > 0 {
-            true => self.estimate(pairs, observer),
+        let estimate = match self.request.estimate_error && is_whole && self.compared.t > 0.0 {
+            true => self.estimate(observer),
             false => Estimate::NotMade,
         };
         Outcome {
@@ -230,7 +233,7 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
             error_unknown: matches!(estimate, Estimate::BrokeOff),
             status,
             step: self.grid.step,
-            steps,
+            counts: self.stepper.counts(steps),
             end_time: end.t,
             q: end.q.to_vec(),
             qd: end.qd.to_vec(),
@@ -244,23 +247,31 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
         }
     }
 
-    /// The error of the coordinates by a second run at twice the step, up to the last moment that both runs visit: the
-    /// difference of two results of order 4 is 15 times the error of the finer one.
-    fn estimate(&self, pairs: u64, observer: &mut dyn Observer) -> Estimate {
+    /// The error of the coordinates by a second run, up to the last moment that both runs visit: at twice the step, where the
+    /// difference of two results of order 4 is 15 times the error of the finer one, or at a tenth of the tolerance.
+    fn estimate(&self, observer: &mut dyn Observer) -> Estimate {
         let mut care = Care::default();
+        let (method, t_end) = (self.request.method.finer(), self.compared.t);
         let start = assemble(self.mechanism, &self.mechanism.start()).ok();
-        let mut coarse = start.and_then(|(q, qd)| moment(self.mechanism, 0.0, q, qd, &mut care).ok());
-        for pair in 1..=pairs {
-            let Some(at) = coarse else { return Estimate::BrokeOff };
-            if pair.is_multiple_of(CHUNK as u64) && !matches!(observer.goes_on(at.t, self.grid.end_time), Ok(true)) {
+        let first = start.and_then(|(q, qd)| moment(self.mechanism, 0.0, q, qd, &mut care).ok());
+        let stepper = first.and_then(|first| Stepper::new(self.mechanism, method.scheme, first, t_end, &mut care).ok());
+        let (Some(mut at), Some(mut stepper)) = (first, stepper) else { return Estimate::BrokeOff };
+        let is_fixed = matches!(stepper, Stepper::Fixed);
+        let stride = if is_fixed { 2 } else { CHUNK as u64 };
+        for visit in 1.. {
+            let t = self.grid.time(stride * visit).min(t_end);
+            let Ok(next) = stepper.next(self.mechanism, &method, &at, t, &mut care) else { return Estimate::BrokeOff };
+            at = next;
+            if t >= t_end {
+                break;
+            }
+            let pauses = !is_fixed || visit.is_multiple_of(CHUNK as u64);
+            if pauses && !matches!(observer.goes_on(at.t, self.grid.end_time), Ok(true)) {
                 return Estimate::NotMade;
             }
-            let t = self.grid.time(2 * pair);
-            coarse = advance(self.mechanism, &self.request.method, &at, t, &mut care).ok();
         }
-        let Some(coarse) = coarse else { return Estimate::BrokeOff };
-        let difference: Vector<N> = std::array::from_fn(|i| coarse.q[i] - self.even.q[i]);
-        Estimate::Error(largest(&difference).1 / 15.0)
+        let difference: Vector<N> = std::array::from_fn(|i| at.q[i] - self.compared.q[i]);
+        Estimate::Error(largest(&difference).1 / if is_fixed { 15.0 } else { 1.0 })
     }
 }
 

@@ -5,7 +5,8 @@ use std::f64::consts::TAU;
 use qrm_mechanism::Mechanism;
 
 use crate::assembly::{NotAssembled, assemble};
-use crate::kinematics::{Drive, Lock, Position};
+use crate::kinematics::{Drive, Lock, Position, is_angle};
+use crate::linear::{dot, multiply};
 
 /// Positions in a turn.
 const SAMPLES: usize = 720;
@@ -15,34 +16,60 @@ const SAMPLES: usize = 720;
 pub struct Turn {
     /// The driven coordinate.
     pub coordinate: usize,
-    /// From the start on, in the direction in which the scene starts; one more than a turn has if it comes round.
-    pub samples: Vec<Sample>,
+    /// Where the turn begins.
+    pub start: f64,
+    /// The direction in which the scene starts: 1 or -1.
+    pub way: f64,
     /// What keeps it from turning fully.
     pub range: Option<Range>,
-    /// Where it is nearest to locking, and its margin there, between 0 and 1.
-    pub nearest: (f64, f64),
     /// Whether all coordinates come back after a turn, angles up to whole turns.
     pub returns: bool,
+    /// The course of each output, without motion.
+    pub outputs: Vec<Course>,
+    /// The course of the generalized force on the driven coordinate that balances the loads.
+    pub balance: Course,
+    /// The course of the inertia that the driven coordinate has to move.
+    pub inertia: Course,
 }
 
-/// A position at rest.
-#[derive(Clone, Debug)]
-pub struct Sample {
-    /// The driven coordinate.
+/// How a quantity goes over the turn, or between the locks.
+#[derive(Clone, Debug, Default)]
+pub struct Course {
+    /// Value at the beginning and at the end.
+    pub ends: [f64; 2],
+    /// Where it turns back, in the order of the turn.
+    pub vertices: Vec<Vertex>,
+    /// Its smallest value and where it is, at a vertex or an end.
+    pub smallest: (f64, f64),
+    /// Its largest value and where it is.
+    pub largest: (f64, f64),
+}
+
+/// Where a quantity turns back.
+#[derive(Clone, Copy, Debug)]
+pub struct Vertex {
+    /// The driven coordinate there.
     pub angle: f64,
-    /// The generalized force on it that balances the loads.
-    pub balance: f64,
-    /// The outputs, without motion.
-    pub outputs: Vec<f64>,
+    /// The value.
+    pub value: f64,
+}
+
+impl Course {
+    /// By how much it has changed after the turn, against how much it changed on the way; nothing but rounding if it came
+    /// back.
+    pub fn comes_back(&self) -> bool {
+        let [first, last] = self.ends;
+        (last - first).abs() <= 1e-9 * (self.largest.0 - self.smallest.0)
+    }
 }
 
 /// Between which values a driven coordinate can move, and the constraint that ends its way there.
 #[derive(Clone, Copy, Debug)]
 pub struct Range {
-    /// The smallest value.
-    pub low: (f64, Option<usize>),
-    /// The largest value.
-    pub high: (f64, Option<usize>),
+    /// The smallest value; none if there is a whole turn without a lock.
+    pub low: Option<(f64, Option<usize>)>,
+    /// The largest value, likewise.
+    pub high: Option<(f64, Option<usize>)>,
 }
 
 /// Why there is nothing to turn.
@@ -65,31 +92,43 @@ pub enum NoTurn {
 pub fn turn<X: Mechanism<N, M>, const N: usize, const M: usize>(mechanism: &X) -> Result<Turn, NoTurn> {
     let round = Round::new(mechanism)?;
     let driven = round.driven;
-    let mut samples = vec![round.sample(&round.start)];
-    let walked = round.walk(round.way, SAMPLES, |position| samples.push(round.sample(position)));
-    let (range, nearest, returns) = match walked {
-        Ok((end, nearest)) => {
+    let mut positions = vec![round.start];
+    let walked = round.walk(round.way, SAMPLES, |position| positions.push(*position));
+    let (range, returns) = match walked {
+        Ok(end) => {
             let comes_back = |i: usize| {
-                let turned = end.q[i] - round.start.q[i];
-                let is_angle = X::DESCRIPTION.coordinates[i].unit == "rad";
-                (if is_angle { turned - TAU * (turned / TAU).round() } else { turned }).abs() < 1e-9
+                let unit = X::DESCRIPTION.coordinates[i].unit;
+                let size = if is_angle::<X, N, M>(i) { 1.0 } else { end.q[i].abs().max(round.start.q[i].abs()) };
+                wrapped(end.q[i] - round.start.q[i], unit).abs() <= 1e-9 * size
             };
-            (None, nearest, (0..N).all(comes_back))
+            (None, (0..N).all(comes_back))
         }
         Err(ahead) => {
             let mut behind = Vec::new();
-            let back = round.walk(-round.way, SAMPLES, |position| behind.push(round.sample(position)));
-            let back = back.err().unwrap_or(ahead);
-            behind.push(round.sample(&back.position));
+            let back = round.walk(-round.way, SAMPLES, |position| behind.push(*position)).err();
+            behind.extend(back.as_ref().map(|lock| lock.position));
             behind.reverse();
-            samples.push(round.sample(&ahead.position));
-            samples.splice(0..0, behind);
+            positions.push(ahead.position);
+            positions.splice(0..0, behind);
             let end = |lock: &Lock<N>| (lock.position.q[driven], lock.constraint);
-            let (low, high) = if round.way > 0.0 { (end(&back), end(&ahead)) } else { (end(&ahead), end(&back)) };
-            (Some(Range { low, high }), (ahead.position.q[driven], 0.0), false)
+            let (ahead, back) = (Some(end(&ahead)), back.as_ref().map(end));
+            let (low, high) = if round.way > 0.0 { (back, ahead) } else { (ahead, back) };
+            (Some(Range { low, high }), false)
         }
     };
-    Ok(Turn { coordinate: driven, samples, range, nearest, returns })
+    // At a lock itself forces have no bounds.
+    let inner = if range.is_some() { 1..positions.len() - 1 } else { 0..positions.len() };
+    let count = X::DESCRIPTION.outputs.len();
+    Ok(Turn {
+        coordinate: driven,
+        start: round.start.q[driven],
+        way: round.way,
+        outputs: (0..count).map(|i| round.course(&positions, returns, |at| round.outputs(at)[i])).collect(),
+        balance: round.course(&positions[inner.clone()], returns, |at| round.drive.balance(&at.q).1[driven]),
+        inertia: round.course(&positions[inner], returns, |at| round.inertia(at)),
+        range,
+        returns,
+    })
 }
 
 /// Whether the driven coordinate can turn fully.
@@ -116,55 +155,57 @@ impl<'m, X: Mechanism<N, M>, const N: usize, const M: usize> Round<'m, X, N, M> 
         if X::DESCRIPTION.coordinates[driven].unit != "rad" {
             return Err(NoTurn::NotAnAngle(driven));
         }
-        let drive = Drive::new(mechanism, start.given).ok_or(NoTurn::Freedoms(N.saturating_sub(M)))?;
+        let drive = Drive::new(mechanism, start.given).ok_or(NoTurn::Singular)?;
         let (q, qd) = assemble(mechanism, &start).map_err(NoTurn::NotAssembled)?;
         let way = if qd[driven] < 0.0 { -1.0 } else { 1.0 };
-        let start = drive.close(q).ok_or(NoTurn::Singular)?;
+        let start = drive.close(q).filter(|position| position.determinant != 0.0).ok_or(NoTurn::Singular)?;
         Ok(Self { drive, start, driven, way })
     }
 
-    /// Goes once around, one way or the other, and says where it ends and where the margin was smallest.
-    fn walk(
-        &self,
-        way: f64,
-        samples: usize,
-        mut visit: impl FnMut(&Position<N>),
-    ) -> Result<(Position<N>, (f64, f64)), Lock<N>> {
+    /// Goes once around, one way or the other, and says where that ends.
+    fn walk(&self, way: f64, samples: usize, mut visit: impl FnMut(&Position<N>)) -> Result<Position<N>, Lock<N>> {
         let mut last = [self.start; 3];
-        let mut nearest = (self.start.q[self.driven], self.start.margin.abs());
-        // One step more, so that a smallest margin at the start is between two others as well.
+        // One step more, so that a smallest determinant at the start is between two others as well.
         for i in 1..=samples + 1 {
-            let mut target = self.start.q;
-            target[self.driven] += way * TAU * i as f64 / samples as f64;
-            let next = self.drive.go(&last[2], &target)?;
+            let next = match self.at(&last[2], self.start.q[self.driven] + way * TAU * i as f64 / samples as f64) {
+                Ok(next) => next,
+                // The turn is made already.
+                Err(_) if i > samples => return Ok(last[2]),
+                Err(lock) => return Err(lock),
+            };
             last = [last[1], last[2], next];
-            let [before, at, after] = last.map(|position| position.margin.abs());
-            if i > 1 && at <= before && at <= after {
-                let found = self.smallest_margin(last[0], &last[2])?;
-                if found.1 < nearest.1 {
-                    nearest = found;
-                }
+            let [before, at, after] = last.map(|position| position.determinant.abs());
+            if i > 1 && at <= before && at <= after && at < before.max(after) {
+                // It may lock between two samples.
+                self.vertex(&last[0], &last[2], |position| -position.determinant.abs())?;
             }
             if i <= samples {
                 visit(&next);
             }
         }
-        Ok((last[1], nearest))
+        Ok(last[1])
     }
 
-    /// The smallest margin between two positions, by golden sections.
-    fn smallest_margin(&self, from: Position<N>, to: &Position<N>) -> Result<(f64, f64), Lock<N>> {
+    fn at(&self, from: &Position<N>, angle: f64) -> Result<Position<N>, Lock<N>> {
+        let mut target = from.q;
+        target[self.driven] = angle;
+        self.drive.go(from, &target)
+    }
+
+    /// Where a quantity is largest between two positions, by golden sections.
+    fn vertex(
+        &self,
+        from: &Position<N>,
+        to: &Position<N>,
+        value: impl Fn(&Position<N>) -> f64,
+    ) -> Result<Vertex, Lock<N>> {
         let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
-        let at = |angle: f64| {
-            let mut target = from.q;
-            target[self.driven] = angle;
-            self.drive.go(&from, &target)
-        };
+        let at = |angle: f64| self.at(from, angle).map(|position| value(&position));
         let (mut a, mut b) = (from.q[self.driven], to.q[self.driven]);
         let (mut c, mut d) = (b - golden * (b - a), a + golden * (b - a));
         let (mut at_c, mut at_d) = (at(c)?, at(d)?);
         while (b - a).abs() > 1e-9 {
-            if at_c.margin.abs() < at_d.margin.abs() {
+            if at_c > at_d {
                 (b, d, at_d) = (d, c, at_c);
                 c = b - golden * (b - a);
                 at_c = at(c)?;
@@ -174,13 +215,74 @@ impl<'m, X: Mechanism<N, M>, const N: usize, const M: usize> Round<'m, X, N, M> 
                 at_d = at(d)?;
             }
         }
-        Ok((at_c.q[self.driven], at_c.margin.abs()))
+        Ok(if at_c > at_d { Vertex { angle: c, value: at_c } } else { Vertex { angle: d, value: at_d } })
     }
 
-    fn sample(&self, position: &Position<N>) -> Sample {
-        let (multipliers, forces) = self.drive.balance(&position.q);
+    /// How a quantity goes over positions that follow each other.
+    fn course(&self, positions: &[Position<N>], returns: bool, value: impl Fn(&Position<N>) -> f64) -> Course {
+        let values: Vec<f64> = positions.iter().map(&value).collect();
+        let (Some(&first), Some(&last)) = (values.first(), values.last()) else { return Course::default() };
+        let mut course = Course { ends: [first, last], ..Course::default() };
+        let (low, high) = values.iter().fold((first, first), |(low, high), v| (low.min(*v), high.max(*v)));
+        let is_cycle = returns && (last - first).abs() <= 1e-9 * (high - low);
+        let count = positions.len();
+        for i in 0..count {
+            // The end of a cycle is its beginning.
+            let (before, after) = match (i, is_cycle) {
+                (0, true) => (count - 2, 1),
+                (0, false) => continue,
+                (i, _) if i + 1 == count => continue,
+                (i, _) => (i - 1, i + 1),
+            };
+            let [v0, v, v1] = [values[before], values[i], values[after]];
+            // Changes at the size of rounding errors are none.
+            let noise = 1e-12 * (high - low).max(v.abs() * 1e-2);
+            let sign = if v >= v0 && v >= v1 { 1.0 } else { -1.0 };
+            if !(sign * (v - v0) >= 0.0 && sign * (v - v1) >= 0.0 && (v - v0).abs().max((v - v1).abs()) > noise) {
+                continue;
+            }
+            let found = match i {
+                0 => self.around_start(&positions[1], |position| sign * value(position)),
+                _ => self.vertex(&positions[before], &positions[after], |position| sign * value(position)),
+            };
+            let vertex = found.map_or(Vertex { angle: positions[i].q[self.driven], value: v }, |vertex| Vertex {
+                value: sign * vertex.value,
+                ..vertex
+            });
+            // A vertex that lies on a sample is found from both sides.
+            if course.vertices.last().is_none_or(|before| (before.angle - vertex.angle).abs() > 1e-6) {
+                course.vertices.push(vertex);
+            }
+        }
+        let ends = [(first, 0), (last, count - 1)].map(|(value, i)| (value, positions[i].q[self.driven]));
+        let all = || course.vertices.iter().map(|vertex| (vertex.value, vertex.angle)).chain(ends);
+        course.smallest = all().fold(ends[0], |least, one| if one.0 < least.0 { one } else { least });
+        course.largest = all().fold(ends[0], |most, one| if one.0 > most.0 { one } else { most });
+        course
+    }
+
+    /// A vertex near the start of a cycle.
+    fn around_start(&self, next: &Position<N>, value: impl Fn(&Position<N>) -> f64) -> Result<Vertex, Lock<N>> {
+        let step = next.q[self.driven] - self.start.q[self.driven];
+        let before = self.at(&self.start, self.start.q[self.driven] - step)?;
+        self.vertex(&before, next, value)
+    }
+
+    /// The inertia that a change of the driven coordinate has to move: `t' Mbar t` with its tangent t.
+    fn inertia(&self, position: &Position<N>) -> f64 {
+        let tangent = self.drive.tangent(&position.q, self.driven);
+        dot(&tangent, &multiply(&self.drive.mechanism.mass_matrix(&position.q), &tangent))
+    }
+
+    fn outputs(&self, position: &Position<N>) -> Vec<f64> {
+        let (multipliers, _) = self.drive.balance(&position.q);
         let mut outputs = vec![0.0; X::DESCRIPTION.outputs.len()];
         self.drive.mechanism.outputs(0.0, &position.q, &[0.0; N], &[0.0; N], &multipliers, &mut outputs);
-        Sample { angle: position.q[self.driven], balance: forces[self.driven], outputs }
+        outputs
     }
+}
+
+/// A difference of two values in a unit; of angles without whole turns.
+pub(crate) fn wrapped(difference: f64, unit: &str) -> f64 {
+    if unit == "rad" { difference - TAU * (difference / TAU).round() } else { difference }
 }

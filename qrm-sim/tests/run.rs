@@ -126,7 +126,7 @@ fn an_output_without_value_ends_the_run_before_its_row() {
         "{outcome:?}"
     );
     assert_eq!((notes.times.len(), notes.finished), (51, 1));
-    assert_eq!((outcome.end_time, outcome.steps), (notes.times[50], 50));
+    assert_eq!((outcome.end_time, outcome.counts.accepted), (notes.times[50], 50));
 }
 
 #[test]
@@ -155,7 +155,7 @@ fn the_stop_is_where_the_condition_becomes_true() {
     let far = |_: f64, q: &[f64], _: &[f64]| q[0] * q[0] - 2.0;
     let outcome = run(&line(), Some(End::Condition(&far)), &mut Notes::default()).expect("starts");
     assert!(matches!(outcome.status, Status::Stopped));
-    assert!((outcome.end_time - 2.0_f64.sqrt()).abs() < 4e-16 && outcome.steps == 142, "{outcome:?}");
+    assert!((outcome.end_time - 2.0_f64.sqrt()).abs() < 4e-16 && outcome.counts.accepted == 142, "{outcome:?}");
 }
 
 #[test]

@@ -7,6 +7,7 @@ use serde_json::ser::{Formatter, Serializer};
 
 use crate::html::escaped;
 use crate::motion::Motion;
+use crate::rounding::rounded;
 
 /// A whole document that plays the motion: it needs nothing but a browser.
 pub fn page(motion: &Motion) -> String {
@@ -43,30 +44,22 @@ fn piece(motion: &Motion, mode: &str, heading: &str) -> String {
 /// The motion as JSON that may stand in a script element.
 fn data(motion: &Motion) -> String {
     let mut bytes = Vec::new();
-    motion
+    rounded(motion)
         .serialize(&mut Serializer::with_formatter(&mut bytes, Compact))
         .expect("names and numbers are JSON, and memory takes them");
     String::from_utf8(bytes).expect("JSON is UTF-8")
 }
 
-/// JSON with no more digits than a drawing can show, and without the signs that could end a script element.
+/// JSON without zeros that say nothing, and without the signs that could end a script element.
 struct Compact;
 
 impl Formatter for Compact {
     fn write_f64<W: ?Sized + Write>(&mut self, writer: &mut W, value: f64) -> Result<(), Error> {
-        writer.write_all(rounded(value).as_bytes())
+        let (plain, scientific) = (format!("{value}"), format!("{value:e}"));
+        writer.write_all(if scientific.len() < plain.len() { scientific } else { plain }.as_bytes())
     }
 
     fn write_string_fragment<W: ?Sized + Write>(&mut self, writer: &mut W, fragment: &str) -> Result<(), Error> {
         writer.write_all(fragment.replace('<', "\\u003c").as_bytes())
     }
-}
-
-/// Six significant digits, written as shortly as JSON allows.
-fn rounded(value: f64) -> String {
-    let scientific = format!("{value:.5e}");
-    // Reading it back drops the zeros at the end; adding zero makes -0 the same as 0.
-    let value = scientific.parse::<f64>().unwrap_or(value) + 0.0;
-    let (plain, scientific) = (format!("{value}"), format!("{value:e}"));
-    if scientific.len() < plain.len() { scientific } else { plain }
 }

@@ -22,13 +22,33 @@ mod trace;
 
 use std::fmt;
 
-/// Panels one above the other, over the same time.
+/// Panels one above the other, over the same abscissa.
 #[derive(Clone, Debug)]
 pub struct Figure {
     /// Stands above the panels.
     pub title: String,
+    /// What the abscissa shows.
+    pub abscissa: Abscissa,
     /// The panels, the first one at the top.
     pub panels: Vec<Panel>,
+}
+
+/// The abscissa of all panels.
+#[derive(Clone, Debug)]
+pub struct Abscissa {
+    /// What it shows, without its unit.
+    pub quantity: String,
+    /// Its unit; empty if it has none.
+    pub unit: String,
+    /// How it is divided.
+    pub scale: Scale,
+}
+
+impl Abscissa {
+    /// The time of a motion in s.
+    pub fn time() -> Self {
+        Self { quantity: "t".to_owned(), unit: "s".to_owned(), scale: Scale::Linear }
+    }
 }
 
 /// Curves in one unit.
@@ -42,6 +62,8 @@ pub struct Panel {
     pub scale: Scale,
     /// The curves.
     pub curves: Vec<Curve>,
+    /// Below this value nothing can be told, and why.
+    pub floor: Option<(f64, String)>,
 }
 
 /// How an axis is divided.
@@ -53,7 +75,7 @@ pub enum Scale {
     Logarithmic,
 }
 
-/// A quantity over time.
+/// A quantity over the abscissa, which is time in most figures.
 #[derive(Clone, Debug)]
 pub struct Curve {
     /// Its name in the legend: `phi2_dot`.
@@ -64,6 +86,8 @@ pub struct Curve {
     pub points: Vec<(f64, f64)>,
     /// Its smallest and largest value, if they are to be marked.
     pub extremes: Option<Extremes>,
+    /// Whether each point is a measurement, to be seen as a dot.
+    pub has_dots: bool,
 }
 
 /// The smallest and the largest value of a curve.

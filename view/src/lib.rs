@@ -10,3 +10,4 @@ mod html;
 mod markdown;
 pub mod motion;
 pub mod report;
+mod rounding;

@@ -1,6 +1,6 @@
 //! Figures are read back: what is drawn where the curves say.
 
-use qrm_view::figure::{Curve, Extremes, Figure, NoPicture, Panel, Scale};
+use qrm_view::figure::{Abscissa, Curve, Extremes, Figure, NoPicture, Panel, Scale};
 use roxmltree::{Document, Node};
 
 fn curve(name: &str, count: usize, end: f64, value: impl Fn(f64) -> f64) -> Curve {
@@ -8,15 +8,21 @@ fn curve(name: &str, count: usize, end: f64, value: impl Fn(f64) -> f64) -> Curv
         (0..count).map(|i| end * i as f64 / (count - 1) as f64).map(|t| (t, value(t))).collect();
     let minimum = points.iter().copied().min_by(|a, b| a.1.total_cmp(&b.1)).expect("there are points");
     let maximum = points.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1)).expect("there are points");
-    Curve { name: name.to_owned(), doc: "a curve".to_owned(), points, extremes: Some(Extremes { minimum, maximum }) }
+    Curve {
+        name: name.to_owned(),
+        doc: "a curve".to_owned(),
+        points,
+        extremes: Some(Extremes { minimum, maximum }),
+        has_dots: false,
+    }
 }
 
 fn panel(scale: Scale, curves: Vec<Curve>) -> Panel {
-    Panel { quantity: "angular speed".to_owned(), unit: "rad/s".to_owned(), scale, curves }
+    Panel { quantity: "angular speed".to_owned(), unit: "rad/s".to_owned(), scale, curves, floor: None }
 }
 
 fn figure(panels: Vec<Panel>) -> Figure {
-    Figure { title: "Rates".to_owned(), panels }
+    Figure { title: "Rates".to_owned(), abscissa: Abscissa::time(), panels }
 }
 
 fn alone(curve: Curve) -> Figure {
@@ -225,7 +231,7 @@ fn what_differs_late_is_written_without_what_is_common() {
 #[test]
 fn what_cannot_be_drawn_is_an_error() {
     assert_eq!(figure(Vec::new()).svg(), Err(NoPicture::Empty));
-    let empty = Curve { name: "c".to_owned(), doc: String::new(), points: Vec::new(), extremes: None };
+    let empty = Curve { name: "c".to_owned(), doc: String::new(), points: Vec::new(), extremes: None, has_dots: false };
     assert_eq!(alone(empty).svg(), Err(NoPicture::Empty));
     let wide = alone(curve("c", 2, 1.0, |t| (2.0 * t - 1.0) * 1.7e308)).svg();
     assert_eq!(wide, Err(NoPicture::TooFarApart("angular speed".to_owned())));

@@ -1,11 +1,23 @@
 //! Matrices in LaTeX.
 
 /// About as many letters fit beside each other on a page.
-const WIDTH: usize = 90;
+const WIDTH: usize = 80;
 
 /// About how many letters a formula shows: commands are one, braces and the like none.
 fn width(latex: &str) -> usize {
-    let hidden = [r"\left", r"\right", r"\mathit", r"\mathrm", r"\dot", r"\ddot", r"\frac", r"\,"];
+    let hidden = [
+        r"\left",
+        r"\right",
+        r"\mathit",
+        r"\mathrm",
+        r"\dot",
+        r"\ddot",
+        r"\frac",
+        r"\mathbf",
+        r"\mathcal",
+        r"\bar",
+        r"\,",
+    ];
     let bare = hidden.iter().fold(latex.to_owned(), |text, command| text.replace(command, ""));
     let mut in_command = false;
     let mut is_seen = |c: &char| {
@@ -42,20 +54,38 @@ pub(super) fn fits(rows: &[Vec<String>]) -> bool {
 
 /// `name = formula`, on several lines if the formula is long.
 pub(super) fn equation(name: &str, summands: &[String]) -> String {
-    let whole = summands.concat();
-    if width(&whole) <= WIDTH {
-        return format!("$${name} = {whole}$$");
+    match &lines(summands)[..] {
+        [whole] => format!("$${name} = {whole}$$"),
+        lines => format!(r"$$\begin{{aligned}} {name} ={{}}& {} \end{{aligned}}$$", lines.join(r" \\ & ")),
     }
-    let mut lines: Vec<String> = Vec::new();
-    let mut line = String::new();
-    for summand in summands {
-        if !line.is_empty() && width(&line) + width(summand) > WIDTH {
-            lines.push(std::mem::take(&mut line));
+}
+
+/// A formula by itself.
+pub(super) fn formula(summands: &[String]) -> String {
+    match &lines(summands)[..] {
+        [whole] => format!("$${whole}$$"),
+        lines => format!(r"$$\begin{{aligned}} & {} \end{{aligned}}$$", lines.join(r" \\ & ")),
+    }
+}
+
+/// The summands on as few lines as they need, filled evenly.
+fn lines(summands: &[String]) -> Vec<String> {
+    let widths: Vec<usize> = summands.iter().map(|summand| width(summand)).collect();
+    let total: usize = widths.iter().sum();
+    let target = total / total.div_ceil(WIDTH).max(1);
+    let mut lines = vec![String::new()];
+    let mut filled = 0;
+    for (summand, width) in summands.iter().zip(widths) {
+        if filled > 0 && (filled + width > WIDTH || filled + width / 2 > target) {
+            lines.push(String::new());
+            filled = 0;
         }
-        line += summand;
+        if let Some(line) = lines.last_mut() {
+            *line += summand;
+        }
+        filled += width;
     }
-    lines.push(line);
-    format!(r"$$\begin{{aligned}} {name} ={{}}& {} \end{{aligned}}$$", lines.join(r" \\ & "))
+    lines
 }
 
 /// The entries that are not zero, each by itself.

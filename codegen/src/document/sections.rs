@@ -3,7 +3,7 @@
 use super::table::{self, Reader, Table};
 use super::{
     BodySyntax, ConstraintSyntax, CoordinateSyntax, Document, DrawnSyntax, Identifier, LoadSyntax, OutputSyntax,
-    OutputValue, ParameterSyntax, Position, Target,
+    OutputValue, ParameterSyntax, Position, ReferenceSyntax, Target,
 };
 use crate::diagnostic::Diagnostic;
 use crate::names::is_identifier;
@@ -61,6 +61,9 @@ impl Document {
             if let Some(drawn) = drawn(r, &identifier, value) {
                 self.drawing.push((identifier, drawn));
             }
+        }
+        for (identifier, value) in root.entries(r, "reference") {
+            self.references.extend(reference(r, identifier, value));
         }
         self.read_run(r, &mut root);
         root.finish(r);
@@ -261,6 +264,16 @@ fn places(r: &mut Reader, value: table::Value) -> Option<Vec<Position>> {
         return None;
     }
     items.into_iter().map(|item| position(r, item)).collect()
+}
+
+fn reference(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option<ReferenceSyntax> {
+    let table = r.table(&format!("reference `{}`", identifier.name), value)?;
+    let mut number = |key: &str| table.required(r, key).map_or_else(table::placeholder, |v| r.formula(v));
+    let (t, accuracy) = (number("t"), number("accuracy"));
+    let values = table.required(r, "values").map(|v| values(r, "values", v)).unwrap_or_default();
+    let doc = table.string(r, "doc");
+    table.finish(r);
+    Some(ReferenceSyntax { identifier, doc, t, accuracy, values })
 }
 
 fn values(r: &mut Reader, what: &str, value: table::Value) -> Vec<(Identifier, Formula)> {

@@ -74,6 +74,10 @@ pub(super) fn all_values(scene: &Scene) -> Vec<&Value> {
         }
     }
     values.extend(scene.drawing.iter().flat_map(|drawn| drawn.kind.values()));
+    for reference in &scene.references {
+        values.extend([&reference.t, &reference.accuracy]);
+        values.extend(reference.values.iter().map(|(_, value)| value));
+    }
     values.extend([&scene.run.step, &scene.run.end_time]);
     values.extend(scene.run.until.iter().map(|c| &c.difference));
     values

@@ -16,11 +16,14 @@ pub(super) fn summary(setup: &Setup, outcome: &Outcome, album: &Album) -> Summar
     let description = &setup.description;
     Summary {
         scene: description.name.to_owned(),
-        method: "rk4",
+        method: setup.method_name,
         projection: setup.projection,
-        tolerance: setup.method.tolerance.residual,
+        tolerance: setup.method.scheme.tolerance(),
+        closure_tolerance: setup.method.tolerance.residual,
         step: outcome.step,
-        steps: outcome.steps,
+        steps: outcome.counts.accepted,
+        rejected_steps: outcome.counts.rejected,
+        evaluations: outcome.counts.evaluations,
         rows: 0,
         status: status(outcome),
         message: words::ending(outcome, description, &setup.until),
@@ -43,8 +46,8 @@ pub(super) fn figures(setup: &Setup, outcome: &Outcome, album: &Album) -> Vec<(S
     let groups = groups(&setup.text).into_iter();
     let mut figures: Vec<(String, Figure)> = groups.map(|group| (group.file.clone(), figure(&group, album))).collect();
     let title = format!(
-        "health of the run: RK4, step {}, closure tolerance {:e}",
-        words::seconds(outcome.step),
+        "health of the run: {}, closure tolerance {:e}",
+        words::method(setup.method_name, setup.method.scheme.tolerance(), outcome.step),
         setup.method.tolerance.residual
     );
     let is_conservative = outcome.energy_drift.is_some();

@@ -1,5 +1,7 @@
 //! `qrm animate`
 
+use std::path::Path;
+
 use super::progress::Progress;
 use super::setup::Setup;
 use super::{AnimateArguments, Failure, account};
@@ -9,29 +11,28 @@ use crate::scenes::Scenes;
 
 /// Runs a scene and writes its animation.
 pub(super) fn animate(scenes: &Scenes, arguments: &AnimateArguments) -> Result<(), Failure> {
-    let setup = Setup::new(scenes, &arguments.motion)?;
+    let setup = Setup::new(scenes, &arguments.scene, &arguments.method)?;
     let out = setup.folder(arguments.out.as_deref());
     let mut observer = (Progress::new(), Album::new(&setup.description));
     let outcome = setup.simulate(false, &mut observer)?;
     let album = observer.1;
     let summary = account::summary(&setup, &outcome, &album);
     if album.frames.len() < 2 {
-        return Err(Failure::Run(format!("error: {}: there is nothing to show", summary.message)));
+        return Err(Failure::Run(format!("error: {}", summary.message)));
     }
     let motion =
         motion(&setup.text, &setup.parameters(), &album).map_err(|reason| Failure::Run(format!("error: {reason}")))?;
-    let mut written = vec![("animation.html", qrm_view::animation::page(&motion).into_bytes())];
+    super::say(&format!("{}: {}\n", summary.scene, summary.message));
+    write(&out.join("animation.html"), qrm_view::animation::page(&motion).as_bytes())?;
     if !arguments.no_gif {
         let gif = qrm_view::gif::gif(&motion).map_err(|e| Failure::Run(format!("error: no GIF could be made: {e}")))?;
-        written.push(("animation.gif", gif));
-    }
-    for (file, bytes) in &written {
-        let path = out.join(file);
-        super::write(&path, bytes).map_err(|e| Failure::Use(super::unwritable(&path, &e)))?;
-    }
-    super::say(&format!("{}: {}\n", summary.scene, summary.message));
-    for (file, bytes) in &written {
-        super::say(&format!("wrote {} ({} kB)", out.join(file).display(), bytes.len().div_ceil(1000)));
+        write(&out.join("animation.gif"), &gif)?;
     }
     account::problem(&outcome, &summary).map_or(Ok(()), |problem| Err(Failure::Run(problem)))
+}
+
+fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    super::write(path, bytes).map_err(|e| Failure::Use(super::unwritable(path, &e)))?;
+    super::say(&format!("wrote {} ({} kB)", path.display(), bytes.len().div_ceil(1000)));
+    Ok(())
 }

@@ -11,15 +11,14 @@ use crate::scenes::Scenes;
 
 /// Says what can be known of a mechanism beyond one run of it.
 pub(super) fn check(scenes: &Scenes, arguments: &CheckArguments) -> Result<(), Failure> {
-    let setup = Setup::new(scenes, &arguments.motion)?;
+    let setup = Setup::new(scenes, &arguments.scene, &arguments.method)?;
     if !arguments.at_rest.is_empty() {
-        let positions = arguments.at_rest.iter().map(|text| rest::position(&setup, text));
-        for position in positions.collect::<Result<Vec<_>, _>>()? {
+        for position in rest::positions(&setup, &arguments.at_rest)? {
             super::say(&rest::rest(&setup, &position)?);
         }
         return Ok(());
     }
-    let facts = facts(&setup)?;
+    let (facts, problem) = facts(&setup)?;
     let width = facts.iter().map(|fact| fact.topic.len()).max().unwrap_or(0);
     let mut text = format!("{}: {}\n", setup.description.name, setup.description.doc);
     for Fact { topic, lines } in &facts {
@@ -30,7 +29,7 @@ pub(super) fn check(scenes: &Scenes, arguments: &CheckArguments) -> Result<(), F
         }
     }
     super::say(&text);
-    Ok(())
+    problem.map_or(Ok(()), |problem| Err(Failure::Run(problem)))
 }
 
 /// What is known about one topic.
@@ -45,11 +44,22 @@ impl Fact {
     }
 }
 
-/// Everything but positions at rest that were asked for.
-pub(super) fn facts(setup: &Setup) -> Result<Vec<Fact>, Failure> {
+/// Everything but positions at rest that were asked for, and why the scene's own run did not do what was asked.
+pub(super) fn facts(setup: &Setup) -> Result<(Vec<Fact>, Option<String>), Failure> {
     let mut facts = turn::facts(setup)?;
-    facts.extend(motion::facts(setup)?);
-    Ok(facts)
+    let (of_motion, problem) = motion::facts(setup)?;
+    facts.extend(of_motion);
+    Ok((facts, problem))
+}
+
+/// A number in eight digits or so, however small it is.
+fn number(value: f64) -> String {
+    if value == 0.0 || (1e-3..1e7).contains(&value.abs()) {
+        // Adding zero makes -0 the same as 0.
+        format!("{:.7}", value + 0.0)
+    } else {
+        format!("{value:.7e}")
+    }
 }
 
 /// An angle in degrees, a length as it is.
@@ -62,6 +72,10 @@ fn shown(value: f64, unit: &str) -> String {
 }
 
 /// The unit of a generalized force.
-fn unit_of_force(unit: &str) -> &'static str {
-    if unit == "m" { "N" } else { "N m" }
+fn unit_of_force(unit: &str) -> String {
+    match unit {
+        "m" => "N".to_owned(),
+        "rad" => "N m".to_owned(),
+        other => format!("J/{other}"),
+    }
 }

@@ -1,7 +1,5 @@
 //! `qrm code`
 
-use std::io::Write;
-
 use anstyle::{AnsiColor, Style};
 use qrm_codegen::names::suggestion;
 use ra_ap_rustc_lexer::{FrontmatterAllowed, LiteralKind, TokenKind, tokenize};
@@ -17,8 +15,10 @@ pub(super) fn code(scenes: &Scenes, arguments: &CodeArguments) -> Result<(), Fai
         None => code.to_owned(),
         Some(name) => part(code, name).ok_or_else(|| unknown(code, &arguments.scene, name))?,
     };
-    // Nobody may be listening any more; colours reach a terminal only.
-    let _ = writeln!(anstream::stdout(), "{}", highlighted(shown.trim_end()));
+    super::say(&match anstream::AutoStream::choice(&std::io::stdout()) {
+        anstream::ColorChoice::Never => shown.trim_end().to_owned(),
+        _ => highlighted(shown.trim_end()),
+    });
     Ok(())
 }
 
@@ -64,7 +64,14 @@ fn named(item: &str) -> Option<&str> {
 fn unknown(code: &str, scene: &str, name: &str) -> Failure {
     let functions = items(code).into_iter().filter(|item| item.lines().any(|line| line.starts_with("pub ")));
     let names: Vec<&str> = functions.filter_map(named).collect();
-    let help = suggestion(name, names.iter().copied(), || format!("there are: {}", names.join(", ")));
+    let symbols = code.lines().filter_map(|line| line.strip_prefix("#[doc(alias = \"")?.strip_suffix("\")]"));
+    let all = names.iter().copied().chain(symbols);
+    // A name may be remembered by its beginning.
+    let begins = names.iter().find(|other| name.len() > 2 && other.starts_with(name));
+    let help = match begins {
+        Some(other) => format!("did you mean `{other}`?"),
+        None => suggestion(name, all, || format!("there are: {}", names.join(", "))),
+    };
     Failure::Use(format!("error: the code of scene `{scene}` has no part `{name}`\n  = help: {help}"))
 }
 

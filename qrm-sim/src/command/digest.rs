@@ -11,17 +11,29 @@ use crate::summary::Summary;
 pub(super) fn facts(summary: &Summary) -> [(&'static str, String); 6] {
     let Summary { steps, run_seconds, max_residual_position, max_residual_velocity, .. } = summary;
     let per_step = run_seconds * 1e9 / (*steps).max(1) as f64;
+    let method = match summary.tolerance {
+        None => format!("RK4, {steps} steps of {}, projection: {}", seconds(summary.step), summary.projection),
+        Some(tolerance) => format!(
+            "{}, {steps} steps and {} rejected for a tolerance of {tolerance:e}, rows every {}, projection: {}",
+            summary.method.to_uppercase(),
+            summary.rejected_steps,
+            seconds(summary.step),
+            summary.projection
+        ),
+    };
+    let second =
+        if summary.tolerance.is_some() { "a run at a tenth of the tolerance" } else { "a run at twice the step" };
     let error = match summary.estimated_error {
-        Some(error) => format!("about {error:.1e} in the coordinates, judged by a run at twice the step"),
+        Some(error) => format!("about {error:.1e} in the coordinates, judged by {second}"),
         None => "not estimated".to_owned(),
     };
     let energy = match summary.energy_drift {
-        Some(drift) => format!("constant within {drift:.1e} J"),
+        Some(drift) => format!("within {drift:.1e} J of its value at the start"),
         None => "not constant: some loads have no potential".to_owned(),
     };
     [
         ("end", summary.message.clone()),
-        ("method", format!("RK4, {steps} steps of {}, projection: {}", seconds(summary.step), summary.projection)),
+        ("method", method),
         ("time", format!("{:.3} ms for the integration, {per_step:.0} ns a step", run_seconds * 1e3)),
         ("error", error),
         (

@@ -12,30 +12,36 @@ use crate::summary::Summary;
 
 /// Runs a scene and writes everything that is known of it on one page.
 pub(super) fn report(scenes: &Scenes, arguments: &ReportArguments) -> Result<(), Failure> {
-    let setup = Setup::new(scenes, &arguments.motion)?;
+    let setup = Setup::new(scenes, &arguments.scene, &arguments.method)?;
     let path = setup.folder(arguments.out.as_deref()).join("report.html");
     let mut observer = (Progress::new(), Album::new(&setup.description));
     let outcome = setup.simulate(true, &mut observer)?;
     let album = observer.1;
     let summary = account::summary(&setup, &outcome, &album);
     let mut sections = vec![run(&setup, &summary)];
-    let motion = if album.frames.len() > 1 {
-        Some(motion(&setup.text, &setup.parameters(), &album).map_err(|e| Failure::Run(format!("error: {e}")))?)
-    } else {
-        None
-    };
+    let motion = (album.frames.len() > 1).then(|| motion(&setup.text, &setup.parameters(), &album));
     if let Some(motion) = &motion {
-        sections.push(Section { heading: "Motion".to_owned(), contents: vec![Content::Animation(motion)] });
+        let shown = match motion {
+            Ok(motion) => Content::Animation(motion),
+            Err(reason) => Content::Warning(reason.clone()),
+        };
+        sections.push(Section { heading: "Motion".to_owned(), contents: vec![shown] });
         let figures = account::figures(&setup, &outcome, &album).into_iter().map(|(name, figure)| match figure.svg() {
             Ok(svg) => Content::Figure(svg),
             Err(reason) => Content::Warning(format!("{name} cannot be drawn: {reason}")),
         });
         sections.push(Section { heading: "Figures".to_owned(), contents: figures.collect() });
     }
-    let facts = check::facts(&setup)?.into_iter().map(|fact| (fact.topic, fact.lines)).collect();
+    let (facts, _) = check::facts(&setup)?;
+    let facts = facts.into_iter().map(|fact| (fact.topic, fact.lines)).collect();
     sections.push(Section { heading: "Mechanism".to_owned(), contents: vec![Content::Facts(facts)] });
     sections.push(parameters(&setup, &summary));
-    let derivation = vec![Content::Markdown(setup.description.derivation)];
+    let mut derivation = Vec::new();
+    if !arguments.scene.set.is_empty() {
+        let note = "The table below shows the values of the scene; those of this run stand under Parameters.";
+        derivation.push(Content::Warning(note.to_owned()));
+    }
+    derivation.push(Content::Markdown(setup.description.derivation));
     sections.push(Section { heading: "Derivation".to_owned(), contents: derivation });
     let (title, doc) = (setup.description.name.to_owned(), setup.description.doc.to_owned());
     let html = page(&Report { title, doc, sections });

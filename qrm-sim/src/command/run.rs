@@ -10,7 +10,7 @@ use crate::scenes::Scenes;
 
 /// Runs a scene and writes its files.
 pub(super) fn run(scenes: &Scenes, arguments: &RunArguments) -> Result<(), Failure> {
-    let setup = Setup::new(scenes, &arguments.motion)?;
+    let setup = Setup::new(scenes, &arguments.scene, &arguments.method)?;
     let out = setup.folder(arguments.out.as_deref());
     let recorder = Recorder::new(&out, setup.description, arguments.every);
     let mut observer = (Progress::new(), (recorder, Album::new(&setup.description)));

@@ -9,8 +9,8 @@ use qrm_codegen::scene::Scene as SceneText;
 use qrm_mechanism::Description;
 
 use super::condition::Condition;
-use super::{Failure, MotionArguments, settings, words};
-use crate::motion::Method;
+use super::{Failure, MethodArguments, MethodName, SceneArguments, settings, words};
+use crate::motion::{Method, Scheme};
 use crate::observer::Observer;
 use crate::outcome::Outcome;
 use crate::projection::Tolerance;
@@ -26,6 +26,8 @@ pub(super) struct Setup<'s> {
     /// Where the text stands.
     pub(super) path: String,
     pub(super) method: Method,
+    /// The name of its formula.
+    pub(super) method_name: &'static str,
     /// The name of the projection.
     pub(super) projection: &'static str,
     /// The stop condition as written.
@@ -36,8 +38,23 @@ pub(super) struct Setup<'s> {
     condition: Option<Condition>,
 }
 
+/// The formula of this name, with its tolerance.
+fn scheme(name: MethodName, tolerance: Option<f64>) -> Result<Scheme, Failure> {
+    let chosen = tolerance.unwrap_or(1e-9);
+    match name {
+        MethodName::Rk4 if tolerance.is_some() => Err(Failure::Use(
+            "error: `--tolerance` needs a method that chooses its steps\n  \
+             = help: add `--method dop853`, or choose `--step` instead"
+                .to_owned(),
+        )),
+        MethodName::Rk4 => Ok(Scheme::Rk4),
+        MethodName::Dopri5 => Ok(Scheme::Dopri5 { tolerance: chosen }),
+        MethodName::Dop853 => Ok(Scheme::Dop853 { tolerance: chosen }),
+    }
+}
+
 impl<'s> Setup<'s> {
-    pub(super) fn new(scenes: &'s Scenes, arguments: &MotionArguments) -> Result<Self, Failure> {
+    pub(super) fn new(scenes: &'s Scenes, arguments: &SceneArguments, how: &MethodArguments) -> Result<Self, Failure> {
         let scene = settings::scene(scenes, &arguments.scene)?;
         let description = scene.description();
         let set = settings::parameters(&description, &arguments.set)?;
@@ -49,15 +66,18 @@ impl<'s> Setup<'s> {
             |name: &str, value: &Option<String>| value.as_ref().map(|v| settings::positive(name, v)).transpose();
         let step = option("--step", &arguments.step)?;
         let end_time = option("--end-time", &arguments.end_time)?;
-        let residual = option("--closure-tolerance", &arguments.closure_tolerance)?;
+        let residual = option("--closure-tolerance", &how.closure_tolerance)?;
         let residual = residual.unwrap_or(Tolerance::default().residual);
-        let tolerance = Tolerance { residual, iterations: arguments.closure_iterations };
+        let tolerance = Tolerance { residual, iterations: how.closure_iterations };
+        let error = option("--tolerance", &how.tolerance)?;
+        let scheme = scheme(how.method, error)?;
         let until = arguments.until.as_deref();
         let condition =
             until.map(|until| Condition::new(&text, until, parameter_values(&text, replace))).transpose()?;
         Ok(Self {
-            method: Method { projection: arguments.projection.projection(), tolerance },
-            projection: arguments.projection.name(),
+            method: Method { scheme, projection: how.projection.projection(), tolerance },
+            method_name: how.method.name(),
+            projection: how.projection.name(),
             until: until.unwrap_or(description.until).to_owned(),
             scene,
             description,
@@ -78,6 +98,11 @@ impl<'s> Setup<'s> {
     /// The values of all parameters of the text.
     pub(super) fn parameters(&self) -> Vec<f64> {
         parameter_values(&self.text, self.replace())
+    }
+
+    /// The end that the command line asks for, if it asks for a time.
+    pub(super) fn latest_end(&self) -> f64 {
+        self.end_time.unwrap_or(f64::INFINITY)
     }
 
     /// Where the files of a command go.

@@ -86,6 +86,10 @@ pub(super) fn breakdown(reason: &Breakdown, description: &Description) -> String
              = help: give the bodies that move with it a mass or an inertia",
             description.coordinates[*coordinate].name
         ),
+        Breakdown::StepTooShort { h } => format!(
+            "steps had to become as short as {h:.1e} s, and time stands still: the tolerance is beyond double precision, or the \
+             mechanism is singular here\n  = help: use a larger --tolerance"
+        ),
         Breakdown::NotFinite => {
             "the next state is not finite: numbers grew beyond all bounds, or a formula left its domain\n  \
              = help: use a shorter --step; look for roots, logarithms and quotients in the scene"
@@ -97,6 +101,15 @@ pub(super) fn breakdown(reason: &Breakdown, description: &Description) -> String
 /// A length or angle, in as many digits as can be read.
 fn size(value: f64) -> String {
     if (1e-4..1e6).contains(&value) { format!("{value:.6}") } else { format!("{value:.3e}") }
+}
+
+/// A method and how its steps are chosen.
+pub(super) fn method(name: &str, tolerance: Option<f64>, step: f64) -> String {
+    let name = name.to_uppercase();
+    match tolerance {
+        None => format!("{name}, step {}", seconds(step)),
+        Some(tolerance) => format!("{name}, tolerance {tolerance:e}, rows every {}", seconds(step)),
+    }
 }
 
 /// A time without the rounding errors of its last digits.

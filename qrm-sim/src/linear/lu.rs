@@ -25,6 +25,9 @@ impl<const M: usize> Lu<M> {
                 determinant = -determinant;
             }
             determinant *= factors[k][k];
+            if factors[k][k] == 0.0 {
+                break;
+            }
             for i in k + 1..M {
                 factors[i][k] /= factors[k][k];
                 for j in k + 1..M {
@@ -56,6 +59,12 @@ impl<const M: usize> Lu<M> {
 #[cfg(test)]
 mod tests {
     use super::Lu;
+
+    #[test]
+    fn a_singular_matrix_has_no_determinant() {
+        assert_eq!(Lu::new(&[[0.0, 0.0], [0.0, 1.0]]).determinant, 0.0);
+        assert_eq!(Lu::new(&[[1.0, 2.0], [2.0, 4.0]]).determinant, 0.0);
+    }
 
     #[test]
     fn solves_with_rows_exchanged() {

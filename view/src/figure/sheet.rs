@@ -5,16 +5,16 @@ use plotters::chart::{ChartBuilder, ChartContext, LabelAreaPosition};
 use plotters::coord::Shift;
 use plotters::coord::cartesian::Cartesian2d;
 use plotters::drawing::{DrawingArea, DrawingAreaErrorKind, IntoDrawingArea};
-use plotters::element::PathElement;
-use plotters::style::TextStyle;
+use plotters::element::{Circle, PathElement, Rectangle};
 use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::{Color, TextStyle};
 
 use super::axis::Axis;
 use super::layout::{self, HEADER, MARGIN, RIGHT, SAMPLE, TICK, TIME_AXIS, TITLE, WIDTH};
 use super::look::{self, UNITS, letters, pen_of, stroke};
 use super::path::Place;
 use super::trace::Trace;
-use super::{Figure, NoPicture, Panel, marks, markup, span, text};
+use super::{Abscissa, Figure, NoPicture, Panel, marks, markup, span, text};
 
 pub(super) type Sheet<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 pub(super) type Chart<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<Axis, Axis>>;
@@ -40,7 +40,8 @@ pub(super) fn draw(figure: &Figure) -> Result<String, NoPicture> {
             let header = letters(look::TEXT, HEADER, false);
             write(&sheet, &descriptions[i], &header, (MARGIN, place.header))?;
             let axis = axes[i].as_ref();
-            let chart = open(&sheet, place, left, i + 1 == figure.panels.len(), (&time, axis))?;
+            let below = (i + 1 == figure.panels.len()).then_some(&figure.abscissa);
+            let chart = open(&sheet, place, left, below, (&time, axis))?;
             numbers += &markup::panel(panel, &time, axis, corners(&chart));
             draw_panel(&sheet, &chart, panel, place, curves)?;
         }
@@ -84,15 +85,15 @@ fn write(sheet: &Sheet<'_>, text: &str, style: &TextStyle<'_>, (x, y): (f64, f64
     sheet.draw_text(text, &style.pos(Pos::new(HPos::Left, VPos::Center)), (units(x), units(y)))
 }
 
-/// Draws the axes and the grid of a panel.
+/// Draws the axes and the grid of a panel; what the abscissa shows is said below the last one.
 fn open<'a>(
     sheet: &Sheet<'a>,
     place: &layout::Place,
     left: f64,
-    is_last: bool,
+    abscissa: Option<&Abscissa>,
     (time, axis): (&Axis, Option<&Axis>),
 ) -> Drawn<Chart<'a>> {
-    let below = if is_last { TIME_AXIS } else { 0.0 };
+    let below = if abscissa.is_some() { TIME_AXIS } else { 0.0 };
     let size = (units(WIDTH - RIGHT), units(place.bottom + below - place.top));
     let area = sheet.clone().shrink((0, units(place.top)), size);
     let mut chart = ChartBuilder::on(&area)
@@ -106,8 +107,8 @@ fn open<'a>(
         .label_style(letters(look::MUTED, TICK, false))
         .axis_desc_style(letters(look::TEXT, HEADER, false))
         .set_all_tick_mark_size(4 * UNITS);
-    if is_last {
-        mesh.x_desc(text::clean(&time.description("t", "s")));
+    if let Some(Abscissa { quantity, unit, .. }) = abscissa {
+        mesh.x_desc(text::clean(&time.description(quantity, unit)));
     }
     if axis.is_none() {
         mesh.disable_y_axis().disable_y_mesh();
@@ -123,8 +124,21 @@ fn open<'a>(
     Ok(chart)
 }
 
+/// Shades what lies below the floor of a panel.
+fn draw_floor(sheet: &Sheet<'_>, chart: &Chart<'_>, panel: &Panel) -> Drawn {
+    let Some((value, why)) = panel.floor.as_ref().filter(|(value, _)| span::is_shown(panel.scale, *value)) else {
+        return Ok(());
+    };
+    let (from, to) = corners(chart);
+    let top = chart.backend_coord(&(chart.x_range().start, *value)).1;
+    sheet.draw(&Rectangle::new([(from.0, top), to], look::GRID.paper.filled()))?;
+    let style = letters(look::MUTED, TICK, false).pos(Pos::new(HPos::Right, VPos::Top));
+    sheet.draw_text(&text::clean(why), &style, (to.0 - units(6.0), top + units(4.0)))
+}
+
 /// Draws the curves of a panel, which has `curves` of them with all other panels, their legend and their extremes.
 fn draw_panel(sheet: &Sheet<'_>, chart: &Chart<'_>, panel: &Panel, place: &layout::Place, curves: usize) -> Drawn {
+    draw_floor(sheet, chart, panel)?;
     let traces: Vec<Trace> = panel.curves.iter().map(|curve| Trace::new(chart, panel.scale, curve, curves)).collect();
     for (curve, x, y, name) in &place.entries {
         let line = vec![(units(*x), units(*y)), (units(x + SAMPLE), units(*y))];
@@ -141,6 +155,12 @@ fn draw_panel(sheet: &Sheet<'_>, chart: &Chart<'_>, panel: &Panel, place: &layou
     for (i, trace) in traces.iter().enumerate().rev() {
         for piece in &trace.pieces {
             sheet.draw(&PathElement::new(piece.clone(), stroke(pen_of(i).line, trace.width())))?;
+        }
+    }
+    for (i, curve) in panel.curves.iter().enumerate().rev().filter(|(_, curve)| curve.has_dots) {
+        for point in curve.points.iter().filter(|point| span::is_shown(panel.scale, point.1)) {
+            let dot = Circle::new(chart.backend_coord(point), units(3.4), pen_of(i).line.paper.filled());
+            sheet.draw(&dot)?;
         }
     }
     marks::draw(sheet, chart, panel, &traces)

@@ -1,7 +1,7 @@
 //! From where to where an axis has to reach.
 
 use super::axis::Axis;
-use super::{Curve, Figure, NoPicture, Panel, Scale};
+use super::{Abscissa, Curve, Figure, NoPicture, Panel, Scale};
 
 /// The abscissa of all panels.
 pub(super) fn time_axis(figure: &Figure) -> Result<Axis, NoPicture> {
@@ -13,17 +13,23 @@ pub(super) fn time_axis(figure: &Figure) -> Result<Axis, NoPicture> {
             return Err(NoPicture::NotFinite(curve.name.clone()));
         }
     }
-    let times = of(curves().flat_map(|curve| curve.points.iter().map(|point| point.0)));
-    let (first, last) = widened(times.ok_or(NoPicture::Empty)?);
+    let Abscissa { quantity, scale, .. } = &figure.abscissa;
+    let times = curves().flat_map(|curve| curve.points.iter().map(|point| point.0));
+    let times = of(times.filter(|t| is_shown(*scale, *t))).ok_or(NoPicture::Empty)?;
+    if *scale == Scale::Logarithmic {
+        return Ok(Axis::logarithmic(times.0.log10(), times.1.log10(), 9));
+    }
+    let (first, last) = widened(times);
     if !(last - first).is_finite() {
-        return Err(NoPicture::TooFarApart("t".to_owned()));
+        return Err(NoPicture::TooFarApart(quantity.clone()));
     }
     Ok(Axis::linear(first, last, 9))
 }
 
 /// The ordinate of a panel that is about so many pixels high; nothing if the panel has no value to show.
 pub(super) fn value_axis(panel: &Panel, height: f64) -> Result<Option<Axis>, NoPicture> {
-    let shown = panel.curves.iter().flat_map(values).filter(|value| is_shown(panel.scale, *value));
+    let floor = panel.floor.iter().map(|(value, _)| *value);
+    let shown = panel.curves.iter().flat_map(values).chain(floor).filter(|value| is_shown(panel.scale, *value));
     let Some((low, high)) = of(shown) else { return Ok(None) };
     // A line of text fits above and below the curves.
     let room = if panel.curves.iter().any(|curve| curve.extremes.is_some()) { 24.0 } else { 6.0 };

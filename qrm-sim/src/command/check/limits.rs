@@ -20,37 +20,39 @@ const FACTOR: f64 = 1.25;
 /// Relative accuracy of a limit.
 const ACCURACY: f64 = 1e-10;
 
-/// The limits of every parameter that the constraints contain, the others held.
-pub(super) fn limits(setup: &Setup) -> Vec<Limits> {
+/// The limits of every parameter that the constraints contain, the others held: between them the turn is possible, whether
+/// it is now or not.
+pub(super) fn limits(setup: &Setup, turns: bool) -> Vec<Limits> {
     let used = parameters_of_constraints(&setup.text);
     let values = setup.scene.parameters(&setup.replace());
     let described = setup.description.parameters.iter().zip(values);
     let relevant = described.filter(|(p, value)| *value != 0.0 && used.iter().any(|name| name == p.name));
     let limits = relevant.map(|(parameter, value)| {
         let replace = setup.replace();
-        let turns =
+        let turns_with =
             |trial: f64| setup.scene.turns(&|name| if name == parameter.name { Some(trial) } else { replace(name) });
-        let [low, high] = [1.0 / FACTOR, FACTOR].map(|factor| limit(&turns, value, factor));
-        let (low, high) = if value > 0.0 { (low, high) } else { (high, low) };
+        let [down, up] = [1.0 / FACTOR, FACTOR].map(|factor| limit(&turns_with, value, factor, turns));
+        // Of a mechanism that locks, a longer length that lets it turn is the lower limit.
+        let (low, high) = if (value > 0.0) == turns { (down, up) } else { (up, down) };
         Limits { name: parameter.name, unit: parameter.unit, value, low, high }
     });
     limits.collect()
 }
 
-/// The value at which a full turn ends to be possible, going from the present one by a factor.
-fn limit(turns: &dyn Fn(f64) -> bool, value: f64, factor: f64) -> Option<f64> {
-    let (mut good, mut bad) = (value, value * factor);
-    while turns(bad) {
-        if (bad / value).max(value / bad) > REACH {
+/// The value at which a full turn ends or begins to be possible, going from the present one by a factor.
+fn limit(turns_with: &dyn Fn(f64) -> bool, value: f64, factor: f64, turns: bool) -> Option<f64> {
+    let (mut same, mut other) = (value, value * factor);
+    while turns_with(other) == turns {
+        if (other / value).max(value / other) > REACH {
             return None;
         }
-        (good, bad) = (bad, bad * factor);
+        (same, other) = (other, other * factor);
     }
-    while (good - bad).abs() > ACCURACY * good.abs() {
-        let middle = 0.5 * (good + bad);
-        if turns(middle) { good = middle } else { bad = middle }
+    while (same - other).abs() > ACCURACY * same.abs() {
+        let middle = 0.5 * (same + other);
+        if turns_with(middle) == turns { same = middle } else { other = middle }
     }
-    Some(good)
+    Some(if turns { same } else { other })
 }
 
 /// The names of parameters in the constraints, through points and other parameters too.

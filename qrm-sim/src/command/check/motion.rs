@@ -7,24 +7,27 @@ use qrm_codegen::scene::{Output, OutputKind};
 use super::super::progress::Progress;
 use super::super::setup::Setup;
 use super::super::{Failure, account, words};
-use super::{Fact, shown};
+use super::{Fact, number, shown};
 use crate::album::Album;
 use crate::balance::Balance;
+use crate::extremes::Extremes;
 use crate::outcome::Status;
 use crate::simulate::End;
+use crate::turn::wrapped;
 
 /// The facts in words.
-pub(super) fn facts(setup: &Setup) -> Result<Vec<Fact>, Failure> {
+pub(super) fn facts(setup: &Setup) -> Result<(Vec<Fact>, Option<String>), Failure> {
     let mut observer = (Progress::new(), (Album::new(&setup.description), Balance::default()));
     let outcome = setup.simulate(false, &mut observer)?;
     let (album, balance) = observer.1;
     let summary = account::summary(setup, &outcome, &album);
+    let problem = account::problem(&outcome, &summary);
     let mut facts = vec![Fact::new("run", [summary.message])];
     facts.extend(peaks(setup, &album));
     facts.push(energy(&balance, outcome.energy_drift.is_some()));
     facts.extend(recurrence(setup)?);
     facts.extend(summary.warnings.into_iter().map(|warning| Fact::new("warning", [warning])));
-    Ok(facts)
+    Ok((facts, problem))
 }
 
 /// The coordinate that the scene gives at its start, if it is a single angle.
@@ -51,7 +54,8 @@ fn peaks(setup: &Setup, album: &Album) -> Vec<Fact> {
     for output in &setup.text.outputs {
         let is_reaction = matches!(output.kind, OutputKind::ReactionForce { .. } | OutputKind::ReactionMoment { .. });
         let (true, Some(e)) = (is_reaction, album.extremes(&output.name)) else { continue };
-        let line = |what: &str, (value, t): (f64, f64)| format!("{what}  {value:.4} {} at {}", output.unit, at(t));
+        let line =
+            |what: &str, (value, t): (f64, f64)| format!("{what}  {} {} at {}", number(value), output.unit, at(t));
         facts.push(Fact::new(&output.name, [line("smallest", e.minimum), line("largest ", e.maximum)]));
     }
     facts
@@ -62,7 +66,9 @@ fn energy(balance: &Balance, is_conservative: bool) -> Fact {
     let line = match is_conservative {
         true => format!("kinetic and potential: constant within {error:.1e} J"),
         false => format!(
-            "changes by {change:.7} J, while loads without potential do work of {work:.7} J: balanced within {error:.1e} J"
+            "changes by {} J, while loads without potential do work of {} J: balanced within {error:.1e} J",
+            number(*change),
+            number(*work)
         ),
     };
     Fact::new("energy", [line])
@@ -72,60 +78,67 @@ fn energy(balance: &Balance, is_conservative: bool) -> Fact {
 fn recurrence(setup: &Setup) -> Result<Option<Fact>, Failure> {
     let Some(driven) = driven(setup) else { return Ok(None) };
     let name = setup.description.coordinates[driven].name;
-    let mut album = Album::new(&setup.description);
+    let mut observer = (Progress::new(), Album::new(&setup.description));
+    let latest = setup.latest_end();
     let turned = std::cell::Cell::new(None);
-    let condition = |_: f64, q: &[f64], _: &[f64]| {
+    let condition = |t: f64, q: &[f64], _: &[f64]| {
         let from = turned.get().unwrap_or(q[driven]);
         turned.set(Some(from));
-        (q[driven] - from).abs() - TAU
+        if t >= latest { 0.0 } else { (q[driven] - from).abs() - TAU }
     };
-    let outcome = setup.simulate_until(Some(End::Condition(&condition)), false, &mut album)?;
+    let outcome = setup.simulate_until(Some(End::Condition(&condition)), false, &mut observer)?;
+    let album = observer.1;
     let n = setup.description.coordinates.len();
-    if !matches!(outcome.status, Status::Stopped) {
-        let t = words::seconds(outcome.end_time);
-        return Ok(Some(Fact::new("cycle", [format!("{name} makes no full turn by t = {t}")])));
-    }
     let Some(first) = album.frames.first() else { return Ok(None) };
     let (q, qd): (Vec<f64>, Vec<f64>) = (0..n).map(|i| (first[1 + 3 * i], first[2 + 3 * i])).unzip();
+    let t = words::seconds(outcome.end_time);
+    let makes_none = || Some(Fact::new("cycle", [format!("{name} makes no full turn by t = {t}")]));
+    match outcome.status {
+        Status::Stopped if (outcome.q[driven] - q[driven]).abs() > 0.999 * TAU => {}
+        Status::Stopped | Status::StopNotReached { .. } => return Ok(makes_none()),
+        _ => return Ok(None),
+    }
     let mut largest = [(0.0, 0); 2];
     for i in 0..n {
-        let turned = outcome.q[i] - q[i];
-        let is_angle = setup.description.coordinates[i].unit == "rad";
-        let rest = if is_angle { turned - TAU * (turned / TAU).round() } else { turned };
+        let rest = wrapped(outcome.q[i] - q[i], setup.description.coordinates[i].unit);
         for (largest, difference) in largest.iter_mut().zip([rest, outcome.qd[i] - qd[i]]) {
             if difference.abs() > largest.0 {
                 *largest = (difference.abs(), i);
             }
         }
     }
-    let [(position, _), (rate, place)] = largest;
+    let [(position, moved), (rate, place)] = largest;
     let scale = qd.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
-    let t = words::seconds(outcome.end_time);
-    let line = if position <= 1e-6 && rate <= 1e-6 * scale {
-        format!(
-            "after a turn of {name}, at t = {t}, the state is that of the start within {position:.1e} in the coordinates, \
-             {rate:.1e} in the rates"
-        )
-    } else {
+    let turn = format!("after a turn of {name}, at t = {t},");
+    let line = if position > 1e-6 {
+        let moved = setup.description.coordinates[moved];
+        format!("{turn} {} is not back: it is off by {}", moved.name, shown(position, moved.unit))
+    } else if rate > 1e-6 * scale {
         let fastest = setup.description.coordinates[place].name;
-        let [now, then] = [outcome.qd[place], qd[place]];
+        let [now, then] = [outcome.qd[place], qd[place]].map(number);
+        format!("{turn} the motion does not repeat: {fastest}_dot is {now} instead of {then}")
+    } else {
         format!(
-            "after a turn of {name}, at t = {t}, the motion does not repeat: {fastest}_dot is {now:.7} instead of {then:.7}"
+            "{turn} the state is that of the start within {position:.1e} in the coordinates, {rate:.1e} in the rates"
         )
     };
     let mut lines = vec![line];
-    lines.extend(setup.text.outputs.iter().filter_map(|output| strokes(output, &album, outcome.end_time)));
+    lines.extend(setup.text.outputs.iter().filter_map(|output| {
+        strokes(output, &album.course(&output.name), album.extremes(&output.name), outcome.end_time)
+    }));
     Ok(Some(Fact::new("cycle", lines)))
 }
 
-/// How long the two strokes of an output take in one turn.
-fn strokes(output: &Output, album: &Album, period: f64) -> Option<String> {
-    let (OutputKind::Value(_), Some(e)) = (&output.kind, album.extremes(&output.name)) else { return None };
+/// How long the two strokes of an output take in one turn, if it has no more than two.
+fn strokes(output: &Output, course: &[(f64, f64)], e: Option<Extremes>, period: f64) -> Option<String> {
+    let (OutputKind::Value(_), Some(e)) = (&output.kind, e) else { return None };
+    let signs = || course.windows(2).map(|pair| pair[1].1 - pair[0].1).filter(|change| *change != 0.0);
+    let turns_back = signs().zip(signs().skip(1)).filter(|(a, b)| a * b < 0.0).count();
     let there = (e.maximum.1 - e.minimum.1).abs();
     let (slow, fast) = if there > period - there { (there, period - there) } else { (period - there, there) };
-    (fast > 0.0).then(|| {
+    (turns_back == 2 && fast > 0.0).then(|| {
         format!(
-            "{}: slow stroke {slow:.6} s, fast one back {fast:.6} s: ratio {:.6} in this motion",
+            "{}: one stroke {slow:.6} s, the other {fast:.6} s: ratio {:.6} in this motion",
             output.name,
             slow / fast
         )

@@ -8,9 +8,8 @@ use qrm_mechanism::QuantityDescription;
 use super::super::setup::Setup;
 use super::super::{Failure, words};
 use super::limits::limits;
-use super::{Fact, shown, unit_of_force};
-use crate::extremes::{Extremes, Tracker};
-use crate::turn::{NoTurn, Range, Sample, Turn};
+use super::{Fact, number, shown, unit_of_force};
+use crate::turn::{Course, NoTurn, Range, Turn};
 
 /// The facts in words.
 pub(super) fn facts(setup: &Setup) -> Result<Vec<Fact>, Failure> {
@@ -29,109 +28,115 @@ pub(super) fn facts(setup: &Setup) -> Result<Vec<Fact>, Failure> {
         }
     };
     let driven = coordinates[turn.coordinate];
-    let mut facts = vec![Fact::new("turn", [turning(setup, &turn, &driven)])];
-    if turn.range.is_none() && !setup.description.constraints.is_empty() {
-        facts.extend(needs(setup));
+    let mut facts = vec![Fact::new("turn", turning(setup, &turn, &driven))];
+    if !setup.description.constraints.is_empty() {
+        facts.extend(lengths(setup, turn.range.is_none()));
     }
-    facts.extend(strokes(setup, &turn, &driven));
-    facts.push(at_rest(&turn, &driven));
+    for (output, course) in setup.text.outputs.iter().zip(&turn.outputs) {
+        if matches!(output.kind, OutputKind::Value(_)) {
+            facts.push(stroke(&output.name, &output.unit, course, &turn, &driven));
+        }
+    }
+    facts.push(at_rest(setup, &turn, &driven));
     Ok(facts)
 }
 
-fn turning(setup: &Setup, turn: &Turn, driven: &QuantityDescription) -> String {
+fn turning(setup: &Setup, turn: &Turn, driven: &QuantityDescription) -> Vec<String> {
     let name = driven.name;
-    let Some(Range { low, high }) = &turn.range else {
-        let back = if turn.returns { "" } else { ", after which other coordinates are not back" };
-        let (angle, margin) = turn.nearest;
-        if setup.description.constraints.is_empty() {
-            return format!("{name} turns freely");
+    let way = match &turn.range {
+        None if setup.description.constraints.is_empty() => format!("{name} turns freely"),
+        None if turn.returns => format!("{name} turns all the way"),
+        None => format!("{name} turns all the way, after which other coordinates are not back"),
+        Some(Range { low, high }) => {
+            let end = |lock: &Option<(f64, Option<usize>)>| match lock {
+                None => "a turn away or farther".to_owned(),
+                Some((angle, None)) => format!("{}, where another branch begins", shown(*angle, "rad")),
+                Some((angle, Some(i))) => {
+                    let name = setup.description.constraints[*i].name;
+                    format!("{}, where constraint `{name}` holds it", shown(*angle, "rad"))
+                }
+            };
+            format!("{name} locks: it can move from {}, to {}", end(low), end(high))
         }
-        let angle = whole(angle);
-        return format!("{name} turns all the way{back}; nearest to locking at {angle}, with a margin of {margin:.4}");
     };
-    let end = |(angle, constraint): &(f64, Option<usize>)| {
-        let why = constraint.map_or_else(
-            || "where another branch begins".to_owned(),
-            |i| format!("where constraint `{}` holds it", setup.description.constraints[i].name),
-        );
-        format!("{}, {why}", shown(*angle, "rad"))
-    };
-    format!("{name} locks: it can move from {}, to {}", end(low), end(high))
+    let Course { smallest, largest, .. } = &turn.inertia;
+    let at = |(value, angle): (f64, f64)| format!("{} kg m^2 at {}", number(value), place(angle, turn));
+    vec![way, format!("inertia that {name} has to move: from {} to {}", at(*smallest), at(*largest))]
 }
 
-/// An angle within one turn.
-fn whole(angle: f64) -> String {
-    shown(angle.rem_euclid(TAU), "rad")
+/// An angle within one turn, or as it is between locks.
+fn place(angle: f64, turn: &Turn) -> String {
+    let within = angle.rem_euclid(TAU);
+    // Rounding may leave the beginning of a turn at its end.
+    let within = if TAU - within < 1e-7 { 0.0 } else { within };
+    shown(if turn.range.is_none() { within } else { angle }, "rad")
 }
 
-/// For which lengths the turn is possible, like Grashof's condition for four bars.
-fn needs(setup: &Setup) -> Option<Fact> {
+/// For which lengths the turn is or would be possible, like Grashof's condition for four bars.
+fn lengths(setup: &Setup, turns: bool) -> Option<Fact> {
     let line = |limit: &super::limits::Limits| {
         let (name, unit) = (limit.name, limit.unit);
         let range = match (limit.low, limit.high) {
             (None, None) => return None,
-            (Some(low), None) => format!("{name} >= {low:.8} {unit}"),
-            (None, Some(high)) => format!("{name} <= {high:.8} {unit}"),
-            (Some(low), Some(high)) => format!("{low:.8} <= {name} <= {high:.8} {unit}"),
+            (Some(low), None) => format!("{name} >= {low:.7} {unit}"),
+            (None, Some(high)) => format!("{name} <= {high:.7} {unit}"),
+            (Some(low), Some(high)) if low <= high => format!("{low:.7} <= {name} <= {high:.7} {unit}"),
+            (Some(low), Some(high)) => format!("{name} <= {high:.7} {unit} or >= {low:.7} {unit}"),
         };
-        Some(format!("{}, and is {}", range.trim_end(), limit.value))
+        Some(format!("{}, and is {}", range.trim_end(), number(limit.value)))
     };
-    let lines: Vec<String> = limits(setup).iter().filter_map(line).collect();
-    (!lines.is_empty()).then(|| Fact::new("needs", lines))
+    let lines: Vec<String> = limits(setup, turns).iter().filter_map(line).collect();
+    (!lines.is_empty()).then(|| Fact::new(if turns { "needs" } else { "turns if" }, lines))
 }
 
-/// Extremes of a quantity over the turn, at the values of the driven coordinate.
-fn extremes(turn: &Turn, value: impl Fn(&Sample) -> f64) -> Option<Extremes> {
-    let mut tracker = Tracker::default();
-    turn.samples.iter().for_each(|sample| tracker.row(sample.angle, value(sample)));
-    if turn.returns
-        && let [first, .., last] = turn.samples.as_slice()
-    {
-        // Beyond the end the turn begins anew, so that an extreme at the start lies between others as well.
-        let offset = last.angle - first.angle;
-        turn.samples.iter().skip(1).take(4).for_each(|sample| tracker.row(sample.angle + offset, value(sample)));
+fn stroke(name: &str, unit: &str, course: &Course, turn: &Turn, driven: &QuantityDescription) -> Fact {
+    let value = |value: f64| format!("{} {unit}", number(value)).trim_end().to_owned();
+    let at = |angle: f64| format!("{} = {}", driven.name, place(angle, turn));
+    let (low, high) = (course.smallest, course.largest);
+    if !(low.0.is_finite() && high.0.is_finite()) {
+        return Fact::new(name, ["has no finite value somewhere on the way".to_owned()]);
     }
-    tracker.finish()
-}
-
-fn strokes(setup: &Setup, turn: &Turn, driven: &QuantityDescription) -> Vec<Fact> {
-    let mut facts = Vec::new();
-    for (i, output) in setup.text.outputs.iter().enumerate() {
-        let (OutputKind::Value(_), Some(e)) = (&output.kind, extremes(turn, |sample| sample.outputs[i])) else {
-            continue;
-        };
-        let ((low, at_low), (high, at_high)) = (e.minimum, e.maximum);
-        let value = |value: f64| format!("{value:.7} {}", output.unit).trim_end().to_owned();
-        let (stroke, name) = (value(high - low), driven.name);
-        let mut lines = vec![
-            format!("smallest  {} at {name} = {}", value(low), whole(at_low)),
-            format!("largest   {} at {name} = {}", value(high), whole(at_high)),
-            format!("stroke    {stroke}"),
-        ];
-        if turn.range.is_none() && high > low {
-            let way = (turn.samples[1].angle - turn.samples[0].angle).signum();
-            let down = ((at_low - at_high) * way).rem_euclid(TAU);
-            let (slow, fast) = if down > TAU - down { (down, TAU - down) } else { (TAU - down, down) };
-            let way = if down > TAU - down { "downward" } else { "upward" };
-            lines.push(format!(
-                "time      slow stroke {way} during {} of {name}, fast one back during {}: ratio {:.6} at uniform speed",
-                whole(slow),
-                whole(fast),
-                slow / fast
-            ));
-        }
-        facts.push(Fact::new(&output.name, lines));
+    if low.0 == high.0 {
+        return Fact::new(name, [format!("always {}", value(low.0))]);
     }
-    facts
+    let mut lines = vec![
+        format!("smallest     {} at {}", value(low.0), at(low.1)),
+        format!("largest      {} at {}", value(high.0), at(high.1)),
+        format!("stroke       {}", value(high.0 - low.0)),
+    ];
+    if turn.range.is_none() && turn.returns && !course.comes_back() {
+        lines.push(format!("after a turn {} more than before", value(course.ends[1] - course.ends[0])));
+        return Fact::new(name, lines);
+    }
+    let dead: Vec<String> = course.vertices.iter().map(|vertex| place(vertex.angle, turn)).collect();
+    if !dead.is_empty() {
+        lines.push(format!("dead points  at {} = {}", driven.name, dead.join(", ")));
+    }
+    if let (None, [one, other]) = (&turn.range, &course.vertices[..]) {
+        let way = ((other.angle - one.angle) * turn.way).rem_euclid(TAU);
+        let rises = other.value > one.value;
+        let (slow, fast) = if way > TAU - way { (way, TAU - way) } else { (TAU - way, way) };
+        let direction = if (way > TAU - way) == rises { "rising" } else { "falling" };
+        lines.push(format!(
+            "time         {direction} during {} of {}, back during {}: ratio {:.6} at uniform speed",
+            shown(slow, "rad"),
+            driven.name,
+            shown(fast, "rad"),
+            slow / fast
+        ));
+    }
+    Fact::new(name, lines)
 }
 
-fn at_rest(turn: &Turn, driven: &QuantityDescription) -> Fact {
-    let what = format!("torque on {} that balances the loads", driven.name);
-    let found = extremes(turn, |sample| sample.balance).filter(|_| turn.range.is_none());
-    let Some(e) = found else { return Fact::new("at rest", [what + ": grows beyond all bounds where it locks"]) };
+fn at_rest(setup: &Setup, turn: &Turn, driven: &QuantityDescription) -> Fact {
     let unit = unit_of_force(driven.unit);
     let line = |which: &str, (value, angle): (f64, f64)| {
-        format!("{which}  {value:.7} {unit} at {} = {}", driven.name, whole(angle))
+        format!("{which} {} {unit} at {} = {}", number(value), driven.name, place(angle, turn))
     };
-    Fact::new("at rest", [what + ":", line("smallest", e.minimum), line("largest ", e.maximum)])
+    let mut title = format!("torque on {} that balances the loads{}", driven.name, super::rest::when(setup));
+    if turn.range.is_some() {
+        title += ", between the locks";
+    }
+    let Course { smallest, largest, .. } = &turn.balance;
+    Fact::new("at rest", [title + ":", line("smallest    ", *smallest), line("largest     ", *largest)])
 }

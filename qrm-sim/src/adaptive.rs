@@ -1,0 +1,282 @@
+//! Runge-Kutta pairs that choose their steps, each step followed by a projection, with rows at any time.
+
+mod dop853;
+mod dopri5;
+mod pair;
+mod segment;
+
+use qrm_mechanism::Mechanism;
+
+use crate::linear::{Ldl, Vector};
+use crate::motion::{Breakdown, Moment, moment};
+use crate::projection::{Projection, Tolerance, project};
+use crate::solve::{Care, accelerations};
+pub use dop853::Dop853;
+pub use dopri5::Dopri5;
+pub use pair::{MOST_STAGES, Pair, Row};
+use segment::{Segment, Stages};
+
+/// A motion under way with steps of its own choice.
+#[derive(Clone, Copy, Debug)]
+pub struct Adaptive<P, const N: usize, const M: usize> {
+    pair: std::marker::PhantomData<P>,
+    /// Largest error of a step, in the unit of each coordinate and rate.
+    tolerance: f64,
+    end_time: f64,
+    stages: Stages<N>,
+    /// The last step.
+    segment: Segment<N, M>,
+    /// Length of the next step.
+    h: f64,
+    last_error: f64,
+    /// Whether the last attempt failed.
+    failed: bool,
+    /// What was done.
+    pub counts: Counts,
+}
+
+/// What a run with steps of its own choice has done.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Steps that were kept.
+    pub accepted: u64,
+    /// Steps that were not good enough.
+    pub rejected: u64,
+    /// Evaluations of the accelerations.
+    pub evaluations: u64,
+}
+
+/// The step is aimed at this part of the tolerance.
+const SAFETY: f64 = 0.9;
+/// By what a step may shrink and grow at once.
+const SHRINK: f64 = 0.2;
+const GROW: f64 = 6.0;
+
+impl<P: Pair, const N: usize, const M: usize> Adaptive<P, N, M> {
+    /// Begins at a moment; the first step is guessed from how fast the motion changes.
+    ///
+    /// # Errors
+    /// The accelerations near the start are not determined.
+    pub fn new<X: Mechanism<N, M>>(
+        mechanism: &X,
+        first: Moment<N, M>,
+        end_time: f64,
+        tolerance: f64,
+        care: &mut Care,
+    ) -> Result<Self, Breakdown> {
+        let mut adaptive = Self {
+            pair: std::marker::PhantomData,
+            tolerance,
+            end_time,
+            stages: Stages::new(),
+            segment: Segment::new(first, first),
+            h: 0.0,
+            last_error: 1e-4,
+            failed: false,
+            counts: Counts::default(),
+        };
+        adaptive.h = adaptive.first_step(mechanism, &first, care)?;
+        Ok(adaptive)
+    }
+
+    /// The same motion for another look at what comes after a moment in its last step, or before.
+    #[must_use]
+    pub fn from(&self, moment: Moment<N, M>) -> Self {
+        let mut again = *self;
+        if moment.t < self.segment.from.t {
+            again.segment = Segment::new(moment, moment);
+        }
+        again
+    }
+
+    /// The corrected moment at a time not before the last one that was asked for.
+    ///
+    /// # Errors
+    /// The motion does not get there.
+    pub fn moment_at<X: Mechanism<N, M>>(
+        &mut self,
+        mechanism: &X,
+        t: f64,
+        projection: (Projection, Tolerance),
+        care: &mut Care,
+    ) -> Result<Moment<N, M>, Breakdown> {
+        while self.segment.to.t < t {
+            self.step(mechanism, projection, care)?;
+        }
+        if self.segment.to.t == t {
+            return Ok(self.segment.to);
+        }
+        if self.segment.needs_more::<P>() {
+            let (from, h) = (self.segment.from, self.segment.to.t - self.segment.from.t);
+            for stage in P::STAGES + 1..P::STAGE_ROWS.len() {
+                self.evaluate(mechanism, &from, h, stage, care)?;
+            }
+            self.segment.complete::<P>(&self.stages);
+        }
+        let (mut q, mut qd) = self.segment.at(t);
+        let mass = Ldl::new(&mechanism.mass_matrix(&q));
+        let corrections = project(mechanism, projection, mass.as_ref(), &mut q, &mut qd, care)?;
+        self.counts.evaluations += 1;
+        Ok(Moment { corrections, ..moment(mechanism, t, q, qd, care)? })
+    }
+
+    /// Makes one step that is good enough.
+    fn step<X: Mechanism<N, M>>(
+        &mut self,
+        mechanism: &X,
+        projection: (Projection, Tolerance),
+        care: &mut Care,
+    ) -> Result<(), Breakdown> {
+        let from = self.segment.to;
+        let left = self.end_time - from.t;
+        loop {
+            // Two even steps to the end are better than a long and a very short one.
+            let h = if self.h >= left {
+                left
+            } else if self.h > 0.5 * left {
+                0.5 * left
+            } else {
+                self.h
+            };
+            if !(h > 4.0 * f64::EPSILON * from.t.abs()) {
+                return Err(Breakdown::StepTooShort { h });
+            }
+            let attempt = self.attempt(mechanism, &from, h, projection, care);
+            let (to, error) = match attempt {
+                Ok((to, error)) if error <= 1.0 => (to, error),
+                Ok((_, error)) => {
+                    let factor =
+                        if error.is_finite() { SAFETY * error.powf(-1.0 / f64::from(P::ORDER)) } else { SHRINK };
+                    self.reject(h * factor.clamp(SHRINK, 0.9));
+                    continue;
+                }
+                // A formula may leave its domain, or a projection its branch, where the step is too long.
+                Err(reason) if h < 1e-10 * (1.0 + from.t.abs()) => return Err(reason),
+                Err(_) => {
+                    self.reject(h * SHRINK);
+                    continue;
+                }
+            };
+            let order = f64::from(P::ORDER);
+            let error = error.max(1e-10);
+            let factor = SAFETY * error.powf(0.75 * P::MEMORY - 1.0 / order) * self.last_error.powf(P::MEMORY);
+            let most = if self.failed { 1.0 } else { GROW };
+            self.h = h * factor.clamp(SHRINK, most);
+            self.last_error = error.max(1e-4);
+            self.failed = false;
+            self.counts.accepted += 1;
+            self.segment = Segment::new(from, to);
+            return Ok(());
+        }
+    }
+
+    fn reject(&mut self, h: f64) {
+        self.h = h;
+        self.failed = true;
+        self.counts.rejected += 1;
+    }
+
+    /// A step of length `h`, corrected, and its error; 1 is just good enough.
+    #[inline(always)]
+    fn attempt<X: Mechanism<N, M>>(
+        &mut self,
+        mechanism: &X,
+        from: &Moment<N, M>,
+        h: f64,
+        projection: (Projection, Tolerance),
+        care: &mut Care,
+    ) -> Result<(Moment<N, M>, f64), Breakdown> {
+        (self.stages.rates[0], self.stages.accelerations[0]) = (from.qd, from.qdd);
+        let mut mass = None;
+        for stage in 1..P::STAGES {
+            mass = self.evaluate(mechanism, from, h, stage, care)?;
+        }
+        let (rate, acceleration) = self.stages.sum(P::WEIGHTS);
+        let (mut q, mut qd) = (along(&from.q, h, &rate), along(&from.qd, h, &acceleration));
+        // Some estimates heed the end of the step; the others save the work on it.
+        let heeds_end = P::ERRORS.iter().any(|row| row.iter().any(|(stage, _)| *stage == P::STAGES));
+        let early = (!heeds_end).then(|| self.error::<X>(from, &q, &qd, h));
+        if let Some(error) = early.filter(|error| !(*error <= 1.0)) {
+            return Ok((*from, error));
+        }
+        let t = if from.t + h >= self.end_time { self.end_time } else { from.t + h };
+        let corrections = project(mechanism, projection, mass.as_ref(), &mut q, &mut qd, care)?;
+        let to = Moment { corrections, ..moment(mechanism, t, q, qd, care)? };
+        self.counts.evaluations += 1;
+        (self.stages.rates[P::STAGES], self.stages.accelerations[P::STAGES]) = (to.qd, to.qdd);
+        Ok((to, early.unwrap_or_else(|| self.error::<X>(from, &to.q, &to.qd, h))))
+    }
+
+    /// Evaluates a stage; the factors of the mass matrix there.
+    #[inline(always)]
+    fn evaluate<X: Mechanism<N, M>>(
+        &mut self,
+        mechanism: &X,
+        from: &Moment<N, M>,
+        h: f64,
+        stage: usize,
+        care: &mut Care,
+    ) -> Result<Option<Ldl<N>>, Breakdown> {
+        let (rate, acceleration) = self.stages.sum(P::STAGE_ROWS[stage]);
+        let (q, qd) = (along(&from.q, h, &rate), along(&from.qd, h, &acceleration));
+        let solution = accelerations(&mechanism.dynamics(from.t + P::NODES[stage] * h, &q, &qd), care)?;
+        (self.stages.rates[stage], self.stages.accelerations[stage]) = (qd, solution.qdd);
+        self.counts.evaluations += 1;
+        Ok(solution.mass)
+    }
+
+    /// The estimated error of a step against the tolerance.
+    #[inline(always)]
+    fn error<X: Mechanism<N, M>>(&self, from: &Moment<N, M>, q: &Vector<N>, qd: &Vector<N>, h: f64) -> f64 {
+        let mut sums = [0.0; 2];
+        for (sum, row) in sums.iter_mut().zip(P::ERRORS) {
+            let (rate, acceleration) = self.stages.sum(row);
+            for i in 0..N {
+                let [of_q, of_qd] = self.scales::<X>(i, from, q, qd);
+                *sum += (rate[i] / of_q).powi(2) + (acceleration[i] / of_qd).powi(2);
+            }
+        }
+        P::error(sums, h, 2.0 * N as f64)
+    }
+
+    /// How large an error of a coordinate and of its rate may be. An angle is no less accurate for having turned often.
+    #[inline(always)]
+    fn scales<X: Mechanism<N, M>>(&self, i: usize, from: &Moment<N, M>, q: &Vector<N>, qd: &Vector<N>) -> [f64; 2] {
+        let is_angle = X::DESCRIPTION.coordinates[i].unit == "rad";
+        let size = if is_angle { 0.0 } else { from.q[i].abs().max(q[i].abs()) };
+        [self.tolerance * (1.0 + size), self.tolerance * (1.0 + from.qd[i].abs().max(qd[i].abs()))]
+    }
+
+    /// A first step from the sizes of state, rates and their change (Hairer, Norsett, Wanner I, II.4).
+    fn first_step<X: Mechanism<N, M>>(
+        &mut self,
+        mechanism: &X,
+        first: &Moment<N, M>,
+        care: &mut Care,
+    ) -> Result<f64, Breakdown> {
+        let scales: [[f64; 2]; N] = std::array::from_fn(|i| self.scales::<X>(i, first, &first.q, &first.qd));
+        let norm = |of_q: &Vector<N>, of_qd: &Vector<N>| {
+            let squares =
+                scales.iter().zip(of_q.iter().zip(of_qd)).map(|([q, qd], (x, v))| (x / q).powi(2) + (v / qd).powi(2));
+            (squares.sum::<f64>() / (2.0 * N as f64)).sqrt()
+        };
+        let (size, speed) = (norm(&first.q, &first.qd), norm(&first.qd, &first.qdd));
+        let guess = if size < 1e-5 || speed < 1e-5 { 1e-6 } else { 0.01 * size / speed };
+        let guess = guess.min(self.end_time);
+        let (q, qd) = (along(&first.q, guess, &first.qd), along(&first.qd, guess, &first.qdd));
+        let later = moment(mechanism, guess, q, qd, care)?;
+        self.counts.evaluations += 1;
+        let change = |a: &Vector<N>, b: &Vector<N>| -> Vector<N> { std::array::from_fn(|i| (a[i] - b[i]) / guess) };
+        let bend = norm(&change(&later.qd, &first.qd), &change(&later.qdd, &first.qdd));
+        let largest = speed.max(bend);
+        let second =
+            if largest <= 1e-15 { (guess * 1e-3).max(1e-6) } else { (0.01 / largest).powf(1.0 / f64::from(P::ORDER)) };
+        Ok((100.0 * guess).min(second).min(self.end_time))
+    }
+}
+
+/// `x + h v`
+#[inline(always)]
+fn along<const N: usize>(x: &Vector<N>, h: f64, v: &Vector<N>) -> Vector<N> {
+    std::array::from_fn(|i| x[i] + h * v[i])
+}

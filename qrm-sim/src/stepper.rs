@@ -1,0 +1,78 @@
+//! From one row to the next, by whichever method.
+
+use qrm_mechanism::Mechanism;
+
+use crate::adaptive::{Adaptive, Counts, Dop853, Dopri5};
+use crate::motion::{Breakdown, Method, Moment, Scheme, advance};
+use crate::solve::Care;
+
+/// What a method keeps between rows.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Stepper<const N: usize, const M: usize> {
+    /// Nothing: each row is a step.
+    Fixed,
+    /// A pair of order 5.
+    Five(Adaptive<Dopri5, N, M>),
+    /// A pair of order 8.
+    Eight(Adaptive<Dop853, N, M>),
+}
+
+impl<const N: usize, const M: usize> Stepper<N, M> {
+    pub(crate) fn new<X: Mechanism<N, M>>(
+        mechanism: &X,
+        scheme: Scheme,
+        first: Moment<N, M>,
+        end_time: f64,
+        care: &mut Care,
+    ) -> Result<Self, Breakdown> {
+        Ok(match scheme {
+            Scheme::Rk4 => Self::Fixed,
+            Scheme::Dopri5 { tolerance } => Self::Five(Adaptive::new(mechanism, first, end_time, tolerance, care)?),
+            Scheme::Dop853 { tolerance } => Self::Eight(Adaptive::new(mechanism, first, end_time, tolerance, care)?),
+        })
+    }
+
+    /// The row at `t`, after the row `from`.
+    #[inline(always)]
+    pub(crate) fn next<X: Mechanism<N, M>>(
+        &mut self,
+        mechanism: &X,
+        method: &Method,
+        from: &Moment<N, M>,
+        t: f64,
+        care: &mut Care,
+    ) -> Result<Moment<N, M>, Breakdown> {
+        let projection = (method.projection, method.tolerance);
+        match self {
+            Self::Fixed => advance(mechanism, method, from, t, care),
+            Self::Five(adaptive) => adaptive.moment_at(mechanism, t, projection, care),
+            Self::Eight(adaptive) => adaptive.moment_at(mechanism, t, projection, care),
+        }
+    }
+
+    /// A moment between the row `from` and the last one.
+    pub(crate) fn between<X: Mechanism<N, M>>(
+        &self,
+        mechanism: &X,
+        method: &Method,
+        from: &Moment<N, M>,
+        t: f64,
+        care: &mut Care,
+    ) -> Result<Moment<N, M>, Breakdown> {
+        let projection = (method.projection, method.tolerance);
+        match self {
+            Self::Fixed => advance(mechanism, method, from, t, care),
+            Self::Five(adaptive) => adaptive.from(*from).moment_at(mechanism, t, projection, care),
+            Self::Eight(adaptive) => adaptive.from(*from).moment_at(mechanism, t, projection, care),
+        }
+    }
+
+    /// What was done in a run of so many rows.
+    pub(crate) fn counts(&self, rows: u64) -> Counts {
+        match self {
+            Self::Fixed => Counts { accepted: rows, rejected: 0, evaluations: 4 * rows },
+            Self::Five(adaptive) => adaptive.counts,
+            Self::Eight(adaptive) => adaptive.counts,
+        }
+    }
+}

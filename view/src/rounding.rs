@@ -1,0 +1,70 @@
+//! A motion with no more digits than a screen can show.
+
+use crate::motion::Motion;
+
+/// The finest difference that can be seen, as a part of what the screen spans.
+const FINEST: f64 = 1e-6;
+
+/// The motion, each of its numbers rounded to what can be seen of the range in which it moves.
+pub(crate) fn rounded(motion: &Motion) -> Motion {
+    let mut motion = motion.clone();
+    let of_axis = |values: &mut dyn Iterator<Item = f64>| span(values);
+    let width = of_axis(&mut motion.nodes.iter().flat_map(|node| node.x.iter().copied()));
+    let height = of_axis(&mut motion.nodes.iter().flat_map(|node| node.y.iter().copied()));
+    let size = width.max(height);
+    for node in &mut motion.nodes {
+        round(&mut node.x, size);
+        round(&mut node.y, size);
+    }
+    for shape in &mut motion.shapes {
+        if let crate::motion::Shape::Block { angle, .. } = shape {
+            round(angle, 1.0);
+        }
+    }
+    let forces = motion.arrows.iter().flat_map(|arrow| arrow.x.iter().chain(&arrow.y));
+    let strongest = forces.fold(0.0, |most: f64, force| most.max(force.abs()));
+    for arrow in &mut motion.arrows {
+        round(&mut arrow.x, strongest);
+        round(&mut arrow.y, strongest);
+    }
+    for curve in motion.plots.iter_mut().flat_map(|plot| &mut plot.curves) {
+        let range = span(&mut curve.values.iter().copied());
+        round(&mut curve.values, range);
+    }
+    let duration = span(&mut motion.times.iter().copied());
+    round(&mut motion.times, duration);
+    motion
+}
+
+/// From the smallest to the largest.
+fn span(values: &mut dyn Iterator<Item = f64>) -> f64 {
+    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+    high - low
+}
+
+/// Rounds to decimals that are fine enough for a range; what does not move keeps all its digits.
+fn round(values: &mut [f64], range: f64) {
+    let resolution = range * FINEST;
+    if !(resolution > 1e-300 && resolution.is_finite()) {
+        return;
+    }
+    let decimals = (-resolution.log10()).ceil().max(0.0) as usize;
+    for value in values {
+        // Adding zero makes -0 the same as 0.
+        *value = format!("{value:.decimals$}").parse().unwrap_or(*value) + 0.0;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::round;
+
+    #[test]
+    fn small_motions_far_away_are_kept() {
+        let mut values = [1000.240_001_23, 1000.240_011_23];
+        round(&mut values, 0.01);
+        assert_eq!(values, [1000.240_001_23, 1000.240_011_23]);
+        round(&mut values, 10.0);
+        assert_eq!(values, [1000.24, 1000.240_01]);
+    }
+}
