@@ -29,6 +29,7 @@ fn piece(motion: &Motion, mode: &str, heading: &str) -> String {
     format!(
         include_str!("animation/fragment.html"),
         mode = mode,
+        empty = if motion.nodes.is_empty() { " data-empty" } else { "" },
         heading = heading,
         title = escaped(&motion.title),
         doc = escaped(&motion.doc),

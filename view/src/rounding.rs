@@ -5,6 +5,9 @@ use crate::motion::Motion;
 /// The finest difference that can be seen, as a part of what the screen spans.
 const FINEST: f64 = 1e-6;
 
+/// A curve that is nowhere larger shows rounding errors.
+const NOTHING: f64 = 1e-15;
+
 /// The motion, each of its numbers rounded to what can be seen of the range in which it moves.
 pub(crate) fn rounded(motion: &Motion) -> Motion {
     let mut motion = motion.clone();
@@ -28,6 +31,9 @@ pub(crate) fn rounded(motion: &Motion) -> Motion {
         round(&mut arrow.y, strongest);
     }
     for curve in motion.plots.iter_mut().flat_map(|plot| &mut plot.curves) {
+        if curve.values.iter().all(|value| value.abs() < NOTHING) {
+            curve.values.fill(0.0);
+        }
         let range = span(&mut curve.values.iter().copied());
         round(&mut curve.values, range);
     }

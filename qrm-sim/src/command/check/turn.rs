@@ -61,7 +61,11 @@ fn turning(setup: &Setup, turn: &Turn, driven: &QuantityDescription) -> Vec<Stri
     };
     let Course { smallest, largest, .. } = &turn.inertia;
     let at = |(value, angle): (f64, f64)| format!("{} kg m^2 at {}", number(value), place(angle, turn));
-    vec![way, format!("inertia that {name} has to move: from {} to {}", at(*smallest), at(*largest))]
+    let inertia = match largest.0 - smallest.0 > 1e-9 * largest.0 {
+        true => format!("from {} to {}", at(*smallest), at(*largest)),
+        false => format!("always {} kg m^2", number(smallest.0)),
+    };
+    vec![way, format!("inertia that {name} has to move: {inertia}")]
 }
 
 /// An angle within one turn, or as it is between locks.
@@ -78,10 +82,10 @@ fn lengths(setup: &Setup, turns: bool) -> Option<Fact> {
         let (name, unit) = (limit.name, limit.unit);
         let range = match (limit.low, limit.high) {
             (None, None) => return None,
-            (Some(low), None) => format!("{name} >= {low:.7} {unit}"),
-            (None, Some(high)) => format!("{name} <= {high:.7} {unit}"),
-            (Some(low), Some(high)) if low <= high => format!("{low:.7} <= {name} <= {high:.7} {unit}"),
-            (Some(low), Some(high)) => format!("{name} <= {high:.7} {unit} or >= {low:.7} {unit}"),
+            (Some(low), None) => format!("{name} >= {} {unit}", number(low)),
+            (None, Some(high)) => format!("{name} <= {} {unit}", number(high)),
+            (Some(low), Some(high)) if low <= high => format!("{} <= {name} <= {} {unit}", number(low), number(high)),
+            (Some(low), Some(high)) => format!("{name} <= {} {unit} or >= {} {unit}", number(high), number(low)),
         };
         Some(format!("{}, and is {}", range.trim_end(), number(limit.value)))
     };
