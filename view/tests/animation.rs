@@ -262,13 +262,23 @@ fn the_same_motion_gives_the_same_page() {
 }
 
 #[test]
-fn numbers_have_six_digits() {
-    let mut motion = bare(vec![node("P", false, vec![1.0 / 3.0, -2e-7 / 3.0], vec![-0.0, 123_456_789.0])]);
+fn numbers_have_the_digits_that_can_be_seen() {
+    let mut motion = bare(vec![
+        node("P", false, vec![1.0 / 3.0, 1.0], vec![-0.0, 2e-9]),
+        node("Q", false, vec![1000.0 + 1.0 / 3.0], vec![0.1]),
+    ]);
     motion.times = vec![0.0, f64::NAN];
-    let data = data(&page(&motion));
-    assert_eq!(data["nodes"][0]["x"].to_string(), "[0.333333,-6.66667e-8]");
-    assert_eq!(data["nodes"][0]["y"].to_string(), "[0,123457000]");
-    assert_eq!(data["times"].to_string(), "[0,null]");
+    let far = data(&page(&motion));
+    assert_eq!(far["nodes"][0]["x"].to_string(), "[0.333,1]");
+    assert_eq!(far["nodes"][0]["y"].to_string(), "[0,0]");
+    assert_eq!(far["times"].to_string(), "[0,null]");
+    motion.nodes.pop();
+    let near = data(&page(&motion));
+    assert_eq!(near["nodes"][0]["x"].to_string(), "[0.3333333,1]");
+    // A thousand metres away a motion of a metre is as smooth as here.
+    motion.nodes[0].x = vec![1000.0 + 1.0 / 3.0, 1001.0];
+    let moved = data(&page(&motion));
+    assert_eq!(moved["nodes"][0]["x"].to_string(), "[1000.3333333,1001]");
 }
 
 #[test]
