@@ -16,6 +16,9 @@ use crate::stepper::Stepper;
 /// How many steps are made between two visits to the observer.
 const CHUNK: usize = 1024;
 
+/// How far rounding errors wander in a step, in units in the last place of the largest coordinate (measured).
+const WANDER: f64 = 0.2;
+
 /// What a run is asked to do.
 pub struct Request<'a> {
     /// How steps are made.
@@ -271,7 +274,11 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
             }
         }
         let difference: Vector<N> = std::array::from_fn(|i| at.q[i] - self.compared.q[i]);
-        Estimate::Error(largest(&difference).1 / if is_fixed { 15.0 } else { 1.0 })
+        let of_steps = largest(&difference).1 / if is_fixed { 15.0 } else { 1.0 };
+        // The rounding errors of both runs may agree; by themselves they wander as far as this.
+        let steps = self.stepper.counts((t_end / self.grid.step).round() as u64).accepted;
+        let of_rounding = WANDER * f64::EPSILON * largest(&self.compared.q).1 * (steps as f64).sqrt();
+        Estimate::Error(of_steps.max(of_rounding))
     }
 }
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use qrm_codegen::evaluate::parameter_values;
+use qrm_codegen::evaluate::{constant, parameter_values};
 use qrm_codegen::resolve;
 use qrm_codegen::scene::Scene as SceneText;
 use qrm_mechanism::Description;
@@ -98,6 +98,11 @@ impl<'s> Setup<'s> {
     /// The values of all parameters of the text.
     pub(super) fn parameters(&self) -> Vec<f64> {
         parameter_values(&self.text, self.replace())
+    }
+
+    /// The step of the command line, or of the scene.
+    pub(super) fn step(&self) -> f64 {
+        self.step.unwrap_or_else(|| constant(&self.text.run.step, &self.parameters()))
     }
 
     /// The end that the command line asks for, if it asks for a time.

@@ -1,0 +1,47 @@
+//! How far states are from others.
+
+use qrm_codegen::scene::{OutputKind, Scene};
+
+use crate::measure::StateAt;
+
+/// The largest difference of each kind.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Errors {
+    /// Of a coordinate.
+    pub(super) position: f64,
+    /// Of a rate.
+    pub(super) rate: f64,
+    /// Of a reaction that the scene asks for.
+    pub(super) force: f64,
+}
+
+impl Errors {
+    /// Compares states at the same times; what is not known is not a number, and not compared.
+    pub(super) fn between(scene: &Scene, states: &[StateAt], others: &[StateAt]) -> Self {
+        let is_force =
+            |kind: &OutputKind| matches!(kind, OutputKind::ReactionForce { .. } | OutputKind::ReactionMoment { .. });
+        let forces: Vec<usize> =
+            scene.outputs.iter().enumerate().filter(|(_, output)| is_force(&output.kind)).map(|(i, _)| i).collect();
+        let mut errors = Self::default();
+        for (a, b) in states.iter().zip(others) {
+            errors.position = errors.position.max(largest(a.q.iter().zip(&b.q)));
+            errors.rate = errors.rate.max(largest(a.qd.iter().zip(&b.qd)));
+            errors.force = errors.force.max(largest(forces.iter().map(|&i| (&a.outputs[i], &b.outputs[i]))));
+        }
+        errors
+    }
+
+    /// The larger of each kind.
+    pub(super) fn max(self, other: Self) -> Self {
+        Self {
+            position: self.position.max(other.position),
+            rate: self.rate.max(other.rate),
+            force: self.force.max(other.force),
+        }
+    }
+}
+
+fn largest<'n>(pairs: impl Iterator<Item = (&'n f64, &'n f64)>) -> f64 {
+    // `max` passes over what is not a number.
+    pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}

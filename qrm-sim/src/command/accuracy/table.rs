@@ -1,0 +1,107 @@
+//! The measurements as a table.
+
+use super::super::setup::Setup;
+use super::ladder::{Rung, Setting};
+use super::reference::Reference;
+
+/// `accuracy.csv`
+pub(super) fn csv(rungs: &[Rung], reference: &Reference) -> Result<Vec<u8>, csv::Error> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record([
+        "method",
+        "step",
+        "tolerance",
+        "steps",
+        "evaluations",
+        "run_seconds",
+        "run_seconds_quarter",
+        "run_seconds_three_quarters",
+        "error_position",
+        "error_rate",
+        "error_force",
+        "uncertainty_position",
+        "uncertainty_rate",
+        "uncertainty_force",
+        "residual_position",
+        "energy_drift",
+        "estimated_error",
+        "failure",
+    ])?;
+    let u = reference.uncertainty;
+    for rung in rungs {
+        let (step, tolerance) = match rung.setting {
+            Setting::Step(step) => (format!("{step:?}"), String::new()),
+            Setting::Tolerance(tolerance) => (String::new(), format!("{tolerance:?}")),
+        };
+        let mut record = vec![rung.method.to_owned(), step, tolerance];
+        match &rung.result {
+            Ok(m) => {
+                record.extend([m.steps.to_string(), m.evaluations.to_string()]);
+                let [quarter, median, three_quarters] = m.seconds;
+                let e = m.errors;
+                let numbers =
+                    [median, quarter, three_quarters, e.position, e.rate, e.force, u.position, u.rate, u.force];
+                record.extend(numbers.map(|number| format!("{number:?}")));
+                record.extend([m.residual, m.energy_drift].map(|number| format!("{number:?}")));
+                record.extend([m.estimate.map_or(String::new(), |number| format!("{number:?}")), String::new()]);
+            }
+            Err(reason) => {
+                record.extend(vec![String::new(); 14]);
+                record.push(reason.lines().next().unwrap_or_default().to_owned());
+            }
+        }
+        writer.write_record(record)?;
+    }
+    writer.into_inner().map_err(|e| csv::Error::from(e.into_error()))
+}
+
+/// The table for a terminal.
+pub(super) fn printed(setup: &Setup, rungs: &[Rung], reference: &Reference) -> String {
+    let times: Vec<String> = reference.times().iter().map(|t| format!("{t:.6}")).collect();
+    let u = reference.uncertainty;
+    let mut text = format!(
+        "{}: errors at t = {} s\nagainst {}\n(uncertain by {:.1e} in the coordinates, {:.1e} in the rates, {:.1e} in the reactions)\n",
+        setup.description.name,
+        times.join(", "),
+        reference.origin,
+        u.position,
+        u.rate,
+        u.force
+    );
+    let mut method = "";
+    for rung in rungs {
+        if rung.method != method {
+            method = rung.method;
+            text += &format!(
+                "\n  {method}\n  {:>16} {:>8} {:>10} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}\n",
+                "", "steps", "time", "position", "rate", "reaction", "residual", "energy", "estimate"
+            );
+        }
+        let setting = match rung.setting {
+            Setting::Step(step) => format!("h = {step:.3e} s"),
+            Setting::Tolerance(tolerance) => format!("tol = {tolerance:e}"),
+        };
+        text += &match &rung.result {
+            Ok(m) => {
+                let shown = |error: f64, uncertainty: f64| {
+                    // What is below the reference's own uncertainty is not known.
+                    if error > uncertainty { format!("{error:.1e}") } else { format!("<{uncertainty:.0e}") }
+                };
+                let e = m.errors;
+                format!(
+                    "  {setting:>16} {:>8} {:>7.3} ms {:>9} {:>9} {:>9} {:>9.1e} {:>9.1e} {:>9}\n",
+                    m.steps,
+                    m.seconds[1] * 1e3,
+                    shown(e.position, u.position),
+                    shown(e.rate, u.rate),
+                    shown(e.force, u.force),
+                    m.residual,
+                    m.energy_drift,
+                    m.estimate.map_or("-".to_owned(), |estimate| format!("{estimate:.1e}"))
+                )
+            }
+            Err(reason) => format!("  {setting:>16} {}\n", reason.lines().next().unwrap_or_default()),
+        };
+    }
+    text
+}
