@@ -8,6 +8,7 @@ mod code;
 mod condition;
 mod derive;
 mod digest;
+mod late;
 mod list;
 mod progress;
 mod recorder;
@@ -210,6 +211,8 @@ enum MethodName {
     Dopri5,
     /// Dormand-Prince pair of order 8, steps chosen by --tolerance
     Dop853,
+    /// The assignment's script: RK4 with Euclidean projection, what it derives from the states late or differenced
+    Document,
 }
 
 impl MethodName {
@@ -218,6 +221,7 @@ impl MethodName {
             Self::Rk4 => "rk4",
             Self::Dopri5 => "dopri5",
             Self::Dop853 => "dop853",
+            Self::Document => "document",
         }
     }
 }

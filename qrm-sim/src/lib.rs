@@ -6,6 +6,7 @@
 pub mod adaptive;
 pub mod assembly;
 mod book;
+pub mod document;
 pub mod energy_integral;
 pub mod kinematics;
 pub mod linear;

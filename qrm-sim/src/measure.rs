@@ -105,8 +105,7 @@ fn visit<X: Mechanism<N, M>, const N: usize, const M: usize>(
     let mut now = first;
     let mut rows = 0;
     for &t in times {
-        let steps =
-            if matches!(stepper, Stepper::Fixed) { ((t - now.t) / step - 1e-9).ceil().max(1.0) as u64 } else { 1 };
+        let steps = if stepper.is_fixed() { ((t - now.t) / step - 1e-9).ceil().max(1.0) as u64 } else { 1 };
         let (from, h) = (now.t, (t - now.t) / steps as f64);
         for k in 1..=steps {
             let t = if k == steps { t } else { from + k as f64 * h };

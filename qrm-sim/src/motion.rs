@@ -24,6 +24,8 @@ pub enum Scheme {
     /// The classical formula of order 4, with steps of the length of the request.
     #[default]
     Rk4,
+    /// The same as the assignment's script does it, with what it does to the rows: see [`document`](crate::document).
+    Document,
     /// Dormand and Prince's pair of order 5, with steps of its own choice and rows by dense output.
     Dopri5 {
         /// Largest error of a step, in the unit of each coordinate and rate.
@@ -40,7 +42,7 @@ impl Scheme {
     /// The largest error of a step, if the method chooses its steps by it.
     pub fn tolerance(self) -> Option<f64> {
         match self {
-            Self::Rk4 => None,
+            Self::Rk4 | Self::Document => None,
             Self::Dopri5 { tolerance } | Self::Dop853 { tolerance } => Some(tolerance),
         }
     }
@@ -83,7 +85,7 @@ impl Method {
     /// The method of a second run that tells the error of a first one, whose fixed steps it makes in pairs.
     pub(crate) fn finer(&self) -> Self {
         let scheme = match self.scheme {
-            Scheme::Rk4 => Scheme::Rk4,
+            Scheme::Rk4 | Scheme::Document => self.scheme,
             Scheme::Dopri5 { tolerance } => Scheme::Dopri5 { tolerance: 0.1 * tolerance },
             Scheme::Dop853 { tolerance } => Scheme::Dop853 { tolerance: 0.1 * tolerance },
         };

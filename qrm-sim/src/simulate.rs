@@ -187,7 +187,7 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
                 None => Status::Completed,
             });
         }
-        if steps.is_multiple_of(2) || !matches!(self.stepper, Stepper::Fixed) {
+        if steps.is_multiple_of(2) || !self.stepper.is_fixed() {
             self.compared = next;
         }
         Ok(())
@@ -259,7 +259,7 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
         let first = start.and_then(|(q, qd)| moment(self.mechanism, 0.0, q, qd, &mut care).ok());
         let stepper = first.and_then(|first| Stepper::new(self.mechanism, method.scheme, first, t_end, &mut care).ok());
         let (Some(mut at), Some(mut stepper)) = (first, stepper) else { return Estimate::BrokeOff };
-        let is_fixed = matches!(stepper, Stepper::Fixed);
+        let is_fixed = stepper.is_fixed();
         let stride = if is_fixed { 2 } else { CHUNK as u64 };
         for visit in 1.. {
             let t = self.grid.time(stride * visit).min(t_end);

@@ -3,6 +3,7 @@
 use qrm_mechanism::Mechanism;
 
 use crate::adaptive::{Adaptive, Counts, Dop853, Dopri5};
+use crate::document;
 use crate::motion::{Breakdown, Method, Moment, Scheme, advance};
 use crate::solve::Care;
 
@@ -11,6 +12,8 @@ use crate::solve::Care;
 pub(crate) enum Stepper<const N: usize, const M: usize> {
     /// Nothing: each row is a step.
     Fixed,
+    /// Nothing: each row is a step as the document makes it.
+    Document,
     /// A pair of order 5.
     Five(Adaptive<Dopri5, N, M>),
     /// A pair of order 8.
@@ -27,9 +30,15 @@ impl<const N: usize, const M: usize> Stepper<N, M> {
     ) -> Result<Self, Breakdown> {
         Ok(match scheme {
             Scheme::Rk4 => Self::Fixed,
+            Scheme::Document => Self::Document,
             Scheme::Dopri5 { tolerance } => Self::Five(Adaptive::new(mechanism, first, end_time, tolerance, care)?),
             Scheme::Dop853 { tolerance } => Self::Eight(Adaptive::new(mechanism, first, end_time, tolerance, care)?),
         })
+    }
+
+    /// Whether each row is a step.
+    pub(crate) fn is_fixed(&self) -> bool {
+        matches!(self, Self::Fixed | Self::Document)
     }
 
     /// The row at `t`, after the row `from`.
@@ -45,6 +54,7 @@ impl<const N: usize, const M: usize> Stepper<N, M> {
         let projection = (method.projection, method.tolerance);
         match self {
             Self::Fixed => advance(mechanism, method, from, t, care),
+            Self::Document => document::advance(mechanism, from, t, care),
             Self::Five(adaptive) => adaptive.moment_at(mechanism, t, projection, care),
             Self::Eight(adaptive) => adaptive.moment_at(mechanism, t, projection, care),
         }
@@ -62,6 +72,7 @@ impl<const N: usize, const M: usize> Stepper<N, M> {
         let projection = (method.projection, method.tolerance);
         match self {
             Self::Fixed => advance(mechanism, method, from, t, care),
+            Self::Document => document::advance(mechanism, from, t, care),
             Self::Five(adaptive) => adaptive.from(*from).moment_at(mechanism, t, projection, care),
             Self::Eight(adaptive) => adaptive.from(*from).moment_at(mechanism, t, projection, care),
         }
@@ -70,7 +81,7 @@ impl<const N: usize, const M: usize> Stepper<N, M> {
     /// What was done in a run of so many rows.
     pub(crate) fn counts(&self, rows: u64) -> Counts {
         match self {
-            Self::Fixed => Counts { accepted: rows, rejected: 0, evaluations: 4 * rows },
+            Self::Fixed | Self::Document => Counts { accepted: rows, rejected: 0, evaluations: 4 * rows },
             Self::Five(adaptive) => adaptive.counts,
             Self::Eight(adaptive) => adaptive.counts,
         }

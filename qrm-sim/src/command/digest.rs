@@ -12,6 +12,9 @@ pub(super) fn facts(summary: &Summary) -> [(&'static str, String); 6] {
     let Summary { steps, run_seconds, max_residual_position, max_residual_velocity, .. } = summary;
     let per_step = run_seconds * 1e9 / (*steps).max(1) as f64;
     let method = match summary.tolerance {
+        None if summary.method == "document" => {
+            format!("RK4 as in the document, {steps} steps of {}", seconds(summary.step))
+        }
         None => format!("RK4, {steps} steps of {}, projection: {}", seconds(summary.step), summary.projection),
         Some(tolerance) => format!(
             "{}, {steps} steps and {} rejected for a tolerance of {tolerance:e}, rows every {}, projection: {}",

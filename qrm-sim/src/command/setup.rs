@@ -9,6 +9,7 @@ use qrm_codegen::scene::Scene as SceneText;
 use qrm_mechanism::Description;
 
 use super::condition::Condition;
+use super::late::Late;
 use super::{Failure, MethodArguments, MethodName, SceneArguments, settings, words};
 use crate::motion::{Method, Scheme};
 use crate::observer::Observer;
@@ -42,12 +43,13 @@ pub(super) struct Setup<'s> {
 fn scheme(name: MethodName, tolerance: Option<f64>) -> Result<Scheme, Failure> {
     let chosen = tolerance.unwrap_or(1e-9);
     match name {
-        MethodName::Rk4 if tolerance.is_some() => Err(Failure::Use(
+        MethodName::Rk4 | MethodName::Document if tolerance.is_some() => Err(Failure::Use(
             "error: `--tolerance` needs a method that chooses its steps\n  \
              = help: add `--method dop853`, or choose `--step` instead"
                 .to_owned(),
         )),
         MethodName::Rk4 => Ok(Scheme::Rk4),
+        MethodName::Document => Ok(Scheme::Document),
         MethodName::Dopri5 => Ok(Scheme::Dopri5 { tolerance: chosen }),
         MethodName::Dop853 => Ok(Scheme::Dop853 { tolerance: chosen }),
     }
@@ -134,7 +136,11 @@ impl<'s> Setup<'s> {
         observer: &mut dyn Observer,
     ) -> Result<Outcome, Failure> {
         let request = Request { method: self.method, step: self.step, end, estimate_error };
-        let outcome = self.scene.simulate(&self.replace(), &request, observer);
+        let run = |observer: &mut dyn Observer| self.scene.simulate(&self.replace(), &request, observer);
+        let outcome = match self.method.scheme {
+            Scheme::Document => run(&mut Late::new(&self.text, self.parameters(), observer)),
+            _ => run(observer),
+        };
         outcome.map_err(|reason| Failure::Use(words::no_start(&reason, &self.description, &self.text, &self.path)))
     }
 }

@@ -57,25 +57,52 @@ const FINE: f64 = 1e-9;
 const TOLERANCES: std::ops::RangeInclusive<i32> = 3..=14;
 
 /// The methods, with the projections that make a difference.
-const METHODS: [(&str, Option<fn(f64) -> Scheme>, Projection); 5] = [
-    ("rk4, no projection", None, Projection::None),
-    ("rk4, Euclidean", None, Projection::Euclidean),
-    ("rk4, mass metric", None, Projection::Mass),
-    ("dopri5, mass metric", Some(|tolerance| Scheme::Dopri5 { tolerance }), Projection::Mass),
-    ("dop853, mass metric", Some(|tolerance| Scheme::Dop853 { tolerance }), Projection::Mass),
+const METHODS: [Way; 6] = [
+    Way { name: "document", formula: Formula::Fixed(Scheme::Document), projection: Projection::Euclidean },
+    Way { name: "rk4, no projection", formula: Formula::Fixed(Scheme::Rk4), projection: Projection::None },
+    Way { name: "rk4, Euclidean", formula: Formula::Fixed(Scheme::Rk4), projection: Projection::Euclidean },
+    Way { name: "rk4, mass metric", formula: Formula::Fixed(Scheme::Rk4), projection: Projection::Mass },
+    Way { name: "dopri5, mass metric", formula: Formula::Adaptive(dopri5), projection: Projection::Mass },
+    Way { name: "dop853, mass metric", formula: Formula::Adaptive(dop853), projection: Projection::Mass },
 ];
+
+/// A method with its projection.
+#[derive(Clone, Copy)]
+struct Way {
+    name: &'static str,
+    formula: Formula,
+    projection: Projection,
+}
+
+/// A formula, and what makes it more accurate.
+#[derive(Clone, Copy)]
+enum Formula {
+    Fixed(Scheme),
+    Adaptive(fn(f64) -> Scheme),
+}
+
+fn dopri5(tolerance: f64) -> Scheme {
+    Scheme::Dopri5 { tolerance }
+}
+
+fn dop853(tolerance: f64) -> Scheme {
+    Scheme::Dop853 { tolerance }
+}
 
 /// Measures all of it, or what can be begun before the deadline.
 pub(super) fn climb(setup: &Setup, reference: &Reference, deadline: Instant) -> Result<Vec<Rung>, Failure> {
     let bar = progress();
     let mut rungs = Vec::new();
-    for (name, scheme, projection) in METHODS {
-        if setup.text.constraints.is_empty() && projection != Projection::Mass {
+    for way in METHODS {
+        // Without constraints there is nothing to project.
+        if setup.text.constraints.is_empty() && way.projection != Projection::Mass {
             continue;
         }
-        let settings: Vec<Setting> = match scheme {
-            None => (0..HALVINGS).map(|k| Setting::Step(COARSEST * setup.step() / 2.0_f64.powi(k))).collect(),
-            Some(_) => TOLERANCES.map(|k| Setting::Tolerance(10.0_f64.powi(-k))).collect(),
+        let settings: Vec<Setting> = match way.formula {
+            Formula::Fixed(_) => {
+                (0..HALVINGS).map(|k| Setting::Step(COARSEST * setup.step() / 2.0_f64.powi(k))).collect()
+            }
+            Formula::Adaptive(_) => TOLERANCES.map(|k| Setting::Tolerance(10.0_f64.powi(-k))).collect(),
         };
         let mut best = f64::INFINITY;
         let mut idle = 0;
@@ -84,10 +111,10 @@ pub(super) fn climb(setup: &Setup, reference: &Reference, deadline: Instant) -> 
                 break;
             }
             if let Some(bar) = &bar {
-                bar.set_message(format!("{name}, {}", setting.words()));
+                bar.set_message(format!("{}, {}", way.name, setting.words()));
                 bar.tick();
             }
-            let rung = rung(setup, reference, (name, scheme, projection), setting);
+            let rung = rung(setup, reference, way, setting);
             if let Ok(measured) = &rung.result {
                 // Where rounding errors or the reference's own are reached, more work brings nothing.
                 idle = if measured.errors.position < 0.5 * best { 0 } else { idle + 1 };
@@ -109,18 +136,14 @@ pub(super) fn climb(setup: &Setup, reference: &Reference, deadline: Instant) -> 
     Ok(rungs)
 }
 
-fn rung(
-    setup: &Setup,
-    reference: &Reference,
-    (method, scheme, projection): (&'static str, Option<fn(f64) -> Scheme>, Projection),
-    setting: Setting,
-) -> Rung {
-    let (scheme, step) = match (setting, scheme) {
-        (Setting::Tolerance(tolerance), Some(scheme)) => (scheme(tolerance), setup.step()),
-        (Setting::Step(step), _) => (Scheme::Rk4, step),
-        (Setting::Tolerance(_), None) => (Scheme::Rk4, setup.step()),
+fn rung(setup: &Setup, reference: &Reference, way: Way, setting: Setting) -> Rung {
+    let (scheme, step) = match (way.formula, setting) {
+        (Formula::Adaptive(scheme), Setting::Tolerance(tolerance) | Setting::Step(tolerance)) => {
+            (scheme(tolerance), setup.step())
+        }
+        (Formula::Fixed(scheme), Setting::Step(step) | Setting::Tolerance(step)) => (scheme, step),
     };
-    let trial = Trial { method: Method { scheme, projection, ..setup.method }, step };
+    let trial = Trial { method: Method { scheme, projection: way.projection, ..setup.method }, step };
     let times = reference.times();
     let measured = setup.scene.measure(&setup.replace(), &trial, &times, PATIENCE);
     let result = measured.map(|measurement| Measured {
@@ -128,7 +151,7 @@ fn rung(
         ..compared(setup, reference, &measurement)
     });
     let result = result.map_err(|reason| words::no_start(&reason, &setup.description, &setup.text, &setup.path));
-    Rung { method, setting, result }
+    Rung { method: way.name, setting, result }
 }
 
 fn compared(setup: &Setup, reference: &Reference, measurement: &Measurement) -> Measured {
