@@ -93,6 +93,7 @@ impl<P: Pair, const N: usize, const M: usize> Adaptive<P, N, M> {
     ///
     /// # Errors
     /// The motion does not get there.
+    #[inline(never)]
     pub fn moment_at<X: Mechanism<N, M>>(
         &mut self,
         mechanism: &X,

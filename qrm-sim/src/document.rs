@@ -19,6 +19,7 @@ const ITERATIONS: u32 = 10;
 ///
 /// # Errors
 /// The step could not be made.
+#[inline(never)]
 pub fn advance<X: Mechanism<N, M>, const N: usize, const M: usize>(
     mechanism: &X,
     from: &Moment<N, M>,

@@ -7,7 +7,7 @@ use qrm_mechanism::Mechanism;
 use crate::assembly::assemble;
 use crate::book::Book;
 use crate::linear::{Vector, largest};
-use crate::motion::{Breakdown, Method, Moment, moment};
+use crate::motion::{Breakdown, Method, Moment, advance, moment};
 use crate::observer::Observer;
 use crate::outcome::{NoStart, Outcome, Status, Undefined};
 use crate::solve::Care;
@@ -114,14 +114,13 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
         let mut steps = 0;
         let mut nearest = (0.0, self.condition(&first).unwrap_or(0.0));
         let mut integration = Duration::ZERO;
+        // Other methods inside its loop would slow down the one that does the least work in a step.
+        let chunk = if matches!(self.stepper, Stepper::Fixed) { Self::chunk::<true> } else { Self::chunk::<false> };
         let mut status = (nearest.1 >= 0.0 && self.condition(&first).is_some()).then_some(Status::StoppedAtStart);
         loop {
             let begun = Instant::now();
-            while status.is_none() && rows.len() < CHUNK {
-                status = self.step(&mut now, &mut steps, &mut nearest).err();
-                if !matches!(status, Some(Status::Broken(_) | Status::NotFinite { .. })) {
-                    rows.push(now);
-                }
+            if status.is_none() {
+                status = chunk(self, &mut now, &mut steps, &mut nearest, &mut rows);
             }
             integration += begun.elapsed();
             let kept_before = self.book.rows;
@@ -147,6 +146,24 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
         }
     }
 
+    /// Makes rows until there is room for no more; the end of the run, if it comes.
+    fn chunk<const IS_RK4: bool>(
+        &mut self,
+        now: &mut Moment<N, M>,
+        steps: &mut u64,
+        nearest: &mut (f64, f64),
+        rows: &mut Vec<Moment<N, M>>,
+    ) -> Option<Status> {
+        let mut status = None;
+        while status.is_none() && rows.len() < CHUNK {
+            status = self.step::<IS_RK4>(now, steps, nearest).err();
+            if !matches!(status, Some(Status::Broken(_) | Status::NotFinite { .. })) {
+                rows.push(*now);
+            }
+        }
+        status
+    }
+
     /// How far the stop condition is from true (negative), if there is one.
     #[inline(always)]
     fn condition(&self, at: &Moment<N, M>) -> Option<f64> {
@@ -159,12 +176,19 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
 
     /// Makes a step, or part of one up to the stop condition; an error is the end of the run.
     #[inline(always)]
-    fn step(&mut self, now: &mut Moment<N, M>, steps: &mut u64, nearest: &mut (f64, f64)) -> Result<(), Status> {
+    fn step<const IS_RK4: bool>(
+        &mut self,
+        now: &mut Moment<N, M>,
+        steps: &mut u64,
+        nearest: &mut (f64, f64),
+    ) -> Result<(), Status> {
         let t_next = self.grid.time(*steps + 1);
-        let next = self
-            .stepper
-            .next(self.mechanism, &self.request.method, now, t_next, &mut self.care)
-            .map_err(Status::Broken)?;
+        let (method, care) = (&self.request.method, &mut self.care);
+        let next = match IS_RK4 {
+            true => advance(self.mechanism, method, now, t_next, care),
+            false => self.stepper.next(self.mechanism, method, now, t_next, care),
+        };
+        let next = next.map_err(Status::Broken)?;
         let condition = self.condition(&next);
         if let Some(value) = condition {
             if value >= 0.0 {
@@ -187,7 +211,7 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
                 None => Status::Completed,
             });
         }
-        if steps.is_multiple_of(2) || !self.stepper.is_fixed() {
+        if steps.is_multiple_of(2) || !IS_RK4 && !self.stepper.is_fixed() {
             self.compared = next;
         }
         Ok(())

@@ -42,7 +42,7 @@ impl<const N: usize, const M: usize> Stepper<N, M> {
     }
 
     /// The row at `t`, after the row `from`.
-    #[inline(always)]
+    #[inline(never)]
     pub(crate) fn next<X: Mechanism<N, M>>(
         &mut self,
         mechanism: &X,

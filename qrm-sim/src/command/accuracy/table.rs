@@ -72,8 +72,10 @@ pub(super) fn printed(setup: &Setup, rungs: &[Rung], reference: &Reference) -> S
     for rung in rungs {
         if rung.method != method {
             method = rung.method;
+            let order =
+                order(rungs, method, u.position).map_or(String::new(), |order| format!(", of order {order:.2}"));
             text += &format!(
-                "\n  {method}\n  {:>16} {:>8} {:>10} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}\n",
+                "\n  {method}{order}\n  {:>16} {:>8} {:>10} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}\n",
                 "", "steps", "time", "position", "rate", "reaction", "residual", "energy", "estimate"
             );
         }
@@ -105,3 +107,27 @@ pub(super) fn printed(setup: &Setup, rungs: &[Rung], reference: &Reference) -> S
     }
     text
 }
+
+/// The order that a method with fixed steps shows in the errors of the coordinates: the slope of the straight line nearest to
+/// its points, as far as they are clear of rounding errors, and of steps that are too long.
+fn order(rungs: &[Rung], method: &str, uncertainty: f64) -> Option<f64> {
+    let floor = CLEAR * uncertainty;
+    let point = |rung: &Rung| match (&rung.setting, &rung.result) {
+        (Setting::Step(step), Ok(m)) if m.errors.position > floor => Some((step.ln(), m.errors.position.ln())),
+        _ => None,
+    };
+    let points: Vec<(f64, f64)> = rungs.iter().filter(|rung| rung.method == method).map_while(point).collect();
+    let points = points.get(SKIPPED..)?;
+    if points.len() < 3 {
+        return None;
+    }
+    let count = points.len() as f64;
+    let (x, y) = points.iter().fold((0.0, 0.0), |(x, y), point| (x + point.0 / count, y + point.1 / count));
+    let sum = |f: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(f).sum::<f64>();
+    Some(sum(&|point| (point.0 - x) * (point.1 - y)) / sum(&|point| (point.0 - x).powi(2)))
+}
+
+/// So many times the uncertainty is clear of rounding errors.
+const CLEAR: f64 = 1e3;
+/// The longest steps do not show the order yet.
+const SKIPPED: usize = 1;
