@@ -18,6 +18,7 @@ pub mod projection;
 pub mod rest;
 pub mod rk4;
 pub mod scenes;
+mod shadow;
 pub mod simulate;
 pub mod solve;
 pub mod turn;

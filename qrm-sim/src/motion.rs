@@ -82,8 +82,8 @@ pub enum Breakdown {
 }
 
 impl Method {
-    /// The method of a second run that tells the error of a first one, whose fixed steps it makes in pairs.
-    pub(crate) fn finer(&self) -> Self {
+    /// The method of a second run that tells the error of a first one; fixed steps it makes in pairs.
+    pub(crate) fn shadow(&self) -> Self {
         let scheme = match self.scheme {
             Scheme::Rk4 | Scheme::Document => self.scheme,
             Scheme::Dopri5 { tolerance } => Scheme::Dopri5 { tolerance: 0.1 * tolerance },

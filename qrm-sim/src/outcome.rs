@@ -34,7 +34,7 @@ pub struct Outcome {
     pub largest_kinetic_energy: f64,
     /// Largest energy in any row, kinetic and potential.
     pub largest_energy: f64,
-    /// Estimated error of the coordinates at the end.
+    /// Estimated largest error of a coordinate in any row.
     pub estimated_error: Option<f64>,
     /// Whether the run that should have estimated it broke off.
     pub error_unknown: bool,

@@ -6,18 +6,15 @@ use qrm_mechanism::Mechanism;
 
 use crate::assembly::assemble;
 use crate::book::Book;
-use crate::linear::{Vector, largest};
 use crate::motion::{Breakdown, Method, Moment, advance, moment};
 use crate::observer::Observer;
 use crate::outcome::{NoStart, Outcome, Status, Undefined};
+use crate::shadow::Shadow;
 use crate::solve::Care;
 use crate::stepper::Stepper;
 
 /// How many steps are made between two visits to the observer.
 const CHUNK: usize = 1024;
-
-/// How far rounding errors wander in a step, in units in the last place of the largest coordinate (measured).
-const WANDER: f64 = 0.2;
 
 /// What a run is asked to do.
 pub struct Request<'a> {
@@ -68,7 +65,7 @@ pub fn simulate<X: Mechanism<N, M>, const N: usize, const M: usize>(
         request,
         grid: Grid { step, end_time },
         stepper: Stepper::new(mechanism, request.method.scheme, first, end_time, &mut care).map_err(NoStart::Broken)?,
-        compared: first,
+        shadow: request.estimate_error.then(|| Shadow::new(mechanism, &request.method, first, end_time)).flatten(),
         book: Book::new(mechanism, &first),
         care,
     };
@@ -98,8 +95,8 @@ struct Run<'a, X, const N: usize, const M: usize> {
     request: &'a Request<'a>,
     grid: Grid,
     stepper: Stepper<N, M>,
-    /// The last moment that the run which estimates the error visits too.
-    compared: Moment<N, M>,
+    /// The second run, which tells the error.
+    shadow: Option<Shadow<N, M>>,
     book: Book,
     care: Care,
 }
@@ -123,6 +120,10 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
                 status = chunk(self, &mut now, &mut steps, &mut nearest, &mut rows);
             }
             integration += begun.elapsed();
+            if let Some(shadow) = &mut self.shadow {
+                let grid = self.grid;
+                shadow.follow(self.mechanism, &rows, |row, at| at.t == grid.time(row));
+            }
             let kept_before = self.book.rows;
             let kept = self.book.keep(self.mechanism, &rows, observer);
             if kept.is_err() {
@@ -141,7 +142,7 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
             }
             if let Some(status) = status {
                 let status = observer.finish().map_or_else(Status::Unwritable, |()| status);
-                return self.outcome(status, now, steps, integration, observer);
+                return self.outcome(status, now, steps, integration);
             }
         }
     }
@@ -211,9 +212,6 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
                 None => Status::Completed,
             });
         }
-        if steps.is_multiple_of(2) || !IS_RK4 && !self.stepper.is_fixed() {
-            self.compared = next;
-        }
         Ok(())
     }
 
@@ -242,25 +240,14 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
         Ok(found)
     }
 
-    fn outcome(
-        &mut self,
-        status: Status,
-        end: Moment<N, M>,
-        steps: u64,
-        integration: Duration,
-        observer: &mut dyn Observer,
-    ) -> Outcome {
-        let is_whole = matches!(status, Status::Completed | Status::Stopped | Status::StopNotReached { .. });
-        let estimate = match self.request.estimate_error && is_whole && self.compared.t > 0.0 {
-            true => self.estimate(observer),
-            false => Estimate::NotMade,
-        };
+    fn outcome(&mut self, status: Status, end: Moment<N, M>, steps: u64, integration: Duration) -> Outcome {
+        let counts = self.stepper.counts(steps);
         Outcome {
-            estimated_error: if let Estimate::Error(error) = estimate { Some(error) } else { None },
-            error_unknown: matches!(estimate, Estimate::BrokeOff),
+            estimated_error: self.shadow.and_then(|shadow| shadow.error(counts.accepted)),
+            error_unknown: self.shadow.is_some_and(|shadow| shadow.broke_off()),
             status,
             step: self.grid.step,
-            counts: self.stepper.counts(steps),
+            counts,
             end_time: end.t,
             q: end.q.to_vec(),
             qd: end.qd.to_vec(),
@@ -273,45 +260,4 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
             care: self.care,
         }
     }
-
-    /// The error of the coordinates by a second run, up to the last moment that both runs visit: at twice the step, where the
-    /// difference of two results of order 4 is 15 times the error of the finer one, or at a tenth of the tolerance.
-    fn estimate(&self, observer: &mut dyn Observer) -> Estimate {
-        let mut care = Care::default();
-        let (method, t_end) = (self.request.method.finer(), self.compared.t);
-        let start = assemble(self.mechanism, &self.mechanism.start()).ok();
-        let first = start.and_then(|(q, qd)| moment(self.mechanism, 0.0, q, qd, &mut care).ok());
-        let stepper = first.and_then(|first| Stepper::new(self.mechanism, method.scheme, first, t_end, &mut care).ok());
-        let (Some(mut at), Some(mut stepper)) = (first, stepper) else { return Estimate::BrokeOff };
-        let is_fixed = stepper.is_fixed();
-        let stride = if is_fixed { 2 } else { CHUNK as u64 };
-        for visit in 1.. {
-            let t = self.grid.time(stride * visit).min(t_end);
-            let Ok(next) = stepper.next(self.mechanism, &method, &at, t, &mut care) else { return Estimate::BrokeOff };
-            at = next;
-            if t >= t_end {
-                break;
-            }
-            let pauses = !is_fixed || visit.is_multiple_of(CHUNK as u64);
-            if pauses && !matches!(observer.goes_on(at.t, self.grid.end_time), Ok(true)) {
-                return Estimate::NotMade;
-            }
-        }
-        let difference: Vector<N> = std::array::from_fn(|i| at.q[i] - self.compared.q[i]);
-        let of_steps = largest(&difference).1 / if is_fixed { 15.0 } else { 1.0 };
-        // The rounding errors of both runs may agree; by themselves they wander as far as this.
-        let steps = self.stepper.counts((t_end / self.grid.step).round() as u64).accepted;
-        let of_rounding = WANDER * f64::EPSILON * largest(&self.compared.q).1 * (steps as f64).sqrt();
-        Estimate::Error(of_steps.max(of_rounding))
-    }
-}
-
-/// What a second run says of the error.
-enum Estimate {
-    /// The error of the coordinates.
-    Error(f64),
-    /// It broke off.
-    BrokeOff,
-    /// It was not made, or not to its end.
-    NotMade,
 }

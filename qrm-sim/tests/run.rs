@@ -134,7 +134,7 @@ fn a_force_that_loses_its_value_breaks_the_run() {
     let outcome =
         run(&Line { force: |x| 1e3 * (0.2 - x).sqrt(), ..line() }, None, &mut Notes::default()).expect("starts");
     assert!(matches!(outcome.status, Status::Broken(Breakdown::NotFinite)), "{outcome:?}");
-    assert!(outcome.q[0] < 0.2 && outcome.estimated_error.is_none());
+    assert!(outcome.q[0] < 0.2);
 }
 
 #[test]

@@ -67,10 +67,10 @@ mod tests {
 
     #[test]
     fn small_motions_far_away_are_kept() {
-        let mut values = [1000.240_001_23, 1000.240_011_23];
+        let mut values = [1000.24000123, 1000.24001123];
         round(&mut values, 0.01);
-        assert_eq!(values, [1000.240_001_23, 1000.240_011_23]);
+        assert_eq!(values, [1000.24000123, 1000.24001123]);
         round(&mut values, 10.0);
-        assert_eq!(values, [1000.24, 1000.240_01]);
+        assert_eq!(values, [1000.24, 1000.24001]);
     }
 }

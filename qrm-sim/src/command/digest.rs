@@ -27,7 +27,7 @@ pub(super) fn facts(summary: &Summary) -> [(&'static str, String); 6] {
     let second =
         if summary.tolerance.is_some() { "a run at a tenth of the tolerance" } else { "a run at twice the step" };
     let error = match summary.estimated_error {
-        Some(error) => format!("about {error:.1e} in the coordinates, judged by {second}"),
+        Some(error) => format!("about {error:.1e} at most in the coordinates, judged by {second}"),
         None => "not estimated".to_owned(),
     };
     let energy = match summary.energy_drift {

@@ -1,0 +1,125 @@
+//! What is said of errors, against exact values.
+
+mod common;
+
+use std::io;
+
+use common::{Table, near, qrm};
+use qrm_model::quick_return::QuickReturn;
+use qrm_sim::energy_integral::{EnergyIntegral, PANELS};
+use qrm_sim::motion::{Method, Scheme};
+use qrm_sim::observer::{Observer, Row};
+use qrm_sim::projection::Projection;
+use qrm_sim::simulate::{End, Request, simulate};
+
+/// Keeps times and coordinates.
+#[derive(Default)]
+struct Rows(Vec<(f64, Vec<f64>)>);
+
+impl Observer for Rows {
+    fn row(&mut self, row: &Row) -> io::Result<()> {
+        self.0.push((row.t, row.q.to_vec()));
+        Ok(())
+    }
+
+    fn goes_on(&mut self, _t: f64, _end_time: f64) -> io::Result<bool> {
+        Ok(true)
+    }
+
+    fn finish(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// The largest error of a coordinate in any row, and what the run says it is.
+fn errors(integral: &EnergyIntegral<'_, QuickReturn, 3, 2>, method: Method, step: f64) -> (f64, f64) {
+    let mechanism = QuickReturn::default();
+    let request = Request { method, step: Some(step), end: Some(End::Time(1.6)), estimate_error: true };
+    let mut rows = Rows::default();
+    let outcome = simulate(&mechanism, &request, &mut rows).expect("the run starts");
+    let error = |(t, q): &(f64, Vec<f64>)| {
+        let (exact, _) = integral.state(*t).expect("within the time");
+        q.iter().zip(exact).map(|(q, exact)| (q - exact).abs()).fold(0.0, f64::max)
+    };
+    (rows.0.iter().map(error).fold(0.0, f64::max), outcome.estimated_error.expect("an estimate"))
+}
+
+#[test]
+fn estimated_errors_are_right_within_a_factor_of_three() {
+    let mechanism = QuickReturn::default();
+    let integral = EnergyIntegral::new(&mechanism, 1.7, PANELS[0]).expect("a conservative mechanism that turns");
+    let projections = [Projection::None, Projection::Euclidean, Projection::Mass];
+    let fixed = projections.into_iter().flat_map(|projection| {
+        let method = Method { scheme: Scheme::Rk4, projection, ..Method::default() };
+        [8e-3, 4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4, 1.25e-4].map(|step| (method, step))
+    });
+    let adaptive = (4..=12).flat_map(|k| {
+        let tolerance = 10.0_f64.powi(-k);
+        [Scheme::Dopri5 { tolerance }, Scheme::Dop853 { tolerance }]
+            .map(|scheme| (Method { scheme, ..Method::default() }, 1e-2))
+    });
+    for (method, step) in fixed.chain(adaptive) {
+        let (error, estimate) = errors(&integral, method, step);
+        // Below this rounding errors rule, and no run can tell them from another's.
+        let ratio = estimate / error.max(3e-13);
+        let what = format!("{method:?} at {step}: estimated {estimate:e}, true {error:e}");
+        assert!((1.0 / 3.0..=3.0).contains(&ratio) || error < 3e-13 && estimate < 1e-12, "{what}");
+    }
+}
+
+/// `accuracy.csv` of a run of the command, and what it printed.
+fn measured(arguments: &[&str]) -> (Table, String) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let output = qrm(&["accuracy"]).args(arguments).arg("--out").arg(folder.path()).output().expect("it starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(folder.path().join("accuracy.svg").exists());
+    let table = Table::read(&folder.path().join("accuracy.csv"));
+    (table, String::from_utf8(output.stdout).expect("text"))
+}
+
+#[test]
+fn errors_of_rk4_follow_theory() {
+    let (table, said) = measured(&["--at", "0.5"]);
+    let rows = |method: &str| -> Vec<usize> {
+        (0..table.rows.len()).filter(|&row| table.text(row, "method") == method).collect()
+    };
+    let euclidean = rows("rk4, Euclidean");
+    let at_1e3 =
+        euclidean.iter().find(|&&row| (table.number(row, "step") - 1e-3).abs() < 1e-9).expect("a step of 1e-3");
+    near("error at h = 1e-3", table.number(*at_1e3, "error_position"), 3.0e-12, 0.3 * 3.0e-12);
+    let floor = euclidean.iter().map(|&row| table.number(row, "error_position")).fold(f64::INFINITY, f64::min);
+    assert!(floor < 3e-13, "{floor:e}");
+    for method in ["rk4, no projection", "rk4, Euclidean", "rk4, mass metric"] {
+        let line = said.lines().find(|line| line.trim_start().starts_with(method)).expect("the method is listed");
+        let order: f64 = line.split_once("of order ").expect("its order").1.trim().parse().expect("a number");
+        near(&format!("order of {method}"), order, 4.0, 0.1);
+    }
+    assert!(said.contains("the energy integral"), "{said}");
+    // Projected positions are closed to rounding errors.
+    assert!(rows("dop853, mass metric").iter().all(|&row| table.number(row, "residual_position") < 1e-15));
+}
+
+#[test]
+fn a_scene_without_energy_integral_is_measured_against_a_run() {
+    let (table, said) = measured(&["quick-return-loaded", "--set", "cd=50", "--at", "0.3", "--at", "0.1"]);
+    assert!(said.contains("against DOP853 at a tolerance of 1e-14"), "{said}");
+    assert!(said.contains("errors at t = 0.100000, 0.300000 s"), "{said}");
+    let last = table.last();
+    assert!(table.number(last, "uncertainty_position") < 1e-12, "{said}");
+    assert!((0..=last).all(|row| table.number(row, "error_position") < 1e-2), "{said}");
+}
+
+#[test]
+fn methods_are_refused_what_they_do_not_take() {
+    for (arguments, said) in [
+        (&["run", "--tolerance", "1e-6"][..], "`--tolerance` needs a method that chooses its steps"),
+        (&["run", "--method", "dop853", "--tolerance", "0"], "`--tolerance` must be above zero"),
+        (&["accuracy", "--budget", "soon"], "`--budget` needs a number"),
+        (&["accuracy", "--at", "-1"], "`--at` must be above zero"),
+    ] {
+        let output = qrm(arguments).output().expect("the command starts");
+        let error = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {error}");
+        assert!(error.contains(said), "{arguments:?}: {error}");
+    }
+}
