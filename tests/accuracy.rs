@@ -87,7 +87,8 @@ fn errors_of_rk4_follow_theory() {
     let at_1e3 =
         euclidean.iter().find(|&&row| (table.number(row, "step") - 1e-3).abs() < 1e-9).expect("a step of 1e-3");
     near("error at h = 1e-3", table.number(*at_1e3, "error_position"), 3.0e-12, 0.3 * 3.0e-12);
-    let floor = euclidean.iter().map(|&row| table.number(row, "error_position")).fold(f64::INFINITY, f64::min);
+    let error = |row: &usize| table.text(*row, "error_position").trim_start_matches('<').parse().expect("a number");
+    let floor = euclidean.iter().map(error).fold(f64::INFINITY, f64::min);
     assert!(floor < 3e-13, "{floor:e}");
     for method in ["rk4, no projection", "rk4, Euclidean", "rk4, mass metric"] {
         let line = said.lines().find(|line| line.trim_start().starts_with(method)).expect("the method is listed");
@@ -106,7 +107,37 @@ fn a_scene_without_energy_integral_is_measured_against_a_run() {
     assert!(said.contains("errors at t = 0.100000, 0.300000 s"), "{said}");
     let last = table.last();
     assert!(table.number(last, "uncertainty_position") < 1e-12, "{said}");
-    assert!((0..=last).all(|row| table.number(row, "error_position") < 1e-2), "{said}");
+    let error = |row| table.text(row, "error_position").trim_start_matches('<').parse::<f64>().expect("a number");
+    assert!((0..=last).all(|row| error(row) < 1e-2), "{said}");
+}
+
+#[test]
+fn references_agree_with_each_other() {
+    // Three ways to the exact values, none of which knows the others: errors of a coarse run must come out the same.
+    let error = |reference: &str| {
+        let (table, said) = measured(&["--at", "0.5", "--reference", reference]);
+        let row = (0..table.rows.len()).find(|&row| table.text(row, "method") == "rk4, mass metric");
+        assert!(said.contains("uncertain by"), "{said}");
+        ["error_position", "error_rate", "error_force"]
+            .map(|column| table.number(row.expect("rk4 is measured"), column))
+    };
+    let [energy, scene, run] = ["energy", "scene", "run"].map(error);
+    for (i, expected) in energy.into_iter().enumerate() {
+        near("against the scene's values", scene[i], expected, 1e-5 * expected);
+        near("against a run", run[i], expected, 1e-5 * expected);
+    }
+}
+
+#[test]
+fn what_is_below_the_uncertainty_is_no_number() {
+    let (table, said) = measured(&["--at", "0.01"]);
+    let errors = || (0..table.rows.len()).map(|row| table.text(row, "error_position"));
+    let floor = table.text(0, "uncertainty_position").to_owned();
+    assert!(errors().any(|error| error == format!("<{floor}")), "{said}");
+    assert!(
+        errors().filter_map(|error| error.parse::<f64>().ok()).all(|error| error > floor.parse().expect("a number"))
+    );
+    assert!(said.contains(&format!(" <{:.0e} ", floor.parse::<f64>().expect("a number"))), "{said}");
 }
 
 #[test]
@@ -116,6 +147,9 @@ fn methods_are_refused_what_they_do_not_take() {
         (&["run", "--method", "dop853", "--tolerance", "0"], "`--tolerance` must be above zero"),
         (&["accuracy", "--budget", "soon"], "`--budget` needs a number"),
         (&["accuracy", "--at", "-1"], "`--at` must be above zero"),
+        (&["accuracy", "--set", "O2A=0.21", "--reference", "scene"], "no values in [reference] that hold"),
+        (&["accuracy", "--set", "w0=3", "--reference", "energy"], "the motion turns back"),
+        (&["accuracy", "quick-return-loaded", "--set", "cd=5", "--reference", "energy"], "some load has no potential"),
     ] {
         let output = qrm(arguments).output().expect("the command starts");
         let error = String::from_utf8_lossy(&output.stderr).into_owned();

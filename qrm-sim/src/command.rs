@@ -176,6 +176,9 @@ struct AccuracyArguments {
     /// Compare at this time in seconds; may be repeated [default: eight times up to the end]
     #[arg(long, value_name = "T", allow_hyphen_values = true)]
     at: Vec<String>,
+    /// What to compare with [default: the first of these that there is]
+    #[arg(long, value_enum)]
+    reference: Option<ReferenceName>,
     /// Begin no further measurement after this time, such as `30s`
     #[arg(long, value_name = "TIME", default_value = "30s", allow_hyphen_values = true)]
     budget: String,
@@ -224,6 +227,17 @@ impl MethodName {
             Self::Document => "document",
         }
     }
+}
+
+/// Where exact values may come from.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum ReferenceName {
+    /// The energy integral of a conservative motion with one freedom that does not turn back
+    Energy,
+    /// Values in the scene's [reference], if no parameter is changed
+    Scene,
+    /// The method of order 8 at two tight tolerances
+    Run,
 }
 
 #[derive(Clone, Copy, ValueEnum)]

@@ -24,7 +24,7 @@ pub(super) fn accuracy(scenes: &Scenes, arguments: &AccuracyArguments) -> Result
     let setup = Setup::new(scenes, &arguments.scene, &MethodArguments::default())?;
     let budget = budget(&arguments.budget)?;
     let times = times(&setup, &arguments.at)?;
-    let reference = Reference::find(&setup, times)?;
+    let reference = Reference::find(&setup, &times, arguments.reference)?;
     let rungs = ladder::climb(&setup, &reference, begun + budget)?;
     let out = setup.folder(arguments.out.as_deref());
     let (csv, svg) = (out.join("accuracy.csv"), out.join("accuracy.svg"));

@@ -102,6 +102,11 @@ impl<'s> Setup<'s> {
         parameter_values(&self.text, self.replace())
     }
 
+    /// Whether the command line changes a parameter.
+    pub(super) fn is_changed(&self) -> bool {
+        !self.set.is_empty()
+    }
+
     /// The step of the command line, or of the scene.
     pub(super) fn step(&self) -> f64 {
         self.step.unwrap_or_else(|| constant(&self.text.run.step, &self.parameters()))

@@ -6,9 +6,9 @@ use qrm_codegen::evaluate::constant;
 use qrm_codegen::scene::Known;
 
 use super::super::setup::Setup;
-use super::super::{Failure, words};
+use super::super::{Failure, ReferenceName, words};
 use super::errors::Errors;
-use crate::energy_integral::PANELS;
+use crate::energy_integral::{NoIntegral, PANELS};
 use crate::measure::{Patience, StateAt, Trial};
 use crate::motion::{Method, Scheme};
 
@@ -29,33 +29,67 @@ pub(super) const ONCE: Patience = Patience { least: 1, time: Duration::ZERO };
 const TIGHT: [f64; 2] = [1e-14, 1e-13];
 
 impl Reference {
-    /// The most independent one that there is: the energy integral, values of the scene, or a run at tight tolerances.
-    pub(super) fn find(setup: &Setup, times: Vec<f64>) -> Result<Self, Failure> {
-        let exact = PANELS.map(|panels| setup.scene.exact(&setup.replace(), &times, panels));
-        if let [Ok(states), Ok(others)] = exact {
-            let uncertainty = Errors::between(&setup.text, &states, &others).max(rounding(&states));
-            let origin = "the energy integral, with positions from the loops and time by quadrature".to_owned();
-            return Ok(Self { origin, states, uncertainty });
+    /// The one that is asked for, or the most independent one that there is.
+    pub(super) fn find(setup: &Setup, times: &[f64], asked: Option<ReferenceName>) -> Result<Self, Failure> {
+        let may_be = |name: ReferenceName| asked.is_none_or(|asked| asked == name);
+        if may_be(ReferenceName::Energy) {
+            match Self::of_energy(setup, times) {
+                Ok(reference) => return Ok(reference),
+                Err(reason) if asked.is_some() => return Err(no_integral(reason)),
+                Err(_) => {}
+            }
         }
-        Self::of_scene(setup).map_or_else(|| Self::of_run(setup, &times), Ok)
+        if may_be(ReferenceName::Scene) {
+            match Self::of_scene(setup) {
+                Some(reference) => return Ok(reference),
+                None if asked.is_some() => {
+                    return Err(Failure::Use(
+                        "error: the scene has no values in [reference] that hold for these parameters\n  \
+                         = help: add some, or leave `--set` away"
+                            .to_owned(),
+                    ));
+                }
+                None => {}
+            }
+        }
+        Self::of_run(setup, times)
+    }
+
+    /// States from the energy integral, whose rounding errors two divisions of the way tell.
+    fn of_energy(setup: &Setup, times: &[f64]) -> Result<Self, NoIntegral> {
+        let [states, others] = PANELS.map(|panels| setup.scene.exact(&setup.replace(), times, panels));
+        let (states, others) = (states?, others?);
+        let uncertainty = Errors::between(&setup.text, &states, &others).max(rounding(&states));
+        let origin = "the energy integral, with positions from the loops and time by quadrature".to_owned();
+        Ok(Self { origin, states, uncertainty })
     }
 
     /// Values that the scene holds.
     fn of_scene(setup: &Setup) -> Option<Self> {
+        // They hold for the scene as it stands.
+        if setup.is_changed() {
+            return None;
+        }
         let scene = &setup.text;
         let parameters = setup.parameters();
         let mut uncertainty = Errors::default();
         let mut states: Vec<StateAt> = Vec::new();
+        let unknown = |t: f64| StateAt {
+            t,
+            q: vec![f64::NAN; scene.coordinates.len()],
+            qd: vec![f64::NAN; scene.coordinates.len()],
+            outputs: vec![f64::NAN; scene.outputs.len()],
+            residual: 0.0,
+            energy: f64::NAN,
+        };
         for reference in &scene.references {
-            let (n, outputs) = (scene.coordinates.len(), scene.outputs.len());
-            let mut state = StateAt {
-                t: constant(&reference.t, &parameters),
-                q: vec![f64::NAN; n],
-                qd: vec![f64::NAN; n],
-                outputs: vec![f64::NAN; outputs],
-                residual: 0.0,
-                energy: f64::NAN,
-            };
+            let t = constant(&reference.t, &parameters);
+            // Several entries may speak of one time.
+            let place = states.iter().position(|state| state.t == t).unwrap_or_else(|| {
+                states.push(unknown(t));
+                states.len() - 1
+            });
+            let state = &mut states[place];
             let accuracy = constant(&reference.accuracy, &parameters);
             for (known, value) in &reference.values {
                 let (place, error) = match *known {
@@ -66,7 +100,6 @@ impl Reference {
                 *place = constant(value, &parameters);
                 *error = error.max(accuracy);
             }
-            states.push(state);
         }
         states.sort_by(|a, b| a.t.total_cmp(&b.t));
         let names: Vec<&str> = scene.references.iter().map(|reference| reference.name.as_str()).collect();
@@ -94,6 +127,17 @@ impl Reference {
     pub(super) fn times(&self) -> Vec<f64> {
         self.states.iter().map(|state| state.t).collect()
     }
+}
+
+fn no_integral(reason: NoIntegral) -> Failure {
+    Failure::Use(format!(
+        "error: there is no energy integral: {}",
+        match reason {
+            NoIntegral::Freedoms => "the mechanism has another number of freedoms than one",
+            NoIntegral::NotConservative => "some load has no potential",
+            NoIntegral::TurnsBack => "the motion turns back or stands still on the way, or its way is not found",
+        }
+    ))
 }
 
 /// A few units in the last place, which no comparison sees.

@@ -39,9 +39,14 @@ pub(super) fn csv(rungs: &[Rung], reference: &Reference) -> Result<Vec<u8>, csv:
                 record.extend([m.steps.to_string(), m.evaluations.to_string()]);
                 let [quarter, median, three_quarters] = m.seconds;
                 let e = m.errors;
-                let numbers =
-                    [median, quarter, three_quarters, e.position, e.rate, e.force, u.position, u.rate, u.force];
-                record.extend(numbers.map(|number| format!("{number:?}")));
+                record.extend([median, quarter, three_quarters].map(|number| format!("{number:?}")));
+                // What is below the reference's own uncertainty is not known.
+                let shown = |(error, uncertainty): (f64, f64)| match error > uncertainty {
+                    true => format!("{error:?}"),
+                    false => format!("<{uncertainty:?}"),
+                };
+                record.extend([(e.position, u.position), (e.rate, u.rate), (e.force, u.force)].map(shown));
+                record.extend([u.position, u.rate, u.force].map(|number| format!("{number:?}")));
                 record.extend([m.residual, m.energy_drift].map(|number| format!("{number:?}")));
                 record.extend([m.estimate.map_or(String::new(), |number| format!("{number:?}")), String::new()]);
             }
