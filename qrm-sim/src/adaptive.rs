@@ -114,11 +114,10 @@ impl<P: Pair, const N: usize, const M: usize> Adaptive<P, N, M> {
             }
             self.segment.complete::<P>(&self.stages);
         }
-        let (mut q, mut qd) = self.segment.at(t);
+        let (q, qd) = self.segment.at(t);
         let mass = Ldl::new(&mechanism.mass_matrix(&q));
-        let corrections = project(mechanism, projection, mass.as_ref(), &mut q, &mut qd, care)?;
         self.counts.evaluations += 1;
-        Ok(Moment { corrections, ..moment(mechanism, t, q, qd, care)? })
+        corrected(mechanism, t, (q, qd), mass, projection, care)
     }
 
     /// Makes one step that is good enough.
@@ -178,7 +177,6 @@ impl<P: Pair, const N: usize, const M: usize> Adaptive<P, N, M> {
     }
 
     /// A step of length `h`, corrected, and its error; 1 is just good enough.
-    #[inline(always)]
     fn attempt<X: Mechanism<N, M>>(
         &mut self,
         mechanism: &X,
@@ -193,7 +191,7 @@ impl<P: Pair, const N: usize, const M: usize> Adaptive<P, N, M> {
             mass = self.evaluate(mechanism, from, h, stage, care)?;
         }
         let (rate, acceleration) = self.stages.sum(P::WEIGHTS);
-        let (mut q, mut qd) = (along(&from.q, h, &rate), along(&from.qd, h, &acceleration));
+        let (q, qd) = (along(&from.q, h, &rate), along(&from.qd, h, &acceleration));
         // Some estimates heed the end of the step; the others save the work on it.
         let heeds_end = P::ERRORS.iter().any(|row| row.iter().any(|(stage, _)| *stage == P::STAGES));
         let early = (!heeds_end).then(|| self.error::<X>(from, &q, &qd, h));
@@ -201,15 +199,14 @@ impl<P: Pair, const N: usize, const M: usize> Adaptive<P, N, M> {
             return Ok((*from, error));
         }
         let t = if from.t + h >= self.end_time { self.end_time } else { from.t + h };
-        let corrections = project(mechanism, projection, mass.as_ref(), &mut q, &mut qd, care)?;
-        let to = Moment { corrections, ..moment(mechanism, t, q, qd, care)? };
+        let to = corrected(mechanism, t, (q, qd), mass, projection, care)?;
         self.counts.evaluations += 1;
         (self.stages.rates[P::STAGES], self.stages.accelerations[P::STAGES]) = (to.qd, to.qdd);
         Ok((to, early.unwrap_or_else(|| self.error::<X>(from, &to.q, &to.qd, h))))
     }
 
     /// Evaluates a stage; the factors of the mass matrix there.
-    #[inline(always)]
+    #[inline(never)]
     fn evaluate<X: Mechanism<N, M>>(
         &mut self,
         mechanism: &X,
@@ -265,7 +262,8 @@ impl<P: Pair, const N: usize, const M: usize> Adaptive<P, N, M> {
         let guess = if size < 1e-5 || speed < 1e-5 { 1e-6 } else { 0.01 * size / speed };
         let guess = guess.min(self.end_time);
         let (q, qd) = (along(&first.q, guess, &first.qd), along(&first.qd, guess, &first.qdd));
-        let later = moment(mechanism, guess, q, qd, care)?;
+        let untouched = (Projection::None, Tolerance::default());
+        let later = corrected(mechanism, guess, (q, qd), None, untouched, care)?;
         self.counts.evaluations += 1;
         let change = |a: &Vector<N>, b: &Vector<N>| -> Vector<N> { std::array::from_fn(|i| (a[i] - b[i]) / guess) };
         let bend = norm(&change(&later.qd, &first.qd), &change(&later.qdd, &first.qdd));
@@ -274,6 +272,21 @@ impl<P: Pair, const N: usize, const M: usize> Adaptive<P, N, M> {
             if largest <= 1e-15 { (guess * 1e-3).max(1e-6) } else { (0.01 / largest).powf(1.0 / f64::from(P::ORDER)) };
         Ok((100.0 * guess).min(second).min(self.end_time))
     }
+}
+
+/// A state put back onto the constraints, with what belongs to it. It is called once a step, and large: every copy of it would
+/// be compiled anew after a change of a scene.
+#[inline(never)]
+fn corrected<X: Mechanism<N, M>, const N: usize, const M: usize>(
+    mechanism: &X,
+    t: f64,
+    (mut q, mut qd): (Vector<N>, Vector<N>),
+    mass: Option<Ldl<N>>,
+    projection: (Projection, Tolerance),
+    care: &mut Care,
+) -> Result<Moment<N, M>, Breakdown> {
+    let corrections = project(mechanism, projection, mass.as_ref(), &mut q, &mut qd, care)?;
+    Ok(Moment { corrections, ..moment(mechanism, t, q, qd, care)? })
 }
 
 /// `x + h v`

@@ -53,7 +53,7 @@ impl<const N: usize, const M: usize> Stepper<N, M> {
     ) -> Result<Moment<N, M>, Breakdown> {
         let projection = (method.projection, method.tolerance);
         match self {
-            Self::Fixed => advance(mechanism, method, from, t, care),
+            Self::Fixed => one_step(mechanism, method, from, t, care),
             Self::Document => document::advance(mechanism, from, t, care),
             Self::Five(adaptive) => adaptive.moment_at(mechanism, t, projection, care),
             Self::Eight(adaptive) => adaptive.moment_at(mechanism, t, projection, care),
@@ -71,7 +71,7 @@ impl<const N: usize, const M: usize> Stepper<N, M> {
     ) -> Result<Moment<N, M>, Breakdown> {
         let projection = (method.projection, method.tolerance);
         match self {
-            Self::Fixed => advance(mechanism, method, from, t, care),
+            Self::Fixed => one_step(mechanism, method, from, t, care),
             Self::Document => document::advance(mechanism, from, t, care),
             Self::Five(adaptive) => adaptive.from(*from).moment_at(mechanism, t, projection, care),
             Self::Eight(adaptive) => adaptive.from(*from).moment_at(mechanism, t, projection, care),
@@ -86,4 +86,16 @@ impl<const N: usize, const M: usize> Stepper<N, M> {
             Self::Eight(adaptive) => adaptive.counts,
         }
     }
+}
+
+/// RK4 where it need not be fast: compiled once for both places above.
+#[inline(never)]
+fn one_step<X: Mechanism<N, M>, const N: usize, const M: usize>(
+    mechanism: &X,
+    method: &Method,
+    from: &Moment<N, M>,
+    t: f64,
+    care: &mut Care,
+) -> Result<Moment<N, M>, Breakdown> {
+    advance(mechanism, method, from, t, care)
 }
