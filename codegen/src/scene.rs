@@ -1,8 +1,13 @@
 //! A scene with every name looked up: plain data, ready to be differentiated or evaluated.
 
+mod drawing;
+mod reference;
+
 use crate::diagnostic::Span;
 use crate::expression::Expression;
 use crate::parser::Condition;
+pub use drawing::{Drawn, DrawnKind};
+pub use reference::{Known, Reference};
 
 /// A formula of a scene.
 pub type Value = Expression<Quantity>;
@@ -226,73 +231,6 @@ pub enum OutputKind {
         /// The coordinate that is the body's angle.
         coordinate: usize,
     },
-}
-
-/// A part of a picture.
-#[derive(Clone, Debug)]
-pub struct Drawn {
-    /// Its name.
-    pub name: String,
-    /// What it looks like.
-    pub kind: DrawnKind,
-}
-
-/// The kinds of parts of a picture.
-#[derive(Clone, Debug)]
-pub enum DrawnKind {
-    /// A rigid bar through places.
-    Link(Vec<[Value; 2]>),
-    /// A block that slides.
-    Block {
-        /// Its middle.
-        at: [Value; 2],
-        /// The direction it slides in.
-        angle: Option<Value>,
-    },
-    /// A bearing on the ground.
-    Pivot([Value; 2]),
-    /// A line that something slides along.
-    Guide(Vec<[Value; 2]>),
-    /// The path of a point.
-    Path(usize),
-}
-
-impl DrawnKind {
-    /// Its formulae.
-    pub fn values(&self) -> Vec<&Value> {
-        match self {
-            Self::Link(places) | Self::Guide(places) => places.iter().flatten().collect(),
-            Self::Block { at, angle } => at.iter().chain(angle).collect(),
-            Self::Pivot(at) => at.iter().collect(),
-            Self::Path(_) => Vec::new(),
-        }
-    }
-}
-
-/// Values at one time that are known from elsewhere.
-#[derive(Clone, Debug)]
-pub struct Reference {
-    /// Its name.
-    pub name: String,
-    /// Where it is from.
-    pub doc: String,
-    /// The time.
-    pub t: Value,
-    /// How accurate the values are.
-    pub accuracy: Value,
-    /// The values.
-    pub values: Vec<(Known, Value)>,
-}
-
-/// What is known from elsewhere.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Known {
-    /// A coordinate.
-    Coordinate(usize),
-    /// The rate of a coordinate.
-    Rate(usize),
-    /// An output.
-    Output(usize),
 }
 
 /// How a run begins and ends.

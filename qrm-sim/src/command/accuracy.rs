@@ -9,8 +9,9 @@ mod verdict;
 
 use std::time::{Duration, Instant};
 
+use super::arguments::{AccuracyArguments, MethodArguments};
 use super::setup::Setup;
-use super::{AccuracyArguments, Failure, MethodArguments, settings};
+use super::{Failure, settings};
 use crate::outcome::Status;
 use crate::scenes::Scenes;
 use reference::Reference;

@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
+use super::arguments::AnimateArguments;
 use super::progress::Progress;
 use super::setup::Setup;
-use super::{AnimateArguments, Failure, account};
+use super::{Failure, account};
 use crate::album::Album;
 use crate::animation::motion;
 use crate::scenes::Scenes;

@@ -5,8 +5,9 @@ mod motion;
 mod rest;
 mod turn;
 
+use super::Failure;
+use super::arguments::CheckArguments;
 use super::setup::Setup;
-use super::{CheckArguments, Failure};
 use crate::scenes::Scenes;
 
 /// Says what can be known of a mechanism beyond one run of it.

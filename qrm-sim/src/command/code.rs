@@ -4,7 +4,8 @@ use anstyle::{AnsiColor, Style};
 use qrm_codegen::names::suggestion;
 use ra_ap_rustc_lexer::{FrontmatterAllowed, LiteralKind, TokenKind, tokenize};
 
-use super::{CodeArguments, Failure, settings};
+use super::arguments::CodeArguments;
+use super::{Failure, settings};
 use crate::scenes::Scenes;
 
 /// Prints the generated code of a scene, or a part of it.

@@ -1,6 +1,7 @@
 //! `qrm derive`
 
-use super::{DeriveArguments, Failure, settings};
+use super::arguments::DeriveArguments;
+use super::{Failure, settings};
 use crate::scenes::Scenes;
 
 /// Writes the derivation of a scene's equations of motion.

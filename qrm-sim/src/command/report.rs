@@ -2,9 +2,10 @@
 
 use qrm_view::report::{Content, Report, Section, page};
 
+use super::arguments::ReportArguments;
 use super::progress::Progress;
 use super::setup::Setup;
-use super::{Failure, ReportArguments, account, check, digest};
+use super::{Failure, account, check, digest};
 use crate::album::Album;
 use crate::animation::motion;
 use crate::scenes::Scenes;

@@ -1,9 +1,10 @@
 //! `qrm run`
 
+use super::arguments::RunArguments;
 use super::progress::Progress;
 use super::recorder::Recorder;
 use super::setup::Setup;
-use super::{Failure, RunArguments, account, digest};
+use super::{Failure, account, digest};
 use crate::album::Album;
 use crate::outcome::Status;
 use crate::scenes::Scenes;

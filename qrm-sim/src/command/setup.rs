@@ -8,9 +8,10 @@ use qrm_codegen::resolve;
 use qrm_codegen::scene::Scene as SceneText;
 use qrm_mechanism::Description;
 
+use super::arguments::{MethodArguments, MethodName, SceneArguments};
 use super::condition::Condition;
 use super::late::Late;
-use super::{Failure, MethodArguments, MethodName, SceneArguments, settings, words};
+use super::{Failure, settings, words};
 use crate::motion::{Method, Scheme};
 use crate::observer::Observer;
 use crate::outcome::Outcome;

@@ -5,8 +5,9 @@ use std::time::Duration;
 use qrm_codegen::evaluate::constant;
 use qrm_codegen::scene::Known;
 
+use super::super::arguments::ReferenceName;
 use super::super::setup::Setup;
-use super::super::{Failure, ReferenceName, words};
+use super::super::{Failure, words};
 use super::errors::Errors;
 use crate::energy_integral::{NoIntegral, PANELS};
 use crate::measure::{Patience, StateAt, Trial};

@@ -1,0 +1,29 @@
+//! Values that are known from elsewhere.
+
+use super::Value;
+
+/// Values at one time that are known from elsewhere.
+#[derive(Clone, Debug)]
+pub struct Reference {
+    /// Its name.
+    pub name: String,
+    /// Where it is from.
+    pub doc: String,
+    /// The time.
+    pub t: Value,
+    /// How accurate the values are.
+    pub accuracy: Value,
+    /// The values.
+    pub values: Vec<(Known, Value)>,
+}
+
+/// What is known from elsewhere.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Known {
+    /// A coordinate.
+    Coordinate(usize),
+    /// The rate of a coordinate.
+    Rate(usize),
+    /// An output.
+    Output(usize),
+}

@@ -1,0 +1,243 @@
+//! What the command line can say.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use crate::projection::{Projection, Tolerance};
+
+/// Simulates mechanisms with closed loops from generated equations of motion.
+///
+/// Without a command, runs the scene `quick-return`.
+#[derive(Parser)]
+#[command(name = "qrm", version)]
+pub(super) struct Arguments {
+    #[command(subcommand)]
+    pub(super) command: Option<Task>,
+}
+
+#[derive(Subcommand)]
+pub(super) enum Task {
+    /// Run a scene: trajectory.csv, summary.json and figures
+    Run(Box<RunArguments>),
+    /// Run a scene and show it moving: animation.html and animation.gif
+    Animate(Box<AnimateArguments>),
+    /// Run a scene and put all that is known of it on one page: report.html
+    Report(Box<ReportArguments>),
+    /// Measure run time and error of every method: accuracy.csv and accuracy.svg
+    Accuracy(Box<AccuracyArguments>),
+    /// Check a mechanism: strokes, locks, forces at rest, energy, recurrence
+    Check(Box<CheckArguments>),
+    /// Print the generated code of a scene
+    Code(CodeArguments),
+    /// Write the derivation of a scene's equations: derivation.md
+    Derive(DeriveArguments),
+    /// List the scenes and their parameters
+    List,
+}
+
+/// Which scene, with which parameters.
+#[derive(Args)]
+pub(super) struct SceneArguments {
+    /// Name of the scene; `qrm list` shows them
+    #[arg(default_value = "quick-return")]
+    pub(super) scene: String,
+    /// Give a parameter another value, such as `O2A=0.25` or `w0=3*pi`
+    #[arg(long = "set", value_name = "NAME=VALUE", allow_hyphen_values = true)]
+    pub(super) set: Vec<String>,
+    /// Step of the integration in seconds; of the rows, if the method chooses its steps [default: the scene's]
+    #[arg(long, value_name = "H", allow_hyphen_values = true)]
+    pub(super) step: Option<String>,
+    /// End at this time in seconds, whatever the scene says
+    #[arg(long, value_name = "T", conflicts_with = "until", allow_hyphen_values = true)]
+    pub(super) end_time: Option<String>,
+    /// End when a condition becomes true, such as `phi2 >= 2*pi`; at the scene's latest end at the latest
+    #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
+    pub(super) until: Option<String>,
+}
+
+/// How it is run.
+#[derive(Args)]
+pub(super) struct MethodArguments {
+    /// Integration method
+    #[arg(long, value_enum, default_value_t = MethodName::Rk4)]
+    pub(super) method: MethodName,
+    /// Largest error of a step of a method that chooses its steps, in the unit of each coordinate and rate
+    /// [default: 1e-9]
+    #[arg(long, value_name = "TOLERANCE", allow_hyphen_values = true)]
+    pub(super) tolerance: Option<String>,
+    /// What is smallest in the correction after each step: nothing is corrected, the change of the coordinates, or
+    /// the mass-weighted change
+    #[arg(long, value_enum, default_value_t = ProjectionName::Mass)]
+    pub(super) projection: ProjectionName,
+    /// Largest residual of a constraint that needs no further correction
+    #[arg(long, value_name = "TOLERANCE", allow_hyphen_values = true)]
+    pub(super) closure_tolerance: Option<String>,
+    /// Most corrections of position after a step
+    #[arg(long, value_name = "N", default_value_t = 10)]
+    pub(super) closure_iterations: u32,
+}
+
+impl Default for MethodArguments {
+    fn default() -> Self {
+        Self {
+            method: MethodName::Rk4,
+            tolerance: None,
+            projection: ProjectionName::Mass,
+            closure_tolerance: None,
+            closure_iterations: Tolerance::default().iterations,
+        }
+    }
+}
+
+#[derive(Parser)]
+pub(super) struct RunArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneArguments,
+    #[command(flatten)]
+    pub(super) method: MethodArguments,
+    /// Write every Nth row only; the last row is always written
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    pub(super) every: u64,
+    /// Skip the second run, at twice the step, that estimates the error
+    #[arg(long)]
+    pub(super) no_error_estimate: bool,
+    /// Draw no figures
+    #[arg(long)]
+    pub(super) no_figures: bool,
+    /// Folder for the files [default: out/SCENE]
+    #[arg(long, value_name = "DIR")]
+    pub(super) out: Option<PathBuf>,
+}
+
+#[derive(Args)]
+pub(super) struct AnimateArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneArguments,
+    #[command(flatten)]
+    pub(super) method: MethodArguments,
+    /// Make no GIF, only the page
+    #[arg(long)]
+    pub(super) no_gif: bool,
+    /// Folder for the files [default: out/SCENE]
+    #[arg(long, value_name = "DIR")]
+    pub(super) out: Option<PathBuf>,
+}
+
+#[derive(Args)]
+pub(super) struct ReportArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneArguments,
+    #[command(flatten)]
+    pub(super) method: MethodArguments,
+    /// Folder for the file [default: out/SCENE]
+    #[arg(long, value_name = "DIR")]
+    pub(super) out: Option<PathBuf>,
+}
+
+#[derive(Args)]
+pub(super) struct CheckArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneArguments,
+    #[command(flatten)]
+    pub(super) method: MethodArguments,
+    /// Only say what balances the loads at rest, at a position such as `phi2=45deg`; may be repeated
+    #[arg(long = "static", value_name = "NAME=VALUE", allow_hyphen_values = true)]
+    pub(super) at_rest: Vec<String>,
+}
+
+#[derive(Args)]
+pub(super) struct AccuracyArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneArguments,
+    /// Compare at this time in seconds; may be repeated [default: eight times up to the end]
+    #[arg(long, value_name = "T", allow_hyphen_values = true)]
+    pub(super) at: Vec<String>,
+    /// What to compare with [default: the first of these that there is]
+    #[arg(long, value_enum)]
+    pub(super) reference: Option<ReferenceName>,
+    /// Begin no further measurement after this time, such as `30s`
+    #[arg(long, value_name = "TIME", default_value = "30s", allow_hyphen_values = true)]
+    pub(super) budget: String,
+    /// Folder for the files [default: out/SCENE]
+    #[arg(long, value_name = "DIR")]
+    pub(super) out: Option<PathBuf>,
+}
+
+#[derive(Args)]
+pub(super) struct CodeArguments {
+    /// Name of the scene; `qrm list` shows them
+    #[arg(default_value = "quick-return")]
+    pub(super) scene: String,
+    /// A function such as `com_jacobian`, or its symbol: `T`, `C_q`, `Mbar`
+    pub(super) function: Option<String>,
+}
+
+#[derive(Args)]
+pub(super) struct DeriveArguments {
+    /// Name of the scene; `qrm list` shows them
+    #[arg(default_value = "quick-return")]
+    pub(super) scene: String,
+    /// Folder for the file [default: out/SCENE]
+    #[arg(long, value_name = "DIR")]
+    pub(super) out: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub(super) enum MethodName {
+    /// Classical Runge-Kutta, order 4, fixed step
+    Rk4,
+    /// Dormand-Prince pair of order 5, steps chosen by --tolerance
+    Dopri5,
+    /// Dormand-Prince pair of order 8, steps chosen by --tolerance
+    Dop853,
+    /// The assignment's script: RK4 with Euclidean projection, what it derives from the states late or differenced
+    Document,
+}
+
+impl MethodName {
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Rk4 => "rk4",
+            Self::Dopri5 => "dopri5",
+            Self::Dop853 => "dop853",
+            Self::Document => "document",
+        }
+    }
+}
+
+/// Where exact values may come from.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum ReferenceName {
+    /// The energy integral of a conservative motion with one freedom that does not turn back
+    Energy,
+    /// Values in the scene's [reference], if no parameter is changed
+    Scene,
+    /// The method of order 8 at two tight tolerances
+    Run,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub(super) enum ProjectionName {
+    None,
+    Euclidean,
+    Mass,
+}
+
+impl ProjectionName {
+    pub(super) fn projection(self) -> Projection {
+        match self {
+            Self::None => Projection::None,
+            Self::Euclidean => Projection::Euclidean,
+            Self::Mass => Projection::Mass,
+        }
+    }
+
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Euclidean => "euclidean",
+            Self::Mass => "mass",
+        }
+    }
+}
