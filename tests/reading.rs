@@ -107,10 +107,17 @@ fn a_report_holds_everything_on_one_page() {
     let page = std::fs::read_to_string(folder.path().join("report.html")).expect("a page");
     assert!(page.len() < 2_000_000, "{} bytes", page.len());
     stands_alone(&page);
-    for part in ["<h2>Run</h2>", "<h2>Motion</h2>", "<h2>Figures</h2>", "<h2>Mechanism</h2>", "<h2>Derivation</h2>"] {
+    for part in [
+        "<h2>Run</h2>",
+        "<h2>Motion</h2>",
+        "<h2>Figures</h2>",
+        "<h2>Mechanism</h2>",
+        "<h2>Error against run time</h2>",
+        "<h2>Derivation</h2>",
+    ] {
         assert!(page.contains(part), "{part}");
     }
-    assert_eq!(page.matches("<svg xmlns").count(), 7, "figures");
+    assert_eq!(page.matches("<svg xmlns").count(), 8, "figures, and the diagram of accuracy");
     // Every formula of the derivation could be set.
     assert!(page.matches("<math").count() > 60 && !page.contains("<merror") && !page.contains("<code>\\"), "formulae");
 }

@@ -9,11 +9,14 @@ mod verdict;
 
 use std::time::{Duration, Instant};
 
-use super::arguments::{AccuracyArguments, MethodArguments};
+use qrm_view::figure::Figure;
+
+use super::arguments::{AccuracyArguments, MethodArguments, ReferenceName};
 use super::setup::Setup;
 use super::{Failure, settings};
 use crate::outcome::Status;
 use crate::scenes::Scenes;
+use ladder::Rung;
 use reference::Reference;
 
 /// How many times are compared where none are asked for.
@@ -23,19 +26,20 @@ const TIMES: usize = 8;
 pub(super) fn accuracy(scenes: &Scenes, arguments: &AccuracyArguments) -> Result<(), Failure> {
     let begun = Instant::now();
     let setup = Setup::new(scenes, &arguments.scene, &MethodArguments::default())?;
-    let budget = budget(&arguments.budget)?;
-    let times = times(&setup, &arguments.at)?;
-    let reference = Reference::find(&setup, &times, arguments.reference)?;
-    let rungs = ladder::climb(&setup, &reference, begun + budget)?;
+    let deadline = begun + budget(&arguments.budget)?;
+    let study = Study::new(&setup, &arguments.at, arguments.reference, deadline)?;
     let out = setup.folder(arguments.out.as_deref());
     let (csv, svg) = (out.join("accuracy.csv"), out.join("accuracy.svg"));
-    let text = table::csv(&rungs, &reference).map_err(|e| Failure::Run(format!("error: {e}")))?;
+    let text = table::csv(&study.rungs, &study.reference).map_err(|e| Failure::Run(format!("error: {e}")))?;
     super::write(&csv, &text).map_err(|e| Failure::Use(super::unwritable(&csv, &e)))?;
-    super::say(&table::printed(&setup, &rungs, &reference));
-    super::say(&verdict::verdict(&rungs, &reference));
-    let drawn = picture::figure(&setup, &rungs, &reference).svg();
-    let mut written = format!("wrote {} ({} rows)", csv.display(), rungs.len());
-    match drawn {
+    super::say(&table::printed(&setup, &study.rungs, &study.reference));
+    let mut verdict = String::from("Cheapest for an error of the coordinates of at most\n");
+    for (goal, way) in study.verdict() {
+        verdict += &format!("  {goal:>6}  {way}\n");
+    }
+    super::say(&verdict);
+    let mut written = format!("wrote {} ({} rows)", csv.display(), study.rungs.len());
+    match study.figure(&setup).svg() {
         Ok(drawn) => {
             super::write(&svg, drawn.as_bytes()).map_err(|e| Failure::Use(super::unwritable(&svg, &e)))?;
             written += &format!("\n      {}", svg.display());
@@ -44,6 +48,41 @@ pub(super) fn accuracy(scenes: &Scenes, arguments: &AccuracyArguments) -> Result
     }
     super::say(&written);
     Ok(())
+}
+
+/// Measurements of a scene, and what they are compared with.
+pub(super) struct Study {
+    reference: Reference,
+    rungs: Vec<Rung>,
+}
+
+impl Study {
+    /// Measures what can be begun before the deadline.
+    pub(super) fn new(
+        setup: &Setup,
+        at: &[String],
+        reference: Option<ReferenceName>,
+        deadline: Instant,
+    ) -> Result<Self, Failure> {
+        let reference = Reference::find(setup, &times(setup, at)?, reference)?;
+        let rungs = ladder::climb(setup, &reference, deadline)?;
+        Ok(Self { reference, rungs })
+    }
+
+    /// What errors are told by.
+    pub(super) fn origin(&self) -> String {
+        format!("{}, uncertain by {:.1e}", self.reference.origin, self.reference.uncertainty.position)
+    }
+
+    /// The cheapest way to each of some accuracies.
+    pub(super) fn verdict(&self) -> Vec<(String, String)> {
+        verdict::verdict(&self.rungs, &self.reference)
+    }
+
+    /// The work-precision diagram.
+    pub(super) fn figure(&self, setup: &Setup) -> Figure {
+        picture::figure(setup, &self.rungs, &self.reference)
+    }
 }
 
 /// Reads `30s`, `2min` or a number of seconds.

@@ -130,6 +130,9 @@ pub(super) struct ReportArguments {
     pub(super) scene: SceneArguments,
     #[command(flatten)]
     pub(super) method: MethodArguments,
+    /// Measure no run times and errors, which takes a few seconds
+    #[arg(long)]
+    pub(super) no_accuracy: bool,
     /// Folder for the file [default: out/SCENE]
     #[arg(long, value_name = "DIR")]
     pub(super) out: Option<PathBuf>,

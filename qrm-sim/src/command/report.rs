@@ -1,7 +1,10 @@
 //! `qrm report`
 
+use std::time::{Duration, Instant};
+
 use qrm_view::report::{Content, Report, Section, page};
 
+use super::accuracy::Study;
 use super::arguments::ReportArguments;
 use super::progress::Progress;
 use super::setup::Setup;
@@ -36,6 +39,9 @@ pub(super) fn report(scenes: &Scenes, arguments: &ReportArguments) -> Result<(),
     let (facts, _) = check::facts(&setup)?;
     let facts = facts.into_iter().map(|fact| (fact.topic, fact.lines)).collect();
     sections.push(Section { heading: "Mechanism".to_owned(), contents: vec![Content::Facts(facts)] });
+    if !arguments.no_accuracy {
+        sections.push(accuracy(&setup));
+    }
     sections.push(parameters(&setup, &summary));
     let mut derivation = Vec::new();
     if !arguments.scene.set.is_empty() {
@@ -69,6 +75,24 @@ fn run(setup: &Setup, summary: &Summary) -> Section<'static> {
     }
     Section { heading: "Run".to_owned(), contents }
 }
+
+/// Error against run time.
+fn accuracy(setup: &Setup) -> Section<'static> {
+    let contents = match Study::new(setup, &[], None, Instant::now() + BUDGET) {
+        Err(Failure::Run(reason) | Failure::Use(reason)) => vec![Content::Warning(reason)],
+        Ok(study) => {
+            let mut facts = vec![("against".to_owned(), vec![study.origin()])];
+            facts.extend(study.verdict().into_iter().map(|(goal, way)| (format!("error {goal}"), vec![way])));
+            let picture = study.figure(setup).svg();
+            let picture = picture.map_or_else(|reason| Content::Warning(reason.to_string()), Content::Figure);
+            vec![picture, Content::Facts(facts)]
+        }
+    };
+    Section { heading: "Error against run time".to_owned(), contents }
+}
+
+/// A report takes not much longer than this for its measurements.
+const BUDGET: Duration = Duration::from_secs(10);
 
 fn parameters(setup: &Setup, summary: &Summary) -> Section<'static> {
     let described = setup.description.parameters.iter().zip(&summary.parameters.0);

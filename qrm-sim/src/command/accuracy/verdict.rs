@@ -8,13 +8,9 @@ const GOALS: [f64; 5] = [1e-4, 1e-6, 1e-8, 1e-10, 1e-11];
 /// The method that others are set against.
 const YARDSTICK: &str = "rk4, mass metric";
 
-/// A sentence for each goal.
-pub(super) fn verdict(rungs: &[Rung], reference: &Reference) -> String {
-    let mut text = String::from("Cheapest for an error of the coordinates of at most\n");
-    for goal in GOALS {
-        text += &format!("  {goal:>6.0e}  {}\n", cheapest(rungs, reference, goal));
-    }
-    text
+/// Each goal, and a sentence about it.
+pub(super) fn verdict(rungs: &[Rung], reference: &Reference) -> Vec<(String, String)> {
+    GOALS.map(|goal| (format!("{goal:.0e}"), cheapest(rungs, reference, goal))).into()
 }
 
 fn cheapest(rungs: &[Rung], reference: &Reference, goal: f64) -> String {
