@@ -1,7 +1,7 @@
 //! Matrices in LaTeX.
 
 /// About as many letters fit beside each other on a page.
-const WIDTH: usize = 80;
+const WIDTH: usize = 72;
 
 /// About how many letters a formula shows: commands are one, braces and the like none.
 fn width(latex: &str) -> usize {
