@@ -5,7 +5,7 @@ use crate::diagnostic::Diagnostic;
 use crate::document::{BodySyntax, Document, Identifier};
 use crate::evaluate::{evaluate, known_values};
 use crate::expression::Node;
-use crate::scene::{Quantity, Scene, Start, Value};
+use crate::scene::{Known, Quantity, Scene, Start, Value};
 
 /// Checks the parts of a scene whose parameters have their numbers. What depends on unknown names is left unchecked.
 pub(super) fn parts(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) {
@@ -14,6 +14,7 @@ pub(super) fn parts(document: &Document, scene: &Scene, findings: &mut Vec<Diagn
         body(syntax, scene, place, findings);
     }
     run(scene, findings);
+    references(document, scene, findings);
     for constraint in &scene.constraints {
         if Scene::is_known(&constraint.residual) && scene.coordinates_of(&constraint.residual).is_empty() {
             findings.push(
@@ -162,6 +163,42 @@ fn run(scene: &Scene, findings: &mut Vec<Diagnostic>) {
                 Diagnostic::error(format!("the {what} of the run is not positive"), value.whole_span(), label)
                     .help("give a time above zero"),
             );
+        }
+    }
+}
+
+/// Values from elsewhere need a time that the motion has, and an accuracy that can be met; each is given once.
+fn references(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) {
+    let mut seen: Vec<(f64, Known)> = Vec::new();
+    for (reference, syntax) in scene.references.iter().zip(&document.references) {
+        let name = &reference.name;
+        let mut wrong = |title: String, value: &Value, label: String, help: &str| {
+            findings.push(Diagnostic::error(title, value.whole_span(), label).help(help));
+        };
+        let (t, accuracy) = (constant(scene, &reference.t), constant(scene, &reference.accuracy));
+        if t < 0.0 {
+            let title = format!("`{name}` is from before the start");
+            wrong(title, &reference.t, format!("its value is {t}"), "the motion begins at t = 0");
+        }
+        if accuracy <= 0.0 {
+            let title = format!("the accuracy of `{name}` is not positive");
+            wrong(
+                title,
+                &reference.accuracy,
+                format!("its value is {accuracy}"),
+                "give the largest error of the values",
+            );
+        }
+        if syntax.values.is_empty() {
+            let help = "add values of coordinates, rates or outputs: `values = { NAME = ... }`";
+            wrong(format!("`{name}` has no values"), &reference.t, "nothing is known at this time".to_owned(), help);
+        }
+        for (known, value) in &reference.values {
+            if seen.contains(&(t, *known)) {
+                let title = format!("`{name}` gives a value a second time");
+                wrong(title, value, format!("is known at t = {t} already"), "take one of them out");
+            }
+            seen.push((t, *known));
         }
     }
 }

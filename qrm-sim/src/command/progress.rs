@@ -14,6 +14,11 @@ const SILENCE: Duration = Duration::from_millis(300);
 /// Set when the user wants the run to end.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
+/// Whether the user wants it to end.
+pub(super) fn interrupted() -> bool {
+    INTERRUPTED.load(Ordering::Relaxed)
+}
+
 /// An observer that keeps no rows.
 pub(super) struct Progress {
     begun: Instant,
@@ -23,7 +28,12 @@ pub(super) struct Progress {
 impl Progress {
     pub(super) fn new() -> Self {
         // A second handler in one process is refused; the first one does.
-        let _ = ctrlc::set_handler(|| INTERRUPTED.store(true, Ordering::Relaxed));
+        let _ = ctrlc::set_handler(|| {
+            // Who asks twice does not want to wait for the end of what is under way.
+            if INTERRUPTED.swap(true, Ordering::Relaxed) {
+                std::process::exit(130);
+            }
+        });
         Self { begun: Instant::now(), bar: None }
     }
 }
@@ -42,7 +52,7 @@ impl Observer for Progress {
             bar.set_position((1e4 * t / end_time) as u64);
             bar.set_message(format!("{t:.3} of {end_time:.3}"));
         }
-        Ok(!INTERRUPTED.load(Ordering::Relaxed))
+        Ok(!interrupted())
     }
 
     fn finish(&mut self) -> io::Result<()> {

@@ -28,6 +28,15 @@ pub(super) fn no_start(reason: &NoStart, description: &Description, scene: &Scen
     }
 }
 
+/// Why a method does not get to the last time.
+pub(super) fn no_way(reason: &NoStart, description: &Description, scene: &SceneText, path: &str) -> String {
+    match reason {
+        NoStart::Broken(Breakdown::NotFinite) => "breaks off: the state became infinite".to_owned(),
+        NoStart::Broken(reason) => format!("breaks off: {}", breakdown(reason, description)),
+        other => no_start(other, description, scene, path),
+    }
+}
+
 /// Why the constraints cannot be met, at their place in the scene.
 pub(super) fn not_assembled_report(
     reason: &NotAssembled,
@@ -117,6 +126,11 @@ pub(super) fn seconds(t: f64) -> String {
     let rounded: f64 = format!("{t:.13e}").parse().unwrap_or(t);
     let digits = format!("{rounded:?}");
     format!("{} s", digits.strip_suffix(".0").unwrap_or(&digits))
+}
+
+/// A run time, with three digits at least.
+pub(super) fn milliseconds(seconds: f64) -> String {
+    if seconds < 1e-5 { format!("{:.3} us", seconds * 1e6) } else { format!("{:.3} ms", seconds * 1e3) }
 }
 
 /// How a run ended, in one sentence or a few.

@@ -31,6 +31,11 @@ impl Errors {
         errors
     }
 
+    /// So many times as much.
+    pub(super) fn times(self, factor: f64) -> Self {
+        Self { position: factor * self.position, rate: factor * self.rate, force: factor * self.force }
+    }
+
     /// The larger of each kind.
     pub(super) fn max(self, other: Self) -> Self {
         Self {

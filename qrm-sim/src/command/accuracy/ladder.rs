@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::super::progress::interrupted;
 use super::super::setup::Setup;
 use super::super::{Failure, words};
 use super::errors::Errors;
@@ -51,8 +52,9 @@ const PATIENCE: Patience = Patience { least: 7, time: Duration::from_millis(15) 
 /// Steps go from so many times that of the scene downward by halves.
 const COARSEST: f64 = 8.0;
 const HALVINGS: i32 = 11;
-/// Above this error it may be chance that a smaller step brought nothing.
+/// Above this error, and above so many times the reference's own, it may be chance that a smaller step brought nothing.
 const FINE: f64 = 1e-9;
+const NEAR: f64 = 30.0;
 /// Tolerances go from one power of ten to another.
 const TOLERANCES: std::ops::RangeInclusive<i32> = 3..=14;
 
@@ -89,51 +91,108 @@ fn dop853(tolerance: f64) -> Scheme {
     Scheme::Dop853 { tolerance }
 }
 
-/// Measures all of it, or what can be begun before the deadline.
-pub(super) fn climb(setup: &Setup, reference: &Reference, deadline: Instant) -> Result<Vec<Rung>, Failure> {
+/// What was measured.
+pub(super) struct Climb {
+    /// Method by method, from coarse to fine.
+    pub(super) rungs: Vec<Rung>,
+    /// What ended it early.
+    pub(super) cut: Option<Cut>,
+}
+
+/// What ends measurements early.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Cut {
+    /// There was no time left for finer steps.
+    Budget,
+    /// The user wanted it to end.
+    Interrupted,
+}
+
+/// A method on its way to finer steps.
+struct Climber {
+    way: Way,
+    settings: std::vec::IntoIter<Setting>,
+    rungs: Vec<Rung>,
+    /// How long the last rung took.
+    took: Duration,
+    best: f64,
+    /// Rungs in a row that brought nothing.
+    idle: usize,
+}
+
+/// Measures all of it, or what can be done before the deadline: each method at its coarsest setting, then each at the next,
+/// so that none is forgotten. The first rung is measured in any case.
+pub(super) fn climb(setup: &Setup, reference: &Reference, deadline: Instant) -> Result<Climb, Failure> {
     let bar = progress();
-    let mut rungs = Vec::new();
-    for way in METHODS {
-        // Without constraints there is nothing to project.
-        if setup.text.constraints.is_empty() && way.projection != Projection::Mass {
-            continue;
+    let floor = reference.uncertainty.position;
+    // Without constraints there is nothing to project.
+    let has_constraints = !setup.text.constraints.is_empty();
+    let ways = METHODS.into_iter().filter(|way| has_constraints || way.projection == Projection::Mass);
+    let mut climbers: Vec<Climber> = ways.map(|way| Climber::new(setup, way)).collect();
+    let mut cut = None;
+    let mut is_first = true;
+    while climbers.iter().any(|climber| climber.settings.len() > 0) {
+        for climber in &mut climbers {
+            if interrupted() {
+                cut = Some(Cut::Interrupted);
+                climber.settings = Vec::new().into_iter();
+            }
+            let Some(setting) = climber.settings.next() else { continue };
+            // A step half as long takes twice the time.
+            if !is_first && Instant::now() + 2 * climber.took >= deadline {
+                cut = cut.or(Some(Cut::Budget));
+                climber.settings = Vec::new().into_iter();
+                continue;
+            }
+            if let Some(bar) = &bar {
+                bar.set_message(format!("{}, {}", climber.way.name, setting.words()));
+                bar.tick();
+            }
+            let begun = Instant::now();
+            let rung = rung(setup, reference, climber.way, setting);
+            climber.take(rung, begun.elapsed(), floor);
+            is_first = false;
         }
+    }
+    if let Some(bar) = bar {
+        bar.finish_and_clear();
+    }
+    let rungs: Vec<Rung> = climbers.into_iter().flat_map(|climber| climber.rungs).collect();
+    if rungs.is_empty() {
+        return Err(Failure::Run("error: interrupted before anything was measured".to_owned()));
+    }
+    if rungs.iter().all(|rung| rung.result.is_err()) {
+        let reason = rungs.first().and_then(|rung| rung.result.as_ref().err().cloned());
+        return Err(Failure::Run(format!("error: no method gets to the end: {}", reason.unwrap_or_default())));
+    }
+    Ok(Climb { rungs, cut })
+}
+
+impl Climber {
+    fn new(setup: &Setup, way: Way) -> Self {
         let settings: Vec<Setting> = match way.formula {
             Formula::Fixed(_) => {
                 (0..HALVINGS).map(|k| Setting::Step(COARSEST * setup.step() / 2.0_f64.powi(k))).collect()
             }
             Formula::Adaptive(_) => TOLERANCES.map(|k| Setting::Tolerance(10.0_f64.powi(-k))).collect(),
         };
-        let mut best = f64::INFINITY;
-        let mut idle = 0;
-        for setting in settings {
-            if Instant::now() >= deadline {
-                break;
-            }
-            if let Some(bar) = &bar {
-                bar.set_message(format!("{}, {}", way.name, setting.words()));
-                bar.tick();
-            }
-            let rung = rung(setup, reference, way, setting);
-            if let Ok(measured) = &rung.result {
-                // Where rounding errors or the reference's own are reached, more work brings nothing.
-                idle = if measured.errors.position < 0.5 * best { 0 } else { idle + 1 };
-                best = best.min(measured.errors.position);
-            }
-            rungs.push(rung);
-            if idle >= 2 && best < FINE {
-                break;
-            }
+        let settings = settings.into_iter();
+        Self { way, settings, rungs: Vec::new(), took: Duration::ZERO, best: f64::INFINITY, idle: 0 }
+    }
+
+    fn take(&mut self, rung: Rung, took: Duration, floor: f64) {
+        self.took = took;
+        if let Ok(measured) = &rung.result {
+            // Where rounding errors or the reference's own are reached, more work brings nothing.
+            self.idle = if measured.errors.position < 0.5 * self.best { 0 } else { self.idle + 1 };
+            self.best = self.best.min(measured.errors.position);
+        }
+        self.rungs.push(rung);
+        let patience = if self.best < NEAR * floor { 2 } else { 4 };
+        if self.idle >= patience && self.best < FINE {
+            self.settings = Vec::new().into_iter();
         }
     }
-    if let Some(bar) = bar {
-        bar.finish_and_clear();
-    }
-    if rungs.iter().all(|rung| rung.result.is_err()) {
-        let reason = rungs.first().and_then(|rung| rung.result.as_ref().err().cloned());
-        return Err(Failure::Run(format!("error: no method gets to the end: {}", reason.unwrap_or_default())));
-    }
-    Ok(rungs)
 }
 
 fn rung(setup: &Setup, reference: &Reference, way: Way, setting: Setting) -> Rung {
@@ -150,7 +209,7 @@ fn rung(setup: &Setup, reference: &Reference, way: Way, setting: Setting) -> Run
         estimate: estimate(setup, &trial, times[times.len() - 1]),
         ..compared(setup, reference, &measurement)
     });
-    let result = result.map_err(|reason| words::no_start(&reason, &setup.description, &setup.text, &setup.path));
+    let result = result.map_err(|reason| words::no_way(&reason, &setup.description, &setup.text, &setup.path));
     Rung { method: way.name, setting, result }
 }
 

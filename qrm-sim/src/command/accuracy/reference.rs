@@ -9,6 +9,7 @@ use super::super::arguments::ReferenceName;
 use super::super::setup::Setup;
 use super::super::{Failure, words};
 use super::errors::Errors;
+use super::times;
 use crate::energy_integral::{NoIntegral, PANELS};
 use crate::measure::{Patience, StateAt, Trial};
 use crate::motion::{Method, Scheme};
@@ -26,41 +27,54 @@ pub(super) struct Reference {
 /// One run of a method is enough.
 pub(super) const ONCE: Patience = Patience { least: 1, time: Duration::ZERO };
 
+/// An energy integral as certain as this needs no comparison with a run.
+const ALMOST_EXACT: f64 = 1e-12;
+
 /// Two tolerances whose results tell each other's errors.
 const TIGHT: [f64; 2] = [1e-14, 1e-13];
 
 impl Reference {
-    /// The one that is asked for, or the most independent one that there is.
-    pub(super) fn find(setup: &Setup, times: &[f64], asked: Option<ReferenceName>) -> Result<Self, Failure> {
-        let may_be = |name: ReferenceName| asked.is_none_or(|asked| asked == name);
-        if may_be(ReferenceName::Energy) {
-            match Self::of_energy(setup, times) {
-                Ok(reference) => return Ok(reference),
-                Err(reason) if asked.is_some() => return Err(no_integral(reason)),
-                Err(_) => {}
-            }
+    /// The one that is asked for, or the most independent one that there is; values of the scene hold at their own times,
+    /// and are left aside where others are asked for.
+    pub(super) fn find(setup: &Setup, at: &[String], asked: Option<ReferenceName>) -> Result<Self, Failure> {
+        match asked {
+            Some(ReferenceName::Energy) => Self::of_energy(setup, &times(setup, at)?).map_err(no_integral),
+            Some(ReferenceName::Scene) if !at.is_empty() => Err(Failure::Use(
+                "error: values in [reference] hold at their own times\n  \
+                 = help: leave `--at` away, or compare with `--reference run`"
+                    .to_owned(),
+            )),
+            Some(ReferenceName::Scene) => Self::of_scene(setup).ok_or_else(|| {
+                Failure::Use(
+                    "error: the scene has no values in [reference] that hold for these parameters\n  \
+                     = help: add some, or leave `--set` away"
+                        .to_owned(),
+                )
+            }),
+            Some(ReferenceName::Run) => Self::of_run(setup, &times(setup, at)?),
+            None => Self::best(setup, at),
         }
-        if may_be(ReferenceName::Scene) {
-            match Self::of_scene(setup) {
-                Some(reference) => return Ok(reference),
-                None if asked.is_some() => {
-                    return Err(Failure::Use(
-                        "error: the scene has no values in [reference] that hold for these parameters\n  \
-                         = help: add some, or leave `--set` away"
-                            .to_owned(),
-                    ));
-                }
-                None => {}
-            }
+    }
+
+    /// The energy integral, unless it is less certain than a run: it is where the motion is about to stand still.
+    fn best(setup: &Setup, at: &[String]) -> Result<Self, Failure> {
+        let times = times(setup, at)?;
+        match (Self::of_energy(setup, &times), Self::of_scene(setup).filter(|_| at.is_empty())) {
+            (Ok(exact), _) if exact.uncertainty.position <= ALMOST_EXACT => Ok(exact),
+            (Ok(exact), _) => match Self::of_run(setup, &times) {
+                Ok(run) if run.uncertainty.position < exact.uncertainty.position => Ok(run),
+                _ => Ok(exact),
+            },
+            (Err(_), Some(known)) => Ok(known),
+            (Err(_), None) => Self::of_run(setup, &times),
         }
-        Self::of_run(setup, times)
     }
 
     /// States from the energy integral, whose rounding errors two divisions of the way tell.
     fn of_energy(setup: &Setup, times: &[f64]) -> Result<Self, NoIntegral> {
         let [states, others] = PANELS.map(|panels| setup.scene.exact(&setup.replace(), times, panels));
         let (states, others) = (states?, others?);
-        let uncertainty = Errors::between(&setup.text, &states, &others).max(rounding(&states));
+        let uncertainty = Errors::between(&setup.text, &states, &others).max(rounding(setup, &states));
         let origin = "the energy integral, with positions from the loops and time by quadrature".to_owned();
         Ok(Self { origin, states, uncertainty })
     }
@@ -114,11 +128,15 @@ impl Reference {
             let method = Method { scheme: Scheme::Dop853 { tolerance }, ..setup.method };
             let trial = Trial { method, step: times[times.len() - 1] };
             let measured = setup.scene.measure(&setup.replace(), &trial, times, ONCE);
-            measured
-                .map_err(|reason| Failure::Use(words::no_start(&reason, &setup.description, &setup.text, &setup.path)))
+            measured.map_err(|reason| {
+                Failure::Run(format!(
+                    "error: there is no reference: {}",
+                    words::no_way(&reason, &setup.description, &setup.text, &setup.path)
+                ))
+            })
         };
         let (states, others) = (run(TIGHT[0])?.states, run(TIGHT[1])?.states);
-        let uncertainty = Errors::between(&setup.text, &states, &others).max(rounding(&states));
+        let uncertainty = Errors::between(&setup.text, &states, &others).max(rounding(setup, &states));
         let [finer, coarser] = TIGHT;
         let origin = format!("DOP853 at a tolerance of {finer:e}, uncertain by its difference from one at {coarser:e}");
         Ok(Self { origin, states, uncertainty })
@@ -142,10 +160,13 @@ fn no_integral(reason: NoIntegral) -> Failure {
 }
 
 /// A few units in the last place, which no comparison sees.
-fn rounding(states: &[StateAt]) -> Errors {
-    let size = |values: fn(&StateAt) -> &[f64]| {
-        let all = states.iter().flat_map(values).fold(0.0, |most: f64, value| most.max(value.abs()));
-        2.0 * f64::EPSILON * all
+fn rounding(setup: &Setup, states: &[StateAt]) -> Errors {
+    let zero = |state: &StateAt| StateAt {
+        q: vec![0.0; state.q.len()],
+        qd: vec![0.0; state.qd.len()],
+        outputs: vec![0.0; state.outputs.len()],
+        ..*state
     };
-    Errors { position: size(|s| &s.q), rate: size(|s| &s.qd), force: size(|s| &s.outputs) }
+    let zeros: Vec<StateAt> = states.iter().map(zero).collect();
+    Errors::between(&setup.text, states, &zeros).times(8.0 * f64::EPSILON)
 }

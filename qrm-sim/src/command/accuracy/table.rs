@@ -1,6 +1,7 @@
 //! The measurements as a table.
 
 use super::super::setup::Setup;
+use super::super::words;
 use super::ladder::{Rung, Setting};
 use super::reference::Reference;
 
@@ -43,6 +44,7 @@ pub(super) fn csv(rungs: &[Rung], reference: &Reference) -> Result<Vec<u8>, csv:
                 // What is below the reference's own uncertainty is not known.
                 let shown = |(error, uncertainty): (f64, f64)| match error > uncertainty {
                     true => format!("{error:?}"),
+                    false if uncertainty == 0.0 => String::new(),
                     false => format!("<{uncertainty:?}"),
                 };
                 record.extend([(e.position, u.position), (e.rate, u.rate), (e.force, u.force)].map(shown));
@@ -62,16 +64,17 @@ pub(super) fn csv(rungs: &[Rung], reference: &Reference) -> Result<Vec<u8>, csv:
 
 /// The table for a terminal.
 pub(super) fn printed(setup: &Setup, rungs: &[Rung], reference: &Reference) -> String {
-    let times: Vec<String> = reference.times().iter().map(|t| format!("{t:.6}")).collect();
+    let times: Vec<String> =
+        reference.times().iter().map(|&t| if t < 1e-3 { format!("{t:.6e}") } else { format!("{t:.6}") }).collect();
     let u = reference.uncertainty;
     let mut text = format!(
-        "{}: errors at t = {} s\nagainst {}\n(uncertain by {:.1e} in the coordinates, {:.1e} in the rates, {:.1e} in the reactions)\n",
+        "{}: errors at t = {} s\nagainst {}\n(uncertain by {:.1e} in the coordinates, {:.1e} in the rates{})\n",
         setup.description.name,
         times.join(", "),
         reference.origin,
         u.position,
         u.rate,
-        u.force
+        if u.force > 0.0 { format!(", {:.1e} in the reactions", u.force) } else { String::new() }
     );
     let mut method = "";
     for rung in rungs {
@@ -92,13 +95,18 @@ pub(super) fn printed(setup: &Setup, rungs: &[Rung], reference: &Reference) -> S
             Ok(m) => {
                 let shown = |error: f64, uncertainty: f64| {
                     // What is below the reference's own uncertainty is not known.
-                    if error > uncertainty { format!("{error:.1e}") } else { format!("<{uncertainty:.0e}") }
+                    match error > uncertainty {
+                        true => format!("{error:.1e}"),
+                        // Nothing is without rounding errors: there are no such values.
+                        false if uncertainty == 0.0 => "-".to_owned(),
+                        false => format!("<{uncertainty:.0e}"),
+                    }
                 };
                 let e = m.errors;
                 format!(
-                    "  {setting:>16} {:>8} {:>7.3} ms {:>9} {:>9} {:>9} {:>9.1e} {:>9.1e} {:>9}\n",
+                    "  {setting:>16} {:>8} {:>10} {:>9} {:>9} {:>9} {:>9.1e} {:>9.1e} {:>9}\n",
                     m.steps,
-                    m.seconds[1] * 1e3,
+                    words::milliseconds(m.seconds[1]),
                     shown(e.position, u.position),
                     shown(e.rate, u.rate),
                     shown(e.force, u.force),
@@ -133,6 +141,6 @@ fn order(rungs: &[Rung], method: &str, uncertainty: f64) -> Option<f64> {
 }
 
 /// So many times the uncertainty is clear of rounding errors.
-const CLEAR: f64 = 1e3;
+const CLEAR: f64 = 250.0;
 /// The longest steps do not show the order yet.
 const SKIPPED: usize = 1;
