@@ -182,7 +182,7 @@ fn a_run_that_breaks_off_keeps_its_rows() {
 fn a_step_that_is_far_too_long_is_said_to_be() {
     let run = run(&["--step", "0.1", "--no-error-estimate"]);
     let warnings = run.summary()["warnings"].to_string();
-    assert!(warnings.contains("the step is too long, do not trust the numbers"), "{warnings}");
+    assert!(warnings.contains("the steps are too long, do not trust the numbers"), "{warnings}");
 }
 
 #[test]

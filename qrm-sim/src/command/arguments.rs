@@ -67,9 +67,9 @@ pub(super) struct MethodArguments {
     #[arg(long, value_name = "TOLERANCE", allow_hyphen_values = true)]
     pub(super) tolerance: Option<String>,
     /// What is smallest in the correction after each step: nothing is corrected, the change of the coordinates, or
-    /// the mass-weighted change
-    #[arg(long, value_enum, default_value_t = ProjectionName::Mass)]
-    pub(super) projection: ProjectionName,
+    /// the mass-weighted change [default: mass; the document's own is euclidean]
+    #[arg(long, value_enum)]
+    pub(super) projection: Option<ProjectionName>,
     /// Largest residual of a constraint that needs no further correction
     #[arg(long, value_name = "TOLERANCE", allow_hyphen_values = true)]
     pub(super) closure_tolerance: Option<String>,
@@ -83,7 +83,7 @@ impl Default for MethodArguments {
         Self {
             method: MethodName::Rk4,
             tolerance: None,
-            projection: ProjectionName::Mass,
+            projection: None,
             closure_tolerance: None,
             closure_iterations: Tolerance::default().iterations,
         }
@@ -220,7 +220,7 @@ pub(super) enum ReferenceName {
     Run,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(super) enum ProjectionName {
     None,
     Euclidean,

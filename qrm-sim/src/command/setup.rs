@@ -8,7 +8,7 @@ use qrm_codegen::resolve;
 use qrm_codegen::scene::Scene as SceneText;
 use qrm_mechanism::Description;
 
-use super::arguments::{MethodArguments, MethodName, SceneArguments};
+use super::arguments::{MethodArguments, MethodName, ProjectionName, SceneArguments};
 use super::condition::Condition;
 use super::late::Late;
 use super::{Failure, settings, words};
@@ -56,6 +56,19 @@ fn scheme(name: MethodName, tolerance: Option<f64>) -> Result<Scheme, Failure> {
     }
 }
 
+/// The projection that is asked for, or that belongs to the method.
+fn projection(how: &MethodArguments) -> Result<ProjectionName, Failure> {
+    match (how.method, how.projection) {
+        (MethodName::Document, None | Some(ProjectionName::Euclidean)) => Ok(ProjectionName::Euclidean),
+        (MethodName::Document, Some(_)) => Err(Failure::Use(
+            "error: the method `document` is one with its projection, which is euclidean\n  \
+             = help: leave `--projection` away, or take `--method rk4`"
+                .to_owned(),
+        )),
+        (_, asked) => Ok(asked.unwrap_or(ProjectionName::Mass)),
+    }
+}
+
 impl<'s> Setup<'s> {
     pub(super) fn new(scenes: &'s Scenes, arguments: &SceneArguments, how: &MethodArguments) -> Result<Self, Failure> {
         let scene = settings::scene(scenes, &arguments.scene)?;
@@ -74,13 +87,14 @@ impl<'s> Setup<'s> {
         let tolerance = Tolerance { residual, iterations: how.closure_iterations };
         let error = option("--tolerance", &how.tolerance)?;
         let scheme = scheme(how.method, error)?;
+        let projection = projection(how)?;
         let until = arguments.until.as_deref();
         let condition =
             until.map(|until| Condition::new(&text, until, parameter_values(&text, replace))).transpose()?;
         Ok(Self {
-            method: Method { scheme, projection: how.projection.projection(), tolerance },
+            method: Method { scheme, projection: projection.projection(), tolerance },
             method_name: how.method.name(),
-            projection: how.projection.name(),
+            projection: projection.name(),
             until: until.unwrap_or(description.until).to_owned(),
             scene,
             description,

@@ -86,7 +86,7 @@ pub(super) fn breakdown(reason: &Breakdown, description: &Description) -> String
             let (name, unit) = (constraint.name, constraint.unit);
             format!(
                 "constraint `{name}` could not be closed again after the step: still {:.3e} {unit} open after {} corrections\n  \
-                 = help: use a shorter --step; if it happens at the same position with every step, the mechanism is singular there",
+                 = help: use a shorter --step, or a smaller --tolerance with a method that chooses its steps; if it happens at the same position with every step, the mechanism is singular there",
                 e.residual, e.iterations
             )
         }
@@ -101,7 +101,7 @@ pub(super) fn breakdown(reason: &Breakdown, description: &Description) -> String
         ),
         Breakdown::NotFinite => {
             "the next state is not finite: numbers grew beyond all bounds, or a formula left its domain\n  \
-             = help: use a shorter --step; look for roots, logarithms and quotients in the scene"
+             = help: use a shorter --step, or a smaller --tolerance with a method that chooses its steps; look for roots, logarithms and quotients in the scene"
                 .to_owned()
         }
     }
@@ -177,7 +177,7 @@ pub(super) fn warnings(outcome: &Outcome, description: &Description) -> Vec<Stri
         && drift > TOLERABLE_DRIFT * outcome.largest_kinetic_energy + 1e-12 * outcome.largest_energy
     {
         warnings.push(format!(
-            "the energy changed by {drift:.1e} J although every load has a potential: the step is too long, do not trust \
+            "the energy changed by {drift:.1e} J although every load has a potential: the steps are too long, do not trust \
              the numbers"
         ));
     }

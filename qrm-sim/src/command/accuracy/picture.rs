@@ -12,8 +12,12 @@ pub(super) fn figure(setup: &Setup, rungs: &[Rung], reference: &Reference) -> Fi
     let mut curves: Vec<Curve> = Vec::new();
     for rung in rungs {
         let Ok(measured) = &rung.result else { continue };
-        // What is below the floor is not known: it is drawn on it.
+        // What is below the floor is not known: a line ends where it gets there.
         let point = (measured.seconds[1], measured.errors.position.max(floor));
+        let is_drawn = |curve: &Curve| curve.name == rung.method && curve.points.iter().any(|point| point.1 <= floor);
+        if curves.last().is_some_and(is_drawn) {
+            continue;
+        }
         match curves.last_mut().filter(|curve| curve.name == rung.method) {
             Some(curve) => curve.points.push(point),
             None => curves.push(Curve {
