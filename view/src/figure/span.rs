@@ -28,7 +28,9 @@ pub(super) fn time_axis(figure: &Figure) -> Result<Axis, NoPicture> {
 
 /// The ordinate of a panel that is about so many pixels high; nothing if the panel has no value to show.
 pub(super) fn value_axis(panel: &Panel, height: f64) -> Result<Option<Axis>, NoPicture> {
-    let floor = panel.floor.iter().map(|(value, _)| *value);
+    // What is below a floor has a decade of its own, for the words in it.
+    let below = if panel.scale == Scale::Logarithmic { 0.1 } else { 1.0 };
+    let floor = panel.floor.iter().map(|(value, _)| below * *value);
     let shown = panel.curves.iter().flat_map(values).chain(floor).filter(|value| is_shown(panel.scale, *value));
     let Some((low, high)) = of(shown) else { return Ok(None) };
     // A line of text fits above and below the curves.
