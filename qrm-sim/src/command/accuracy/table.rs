@@ -137,7 +137,10 @@ fn order(rungs: &[Rung], method: &str, uncertainty: f64) -> Option<f64> {
     let count = points.len() as f64;
     let (x, y) = points.iter().fold((0.0, 0.0), |(x, y), point| (x + point.0 / count, y + point.1 / count));
     let sum = |f: &dyn Fn(&(f64, f64)) -> f64| points.iter().map(f).sum::<f64>();
-    Some(sum(&|point| (point.0 - x) * (point.1 - y)) / sum(&|point| (point.0 - x).powi(2)))
+    let order = sum(&|point| (point.0 - x) * (point.1 - y)) / sum(&|point| (point.0 - x).powi(2));
+    // Points on no straight line show no order.
+    let mut slopes = points.windows(2).map(|pair| (pair[1].1 - pair[0].1) / (pair[1].0 - pair[0].0));
+    slopes.all(|slope| (slope - order).abs() < 1.0).then_some(order)
 }
 
 /// So many times the uncertainty is clear of rounding errors.
