@@ -7,7 +7,8 @@ mod segment;
 
 use qrm_mechanism::Mechanism;
 
-use crate::linear::{Ldl, Vector};
+use crate::kinematics::is_angle;
+use crate::linear::{Ldl, Vector, along};
 use crate::motion::{Breakdown, Moment, moment};
 use crate::projection::{Projection, Tolerance, project};
 use crate::solve::{Care, accelerations};
@@ -240,8 +241,7 @@ impl<P: Pair, const N: usize, const M: usize> Adaptive<P, N, M> {
     /// How large an error of a coordinate and of its rate may be. An angle is no less accurate for having turned often.
     #[inline(always)]
     fn scales<X: Mechanism<N, M>>(&self, i: usize, from: &Moment<N, M>, q: &Vector<N>, qd: &Vector<N>) -> [f64; 2] {
-        let is_angle = X::DESCRIPTION.coordinates[i].unit == "rad";
-        let size = if is_angle { 0.0 } else { from.q[i].abs().max(q[i].abs()) };
+        let size = if is_angle::<X, N, M>(i) { 0.0 } else { from.q[i].abs().max(q[i].abs()) };
         [self.tolerance * (1.0 + size), self.tolerance * (1.0 + from.qd[i].abs().max(qd[i].abs()))]
     }
 
@@ -287,10 +287,4 @@ fn corrected<X: Mechanism<N, M>, const N: usize, const M: usize>(
 ) -> Result<Moment<N, M>, Breakdown> {
     let corrections = project(mechanism, projection, mass.as_ref(), &mut q, &mut qd, care)?;
     Ok(Moment { corrections, ..moment(mechanism, t, q, qd, care)? })
-}
-
-/// `x + h v`
-#[inline(always)]
-fn along<const N: usize>(x: &Vector<N>, h: f64, v: &Vector<N>) -> Vector<N> {
-    std::array::from_fn(|i| x[i] + h * v[i])
 }

@@ -70,6 +70,11 @@ fn write(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     write_whole(path, bytes)
 }
 
+/// The same for a command whose purpose is the file.
+fn save(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
+    write(path, bytes).map_err(|e| Failure::Use(unwritable(path, &e)))
+}
+
 /// What is said when a file cannot be written.
 fn unwritable(path: &Path, e: &std::io::Error) -> String {
     format!("error: cannot write {}: {e}\n  = help: choose another folder with --out DIR", path.display())

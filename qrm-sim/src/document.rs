@@ -6,7 +6,7 @@
 
 use qrm_mechanism::Mechanism;
 
-use crate::linear::{Vector, largest, multiply};
+use crate::linear::{Vector, along, largest, multiply};
 use crate::motion::{Breakdown, Moment};
 use crate::projection::NotConverged;
 use crate::solve::{Care, Corrector, accelerations};
@@ -27,7 +27,6 @@ pub fn advance<X: Mechanism<N, M>, const N: usize, const M: usize>(
     care: &mut Care,
 ) -> Result<Moment<N, M>, Breakdown> {
     let h = t_next - from.t;
-    let along = |x: &Vector<N>, h: f64, v: &Vector<N>| -> Vector<N> { std::array::from_fn(|i| x[i] + h * v[i]) };
     let mut rates = [from.qd; 4];
     let mut stages = [([0.0; N], [0.0; M]); 4];
     for (stage, part) in [0.0, 0.5, 0.5, 1.0].into_iter().enumerate() {

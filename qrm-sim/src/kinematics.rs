@@ -160,6 +160,13 @@ impl<'m, X: Mechanism<N, M>, const N: usize, const M: usize> Drive<'m, X, N, M> 
         let held = |i: usize| (0..M).map(|r| jacobian[r][i] * multipliers[r]).sum::<f64>() - forces[i];
         (multipliers, std::array::from_fn(|i| if self.given[i] { held(i) } else { 0.0 }))
     }
+
+    /// The outputs at rest with these multipliers.
+    pub fn outputs(&self, q: &Vector<N>, multipliers: &Vector<M>) -> Vec<f64> {
+        let mut outputs = vec![0.0; X::DESCRIPTION.outputs.len()];
+        self.mechanism.outputs(0.0, q, &[0.0; N], &[0.0; N], multipliers, &mut outputs);
+        outputs
+    }
 }
 
 /// Whether a coordinate is an angle.

@@ -154,6 +154,12 @@ pub fn dot<const N: usize>(x: &Vector<N>, y: &Vector<N>) -> f64 {
     sum
 }
 
+/// `x + h v`
+#[inline(always)]
+pub(crate) fn along<const N: usize>(x: &Vector<N>, h: f64, v: &Vector<N>) -> Vector<N> {
+    std::array::from_fn(|i| x[i] + h * v[i])
+}
+
 /// The largest absolute value, and where it is; not a number if any entry is not.
 pub fn largest<const N: usize>(x: &Vector<N>) -> (usize, f64) {
     let mut found = (0, 0.0);

@@ -57,8 +57,7 @@ pub fn rest<X: Mechanism<N, M>, const N: usize, const M: usize>(
         .go(&from, &to)
         .map_err(|lock| NoRest::Lock { q: lock.position.q.to_vec(), constraint: lock.constraint })?;
     let (multipliers, forces) = drive.balance(&position.q);
-    let mut outputs = vec![0.0; X::DESCRIPTION.outputs.len()];
-    mechanism.outputs(0.0, &position.q, &[0.0; N], &[0.0; N], &multipliers, &mut outputs);
+    let outputs = drive.outputs(&position.q, &multipliers);
     if !multipliers.iter().chain(&forces).chain(&outputs).all(|value| value.is_finite()) {
         return Err(NoRest::NotFinite);
     }

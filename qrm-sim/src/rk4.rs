@@ -2,7 +2,7 @@
 
 use qrm_mechanism::Mechanism;
 
-use crate::linear::{Ldl, Vector};
+use crate::linear::{Ldl, Vector, along};
 use crate::solve::{Care, Undetermined, accelerations};
 
 /// One step of length `h` from `(q, qd)`, where the accelerations `qdd` are known already; also the factors of the mass
@@ -32,10 +32,4 @@ pub fn step<X: Mechanism<N, M>, const N: usize, const M: usize>(
     };
     let (q, qd) = (along(q, h, &mean([qd, &v2, &v3, &v4])), along(qd, h, &mean([qdd, &a2, &a3, &a4])));
     Ok((q, qd, mass))
-}
-
-/// `x + h v`
-#[inline(always)]
-fn along<const N: usize>(x: &Vector<N>, h: f64, v: &Vector<N>) -> Vector<N> {
-    std::array::from_fn(|i| x[i] + h * v[i])
 }

@@ -53,7 +53,7 @@ impl<const N: usize, const M: usize> Stepper<N, M> {
     ) -> Result<Moment<N, M>, Breakdown> {
         let projection = (method.projection, method.tolerance);
         match self {
-            Self::Fixed => one_step(mechanism, method, from, t, care),
+            Self::Fixed => advance(mechanism, method, from, t, care),
             Self::Document => document::advance(mechanism, from, t, care),
             Self::Five(adaptive) => adaptive.moment_at(mechanism, t, projection, care),
             Self::Eight(adaptive) => adaptive.moment_at(mechanism, t, projection, care),
@@ -69,13 +69,13 @@ impl<const N: usize, const M: usize> Stepper<N, M> {
         t: f64,
         care: &mut Care,
     ) -> Result<Moment<N, M>, Breakdown> {
-        let projection = (method.projection, method.tolerance);
-        match self {
-            Self::Fixed => one_step(mechanism, method, from, t, care),
-            Self::Document => document::advance(mechanism, from, t, care),
-            Self::Five(adaptive) => adaptive.from(*from).moment_at(mechanism, t, projection, care),
-            Self::Eight(adaptive) => adaptive.from(*from).moment_at(mechanism, t, projection, care),
-        }
+        let mut again = match self {
+            Self::Fixed => Self::Fixed,
+            Self::Document => Self::Document,
+            Self::Five(adaptive) => Self::Five(adaptive.from(*from)),
+            Self::Eight(adaptive) => Self::Eight(adaptive.from(*from)),
+        };
+        again.next(mechanism, method, from, t, care)
     }
 
     /// What was done in a run of so many rows.
@@ -86,16 +86,4 @@ impl<const N: usize, const M: usize> Stepper<N, M> {
             Self::Eight(adaptive) => adaptive.counts,
         }
     }
-}
-
-/// RK4 where it need not be fast: compiled once for both places above.
-#[inline(never)]
-fn one_step<X: Mechanism<N, M>, const N: usize, const M: usize>(
-    mechanism: &X,
-    method: &Method,
-    from: &Moment<N, M>,
-    t: f64,
-    care: &mut Care,
-) -> Result<Moment<N, M>, Breakdown> {
-    advance(mechanism, method, from, t, care)
 }

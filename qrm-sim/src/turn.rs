@@ -152,7 +152,7 @@ impl<'m, X: Mechanism<N, M>, const N: usize, const M: usize> Round<'m, X, N, M> 
         let (1, Some(driven)) = (freedoms, start.given.iter().position(|given| *given)) else {
             return Err(NoTurn::Freedoms(freedoms));
         };
-        if X::DESCRIPTION.coordinates[driven].unit != "rad" {
+        if !is_angle::<X, N, M>(driven) {
             return Err(NoTurn::NotAnAngle(driven));
         }
         let drive = Drive::new(mechanism, start.given).ok_or(NoTurn::Singular)?;
@@ -276,9 +276,7 @@ impl<'m, X: Mechanism<N, M>, const N: usize, const M: usize> Round<'m, X, N, M> 
 
     fn outputs(&self, position: &Position<N>) -> Vec<f64> {
         let (multipliers, _) = self.drive.balance(&position.q);
-        let mut outputs = vec![0.0; X::DESCRIPTION.outputs.len()];
-        self.drive.mechanism.outputs(0.0, &position.q, &[0.0; N], &[0.0; N], &multipliers, &mut outputs);
-        outputs
+        self.drive.outputs(&position.q, &multipliers)
     }
 }
 

@@ -31,7 +31,7 @@ pub(super) fn accuracy(scenes: &Scenes, arguments: &AccuracyArguments) -> Result
     let out = setup.folder(arguments.out.as_deref());
     let (csv, svg) = (out.join("accuracy.csv"), out.join("accuracy.svg"));
     let text = table::csv(&study.climb.rungs, &study.reference).map_err(|e| Failure::Run(format!("error: {e}")))?;
-    super::write(&csv, &text).map_err(|e| Failure::Use(super::unwritable(&csv, &e)))?;
+    super::save(&csv, &text)?;
     super::say(&table::printed(&setup, &study.climb.rungs, &study.reference));
     let mut verdict = String::from("Cheapest for an error of the coordinates of at most\n");
     for (goal, way) in study.verdict() {
@@ -41,7 +41,7 @@ pub(super) fn accuracy(scenes: &Scenes, arguments: &AccuracyArguments) -> Result
     let mut written = format!("wrote {} ({} rows)", csv.display(), study.climb.rungs.len());
     match study.figure(&setup).svg() {
         Ok(drawn) => {
-            super::write(&svg, drawn.as_bytes()).map_err(|e| Failure::Use(super::unwritable(&svg, &e)))?;
+            super::save(&svg, drawn.as_bytes())?;
             written += &format!("\n      {}", svg.display());
         }
         Err(reason) => written += &format!("\n\nwarning: no picture: {reason}"),

@@ -33,7 +33,7 @@ pub(super) fn animate(scenes: &Scenes, arguments: &AnimateArguments) -> Result<(
 }
 
 fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
-    super::write(path, bytes).map_err(|e| Failure::Use(super::unwritable(path, &e)))?;
+    super::save(path, bytes)?;
     super::say(&format!("wrote {} ({} kB)", path.display(), bytes.len().div_ceil(1000)));
     Ok(())
 }

@@ -156,7 +156,7 @@ pub(super) struct AccuracyArguments {
     /// Compare at this time in seconds; may be repeated [default: eight times up to the end]
     #[arg(long, value_name = "T", allow_hyphen_values = true)]
     pub(super) at: Vec<String>,
-    /// What to compare with [default: the first of these that there is]
+    /// What to compare with [default: the energy integral where there is one, unless a run is more certain]
     #[arg(long, value_enum)]
     pub(super) reference: Option<ReferenceName>,
     /// Begin no further measurement after this time, such as `30s`

@@ -8,7 +8,7 @@ use crate::scenes::Scenes;
 pub(super) fn derive(scenes: &Scenes, arguments: &DeriveArguments) -> Result<(), Failure> {
     let description = settings::scene(scenes, &arguments.scene)?.description();
     let path = settings::folder(&description, arguments.out.as_deref()).join("derivation.md");
-    super::write(&path, description.derivation.as_bytes()).map_err(|e| Failure::Use(super::unwritable(&path, &e)))?;
+    super::save(&path, description.derivation.as_bytes())?;
     super::say(&format!("wrote {}", path.display()));
     Ok(())
 }

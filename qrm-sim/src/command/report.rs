@@ -52,7 +52,7 @@ pub(super) fn report(scenes: &Scenes, arguments: &ReportArguments) -> Result<(),
     sections.push(Section { heading: "Derivation".to_owned(), contents: derivation });
     let (title, doc) = (setup.description.name.to_owned(), setup.description.doc.to_owned());
     let html = page(&Report { title, doc, sections });
-    super::write(&path, html.as_bytes()).map_err(|e| Failure::Use(super::unwritable(&path, &e)))?;
+    super::save(&path, html.as_bytes())?;
     super::say(&format!("{}: {}\n", summary.scene, summary.message));
     super::say(&format!("wrote {} ({} kB)", path.display(), html.len().div_ceil(1000)));
     account::problem(&outcome, &summary).map_or(Ok(()), |problem| Err(Failure::Run(problem)))

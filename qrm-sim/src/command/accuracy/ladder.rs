@@ -135,13 +135,13 @@ pub(super) fn climb(setup: &Setup, reference: &Reference, deadline: Instant) -> 
         for climber in &mut climbers {
             if interrupted() {
                 cut = Some(Cut::Interrupted);
-                climber.settings = Vec::new().into_iter();
+                climber.stop();
             }
             let Some(setting) = climber.settings.next() else { continue };
             // A step half as long takes twice the time.
             if !is_first && Instant::now() + 2 * climber.took >= deadline {
                 cut = cut.or(Some(Cut::Budget));
-                climber.settings = Vec::new().into_iter();
+                climber.stop();
                 continue;
             }
             if let Some(bar) = &bar {
@@ -180,6 +180,10 @@ impl Climber {
         Self { way, settings, rungs: Vec::new(), took: Duration::ZERO, best: f64::INFINITY, idle: 0 }
     }
 
+    fn stop(&mut self) {
+        self.settings = Vec::new().into_iter();
+    }
+
     fn take(&mut self, rung: Rung, took: Duration, floor: f64) {
         self.took = took;
         if let Ok(measured) = &rung.result {
@@ -190,7 +194,7 @@ impl Climber {
         self.rungs.push(rung);
         let patience = if self.best < NEAR * floor { 2 } else { 4 };
         if self.idle >= patience && self.best < FINE {
-            self.settings = Vec::new().into_iter();
+            self.stop();
         }
     }
 }
