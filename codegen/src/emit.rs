@@ -3,6 +3,7 @@
 mod body;
 mod constants;
 mod formulae;
+mod kernel;
 mod layout;
 mod naming;
 mod own_struct;
@@ -31,6 +32,9 @@ pub fn module(scene: &Scene, equations: &Equations, source: &str) -> Module {
     let writer = Writer::new(scene, &layout);
     let mut operations = Vec::new();
     let functions: Vec<TokenStream> = layout.plans.iter().map(|plan| writer.function(plan, &mut operations)).collect();
+    let kernel = kernel::Emitter::new(&writer, &layout.kernel).items();
+    operations.extend(kernel.operations);
+    let kernel = kernel.tokens;
     let constants = writer.constants();
     let scene_items::Items { parameters, mechanism, link, description } =
         scene_items::items(scene, !writer.constants.is_empty(), source);
@@ -38,12 +42,14 @@ pub fn module(scene: &Scene, equations: &Equations, source: &str) -> Module {
     let parameter_description = has_parameters.then(|| quote!(ParameterDescription,));
     let tokens = quote! {
         use qrm_mechanism::{
-            Closure, Description, Dynamics, Mechanism, #parameter_description QuantityDescription, Real, Schedule, Start,
+            Angles, Closure, Description, Dynamics, Kernel, Lane, Mechanism, #parameter_description QuantityDescription, Real,
+            Schedule, Start,
         };
         #parameters
         #mechanism
         #constants
         #(#functions)*
+        #kernel
         #link
         #description
     };
@@ -109,6 +115,8 @@ impl<'a> Writer<'a> {
         for (id, op) in graph.ops().iter().enumerate() {
             let Op::Input(symbol) = op else { continue };
             let (hint, tokens) = match *symbol {
+                // Its name is given where it is computed.
+                Symbol::Local(_) => continue,
                 Symbol::Parameter(i) => {
                     let name = &scene.parameters[i].name;
                     let field = ident(name);
@@ -146,6 +154,7 @@ impl<'a> Writer<'a> {
             Symbol::Rate(i) => format!("{}_dot", coordinate(i)),
             Symbol::Acceleration(i) => format!("{}_ddot", coordinate(i)),
             Symbol::Multiplier(i) => format!("lambda_{}", self.scene.constraints[i].name),
+            Symbol::Residual(i) => format!("{}_open", self.scene.constraints[i].name),
             _ => "t".to_owned(),
         };
         let name = ident(&name).to_string();
@@ -215,6 +224,7 @@ impl<'a> Writer<'a> {
                 Argument::Multipliers => {
                     ("multipliers", self.scene.constraints.iter().map(|c| c.name.clone()).collect())
                 }
+                Argument::Residuals => ("residuals", self.scene.constraints.iter().map(|c| c.name.clone()).collect()),
             };
             format!("`{name} = [{}]`", of.join(", "))
         };
@@ -239,6 +249,7 @@ impl<'a> Writer<'a> {
                 Argument::Rates => ("qd", n, Symbol::Rate),
                 Argument::Accelerations => ("qdd", n, Symbol::Acceleration),
                 Argument::Multipliers => ("multipliers", c, Symbol::Multiplier),
+                Argument::Residuals => ("residuals", c, Symbol::Residual),
             };
             let any = (0..count).any(|i| is_used(symbol(i)));
             let name = format_ident!("{}{name}", if any { "" } else { "_" });

@@ -6,6 +6,7 @@
 
 mod algebra;
 mod derive;
+mod kernel;
 mod translate;
 
 use std::fs::File;

@@ -113,6 +113,7 @@ impl<'s> Writer<'s> {
                 Symbol::Rate(i) => format!("{}_dot", coordinate(i)),
                 Symbol::Acceleration(i) => format!("{}_ddot", coordinate(i)),
                 Symbol::Multiplier(i) => format!("lambda_{}", self.scene.constraints[i].name),
+                _ => unreachable!("a kernel is not written as formulae"),
             };
         }
         match symbol {
@@ -126,6 +127,7 @@ impl<'s> Writer<'s> {
             Symbol::Multiplier(i) => {
                 format!(r"\lambda_{{\mathrm{{{}}}}}", self.scene.constraints[i].name.replace('_', r"\_"))
             }
+            _ => unreachable!("a kernel is not written as formulae"),
         }
     }
 

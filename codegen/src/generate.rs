@@ -127,14 +127,18 @@ fn read_all(paths: &[PathBuf]) -> Result<(Vec<Read>, Vec<Report>), Error> {
 /// Words that a module cannot have as its name, and the list of modules.
 const RESERVED_MODULES: [&str; 6] = ["scenes", "gen", "self", "super", "crate", "hand_written"];
 /// What every generated module already means by these names.
-const RESERVED_STRUCTS: [&str; 12] = [
+const RESERVED_STRUCTS: [&str; 16] = [
+    "Angles",
     "Closure",
     "Constants",
     "Description",
     "Dynamics",
+    "Kernel",
+    "Lane",
     "Mechanism",
     "ParameterDescription",
     "Parameters",
+    "Position",
     "QuantityDescription",
     "Real",
     "Schedule",
@@ -220,7 +224,13 @@ fn spaced(text: &str) -> String {
     // The scene stands at the end, in a literal whose lines must stay as they are.
     let mut in_literal = false;
     while let Some(line) = lines.next() {
-        spaced += line;
+        match line.trim_start().strip_prefix("block!(\"").and_then(|rest| rest.strip_suffix("\");")) {
+            Some(comment) if !in_literal => {
+                let indent = &line[..line.len() - line.trim_start().len()];
+                spaced += &format!("\n{indent}// {comment}");
+            }
+            _ => spaced += line,
+        }
         spaced.push('\n');
         in_literal |= line.starts_with("pub const SOURCE");
         let ends_item = ["}", "};", "    }"].contains(&line) || line.starts_with("    const ");

@@ -92,6 +92,11 @@ impl Graph {
         self.ops.len() - 1
     }
 
+    /// A symbol.
+    pub fn input(&mut self, symbol: Symbol) -> Signed {
+        Signed { negative: false, id: self.add(Op::Input(symbol)) }
+    }
+
     /// A number.
     pub fn number(&mut self, value: f64) -> Signed {
         Signed { negative: value < 0.0, id: self.add(Op::Number(value.abs().to_bits())) }
@@ -141,6 +146,26 @@ impl Graph {
             term.negative ^= negative;
         }
         Signed { negative, id: self.add(Op::Sum(terms)) }
+    }
+
+    /// Takes over another graph, and says where its values are now.
+    pub fn absorb(&mut self, other: &Graph) -> Vec<Id> {
+        let mut places: Vec<Id> = Vec::with_capacity(other.ops.len());
+        for op in &other.ops {
+            let moved = |id: &Id| places[*id];
+            let op = match op {
+                Op::Number(_) | Op::Input(_) => op.clone(),
+                Op::Sum(terms) => {
+                    Op::Sum(terms.iter().map(|t| Signed { negative: t.negative, id: moved(&t.id) }).collect())
+                }
+                Op::Product(factors) => Op::Product(factors.iter().map(moved).collect()),
+                Op::Reciprocal(a) => Op::Reciprocal(moved(a)),
+                Op::Power(a, exponent) => Op::Power(moved(a), *exponent),
+                Op::Call(function, a) => Op::Call(*function, moved(a)),
+            };
+            places.push(self.add(op));
+        }
+        places
     }
 
     /// Everything that the given values need, operands first.

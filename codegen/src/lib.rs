@@ -30,6 +30,7 @@ pub mod function;
 pub mod generate;
 pub mod graph;
 pub mod header;
+pub mod kernel;
 pub mod lexer;
 pub mod lower;
 pub mod names;

@@ -15,6 +15,10 @@ pub struct Lowering {
     /// What has been built.
     pub graph: Graph,
     done: HashMap<Term, Signed>,
+    /// Symbols that stand for values built before.
+    pub bound: HashMap<Symbol, Signed>,
+    /// Reciprocals built before.
+    pub inverses: HashMap<Id, Id>,
 }
 
 /// A product in a sum.
@@ -39,6 +43,7 @@ impl Lowering {
                 Signed { negative: monomial.negative, id: self.graph.product(monomial.factors) }
             }
             Term::Call(function, argument) => {
+                let argument = self.term(argument);
                 let argument = self.positive(argument);
                 Signed { negative: false, id: self.graph.add(Op::Call(*function, argument)) }
             }
@@ -48,13 +53,17 @@ impl Lowering {
     }
 
     fn symbol(&mut self, symbol: Symbol) -> Signed {
-        Signed { negative: false, id: self.graph.add(Op::Input(symbol)) }
+        self.bound.get(&symbol).copied().unwrap_or_else(|| self.graph.input(symbol))
     }
 
-    /// A term's value with its sign inside.
-    fn positive(&mut self, term: &Term) -> Id {
-        let value = self.term(term);
+    /// A value with its sign inside.
+    pub fn positive(&mut self, value: Signed) -> Id {
         if value.negative { self.graph.add(Op::Sum(vec![value])) } else { value.id }
+    }
+
+    /// One over a value.
+    pub fn reciprocal(&mut self, value: Id) -> Id {
+        self.inverses.get(&value).copied().unwrap_or_else(|| self.graph.add(Op::Reciprocal(value)))
     }
 
     /// A product or power as a list of factors.
@@ -82,20 +91,22 @@ impl Lowering {
         let doubled = exponent * BigRational::from_integer(2.into());
         let small = doubled.is_integer().then(|| doubled.to_integer().to_i32()).flatten().filter(|n| n.abs() <= 32);
         let Some(halves) = small else {
+            let base = self.term(base);
             let base = self.positive(base);
             monomial.factors.push(self.graph.add(Op::Power(base, to_f64(exponent).to_bits())));
             return;
         };
         let is_root = halves % 2 != 0;
         let base = if is_root {
-            let radicand = self.positive(base);
+            let radicand = self.term(base);
+            let radicand = self.positive(radicand);
             self.graph.add(Op::Call(crate::function::Function::Sqrt, radicand))
         } else {
             let value = self.term(base);
             monomial.negative ^= value.negative && (halves / 2) % 2 != 0;
             value.id
         };
-        let factor = if halves < 0 { self.graph.add(Op::Reciprocal(base)) } else { base };
+        let factor = if halves < 0 { self.reciprocal(base) } else { base };
         let times = if is_root { halves.unsigned_abs() } else { halves.unsigned_abs() / 2 };
         monomial.factors.extend(std::iter::repeat_n(factor, times as usize));
     }
@@ -149,7 +160,7 @@ impl Lowering {
     }
 
     /// A sum in which numbers are added up and equal terms counted.
-    fn total(&mut self, terms: Vec<Signed>) -> Signed {
+    pub fn total(&mut self, terms: Vec<Signed>) -> Signed {
         let mut number = 0.0;
         let mut counts: BTreeMap<Id, i32> = BTreeMap::new();
         for term in terms {

@@ -9,6 +9,9 @@ mod scope;
 mod start;
 mod usage;
 
+#[cfg(feature = "engine")]
+pub(crate) use usage::all_values;
+
 use std::collections::HashSet;
 
 use crate::diagnostic::{Diagnostic, Report};

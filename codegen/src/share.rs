@@ -50,7 +50,9 @@ impl Sharing {
             }
         }
         let mut candidates: Vec<(Pair, BTreeSet<Id>)> = places.into_iter().filter(|(_, at)| at.len() > 1).collect();
-        candidates.sort_by_key(|(pair, at)| (std::cmp::Reverse(at.len()), *pair));
+        // Among equals, one that has to be computed anyway.
+        let is_whole = |at: &BTreeSet<Id>| at.iter().any(|id| self.lists[id].1.len() == 2);
+        candidates.sort_by_key(|(pair, at)| (std::cmp::Reverse(at.len()), !is_whole(at), *pair));
         let mut most = 0;
         for (pair, at) in candidates {
             let holds = |id: &Id| places_of(&self.lists[id].1, pair).is_some();

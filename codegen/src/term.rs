@@ -41,6 +41,18 @@ pub enum Symbol {
     Acceleration(usize),
     /// A Lagrange multiplier.
     Multiplier(usize),
+    /// A named root, in the equations of a kernel.
+    Root(usize),
+    /// The derivative of a root by a coordinate.
+    RootSlope(usize, usize),
+    /// The rate of a root.
+    RootRate(usize),
+    /// What the second rate of a root has beside its slopes times the accelerations.
+    RootBias(usize),
+    /// How far a constraint is from closed, for a correction.
+    Residual(usize),
+    /// A value that has a statement of its own, in the order of the statements.
+    Local(usize),
 }
 
 impl Symbol {
@@ -130,6 +142,8 @@ pub struct Equations {
     pub outputs: Vec<Term>,
     /// Abscissa and ordinate of each named point.
     pub points: Vec<[Term; 2]>,
+    /// All that a kernel needs, in its own form.
+    pub kernel: KernelEquations,
 }
 
 impl Equations {
@@ -143,6 +157,61 @@ impl Equations {
         let matrices = matrices.into_iter().flatten().flatten();
         points.chain(vectors.into_iter().chain(more).flatten()).chain(matrices).chain(hessians)
     }
+}
+
+/// The equations of motion for a kernel. Roots of what varies have names and are differentiated by the chain rule, as one
+/// does on paper, so that everything stays short; what is in them may be written with the roots before.
+#[derive(Clone, Debug, Default)]
+pub struct KernelEquations {
+    /// The roots, in an order in which each needs only those before it.
+    pub roots: Vec<Root>,
+    /// C(q)
+    pub constraints: Vec<Term>,
+    /// C_q
+    pub constraint_jacobian: Vec<Vec<Term>>,
+    /// (C_q qd)_q qd
+    pub constraint_bias: Vec<Term>,
+    /// T' M T
+    pub mass_matrix: Vec<Vec<Term>>,
+    /// The parts of Q + T' (F - M bias).
+    pub pushes: Vec<Push>,
+}
+
+impl KernelEquations {
+    /// The same terms as in the plain functions.
+    pub fn without_roots(equations: &Equations) -> Self {
+        let total = equations.generalized_forces.clone();
+        Self {
+            roots: Vec::new(),
+            constraints: equations.constraints.clone(),
+            constraint_jacobian: equations.constraint_jacobian.clone(),
+            constraint_bias: equations.constraint_bias.clone(),
+            mass_matrix: equations.mass_matrix.clone(),
+            pushes: vec![Push { name: String::new(), efforts: Vec::new(), total }],
+        }
+    }
+}
+
+/// A named root.
+#[derive(Clone, Debug)]
+pub struct Root {
+    /// What stands under it.
+    pub radicand: Term,
+    /// Its derivative by each coordinate, times the root.
+    pub slopes: Vec<Term>,
+    /// Half of what the second rate of the radicand has beside the accelerations.
+    pub half_bias: Term,
+}
+
+/// A part of the generalized forces: what acts on a body, or a load.
+#[derive(Clone, Debug)]
+pub struct Push {
+    /// What acts.
+    pub name: String,
+    /// Forces and torques, each with the derivative by each coordinate of the displacement that it acts along.
+    pub efforts: Vec<(String, Term, Vec<Term>)>,
+    /// The generalized forces that these make, simplified together.
+    pub total: Vec<Term>,
 }
 
 /// A row of x: one coordinate of one body.

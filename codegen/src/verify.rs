@@ -3,6 +3,7 @@
 
 mod expected;
 mod interpret;
+mod kernel;
 
 use std::collections::HashMap;
 
@@ -56,7 +57,9 @@ pub fn verify(scene: &Scene, equations: &Equations, file: &syn::File) -> Result<
         let agrees = agrees(scene, equations, &module, (sample, expected), &scales);
         let wrong = |difference| Unverified::Wrong(format!("scene `{}`: {difference}\nat {sample:?}", scene.name));
         second.map_err(wrong)?;
+        let kernel_agrees = kernel::agrees(scene, &module, (sample, expected));
         agreed += usize::from(agrees.map_err(wrong)?);
+        kernel_agrees.map_err(wrong)?;
     }
     let problem = if known.len() < STATES / 4 {
         format!("have a value at only {} of {} random states", known.len(), STATES * PATIENCE)
@@ -258,10 +261,14 @@ impl<'f> Generated<'f> {
         Ok(Value::Fields(fields))
     }
 
+    fn value(&self, name: &str, arguments: &[Value]) -> Result<Value, String> {
+        let function = self.functions.get(name).ok_or_else(|| format!("no function `{name}` was generated"))?;
+        run(function, arguments).map_err(|e| format!("generated `{name}`: {e}"))
+    }
+
     fn call(&self, name: &str, arguments: &[Value]) -> Result<Vec<f64>, String> {
         let (name, part) = name.split_once('.').unwrap_or((name, ""));
-        let function = self.functions.get(name).ok_or_else(|| format!("no function `{name}` was generated"))?;
-        let value = run(function, arguments).map_err(|e| format!("generated `{name}`: {e}"))?;
+        let value = self.value(name, arguments)?;
         Ok(if part.is_empty() { value.numbers() } else { value.field(part)?.numbers() })
     }
 

@@ -3,7 +3,7 @@
 
 use num_rational::BigRational;
 use qrm_codegen::function::Function;
-use qrm_codegen::term::{Equations, Row, Symbol, Term};
+use qrm_codegen::term::{Equations, KernelEquations, Row, Symbol, Term};
 use qrm_codegen::{emit, resolve, verify};
 
 const SCENE: &str = r"
@@ -66,7 +66,7 @@ fn equations() -> Equations {
         sum(&[product(&[number(2), v.clone(), w.clone(), cos]), minus(&[r.clone(), squared(&w), sin])]),
     ];
     let inertia = product(&[m.clone(), squared(&r)]);
-    Equations {
+    let mut equations = Equations {
         rows: [0, 1].map(|axis| Row { body: 0, axis, inertia: m.clone() }).into(),
         left_out: Vec::new(),
         com_positions: x.to_vec(),
@@ -95,7 +95,10 @@ fn equations() -> Equations {
         power: vec![minus(&[cd, squared(&v)])],
         outputs: vec![x[1].clone()],
         points: vec![x],
-    }
+        kernel: KernelEquations::default(),
+    };
+    equations.kernel = KernelEquations::without_roots(&equations);
+    equations
 }
 
 fn check(equations: &Equations) -> Result<(), verify::Unverified> {
@@ -111,7 +114,7 @@ fn right_equations_pass() {
 #[test]
 fn one_wrong_sign_is_found_wherever_it_is() {
     type Spoil = fn(&mut Equations) -> &mut Term;
-    let places: [(&str, Spoil); 15] = [
+    let places: [(&str, Spoil); 20] = [
         ("com_positions", |e| &mut e.com_positions[1]),
         ("com_jacobian", |e| &mut e.com_jacobian[0][1]),
         ("com_jacobian", |e| &mut e.com_jacobian[1][0]),
@@ -127,6 +130,11 @@ fn one_wrong_sign_is_found_wherever_it_is() {
         ("energy", |e| &mut e.energy[1]),
         ("power", |e| &mut e.power[0]),
         ("outputs", |e| &mut e.outputs[0]),
+        ("residuals", |e| &mut e.kernel.constraints[0]),
+        ("drift", |e| &mut e.kernel.constraint_jacobian[0][0]),
+        ("accelerations", |e| &mut e.kernel.constraint_bias[0]),
+        ("accelerations", |e| &mut e.kernel.mass_matrix[1][1]),
+        ("accelerations", |e| &mut e.kernel.pushes[0].total[0]),
     ];
     for (name, place) in places {
         let mut wrong = equations();

@@ -10,16 +10,26 @@
 //! | C_q   0    | | lambda | = | -(C_q qd)_q qd |
 //! ```
 
+mod angles;
 mod description;
+mod kernel;
+mod plain;
 mod real;
+mod sine;
 
+pub use angles::Angles;
 pub use description::{Description, ParameterDescription, QuantityDescription};
-pub use real::Real;
+pub use kernel::{Kernel, NoKernel};
+pub use plain::Plain;
+pub use real::{Fused, Lane, Real};
 
 /// The equations of motion of one mechanism with `N` coordinates and `M` constraints, its parameters inside.
 ///
 /// All numbers are in SI units, angles in radians.
 pub trait Mechanism<const N: usize, const M: usize>: Sized {
+    /// The same equations in the order a step needs them, for any kind of number.
+    type Kernel<R: Lane>: Kernel<R, N, M>;
+
     /// Names, units and meanings.
     const DESCRIPTION: Description;
 

@@ -2,6 +2,8 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
+use crate::sine::sin_cos;
+
 /// What generated functions ask of a number: doubles have it, and so can lanes of doubles or dual numbers.
 pub trait Real:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
@@ -53,10 +55,62 @@ pub trait Real:
     fn powf(self, exponent: f64) -> Self;
 }
 
-macro_rules! forward_to_std {
+/// What a kernel asks of a number beyond that: lanes answer for each of them.
+pub trait Lane: Real {
+    /// `self * a + b`, rounded once where the processor does so quickly.
+    fn mul_add(self, a: Self, b: Self) -> Self;
+    /// `b - self * a`, likewise.
+    fn neg_mul_add(self, a: Self, b: Self) -> Self;
+    /// Absolute value.
+    fn abs(self) -> Self;
+    /// The larger number.
+    fn max(self, other: Self) -> Self;
+    /// Whether all lanes are between `-bound` and `bound`; a lane that is not a number is not.
+    fn is_within(self, bound: f64) -> bool;
+    /// `inside` where `self` is between `-bound` and `bound`, else `outside`.
+    fn choose(self, bound: f64, inside: Self, outside: Self) -> Self;
+    /// With `self` a whole number `n` plus `1.5 * 2^52`: sine and cosine of an angle that is `n` quarter turns larger
+    /// than one with these.
+    fn quarter_turns(self, sin: Self, cos: Self) -> (Self, Self);
+    /// Sine and cosine out of line, of angles of any size.
+    fn sin_cos_apart(self) -> (Self, Self);
+}
+
+/// A double whose products and sums are rounded together, for processors that do so.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(transparent)]
+pub struct Fused(pub f64);
+
+macro_rules! forward {
     ($($name:ident),*) => {
         $(#[inline(always)] fn $name(self) -> Self { f64::$name(self) })*
     };
+}
+
+macro_rules! forward_inside {
+    ($($name:ident),*) => {
+        $(#[inline(always)] fn $name(self) -> Self { Self(f64::$name(self.0)) })*
+    };
+}
+
+macro_rules! operators {
+    ($($operator:ident $name:ident),*) => {
+        $(impl $operator for Fused {
+            type Output = Self;
+            #[inline(always)]
+            fn $name(self, other: Self) -> Self { Self(self.0.$name(other.0)) }
+        })*
+    };
+}
+
+operators!(Add add, Sub sub, Mul mul, Div div);
+
+impl Neg for Fused {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self(-self.0)
+    }
 }
 
 impl Real for f64 {
@@ -64,14 +118,104 @@ impl Real for f64 {
     fn from_f64(value: f64) -> Self {
         value
     }
-    // One call for both, faster than the system's two, and the same digits on every system.
     #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
-        libm::sincos(self)
+        sin_cos(self)
     }
     #[inline(always)]
     fn powf(self, exponent: f64) -> Self {
         f64::powf(self, exponent)
     }
-    forward_to_std!(recip, sqrt, sin, cos, tan, asin, acos, atan, exp, ln, sinh, cosh, tanh);
+    forward!(recip, sqrt, tan, asin, acos, atan, exp, ln, sinh, cosh, tanh);
+}
+
+impl Real for Fused {
+    #[inline(always)]
+    fn from_f64(value: f64) -> Self {
+        Self(value)
+    }
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        sin_cos(self)
+    }
+    #[inline(always)]
+    fn powf(self, exponent: f64) -> Self {
+        Self(f64::powf(self.0, exponent))
+    }
+    forward_inside!(recip, sqrt, tan, asin, acos, atan, exp, ln, sinh, cosh, tanh);
+}
+
+impl Lane for f64 {
+    #[inline(always)]
+    fn mul_add(self, a: Self, b: Self) -> Self {
+        self * a + b
+    }
+    #[inline(always)]
+    fn neg_mul_add(self, a: Self, b: Self) -> Self {
+        b - self * a
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        f64::abs(self)
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        if self > other { self } else { other }
+    }
+    #[inline(always)]
+    fn is_within(self, bound: f64) -> bool {
+        f64::abs(self) <= bound
+    }
+    #[inline(always)]
+    fn choose(self, bound: f64, inside: Self, outside: Self) -> Self {
+        if self.is_within(bound) { inside } else { outside }
+    }
+    #[inline(always)]
+    fn quarter_turns(self, sin: Self, cos: Self) -> (Self, Self) {
+        let n = self.to_bits();
+        let (sin, cos) = if n & 1 == 0 { (sin, cos) } else { (cos, sin) };
+        (Self::from_bits(sin.to_bits() ^ (n & 2) << 62), Self::from_bits(cos.to_bits() ^ ((n + 1) & 2) << 62))
+    }
+    #[cold]
+    #[inline(never)]
+    fn sin_cos_apart(self) -> (Self, Self) {
+        libm::sincos(self)
+    }
+}
+
+impl Lane for Fused {
+    #[inline(always)]
+    fn mul_add(self, a: Self, b: Self) -> Self {
+        Self(f64::mul_add(self.0, a.0, b.0))
+    }
+    #[inline(always)]
+    fn neg_mul_add(self, a: Self, b: Self) -> Self {
+        Self(f64::mul_add(-self.0, a.0, b.0))
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self(self.0.abs())
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Self(Lane::max(self.0, other.0))
+    }
+    #[inline(always)]
+    fn is_within(self, bound: f64) -> bool {
+        self.0.is_within(bound)
+    }
+    #[inline(always)]
+    fn choose(self, bound: f64, inside: Self, outside: Self) -> Self {
+        if self.is_within(bound) { inside } else { outside }
+    }
+    #[inline(always)]
+    fn quarter_turns(self, sin: Self, cos: Self) -> (Self, Self) {
+        let (sin, cos) = self.0.quarter_turns(sin.0, cos.0);
+        (Self(sin), Self(cos))
+    }
+    #[inline(always)]
+    fn sin_cos_apart(self) -> (Self, Self) {
+        let (sin, cos) = self.0.sin_cos_apart();
+        (Self(sin), Self(cos))
+    }
 }

@@ -5,19 +5,25 @@
 // Renew the golden copy: QRM_REFRESH=1 cargo test --release --package qrm-model --test golden
 //
 // Operations:
-//     com_positions        4 additions, 9 multiplications, 3 sine-cosine pairs
-//     com_jacobian         6 additions, 9 multiplications, 3 sine-cosine pairs
-//     com_bias             10 additions, 19 multiplications, 3 sine-cosine pairs
-//     constraints          4 additions, 5 multiplications, 1 root, 3 sine-cosine pairs
-//     constraint_jacobian  3 additions, 7 multiplications, 1 division, 1 root, 3 sine-cosine pairs
-//     constraint_bias      8 additions, 23 multiplications, 1 division, 1 root, 3 sine-cosine pairs
-//     mass_matrix          3 additions, 8 multiplications, 2 sine-cosine pairs
-//     generalized_forces   8 additions, 16 multiplications, 2 sine-cosine pairs
-//     energy               8 additions, 19 multiplications, 2 sine-cosine pairs
-//     power                no operations
-//     outputs              12 additions, 25 multiplications, 1 division, 1 root, 3 sine-cosine pairs
-//     dynamics             21 additions, 49 multiplications, 1 division, 1 root, 3 sine-cosine pairs
-//     closure              6 additions, 11 multiplications, 1 division, 1 root, 3 sine-cosine pairs
+//     com_positions             4 additions, 9 multiplications, 3 sine-cosine pairs
+//     com_jacobian              6 additions, 9 multiplications, 3 sine-cosine pairs
+//     com_bias                  10 additions, 19 multiplications, 3 sine-cosine pairs
+//     constraints               4 additions, 5 multiplications, 1 root, 3 sine-cosine pairs
+//     constraint_jacobian       3 additions, 7 multiplications, 1 division, 1 root, 3 sine-cosine pairs
+//     constraint_bias           8 additions, 23 multiplications, 1 division, 1 root, 3 sine-cosine pairs
+//     mass_matrix               3 additions, 8 multiplications, 2 sine-cosine pairs
+//     generalized_forces        8 additions, 16 multiplications, 2 sine-cosine pairs
+//     energy                    8 additions, 19 multiplications, 2 sine-cosine pairs
+//     power                     no operations
+//     outputs                   12 additions, 25 multiplications, 1 division, 1 root, 3 sine-cosine pairs
+//     dynamics                  21 additions, 49 multiplications, 1 division, 1 root, 3 sine-cosine pairs
+//     closure                   6 additions, 11 multiplications, 1 division, 1 root, 3 sine-cosine pairs
+//     position                  13 additions, 34 multiplications, 4 divisions, 1 root
+//     residuals                 no operations
+//     drift                     3 additions, 4 multiplications
+//     correction                6 additions, 8 multiplications
+//     position + accelerations  34 additions, 74 multiplications, 4 divisions, 1 root
+//     accelerations             21 additions, 40 multiplications
 //
 // Left out, with everything they multiply:
 //     J3: exactly zero in the scene
@@ -27,8 +33,8 @@
 //     y of body `ram`: is constant
 
 use qrm_mechanism::{
-    Closure, Description, Dynamics, Mechanism, ParameterDescription, QuantityDescription,
-    Real, Schedule, Start,
+    Angles, Closure, Description, Dynamics, Kernel, Lane, Mechanism,
+    ParameterDescription, QuantityDescription, Real, Schedule, Start,
 };
 
 /// The numbers of the scene that can be changed, under their names in the scene.
@@ -789,7 +795,346 @@ pub fn closure<R: Real>(m: &QuickReturn<R>, q: &[R; 3]) -> Closure<R, 3, 2> {
     }
 }
 
+/// What follows from the position alone.
+#[derive(Clone, Copy, Debug)]
+#[allow(missing_docs)]
+pub struct Position<R> {
+    pub a_x: R,
+    pub b_y: R,
+    pub guide_phi4: R,
+    pub guide_phi5: R,
+    pub guide_residual: R,
+    pub inv_guide: R,
+    pub inv_inertia_phi2: R,
+    pub inv_r: R,
+    pub inv_slot: R,
+    pub mass_phi4_phi4: R,
+    pub mass_phi4_phi5: R,
+    pub mass_phi5_phi5: R,
+    pub momentum_phi4_phi2: R,
+    pub momentum_phi5_phi2: R,
+    pub phi4_per_phi2: R,
+    pub phi5_per_phi2: R,
+    pub r: R,
+    pub r_phi2: R,
+    pub slot_phi2: R,
+    pub slot_phi4: R,
+    pub slot_residual: R,
+    pub v1: R,
+    pub v2: R,
+}
+
+/// What follows from the position alone: the loops, their Jacobian, the mass matrix, and how the dependent coordinates follow the others.
+///
+/// Operations: 13 additions, 34 multiplications, 4 divisions, 1 root.
+#[inline(always)]
+pub fn position<R: Lane>(
+    m: &QuickReturn<R>,
+    _q: &[R; 3],
+    angles: &Angles<R, 3>,
+) -> Position<R> {
+    let p = &m.parameters;
+    let k = &m.constants;
+    let [sin_phi2, sin_phi4, sin_phi5] = angles.sin;
+    let [cos_phi2, cos_phi4, cos_phi5] = angles.cos;
+
+    // Lengths, and their derivatives.
+    let r_sq = k.twice_o2a_o4o2.mul_add(sin_phi2, k.o2a_sq_plus_o4o2_sq);
+    let r = r_sq.sqrt();
+    let inv_r = r_sq.recip() * r;
+    let r_phi2 = k.o2a_o4o2 * cos_phi2 * inv_r;
+
+    // How far the loops are from closed: C.
+    let a_x = p.O2A * cos_phi2;
+    let slot_residual = cos_phi4.neg_mul_add(r, a_x);
+    let b_y = p.O4B * sin_phi4;
+    let v1 = p.BC * sin_phi5;
+    let guide_residual = b_y - p.yC + v1;
+
+    // The constraint Jacobian C_q.
+    let slot_phi2 = cos_phi4.mul_add(r_phi2, p.O2A * sin_phi2);
+    let slot_phi4 = sin_phi4 * r;
+    let guide_phi4 = p.O4B * cos_phi4;
+    let guide_phi5 = p.BC * cos_phi5;
+
+    // The reduced mass matrix Mbar.
+    let mass_phi4_phi4 = (k.o4b_sq_m6 * sin_phi4)
+        .mul_add(sin_phi4, k.j4_plus_o4b_sq_m5_plus_o4g4_sq_m4);
+    let mass_phi4_phi5 = (k.o4b_times_bc_m6_plus_bg5_m5 * sin_phi4)
+        .mul_add(sin_phi5, k.o4b_bg5_m5 * cos_phi4 * cos_phi5);
+    let mass_phi5_phi5 = (k.bc_sq_m6 * sin_phi5).mul_add(sin_phi5, k.j5_plus_bg5_sq_m5);
+
+    // How dependent coordinates follow the others: C_q T = 0.
+    let inv_slot = sin_phi4.recip() * inv_r;
+    let inv_guide = guide_phi5.recip();
+    let phi4_per_phi2 = inv_slot * slot_phi2;
+    let phi5_per_phi2 = guide_phi4 * inv_guide * phi4_per_phi2;
+
+    // What moves with the others: Mbar T, and T' Mbar T.
+    let momentum_phi4_phi2 = mass_phi4_phi5
+        .neg_mul_add(phi5_per_phi2, mass_phi4_phi4 * phi4_per_phi2);
+    let momentum_phi5_phi2 = mass_phi5_phi5
+        .neg_mul_add(phi5_per_phi2, mass_phi4_phi5 * phi4_per_phi2);
+    let inertia_phi2 = phi5_per_phi2
+        .neg_mul_add(
+            momentum_phi5_phi2,
+            phi4_per_phi2.mul_add(momentum_phi4_phi2, k.j2_plus_o2a_sq_m3),
+        );
+    let inv_inertia_phi2 = inertia_phi2.recip();
+    let v2 = k.o4b_bg5_m5 * sin_phi4.neg_mul_add(cos_phi5, cos_phi4 * sin_phi5);
+    Position {
+        a_x,
+        b_y,
+        guide_phi4,
+        guide_phi5,
+        guide_residual,
+        inv_guide,
+        inv_inertia_phi2,
+        inv_r,
+        inv_slot,
+        mass_phi4_phi4,
+        mass_phi4_phi5,
+        mass_phi5_phi5,
+        momentum_phi4_phi2,
+        momentum_phi5_phi2,
+        phi4_per_phi2,
+        phi5_per_phi2,
+        r,
+        r_phi2,
+        slot_phi2,
+        slot_phi4,
+        slot_residual,
+        v1,
+        v2,
+    }
+}
+
+/// Residuals of the loop closures, `C(q)`.
+///
+/// Operations: no operations.
+#[inline(always)]
+pub fn residuals<R: Lane>(_m: &QuickReturn<R>, position: &Position<R>) -> [R; 2] {
+    let Position { guide_residual, slot_residual, .. } = *position;
+    [slot_residual, guide_residual]
+}
+
+/// `C_q qd`.
+///
+/// Operations: 3 additions, 4 multiplications.
+#[inline(always)]
+pub fn drift<R: Lane>(
+    _m: &QuickReturn<R>,
+    position: &Position<R>,
+    qd: &[R; 3],
+) -> [R; 2] {
+    let [phi2_dot, phi4_dot, phi5_dot] = *qd;
+    let Position { guide_phi4, guide_phi5, slot_phi2, slot_phi4, .. } = *position;
+    [
+        -phi4_dot.neg_mul_add(slot_phi4, phi2_dot * slot_phi2),
+        phi5_dot.mul_add(guide_phi5, phi4_dot * guide_phi4),
+    ]
+}
+
+/// The change of coordinates that is least in the metric of `Mbar` among those with `C_q dq = -residuals`.
+///
+/// Operations: 6 additions, 8 multiplications.
+#[inline(always)]
+pub fn correction<R: Lane>(
+    _m: &QuickReturn<R>,
+    position: &Position<R>,
+    residuals: &[R; 2],
+) -> [R; 3] {
+    let [slot_open, guide_open] = *residuals;
+    let Position {
+        guide_phi4,
+        inv_guide,
+        inv_inertia_phi2,
+        inv_slot,
+        momentum_phi4_phi2,
+        momentum_phi5_phi2,
+        phi4_per_phi2,
+        phi5_per_phi2,
+        ..
+    } = *position;
+
+    // The correction: no motion that the loops allow is part of it.
+    let phi4_closing = slot_open * inv_slot;
+    let phi5_closing = inv_guide * guide_phi4.neg_mul_add(phi4_closing, guide_open);
+    let drive_phi2_correction = phi5_closing
+        .mul_add(momentum_phi5_phi2, phi4_closing * momentum_phi4_phi2);
+    let phi2_correction = drive_phi2_correction * inv_inertia_phi2;
+    let phi4_correction = phi4_per_phi2.neg_mul_add(phi2_correction, phi4_closing);
+    let phi5_correction = phi5_per_phi2.mul_add(phi2_correction, phi5_closing);
+    [phi2_correction, -phi4_correction, -phi5_correction]
+}
+
+/// `qdd`, and the multipliers.
+///
+/// Operations: 21 additions, 40 multiplications.
+#[inline(always)]
+pub fn accelerations<R: Lane>(
+    m: &QuickReturn<R>,
+    position: &Position<R>,
+    _t: R,
+    _q: &[R; 3],
+    qd: &[R; 3],
+    angles: &Angles<R, 3>,
+) -> ([R; 3], [R; 2]) {
+    let p = &m.parameters;
+    let k = &m.constants;
+    let [phi2_dot, phi4_dot, phi5_dot] = *qd;
+    let [sin_phi2, sin_phi4, _] = angles.sin;
+    let [_, cos_phi4, _] = angles.cos;
+    let Position {
+        a_x,
+        b_y,
+        guide_phi4,
+        guide_phi5,
+        inv_guide,
+        inv_inertia_phi2,
+        inv_r,
+        inv_slot,
+        mass_phi4_phi4,
+        mass_phi4_phi5,
+        mass_phi5_phi5,
+        momentum_phi4_phi2,
+        momentum_phi5_phi2,
+        phi4_per_phi2,
+        phi5_per_phi2,
+        r,
+        r_phi2,
+        v1,
+        v2,
+        ..
+    } = *position;
+
+    // Rates of the lengths.
+    let r_dot = phi2_dot * r_phi2;
+    let phi2_dot_sq = phi2_dot * phi2_dot;
+    let r_bias = inv_r * r_dot.mul_add(r_dot, k.o2a_o4o2 * sin_phi2 * phi2_dot_sq);
+
+    // Convective terms of the loops: (C_q qd)_q qd.
+    let phi4_dot_sq = phi4_dot * phi4_dot;
+    let slot_bias = cos_phi4
+        .neg_mul_add(
+            phi4_dot_sq.mul_add(r, r_bias),
+            (R::from_f64(2.0) * sin_phi4 * phi4_dot)
+                .neg_mul_add(r_dot, a_x * phi2_dot_sq),
+        );
+    let phi5_dot_sq = phi5_dot * phi5_dot;
+    let guide_bias = v1.mul_add(phi5_dot_sq, phi4_dot_sq * b_y);
+
+    // The reduced forces fbar.
+    let load_ram_x = p
+        .m6
+        .mul_add(phi5_dot_sq.mul_add(guide_phi5, phi4_dot_sq * guide_phi4), p.F6);
+    let force_phi4 = b_y.neg_mul_add(load_ram_x, phi5_dot_sq * v2);
+    let force_phi5 = v1.mul_add(load_ram_x, phi4_dot_sq * v2);
+
+    // Accelerations.
+    let phi4_closing = inv_slot * slot_bias;
+    let phi5_closing = inv_guide * guide_phi4.neg_mul_add(phi4_closing, guide_bias);
+    let drive_phi2_ddot = momentum_phi5_phi2
+        .neg_mul_add(
+            phi5_closing,
+            momentum_phi4_phi2
+                .neg_mul_add(
+                    phi4_closing,
+                    force_phi5.mul_add(phi5_per_phi2, force_phi4 * phi4_per_phi2),
+                ),
+        );
+    let phi2_ddot = inv_inertia_phi2 * drive_phi2_ddot;
+    let phi4_ddot = phi4_per_phi2.mul_add(phi2_ddot, phi4_closing);
+    let phi5_ddot = phi5_per_phi2.neg_mul_add(phi2_ddot, phi5_closing);
+
+    // Multipliers: C_q' lambda = fbar - Mbar qdd.
+    let lambda_guide = inv_guide
+        * mass_phi5_phi5
+            .mul_add(phi5_ddot, mass_phi4_phi5.mul_add(phi4_ddot, force_phi5));
+    let lambda_slot = inv_slot
+        * guide_phi4
+            .mul_add(
+                lambda_guide,
+                mass_phi4_phi5
+                    .neg_mul_add(
+                        phi5_ddot,
+                        mass_phi4_phi4.neg_mul_add(phi4_ddot, force_phi4),
+                    ),
+            );
+    ([phi2_ddot, phi4_ddot, phi5_ddot], [lambda_slot, -lambda_guide])
+}
+
+/// How much the elimination of dependent coordinates magnifies rounding errors.
+#[inline(always)]
+pub fn strain<R: Lane>(position: &Position<R>) -> R {
+    position.phi4_per_phi2.abs().max(position.phi5_per_phi2.abs())
+}
+
+impl<R: Lane> Kernel<R, 3, 2> for QuickReturn<R> {
+    type Position = Position<R>;
+    const IS_ANGLE: [bool; 3] = [true, true, true];
+
+    fn with_values(value: impl Fn(usize) -> R) -> Self {
+        Self::new(Parameters {
+            O2A: value(0),
+            O4B: value(1),
+            BC: value(2),
+            O4O2: value(3),
+            O4G4: value(4),
+            BG5: value(5),
+            yC: value(6),
+            m3: value(7),
+            m4: value(8),
+            m5: value(9),
+            m6: value(10),
+            J2: value(11),
+            J4: value(12),
+            J5: value(13),
+            F6: value(14),
+            w0: value(15),
+        })
+    }
+
+    #[inline(always)]
+    fn position(&self, q: &[R; 3], angles: &Angles<R, 3>) -> Position<R> {
+        position(self, q, angles)
+    }
+
+    #[inline(always)]
+    fn residuals(&self, position: &Position<R>) -> [R; 2] {
+        residuals(self, position)
+    }
+
+    #[inline(always)]
+    fn strain(&self, position: &Position<R>) -> R {
+        strain(position)
+    }
+
+    #[inline(always)]
+    fn drift(&self, position: &Position<R>, qd: &[R; 3]) -> [R; 2] {
+        drift(self, position, qd)
+    }
+
+    #[inline(always)]
+    fn correction(&self, position: &Position<R>, residuals: &[R; 2]) -> [R; 3] {
+        correction(self, position, residuals)
+    }
+
+    #[inline(always)]
+    fn accelerations(
+        &self,
+        position: &Position<R>,
+        t: R,
+        q: &[R; 3],
+        qd: &[R; 3],
+        angles: &Angles<R, 3>,
+    ) -> ([R; 3], [R; 2]) {
+        accelerations(self, position, t, q, qd, angles)
+    }
+}
+
 impl Mechanism<3, 2> for QuickReturn {
+    type Kernel<R: Lane> = QuickReturn<R>;
     const DESCRIPTION: Description = DESCRIPTION;
 
     fn with_parameters(replace: &dyn Fn(&str) -> Option<f64>) -> Self {

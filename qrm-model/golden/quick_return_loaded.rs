@@ -5,26 +5,32 @@
 // Renew the golden copy: QRM_REFRESH=1 cargo test --release --package qrm-model --test golden
 //
 // Operations:
-//     com_positions        4 additions, 9 multiplications, 3 sine-cosine pairs
-//     com_jacobian         6 additions, 9 multiplications, 3 sine-cosine pairs
-//     com_bias             10 additions, 19 multiplications, 3 sine-cosine pairs
-//     constraints          4 additions, 5 multiplications, 1 root, 3 sine-cosine pairs
-//     constraint_jacobian  3 additions, 7 multiplications, 1 division, 1 root, 3 sine-cosine pairs
-//     constraint_bias      8 additions, 23 multiplications, 1 division, 1 root, 3 sine-cosine pairs
-//     mass_matrix          3 additions, 8 multiplications, 2 sine-cosine pairs
-//     generalized_forces   21 additions, 32 multiplications, 3 sine-cosine pairs
-//     energy               16 additions, 28 multiplications, 3 sine-cosine pairs
-//     power                2 additions, 6 multiplications, 2 sine-cosine pairs
-//     outputs              12 additions, 25 multiplications, 1 division, 1 root, 3 sine-cosine pairs
-//     dynamics             34 additions, 60 multiplications, 1 division, 1 root, 3 sine-cosine pairs
-//     closure              6 additions, 11 multiplications, 1 division, 1 root, 3 sine-cosine pairs
+//     com_positions             4 additions, 9 multiplications, 3 sine-cosine pairs
+//     com_jacobian              6 additions, 9 multiplications, 3 sine-cosine pairs
+//     com_bias                  10 additions, 19 multiplications, 3 sine-cosine pairs
+//     constraints               4 additions, 5 multiplications, 1 root, 3 sine-cosine pairs
+//     constraint_jacobian       3 additions, 7 multiplications, 1 division, 1 root, 3 sine-cosine pairs
+//     constraint_bias           8 additions, 23 multiplications, 1 division, 1 root, 3 sine-cosine pairs
+//     mass_matrix               3 additions, 8 multiplications, 2 sine-cosine pairs
+//     generalized_forces        20 additions, 32 multiplications, 3 sine-cosine pairs
+//     energy                    16 additions, 28 multiplications, 3 sine-cosine pairs
+//     power                     2 additions, 6 multiplications, 2 sine-cosine pairs
+//     outputs                   12 additions, 25 multiplications, 1 division, 1 root, 3 sine-cosine pairs
+//     dynamics                  33 additions, 60 multiplications, 1 division, 1 root, 3 sine-cosine pairs
+//     closure                   6 additions, 11 multiplications, 1 division, 1 root, 3 sine-cosine pairs
+//     position                  15 additions, 35 multiplications, 4 divisions, 1 root
+//     residuals                 no operations
+//     drift                     3 additions, 4 multiplications
+//     correction                6 additions, 8 multiplications
+//     position + accelerations  46 additions, 85 multiplications, 4 divisions, 1 root
+//     accelerations             31 additions, 50 multiplications
 //
 // Left out, with everything they multiply:
 //     y of body `ram`: is constant
 
 use qrm_mechanism::{
-    Closure, Description, Dynamics, Mechanism, ParameterDescription, QuantityDescription,
-    Real, Schedule, Start,
+    Angles, Closure, Description, Dynamics, Kernel, Lane, Mechanism,
+    ParameterDescription, QuantityDescription, Real, Schedule, Start,
 };
 
 /// The numbers of the scene that can be changed, under their names in the scene.
@@ -217,8 +223,12 @@ pub struct Constants<R = f64> {
     pub o2a_sq_o4o2_sq: R,
     /// `J2 + O2A^2*m3`
     pub j2_plus_o2a_sq_m3: R,
+    /// `O4B*m5`
+    pub o4b_m5: R,
     /// `J3 + J4 + O4B^2*m5 + O4G4^2*m4`
     pub k1: R,
+    /// `O4B*m6`
+    pub o4b_m6: R,
     /// `O4B^2*m6`
     pub o4b_sq_m6: R,
     /// `BG5*m5`
@@ -239,22 +249,10 @@ pub struct Constants<R = f64> {
     pub o2a_m3_g: R,
     /// `O4B*F6`
     pub o4b_f6: R,
-    /// `O4B*m5`
-    pub o4b_m5: R,
-    /// `O4B*m6`
-    pub o4b_m6: R,
-    /// `O4B*k`
-    pub o4b_k: R,
-    /// `O4B*cd`
-    pub o4b_cd: R,
     /// `g*(O4B*m5 + O4G4*m4)`
     pub g_times_o4b_m5_plus_o4g4_m4: R,
     /// `BC*F6`
     pub bc_f6: R,
-    /// `BC*k`
-    pub bc_k: R,
-    /// `BC*cd`
-    pub bc_cd: R,
     /// `BG5*m5*g`
     pub bg5_m5_g: R,
     /// `0.5*O4B^2*m6`
@@ -273,6 +271,14 @@ pub struct Constants<R = f64> {
     pub m5_g: R,
     /// `0.5*k`
     pub half_k: R,
+    /// `J3 + J4 + O4B^2*m5 + O4G4^2*m4`
+    pub k3: R,
+    /// `O4B^2*m6`
+    pub o4b_sq_m6_2: R,
+    /// `O2A*m3*g`
+    pub o2a_m3_g_2: R,
+    /// `O4B*m5*g`
+    pub o4b_m5_g: R,
 }
 
 impl<R: Real> Constants<R> {
@@ -281,23 +287,27 @@ impl<R: Real> Constants<R> {
         let o4o2_sq = p.O4O2 * p.O4O2;
         let o2a_o4o2 = p.O2A * p.O4O2;
         let j2_plus_o2a_sq_m3 = p.J2 + p.m3 * o2a_sq;
-        let o4b_sq = p.O4B * p.O4B;
+        let o4b_m5 = p.O4B * p.m5;
         let o4g4_m4 = p.O4G4 * p.m4;
-        let v1 = p.J3 + p.J4 + p.m5 * o4b_sq + p.O4G4 * o4g4_m4;
-        let o4b_sq_m6 = p.m6 * o4b_sq;
+        let o4g4_sq_m4 = p.O4G4 * o4g4_m4;
+        let v1 = p.J3 + p.J4 + p.O4B * o4b_m5 + o4g4_sq_m4;
+        let o4b_m6 = p.O4B * p.m6;
+        let o4b_sq_m6 = p.O4B * o4b_m6;
         let bg5_m5 = p.BG5 * p.m5;
         let bc_m6 = p.BC * p.m6;
         let j5_plus_bg5_sq_m5 = p.J5 + p.BG5 * bg5_m5;
         let bc_sq_m6 = p.BC * bc_m6;
         let m3_g = p.m3 * p.g;
-        let o4b_m5 = p.O4B * p.m5;
+        let o4b_sq = p.O4B * p.O4B;
         Self {
             o2a_sq_plus_o4o2_sq: o2a_sq + o4o2_sq,
             o2a_o4o2,
             twice_o2a_o4o2: R::from_f64(2.0) * o2a_o4o2,
             o2a_sq_o4o2_sq: o2a_sq * o4o2_sq,
             j2_plus_o2a_sq_m3,
+            o4b_m5,
             k1: v1,
+            o4b_m6,
             o4b_sq_m6,
             bg5_m5,
             o4b_bg5_m5: p.O4B * bg5_m5,
@@ -308,14 +318,8 @@ impl<R: Real> Constants<R> {
             m3_g,
             o2a_m3_g: p.O2A * m3_g,
             o4b_f6: p.O4B * p.F6,
-            o4b_m5,
-            o4b_m6: p.O4B * p.m6,
-            o4b_k: p.O4B * p.k,
-            o4b_cd: p.O4B * p.cd,
             g_times_o4b_m5_plus_o4g4_m4: p.g * (o4b_m5 + o4g4_m4),
             bc_f6: p.BC * p.F6,
-            bc_k: p.BC * p.k,
-            bc_cd: p.BC * p.cd,
             bg5_m5_g: p.g * bg5_m5,
             half_o4b_sq_m6: R::from_f64(0.5) * o4b_sq_m6,
             k2: v1 * R::from_f64(0.5),
@@ -325,6 +329,10 @@ impl<R: Real> Constants<R> {
             o4g4_m4_g: p.g * o4g4_m4,
             m5_g: p.m5 * p.g,
             half_k: p.k * R::from_f64(0.5),
+            k3: p.J3 + p.J4 + p.m5 * o4b_sq + o4g4_sq_m4,
+            o4b_sq_m6_2: p.m6 * o4b_sq,
+            o2a_m3_g_2: p.O2A * p.m3 * p.g,
+            o4b_m5_g: p.O4B * p.m5 * p.g,
         }
     }
 }
@@ -632,11 +640,15 @@ pub fn mass_matrix<R: Real>(m: &QuickReturnLoaded<R>, q: &[R; 3]) -> [[R; 3]; 3]
 ///
 /// Rows: `phi2`, `phi4`, `phi5`.
 ///
-/// Its formulae stand in the derivation of the scene.
+/// ```text
+/// phi2  T2 - O2A*m3*g*cos(phi2)
+/// phi4  O4B*m5*(O4B*phi4_dot^2*sin(phi4) + BG5*phi5_dot^2*sin(phi5))*cos(phi4) - O4B*m5*g*cos(phi4) + O4B*m5*(-O4B*phi4_dot^2*cos(phi4) - BG5*phi5_dot^2*cos(phi5))*sin(phi4) + O4B*m6*(-O4B*phi4_dot^2*cos(phi4) - BC*phi5_dot^2*cos(phi5))*sin(phi4) - O4B*F6*sin(phi4) + O4B*(-k*(x6_0 - O4B*cos(phi4) - BC*cos(phi5)) - cd*(O4B*phi4_dot*sin(phi4) + BC*phi5_dot*sin(phi5)))*sin(phi4) - O4G4*m4*g*cos(phi4)
+/// phi5  BC*m6*(-O4B*phi4_dot^2*cos(phi4) - BC*phi5_dot^2*cos(phi5))*sin(phi5) - BC*F6*sin(phi5) + BC*(-k*(x6_0 - O4B*cos(phi4) - BC*cos(phi5)) - cd*(O4B*phi4_dot*sin(phi4) + BC*phi5_dot*sin(phi5)))*sin(phi5) - BG5*m5*g*cos(phi5) + BG5*m5*(O4B*phi4_dot^2*sin(phi4) + BG5*phi5_dot^2*sin(phi5))*cos(phi5) + BG5*m5*(-O4B*phi4_dot^2*cos(phi4) - BG5*phi5_dot^2*cos(phi5))*sin(phi5)
+/// ```
 ///
 /// Arguments: `t` in s, `q = [phi2, phi4, phi5]`, `qd = [phi2_dot, phi4_dot, phi5_dot]`.
 ///
-/// Operations: 21 additions, 32 multiplications, 3 sine-cosine pairs.
+/// Operations: 20 additions, 32 multiplications, 3 sine-cosine pairs.
 #[doc(alias = "fbar")]
 #[inline]
 pub fn generalized_forces<R: Real>(
@@ -662,15 +674,13 @@ pub fn generalized_forces<R: Real>(
     let v1 = o4b_cos_phi4_phi4_dot_sq + p.BG5 * cos_phi5_phi5_dot_sq;
     let v2 = phi4_dot_sq * b_y + phi5_dot_sq * (p.BG5 * sin_phi5);
     let v3 = o4b_cos_phi4_phi4_dot_sq + p.BC * cos_phi5_phi5_dot_sq;
-    let v4 = c_x - p.x6_0;
-    let v5 = p.O4B * (sin_phi4 * phi4_dot) + phi5_dot * (p.BC * sin_phi5);
+    let v4 = p.k * (c_x - p.x6_0)
+        - p.cd * (p.O4B * (sin_phi4 * phi4_dot) + phi5_dot * (p.BC * sin_phi5));
     [
         p.T2 - k.o2a_m3_g * cos_phi2,
-        -(sin_phi4
-            * (k.o4b_f6 + k.o4b_m5 * v1 + k.o4b_m6 * v3 - k.o4b_k * v4 + k.o4b_cd * v5)
+        -(sin_phi4 * (k.o4b_f6 + k.o4b_m5 * v1 + k.o4b_m6 * v3 - p.O4B * v4)
             + cos_phi4 * (k.g_times_o4b_m5_plus_o4g4_m4 - k.o4b_m5 * v2)),
-        -(sin_phi5
-            * (k.bc_f6 + k.bg5_m5 * v1 + k.bc_m6 * v3 - k.bc_k * v4 + k.bc_cd * v5)
+        -(sin_phi5 * (k.bc_f6 + k.bg5_m5 * v1 + k.bc_m6 * v3 - p.BC * v4)
             + cos_phi5 * (k.bg5_m5_g - k.bg5_m5 * v2)),
     ]
 }
@@ -728,7 +738,7 @@ pub fn power<R: Real>(m: &QuickReturnLoaded<R>, _t: R, q: &[R; 3], qd: &[R; 3]) 
     let sin_phi4 = phi4.sin();
     let sin_phi5 = phi5.sin();
     let v1 = p.O4B * (sin_phi4 * phi4_dot) + phi5_dot * (p.BC * sin_phi5);
-    -(p.cd * v1 * v1)
+    -(v1 * (p.cd * v1))
 }
 
 /// What the scene asks for: `x6` (m), `x6_dot` (m/s), `x6_ddot` (m/s^2), `v_slide` (m/s), `N3` (N), `N6` (N).
@@ -785,7 +795,7 @@ pub fn outputs<R: Real>(
 ///
 /// Arguments: `t` in s, `q = [phi2, phi4, phi5]`, `qd = [phi2_dot, phi4_dot, phi5_dot]`.
 ///
-/// Operations: 34 additions, 60 multiplications, 1 division, 1 root, 3 sine-cosine pairs.
+/// Operations: 33 additions, 60 multiplications, 1 division, 1 root, 3 sine-cosine pairs.
 #[doc(alias = "fused")]
 #[inline(always)]
 pub fn dynamics<R: Real>(
@@ -821,8 +831,8 @@ pub fn dynamics<R: Real>(
     let sin_phi4_phi4_dot = sin_phi4 * phi4_dot;
     let v4 = k.o4b_bg5_m5 * (cos_phi4 * cos_phi5)
         + sin_phi4 * (k.o4b_times_bc_m6_plus_bg5_m5 * sin_phi5);
-    let v5 = c_x - p.x6_0;
-    let v6 = p.O4B * sin_phi4_phi4_dot + phi5_dot * bc_sin_phi5;
+    let v5 = p.k * (c_x - p.x6_0)
+        - p.cd * (p.O4B * sin_phi4_phi4_dot + phi5_dot * bc_sin_phi5);
     Dynamics {
         mass_matrix: [
             [k.j2_plus_o2a_sq_m3, R::zero(), R::zero()],
@@ -831,12 +841,9 @@ pub fn dynamics<R: Real>(
         ],
         generalized_forces: [
             p.T2 - k.o2a_m3_g * cos_phi2,
-            -(sin_phi4
-                * (k.o4b_f6 + k.o4b_m5 * v1 + k.o4b_m6 * v3 - k.o4b_k * v5
-                    + k.o4b_cd * v6)
+            -(sin_phi4 * (k.o4b_f6 + k.o4b_m5 * v1 + k.o4b_m6 * v3 - p.O4B * v5)
                 + cos_phi4 * (k.g_times_o4b_m5_plus_o4g4_m4 - k.o4b_m5 * v2)),
-            -(sin_phi5
-                * (k.bc_f6 + k.bg5_m5 * v1 + k.bc_m6 * v3 - k.bc_k * v5 + k.bc_cd * v6)
+            -(sin_phi5 * (k.bc_f6 + k.bg5_m5 * v1 + k.bc_m6 * v3 - p.BC * v5)
                 + cos_phi5 * (k.bg5_m5_g - k.bg5_m5 * v2)),
         ],
         constraint_jacobian: [
@@ -893,7 +900,389 @@ pub fn closure<R: Real>(m: &QuickReturnLoaded<R>, q: &[R; 3]) -> Closure<R, 3, 2
     }
 }
 
+/// What follows from the position alone.
+#[derive(Clone, Copy, Debug)]
+#[allow(missing_docs)]
+pub struct Position<R> {
+    pub a_x: R,
+    pub b_y: R,
+    pub guide_phi4: R,
+    pub guide_phi5: R,
+    pub guide_residual: R,
+    pub inv_guide: R,
+    pub inv_inertia_phi2: R,
+    pub inv_r: R,
+    pub inv_slot: R,
+    pub mass_phi4_phi4: R,
+    pub mass_phi4_phi5: R,
+    pub mass_phi5_phi5: R,
+    pub momentum_phi4_phi2: R,
+    pub momentum_phi5_phi2: R,
+    pub phi4_per_phi2: R,
+    pub phi5_per_phi2: R,
+    pub r: R,
+    pub r_phi2: R,
+    pub slot_phi2: R,
+    pub slot_phi4: R,
+    pub slot_residual: R,
+    pub v1: R,
+    pub v2: R,
+    pub v3: R,
+    pub v4: R,
+    pub v5: R,
+    pub v6: R,
+}
+
+/// What follows from the position alone: the loops, their Jacobian, the mass matrix, and how the dependent coordinates follow the others.
+///
+/// Operations: 15 additions, 35 multiplications, 4 divisions, 1 root.
+#[inline(always)]
+pub fn position<R: Lane>(
+    m: &QuickReturnLoaded<R>,
+    _q: &[R; 3],
+    angles: &Angles<R, 3>,
+) -> Position<R> {
+    let p = &m.parameters;
+    let k = &m.constants;
+    let [sin_phi2, sin_phi4, sin_phi5] = angles.sin;
+    let [cos_phi2, cos_phi4, cos_phi5] = angles.cos;
+
+    // Lengths, and their derivatives.
+    let r_sq = k.twice_o2a_o4o2.mul_add(sin_phi2, k.o2a_sq_plus_o4o2_sq);
+    let r = r_sq.sqrt();
+    let inv_r = r_sq.recip() * r;
+    let r_phi2 = k.o2a_o4o2 * cos_phi2 * inv_r;
+
+    // How far the loops are from closed: C.
+    let a_x = p.O2A * cos_phi2;
+    let slot_residual = cos_phi4.neg_mul_add(r, a_x);
+    let b_y = p.O4B * sin_phi4;
+    let v1 = p.BC * sin_phi5;
+    let guide_residual = b_y - p.yC + v1;
+
+    // The constraint Jacobian C_q.
+    let slot_phi2 = cos_phi4.mul_add(r_phi2, p.O2A * sin_phi2);
+    let slot_phi4 = sin_phi4 * r;
+    let guide_phi4 = p.O4B * cos_phi4;
+    let guide_phi5 = p.BC * cos_phi5;
+
+    // The reduced mass matrix Mbar.
+    let mass_phi4_phi4 = (k.o4b_sq_m6_2 * sin_phi4).mul_add(sin_phi4, k.k3);
+    let v2 = k.o4b_bg5_m5 * cos_phi4;
+    let mass_phi4_phi5 = (k.o4b_times_bc_m6_plus_bg5_m5 * sin_phi4)
+        .mul_add(sin_phi5, cos_phi5 * v2);
+    let mass_phi5_phi5 = (k.bc_sq_m6 * sin_phi5).mul_add(sin_phi5, k.j5_plus_bg5_sq_m5);
+
+    // How dependent coordinates follow the others: C_q T = 0.
+    let inv_slot = sin_phi4.recip() * inv_r;
+    let inv_guide = guide_phi5.recip();
+    let phi4_per_phi2 = inv_slot * slot_phi2;
+    let phi5_per_phi2 = guide_phi4 * inv_guide * phi4_per_phi2;
+
+    // What moves with the others: Mbar T, and T' Mbar T.
+    let momentum_phi4_phi2 = mass_phi4_phi5
+        .neg_mul_add(phi5_per_phi2, mass_phi4_phi4 * phi4_per_phi2);
+    let momentum_phi5_phi2 = mass_phi5_phi5
+        .neg_mul_add(phi5_per_phi2, mass_phi4_phi5 * phi4_per_phi2);
+    let inertia_phi2 = phi5_per_phi2
+        .neg_mul_add(
+            momentum_phi5_phi2,
+            phi4_per_phi2.mul_add(momentum_phi4_phi2, k.j2_plus_o2a_sq_m3),
+        );
+    let inv_inertia_phi2 = inertia_phi2.recip();
+    let v3 = p.k * (guide_phi4 - p.x6_0 + guide_phi5);
+    let v4 = k.o2a_m3_g_2.neg_mul_add(cos_phi2, p.T2);
+    let v5 = k.o4g4_m4_g * cos_phi4;
+    let v6 = k.o4b_bg5_m5 * sin_phi4;
+    Position {
+        a_x,
+        b_y,
+        guide_phi4,
+        guide_phi5,
+        guide_residual,
+        inv_guide,
+        inv_inertia_phi2,
+        inv_r,
+        inv_slot,
+        mass_phi4_phi4,
+        mass_phi4_phi5,
+        mass_phi5_phi5,
+        momentum_phi4_phi2,
+        momentum_phi5_phi2,
+        phi4_per_phi2,
+        phi5_per_phi2,
+        r,
+        r_phi2,
+        slot_phi2,
+        slot_phi4,
+        slot_residual,
+        v1,
+        v2,
+        v3,
+        v4,
+        v5,
+        v6,
+    }
+}
+
+/// Residuals of the loop closures, `C(q)`.
+///
+/// Operations: no operations.
+#[inline(always)]
+pub fn residuals<R: Lane>(_m: &QuickReturnLoaded<R>, position: &Position<R>) -> [R; 2] {
+    let Position { guide_residual, slot_residual, .. } = *position;
+    [slot_residual, guide_residual]
+}
+
+/// `C_q qd`.
+///
+/// Operations: 3 additions, 4 multiplications.
+#[inline(always)]
+pub fn drift<R: Lane>(
+    _m: &QuickReturnLoaded<R>,
+    position: &Position<R>,
+    qd: &[R; 3],
+) -> [R; 2] {
+    let [phi2_dot, phi4_dot, phi5_dot] = *qd;
+    let Position { guide_phi4, guide_phi5, slot_phi2, slot_phi4, .. } = *position;
+    [
+        -phi4_dot.neg_mul_add(slot_phi4, phi2_dot * slot_phi2),
+        phi5_dot.mul_add(guide_phi5, phi4_dot * guide_phi4),
+    ]
+}
+
+/// The change of coordinates that is least in the metric of `Mbar` among those with `C_q dq = -residuals`.
+///
+/// Operations: 6 additions, 8 multiplications.
+#[inline(always)]
+pub fn correction<R: Lane>(
+    _m: &QuickReturnLoaded<R>,
+    position: &Position<R>,
+    residuals: &[R; 2],
+) -> [R; 3] {
+    let [slot_open, guide_open] = *residuals;
+    let Position {
+        guide_phi4,
+        inv_guide,
+        inv_inertia_phi2,
+        inv_slot,
+        momentum_phi4_phi2,
+        momentum_phi5_phi2,
+        phi4_per_phi2,
+        phi5_per_phi2,
+        ..
+    } = *position;
+
+    // The correction: no motion that the loops allow is part of it.
+    let phi4_closing = slot_open * inv_slot;
+    let phi5_closing = inv_guide * guide_phi4.neg_mul_add(phi4_closing, guide_open);
+    let drive_phi2_correction = phi5_closing
+        .mul_add(momentum_phi5_phi2, phi4_closing * momentum_phi4_phi2);
+    let phi2_correction = drive_phi2_correction * inv_inertia_phi2;
+    let phi4_correction = phi4_per_phi2.neg_mul_add(phi2_correction, phi4_closing);
+    let phi5_correction = phi5_per_phi2.mul_add(phi2_correction, phi5_closing);
+    [phi2_correction, -phi4_correction, -phi5_correction]
+}
+
+/// `qdd`, and the multipliers.
+///
+/// Operations: 31 additions, 50 multiplications.
+#[inline(always)]
+pub fn accelerations<R: Lane>(
+    m: &QuickReturnLoaded<R>,
+    position: &Position<R>,
+    _t: R,
+    _q: &[R; 3],
+    qd: &[R; 3],
+    angles: &Angles<R, 3>,
+) -> ([R; 3], [R; 2]) {
+    let p = &m.parameters;
+    let k = &m.constants;
+    let [phi2_dot, phi4_dot, phi5_dot] = *qd;
+    let [sin_phi2, sin_phi4, sin_phi5] = angles.sin;
+    let [_, cos_phi4, cos_phi5] = angles.cos;
+    let Position {
+        a_x,
+        b_y,
+        guide_phi4,
+        guide_phi5,
+        inv_guide,
+        inv_inertia_phi2,
+        inv_r,
+        inv_slot,
+        mass_phi4_phi4,
+        mass_phi4_phi5,
+        mass_phi5_phi5,
+        momentum_phi4_phi2,
+        momentum_phi5_phi2,
+        phi4_per_phi2,
+        phi5_per_phi2,
+        r,
+        r_phi2,
+        v1,
+        v2,
+        v3,
+        v4,
+        v5,
+        v6,
+        ..
+    } = *position;
+
+    // Rates of the lengths.
+    let r_dot = phi2_dot * r_phi2;
+    let phi2_dot_sq = phi2_dot * phi2_dot;
+    let r_bias = inv_r * r_dot.mul_add(r_dot, k.o2a_o4o2 * sin_phi2 * phi2_dot_sq);
+
+    // Convective terms of the loops: (C_q qd)_q qd.
+    let phi4_dot_sq = phi4_dot * phi4_dot;
+    let slot_bias = cos_phi4
+        .neg_mul_add(
+            phi4_dot_sq.mul_add(r, r_bias),
+            (R::from_f64(2.0) * sin_phi4 * phi4_dot)
+                .neg_mul_add(r_dot, a_x * phi2_dot_sq),
+        );
+    let phi5_dot_sq = phi5_dot * phi5_dot;
+    let guide_bias = v1.mul_add(phi5_dot_sq, phi4_dot_sq * b_y);
+
+    // The reduced forces fbar.
+    let load_ram_x = p
+        .m6
+        .mul_add(
+            phi5_dot_sq.mul_add(guide_phi5, phi4_dot_sq * guide_phi4),
+            p.cd.mul_add(phi5_dot.mul_add(v1, phi4_dot * b_y), p.F6 - v3),
+        );
+    let force_phi4 = b_y
+        .mul_add(
+            load_ram_x,
+            v5
+                + cos_phi4
+                    .mul_add(
+                        (k.o4b_bg5_m5 * sin_phi5).neg_mul_add(phi5_dot_sq, k.o4b_m5_g),
+                        cos_phi5 * phi5_dot_sq * v6,
+                    ),
+        );
+    let force_phi5 = v1
+        .mul_add(
+            load_ram_x,
+            cos_phi5
+                .mul_add(
+                    phi4_dot_sq.neg_mul_add(v6, k.bg5_m5_g),
+                    sin_phi5 * phi4_dot_sq * v2,
+                ),
+        );
+
+    // Accelerations.
+    let phi4_closing = inv_slot * slot_bias;
+    let phi5_closing = inv_guide * guide_phi4.neg_mul_add(phi4_closing, guide_bias);
+    let drive_phi2_ddot = momentum_phi5_phi2
+        .neg_mul_add(
+            phi5_closing,
+            momentum_phi4_phi2
+                .neg_mul_add(
+                    phi4_closing,
+                    force_phi5
+                        .mul_add(
+                            phi5_per_phi2,
+                            force_phi4.neg_mul_add(phi4_per_phi2, v4),
+                        ),
+                ),
+        );
+    let phi2_ddot = inv_inertia_phi2 * drive_phi2_ddot;
+    let phi4_ddot = phi4_per_phi2.mul_add(phi2_ddot, phi4_closing);
+    let phi5_ddot = phi5_per_phi2.neg_mul_add(phi2_ddot, phi5_closing);
+
+    // Multipliers: C_q' lambda = fbar - Mbar qdd.
+    let lambda_guide = inv_guide
+        * mass_phi5_phi5
+            .mul_add(phi5_ddot, mass_phi4_phi5.mul_add(phi4_ddot, force_phi5));
+    let lambda_slot = inv_slot
+        * guide_phi4
+            .neg_mul_add(
+                lambda_guide,
+                mass_phi4_phi5
+                    .mul_add(phi5_ddot, mass_phi4_phi4.mul_add(phi4_ddot, force_phi4)),
+            );
+    ([phi2_ddot, phi4_ddot, phi5_ddot], [-lambda_slot, -lambda_guide])
+}
+
+/// How much the elimination of dependent coordinates magnifies rounding errors.
+#[inline(always)]
+pub fn strain<R: Lane>(position: &Position<R>) -> R {
+    position.phi4_per_phi2.abs().max(position.phi5_per_phi2.abs())
+}
+
+impl<R: Lane> Kernel<R, 3, 2> for QuickReturnLoaded<R> {
+    type Position = Position<R>;
+    const IS_ANGLE: [bool; 3] = [true, true, true];
+
+    fn with_values(value: impl Fn(usize) -> R) -> Self {
+        Self::new(Parameters {
+            O2A: value(0),
+            O4B: value(1),
+            BC: value(2),
+            O4O2: value(3),
+            O4G4: value(4),
+            BG5: value(5),
+            yC: value(6),
+            m3: value(7),
+            m4: value(8),
+            m5: value(9),
+            m6: value(10),
+            J2: value(11),
+            J3: value(12),
+            J4: value(13),
+            J5: value(14),
+            F6: value(15),
+            T2: value(16),
+            g: value(17),
+            k: value(18),
+            cd: value(19),
+            w0: value(20),
+            OA0: value(21),
+            x6_0: value(22),
+        })
+    }
+
+    #[inline(always)]
+    fn position(&self, q: &[R; 3], angles: &Angles<R, 3>) -> Position<R> {
+        position(self, q, angles)
+    }
+
+    #[inline(always)]
+    fn residuals(&self, position: &Position<R>) -> [R; 2] {
+        residuals(self, position)
+    }
+
+    #[inline(always)]
+    fn strain(&self, position: &Position<R>) -> R {
+        strain(position)
+    }
+
+    #[inline(always)]
+    fn drift(&self, position: &Position<R>, qd: &[R; 3]) -> [R; 2] {
+        drift(self, position, qd)
+    }
+
+    #[inline(always)]
+    fn correction(&self, position: &Position<R>, residuals: &[R; 2]) -> [R; 3] {
+        correction(self, position, residuals)
+    }
+
+    #[inline(always)]
+    fn accelerations(
+        &self,
+        position: &Position<R>,
+        t: R,
+        q: &[R; 3],
+        qd: &[R; 3],
+        angles: &Angles<R, 3>,
+    ) -> ([R; 3], [R; 2]) {
+        accelerations(self, position, t, q, qd, angles)
+    }
+}
+
 impl Mechanism<3, 2> for QuickReturnLoaded {
+    type Kernel<R: Lane> = QuickReturnLoaded<R>;
     const DESCRIPTION: Description = DESCRIPTION;
 
     fn with_parameters(replace: &dyn Fn(&str) -> Option<f64>) -> Self {

@@ -5,7 +5,7 @@
 //! `r^2 = O2A^2 + O4O2^2 + 2 O2A O4O2 sin(phi2)` and so `r' = O2A O4O2 cos(phi2) / r`. Gravity, torque on the crank and
 //! inertia of the block are left out, as they are in the scene.
 
-use qrm_mechanism::{Closure, Description, Dynamics, Mechanism, Schedule, Start};
+use qrm_mechanism::{Closure, Description, Dynamics, Lane, Mechanism, Schedule, Start};
 
 use crate::quick_return::{Parameters, QuickReturn};
 
@@ -72,6 +72,8 @@ impl HandWritten {
 }
 
 impl Mechanism<3, 2> for HandWritten {
+    type Kernel<R: Lane> = QuickReturn<R>;
+
     const DESCRIPTION: Description = QuickReturn::<f64>::DESCRIPTION;
 
     fn with_parameters(replace: &dyn Fn(&str) -> Option<f64>) -> Self {

@@ -34,6 +34,8 @@ mod figures;
 mod quadrature;
 mod stage;
 mod stepper;
+mod stride;
 mod summary;
 mod trajectory;
+mod walk;
 mod whole;

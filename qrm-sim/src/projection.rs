@@ -85,7 +85,14 @@ pub fn project<X: Mechanism<N, M>, const N: usize, const M: usize>(
             corrector.correct(q, &closure.constraints, care);
         }
         if is_closed || is_settled {
-            corrector.correct(qd, &multiply(&closure.constraint_jacobian, qd), care);
+            if mass.is_some() {
+                // Rates belong to the position as it is now, in its own metric.
+                let jacobian = mechanism.closure(q).constraint_jacobian;
+                let own = Ldl::new(&mechanism.mass_matrix(q));
+                Corrector::new(&jacobian, own.as_ref()).correct(qd, &multiply(&jacobian, qd), care);
+            } else {
+                corrector.correct(qd, &multiply(&closure.constraint_jacobian, qd), care);
+            }
             return Ok(iterations + u32::from(is_closed));
         }
         before = residual;

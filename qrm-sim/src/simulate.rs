@@ -6,12 +6,13 @@ use qrm_mechanism::Mechanism;
 
 use crate::assembly::assemble;
 use crate::book::Book;
-use crate::motion::{Breakdown, Method, Moment, advance, moment};
+use crate::motion::{Breakdown, Method, Moment, moment};
 use crate::observer::Observer;
 use crate::outcome::{NoStart, Outcome, Status, Undefined};
 use crate::shadow::Shadow;
 use crate::solve::Care;
 use crate::stepper::Stepper;
+use crate::walk::{Walker, is_walked, parameters, walk};
 
 /// How many steps are made between two visits to the observer.
 const CHUNK: usize = 1024;
@@ -63,6 +64,7 @@ pub fn simulate<X: Mechanism<N, M>, const N: usize, const M: usize>(
     let mut run = Run {
         mechanism,
         request,
+        parameters: parameters(mechanism),
         grid: Grid { step, end_time },
         stepper: Stepper::new(mechanism, request.method.scheme, first, end_time, &mut care).map_err(NoStart::Broken)?,
         shadow: request.estimate_error.then(|| Shadow::new(mechanism, &request.method, first, end_time)).flatten(),
@@ -90,9 +92,54 @@ impl Grid {
     }
 }
 
+/// A run that is made by the kernel.
+struct Runner<'r, 'a, X, const N: usize, const M: usize> {
+    run: &'r Run<'a, X, N, M>,
+    road: &'r mut Road<N, M>,
+    status: Option<Status>,
+}
+
+impl<X: Mechanism<N, M>, const N: usize, const M: usize> Walker<N, M> for Runner<'_, '_, X, N, M> {
+    #[inline(always)]
+    fn next_time(&self) -> f64 {
+        self.run.grid.time(self.road.steps + 1)
+    }
+
+    #[inline(always)]
+    fn arrive(&mut self, next: Moment<N, M>, care: &mut Care) -> bool {
+        self.status = self.run.arrive(next, self.road, care);
+        self.status.is_none() && self.road.rows.len() < CHUNK
+    }
+}
+
+/// How far a run has come.
+struct Road<const N: usize, const M: usize> {
+    /// The last row that was taken.
+    now: Moment<N, M>,
+    steps: u64,
+    /// When the stop condition was nearest to true, and by how much it was not.
+    nearest: (f64, f64),
+    /// Rows that nobody has taken yet.
+    rows: Vec<Moment<N, M>>,
+}
+
+impl<const N: usize, const M: usize> Road<N, M> {
+    #[inline(always)]
+    fn take(&mut self, next: Moment<N, M>) {
+        self.steps += 1;
+        self.rows.push(next);
+    }
+
+    /// The last row.
+    fn last(&self) -> Moment<N, M> {
+        self.rows.last().copied().unwrap_or(self.now)
+    }
+}
+
 struct Run<'a, X, const N: usize, const M: usize> {
     mechanism: &'a X,
     request: &'a Request<'a>,
+    parameters: Vec<f64>,
     grid: Grid,
     stepper: Stepper<N, M>,
     /// The second run, which tells the error.
@@ -103,38 +150,35 @@ struct Run<'a, X, const N: usize, const M: usize> {
 
 impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
     fn run(&mut self, first: Moment<N, M>, observer: &mut dyn Observer) -> Outcome {
-        let mut rows: Vec<Moment<N, M>> = Vec::with_capacity(CHUNK + 1);
-        rows.push(first);
-        // The end of the rows that were kept, and the end of what was computed.
+        let nearest = (0.0, self.condition(&first).unwrap_or(0.0));
+        let mut road = Road { now: first, steps: 0, nearest, rows: Vec::with_capacity(CHUNK + 1) };
+        road.rows.push(first);
+        // The end of the rows that were kept.
         let mut kept_until = first;
-        let mut now = first;
-        let mut steps = 0;
-        let mut nearest = (0.0, self.condition(&first).unwrap_or(0.0));
         let mut integration = Duration::ZERO;
-        // Other methods inside its loop would slow down the one that does the least work in a step.
-        let chunk = if matches!(self.stepper, Stepper::Fixed) { Self::chunk::<true> } else { Self::chunk::<false> };
         let mut status = (nearest.1 >= 0.0 && self.condition(&first).is_some()).then_some(Status::StoppedAtStart);
         loop {
             let begun = Instant::now();
             if status.is_none() {
-                status = chunk(self, &mut now, &mut steps, &mut nearest, &mut rows);
+                status = self.chunk(&mut road);
             }
             integration += begun.elapsed();
             if let Some(shadow) = &mut self.shadow {
                 let grid = self.grid;
-                shadow.follow(self.mechanism, &rows, |row, at| at.t == grid.time(row));
+                shadow.follow(self.mechanism, &road.rows, |row, at| at.t == grid.time(row));
             }
             let kept_before = self.book.rows;
-            let kept = self.book.keep(self.mechanism, &rows, observer);
+            let kept = self.book.keep(self.mechanism, &road.rows, observer);
             if kept.is_err() {
                 // The run ends with its last row, however much further the computation had come.
                 let last = ((self.book.rows - kept_before) as usize).checked_sub(1);
-                now = last.map_or(kept_until, |last| rows[last]);
-                steps = self.book.rows.saturating_sub(1);
+                road.now = last.map_or(kept_until, |last| road.rows[last]);
+                road.steps = self.book.rows.saturating_sub(1);
             }
-            kept_until = now;
-            rows.clear();
-            let goes_on = kept.and_then(|()| observer.goes_on(now.t, self.grid.end_time).map_err(Status::Unwritable));
+            kept_until = road.now;
+            road.rows.clear();
+            let goes_on =
+                kept.and_then(|()| observer.goes_on(road.now.t, self.grid.end_time).map_err(Status::Unwritable));
             match goes_on {
                 Err(ending) => status = Some(ending),
                 Ok(false) if status.is_none() => status = Some(Status::Interrupted),
@@ -142,27 +186,36 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
             }
             if let Some(status) = status {
                 let status = observer.finish().map_or_else(Status::Unwritable, |()| status);
-                return self.outcome(status, now, steps, integration);
+                return self.outcome(status, road.now, road.steps, integration);
             }
         }
     }
 
     /// Makes rows until there is room for no more; the end of the run, if it comes.
-    fn chunk<const IS_RK4: bool>(
-        &mut self,
-        now: &mut Moment<N, M>,
-        steps: &mut u64,
-        nearest: &mut (f64, f64),
-        rows: &mut Vec<Moment<N, M>>,
-    ) -> Option<Status> {
-        let mut status = None;
-        while status.is_none() && rows.len() < CHUNK {
-            status = self.step::<IS_RK4>(now, steps, nearest).err();
-            if !matches!(status, Some(Status::Broken(_) | Status::NotFinite { .. })) {
-                rows.push(*now);
+    fn chunk(&mut self, road: &mut Road<N, M>) -> Option<Status> {
+        let (mechanism, method) = (self.mechanism, &self.request.method);
+        let mut care = self.care;
+        let made = match &self.stepper {
+            Stepper::Fixed if is_walked(method) => {
+                let now = road.last();
+                let mut walker = Runner { run: self, road, status: None };
+                let made = walk(mechanism, &self.parameters, method, now, &mut care, &mut walker);
+                (made, walker.status)
             }
-        }
-        status
+            _ => loop {
+                let t_next = self.grid.time(road.steps + 1);
+                match self.stepper.next(mechanism, method, &road.last(), t_next, &mut care) {
+                    Ok(next) => match self.arrive(next, road, &mut care) {
+                        None if road.rows.len() < CHUNK => {}
+                        status => break (Ok(()), status),
+                    },
+                    Err(breakdown) => break (Err(breakdown), None),
+                }
+            },
+        };
+        self.care = care;
+        road.now = road.last();
+        made.0.err().map(Status::Broken).or(made.1)
     }
 
     /// How far the stop condition is from true (negative), if there is one.
@@ -170,57 +223,61 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
     fn condition(&self, at: &Moment<N, M>) -> Option<f64> {
         match self.request.end {
             Some(End::Time(_)) => None,
-            Some(End::Condition(condition)) => Some(condition(at.t, &at.q, &at.qd)),
+            Some(End::Condition(condition)) => {
+                // Copies: what is passed on by its address lives in memory, and a moment should live in registers.
+                let (q, qd) = (at.q, at.qd);
+                Some(condition(at.t, &q, &qd))
+            }
             None => self.mechanism.stop(at.t, &at.q, &at.qd),
         }
     }
 
-    /// Makes a step, or part of one up to the stop condition; an error is the end of the run.
+    /// Takes up the moment at the end of a step; the end of the run, if that was it.
     #[inline(always)]
-    fn step<const IS_RK4: bool>(
-        &mut self,
-        now: &mut Moment<N, M>,
-        steps: &mut u64,
-        nearest: &mut (f64, f64),
-    ) -> Result<(), Status> {
-        let t_next = self.grid.time(*steps + 1);
-        let (method, care) = (&self.request.method, &mut self.care);
-        let next = match IS_RK4 {
-            true => advance(self.mechanism, method, now, t_next, care),
-            false => self.stepper.next(self.mechanism, method, now, t_next, care),
-        };
-        let next = next.map_err(Status::Broken)?;
+    fn arrive(&self, next: Moment<N, M>, road: &mut Road<N, M>, care: &mut Care) -> Option<Status> {
         let condition = self.condition(&next);
-        if let Some(value) = condition {
-            if value >= 0.0 {
-                *now = self.locate(now, &next).map_err(Status::Broken)?;
-                *steps += 1;
-                return Err(Status::Stopped);
+        if next.t < self.grid.end_time && condition.is_none_or(|value| value < 0.0) {
+            if let Some(value) = condition
+                && value > road.nearest.1
+            {
+                road.nearest = (next.t, value);
             }
-            if value.is_nan() {
-                return Err(Status::NotFinite { t: next.t, what: Undefined::Condition });
-            }
-            if value > nearest.1 {
-                *nearest = (next.t, value);
+            road.take(next);
+            return None;
+        }
+        Some(self.end(next, condition, road, care))
+    }
+
+    /// Takes up the last moment: the end of a step, or when the stop condition became true in it.
+    #[cold]
+    fn end(&self, next: Moment<N, M>, condition: Option<f64>, road: &mut Road<N, M>, care: &mut Care) -> Status {
+        match condition {
+            Some(value) if value.is_nan() => Status::NotFinite { t: next.t, what: Undefined::Condition },
+            Some(value) if value >= 0.0 => match self.locate(&road.last(), &next, care) {
+                Ok(found) => {
+                    road.take(found);
+                    Status::Stopped
+                }
+                Err(breakdown) => Status::Broken(breakdown),
+            },
+            _ => {
+                let before = road.nearest;
+                let (nearest_time, nearest) =
+                    condition.map_or(before, |v| if v > before.1 { (next.t, v) } else { before });
+                road.take(next);
+                match condition {
+                    Some(_) => Status::StopNotReached { nearest_time, missing: -nearest },
+                    None => Status::Completed,
+                }
             }
         }
-        *steps += 1;
-        *now = next;
-        if t_next >= self.grid.end_time {
-            return Err(match condition {
-                Some(_) => Status::StopNotReached { nearest_time: nearest.0, missing: -nearest.1 },
-                None => Status::Completed,
-            });
-        }
-        Ok(())
     }
 
     /// The moment inside a step at which the stop condition becomes true, by steps of other lengths from its beginning.
-    #[cold]
-    fn locate(&mut self, from: &Moment<N, M>, beyond: &Moment<N, M>) -> Result<Moment<N, M>, Breakdown> {
-        let value = |run: &Self, at: &Moment<N, M>| run.condition(at).unwrap_or(0.0);
-        let (mut low, mut f_low) = (from.t, value(self, from));
-        let (mut high, mut f_high, mut found) = (beyond.t, value(self, beyond), *beyond);
+    fn locate(&self, from: &Moment<N, M>, beyond: &Moment<N, M>, care: &mut Care) -> Result<Moment<N, M>, Breakdown> {
+        let value = |at: &Moment<N, M>| self.condition(at).unwrap_or(0.0);
+        let (mut low, mut f_low) = (from.t, value(from));
+        let (mut high, mut f_high, mut found) = (beyond.t, value(beyond), *beyond);
         for iteration in 0..100 {
             if f_high == 0.0 || high - low <= 2.0 * f64::EPSILON * high.abs() {
                 break;
@@ -229,8 +286,8 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
             let secant = high - f_high * (high - low) / (f_high - f_low);
             let middle = 0.5 * (low + high);
             let t = if iteration % 3 == 2 || !(secant > low && secant < high) { middle } else { secant };
-            let at = self.stepper.between(self.mechanism, &self.request.method, from, t, &mut self.care)?;
-            let f = value(self, &at);
+            let at = self.stepper.between(self.mechanism, &self.request.method, from, t, care)?;
+            let f = value(&at);
             if f >= 0.0 {
                 (high, f_high, found) = (t, f, at);
             } else {

@@ -2,7 +2,7 @@
 
 use std::io;
 
-use qrm_mechanism::{Closure, Description, Dynamics, Mechanism, QuantityDescription, Schedule, Start};
+use qrm_mechanism::{Closure, Description, Dynamics, Lane, Mechanism, NoKernel, QuantityDescription, Schedule, Start};
 use qrm_sim::motion::Breakdown;
 use qrm_sim::observer::{Observer, Row};
 use qrm_sim::outcome::{NoStart, Outcome, Status, Undefined};
@@ -18,6 +18,8 @@ struct Line {
 const X: QuantityDescription = QuantityDescription { name: "x", unit: "m", doc: "" };
 
 impl Mechanism<1, 0> for Line {
+    type Kernel<R: Lane> = NoKernel;
+
     const DESCRIPTION: Description = Description {
         name: "line",
         doc: "",

@@ -23,6 +23,20 @@ pub(super) struct Operations {
     pub(super) others: usize,
 }
 
+impl Operations {
+    /// Both together.
+    pub(super) fn plus(self, other: Self) -> Self {
+        Self {
+            additions: self.additions + other.additions,
+            multiplications: self.multiplications + other.multiplications,
+            divisions: self.divisions + other.divisions,
+            roots: self.roots + other.roots,
+            sines: self.sines + other.sines,
+            others: self.others + other.others,
+        }
+    }
+}
+
 impl std::fmt::Display for Operations {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let counts = [
@@ -54,10 +68,12 @@ pub(super) struct Body<'g> {
     statements: Vec<TokenStream>,
     operations: Operations,
     unnamed: usize,
+    /// After how much work each value is there, if that decides the order of operations.
+    depths: Option<&'g [u32]>,
 }
 
 impl<'g> Body<'g> {
-    /// Prepares the body that computes `roots`. Values that have a name outside are not computed; `named` ones get a
+    /// The body that computes `roots`. Values that have a name outside are not computed; `named` ones get a
     /// statement of their own even if they serve only once.
     pub(super) fn new(
         graph: &'g Graph,
@@ -66,6 +82,20 @@ impl<'g> Body<'g> {
         named: &HashSet<Id>,
         taken: HashSet<String>,
         roots: &[Signed],
+    ) -> Self {
+        let mut body = Self::begin(graph, outside, hints, taken, roots, None);
+        body.define_all(roots, named);
+        body
+    }
+
+    /// A body in which nothing is defined yet. With the `depths` of values, products and sums are joined, the deepest last.
+    pub(super) fn begin(
+        graph: &'g Graph,
+        outside: &'g HashMap<Id, TokenStream>,
+        hints: &'g HashMap<Id, String>,
+        taken: HashSet<String>,
+        roots: &[Signed],
+        depths: Option<&'g [u32]>,
     ) -> Self {
         let mut body = Self {
             graph,
@@ -77,6 +107,7 @@ impl<'g> Body<'g> {
             statements: Vec::new(),
             operations: Operations::default(),
             unnamed: 0,
+            depths,
         };
         let needed = body.needed(roots);
         for root in roots {
@@ -87,21 +118,55 @@ impl<'g> Body<'g> {
                 *body.uses.entry(operand).or_default() += 1;
             }
         }
-        let angles = body.angles(&needed);
+        body
+    }
+
+    /// Defines what serves more than once on the way to `roots`, and what is `named`.
+    pub(super) fn define_all(&mut self, roots: &[Signed], named: &HashSet<Id>) {
+        let graph = self.graph;
+        let needed = self.needed(roots);
+        let angles = self.angles(&needed);
         for (&angle, pair) in angles.iter().filter(|(angle, _)| graph.op(**angle).is_leaf()) {
-            body.define_pair(angle, *pair);
+            self.define_pair(angle, *pair);
         }
         for id in needed {
-            if body.names.contains_key(&id) || graph.op(id).is_leaf() {
+            if self.names.contains_key(&id) || graph.op(id).is_leaf() {
                 continue;
             }
             if let Op::Call(Function::Sin | Function::Cos, angle) = graph.op(id) {
-                body.define_pair(*angle, angles[angle]);
-            } else if body.uses[&id] > 1 || named.contains(&id) {
-                body.define(id);
+                self.define_pair(*angle, angles[angle]);
+            } else if self.uses[&id] > 1 || named.contains(&id) {
+                self.define(id);
             }
         }
-        body
+    }
+
+    /// Defines a value under a name, under which `input` stands for it from now on.
+    pub(super) fn define_local(&mut self, value: Id, input: Id, name: &str, named: &HashSet<Id>) {
+        if let Some(outside) = self.outside.get(&value) {
+            self.names.insert(input, outside.to_string());
+            return;
+        }
+        let only: Vec<Signed> =
+            self.graph.op(value).operands().iter().map(|&id| Signed { negative: false, id }).collect();
+        self.define_all(&only, named);
+        if !self.names.contains_key(&value) {
+            let computed = self.compute(value).tokens;
+            let name = format_ident!("{}", self.name(value, Some(name.to_owned())));
+            self.statements.push(quote!(let #name = #computed;));
+        }
+        let name = self.names[&value].clone();
+        self.names.insert(input, name);
+    }
+
+    /// A line of comment.
+    pub(super) fn comment(&mut self, text: &str) {
+        self.statements.push(quote!(block!(#text);));
+    }
+
+    /// The name of a value that has been defined.
+    pub(super) fn name_of(&self, id: Id) -> Option<&str> {
+        self.names.get(&id).map(String::as_str)
     }
 
     /// The values to compute, operands first.
@@ -109,7 +174,7 @@ impl<'g> Body<'g> {
         let mut needed = BTreeSet::new();
         let mut pending: Vec<Id> = roots.iter().map(|r| r.id).collect();
         while let Some(id) = pending.pop() {
-            if !self.outside.contains_key(&id) && needed.insert(id) {
+            if !self.outside.contains_key(&id) && !self.names.contains_key(&id) && needed.insert(id) {
                 pending.extend(self.graph.op(id).operands());
             }
         }
@@ -255,6 +320,9 @@ impl<'g> Body<'g> {
 
     /// A sum, a positive term first where there is one.
     fn sum(&mut self, terms: &[Signed]) -> Piece {
+        if let Some(depths) = self.depths {
+            return self.joined_sum(terms, depths);
+        }
         let mut ordered: Vec<Signed> = terms.to_vec();
         if let Some(first) = ordered.iter().position(|t| !t.negative) {
             let first = ordered.remove(first);
@@ -272,11 +340,60 @@ impl<'g> Body<'g> {
         sum
     }
 
+    /// A sum whose products are added as they are made, the deepest last.
+    fn joined_sum(&mut self, terms: &[Signed], depths: &[u32]) -> Piece {
+        let is_product = |body: &Self, id: Id| {
+            matches!(body.graph.op(id), Op::Product(_))
+                && !body.names.contains_key(&id)
+                && !body.outside.contains_key(&id)
+        };
+        let mut ordered = terms.to_vec();
+        ordered.sort_by_key(|term| (is_product(self, term.id), depths[term.id]));
+        let first = ordered.iter().position(|t| !t.negative && (ordered.len() == 1 || !is_product(self, t.id)));
+        let first = first.or_else(|| ordered.iter().position(|t| !is_product(self, t.id)));
+        let first = first.or_else(|| ordered.iter().position(|t| !t.negative)).unwrap_or(0);
+        let first = ordered.remove(first);
+        self.operations.additions += ordered.len() + usize::from(first.negative && ordered.is_empty());
+        let value = self.value(first.id);
+        let mut sum = if first.negative { value.negate() } else { value };
+        for term in ordered {
+            let graph = self.graph;
+            sum = match graph.op(term.id) {
+                Op::Product(factors) if is_product(self, term.id) => {
+                    let factors = self.by_depth(factors);
+                    self.operations.multiplications += 1;
+                    let last = self.value(factors[factors.len() - 1]);
+                    let others = self.product(&factors[..factors.len() - 1]);
+                    others.multiply_add(&last, term.negative, &sum)
+                }
+                _ => {
+                    let value = self.value(term.id);
+                    if term.negative { sum.subtract(&value) } else { sum.add(&value) }
+                }
+            };
+        }
+        sum
+    }
+
+    fn by_depth(&self, factors: &[Id]) -> Vec<Id> {
+        let mut factors = factors.to_vec();
+        if let Some(depths) = self.depths {
+            factors.sort_by_key(|&id| depths[id]);
+        }
+        factors
+    }
+
     /// A product; reciprocals that serve only here become divisions.
     fn product(&mut self, factors: &[Id]) -> Piece {
         let graph = self.graph;
+        let factors = &self.by_depth(factors)[..];
         let divisor = |body: &Self, id: Id| match graph.op(id) {
-            Op::Reciprocal(a) if !body.names.contains_key(&id) && !body.outside.contains_key(&id) => Some(*a),
+            // A kernel keeps them apart: they need not wait for the other factors.
+            Op::Reciprocal(a)
+                if body.depths.is_none() && !body.names.contains_key(&id) && !body.outside.contains_key(&id) =>
+            {
+                Some(*a)
+            }
             _ => None,
         };
         let mut product: Option<Piece> = None;

@@ -19,7 +19,8 @@ const LONGEST_NAME: usize = 34;
 impl Writer<'_> {
     /// Values that keep their size during a run and are not just parameters get a field each.
     pub(super) fn name_constants(&mut self) {
-        let roots: Vec<Id> = self.layout.plans.iter().flat_map(Plan::values).map(|root| root.id).collect();
+        let mut roots: Vec<Id> = self.layout.plans.iter().flat_map(Plan::values).map(|root| root.id).collect();
+        roots.extend(self.layout.kernel.values().map(|root| root.id));
         let mut fields: BTreeSet<Id> = BTreeSet::new();
         let mut note = |id: Id| {
             if self.graph.is_constant(id) && !self.graph.op(id).is_leaf() {

@@ -3,6 +3,7 @@
 use super::formulae;
 use crate::formula::{Style, Writer};
 use crate::graph::{Graph, Signed};
+use crate::kernel::Kernel;
 use crate::lower::Lowering;
 use crate::scene::Scene;
 use crate::share::share_pairs;
@@ -16,6 +17,7 @@ pub(super) enum Argument {
     Rates,
     Accelerations,
     Multipliers,
+    Residuals,
 }
 
 /// Values arranged for a function's result.
@@ -83,6 +85,7 @@ pub(super) struct Layout {
     pub(super) plans: Vec<Plan<Signed>>,
     /// Values that are the coordinates of named points.
     pub(super) points: Vec<[Signed; 2]>,
+    pub(super) kernel: Kernel,
 }
 
 impl Layout {
@@ -99,10 +102,17 @@ impl Layout {
         for term in equations.points.iter().flatten() {
             roots.push(lowering.term(term));
         }
-        let (graph, roots) = share_pairs(&lowering.graph, &roots);
+        let mut kernel = Kernel::new(scene, equations, &mut lowering);
+        let (mut graph, roots) = share_pairs(&lowering.graph, &roots);
+        // What pays in a kernel is another thing than what pays in the plain functions.
+        let (kernel_graph, kernel_roots) = share_pairs(&lowering.graph, &kernel.values().copied().collect::<Vec<_>>());
+        let places = graph.absorb(&kernel_graph);
+        for (value, root) in kernel.values_mut().zip(kernel_roots) {
+            *value = Signed { negative: root.negative, id: places[root.id] };
+        }
         let plans = lowered.iter().map(|plan| plan.map(&mut |&i| roots[i])).collect();
         let points = roots[point_place..].chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect();
-        Self { graph, plans, points }
+        Self { graph, plans, points, kernel }
     }
 }
 

@@ -51,6 +51,16 @@ impl Piece {
         Self { tokens: quote!(#left * #right), binding: Binding::Product }
     }
 
+    /// `self * other + sum`, or with a negative product.
+    pub(super) fn multiply_add(&self, other: &Self, is_negative: bool, sum: &Self) -> Self {
+        let (receiver, other, sum) = (self.at_least(Binding::Whole), &other.tokens, &sum.tokens);
+        Self::whole(if is_negative {
+            quote!(#receiver.neg_mul_add(#other, #sum))
+        } else {
+            quote!(#receiver.mul_add(#other, #sum))
+        })
+    }
+
     pub(super) fn divide(&self, other: &Self) -> Self {
         let (left, right) = (self.at_least(Binding::Product), other.at_least(Binding::Whole));
         Self { tokens: quote!(#left / #right), binding: Binding::Product }

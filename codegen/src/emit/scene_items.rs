@@ -101,6 +101,8 @@ fn link(scene: &Scene) -> TokenStream {
     };
     quote! {
         impl Mechanism<#n, #m> for #own {
+            type Kernel<R: Lane> = #own<R>;
+
             const DESCRIPTION: Description = DESCRIPTION;
 
             fn with_parameters(replace: &dyn Fn(&str) -> Option<f64>) -> Self {

@@ -1,5 +1,6 @@
 //! What the derivation needs of the engine: atoms, derivatives, normal forms.
 
+use std::cell::RefCell;
 use std::collections::HashMap;
 
 use num_bigint::BigInt;
@@ -12,6 +13,7 @@ use super::Place;
 use super::translate::term;
 use crate::expression::{Node, Number};
 use crate::function::Function;
+use crate::resolve::all_values;
 use crate::scene::{Quantity, Scene, Value};
 use crate::term::{Symbol, Term};
 
@@ -23,11 +25,22 @@ pub(super) struct Algebra<'s> {
     symbols: Vec<(Symbol, EngineSymbol)>,
     places: HashMap<EngineSymbol, Symbol>,
     points: Vec<[Atom; 2]>,
+    /// What stands under the roots that have names; `None` if roots have no names.
+    radicands: Option<RefCell<Vec<Atom>>>,
 }
 
 impl<'s> Algebra<'s> {
     /// Defines the symbols of a scene, in an order that depends on nothing but the scene: the order of terms follows it.
     pub(super) fn new(number: usize, scene: &'s Scene, place: &'s Place) -> Self {
+        Self::with(number, scene, place, None)
+    }
+
+    /// The same, where roots of what varies stand as symbols of their own.
+    pub(super) fn naming_roots(number: usize, scene: &'s Scene, place: &'s Place) -> Self {
+        Self::with(number, scene, place, Some(RefCell::default()))
+    }
+
+    fn with(number: usize, scene: &'s Scene, place: &'s Place, radicands: Option<RefCell<Vec<Atom>>>) -> Self {
         let (n, m) = (scene.coordinates.len(), scene.constraints.len());
         let mut wanted: Vec<Symbol> = (0..scene.parameters.len()).map(Symbol::Parameter).collect();
         wanted.extend([Symbol::Pi, Symbol::Time, Symbol::Displacement]);
@@ -35,10 +48,18 @@ impl<'s> Algebra<'s> {
         wanted.extend((0..n).map(Symbol::Rate));
         wanted.extend((0..n).map(Symbol::Acceleration));
         wanted.extend((0..m).map(Symbol::Multiplier));
+        if radicands.is_some() {
+            let is_root = |node: &&Node<Quantity>| matches!(node, Node::Call(Function::Sqrt | Function::Hypot, _));
+            let roots = all_values(scene).into_iter().flat_map(|value| value.nodes()).filter(is_root).count();
+            wanted.extend((0..roots).map(Symbol::Root));
+            wanted.extend((0..roots).flat_map(|k| (0..n).map(move |i| Symbol::RootSlope(k, i))));
+            wanted.extend((0..roots).map(Symbol::RootRate));
+            wanted.extend((0..roots).map(Symbol::RootBias));
+        }
         let symbols: Vec<_> =
             wanted.into_iter().enumerate().map(|(i, s)| (s, symbol!(format!("scene{number}_{i}")))).collect();
         let places = symbols.iter().map(|(s, engine)| (*engine, *s)).collect();
-        let mut algebra = Self { scene, number, place, symbols, places, points: Vec::new() };
+        let mut algebra = Self { scene, number, place, symbols, places, points: Vec::new(), radicands };
         for point in &scene.points {
             let position = [0, 1].map(|axis| algebra.atom(&point.position[axis]));
             algebra.points.push(position);
@@ -136,16 +157,36 @@ impl<'s> Algebra<'s> {
     fn call(&self, f: Function, arguments: &[Atom]) -> Atom {
         let x = &arguments[0];
         match f {
-            Function::Sqrt => x.sqrt(),
+            Function::Sqrt => self.root(x),
             Function::Sin => x.sin(),
             Function::Cos => x.cos(),
             Function::Tan => x.sin() / x.cos(),
             Function::Exp => x.exp(),
             Function::Log => x.log(),
-            Function::Hypot => self.simplify(&(x * x + &arguments[1] * &arguments[1])).sqrt(),
+            Function::Hypot => self.root(&self.simplify(&(x * x + &arguments[1] * &arguments[1]))),
             // The resolver has rejected every function without a derivative.
             _ => function!(symbol!(f.name()), x),
         }
+    }
+
+    /// A root, under its name if roots have names and what stands under it varies.
+    fn root(&self, radicand: &Atom) -> Atom {
+        let names = self.radicands.as_ref().filter(|_| self.varies(radicand));
+        let Some(mut known) = names.map(RefCell::borrow_mut) else { return radicand.sqrt() };
+        let place = known.iter().position(|r| r == radicand).unwrap_or_else(|| {
+            known.push(radicand.clone());
+            known.len() - 1
+        });
+        self.symbol(Symbol::Root(place))
+    }
+
+    /// What stands under the roots that have names.
+    pub(super) fn radicands(&self) -> Vec<Atom> {
+        self.radicands.as_ref().map(|r| r.borrow().clone()).unwrap_or_default()
+    }
+
+    fn varies(&self, atom: &Atom) -> bool {
+        self.term(atom).any_symbol(&|symbol| matches!(symbol, Symbol::Coordinate(_) | Symbol::Root(_)))
     }
 
     /// The derivative of an atom.
@@ -155,17 +196,38 @@ impl<'s> Algebra<'s> {
 
     /// The derivative by every coordinate.
     pub(super) fn gradient(&self, atom: &Atom) -> Vec<Atom> {
-        (0..self.scene.coordinates.len()).map(|i| self.derivative(atom, Symbol::Coordinate(i))).collect()
+        let direct = |i| self.derivative(atom, Symbol::Coordinate(i));
+        let through =
+            |i: usize| self.by_roots(atom).fold(Atom::num(0), |sum, (k, slope)| sum + slope * self.root_slope(k, i));
+        (0..self.scene.coordinates.len()).map(|i| direct(i) + through(i)).collect()
+    }
+
+    /// The derivative of a named root by a coordinate: a symbol, unless it is zero.
+    fn root_slope(&self, k: usize, i: usize) -> Atom {
+        let radicand = self.radicands.as_ref().and_then(|known| known.borrow().get(k).cloned());
+        let moves = |radicand: Atom| self.gradient(&radicand)[i] != Atom::num(0);
+        if radicand.is_some_and(moves) { self.symbol(Symbol::RootSlope(k, i)) } else { Atom::num(0) }
+    }
+
+    /// The derivatives by the named roots that occur.
+    fn by_roots(&self, atom: &Atom) -> impl Iterator<Item = (usize, Atom)> {
+        let known = self.radicands.as_ref().map_or(0, |known| known.borrow().len());
+        let by = |k: usize| (k, self.derivative(atom, Symbol::Root(k)));
+        (0..known).map(by).filter(|(_, slope)| *slope != Atom::num(0))
     }
 
     /// The time derivative of a function of coordinates: f_q qd.
     pub(super) fn rate(&self, atom: &Atom) -> Atom {
-        self.contract(&self.gradient(atom), Symbol::Rate)
+        let direct = |i| self.derivative(atom, Symbol::Coordinate(i));
+        let direct: Vec<Atom> = (0..self.scene.coordinates.len()).map(direct).collect();
+        let through = |sum, (k, slope)| sum + slope * self.symbol(Symbol::RootRate(k));
+        self.by_roots(atom).fold(self.contract(&direct, Symbol::Rate), through)
     }
 
     /// What the second time derivative of a function of coordinates has beside f_q qdd: (f_q qd)_q qd.
     pub(super) fn bias(&self, atom: &Atom) -> Atom {
-        self.rate(&self.simplify(&self.rate(atom)))
+        let through = |sum, (k, slope)| sum + slope * self.symbol(Symbol::RootBias(k));
+        self.by_roots(atom).fold(self.rate(&self.simplify(&self.rate(atom))), through)
     }
 
     /// The sum of components times symbols.

@@ -2,49 +2,41 @@
 
 use symbolica::atom::Atom;
 
-use super::Place;
 use super::algebra::Algebra;
+use super::{Place, kernel};
 use crate::scene::{LoadKind, OutputKind, Quantity, Scene, Value};
 use crate::term::{Equations, Row, Symbol, Term};
 
 /// Derives everything that the generated functions compute. `number` tells the scenes of a process apart.
 pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> Equations {
     let algebra = Algebra::new(number, scene, place);
-    let mut equations = Equations::default();
-    let x = com_positions(scene, &algebra, &mut equations);
+    let rows = Rows::new(scene, &algebra);
     let simplify = |atoms: Vec<Atom>| -> Vec<Atom> { atoms.iter().map(|atom| algebra.simplify(atom)).collect() };
-    let gradients: Vec<Vec<Atom>> = x.iter().map(|row| simplify(algebra.gradient(row))).collect();
-    let bias = simplify(x.iter().map(|row| algebra.bias(row)).collect());
-    let inertia: Vec<Atom> = equations.rows.iter().map(|row| inertia_of(scene, &algebra, row)).collect();
     let c = simplify(scene.constraints.iter().map(|c| algebra.atom(&c.residual)).collect());
 
     let terms = |atoms: &[Atom]| -> Vec<Term> { atoms.iter().map(|atom| algebra.term(atom)).collect() };
-    equations.com_positions = terms(&x);
-    equations.com_jacobian = gradients.iter().map(|row| terms(row)).collect();
-    equations.com_bias = terms(&bias);
-    equations.constraints = terms(&c);
+    let mut equations = Equations {
+        com_positions: terms(&rows.x),
+        com_jacobian: rows.gradients.iter().map(|row| terms(row)).collect(),
+        com_bias: terms(&rows.bias),
+        constraints: terms(&c),
+        ..Equations::default()
+    };
     let c_q: Vec<Vec<Atom>> = c.iter().map(|row| simplify(algebra.gradient(row))).collect();
     equations.constraint_jacobian = c_q.iter().map(|row| terms(row)).collect();
     let hessian = |row: &Vec<Atom>| row.iter().map(|entry| terms(&simplify(algebra.gradient(entry)))).collect();
     equations.constraint_hessians = c_q.iter().map(hessian).collect();
     equations.constraint_bias = c.iter().map(|row| algebra.simple_term(&algebra.bias(row))).collect();
 
-    let n = scene.coordinates.len();
-    let mass = |i: usize, j: usize| {
-        let products = gradients.iter().zip(&inertia).map(|(row, m)| m * &row[i] * &row[j]);
-        algebra.simplify(&products.fold(Atom::num(0), |sum, product| sum + product))
-    };
-    let lower: Vec<Vec<Atom>> = (0..n).map(|i| (0..=i).map(|j| mass(i, j)).collect()).collect();
-    let row = |i: usize| -> Vec<Atom> { (0..n).map(|j| lower[i.max(j)][i.min(j)].clone()).collect() };
-    let mass: Vec<Vec<Atom>> = (0..n).map(row).collect();
+    let mass = rows.mass_matrix(scene, &algebra);
     equations.mass_matrix = mass.iter().map(|row| terms(row)).collect();
-
-    let loads = Loads::new(scene, &algebra, &x, &equations.rows, &inertia);
+    let loads = Loads::new(scene, &algebra, &rows);
+    let efforts = rows.inertial().chain(loads.efforts);
+    let efforts: Vec<Effort> = efforts.collect();
     let force = |i: usize| {
-        let inertial = gradients.iter().zip(&inertia).zip(&bias).map(|((row, m), b)| m * &row[i] * b);
-        algebra.simple_term(&inertial.fold(loads.generalized[i].clone(), |sum, product| sum - product))
+        algebra.simple_term(&efforts.iter().fold(Atom::num(0), |sum, effort| sum + &effort.size * &effort.along[i]))
     };
-    equations.generalized_forces = (0..n).map(force).collect();
+    equations.generalized_forces = (0..scene.coordinates.len()).map(force).collect();
     let momenta: Vec<Atom> = mass.iter().map(|row| algebra.contract(row, Symbol::Rate)).collect();
     let kinetic = algebra.contract(&momenta, Symbol::Rate) / Atom::num(2);
     equations.energy = [kinetic, loads.potential].iter().map(|atom| algebra.simple_term(atom)).collect();
@@ -52,72 +44,127 @@ pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> Equation
     equations.outputs = scene.outputs.iter().map(|o| algebra.simple_term(&output(scene, &algebra, &o.kind))).collect();
     equations.points =
         (0..scene.points.len()).map(|i| [0, 1].map(|axis| algebra.simple_term(&algebra.point(i)[axis]))).collect();
+    (equations.rows, equations.left_out) = (rows.rows, rows.left_out);
+    equations.kernel = kernel::equations(number, scene, place);
     equations
 }
 
-/// Positions and angles of the bodies, without the rows that cannot matter to the motion.
-fn com_positions(scene: &Scene, algebra: &Algebra, equations: &mut Equations) -> Vec<Atom> {
-    let mut x = Vec::new();
-    for (i, body) in scene.bodies.iter().enumerate() {
-        let com = body.com.as_ref();
-        let parts = [
-            (com.map(|c| &c[0]), &body.mass, "x"),
-            (com.map(|c| &c[1]), &body.mass, "y"),
-            (body.angle.as_ref(), &body.inertia, "angle"),
-        ];
-        for (axis, (position, inertia, name)) in parts.into_iter().enumerate() {
-            let Some(position) = position else { continue };
-            let atom = algebra.simplify(&algebra.atom(position));
-            let row = Row {
-                body: i,
-                axis,
-                inertia: inertia.as_ref().map_or_else(Term::zero, |m| algebra.simple_term(&algebra.atom(m))),
-            };
-            let moves = algebra.gradient(&atom).iter().any(|derivative| *derivative != Atom::num(0));
-            let carries = if axis == 2 { "inertia" } else { "mass" };
-            let reason = if row.inertia.is_zero() { format!("carries no {carries}") } else { "is constant".to_owned() };
-            if row.inertia.is_zero() || !moves {
-                equations.left_out.push(format!("{name} of body `{}`: {reason}", body.name));
-                continue;
-            }
-            equations.rows.push(row);
-            x.push(atom);
-        }
-    }
-    x
+/// The rows of x: positions and angles of the bodies, without those that cannot matter to the motion.
+pub(super) struct Rows {
+    rows: Vec<Row>,
+    names: Vec<String>,
+    left_out: Vec<String>,
+    x: Vec<Atom>,
+    gradients: Vec<Vec<Atom>>,
+    bias: Vec<Atom>,
+    inertia: Vec<Atom>,
 }
 
-fn inertia_of(scene: &Scene, algebra: &Algebra, row: &Row) -> Atom {
-    let body = &scene.bodies[row.body];
-    let value = if row.axis == 2 { &body.inertia } else { &body.mass };
-    value.as_ref().map_or_else(|| Atom::num(0), |value| algebra.atom(value))
+impl Rows {
+    pub(super) fn new(scene: &Scene, algebra: &Algebra) -> Self {
+        let empty = Vec::new;
+        let mut rows = Self {
+            rows: Vec::new(),
+            names: Vec::new(),
+            left_out: Vec::new(),
+            x: empty(),
+            gradients: Vec::new(),
+            bias: empty(),
+            inertia: empty(),
+        };
+        for (i, body) in scene.bodies.iter().enumerate() {
+            let com = body.com.as_ref();
+            let parts = [
+                (com.map(|c| &c[0]), &body.mass, "x"),
+                (com.map(|c| &c[1]), &body.mass, "y"),
+                (body.angle.as_ref(), &body.inertia, "angle"),
+            ];
+            for (axis, (position, inertia, name)) in parts.into_iter().enumerate() {
+                let Some(position) = position else { continue };
+                let x = algebra.simplify(&algebra.atom(position));
+                let m = inertia.as_ref().map_or_else(|| Atom::num(0), |m| algebra.atom(m));
+                let row = Row { body: i, axis, inertia: algebra.simple_term(&m) };
+                let gradient: Vec<Atom> = algebra.gradient(&x).iter().map(|entry| algebra.simplify(entry)).collect();
+                let moves = gradient.iter().any(|derivative| *derivative != Atom::num(0));
+                let carries = if axis == 2 { "inertia" } else { "mass" };
+                let reason =
+                    if row.inertia.is_zero() { format!("carries no {carries}") } else { "is constant".to_owned() };
+                if row.inertia.is_zero() || !moves {
+                    rows.left_out.push(format!("{name} of body `{}`: {reason}", body.name));
+                    continue;
+                }
+                rows.names.push(format!("{}_{name}", body.name));
+                rows.rows.push(row);
+                rows.bias.push(algebra.simplify(&algebra.bias(&x)));
+                rows.x.push(x);
+                rows.gradients.push(gradient);
+                rows.inertia.push(m);
+            }
+        }
+        rows
+    }
+
+    /// T' M T
+    pub(super) fn mass_matrix(&self, scene: &Scene, algebra: &Algebra) -> Vec<Vec<Atom>> {
+        let mass = |i: usize, j: usize| {
+            let products = self.gradients.iter().zip(&self.inertia).map(|(row, m)| m * &row[i] * &row[j]);
+            algebra.simplify(&products.fold(Atom::num(0), |sum, product| sum + product))
+        };
+        let n = scene.coordinates.len();
+        let lower: Vec<Vec<Atom>> = (0..n).map(|i| (0..=i).map(|j| mass(i, j)).collect()).collect();
+        (0..n).map(|i| (0..n).map(|j| lower[i.max(j)][i.min(j)].clone()).collect()).collect()
+    }
+
+    /// The forces of inertia at no acceleration of the coordinates, `-M bias`.
+    pub(super) fn inertial(&self) -> impl Iterator<Item = Effort> {
+        let effort = |i: usize| Effort {
+            group: self.rows[i].body,
+            name: self.names[i].clone(),
+            size: -(&self.inertia[i] * &self.bias[i]),
+            along: self.gradients[i].clone(),
+        };
+        (0..self.rows.len()).map(effort)
+    }
+}
+
+/// A force or torque along a displacement.
+#[derive(Clone)]
+pub(super) struct Effort {
+    /// Body, or beyond them load, that it belongs to.
+    pub(super) group: usize,
+    pub(super) name: String,
+    pub(super) size: Atom,
+    /// The displacement's derivative by each coordinate.
+    pub(super) along: Vec<Atom>,
 }
 
 /// What the applied loads do.
-struct Loads {
-    generalized: Vec<Atom>,
+pub(super) struct Loads {
+    pub(super) efforts: Vec<Effort>,
     potential: Atom,
     power: Atom,
 }
 
 impl Loads {
-    fn new(scene: &Scene, algebra: &Algebra, x: &[Atom], rows: &[Row], inertia: &[Atom]) -> Self {
-        let zero = Atom::num(0);
-        let mut loads =
-            Self { generalized: vec![zero.clone(); scene.coordinates.len()], potential: zero.clone(), power: zero };
-        for load in &scene.loads {
+    pub(super) fn new(scene: &Scene, algebra: &Algebra, rows: &Rows) -> Self {
+        let mut loads = Self { efforts: Vec::new(), potential: Atom::num(0), power: Atom::num(0) };
+        for (i, load) in scene.loads.iter().enumerate() {
+            let mut adding = Adding { loads: &mut loads, algebra, group: scene.bodies.len() + i, name: &load.name };
             match &load.kind {
                 LoadKind::Force { force, at } => {
-                    for (force, at) in force.iter().zip(at) {
-                        loads.effort(algebra, force, &algebra.atom(at));
+                    for ((force, at), axis) in force.iter().zip(at).zip(["_x", "_y"]) {
+                        adding.effort(axis, force, &algebra.atom(at));
                     }
                 }
-                LoadKind::Torque { torque, angle } => loads.effort(algebra, torque, &algebra.atom(angle)),
+                LoadKind::Torque { torque, angle } => adding.effort("", torque, &algebra.atom(angle)),
                 LoadKind::Gravity(field) => {
-                    for ((row, x), m) in rows.iter().zip(x).zip(inertia).filter(|((row, _), _)| row.axis < 2) {
-                        let weight = m * &algebra.atom(&field[row.axis]);
-                        loads.add(algebra, &weight, x);
-                        loads.potential = &loads.potential - &(&weight * x);
+                    for (k, row) in rows.rows.iter().enumerate().filter(|(_, row)| row.axis < 2) {
+                        let weight = &rows.inertia[k] * &algebra.atom(&field[row.axis]);
+                        let name = rows.names[k].clone();
+                        let along = rows.gradients[k].clone();
+                        let potential = &weight * &rows.x[k];
+                        adding.loads.efforts.push(Effort { group: row.body, name, size: weight, along });
+                        adding.loads.potential = &adding.loads.potential - &potential;
                     }
                 }
                 LoadKind::Spring { along, stiffness, rest, damping } => {
@@ -125,34 +172,43 @@ impl Loads {
                     let constant =
                         |value: &Option<Value>| value.as_ref().map_or_else(|| Atom::num(0), |v| algebra.atom(v));
                     let (stiffness, extension) = (constant(stiffness), &along - &constant(rest));
-                    loads.add(algebra, &(-&stiffness * &extension), &along);
+                    let friction = -constant(damping) * &algebra.rate(&along);
+                    adding.add("", &(-&stiffness * &extension + &friction), &along);
                     loads.potential = &loads.potential + &(&stiffness * &extension * &extension / Atom::num(2));
-                    let rate = algebra.rate(&along);
-                    let friction = -constant(damping) * &rate;
-                    loads.add(algebra, &friction, &along);
-                    loads.power = &loads.power + &(&friction * &rate);
+                    loads.power = &loads.power + &(&friction * &algebra.rate(&along));
                 }
             }
         }
         loads
     }
+}
 
+/// A load that is being added.
+struct Adding<'a> {
+    loads: &'a mut Loads,
+    algebra: &'a Algebra<'a>,
+    group: usize,
+    name: &'a str,
+}
+
+impl Adding<'_> {
     /// A force or torque along a displacement: conservative if it is constant.
-    fn effort(&mut self, algebra: &Algebra, effort: &Value, displacement: &Atom) {
+    fn effort(&mut self, axis: &str, effort: &Value, displacement: &Atom) {
         let is_constant = effort.names().all(|name| matches!(name, Quantity::Parameter(_) | Quantity::Pi));
-        let effort = algebra.atom(effort);
-        self.add(algebra, &effort, displacement);
+        let effort = self.algebra.atom(effort);
+        self.add(axis, &effort, displacement);
         if is_constant {
-            self.potential = &self.potential - &(&effort * displacement);
+            self.loads.potential = &self.loads.potential - &(&effort * displacement);
         } else {
-            self.power = &self.power + &(&effort * &algebra.rate(displacement));
+            self.loads.power = &self.loads.power + &(&effort * &self.algebra.rate(displacement));
         }
     }
 
-    fn add(&mut self, algebra: &Algebra, effort: &Atom, displacement: &Atom) {
-        for (sum, derivative) in self.generalized.iter_mut().zip(algebra.gradient(displacement)) {
-            *sum = &*sum + &(effort * &derivative);
-        }
+    fn add(&mut self, axis: &str, effort: &Atom, displacement: &Atom) {
+        let displacement = self.algebra.simplify(displacement);
+        let along = self.algebra.gradient(&displacement).iter().map(|entry| self.algebra.simplify(entry)).collect();
+        let name = format!("{}{axis}", self.name);
+        self.loads.efforts.push(Effort { group: self.group, name, size: effort.clone(), along });
     }
 }
 

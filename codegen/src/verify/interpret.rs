@@ -79,6 +79,8 @@ impl Scope {
                     let value = self.value(&value.expr)?;
                     self.bind(&local.pat, value)?;
                 }
+                // A comment.
+                Stmt::Macro(_) => {}
                 Stmt::Expr(value, None) => return self.value(value),
                 other => return Err(format!("unexpected statement `{}`", other.to_token_stream())),
             }
@@ -101,6 +103,13 @@ impl Scope {
                 }
                 for (pattern, value) in elems.iter().zip(values) {
                     self.bind(pattern, value)?;
+                }
+            }
+            (Pat::Struct(pattern), Value::Fields(values)) => {
+                for field in &pattern.fields {
+                    let Member::Named(name) = &field.member else { return Err("unexpected tuple struct".to_owned()) };
+                    let value = values.get(&name.to_string()).ok_or_else(|| format!("no field `{name}`"))?;
+                    self.bind(&field.pat, value.clone())?;
                 }
             }
             (pattern, _) => return Err(format!("unexpected pattern `{}`", pattern.to_token_stream())),
@@ -199,6 +208,7 @@ impl Scope {
 
 fn constant(path: &str) -> Result<Value, String> {
     match path.replace(' ', "").as_str() {
+        "f64::INFINITY" => Ok(Value::Number(f64::INFINITY)),
         "std::f64::consts::PI" => Ok(Value::Number(std::f64::consts::PI)),
         "std::marker::PhantomData" => Ok(Value::List(Vec::new())),
         other => Err(format!("unknown name `{other}`")),
@@ -208,6 +218,13 @@ fn constant(path: &str) -> Result<Value, String> {
 fn function(name: &str, receiver: &Value, arguments: &[Value]) -> Result<Value, String> {
     let x = receiver.number()?;
     let y = arguments.first().map(Value::number).transpose()?;
+    let z = arguments.get(1).map(Value::number).transpose()?;
+    match (name, y, z) {
+        ("mul_add", Some(y), Some(z)) => return Ok(Value::Number(x * y + z)),
+        ("neg_mul_add", Some(y), Some(z)) => return Ok(Value::Number(z - x * y)),
+        (_, _, Some(_)) => return Err(format!("unexpected function `{name}`")),
+        _ => {}
+    }
     Ok(Value::Number(match (name, y) {
         ("sin_cos", None) => {
             let (sine, cosine) = x.sin_cos();

@@ -1,0 +1,425 @@
+//! The kernel as functions: what follows from a position, and what is made of it.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+
+use proc_macro2::{Ident, Literal, TokenStream};
+use quote::{format_ident, quote};
+
+use super::body::{Body, Operations};
+use super::layout::Argument;
+use super::plain::ident;
+use super::{Writer, struct_name};
+use crate::function::Function;
+use crate::graph::{Graph, Id, Op, Signed};
+use crate::kernel::{Block, Kernel, Local};
+use crate::term::Symbol;
+
+/// The functions of a kernel and what they cost.
+pub(super) struct KernelItems {
+    pub(super) tokens: TokenStream,
+    pub(super) operations: Vec<(&'static str, String)>,
+}
+
+/// A function of a kernel.
+struct Part<'k> {
+    name: &'static str,
+    doc: &'static str,
+    arguments: &'static [Argument],
+    blocks: &'static [Block],
+    results: Vec<&'k [Signed]>,
+}
+
+/// Writes the functions of a kernel.
+pub(super) struct Emitter<'a> {
+    writer: &'a Writer<'a>,
+    kernel: &'a Kernel,
+    graph: &'a Graph,
+    /// Names that stand for values in every function: arguments, parameters, constants, sines and cosines.
+    outside: HashMap<Id, TokenStream>,
+    /// Which values follow from the position alone.
+    is_position: Vec<bool>,
+    depths: Vec<u32>,
+    taken: HashSet<String>,
+}
+
+impl<'a> Emitter<'a> {
+    pub(super) fn new(writer: &'a Writer<'a>, kernel: &'a Kernel) -> Self {
+        let graph = writer.graph;
+        let mut outside = writer.outside.clone();
+        for (id, op) in graph.ops().iter().enumerate() {
+            if let Some((function, i)) = angle_of(graph, op) {
+                let name = format_ident!("{}", angle_name(writer, function, i));
+                outside.insert(id, quote!(#name));
+            }
+        }
+        let mut taken: HashSet<String> = super::RESERVED.map(str::to_owned).into();
+        taken.extend(["t", "angles", "residuals", "position"].map(str::to_owned));
+        let is_argument = |id: Id| !matches!(graph.op(id), Op::Input(Symbol::Acceleration(_) | Symbol::Multiplier(_)));
+        taken.extend(outside.iter().filter(|(id, _)| is_argument(**id)).map(|(_, tokens)| tokens.to_string()));
+        let inputs: HashMap<Id, &Local> = kernel.locals.iter().map(|local| (local.input.id, local)).collect();
+        let mut emitter = Self { writer, kernel, graph, outside, is_position: Vec::new(), depths: Vec::new(), taken };
+        for (id, op) in graph.ops().iter().enumerate() {
+            let local = inputs.get(&id);
+            let follows = match (op, local) {
+                (_, Some(local)) => local.block.is_position(),
+                (Op::Input(symbol), None) => symbol.is_constant() || matches!(symbol, Symbol::Coordinate(_)),
+                (op, None) => op.operands().iter().all(|&operand| emitter.is_position[operand]),
+            };
+            emitter.is_position.push(follows);
+            let depth = emitter.depth(id, op, local.map(|local| local.value.id));
+            emitter.depths.push(depth);
+        }
+        emitter
+    }
+
+    /// After about how many cycles a value is there.
+    fn depth(&self, id: Id, op: &Op, definition: Option<Id>) -> u32 {
+        let deepest = op.operands().iter().map(|&operand| self.depths[operand]).max().unwrap_or(0);
+        let more = |operands: usize| 3 * u32::try_from(operands.saturating_sub(1)).unwrap_or(u32::MAX / 4);
+        match op {
+            _ if self.outside.contains_key(&id) => 0,
+            Op::Input(_) => definition.map_or(0, |id| self.depths[id]),
+            Op::Number(_) => 0,
+            Op::Sum(terms) => deepest + more(terms.len()),
+            Op::Product(factors) => deepest + more(factors.len()),
+            Op::Reciprocal(_) => deepest + 13,
+            Op::Power(..) | Op::Call(..) => deepest + 20,
+        }
+    }
+
+    /// All functions, and the link to a stepper.
+    pub(super) fn items(&self) -> KernelItems {
+        let kernel = self.kernel;
+        let parts = [
+            Part {
+                name: "residuals",
+                doc: "Residuals of the loop closures, `C(q)`.",
+                arguments: &[],
+                blocks: &[],
+                results: vec![&kernel.residuals],
+            },
+            Part {
+                name: "drift",
+                doc: "`C_q qd`.",
+                arguments: &[Argument::Rates],
+                blocks: &[],
+                results: vec![&kernel.drift],
+            },
+            Part {
+                name: "correction",
+                doc: "The change of coordinates that is least in the metric of `Mbar` among those with `C_q dq = -residuals`.",
+                arguments: &[Argument::Residuals],
+                blocks: &[Block::Correction],
+                results: vec![&kernel.correction],
+            },
+            Part {
+                name: "accelerations",
+                doc: "`qdd`, and the multipliers.",
+                arguments: &[Argument::Time, Argument::Coordinates, Argument::Rates],
+                blocks: &[Block::Rates, Block::Bias, Block::Forces, Block::Accelerations, Block::Multipliers],
+                results: vec![&kernel.accelerations, &kernel.multipliers],
+            },
+        ];
+        let fields = self.fields(&parts);
+        let (names, position, first_cost) = self.position(&fields);
+        let mut inside = self.outside.clone();
+        inside.extend(names.iter().map(|(id, name)| (*id, quote!(#name))));
+        let mut operations = vec![("position", first_cost.to_string())];
+        let functions: Vec<TokenStream> = parts
+            .iter()
+            .map(|part| {
+                let (tokens, cost) = self.function(part, &inside, &names);
+                if part.name == "accelerations" {
+                    operations.push(("position + accelerations", first_cost.plus(cost).to_string()));
+                }
+                operations.push((part.name, cost.to_string()));
+                tokens
+            })
+            .collect();
+        let strain = self.strain(&names);
+        let link = self.link();
+        let fields: BTreeSet<String> = names.values().map(ToString::to_string).collect();
+        let fields = fields.iter().map(|name| format_ident!("{name}"));
+        let tokens = quote! {
+            /// What follows from the position alone.
+            #[derive(Clone, Copy, Debug)]
+            #[allow(missing_docs)]
+            pub struct Position<R> {
+                #(pub #fields: R,)*
+            }
+            #position
+            #(#functions)*
+            #strain
+            #link
+        };
+        KernelItems { tokens, operations }
+    }
+
+    /// The values of a position that other functions need.
+    fn fields(&self, parts: &[Part]) -> BTreeSet<Id> {
+        let kernel = self.kernel;
+        let values = parts.iter().flat_map(|part| part.results.iter().copied().flatten()).chain(&kernel.strains);
+        let mut pending: Vec<Id> = values.map(|value| value.id).collect();
+        pending.extend(kernel.locals.iter().filter(|local| !local.block.is_position()).map(|local| local.value.id));
+        let (mut seen, mut fields) = (HashSet::new(), BTreeSet::new());
+        while let Some(id) = pending.pop() {
+            if self.outside.contains_key(&id) || !seen.insert(id) {
+                continue;
+            }
+            let op = self.graph.op(id);
+            let is_local = matches!(op, Op::Input(Symbol::Local(_)));
+            if self.is_position[id] && (is_local || !op.is_leaf()) {
+                fields.insert(id);
+            } else {
+                pending.extend(op.operands());
+            }
+        }
+        fields
+    }
+
+    fn position(&self, fields: &BTreeSet<Id>) -> (BTreeMap<Id, Ident>, TokenStream, Operations) {
+        let locals: Vec<&Local> = self.kernel.locals.iter().filter(|local| local.block.is_position()).collect();
+        let named: HashSet<Id> = fields.iter().copied().collect();
+        let roots: Vec<Signed> = fields.iter().map(|&id| Signed { negative: false, id }).collect();
+        let all: Vec<Signed> = locals.iter().map(|local| local.value).chain(roots.clone()).collect();
+        let mut body = self.body(&self.outside, &all);
+        define(&mut body, &locals, &named);
+        body.define_all(&roots, &named);
+        let name = |id: &Id| body.name_of(*id).map(|name| (*id, format_ident!("{name}")));
+        let names: BTreeMap<Id, Ident> = fields.iter().filter_map(name).collect();
+        let distinct: BTreeSet<String> = names.values().map(ToString::to_string).collect();
+        let distinct = distinct.iter().map(|name| format_ident!("{name}"));
+        let value = quote!(Position { #(#distinct),* });
+        let doc = "What follows from the position alone: the loops, their Jacobian, the mass matrix, and how the dependent \
+                   coordinates follow the others.";
+        let (tokens, cost) =
+            self.wrapped("position", doc, &[Argument::Coordinates], (body, value), quote!(Position<R>), None);
+        (names, tokens, cost)
+    }
+
+    fn function(
+        &self,
+        part: &Part,
+        inside: &HashMap<Id, TokenStream>,
+        names: &BTreeMap<Id, Ident>,
+    ) -> (TokenStream, Operations) {
+        let locals: Vec<&Local> =
+            self.kernel.locals.iter().filter(|local| part.blocks.contains(&local.block)).collect();
+        let results = || part.results.iter().copied().flatten();
+        let roots: Vec<Signed> = locals.iter().map(|local| &local.value).chain(results()).copied().collect();
+        let mut body = self.body(inside, &roots);
+        define(&mut body, &locals, &HashSet::new());
+        let ends: Vec<Signed> = results().copied().collect();
+        body.define_all(&ends, &HashSet::new());
+        let (mut values, mut types) = (Vec::new(), Vec::new());
+        for result in &part.results {
+            let count = Literal::usize_unsuffixed(result.len());
+            let roots = result.iter().map(|root| body.root(*root));
+            values.push(quote!([#(#roots),*]));
+            types.push(quote!([R; #count]));
+        }
+        let (value, output) = match values.len() {
+            1 => (values[0].clone(), types[0].clone()),
+            _ => (quote!((#(#values),*)), quote!((#(#types),*))),
+        };
+        self.wrapped(part.name, part.doc, part.arguments, (body, value), output, Some(names))
+    }
+
+    fn body<'b>(&'b self, outside: &'b HashMap<Id, TokenStream>, roots: &[Signed]) -> Body<'b> {
+        Body::begin(self.graph, outside, &self.writer.hints, self.taken.clone(), roots, Some(&self.depths))
+    }
+
+    /// A function around a body.
+    fn wrapped(
+        &self,
+        name: &'static str,
+        doc: &str,
+        arguments: &[Argument],
+        (body, value): (Body, TokenStream),
+        output: TokenStream,
+        position: Option<&BTreeMap<Id, Ident>>,
+    ) -> (TokenStream, Operations) {
+        let used: Vec<Id> = self.outside.keys().copied().filter(|&id| body.needs(id)).collect();
+        let uses = |test: &dyn Fn(Id, &Op) -> bool| used.iter().any(|&id| test(id, self.graph.op(id)));
+        let p = uses(&|_, op| matches!(op, Op::Input(Symbol::Parameter(_)))).then(|| quote!(let p = &m.parameters;));
+        let is_constant = |id: Id, op: &Op| {
+            !op.is_leaf() && angle_of(self.graph, op).is_none() && self.writer.outside.contains_key(&id)
+        };
+        let k = uses(&is_constant).then(|| quote!(let k = &m.constants;));
+        let m = if p.is_some() || k.is_some() { quote!(m) } else { quote!(_m) };
+        let fields: BTreeSet<String> = position
+            .iter()
+            .flat_map(|names| names.iter())
+            .filter(|(id, _)| body.needs(**id))
+            .map(|(_, name)| name.to_string())
+            .collect();
+        let fields = fields.iter().map(|name| format_ident!("{name}")).collect::<Vec<_>>();
+        let position_argument = position.map(|_| match fields.is_empty() {
+            true => quote!(_position: &Position<R>,),
+            false => quote!(position: &Position<R>,),
+        });
+        let unpack = (!fields.is_empty()).then(|| quote!(let Position { #(#fields),*, .. } = *position;));
+        let (angles, bound) = self.angles(&used);
+        let has_angles = name == "position" || name == "accelerations";
+        let n = Literal::usize_unsuffixed(self.writer.scene.coordinates.len());
+        let angles_name = if bound.is_empty() { quote!(_angles) } else { quote!(angles) };
+        let angles_argument = has_angles.then(|| quote!(#angles_name: &Angles<R, #n>,));
+        let (bindings, parameters) = self.writer.arguments(arguments, &used);
+        let (statements, cost) = body.finish();
+        let own = format_ident!("{}", struct_name(&self.writer.scene.name));
+        let name = format_ident!("{name}");
+        let docs = [format!(" {doc}"), String::new(), format!(" Operations: {cost}.")];
+        debug_assert!(has_angles || angles.is_empty());
+        let tokens = quote! {
+            #(#[doc = #docs])*
+            #[inline(always)]
+            pub fn #name<R: Lane>(#m: &#own<R>, #position_argument #(#parameters,)* #angles_argument) -> #output {
+                #p
+                #k
+                #(#bindings)*
+                #(#angles)*
+                #unpack
+                #(#statements)*
+                #value
+            }
+        };
+        (tokens, cost)
+    }
+
+    /// The bindings of the sines and cosines that are used.
+    fn angles(&self, used: &[Id]) -> (Vec<TokenStream>, Vec<(Function, usize)>) {
+        let bound: Vec<(Function, usize)> =
+            used.iter().filter_map(|&id| angle_of(self.graph, self.graph.op(id))).collect();
+        let n = self.writer.scene.coordinates.len();
+        let list = |function: Function, field: &str| {
+            let names = (0..n).map(|i| match bound.contains(&(function, i)) {
+                true => {
+                    let name = format_ident!("{}", angle_name(self.writer, function, i));
+                    quote!(#name)
+                }
+                false => quote!(_),
+            });
+            let field = format_ident!("{field}");
+            let is_used = bound.iter().any(|(f, _)| *f == function);
+            is_used.then(|| quote!(let [#(#names),*] = angles.#field;))
+        };
+        ([list(Function::Sin, "sin"), list(Function::Cos, "cos")].into_iter().flatten().collect(), bound)
+    }
+
+    fn strain(&self, names: &BTreeMap<Id, Ident>) -> TokenStream {
+        let sizes: Vec<TokenStream> = self
+            .kernel
+            .strains
+            .iter()
+            .filter_map(|value| {
+                let name = names.get(&value.id)?;
+                Some(quote!(position.#name.abs()))
+            })
+            .collect();
+        let most = match (self.kernel.is_suited, sizes.split_first()) {
+            (false, _) => quote!(R::from_f64(f64::INFINITY)),
+            (_, Some((first, others))) => quote!(#first #(.max(#others))*),
+            (_, None) => quote!(R::zero()),
+        };
+        let position = if sizes.is_empty() || !self.kernel.is_suited { quote!(_position) } else { quote!(position) };
+        quote! {
+            /// How much the elimination of dependent coordinates magnifies rounding errors.
+            #[inline(always)]
+            pub fn strain<R: Lane>(#position: &Position<R>) -> R {
+                #most
+            }
+        }
+    }
+
+    /// What a stepper uses.
+    fn link(&self) -> TokenStream {
+        let scene = self.writer.scene;
+        let own = format_ident!("{}", struct_name(&scene.name));
+        let n = Literal::usize_unsuffixed(scene.coordinates.len());
+        let c = Literal::usize_unsuffixed(scene.constraints.len());
+        let needs = |i: usize| self.graph.ops().iter().any(|op| angle_of(self.graph, op).is_some_and(|(_, j)| i == j));
+        let is_angle = (0..scene.coordinates.len()).map(needs);
+        let kept: Vec<_> = scene.parameters.iter().filter(|p| !p.left_out).collect();
+        let parameters = kept.iter().enumerate().map(|(i, p)| {
+            let (name, i) = (ident(&p.name), Literal::usize_unsuffixed(i));
+            quote!(#name: value(#i),)
+        });
+        let marker = kept.is_empty().then(|| quote!(marker: std::marker::PhantomData));
+        let value = if kept.is_empty() { quote!(_value) } else { quote!(value) };
+        quote! {
+            impl<R: Lane> Kernel<R, #n, #c> for #own<R> {
+                type Position = Position<R>;
+
+                const IS_ANGLE: [bool; #n] = [#(#is_angle),*];
+
+                fn with_values(#value: impl Fn(usize) -> R) -> Self {
+                    Self::new(Parameters { #(#parameters)* #marker })
+                }
+
+                #[inline(always)]
+                fn position(&self, q: &[R; #n], angles: &Angles<R, #n>) -> Position<R> {
+                    position(self, q, angles)
+                }
+
+                #[inline(always)]
+                fn residuals(&self, position: &Position<R>) -> [R; #c] {
+                    residuals(self, position)
+                }
+
+                #[inline(always)]
+                fn strain(&self, position: &Position<R>) -> R {
+                    strain(position)
+                }
+
+                #[inline(always)]
+                fn drift(&self, position: &Position<R>, qd: &[R; #n]) -> [R; #c] {
+                    drift(self, position, qd)
+                }
+
+                #[inline(always)]
+                fn correction(&self, position: &Position<R>, residuals: &[R; #c]) -> [R; #n] {
+                    correction(self, position, residuals)
+                }
+
+                #[inline(always)]
+                fn accelerations(
+                    &self,
+                    position: &Position<R>,
+                    t: R,
+                    q: &[R; #n],
+                    qd: &[R; #n],
+                    angles: &Angles<R, #n>,
+                ) -> ([R; #n], [R; #c]) {
+                    accelerations(self, position, t, q, qd, angles)
+                }
+            }
+        }
+    }
+}
+
+/// Defines values with a name, with a comment where another part of the computation begins.
+fn define(body: &mut Body, locals: &[&Local], named: &HashSet<Id>) {
+    let mut block = None;
+    for local in locals {
+        if block != Some(local.block) {
+            body.comment(local.block.title());
+            block = Some(local.block);
+        }
+        body.define_local(local.value.id, local.input.id, &local.name, named);
+    }
+}
+
+/// The coordinate whose sine or cosine an operation is.
+fn angle_of(graph: &Graph, op: &Op) -> Option<(Function, usize)> {
+    match op {
+        Op::Call(function @ (Function::Sin | Function::Cos), angle) => match graph.op(*angle) {
+            Op::Input(Symbol::Coordinate(i)) => Some((*function, *i)),
+            _ => None,
+        },
+        _ => None,
+    }
+}
+
+fn angle_name(writer: &Writer, function: Function, coordinate: usize) -> String {
+    format!("{}_{}", function.name(), writer.inputs[&Symbol::Coordinate(coordinate)])
+}

@@ -1,0 +1,300 @@
+//! The kernel of a scene: all that a step needs of the equations of motion, in mechanical order, cut where results are used
+//! more than once.
+
+mod algebra;
+mod elimination;
+
+use std::collections::{HashMap, HashSet};
+
+use crate::graph::{Id, Signed};
+use crate::lower::Lowering;
+use crate::scene::Scene;
+use crate::term::{Equations, KernelEquations, Push, Symbol, Term};
+use algebra::{Matrix, Value, negated};
+use elimination::Elimination;
+
+/// A kernel as operations.
+#[derive(Debug)]
+pub struct Kernel {
+    /// Values with a name, in the order in which they are computed.
+    pub locals: Vec<Local>,
+    /// C
+    pub residuals: Vec<Signed>,
+    /// What bounds the growth of rounding errors.
+    pub strains: Vec<Signed>,
+    /// C_q qd
+    pub drift: Vec<Signed>,
+    /// The correction of the coordinates.
+    pub correction: Vec<Signed>,
+    /// qdd
+    pub accelerations: Vec<Signed>,
+    /// lambda
+    pub multipliers: Vec<Signed>,
+    /// The coordinates that the others depend on.
+    pub independent: Vec<usize>,
+    /// Whether there is a dependent coordinate for each constraint.
+    pub is_suited: bool,
+}
+
+/// A value with a name.
+#[derive(Clone, Debug)]
+pub struct Local {
+    /// Its name.
+    pub name: String,
+    /// How it is computed.
+    pub value: Signed,
+    /// What stands for it in later operations.
+    pub input: Signed,
+    /// Which part of the computation it belongs to.
+    pub block: Block,
+}
+
+/// The parts of the computation, in their order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Block {
+    /// Named roots and their slopes.
+    Roots,
+    /// C
+    Closures,
+    /// C_q
+    Jacobian,
+    /// Mbar
+    Mass,
+    /// The tangents T, with C_q T = 0.
+    Tangents,
+    /// T' Mbar T
+    Inertia,
+    /// Rates of named roots.
+    Rates,
+    /// (C_q qd)_q qd
+    Bias,
+    /// fbar
+    Forces,
+    /// qdd
+    Accelerations,
+    /// lambda
+    Multipliers,
+    /// The correction of the coordinates.
+    Correction,
+}
+
+impl Block {
+    /// Whether it follows from the position alone.
+    pub fn is_position(self) -> bool {
+        self <= Self::Inertia
+    }
+
+    /// What it is, for a comment.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Roots => "Lengths, and their derivatives.",
+            Self::Closures => "How far the loops are from closed: C.",
+            Self::Jacobian => "The constraint Jacobian C_q.",
+            Self::Mass => "The reduced mass matrix Mbar.",
+            Self::Tangents => "How dependent coordinates follow the others: C_q T = 0.",
+            Self::Inertia => "What moves with the others: Mbar T, and T' Mbar T.",
+            Self::Rates => "Rates of the lengths.",
+            Self::Bias => "Convective terms of the loops: (C_q qd)_q qd.",
+            Self::Forces => "The reduced forces fbar.",
+            Self::Accelerations => "Accelerations.",
+            Self::Multipliers => "Multipliers: C_q' lambda = fbar - Mbar qdd.",
+            Self::Correction => "The correction: no motion that the loops allow is part of it.",
+        }
+    }
+}
+
+impl Kernel {
+    /// The kernel of a scene, its operations in a graph that may hold others too.
+    pub fn new(scene: &Scene, equations: &Equations, lowering: &mut Lowering) -> Self {
+        Builder { scene, lowering, locals: Vec::new() }.build(equations)
+    }
+
+    /// Every value.
+    pub fn values(&self) -> impl Iterator<Item = &Signed> {
+        let locals = self.locals.iter().flat_map(|local| [&local.value, &local.input]);
+        let results = [&self.residuals, &self.strains, &self.drift, &self.correction];
+        let solution = [&self.accelerations, &self.multipliers];
+        locals.chain(results.into_iter().chain(solution).flatten())
+    }
+
+    /// Every value, to be changed.
+    pub fn values_mut(&mut self) -> impl Iterator<Item = &mut Signed> {
+        let locals = self.locals.iter_mut().flat_map(|local| [&mut local.value, &mut local.input]);
+        let results = [&mut self.residuals, &mut self.strains, &mut self.drift, &mut self.correction];
+        let solution = [&mut self.accelerations, &mut self.multipliers];
+        locals.chain(results.into_iter().chain(solution).flatten())
+    }
+}
+
+/// A kernel under construction.
+struct Builder<'s> {
+    scene: &'s Scene,
+    lowering: &'s mut Lowering,
+    locals: Vec<Local>,
+}
+
+impl Builder<'_> {
+    fn build(mut self, equations: &Equations) -> Kernel {
+        let e = &equations.kernel;
+        let (n, m) = (self.scene.coordinates.len(), self.scene.constraints.len());
+        self.roots(e);
+        let name = |k: usize| self.scene.constraints[k].name.clone();
+        let (constraints, coordinates): (Vec<String>, Vec<String>) =
+            ((0..m).map(name).collect(), self.scene.coordinates.iter().map(|c| c.name.clone()).collect());
+        let residuals: Vec<Value> = (0..m)
+            .map(|k| self.named(Block::Closures, &format!("{}_residual", constraints[k]), &e.constraints[k]))
+            .collect();
+        let entry = |this: &mut Self, k: usize, i: usize| {
+            this.named(Block::Jacobian, &format!("{}_{}", constraints[k], coordinates[i]), &e.constraint_jacobian[k][i])
+        };
+        let jacobian: Matrix = (0..m).map(|k| (0..n).map(|i| entry(&mut self, k, i)).collect()).collect();
+        let mut mass: Matrix = vec![vec![None; n]; n];
+        for i in 0..n {
+            for j in 0..=i {
+                let name = format!("mass_{}_{}", coordinates[j], coordinates[i]);
+                mass[i][j] = self.named(Block::Mass, &name, &e.mass_matrix[i][j]);
+                mass[j][i] = mass[i][j];
+            }
+        }
+        let elimination = Elimination::new(&mut self, equations, &jacobian, &mass);
+        let strains = elimination.strains();
+
+        self.root_rates(e);
+        let bias = (0..m).map(|k| {
+            let name = format!("{}_bias", constraints[k]);
+            self.named(Block::Bias, &name, &e.constraint_bias[k]).map(negated)
+        });
+        let bias: Vec<Value> = bias.collect();
+        let forces = self.forces(&e.pushes, &coordinates);
+        let particular = elimination.particular(&mut self, &bias, Block::Accelerations, "closing");
+        let accelerations = elimination.free(&mut self, &particular, Some(&forces), Block::Accelerations, "ddot");
+        let multipliers = elimination.multipliers(&mut self, &forces, &accelerations);
+
+        let residual = |k: usize| Some(negated(self.lowering.graph.input(Symbol::Residual(k))));
+        let asked: Vec<Value> = (0..m).map(residual).collect();
+        let particular = elimination.particular(&mut self, &asked, Block::Correction, "closing");
+        let correction = elimination.free(&mut self, &particular, None, Block::Correction, "correction");
+        let rates: Vec<Value> = (0..n).map(|i| Some(self.lowering.graph.input(Symbol::Rate(i)))).collect();
+        let drift: Vec<Value> = jacobian.iter().map(|row| self.dot(row, &rates)).collect();
+        let zero = self.lowering.graph.number(0.0);
+        let all = |values: Vec<Value>| values.into_iter().map(|value| value.unwrap_or(zero)).collect();
+        let mut kernel = Kernel {
+            residuals: all(residuals),
+            strains: all(strains),
+            drift: all(drift),
+            correction: all(correction),
+            accelerations: all(accelerations),
+            multipliers: all(multipliers),
+            is_suited: elimination.is_suited(),
+            independent: elimination.independent,
+            locals: Vec::new(),
+        };
+        let needed = self.needed(kernel.values().map(|value| value.id).collect());
+        kernel.locals = self.locals.into_iter().filter(|local| needed.contains(&local.input.id)).collect();
+        kernel
+    }
+
+    /// Named roots, what they divide, and their slopes.
+    fn roots(&mut self, e: &KernelEquations) {
+        for (k, root) in e.roots.iter().enumerate() {
+            let name = root_name(self.scene, e.roots.len(), k);
+            let radicand = self.lowering.term(&root.radicand);
+            let radicand = self.keep(Block::Roots, &format!("{name}_sq"), Some(radicand));
+            let value = self.root(radicand);
+            let value = self.keep(Block::Roots, &name, value);
+            self.bind(Symbol::Root(k), value);
+            // Both need the radicand alone and can be under way at once; the reciprocal of the root would have to wait.
+            let over = self.reciprocal(radicand);
+            let inverse = self.multiply(value, over);
+            let inverse = self.keep(Block::Roots, &format!("inv_{name}"), inverse);
+            if let (Some(value), Some(inverse)) = (value, inverse) {
+                self.lowering.inverses.insert(value.id, inverse.id);
+            }
+            for (i, slope) in root.slopes.iter().enumerate() {
+                let slope = self.value(slope);
+                let slope = self.multiply(slope, inverse);
+                let slope = self.keep(Block::Roots, &format!("{name}_{}", self.scene.coordinates[i].name), slope);
+                self.bind(Symbol::RootSlope(k, i), slope);
+            }
+        }
+    }
+
+    fn root_rates(&mut self, e: &KernelEquations) {
+        for (k, root) in e.roots.iter().enumerate() {
+            let name = root_name(self.scene, e.roots.len(), k);
+            let n = self.scene.coordinates.len();
+            let slopes: Vec<Value> = (0..n).map(|i| self.bound(Symbol::RootSlope(k, i))).collect();
+            let rates: Vec<Value> = (0..n).map(|i| Some(self.lowering.graph.input(Symbol::Rate(i)))).collect();
+            let rate = self.dot(&slopes, &rates);
+            let rate = self.keep(Block::Rates, &format!("{name}_dot"), rate);
+            self.bind(Symbol::RootRate(k), rate);
+            let square = self.multiply(rate, rate);
+            let half = self.value(&root.half_bias);
+            let sum = self.difference(half, square);
+            let root = self.bound(Symbol::Root(k));
+            let inverse = self.reciprocal(root);
+            let bias = self.multiply(sum, inverse);
+            let bias = self.keep(Block::Rates, &format!("{name}_bias"), bias);
+            self.bind(Symbol::RootBias(k), bias);
+        }
+    }
+
+    /// The reduced forces, each push in the form that takes fewer operations.
+    fn forces(&mut self, pushes: &[Push], coordinates: &[String]) -> Vec<Value> {
+        let mut parts: Vec<Vec<Signed>> = vec![Vec::new(); coordinates.len()];
+        for push in pushes {
+            let together = push.total.iter().map(|term| self.value(term)).collect::<Vec<Value>>();
+            let apart: Vec<(Value, Vec<Value>)> = push
+                .efforts
+                .iter()
+                .map(|(_, size, along)| (self.value(size), along.iter().map(|entry| self.value(entry)).collect()))
+                .collect();
+            let apart_cost = self.cost(apart.iter().map(|(size, _)| *size))
+                + apart.iter().map(|(_, along)| 2 * along.iter().flatten().count()).sum::<usize>()
+                - apart.iter().flat_map(|(_, along)| along.iter().flatten()).count().min(coordinates.len());
+            if push.efforts.is_empty() || self.cost(together.iter().copied()) <= apart_cost {
+                for (part, force) in parts.iter_mut().zip(together) {
+                    part.extend(force);
+                }
+                continue;
+            }
+            for ((name, ..), (size, along)) in push.efforts.iter().zip(apart) {
+                let size = self.keep(Block::Forces, &format!("load_{name}"), size);
+                for (part, entry) in parts.iter_mut().zip(along) {
+                    part.extend(self.multiply(entry, size));
+                }
+            }
+        }
+        let force = |(part, name): (Vec<Signed>, &String)| {
+            let sum = self.sum(part);
+            self.keep(Block::Forces, &format!("force_{name}"), sum)
+        };
+        parts.into_iter().zip(coordinates).map(force).collect()
+    }
+
+    /// Everything that values need, through names.
+    fn needed(&self, mut pending: Vec<Id>) -> HashSet<Id> {
+        let definitions: HashMap<Id, Id> = self.locals.iter().map(|local| (local.input.id, local.value.id)).collect();
+        let mut needed = HashSet::new();
+        while let Some(id) = pending.pop() {
+            if needed.insert(id) {
+                pending.extend(self.lowering.graph.op(id).operands());
+                pending.extend(definitions.get(&id));
+            }
+        }
+        needed
+    }
+
+    /// A term's value, under a name if it takes a computation.
+    fn named(&mut self, block: Block, name: &str, term: &Term) -> Value {
+        let value = self.value(term);
+        self.keep(block, name, value)
+    }
+}
+
+/// A name for a root that looks like no other in the scene.
+fn root_name(scene: &Scene, count: usize, k: usize) -> String {
+    let is_free = |letter: &&str| !scene.names().any(|name| name.starts_with(letter));
+    let letter = ["r", "s", "u", "w", "h", "z", "k"].into_iter().find(is_free).unwrap_or("root");
+    if count == 1 { letter.to_owned() } else { format!("{letter}{}", k + 1) }
+}

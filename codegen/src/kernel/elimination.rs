@@ -1,0 +1,353 @@
+//! The linear equations of a kernel, solved by hand as it were: constraints for the coordinates that depend on the others,
+//! in an order that leaves zeros zero, and what is left for the others.
+
+use super::algebra::{Matrix, Value, negated};
+use super::{Block, Builder};
+use crate::evaluate::{constant, parameter_values};
+use crate::graph::{Op, Signed};
+use crate::scene::Start;
+use crate::term::{Equations, Symbol};
+
+/// Entries this much smaller than the largest of their row are no pivots.
+const SMALL: f64 = 0.05;
+
+/// A factorised system.
+pub(super) struct Elimination {
+    constraints: usize,
+    /// Constraint and coordinate of each pivot, in order.
+    pivots: Vec<(usize, usize)>,
+    /// The coordinates that the others depend on.
+    pub(super) independent: Vec<usize>,
+    /// One over each pivot.
+    inverses: Vec<Value>,
+    /// Entries left of and below pivots.
+    lower: Matrix,
+    /// Entries right of and above pivots, over the pivot.
+    upper: Matrix,
+    mass: Matrix,
+    /// The derivatives of all coordinates by each independent one.
+    tangents: Matrix,
+    /// Mbar T, a row for each independent coordinate.
+    momenta: Matrix,
+    /// The factors of T' Mbar T = L D L'.
+    factors: Matrix,
+    inverse_inertia: Vec<Value>,
+    /// How much of the inertia each pivot kept.
+    kept: Vec<Value>,
+}
+
+impl Elimination {
+    pub(super) fn new(builder: &mut Builder, equations: &Equations, jacobian: &Matrix, mass: &Matrix) -> Self {
+        let pivots = pivots(builder, equations, jacobian);
+        let n = builder.scene.coordinates.len();
+        let independent: Vec<usize> = (0..n).filter(|i| !pivots.iter().any(|(_, c)| c == i)).collect();
+        let mut elimination = Self {
+            constraints: jacobian.len(),
+            pivots,
+            independent,
+            inverses: Vec::new(),
+            lower: Vec::new(),
+            upper: Vec::new(),
+            mass: mass.clone(),
+            tangents: Vec::new(),
+            momenta: Vec::new(),
+            factors: Vec::new(),
+            inverse_inertia: Vec::new(),
+            kept: Vec::new(),
+        };
+        elimination.factor(builder, jacobian);
+        elimination.tangents(builder, jacobian);
+        elimination.inertia(builder);
+        elimination
+    }
+
+    fn name(&self, builder: &Builder, coordinate: usize) -> String {
+        builder.scene.coordinates[coordinate].name.clone()
+    }
+
+    /// Crout's factors of the columns of dependent coordinates: `L` with the pivots, `U` with ones on its diagonal.
+    fn factor(&mut self, builder: &mut Builder, jacobian: &Matrix) {
+        let m = self.pivots.len();
+        self.lower = vec![vec![None; m]; m];
+        self.upper = vec![vec![None; m]; m];
+        for k in 0..m {
+            let (row, column) = self.pivots[k];
+            for i in k..m {
+                let (other, _) = self.pivots[i];
+                let known = (0..k).filter_map(|j| builder.multiply(self.lower[i][j], self.upper[j][k])).map(negated);
+                let terms: Vec<Signed> = jacobian[other][column].into_iter().chain(known.collect::<Vec<_>>()).collect();
+                let sum = builder.sum(terms);
+                let name = format!("{}_{}_left", builder.scene.constraints[other].name, self.name(builder, column));
+                self.lower[i][k] = builder.keep(Block::Tangents, &name, sum);
+            }
+            let constraint = builder.scene.constraints[row].name.clone();
+            let inverse = builder.reciprocal(self.lower[k][k]);
+            self.inverses.push(builder.keep(Block::Tangents, &format!("inv_{constraint}"), inverse));
+            for j in k + 1..m {
+                let (_, other) = self.pivots[j];
+                let known = (0..k).filter_map(|i| builder.multiply(self.lower[k][i], self.upper[i][j])).map(negated);
+                let terms: Vec<Signed> = jacobian[row][other].into_iter().chain(known.collect::<Vec<_>>()).collect();
+                let sum = builder.sum(terms);
+                let ratio = builder.multiply(sum, self.inverses[k]);
+                let name = format!("{constraint}_{}_share", self.name(builder, other));
+                self.upper[k][j] = builder.keep(Block::Tangents, &name, ratio);
+            }
+        }
+    }
+
+    /// Solves the closures for the dependent coordinates, with a right-hand side for each constraint.
+    fn solve(
+        &self,
+        builder: &mut Builder,
+        right: &[Value],
+        keep: impl Fn(&mut Builder, usize, Value) -> Value,
+    ) -> Vec<Value> {
+        let m = self.pivots.len();
+        let mut x: Vec<Value> = vec![None; m];
+        for k in 0..m {
+            let mut sum: Vec<Signed> = right[self.pivots[k].0].into_iter().collect();
+            sum.extend((0..k).filter_map(|j| builder.multiply(self.lower[k][j], x[j])).map(negated));
+            let sum = builder.sum(sum);
+            x[k] = builder.multiply(sum, self.inverses[k]);
+            // Only what is taken up again needs to stand by itself.
+            if (k + 1..m).any(|i| self.lower[i][k].is_some()) || (k + 1..m).all(|j| self.upper[k][j].is_none()) {
+                x[k] = keep(builder, k, x[k]);
+            }
+        }
+        for k in (0..m).rev() {
+            let mut sum: Vec<Signed> = x[k].into_iter().collect();
+            sum.extend((k + 1..m).filter_map(|j| builder.multiply(self.upper[k][j], x[j])).map(negated));
+            let sum = builder.sum(sum);
+            x[k] = keep(builder, k, sum);
+        }
+        x
+    }
+
+    fn tangents(&mut self, builder: &mut Builder, jacobian: &Matrix) {
+        let one = builder.lowering.graph.number(1.0);
+        for place in 0..self.independent.len() {
+            let by = self.independent[place];
+            let right: Vec<Value> = jacobian.iter().map(|row| row[by].map(negated)).collect();
+            let by_name = self.name(builder, by);
+            let solved = self.solve(builder, &right, |builder, k, value| {
+                let name = format!("{}_per_{by_name}", self.name(builder, self.pivots[k].1));
+                builder.keep(Block::Tangents, &name, value)
+            });
+            let mut tangent = vec![None; builder.scene.coordinates.len()];
+            tangent[by] = Some(one);
+            for (k, value) in solved.into_iter().enumerate() {
+                tangent[self.pivots[k].1] = value;
+            }
+            self.tangents.push(tangent);
+        }
+    }
+
+    fn inertia(&mut self, builder: &mut Builder) {
+        let n = self.mass.len();
+        for (place, tangent) in self.tangents.clone().iter().enumerate() {
+            let by = self.name(builder, self.independent[place]);
+            let momentum = |builder: &mut Builder, i: usize| {
+                let sum = builder.dot(&self.mass[i], tangent);
+                let name = format!("momentum_{}_{by}", self.name(builder, i));
+                builder.keep(Block::Inertia, &name, sum)
+            };
+            let momentum = (0..n).map(|i| momentum(builder, i)).collect();
+            self.momenta.push(momentum);
+        }
+        let f = self.independent.len();
+        self.factors = vec![vec![None; f]; f];
+        // L times D.
+        let mut scaled: Matrix = vec![vec![None; f]; f];
+        for i in 0..f {
+            let name = self.name(builder, self.independent[i]);
+            for j in 0..i {
+                let entry = builder.dot(&self.tangents[i], &self.momenta[j]);
+                let known = (0..j).filter_map(|k| builder.multiply(scaled[i][k], self.factors[j][k])).map(negated);
+                let terms = entry.into_iter().chain(known.collect::<Vec<_>>()).collect();
+                let sum = builder.sum(terms);
+                let other = self.name(builder, self.independent[j]);
+                scaled[i][j] = builder.keep(Block::Inertia, &format!("inertia_{other}_{name}"), sum);
+                let ratio = builder.multiply(scaled[i][j], self.inverse_inertia[j]);
+                self.factors[i][j] = builder.keep(Block::Inertia, &format!("share_{other}_{name}"), ratio);
+            }
+            let whole = builder.dot(&self.tangents[i], &self.momenta[i]);
+            let whole = builder.keep(Block::Inertia, &format!("inertia_{name}"), whole);
+            let known = (0..i).filter_map(|k| builder.multiply(scaled[i][k], self.factors[i][k])).map(negated);
+            let terms: Vec<Signed> = whole.into_iter().chain(known.collect::<Vec<_>>()).collect();
+            let is_whole = terms.len() == 1;
+            let pivot = builder.sum(terms);
+            let pivot = builder.keep(Block::Inertia, &format!("free_inertia_{name}"), pivot);
+            let inverse = builder.reciprocal(pivot);
+            let inverse = builder.keep(Block::Inertia, &format!("inv_inertia_{name}"), inverse);
+            self.inverse_inertia.push(inverse);
+            if !is_whole {
+                let kept = builder.multiply(whole, inverse);
+                self.kept.push(builder.keep(Block::Inertia, &format!("loss_{name}"), kept));
+            }
+        }
+    }
+
+    /// Whether every constraint has a dependent coordinate.
+    pub(super) fn is_suited(&self) -> bool {
+        self.pivots.len() == self.constraints
+    }
+
+    /// What tells of growing rounding errors.
+    pub(super) fn strains(&self) -> Vec<Value> {
+        let tangents = self.tangents.iter().zip(&self.independent).flat_map(|(tangent, by)| {
+            tangent.iter().enumerate().filter(move |(i, _)| i != by).map(|(_, value)| *value)
+        });
+        tangents.chain(self.kept.iter().copied()).filter(Option::is_some).collect()
+    }
+
+    /// A solution of `C_q x = right` in which independent coordinates rest.
+    pub(super) fn particular(&self, builder: &mut Builder, right: &[Value], block: Block, what: &str) -> Vec<Value> {
+        let solved = self.solve(builder, right, |builder, k, value| {
+            let name = format!("{}_{what}", self.name(builder, self.pivots[k].1));
+            builder.keep(block, &name, value)
+        });
+        let mut x = vec![None; self.mass.len()];
+        for (k, value) in solved.into_iter().enumerate() {
+            x[self.pivots[k].1] = value;
+        }
+        x
+    }
+
+    /// The solution of `C_q x = ...` with `T' (Mbar x - forces) = 0`.
+    pub(super) fn free(
+        &self,
+        builder: &mut Builder,
+        particular: &[Value],
+        forces: Option<&[Value]>,
+        block: Block,
+        what: &str,
+    ) -> Vec<Value> {
+        let f = self.independent.len();
+        let mut y: Vec<Value> = Vec::new();
+        for place in 0..f {
+            let mut terms: Vec<Signed> = Vec::new();
+            if let Some(forces) = forces {
+                terms.extend(self.tangents[place].iter().zip(forces).filter_map(|(t, f)| builder.multiply(*t, *f)));
+            }
+            terms.extend(
+                self.momenta[place].iter().zip(particular).filter_map(|(u, p)| builder.multiply(*u, *p)).map(negated),
+            );
+            terms.extend((0..place).filter_map(|k| builder.multiply(self.factors[place][k], y[k])).map(negated));
+            let sum = builder.sum(terms);
+            let name = self.name(builder, self.independent[place]);
+            y.push(builder.keep(block, &format!("drive_{name}_{what}"), sum));
+        }
+        let mut a: Vec<Value> = vec![None; f];
+        for place in (0..f).rev() {
+            let own = builder.multiply(y[place], self.inverse_inertia[place]);
+            let others = (place + 1..f).filter_map(|k| builder.multiply(self.factors[k][place], a[k])).map(negated);
+            let terms = own.into_iter().chain(others.collect::<Vec<_>>()).collect();
+            let sum = builder.sum(terms);
+            let name = format!("{}_{what}", self.name(builder, self.independent[place]));
+            a[place] = builder.keep(block, &name, sum);
+        }
+        let coordinate = |builder: &mut Builder, i: usize| {
+            if let Some(place) = self.independent.iter().position(|&by| by == i) {
+                return a[place];
+            }
+            let mut terms: Vec<Signed> = particular[i].into_iter().collect();
+            terms.extend((0..f).filter_map(|k| builder.multiply(self.tangents[k][i], a[k])));
+            let sum = builder.sum(terms);
+            let name = format!("{}_{what}", self.name(builder, i));
+            builder.keep(block, &name, sum)
+        };
+        (0..self.mass.len()).map(|i| coordinate(builder, i)).collect()
+    }
+
+    /// The multipliers: `C_q' lambda = forces - Mbar qdd` in the rows of dependent coordinates.
+    pub(super) fn multipliers(&self, builder: &mut Builder, forces: &[Value], accelerations: &[Value]) -> Vec<Value> {
+        let m = self.pivots.len();
+        let excess = |builder: &mut Builder, i: usize| {
+            let mut terms: Vec<Signed> = forces[i].into_iter().collect();
+            terms.extend(
+                self.mass[i].iter().zip(accelerations).filter_map(|(m, a)| builder.multiply(*m, *a)).map(negated),
+            );
+            terms
+        };
+        let mut x: Vec<Value> = vec![None; m];
+        for k in 0..m {
+            let mut terms = excess(builder, self.pivots[k].1);
+            terms.extend((0..k).filter_map(|j| builder.multiply(self.upper[j][k], x[j])).map(negated));
+            let sum = builder.sum(terms);
+            x[k] = if (k + 1..m).any(|j| self.upper[k][j].is_some()) {
+                builder.keep(Block::Multipliers, &format!("excess_{}", self.name(builder, self.pivots[k].1)), sum)
+            } else {
+                sum
+            };
+        }
+        let mut multipliers = vec![None; self.constraints];
+        for k in (0..m).rev() {
+            let mut terms: Vec<Signed> = x[k].into_iter().collect();
+            let (row, _) = self.pivots[k];
+            terms.extend((k + 1..m).filter_map(|i| builder.multiply(self.lower[i][k], x[i])).map(negated));
+            let sum = builder.sum(terms);
+            let value = builder.multiply(sum, self.inverses[k]);
+            let name = format!("lambda_{}", builder.scene.constraints[row].name);
+            x[k] = builder.keep(Block::Multipliers, &name, value);
+            multipliers[row] = x[k];
+        }
+        multipliers
+    }
+}
+
+/// Constraint and coordinate of each pivot: large enough at the scene's start, not of a coordinate that is given there if that can
+/// be helped, and first those that leave most zeros as they are.
+fn pivots(builder: &Builder, equations: &Equations, jacobian: &Matrix) -> Vec<(usize, usize)> {
+    let scene = builder.scene;
+    let parameters = parameter_values(scene, |_| None);
+    let start = |i: usize| match &scene.coordinates[i].position {
+        Start::Given(value) | Start::Guess(value) => constant(value, &parameters),
+        Start::Free => 0.0,
+    };
+    let lookup = |symbol: Symbol| match symbol {
+        Symbol::Parameter(i) => parameters[i],
+        Symbol::Pi => std::f64::consts::PI,
+        Symbol::Coordinate(i) => start(i),
+        _ => 0.0,
+    };
+    let mut size: Vec<Vec<f64>> = equations
+        .constraint_jacobian
+        .iter()
+        .map(|row| row.iter().map(|entry| entry.evaluate(&lookup)).collect())
+        .collect();
+    let mut filled: Vec<Vec<bool>> = jacobian
+        .iter()
+        .map(|row| {
+            row.iter().map(|entry| entry.is_some_and(|v| *builder.lowering.graph.op(v.id) != Op::Number(0))).collect()
+        })
+        .collect();
+    let is_given = |i: usize| matches!(scene.coordinates[i].position, Start::Given(_));
+    let (mut rows, mut columns): (Vec<usize>, Vec<usize>) =
+        ((0..jacobian.len()).collect(), (0..scene.coordinates.len()).collect());
+    let mut pivots = Vec::new();
+    while !rows.is_empty() {
+        let rank = |&(r, c): &(usize, usize)| {
+            let largest = columns.iter().filter(|&&j| filled[r][j]).map(|&j| size[r][j].abs()).fold(0.0, f64::max);
+            let is_small = !(size[r][c].abs() >= SMALL * largest && size[r][c] != 0.0);
+            let others = |count: usize| count.saturating_sub(1);
+            let in_row = others(columns.iter().filter(|&&j| filled[r][j] && !is_given(j)).count());
+            let in_column = others(rows.iter().filter(|&&i| filled[i][c]).count());
+            (is_given(c), is_small, in_row * in_column, in_row + in_column, r, c)
+        };
+        let candidates = rows.iter().flat_map(|&r| columns.iter().map(move |&c| (r, c)));
+        let Some((r, c)) = candidates.filter(|&(r, c)| filled[r][c]).min_by_key(rank) else { break };
+        pivots.push((r, c));
+        rows.retain(|&row| row != r);
+        columns.retain(|&column| column != c);
+        for &i in &rows {
+            if filled[i][c] {
+                let ratio = size[i][c] / size[r][c];
+                for &j in &columns {
+                    size[i][j] -= if ratio.is_finite() { ratio * size[r][j] } else { 0.0 };
+                    filled[i][j] |= filled[r][j];
+                }
+            }
+        }
+    }
+    pivots
+}

@@ -1,0 +1,117 @@
+//! Sines and cosines that follow turns.
+
+use crate::real::Lane;
+
+/// Sines and cosines of the coordinates that are angles; the places of others hold nothing of use.
+#[derive(Clone, Copy, Debug)]
+pub struct Angles<R, const N: usize> {
+    /// Sines.
+    pub sin: [R; N],
+    /// Cosines.
+    pub cos: [R; N],
+}
+
+/// Up to these turns, in rad, the first term that a series leaves out is below 5e-17.
+const SHORT: f64 = 1.0 / 64.0;
+const SMALL: f64 = 6e-6;
+const TINY: f64 = 1e-8;
+
+// Loops instead of closures: what a loop does is always compiled in line, with the instructions of the function around it.
+impl<R: Lane, const N: usize> Angles<R, N> {
+    /// Those of `q`, where `is_angle`.
+    #[inline(always)]
+    pub fn new(q: &[R; N], is_angle: [bool; N]) -> Self {
+        let mut angles = Self { sin: *q, cos: *q };
+        for i in 0..N {
+            if is_angle[i] {
+                (angles.sin[i], angles.cos[i]) = q[i].sin_cos();
+            }
+        }
+        angles
+    }
+
+    /// Those of `to`, which lies a turn `dq` from where these belong: quickest up to an angle of 1/64.
+    #[inline(always)]
+    #[must_use]
+    pub fn turned(&self, to: &[R; N], dq: &[R; N], is_angle: [bool; N]) -> Self {
+        let mut turned = *self;
+        for i in 0..N {
+            if is_angle[i] {
+                (turned.sin[i], turned.cos[i]) = short(self.sin[i], self.cos[i], dq[i]);
+            }
+        }
+        let size = largest(dq, is_angle);
+        if size.is_within(SHORT) { turned } else { turned.refreshed(to, size, SHORT, is_angle) }
+    }
+
+    /// The same, quickest for turns up to 6e-6.
+    #[inline(always)]
+    #[must_use]
+    pub fn nudged(&self, to: &[R; N], dq: &[R; N], is_angle: [bool; N]) -> Self {
+        let mut turned = *self;
+        for i in 0..N {
+            if is_angle[i] {
+                (turned.sin[i], turned.cos[i]) = small(self.sin[i], self.cos[i], dq[i]);
+            }
+        }
+        let size = largest(dq, is_angle);
+        if size.is_within(SMALL) { turned } else { turned.refreshed(to, size, SMALL, is_angle) }
+    }
+
+    /// The same, quickest for turns up to 1e-8.
+    #[inline(always)]
+    #[must_use]
+    pub fn corrected(&self, to: &[R; N], dq: &[R; N], is_angle: [bool; N]) -> Self {
+        let mut turned = *self;
+        for i in 0..N {
+            if is_angle[i] {
+                (turned.sin[i], turned.cos[i]) =
+                    (self.cos[i].mul_add(dq[i], self.sin[i]), self.sin[i].neg_mul_add(dq[i], self.cos[i]));
+            }
+        }
+        let size = largest(dq, is_angle);
+        if size.is_within(TINY) { turned } else { turned.refreshed(to, size, TINY, is_angle) }
+    }
+
+    /// Those of `q` in lanes in which `test` is larger than `bound`; out of line, for where they are seldom needed.
+    #[inline(always)]
+    #[must_use]
+    pub fn refreshed(&self, q: &[R; N], test: R, bound: f64, is_angle: [bool; N]) -> Self {
+        let mut angles = *self;
+        for i in 0..N {
+            if is_angle[i] {
+                let (sin, cos) = q[i].sin_cos_apart();
+                angles.sin[i] = test.choose(bound, self.sin[i], sin);
+                angles.cos[i] = test.choose(bound, self.cos[i], cos);
+            }
+        }
+        angles
+    }
+}
+
+#[inline(always)]
+fn largest<R: Lane, const N: usize>(dq: &[R; N], is_angle: [bool; N]) -> R {
+    let mut largest = R::zero();
+    for i in 0..N {
+        if is_angle[i] {
+            largest = dq[i].abs().max(largest);
+        }
+    }
+    largest
+}
+
+/// `sin(x + d)` and `cos(x + d)` from those of `x`.
+#[inline(always)]
+fn short<R: Lane>(sin: R, cos: R, d: R) -> (R, R) {
+    let number = R::from_f64;
+    let z = d * d;
+    let sin_d = (d * z).mul_add(z.mul_add(number(1.0 / 120.0), number(-1.0 / 6.0)), d);
+    let cos_d_less_one = (z * z).mul_add(z.mul_add(number(-1.0 / 720.0), number(1.0 / 24.0)), z * number(-0.5));
+    (sin + cos.mul_add(sin_d, sin * cos_d_less_one), cos + sin.neg_mul_add(sin_d, cos * cos_d_less_one))
+}
+
+#[inline(always)]
+fn small<R: Lane>(sin: R, cos: R, d: R) -> (R, R) {
+    let cos_d_less_one = d * d * R::from_f64(-0.5);
+    (sin.mul_add(cos_d_less_one, cos.mul_add(d, sin)), cos.mul_add(cos_d_less_one, sin.neg_mul_add(d, cos)))
+}

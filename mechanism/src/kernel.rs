@@ -1,0 +1,82 @@
+//! The equations of motion in the order a step needs them.
+
+use crate::angles::Angles;
+use crate::real::Lane;
+
+/// The equations of motion of a mechanism with `N` coordinates and `M` constraints, cut where a step takes them up again:
+/// what follows from the position alone is computed once, and serves accelerations as well as corrections.
+///
+/// The closures `C_q qdd + bias = 0` are solved for `M` coordinates that depend on the others; the motion of those follows from
+/// `T' (Mbar qdd - fbar) = 0` with the tangents `T`, `C_q T = 0`.
+pub trait Kernel<R: Lane, const N: usize, const M: usize>: Copy {
+    /// What follows from the position alone.
+    type Position: Copy;
+
+    /// Which coordinates need a sine or cosine.
+    const IS_ANGLE: [bool; N];
+
+    /// The mechanism with these values of its parameters, in the order of the description.
+    fn with_values(value: impl Fn(usize) -> R) -> Self;
+
+    /// What follows from the position `q`.
+    fn position(&self, q: &[R; N], angles: &Angles<R, N>) -> Self::Position;
+
+    /// `C(q)`.
+    fn residuals(&self, position: &Self::Position) -> [R; M];
+
+    /// How much the solution of the closures magnifies rounding errors: where it is large, the choice of dependent
+    /// coordinates does not suit the position.
+    fn strain(&self, position: &Self::Position) -> R;
+
+    /// `C_q qd`.
+    fn drift(&self, position: &Self::Position, qd: &[R; N]) -> [R; M];
+
+    /// The change of coordinates that is least in the metric of `Mbar` among those with `C_q dq = -residuals`.
+    fn correction(&self, position: &Self::Position, residuals: &[R; M]) -> [R; N];
+
+    /// `qdd` and the multipliers.
+    fn accelerations(
+        &self,
+        position: &Self::Position,
+        t: R,
+        q: &[R; N],
+        qd: &[R; N],
+        angles: &Angles<R, N>,
+    ) -> ([R; N], [R; M]);
+}
+
+/// The kernel of a mechanism that has none: every step is made by the plain functions.
+#[derive(Clone, Copy, Debug)]
+pub struct NoKernel;
+
+impl<R: Lane, const N: usize, const M: usize> Kernel<R, N, M> for NoKernel {
+    type Position = ();
+
+    const IS_ANGLE: [bool; N] = [false; N];
+
+    fn with_values(_: impl Fn(usize) -> R) -> Self {
+        Self
+    }
+
+    fn position(&self, _: &[R; N], _: &Angles<R, N>) {}
+
+    fn residuals(&self, (): &()) -> [R; M] {
+        [R::zero(); M]
+    }
+
+    fn strain(&self, (): &()) -> R {
+        R::from_f64(f64::INFINITY)
+    }
+
+    fn drift(&self, (): &(), _: &[R; N]) -> [R; M] {
+        [R::zero(); M]
+    }
+
+    fn correction(&self, (): &(), _: &[R; M]) -> [R; N] {
+        [R::zero(); N]
+    }
+
+    fn accelerations(&self, (): &(), _: R, _: &[R; N], _: &[R; N], _: &Angles<R, N>) -> ([R; N], [R; M]) {
+        ([R::zero(); N], [R::zero(); M])
+    }
+}
