@@ -45,6 +45,24 @@ pub trait Kernel<R: Lane, const N: usize, const M: usize>: Copy {
     ) -> ([R; N], [R; M]);
 }
 
+/// Growth of rounding errors beyond which a kernel does not suit a position.
+pub const MOST_STRAIN: f64 = 1e3;
+
+/// `qdd` and the multipliers at one state; `None` where the kernel does not suit the position, or a number is not finite.
+#[inline(always)]
+pub fn accelerations<K: Kernel<f64, N, M>, const N: usize, const M: usize>(
+    kernel: &K,
+    t: f64,
+    q: &[f64; N],
+    qd: &[f64; N],
+) -> Option<([f64; N], [f64; M])> {
+    let angles = Angles::new(q, K::IS_ANGLE);
+    let position = kernel.position(q, &angles);
+    let (qdd, multipliers) = kernel.accelerations(&position, t, q, qd, &angles);
+    let is_finite = qdd.iter().chain(&multipliers).all(|value| value.is_finite());
+    (is_finite && kernel.strain(&position) <= MOST_STRAIN).then_some((qdd, multipliers))
+}
+
 /// The kernel of a mechanism that has none: every step is made by the plain functions.
 #[derive(Clone, Copy, Debug)]
 pub struct NoKernel;

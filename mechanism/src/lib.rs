@@ -19,7 +19,7 @@ mod sine;
 
 pub use angles::Angles;
 pub use description::{Description, ParameterDescription, QuantityDescription};
-pub use kernel::{Kernel, NoKernel};
+pub use kernel::{Kernel, MOST_STRAIN, NoKernel, accelerations};
 pub use plain::Plain;
 pub use real::{Fused, Lane, Real};
 
@@ -51,6 +51,11 @@ pub trait Mechanism<const N: usize, const M: usize>: Sized {
 
     /// All that the accelerations need.
     fn dynamics(&self, t: f64, q: &[f64; N], qd: &[f64; N]) -> Dynamics<f64, N, M>;
+
+    /// `qdd` and the multipliers by the kernel; `None` where that is not to be relied on.
+    fn accelerations(&self, _t: f64, _q: &[f64; N], _qd: &[f64; N]) -> Option<([f64; N], [f64; M])> {
+        None
+    }
 
     /// All that a correction of positions needs.
     fn closure(&self, q: &[f64; N]) -> Closure<f64, N, M>;

@@ -15,7 +15,7 @@ fn one() -> BigInt {
 fn fixed(x: f64) -> BigInt {
     let bits = x.abs().to_bits();
     let exponent = (bits >> 52) as i64 - 1075;
-    let digits = BigInt::from(bits & ((1 << 52) - 1) | 1 << 52);
+    let digits = BigInt::from((bits & ((1 << 52) - 1)) | (1 << 52));
     let shift = BITS as i64 + exponent;
     let value = if shift >= 0 { digits << shift as u64 } else { digits >> (-shift) as u64 };
     if x < 0.0 { -value } else { value }
@@ -54,7 +54,7 @@ fn series(x: &BigInt) -> (BigInt, BigInt) {
             *sum -= &term
         };
         k += 1;
-        term = (term * x >> BITS) / k;
+        term = ((term * x) >> BITS) / k;
     }
     (sine, cosine)
 }

@@ -1341,6 +1341,16 @@ impl Mechanism<3, 2> for QuickReturnLoaded {
         dynamics(self, t, q, qd)
     }
 
+    #[inline]
+    fn accelerations(
+        &self,
+        t: f64,
+        q: &[f64; 3],
+        qd: &[f64; 3],
+    ) -> Option<([f64; 3], [f64; 2])> {
+        qrm_mechanism::accelerations(self, t, q, qd)
+    }
+
     #[inline(always)]
     fn closure(&self, q: &[f64; 3]) -> Closure<f64, 3, 2> {
         closure(self, q)

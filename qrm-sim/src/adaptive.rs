@@ -187,9 +187,8 @@ impl<P: Pair, const N: usize, const M: usize> Adaptive<P, N, M> {
         care: &mut Care,
     ) -> Result<(Moment<N, M>, f64), Breakdown> {
         (self.stages.rates[0], self.stages.accelerations[0]) = (from.qd, from.qdd);
-        let mut mass = None;
         for stage in 1..P::STAGES {
-            mass = self.evaluate(mechanism, from, h, stage, care)?;
+            self.evaluate(mechanism, from, h, stage, care)?;
         }
         let (rate, acceleration) = self.stages.sum(P::WEIGHTS);
         let (q, qd) = (along(&from.q, h, &rate), along(&from.qd, h, &acceleration));
@@ -200,13 +199,14 @@ impl<P: Pair, const N: usize, const M: usize> Adaptive<P, N, M> {
             return Ok((*from, error));
         }
         let t = if from.t + h >= self.end_time { self.end_time } else { from.t + h };
+        let mass = Ldl::new(&mechanism.mass_matrix(&q));
         let to = corrected(mechanism, t, (q, qd), mass, projection, care)?;
         self.counts.evaluations += 1;
         (self.stages.rates[P::STAGES], self.stages.accelerations[P::STAGES]) = (to.qd, to.qdd);
         Ok((to, early.unwrap_or_else(|| self.error::<X>(from, &to.q, &to.qd, h))))
     }
 
-    /// Evaluates a stage; the factors of the mass matrix there.
+    /// Evaluates a stage.
     #[inline(never)]
     fn evaluate<X: Mechanism<N, M>>(
         &mut self,
@@ -215,13 +215,17 @@ impl<P: Pair, const N: usize, const M: usize> Adaptive<P, N, M> {
         h: f64,
         stage: usize,
         care: &mut Care,
-    ) -> Result<Option<Ldl<N>>, Breakdown> {
+    ) -> Result<(), Breakdown> {
         let (rate, acceleration) = self.stages.sum(P::STAGE_ROWS[stage]);
         let (q, qd) = (along(&from.q, h, &rate), along(&from.qd, h, &acceleration));
-        let solution = accelerations(&mechanism.dynamics(from.t + P::NODES[stage] * h, &q, &qd), care)?;
-        (self.stages.rates[stage], self.stages.accelerations[stage]) = (qd, solution.qdd);
+        let t = from.t + P::NODES[stage] * h;
+        let qdd = match mechanism.accelerations(t, &q, &qd) {
+            Some((qdd, _)) => qdd,
+            None => accelerations(&mechanism.dynamics(t, &q, &qd), care)?.qdd,
+        };
+        (self.stages.rates[stage], self.stages.accelerations[stage]) = (qd, qdd);
         self.counts.evaluations += 1;
-        Ok(solution.mass)
+        Ok(())
     }
 
     /// The estimated error of a step against the tolerance.

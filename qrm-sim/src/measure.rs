@@ -8,10 +8,11 @@ use crate::adaptive::Counts;
 use crate::assembly::assemble;
 use crate::energy_integral::{EnergyIntegral, NoIntegral};
 use crate::linear::largest;
-use crate::motion::{Breakdown, Method, Moment, Scheme, advance, moment};
+use crate::motion::{Breakdown, Method, Moment, moment};
 use crate::outcome::NoStart;
 use crate::solve::Care;
 use crate::stepper::Stepper;
+use crate::walk::{Walker, is_walked, parameters, walk};
 
 /// A state and what belongs to it.
 #[derive(Clone, Debug)]
@@ -77,12 +78,11 @@ pub fn measure<X: Mechanism<N, M>, const N: usize, const M: usize>(
     let mut moments = Vec::with_capacity(times.len());
     let mut seconds = Vec::new();
     let mut counts = Counts::default();
-    // As in a plain run, other methods stay out of the loop of this one.
-    let visit = if trial.method.scheme == Scheme::Rk4 { visit::<X, true, N, M> } else { visit::<X, false, N, M> };
+    let parameters = parameters(mechanism);
     let begun = Instant::now();
     while seconds.len() < patience.least || begun.elapsed() < patience.time {
         let repetition = Instant::now();
-        counts = visit(mechanism, trial, (first, times), &mut moments).map_err(NoStart::Broken)?;
+        counts = visit(mechanism, &parameters, trial, (first, times), &mut moments).map_err(NoStart::Broken)?;
         seconds.push(repetition.elapsed().as_secs_f64());
         if begun.elapsed() > 10 * patience.time {
             break;
@@ -94,8 +94,9 @@ pub fn measure<X: Mechanism<N, M>, const N: usize, const M: usize>(
 }
 
 /// One run to each of the times.
-fn visit<X: Mechanism<N, M>, const IS_RK4: bool, const N: usize, const M: usize>(
+fn visit<X: Mechanism<N, M>, const N: usize, const M: usize>(
     mechanism: &X,
+    parameters: &[f64],
     Trial { method, step }: &Trial,
     (first, times): (Moment<N, M>, &[f64]),
     moments: &mut Vec<Moment<N, M>>,
@@ -108,18 +109,45 @@ fn visit<X: Mechanism<N, M>, const IS_RK4: bool, const N: usize, const M: usize>
     let mut rows = 0;
     for &t in times {
         let steps = if stepper.is_fixed() { ((t - now.t) / step - 1e-9).ceil().max(1.0) as u64 } else { 1 };
-        let (from, h) = (now.t, (t - now.t) / steps as f64);
-        for k in 1..=steps {
-            let t = if k == steps { t } else { from + k as f64 * h };
-            now = match IS_RK4 {
-                true => advance(mechanism, method, &now, t, &mut care)?,
-                false => stepper.next(mechanism, method, &now, t, &mut care)?,
-            };
-        }
         rows += steps;
+        let mut way = Way { from: now.t, to: t, steps, made: 0, now };
+        if is_walked(method) {
+            walk(mechanism, parameters, method, now, &mut care, &mut way)?;
+        } else {
+            while way.made < steps {
+                let next = stepper.next(mechanism, method, &way.now, way.next_time(), &mut care)?;
+                way.arrive(next, &mut care);
+            }
+        }
+        now = way.now;
         moments.push(now);
     }
     Ok(stepper.counts(rows))
+}
+
+/// The way from one time to the next, in even steps.
+struct Way<const N: usize, const M: usize> {
+    from: f64,
+    to: f64,
+    steps: u64,
+    made: u64,
+    now: Moment<N, M>,
+}
+
+impl<const N: usize, const M: usize> Walker<N, M> for Way<N, M> {
+    #[inline(always)]
+    fn next_time(&self) -> f64 {
+        let next = self.made + 1;
+        let h = (self.to - self.from) / self.steps as f64;
+        if next == self.steps { self.to } else { self.from + next as f64 * h }
+    }
+
+    #[inline(always)]
+    fn arrive(&mut self, moment: Moment<N, M>, _: &mut Care) -> bool {
+        self.made += 1;
+        self.now = moment;
+        self.made < self.steps
+    }
 }
 
 /// States from the energy integral.

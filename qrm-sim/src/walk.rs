@@ -1,15 +1,12 @@
 //! Many steps by a mechanism's kernel, with the instructions of the processor at hand.
 
-use qrm_mechanism::{Angles, Fused, Kernel, Lane, Mechanism};
+use qrm_mechanism::{Angles, Fused, Kernel, Lane, MOST_STRAIN, Mechanism};
 
 use crate::linear::Vector;
 use crate::motion::{self, Breakdown, Method, Moment, Scheme};
 use crate::projection::Projection;
 use crate::solve::Care;
 use crate::stride::{State, Stride, stride};
-
-/// Growth of rounding errors beyond which a step is made in the careful way.
-const STRAIN: f64 = 1e3;
 
 /// Whether a method is made by kernels.
 pub(crate) fn is_walked(method: &Method) -> bool {
@@ -160,5 +157,5 @@ fn is_good<R: Single, const N: usize, const M: usize>(made: &Stride<R, N, M>, to
     // They depend on all the others. Zero times a number that is not finite is not a number.
     let sum = |values: &[R]| values.iter().fold(R::zero(), |sum, value| sum + *value);
     let finite = (sum(&made.end.qdd) + sum(&made.end.multipliers)) * R::zero();
-    made.strain.is_within(STRAIN) && made.residual.is_within(tolerance) && finite.is_within(0.0)
+    made.strain.is_within(MOST_STRAIN) && made.residual.is_within(tolerance) && finite.is_within(0.0)
 }

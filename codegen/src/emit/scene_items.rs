@@ -128,6 +128,11 @@ fn link(scene: &Scene) -> TokenStream {
                 dynamics(self, t, q, qd)
             }
 
+            #[inline]
+            fn accelerations(&self, t: f64, q: &[f64; #n], qd: &[f64; #n]) -> Option<([f64; #n], [f64; #m])> {
+                qrm_mechanism::accelerations(self, t, q, qd)
+            }
+
             #[inline(always)]
             fn closure(&self, q: &[f64; #n]) -> Closure<f64, #n, #m> {
                 closure(self, q)
