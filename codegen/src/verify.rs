@@ -205,7 +205,9 @@ fn verify_plain(scene: &Scene, module: &Generated) -> Result<(), String> {
             let expected = state.value(&condition.difference) * condition.comparison.sign();
             let arguments = [model.clone(), Value::Number(sample.t), Value::list(&sample.q), Value::list(&sample.qd)];
             if expected.is_finite() {
-                same("stop", &module.method("stop", &arguments)?.numbers(), &[expected])?;
+                for method in ["stop", "ending"] {
+                    same(method, &module.method(method, &arguments)?.numbers(), &[expected])?;
+                }
             }
         }
     }

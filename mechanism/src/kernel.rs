@@ -43,6 +43,12 @@ pub trait Kernel<R: Lane, const N: usize, const M: usize>: Copy {
         qd: &[R; N],
         angles: &Angles<R, N>,
     ) -> ([R; N], [R; M]);
+
+    /// Rises through zero when the scene's stop condition becomes true; `None` if it has none.
+    fn ending(&self, t: R, q: &[R; N], qd: &[R; N]) -> Option<R>;
+
+    /// The outputs that the scene asks for, as far as `outputs` has room.
+    fn outputs(&self, t: R, q: &[R; N], qd: &[R; N], qdd: &[R; N], multipliers: &[R; M], outputs: &mut [R]);
 }
 
 /// Growth of rounding errors beyond which a kernel does not suit a position.
@@ -97,4 +103,10 @@ impl<R: Lane, const N: usize, const M: usize> Kernel<R, N, M> for NoKernel {
     fn accelerations(&self, (): &(), _: R, _: &[R; N], _: &[R; N], _: &Angles<R, N>) -> ([R; N], [R; M]) {
         ([R::zero(); N], [R::zero(); M])
     }
+
+    fn ending(&self, _: R, _: &[R; N], _: &[R; N]) -> Option<R> {
+        None
+    }
+
+    fn outputs(&self, _: R, _: &[R; N], _: &[R; N], _: &[R; N], _: &[R; M], _: &mut [R]) {}
 }

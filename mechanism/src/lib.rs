@@ -22,6 +22,7 @@ pub use description::{Description, ParameterDescription, QuantityDescription};
 pub use kernel::{Kernel, MOST_STRAIN, NoKernel, accelerations};
 pub use plain::Plain;
 pub use real::{Fused, Lane, Real};
+pub use sine::sin_cos;
 
 /// The equations of motion of one mechanism with `N` coordinates and `M` constraints, its parameters inside.
 ///

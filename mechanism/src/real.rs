@@ -65,6 +65,18 @@ pub trait Lane: Real {
     fn abs(self) -> Self;
     /// The larger number.
     fn max(self, other: Self) -> Self;
+    /// The smaller number.
+    fn min(self, other: Self) -> Self;
+    /// Angle of the vector with this ordinate and that abscissa.
+    fn atan2(self, abscissa: Self) -> Self;
+    /// Length of the vector with these components.
+    fn hypot(self, other: Self) -> Self;
+    /// A whole power.
+    fn powi(self, exponent: i32) -> Self;
+    /// A power with any exponent.
+    fn pow(self, exponent: Self) -> Self;
+    /// Whether all lanes are below zero.
+    fn is_negative(self) -> bool;
     /// Whether all lanes are between `-bound` and `bound`; a lane that is not a number is not.
     fn is_within(self, bound: f64) -> bool;
     /// `inside` where `self` is between `-bound` and `bound`, else `outside`.
@@ -163,6 +175,27 @@ impl Lane for f64 {
         if self > other { self } else { other }
     }
     #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        if self < other { self } else { other }
+    }
+    fn atan2(self, abscissa: Self) -> Self {
+        f64::atan2(self, abscissa)
+    }
+    fn hypot(self, other: Self) -> Self {
+        f64::hypot(self, other)
+    }
+    #[inline(always)]
+    fn powi(self, exponent: i32) -> Self {
+        f64::powi(self, exponent)
+    }
+    fn pow(self, exponent: Self) -> Self {
+        f64::powf(self, exponent)
+    }
+    #[inline(always)]
+    fn is_negative(self) -> bool {
+        self < 0.0
+    }
+    #[inline(always)]
     fn is_within(self, bound: f64) -> bool {
         f64::abs(self) <= bound
     }
@@ -199,6 +232,27 @@ impl Lane for Fused {
     #[inline(always)]
     fn max(self, other: Self) -> Self {
         Self(Lane::max(self.0, other.0))
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Self(Lane::min(self.0, other.0))
+    }
+    fn atan2(self, abscissa: Self) -> Self {
+        Self(f64::atan2(self.0, abscissa.0))
+    }
+    fn hypot(self, other: Self) -> Self {
+        Self(f64::hypot(self.0, other.0))
+    }
+    #[inline(always)]
+    fn powi(self, exponent: i32) -> Self {
+        Self(f64::powi(self.0, exponent))
+    }
+    fn pow(self, exponent: Self) -> Self {
+        Self(f64::powf(self.0, exponent.0))
+    }
+    #[inline(always)]
+    fn is_negative(self) -> bool {
+        self.0 < 0.0
     }
     #[inline(always)]
     fn is_within(self, bound: f64) -> bool {

@@ -38,7 +38,7 @@ const COSINE: [f64; 6] = [
 
 /// Sine and cosine.
 #[inline(always)]
-pub(crate) fn sin_cos<R: Lane>(x: R) -> (R, R) {
+pub fn sin_cos<R: Lane>(x: R) -> (R, R) {
     if x.is_within(FAR) { near(x) } else { x.sin_cos_apart() }
 }
 

@@ -21,6 +21,7 @@ pub mod scenes;
 mod shadow;
 pub mod simulate;
 pub mod solve;
+pub mod sweep;
 pub mod turn;
 
 mod album;
@@ -31,6 +32,7 @@ mod drawing;
 mod envelope;
 mod extremes;
 mod figures;
+mod lanes;
 mod quadrature;
 mod stage;
 mod stepper;

@@ -13,7 +13,7 @@ const WANDER: f64 = 0.2;
 /// How much larger the difference of two runs is than the error of the one with half the step: 15 times for results of order 4,
 /// 7 times for order 3. Long steps do not show the full order; it is taken for 3.5, so that errors are told too large rather
 /// than too small.
-const LEVER: f64 = 10.3;
+pub(crate) const LEVER: f64 = 10.3;
 
 /// A run at twice the step, or at a tenth of the tolerance, where the difference is the error of the first run itself.
 #[derive(Clone, Copy, Debug)]
@@ -72,14 +72,18 @@ impl<const N: usize, const M: usize> Shadow<N, M> {
     /// The largest error of a coordinate in any row, after so many steps; `None` if the second run broke off or never met the
     /// first.
     pub(crate) fn error(&self, steps: u64) -> Option<f64> {
-        let of_steps = self.difference / if self.stepper.is_fixed() { LEVER } else { 1.0 };
-        // The rounding errors of both runs may agree; by themselves they wander as far as this.
-        let of_rounding = WANDER * f64::EPSILON * self.size * (steps as f64).sqrt();
-        (!self.broke_off && self.at.t > 0.0).then_some(of_steps.max(of_rounding))
+        let lever = if self.stepper.is_fixed() { LEVER } else { 1.0 };
+        (!self.broke_off && self.at.t > 0.0).then_some(estimate(self.difference / lever, self.size, steps))
     }
 
     /// Whether it broke off.
     pub(crate) fn broke_off(&self) -> bool {
         self.broke_off
     }
+}
+
+/// The error of a run of so many steps with coordinates of this size, where the steps by themselves leave `of_steps`.
+pub(crate) fn estimate(of_steps: f64, size: f64, steps: u64) -> f64 {
+    // The rounding errors of both runs may agree; by themselves they wander as far as this.
+    of_steps.max(WANDER * f64::EPSILON * size * (steps as f64).sqrt())
 }

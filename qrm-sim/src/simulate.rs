@@ -79,14 +79,14 @@ pub fn simulate<X: Mechanism<N, M>, const N: usize, const M: usize>(
 
 /// The times of the steps: multiples of the step, and the end.
 #[derive(Clone, Copy)]
-struct Grid {
-    step: f64,
-    end_time: f64,
+pub(crate) struct Grid {
+    pub(crate) step: f64,
+    pub(crate) end_time: f64,
 }
 
 impl Grid {
     /// The time after `n` steps; a remainder far below a step belongs to the last one.
-    fn time(&self, n: u64) -> f64 {
+    pub(crate) fn time(&self, n: u64) -> f64 {
         let t = n as f64 * self.step;
         if t >= self.end_time - 1e-9 * self.step { self.end_time } else { t }
     }
@@ -273,28 +273,15 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
         }
     }
 
-    /// The moment inside a step at which the stop condition becomes true, by steps of other lengths from its beginning.
-    fn locate(&self, from: &Moment<N, M>, beyond: &Moment<N, M>, care: &mut Care) -> Result<Moment<N, M>, Breakdown> {
+    fn locate(
+        &self,
+        from: &Moment<N, M>,
+        beyond: &Moment<N, M>,
+        care: &mut Care,
+    ) -> Result<Moment<N, M>, Breakdown> {
         let value = |at: &Moment<N, M>| self.condition(at).unwrap_or(0.0);
-        let (mut low, mut f_low) = (from.t, value(from));
-        let (mut high, mut f_high, mut found) = (beyond.t, value(beyond), *beyond);
-        for iteration in 0..100 {
-            if f_high == 0.0 || high - low <= 2.0 * f64::EPSILON * high.abs() {
-                break;
-            }
-            // Regula falsi, kept from creeping by a bisection every third time.
-            let secant = high - f_high * (high - low) / (f_high - f_low);
-            let middle = 0.5 * (low + high);
-            let t = if iteration % 3 == 2 || !(secant > low && secant < high) { middle } else { secant };
-            let at = self.stepper.between(self.mechanism, &self.request.method, from, t, care)?;
-            let f = value(&at);
-            if f >= 0.0 {
-                (high, f_high, found) = (t, f, at);
-            } else {
-                (low, f_low) = (t, f);
-            }
-        }
-        Ok(found)
+        let step = |t: f64| self.stepper.between(self.mechanism, &self.request.method, from, t, care);
+        locate(from, beyond, value, step)
     }
 
     fn outcome(&mut self, status: Status, end: Moment<N, M>, steps: u64, integration: Duration) -> Outcome {
@@ -317,4 +304,32 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
             care: self.care,
         }
     }
+}
+
+/// The moment inside a step at which a condition becomes true, by steps of other lengths from its beginning.
+pub(crate) fn locate<const N: usize, const M: usize>(
+    from: &Moment<N, M>,
+    beyond: &Moment<N, M>,
+    value: impl Fn(&Moment<N, M>) -> f64,
+    mut step: impl FnMut(f64) -> Result<Moment<N, M>, Breakdown>,
+) -> Result<Moment<N, M>, Breakdown> {
+    let (mut low, mut f_low) = (from.t, value(from));
+    let (mut high, mut f_high, mut found) = (beyond.t, value(beyond), *beyond);
+    for iteration in 0..100 {
+        if f_high == 0.0 || high - low <= 2.0 * f64::EPSILON * high.abs() {
+            break;
+        }
+        // Regula falsi, kept from creeping by a bisection every third time.
+        let secant = high - f_high * (high - low) / (f_high - f_low);
+        let middle = 0.5 * (low + high);
+        let t = if iteration % 3 == 2 || !(secant > low && secant < high) { middle } else { secant };
+        let at = step(t)?;
+        let f = value(&at);
+        if f >= 0.0 {
+            (high, f_high, found) = (t, f, at);
+        } else {
+            (low, f_low) = (t, f);
+        }
+    }
+    Ok(found)
 }

@@ -68,11 +68,13 @@ pub(crate) fn stride<K: Kernel<R, N, M>, R: Lane, const N: usize, const M: usize
             break position;
         }
         let open = kernel.residuals(&position);
-        if largest(&open).is_within(CLOSED) {
+        let residual = largest(&open);
+        if residual.is_within(CLOSED) {
             break position;
         }
         let correction = kernel.correction(&position, &open);
-        let size = largest(&correction);
+        // Lanes that are closed already stay as they are, whatever others need.
+        let size = residual.choose(CLOSED, R::zero(), largest(&correction));
         if size.is_within(ROUNDING) {
             break position;
         }

@@ -7,7 +7,8 @@ use quote::{format_ident, quote};
 
 use super::body::{Body, Operations};
 use super::layout::Argument;
-use super::plain::ident;
+use super::plain::{Plain, ident};
+use super::scene_items::{outputs, stop};
 use super::{Writer, struct_name};
 use crate::function::Function;
 use crate::graph::{Graph, Id, Op, Signed};
@@ -346,6 +347,9 @@ impl<'a> Emitter<'a> {
         });
         let marker = kept.is_empty().then(|| quote!(marker: std::marker::PhantomData));
         let value = if kept.is_empty() { quote!(_value) } else { quote!(value) };
+        let plain = Plain { scene, parameters: quote!(p.), number: quote!(R) };
+        let ending = stop(scene, &plain, "ending");
+        let outputs = outputs(scene);
         quote! {
             impl<R: Lane> Kernel<R, #n, #c> for #own<R> {
                 type Position = Position<R>;
@@ -391,6 +395,22 @@ impl<'a> Emitter<'a> {
                     angles: &Angles<R, #n>,
                 ) -> ([R; #n], [R; #c]) {
                     accelerations(self, position, t, q, qd, angles)
+                }
+
+                #ending
+
+                #[inline]
+                #[allow(unused_variables)]
+                fn outputs(
+                    &self,
+                    t: R,
+                    q: &[R; #n],
+                    qd: &[R; #n],
+                    qdd: &[R; #n],
+                    multipliers: &[R; #c],
+                    outputs: &mut [R],
+                ) {
+                    #outputs
                 }
             }
         }

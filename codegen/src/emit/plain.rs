@@ -15,15 +15,18 @@ pub(super) struct Plain<'s> {
     pub(super) scene: &'s Scene,
     /// What a parameter's name follows: `p.` or nothing.
     pub(super) parameters: TokenStream,
+    /// The type of numbers: `f64` or `R`.
+    pub(super) number: TokenStream,
 }
 
 impl Plain<'_> {
     /// The formula in Rust, on doubles.
     pub(super) fn tokens(&self, value: &Value) -> TokenStream {
+        let number = &self.number;
         let mut pieces: Vec<Piece> = Vec::with_capacity(value.nodes().len());
         for node in value.nodes() {
             let piece = match node {
-                Node::Number(number) => Piece::whole(literal(number.value)),
+                Node::Number(number) => Piece::whole(self.literal(number.value)),
                 Node::Name(quantity) => self.name(*quantity),
                 Node::Negate(a) => pieces[*a].negate(),
                 Node::Add(a, b) => pieces[*a].add(&pieces[*b]),
@@ -33,17 +36,18 @@ impl Plain<'_> {
                 Node::Power(a, b) => match &value.nodes()[*b] {
                     Node::Number(n) if n.value.fract() == 0.0 && n.value <= 1024.0 => {
                         let (base, exponent) = (&pieces[*a].tokens, Literal::i32_unsuffixed(n.value as i32));
-                        Piece::whole(quote!(f64::powi(#base, #exponent)))
+                        Piece::whole(quote!(#number::powi(#base, #exponent)))
                     }
                     _ => {
                         let (base, exponent) = (&pieces[*a].tokens, &pieces[*b].tokens);
-                        Piece::whole(quote!(f64::powf(#base, #exponent)))
+                        let power = if self.is_generic() { quote!(pow) } else { quote!(powf) };
+                        Piece::whole(quote!(#number::#power(#base, #exponent)))
                     }
                 },
                 Node::Call(function, arguments) => {
                     let method = format_ident!("{}", method(*function));
                     let arguments = arguments.iter().map(|&i| &pieces[i].tokens);
-                    Piece::whole(quote!(f64::#method(#(#arguments),*)))
+                    Piece::whole(quote!(#number::#method(#(#arguments),*)))
                 }
             };
             pieces.push(piece);
@@ -80,13 +84,22 @@ impl Plain<'_> {
         needed
     }
 
+    fn is_generic(&self) -> bool {
+        self.number.to_string() == "R"
+    }
+
+    fn literal(&self, value: f64) -> TokenStream {
+        let number = literal(value);
+        if self.is_generic() { quote!(R::from_f64(#number)) } else { number }
+    }
+
     fn name(&self, quantity: Quantity) -> Piece {
         let prefix = &self.parameters;
         let tokens = match quantity {
             Quantity::Parameter(i) => {
                 let parameter = &self.scene.parameters[i];
                 if parameter.left_out {
-                    literal(0.0)
+                    self.literal(0.0)
                 } else {
                     let name = ident(&parameter.name);
                     quote!(#prefix #name)
@@ -107,6 +120,7 @@ impl Plain<'_> {
             // The resolver lets no rate of a point into these formulae, and no scene with unknown names gets here.
             Quantity::PointRate(..) | Quantity::Unknown => unreachable!("rates of points occur in loads alone"),
             Quantity::Time => quote!(t),
+            Quantity::Pi if self.is_generic() => quote!(R::from_f64(std::f64::consts::PI)),
             Quantity::Pi => quote!(std::f64::consts::PI),
         };
         Piece::whole(tokens)

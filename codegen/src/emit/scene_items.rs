@@ -33,7 +33,7 @@ fn kept(scene: &Scene) -> impl Iterator<Item = &Parameter> {
 }
 
 fn parameters(scene: &Scene) -> TokenStream {
-    let plain = Plain { scene, parameters: TokenStream::new() };
+    let plain = Plain { scene, parameters: TokenStream::new(), number: quote!(f64) };
     let names: Vec<_> = kept(scene).map(|p| ident(&p.name)).collect();
     let texts: Vec<&str> = kept(scene).map(|p| p.name.as_str()).collect();
     let values: Vec<TokenStream> = kept(scene).map(|p| plain.tokens(&p.formula)).collect();
@@ -84,21 +84,13 @@ fn link(scene: &Scene) -> TokenStream {
     let (n, m) = (Literal::usize_unsuffixed(n), Literal::usize_unsuffixed(m));
     let names = kept(scene).map(|p| ident(&p.name));
     let visit = format_ident!("{}", if kept(scene).next().is_some() { "visit" } else { "_visit" });
-    let plain = Plain { scene, parameters: quote!(p.) };
+    let plain = Plain { scene, parameters: quote!(p.), number: quote!(f64) };
     let start = start(scene, &plain);
     let (step, end_time) = (plain.tokens(&scene.run.step), plain.tokens(&scene.run.end_time));
     let schedule =
         with_parameters(&[&scene.run.step, &scene.run.end_time], quote!(Schedule { step: #step, end_time: #end_time }));
-    let stop = stop(scene, &plain);
-    let outputs = if scene.outputs.is_empty() {
-        quote!()
-    } else {
-        quote! {
-            for (output, value) in outputs.iter_mut().zip(self::outputs(self, t, q, qd, qdd, multipliers)) {
-                *output = value;
-            }
-        }
-    };
+    let stop = stop(scene, &plain, "stop");
+    let outputs = outputs(scene);
     quote! {
         impl Mechanism<#n, #m> for #own {
             type Kernel<R: Lane> = #own<R>;
@@ -167,6 +159,18 @@ fn link(scene: &Scene) -> TokenStream {
     }
 }
 
+/// The statements that fill a slice with the outputs.
+pub(super) fn outputs(scene: &Scene) -> TokenStream {
+    if scene.outputs.is_empty() {
+        return quote!();
+    }
+    quote! {
+        for (output, value) in outputs.iter_mut().zip(self::outputs(self, t, q, qd, qdd, multipliers)) {
+            *output = value;
+        }
+    }
+}
+
 /// Binds `p` if any of the formulae needs it.
 fn with_parameters(values: &[&Value], body: TokenStream) -> TokenStream {
     let is_parameter = |q: &Quantity| matches!(q, Quantity::Parameter(_));
@@ -196,11 +200,13 @@ fn start(scene: &Scene, plain: &Plain) -> TokenStream {
     )
 }
 
-fn stop(scene: &Scene, plain: &Plain) -> TokenStream {
+/// The stop condition as a method of this name.
+pub(super) fn stop(scene: &Scene, plain: &Plain, name: &str) -> TokenStream {
+    let (name, number) = (format_ident!("{name}"), &plain.number);
     let n = Literal::usize_unsuffixed(scene.coordinates.len());
     let Some(condition) = &scene.run.until else {
         return quote! {
-            fn stop(&self, _t: f64, _q: &[f64; #n], _qd: &[f64; #n]) -> Option<f64> {
+            fn #name(&self, _t: #number, _q: &[#number; #n], _qd: &[#number; #n]) -> Option<#number> {
                 None
             }
         };
@@ -219,7 +225,7 @@ fn stop(scene: &Scene, plain: &Plain) -> TokenStream {
     let qd = argument("qd", uses(|q| matches!(q, Quantity::Rate(_))));
     let p = uses(|q| matches!(q, Quantity::Parameter(_))).then(|| quote!(let p = &self.parameters;));
     quote! {
-        fn stop(&self, #t: f64, #q: &[f64; #n], #qd: &[f64; #n]) -> Option<f64> {
+        fn #name(&self, #t: #number, #q: &[#number; #n], #qd: &[#number; #n]) -> Option<#number> {
             #p
             #(#points)*
             Some(#rising)

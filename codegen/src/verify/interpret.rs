@@ -198,8 +198,9 @@ impl Scope {
             (name, Some(_)) if self.names.get(name) == Some(&Value::Nothing) => Ok(Value::Nothing),
             ("R::zero", None) => Ok(Value::Number(0.0)),
             ("R::from_f64" | "Some", Some(value)) => Ok(value),
-            (path, Some(first)) if path.starts_with("f64::") => {
-                function(&path["f64::".len()..], &first, &arguments.collect::<Vec<_>>())
+            (path, Some(first)) if path.starts_with("f64::") || path.starts_with("R::") => {
+                let name = path.split("::").nth(1).unwrap_or_default();
+                function(name, &first, &arguments.collect::<Vec<_>>())
             }
             _ => Err(format!("unexpected call of `{path}`")),
         }
@@ -244,7 +245,7 @@ fn function(name: &str, receiver: &Value, arguments: &[Value]) -> Result<Value, 
         ("sqrt", None) => x.sqrt(),
         ("abs", None) => x.abs(),
         ("recip", None) => x.recip(),
-        ("powf", Some(y)) => x.powf(y),
+        ("powf" | "pow", Some(y)) => x.powf(y),
         ("powi", Some(y)) => x.powi(y as i32),
         ("hypot", Some(y)) => x.hypot(y),
         ("atan2", Some(y)) => x.atan2(y),

@@ -1,0 +1,201 @@
+//! Several doubles in the lanes of a vector register.
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use pulp::bytemuck;
+use pulp::{Scalar, Simd};
+use qrm_mechanism::{Lane, Real};
+
+/// A vector of doubles. It stands in this crate alone, and in it alone below [`pulp::Arch::dispatch`]: the processor has the
+/// instructions of `S` wherever there is one.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Lanes<S: Token>(S::f64s);
+
+/// Instructions, as evidence that the processor has them.
+pub(crate) trait Token: Simd {
+    /// The evidence once more, where [`pulp::Arch::dispatch`] has given it already.
+    fn again() -> Self;
+}
+
+impl Token for Scalar {
+    #[inline(always)]
+    fn again() -> Self {
+        Self
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+macro_rules! token {
+    ($name:ty) => {
+        impl Token for $name {
+            // An operator has no argument for a token, and asking the processor each time doubles the time of a step.
+            #[allow(unsafe_code)]
+            #[inline(always)]
+            fn again() -> Self {
+                // SAFETY: called by operations on `Lanes` alone, which exist only inside `Arch::dispatch` with this token.
+                unsafe { Self::new_unchecked() }
+            }
+        }
+    };
+}
+
+#[cfg(target_arch = "x86_64")]
+token!(pulp::x86::V3);
+#[cfg(target_arch = "x86_64")]
+token!(pulp::x86::V4);
+
+impl<S: Token> Lanes<S> {
+    /// How many there are.
+    pub(crate) const COUNT: usize = S::F64_LANES;
+
+    /// The value of each lane.
+    #[inline(always)]
+    pub(crate) fn from_fn(mut value: impl FnMut(usize) -> f64) -> Self {
+        let mut lanes = S::again().splat_f64s(0.0);
+        for (i, lane) in slice_mut::<S>(&mut lanes).iter_mut().enumerate() {
+            *lane = value(i);
+        }
+        Self(lanes)
+    }
+
+    /// The value of a lane.
+    #[inline(always)]
+    pub(crate) fn get(&self, lane: usize) -> f64 {
+        bytemuck::cast_slice::<S::f64s, f64>(std::slice::from_ref(&self.0))[lane]
+    }
+
+    /// Gives a lane another value.
+    #[inline(always)]
+    pub(crate) fn set(&mut self, lane: usize, value: f64) {
+        slice_mut::<S>(&mut self.0)[lane] = value;
+    }
+
+    #[inline(always)]
+    fn each(self, f: impl Fn(f64) -> f64) -> Self {
+        Self::from_fn(|i| f(self.get(i)))
+    }
+}
+
+#[inline(always)]
+fn slice_mut<S: Token>(lanes: &mut S::f64s) -> &mut [f64] {
+    bytemuck::cast_slice_mut::<S::f64s, f64>(std::slice::from_mut(lanes))
+}
+
+macro_rules! operators {
+    ($($operator:ident $name:ident $simd:ident),*) => {
+        $(impl<S: Token> $operator for Lanes<S> {
+            type Output = Self;
+            #[inline(always)]
+            fn $name(self, other: Self) -> Self {
+                Self(S::again().$simd(self.0, other.0))
+            }
+        })*
+    };
+}
+
+operators!(Add add add_f64s, Sub sub sub_f64s, Mul mul mul_f64s, Div div div_f64s);
+
+impl<S: Token> Neg for Lanes<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self(S::again().neg_f64s(self.0))
+    }
+}
+
+macro_rules! one_by_one {
+    ($($name:ident),*) => {
+        $(fn $name(self) -> Self { self.each(f64::$name) })*
+    };
+}
+
+impl<S: Token> Real for Lanes<S> {
+    #[inline(always)]
+    fn from_f64(value: f64) -> Self {
+        Self(S::again().splat_f64s(value))
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self(S::again().sqrt_f64s(self.0))
+    }
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        qrm_mechanism::sin_cos(self)
+    }
+    fn powf(self, exponent: f64) -> Self {
+        self.each(|value| value.powf(exponent))
+    }
+    one_by_one!(asin, acos, atan, exp, ln, sinh, cosh, tanh);
+}
+
+impl<S: Token> Lane for Lanes<S> {
+    #[inline(always)]
+    fn mul_add(self, a: Self, b: Self) -> Self {
+        Self(S::again().mul_add_e_f64s(self.0, a.0, b.0))
+    }
+    #[inline(always)]
+    fn neg_mul_add(self, a: Self, b: Self) -> Self {
+        Self(S::again().mul_add_e_f64s((-self).0, a.0, b.0))
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self(S::again().abs_f64s(self.0))
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Self(S::again().max_f64s(self.0, other.0))
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Self(S::again().min_f64s(self.0, other.0))
+    }
+    fn atan2(self, abscissa: Self) -> Self {
+        Self::from_fn(|i| self.get(i).atan2(abscissa.get(i)))
+    }
+    fn hypot(self, other: Self) -> Self {
+        Self::from_fn(|i| self.get(i).hypot(other.get(i)))
+    }
+    fn powi(self, exponent: i32) -> Self {
+        self.each(|value| value.powi(exponent))
+    }
+    fn pow(self, exponent: Self) -> Self {
+        Self::from_fn(|i| self.get(i).powf(exponent.get(i)))
+    }
+    #[inline(always)]
+    fn is_negative(self) -> bool {
+        let simd = S::again();
+        let below = simd.less_than_f64s(self.0, simd.splat_f64s(0.0));
+        simd.first_true_m64s(simd.not_m64s(below)) == Self::COUNT
+    }
+    #[inline(always)]
+    fn is_within(self, bound: f64) -> bool {
+        let simd = S::again();
+        let inside = simd.less_than_or_equal_f64s(self.abs().0, simd.splat_f64s(bound));
+        simd.first_true_m64s(simd.not_m64s(inside)) == Self::COUNT
+    }
+    #[inline(always)]
+    fn choose(self, bound: f64, inside: Self, outside: Self) -> Self {
+        let simd = S::again();
+        let mask = simd.less_than_or_equal_f64s(self.abs().0, simd.splat_f64s(bound));
+        Self(simd.select_f64s(mask, inside.0, outside.0))
+    }
+    #[inline(always)]
+    fn quarter_turns(self, sin: Self, cos: Self) -> (Self, Self) {
+        let simd = S::again();
+        let n = simd.transmute_u64s_f64s(self.0);
+        let has = |n, bit: u64| {
+            let bit = simd.splat_u64s(bit);
+            simd.equal_u64s(simd.and_u64s(n, bit), bit)
+        };
+        let is_odd = has(n, 1);
+        let swapped = (simd.select_f64s(is_odd, cos.0, sin.0), simd.select_f64s(is_odd, sin.0, cos.0));
+        let next = simd.add_u64s(n, simd.splat_u64s(1));
+        let signed = |is_negative, value| simd.select_f64s(is_negative, simd.neg_f64s(value), value);
+        (Self(signed(has(n, 2), swapped.0)), Self(signed(has(next, 2), swapped.1)))
+    }
+    #[cold]
+    #[inline(never)]
+    fn sin_cos_apart(self) -> (Self, Self) {
+        (Self::from_fn(|i| self.get(i).sin_cos_apart().0), Self::from_fn(|i| self.get(i).sin_cos_apart().1))
+    }
+}

@@ -1,0 +1,128 @@
+//! Designs in lanes against runs of their own.
+
+use std::io;
+
+use qrm_mechanism::Mechanism;
+use qrm_model::quick_return::QuickReturn;
+use qrm_sim::observer::{Observer, Row};
+use qrm_sim::outcome::{NoStart, Status};
+use qrm_sim::simulate::{End, Request, simulate};
+use qrm_sim::sweep::{Finished, SweepRequest, Width, sweep};
+
+/// Designs that differ in length, inertia and speed, so that no two end after the same number of steps; some cannot close.
+fn designs(count: usize) -> Vec<QuickReturn> {
+    let mut random = fastrand::Rng::with_seed(5);
+    let mut between = |low: f64, high: f64| low + (high - low) * random.f64();
+    let design = |_| {
+        let (crank, inertia, speed) = (between(0.1, 0.28), between(20.0, 200.0), between(6.0, 10.0));
+        let rod = if between(0.0, 1.0) < 0.1 { 0.2 } else { between(0.5, 0.8) };
+        QuickReturn::with_parameters(&|name| match name {
+            "O2A" => Some(crank),
+            "J2" => Some(inertia),
+            "w0" => Some(speed),
+            "BC" => Some(rod),
+            _ => None,
+        })
+    };
+    (0..count).map(design).collect()
+}
+
+#[derive(Default)]
+struct Extremes(Vec<[f64; 2]>);
+
+impl Observer for Extremes {
+    fn row(&mut self, row: &Row) -> io::Result<()> {
+        if self.0.is_empty() {
+            self.0 = row.outputs.iter().map(|value| [*value; 2]).collect();
+        }
+        for (extremes, value) in self.0.iter_mut().zip(row.outputs) {
+            *extremes = [extremes[0].min(*value), extremes[1].max(*value)];
+        }
+        Ok(())
+    }
+
+    fn goes_on(&mut self, _: f64, _: f64) -> io::Result<bool> {
+        Ok(true)
+    }
+
+    fn finish(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+fn assert_near(what: &str, got: f64, expected: f64, allowed: f64) {
+    let scale = expected.abs().max(1.0);
+    assert!((got - expected).abs() <= allowed * scale, "{what}: {got:e} instead of {expected:e}");
+}
+
+fn assert_same(design: &QuickReturn, finished: &Finished, end: Option<f64>) {
+    let request = Request {
+        method: Default::default(),
+        step: None,
+        end: end.map(End::Time),
+        estimate_error: true,
+    };
+    let mut extremes = Extremes::default();
+    match (simulate(design, &request, &mut extremes), &finished.status) {
+        (Ok(outcome), Ok(status)) => {
+            assert_eq!(std::mem::discriminant(&outcome.status), std::mem::discriminant(status), "{status:?}");
+            assert_eq!(outcome.counts.accepted, finished.steps);
+            assert_near("end time", finished.end_time, outcome.end_time, 1e-12);
+            outcome.q.iter().zip(&finished.q).for_each(|(own, lane)| assert_near("q", *lane, *own, 1e-12));
+            outcome.qd.iter().zip(&finished.qd).for_each(|(own, lane)| assert_near("qd", *lane, *own, 1e-11));
+            for (own, lane) in extremes.0.iter().flatten().zip(finished.extremes.iter().flatten()) {
+                assert_near("extreme", *lane, *own, 1e-9);
+            }
+            let (own, lane) = (outcome.estimated_error, finished.estimated_error);
+            // The second motion of a single run is made by the plain functions.
+            let (own, lane) = (own.expect("known"), lane.expect("known"));
+            assert!((own - lane).abs() <= 0.02 * own + 1e-15, "estimate: {lane:e} instead of {own:e}");
+        }
+        (Err(NoStart::NotAssembled(own)), Err(NoStart::NotAssembled(lane))) => assert_eq!(own, *lane),
+        (own, lane) => panic!("{own:?} and {lane:?}"),
+    }
+}
+
+#[test]
+fn each_design_ends_as_it_does_alone() {
+    let designs = designs(60);
+    for end in [None, Some(0.3004)] {
+        let request = SweepRequest { step: None, end: end.map(End::Time), estimate_error: true };
+        for width in [Width::Most, Width::Four, Width::One] {
+            let finished = sweep(&designs, &request, width);
+            assert_eq!(finished.len(), designs.len());
+            designs.iter().zip(&finished).for_each(|(design, finished)| assert_same(design, finished, end));
+            let failed = finished.iter().filter(|f| f.status.is_err()).count();
+            assert!((1..30).contains(&failed), "{failed} of {} designs cannot start", designs.len());
+        }
+    }
+}
+
+#[test]
+fn a_design_does_not_depend_on_its_neighbours() {
+    let designs = designs(23);
+    let request = SweepRequest { step: None, end: None, estimate_error: true };
+    for width in [Width::Most, Width::Four, Width::One] {
+        let together = sweep(&designs, &request, width);
+        for (i, design) in designs.iter().enumerate() {
+            let alone = &sweep(std::slice::from_ref(design), &request, width)[0];
+            assert_eq!((&alone.q, &alone.qd, &alone.extremes), (&together[i].q, &together[i].qd, &together[i].extremes));
+            assert_eq!((alone.end_time, alone.estimated_error), (together[i].end_time, together[i].estimated_error));
+        }
+    }
+    // Both kinds of lanes round alike.
+    let (eight, four) = (sweep(&designs, &request, Width::Most), sweep(&designs, &request, Width::Four));
+    eight.iter().zip(&four).for_each(|(eight, four)| assert_eq!(eight.q, four.q));
+}
+
+#[test]
+fn designs_that_break_off_do_not_stop_the_others() {
+    // The rod of every second design is too short for a full turn: the crank never gets there.
+    let short = |i: usize| move |name: &str| (name == "BC" && i % 2 == 1).then_some(0.37);
+    let designs: Vec<QuickReturn> = (0..9).map(|i| QuickReturn::with_parameters(&short(i))).collect();
+    let finished = sweep(&designs, &SweepRequest { step: None, end: None, estimate_error: true }, Width::Most);
+    for (i, finished) in finished.iter().enumerate() {
+        let stopped = matches!(finished.status, Ok(Status::Stopped));
+        assert_eq!(stopped, i % 2 == 0, "design {i}: {:?}", finished.status);
+    }
+}
