@@ -196,7 +196,9 @@ impl<'a> Writer<'a> {
         };
         let (name, own) = (format_ident!("{}", plan.name), format_ident!("{}", struct_name(&self.scene.name)));
         // What a step calls must not pass its matrices through memory.
-        let inline = if plan.structure.is_some() { quote!(#[inline(always)]) } else { quote!(#[inline]) };
+        // Outputs are computed in lanes, with the instructions of the function around them.
+        let is_inner = plan.structure.is_some() || plan.name == "outputs";
+        let inline = if is_inner { quote!(#[inline(always)]) } else { quote!(#[inline]) };
         let docs = self.doc_lines(plan, cost);
         let aliases = plan.aliases.iter();
         quote! {

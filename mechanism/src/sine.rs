@@ -57,11 +57,13 @@ fn near<R: Lane>(x: R) -> (R, R) {
 
     let z = y * y;
     let (z2, cube) = (z * z, z * y);
-    let [s1, s2, s3, s4, s5, s6] = SINE.map(number);
-    let series = (z * z2).mul_add(z.mul_add(s6, s5), z.mul_add(z.mul_add(s4, s3), s2));
-    let sine = y - ((z * (number(0.5) * tail - cube * series) - tail) - cube * s1);
-    let [c1, c2, c3, c4, c5, c6] = COSINE.map(number);
-    let series = (z2 * z2).mul_add(z.mul_add(z.mul_add(c6, c5), c4), z * z.mul_add(z.mul_add(c3, c2), c1));
+    let [s1, s2, s3, s4, s5, s6] = SINE;
+    let low = z.mul_add(z.mul_add(number(s4), number(s3)), number(s2));
+    let series = (z * z2).mul_add(z.mul_add(number(s6), number(s5)), low);
+    let sine = y - ((z * (number(0.5) * tail - cube * series) - tail) - cube * number(s1));
+    let [c1, c2, c3, c4, c5, c6] = COSINE;
+    let low = z * z.mul_add(z.mul_add(number(c3), number(c2)), number(c1));
+    let series = (z2 * z2).mul_add(z.mul_add(z.mul_add(number(c6), number(c5)), number(c4)), low);
     let half = number(0.5) * z;
     let most = number(1.0) - half;
     let cosine = most + (((number(1.0) - most) - half) + (z * series - y * tail));

@@ -183,19 +183,26 @@ impl<S: Token> Lane for Lanes<S> {
     fn quarter_turns(self, sin: Self, cos: Self) -> (Self, Self) {
         let simd = S::again();
         let n = simd.transmute_u64s_f64s(self.0);
-        let has = |n, bit: u64| {
-            let bit = simd.splat_u64s(bit);
-            simd.equal_u64s(simd.and_u64s(n, bit), bit)
-        };
-        let is_odd = has(n, 1);
+        let is_odd = has_bit::<S>(n, 1);
         let swapped = (simd.select_f64s(is_odd, cos.0, sin.0), simd.select_f64s(is_odd, sin.0, cos.0));
         let next = simd.add_u64s(n, simd.splat_u64s(1));
-        let signed = |is_negative, value| simd.select_f64s(is_negative, simd.neg_f64s(value), value);
-        (Self(signed(has(n, 2), swapped.0)), Self(signed(has(next, 2), swapped.1)))
+        (Self(signed::<S>(has_bit::<S>(n, 2), swapped.0)), Self(signed::<S>(has_bit::<S>(next, 2), swapped.1)))
     }
     #[cold]
     #[inline(never)]
     fn sin_cos_apart(self) -> (Self, Self) {
         (Self::from_fn(|i| self.get(i).sin_cos_apart().0), Self::from_fn(|i| self.get(i).sin_cos_apart().1))
     }
+}
+
+#[inline(always)]
+fn has_bit<S: Token>(n: S::u64s, bit: u64) -> S::m64s {
+    let simd = S::again();
+    let bit = simd.splat_u64s(bit);
+    simd.equal_u64s(simd.and_u64s(n, bit), bit)
+}
+
+#[inline(always)]
+fn signed<S: Token>(is_negative: S::m64s, value: S::f64s) -> S::f64s {
+    S::again().select_f64s(is_negative, S::again().neg_f64s(value), value)
 }

@@ -399,7 +399,7 @@ impl<'a> Emitter<'a> {
 
                 #ending
 
-                #[inline]
+                #[inline(always)]
                 #[allow(unused_variables)]
                 fn outputs(
                     &self,

@@ -225,6 +225,7 @@ pub(super) fn stop(scene: &Scene, plain: &Plain, name: &str) -> TokenStream {
     let qd = argument("qd", uses(|q| matches!(q, Quantity::Rate(_))));
     let p = uses(|q| matches!(q, Quantity::Parameter(_))).then(|| quote!(let p = &self.parameters;));
     quote! {
+        #[inline(always)]
         fn #name(&self, #t: #number, #q: &[#number; #n], #qd: &[#number; #n]) -> Option<#number> {
             #p
             #(#points)*
