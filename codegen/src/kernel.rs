@@ -30,6 +30,8 @@ pub struct Kernel {
     pub accelerations: Vec<Signed>,
     /// lambda
     pub multipliers: Vec<Signed>,
+    /// The outputs that the scene asks for.
+    pub outputs: Vec<Signed>,
     /// The coordinates that the others depend on.
     pub independent: Vec<usize>,
     /// Whether there is a dependent coordinate for each constraint.
@@ -113,7 +115,7 @@ impl Kernel {
     pub fn values(&self) -> impl Iterator<Item = &Signed> {
         let locals = self.locals.iter().flat_map(|local| [&local.value, &local.input]);
         let results = [&self.residuals, &self.strains, &self.drift, &self.correction];
-        let solution = [&self.accelerations, &self.multipliers];
+        let solution = [&self.accelerations, &self.multipliers, &self.outputs];
         locals.chain(results.into_iter().chain(solution).flatten())
     }
 
@@ -121,7 +123,7 @@ impl Kernel {
     pub fn values_mut(&mut self) -> impl Iterator<Item = &mut Signed> {
         let locals = self.locals.iter_mut().flat_map(|local| [&mut local.value, &mut local.input]);
         let results = [&mut self.residuals, &mut self.strains, &mut self.drift, &mut self.correction];
-        let solution = [&mut self.accelerations, &mut self.multipliers];
+        let solution = [&mut self.accelerations, &mut self.multipliers, &mut self.outputs];
         locals.chain(results.into_iter().chain(solution).flatten())
     }
 }
@@ -176,6 +178,7 @@ impl Builder<'_> {
         let correction = elimination.free(&mut self, &particular, None, Block::Correction, "correction");
         let rates: Vec<Value> = (0..n).map(|i| Some(self.lowering.graph.input(Symbol::Rate(i)))).collect();
         let drift: Vec<Value> = jacobian.iter().map(|row| self.dot(row, &rates)).collect();
+        let outputs: Vec<Value> = e.outputs.iter().map(|output| self.value(output)).collect();
         let zero = self.lowering.graph.number(0.0);
         let all = |values: Vec<Value>| values.into_iter().map(|value| value.unwrap_or(zero)).collect();
         let mut kernel = Kernel {
@@ -185,6 +188,7 @@ impl Builder<'_> {
             correction: all(correction),
             accelerations: all(accelerations),
             multipliers: all(multipliers),
+            outputs: all(outputs),
             is_suited: elimination.is_suited(),
             independent: elimination.independent,
             locals: Vec::new(),

@@ -86,6 +86,25 @@ impl Term {
         }
     }
 
+    /// The same term with symbols for roots of these radicands.
+    #[must_use]
+    pub fn naming_roots(&self, radicands: &[Term]) -> Self {
+        let inner = |term: &Term| term.naming_roots(radicands);
+        match self {
+            Self::Number(_) | Self::Symbol(_) => self.clone(),
+            Self::Sum(terms) => Self::Sum(terms.iter().map(inner).collect()),
+            Self::Product(factors) => Self::Product(factors.iter().map(inner).collect()),
+            Self::Call(function, argument) => Self::Call(*function, Box::new(inner(argument))),
+            Self::Power(base, exponent) => {
+                let doubled = exponent * BigRational::from_integer(2.into());
+                match radicands.iter().position(|radicand| radicand == base.as_ref()) {
+                    Some(k) if doubled.is_integer() => Self::Power(Box::new(Self::Symbol(Symbol::Root(k))), doubled),
+                    _ => Self::Power(Box::new(inner(base)), exponent.clone()),
+                }
+            }
+        }
+    }
+
     /// Its value when each symbol has the value that `lookup` gives it.
     pub fn evaluate(&self, lookup: &impl Fn(Symbol) -> f64) -> f64 {
         match self {
@@ -175,6 +194,8 @@ pub struct KernelEquations {
     pub mass_matrix: Vec<Vec<Term>>,
     /// The parts of Q + T' (F - M bias).
     pub pushes: Vec<Push>,
+    /// The outputs that the scene asks for.
+    pub outputs: Vec<Term>,
 }
 
 impl KernelEquations {
@@ -187,6 +208,7 @@ impl KernelEquations {
             constraint_jacobian: equations.constraint_jacobian.clone(),
             constraint_bias: equations.constraint_bias.clone(),
             mass_matrix: equations.mass_matrix.clone(),
+            outputs: equations.outputs.clone(),
             pushes: vec![Push { name: String::new(), efforts: Vec::new(), total }],
         }
     }

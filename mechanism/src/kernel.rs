@@ -47,7 +47,21 @@ pub trait Kernel<R: Lane, const N: usize, const M: usize>: Copy {
     /// Rises through zero when the scene's stop condition becomes true; `None` if it has none.
     fn ending(&self, t: R, q: &[R; N], qd: &[R; N]) -> Option<R>;
 
-    /// The outputs that the scene asks for, as far as `outputs` has room.
+    /// The outputs that the scene asks for, as far as `outputs` has room, at a position that is known.
+    #[allow(clippy::too_many_arguments, reason = "they are what there is to know of a row")]
+    fn outputs_at(
+        &self,
+        position: &Self::Position,
+        t: R,
+        q: &[R; N],
+        qd: &[R; N],
+        angles: &Angles<R, N>,
+        qdd: &[R; N],
+        multipliers: &[R; M],
+        outputs: &mut [R],
+    );
+
+    /// The same from the state alone.
     fn outputs(&self, t: R, q: &[R; N], qd: &[R; N], qdd: &[R; N], multipliers: &[R; M], outputs: &mut [R]);
 }
 
@@ -106,6 +120,19 @@ impl<R: Lane, const N: usize, const M: usize> Kernel<R, N, M> for NoKernel {
 
     fn ending(&self, _: R, _: &[R; N], _: &[R; N]) -> Option<R> {
         None
+    }
+
+    fn outputs_at(
+        &self,
+        (): &(),
+        _: R,
+        _: &[R; N],
+        _: &[R; N],
+        _: &Angles<R, N>,
+        _: &[R; N],
+        _: &[R; M],
+        _: &mut [R],
+    ) {
     }
 
     fn outputs(&self, _: R, _: &[R; N], _: &[R; N], _: &[R; N], _: &[R; M], _: &mut [R]) {}

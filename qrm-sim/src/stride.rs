@@ -16,8 +16,10 @@ pub(crate) struct State<R, const N: usize, const M: usize> {
 
 /// The end of a step, and how it was reached.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Stride<R, const N: usize, const M: usize> {
+pub(crate) struct Stride<R, P, const N: usize, const M: usize> {
     pub(crate) end: State<R, N, M>,
+    /// What follows from the position there.
+    pub(crate) position: P,
     /// Largest growth of rounding errors.
     pub(crate) strain: R,
     /// Largest residual at the end.
@@ -39,7 +41,7 @@ pub(crate) fn stride<K: Kernel<R, N, M>, R: Lane, const N: usize, const M: usize
     t: R,
     h: R,
     from: &State<R, N, M>,
-) -> Stride<R, N, M> {
+) -> Stride<R, K::Position, N, M> {
     let half = R::from_f64(0.5) * h;
     let mut strain = R::zero();
     let (v2, a2, ..) = stage(kernel, t, from, half, (&from.qd, &from.qdd), &mut strain);
@@ -92,7 +94,7 @@ pub(crate) fn stride<K: Kernel<R, N, M>, R: Lane, const N: usize, const M: usize
     let residual = largest(&kernel.residuals(&position));
     // Nothing waits for these before the next step: turns made one after another would add up their rounding errors.
     let angles = Angles::new(&q, K::IS_ANGLE);
-    Stride { end: State { q, qd, qdd, multipliers, angles }, strain, residual, corrections }
+    Stride { end: State { q, qd, qdd, multipliers, angles }, position, strain, residual, corrections }
 }
 
 /// Rates, accelerations and position a part of the step away from its beginning, along rates and accelerations.

@@ -124,6 +124,10 @@ impl<X: Mechanism<N, M>, S: Token, const N: usize, const M: usize> pulp::Nullary
 
 type Number<S> = Lanes<S>;
 
+/// A step in lanes.
+type Taken<X, S, const N: usize, const M: usize> =
+    Stride<Lanes<S>, <<X as Mechanism<N, M>>::Kernel<Lanes<S>> as Kernel<Lanes<S>, N, M>>::Position, N, M>;
+
 impl<'a, X: Mechanism<N, M>, S: Token, const N: usize, const M: usize> Crowd<'a, X, S, N, M> {
     #[inline(always)]
     fn new(designs: &'a [X], request: &'a SweepRequest<'a>) -> Self {
@@ -194,12 +198,19 @@ impl<'a, X: Mechanism<N, M>, S: Token, const N: usize, const M: usize> Crowd<'a,
             && taken.residual.is_within(self.method.tolerance.residual)
             && checksum(&taken.end).is_within(0.0);
         self.made = next;
-        if goes_on {
-            (self.t, self.state) = (t_next, taken.end);
-        } else {
-            self.settle(t_next, taken);
+        let before = std::mem::replace(&mut self.state, taken.end);
+        let from = std::mem::replace(&mut self.t, t_next);
+        let State { q, qd, qdd, multipliers, angles } = &taken.end;
+        self.kernel.outputs_at(&taken.position, t_next, q, qd, angles, qdd, multipliers, &mut self.outputs);
+        if !goes_on {
+            self.settle((from, &before), &taken);
         }
-        self.note();
+        for i in 0..self.outputs.len() {
+            let value = self.outputs[i];
+            self.lowest[i] = self.lowest[i].min(value);
+            self.highest[i] = self.highest[i].max(value);
+            self.defined = value.mul_add(Number::zero(), self.defined);
+        }
     }
 
     /// How far the stop condition is from true, if it can be told in lanes.
@@ -226,15 +237,13 @@ impl<'a, X: Mechanism<N, M>, S: Token, const N: usize, const M: usize> Crowd<'a,
     /// Takes up a step of which not every lane can simply go on.
     #[cold]
     #[inline(never)]
-    fn settle(&mut self, t_next: Lanes<S>, taken: Stride<Lanes<S>, N, M>) {
-        let before = (self.t, self.state);
-        (self.t, self.state) = (t_next, taken.end);
+    fn settle(&mut self, before: (Lanes<S>, &State<Lanes<S>, N, M>), taken: &Taken<X, S, N, M>) {
         let sum = checksum(&taken.end);
         for lane in 0..Lanes::<S>::COUNT {
             let Some(runner) = &mut self.lanes[lane] else { continue };
             let (design, grid) = (runner.design, runner.grid);
-            let from = pick(lane, before.0.get(lane), &before.1);
-            let mut next = pick(lane, t_next.get(lane), &taken.end);
+            let from = pick(lane, before.0.get(lane), before.1);
+            let mut next = pick(lane, self.t.get(lane), &taken.end);
             let is_good = taken.strain.get(lane).abs() <= MOST_STRAIN
                 && taken.residual.get(lane) <= self.method.tolerance.residual
                 && sum.get(lane) == 0.0;
@@ -243,6 +252,9 @@ impl<'a, X: Mechanism<N, M>, S: Token, const N: usize, const M: usize> Crowd<'a,
                     Ok(careful) => {
                         next = careful;
                         self.put(lane, &careful);
+                        for (i, value) in self.outputs_at(design, &careful).into_iter().enumerate() {
+                            self.outputs[i].set(lane, value);
+                        }
                     }
                     Err(breakdown) => {
                         self.finish(lane, Status::Broken(breakdown), &from);
@@ -284,19 +296,6 @@ impl<'a, X: Mechanism<N, M>, S: Token, const N: usize, const M: usize> Crowd<'a,
         locate(from, beyond, value, step).map_err(|breakdown| (Status::Broken(breakdown), *from))
     }
 
-    /// Takes the outputs of the new rows into the extremes.
-    #[inline(always)]
-    fn note(&mut self) {
-        let State { q, qd, qdd, multipliers, .. } = &self.state;
-        self.kernel.outputs(self.t, q, qd, qdd, multipliers, &mut self.outputs);
-        for i in 0..self.outputs.len() {
-            let value = self.outputs[i];
-            self.lowest[i] = self.lowest[i].min(value);
-            self.highest[i] = self.highest[i].max(value);
-            self.defined = value.mul_add(Number::zero(), self.defined);
-        }
-    }
-
     /// One step of the motion at twice the step, from the time before the last two steps.
     #[inline(always)]
     fn follow(&mut self, from: Lanes<S>) {
@@ -316,7 +315,7 @@ impl<'a, X: Mechanism<N, M>, S: Token, const N: usize, const M: usize> Crowd<'a,
 
     #[cold]
     #[inline(never)]
-    fn follow_carefully(&mut self, from: Lanes<S>, before: &State<Lanes<S>, N, M>, taken: &Stride<Lanes<S>, N, M>) {
+    fn follow_carefully(&mut self, from: Lanes<S>, before: &State<Lanes<S>, N, M>, taken: &Taken<X, S, N, M>) {
         let sum = checksum(&taken.end);
         for lane in 0..Lanes::<S>::COUNT {
             let Some(runner) = &mut self.lanes[lane] else { continue };

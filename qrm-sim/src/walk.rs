@@ -153,7 +153,7 @@ fn plain<R: Single, const K: usize>(x: &[R; K]) -> Vector<K> {
 
 /// Whether a step can be relied on.
 #[inline(always)]
-fn is_good<R: Single, const N: usize, const M: usize>(made: &Stride<R, N, M>, tolerance: f64) -> bool {
+fn is_good<R: Single, P, const N: usize, const M: usize>(made: &Stride<R, P, N, M>, tolerance: f64) -> bool {
     // They depend on all the others. Zero times a number that is not finite is not a number.
     let sum = |values: &[R]| values.iter().fold(R::zero(), |sum, value| sum + *value);
     let finite = (sum(&made.end.qdd) + sum(&made.end.multipliers)) * R::zero();

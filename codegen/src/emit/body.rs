@@ -23,20 +23,6 @@ pub(super) struct Operations {
     pub(super) others: usize,
 }
 
-impl Operations {
-    /// Both together.
-    pub(super) fn plus(self, other: Self) -> Self {
-        Self {
-            additions: self.additions + other.additions,
-            multiplications: self.multiplications + other.multiplications,
-            divisions: self.divisions + other.divisions,
-            roots: self.roots + other.roots,
-            sines: self.sines + other.sines,
-            others: self.others + other.others,
-        }
-    }
-}
-
 impl std::fmt::Display for Operations {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let counts = [

@@ -55,8 +55,8 @@ impl<'a> Emitter<'a> {
         }
         let mut taken: HashSet<String> = super::RESERVED.map(str::to_owned).into();
         taken.extend(["t", "angles", "residuals", "position"].map(str::to_owned));
-        let is_argument = |id: Id| !matches!(graph.op(id), Op::Input(Symbol::Acceleration(_) | Symbol::Multiplier(_)));
-        taken.extend(outside.iter().filter(|(id, _)| is_argument(**id)).map(|(_, tokens)| tokens.to_string()));
+        let results = |id: Id| matches!(graph.op(id), Op::Input(Symbol::Acceleration(_) | Symbol::Multiplier(_)));
+        taken.extend(outside.iter().filter(|(id, _)| !results(**id)).map(|(_, tokens)| tokens.to_string()));
         let inputs: HashMap<Id, &Local> = kernel.locals.iter().map(|local| (local.input.id, local)).collect();
         let mut emitter = Self { writer, kernel, graph, outside, is_position: Vec::new(), depths: Vec::new(), taken };
         for (id, op) in graph.ops().iter().enumerate() {
@@ -120,23 +120,34 @@ impl<'a> Emitter<'a> {
                 blocks: &[Block::Rates, Block::Bias, Block::Forces, Block::Accelerations, Block::Multipliers],
                 results: vec![&kernel.accelerations, &kernel.multipliers],
             },
+            Part {
+                name: "outputs_at",
+                doc: "What the scene asks for, at a position that is known.",
+                arguments: &[
+                    Argument::Time,
+                    Argument::Coordinates,
+                    Argument::Rates,
+                    Argument::Accelerations,
+                    Argument::Multipliers,
+                ],
+                blocks: &[],
+                results: vec![&kernel.outputs],
+            },
         ];
         let fields = self.fields(&parts);
-        let (names, position, first_cost) = self.position(&fields);
+        let (names, position, cost) = self.position(&fields);
         let mut inside = self.outside.clone();
         inside.extend(names.iter().map(|(id, name)| (*id, quote!(#name))));
-        let mut operations = vec![("position", first_cost.to_string())];
+        let mut operations = vec![("position", cost.to_string())];
         let functions: Vec<TokenStream> = parts
             .iter()
             .map(|part| {
                 let (tokens, cost) = self.function(part, &inside, &names);
-                if part.name == "accelerations" {
-                    operations.push(("position + accelerations", first_cost.plus(cost).to_string()));
-                }
                 operations.push((part.name, cost.to_string()));
                 tokens
             })
             .collect();
+        operations.push(("qdd and multipliers alone", self.solution().to_string()));
         let strain = self.strain(&names);
         let link = self.link();
         let fields: BTreeSet<String> = names.values().map(ToString::to_string).collect();
@@ -226,8 +237,32 @@ impl<'a> Emitter<'a> {
         self.wrapped(part.name, part.doc, part.arguments, (body, value), output, Some(names))
     }
 
+    /// What accelerations and multipliers cost from sines and cosines on.
+    fn solution(&self) -> Operations {
+        let results: Vec<Signed> = self.kernel.accelerations.iter().chain(&self.kernel.multipliers).copied().collect();
+        let definitions: HashMap<Id, Id> =
+            self.kernel.locals.iter().map(|local| (local.input.id, local.value.id)).collect();
+        let mut pending: Vec<Id> = results.iter().map(|root| root.id).collect();
+        let mut needed = HashSet::new();
+        while let Some(id) = pending.pop() {
+            if !self.outside.contains_key(&id) && needed.insert(id) {
+                pending.extend(self.graph.op(id).operands());
+                pending.extend(definitions.get(&id));
+            }
+        }
+        let locals: Vec<&Local> = self.kernel.locals.iter().filter(|local| needed.contains(&local.input.id)).collect();
+        let roots: Vec<Signed> = locals.iter().map(|local| local.value).chain(results.clone()).collect();
+        let mut body = self.body(&self.outside, &roots);
+        define(&mut body, &locals, &HashSet::new());
+        body.define_all(&results, &HashSet::new());
+        body.finish().1
+    }
+
     fn body<'b>(&'b self, outside: &'b HashMap<Id, TokenStream>, roots: &[Signed]) -> Body<'b> {
-        Body::begin(self.graph, outside, &self.writer.hints, self.taken.clone(), roots, Some(&self.depths))
+        let mut taken = self.taken.clone();
+        // The fields of a position are bound in the same scope.
+        taken.extend(outside.iter().filter(|(id, _)| !self.outside.contains_key(id)).map(|(_, name)| name.to_string()));
+        Body::begin(self.graph, outside, &self.writer.hints, taken, roots, Some(&self.depths))
     }
 
     /// A function around a body.
@@ -261,7 +296,7 @@ impl<'a> Emitter<'a> {
         });
         let unpack = (!fields.is_empty()).then(|| quote!(let Position { #(#fields),*, .. } = *position;));
         let (angles, bound) = self.angles(&used);
-        let has_angles = name == "position" || name == "accelerations";
+        let has_angles = ["position", "accelerations", "outputs_at"].contains(&name);
         let n = Literal::usize_unsuffixed(self.writer.scene.coordinates.len());
         let angles_name = if bound.is_empty() { quote!(_angles) } else { quote!(angles) };
         let angles_argument = has_angles.then(|| quote!(#angles_name: &Angles<R, #n>,));
@@ -270,10 +305,12 @@ impl<'a> Emitter<'a> {
         let own = format_ident!("{}", struct_name(&self.writer.scene.name));
         let name = format_ident!("{name}");
         let docs = [format!(" {doc}"), String::new(), format!(" Operations: {cost}.")];
+        let too_many = (arguments.len() > 4).then(|| quote!(#[allow(clippy::too_many_arguments)]));
         debug_assert!(has_angles || angles.is_empty());
         let tokens = quote! {
             #(#[doc = #docs])*
             #[inline(always)]
+            #too_many
             pub fn #name<R: Lane>(#m: &#own<R>, #position_argument #(#parameters,)* #angles_argument) -> #output {
                 #p
                 #k
@@ -349,6 +386,16 @@ impl<'a> Emitter<'a> {
         let value = if kept.is_empty() { quote!(_value) } else { quote!(value) };
         let plain = Plain { scene, parameters: quote!(p.), number: quote!(R) };
         let ending = stop(scene, &plain, "ending");
+        let outputs_at = if scene.outputs.is_empty() {
+            quote!()
+        } else {
+            quote! {
+                let values = outputs_at(self, position, t, q, qd, qdd, multipliers, angles);
+                for (output, value) in outputs.iter_mut().zip(values) {
+                    *output = value;
+                }
+            }
+        };
         let outputs = outputs(scene);
         quote! {
             impl<R: Lane> Kernel<R, #n, #c> for #own<R> {
@@ -411,6 +458,22 @@ impl<'a> Emitter<'a> {
                     outputs: &mut [R],
                 ) {
                     #outputs
+                }
+
+                #[inline(always)]
+                #[allow(unused_variables)]
+                fn outputs_at(
+                    &self,
+                    position: &Position<R>,
+                    t: R,
+                    q: &[R; #n],
+                    qd: &[R; #n],
+                    angles: &Angles<R, #n>,
+                    qdd: &[R; #n],
+                    multipliers: &[R; #c],
+                    outputs: &mut [R],
+                ) {
+                    #outputs_at
                 }
             }
         }

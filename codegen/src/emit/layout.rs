@@ -105,11 +105,15 @@ impl Layout {
         let mut kernel = Kernel::new(scene, equations, &mut lowering);
         let (mut graph, roots) = share_pairs(&lowering.graph, &roots);
         // What pays in a kernel is another thing than what pays in the plain functions.
-        let (kernel_graph, kernel_roots) = share_pairs(&lowering.graph, &kernel.values().copied().collect::<Vec<_>>());
-        let places = graph.absorb(&kernel_graph);
-        for (value, root) in kernel.values_mut().zip(kernel_roots) {
-            *value = Signed { negative: root.negative, id: places[root.id] };
+        let kernel_roots: Vec<Signed> = kernel.values().copied().collect();
+        let (step, outputs) = kernel_roots.split_at(kernel_roots.len() - kernel.outputs.len());
+        let mut shared = Vec::new();
+        for roots in [step, outputs] {
+            let (part, roots) = share_pairs(&lowering.graph, roots);
+            let places = graph.absorb(&part);
+            shared.extend(roots.into_iter().map(|root| Signed { id: places[root.id], ..root }));
         }
+        kernel.values_mut().zip(shared).for_each(|(value, place)| *value = place);
         let plans = lowered.iter().map(|plan| plan.map(&mut |&i| roots[i])).collect();
         let points = roots[point_place..].chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect();
         Self { graph, plans, points, kernel }

@@ -45,7 +45,7 @@ pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> Equation
     equations.points =
         (0..scene.points.len()).map(|i| [0, 1].map(|axis| algebra.simple_term(&algebra.point(i)[axis]))).collect();
     (equations.rows, equations.left_out) = (rows.rows, rows.left_out);
-    equations.kernel = kernel::equations(number, scene, place);
+    equations.kernel = kernel::equations(number, scene, place, &equations.outputs);
     equations
 }
 

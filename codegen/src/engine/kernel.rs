@@ -7,10 +7,10 @@ use super::Place;
 use super::algebra::Algebra;
 use super::derive::{Effort, Loads, Rows};
 use crate::scene::Scene;
-use crate::term::{KernelEquations, Push, Root};
+use crate::term::{KernelEquations, Push, Root, Term};
 
-/// Derives the equations of a kernel.
-pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> KernelEquations {
+/// Derives the equations of a kernel, in which `outputs` are to be computed too.
+pub(super) fn equations(number: usize, scene: &Scene, place: &Place, outputs: &[Term]) -> KernelEquations {
     let algebra = Algebra::naming_roots(number, scene, place);
     let rows = Rows::new(scene, &algebra);
     let simple = |atom: &Atom| algebra.simple_term(atom);
@@ -22,6 +22,8 @@ pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> KernelEq
     let pushes = pushes(scene, &algebra, &rows);
     // Last, when all roots are known.
     let radicands = algebra.radicands();
+    let known: Vec<Term> = radicands.iter().map(simple).collect();
+    let outputs = outputs.iter().map(|output| output.naming_roots(&known)).collect();
     let roots = radicands.iter().map(|radicand| Root {
         radicand: simple(radicand),
         slopes: each(&algebra.gradient(radicand).iter().map(|slope| slope / Atom::num(2)).collect::<Vec<_>>()),
@@ -34,6 +36,7 @@ pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> KernelEq
         constraint_bias,
         mass_matrix,
         pushes,
+        outputs,
     }
 }
 
