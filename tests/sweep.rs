@@ -56,12 +56,7 @@ fn assert_near(what: &str, got: f64, expected: f64, allowed: f64) {
 }
 
 fn assert_same(design: &QuickReturn, finished: &Finished, end: Option<f64>) {
-    let request = Request {
-        method: Default::default(),
-        step: None,
-        end: end.map(End::Time),
-        estimate_error: true,
-    };
+    let request = Request { method: Default::default(), step: None, end: end.map(End::Time), estimate_error: true };
     let mut extremes = Extremes::default();
     match (simulate(design, &request, &mut extremes), &finished.status) {
         (Ok(outcome), Ok(status)) => {
@@ -106,7 +101,10 @@ fn a_design_does_not_depend_on_its_neighbours() {
         let together = sweep(&designs, &request, width);
         for (i, design) in designs.iter().enumerate() {
             let alone = &sweep(std::slice::from_ref(design), &request, width)[0];
-            assert_eq!((&alone.q, &alone.qd, &alone.extremes), (&together[i].q, &together[i].qd, &together[i].extremes));
+            assert_eq!(
+                (&alone.q, &alone.qd, &alone.extremes),
+                (&together[i].q, &together[i].qd, &together[i].extremes)
+            );
             assert_eq!((alone.end_time, alone.estimated_error), (together[i].end_time, together[i].estimated_error));
         }
     }

@@ -122,17 +122,7 @@ impl<R: Lane, const N: usize, const M: usize> Kernel<R, N, M> for NoKernel {
         None
     }
 
-    fn outputs_at(
-        &self,
-        (): &(),
-        _: R,
-        _: &[R; N],
-        _: &[R; N],
-        _: &Angles<R, N>,
-        _: &[R; N],
-        _: &[R; M],
-        _: &mut [R],
-    ) {
+    fn outputs_at(&self, (): &(), _: R, _: &[R; N], _: &[R; N], _: &Angles<R, N>, _: &[R; N], _: &[R; M], _: &mut [R]) {
     }
 
     fn outputs(&self, _: R, _: &[R; N], _: &[R; N], _: &[R; N], _: &[R; M], _: &mut [R]) {}

@@ -5,25 +5,26 @@
 // Renew the golden copy: QRM_REFRESH=1 cargo test --release --package qrm-model --test golden
 //
 // Operations:
-//     com_positions             4 additions, 9 multiplications, 3 sine-cosine pairs
-//     com_jacobian              6 additions, 9 multiplications, 3 sine-cosine pairs
-//     com_bias                  10 additions, 19 multiplications, 3 sine-cosine pairs
-//     constraints               4 additions, 5 multiplications, 1 root, 3 sine-cosine pairs
-//     constraint_jacobian       3 additions, 7 multiplications, 1 division, 1 root, 3 sine-cosine pairs
-//     constraint_bias           8 additions, 23 multiplications, 1 division, 1 root, 3 sine-cosine pairs
-//     mass_matrix               3 additions, 8 multiplications, 2 sine-cosine pairs
-//     generalized_forces        8 additions, 16 multiplications, 2 sine-cosine pairs
-//     energy                    8 additions, 19 multiplications, 2 sine-cosine pairs
-//     power                     no operations
-//     outputs                   12 additions, 25 multiplications, 1 division, 1 root, 3 sine-cosine pairs
-//     dynamics                  21 additions, 49 multiplications, 1 division, 1 root, 3 sine-cosine pairs
-//     closure                   6 additions, 11 multiplications, 1 division, 1 root, 3 sine-cosine pairs
-//     position                  13 additions, 34 multiplications, 4 divisions, 1 root
-//     residuals                 no operations
-//     drift                     3 additions, 4 multiplications
-//     correction                6 additions, 8 multiplications
-//     position + accelerations  34 additions, 74 multiplications, 4 divisions, 1 root
-//     accelerations             21 additions, 40 multiplications
+//     com_positions              4 additions, 9 multiplications, 3 sine-cosine pairs
+//     com_jacobian               6 additions, 9 multiplications, 3 sine-cosine pairs
+//     com_bias                   10 additions, 19 multiplications, 3 sine-cosine pairs
+//     constraints                4 additions, 5 multiplications, 1 root, 3 sine-cosine pairs
+//     constraint_jacobian        3 additions, 7 multiplications, 1 division, 1 root, 3 sine-cosine pairs
+//     constraint_bias            8 additions, 23 multiplications, 1 division, 1 root, 3 sine-cosine pairs
+//     mass_matrix                3 additions, 8 multiplications, 2 sine-cosine pairs
+//     generalized_forces         8 additions, 16 multiplications, 2 sine-cosine pairs
+//     energy                     8 additions, 19 multiplications, 2 sine-cosine pairs
+//     power                      no operations
+//     outputs                    12 additions, 25 multiplications, 1 division, 1 root, 3 sine-cosine pairs
+//     dynamics                   21 additions, 49 multiplications, 1 division, 1 root, 3 sine-cosine pairs
+//     closure                    6 additions, 11 multiplications, 1 division, 1 root, 3 sine-cosine pairs
+//     position                   17 additions, 39 multiplications, 4 divisions, 1 root
+//     residuals                  no operations
+//     drift                      3 additions, 4 multiplications
+//     correction                 6 additions, 8 multiplications
+//     accelerations              21 additions, 40 multiplications
+//     outputs_at                 7 additions, 16 multiplications
+//     qdd and multipliers alone  30 additions, 72 multiplications, 4 divisions, 1 root
 //
 // Left out, with everything they multiply:
 //     J3: exactly zero in the scene
@@ -652,7 +653,7 @@ pub fn power<R: Real>(_m: &QuickReturn<R>, _t: R, _q: &[R; 3], _qd: &[R; 3]) -> 
 /// Arguments: `t` in s, `q = [phi2, phi4, phi5]`, `qd = [phi2_dot, phi4_dot, phi5_dot]`, `qdd = [phi2_ddot, phi4_ddot, phi5_ddot]`, `multipliers = [slot, guide]`.
 ///
 /// Operations: 12 additions, 25 multiplications, 1 division, 1 root, 3 sine-cosine pairs.
-#[inline]
+#[inline(always)]
 pub fn outputs<R: Real>(
     m: &QuickReturn<R>,
     _t: R,
@@ -801,6 +802,7 @@ pub fn closure<R: Real>(m: &QuickReturn<R>, q: &[R; 3]) -> Closure<R, 3, 2> {
 pub struct Position<R> {
     pub a_x: R,
     pub b_y: R,
+    pub c_x: R,
     pub guide_phi4: R,
     pub guide_phi5: R,
     pub guide_residual: R,
@@ -821,12 +823,13 @@ pub struct Position<R> {
     pub slot_phi4: R,
     pub slot_residual: R,
     pub v1: R,
-    pub v2: R,
+    pub v3: R,
+    pub v4: R,
 }
 
 /// What follows from the position alone: the loops, their Jacobian, the mass matrix, and how the dependent coordinates follow the others.
 ///
-/// Operations: 13 additions, 34 multiplications, 4 divisions, 1 root.
+/// Operations: 17 additions, 39 multiplications, 4 divisions, 1 root.
 #[inline(always)]
 pub fn position<R: Lane>(
     m: &QuickReturn<R>,
@@ -852,7 +855,8 @@ pub fn position<R: Lane>(
     let guide_residual = b_y - p.yC + v1;
 
     // The constraint Jacobian C_q.
-    let slot_phi2 = cos_phi4.mul_add(r_phi2, p.O2A * sin_phi2);
+    let v2 = p.O2A * sin_phi2;
+    let slot_phi2 = cos_phi4.mul_add(r_phi2, v2);
     let slot_phi4 = sin_phi4 * r;
     let guide_phi4 = p.O4B * cos_phi4;
     let guide_phi5 = p.BC * cos_phi5;
@@ -881,10 +885,14 @@ pub fn position<R: Lane>(
             phi4_per_phi2.mul_add(momentum_phi4_phi2, k.j2_plus_o2a_sq_m3),
         );
     let inv_inertia_phi2 = inertia_phi2.recip();
-    let v2 = k.o4b_bg5_m5 * sin_phi4.neg_mul_add(cos_phi5, cos_phi4 * sin_phi5);
+    let c_x = guide_phi4 + guide_phi5;
+    let v3 = k.o4b_bg5_m5 * sin_phi4.neg_mul_add(cos_phi5, cos_phi4 * sin_phi5);
+    let v4 = (cos_phi4 * cos_phi4.neg_mul_add(p.O4O2 + v2, p.O2A * cos_phi2 * sin_phi4))
+        .neg_mul_add(inv_r, sin_phi4);
     Position {
         a_x,
         b_y,
+        c_x,
         guide_phi4,
         guide_phi5,
         guide_residual,
@@ -905,7 +913,8 @@ pub fn position<R: Lane>(
         slot_phi4,
         slot_residual,
         v1,
-        v2,
+        v3,
+        v4,
     }
 }
 
@@ -1004,7 +1013,7 @@ pub fn accelerations<R: Lane>(
         r,
         r_phi2,
         v1,
-        v2,
+        v3,
         ..
     } = *position;
 
@@ -1028,8 +1037,8 @@ pub fn accelerations<R: Lane>(
     let load_ram_x = p
         .m6
         .mul_add(phi5_dot_sq.mul_add(guide_phi5, phi4_dot_sq * guide_phi4), p.F6);
-    let force_phi4 = b_y.neg_mul_add(load_ram_x, phi5_dot_sq * v2);
-    let force_phi5 = v1.mul_add(load_ram_x, phi4_dot_sq * v2);
+    let force_phi4 = b_y.neg_mul_add(load_ram_x, phi5_dot_sq * v3);
+    let force_phi5 = v1.mul_add(load_ram_x, phi4_dot_sq * v3);
 
     // Accelerations.
     let phi4_closing = inv_slot * slot_bias;
@@ -1062,6 +1071,44 @@ pub fn accelerations<R: Lane>(
                     ),
             );
     ([phi2_ddot, phi4_ddot, phi5_ddot], [lambda_slot, -lambda_guide])
+}
+
+/// What the scene asks for, at a position that is known.
+///
+/// Operations: 7 additions, 16 multiplications.
+#[inline(always)]
+#[allow(clippy::too_many_arguments)]
+pub fn outputs_at<R: Lane>(
+    m: &QuickReturn<R>,
+    position: &Position<R>,
+    _t: R,
+    _q: &[R; 3],
+    qd: &[R; 3],
+    qdd: &[R; 3],
+    multipliers: &[R; 2],
+    angles: &Angles<R, 3>,
+) -> [R; 6] {
+    let p = &m.parameters;
+    let k = &m.constants;
+    let [phi2_dot, phi4_dot, phi5_dot] = *qd;
+    let [_, phi4_ddot, phi5_ddot] = *qdd;
+    let [lambda_slot, lambda_guide] = *multipliers;
+    let [_, sin_phi4, sin_phi5] = angles.sin;
+    let [cos_phi2, cos_phi4, cos_phi5] = angles.cos;
+    let Position { c_x, inv_r, v4, .. } = *position;
+    [
+        c_x,
+        -(p.BC * sin_phi5).mul_add(phi5_dot, p.O4B * sin_phi4 * phi4_dot),
+        -p
+            .BC
+            .mul_add(
+                (cos_phi5 * phi5_dot).mul_add(phi5_dot, sin_phi5 * phi5_ddot),
+                p.O4B * (cos_phi4 * phi4_dot).mul_add(phi4_dot, sin_phi4 * phi4_ddot),
+            ),
+        k.o2a_o4o2 * cos_phi2 * phi2_dot * inv_r,
+        lambda_slot * v4,
+        -lambda_guide,
+    ]
 }
 
 /// How much the elimination of dependent coordinates magnifies rounding errors.
@@ -1131,6 +1178,49 @@ impl<R: Lane> Kernel<R, 3, 2> for QuickReturn<R> {
     ) -> ([R; 3], [R; 2]) {
         accelerations(self, position, t, q, qd, angles)
     }
+
+    #[inline(always)]
+    fn ending(&self, _t: R, q: &[R; 3], _qd: &[R; 3]) -> Option<R> {
+        Some(R::abs(q[0]) - R::from_f64(4.0) * R::from_f64(std::f64::consts::PI))
+    }
+
+    #[inline(always)]
+    #[allow(unused_variables)]
+    fn outputs(
+        &self,
+        t: R,
+        q: &[R; 3],
+        qd: &[R; 3],
+        qdd: &[R; 3],
+        multipliers: &[R; 2],
+        outputs: &mut [R],
+    ) {
+        for (output, value) in outputs
+            .iter_mut()
+            .zip(self::outputs(self, t, q, qd, qdd, multipliers))
+        {
+            *output = value;
+        }
+    }
+
+    #[inline(always)]
+    #[allow(unused_variables)]
+    fn outputs_at(
+        &self,
+        position: &Position<R>,
+        t: R,
+        q: &[R; 3],
+        qd: &[R; 3],
+        angles: &Angles<R, 3>,
+        qdd: &[R; 3],
+        multipliers: &[R; 2],
+        outputs: &mut [R],
+    ) {
+        let values = outputs_at(self, position, t, q, qd, qdd, multipliers, angles);
+        for (output, value) in outputs.iter_mut().zip(values) {
+            *output = value;
+        }
+    }
 }
 
 impl Mechanism<3, 2> for QuickReturn {
@@ -1177,6 +1267,7 @@ impl Mechanism<3, 2> for QuickReturn {
         }
     }
 
+    #[inline(always)]
     fn stop(&self, _t: f64, q: &[f64; 3], _qd: &[f64; 3]) -> Option<f64> {
         Some(f64::abs(q[0]) - 4.0 * std::f64::consts::PI)
     }

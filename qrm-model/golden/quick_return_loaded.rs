@@ -5,25 +5,26 @@
 // Renew the golden copy: QRM_REFRESH=1 cargo test --release --package qrm-model --test golden
 //
 // Operations:
-//     com_positions             4 additions, 9 multiplications, 3 sine-cosine pairs
-//     com_jacobian              6 additions, 9 multiplications, 3 sine-cosine pairs
-//     com_bias                  10 additions, 19 multiplications, 3 sine-cosine pairs
-//     constraints               4 additions, 5 multiplications, 1 root, 3 sine-cosine pairs
-//     constraint_jacobian       3 additions, 7 multiplications, 1 division, 1 root, 3 sine-cosine pairs
-//     constraint_bias           8 additions, 23 multiplications, 1 division, 1 root, 3 sine-cosine pairs
-//     mass_matrix               3 additions, 8 multiplications, 2 sine-cosine pairs
-//     generalized_forces        20 additions, 32 multiplications, 3 sine-cosine pairs
-//     energy                    16 additions, 28 multiplications, 3 sine-cosine pairs
-//     power                     2 additions, 6 multiplications, 2 sine-cosine pairs
-//     outputs                   12 additions, 25 multiplications, 1 division, 1 root, 3 sine-cosine pairs
-//     dynamics                  33 additions, 60 multiplications, 1 division, 1 root, 3 sine-cosine pairs
-//     closure                   6 additions, 11 multiplications, 1 division, 1 root, 3 sine-cosine pairs
-//     position                  15 additions, 35 multiplications, 4 divisions, 1 root
-//     residuals                 no operations
-//     drift                     3 additions, 4 multiplications
-//     correction                6 additions, 8 multiplications
-//     position + accelerations  46 additions, 85 multiplications, 4 divisions, 1 root
-//     accelerations             31 additions, 50 multiplications
+//     com_positions              4 additions, 9 multiplications, 3 sine-cosine pairs
+//     com_jacobian               6 additions, 9 multiplications, 3 sine-cosine pairs
+//     com_bias                   10 additions, 19 multiplications, 3 sine-cosine pairs
+//     constraints                4 additions, 5 multiplications, 1 root, 3 sine-cosine pairs
+//     constraint_jacobian        3 additions, 7 multiplications, 1 division, 1 root, 3 sine-cosine pairs
+//     constraint_bias            8 additions, 23 multiplications, 1 division, 1 root, 3 sine-cosine pairs
+//     mass_matrix                3 additions, 8 multiplications, 2 sine-cosine pairs
+//     generalized_forces         20 additions, 32 multiplications, 3 sine-cosine pairs
+//     energy                     16 additions, 28 multiplications, 3 sine-cosine pairs
+//     power                      2 additions, 6 multiplications, 2 sine-cosine pairs
+//     outputs                    12 additions, 25 multiplications, 1 division, 1 root, 3 sine-cosine pairs
+//     dynamics                   33 additions, 60 multiplications, 1 division, 1 root, 3 sine-cosine pairs
+//     closure                    6 additions, 11 multiplications, 1 division, 1 root, 3 sine-cosine pairs
+//     position                   19 additions, 40 multiplications, 4 divisions, 1 root
+//     residuals                  no operations
+//     drift                      3 additions, 4 multiplications
+//     correction                 6 additions, 8 multiplications
+//     accelerations              31 additions, 50 multiplications
+//     outputs_at                 7 additions, 16 multiplications
+//     qdd and multipliers alone  41 additions, 83 multiplications, 4 divisions, 1 root
 //
 // Left out, with everything they multiply:
 //     y of body `ram`: is constant
@@ -756,7 +757,7 @@ pub fn power<R: Real>(m: &QuickReturnLoaded<R>, _t: R, q: &[R; 3], qd: &[R; 3]) 
 /// Arguments: `t` in s, `q = [phi2, phi4, phi5]`, `qd = [phi2_dot, phi4_dot, phi5_dot]`, `qdd = [phi2_ddot, phi4_ddot, phi5_ddot]`, `multipliers = [slot, guide]`.
 ///
 /// Operations: 12 additions, 25 multiplications, 1 division, 1 root, 3 sine-cosine pairs.
-#[inline]
+#[inline(always)]
 pub fn outputs<R: Real>(
     m: &QuickReturnLoaded<R>,
     _t: R,
@@ -906,6 +907,7 @@ pub fn closure<R: Real>(m: &QuickReturnLoaded<R>, q: &[R; 3]) -> Closure<R, 3, 2
 pub struct Position<R> {
     pub a_x: R,
     pub b_y: R,
+    pub c_x: R,
     pub guide_phi4: R,
     pub guide_phi5: R,
     pub guide_residual: R,
@@ -926,16 +928,17 @@ pub struct Position<R> {
     pub slot_phi4: R,
     pub slot_residual: R,
     pub v1: R,
-    pub v2: R,
     pub v3: R,
     pub v4: R,
     pub v5: R,
     pub v6: R,
+    pub v7: R,
+    pub v8: R,
 }
 
 /// What follows from the position alone: the loops, their Jacobian, the mass matrix, and how the dependent coordinates follow the others.
 ///
-/// Operations: 15 additions, 35 multiplications, 4 divisions, 1 root.
+/// Operations: 19 additions, 40 multiplications, 4 divisions, 1 root.
 #[inline(always)]
 pub fn position<R: Lane>(
     m: &QuickReturnLoaded<R>,
@@ -961,16 +964,17 @@ pub fn position<R: Lane>(
     let guide_residual = b_y - p.yC + v1;
 
     // The constraint Jacobian C_q.
-    let slot_phi2 = cos_phi4.mul_add(r_phi2, p.O2A * sin_phi2);
+    let v2 = p.O2A * sin_phi2;
+    let slot_phi2 = cos_phi4.mul_add(r_phi2, v2);
     let slot_phi4 = sin_phi4 * r;
     let guide_phi4 = p.O4B * cos_phi4;
     let guide_phi5 = p.BC * cos_phi5;
 
     // The reduced mass matrix Mbar.
     let mass_phi4_phi4 = (k.o4b_sq_m6_2 * sin_phi4).mul_add(sin_phi4, k.k3);
-    let v2 = k.o4b_bg5_m5 * cos_phi4;
+    let v3 = k.o4b_bg5_m5 * cos_phi4;
     let mass_phi4_phi5 = (k.o4b_times_bc_m6_plus_bg5_m5 * sin_phi4)
-        .mul_add(sin_phi5, cos_phi5 * v2);
+        .mul_add(sin_phi5, cos_phi5 * v3);
     let mass_phi5_phi5 = (k.bc_sq_m6 * sin_phi5).mul_add(sin_phi5, k.j5_plus_bg5_sq_m5);
 
     // How dependent coordinates follow the others: C_q T = 0.
@@ -990,13 +994,17 @@ pub fn position<R: Lane>(
             phi4_per_phi2.mul_add(momentum_phi4_phi2, k.j2_plus_o2a_sq_m3),
         );
     let inv_inertia_phi2 = inertia_phi2.recip();
-    let v3 = p.k * (guide_phi4 - p.x6_0 + guide_phi5);
-    let v4 = k.o2a_m3_g_2.neg_mul_add(cos_phi2, p.T2);
-    let v5 = k.o4g4_m4_g * cos_phi4;
-    let v6 = k.o4b_bg5_m5 * sin_phi4;
+    let c_x = guide_phi4 + guide_phi5;
+    let v4 = p.k * (guide_phi4 - p.x6_0 + guide_phi5);
+    let v5 = k.o2a_m3_g_2.neg_mul_add(cos_phi2, p.T2);
+    let v6 = k.o4g4_m4_g * cos_phi4;
+    let v7 = k.o4b_bg5_m5 * sin_phi4;
+    let v8 = (cos_phi4 * cos_phi4.neg_mul_add(p.O4O2 + v2, p.O2A * cos_phi2 * sin_phi4))
+        .neg_mul_add(inv_r, sin_phi4);
     Position {
         a_x,
         b_y,
+        c_x,
         guide_phi4,
         guide_phi5,
         guide_residual,
@@ -1017,11 +1025,12 @@ pub fn position<R: Lane>(
         slot_phi4,
         slot_residual,
         v1,
-        v2,
         v3,
         v4,
         v5,
         v6,
+        v7,
+        v8,
     }
 }
 
@@ -1120,11 +1129,11 @@ pub fn accelerations<R: Lane>(
         r,
         r_phi2,
         v1,
-        v2,
         v3,
         v4,
         v5,
         v6,
+        v7,
         ..
     } = *position;
 
@@ -1149,16 +1158,16 @@ pub fn accelerations<R: Lane>(
         .m6
         .mul_add(
             phi5_dot_sq.mul_add(guide_phi5, phi4_dot_sq * guide_phi4),
-            p.cd.mul_add(phi5_dot.mul_add(v1, phi4_dot * b_y), p.F6 - v3),
+            p.cd.mul_add(phi5_dot.mul_add(v1, phi4_dot * b_y), p.F6 - v4),
         );
     let force_phi4 = b_y
         .mul_add(
             load_ram_x,
-            v5
+            v6
                 + cos_phi4
                     .mul_add(
                         (k.o4b_bg5_m5 * sin_phi5).neg_mul_add(phi5_dot_sq, k.o4b_m5_g),
-                        cos_phi5 * phi5_dot_sq * v6,
+                        cos_phi5 * phi5_dot_sq * v7,
                     ),
         );
     let force_phi5 = v1
@@ -1166,8 +1175,8 @@ pub fn accelerations<R: Lane>(
             load_ram_x,
             cos_phi5
                 .mul_add(
-                    phi4_dot_sq.neg_mul_add(v6, k.bg5_m5_g),
-                    sin_phi5 * phi4_dot_sq * v2,
+                    phi4_dot_sq.neg_mul_add(v7, k.bg5_m5_g),
+                    sin_phi5 * phi4_dot_sq * v3,
                 ),
         );
 
@@ -1183,7 +1192,7 @@ pub fn accelerations<R: Lane>(
                     force_phi5
                         .mul_add(
                             phi5_per_phi2,
-                            force_phi4.neg_mul_add(phi4_per_phi2, v4),
+                            force_phi4.neg_mul_add(phi4_per_phi2, v5),
                         ),
                 ),
         );
@@ -1203,6 +1212,44 @@ pub fn accelerations<R: Lane>(
                     .mul_add(phi5_ddot, mass_phi4_phi4.mul_add(phi4_ddot, force_phi4)),
             );
     ([phi2_ddot, phi4_ddot, phi5_ddot], [-lambda_slot, -lambda_guide])
+}
+
+/// What the scene asks for, at a position that is known.
+///
+/// Operations: 7 additions, 16 multiplications.
+#[inline(always)]
+#[allow(clippy::too_many_arguments)]
+pub fn outputs_at<R: Lane>(
+    m: &QuickReturnLoaded<R>,
+    position: &Position<R>,
+    _t: R,
+    _q: &[R; 3],
+    qd: &[R; 3],
+    qdd: &[R; 3],
+    multipliers: &[R; 2],
+    angles: &Angles<R, 3>,
+) -> [R; 6] {
+    let p = &m.parameters;
+    let k = &m.constants;
+    let [phi2_dot, phi4_dot, phi5_dot] = *qd;
+    let [_, phi4_ddot, phi5_ddot] = *qdd;
+    let [lambda_slot, lambda_guide] = *multipliers;
+    let [_, sin_phi4, sin_phi5] = angles.sin;
+    let [cos_phi2, cos_phi4, cos_phi5] = angles.cos;
+    let Position { c_x, inv_r, v8, .. } = *position;
+    [
+        c_x,
+        -(p.BC * sin_phi5).mul_add(phi5_dot, p.O4B * sin_phi4 * phi4_dot),
+        -p
+            .BC
+            .mul_add(
+                (cos_phi5 * phi5_dot).mul_add(phi5_dot, sin_phi5 * phi5_ddot),
+                p.O4B * (cos_phi4 * phi4_dot).mul_add(phi4_dot, sin_phi4 * phi4_ddot),
+            ),
+        k.o2a_o4o2 * cos_phi2 * phi2_dot * inv_r,
+        lambda_slot * v8,
+        -lambda_guide,
+    ]
 }
 
 /// How much the elimination of dependent coordinates magnifies rounding errors.
@@ -1279,6 +1326,49 @@ impl<R: Lane> Kernel<R, 3, 2> for QuickReturnLoaded<R> {
     ) -> ([R; 3], [R; 2]) {
         accelerations(self, position, t, q, qd, angles)
     }
+
+    #[inline(always)]
+    fn ending(&self, _t: R, q: &[R; 3], _qd: &[R; 3]) -> Option<R> {
+        Some(R::abs(q[0]) - R::from_f64(4.0) * R::from_f64(std::f64::consts::PI))
+    }
+
+    #[inline(always)]
+    #[allow(unused_variables)]
+    fn outputs(
+        &self,
+        t: R,
+        q: &[R; 3],
+        qd: &[R; 3],
+        qdd: &[R; 3],
+        multipliers: &[R; 2],
+        outputs: &mut [R],
+    ) {
+        for (output, value) in outputs
+            .iter_mut()
+            .zip(self::outputs(self, t, q, qd, qdd, multipliers))
+        {
+            *output = value;
+        }
+    }
+
+    #[inline(always)]
+    #[allow(unused_variables)]
+    fn outputs_at(
+        &self,
+        position: &Position<R>,
+        t: R,
+        q: &[R; 3],
+        qd: &[R; 3],
+        angles: &Angles<R, 3>,
+        qdd: &[R; 3],
+        multipliers: &[R; 2],
+        outputs: &mut [R],
+    ) {
+        let values = outputs_at(self, position, t, q, qd, qdd, multipliers, angles);
+        for (output, value) in outputs.iter_mut().zip(values) {
+            *output = value;
+        }
+    }
 }
 
 impl Mechanism<3, 2> for QuickReturnLoaded {
@@ -1332,6 +1422,7 @@ impl Mechanism<3, 2> for QuickReturnLoaded {
         }
     }
 
+    #[inline(always)]
     fn stop(&self, _t: f64, q: &[f64; 3], _qd: &[f64; 3]) -> Option<f64> {
         Some(f64::abs(q[0]) - 4.0 * std::f64::consts::PI)
     }

@@ -273,12 +273,7 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
         }
     }
 
-    fn locate(
-        &self,
-        from: &Moment<N, M>,
-        beyond: &Moment<N, M>,
-        care: &mut Care,
-    ) -> Result<Moment<N, M>, Breakdown> {
+    fn locate(&self, from: &Moment<N, M>, beyond: &Moment<N, M>, care: &mut Care) -> Result<Moment<N, M>, Breakdown> {
         let value = |at: &Moment<N, M>| self.condition(at).unwrap_or(0.0);
         let step = |t: f64| self.stepper.between(self.mechanism, &self.request.method, from, t, care);
         locate(from, beyond, value, step)

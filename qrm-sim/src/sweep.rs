@@ -12,6 +12,7 @@ use crate::shadow::{LEVER, estimate};
 use crate::simulate::{End, Grid, locate};
 use crate::solve::Care;
 use crate::stride::{State, Stride, stride};
+use crate::walk::single;
 
 /// What every design of a sweep is asked to do.
 pub struct SweepRequest<'a> {
@@ -61,7 +62,9 @@ pub fn sweep<X: Mechanism<N, M>, const N: usize, const M: usize>(
 ) -> Vec<Finished> {
     #[cfg(target_arch = "x86_64")]
     match (pulp::Arch::new(), width) {
-        (pulp::Arch::V4(simd), Width::Most) => return simd.vectorize(Crowd::<X, pulp::x86::V4, N, M>::new(designs, request)),
+        (pulp::Arch::V4(simd), Width::Most) => {
+            return simd.vectorize(Crowd::<X, pulp::x86::V4, N, M>::new(designs, request));
+        }
         (pulp::Arch::V4(_) | pulp::Arch::V3(_), Width::Most | Width::Four) => {
             if let Some(simd) = pulp::x86::V3::try_new() {
                 return simd.vectorize(Crowd::<X, pulp::x86::V3, N, M>::new(designs, request));
@@ -198,19 +201,20 @@ impl<'a, X: Mechanism<N, M>, S: Token, const N: usize, const M: usize> Crowd<'a,
             && taken.residual.is_within(self.method.tolerance.residual)
             && checksum(&taken.end).is_within(0.0);
         self.made = next;
-        let before = std::mem::replace(&mut self.state, taken.end);
-        let from = std::mem::replace(&mut self.t, t_next);
         let State { q, qd, qdd, multipliers, angles } = &taken.end;
         self.kernel.outputs_at(&taken.position, t_next, q, qd, angles, qdd, multipliers, &mut self.outputs);
-        if !goes_on {
-            self.settle((from, &before), &taken);
+        if goes_on {
+            (self.t, self.state) = (t_next, taken.end);
+        } else {
+            self.settle(t_next, &taken);
         }
-        for i in 0..self.outputs.len() {
-            let value = self.outputs[i];
-            self.lowest[i] = self.lowest[i].min(value);
-            self.highest[i] = self.highest[i].max(value);
-            self.defined = value.mul_add(Number::zero(), self.defined);
+        let mut defined = self.defined;
+        for ((value, lowest), highest) in self.outputs.iter().zip(&mut self.lowest).zip(&mut self.highest) {
+            *lowest = lowest.min(*value);
+            *highest = highest.max(*value);
+            defined = value.mul_add(Number::zero(), defined);
         }
+        self.defined = defined;
     }
 
     /// How far the stop condition is from true, if it can be told in lanes.
@@ -237,12 +241,14 @@ impl<'a, X: Mechanism<N, M>, S: Token, const N: usize, const M: usize> Crowd<'a,
     /// Takes up a step of which not every lane can simply go on.
     #[cold]
     #[inline(never)]
-    fn settle(&mut self, before: (Lanes<S>, &State<Lanes<S>, N, M>), taken: &Taken<X, S, N, M>) {
+    fn settle(&mut self, t_next: Lanes<S>, taken: &Taken<X, S, N, M>) {
+        let before = (self.t, self.state);
+        (self.t, self.state) = (t_next, taken.end);
         let sum = checksum(&taken.end);
         for lane in 0..Lanes::<S>::COUNT {
             let Some(runner) = &mut self.lanes[lane] else { continue };
             let (design, grid) = (runner.design, runner.grid);
-            let from = pick(lane, before.0.get(lane), before.1);
+            let from = pick(lane, before.0.get(lane), &before.1);
             let mut next = pick(lane, self.t.get(lane), &taken.end);
             let is_good = taken.strain.get(lane).abs() <= MOST_STRAIN
                 && taken.residual.get(lane) <= self.method.tolerance.residual
@@ -267,7 +273,9 @@ impl<'a, X: Mechanism<N, M>, S: Token, const N: usize, const M: usize> Crowd<'a,
                 Some(value) if value.is_nan() => {
                     Err((Status::NotFinite { t: next.t, what: Undefined::Condition }, from))
                 }
-                Some(value) if value >= 0.0 => self.locate(design, &from, &next).map(|at| Some((Status::Stopped, at))),
+                Some(value) if value >= 0.0 => {
+                    self.locate((lane, design), &from, &next).map(|at| Some((Status::Stopped, at)))
+                }
                 _ if next.t >= grid.end_time => Ok(Some((
                     match condition {
                         Some(missing) => Status::StopNotReached { nearest_time: next.t, missing: -missing },
@@ -287,12 +295,13 @@ impl<'a, X: Mechanism<N, M>, S: Token, const N: usize, const M: usize> Crowd<'a,
 
     fn locate(
         &self,
-        design: usize,
+        (lane, design): (usize, usize),
         from: &Moment<N, M>,
         beyond: &Moment<N, M>,
     ) -> Result<Moment<N, M>, (Status, Moment<N, M>)> {
         let value = |at: &Moment<N, M>| self.condition(design, at).unwrap_or(0.0);
-        let step = |t: f64| advance(&self.designs[design], &self.method, from, t, &mut Care::default());
+        let kernel = X::Kernel::<f64>::with_values(|i| self.parameters[lane][i]);
+        let step = |t: f64| single(&self.designs[design], &kernel, &self.method, from, t, &mut Care::default());
         locate(from, beyond, value, step).map_err(|breakdown| (Status::Broken(breakdown), *from))
     }
 
@@ -303,9 +312,10 @@ impl<'a, X: Mechanism<N, M>, S: Token, const N: usize, const M: usize> Crowd<'a,
         let is_good = taken.strain.is_within(MOST_STRAIN)
             && taken.residual.is_within(self.method.tolerance.residual)
             && checksum(&taken.end).is_within(0.0);
-        let before = std::mem::replace(&mut self.shadow, taken.end);
-        if !is_good {
-            self.follow_carefully(from, &before, &taken);
+        if is_good {
+            self.shadow = taken.end;
+        } else {
+            self.follow_carefully(from, &taken);
         }
         for i in 0..N {
             self.difference = (self.shadow.q[i] - self.state.q[i]).abs().max(self.difference);
@@ -315,7 +325,8 @@ impl<'a, X: Mechanism<N, M>, S: Token, const N: usize, const M: usize> Crowd<'a,
 
     #[cold]
     #[inline(never)]
-    fn follow_carefully(&mut self, from: Lanes<S>, before: &State<Lanes<S>, N, M>, taken: &Taken<X, S, N, M>) {
+    fn follow_carefully(&mut self, from: Lanes<S>, taken: &Taken<X, S, N, M>) {
+        let before = std::mem::replace(&mut self.shadow, taken.end);
         let sum = checksum(&taken.end);
         for lane in 0..Lanes::<S>::COUNT {
             let Some(runner) = &mut self.lanes[lane] else { continue };
@@ -325,7 +336,7 @@ impl<'a, X: Mechanism<N, M>, S: Token, const N: usize, const M: usize> Crowd<'a,
             if is_good || !runner.has_shadow {
                 continue;
             }
-            let at = pick(lane, from.get(lane), before);
+            let at = pick(lane, from.get(lane), &before);
             let design = &self.designs[runner.design];
             match advance(design, &self.method, &at, self.t.get(lane), &mut Care::default()) {
                 Ok(careful) => put::<X, S, N, M>(&mut self.shadow, lane, &careful),
@@ -443,9 +454,10 @@ impl<'a, X: Mechanism<N, M>, S: Token, const N: usize, const M: usize> Crowd<'a,
             Some(output) => Status::NotFinite { t: at.t, what: Undefined::Output(output) },
             None => status,
         };
-        let extremes = outputs.iter().enumerate().map(|(i, value)| {
-            [self.lowest[i].get(lane).min(*value), self.highest[i].get(lane).max(*value)]
-        });
+        let extremes = outputs
+            .iter()
+            .enumerate()
+            .map(|(i, value)| [self.lowest[i].get(lane).min(*value), self.highest[i].get(lane).max(*value)]);
         let steps = self.made.get(lane) as u64;
         let (difference, size) = (self.difference.get(lane), self.size.get(lane).max(largest(&at.q).1));
         let is_known = runner.has_shadow && steps >= 2 && difference.is_finite();

@@ -44,6 +44,25 @@ pub(crate) fn walk<X: Mechanism<N, M>, const N: usize, const M: usize>(
     pulp::Arch::new().dispatch(Walk { mechanism, parameters, method, now, care, walker })
 }
 
+/// One step by the kernel on plain doubles, for places where the processor's own instructions cannot be used.
+///
+/// # Errors
+/// The step could not be made.
+pub(crate) fn single<X: Mechanism<N, M>, const N: usize, const M: usize>(
+    mechanism: &X,
+    kernel: &X::Kernel<f64>,
+    method: &Method,
+    from: &Moment<N, M>,
+    t_next: f64,
+    care: &mut Care,
+) -> Result<Moment<N, M>, Breakdown> {
+    let made = stride(kernel, from.t, t_next - from.t, &begin::<X, f64, N, M>(from));
+    if is_good(&made, method.tolerance.residual) {
+        return Ok(moment(t_next, &made.end, made.corrections));
+    }
+    careful(mechanism, method, from, t_next, care)
+}
+
 struct Walk<'a, X, W, const N: usize, const M: usize> {
     mechanism: &'a X,
     parameters: &'a [f64],
