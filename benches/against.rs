@@ -18,8 +18,10 @@ const ROUNDS: usize = 15;
 const RUNS: usize = 200;
 const DESIGNS: usize = 256;
 
+type Measure = fn() -> f64;
+
 /// What is measured: a name, and how to get the time of a step in nanoseconds.
-const OURS: [(&str, fn() -> f64); 7] = [
+const OURS: [(&str, Measure); 7] = [
     ("one run, generated kernel", || one(&QuickReturn::default())),
     ("one run, plain generated functions", || one(&Plain(QuickReturn::default()))),
     ("one run, plain functions by hand", || one(&Plain(HandWritten::new(Parameters::default())))),

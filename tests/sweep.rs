@@ -7,7 +7,7 @@ use qrm_model::quick_return::QuickReturn;
 use qrm_sim::observer::{Observer, Row};
 use qrm_sim::outcome::{NoStart, Status};
 use qrm_sim::simulate::{End, Request, simulate};
-use qrm_sim::sweep::{Finished, SweepRequest, Width, sweep};
+use qrm_sim::sweep::{Finished, SweepEnd, SweepRequest, Width, sweep};
 
 /// Designs that differ in length, inertia and speed, so that no two end after the same number of steps; some cannot close.
 fn designs(count: usize) -> Vec<QuickReturn> {
@@ -82,7 +82,7 @@ fn assert_same(design: &QuickReturn, finished: &Finished, end: Option<f64>) {
 fn each_design_ends_as_it_does_alone() {
     let designs = designs(60);
     for end in [None, Some(0.3004)] {
-        let request = SweepRequest { step: None, end: end.map(End::Time), estimate_error: true };
+        let request = SweepRequest { step: None, end: end.map(SweepEnd::Time), estimate_error: true };
         for width in [Width::Most, Width::Four, Width::One] {
             let finished = sweep(&designs, &request, width);
             assert_eq!(finished.len(), designs.len());

@@ -19,7 +19,8 @@ use quote::{format_ident, quote};
 use crate::graph::{Graph, Id, Op, Signed};
 use crate::scene::Scene;
 use crate::term::{Equations, Symbol};
-use body::{Body, Operations};
+use body::Body;
+pub use body::Operations;
 use layout::{Argument, Layout, Plan, Shape};
 use plain::ident;
 
@@ -34,6 +35,7 @@ pub fn module(scene: &Scene, equations: &Equations, source: &str) -> Module {
     let functions: Vec<TokenStream> = layout.plans.iter().map(|plan| writer.function(plan, &mut operations)).collect();
     let kernel = kernel::Emitter::new(&writer, &layout.kernel).items();
     operations.extend(kernel.operations);
+    let kernel_solution = kernel.solution;
     let kernel = kernel.tokens;
     let constants = writer.constants();
     let scene_items::Items { parameters, mechanism, link, description } =
@@ -55,15 +57,17 @@ pub fn module(scene: &Scene, equations: &Equations, source: &str) -> Module {
     };
     let file =
         syn::parse2(tokens.clone()).unwrap_or_else(|e| panic!("the generated module is not Rust: {e}\n{tokens}"));
-    Module { file, operations }
+    Module { file, operations, solution: kernel_solution }
 }
 
 /// A generated module.
 pub struct Module {
     /// Its syntax.
     pub file: syn::File,
-    /// What each function costs, in words.
-    pub operations: Vec<(&'static str, String)>,
+    /// What each function costs.
+    pub operations: Vec<(&'static str, Operations)>,
+    /// What accelerations and multipliers cost by the kernel.
+    pub solution: Operations,
 }
 
 /// The name of a scene's struct: `quick-return` becomes `QuickReturn`.
@@ -167,7 +171,7 @@ impl<'a> Writer<'a> {
         name
     }
 
-    fn function(&self, plan: &Plan<Signed>, operations: &mut Vec<(&'static str, String)>) -> TokenStream {
+    fn function(&self, plan: &Plan<Signed>, operations: &mut Vec<(&'static str, Operations)>) -> TokenStream {
         let roots: Vec<Signed> = plan.values().copied().collect();
         let mut taken: HashSet<String> = RESERVED.map(str::to_owned).into();
         taken.insert("t".to_owned());
@@ -176,7 +180,7 @@ impl<'a> Writer<'a> {
         let fields: Vec<TokenStream> = plan.parts.iter().map(|(_, shape)| result(&mut body, shape)).collect();
         let used: Vec<Id> = self.outside.keys().copied().filter(|&id| body.needs(id)).collect();
         let (statements, cost) = body.finish();
-        operations.push((plan.name, cost.to_string()));
+        operations.push((plan.name, cost));
 
         let (bindings, parameters) = self.arguments(plan.arguments, &used);
         let uses = |test: fn(&Op) -> bool| used.iter().any(|&id| test(self.graph.op(id)));

@@ -213,7 +213,7 @@ fn text(scene: &Scene, equations: &Equations, source: &str) -> Result<String, Er
     let module = emit::module(scene, equations, source);
     verify::verify(scene, equations, &module.file).map_err(Error::Unverified)?;
     // The printer drops comments of this kind, so the header is joined afterwards.
-    let header = header::header(scene, equations, &module.operations, &header::hash(source));
+    let header = header::header(scene, equations, &module, &header::hash(source));
     Ok(format!("{header}\n{}", spaced(&prettyplease::unparse(&module.file))))
 }
 

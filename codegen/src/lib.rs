@@ -34,6 +34,7 @@ pub mod kernel;
 pub mod lexer;
 pub mod lower;
 pub mod names;
+pub mod omissions;
 pub mod parser;
 pub mod resolve;
 pub mod scene;

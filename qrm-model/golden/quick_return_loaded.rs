@@ -5,29 +5,40 @@
 // Renew the golden copy: QRM_REFRESH=1 cargo test --release --package qrm-model --test golden
 //
 // Operations:
-//     com_positions              4 additions, 9 multiplications, 3 sine-cosine pairs
-//     com_jacobian               6 additions, 9 multiplications, 3 sine-cosine pairs
-//     com_bias                   10 additions, 19 multiplications, 3 sine-cosine pairs
-//     constraints                4 additions, 5 multiplications, 1 root, 3 sine-cosine pairs
-//     constraint_jacobian        3 additions, 7 multiplications, 1 division, 1 root, 3 sine-cosine pairs
-//     constraint_bias            8 additions, 23 multiplications, 1 division, 1 root, 3 sine-cosine pairs
-//     mass_matrix                3 additions, 8 multiplications, 2 sine-cosine pairs
-//     generalized_forces         20 additions, 32 multiplications, 3 sine-cosine pairs
-//     energy                     16 additions, 28 multiplications, 3 sine-cosine pairs
-//     power                      2 additions, 6 multiplications, 2 sine-cosine pairs
-//     outputs                    12 additions, 25 multiplications, 1 division, 1 root, 3 sine-cosine pairs
-//     dynamics                   33 additions, 60 multiplications, 1 division, 1 root, 3 sine-cosine pairs
-//     closure                    6 additions, 11 multiplications, 1 division, 1 root, 3 sine-cosine pairs
-//     position                   19 additions, 40 multiplications, 4 divisions, 1 root
-//     residuals                  no operations
-//     drift                      3 additions, 4 multiplications
-//     correction                 6 additions, 8 multiplications
-//     accelerations              31 additions, 50 multiplications
-//     outputs_at                 7 additions, 16 multiplications
-//     qdd and multipliers alone  41 additions, 83 multiplications, 4 divisions, 1 root
+//     com_positions        4 additions, 9 multiplications, 3 sine-cosine pairs
+//     com_jacobian         6 additions, 9 multiplications, 3 sine-cosine pairs
+//     com_bias             10 additions, 19 multiplications, 3 sine-cosine pairs
+//     constraints          4 additions, 5 multiplications, 1 root, 3 sine-cosine pairs
+//     constraint_jacobian  3 additions, 7 multiplications, 1 division, 1 root, 3 sine-cosine pairs
+//     constraint_bias      8 additions, 23 multiplications, 1 division, 1 root, 3 sine-cosine pairs
+//     mass_matrix          3 additions, 8 multiplications, 2 sine-cosine pairs
+//     generalized_forces   20 additions, 32 multiplications, 3 sine-cosine pairs
+//     energy               16 additions, 28 multiplications, 3 sine-cosine pairs
+//     power                2 additions, 6 multiplications, 2 sine-cosine pairs
+//     outputs              12 additions, 25 multiplications, 1 division, 1 root, 3 sine-cosine pairs
+//     dynamics             33 additions, 60 multiplications, 1 division, 1 root, 3 sine-cosine pairs
+//     closure              6 additions, 11 multiplications, 1 division, 1 root, 3 sine-cosine pairs
+//     position             19 additions, 40 multiplications, 4 divisions, 1 root
+//     residuals            no operations
+//     drift                3 additions, 4 multiplications
+//     correction           6 additions, 8 multiplications
+//     accelerations        31 additions, 50 multiplications
+//     outputs_at           7 additions, 16 multiplications
 //
-// Left out, with everything they multiply:
+// Accelerations and multipliers, from sines and cosines on:
+//       511 operations  with full matrices, as the method is written down
+//       210 operations  by the function `dynamics` and one full system
+//       129 operations  by the kernel: 41 additions, 83 multiplications, 4 divisions, 1 root
+//
+// Left out:
 //     y of body `ram`: is constant
+//     19 of the 33 entries of T, 4 of the 9 entries of Mbar, 2 of the 6 entries of C_q: zero by structure
+//     convective terms of crank.angle, block.angle, rocker.angle, rod.angle: they vanish
+//     pivoting and fill-in: dependent coordinates are eliminated in an order that is known
+//     multipliers at the stages of a step: rows alone need them
+//     derivatives of the constraints by time: none depends on it
+//     time in the forces: no load depends on it
+//     Jacobians of the forces: no method asks for them
 
 use qrm_mechanism::{
     Angles, Closure, Description, Dynamics, Kernel, Lane, Mechanism,

@@ -9,6 +9,7 @@ mod code;
 mod condition;
 mod derive;
 mod digest;
+mod explain;
 mod late;
 mod list;
 mod progress;
@@ -17,6 +18,7 @@ mod report;
 mod run;
 mod settings;
 mod setup;
+mod sweep;
 mod words;
 
 use std::io::Write;
@@ -46,7 +48,10 @@ pub fn main(scenes: &Scenes) -> ExitCode {
         Task::Animate(arguments) => animate::animate(scenes, &arguments),
         Task::Report(arguments) => report::report(scenes, &arguments),
         Task::Accuracy(arguments) => accuracy::accuracy(scenes, &arguments),
+        Task::Sweep(arguments) => sweep::sweep(scenes, &arguments),
+        Task::Merge(arguments) => sweep::merge(&arguments),
         Task::Check(arguments) => check::check(scenes, &arguments),
+        Task::Explain(arguments) => explain::explain(scenes, &arguments),
         Task::Code(arguments) => code::code(scenes, &arguments),
         Task::Derive(arguments) => derive::derive(scenes, &arguments),
         Task::List => {

@@ -10,10 +10,14 @@ use crate::observer::Observer;
 use crate::outcome::{NoStart, Outcome};
 use crate::rest::{NoRest, Rest, rest};
 use crate::simulate::{Request, simulate};
+use crate::sweep::{Finished, SweepRequest, Width, sweep};
 use crate::turn::{NoTurn, Turn, turn, turns};
 
+/// New values for parameters.
+pub type Replace<'a> = &'a dyn Fn(&str) -> Option<f64>;
+
 /// A mechanism whose size is hidden.
-pub trait Scene {
+pub trait Scene: Sync {
     /// Names, units and meanings.
     fn description(&self) -> Description;
 
@@ -30,6 +34,9 @@ pub trait Scene {
         request: &Request,
         observer: &mut dyn Observer,
     ) -> Result<Outcome, NoStart>;
+
+    /// Runs designs that differ in their parameters, and says what became of each, in their order.
+    fn sweep(&self, designs: &[Replace], request: &SweepRequest, width: Width) -> Vec<Finished>;
 
     /// Runs a method to each of the times, again and again.
     ///
@@ -73,7 +80,7 @@ pub trait Scene {
     fn rest(&self, replace: &dyn Fn(&str) -> Option<f64>, wanted: &[(usize, f64)]) -> Result<Rest, NoRest>;
 }
 
-struct Sized<X, const N: usize, const M: usize>(PhantomData<X>);
+struct Sized<X, const N: usize, const M: usize>(PhantomData<fn() -> X>);
 
 impl<X: Mechanism<N, M>, const N: usize, const M: usize> Scene for Sized<X, N, M> {
     fn description(&self) -> Description {
@@ -93,6 +100,11 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Scene for Sized<X, N, M
         observer: &mut dyn Observer,
     ) -> Result<Outcome, NoStart> {
         simulate(&X::with_parameters(replace), request, observer)
+    }
+
+    fn sweep(&self, designs: &[Replace], request: &SweepRequest, width: Width) -> Vec<Finished> {
+        let designs: Vec<X> = designs.iter().map(|replace| X::with_parameters(replace)).collect();
+        sweep(&designs, request, width)
     }
 
     fn measure(

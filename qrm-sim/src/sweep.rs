@@ -9,7 +9,7 @@ use crate::linear::largest;
 use crate::motion::{Method, Moment, advance, moment};
 use crate::outcome::{NoStart, Status, Undefined};
 use crate::shadow::{LEVER, estimate};
-use crate::simulate::{End, Grid, locate};
+use crate::simulate::{Grid, locate};
 use crate::solve::Care;
 use crate::stride::{State, Stride, stride};
 use crate::walk::single;
@@ -19,10 +19,21 @@ pub struct SweepRequest<'a> {
     /// Length of the steps; the scene's if `None`.
     pub step: Option<f64>,
     /// The end; the scene's if `None`.
-    pub end: Option<End<'a>>,
+    pub end: Option<SweepEnd<'a>>,
     /// Whether a second motion at twice the step estimates the error.
     pub estimate_error: bool,
 }
+
+/// Where designs end.
+pub enum SweepEnd<'a> {
+    /// At a time.
+    Time(f64),
+    /// When a function of the design's place, of time, coordinates and rates rises through zero.
+    Condition(&'a DesignCondition<'a>),
+}
+
+/// A function of a design's place, of time, coordinates and rates.
+pub type DesignCondition<'a> = dyn Fn(usize, f64, &[f64], &[f64]) -> f64 + Sync + 'a;
 
 /// What became of a design.
 #[derive(Debug)]
@@ -221,10 +232,11 @@ impl<'a, X: Mechanism<N, M>, S: Token, const N: usize, const M: usize> Crowd<'a,
     #[inline(always)]
     fn conditions(&self, t: Lanes<S>, at: &State<Lanes<S>, N, M>) -> Option<Lanes<S>> {
         match self.request.end {
-            Some(End::Time(_)) => None,
-            Some(End::Condition(condition)) => Some(Lanes::from_fn(|lane| {
+            Some(SweepEnd::Time(_)) => None,
+            Some(SweepEnd::Condition(_)) => Some(Lanes::from_fn(|lane| {
                 let at = pick(lane, t.get(lane), at);
-                condition(at.t, &at.q, &at.qd)
+                let design = self.lanes[lane].as_ref().map(|runner| runner.design);
+                design.and_then(|design| self.condition(design, &at)).unwrap_or(-1.0)
             })),
             None => self.kernel.ending(t, &at.q, &at.qd),
         }
@@ -232,8 +244,8 @@ impl<'a, X: Mechanism<N, M>, S: Token, const N: usize, const M: usize> Crowd<'a,
 
     fn condition(&self, design: usize, at: &Moment<N, M>) -> Option<f64> {
         match self.request.end {
-            Some(End::Time(_)) => None,
-            Some(End::Condition(condition)) => Some(condition(at.t, &at.q, &at.qd)),
+            Some(SweepEnd::Time(_)) => None,
+            Some(SweepEnd::Condition(condition)) => Some(condition(design, at.t, &at.q, &at.qd)),
             None => self.designs[design].stop(at.t, &at.q, &at.qd),
         }
     }
@@ -385,7 +397,7 @@ impl<'a, X: Mechanism<N, M>, S: Token, const N: usize, const M: usize> Crowd<'a,
         let schedule = mechanism.schedule();
         let step = self.request.step.unwrap_or(schedule.step);
         let end_time = match self.request.end {
-            Some(End::Time(t)) => t,
+            Some(SweepEnd::Time(t)) => t,
             _ => schedule.end_time,
         };
         if step <= end_time * f64::EPSILON {

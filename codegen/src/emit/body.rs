@@ -14,13 +14,26 @@ use crate::term::Symbol;
 
 /// How many operations of each kind a function takes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Operations {
-    pub(super) additions: usize,
-    pub(super) multiplications: usize,
-    pub(super) divisions: usize,
-    pub(super) roots: usize,
-    pub(super) sines: usize,
-    pub(super) others: usize,
+pub struct Operations {
+    /// Additions, subtractions and changes of sign that stand by themselves.
+    pub additions: usize,
+    /// Multiplications.
+    pub multiplications: usize,
+    /// Divisions.
+    pub divisions: usize,
+    /// Square roots.
+    pub roots: usize,
+    /// Pairs of a sine and a cosine.
+    pub sines: usize,
+    /// Other functions.
+    pub others: usize,
+}
+
+impl Operations {
+    /// All of them but sines and cosines.
+    pub fn sum(&self) -> usize {
+        self.additions + self.multiplications + self.divisions + self.roots + self.others
+    }
 }
 
 impl std::fmt::Display for Operations {

@@ -18,7 +18,9 @@ use crate::term::Symbol;
 /// The functions of a kernel and what they cost.
 pub(super) struct KernelItems {
     pub(super) tokens: TokenStream,
-    pub(super) operations: Vec<(&'static str, String)>,
+    pub(super) operations: Vec<(&'static str, Operations)>,
+    /// What accelerations and multipliers cost from sines and cosines on.
+    pub(super) solution: Operations,
 }
 
 /// A function of a kernel.
@@ -138,16 +140,15 @@ impl<'a> Emitter<'a> {
         let (names, position, cost) = self.position(&fields);
         let mut inside = self.outside.clone();
         inside.extend(names.iter().map(|(id, name)| (*id, quote!(#name))));
-        let mut operations = vec![("position", cost.to_string())];
+        let mut operations = vec![("position", cost)];
         let functions: Vec<TokenStream> = parts
             .iter()
             .map(|part| {
                 let (tokens, cost) = self.function(part, &inside, &names);
-                operations.push((part.name, cost.to_string()));
+                operations.push((part.name, cost));
                 tokens
             })
             .collect();
-        operations.push(("qdd and multipliers alone", self.solution().to_string()));
         let strain = self.strain(&names);
         let link = self.link();
         let fields: BTreeSet<String> = names.values().map(ToString::to_string).collect();
@@ -164,7 +165,7 @@ impl<'a> Emitter<'a> {
             #strain
             #link
         };
-        KernelItems { tokens, operations }
+        KernelItems { tokens, operations, solution: self.solution() }
     }
 
     /// The values of a position that other functions need.

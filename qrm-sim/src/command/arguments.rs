@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::projection::{Projection, Tolerance};
+use crate::sweep::Width;
 
 /// Simulates mechanisms with closed loops from generated equations of motion.
 ///
@@ -26,8 +27,14 @@ pub(super) enum Task {
     Report(Box<ReportArguments>),
     /// Measure run time and error of every method: accuracy.csv and accuracy.svg
     Accuracy(Box<AccuracyArguments>),
+    /// Run a scene with many combinations of parameters: one row a design, in CSV or Parquet
+    Sweep(Box<SweepArguments>),
+    /// Join the parts of a sweep that was run with `--shard`
+    Merge(MergeArguments),
     /// Check a mechanism: strokes, locks, forces at rest, energy, recurrence
     Check(Box<CheckArguments>),
+    /// Say what the generated code of a scene costs, and what was left out of it and why
+    Explain(ExplainArguments),
     /// Print the generated code of a scene
     Code(CodeArguments),
     /// Write the derivation of a scene's equations: derivation.md
@@ -37,7 +44,7 @@ pub(super) enum Task {
 }
 
 /// Which scene, with which parameters.
-#[derive(Args)]
+#[derive(Args, Debug)]
 pub(super) struct SceneArguments {
     /// Name of the scene; `qrm list` shows them
     #[arg(default_value = "quick-return")]
@@ -111,6 +118,60 @@ pub(super) struct RunArguments {
 }
 
 #[derive(Args)]
+pub(super) struct SweepArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneArguments,
+    /// Vary a parameter: `NAME=FROM:TO:COUNT` or `NAME=VALUE,VALUE,...`; may be repeated, for every combination
+    #[arg(long, value_name = "NAME=VALUES", required = true, allow_hyphen_values = true)]
+    pub(super) vary: Vec<String>,
+    /// Compute one part of the designs only, such as `2/8`; `qrm merge` joins the parts
+    #[arg(long, value_name = "K/N")]
+    pub(super) shard: Option<String>,
+    /// Skip the second motion, at twice the step, that estimates the error of each design
+    #[arg(long)]
+    pub(super) no_error_estimate: bool,
+    /// How many cores to use [default: all]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub(super) threads: Option<u32>,
+    /// How many designs a core makes at once
+    #[arg(long, value_enum, default_value_t = LanesName::Most)]
+    pub(super) lanes: LanesName,
+    /// The table, ending in `.csv` or `.parquet` [default: out/SCENE/sweep.csv]
+    #[arg(long, value_name = "FILE")]
+    pub(super) out: Option<PathBuf>,
+}
+
+#[derive(Args)]
+pub(super) struct MergeArguments {
+    /// The table to write, ending in `.csv` or `.parquet`
+    #[arg(value_name = "OUT")]
+    pub(super) out: PathBuf,
+    /// The parts in their order, in CSV
+    #[arg(value_name = "PART", required = true)]
+    pub(super) parts: Vec<PathBuf>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+pub(super) enum LanesName {
+    /// As many as the processor has lanes for
+    Most,
+    /// Four at most
+    Four,
+    /// One
+    One,
+}
+
+impl LanesName {
+    pub(super) fn width(self) -> Width {
+        match self {
+            Self::Most => Width::Most,
+            Self::Four => Width::Four,
+            Self::One => Width::One,
+        }
+    }
+}
+
+#[derive(Args)]
 pub(super) struct AnimateArguments {
     #[command(flatten)]
     pub(super) scene: SceneArguments,
@@ -165,6 +226,13 @@ pub(super) struct AccuracyArguments {
     /// Folder for the files [default: out/SCENE]
     #[arg(long, value_name = "DIR")]
     pub(super) out: Option<PathBuf>,
+}
+
+#[derive(Args)]
+pub(super) struct ExplainArguments {
+    /// Name of the scene; `qrm list` shows them
+    #[arg(default_value = "quick-return")]
+    pub(super) scene: String,
 }
 
 #[derive(Args)]

@@ -135,8 +135,13 @@ pub(super) fn milliseconds(seconds: f64) -> String {
 
 /// How a run ended, in one sentence or a few.
 pub(super) fn ending(outcome: &Outcome, description: &Description, until: &str) -> String {
-    let t = seconds(outcome.end_time);
-    match &outcome.status {
+    status(&outcome.status, outcome.end_time, description, until)
+}
+
+/// The same of a status at a time.
+pub(super) fn status(status: &Status, end_time: f64, description: &Description, until: &str) -> String {
+    let t = seconds(end_time);
+    match status {
         Status::Completed => format!("reached the end time {t}"),
         Status::Stopped => format!("`{until}` became true at t = {t}"),
         Status::StoppedAtStart => format!("`{until}` holds at the start: there is no motion to compute"),
@@ -145,7 +150,7 @@ pub(super) fn ending(outcome: &Outcome, description: &Description, until: &str) 
                 "`{until}` did not become true by the latest end, t = {t}: it was nearest at t = {}, {missing:.6} short",
                 seconds(*nearest_time)
             );
-            if *nearest_time < outcome.end_time {
+            if *nearest_time < end_time {
                 text += ", and has moved away since: the mechanism turned back or stalled, or met the condition only between two steps";
             } else {
                 text += ", and was still coming nearer";
