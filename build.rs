@@ -16,8 +16,9 @@ fn main() -> ExitCode {
     }
 }
 
-/// The scene files, in the order of their names.
+/// The scene files, in the order of their names: all of them, or those that `QRM_SCENES` names.
 fn scenes() -> Result<Vec<PathBuf>, String> {
+    println!("cargo::rerun-if-env-changed=QRM_SCENES");
     let folder = std::fs::read_dir("scenes").map_err(|e| format!("cannot read the folder `scenes`: {e}"))?;
     let mut scenes = Vec::new();
     for entry in folder {
@@ -28,6 +29,17 @@ fn scenes() -> Result<Vec<PathBuf>, String> {
         }
     }
     scenes.sort();
+    let Ok(asked) = std::env::var("QRM_SCENES") else { return Ok(scenes) };
+    let asked: Vec<&str> = asked.split(',').map(str::trim).filter(|name| !name.is_empty()).collect();
+    let name = |path: &PathBuf| path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    if let Some(unknown) = asked.iter().find(|asked| !scenes.iter().any(|path| name(path) == **asked)) {
+        let known: Vec<String> = scenes.iter().map(name).collect();
+        return Err(format!(
+            "error: QRM_SCENES asks for `{unknown}`, but there is no scenes/{unknown}.toml\n  = help: scenes: {}",
+            known.join(", ")
+        ));
+    }
+    scenes.retain(|path| asked.contains(&name(path).as_str()));
     Ok(scenes)
 }
 
@@ -67,7 +79,8 @@ fn work(scenes: &[PathBuf]) -> Result<(), String> {
     for entry in std::fs::read_dir("qrm-model/golden").map_err(|e| format!("qrm-model/golden: {e}"))? {
         let path = entry.map_err(|e| format!("qrm-model/golden: {e}"))?.path();
         let module = module_of(&path);
-        if module != "scenes" && !scenes.iter().any(|scene| module_of(scene) == module) {
+        let is_asked = std::env::var_os("QRM_SCENES").is_some();
+        if module != "scenes" && !is_asked && !scenes.iter().any(|scene| module_of(scene) == module) {
             return Err(format!(
                 "{} has no scene any more, and this build has no symbolic engine.\n\
                  Build with the default features, or put the scene back.",
@@ -90,5 +103,34 @@ fn work(scenes: &[PathBuf]) -> Result<(), String> {
             ));
         }
     }
-    Ok(())
+    let modules: Vec<String> = scenes.iter().map(|path| module_of(path)).collect();
+    index(&modules)
+}
+
+/// Includes the modules of the golden copy that are asked for: its own list without the others.
+#[cfg(not(feature = "generate"))]
+fn index(modules: &[String]) -> Result<(), String> {
+    let whole = std::fs::read_to_string("qrm-model/golden/scenes.rs")
+        .map_err(|e| format!("qrm-model/golden/scenes.rs: {e}"))?;
+    println!("cargo::rerun-if-changed=../qrm-model/golden/scenes.rs");
+    let golden = std::env::current_dir().map_err(|e| e.to_string())?.join("qrm-model/golden");
+    let is_of_other = |text: &str, before: &str, after: &str| {
+        text.split_once(before)
+            .and_then(|(_, rest)| rest.split_once(after))
+            .is_some_and(|(name, _)| !modules.iter().any(|m| m == name))
+    };
+    let mut text = String::new();
+    for block in whole.split_inclusive("\n}\n") {
+        if is_of_other(block, "pub mod ", " {") {
+            continue;
+        }
+        for line in block.lines().filter(|line| !is_of_other(line, "visitor.visit::<", "::")) {
+            let line = line.replace("include!(\"", &format!("include!(\"{}/", golden.display()));
+            text += &format!("{line}\n");
+        }
+    }
+    let out = std::env::var("OUT_DIR").map_err(|_| "OUT_DIR is not set: this program is run by cargo")?;
+    let out = Path::new(&out).join("scenes");
+    std::fs::create_dir_all(&out).map_err(|e| format!("{}: {e}", out.display()))?;
+    std::fs::write(out.join("scenes.rs"), text).map_err(|e| format!("{}: {e}", out.display()))
 }

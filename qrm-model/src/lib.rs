@@ -3,11 +3,7 @@
 //! The modules are generated when this crate is built. Each holds the functions of the TMT method for one mechanism,
 //! generic over the number type, and a struct that implements [`Mechanism`](qrm_mechanism::Mechanism) on doubles.
 
-#[cfg(feature = "generate")]
 include!(concat!(env!("OUT_DIR"), "/scenes/scenes.rs"));
-
-#[cfg(not(feature = "generate"))]
-include!("../golden/scenes.rs");
 
 #[cfg(feature = "hand-written")]
 pub mod hand_written;

@@ -1,7 +1,9 @@
 //! The command `qrm`.
 
 mod account;
+#[cfg(feature = "pictures")]
 mod accuracy;
+#[cfg(feature = "pictures")]
 mod animate;
 mod arguments;
 mod check;
@@ -14,10 +16,12 @@ mod late;
 mod list;
 mod progress;
 mod recorder;
+#[cfg(feature = "pictures")]
 mod report;
 mod run;
 mod settings;
 mod setup;
+#[cfg(feature = "sweep")]
 mod sweep;
 mod words;
 
@@ -45,10 +49,15 @@ pub fn main(scenes: &Scenes) -> ExitCode {
     let default = || Task::Run(Box::new(RunArguments::parse_from(["qrm"])));
     let result = match Arguments::parse().command.unwrap_or_else(default) {
         Task::Run(arguments) => run::run(scenes, &arguments),
+        #[cfg(feature = "pictures")]
         Task::Animate(arguments) => animate::animate(scenes, &arguments),
+        #[cfg(feature = "pictures")]
         Task::Report(arguments) => report::report(scenes, &arguments),
+        #[cfg(feature = "pictures")]
         Task::Accuracy(arguments) => accuracy::accuracy(scenes, &arguments),
+        #[cfg(feature = "sweep")]
         Task::Sweep(arguments) => sweep::sweep(scenes, &arguments),
+        #[cfg(feature = "sweep")]
         Task::Merge(arguments) => sweep::merge(&arguments),
         Task::Check(arguments) => check::check(scenes, &arguments),
         Task::Explain(arguments) => explain::explain(scenes, &arguments),

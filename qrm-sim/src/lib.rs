@@ -21,19 +21,27 @@ pub mod scenes;
 mod shadow;
 pub mod simulate;
 pub mod solve;
+#[cfg(feature = "sweep")]
 pub mod sweep;
 pub mod turn;
 
+#[cfg_attr(not(feature = "pictures"), allow(dead_code, reason = "pictures need most of it"))]
 mod album;
+#[cfg(feature = "pictures")]
 mod animation;
 mod balance;
 pub mod command;
+#[cfg(feature = "pictures")]
 mod drawing;
+#[cfg_attr(not(feature = "pictures"), allow(dead_code, reason = "pictures need most of it"))]
 mod envelope;
 mod extremes;
+#[cfg(feature = "pictures")]
 mod figures;
+#[cfg(feature = "sweep")]
 mod lanes;
 mod quadrature;
+#[cfg(feature = "pictures")]
 mod stage;
 mod stepper;
 mod stride;

@@ -10,6 +10,7 @@ use crate::observer::Observer;
 use crate::outcome::{NoStart, Outcome};
 use crate::rest::{NoRest, Rest, rest};
 use crate::simulate::{Request, simulate};
+#[cfg(feature = "sweep")]
 use crate::sweep::{Finished, SweepRequest, Width, sweep};
 use crate::turn::{NoTurn, Turn, turn, turns};
 
@@ -35,6 +36,7 @@ pub trait Scene: Sync {
         observer: &mut dyn Observer,
     ) -> Result<Outcome, NoStart>;
 
+    #[cfg(feature = "sweep")]
     /// Runs designs that differ in their parameters, and says what became of each, in their order.
     fn sweep(&self, designs: &[Replace], request: &SweepRequest, width: Width) -> Vec<Finished>;
 
@@ -102,6 +104,7 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Scene for Sized<X, N, M
         simulate(&X::with_parameters(replace), request, observer)
     }
 
+    #[cfg(feature = "sweep")]
     fn sweep(&self, designs: &[Replace], request: &SweepRequest, width: Width) -> Vec<Finished> {
         let designs: Vec<X> = designs.iter().map(|replace| X::with_parameters(replace)).collect();
         sweep(&designs, request, width)

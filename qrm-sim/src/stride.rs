@@ -19,6 +19,7 @@ pub(crate) struct State<R, const N: usize, const M: usize> {
 pub(crate) struct Stride<R, P, const N: usize, const M: usize> {
     pub(crate) end: State<R, N, M>,
     /// What follows from the position there.
+    #[cfg_attr(not(feature = "sweep"), allow(dead_code, reason = "outputs in lanes need it"))]
     pub(crate) position: P,
     /// Largest growth of rounding errors.
     pub(crate) strain: R,

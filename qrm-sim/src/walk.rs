@@ -44,6 +44,7 @@ pub(crate) fn walk<X: Mechanism<N, M>, const N: usize, const M: usize>(
     pulp::Arch::new().dispatch(Walk { mechanism, parameters, method, now, care, walker })
 }
 
+#[cfg(feature = "sweep")]
 /// One step by the kernel on plain doubles, for places where the processor's own instructions cannot be used.
 ///
 /// # Errors

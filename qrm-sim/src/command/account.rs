@@ -1,11 +1,13 @@
 //! What there is to say and to show of a run.
 
 use qrm_mechanism::{Description, QuantityDescription};
+#[cfg(feature = "pictures")]
 use qrm_view::figure::Figure;
 
 use super::setup::Setup;
 use super::words;
 use crate::album::Album;
+#[cfg(feature = "pictures")]
 use crate::figures::{HEALTH, figure, groups, health};
 use crate::outcome::{Outcome, Status};
 use crate::summary::{ExtremesEntry, Named, Summary};
@@ -42,6 +44,7 @@ pub(super) fn summary(setup: &Setup, outcome: &Outcome, album: &Album) -> Summar
 }
 
 /// The figures of a run under the names of their files.
+#[cfg(feature = "pictures")]
 pub(super) fn figures(setup: &Setup, outcome: &Outcome, album: &Album) -> Vec<(String, Figure)> {
     let groups = groups(&setup.text).into_iter();
     let mut figures: Vec<(String, Figure)> = groups.map(|group| (group.file.clone(), figure(&group, album))).collect();

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::projection::{Projection, Tolerance};
+#[cfg(feature = "sweep")]
 use crate::sweep::Width;
 
 /// Simulates mechanisms with closed loops from generated equations of motion.
@@ -22,14 +23,19 @@ pub(super) enum Task {
     /// Run a scene: trajectory.csv, summary.json and figures
     Run(Box<RunArguments>),
     /// Run a scene and show it moving: animation.html and animation.gif
+    #[cfg(feature = "pictures")]
     Animate(Box<AnimateArguments>),
     /// Run a scene and put all that is known of it on one page: report.html
+    #[cfg(feature = "pictures")]
     Report(Box<ReportArguments>),
     /// Measure run time and error of every method: accuracy.csv and accuracy.svg
+    #[cfg(feature = "pictures")]
     Accuracy(Box<AccuracyArguments>),
     /// Run a scene with many combinations of parameters: one row a design, in CSV or Parquet
+    #[cfg(feature = "sweep")]
     Sweep(Box<SweepArguments>),
     /// Join the parts of a sweep that was run with `--shard`
+    #[cfg(feature = "sweep")]
     Merge(MergeArguments),
     /// Check a mechanism: strokes, locks, forces at rest, energy, recurrence
     Check(Box<CheckArguments>),
@@ -117,6 +123,7 @@ pub(super) struct RunArguments {
     pub(super) out: Option<PathBuf>,
 }
 
+#[cfg(feature = "sweep")]
 #[derive(Args)]
 pub(super) struct SweepArguments {
     #[command(flatten)]
@@ -141,6 +148,7 @@ pub(super) struct SweepArguments {
     pub(super) out: Option<PathBuf>,
 }
 
+#[cfg(feature = "sweep")]
 #[derive(Args)]
 pub(super) struct MergeArguments {
     /// The table to write, ending in `.csv` or `.parquet`
@@ -151,6 +159,7 @@ pub(super) struct MergeArguments {
     pub(super) parts: Vec<PathBuf>,
 }
 
+#[cfg(feature = "sweep")]
 #[derive(Clone, Copy, ValueEnum)]
 pub(super) enum LanesName {
     /// As many as the processor has lanes for
@@ -161,6 +170,7 @@ pub(super) enum LanesName {
     One,
 }
 
+#[cfg(feature = "sweep")]
 impl LanesName {
     pub(super) fn width(self) -> Width {
         match self {
@@ -171,6 +181,7 @@ impl LanesName {
     }
 }
 
+#[cfg(feature = "pictures")]
 #[derive(Args)]
 pub(super) struct AnimateArguments {
     #[command(flatten)]
@@ -185,6 +196,7 @@ pub(super) struct AnimateArguments {
     pub(super) out: Option<PathBuf>,
 }
 
+#[cfg(feature = "pictures")]
 #[derive(Args)]
 pub(super) struct ReportArguments {
     #[command(flatten)]
@@ -210,6 +222,7 @@ pub(super) struct CheckArguments {
     pub(super) at_rest: Vec<String>,
 }
 
+#[cfg(feature = "pictures")]
 #[derive(Args)]
 pub(super) struct AccuracyArguments {
     #[command(flatten)]
@@ -278,6 +291,7 @@ impl MethodName {
 }
 
 /// Where exact values may come from.
+#[cfg(feature = "pictures")]
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(super) enum ReferenceName {
     /// The energy integral of a conservative motion with one freedom that does not turn back

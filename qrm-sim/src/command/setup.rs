@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use qrm_codegen::evaluate::{constant, parameter_values};
+use qrm_codegen::evaluate::parameter_values;
 use qrm_codegen::resolve;
 use qrm_codegen::scene::Scene as SceneText;
 use qrm_mechanism::Description;
@@ -118,13 +118,15 @@ impl<'s> Setup<'s> {
     }
 
     /// Whether the command line changes a parameter.
+    #[cfg(feature = "pictures")]
     pub(super) fn is_changed(&self) -> bool {
         !self.set.is_empty()
     }
 
     /// The step of the command line, or of the scene.
+    #[cfg(feature = "pictures")]
     pub(super) fn step(&self) -> f64 {
-        self.step.unwrap_or_else(|| constant(&self.text.run.step, &self.parameters()))
+        self.step.unwrap_or_else(|| qrm_codegen::evaluate::constant(&self.text.run.step, &self.parameters()))
     }
 
     /// The end that the command line asks for, if it asks for a time.

@@ -29,6 +29,7 @@ pub(super) fn no_start(reason: &NoStart, description: &Description, scene: &Scen
 }
 
 /// Why a method does not get to the last time.
+#[cfg(feature = "pictures")]
 pub(super) fn no_way(reason: &NoStart, description: &Description, scene: &SceneText, path: &str) -> String {
     match reason {
         NoStart::Broken(Breakdown::NotFinite) => "breaks off: the state became infinite".to_owned(),
@@ -113,6 +114,7 @@ fn size(value: f64) -> String {
 }
 
 /// A method and how its steps are chosen.
+#[cfg(feature = "pictures")]
 pub(super) fn method(name: &str, tolerance: Option<f64>, step: f64) -> String {
     let name = name.to_uppercase();
     match tolerance {
@@ -129,6 +131,7 @@ pub(super) fn seconds(t: f64) -> String {
 }
 
 /// A run time, with three digits at least.
+#[cfg(feature = "pictures")]
 pub(super) fn milliseconds(seconds: f64) -> String {
     if seconds < 1e-5 { format!("{:.3} us", seconds * 1e6) } else { format!("{:.3} ms", seconds * 1e3) }
 }
