@@ -15,6 +15,9 @@ pub trait Kernel<R: Lane, const N: usize, const M: usize>: Copy {
     /// Which coordinates need a sine or cosine.
     const IS_ANGLE: [bool; N];
 
+    /// How many operations accelerations and multipliers take. Large kernels are compiled into fewer places.
+    const OPERATIONS: usize;
+
     /// The mechanism with these values of its parameters, in the order of the description.
     fn with_values(value: impl Fn(usize) -> R) -> Self;
 
@@ -91,6 +94,7 @@ impl<R: Lane, const N: usize, const M: usize> Kernel<R, N, M> for NoKernel {
     type Position = ();
 
     const IS_ANGLE: [bool; N] = [false; N];
+    const OPERATIONS: usize = usize::MAX;
 
     fn with_values(_: impl Fn(usize) -> R) -> Self {
         Self

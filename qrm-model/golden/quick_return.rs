@@ -1132,6 +1132,8 @@ impl<R: Lane> Kernel<R, 3, 2> for QuickReturn<R> {
     type Position = Position<R>;
     const IS_ANGLE: [bool; 3] = [true, true, true];
 
+    const OPERATIONS: usize = 107;
+
     fn with_values(value: impl Fn(usize) -> R) -> Self {
         Self::new(Parameters {
             O2A: value(0),

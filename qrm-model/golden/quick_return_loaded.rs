@@ -1273,6 +1273,8 @@ impl<R: Lane> Kernel<R, 3, 2> for QuickReturnLoaded<R> {
     type Position = Position<R>;
     const IS_ANGLE: [bool; 3] = [true, true, true];
 
+    const OPERATIONS: usize = 129;
+
     fn with_values(value: impl Fn(usize) -> R) -> Self {
         Self::new(Parameters {
             O2A: value(0),

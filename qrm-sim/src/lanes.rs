@@ -2,8 +2,8 @@
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
+use pulp::Simd;
 use pulp::bytemuck;
-use pulp::{Scalar, Simd};
 use qrm_mechanism::{Lane, Real};
 
 /// A vector of doubles. It stands in this crate alone, and in it alone below [`pulp::Arch::dispatch`]: the processor has the
@@ -15,13 +15,6 @@ pub(crate) struct Lanes<S: Token>(S::f64s);
 pub(crate) trait Token: Simd {
     /// The evidence once more, where [`pulp::Arch::dispatch`] has given it already.
     fn again() -> Self;
-}
-
-impl Token for Scalar {
-    #[inline(always)]
-    fn again() -> Self {
-        Self
-    }
 }
 
 #[cfg(target_arch = "x86_64")]

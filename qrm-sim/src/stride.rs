@@ -35,6 +35,9 @@ const ROUNDING: f64 = 1e-15;
 /// Most corrections; what takes more is left to the careful way.
 const MOST: u32 = 4;
 
+/// Steps hold kernels of more operations once only, and are compiled for fewer processors.
+pub(crate) const LARGE: usize = 600;
+
 /// One step of length `h` that begins at `t`.
 #[inline(always)]
 pub(crate) fn stride<K: Kernel<R, N, M>, R: Lane, const N: usize, const M: usize>(
@@ -43,62 +46,183 @@ pub(crate) fn stride<K: Kernel<R, N, M>, R: Lane, const N: usize, const M: usize
     h: R,
     from: &State<R, N, M>,
 ) -> Stride<R, K::Position, N, M> {
-    let half = R::from_f64(0.5) * h;
-    let mut strain = R::zero();
-    let (v2, a2, ..) = stage(kernel, t, from, half, (&from.qd, &from.qdd), &mut strain);
-    let (v3, a3, ..) = stage(kernel, t, from, half, (&v2, &a2), &mut strain);
-    let (v4, a4, last, near) = stage(kernel, t, from, h, (&v3, &a3), &mut strain);
-    let sixth = h / R::from_f64(6.0);
-    let way = mean(sixth, [&from.qd, &v2, &v3, &v4]);
-    let mut qd = sum(&from.qd, &mean(sixth, [&from.qdd, &a2, &a3, &a4]));
+    if K::OPERATIONS > LARGE { looped(kernel, t, h, from) } else { unrolled(kernel, t, h, from) }
+}
 
-    // The last stage lies so near that its Jacobian and mass matrix make the first correction.
-    let mut q = sum(&from.q, &way);
-    let off = along(&way, -h, &v3);
-    let mut angles = near.nudged(&q, &off, K::IS_ANGLE);
+/// The step as one stretch of code, in which the processor finds most to do at once.
+#[inline(always)]
+fn unrolled<K: Kernel<R, N, M>, R: Lane, const N: usize, const M: usize>(
+    kernel: &K,
+    t: R,
+    h: R,
+    from: &State<R, N, M>,
+) -> Stride<R, K::Position, N, M> {
+    let half = R::from_f64(0.5) * h;
+    let (v2, a2, _, first) = stage(kernel, t, from, half, (&from.qd, &from.qdd));
+    let (v3, a3, _, second) = stage(kernel, t, from, half, (&v2, &a2));
+    let (v4, a4, near, last) = stage(kernel, t, from, h, (&v3, &a3));
+    let strain = kernel.strain(&last).max(kernel.strain(&second).max(kernel.strain(&first)));
+    let mut end = End::new::<K, M>(from, h, [&v2, &v3, &v4], [&a2, &a3, &a4], &near);
     if M > 0 {
-        let open = kernel.residuals(&kernel.position(&q, &angles));
-        let correction = kernel.correction(&last, &open);
-        q = sum(&from.q, &sum(&way, &correction));
-        // Not the correction itself: what it and rounding made of the coordinates.
-        let moved = difference(&difference(&q, &from.q), &way);
-        angles = angles.corrected(&q, &moved, K::IS_ANGLE);
+        let open = kernel.residuals(&kernel.position(&end.q, &end.angles));
+        end.correct_first::<K, M>(from, &kernel.correction(&last, &open));
     }
-    let mut corrections = u32::from(M > 0);
     let position = loop {
-        let position = kernel.position(&q, &angles);
-        if M == 0 || corrections == MOST {
+        let position = kernel.position(&end.q, &end.angles);
+        if !end.correct::<K, M>(kernel, &position) {
             break position;
         }
-        let open = kernel.residuals(&position);
+    };
+    end.close_rates(kernel, &position);
+    let (qdd, multipliers) = kernel.accelerations(&position, t + h, &end.q, &end.qd, &end.angles);
+    let strain = kernel.strain(&position).max(strain);
+    finish(kernel, end, (qdd, multipliers), position, strain)
+}
+
+/// What is known of a step when it is made.
+#[inline(always)]
+fn finish<K: Kernel<R, N, M>, R: Lane, const N: usize, const M: usize>(
+    kernel: &K,
+    end: End<R, N>,
+    (qdd, multipliers): ([R; N], [R; M]),
+    position: K::Position,
+    strain: R,
+) -> Stride<R, K::Position, N, M> {
+    let residual = largest(&kernel.residuals(&position));
+    // Nothing waits for these before the next step: turns made one after another would add up their rounding errors.
+    let angles = Angles::new(&end.q, K::IS_ANGLE);
+    let state = State { q: end.q, qd: end.qd, qdd, multipliers, angles };
+    Stride { end: state, position, strain, residual, corrections: end.corrections }
+}
+
+/// The same with the equations of motion in one place, for mechanisms that would take too long to compile otherwise.
+#[inline(always)]
+fn looped<K: Kernel<R, N, M>, R: Lane, const N: usize, const M: usize>(
+    kernel: &K,
+    t: R,
+    h: R,
+    from: &State<R, N, M>,
+) -> Stride<R, K::Position, N, M> {
+    let half = R::from_f64(0.5) * h;
+    let mut slopes = [(from.qd, from.qdd); 4];
+    let mut strain = R::zero();
+    let mut end = End { q: from.q, qd: from.qd, way: from.q, angles: from.angles, corrections: 0 };
+    let mut last: Option<K::Position> = None;
+    let mut pass = 1;
+    loop {
+        if pass < 4 {
+            let part = if pass == 3 { h } else { half };
+            let (v, a) = slopes[pass - 1];
+            let dq = scaled(part, &v);
+            end.q = sum(&from.q, &dq);
+            end.qd = along(&from.qd, part, &a);
+            end.angles = from.angles.turned(&end.q, &dq, K::IS_ANGLE);
+        }
+        let position = kernel.position(&end.q, &end.angles);
+        if pass == 4 {
+            pass = 5;
+            if M > 0
+                && let Some(last) = &last
+            {
+                end.correct_first::<K, M>(from, &kernel.correction(last, &kernel.residuals(&position)));
+                continue;
+            }
+        }
+        if pass == 5 {
+            if end.correct::<K, M>(kernel, &position) {
+                continue;
+            }
+            end.close_rates(kernel, &position);
+        }
+        strain = kernel.strain(&position).max(strain);
+        let at = if pass == 5 || pass == 3 { t + h } else { t + half };
+        let (qdd, multipliers) = kernel.accelerations(&position, at, &end.q, &end.qd, &end.angles);
+        if pass == 5 {
+            return finish(kernel, end, (qdd, multipliers), position, strain);
+        }
+        slopes[pass] = (end.qd, qdd);
+        last = Some(position);
+        pass += 1;
+        if pass == 4 {
+            let [_, (v2, a2), (v3, a3), (v4, a4)] = slopes;
+            end = End::new::<K, M>(from, h, [&v2, &v3, &v4], [&a2, &a3, &a4], &end.angles);
+        }
+    }
+}
+
+/// The end of a step on its way to the constraints.
+struct End<R, const N: usize> {
+    q: [R; N],
+    qd: [R; N],
+    /// From the beginning to the end, before it was corrected.
+    way: [R; N],
+    angles: Angles<R, N>,
+    corrections: u32,
+}
+
+impl<R: Lane, const N: usize> End<R, N> {
+    /// Where the formula leads; `near` are the angles at its last stage.
+    #[inline(always)]
+    fn new<K: Kernel<R, N, M>, const M: usize>(
+        from: &State<R, N, M>,
+        h: R,
+        v: [&[R; N]; 3],
+        a: [&[R; N]; 3],
+        near: &Angles<R, N>,
+    ) -> Self {
+        let sixth = h / R::from_f64(6.0);
+        let way = mean(sixth, [&from.qd, v[0], v[1], v[2]]);
+        let qd = sum(&from.qd, &mean(sixth, [&from.qdd, a[0], a[1], a[2]]));
+        let q = sum(&from.q, &way);
+        let angles = near.nudged(&q, &along(&way, -h, v[1]), K::IS_ANGLE);
+        Self { q, qd, way, angles, corrections: 0 }
+    }
+
+    /// The first correction, by Jacobian and mass matrix of the last stage, which lies near enough.
+    #[inline(always)]
+    fn correct_first<K: Kernel<R, N, M>, const M: usize>(&mut self, from: &State<R, N, M>, correction: &[R; N]) {
+        self.q = sum(&from.q, &sum(&self.way, correction));
+        // Not the correction itself: what it and rounding made of the coordinates.
+        let moved = difference(&difference(&self.q, &from.q), &self.way);
+        self.angles = self.angles.corrected(&self.q, &moved, K::IS_ANGLE);
+        self.corrections = 1;
+    }
+
+    /// Another correction, if one is needed.
+    #[inline(always)]
+    fn correct<K: Kernel<R, N, M>, const M: usize>(&mut self, kernel: &K, position: &K::Position) -> bool {
+        if M == 0 || self.corrections == MOST {
+            return false;
+        }
+        let open = kernel.residuals(position);
         let residual = largest(&open);
         if residual.is_within(CLOSED) {
-            break position;
+            return false;
         }
-        let correction = kernel.correction(&position, &open);
+        let correction = kernel.correction(position, &open);
         // Lanes that are closed already stay as they are, whatever others need.
         let size = residual.choose(CLOSED, R::zero(), largest(&correction));
         if size.is_within(ROUNDING) {
-            break position;
+            return false;
         }
         for i in 0..N {
-            q[i] = q[i] + size.choose(ROUNDING, R::zero(), correction[i]);
+            self.q[i] = self.q[i] + size.choose(ROUNDING, R::zero(), correction[i]);
         }
-        angles = angles.refreshed(&q, size, ROUNDING, K::IS_ANGLE);
-        corrections += 1;
-    };
-    strain = kernel.strain(&position).max(strain);
-    if M > 0 {
-        qd = sum(&qd, &kernel.correction(&position, &kernel.drift(&position, &qd)));
+        self.angles = self.angles.refreshed(&self.q, size, ROUNDING, K::IS_ANGLE);
+        self.corrections += 1;
+        true
     }
-    let (qdd, multipliers) = kernel.accelerations(&position, t + h, &q, &qd, &angles);
-    let residual = largest(&kernel.residuals(&position));
-    // Nothing waits for these before the next step: turns made one after another would add up their rounding errors.
-    let angles = Angles::new(&q, K::IS_ANGLE);
-    Stride { end: State { q, qd, qdd, multipliers, angles }, position, strain, residual, corrections }
+
+    /// Puts the rates onto the tangent of the constraints.
+    #[inline(always)]
+    fn close_rates<K: Kernel<R, N, M>, const M: usize>(&mut self, kernel: &K, position: &K::Position) {
+        if M > 0 {
+            self.qd = sum(&self.qd, &kernel.correction(position, &kernel.drift(position, &self.qd)));
+        }
+    }
 }
 
-/// Rates, accelerations and position a part of the step away from its beginning, along rates and accelerations.
+/// Rates, accelerations, angles and position a part of the step away from its beginning, along rates and accelerations.
 #[inline(always)]
 fn stage<K: Kernel<R, N, M>, R: Lane, const N: usize, const M: usize>(
     kernel: &K,
@@ -106,15 +230,13 @@ fn stage<K: Kernel<R, N, M>, R: Lane, const N: usize, const M: usize>(
     from: &State<R, N, M>,
     part: R,
     (v, a): (&[R; N], &[R; N]),
-    strain: &mut R,
-) -> ([R; N], [R; N], K::Position, Angles<R, N>) {
+) -> ([R; N], [R; N], Angles<R, N>, K::Position) {
     let (dq, qd) = (scaled(part, v), along(&from.qd, part, a));
     let q = sum(&from.q, &dq);
     let angles = from.angles.turned(&q, &dq, K::IS_ANGLE);
     let position = kernel.position(&q, &angles);
-    *strain = kernel.strain(&position).max(*strain);
     let (qdd, _) = kernel.accelerations(&position, t + part, &q, &qd, &angles);
-    (qd, qdd, position, angles)
+    (qd, qdd, angles, position)
 }
 
 /// The mean of four slopes that the formula takes, times six.

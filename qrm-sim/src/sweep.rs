@@ -1,17 +1,20 @@
 //! Many designs of one mechanism at once, in lanes: each lane makes the steps of one design until that has come to its end, and
 //! then takes the next.
 
+use std::io;
+
 use qrm_mechanism::{Angles, Fused, Kernel, Lane, MOST_STRAIN, Mechanism, Real};
 
 use crate::assembly::assemble;
 use crate::lanes::{Lanes, Token};
 use crate::linear::largest;
 use crate::motion::{Method, Moment, advance, moment};
+use crate::observer::{Observer, Row};
 use crate::outcome::{NoStart, Status, Undefined};
 use crate::shadow::{LEVER, estimate};
-use crate::simulate::{Grid, locate};
+use crate::simulate::{End, Grid, Request, locate, simulate};
 use crate::solve::Care;
-use crate::stride::{State, Stride, stride};
+use crate::stride::{LARGE, State, Stride, stride};
 use crate::walk::single;
 
 /// What every design of a sweep is asked to do.
@@ -72,19 +75,109 @@ pub fn sweep<X: Mechanism<N, M>, const N: usize, const M: usize>(
     width: Width,
 ) -> Vec<Finished> {
     #[cfg(target_arch = "x86_64")]
-    match (pulp::Arch::new(), width) {
-        (pulp::Arch::V4(simd), Width::Most) => {
-            return simd.vectorize(Crowd::<X, pulp::x86::V4, N, M>::new(designs, request));
-        }
-        (pulp::Arch::V4(_) | pulp::Arch::V3(_), Width::Most | Width::Four) => {
-            if let Some(simd) = pulp::x86::V3::try_new() {
-                return simd.vectorize(Crowd::<X, pulp::x86::V3, N, M>::new(designs, request));
+    {
+        // Constants, so that what is not used is not compiled: each set of instructions takes as long as the kernel is large.
+        let four: Option<InLanes<X, pulp::x86::V3>> =
+            const { if X::Kernel::<f64>::OPERATIONS <= LARGE { Some(in_four::<X, N, M>) } else { None } };
+        let eight: Option<InLanes<X, pulp::x86::V4>> =
+            const { if X::Kernel::<f64>::OPERATIONS <= HUGE { Some(in_eight::<X, N, M>) } else { None } };
+        match (pulp::Arch::new(), width) {
+            (pulp::Arch::V4(simd), Width::Most) => {
+                if let Some(eight) = eight {
+                    return eight(simd, designs, request);
+                }
             }
+            (pulp::Arch::V4(_) | pulp::Arch::V3(_), Width::Most | Width::Four) => {
+                if let Some((four, simd)) = four.zip(pulp::x86::V3::try_new()) {
+                    return four(simd, designs, request);
+                }
+            }
+            _ => {}
         }
-        _ => {}
     }
     let _ = width;
-    Crowd::<X, pulp::Scalar, N, M>::new(designs, request).run()
+    designs.iter().enumerate().map(|(place, design)| alone(place, design, request)).collect()
+}
+
+/// Runs designs in lanes.
+#[cfg(target_arch = "x86_64")]
+type InLanes<X, S> = fn(S, &[X], &SweepRequest) -> Vec<Finished>;
+
+#[cfg(target_arch = "x86_64")]
+fn in_four<X: Mechanism<N, M>, const N: usize, const M: usize>(
+    simd: pulp::x86::V3,
+    designs: &[X],
+    request: &SweepRequest,
+) -> Vec<Finished> {
+    simd.vectorize(Crowd::<X, pulp::x86::V3, N, M>::new(designs, request))
+}
+
+#[cfg(target_arch = "x86_64")]
+fn in_eight<X: Mechanism<N, M>, const N: usize, const M: usize>(
+    simd: pulp::x86::V4,
+    designs: &[X],
+    request: &SweepRequest,
+) -> Vec<Finished> {
+    simd.vectorize(Crowd::<X, pulp::x86::V4, N, M>::new(designs, request))
+}
+
+/// Kernels of more operations are not compiled for lanes.
+const HUGE: usize = 2000;
+
+/// A design by a run of its own.
+fn alone<X: Mechanism<N, M>, const N: usize, const M: usize>(
+    place: usize,
+    design: &X,
+    request: &SweepRequest,
+) -> Finished {
+    let mut extremes = Extremes::default();
+    let until = |t: f64, q: &[f64], qd: &[f64]| match request.end {
+        Some(SweepEnd::Condition(condition)) => condition(place, t, q, qd),
+        _ => 0.0,
+    };
+    let end = match request.end {
+        None => None,
+        Some(SweepEnd::Time(t)) => Some(End::Time(t)),
+        Some(SweepEnd::Condition(_)) => Some(End::Condition(&until)),
+    };
+    let method = Method::default();
+    let request = Request { method, step: request.step, end, estimate_error: request.estimate_error };
+    match simulate(design, &request, &mut extremes) {
+        Err(reason) => Finished::unable(Err(reason)),
+        Ok(outcome) => Finished {
+            status: Ok(outcome.status),
+            steps: outcome.counts.accepted,
+            end_time: outcome.end_time,
+            q: outcome.q,
+            qd: outcome.qd,
+            extremes: extremes.0,
+            estimated_error: outcome.estimated_error,
+        },
+    }
+}
+
+/// Smallest and largest value of each output.
+#[derive(Default)]
+struct Extremes(Vec<[f64; 2]>);
+
+impl Observer for Extremes {
+    fn row(&mut self, row: &Row) -> io::Result<()> {
+        if self.0.is_empty() {
+            self.0 = row.outputs.iter().map(|value| [*value; 2]).collect();
+        }
+        for (extremes, value) in self.0.iter_mut().zip(row.outputs) {
+            *extremes = [extremes[0].min(*value), extremes[1].max(*value)];
+        }
+        Ok(())
+    }
+
+    fn goes_on(&mut self, _: f64, _: f64) -> io::Result<bool> {
+        Ok(true)
+    }
+
+    fn finish(&mut self) -> io::Result<()> {
+        Ok(())
+    }
 }
 
 /// Designs under way.
@@ -117,6 +210,13 @@ struct Crowd<'a, X: Mechanism<N, M>, S: Token, const N: usize, const M: usize> {
     defined: Lanes<S>,
     /// Whether a lane has lost its design.
     is_stale: bool,
+}
+
+/// Which motion makes a step.
+#[derive(Clone, Copy)]
+enum Turn {
+    Step,
+    Shadow,
 }
 
 /// A design in a lane.
@@ -184,13 +284,22 @@ impl<'a, X: Mechanism<N, M>, S: Token, const N: usize, const M: usize> Crowd<'a,
     fn run(mut self) -> Vec<Finished> {
         self.fill();
         while self.lanes.iter().any(Option::is_some) {
-            // Two steps, beside which the other motion makes one.
+            // Two steps, beside which the other motion makes one. One call makes them all: the step is long when it is compiled.
             let from = self.t;
-            for _ in 0..2 {
-                self.advance();
-            }
-            if self.request.estimate_error {
-                self.follow(from);
+            let [both, one] = [[Turn::Step, Turn::Step, Turn::Shadow], [Turn::Step; 3]];
+            for turn in if self.request.estimate_error { both } else { one } {
+                let next = self.made + Number::from_f64(1.0);
+                let (t, t_next, state) = match turn {
+                    Turn::Step => {
+                        (self.t, (next - self.last).choose(0.25, self.end_time, next * self.step), &self.state)
+                    }
+                    Turn::Shadow => (from, self.t, &self.shadow),
+                };
+                let taken = stride(&self.kernel, t, t_next - t, state);
+                match turn {
+                    Turn::Step => self.advance(next, t_next, taken),
+                    Turn::Shadow => self.follow(from, taken),
+                }
             }
             if self.is_stale {
                 self.fill();
@@ -199,12 +308,9 @@ impl<'a, X: Mechanism<N, M>, S: Token, const N: usize, const M: usize> Crowd<'a,
         self.finished.into_iter().flatten().collect()
     }
 
-    /// One step in every lane.
+    /// Takes a step in every lane.
     #[inline(always)]
-    fn advance(&mut self) {
-        let next = self.made + Number::from_f64(1.0);
-        let t_next = (next - self.last).choose(0.25, self.end_time, next * self.step);
-        let taken = stride(&self.kernel, self.t, t_next - self.t, &self.state);
+    fn advance(&mut self, next: Lanes<S>, t_next: Lanes<S>, taken: Taken<X, S, N, M>) {
         let condition = self.conditions(t_next, &taken.end);
         let goes_on = (next - self.last).is_negative()
             && condition.is_none_or(Lanes::is_negative)
@@ -317,10 +423,9 @@ impl<'a, X: Mechanism<N, M>, S: Token, const N: usize, const M: usize> Crowd<'a,
         locate(from, beyond, value, step).map_err(|breakdown| (Status::Broken(breakdown), *from))
     }
 
-    /// One step of the motion at twice the step, from the time before the last two steps.
+    /// Takes a step of the motion at twice the step, from the time before the last two steps.
     #[inline(always)]
-    fn follow(&mut self, from: Lanes<S>) {
-        let taken = stride(&self.kernel, from, self.t - from, &self.shadow);
+    fn follow(&mut self, from: Lanes<S>, taken: Taken<X, S, N, M>) {
         let is_good = taken.strain.is_within(MOST_STRAIN)
             && taken.residual.is_within(self.method.tolerance.residual)
             && checksum(&taken.end).is_within(0.0);

@@ -6,7 +6,7 @@ use crate::linear::Vector;
 use crate::motion::{self, Breakdown, Method, Moment, Scheme};
 use crate::projection::Projection;
 use crate::solve::Care;
-use crate::stride::{State, Stride, stride};
+use crate::stride::{LARGE, State, Stride, stride};
 
 /// Whether a method is made by kernels.
 pub(crate) fn is_walked(method: &Method) -> bool {
@@ -41,7 +41,9 @@ pub(crate) fn walk<X: Mechanism<N, M>, const N: usize, const M: usize>(
     care: &mut Care,
     walker: &mut impl Walker<N, M>,
 ) -> Result<(), Breakdown> {
-    pulp::Arch::new().dispatch(Walk { mechanism, parameters, method, now, care, walker })
+    let walk = Walk { mechanism, parameters, method, now, care, walker };
+    // Each set of instructions is compiled by itself.
+    if X::Kernel::<f64>::OPERATIONS > LARGE { walk.go::<f64>() } else { pulp::Arch::new().dispatch(walk) }
 }
 
 #[cfg(feature = "sweep")]

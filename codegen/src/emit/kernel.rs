@@ -385,6 +385,7 @@ impl<'a> Emitter<'a> {
         });
         let marker = kept.is_empty().then(|| quote!(marker: std::marker::PhantomData));
         let value = if kept.is_empty() { quote!(_value) } else { quote!(value) };
+        let operations = Literal::usize_unsuffixed(self.solution().sum());
         let plain = Plain { scene, parameters: quote!(p.), number: quote!(R) };
         let ending = stop(scene, &plain, "ending");
         let outputs_at = if scene.outputs.is_empty() {
@@ -403,6 +404,7 @@ impl<'a> Emitter<'a> {
                 type Position = Position<R>;
 
                 const IS_ANGLE: [bool; #n] = [#(#is_angle),*];
+                const OPERATIONS: usize = #operations;
 
                 fn with_values(#value: impl Fn(usize) -> R) -> Self {
                     Self::new(Parameters { #(#parameters)* #marker })
