@@ -1,0 +1,136 @@
+//! `qrm sweep`, `qrm merge` and `qrm explain` as a user calls them.
+
+mod common;
+
+use std::fs;
+use std::path::Path;
+use std::process::Output;
+
+use common::{Table, qrm};
+
+const VARY: [&str; 4] = ["--vary", "O2A=0.12:0.28:40", "--vary", "BC=0.3,0.6,0.9"];
+
+fn sweep(arguments: &[&str], folder: &Path, out: &str) -> Output {
+    let mut command = qrm(&["sweep", "quick-return"]);
+    command.args(arguments).arg("--out").arg(folder.join(out));
+    command.output().expect("the command starts")
+}
+
+fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&[&output.stdout[..], &output.stderr[..]].concat()).into_owned()
+}
+
+fn read(folder: &Path, file: &str) -> Vec<u8> {
+    fs::read(folder.join(file)).unwrap_or_else(|e| panic!("{file}: {e}"))
+}
+
+#[test]
+fn rows_do_not_depend_on_cores_lanes_or_parts() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    let whole = sweep(&VARY, folder, "whole.csv");
+    assert!(whole.status.success(), "{}", said(&whole));
+    sweep(&[&VARY[..], &["--threads", "1", "--lanes", "four"]].concat(), folder, "four.csv");
+    assert_eq!(read(folder, "whole.csv"), read(folder, "four.csv"));
+    for part in ["1/3", "2/3", "3/3"] {
+        sweep(&[&VARY[..], &["--shard", part]].concat(), folder, &format!("{}.csv", &part[..1]));
+    }
+    sweep(&VARY, folder, "whole.parquet");
+    for ending in ["csv", "parquet"] {
+        let mut merge = qrm(&["merge"]);
+        merge.arg(folder.join(format!("merged.{ending}")));
+        let output =
+            merge.args(["1", "2", "3"].map(|part| folder.join(format!("{part}.csv")))).output().expect("starts");
+        assert!(output.status.success(), "{}", said(&output));
+        assert_eq!(read(folder, &format!("merged.{ending}")), read(folder, &format!("whole.{ending}")));
+    }
+    let table = Table::read(&folder.join("whole.csv"));
+    assert_eq!(table.rows.len(), 120);
+    // A rod of 0.3 m reaches the guide in every position only of short cranks.
+    let status = table.columns.iter().position(|name| name == "status").expect("a column");
+    let failed = table.rows.iter().filter(|row| row[status] == "failed").count();
+    assert!((20..60).contains(&failed), "{failed} failed");
+    assert!(table.rows.iter().all(|row| (row[status] == "failed") != row[status + 1].is_empty()));
+}
+
+#[test]
+fn an_interrupted_sweep_goes_on_where_it_was() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder.path();
+    sweep(&VARY, folder, "whole.csv");
+    let whole = String::from_utf8(read(folder, "whole.csv")).expect("text");
+    // What is left of a sweep that was killed in the middle of a row: the title of this sweep, and part of its rows.
+    sweep(&[&VARY[..], &["--shard", "1/2"]].concat(), folder, "other.csv");
+    let journal = folder.join("again.csv.under-way");
+    fs::write(&journal, "# another sweep\ndesign\n0,done,\n").expect("written");
+    let refused = sweep(&VARY, folder, "again.csv");
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(said(&refused).contains("another sweep"), "{}", said(&refused));
+    let title = title(folder);
+    let cut = whole.len() / 2;
+    fs::write(&journal, format!("{title}\n{}", &whole[..cut])).expect("written");
+    let resumed = sweep(&VARY, folder, "again.csv");
+    assert!(said(&resumed).contains("goes on after"), "{}", said(&resumed));
+    assert_eq!(read(folder, "again.csv"), whole.as_bytes());
+    assert!(!journal.exists());
+}
+
+/// The title that a sweep gives its table under way, seen while it cannot finish: its table is a folder.
+fn title(folder: &Path) -> String {
+    fs::create_dir(folder.join("stuck.csv")).expect("a folder");
+    assert!(!sweep(&VARY, folder, "stuck.csv").status.success());
+    let journal = fs::read_to_string(folder.join("stuck.csv.under-way")).expect("a table under way");
+    journal.lines().next().expect("a title").to_owned()
+}
+
+#[test]
+fn wrong_use_is_refused_in_words() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (arguments, out, words) in [
+        (&["--vary", "O2B=1,2"][..], "a.csv", "did you mean"),
+        (&["--vary", "O2A"], "a.csv", "has no `=`"),
+        (&["--vary", "O2A=1:2"], "a.csv", "neither one `:` list nor three parts"),
+        (&["--vary", "O2A=0.1:0.2:0"], "a.csv", "asks for `0` values"),
+        (&["--vary", "O2A=0.1:x:3"], "a.csv", "contains the name `x`"),
+        (&["--vary", "O2A=0.1,0.2", "--vary", "O2A=0.3"], "a.csv", "for the second time"),
+        (&["--vary", "O2A=0.1,0.2", "--set", "O2A=0.3"], "a.csv", "both set and varied"),
+        (&["--vary", "g=1,2"], "a.csv", "exactly zero"),
+        (&["--vary", "O2A=0:1:1000000", "--vary", "J2=1:2:1000000"], "a.csv", "more than"),
+        (&["--vary", "O2A=0.1,0.2", "--shard", "3/2"], "a.csv", "no part of a whole"),
+        (&["--vary", "O2A=0.1,0.2"], "a.txt", "neither `.csv` nor `.parquet`"),
+        (&["--vary", "O2A=0.1,0.2", "--until", "phi9 > 1"], "a.csv", "phi9"),
+    ] {
+        let output = sweep(arguments, folder.path(), out);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {}", said(&output));
+        assert!(said(&output).contains(words), "{arguments:?}: {}", said(&output));
+        assert!(!folder.path().join(out).exists());
+    }
+    let none = sweep(&["--vary", "BC=0.1,0.2"], folder.path(), "none.csv");
+    assert_eq!(none.status.code(), Some(1), "{}", said(&none));
+    assert!(folder.path().join("none.csv").exists());
+}
+
+#[test]
+fn a_condition_of_the_command_line_knows_the_design() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let output = sweep(&["--vary", "O2A=0.1,0.2", "--until", "x6 <= -3*O2A"], folder.path(), "a.csv");
+    // Outputs are no names of conditions; coordinates and parameters are.
+    assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+    let output = sweep(&["--vary", "O2A=0.1,0.2", "--until", "phi2 >= 10*O2A"], folder.path(), "a.csv");
+    assert!(output.status.success(), "{}", said(&output));
+    let table = Table::read(&folder.path().join("a.csv"));
+    let phi2 = [0, 1].map(|row| table.number(row, "phi2"));
+    assert!((phi2[0] - 1.0).abs() < 1e-12 && (phi2[1] - 2.0).abs() < 1e-12, "{phi2:?}");
+}
+
+#[test]
+fn the_kernel_takes_few_operations_and_says_so() {
+    let output = qrm(&["explain", "quick-return"]).output().expect("the command starts");
+    let text = said(&output);
+    let line = text.lines().find(|line| line.contains("by the kernel")).expect("a count");
+    let count: usize = line.split_whitespace().next().and_then(|word| word.parse().ok()).expect("a number");
+    assert!((90..=110).contains(&count), "{line}");
+    for reason in ["J3 and all it multiplies: exactly zero", "zero by structure", "y of body `ram`: is constant"] {
+        assert!(text.contains(reason), "{reason} is not in\n{text}");
+    }
+}
