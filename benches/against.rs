@@ -42,13 +42,13 @@ fn one(mechanism: &impl Mechanism<3, 2>) -> f64 {
 }
 
 /// Time of a step of a design in a sweep with the extremes of all outputs.
-fn many(width: Width, estimate_error: bool) -> f64 {
+fn many(width: Width, extremes: bool, estimate_error: bool) -> f64 {
     let design = |i: usize| {
         let crank = 0.15 + 0.1 * i as f64 / DESIGNS as f64;
         QuickReturn::with_parameters(&|name| (name == "O2A").then_some(crank))
     };
     let designs: Vec<QuickReturn> = (0..DESIGNS).map(design).collect();
-    let request = SweepRequest { step: None, end: None, estimate_error };
+    let request = SweepRequest { step: None, end: None, extremes, estimate_error };
     let begun = Instant::now();
     let finished = sweep(black_box(&designs), &request, width);
     let steps: u64 = finished.iter().map(|finished| finished.steps).sum();

@@ -82,7 +82,7 @@ fn assert_same(design: &QuickReturn, finished: &Finished, end: Option<f64>) {
 fn each_design_ends_as_it_does_alone() {
     let designs = designs(60);
     for end in [None, Some(0.3004)] {
-        let request = SweepRequest { step: None, end: end.map(SweepEnd::Time), estimate_error: true };
+        let request = SweepRequest { step: None, end: end.map(SweepEnd::Time), extremes: true, estimate_error: true };
         for width in [Width::Most, Width::Four, Width::One] {
             let finished = sweep(&designs, &request, width);
             assert_eq!(finished.len(), designs.len());
@@ -96,7 +96,7 @@ fn each_design_ends_as_it_does_alone() {
 #[test]
 fn a_design_does_not_depend_on_its_neighbours() {
     let designs = designs(23);
-    let request = SweepRequest { step: None, end: None, estimate_error: true };
+    let request = SweepRequest { step: None, end: None, extremes: true, estimate_error: true };
     for width in [Width::Most, Width::Four, Width::One] {
         let together = sweep(&designs, &request, width);
         for (i, design) in designs.iter().enumerate() {
@@ -118,7 +118,8 @@ fn designs_that_break_off_do_not_stop_the_others() {
     // The rod of every second design is too short for a full turn: the crank never gets there.
     let short = |i: usize| move |name: &str| (name == "BC" && i % 2 == 1).then_some(0.37);
     let designs: Vec<QuickReturn> = (0..9).map(|i| QuickReturn::with_parameters(&short(i))).collect();
-    let finished = sweep(&designs, &SweepRequest { step: None, end: None, estimate_error: true }, Width::Most);
+    let finished =
+        sweep(&designs, &SweepRequest { step: None, end: None, extremes: true, estimate_error: true }, Width::Most);
     for (i, finished) in finished.iter().enumerate() {
         let stopped = matches!(finished.status, Ok(Status::Stopped));
         assert_eq!(stopped, i % 2 == 0, "design {i}: {:?}", finished.status);

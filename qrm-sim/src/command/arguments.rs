@@ -134,6 +134,9 @@ pub(super) struct SweepArguments {
     /// Compute one part of the designs only, such as `2/8`; `qrm merge` joins the parts
     #[arg(long, value_name = "K/N")]
     pub(super) shard: Option<String>,
+    /// Leave out the smallest and largest values of the outputs
+    #[arg(long)]
+    pub(super) no_extremes: bool,
     /// Skip the second motion, at twice the step, that estimates the error of each design
     #[arg(long)]
     pub(super) no_error_estimate: bool,

@@ -116,6 +116,7 @@ struct Plan<'s> {
     step: Option<f64>,
     end_time: Option<f64>,
     stop: Option<Stop>,
+    extremes: bool,
     estimate_error: bool,
     width: crate::sweep::Width,
     threads: usize,
@@ -151,9 +152,10 @@ impl<'s> Plan<'s> {
             None => std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
         };
         Ok(Self {
-            columns: Columns::new(description, &axes, arguments.scene.until.clone()),
+            columns: Columns::new(description, &axes, arguments),
             step: option("--step", &arguments.scene.step)?,
             end_time: option("--end-time", &arguments.scene.end_time)?,
+            extremes: !arguments.no_extremes,
             estimate_error: !arguments.no_error_estimate,
             width: arguments.lanes.width(),
             scene,
@@ -168,8 +170,8 @@ impl<'s> Plan<'s> {
 
     /// What tells one sweep from another.
     fn title(&self, arguments: &SweepArguments) -> String {
-        let SweepArguments { scene, vary, shard, no_error_estimate, .. } = arguments;
-        let said = format!("{scene:?} {vary:?} {shard:?} {no_error_estimate}");
+        let SweepArguments { scene, vary, shard, no_extremes, no_error_estimate, .. } = arguments;
+        let said = format!("{scene:?} {vary:?} {shard:?} {no_extremes} {no_error_estimate}");
         format!("# {} {} {:016x}", self.scene.description().name, env!("CARGO_PKG_VERSION"), digest(self.scene, &said))
     }
 
@@ -191,7 +193,8 @@ impl<'s> Plan<'s> {
             (None, Some(_)) => Some(SweepEnd::Condition(&condition)),
             (None, None) => None,
         };
-        let request = SweepRequest { step: self.step, end: until, estimate_error: self.estimate_error };
+        let request =
+            SweepRequest { step: self.step, end: until, extremes: self.extremes, estimate_error: self.estimate_error };
         let finished: Vec<Finished> = self.scene.sweep(&designs, &request, self.width);
         let line =
             |((design, values), finished): ((usize, &Vec<f64>), &Finished)| self.columns.line(design, values, finished);

@@ -1,7 +1,8 @@
 //! What a design becomes in a table.
 
-use qrm_mechanism::Description;
+use qrm_mechanism::{Description, QuantityDescription};
 
+use super::super::arguments::SweepArguments;
 use super::super::words;
 use super::axes::Axes;
 use crate::outcome::{NoStart, Status};
@@ -18,12 +19,15 @@ pub(super) struct Columns {
     description: Description,
     varied: Vec<String>,
     until: String,
+    /// Whether there are columns for the extremes of outputs.
+    extremes: bool,
 }
 
 impl Columns {
-    pub(super) fn new(description: Description, axes: &Axes, until: Option<String>) -> Self {
-        let until = until.unwrap_or_else(|| description.until.to_owned());
-        Self { varied: axes.names().map(str::to_owned).collect(), description, until }
+    pub(super) fn new(description: Description, axes: &Axes, arguments: &SweepArguments) -> Self {
+        let until = arguments.scene.until.clone().unwrap_or_else(|| description.until.to_owned());
+        let varied = axes.names().map(str::to_owned).collect();
+        Self { varied, description, until, extremes: !arguments.no_extremes }
     }
 
     /// Their names.
@@ -34,9 +38,8 @@ impl Columns {
         header.extend(["status", "reason", "end_time", "steps"].iter().map(own));
         header.extend(self.description.coordinates.iter().map(|c| c.name.to_owned()));
         header.extend(self.description.coordinates.iter().map(|c| format!("{}_dot", c.name)));
-        header.extend(
-            self.description.outputs.iter().flat_map(|o| ["min", "max"].map(|end| format!("{}_{end}", o.name))),
-        );
+        let extremes = self.outputs().iter().flat_map(|o| ["min", "max"].map(|end| format!("{}_{end}", o.name)));
+        header.extend(extremes);
         header.push("estimated_error".to_owned());
         header
     }
@@ -58,7 +61,7 @@ impl Columns {
         let begun = |text: String| if has_begun { text } else { String::new() };
         fields.push(begun(number(finished.end_time)));
         fields.push(begun(finished.steps.to_string()));
-        let (n, outputs) = (self.description.coordinates.len(), self.description.outputs.len());
+        let (n, outputs) = (self.description.coordinates.len(), self.outputs().len());
         let each = |values: &[f64], i: usize| values.get(i).map_or_else(String::new, |value| number(*value));
         fields.extend((0..n).map(|i| each(&finished.q, i)));
         fields.extend((0..n).map(|i| each(&finished.qd, i)));
@@ -67,6 +70,11 @@ impl Columns {
         );
         fields.push(finished.estimated_error.map_or_else(String::new, number));
         Line { fields, is_done }
+    }
+
+    /// Those that have columns.
+    fn outputs(&self) -> &[QuantityDescription] {
+        if self.extremes { self.description.outputs } else { &[] }
     }
 
     fn no_start(&self, reason: &NoStart) -> String {
