@@ -25,7 +25,7 @@ const OURS: [(&str, Measure); 7] = [
     ("one run, generated kernel", || one(&QuickReturn::default())),
     ("one run, plain generated functions", || one(&Plain(QuickReturn::default()))),
     ("one run, plain functions by hand", || one(&Plain(HandWritten::new(Parameters::default())))),
-    ("sweep, as many lanes as there are", || many(Width::Most, false)),
+    ("sweep, as many lanes as there are", || many(Width::Most, false, false)),
     ("sweep, four lanes", || many(Width::Four, false)),
     ("sweep, with error estimates", || many(Width::Most, true)),
     ("sweep, four lanes, with error estimates", || many(Width::Four, true)),

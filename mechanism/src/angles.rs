@@ -11,10 +11,13 @@ pub struct Angles<R, const N: usize> {
     pub cos: [R; N],
 }
 
-/// Up to these turns, in rad, the first term that a series leaves out is below 5e-17.
-const SHORT: f64 = 1.0 / 64.0;
+/// Up to these turns, in rad, a series is right to 5e-17.
+const SHORT: f64 = 1.0 / 40.0;
 const SMALL: f64 = 6e-6;
 const TINY: f64 = 1e-8;
+
+/// (sin d - d) / d^3 as the polynomial of d^2 that is nearest up to the first of these turns (Remez).
+const SINE: [f64; 2] = [-0.166_666_666_626_764_27, 0.008_333_148_724_138_672];
 
 // Loops instead of closures: what a loop does is always compiled in line, with the instructions of the function around it.
 impl<R: Lane, const N: usize> Angles<R, N> {
@@ -30,7 +33,7 @@ impl<R: Lane, const N: usize> Angles<R, N> {
         angles
     }
 
-    /// Those of `to`, which lies a turn `dq` from where these belong: quickest up to an angle of 1/64.
+    /// Those of `to`, which lies a turn `dq` from where these belong: quickest up to an angle of 1/40.
     #[inline(always)]
     #[must_use]
     pub fn turned(&self, to: &[R; N], dq: &[R; N], is_angle: [bool; N]) -> Self {
@@ -105,7 +108,7 @@ fn largest<R: Lane, const N: usize>(dq: &[R; N], is_angle: [bool; N]) -> R {
 fn short<R: Lane>(sin: R, cos: R, d: R) -> (R, R) {
     let number = R::from_f64;
     let z = d * d;
-    let sin_d = (d * z).mul_add(z.mul_add(number(1.0 / 120.0), number(-1.0 / 6.0)), d);
+    let sin_d = (d * z).mul_add(z.mul_add(number(SINE[1]), number(SINE[0])), d);
     let cos_d_less_one = (z * z).mul_add(z.mul_add(number(-1.0 / 720.0), number(1.0 / 24.0)), z * number(-0.5));
     (sin + cos.mul_add(sin_d, sin * cos_d_less_one), cos + sin.neg_mul_add(sin_d, cos * cos_d_less_one))
 }

@@ -84,7 +84,9 @@ pub trait Lane: Real {
     /// With `self` a whole number `n` plus `1.5 * 2^52`: sine and cosine of an angle that is `n` quarter turns larger
     /// than one with these.
     fn quarter_turns(self, sin: Self, cos: Self) -> (Self, Self);
-    /// Sine and cosine out of line, of angles of any size.
+    /// Sine and cosine of very large angles.
+    fn sin_cos_far(self) -> (Self, Self);
+    /// Sine and cosine out of line.
     fn sin_cos_apart(self) -> (Self, Self);
 }
 
@@ -211,8 +213,13 @@ impl Lane for f64 {
     }
     #[cold]
     #[inline(never)]
-    fn sin_cos_apart(self) -> (Self, Self) {
+    fn sin_cos_far(self) -> (Self, Self) {
         libm::sincos(self)
+    }
+    #[cold]
+    #[inline(never)]
+    fn sin_cos_apart(self) -> (Self, Self) {
+        sin_cos(self)
     }
 }
 
@@ -265,6 +272,11 @@ impl Lane for Fused {
     #[inline(always)]
     fn quarter_turns(self, sin: Self, cos: Self) -> (Self, Self) {
         let (sin, cos) = self.0.quarter_turns(sin.0, cos.0);
+        (Self(sin), Self(cos))
+    }
+    #[inline(always)]
+    fn sin_cos_far(self) -> (Self, Self) {
+        let (sin, cos) = self.0.sin_cos_far();
         (Self(sin), Self(cos))
     }
     #[inline(always)]

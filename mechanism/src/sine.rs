@@ -39,7 +39,7 @@ const COSINE: [f64; 6] = [
 /// Sine and cosine.
 #[inline(always)]
 pub fn sin_cos<R: Lane>(x: R) -> (R, R) {
-    if x.is_within(FAR) { near(x) } else { x.sin_cos_apart() }
+    if x.is_within(FAR) { near(x) } else { x.sin_cos_far() }
 }
 
 #[inline(always)]

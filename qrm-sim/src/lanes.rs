@@ -3,24 +3,28 @@
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use pulp::Simd;
-use pulp::bytemuck;
 use qrm_mechanism::{Lane, Real};
 
 /// A vector of doubles. It stands in this crate alone, and in it alone below [`pulp::Arch::dispatch`]: the processor has the
 /// instructions of `S` wherever there is one.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Lanes<S: Token>(S::f64s);
+pub(crate) struct Lanes<S: Token>(S::Register);
 
 /// Instructions, as evidence that the processor has them.
 pub(crate) trait Token: Simd {
+    /// A vector as the processor has it: the compiler takes `f64s` apart in places and loads it piece by piece.
+    type Register: bytemuck::Pod + std::fmt::Debug;
+
     /// The evidence once more, where [`pulp::Arch::dispatch`] has given it already.
     fn again() -> Self;
 }
 
 #[cfg(target_arch = "x86_64")]
 macro_rules! token {
-    ($name:ty) => {
+    ($name:ty, $register:ty) => {
         impl Token for $name {
+            type Register = $register;
+
             // An operator has no argument for a token, and asking the processor each time doubles the time of a step.
             #[allow(unsafe_code)]
             #[inline(always)]
@@ -33,9 +37,9 @@ macro_rules! token {
 }
 
 #[cfg(target_arch = "x86_64")]
-token!(pulp::x86::V3);
+token!(pulp::x86::V3, std::arch::x86_64::__m256d);
 #[cfg(target_arch = "x86_64")]
-token!(pulp::x86::V4);
+token!(pulp::x86::V4, std::arch::x86_64::__m512d);
 
 impl<S: Token> Lanes<S> {
     /// How many there are.
@@ -44,23 +48,33 @@ impl<S: Token> Lanes<S> {
     /// The value of each lane.
     #[inline(always)]
     pub(crate) fn from_fn(mut value: impl FnMut(usize) -> f64) -> Self {
-        let mut lanes = S::again().splat_f64s(0.0);
-        for (i, lane) in slice_mut::<S>(&mut lanes).iter_mut().enumerate() {
-            *lane = value(i);
+        let mut lanes = Self::zero();
+        for i in 0..Self::COUNT {
+            lanes.set(i, value(i));
         }
-        Self(lanes)
+        lanes
     }
 
     /// The value of a lane.
     #[inline(always)]
     pub(crate) fn get(&self, lane: usize) -> f64 {
-        bytemuck::cast_slice::<S::f64s, f64>(std::slice::from_ref(&self.0))[lane]
+        bytemuck::cast_slice(std::slice::from_ref(&self.0))[lane]
     }
 
     /// Gives a lane another value.
     #[inline(always)]
     pub(crate) fn set(&mut self, lane: usize, value: f64) {
-        slice_mut::<S>(&mut self.0)[lane] = value;
+        bytemuck::cast_slice_mut(std::slice::from_mut(&mut self.0))[lane] = value;
+    }
+
+    #[inline(always)]
+    fn new(vector: S::f64s) -> Self {
+        Self(bytemuck::must_cast(vector))
+    }
+
+    #[inline(always)]
+    fn vector(self) -> S::f64s {
+        bytemuck::must_cast(self.0)
     }
 
     #[inline(always)]
@@ -69,18 +83,13 @@ impl<S: Token> Lanes<S> {
     }
 }
 
-#[inline(always)]
-fn slice_mut<S: Token>(lanes: &mut S::f64s) -> &mut [f64] {
-    bytemuck::cast_slice_mut::<S::f64s, f64>(std::slice::from_mut(lanes))
-}
-
 macro_rules! operators {
     ($($operator:ident $name:ident $simd:ident),*) => {
         $(impl<S: Token> $operator for Lanes<S> {
             type Output = Self;
             #[inline(always)]
             fn $name(self, other: Self) -> Self {
-                Self(S::again().$simd(self.0, other.0))
+                Self::new(S::again().$simd(self.vector(), other.vector()))
             }
         })*
     };
@@ -92,7 +101,7 @@ impl<S: Token> Neg for Lanes<S> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
-        Self(S::again().neg_f64s(self.0))
+        Self::new(S::again().neg_f64s(self.vector()))
     }
 }
 
@@ -105,11 +114,11 @@ macro_rules! one_by_one {
 impl<S: Token> Real for Lanes<S> {
     #[inline(always)]
     fn from_f64(value: f64) -> Self {
-        Self(S::again().splat_f64s(value))
+        Self::new(S::again().splat_f64s(value))
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
-        Self(S::again().sqrt_f64s(self.0))
+        Self::new(S::again().sqrt_f64s(self.vector()))
     }
     #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
@@ -124,23 +133,23 @@ impl<S: Token> Real for Lanes<S> {
 impl<S: Token> Lane for Lanes<S> {
     #[inline(always)]
     fn mul_add(self, a: Self, b: Self) -> Self {
-        Self(S::again().mul_add_e_f64s(self.0, a.0, b.0))
+        Self::new(S::again().mul_add_e_f64s(self.vector(), a.vector(), b.vector()))
     }
     #[inline(always)]
     fn neg_mul_add(self, a: Self, b: Self) -> Self {
-        Self(S::again().mul_add_e_f64s((-self).0, a.0, b.0))
+        Self::new(S::again().mul_add_e_f64s((-self).vector(), a.vector(), b.vector()))
     }
     #[inline(always)]
     fn abs(self) -> Self {
-        Self(S::again().abs_f64s(self.0))
+        Self::new(S::again().abs_f64s(self.vector()))
     }
     #[inline(always)]
     fn max(self, other: Self) -> Self {
-        Self(S::again().max_f64s(self.0, other.0))
+        Self::new(S::again().max_f64s(self.vector(), other.vector()))
     }
     #[inline(always)]
     fn min(self, other: Self) -> Self {
-        Self(S::again().min_f64s(self.0, other.0))
+        Self::new(S::again().min_f64s(self.vector(), other.vector()))
     }
     fn atan2(self, abscissa: Self) -> Self {
         Self::from_fn(|i| self.get(i).atan2(abscissa.get(i)))
@@ -157,34 +166,49 @@ impl<S: Token> Lane for Lanes<S> {
     #[inline(always)]
     fn is_negative(self) -> bool {
         let simd = S::again();
-        let below = simd.less_than_f64s(self.0, simd.splat_f64s(0.0));
+        let below = simd.less_than_f64s(self.vector(), simd.splat_f64s(0.0));
         simd.first_true_m64s(simd.not_m64s(below)) == Self::COUNT
     }
     #[inline(always)]
     fn is_within(self, bound: f64) -> bool {
         let simd = S::again();
-        let inside = simd.less_than_or_equal_f64s(self.abs().0, simd.splat_f64s(bound));
+        let inside = simd.less_than_or_equal_f64s(self.abs().vector(), simd.splat_f64s(bound));
         simd.first_true_m64s(simd.not_m64s(inside)) == Self::COUNT
     }
     #[inline(always)]
     fn choose(self, bound: f64, inside: Self, outside: Self) -> Self {
         let simd = S::again();
-        let mask = simd.less_than_or_equal_f64s(self.abs().0, simd.splat_f64s(bound));
-        Self(simd.select_f64s(mask, inside.0, outside.0))
+        let mask = simd.less_than_or_equal_f64s(self.abs().vector(), simd.splat_f64s(bound));
+        Self::new(simd.select_f64s(mask, inside.vector(), outside.vector()))
     }
     #[inline(always)]
     fn quarter_turns(self, sin: Self, cos: Self) -> (Self, Self) {
         let simd = S::again();
-        let n = simd.transmute_u64s_f64s(self.0);
+        let n = simd.transmute_u64s_f64s(self.vector());
         let is_odd = has_bit::<S>(n, 1);
-        let swapped = (simd.select_f64s(is_odd, cos.0, sin.0), simd.select_f64s(is_odd, sin.0, cos.0));
+        let swapped = (
+            simd.select_f64s(is_odd, cos.vector(), sin.vector()),
+            simd.select_f64s(is_odd, sin.vector(), cos.vector()),
+        );
         let next = simd.add_u64s(n, simd.splat_u64s(1));
-        (Self(signed::<S>(has_bit::<S>(n, 2), swapped.0)), Self(signed::<S>(has_bit::<S>(next, 2), swapped.1)))
+        (
+            Self::new(signed::<S>(has_bit::<S>(n, 2), swapped.0)),
+            Self::new(signed::<S>(has_bit::<S>(next, 2), swapped.1)),
+        )
+    }
+    #[cold]
+    #[inline(never)]
+    fn sin_cos_far(self) -> (Self, Self) {
+        (Self::from_fn(|i| self.get(i).sin_cos_far().0), Self::from_fn(|i| self.get(i).sin_cos_far().1))
     }
     #[cold]
     #[inline(never)]
     fn sin_cos_apart(self) -> (Self, Self) {
-        (Self::from_fn(|i| self.get(i).sin_cos_apart().0), Self::from_fn(|i| self.get(i).sin_cos_apart().1))
+        // A function out of line has the processor's own instructions only if it says so.
+        S::again().vectorize(
+            #[inline(always)]
+            || qrm_mechanism::sin_cos(self),
+        )
     }
 }
 
