@@ -1,48 +1,62 @@
-//! The integration of two crank revolutions against another program that does the same, measured in turn: one run, and sweeps of
-//! many designs on one core.
+//! The integration of two crank revolutions, in one run and in sweeps of many designs on one core, against a program in C that
+//! does the same by hand.
 //!
-//! `cargo bench --bench against -- PROGRAM [ARGUMENTS]`, where PROGRAM prints `ns_per_step best B median M ...`.
-//! Without a program our own times are printed alone.
+//! `cargo bench --bench against`; the C program is compiled where there is a C compiler. `-- PROGRAM [ARGUMENTS]` takes another
+//! program instead, which prints `ns_per_step best B median M ...`.
+
+mod measure;
 
 use std::hint::black_box;
+use std::path::Path;
 use std::process::{Command, ExitCode};
 use std::time::Instant;
 
 use qrm_mechanism::{Mechanism, Plain};
-use qrm_model::hand_written::HandWritten;
-use qrm_model::quick_return::{Parameters, QuickReturn};
+use qrm_model::quick_return::QuickReturn;
+use qrm_model::twin::{ByDualNumbers, ByHand, Twin};
 use qrm_sim::simulate::{Request, simulate};
 use qrm_sim::sweep::{SweepRequest, Width, sweep};
 
-const ROUNDS: usize = 15;
 const RUNS: usize = 200;
 const DESIGNS: usize = 256;
 
-type Measure = fn() -> f64;
+/// What is measured: a name, and how to get nanoseconds and number of steps of some repetitions.
+type Measure = fn(usize) -> (f64, f64);
 
-/// What is measured: a name, and how to get the time of a step in nanoseconds.
-const OURS: [(&str, Measure); 7] = [
-    ("one run, generated kernel", || one(&QuickReturn::default())),
-    ("one run, plain generated functions", || one(&Plain(QuickReturn::default()))),
-    ("one run, plain functions by hand", || one(&Plain(HandWritten::new(Parameters::default())))),
-    ("sweep, as many lanes as there are", || many(Width::Most, false, false)),
-    ("sweep, four lanes", || many(Width::Four, false)),
-    ("sweep, with error estimates", || many(Width::Most, true)),
-    ("sweep, four lanes, with error estimates", || many(Width::Four, true)),
+const RUN: [(&str, Measure); 5] = [
+    ("one run, generated kernel", |n| one::<QuickReturn>(n)),
+    ("one run, kernel by hand", |n| one::<Twin<ByHand>>(n)),
+    ("one run, plain generated functions", |n| one::<Plain<QuickReturn>>(n)),
+    ("one run, plain functions by hand", |n| one::<Plain<Twin<ByHand>>>(n)),
+    ("one run, dual numbers at run time", |n| one::<Twin<ByDualNumbers>>(n)),
 ];
 
-/// Median time of a step over whole runs.
-fn one(mechanism: &impl Mechanism<3, 2>) -> f64 {
+const SWEEP: [(&str, Measure); 6] = [
+    ("sweep, most lanes, end states", |_| many(Width::Most, false, false)),
+    ("sweep, four lanes, end states", |_| many(Width::Four, false, false)),
+    ("sweep, most lanes, with extremes", |_| many(Width::Most, true, false)),
+    ("sweep, four lanes, with extremes", |_| many(Width::Four, true, false)),
+    ("sweep, most lanes, with extremes and error estimates", |_| many(Width::Most, true, true)),
+    ("sweep, four lanes, with extremes and error estimates", |_| many(Width::Four, true, true)),
+];
+
+/// The median of whole runs.
+fn one<X: Mechanism<3, 2>>(runs: usize) -> (f64, f64) {
+    let mechanism = X::with_parameters(&|_| None);
     let request = Request { method: Default::default(), step: None, end: None, estimate_error: false };
-    let run = |_| {
-        let outcome = simulate(black_box(mechanism), &request, &mut ());
-        outcome.map_or(f64::NAN, |o| o.integration.as_secs_f64() * 1e9 / o.counts.accepted as f64)
-    };
-    median((0..RUNS).map(run).collect())
+    let mut times = Vec::new();
+    let mut steps = 0.0;
+    for _ in 0..runs {
+        let Ok(outcome) = simulate(black_box(&mechanism), &request, &mut ()) else { return (f64::NAN, f64::NAN) };
+        times.push(outcome.integration.as_secs_f64() * 1e9);
+        steps = outcome.counts.accepted as f64;
+    }
+    times.sort_by(f64::total_cmp);
+    (times[runs / 2], steps)
 }
 
-/// Time of a step of a design in a sweep with the extremes of all outputs.
-fn many(width: Width, extremes: bool, estimate_error: bool) -> f64 {
+/// A whole sweep.
+fn many(width: Width, extremes: bool, estimate_error: bool) -> (f64, f64) {
     let design = |i: usize| {
         let crank = 0.15 + 0.1 * i as f64 / DESIGNS as f64;
         QuickReturn::with_parameters(&|name| (name == "O2A").then_some(crank))
@@ -51,8 +65,16 @@ fn many(width: Width, extremes: bool, estimate_error: bool) -> f64 {
     let request = SweepRequest { step: None, end: None, extremes, estimate_error };
     let begun = Instant::now();
     let finished = sweep(black_box(&designs), &request, width);
-    let steps: u64 = finished.iter().map(|finished| finished.steps).sum();
-    begun.elapsed().as_secs_f64() * 1e9 / steps as f64
+    (begun.elapsed().as_secs_f64() * 1e9, finished.iter().map(|finished| finished.steps).sum::<u64>() as f64)
+}
+
+/// The program by hand, compiled; `None` without a C compiler.
+fn compiled() -> Option<Vec<String>> {
+    let program = Path::new(env!("CARGO_TARGET_TMPDIR")).join("hand_written");
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("benches/hand_written.c");
+    let made =
+        Command::new("cc").args(["-O3", "-march=native"]).arg(source).arg("-o").arg(&program).arg("-lm").status();
+    made.is_ok_and(|status| status.success()).then(|| vec![program.to_string_lossy().into_owned(), "60".to_owned()])
 }
 
 fn theirs(program: &[String]) -> Option<f64> {
@@ -61,45 +83,38 @@ fn theirs(program: &[String]) -> Option<f64> {
     text.split_whitespace().skip_while(|word| *word != "median").nth(1)?.parse().ok()
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
-}
-
 fn main() -> ExitCode {
-    let program: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
-    let mut times = vec![Vec::new(); OURS.len()];
-    let mut ratios = vec![Vec::new(); OURS.len()];
-    for _ in 0..ROUNDS {
-        for (i, (_, measure)) in OURS.iter().enumerate() {
-            let time = measure();
-            times[i].push(time);
-            if program.is_empty() {
-                continue;
-            }
-            match theirs(&program) {
-                Some(other) => ratios[i].push(time / other),
-                None => {
-                    eprintln!("error: {} did not print `ns_per_step best B median M`", program[0]);
-                    return ExitCode::FAILURE;
-                }
-            }
+    if let Some((thing, runs)) = measure::counted() {
+        RUN[thing].1(runs as usize);
+        return ExitCode::SUCCESS;
+    }
+    let given: Vec<String> = std::env::args().skip(1).filter(|argument| argument != "--bench").collect();
+    let program = if given.is_empty() { compiled() } else { Some(given) };
+    let ours: Vec<(&str, Measure)> = RUN.into_iter().chain(SWEEP).collect();
+    let count = ours.len() + usize::from(program.is_some());
+    let times = measure::in_turn(count, |i| match (ours.get(i), &program) {
+        (Some((_, measure)), _) => {
+            let (time, steps) = measure(RUNS);
+            time / steps
         }
+        (None, Some(program)) => theirs(program).unwrap_or(f64::NAN),
+        (None, None) => f64::NAN,
+    });
+    let other = program.is_some().then(|| &times[ours.len()]);
+    if other.is_some_and(|other| other.0.iter().any(|time| time.is_nan())) {
+        eprintln!("error: the other program did not print `ns_per_step best B median M`");
+        return ExitCode::FAILURE;
     }
-    println!("{:42} {:>22}  {:>25}", "", "ns a step", "of the other program's");
-    for ((what, _), (times, ratios)) in OURS.iter().zip(times.into_iter().zip(ratios)) {
-        println!("{what:42} {:>22}  {:>25}", spread(times, 1), spread(ratios, 3));
+    println!("{:52} {:>22}  {:>24} {:>13}", "", "ns a step", "of C by hand", "instructions");
+    for (i, ((what, _), time)) in ours.iter().zip(&times).enumerate() {
+        let ratio = other.map_or_else(String::new, |other| time.over(other).show(3));
+        let counted = RUN.get(i).and_then(|(_, run)| Some((measure::instructions(i, 2)?, run(1).1)));
+        let counted = counted.map_or_else(String::new, |(count, steps)| format!("{:.0}", count / steps));
+        println!("{what:52} {:>22}  {ratio:>24} {counted:>13}", time.show(1));
     }
-    println!("medians of {ROUNDS} rounds in turn, with the smallest and the largest");
+    if let Some(other) = other {
+        println!("{:52} {:>22}", "C by hand", other.show(1));
+    }
+    println!("medians of {} rounds in turn, with the smallest and the largest", measure::ROUNDS);
     ExitCode::SUCCESS
-}
-
-/// Median and range.
-fn spread(mut values: Vec<f64>, digits: usize) -> String {
-    if values.is_empty() {
-        return String::new();
-    }
-    values.sort_by(f64::total_cmp);
-    let [least, most] = [values[0], values[values.len() - 1]];
-    format!("{:.digits$} ({least:.digits$} to {most:.digits$})", median(values))
 }

@@ -1,7 +1,9 @@
 //! Kernels against the plain functions they stand for: at single states, and over whole runs.
 
-use qrm_mechanism::{Angles, Fused, Kernel, Lane, Mechanism, Plain, Visitor};
+use num_dual::Dual64;
+use qrm_mechanism::{Angles, Dual, Fused, Kernel, Lane, Mechanism, Plain, Visitor};
 use qrm_model::quick_return::QuickReturn;
+use qrm_model::twin::{ByHand, Twin};
 use qrm_sim::assembly::assemble;
 use qrm_sim::linear::Ldl;
 use qrm_sim::simulate::{End, Request, simulate};
@@ -93,7 +95,45 @@ impl Visitor for Compared {
 fn kernels_give_what_the_plain_functions_give() {
     let mut compared = Compared(0);
     qrm_model::visit_all(&mut compared);
-    assert!(compared.0 >= 2);
+    compared.visit::<Twin<ByHand>, 3, 2>();
+    assert!(compared.0 >= 3);
+}
+
+/// Accelerations and multipliers by the kernel at one state: coordinates, rates, and the values of the parameters.
+fn equations<R: Lane>(state: &[R], parameters: &[R]) -> [R; 5] {
+    let kernel = QuickReturn::<R>::with_values(|i| parameters[i]);
+    let (q, qd) = (std::array::from_fn(|i| state[i]), std::array::from_fn(|i| state[3 + i]));
+    let angles = Angles::new(&q, QuickReturn::<R>::IS_ANGLE);
+    let ([a2, a4, a5], [slot, guide]) =
+        Kernel::accelerations(&kernel, &kernel.position(&q, &angles), R::zero(), &q, &qd, &angles);
+    [a2, a4, a5, slot, guide]
+}
+
+#[test]
+fn kernels_differentiate_with_dual_numbers() {
+    let state = [0.5, 1.15, 2.69, 7.7, 2.8, 1.5];
+    let mut values = state.to_vec();
+    QuickReturn::default().visit_parameters(&mut |value| values.push(value));
+    let at = |values: &[f64]| equations(&values[..6], &values[6..]);
+    for i in 0..values.len() {
+        let dual: Vec<Dual<Dual64>> =
+            (0..values.len()).map(|j| Dual(Dual64::new(values[j], if i == j { 1.0 } else { 0.0 }))).collect();
+        let exact = equations(&dual[..6], &dual[6..]);
+        // Central differences of fourth order.
+        let h = 1e-3 * values[i].abs().max(0.1);
+        let moved = |by: f64| {
+            let mut moved = values.clone();
+            moved[i] += by * h;
+            at(&moved)
+        };
+        let [a, b, c, d] = [moved(-2.0), moved(-1.0), moved(1.0), moved(2.0)];
+        for k in 0..5 {
+            let difference = (a[k] - 8.0 * b[k] + 8.0 * c[k] - d[k]) / (12.0 * h);
+            let (value, slope) = (exact[k].0.re, exact[k].0.eps);
+            assert!((value - at(&values)[k]).abs() <= 1e-13 * value.abs().max(1.0), "value {k}: {value:e}");
+            assert!((slope - difference).abs() <= 1e-7 * slope.abs().max(1.0), "{k} by {i}: {slope:e}, {difference:e}");
+        }
+    }
 }
 
 /// The end of a run to a time.

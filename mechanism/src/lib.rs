@@ -12,6 +12,8 @@
 
 mod angles;
 mod description;
+#[cfg(feature = "dual")]
+mod dual;
 mod kernel;
 mod plain;
 mod real;
@@ -19,6 +21,8 @@ mod sine;
 
 pub use angles::Angles;
 pub use description::{Description, ParameterDescription, QuantityDescription};
+#[cfg(feature = "dual")]
+pub use dual::{Dual, Kind};
 pub use kernel::{Kernel, MOST_STRAIN, NoKernel, accelerations};
 pub use plain::Plain;
 pub use real::{Fused, Lane, Real};

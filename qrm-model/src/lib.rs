@@ -5,5 +5,5 @@
 
 include!(concat!(env!("OUT_DIR"), "/scenes/scenes.rs"));
 
-#[cfg(feature = "hand-written")]
-pub mod hand_written;
+#[cfg(feature = "twins")]
+pub mod twin;

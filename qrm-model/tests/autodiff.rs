@@ -5,8 +5,7 @@
 #![allow(non_snake_case)]
 
 use num_dual::{Dual2_64, Dual64, DualNum};
-use qrm_mechanism::Mechanism;
-use qrm_model::hand_written::HandWritten;
+use qrm_model::twin::{ByDualNumbers, ByHand, Equations};
 use qrm_model::{quick_return, quick_return_loaded};
 
 const STATES: usize = 1000;
@@ -256,16 +255,27 @@ fn every_function_of_the_plain_scene() {
     }
 }
 
+fn check_twin(twin: &impl Equations, s: &Sample, e: &Expected) {
+    let (dynamics, closure) = (twin.dynamics(&s.q, &s.qd), twin.closure(&s.q));
+    close("mass matrix", dynamics.mass_matrix.as_flattened(), e.mass.as_flattened());
+    close("forces", &dynamics.generalized_forces, &e.forces);
+    close("jacobian", dynamics.constraint_jacobian.as_flattened(), e.constraint_jacobian.as_flattened());
+    close("bias", &dynamics.constraint_bias, &e.constraint_bias);
+    close("constraints", &closure.constraints, &e.constraints);
+    close("jacobian", closure.constraint_jacobian.as_flattened(), e.constraint_jacobian.as_flattened());
+}
+
 #[test]
-fn the_hand_written_twin() {
+fn the_twins() {
     for s in samples(false) {
-        let (model, e) = (HandWritten::new(plain(&s.p)), expected(&s));
-        let dynamics = model.dynamics(s.t, &s.q, &s.qd);
-        close("mass matrix", dynamics.mass_matrix.as_flattened(), e.mass.as_flattened());
-        close("forces", &dynamics.generalized_forces, &e.forces);
-        close("jacobian", dynamics.constraint_jacobian.as_flattened(), e.constraint_jacobian.as_flattened());
-        close("bias", &dynamics.constraint_bias, &e.constraint_bias);
-        close("constraints", &model.closure(&s.q).constraints, &e.constraints);
+        let (hand, e) = (ByHand::new(plain(&s.p)), expected(&s));
+        check_twin(&hand, &s, &e);
+        check_twin(&ByDualNumbers::new(plain(&s.p)), &s, &e);
+        let jacobian = drop_row(&e.jacobian, 3);
+        close("T", hand.com_jacobian(&s.q).as_flattened(), jacobian.as_flattened());
+        close("(T qd)_q qd", &hand.com_bias(&s.q, &s.qd), &drop_row(&e.bias, 3));
+        close("C_q", hand.constraint_jacobian(&s.q).as_flattened(), e.constraint_jacobian.as_flattened());
+        close("(C_q qd)_q qd", &hand.constraint_bias(&s.q, &s.qd), &e.constraint_bias);
     }
 }
 

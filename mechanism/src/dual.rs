@@ -1,0 +1,120 @@
+//! Dual numbers: values with derivatives.
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use num_dual::DualNum;
+
+use crate::real::{Lane, Real};
+
+/// A dual number of the crate `num-dual`, of any kind, as a number for generated functions: they return derivatives beside
+/// values, by whatever the parts of `D` were seeded with. What is compared is the value alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(transparent)]
+pub struct Dual<D>(pub D);
+
+/// What is asked of a kind of dual numbers.
+pub trait Kind: DualNum<Primitive = f64> + Copy {}
+
+impl<D: DualNum<Primitive = f64> + Copy> Kind for D {}
+
+macro_rules! operators {
+    ($($operator:ident $name:ident),*) => {
+        $(impl<D: Kind> $operator for Dual<D> {
+            type Output = Self;
+            #[inline(always)]
+            fn $name(self, other: Self) -> Self { Self(self.0.$name(other.0)) }
+        })*
+    };
+}
+
+operators!(Add add, Sub sub, Mul mul, Div div);
+
+impl<D: Kind> Neg for Dual<D> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self(-self.0)
+    }
+}
+
+macro_rules! forward {
+    ($($name:ident),*) => {
+        $(#[inline(always)] fn $name(self) -> Self { Self(self.0.$name()) })*
+    };
+}
+
+impl<D: Kind> Real for Dual<D> {
+    #[inline(always)]
+    fn from_f64(value: f64) -> Self {
+        Self(D::from(value))
+    }
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        let (sin, cos) = self.0.sin_cos();
+        (Self(sin), Self(cos))
+    }
+    #[inline(always)]
+    fn powf(self, exponent: f64) -> Self {
+        Self(self.0.powf(exponent))
+    }
+    forward!(recip, sqrt, sin, cos, tan, asin, acos, atan, exp, ln, sinh, cosh, tanh);
+}
+
+impl<D: Kind> Lane for Dual<D> {
+    #[inline(always)]
+    fn mul_add(self, a: Self, b: Self) -> Self {
+        self * a + b
+    }
+    #[inline(always)]
+    fn neg_mul_add(self, a: Self, b: Self) -> Self {
+        b - self * a
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        if self.is_negative() { -self } else { self }
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        if self.0.re() > other.0.re() { self } else { other }
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        if self.0.re() < other.0.re() { self } else { other }
+    }
+    fn atan2(self, abscissa: Self) -> Self {
+        Self(self.0.atan2(abscissa.0))
+    }
+    fn hypot(self, other: Self) -> Self {
+        (self * self + other * other).sqrt()
+    }
+    fn powi(self, exponent: i32) -> Self {
+        Self(self.0.powi(exponent))
+    }
+    fn pow(self, exponent: Self) -> Self {
+        Self(self.0.powd(exponent.0))
+    }
+    #[inline(always)]
+    fn is_negative(self) -> bool {
+        self.0.re() < 0.0
+    }
+    #[inline(always)]
+    fn is_within(self, bound: f64) -> bool {
+        self.0.re().is_within(bound)
+    }
+    #[inline(always)]
+    fn choose(self, bound: f64, inside: Self, outside: Self) -> Self {
+        if self.is_within(bound) { inside } else { outside }
+    }
+    #[inline(always)]
+    fn quarter_turns(self, sin: Self, cos: Self) -> (Self, Self) {
+        let n = self.0.re().to_bits();
+        let (sin, cos) = if n & 1 == 0 { (sin, cos) } else { (cos, sin) };
+        (if n & 2 == 0 { sin } else { -sin }, if (n + 1) & 2 == 0 { cos } else { -cos })
+    }
+    fn sin_cos_far(self) -> (Self, Self) {
+        self.sin_cos()
+    }
+    fn sin_cos_apart(self) -> (Self, Self) {
+        self.sin_cos()
+    }
+}
