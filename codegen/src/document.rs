@@ -240,6 +240,8 @@ pub struct RunSyntax {
     pub max_time: Option<Formula>,
     /// A fixed end.
     pub end_time: Option<Formula>,
+    /// Whether implicit methods are to be used.
+    pub stiff: bool,
     /// Where the table begins.
     pub span: Span,
     /// Whether all of it could be read.

@@ -41,10 +41,11 @@ pub fn module(scene: &Scene, equations: &Equations, source: &str) -> Module {
     let scene_items::Items { parameters, mechanism, link, description } =
         scene_items::items(scene, !writer.constants.is_empty(), source);
     let has_parameters = scene.parameters.iter().any(|p| !p.left_out);
+    let linearization = equations.linearization.is_some().then(|| quote!(Linearization,));
     let parameter_description = has_parameters.then(|| quote!(ParameterDescription,));
     let tokens = quote! {
         use qrm_mechanism::{
-            Angles, Closure, Description, Dynamics, Kernel, Lane, Mechanism, #parameter_description QuantityDescription, Real,
+            Angles, Closure, Description, Dynamics, Kernel, Lane, #linearization Mechanism, #parameter_description QuantityDescription, Real,
             Schedule, Start,
         };
         #parameters
@@ -201,7 +202,7 @@ impl<'a> Writer<'a> {
         let (name, own) = (format_ident!("{}", plan.name), format_ident!("{}", struct_name(&self.scene.name)));
         // What a step calls must not pass its matrices through memory.
         // Outputs are computed in lanes, with the instructions of the function around them.
-        let is_inner = plan.structure.is_some() || plan.name == "outputs";
+        let is_inner = ["dynamics", "closure", "outputs"].contains(&plan.name);
         let inline = if is_inner { quote!(#[inline(always)]) } else { quote!(#[inline]) };
         let docs = self.doc_lines(plan, cost);
         let aliases = plan.aliases.iter();

@@ -7,6 +7,7 @@
 mod algebra;
 mod derive;
 mod kernel;
+mod linearization;
 mod translate;
 
 use std::fs::File;

@@ -16,7 +16,11 @@ pub fn omissions(scene: &Scene, equations: &Equations) -> Vec<String> {
     if !is_timed(&equations.generalized_forces) {
         list.push("time in the forces: no load depends on it".to_owned());
     }
-    list.push("Jacobians of the forces: no method asks for them".to_owned());
+    if equations.linearization.is_none() {
+        list.push(
+            "Jacobians of forces and constraint forces: the scene asks for no implicit method (`stiff`)".to_owned(),
+        );
+    }
     list
 }
 

@@ -242,6 +242,8 @@ pub struct Run {
     pub until: Option<Condition<Quantity>>,
     /// When it ends at the latest, or always.
     pub end_time: Value,
+    /// Whether Jacobians of forces and constraints are asked for, which implicit methods need.
+    pub stiff: bool,
 }
 
 impl Scene {

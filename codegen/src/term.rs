@@ -159,6 +159,8 @@ pub struct Equations {
     pub power: Vec<Term>,
     /// The outputs that the scene asks for.
     pub outputs: Vec<Term>,
+    /// How the equations change with the state, if the scene asks for it.
+    pub linearization: Option<Linearization>,
     /// Abscissa and ordinate of each named point.
     pub points: Vec<[Term; 2]>,
     /// All that a kernel needs, in its own form.
@@ -175,6 +177,33 @@ impl Equations {
         let points = self.points.iter().flatten();
         let matrices = matrices.into_iter().flatten().flatten();
         points.chain(vectors.into_iter().chain(more).flatten()).chain(matrices).chain(hessians)
+    }
+}
+
+/// Derivatives of the equations of motion, accelerations and multipliers held.
+#[derive(Clone, Debug, Default)]
+pub struct Linearization {
+    /// -d(fbar - Mbar qdd - C_q' lambda)/dq
+    pub stiffness: Vec<Vec<Term>>,
+    /// -d fbar/d qd
+    pub damping: Vec<Vec<Term>>,
+    /// d(C_q qdd + bias)/dq
+    pub constraint_stiffness: Vec<Vec<Term>>,
+    /// d bias/d qd
+    pub constraint_damping: Vec<Vec<Term>>,
+    /// d fbar/dt
+    pub forcing: Vec<Term>,
+}
+
+impl Linearization {
+    /// The four matrices under their names.
+    pub fn parts(&self) -> [(&'static str, &Vec<Vec<Term>>); 4] {
+        [
+            ("stiffness", &self.stiffness),
+            ("damping", &self.damping),
+            ("constraint_stiffness", &self.constraint_stiffness),
+            ("constraint_damping", &self.constraint_damping),
+        ]
     }
 }
 

@@ -4,6 +4,7 @@
 mod expected;
 mod interpret;
 mod kernel;
+mod linearization;
 
 use std::collections::HashMap;
 
@@ -60,6 +61,7 @@ pub fn verify(scene: &Scene, equations: &Equations, file: &syn::File) -> Result<
         let kernel_agrees = kernel::agrees(scene, &module, (sample, expected));
         agreed += usize::from(agrees.map_err(wrong)?);
         kernel_agrees.map_err(wrong)?;
+        linearization::agrees(scene, equations, &module, sample).map_err(wrong)?;
     }
     let problem = if known.len() < STATES / 4 {
         format!("have a value at only {} of {} random states", known.len(), STATES * PATIENCE)

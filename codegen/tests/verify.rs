@@ -3,7 +3,7 @@
 
 use num_rational::BigRational;
 use qrm_codegen::function::Function;
-use qrm_codegen::term::{Equations, KernelEquations, Row, Symbol, Term};
+use qrm_codegen::term::{Equations, KernelEquations, Linearization, Row, Symbol, Term};
 use qrm_codegen::{emit, resolve, verify};
 
 const SCENE: &str = r"
@@ -30,6 +30,7 @@ height = 'P.y'
 step = 1e-3
 until = 'phi >= 2 + t'
 max_time = 10
+stiff = true
 ";
 
 fn number(value: i32) -> Term {
@@ -42,6 +43,46 @@ fn product(factors: &[Term]) -> Term {
 
 fn sum(terms: &[Term]) -> Term {
     Term::Sum(terms.to_vec())
+}
+
+/// Their derivatives with accelerations and multiplier held.
+fn linearization() -> Linearization {
+    let symbol = Term::Symbol;
+    let [m, k, cd] = [0, 1, 2].map(|i| symbol(Symbol::Parameter(i)));
+    let [r, phi] = [0, 1].map(|i| symbol(Symbol::Coordinate(i)));
+    let [v, w] = [0, 1].map(|i| symbol(Symbol::Rate(i)));
+    let [a, b] = [0, 1].map(|i| symbol(Symbol::Acceleration(i)));
+    let lambda = symbol(Symbol::Multiplier(0));
+    let sin = Term::Call(Function::Sin, Box::new(phi.clone()));
+    let cos = Term::Call(Function::Cos, Box::new(phi));
+    let times = |n: i32, factors: &[&Term]| {
+        let factors: Vec<Term> = factors.iter().map(|factor| (*factor).clone()).collect();
+        product(&[&[number(n)], &factors[..]].concat())
+    };
+    Linearization {
+        stiffness: vec![
+            vec![sum(&[times(-1, &[&m, &w, &w]), k]), times(1, &[&lambda, &cos])],
+            vec![
+                sum(&[times(2, &[&m, &r, &b]), times(1, &[&lambda, &cos]), times(2, &[&m, &v, &w])]),
+                times(-1, &[&lambda, &r, &sin]),
+            ],
+        ],
+        damping: vec![vec![cd, times(-2, &[&m, &r, &w])], vec![times(2, &[&m, &r, &w]), times(2, &[&m, &r, &v])]],
+        constraint_stiffness: vec![vec![
+            sum(&[times(1, &[&cos, &b]), times(-1, &[&w, &w, &sin])]),
+            sum(&[
+                times(1, &[&cos, &a]),
+                times(-1, &[&r, &sin, &b]),
+                times(-2, &[&v, &w, &sin]),
+                times(-1, &[&r, &w, &w, &cos]),
+            ]),
+        ]],
+        constraint_damping: vec![vec![
+            times(2, &[&w, &cos]),
+            sum(&[times(2, &[&v, &cos]), times(-2, &[&r, &w, &sin])]),
+        ]],
+        forcing: vec![Term::zero(), Term::zero()],
+    }
 }
 
 /// The equations as the engine would have derived them.
@@ -94,6 +135,7 @@ fn equations() -> Equations {
         ],
         power: vec![minus(&[cd, squared(&v)])],
         outputs: vec![x[1].clone()],
+        linearization: Some(linearization()),
         points: vec![x],
         kernel: KernelEquations::default(),
     };
@@ -114,7 +156,7 @@ fn right_equations_pass() {
 #[test]
 fn one_wrong_sign_is_found_wherever_it_is() {
     type Spoil = fn(&mut Equations) -> &mut Term;
-    let places: [(&str, Spoil); 20] = [
+    let places: [(&str, Spoil); 25] = [
         ("com_positions", |e| &mut e.com_positions[1]),
         ("com_jacobian", |e| &mut e.com_jacobian[0][1]),
         ("com_jacobian", |e| &mut e.com_jacobian[1][0]),
@@ -135,6 +177,11 @@ fn one_wrong_sign_is_found_wherever_it_is() {
         ("accelerations", |e| &mut e.kernel.constraint_bias[0]),
         ("accelerations", |e| &mut e.kernel.mass_matrix[1][1]),
         ("accelerations", |e| &mut e.kernel.pushes[0].total[0]),
+        ("linearization", |e| &mut e.linearization.as_mut().expect("derivatives").stiffness[0][0]),
+        ("linearization", |e| &mut e.linearization.as_mut().expect("derivatives").stiffness[1][0]),
+        ("linearization", |e| &mut e.linearization.as_mut().expect("derivatives").damping[0][1]),
+        ("linearization", |e| &mut e.linearization.as_mut().expect("derivatives").constraint_stiffness[0][1]),
+        ("linearization", |e| &mut e.linearization.as_mut().expect("derivatives").constraint_damping[0][1]),
     ];
     for (name, place) in places {
         let mut wrong = equations();

@@ -62,6 +62,21 @@ pub trait Mechanism<const N: usize, const M: usize>: Sized {
         None
     }
 
+    /// Whether there is a [`linearization`](Self::linearization).
+    const HAS_LINEARIZATION: bool = false;
+
+    /// How the equations of motion change with the state; `None` if the scene does not ask for it.
+    fn linearization(
+        &self,
+        _t: f64,
+        _q: &[f64; N],
+        _qd: &[f64; N],
+        _qdd: &[f64; N],
+        _multipliers: &[f64; M],
+    ) -> Option<Linearization<f64, N, M>> {
+        None
+    }
+
     /// All that a correction of positions needs.
     fn closure(&self, q: &[f64; N]) -> Closure<f64, N, M>;
 
@@ -89,6 +104,22 @@ pub struct Dynamics<R, const N: usize, const M: usize> {
     pub constraint_jacobian: [[R; N]; M],
     /// (C_q qd)_q qd.
     pub constraint_bias: [R; M],
+}
+
+/// Derivatives of what accelerations and multipliers fulfil, with both of them held:
+/// `Mbar qdd + C_q' lambda - fbar = 0` and `C_q qdd + (C_q qd)_q qd = 0`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Linearization<R, const N: usize, const M: usize> {
+    /// The first by the coordinates.
+    pub stiffness: [[R; N]; N],
+    /// The first by the rates.
+    pub damping: [[R; N]; N],
+    /// The second by the coordinates.
+    pub constraint_stiffness: [[R; N]; M],
+    /// The second by the rates.
+    pub constraint_damping: [[R; N]; M],
+    /// `fbar` by time.
+    pub forcing: [R; N],
 }
 
 /// The loop closures at one position.

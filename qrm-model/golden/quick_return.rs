@@ -42,7 +42,7 @@
 //     multipliers at the stages of a step: rows alone need them
 //     derivatives of the constraints by time: none depends on it
 //     time in the forces: no load depends on it
-//     Jacobians of the forces: no method asks for them
+//     Jacobians of forces and constraint forces: the scene asks for no implicit method (`stiff`)
 
 use qrm_mechanism::{
     Angles, Closure, Description, Dynamics, Kernel, Lane, Mechanism,

@@ -1,8 +1,12 @@
-//! Runge-Kutta pairs that choose their steps, each step followed by a projection, with rows at any time.
+//! Formulae that choose their steps, each step followed by a projection, with rows at any time.
 
+mod auto;
 mod dop853;
 mod dopri5;
+mod explicit;
+mod implicit;
 mod pair;
+mod rodas;
 mod segment;
 
 use qrm_mechanism::Mechanism;
@@ -11,20 +15,93 @@ use crate::kinematics::is_angle;
 use crate::linear::{Ldl, Vector, along};
 use crate::motion::{Breakdown, Moment, moment};
 use crate::projection::{Projection, Tolerance, project};
-use crate::solve::{Care, accelerations};
+use crate::solve::Care;
+pub use auto::Auto;
 pub use dop853::Dop853;
 pub use dopri5::Dopri5;
+pub use explicit::Explicit;
+pub use implicit::Implicit;
 pub use pair::{MOST_STAGES, Pair, Row};
-use segment::{Segment, Stages};
+pub use segment::Segment;
+
+/// How one step is made.
+pub trait Formula<const N: usize, const M: usize>: Copy {
+    /// Before the first step.
+    fn new() -> Self;
+
+    /// Order of the step.
+    fn order(&self) -> i32;
+
+    /// How much the step length heeds the error before the last one.
+    fn memory(&self) -> f64;
+
+    /// A step of length `h`, corrected, and its error; 1 is just good enough.
+    ///
+    /// # Errors
+    /// The step could not be made.
+    fn attempt<X: Mechanism<N, M>>(
+        &mut self,
+        mechanism: &X,
+        from: &Moment<N, M>,
+        h: f64,
+        task: &Task,
+        work: &mut Work,
+    ) -> Result<(Moment<N, M>, f64), Breakdown>;
+
+    /// Takes note of a step that was kept.
+    fn accepted<X: Mechanism<N, M>>(&mut self, _mechanism: &X, _from: &Moment<N, M>, _to: &Moment<N, M>) -> Kept {
+        Kept::default()
+    }
+
+    /// What the motion inside the last step needs beside its ends.
+    ///
+    /// # Errors
+    /// It could not be computed.
+    fn refine<X: Mechanism<N, M>>(
+        &mut self,
+        _mechanism: &X,
+        _segment: &mut Segment<N, M>,
+        _work: &mut Work,
+    ) -> Result<(), Breakdown> {
+        Ok(())
+    }
+}
+
+/// What every step is asked to do.
+#[derive(Clone, Copy, Debug)]
+pub struct Task {
+    /// Largest error of a step, in the unit of each coordinate and rate.
+    pub tolerance: f64,
+    /// Steps that come so far end there exactly.
+    pub end_time: f64,
+    /// How states are put back onto the constraints.
+    pub projection: (Projection, Tolerance),
+}
+
+/// What was done, and with how much care.
+pub struct Work<'a> {
+    /// Evaluations of the accelerations.
+    pub evaluations: &'a mut u64,
+    /// How often the fast way did not do.
+    pub care: &'a mut Care,
+}
+
+/// What is worth knowing of a step that was kept.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Kept {
+    /// Whether it was made by an implicit method.
+    pub is_implicit: bool,
+    /// Whether it was as long as stability allows.
+    pub is_bound: bool,
+}
 
 /// A motion under way with steps of its own choice.
 #[derive(Clone, Copy, Debug)]
-pub struct Adaptive<P, const N: usize, const M: usize> {
-    pair: std::marker::PhantomData<P>,
+pub struct Adaptive<F, const N: usize, const M: usize> {
+    formula: F,
     /// Largest error of a step, in the unit of each coordinate and rate.
     tolerance: f64,
     end_time: f64,
-    stages: Stages<N>,
     /// The last step.
     segment: Segment<N, M>,
     /// Length of the next step.
@@ -45,6 +122,10 @@ pub struct Counts {
     pub rejected: u64,
     /// Evaluations of the accelerations.
     pub evaluations: u64,
+    /// Steps by an implicit method.
+    pub implicit: u64,
+    /// Explicit steps that were as long as stability allows, though accuracy would have allowed more.
+    pub bound: u64,
 }
 
 /// The step is aimed at this part of the tolerance.
@@ -53,7 +134,7 @@ const SAFETY: f64 = 0.9;
 const SHRINK: f64 = 0.2;
 const GROW: f64 = 6.0;
 
-impl<P: Pair, const N: usize, const M: usize> Adaptive<P, N, M> {
+impl<F: Formula<N, M>, const N: usize, const M: usize> Adaptive<F, N, M> {
     /// Begins at a moment; the first step is guessed from how fast the motion changes.
     ///
     /// # Errors
@@ -66,10 +147,9 @@ impl<P: Pair, const N: usize, const M: usize> Adaptive<P, N, M> {
         care: &mut Care,
     ) -> Result<Self, Breakdown> {
         let mut adaptive = Self {
-            pair: std::marker::PhantomData,
+            formula: F::new(),
             tolerance,
             end_time,
-            stages: Stages::new(),
             segment: Segment::new(first, first),
             h: 0.0,
             last_error: 1e-4,
@@ -108,17 +188,12 @@ impl<P: Pair, const N: usize, const M: usize> Adaptive<P, N, M> {
         if self.segment.to.t == t {
             return Ok(self.segment.to);
         }
-        if self.segment.needs_more::<P>() {
-            let (from, h) = (self.segment.from, self.segment.to.t - self.segment.from.t);
-            for stage in P::STAGES + 1..P::STAGE_ROWS.len() {
-                self.evaluate(mechanism, &from, h, stage, care)?;
-            }
-            self.segment.complete::<P>(&self.stages);
-        }
+        let mut work = Work { evaluations: &mut self.counts.evaluations, care };
+        self.formula.refine(mechanism, &mut self.segment, &mut work)?;
         let (q, qd) = self.segment.at(t);
         let mass = Ldl::new(&mechanism.mass_matrix(&q));
-        self.counts.evaluations += 1;
-        corrected(mechanism, t, (q, qd), mass, projection, care)
+        *work.evaluations += 1;
+        corrected(mechanism, t, (q, qd), mass, projection, work.care)
     }
 
     /// Makes one step that is good enough.
@@ -142,12 +217,17 @@ impl<P: Pair, const N: usize, const M: usize> Adaptive<P, N, M> {
             if !(h > 4.0 * f64::EPSILON * from.t.abs()) {
                 return Err(Breakdown::StepTooShort { h });
             }
-            let attempt = self.attempt(mechanism, &from, h, projection, care);
+            let task = Task { tolerance: self.tolerance, end_time: self.end_time, projection };
+            let mut work = Work { evaluations: &mut self.counts.evaluations, care };
+            let attempt = self.formula.attempt(mechanism, &from, h, &task, &mut work);
             let (to, error) = match attempt {
                 Ok((to, error)) if error <= 1.0 => (to, error),
                 Ok((_, error)) => {
-                    let factor =
-                        if error.is_finite() { SAFETY * error.powf(-1.0 / f64::from(P::ORDER)) } else { SHRINK };
+                    let factor = if error.is_finite() {
+                        SAFETY * error.powf(-1.0 / f64::from(self.formula.order()))
+                    } else {
+                        SHRINK
+                    };
                     self.reject(h * factor.clamp(SHRINK, 0.9));
                     continue;
                 }
@@ -158,14 +238,17 @@ impl<P: Pair, const N: usize, const M: usize> Adaptive<P, N, M> {
                     continue;
                 }
             };
-            let order = f64::from(P::ORDER);
+            let (order, memory) = (f64::from(self.formula.order()), self.formula.memory());
             let error = error.max(1e-10);
-            let factor = SAFETY * error.powf(0.75 * P::MEMORY - 1.0 / order) * self.last_error.powf(P::MEMORY);
+            let factor = SAFETY * error.powf(0.75 * memory - 1.0 / order) * self.last_error.powf(memory);
             let most = if self.failed { 1.0 } else { GROW };
             self.h = h * factor.clamp(SHRINK, most);
             self.last_error = error.max(1e-4);
             self.failed = false;
+            let kept = self.formula.accepted(mechanism, &from, &to);
             self.counts.accepted += 1;
+            self.counts.implicit += u64::from(kept.is_implicit);
+            self.counts.bound += u64::from(kept.is_bound);
             self.segment = Segment::new(from, to);
             return Ok(());
         }
@@ -177,78 +260,6 @@ impl<P: Pair, const N: usize, const M: usize> Adaptive<P, N, M> {
         self.counts.rejected += 1;
     }
 
-    /// A step of length `h`, corrected, and its error; 1 is just good enough.
-    fn attempt<X: Mechanism<N, M>>(
-        &mut self,
-        mechanism: &X,
-        from: &Moment<N, M>,
-        h: f64,
-        projection: (Projection, Tolerance),
-        care: &mut Care,
-    ) -> Result<(Moment<N, M>, f64), Breakdown> {
-        (self.stages.rates[0], self.stages.accelerations[0]) = (from.qd, from.qdd);
-        for stage in 1..P::STAGES {
-            self.evaluate(mechanism, from, h, stage, care)?;
-        }
-        let (rate, acceleration) = self.stages.sum(P::WEIGHTS);
-        let (q, qd) = (along(&from.q, h, &rate), along(&from.qd, h, &acceleration));
-        // Some estimates heed the end of the step; the others save the work on it.
-        let heeds_end = P::ERRORS.iter().any(|row| row.iter().any(|(stage, _)| *stage == P::STAGES));
-        let early = (!heeds_end).then(|| self.error::<X>(from, &q, &qd, h));
-        if let Some(error) = early.filter(|error| !(*error <= 1.0)) {
-            return Ok((*from, error));
-        }
-        let t = if from.t + h >= self.end_time { self.end_time } else { from.t + h };
-        let mass = Ldl::new(&mechanism.mass_matrix(&q));
-        let to = corrected(mechanism, t, (q, qd), mass, projection, care)?;
-        self.counts.evaluations += 1;
-        (self.stages.rates[P::STAGES], self.stages.accelerations[P::STAGES]) = (to.qd, to.qdd);
-        Ok((to, early.unwrap_or_else(|| self.error::<X>(from, &to.q, &to.qd, h))))
-    }
-
-    /// Evaluates a stage.
-    #[inline(never)]
-    fn evaluate<X: Mechanism<N, M>>(
-        &mut self,
-        mechanism: &X,
-        from: &Moment<N, M>,
-        h: f64,
-        stage: usize,
-        care: &mut Care,
-    ) -> Result<(), Breakdown> {
-        let (rate, acceleration) = self.stages.sum(P::STAGE_ROWS[stage]);
-        let (q, qd) = (along(&from.q, h, &rate), along(&from.qd, h, &acceleration));
-        let t = from.t + P::NODES[stage] * h;
-        let qdd = match mechanism.accelerations(t, &q, &qd) {
-            Some((qdd, _)) => qdd,
-            None => accelerations(&mechanism.dynamics(t, &q, &qd), care)?.qdd,
-        };
-        (self.stages.rates[stage], self.stages.accelerations[stage]) = (qd, qdd);
-        self.counts.evaluations += 1;
-        Ok(())
-    }
-
-    /// The estimated error of a step against the tolerance.
-    #[inline(always)]
-    fn error<X: Mechanism<N, M>>(&self, from: &Moment<N, M>, q: &Vector<N>, qd: &Vector<N>, h: f64) -> f64 {
-        let mut sums = [0.0; 2];
-        for (sum, row) in sums.iter_mut().zip(P::ERRORS) {
-            let (rate, acceleration) = self.stages.sum(row);
-            for i in 0..N {
-                let [of_q, of_qd] = self.scales::<X>(i, from, q, qd);
-                *sum += (rate[i] / of_q).powi(2) + (acceleration[i] / of_qd).powi(2);
-            }
-        }
-        P::error(sums, h, 2.0 * N as f64)
-    }
-
-    /// How large an error of a coordinate and of its rate may be. An angle is no less accurate for having turned often.
-    #[inline(always)]
-    fn scales<X: Mechanism<N, M>>(&self, i: usize, from: &Moment<N, M>, q: &Vector<N>, qd: &Vector<N>) -> [f64; 2] {
-        let size = if is_angle::<X, N, M>(i) { 0.0 } else { from.q[i].abs().max(q[i].abs()) };
-        [self.tolerance * (1.0 + size), self.tolerance * (1.0 + from.qd[i].abs().max(qd[i].abs()))]
-    }
-
     /// A first step from the sizes of state, rates and their change (Hairer, Norsett, Wanner I, II.4).
     fn first_step<X: Mechanism<N, M>>(
         &mut self,
@@ -256,7 +267,8 @@ impl<P: Pair, const N: usize, const M: usize> Adaptive<P, N, M> {
         first: &Moment<N, M>,
         care: &mut Care,
     ) -> Result<f64, Breakdown> {
-        let scales: [[f64; 2]; N] = std::array::from_fn(|i| self.scales::<X>(i, first, &first.q, &first.qd));
+        let scales: [[f64; 2]; N] =
+            std::array::from_fn(|i| scales::<X, N, M>(self.tolerance, i, first, &first.q, &first.qd));
         let norm = |of_q: &Vector<N>, of_qd: &Vector<N>| {
             let squares =
                 scales.iter().zip(of_q.iter().zip(of_qd)).map(|([q, qd], (x, v))| (x / q).powi(2) + (v / qd).powi(2));
@@ -272,8 +284,11 @@ impl<P: Pair, const N: usize, const M: usize> Adaptive<P, N, M> {
         let change = |a: &Vector<N>, b: &Vector<N>| -> Vector<N> { std::array::from_fn(|i| (a[i] - b[i]) / guess) };
         let bend = norm(&change(&later.qd, &first.qd), &change(&later.qdd, &first.qdd));
         let largest = speed.max(bend);
-        let second =
-            if largest <= 1e-15 { (guess * 1e-3).max(1e-6) } else { (0.01 / largest).powf(1.0 / f64::from(P::ORDER)) };
+        let second = if largest <= 1e-15 {
+            (guess * 1e-3).max(1e-6)
+        } else {
+            (0.01 / largest).powf(1.0 / f64::from(self.formula.order()))
+        };
         Ok((100.0 * guess).min(second).min(self.end_time))
     }
 }
@@ -291,4 +306,22 @@ fn corrected<X: Mechanism<N, M>, const N: usize, const M: usize>(
 ) -> Result<Moment<N, M>, Breakdown> {
     let corrections = project(mechanism, projection, mass.as_ref(), &mut q, &mut qd, care)?;
     Ok(Moment { corrections, ..moment(mechanism, t, q, qd, care)? })
+}
+
+/// How large an error of a coordinate and of its rate may be. An angle is no less accurate for having turned often.
+#[inline(always)]
+fn scales<X: Mechanism<N, M>, const N: usize, const M: usize>(
+    tolerance: f64,
+    i: usize,
+    from: &Moment<N, M>,
+    q: &Vector<N>,
+    qd: &Vector<N>,
+) -> [f64; 2] {
+    let size = if is_angle::<X, N, M>(i) { 0.0 } else { from.q[i].abs().max(q[i].abs()) };
+    [tolerance * (1.0 + size), tolerance * (1.0 + from.qd[i].abs().max(qd[i].abs()))]
+}
+
+/// When a step that begins at `t` ends.
+fn end(t: f64, h: f64, task: &Task) -> f64 {
+    if t + h >= task.end_time { task.end_time } else { t + h }
 }

@@ -36,6 +36,16 @@ pub enum Scheme {
         /// Largest error of a step, in the unit of each coordinate and rate.
         tolerance: f64,
     },
+    /// The pair of order 8 where the motion is not stiff, RODAS where it is and the mechanism has its derivatives.
+    Auto {
+        /// Largest error of a step, in the unit of each coordinate and rate.
+        tolerance: f64,
+    },
+    /// The linearly implicit method RODAS of order 4, likewise.
+    Rodas {
+        /// Largest error of a step, in the unit of each coordinate and rate.
+        tolerance: f64,
+    },
 }
 
 impl Scheme {
@@ -43,7 +53,10 @@ impl Scheme {
     pub fn tolerance(self) -> Option<f64> {
         match self {
             Self::Rk4 | Self::Document => None,
-            Self::Dopri5 { tolerance } | Self::Dop853 { tolerance } => Some(tolerance),
+            Self::Dopri5 { tolerance }
+            | Self::Dop853 { tolerance }
+            | Self::Rodas { tolerance }
+            | Self::Auto { tolerance } => Some(tolerance),
         }
     }
 }
@@ -79,6 +92,8 @@ pub enum Breakdown {
     },
     /// A number became infinite or undefined.
     NotFinite,
+    /// The method needs derivatives that the scene does not ask for.
+    NoLinearization,
 }
 
 impl Method {
@@ -88,6 +103,8 @@ impl Method {
             Scheme::Rk4 | Scheme::Document => self.scheme,
             Scheme::Dopri5 { tolerance } => Scheme::Dopri5 { tolerance: 0.1 * tolerance },
             Scheme::Dop853 { tolerance } => Scheme::Dop853 { tolerance: 0.1 * tolerance },
+            Scheme::Rodas { tolerance } => Scheme::Rodas { tolerance: 0.1 * tolerance },
+            Scheme::Auto { tolerance } => Scheme::Auto { tolerance: 0.1 * tolerance },
         };
         Self { scheme, ..*self }
     }

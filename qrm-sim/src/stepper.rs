@@ -2,7 +2,7 @@
 
 use qrm_mechanism::Mechanism;
 
-use crate::adaptive::{Adaptive, Counts, Dop853, Dopri5};
+use crate::adaptive::{Adaptive, Auto, Counts, Dop853, Dopri5, Explicit, Implicit};
 use crate::document;
 use crate::motion::{Breakdown, Method, Moment, Scheme, advance};
 use crate::solve::Care;
@@ -15,9 +15,13 @@ pub(crate) enum Stepper<const N: usize, const M: usize> {
     /// Nothing: each row is a step as the document makes it.
     Document,
     /// A pair of order 5.
-    Five(Adaptive<Dopri5, N, M>),
+    Five(Adaptive<Explicit<Dopri5, N>, N, M>),
     /// A pair of order 8.
-    Eight(Adaptive<Dop853, N, M>),
+    Eight(Adaptive<Explicit<Dop853, N>, N, M>),
+    /// A linearly implicit method.
+    Implicit(Adaptive<Implicit, N, M>),
+    /// Whichever of the last two suits.
+    Auto(Adaptive<Auto<N>, N, M>),
 }
 
 impl<const N: usize, const M: usize> Stepper<N, M> {
@@ -33,6 +37,9 @@ impl<const N: usize, const M: usize> Stepper<N, M> {
             Scheme::Document => Self::Document,
             Scheme::Dopri5 { tolerance } => Self::Five(Adaptive::new(mechanism, first, end_time, tolerance, care)?),
             Scheme::Dop853 { tolerance } => Self::Eight(Adaptive::new(mechanism, first, end_time, tolerance, care)?),
+            Scheme::Rodas { .. } if !X::HAS_LINEARIZATION => return Err(Breakdown::NoLinearization),
+            Scheme::Auto { tolerance } => Self::Auto(Adaptive::new(mechanism, first, end_time, tolerance, care)?),
+            Scheme::Rodas { tolerance } => Self::Implicit(Adaptive::new(mechanism, first, end_time, tolerance, care)?),
         })
     }
 
@@ -57,6 +64,8 @@ impl<const N: usize, const M: usize> Stepper<N, M> {
             Self::Document => document::advance(mechanism, from, t, care),
             Self::Five(adaptive) => adaptive.moment_at(mechanism, t, projection, care),
             Self::Eight(adaptive) => adaptive.moment_at(mechanism, t, projection, care),
+            Self::Implicit(adaptive) => adaptive.moment_at(mechanism, t, projection, care),
+            Self::Auto(adaptive) => adaptive.moment_at(mechanism, t, projection, care),
         }
     }
 
@@ -74,6 +83,8 @@ impl<const N: usize, const M: usize> Stepper<N, M> {
             Self::Document => Self::Document,
             Self::Five(adaptive) => Self::Five(adaptive.from(*from)),
             Self::Eight(adaptive) => Self::Eight(adaptive.from(*from)),
+            Self::Implicit(adaptive) => Self::Implicit(adaptive.from(*from)),
+            Self::Auto(adaptive) => Self::Auto(adaptive.from(*from)),
         };
         again.next(mechanism, method, from, t, care)
     }
@@ -81,9 +92,11 @@ impl<const N: usize, const M: usize> Stepper<N, M> {
     /// What was done in a run of so many rows.
     pub(crate) fn counts(&self, rows: u64) -> Counts {
         match self {
-            Self::Fixed | Self::Document => Counts { accepted: rows, rejected: 0, evaluations: 4 * rows },
+            Self::Fixed | Self::Document => Counts { accepted: rows, evaluations: 4 * rows, ..Counts::default() },
             Self::Five(adaptive) => adaptive.counts,
             Self::Eight(adaptive) => adaptive.counts,
+            Self::Implicit(adaptive) => adaptive.counts,
+            Self::Auto(adaptive) => adaptive.counts,
         }
     }
 }

@@ -285,5 +285,23 @@ fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> {
             structure: Some("Closure"),
         },
     ]);
+    plans.extend(e.linearization.as_ref().map(|linearization| {
+        Plan {
+            name: "linearization",
+            aliases: &["tangent stiffness", "tangent damping"],
+            doc: "How the equations of motion change with the state, accelerations and multipliers held: \
+              `stiffness = -d(fbar - Mbar qdd - C_q' lambda)/dq`, `damping = -d fbar/d qd`, \
+              `constraint_stiffness = d(C_q qdd + bias)/dq`, `constraint_damping = d bias/d qd`, `forcing = d fbar/dt`."
+                .to_owned(),
+            arguments: &[Time, Coordinates, Rates, Accelerations, Multipliers],
+            parts: linearization
+                .parts()
+                .map(|(name, rows)| (name, matrix(rows)))
+                .into_iter()
+                .chain([("forcing", vector(&linearization.forcing))])
+                .collect(),
+            structure: Some("Linearization"),
+        }
+    }));
     plans
 }

@@ -78,6 +78,24 @@ fn parameters(scene: &Scene) -> TokenStream {
     }
 }
 
+/// The method that hands out the derivatives, in scenes that have them.
+fn linearization(n: &Literal, m: &Literal) -> TokenStream {
+    quote! {
+        const HAS_LINEARIZATION: bool = true;
+
+        fn linearization(
+            &self,
+            t: f64,
+            q: &[f64; #n],
+            qd: &[f64; #n],
+            qdd: &[f64; #n],
+            multipliers: &[f64; #m],
+        ) -> Option<Linearization<f64, #n, #m>> {
+            Some(linearization(self, t, q, qd, qdd, multipliers))
+        }
+    }
+}
+
 fn link(scene: &Scene) -> TokenStream {
     let own = format_ident!("{}", struct_name(&scene.name));
     let (n, m) = (scene.coordinates.len(), scene.constraints.len());
@@ -91,6 +109,7 @@ fn link(scene: &Scene) -> TokenStream {
         with_parameters(&[&scene.run.step, &scene.run.end_time], quote!(Schedule { step: #step, end_time: #end_time }));
     let stop = stop(scene, &plain, "stop");
     let outputs = outputs(scene);
+    let linearization = scene.run.stiff.then(|| linearization(&n, &m));
     quote! {
         impl Mechanism<#n, #m> for #own {
             type Kernel<R: Lane> = #own<R>;
@@ -124,6 +143,8 @@ fn link(scene: &Scene) -> TokenStream {
             fn accelerations(&self, t: f64, q: &[f64; #n], qd: &[f64; #n]) -> Option<([f64; #n], [f64; #m])> {
                 qrm_mechanism::accelerations(self, t, q, qd)
             }
+
+            #linearization
 
             #[inline(always)]
             fn closure(&self, q: &[f64; #n]) -> Closure<f64, #n, #m> {

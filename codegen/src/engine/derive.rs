@@ -3,7 +3,7 @@
 use symbolica::atom::Atom;
 
 use super::algebra::Algebra;
-use super::{Place, kernel};
+use super::{Place, kernel, linearization};
 use crate::scene::{LoadKind, OutputKind, Quantity, Scene, Value};
 use crate::term::{Equations, Row, Symbol, Term};
 
@@ -34,9 +34,13 @@ pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> Equation
     let efforts = rows.inertial().chain(loads.efforts);
     let efforts: Vec<Effort> = efforts.collect();
     let force = |i: usize| {
-        algebra.simple_term(&efforts.iter().fold(Atom::num(0), |sum, effort| sum + &effort.size * &effort.along[i]))
+        algebra.simplify(&efforts.iter().fold(Atom::num(0), |sum, effort| sum + &effort.size * &effort.along[i]))
     };
-    equations.generalized_forces = (0..scene.coordinates.len()).map(force).collect();
+    let forces: Vec<Atom> = (0..scene.coordinates.len()).map(force).collect();
+    equations.generalized_forces = terms(&forces);
+    if scene.run.stiff {
+        equations.linearization = Some(linearization::derive(&algebra, &mass, &forces, &c, &c_q));
+    }
     let momenta: Vec<Atom> = mass.iter().map(|row| algebra.contract(row, Symbol::Rate)).collect();
     let kinetic = algebra.contract(&momenta, Symbol::Rate) / Atom::num(2);
     equations.energy = [kinetic, loads.potential].iter().map(|atom| algebra.simple_term(atom)).collect();

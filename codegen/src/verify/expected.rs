@@ -18,8 +18,8 @@ pub(super) struct Sample {
     pub(super) t: f64,
     pub(super) q: Vec<f64>,
     pub(super) qd: Vec<f64>,
-    qdd: Vec<f64>,
-    multipliers: Vec<f64>,
+    pub(super) qdd: Vec<f64>,
+    pub(super) multipliers: Vec<f64>,
 }
 
 impl Sample {
@@ -83,7 +83,9 @@ impl Sample {
         match function.split('.').next().unwrap_or(function) {
             "com_bias" | "constraint_bias" | "energy" => vec![model, q, qd],
             "generalized_forces" | "power" | "dynamics" => vec![model, t, q, qd],
-            "outputs" => vec![model, t, q, qd, Value::list(&self.qdd), Value::list(&self.multipliers)],
+            "outputs" | "linearization" => {
+                vec![model, t, q, qd, Value::list(&self.qdd), Value::list(&self.multipliers)]
+            }
             _ => vec![model, q],
         }
     }

@@ -32,9 +32,11 @@ impl<const N: usize> Stages<N> {
 
 /// A step that was made, between its corrected ends.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Segment<const N: usize, const M: usize> {
-    pub(super) from: Moment<N, M>,
-    pub(super) to: Moment<N, M>,
+pub struct Segment<const N: usize, const M: usize> {
+    /// Its beginning.
+    pub from: Moment<N, M>,
+    /// Its end.
+    pub to: Moment<N, M>,
     /// The higher coefficients for coordinates and rates, once they were asked for.
     higher: Option<[[Vector<N>; 4]; 2]>,
 }

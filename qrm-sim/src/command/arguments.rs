@@ -278,6 +278,11 @@ pub(super) enum MethodName {
     Dopri5,
     /// Dormand-Prince pair of order 8, steps chosen by --tolerance
     Dop853,
+    /// dop853, and rodas where springs or dampers are stiff; steps chosen by --tolerance
+    Auto,
+    /// Linearly implicit method of order 4 for stiff springs and dampers, steps chosen by --tolerance; the scene must say
+    /// `stiff = true`
+    Rodas,
     /// The assignment's script: RK4 with Euclidean projection, what it derives from the states late or differenced
     Document,
 }
@@ -288,6 +293,8 @@ impl MethodName {
             Self::Rk4 => "rk4",
             Self::Dopri5 => "dopri5",
             Self::Dop853 => "dop853",
+            Self::Auto => "auto",
+            Self::Rodas => "rodas",
             Self::Document => "document",
         }
     }

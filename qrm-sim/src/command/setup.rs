@@ -53,6 +53,8 @@ fn scheme(name: MethodName, tolerance: Option<f64>) -> Result<Scheme, Failure> {
         MethodName::Document => Ok(Scheme::Document),
         MethodName::Dopri5 => Ok(Scheme::Dopri5 { tolerance: chosen }),
         MethodName::Dop853 => Ok(Scheme::Dop853 { tolerance: chosen }),
+        MethodName::Auto => Ok(Scheme::Auto { tolerance: chosen }),
+        MethodName::Rodas => Ok(Scheme::Rodas { tolerance: chosen }),
     }
 }
 

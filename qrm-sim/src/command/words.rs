@@ -105,6 +105,11 @@ pub(super) fn breakdown(reason: &Breakdown, description: &Description) -> String
              = help: use a shorter --step, or a smaller --tolerance with a method that chooses its steps; look for roots, logarithms and quotients in the scene"
                 .to_owned()
         }
+        Breakdown::NoLinearization => format!(
+            "the method needs the Jacobians of forces and constraints, and scene `{}` does not ask for them\n  \
+             = help: write `stiff = true` under [run] in scenes/{}.toml, and build again",
+            description.name, description.name
+        ),
     }
 }
 

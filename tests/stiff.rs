@@ -1,0 +1,55 @@
+//! Stiff and extreme variants by methods that choose their steps, against states from the energy integral and from runs with 50
+//! digits.
+
+mod common;
+
+use common::{Table, run};
+
+const COORDINATES: [&str; 3] = ["phi2", "phi4", "phi5"];
+
+/// How far the end of a case is off, angles modulo a turn, relative to the exact values where those are above one.
+fn worst(cases: &Table, row: usize, method: &str, tolerance: &str) -> f64 {
+    let parameters = cases.text(row, "params");
+    let mut arguments = vec!["quick-return-loaded", "--method", method, "--tolerance", tolerance, "--step", "0.01"];
+    arguments.extend(["--end-time", cases.text(row, "t_end"), "--no-error-estimate"]);
+    arguments.extend(parameters.split(' ').flat_map(|set| ["--set", set]));
+    let run = run(&arguments);
+    assert_eq!(run.status(), 0, "{parameters} by {method}: {}", run.stderr());
+    let end = &run.summary()["end_state"];
+    let off = |name: &str| {
+        let (got, exact) = (end[name].as_f64().expect("a number"), cases.number(row, name));
+        let turns = if name.ends_with("_dot") { 0.0 } else { ((got - exact) / std::f64::consts::TAU).round() };
+        (got - exact - turns * std::f64::consts::TAU).abs() / exact.abs().max(1.0)
+    };
+    let names = COORDINATES.iter().flat_map(|name| [(*name).to_owned(), format!("{name}_dot")]);
+    names.map(|name| off(&name)).fold(0.0, f64::max)
+}
+
+#[test]
+fn every_extreme_case_comes_out_right() {
+    let cases = Table::reference("quick-return-extreme-cases.csv");
+    for method in ["auto", "rodas", "dop853"] {
+        for row in 0..cases.rows.len() {
+            let off = worst(&cases, row, method, "1e-9");
+            assert!(off < 1e-6, "{} by {method}: off by {off:e}", cases.text(row, "params"));
+        }
+    }
+}
+
+#[test]
+fn the_implicit_method_takes_few_steps_where_dampers_are_stiff() {
+    let steps = |damper: &str, method: &str| {
+        let damper = format!("cd={damper}");
+        let arguments = ["quick-return-loaded", "--method", method, "--tolerance", "1e-6", "--step", "0.05"];
+        let more = ["--end-time", "0.5", "--no-error-estimate", "--set", &damper];
+        let run = run(&[&arguments[..], &more[..]].concat());
+        assert_eq!(run.status(), 0, "{}", run.stderr());
+        run.summary()["steps"].as_u64().expect("a number")
+    };
+    // The step of an explicit method is bound by the fastest rate, 6.3e-4 /s for each N s/m.
+    let (explicit, implicit) = (steps("1e7", "dop853"), steps("1e7", "rodas"));
+    assert!(implicit < 100 && explicit > 4 * implicit, "{implicit} against {explicit} steps");
+    assert!(steps("1e9", "rodas") < 100);
+    // It takes some steps to notice.
+    assert!(steps("1e9", "auto") < 100);
+}
