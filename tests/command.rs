@@ -181,8 +181,10 @@ fn a_run_that_breaks_off_keeps_its_rows() {
 #[test]
 fn a_step_that_is_far_too_long_is_said_to_be() {
     let run = run(&["--step", "0.1", "--no-error-estimate"]);
-    let warnings = run.summary()["warnings"].to_string();
-    assert!(warnings.contains("the steps are too long, do not trust the numbers"), "{warnings}");
+    let reasons = run.summary()["distrust"].to_string();
+    assert!(reasons.contains("although every load has a potential"), "{reasons}");
+    assert_eq!(run.status(), 1);
+    assert!(run.stderr().starts_with("error: do not trust the numbers: the energy changed by"), "{}", run.stderr());
 }
 
 #[test]

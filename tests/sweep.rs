@@ -94,6 +94,40 @@ fn each_design_ends_as_it_does_alone() {
 }
 
 #[test]
+fn a_design_does_not_depend_on_neighbours_in_trouble() {
+    // Cranks without inertia, designs that cannot close or stall, steps near the limit: some lanes leave the fast way at every
+    // step, hold numbers that are none, or end early.
+    let design = |i: usize| {
+        let crank = 0.15 + 0.2 * (i % 29) as f64 / 28.0;
+        let inertia = [0.0, 1e-3, 1.0, 20.0, 100.0, 1000.0][i % 6];
+        let speed = [15.0, 1.0, -1.0, 7.0][i % 4];
+        QuickReturn::with_parameters(&|name| match name {
+            "O2A" => Some(crank),
+            "J2" => Some(inertia),
+            "w0" => Some(speed),
+            _ => None,
+        })
+    };
+    let designs: Vec<QuickReturn> = (0..60).map(design).collect();
+    for (step, end) in [(2e-2, None), (1e-2, Some(3.0)), (5e-3, None)] {
+        let end = || end.map(SweepEnd::Time);
+        let request = SweepRequest { step: Some(step), end: end(), extremes: true, estimate_error: true };
+        let show = |finished: &Finished| format!("{finished:?}");
+        let together: Vec<String> = sweep(&designs, &request, Width::Most).iter().map(show).collect();
+        let four: Vec<String> = sweep(&designs, &request, Width::Four).iter().map(show).collect();
+        let alone: Vec<String> = designs
+            .iter()
+            .flat_map(|design| sweep(std::slice::from_ref(design), &request, Width::Most))
+            .map(|f| show(&f))
+            .collect();
+        for i in 0..designs.len() {
+            assert_eq!(together[i], alone[i], "design {i}, step {step}");
+            assert_eq!(together[i], four[i], "design {i}, step {step}");
+        }
+    }
+}
+
+#[test]
 fn a_design_does_not_depend_on_its_neighbours() {
     let designs = designs(23);
     let request = SweepRequest { step: None, end: None, extremes: true, estimate_error: true };

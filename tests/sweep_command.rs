@@ -73,11 +73,58 @@ fn an_interrupted_sweep_goes_on_where_it_was() {
     assert!(said(&resumed).contains("goes on after"), "{}", said(&resumed));
     assert_eq!(read(folder, "again.csv"), whole.as_bytes());
     assert!(!journal.exists());
+    // Rows that were changed meanwhile are no rows of it.
+    for (from, to) in [("\n1,", "\n7,"), ("\n1,", "\n1,1,"), ("done", "gone"), (",0.", ",NaN")] {
+        fs::write(&journal, format!("{title}\n{}", whole.replacen(from, to, 1))).expect("written");
+        let refused = sweep(&VARY, folder, "again.csv");
+        assert_eq!(refused.status.code(), Some(2), "{to}");
+        assert!(said(&refused).contains("was changed since its sweep was interrupted: in line "), "{}", said(&refused));
+    }
 }
 
-/// The title that a sweep gives its table under way, seen while it cannot finish: its table is a folder.
+#[test]
+fn parts_that_are_not_those_of_one_sweep_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name);
+    for part in ["1/3", "2/3", "3/3"] {
+        sweep(&[&VARY[..], &["--shard", part]].concat(), folder.path(), &format!("{}.csv", &part[..1]));
+    }
+    let merge = |parts: &[&str]| {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_qrm"));
+        command.arg("merge").arg(path("all.csv")).args(parts.iter().map(|part| path(part)));
+        command.output().expect("the command ends")
+    };
+    assert!(merge(&["1.csv", "2.csv", "3.csv"]).status.success());
+    let second = fs::read_to_string(path("2.csv")).expect("a part");
+    fs::write(path("cut.csv"), &second[..second.len() - 1]).expect("written");
+    fs::write(path("nan.csv"), second.replacen(",0.", ",NaN", 1)).expect("written");
+    for (parts, words) in [
+        (&["2.csv", "3.csv"][..], "instead of 0"),
+        (&["1.csv", "3.csv"], "it is the row of design"),
+        (&["1.csv", "1.csv"], "it is the row of design 0"),
+        (&["1.csv", "cut.csv"], "is cut off"),
+        (&["1.csv", "nan.csv"], "no finite number"),
+    ] {
+        let output = merge(parts);
+        assert_eq!(output.status.code(), Some(2), "{parts:?}: {}", said(&output));
+        assert!(said(&output).contains(words), "{parts:?}: {}", said(&output));
+    }
+}
+
+#[test]
+fn designs_that_cannot_be_are_rows_with_their_reason() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let output = sweep(&["--vary", "m3=-1,0.5", "--end-time", "1e-12"], folder.path(), "a.csv");
+    assert!(output.status.success(), "{}", said(&output));
+    let table = String::from_utf8(read(folder.path(), "a.csv")).expect("text");
+    let rows: Vec<&str> = table.lines().collect();
+    assert!(rows[1].starts_with("0,-1.0,failed,body `block` has a negative mass: -1,,"), "{}", rows[1]);
+    assert!(rows[2].starts_with("1,0.5,done,,1e-12,1,"), "{}", rows[2]);
+}
+
+/// The title that a sweep gives its table under way, seen while it cannot finish: where its table is written is a folder.
 fn title(folder: &Path) -> String {
-    fs::create_dir(folder.join("stuck.csv")).expect("a folder");
+    fs::create_dir(folder.join("stuck.csv.part")).expect("a folder");
     assert!(!sweep(&VARY, folder, "stuck.csv").status.success());
     let journal = fs::read_to_string(folder.join("stuck.csv.under-way")).expect("a table under way");
     journal.lines().next().expect("a title").to_owned()
@@ -97,6 +144,7 @@ fn wrong_use_is_refused_in_words() {
         (&["--vary", "g=1,2"], "a.csv", "exactly zero"),
         (&["--vary", "O2A=0:1:1000000", "--vary", "J2=1:2:1000000"], "a.csv", "more than"),
         (&["--vary", "O2A=0.1,0.2", "--shard", "3/2"], "a.csv", "no part of a whole"),
+        (&["--vary", "O2A=0.1,0.2"], "a.csv/", "is a folder"),
         (&["--vary", "O2A=0.1,0.2"], "a.txt", "neither `.csv` nor `.parquet`"),
         (&["--vary", "O2A=0.1,0.2", "--until", "phi9 > 1"], "a.csv", "phi9"),
     ] {

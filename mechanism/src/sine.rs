@@ -39,7 +39,13 @@ const COSINE: [f64; 6] = [
 /// Sine and cosine.
 #[inline(always)]
 pub fn sin_cos<R: Lane>(x: R) -> (R, R) {
-    if x.is_within(FAR) { near(x) } else { x.sin_cos_far() }
+    let (sine, cosine) = near(x);
+    if x.is_within(FAR) {
+        return (sine, cosine);
+    }
+    // Lanes whose angle is not far must not be told by the others.
+    let (far_sine, far_cosine) = x.sin_cos_far();
+    (x.choose(FAR, sine, far_sine), x.choose(FAR, cosine, far_cosine))
 }
 
 #[inline(always)]

@@ -111,6 +111,11 @@ pub struct Adaptive<F, const N: usize, const M: usize> {
     failed: bool,
     /// What was done.
     pub counts: Counts,
+    /// Energy at the start, and work of the loads without potential since.
+    energy: f64,
+    work: f64,
+    /// Largest difference between the change of the energy and that work at the end of any step.
+    pub imbalance: f64,
 }
 
 /// What a run with steps of its own choice has done.
@@ -127,6 +132,10 @@ pub struct Counts {
     /// Explicit steps that were as long as stability allows, though accuracy would have allowed more.
     pub bound: u64,
 }
+
+/// Places between -1 and 1, and their weights (Gauss, order 6).
+const GAUSS: [(f64, f64); 3] =
+    [(-0.774_596_669_241_483_4, 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.774_596_669_241_483_4, 5.0 / 9.0)];
 
 /// The step is aimed at this part of the tolerance.
 const SAFETY: f64 = 0.9;
@@ -155,6 +164,9 @@ impl<F: Formula<N, M>, const N: usize, const M: usize> Adaptive<F, N, M> {
             last_error: 1e-4,
             failed: false,
             counts: Counts::default(),
+            energy: mechanism.energy(&first.q, &first.qd).iter().sum(),
+            work: 0.0,
+            imbalance: 0.0,
         };
         adaptive.h = adaptive.first_step(mechanism, &first, care)?;
         Ok(adaptive)
@@ -250,8 +262,24 @@ impl<F: Formula<N, M>, const N: usize, const M: usize> Adaptive<F, N, M> {
             self.counts.implicit += u64::from(kept.is_implicit);
             self.counts.bound += u64::from(kept.is_bound);
             self.segment = Segment::new(from, to);
+            self.balance(mechanism);
             return Ok(());
         }
+    }
+
+    /// Sets the energy at the end of the last step against the work of its loads, whose power is integrated inside the step.
+    fn balance<X: Mechanism<N, M>>(&mut self, mechanism: &X) {
+        let Segment { from, to, .. } = &self.segment;
+        if [from, to].iter().any(|at| mechanism.power(at.t, &at.q, &at.qd) != 0.0) {
+            let half = 0.5 * (to.t - from.t);
+            for (place, weight) in GAUSS {
+                let t = from.t + half * (1.0 + place);
+                let (q, qd) = self.segment.at(t);
+                self.work += half * weight * mechanism.power(t, &q, &qd);
+            }
+        }
+        let energy: f64 = mechanism.energy(&to.q, &to.qd).iter().sum();
+        self.imbalance = self.imbalance.max((energy - self.energy - self.work).abs());
     }
 
     fn reject(&mut self, h: f64) {

@@ -16,6 +16,10 @@ pub(crate) struct Balance {
     pub(crate) change: f64,
     /// Largest difference of the two.
     pub(crate) error: f64,
+    /// By how much the work may be wrong, because there are too few rows to tell how the power changed between them.
+    doubt: f64,
+    /// Largest difference beyond that.
+    pub(crate) excess: f64,
 }
 
 impl Balance {
@@ -23,6 +27,10 @@ impl Balance {
     fn add(&mut self, from: usize) {
         let window = &self.window;
         let (a, b) = (window[from].0, window[from + 1].0);
+        if window.iter().all(|(_, power, _)| *power == 0.0) {
+            self.compare(from);
+            return;
+        }
         let power = |t: f64| {
             let basis = |i: usize| {
                 let others = window.iter().enumerate().filter(|(j, _)| *j != i);
@@ -33,9 +41,30 @@ impl Balance {
         // Two points of Gauss are exact for a cubic.
         let (middle, half) = (0.5 * (a + b), 0.5 * (b - a));
         let offset = half / 3.0_f64.sqrt();
-        self.work += half * (power(middle - offset) + power(middle + offset));
-        self.change = window[from + 1].2 - self.first.unwrap_or(0.0);
-        self.error = self.error.max((self.change - self.work).abs());
+        let work = half * (power(middle - offset) + power(middle + offset));
+        self.doubt += (work - half * (window[from].1 + window[from + 1].1)).abs();
+        self.work += work;
+        self.compare(from);
+    }
+
+    /// Compares work and change up to the row after that one.
+    fn compare(&mut self, from: usize) {
+        self.change = self.window[from + 1].2 - self.first.unwrap_or(0.0);
+        let difference = (self.change - self.work).abs();
+        self.error = self.error.max(difference);
+        self.excess = self.excess.max(difference - self.doubt);
+    }
+}
+
+impl Balance {
+    /// The same after the last row.
+    pub(crate) fn finished(&self) -> Self {
+        let mut finished = self.clone();
+        match finished.window.len() {
+            4 => finished.add(2),
+            short => (1..short).for_each(|i| finished.add(i - 1)),
+        }
+        finished
     }
 }
 
@@ -67,10 +96,7 @@ impl Observer for Balance {
     }
 
     fn finish(&mut self) -> io::Result<()> {
-        match self.window.len() {
-            4 => self.add(2),
-            short => (1..short).for_each(|i| self.add(i - 1)),
-        }
+        *self = self.finished();
         Ok(())
     }
 }

@@ -2,6 +2,7 @@
 
 use qrm_mechanism::Mechanism;
 
+use crate::balance::Balance;
 use crate::linear::{largest, multiply};
 use crate::motion::Moment;
 use crate::observer::{Observer, Row};
@@ -26,6 +27,8 @@ pub(crate) struct Book {
     pub(crate) energy_drift: f64,
     /// Whether no load without potential did work.
     pub(crate) is_conservative: bool,
+    /// Energy against work.
+    pub(crate) balance: Balance,
 }
 
 impl Book {
@@ -40,6 +43,7 @@ impl Book {
             largest_energy: 0.0,
             energy_drift: 0.0,
             is_conservative: true,
+            balance: Balance::default(),
         }
     }
 
@@ -83,7 +87,7 @@ impl Book {
                 power,
                 corrections: *corrections,
             };
-            observer.row(&row).map_err(Status::Unwritable)?;
+            observer.row(&row).and_then(|()| self.balance.row(&row)).map_err(Status::Unwritable)?;
             self.rows += 1;
         }
         Ok(())

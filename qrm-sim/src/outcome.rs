@@ -30,6 +30,9 @@ pub struct Outcome {
     pub residual_velocity: (usize, f64),
     /// Largest change of the energy, if no load without potential did work.
     pub energy_drift: Option<f64>,
+    /// Largest difference between the change of the energy and the work of the loads without potential, as far as
+    /// steps tell that work.
+    pub energy_imbalance: f64,
     /// Largest kinetic energy in any row.
     pub largest_kinetic_energy: f64,
     /// Largest energy in any row, kinetic and potential.

@@ -89,6 +89,17 @@ impl<const N: usize, const M: usize> Stepper<N, M> {
         again.next(mechanism, method, from, t, care)
     }
 
+    /// Largest difference between energy and work at the end of any step; `None` if rows are the steps.
+    pub(crate) fn imbalance(&self) -> Option<f64> {
+        match self {
+            Self::Fixed | Self::Document => None,
+            Self::Five(adaptive) => Some(adaptive.imbalance),
+            Self::Eight(adaptive) => Some(adaptive.imbalance),
+            Self::Implicit(adaptive) => Some(adaptive.imbalance),
+            Self::Auto(adaptive) => Some(adaptive.imbalance),
+        }
+    }
+
     /// What was done in a run of so many rows.
     pub(crate) fn counts(&self, rows: u64) -> Counts {
         match self {

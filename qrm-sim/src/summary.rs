@@ -19,6 +19,7 @@ pub(crate) struct Summary {
     pub(crate) step: f64,
     pub(crate) steps: u64,
     pub(crate) rejected_steps: u64,
+    pub(crate) implicit_steps: u64,
     pub(crate) evaluations: u64,
     pub(crate) rows: u64,
     pub(crate) status: &'static str,
@@ -30,9 +31,12 @@ pub(crate) struct Summary {
     pub(crate) max_residual_position: f64,
     pub(crate) max_residual_velocity: f64,
     pub(crate) energy_drift: Option<f64>,
+    pub(crate) energy_imbalance: f64,
     pub(crate) extremes: Named<ExtremesEntry>,
     pub(crate) parameters: Named<f64>,
     pub(crate) figures: Vec<String>,
+    /// Why the numbers are not to be trusted, if so.
+    pub(crate) distrust: Vec<String>,
     pub(crate) warnings: Vec<String>,
 }
 
@@ -64,6 +68,7 @@ impl Summary {
     pub(crate) fn write(&self, path: &Path) -> io::Result<()> {
         let mut text = serde_json::to_string_pretty(self)?;
         text.push('\n');
+        path.parent().map_or(Ok(()), std::fs::create_dir_all)?;
         write_whole(path, text.as_bytes())
     }
 

@@ -83,7 +83,7 @@ impl<const N: usize, const M: usize> Formula<N, M> for Auto<N> {
                 self.doubts = 0;
             }
         }
-        let is_bound = !is_implicit && self.doubts >= BELIEVED;
+        let is_bound = !X::HAS_LINEARIZATION && self.doubts >= BELIEVED;
         if self.doubts >= BELIEVED && X::HAS_LINEARIZATION {
             (self.is_implicit, self.doubts, self.quiet) = (!is_implicit, 0, 0);
         }

@@ -25,6 +25,7 @@ pub(super) fn summary(setup: &Setup, outcome: &Outcome, album: &Album) -> Summar
         step: outcome.step,
         steps: outcome.counts.accepted,
         rejected_steps: outcome.counts.rejected,
+        implicit_steps: outcome.counts.implicit,
         evaluations: outcome.counts.evaluations,
         rows: 0,
         status: status(outcome),
@@ -36,9 +37,11 @@ pub(super) fn summary(setup: &Setup, outcome: &Outcome, album: &Album) -> Summar
         max_residual_position: outcome.residual_position.1,
         max_residual_velocity: outcome.residual_velocity.1,
         energy_drift: outcome.energy_drift,
+        energy_imbalance: outcome.energy_imbalance,
         extremes: extremes(description, album),
         parameters: named(description.parameters.iter().map(|p| p.name), &setup.scene.parameters(&setup.replace())),
         figures: Vec::new(),
+        distrust: words::distrust(outcome, setup.method.scheme.tolerance()),
         warnings: words::warnings(outcome, description),
     }
 }
@@ -61,7 +64,17 @@ pub(super) fn figures(setup: &Setup, outcome: &Outcome, album: &Album) -> Vec<(S
 /// Why a run did not do what was asked.
 pub(super) fn problem(outcome: &Outcome, summary: &Summary) -> Option<String> {
     let is_done = matches!(outcome.status, Status::Completed | Status::Stopped | Status::StoppedAtStart);
-    (!is_done).then(|| format!("error: {}", summary.message))
+    if !is_done {
+        return Some(format!("error: {}", summary.message));
+    }
+    (!summary.distrust.is_empty()).then(|| {
+        let help = if summary.tolerance.is_some() {
+            "use a smaller --tolerance; motions that are sensitive by nature cannot be followed for ever"
+        } else {
+            "use a shorter --step, or `--method auto`"
+        };
+        format!("error: do not trust the numbers: {}\n  = help: {help}", summary.distrust.join("; and "))
+    })
 }
 
 fn status(outcome: &Outcome) -> &'static str {

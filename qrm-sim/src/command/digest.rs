@@ -17,8 +17,9 @@ pub(super) fn facts(summary: &Summary) -> [(&'static str, String); 6] {
         }
         None => format!("RK4, {steps} steps of {}, projection: {}", seconds(summary.step), summary.projection),
         Some(tolerance) => format!(
-            "{}, {steps} steps and {} rejected for a tolerance of {tolerance:e}, rows every {}, projection: {}",
+            "{}, {steps} steps{} and {} rejected for a tolerance of {tolerance:e}, rows every {}, projection: {}",
             summary.method.to_uppercase(),
+            if summary.method == "auto" { format!(" ({} implicit)", summary.implicit_steps) } else { String::new() },
             summary.rejected_steps,
             seconds(summary.step),
             summary.projection
@@ -32,7 +33,10 @@ pub(super) fn facts(summary: &Summary) -> [(&'static str, String); 6] {
     };
     let energy = match summary.energy_drift {
         Some(drift) => format!("within {drift:.1e} J of its value at the start"),
-        None => "not constant: some loads have no potential".to_owned(),
+        None if summary.energy_imbalance > 0.0 => {
+            format!("differs from the work of the loads without potential by {:.1e} J", summary.energy_imbalance)
+        }
+        None => "changes by the work of the loads without potential, as far as the steps tell it".to_owned(),
     };
     [
         ("end", summary.message.clone()),

@@ -13,9 +13,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc;
 
 use indicatif::{ProgressBar, ProgressStyle};
+use qrm_codegen::evaluate::{constant, parameter_values};
 use qrm_codegen::resolve;
+use qrm_codegen::scene::Scene as SceneText;
 
-use super::arguments::{MergeArguments, SweepArguments};
+use super::arguments::{LanesName, MergeArguments, SweepArguments};
 use super::progress::{Progress, interrupted};
 use super::{Failure, settings};
 use crate::scenes::{Replace, Scene, Scenes};
@@ -31,7 +33,7 @@ const BLOCK: usize = 256;
 /// Runs a scene with every combination of parameter values.
 pub(super) fn sweep(scenes: &Scenes, arguments: &SweepArguments) -> Result<(), Failure> {
     let plan = Plan::new(scenes, arguments)?;
-    let (mut journal, done) = Journal::open(&plan.out, &plan.title(arguments), &plan.columns.header())?;
+    let (mut journal, done) = Journal::open(&plan.out, &plan.title(arguments), &plan.columns.header(), plan.range.0)?;
     let first = plan.range.0 + done;
     if done > 0 {
         super::say(&format!("goes on after {done} designs of an interrupted sweep"));
@@ -109,6 +111,7 @@ pub(super) fn merge(arguments: &MergeArguments) -> Result<(), Failure> {
 /// What is to be done.
 struct Plan<'s> {
     scene: &'s dyn Scene,
+    text: SceneText,
     set: BTreeMap<String, f64>,
     axes: Axes,
     /// The first design of this part, and the first beyond it.
@@ -159,6 +162,7 @@ impl<'s> Plan<'s> {
             estimate_error: !arguments.no_error_estimate,
             width: arguments.lanes.width(),
             scene,
+            text,
             set,
             axes,
             range,
@@ -170,8 +174,10 @@ impl<'s> Plan<'s> {
 
     /// What tells one sweep from another.
     fn title(&self, arguments: &SweepArguments) -> String {
-        let SweepArguments { scene, vary, shard, no_extremes, no_error_estimate, .. } = arguments;
-        let said = format!("{scene:?} {vary:?} {shard:?} {no_extremes} {no_error_estimate}");
+        let SweepArguments { scene, vary, shard, no_extremes, no_error_estimate, lanes, .. } = arguments;
+        // Four lanes and eight give the same digits.
+        let is_single = matches!(lanes, LanesName::One);
+        let said = format!("{scene:?} {vary:?} {shard:?} {no_extremes} {no_error_estimate} {is_single}");
         format!("# {} {} {:016x}", self.scene.description().name, env!("CARGO_PKG_VERSION"), digest(self.scene, &said))
     }
 
@@ -184,6 +190,9 @@ impl<'s> Plan<'s> {
         };
         let replacements: Vec<_> = values.iter().map(replacing).collect();
         let designs: Vec<Replace> = replacements.iter().map(|replace| replace as Replace).collect();
+        let refused: Vec<Option<String>> = designs.iter().map(|replace| self.refused(replace)).collect();
+        let kept = |i: &usize| refused[*i].is_none();
+        let designs: Vec<Replace> = (0..designs.len()).filter(kept).map(|i| designs[i]).collect();
         let stops = self.stop.as_ref().map(|stop| stop.of_designs(&designs));
         let condition = |design: usize, t: f64, q: &[f64], qd: &[f64]| {
             stops.as_ref().map_or(0.0, |stops| stops.value(design, t, q, qd))
@@ -196,9 +205,27 @@ impl<'s> Plan<'s> {
         let request =
             SweepRequest { step: self.step, end: until, extremes: self.extremes, estimate_error: self.estimate_error };
         let finished: Vec<Finished> = self.scene.sweep(&designs, &request, self.width);
-        let line =
-            |((design, values), finished): ((usize, &Vec<f64>), &Finished)| self.columns.line(design, values, finished);
-        (begin..end).zip(&values).zip(&finished).map(line).collect()
+        let mut finished = finished.iter();
+        let line = |((design, values), refused): ((usize, &Vec<f64>), &Option<String>)| match refused {
+            Some(reason) => Some(self.columns.refused(design, values, reason)),
+            None => Some(self.columns.line(design, values, finished.next()?)),
+        };
+        (begin..end).zip(&values).zip(&refused).filter_map(line).collect()
+    }
+
+    /// Why a design is none that can be run.
+    fn refused(&self, replace: Replace) -> Option<String> {
+        let parameters = parameter_values(&self.text, replace);
+        let parts = self
+            .text
+            .bodies
+            .iter()
+            .flat_map(|body| [(&body.name, "mass", &body.mass), (&body.name, "inertia", &body.inertia)]);
+        let mut values =
+            parts.filter_map(|(name, what, value)| Some((name, what, constant(value.as_ref()?, &parameters))));
+        let (name, what, value) = values.find(|(_, _, value)| !(*value >= 0.0 && value.is_finite()))?;
+        let wrong = if value < 0.0 { "a negative" } else { "no finite" };
+        Some(format!("body `{name}` has {wrong} {what}: {value}"))
     }
 }
 

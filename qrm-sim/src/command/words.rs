@@ -179,26 +179,50 @@ pub(super) fn status(status: &Status, end_time: f64, description: &Description, 
     }
 }
 
-/// A conservative motion must not change its energy by more than this fraction of the largest kinetic energy.
-const TOLERABLE_DRIFT: f64 = 1e-3;
+/// Energy and work must not differ by more than this fraction of the largest kinetic energy.
+const TOLERABLE_IMBALANCE: f64 = 1e-3;
+/// Errors of coordinates, in rad or m or relative to larger ones, that a run may have without being asked for less.
+const TOLERABLE_ERROR: f64 = 1e-3;
+/// Errors of a run may be larger than those of its steps by this factor.
+const ACCUMULATION: f64 = 1e4;
+
+/// Why the numbers of a run that came to its end are not to be trusted; empty if nothing speaks against them.
+pub(super) fn distrust(outcome: &Outcome, tolerance: Option<f64>) -> Vec<String> {
+    let mut reasons = Vec::new();
+    let imbalance = outcome.energy_imbalance;
+    if imbalance > TOLERABLE_IMBALANCE * outcome.largest_kinetic_energy + 1e-12 * outcome.largest_energy {
+        let against = match outcome.energy_drift {
+            Some(_) => "although every load has a potential",
+            None => "more than the loads without potential did work",
+        };
+        reasons.push(format!("the energy changed by {imbalance:.1e} J {against}"));
+    }
+    let largest = outcome.q.iter().fold(1.0, |most: f64, q| most.max(q.abs()));
+    let claimed = tolerance.map_or(TOLERABLE_ERROR, |tolerance| (ACCUMULATION * tolerance).min(TOLERABLE_ERROR));
+    match outcome.estimated_error {
+        Some(error) if !(error <= claimed * largest) => reasons.push(format!(
+            "the estimated error of {error:.1e} is beyond the {:.0e} that {} stands for",
+            claimed * largest,
+            if tolerance.is_some() { "the tolerance" } else { "a run without a tolerance" }
+        )),
+        None if outcome.error_unknown => reasons.push(
+            "the second run that tells the error broke off, so the step is near the limit of what is stable".to_owned(),
+        ),
+        _ => {}
+    }
+    reasons
+}
 
 /// What needed care on the way.
 pub(super) fn warnings(outcome: &Outcome, description: &Description) -> Vec<String> {
     let care = &outcome.care;
     let mut warnings = Vec::new();
-    if let Some(drift) = outcome.energy_drift
-        && drift > TOLERABLE_DRIFT * outcome.largest_kinetic_energy + 1e-12 * outcome.largest_energy
-    {
+    if outcome.counts.bound > 0 {
         warnings.push(format!(
-            "the energy changed by {drift:.1e} J although every load has a potential: the steps are too long, do not trust \
-             the numbers"
+            "{} of {} steps were as long as stability allows: the mechanism is stiff. Write `stiff = true` under [run] in \
+             scenes/{}.toml and build again, for implicit steps",
+            outcome.counts.bound, outcome.counts.accepted, description.name
         ));
-    }
-    if outcome.error_unknown {
-        warnings.push(
-            "the second run, at twice the step, broke off: the error is unknown, and the step is near its limit"
-                .to_owned(),
-        );
     }
     if care.singular_mass > 0 {
         warnings.push(format!(

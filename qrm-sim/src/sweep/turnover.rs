@@ -3,7 +3,7 @@
 use qrm_mechanism::{Angles, Fused, Kernel, Mechanism};
 
 use super::crowd::{Crowd, Runner};
-use super::{Finished, SweepEnd};
+use super::{Finished, SweepEnd, alone};
 use crate::assembly::assemble;
 use crate::lanes::{Lanes, Token};
 use crate::linear::largest;
@@ -70,7 +70,8 @@ impl<X: Mechanism<N, M>, S: Token, const N: usize, const M: usize> Crowd<'_, X, 
         self.parameters[lane] = values;
         self.put(lane, first);
         put::<X, S, N, M>(&mut self.shadow, lane, first);
-        let mut last = (grid.end_time / grid.step).floor();
+        // The first row stands at zero, however near the end is.
+        let mut last = (grid.end_time / grid.step).floor().max(1.0);
         while grid.time(last as u64) < grid.end_time {
             last += 1.0;
         }
@@ -107,9 +108,14 @@ impl<X: Mechanism<N, M>, S: Token, const N: usize, const M: usize> Crowd<'_, X, 
     pub(super) fn finish(&mut self, lane: usize, status: Status, at: &Moment<N, M>) {
         let Some(runner) = self.lanes[lane].take() else { return };
         self.is_stale = true;
+        let is_done = matches!(status, Status::Completed | Status::Stopped | Status::StoppedAtStart);
+        if !is_done || !self.ranges.is_defined(lane) {
+            // A run of its own says when what went wrong.
+            self.finished[runner.design] = Some(alone(runner.design, &self.designs[runner.design], self.request));
+            return;
+        }
         let outputs = self.outputs_at(runner.design, at);
-        let undefined = outputs.iter().position(|value| !value.is_finite());
-        let status = match undefined.or((!self.ranges.is_defined(lane)).then_some(0)) {
+        let status = match outputs.iter().position(|value| !value.is_finite()) {
             Some(output) => Status::NotFinite { t: at.t, what: Undefined::Output(output) },
             None => status,
         };

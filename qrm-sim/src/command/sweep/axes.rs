@@ -87,12 +87,18 @@ fn values_of(name: &str, text: &str, values: &str) -> Result<Vec<f64>, Failure> 
         [from, to, count] => {
             let (from, to) = (number(from)?, number(to)?);
             let count: usize = match count.trim().parse() {
-                Ok(count) if (1..=MOST).contains(&count) => count,
-                _ => return Err(wrong(text, &format!("asks for `{}` values", count.trim()))),
+                Ok(count) if (2..=MOST).contains(&count) || (count == 1 && from == to) => count,
+                _ => {
+                    let why = format!("asks for `{}` values, but a range has from 2 to {MOST}", count.trim());
+                    return Err(wrong(text, &why));
+                }
             };
             let last = (count - 1).max(1) as f64;
             // Without the rounding errors of the last digits: 0.3, not 0.30000000000000004.
             let value = |i: usize| {
+                if i == 0 || i == count - 1 {
+                    return if i == 0 { from } else { to };
+                }
                 let exact = from + (to - from) * (i as f64 / last);
                 format!("{exact:.14e}").parse().unwrap_or(exact)
             };
@@ -151,7 +157,9 @@ mod tests {
         let values = values_of("x", "", "0.15:0.25:1000").ok().expect("a range");
         assert_eq!((values.len(), values[0], values[999]), (1000, 0.15, 0.25));
         assert_eq!(values_of("x", "", "0.2:0.6:5").ok().expect("a range"), [0.2, 0.3, 0.4, 0.5, 0.6]);
-        assert_eq!(values_of("x", "", "2:5:1").ok().expect("one value"), [2.0]);
+        assert_eq!(values_of("x", "", "2:2:1").ok().expect("one value"), [2.0]);
+        assert_eq!(values_of("x", "", "1/3:2/3:2").ok().expect("both ends"), [1.0 / 3.0, 2.0 / 3.0]);
+        assert!(["2:5:1", "2:5:0", "2:5:-1"].iter().all(|range| values_of("x", "", range).is_err()));
         assert_eq!(values_of("x", "", "3*pi, max(1,2)").ok().expect("a list"), [3.0 * std::f64::consts::PI, 2.0]);
     }
 }

@@ -25,9 +25,15 @@ pub(super) enum Ending {
 
 /// What the name of a file asks for.
 pub(super) fn ending(path: &Path) -> Result<Ending, Failure> {
+    if path.is_dir() || path.as_os_str().to_string_lossy().ends_with(std::path::is_separator) {
+        return Err(Failure::Use(format!(
+            "error: `{}` is a folder\n  = help: name the file that the table is written to",
+            path.display()
+        )));
+    }
     match path.extension().and_then(|e| e.to_str()) {
-        Some("csv") => Ok(Ending::Csv),
-        Some("parquet") => Ok(Ending::Parquet),
+        Some(ending) if ending.eq_ignore_ascii_case("csv") => Ok(Ending::Csv),
+        Some(ending) if ending.eq_ignore_ascii_case("parquet") => Ok(Ending::Parquet),
         _ => Err(Failure::Use(format!(
             "error: `{}` ends in neither `.csv` nor `.parquet`\n  = help: the ending says how the table is written",
             path.display()
@@ -37,7 +43,7 @@ pub(super) fn ending(path: &Path) -> Result<Ending, Failure> {
 
 impl Journal {
     /// Opens the table that belongs to `out`, and says how many designs are in it already.
-    pub(super) fn open(out: &Path, title: &str, header: &[String]) -> Result<(Self, usize), Failure> {
+    pub(super) fn open(out: &Path, title: &str, header: &[String], first: usize) -> Result<(Self, usize), Failure> {
         super::make_folder(out)?;
         let path = beside(out, "under-way");
         let failed = |e: &io::Error| Failure::Use(unwritable(&path, e));
@@ -46,7 +52,7 @@ impl Journal {
         if file.try_lock().is_err() {
             return Err(Failure::Use(format!("error: another sweep is writing {}", path.display())));
         }
-        let found = Found::read(&mut file).map_err(|e| failed(&e))?;
+        let found = Found::read(&mut file, header.len(), first).map_err(|e| failed(&e))?;
         let mut journal = Self { path: path.clone(), file, counts: (found.done, found.failed) };
         if found.title.is_empty() {
             journal.file.set_len(0).map_err(|e| failed(&e))?;
@@ -57,6 +63,12 @@ impl Journal {
             return Err(Failure::Use(format!(
                 "error: {} holds the rows of another sweep that was interrupted\n  \
                  = help: finish that one by the command that began it, remove the file, or choose another --out",
+                path.display()
+            )));
+        }
+        if let Some(why) = found.wrong {
+            return Err(Failure::Use(format!(
+                "error: {} was changed since its sweep was interrupted: {why}\n  = help: remove the file, to begin again",
                 path.display()
             )));
         }
@@ -98,6 +110,41 @@ impl Journal {
     }
 }
 
+/// Rows that are read again, one design after the other.
+struct Rows {
+    columns: usize,
+    /// The design whose row comes next; any, before the first.
+    next: Option<usize>,
+}
+
+impl Rows {
+    /// Whether the design of a row came to its end; or what is wrong with the row.
+    fn check(&mut self, line: &str) -> Result<bool, String> {
+        let mut record = csv::StringRecord::new();
+        let mut reader = csv::ReaderBuilder::new().has_headers(false).flexible(true).from_reader(line.as_bytes());
+        let is_read = reader.read_record(&mut record).map_err(|e| e.to_string())?;
+        if !is_read || record.len() != self.columns {
+            return Err(format!("it has {} fields instead of {}", record.len(), self.columns));
+        }
+        let design: usize = record[0].parse().map_err(|_| format!("`{}` is no number of a design", &record[0]))?;
+        if self.next.is_some_and(|next| next != design) {
+            return Err(format!("it is the row of design {design} instead of {}", self.next.unwrap_or(0)));
+        }
+        self.next = Some(design + 1);
+        let status = record.iter().position(|field| field == "done" || field == "failed");
+        let status = status.ok_or("it is neither `done` nor `failed`")?;
+        // The reason, behind the status, is words.
+        let numbers =
+            record.iter().enumerate().filter(|(i, field)| ![status, status + 1].contains(i) && !field.is_empty());
+        for (_, field) in numbers {
+            if !field.parse::<f64>().is_ok_and(f64::is_finite) {
+                return Err(format!("`{field}` is no finite number"));
+            }
+        }
+        Ok(&record[status] == "done")
+    }
+}
+
 /// What a table under way holds.
 struct Found {
     title: String,
@@ -105,13 +152,16 @@ struct Found {
     failed: usize,
     /// Up to the end of the last whole row.
     length: u64,
+    /// What is wrong with a row.
+    wrong: Option<String>,
 }
 
 impl Found {
-    fn read(file: &mut File) -> io::Result<Self> {
+    fn read(file: &mut File, columns: usize, first: usize) -> io::Result<Self> {
         file.seek(SeekFrom::Start(0))?;
         let mut reader = BufReader::new(file);
-        let mut found = Self { title: String::new(), done: 0, failed: 0, length: 0 };
+        let mut found = Self { title: String::new(), done: 0, failed: 0, length: 0, wrong: None };
+        let mut rows = Rows { columns, next: Some(first) };
         let mut line = String::new();
         for number in 0.. {
             line.clear();
@@ -123,8 +173,14 @@ impl Found {
             match number {
                 0 => found.title = line.trim_end().to_owned(),
                 1 => {}
-                _ if line.contains(",done,") => found.done += 1,
-                _ => found.failed += 1,
+                _ => match rows.check(&line) {
+                    Ok(true) => found.done += 1,
+                    Ok(false) => found.failed += 1,
+                    Err(why) => {
+                        found.wrong = Some(format!("in line {}, {why}", number + 1));
+                        break;
+                    }
+                },
             }
         }
         // Without its header it is as good as not begun.
@@ -169,8 +225,42 @@ impl<R: Read> Read for Counting<'_, R> {
     }
 }
 
+/// Whether tables hold one design after the other, from the first on, each row whole.
+fn check(parts: &[PathBuf]) -> Result<(), Failure> {
+    let mut next = 0;
+    for path in parts {
+        let failed = |why: String| {
+            Failure::Use(format!(
+                "error: {} does not continue the parts before it: {why}\n  \
+                 = help: give all parts of one sweep, whole and in their order",
+                path.display()
+            ))
+        };
+        let file = File::open(path).map_err(|e| Failure::Use(format!("error: cannot read {}: {e}", path.display())))?;
+        let mut reader = BufReader::new(file);
+        let (mut line, mut rows) = (String::new(), Rows { columns: 0, next: Some(next) });
+        for number in 1.. {
+            line.clear();
+            match reader.read_line(&mut line) {
+                Ok(0) => break,
+                Ok(_) if number == 1 => rows.columns = line.split(',').count(),
+                Ok(_) if !line.ends_with('\n') => return Err(failed(format!("line {number} is cut off"))),
+                Ok(_) => _ = rows.check(&line).map_err(|why| failed(format!("in line {number}, {why}")))?,
+                // Not text; what it is instead is said when it is read as a table.
+                Err(_) => break,
+            }
+            if number == 1 && !line.starts_with("design,") {
+                break;
+            }
+        }
+        next = rows.next.unwrap_or(next);
+    }
+    Ok(())
+}
+
 /// Joins tables in CSV to one, and says how many rows it has.
 pub(super) fn join(parts: &[PathBuf], out: &Path) -> Result<usize, Failure> {
+    check(parts)?;
     super::make_folder(out)?;
     let mut header: Option<String> = None;
     let mut readers: Vec<Box<dyn Read>> = Vec::new();
@@ -178,8 +268,7 @@ pub(super) fn join(parts: &[PathBuf], out: &Path) -> Result<usize, Failure> {
         let failed = |e: io::Error| Failure::Use(format!("error: cannot read {}: {e}", path.display()));
         let mut reader = BufReader::new(File::open(path).map_err(failed)?);
         let mut first = String::new();
-        reader.read_line(&mut first).map_err(failed)?;
-        if !first.starts_with("design,") {
+        if reader.read_line(&mut first).is_err() || !first.starts_with("design,") {
             return Err(Failure::Use(format!(
                 "error: {} is no table of a sweep in CSV\n  = help: let each part write a file that ends in `.csv`",
                 path.display()

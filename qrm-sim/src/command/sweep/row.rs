@@ -44,6 +44,15 @@ impl Columns {
         header
     }
 
+    /// The row of a design that is none.
+    pub(super) fn refused(&self, design: usize, values: &[f64], reason: &str) -> Line {
+        let mut fields = vec![design.to_string()];
+        fields.extend(values.iter().map(|value| number(*value)));
+        fields.extend(["failed".to_owned(), reason.to_owned()]);
+        fields.resize(self.header().len(), String::new());
+        Line { fields, is_done: false }
+    }
+
     /// The row of a design.
     pub(super) fn line(&self, design: usize, values: &[f64], finished: &Finished) -> Line {
         let reason = match &finished.status {
