@@ -179,6 +179,13 @@ fn a_run_that_breaks_off_keeps_its_rows() {
 }
 
 #[test]
+fn a_motion_that_is_too_fast_to_follow_comes_to_an_end() {
+    let run = run(&["--set", "w0=1e10", "--method", "dop853", "--no-error-estimate", "--no-figures"]);
+    assert_eq!(run.status(), 1);
+    assert!(run.stderr().contains("more than a million steps were made"), "{}", run.stderr());
+}
+
+#[test]
 fn a_step_that_is_far_too_long_is_said_to_be() {
     let run = run(&["--step", "0.1", "--no-error-estimate"]);
     let reasons = run.summary()["distrust"].to_string();

@@ -111,6 +111,8 @@ pub struct Adaptive<F, const N: usize, const M: usize> {
     failed: bool,
     /// What was done.
     pub counts: Counts,
+    /// Rows that were asked for.
+    rows: u64,
     /// Energy at the start, and work of the loads without potential since.
     energy: f64,
     work: f64,
@@ -139,6 +141,9 @@ const GAUSS: [(f64, f64); 3] =
 
 /// The step is aimed at this part of the tolerance.
 const SAFETY: f64 = 0.9;
+/// Steps beyond these many, and these many more for each row, are taken for a motion that cannot be followed.
+const PATIENCE: u64 = 1_000_000;
+const PATIENCE_PER_ROW: u64 = 1000;
 /// By what a step may shrink and grow at once.
 const SHRINK: f64 = 0.2;
 const GROW: f64 = 6.0;
@@ -164,6 +169,7 @@ impl<F: Formula<N, M>, const N: usize, const M: usize> Adaptive<F, N, M> {
             last_error: 1e-4,
             failed: false,
             counts: Counts::default(),
+            rows: 0,
             energy: mechanism.energy(&first.q, &first.qd).iter().sum(),
             work: 0.0,
             imbalance: 0.0,
@@ -194,7 +200,11 @@ impl<F: Formula<N, M>, const N: usize, const M: usize> Adaptive<F, N, M> {
         projection: (Projection, Tolerance),
         care: &mut Care,
     ) -> Result<Moment<N, M>, Breakdown> {
+        self.rows += 1;
         while self.segment.to.t < t {
+            if self.counts.accepted + self.counts.rejected > PATIENCE + PATIENCE_PER_ROW * self.rows {
+                return Err(Breakdown::TooManySteps { h: self.h });
+            }
             self.step(mechanism, projection, care)?;
         }
         if self.segment.to.t == t {

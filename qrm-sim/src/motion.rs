@@ -90,6 +90,11 @@ pub enum Breakdown {
         /// The last one.
         h: f64,
     },
+    /// Steps of the method's choice are so short against the rows that the run would not end.
+    TooManySteps {
+        /// The last one.
+        h: f64,
+    },
     /// A number became infinite or undefined.
     NotFinite,
     /// The method needs derivatives that the scene does not ask for.
