@@ -15,7 +15,10 @@ fn worst(cases: &Table, row: usize, method: &str, tolerance: &str) -> f64 {
     arguments.extend(parameters.split(' ').flat_map(|set| ["--set", set]));
     let run = run(&arguments);
     assert_eq!(run.status(), 0, "{parameters} by {method}: {}", run.stderr());
-    let end = &run.summary()["end_state"];
+    off(cases, row, &run.summary()["end_state"])
+}
+
+fn off(cases: &Table, row: usize, end: &serde_json::Value) -> f64 {
     let off = |name: &str| {
         let (got, exact) = (end[name].as_f64().expect("a number"), cases.number(row, name));
         let turns = if name.ends_with("_dot") { 0.0 } else { ((got - exact) / std::f64::consts::TAU).round() };
@@ -34,6 +37,30 @@ fn every_extreme_case_comes_out_right() {
             assert!(off < 1e-6, "{} by {method}: off by {off:e}", cases.text(row, "params"));
         }
     }
+}
+
+#[test]
+fn long_steps_that_are_wrong_say_so() {
+    let cases = Table::reference("quick-return-extreme-cases.csv");
+    let mut reported = 0;
+    for row in 0..cases.rows.len() {
+        let parameters = cases.text(row, "params");
+        let mut arguments = vec!["quick-return-loaded", "--end-time", cases.text(row, "t_end"), "--no-figures"];
+        arguments.extend(parameters.split(' ').flat_map(|set| ["--set", set]));
+        let run = run(&arguments);
+        let off = off(&cases, row, &run.summary()["end_state"]);
+        assert!(off < 1e-3 || run.status() == 1, "{parameters}: off by {off:e} without a word");
+        reported += usize::from(run.status() == 1);
+    }
+    assert!((7..=9).contains(&reported), "{reported} runs are refused");
+}
+
+#[test]
+fn a_closure_that_vanishes_is_named() {
+    // The rocker turns fully; where it points along x, the root form of the slot says nothing.
+    let run = run(&["quick-return-loaded", "--set", "O2A=0.301", "--set", "BC=2", "--set", "BG5=1", "--end-time", "1"]);
+    assert_eq!(run.status(), 1);
+    assert!(run.stderr().contains("constraint `slot` came near a position where it says nothing"), "{}", run.stderr());
 }
 
 #[test]

@@ -33,6 +33,8 @@ pub struct Outcome {
     /// Largest difference between the change of the energy and the work of the loads without potential, as far as
     /// steps tell that work.
     pub energy_imbalance: f64,
+    /// The constraint whose row in `C_q` came nearest to vanishing, to which fraction of its largest length, and when.
+    pub faintest_constraint: Option<(usize, f64, f64)>,
     /// Largest kinetic energy in any row.
     pub largest_kinetic_energy: f64,
     /// Largest energy in any row, kinetic and potential.

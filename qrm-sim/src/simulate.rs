@@ -295,6 +295,7 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
             residual_velocity: self.book.residual_velocity,
             largest_kinetic_energy: self.book.largest_kinetic_energy,
             largest_energy: self.book.largest_energy,
+            faintest_constraint: self.book.faintest(),
             energy_imbalance: self.stepper.imbalance().unwrap_or_else(|| self.book.balance.finished().excess),
             energy_drift: self.book.is_conservative.then_some(self.book.energy_drift),
             care: self.care,

@@ -41,7 +41,7 @@ pub(super) fn summary(setup: &Setup, outcome: &Outcome, album: &Album) -> Summar
         extremes: extremes(description, album),
         parameters: named(description.parameters.iter().map(|p| p.name), &setup.scene.parameters(&setup.replace())),
         figures: Vec::new(),
-        distrust: words::distrust(outcome, setup.method.scheme.tolerance()),
+        distrust: words::distrust(outcome, description, setup.method.scheme.tolerance()),
         warnings: words::warnings(outcome, description),
     }
 }

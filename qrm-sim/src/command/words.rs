@@ -188,11 +188,13 @@ pub(super) fn status(status: &Status, end_time: f64, description: &Description, 
 const TOLERABLE_IMBALANCE: f64 = 1e-3;
 /// Errors of coordinates, in rad or m or relative to larger ones, that a run may have without being asked for less.
 const TOLERABLE_ERROR: f64 = 1e-3;
+/// Rows of C_q that fall below this fraction of their length explain what else is wrong.
+const FAINT: f64 = 0.1;
 /// Errors of a run may be larger than those of its steps by this factor.
 const ACCUMULATION: f64 = 1e4;
 
 /// Why the numbers of a run that came to its end are not to be trusted; empty if nothing speaks against them.
-pub(super) fn distrust(outcome: &Outcome, tolerance: Option<f64>) -> Vec<String> {
+pub(super) fn distrust(outcome: &Outcome, description: &Description, tolerance: Option<f64>) -> Vec<String> {
     let mut reasons = Vec::new();
     let imbalance = outcome.energy_imbalance;
     if imbalance > TOLERABLE_IMBALANCE * outcome.largest_kinetic_energy + 1e-12 * outcome.largest_energy {
@@ -214,6 +216,17 @@ pub(super) fn distrust(outcome: &Outcome, tolerance: Option<f64>) -> Vec<String>
             "the second run that tells the error broke off, so the step is near the limit of what is stable".to_owned(),
         ),
         _ => {}
+    }
+    if let Some((constraint, fraction, t)) = outcome.faintest_constraint
+        && fraction < FAINT
+        && !reasons.is_empty()
+    {
+        let name = description.constraints[constraint].name;
+        reasons.push(format!(
+            "constraint `{name}` came near a position where it says nothing: its row of C_q fell to {fraction:.0e} of its \
+             length at t = {t:.6} s. If another form of the closure does not vanish there, write that one (a root times a \
+             cosine vanishes where `A.x*sin(phi) - A.y*cos(phi)` does not)"
+        ));
     }
     reasons
 }
