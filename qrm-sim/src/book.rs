@@ -3,10 +3,11 @@
 use qrm_mechanism::Mechanism;
 
 use crate::balance::Balance;
-use crate::linear::{dot, largest, multiply};
+use crate::linear::{largest, multiply};
 use crate::motion::Moment;
 use crate::observer::{Observer, Row};
 use crate::outcome::{Status, Undefined};
+use crate::rank::Rank;
 
 /// The notes.
 #[derive(Debug)]
@@ -29,8 +30,8 @@ pub(crate) struct Book {
     pub(crate) is_conservative: bool,
     /// Energy against work.
     pub(crate) balance: Balance,
-    /// How long the row of each constraint in `C_q` was at most, and at least with the time of it.
-    gradients: Vec<(f64, f64, f64)>,
+    /// How near the constraints came to saying too little.
+    pub(crate) rank: Rank,
 }
 
 impl Book {
@@ -46,7 +47,7 @@ impl Book {
             energy_drift: 0.0,
             is_conservative: true,
             balance: Balance::default(),
-            gradients: vec![(0.0, f64::INFINITY, 0.0); M],
+            rank: Rank::default(),
         }
     }
 
@@ -63,13 +64,7 @@ impl Book {
             let closure = mechanism.closure(q);
             let position = largest(&closure.constraints);
             let velocity = largest(&multiply(&closure.constraint_jacobian, qd));
-            for ((most, least, when), row) in self.gradients.iter_mut().zip(&closure.constraint_jacobian) {
-                let length = dot(row, row).sqrt();
-                *most = most.max(length);
-                if length < *least {
-                    (*least, *when) = (length, *t);
-                }
-            }
+            self.rank.note(self.rows, *t, &closure.constraint_jacobian);
             let [kinetic, potential] = mechanism.energy(q, qd);
             let energy = kinetic + potential;
             if let Some(what) = self.undefined(energy) {
@@ -101,12 +96,6 @@ impl Book {
             self.rows += 1;
         }
         Ok(())
-    }
-
-    /// The constraint whose row in `C_q` came nearest to vanishing, to which fraction of its largest length, and when.
-    pub(crate) fn faintest(&self) -> Option<(usize, f64, f64)> {
-        let fractions = self.gradients.iter().enumerate().map(|(k, (most, least, when))| (k, least / most, *when));
-        fractions.min_by(|a, b| a.1.total_cmp(&b.1))
     }
 
     /// Which number of the row under way is not finite.

@@ -59,11 +59,17 @@ fn project<X: Mechanism<N, M>, const N: usize, const M: usize>(
     qd: &mut Vector<N>,
     care: &mut Care,
 ) -> Result<u32, Breakdown> {
+    let start = *q;
+    let mut open = 0.0;
     for iterations in 0..=ITERATIONS {
         let closure = mechanism.closure(q);
         let corrector = Corrector::new(&closure.constraint_jacobian, None);
         let (constraint, residual) = largest(&closure.constraints);
+        if iterations == 0 {
+            open = residual;
+        }
         if residual <= CLOSED {
+            care.note_correction(open, &start, q);
             corrector.correct(qd, &multiply(&closure.constraint_jacobian, qd), care);
             return Ok(iterations);
         }

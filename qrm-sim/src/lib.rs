@@ -15,6 +15,7 @@ pub mod motion;
 pub mod observer;
 pub mod outcome;
 pub mod projection;
+pub mod rank;
 pub mod rest;
 pub mod rk4;
 pub mod scenes;

@@ -3,6 +3,7 @@
 //! Sizes are known when the mechanism is compiled, so the loops unroll and nothing is allocated.
 
 pub mod lu;
+pub mod singular;
 
 /// A vector.
 pub type Vector<const N: usize> = [f64; N];

@@ -5,6 +5,7 @@ use std::time::Duration;
 use crate::adaptive::Counts;
 use crate::assembly::NotAssembled;
 use crate::motion::Breakdown;
+use crate::rank::Nearest;
 use crate::solve::Care;
 
 /// How a run ended, and what is known of it.
@@ -33,8 +34,8 @@ pub struct Outcome {
     /// Largest difference between the change of the energy and the work of the loads without potential, as far as
     /// steps tell that work.
     pub energy_imbalance: f64,
-    /// The constraint whose row in `C_q` came nearest to vanishing, to which fraction of its largest length, and when.
-    pub faintest_constraint: Option<(usize, f64, f64)>,
+    /// Where the constraints came nearest to saying too little; `None` without constraints.
+    pub nearest_singular: Option<Nearest>,
     /// Largest kinetic energy in any row.
     pub largest_kinetic_energy: f64,
     /// Largest energy in any row, kinetic and potential.

@@ -65,7 +65,8 @@ pub fn project<X: Mechanism<N, M>, const N: usize, const M: usize>(
     }
     // A mass matrix that is singular by itself is no metric: those steps fall back to the plain one.
     let mass = mass.filter(|_| projection == Projection::Mass);
-    let mut before = f64::INFINITY;
+    let start = *q;
+    let (mut open, mut before) = (0.0, f64::INFINITY);
     let mut iterations = 0;
     loop {
         let closure = mechanism.closure(q);
@@ -84,7 +85,11 @@ pub fn project<X: Mechanism<N, M>, const N: usize, const M: usize>(
             // the residual far below the tolerance.
             corrector.correct(q, &closure.constraints, care);
         }
+        if iterations == 0 {
+            open = residual;
+        }
         if is_closed || is_settled {
+            care.note_correction(open, &start, q);
             if mass.is_some() {
                 // Rates belong to the position as it is now, in its own metric.
                 let jacobian = mechanism.closure(q).constraint_jacobian;

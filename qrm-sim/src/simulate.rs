@@ -6,7 +6,7 @@ use qrm_mechanism::Mechanism;
 
 use crate::assembly::assemble;
 use crate::book::Book;
-use crate::motion::{Breakdown, Method, Moment, moment};
+use crate::motion::{self, Breakdown, Method, Moment, moment};
 use crate::observer::Observer;
 use crate::outcome::{NoStart, Outcome, Status, Undefined};
 use crate::shadow::Shadow;
@@ -16,6 +16,9 @@ use crate::walk::{Walker, is_walked, parameters, walk};
 
 /// How many steps are made between two visits to the observer.
 const CHUNK: usize = 1024;
+
+/// One of so many steps is looked at more closely.
+const SAMPLED: usize = 32;
 
 /// What a run is asked to do.
 pub struct Request<'a> {
@@ -163,6 +166,7 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
                 status = self.chunk(&mut road);
             }
             integration += begun.elapsed();
+            self.sample(&road.rows);
             if let Some(shadow) = &mut self.shadow {
                 let grid = self.grid;
                 shadow.follow(self.mechanism, &road.rows, |row, at| at.t == grid.time(row));
@@ -216,6 +220,22 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
         self.care = care;
         road.now = road.last();
         made.0.err().map(Status::Broken).or(made.1)
+    }
+
+    /// Makes some of a kernel's steps once more by the plain functions, which tell what it leaves unsaid: how far the loops were
+    /// open before they were corrected, and by how much.
+    fn sample(&mut self, rows: &[Moment<N, M>]) {
+        if !is_walked(&self.request.method) {
+            return;
+        }
+        for steps in rows.windows(2).step_by(SAMPLED) {
+            let mut care = Care::default();
+            // What cannot be made again was made by the plain functions already.
+            if motion::advance(self.mechanism, &self.request.method, &steps[0], steps[1].t, &mut care).is_ok() {
+                self.care.open = self.care.open.max(care.open);
+                self.care.moved = self.care.moved.max(care.moved);
+            }
+        }
     }
 
     /// How far the stop condition is from true (negative), if there is one.
@@ -295,7 +315,7 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Run<'_, X, N, M> {
             residual_velocity: self.book.residual_velocity,
             largest_kinetic_energy: self.book.largest_kinetic_energy,
             largest_energy: self.book.largest_energy,
-            faintest_constraint: self.book.faintest(),
+            nearest_singular: self.book.rank.nearest(),
             energy_imbalance: self.stepper.imbalance().unwrap_or_else(|| self.book.balance.finished().excess),
             energy_drift: self.book.is_conservative.then_some(self.book.energy_drift),
             care: self.care,

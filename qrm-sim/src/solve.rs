@@ -17,6 +17,10 @@ pub struct Care {
     pub settled: u64,
     /// The constraint that stayed farthest open then, and how far.
     pub farthest: (usize, f64),
+    /// Largest residual before coordinates were corrected.
+    pub open: f64,
+    /// By how much a coordinate was corrected at most.
+    pub moved: f64,
 }
 
 impl Care {
@@ -26,6 +30,15 @@ impl Care {
         self.settled += 1;
         if residual > self.farthest.1 {
             self.farthest = (constraint, residual);
+        }
+    }
+
+    /// Notes how far the loops were open before the coordinates were corrected, and by how much.
+    #[inline(always)]
+    pub fn note_correction<const N: usize>(&mut self, open: f64, from: &Vector<N>, to: &Vector<N>) {
+        self.open = self.open.max(open);
+        for i in 0..N {
+            self.moved = self.moved.max((to[i] - from[i]).abs());
         }
     }
 }

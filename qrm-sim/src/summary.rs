@@ -30,6 +30,12 @@ pub(crate) struct Summary {
     pub(crate) estimated_error: Option<f64>,
     pub(crate) max_residual_position: f64,
     pub(crate) max_residual_velocity: f64,
+    /// Before the coordinates were corrected after a step, and by how much a coordinate was corrected at most.
+    pub(crate) max_residual_before_correction: f64,
+    pub(crate) max_correction: f64,
+    pub(crate) smallest_singular_value: Option<SingularEntry>,
+    /// Solves for which the fast factorisation did not do.
+    pub(crate) careful_solves: u64,
     pub(crate) energy_drift: Option<f64>,
     pub(crate) energy_imbalance: f64,
     pub(crate) extremes: Named<ExtremesEntry>,
@@ -47,6 +53,18 @@ pub(crate) struct ExtremesEntry {
     pub(crate) min_time: f64,
     pub(crate) max: f64,
     pub(crate) max_time: f64,
+}
+
+/// Where the smallest singular value of C_q was smallest.
+#[derive(Debug, Serialize)]
+pub(crate) struct SingularEntry {
+    pub(crate) value: f64,
+    /// The largest that it was in any row.
+    pub(crate) largest: f64,
+    pub(crate) row: u64,
+    pub(crate) time: f64,
+    /// The constraint that has the largest part in what is nearest to saying nothing.
+    pub(crate) constraint: &'static str,
 }
 
 /// Values under names, in their order.

@@ -10,12 +10,13 @@ use crate::album::Album;
 #[cfg(feature = "pictures")]
 use crate::figures::{HEALTH, figure, groups, health};
 use crate::outcome::{Outcome, Status};
-use crate::summary::{ExtremesEntry, Named, Summary};
+use crate::summary::{ExtremesEntry, Named, SingularEntry, Summary};
 use crate::trajectory::{CHECKS, columns};
 
 /// The summary of a run, its files left open.
 pub(super) fn summary(setup: &Setup, outcome: &Outcome, album: &Album) -> Summary {
     let description = &setup.description;
+    let distrust = words::distrust(outcome, description, setup.method.scheme.tolerance());
     Summary {
         scene: description.name.to_owned(),
         method: setup.method_name,
@@ -36,13 +37,23 @@ pub(super) fn summary(setup: &Setup, outcome: &Outcome, album: &Album) -> Summar
         estimated_error: outcome.estimated_error,
         max_residual_position: outcome.residual_position.1,
         max_residual_velocity: outcome.residual_velocity.1,
+        max_residual_before_correction: outcome.care.open,
+        max_correction: outcome.care.moved,
+        smallest_singular_value: outcome.nearest_singular.map(|nearest| SingularEntry {
+            value: nearest.value,
+            largest: nearest.most,
+            row: nearest.row,
+            time: nearest.t,
+            constraint: description.constraints[nearest.constraint].name,
+        }),
+        careful_solves: outcome.care.singular_mass + outcome.care.dependent_constraints,
         energy_drift: outcome.energy_drift,
         energy_imbalance: outcome.energy_imbalance,
         extremes: extremes(description, album),
         parameters: named(description.parameters.iter().map(|p| p.name), &setup.scene.parameters(&setup.replace())),
         figures: Vec::new(),
-        distrust: words::distrust(outcome, description, setup.method.scheme.tolerance()),
-        warnings: words::warnings(outcome, description),
+        warnings: words::warnings(outcome, description, &distrust),
+        distrust,
     }
 }
 

@@ -10,6 +10,10 @@ use crate::summary::Summary;
 /// How a run went.
 pub(super) fn facts(summary: &Summary) -> [(&'static str, String); 6] {
     let Summary { steps, run_seconds, max_residual_position, max_residual_velocity, .. } = summary;
+    let before = match summary.max_residual_before_correction {
+        open if open > 0.0 => format!("; {open:.1e} before the corrections"),
+        _ => String::new(),
+    };
     let per_step = run_seconds * 1e9 / (*steps).max(1) as f64;
     let method = match summary.tolerance {
         None if summary.method == "document" => {
@@ -45,7 +49,7 @@ pub(super) fn facts(summary: &Summary) -> [(&'static str, String); 6] {
         ("error", error),
         (
             "residual",
-            format!("at most {max_residual_position:.1e} of a constraint, {max_residual_velocity:.1e} of its rate"),
+            format!("at most {max_residual_position:.1e} of a constraint, {max_residual_velocity:.1e} of its rate{before}"),
         ),
         ("energy", energy),
     ]

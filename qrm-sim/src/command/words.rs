@@ -188,8 +188,10 @@ pub(super) fn status(status: &Status, end_time: f64, description: &Description, 
 const TOLERABLE_IMBALANCE: f64 = 1e-3;
 /// Errors of coordinates, in rad or m or relative to larger ones, that a run may have without being asked for less.
 const TOLERABLE_ERROR: f64 = 1e-3;
-/// Rows of C_q that fall below this fraction of their length explain what else is wrong.
-const FAINT: f64 = 0.1;
+/// A smallest singular value that falls below this fraction of its largest explains what else is wrong.
+const SUSPECT: f64 = 0.1;
+/// One that falls below this fraction is worth a warning by itself.
+const SINGULAR: f64 = 1e-2;
 /// Errors of a run may be larger than those of its steps by this factor.
 const ACCUMULATION: f64 = 1e4;
 
@@ -217,24 +219,45 @@ pub(super) fn distrust(outcome: &Outcome, description: &Description, tolerance: 
         ),
         _ => {}
     }
-    if let Some((constraint, fraction, t)) = outcome.faintest_constraint
-        && fraction < FAINT
-        && !reasons.is_empty()
-    {
-        let name = description.constraints[constraint].name;
+    let moved = outcome.care.moved;
+    if moved > claimed * largest {
         reasons.push(format!(
-            "constraint `{name}` came near a position where it says nothing: its row of C_q fell to {fraction:.0e} of its \
-             length at t = {t:.6} s. If another form of the closure does not vanish there, write that one (a root times a \
-             cosine vanishes where `A.x*sin(phi) - A.y*cos(phi)` does not)"
+            "closing the loops after a step moved a coordinate by {moved:.1e}, from residuals up to {:.1e}",
+            outcome.care.open
         ));
+    }
+    if !reasons.is_empty() {
+        reasons.extend(near_singular(outcome, description, SUSPECT));
     }
     reasons
 }
 
-/// What needed care on the way.
-pub(super) fn warnings(outcome: &Outcome, description: &Description) -> Vec<String> {
+/// Where the constraints said too little, if their smallest singular value fell below a fraction of its largest.
+fn near_singular(outcome: &Outcome, description: &Description, below: f64) -> Option<String> {
+    let nearest = outcome.nearest_singular.filter(|nearest| nearest.fraction() < below)?;
+    let name = description.constraints[nearest.constraint].name;
+    let what = if nearest.is_alone {
+        format!(
+            "constraint `{name}` says nothing there. If another form of the closure does not vanish there, write that one (a root \
+             times a cosine vanishes where `A.x*sin(phi) - A.y*cos(phi)` does not)"
+        )
+    } else {
+        format!("constraint `{name}` says there what the others say")
+    };
+    Some(format!(
+        "the mechanism came near a singular position: the smallest singular value of C_q fell to {:.0e} of its largest at t = {}; {what}",
+        nearest.fraction(),
+        seconds(nearest.t)
+    ))
+}
+
+/// What needed care on the way, beside what a run is distrusted for.
+pub(super) fn warnings(outcome: &Outcome, description: &Description, distrust: &[String]) -> Vec<String> {
     let care = &outcome.care;
     let mut warnings = Vec::new();
+    if distrust.is_empty() {
+        warnings.extend(near_singular(outcome, description, SINGULAR));
+    }
     if outcome.counts.bound > 0 {
         warnings.push(format!(
             "{} of {} steps were as long as stability allows: the mechanism is stiff. Write `stiff = true` under [run] in \
