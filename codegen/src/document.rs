@@ -1,6 +1,7 @@
 //! Scene text to a syntax tree with places. The only module that knows TOML.
 
 mod form;
+mod known;
 mod places;
 mod sections;
 mod table;
@@ -44,6 +45,8 @@ pub struct Document {
     pub drawing: Vec<(Identifier, DrawnSyntax)>,
     /// `[reference]`
     pub references: Vec<ReferenceSyntax>,
+    /// `[[extreme]]`
+    pub extremes: Vec<ExtremeSyntax>,
     /// `[run]`
     pub run: RunSyntax,
 }
@@ -226,6 +229,23 @@ pub struct ReferenceSyntax {
     /// How accurate the values are.
     pub accuracy: Formula,
     /// The values.
+    pub values: Vec<(Identifier, Formula)>,
+}
+
+/// An entry of `[[extreme]]`.
+#[derive(Debug)]
+pub struct ExtremeSyntax {
+    /// Its name.
+    pub identifier: Identifier,
+    /// What is extreme in it.
+    pub doc: String,
+    /// Parameters with other values.
+    pub set: Vec<(Identifier, Formula)>,
+    /// When it ends.
+    pub end_time: Option<Formula>,
+    /// How accurate the values are.
+    pub accuracy: Option<Formula>,
+    /// What is known of its end.
     pub values: Vec<(Identifier, Formula)>,
 }
 

@@ -3,6 +3,7 @@
 mod applied;
 mod check;
 mod drawing;
+mod extremes;
 mod points;
 mod references;
 mod scope;
@@ -129,6 +130,7 @@ impl Resolver<'_> {
             outputs: Vec::new(),
             drawing: self.drawing(document),
             references: self.references(document),
+            extremes: self.extremes(document),
             run: self.run(document),
         };
         for (identifier, load) in &document.loads {
@@ -140,6 +142,7 @@ impl Resolver<'_> {
         if !self.lost_names {
             number_parameters(&mut scene, replace);
             check::parts(document, &scene, &mut self.findings);
+            self.check_extremes(document, &scene, replace);
         }
         if self.is_whole {
             check::whole(document, &scene, &mut self.findings);

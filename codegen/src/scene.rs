@@ -1,12 +1,14 @@
 //! A scene with every name looked up: plain data, ready to be differentiated or evaluated.
 
 mod drawing;
+mod extreme;
 mod reference;
 
 use crate::diagnostic::Span;
 use crate::expression::Expression;
 use crate::parser::Condition;
 pub use drawing::{Drawn, DrawnKind};
+pub use extreme::Extreme;
 pub use reference::{Known, Reference};
 
 /// A formula of a scene.
@@ -60,6 +62,8 @@ pub struct Scene {
     pub drawing: Vec<Drawn>,
     /// Values that are known from elsewhere.
     pub references: Vec<Reference>,
+    /// Variants on which methods are tried.
+    pub extremes: Vec<Extreme>,
     /// How a run begins and ends.
     pub run: Run,
 }

@@ -17,10 +17,14 @@ mod list;
 mod progress;
 mod recorder;
 #[cfg(feature = "pictures")]
+mod reference;
+#[cfg(feature = "pictures")]
 mod report;
 mod run;
 mod settings;
 mod setup;
+#[cfg(feature = "stability")]
+mod stability;
 #[cfg(feature = "sweep")]
 mod sweep;
 mod words;
@@ -55,6 +59,8 @@ pub fn main(scenes: &Scenes) -> ExitCode {
         Task::Report(arguments) => report::report(scenes, &arguments),
         #[cfg(feature = "pictures")]
         Task::Accuracy(arguments) => accuracy::accuracy(scenes, &arguments),
+        #[cfg(feature = "stability")]
+        Task::Stability(arguments) => stability::stability(scenes, &arguments),
         #[cfg(feature = "sweep")]
         Task::Sweep(arguments) => sweep::sweep(scenes, &arguments),
         #[cfg(feature = "sweep")]

@@ -22,6 +22,8 @@ pub mod scenes;
 mod shadow;
 pub mod simulate;
 pub mod solve;
+#[cfg(feature = "stability")]
+pub mod spectrum;
 #[cfg(feature = "sweep")]
 pub mod sweep;
 pub mod turn;
@@ -42,6 +44,7 @@ mod figures;
 #[cfg(feature = "sweep")]
 mod lanes;
 mod quadrature;
+mod response;
 #[cfg(feature = "pictures")]
 mod stage;
 mod stepper;

@@ -10,6 +10,8 @@ use crate::observer::Observer;
 use crate::outcome::{NoStart, Outcome};
 use crate::rest::{NoRest, Rest, rest};
 use crate::simulate::{Request, simulate};
+#[cfg(feature = "stability")]
+use crate::spectrum::{Spectrum, spectrum};
 #[cfg(feature = "sweep")]
 use crate::sweep::{Finished, SweepRequest, Width, sweep};
 use crate::turn::{NoTurn, Turn, turn, turns};
@@ -62,6 +64,14 @@ pub trait Scene: Sync {
         times: &[f64],
         panels: f64,
     ) -> Result<Vec<StateAt>, NoIntegral>;
+
+    #[cfg(feature = "stability")]
+    /// The linearized equations at states of time, coordinates and rates; `None` where there are none.
+    fn spectra(
+        &self,
+        replace: &dyn Fn(&str) -> Option<f64>,
+        states: &[(f64, Vec<f64>, Vec<f64>)],
+    ) -> Vec<Option<Spectrum>>;
 
     /// Which coordinates are given at the start.
     fn given(&self) -> Vec<bool>;
@@ -127,6 +137,20 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Scene for Sized<X, N, M
         panels: f64,
     ) -> Result<Vec<StateAt>, NoIntegral> {
         exact(&X::with_parameters(replace), times, panels)
+    }
+
+    #[cfg(feature = "stability")]
+    fn spectra(
+        &self,
+        replace: &dyn Fn(&str) -> Option<f64>,
+        states: &[(f64, Vec<f64>, Vec<f64>)],
+    ) -> Vec<Option<Spectrum>> {
+        let mechanism = X::with_parameters(replace);
+        let of = |(t, q, qd): &(f64, Vec<f64>, Vec<f64>)| {
+            let (q, qd) = (q.as_slice().try_into().ok()?, qd.as_slice().try_into().ok()?);
+            spectrum(&mechanism, *t, q, qd)
+        };
+        states.iter().map(of).collect()
     }
 
     fn given(&self) -> Vec<bool> {

@@ -1,13 +1,13 @@
 //! The sections of a scene file, key by key.
 
+use super::known::{extreme, reference, values};
 use super::table::{self, Reader, Table};
 use super::{
     BodySyntax, ConstraintSyntax, CoordinateSyntax, Document, DrawnSyntax, Identifier, LoadSyntax, OutputSyntax,
-    OutputValue, ParameterSyntax, Position, ReferenceSyntax, Target,
+    OutputValue, ParameterSyntax, Position, Target,
 };
 use crate::diagnostic::Diagnostic;
 use crate::names::is_identifier;
-use crate::parser::Formula;
 
 impl Document {
     pub(super) fn read(&mut self, r: &mut Reader, root: &table::Root) {
@@ -64,6 +64,13 @@ impl Document {
         }
         for (identifier, value) in root.entries(r, "reference") {
             self.references.extend(reference(r, identifier, value));
+        }
+        match root.optional("extreme") {
+            Some(value) if !value.is_array() => r.wrong_type(value, "extremes in tables `[[extreme]]`"),
+            extremes => {
+                let extremes = extremes.map(|v| r.array(v)).unwrap_or_default();
+                self.extremes = extremes.into_iter().filter_map(|value| extreme(r, value)).collect();
+            }
         }
         self.read_run(r, &mut root);
         root.finish(r);
@@ -265,21 +272,6 @@ fn places(r: &mut Reader, value: table::Value) -> Option<Vec<Position>> {
         return None;
     }
     items.into_iter().map(|item| position(r, item)).collect()
-}
-
-fn reference(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option<ReferenceSyntax> {
-    let table = r.table(&format!("reference `{}`", identifier.name), value)?;
-    let mut number = |key: &str| table.required(r, key).map_or_else(table::placeholder, |v| r.formula(v));
-    let (t, accuracy) = (number("t"), number("accuracy"));
-    let values = table.required(r, "values").map(|v| values(r, "values", v)).unwrap_or_default();
-    let doc = table.string(r, "doc");
-    table.finish(r);
-    Some(ReferenceSyntax { identifier, doc, t, accuracy, values })
-}
-
-fn values(r: &mut Reader, what: &str, value: table::Value) -> Vec<(Identifier, Formula)> {
-    let Some(table) = r.table(what, value) else { return Vec::new() };
-    table.all().into_iter().map(|(identifier, value)| (identifier, r.formula(value))).collect()
 }
 
 impl Reader<'_> {

@@ -195,6 +195,7 @@ fn example(key: &str) -> String {
         "initial" => return "[initial] with `given = { NAME = ..., NAME_dot = ... }`".to_owned(),
         "run" => return "[run] with `step = ...` and `end_time = ...`".to_owned(),
         "coordinates" => "[\"NAME\", ...]",
+        "set" => "{ NAME = ..., ... }",
         "given" => "{ NAME = ..., NAME_dot = ... }",
         "along" => "['x', 'y']",
         "name" | "on" => "\"NAME\"",

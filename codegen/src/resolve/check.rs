@@ -155,7 +155,8 @@ fn article(what: &str) -> String {
 }
 
 fn run(scene: &Scene, findings: &mut Vec<Diagnostic>) {
-    for (what, value) in [("step", &scene.run.step), ("end", &scene.run.end_time)] {
+    let extremes = scene.extremes.iter().filter_map(|extreme| extreme.end_time.as_ref().map(|t| ("end", t)));
+    for (what, value) in [("step", &scene.run.step), ("end", &scene.run.end_time)].into_iter().chain(extremes) {
         let number = constant(scene, value);
         if number <= 0.0 {
             let label = format!("its value is {number}");

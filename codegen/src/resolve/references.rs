@@ -22,7 +22,7 @@ impl Resolver<'_> {
         references
     }
 
-    fn known(&mut self, document: &Document, identifier: &Identifier) -> Option<Known> {
+    pub(super) fn known(&mut self, document: &Document, identifier: &Identifier) -> Option<Known> {
         let coordinates: Vec<&str> = document.coordinates.iter().map(|c| c.identifier.name.as_str()).collect();
         let outputs: Vec<&str> = document.outputs.iter().map(|o| o.identifier.name.as_str()).collect();
         let place = |names: &[&str], name: &str| names.iter().position(|other| *other == name);

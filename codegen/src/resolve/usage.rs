@@ -78,6 +78,11 @@ pub(crate) fn all_values(scene: &Scene) -> Vec<&Value> {
         values.extend([&reference.t, &reference.accuracy]);
         values.extend(reference.values.iter().map(|(_, value)| value));
     }
+    for extreme in &scene.extremes {
+        values.extend(extreme.set.iter().map(|(_, value)| value));
+        values.extend([&extreme.end_time, &extreme.accuracy].into_iter().flatten());
+        values.extend(extreme.values.iter().map(|(_, value)| value));
+    }
     values.extend([&scene.run.step, &scene.run.end_time]);
     values.extend(scene.run.until.iter().map(|c| &c.difference));
     values

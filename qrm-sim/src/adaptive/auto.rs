@@ -1,12 +1,12 @@
 //! Explicit steps where they do, implicit ones where the motion is stiff.
 
-use qrm_mechanism::{Dynamics, Mechanism};
+use qrm_mechanism::Mechanism;
 
 use super::segment::Segment;
 use super::{Dop853, Explicit, Formula, Implicit, Kept, Task, Work};
 use crate::linear::{Vector, dot};
 use crate::motion::{Breakdown, Moment};
-use crate::solve::{Care, accelerations};
+use crate::response::Response;
 
 /// Steps of the explicit pair with a larger product of fastest rate and length are bound by stability.
 const BOUND: f64 = 5.0;
@@ -103,30 +103,18 @@ impl<const N: usize, const M: usize> Formula<N, M> for Auto<N> {
 impl<const N: usize> Auto<N> {
     /// The fastest rate of the linearized equations by two more steps of the power method.
     fn rate<X: Mechanism<N, M>, const M: usize>(&mut self, mechanism: &X, at: &Moment<N, M>) -> f64 {
-        let Some(linearization) = mechanism.linearization(at.t, &at.q, &at.qd, &at.qdd, &at.multipliers) else {
-            return f64::INFINITY;
-        };
-        let dynamics = mechanism.dynamics(at.t, &at.q, &at.qd);
+        let Some(response) = Response::generated(mechanism, at) else { return f64::INFINITY };
         // Every second step magnifies by the square of a frequency, the others by less than one.
         let mut growth = 1.0;
         for _ in 0..2 {
             let (u, w) = self.fastest;
-            let changed = Dynamics {
-                generalized_forces: std::array::from_fn(|i| {
-                    -dot(&linearization.stiffness[i], &u) - dot(&linearization.damping[i], &w)
-                }),
-                constraint_bias: std::array::from_fn(|k| {
-                    dot(&linearization.constraint_stiffness[k], &u) + dot(&linearization.constraint_damping[k], &w)
-                }),
-                ..dynamics
-            };
-            let Ok(solution) = accelerations(&changed, &mut Care::default()) else { return f64::INFINITY };
-            let size = (dot(&w, &w) + dot(&solution.qdd, &solution.qdd)).sqrt();
+            let Some(change) = response.accelerations(&u, &w) else { return f64::INFINITY };
+            let size = (dot(&w, &w) + dot(&change, &change)).sqrt();
             if !(size > 0.0) {
                 return 0.0;
             }
             growth *= size / (dot(&u, &u) + dot(&w, &w)).sqrt();
-            self.fastest = (w.map(|x| x / size), solution.qdd.map(|x| x / size));
+            self.fastest = (w.map(|x| x / size), change.map(|x| x / size));
         }
         growth.sqrt()
     }

@@ -74,10 +74,14 @@ pub(super) fn figures(setup: &Setup, outcome: &Outcome, album: &Album) -> Vec<(S
 
 /// Why a run did not do what was asked.
 pub(super) fn problem(outcome: &Outcome, summary: &Summary) -> Option<String> {
-    let is_done = matches!(outcome.status, Status::Completed | Status::Stopped | Status::StoppedAtStart);
-    if !is_done {
+    if words::is_unfinished(outcome) {
         return Some(format!("error: {}", summary.message));
     }
+    distrusted(summary)
+}
+
+/// Why the numbers of a run are not to be trusted.
+pub(super) fn distrusted(summary: &Summary) -> Option<String> {
     (!summary.distrust.is_empty()).then(|| {
         let help = if summary.tolerance.is_some() {
             "use a smaller --tolerance; motions that are sensitive by nature cannot be followed for ever"

@@ -1,9 +1,7 @@
 //! `qrm accuracy`
 
-mod errors;
 mod ladder;
 mod picture;
-mod reference;
 mod table;
 mod verdict;
 
@@ -12,15 +10,11 @@ use std::time::{Duration, Instant};
 use qrm_view::figure::Figure;
 
 use super::arguments::{AccuracyArguments, MethodArguments, ReferenceName};
+use super::reference::Reference;
 use super::setup::Setup;
 use super::{Failure, settings};
-use crate::outcome::Status;
 use crate::scenes::Scenes;
 use ladder::{Climb, Cut};
-use reference::Reference;
-
-/// How many times are compared where none are asked for.
-const TIMES: usize = 8;
 
 /// Measures run time and error of every method.
 pub(super) fn accuracy(scenes: &Scenes, arguments: &AccuracyArguments) -> Result<(), Failure> {
@@ -111,23 +105,4 @@ fn budget(text: &str) -> Result<Duration, Failure> {
     let (number, factor) = found.unwrap_or((text, 1.0));
     let seconds = settings::positive("--budget", number.trim())? * factor;
     Ok(Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX))
-}
-
-/// The times to compare at, rising: those that are asked for, or some up to the end of the scene's own run.
-fn times(setup: &Setup, asked: &[String]) -> Result<Vec<f64>, Failure> {
-    if !asked.is_empty() {
-        let mut times = asked.iter().map(|text| settings::positive("--at", text)).collect::<Result<Vec<_>, _>>()?;
-        times.sort_by(f64::total_cmp);
-        times.dedup();
-        return Ok(times);
-    }
-    let outcome = setup.simulate(false, &mut super::progress::Progress::new())?;
-    let end = outcome.end_time;
-    if matches!(outcome.status, Status::Interrupted) {
-        return Err(Failure::Run(format!("error: interrupted at t = {end} s")));
-    }
-    if !(end > 0.0) {
-        return Err(Failure::Run("error: the run ends where it begins: there is nothing to measure".to_owned()));
-    }
-    Ok((1..=TIMES).map(|i| end * i as f64 / TIMES as f64).collect())
 }

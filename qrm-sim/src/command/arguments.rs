@@ -31,6 +31,10 @@ pub(super) enum Task {
     /// Measure run time and error of every method: accuracy.csv and accuracy.svg
     #[cfg(feature = "pictures")]
     Accuracy(Box<AccuracyArguments>),
+    /// Say how fast a mechanism reacts along its motion, how long steps may be, and what becomes of methods in extreme cases:
+    /// stability.csv, stability.svg, extremes.csv
+    #[cfg(feature = "stability")]
+    Stability(Box<StabilityArguments>),
     /// Run a scene with many combinations of parameters: one row a design, in CSV or Parquet
     #[cfg(feature = "sweep")]
     Sweep(Box<SweepArguments>),
@@ -50,7 +54,7 @@ pub(super) enum Task {
 }
 
 /// Which scene, with which parameters.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub(super) struct SceneArguments {
     /// Name of the scene; `qrm list` shows them
     #[arg(default_value = "quick-return")]
@@ -239,6 +243,19 @@ pub(super) struct AccuracyArguments {
     /// Begin no further measurement after this time, such as `30s`
     #[arg(long, value_name = "TIME", default_value = "30s", allow_hyphen_values = true)]
     pub(super) budget: String,
+    /// Folder for the files [default: out/SCENE]
+    #[arg(long, value_name = "DIR")]
+    pub(super) out: Option<PathBuf>,
+}
+
+#[cfg(feature = "stability")]
+#[derive(Args)]
+pub(super) struct StabilityArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneArguments,
+    /// Leave out the scene's `[[extreme]]` cases
+    #[arg(long)]
+    pub(super) no_extremes: bool,
     /// Folder for the files [default: out/SCENE]
     #[arg(long, value_name = "DIR")]
     pub(super) out: Option<PathBuf>,

@@ -49,7 +49,9 @@ pub(super) fn facts(summary: &Summary) -> [(&'static str, String); 6] {
         ("error", error),
         (
             "residual",
-            format!("at most {max_residual_position:.1e} of a constraint, {max_residual_velocity:.1e} of its rate{before}"),
+            format!(
+                "at most {max_residual_position:.1e} of a constraint, {max_residual_velocity:.1e} of its rate{before}"
+            ),
         ),
         ("energy", energy),
     ]

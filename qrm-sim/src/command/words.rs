@@ -133,6 +133,32 @@ pub(super) fn method(name: &str, tolerance: Option<f64>, step: f64) -> String {
     }
 }
 
+/// A sentence in lines of a width.
+#[cfg(feature = "stability")]
+pub(super) fn wrapped(text: &str, width: usize) -> String {
+    let mut lines = vec![String::new()];
+    for word in text.split(' ') {
+        let line = lines.last().map_or(0, String::len);
+        if line > 0 && line + 1 + word.len() > width {
+            lines.push(String::new());
+        }
+        if let Some(line) = lines.last_mut() {
+            line.push_str(if line.is_empty() { "" } else { " " });
+            line.push_str(word);
+        }
+    }
+    lines.join("\n")
+}
+
+/// The beginning of a sentence.
+#[cfg(feature = "stability")]
+pub(super) fn shortened(text: &str, width: usize) -> String {
+    match text.char_indices().nth(width) {
+        Some((end, _)) => format!("{}...", &text[..end]),
+        None => text.to_owned(),
+    }
+}
+
 /// A time without the rounding errors of its last digits.
 pub(super) fn seconds(t: f64) -> String {
     let rounded: f64 = format!("{t:.13e}").parse().unwrap_or(t);
@@ -195,6 +221,16 @@ const SINGULAR: f64 = 1e-2;
 /// Errors of a run may be larger than those of its steps by this factor.
 const ACCUMULATION: f64 = 1e4;
 
+/// The error of a coordinate, in rad or m or relative to larger ones, that an accepted run stays below.
+pub(super) fn claimed(tolerance: Option<f64>) -> f64 {
+    tolerance.map_or(TOLERABLE_ERROR, |tolerance| (ACCUMULATION * tolerance).min(TOLERABLE_ERROR))
+}
+
+/// Whether a run did not come to its end.
+pub(super) fn is_unfinished(outcome: &Outcome) -> bool {
+    !matches!(outcome.status, Status::Completed | Status::Stopped | Status::StoppedAtStart)
+}
+
 /// Why the numbers of a run that came to its end are not to be trusted; empty if nothing speaks against them.
 pub(super) fn distrust(outcome: &Outcome, description: &Description, tolerance: Option<f64>) -> Vec<String> {
     let mut reasons = Vec::new();
@@ -207,7 +243,7 @@ pub(super) fn distrust(outcome: &Outcome, description: &Description, tolerance: 
         reasons.push(format!("the energy changed by {imbalance:.1e} J {against}"));
     }
     let largest = outcome.q.iter().fold(1.0, |most: f64, q| most.max(q.abs()));
-    let claimed = tolerance.map_or(TOLERABLE_ERROR, |tolerance| (ACCUMULATION * tolerance).min(TOLERABLE_ERROR));
+    let claimed = claimed(tolerance);
     match outcome.estimated_error {
         Some(error) if !(error <= claimed * largest) => reasons.push(format!(
             "the estimated error of {error:.1e} is beyond the {:.0e} that {} stands for",

@@ -6,10 +6,9 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::super::progress::interrupted;
+use super::super::reference::{Errors, Reference};
 use super::super::setup::Setup;
 use super::super::{Failure, words};
-use super::errors::Errors;
-use super::reference::Reference;
 use crate::measure::{Measurement, Patience, Trial};
 use crate::motion::{Method, Scheme};
 use crate::projection::Projection;

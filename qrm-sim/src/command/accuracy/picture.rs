@@ -2,9 +2,9 @@
 
 use qrm_view::figure::{Abscissa, Curve, Figure, Panel, Scale};
 
+use super::super::reference::Reference;
 use super::super::setup::Setup;
 use super::ladder::Rung;
-use super::reference::Reference;
 
 /// Error against run time, a line for each method.
 pub(super) fn figure(setup: &Setup, rungs: &[Rung], reference: &Reference) -> Figure {

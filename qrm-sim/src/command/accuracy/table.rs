@@ -1,9 +1,9 @@
 //! The measurements as a table.
 
+use super::super::reference::Reference;
 use super::super::setup::Setup;
 use super::super::words;
 use super::ladder::{Rung, Setting};
-use super::reference::Reference;
 
 /// `accuracy.csv`
 pub(super) fn csv(rungs: &[Rung], reference: &Reference) -> Result<Vec<u8>, csv::Error> {

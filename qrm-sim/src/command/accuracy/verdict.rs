@@ -1,8 +1,8 @@
 //! What the measurements come to: the cheapest way to an accuracy.
 
+use super::super::reference::Reference;
 use super::super::words;
 use super::ladder::{Climb, Measured, Rung};
-use super::reference::Reference;
 
 /// Errors of the coordinates that are asked for.
 const GOALS: [f64; 5] = [1e-4, 1e-6, 1e-8, 1e-10, 1e-11];

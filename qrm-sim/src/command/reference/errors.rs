@@ -6,18 +6,18 @@ use crate::measure::StateAt;
 
 /// The largest difference of each kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Errors {
+pub(in crate::command) struct Errors {
     /// Of a coordinate.
-    pub(super) position: f64,
+    pub(in crate::command) position: f64,
     /// Of a rate.
-    pub(super) rate: f64,
+    pub(in crate::command) rate: f64,
     /// Of a reaction that the scene asks for.
-    pub(super) force: f64,
+    pub(in crate::command) force: f64,
 }
 
 impl Errors {
     /// Compares states at the same times; what is not known is not a number, and not compared.
-    pub(super) fn between(scene: &Scene, states: &[StateAt], others: &[StateAt]) -> Self {
+    pub(in crate::command) fn between(scene: &Scene, states: &[StateAt], others: &[StateAt]) -> Self {
         let is_force =
             |kind: &OutputKind| matches!(kind, OutputKind::ReactionForce { .. } | OutputKind::ReactionMoment { .. });
         let forces: Vec<usize> =
@@ -32,12 +32,12 @@ impl Errors {
     }
 
     /// So many times as much.
-    pub(super) fn times(self, factor: f64) -> Self {
+    pub(in crate::command) fn times(self, factor: f64) -> Self {
         Self { position: factor * self.position, rate: factor * self.rate, force: factor * self.force }
     }
 
     /// The larger of each kind.
-    pub(super) fn max(self, other: Self) -> Self {
+    pub(in crate::command) fn max(self, other: Self) -> Self {
         Self {
             position: self.position.max(other.position),
             rate: self.rate.max(other.rate),

@@ -1,18 +1,21 @@
 //! What results are compared with: something that does not share their errors.
 
+mod errors;
+
 use std::time::Duration;
 
 use qrm_codegen::evaluate::constant;
 use qrm_codegen::scene::Known;
 
-use super::super::arguments::ReferenceName;
-use super::super::setup::Setup;
-use super::super::{Failure, words};
-use super::errors::Errors;
-use super::times;
+use super::arguments::ReferenceName;
+use super::progress::Progress;
+use super::setup::Setup;
+use super::{Failure, settings, words};
 use crate::energy_integral::{NoIntegral, PANELS};
 use crate::measure::{Patience, StateAt, Trial};
 use crate::motion::{Method, Scheme};
+use crate::outcome::Status;
+pub(super) use errors::Errors;
 
 /// States that are known, and how well.
 pub(super) struct Reference {
@@ -24,8 +27,11 @@ pub(super) struct Reference {
     pub(super) uncertainty: Errors,
 }
 
+/// How many times are compared where none are asked for.
+const TIMES: usize = 8;
+
 /// One run of a method is enough.
-pub(super) const ONCE: Patience = Patience { least: 1, time: Duration::ZERO };
+const ONCE: Patience = Patience { least: 1, time: Duration::ZERO };
 
 /// An energy integral as certain as this needs no comparison with a run.
 const ALMOST_EXACT: f64 = 1e-12;
@@ -169,4 +175,23 @@ fn rounding(setup: &Setup, states: &[StateAt]) -> Errors {
     };
     let zeros: Vec<StateAt> = states.iter().map(zero).collect();
     Errors::between(&setup.text, states, &zeros).times(8.0 * f64::EPSILON)
+}
+
+/// The times to compare at, rising: those that are asked for, or some up to the end of the scene's own run.
+fn times(setup: &Setup, asked: &[String]) -> Result<Vec<f64>, Failure> {
+    if !asked.is_empty() {
+        let mut times = asked.iter().map(|text| settings::positive("--at", text)).collect::<Result<Vec<_>, _>>()?;
+        times.sort_by(f64::total_cmp);
+        times.dedup();
+        return Ok(times);
+    }
+    let outcome = setup.simulate(false, &mut Progress::new())?;
+    let end = outcome.end_time;
+    if matches!(outcome.status, Status::Interrupted) {
+        return Err(Failure::Run(format!("error: interrupted at t = {end} s")));
+    }
+    if !(end > 0.0) {
+        return Err(Failure::Run("error: the run ends where it begins: there is nothing to measure".to_owned()));
+    }
+    Ok((1..=TIMES).map(|i| end * i as f64 / TIMES as f64).collect())
 }

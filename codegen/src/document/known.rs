@@ -1,0 +1,33 @@
+//! What is known of a mechanism from elsewhere: `[reference]` and `[[extreme]]`.
+
+use super::table::{self, Reader};
+use super::{ExtremeSyntax, Identifier, ReferenceSyntax};
+use crate::parser::Formula;
+
+pub(super) fn reference(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option<ReferenceSyntax> {
+    let table = r.table(&format!("reference `{}`", identifier.name), value)?;
+    let mut number = |key: &str| table.required(r, key).map_or_else(table::placeholder, |v| r.formula(v));
+    let (t, accuracy) = (number("t"), number("accuracy"));
+    let values = table.required(r, "values").map(|v| values(r, "values", v)).unwrap_or_default();
+    let doc = table.string(r, "doc");
+    table.finish(r);
+    Some(ReferenceSyntax { identifier, doc, t, accuracy, values })
+}
+
+pub(super) fn extreme(r: &mut Reader, value: table::Value) -> Option<ExtremeSyntax> {
+    let table = r.table("an extreme", value)?;
+    let identifier = table.required(r, "name").and_then(|v| r.text(v));
+    let doc = table.string(r, "doc");
+    let set = table.required(r, "set").map(|v| values(r, "set", v));
+    let end_time = table.optional("end_time").map(|v| r.formula(v));
+    let accuracy = table.optional("accuracy").map(|v| r.formula(v));
+    let values = table.optional("values").map(|v| values(r, "values", v)).unwrap_or_default();
+    table.finish(r);
+    Some(ExtremeSyntax { identifier: identifier?, doc, set: set?, end_time, accuracy, values })
+}
+
+/// Formulae under names.
+pub(super) fn values(r: &mut Reader, what: &str, value: table::Value) -> Vec<(Identifier, Formula)> {
+    let Some(table) = r.table(what, value) else { return Vec::new() };
+    table.all().into_iter().map(|(identifier, value)| (identifier, r.formula(value))).collect()
+}

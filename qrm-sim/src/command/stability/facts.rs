@@ -1,0 +1,182 @@
+//! What a survey shows, in words.
+
+use qrm_codegen::evaluate::constant;
+use qrm_codegen::scene::{LoadKind, Value};
+
+use super::super::setup::Setup;
+use super::super::words::{self, seconds};
+use super::TOLERANCE;
+use super::limit::Limit;
+use super::survey::{Sample, Survey};
+
+/// Singular values below this part of their largest are worth a word.
+const NEAR: f64 = 0.1;
+/// Beyond this, it is not stability that ends a run.
+const LATE: f64 = 0.15;
+/// Steps for stability that are so many times as many as those for accuracy make a motion stiff.
+const STIFF: f64 = 2.0;
+/// Conditions above this cost half of the digits.
+const ILL: f64 = 1e8;
+
+/// The facts, and the verdict.
+pub(super) fn facts(setup: &Setup, survey: &Survey, limit: &Limit) -> String {
+    let outcome = &survey.outcome;
+    let mut text = format!(
+        "{}: the linearized, constrained equations along the motion (auto, {} steps of which {} implicit, to t = {})\n\n",
+        setup.description.name,
+        outcome.counts.accepted,
+        outcome.counts.implicit,
+        seconds(outcome.end_time)
+    );
+    let mut fact = |what: &str, said: String| text += &format!("  {what:20} {said}\n");
+    let fastest = [
+        ("fastest decay", "/s", survey.largest(|s| s.rate), (|s: &Sample| s.spectrum.rate) as fn(&Sample) -> f64),
+        ("fastest oscillation", "rad/s", survey.largest(|s| s.frequency), |s| s.spectrum.frequency),
+        ("fastest growth", "/s", survey.largest(|s| s.growth), |s| s.spectrum.growth),
+    ];
+    for (what, unit, sample, number) in fastest {
+        fact(what, format!("{:.4e} {unit} at t = {}", number(sample), seconds(sample.t)));
+    }
+    if limit.predicted.is_finite() {
+        fact("longest step of RK4", format!("{:.4e} s by them (2.785 / rate, 2.828 / omega)", limit.predicted));
+        fact("", bisected(limit));
+        let (step, ratio) = (setup.step(), setup.step() / limit.predicted);
+        let said = if ratio > 1.0 {
+            format!("{ratio:.3} times too long")
+        } else {
+            format!("{:.3} times shorter than that", 1.0 / ratio)
+        };
+        fact("the step used", format!("{}: {said}", seconds(step)));
+    } else {
+        fact("longest step of RK4", "none: nothing decays or oscillates".to_owned());
+    }
+    let mass = survey.largest(|s| s.condition_mass);
+    fact("condition of Mbar", format!("{:.3e} at t = {}", mass.spectrum.condition_mass, seconds(mass.t)));
+    if !setup.text.constraints.is_empty() {
+        let loops = survey.largest(|s| s.condition_loops);
+        let said = format!("{:.3e} at t = {}", loops.spectrum.condition_loops, seconds(loops.t));
+        fact("condition of loops", said);
+        for said in singular(setup, survey) {
+            fact("singular positions", said);
+        }
+    }
+    for said in ratios(setup) {
+        fact("ratios", said);
+    }
+    text + "\n" + &verdict(setup, survey, limit)
+}
+
+fn bisected(limit: &Limit) -> String {
+    match limit.found {
+        Some((holds, fails)) => {
+            let off = limit.predicted / holds - 1.0;
+            let cause = if off > LATE { ": where it is stable it is not accurate any more" } else { "" };
+            let off = if off < 1.0 { format!("{:+.1} %", 100.0 * off) } else { format!("{:.3} times", 1.0 + off) };
+            format!(
+                "{holds:.4e} s by trial: runs to t = {} hold there and fail at {fails:.4e} s ({off}{cause})",
+                seconds(limit.until)
+            )
+        }
+        None => format!("no run to t = {} tells it by trial", seconds(limit.until)),
+    }
+}
+
+fn singular(setup: &Setup, survey: &Survey) -> Vec<String> {
+    let Some(nearest) = survey.outcome.nearest_singular else { return Vec::new() };
+    let places = survey.singular(NEAR);
+    if nearest.fraction() >= NEAR || places.is_empty() {
+        let said = format!(
+            "none near: the smallest singular value of C_q stays above {:.3} of its largest (at t = {})",
+            nearest.fraction(),
+            seconds(nearest.t)
+        );
+        return vec![said];
+    }
+    let name = &setup.text.constraints[nearest.constraint].name;
+    let what = if nearest.is_alone { "says nothing" } else { "says what others say" };
+    let first = format!(
+        "at t = {} the smallest singular value of C_q falls to {:.1e} of its largest: constraint `{name}` {what}",
+        seconds(nearest.t),
+        nearest.fraction()
+    );
+    let place = |(sample, part): &(&Sample, f64)| {
+        let q = setup.text.coordinates.iter().zip(&sample.q).map(|(c, q)| format!("{} = {q:.6}", c.name));
+        format!("near t = {}: {} ({part:.1e})", seconds(sample.t), q.collect::<Vec<_>>().join(", "))
+    };
+    std::iter::once(first).chain(places.iter().take(3).map(place)).collect()
+}
+
+/// Largest to smallest mass, inertia, stiffness and damping, of those that are not zero.
+fn ratios(setup: &Setup) -> Vec<String> {
+    let parameters = setup.parameters();
+    let scene = &setup.text;
+    let springs = |part: usize| {
+        let load = move |load: &'_ qrm_codegen::scene::Load| match &load.kind {
+            LoadKind::Spring { stiffness, damping, .. } => {
+                let value = if part == 0 { stiffness.clone() } else { damping.clone() };
+                value.map(|value| (load.name.clone(), value))
+            }
+            _ => None,
+        };
+        scene.loads.iter().filter_map(load).collect::<Vec<_>>()
+    };
+    let bodies = |part: fn(&qrm_codegen::scene::Body) -> &Option<Value>| {
+        scene.bodies.iter().filter_map(|body| Some((body.name.clone(), part(body).clone()?))).collect::<Vec<_>>()
+    };
+    let kinds = [
+        ("masses", bodies(|b| &b.mass)),
+        ("inertias", bodies(|b| &b.inertia)),
+        ("stiffnesses", springs(0)),
+        ("dampers", springs(1)),
+    ];
+    let ratio = |(what, values): (&str, Vec<(String, Value)>)| {
+        let mut numbers: Vec<(String, f64)> =
+            values.into_iter().map(|(name, value)| (name, constant(&value, &parameters).abs())).collect();
+        numbers.retain(|(_, number)| *number > 0.0 && number.is_finite());
+        numbers.sort_by(|a, b| a.1.total_cmp(&b.1));
+        let ((least, low), (most, high)) = (numbers.first()?, numbers.last()?);
+        (numbers.len() > 1).then(|| format!("{what} {:.3e}: `{least}` {low:e} to `{most}` {high:e}", high / low))
+    };
+    kinds.into_iter().filter_map(ratio).collect()
+}
+
+fn verdict(setup: &Setup, survey: &Survey, limit: &Limit) -> String {
+    let counts = &survey.outcome.counts;
+    let step = setup.step();
+    let mut said = Vec::new();
+    let needed = survey.steps_for_stability();
+    let compared = format!(
+        "RK4 needs {needed:.0} steps for stability alone, `auto` made {} for a tolerance of {TOLERANCE}",
+        counts.accepted
+    );
+    said.push(if counts.bound > 0 {
+        format!(
+            "Stiff: stability bound {} of {} explicit steps. Write `stiff = true` under [run] in scenes/{}.toml and build again, for \
+             implicit ones.",
+            counts.bound, counts.accepted, setup.description.name
+        )
+    } else if needed > STIFF * counts.accepted as f64 {
+        format!("Stiff: {compared}. Use `--method auto` or `rodas`.")
+    } else {
+        format!("Not stiff: {compared}; accuracy asks for more.")
+    });
+    let found = limit.found.map_or(limit.predicted, |(holds, _)| holds.min(limit.predicted));
+    if step > found {
+        said.push(format!("RK4 cannot take the step used, {}: at most {found:.3e} s.", seconds(step)));
+    } else if step > 0.5 * found {
+        said.push(format!("RK4 is near the edge with {}: faster parameters will blow it up.", seconds(step)));
+    }
+    let worst = survey.largest(|s| s.condition_mass.max(s.condition_loops)).spectrum;
+    let worst = worst.condition_mass.max(worst.condition_loops);
+    if worst.is_infinite() {
+        said.push(
+            "The mass matrix is singular by itself: the constraints make up for it, by a slower path.".to_owned(),
+        );
+    } else if worst > ILL {
+        said.push(format!("Ill-conditioned: about {:.0} of 16 digits are lost in a solve.", worst.log10()));
+    }
+    if survey.outcome.nearest_singular.is_some_and(|nearest| nearest.fraction() < NEAR) {
+        said.push("The motion comes near singular positions: see above which constraint fails there.".to_owned());
+    }
+    words::wrapped(&said.join(" "), 110)
+}
