@@ -18,7 +18,7 @@
 //     outputs              12 additions, 25 multiplications, 1 division, 1 root, 3 sine-cosine pairs
 //     dynamics             21 additions, 49 multiplications, 1 division, 1 root, 3 sine-cosine pairs
 //     closure              6 additions, 11 multiplications, 1 division, 1 root, 3 sine-cosine pairs
-//     position             17 additions, 39 multiplications, 4 divisions, 1 root
+//     position             17 additions, 40 multiplications, 4 divisions, 1 root
 //     residuals            no operations
 //     drift                3 additions, 4 multiplications
 //     correction           6 additions, 8 multiplications
@@ -814,6 +814,7 @@ pub struct Position<R> {
     pub a_x: R,
     pub b_y: R,
     pub c_x: R,
+    pub guide_over_slot_phi4: R,
     pub guide_phi4: R,
     pub guide_phi5: R,
     pub guide_residual: R,
@@ -840,7 +841,7 @@ pub struct Position<R> {
 
 /// What follows from the position alone: the loops, their Jacobian, the mass matrix, and how the dependent coordinates follow the others.
 ///
-/// Operations: 17 additions, 39 multiplications, 4 divisions, 1 root.
+/// Operations: 17 additions, 40 multiplications, 4 divisions, 1 root.
 #[inline(always)]
 pub fn position<R: Lane>(
     m: &QuickReturn<R>,
@@ -884,6 +885,7 @@ pub fn position<R: Lane>(
     let inv_guide = guide_phi5.recip();
     let phi4_per_phi2 = inv_slot * slot_phi2;
     let phi5_per_phi2 = guide_phi4 * inv_guide * phi4_per_phi2;
+    let guide_over_slot_phi4 = guide_phi4 * inv_slot;
 
     // What moves with the others: Mbar T, and T' Mbar T.
     let momentum_phi4_phi2 = mass_phi4_phi5
@@ -904,6 +906,7 @@ pub fn position<R: Lane>(
         a_x,
         b_y,
         c_x,
+        guide_over_slot_phi4,
         guide_phi4,
         guide_phi5,
         guide_residual,
@@ -1125,7 +1128,11 @@ pub fn outputs_at<R: Lane>(
 /// How much the elimination of dependent coordinates magnifies rounding errors.
 #[inline(always)]
 pub fn strain<R: Lane>(position: &Position<R>) -> R {
-    position.phi4_per_phi2.abs().max(position.phi5_per_phi2.abs())
+    position
+        .phi4_per_phi2
+        .abs()
+        .max(position.phi5_per_phi2.abs())
+        .max(position.guide_over_slot_phi4.abs())
 }
 
 impl<R: Lane> Kernel<R, 3, 2> for QuickReturn<R> {

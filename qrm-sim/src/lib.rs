@@ -3,6 +3,7 @@
 //! Constant data (a [`Mechanism`](qrm_mechanism::Mechanism) with its parameters) and the state of a run are separate;
 //! the algorithms are free functions, generic over the mechanism and its size. Nothing is allocated inside a step.
 
+mod acceleration;
 pub mod adaptive;
 pub mod assembly;
 mod book;

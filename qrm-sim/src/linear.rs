@@ -10,6 +10,9 @@ pub type Vector<const N: usize> = [f64; N];
 /// A matrix, as rows.
 pub type Matrix<const R: usize, const C: usize> = [[f64; C]; R];
 
+/// Pivots of products below this part of their diagonal entry, and entries below this part of the largest one, are suspicious.
+const SUSPICIOUS: f64 = 1e-9;
+
 /// The factors of a positive definite matrix, `A = L D L'`.
 #[derive(Clone, Copy, Debug)]
 pub struct Ldl<const N: usize> {
@@ -18,10 +21,26 @@ pub struct Ldl<const N: usize> {
 }
 
 impl<const N: usize> Ldl<N> {
-    /// Factors `a`, of which the lower triangle is read; `None` if a pivot vanishes against its diagonal entry.
+    /// Factors `a`, of which the lower triangle is read; `None` if a pivot is a rounding error of its diagonal entry.
     #[inline(always)]
     pub fn new(a: &Matrix<N, N>) -> Option<Self> {
-        let smallest = 8.0 * N as f64 * f64::EPSILON;
+        Self::with_pivots(a, 8.0 * N as f64 * f64::EPSILON)
+    }
+
+    /// The same for a matrix made of products, `C_q Mbar^-1 C_q'`; `None` as soon as a pivot or a diagonal entry becomes
+    /// suspicious: the square of a singular value that is a hundred-thousandth of what others are.
+    #[inline(always)]
+    pub fn of_products(a: &Matrix<N, N>) -> Option<Self> {
+        let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
+        for i in 0..N {
+            (least, most) = (least.min(a[i][i]), most.max(a[i][i]));
+        }
+        if least > SUSPICIOUS * most { Self::with_pivots(a, SUSPICIOUS) } else { None }
+    }
+
+    /// Factors with pivots above this part of their diagonal entries.
+    #[inline(always)]
+    fn with_pivots(a: &Matrix<N, N>, smallest: f64) -> Option<Self> {
         let mut l = *a;
         let mut inverse_d = [0.0; N];
         let mut is_definite = true;
@@ -66,11 +85,12 @@ impl<const N: usize> Ldl<N> {
     }
 }
 
-/// The factors of a positive semidefinite matrix with its largest pivots first: `P A P' = L D L'`, cut off where the
-/// remaining pivots are rounding errors.
+/// The factors of a positive semidefinite matrix, scaled to ones in its diagonal, with its largest pivots first:
+/// `P S A S P' = L D L'`, cut off where the remaining pivots are next to nothing.
 #[derive(Clone, Copy, Debug)]
 pub struct PivotedLdl<const N: usize> {
     order: [usize; N],
+    scale: Vector<N>,
     l: Matrix<N, N>,
     d: Vector<N>,
     /// How many pivots are larger than rounding errors.
@@ -78,14 +98,21 @@ pub struct PivotedLdl<const N: usize> {
 }
 
 impl<const N: usize> PivotedLdl<N> {
-    /// Pivots up to this fraction of the largest count as zero.
-    const CUTOFF: f64 = 1e-13;
+    /// Pivots up to this part of their diagonal entry count as zero: squares of singular values that are a millionth of what
+    /// they usually are.
+    const CUTOFF: f64 = 1e-12;
+    /// Diagonal entries up to this part of the largest one are made of rounding errors: squares of rows that all but vanish.
+    const NOTHING: f64 = 1e-20;
 
     /// Factors `a`.
     pub fn new(a: &Matrix<N, N>) -> Self {
-        let mut a = *a;
-        let mut factors = Self { order: std::array::from_fn(|i| i), l: [[0.0; N]; N], d: [0.0; N], rank: 0 };
-        let mut largest = 0.0;
+        let largest = (0..N).fold(0.0, |largest: f64, i| largest.max(a[i][i]));
+        let scale: Vector<N> = std::array::from_fn(|i| {
+            let is_nothing = !(a[i][i] > Self::NOTHING * largest);
+            if is_nothing { 0.0 } else { a[i][i].sqrt().recip() }
+        });
+        let mut a: Matrix<N, N> = std::array::from_fn(|i| std::array::from_fn(|j| scale[i] * a[i][j] * scale[j]));
+        let mut factors = Self { order: std::array::from_fn(|i| i), scale, l: [[0.0; N]; N], d: [0.0; N], rank: 0 };
         for j in 0..N {
             let Some(best) = (j..N).max_by(|&x, &y| a[x][x].total_cmp(&a[y][y])) else { break };
             a.swap(j, best);
@@ -93,8 +120,7 @@ impl<const N: usize> PivotedLdl<N> {
             factors.order.swap(j, best);
             factors.l.swap(j, best);
             let pivot = a[j][j];
-            largest = if j == 0 { pivot } else { largest };
-            if !(pivot > Self::CUTOFF * largest) {
+            if !(pivot > Self::CUTOFF) {
                 break;
             }
             factors.d[j] = pivot;
@@ -114,7 +140,8 @@ impl<const N: usize> PivotedLdl<N> {
 
     /// Solves `A x = b` for a `b` in the range of `A`; unknowns without a pivot are zero.
     pub fn solve(&self, b: &Vector<N>) -> Vector<N> {
-        let mut y: Vector<N> = std::array::from_fn(|i| if i < self.rank { b[self.order[i]] } else { 0.0 });
+        let scaled = |i: usize| self.scale[self.order[i]] * b[self.order[i]];
+        let mut y: Vector<N> = std::array::from_fn(|i| if i < self.rank { scaled(i) } else { 0.0 });
         for i in 0..self.rank {
             for k in 0..i {
                 y[i] -= self.l[i][k] * y[k];
@@ -128,7 +155,7 @@ impl<const N: usize> PivotedLdl<N> {
         }
         let mut x = [0.0; N];
         for i in 0..self.rank {
-            x[self.order[i]] = y[i];
+            x[self.order[i]] = self.scale[self.order[i]] * y[i];
         }
         x
     }

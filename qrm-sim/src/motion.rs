@@ -2,10 +2,11 @@
 
 use qrm_mechanism::Mechanism;
 
+use crate::acceleration::evaluate;
 use crate::linear::Vector;
 use crate::projection::{NotConverged, Projection, Tolerance, project};
 use crate::rk4;
-use crate::solve::{Care, Solution, Undetermined, accelerations};
+use crate::solve::{Care, Undetermined};
 
 /// How steps are made.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -142,10 +143,7 @@ pub fn moment<X: Mechanism<N, M>, const N: usize, const M: usize>(
     qd: Vector<N>,
     care: &mut Care,
 ) -> Result<Moment<N, M>, Breakdown> {
-    if let Some((qdd, multipliers)) = mechanism.accelerations(t, &q, &qd) {
-        return Ok(Moment { t, q, qd, qdd, multipliers, corrections: 0 });
-    }
-    let Solution { qdd, multipliers, .. } = accelerations(&mechanism.dynamics(t, &q, &qd), care)?;
+    let (qdd, multipliers) = evaluate(mechanism, t, &q, &qd, care)?;
     let is_finite = [&q, &qd, &qdd].into_iter().all(all_finite) && all_finite(&multipliers);
     if is_finite { Ok(Moment { t, q, qd, qdd, multipliers, corrections: 0 }) } else { Err(Breakdown::NotFinite) }
 }

@@ -2,8 +2,9 @@
 
 use qrm_mechanism::Mechanism;
 
+use crate::acceleration::by_plain_functions;
 use crate::linear::{Ldl, Vector, along};
-use crate::solve::{Care, Undetermined, accelerations};
+use crate::solve::{Care, Undetermined};
 
 /// One step of length `h` from `(q, qd)`, where the accelerations `qdd` are known already; also the factors of the mass
 /// matrix at the last stage, which lies close to the end of the step.
@@ -20,8 +21,7 @@ pub fn step<X: Mechanism<N, M>, const N: usize, const M: usize>(
 ) -> Result<(Vector<N>, Vector<N>, Option<Ldl<N>>), Undetermined> {
     let mut stage = |t: f64, h: f64, v: &Vector<N>, a: &Vector<N>| {
         let v_next = along(qd, h, a);
-        let dynamics = mechanism.dynamics(t, &along(q, h, v), &v_next);
-        let solution = accelerations(&dynamics, care)?;
+        let solution = by_plain_functions(mechanism, t, &along(q, h, v), &v_next, care)?;
         Ok((v_next, solution.qdd, solution.mass))
     };
     let (v2, a2, _) = stage(t + 0.5 * h, 0.5 * h, qd, qdd)?;

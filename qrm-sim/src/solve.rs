@@ -9,7 +9,9 @@ use crate::linear::{Ldl, Matrix, PivotedLdl, Vector, dot, multiply};
 pub struct Care {
     /// Solves with a mass matrix that is singular by itself.
     pub singular_mass: u64,
-    /// Solves with constraints that depend on each other.
+    /// Solves with constraints that all but depend on each other, or one of which all but vanishes.
+    pub suspicious_constraints: u64,
+    /// Those where they do depend on each other.
     pub dependent_constraints: u64,
     /// The constraint that last depended on the others.
     pub constraint: Option<usize>,
@@ -30,6 +32,14 @@ impl Care {
         self.settled += 1;
         if residual > self.farthest.1 {
             self.farthest = (constraint, residual);
+        }
+    }
+
+    /// Notes whether constraints depend on each other.
+    fn note_rank<const M: usize>(&mut self, factors: &PivotedLdl<M>) {
+        if factors.rank < M {
+            self.dependent_constraints += 1;
+            self.constraint = factors.dependent().first().copied();
         }
     }
 
@@ -81,7 +91,7 @@ pub fn accelerations<const N: usize, const M: usize>(
     if let Some(mass) = Ldl::new(&dynamics.mass_matrix) {
         let free = mass.solve(&dynamics.generalized_forces);
         let pull = pull(&mass, &dynamics.constraint_jacobian);
-        if let Some(schur) = Ldl::new(&schur(&dynamics.constraint_jacobian, &pull)) {
+        if let Some(schur) = Ldl::of_products(&schur(&dynamics.constraint_jacobian, &pull)) {
             let multipliers = schur.solve(&excess(dynamics, &free));
             return Ok(Solution { qdd: corrected(&free, &pull, &multipliers), multipliers, mass: Some(mass) });
         }
@@ -128,11 +138,11 @@ fn careful_accelerations<const N: usize, const M: usize>(
     let free = mass_factors.solve(&forces);
     let pull = pull(&mass_factors, jacobian);
     let schur = schur(jacobian, &pull);
-    let factors = PivotedLdl::new(&schur);
-    if factors.rank < M {
-        care.dependent_constraints += 1;
-        care.constraint = factors.dependent().first().copied();
+    if Ldl::of_products(&schur).is_none() {
+        care.suspicious_constraints += 1;
     }
+    let factors = PivotedLdl::new(&schur);
+    care.note_rank(&factors);
     let multipliers = factors.solve(&excess(&completed, &free));
     Ok(Solution { qdd: corrected(&free, &pull, &multipliers), multipliers, mass: own })
 }
@@ -154,7 +164,7 @@ impl<const N: usize, const M: usize> Corrector<N, M> {
             None => *jacobian,
         };
         let schur = schur(jacobian, &pull);
-        Self { pull, schur, factors: Ldl::new(&schur) }
+        Self { pull, schur, factors: Ldl::of_products(&schur) }
     }
 
     /// Moves `x` by the smallest `dx` with `C_q dx = -residual`.
@@ -170,8 +180,7 @@ impl<const N: usize, const M: usize> Corrector<N, M> {
     #[cold]
     fn careful_weights(&self, residual: &Vector<M>, care: &mut Care) -> Vector<M> {
         let factors = PivotedLdl::new(&self.schur);
-        care.dependent_constraints += 1;
-        care.constraint = factors.dependent().first().copied();
+        care.note_rank(&factors);
         factors.solve(residual)
     }
 }

@@ -34,6 +34,7 @@ pub(super) struct Elimination {
     inverse_inertia: Vec<Value>,
     /// How much of the inertia each pivot kept.
     kept: Vec<Value>,
+    vanishing: Vec<Value>,
 }
 
 impl Elimination {
@@ -54,9 +55,11 @@ impl Elimination {
             factors: Vec::new(),
             inverse_inertia: Vec::new(),
             kept: Vec::new(),
+            vanishing: Vec::new(),
         };
         elimination.factor(builder, jacobian);
         elimination.tangents(builder, jacobian);
+        elimination.vanishing(builder, jacobian);
         elimination.inertia(builder);
         elimination
     }
@@ -192,12 +195,26 @@ impl Elimination {
         self.pivots.len() == self.constraints
     }
 
-    /// What tells of growing rounding errors.
+    /// How small each pivot is against what other constraints have in its column.
+    fn vanishing(&mut self, builder: &mut Builder, jacobian: &Matrix) {
+        for ((row, column), inverse) in self.pivots.iter().zip(&self.inverses) {
+            for other in (0..self.constraints).filter(|other| other != row) {
+                let ratio = builder.multiply(jacobian[other][*column], *inverse);
+                let constraints = &builder.scene.constraints;
+                let (above, below) = (&constraints[other].name, &constraints[*row].name);
+                let name = format!("{above}_over_{below}_{}", self.name(builder, *column));
+                self.vanishing.push(builder.keep(Block::Tangents, &name, ratio));
+            }
+        }
+    }
+
+    /// What tells of growing rounding errors: how the dependent coordinates follow the others, how much of an inertia cancelled,
+    /// and how small pivots became.
     pub(super) fn strains(&self) -> Vec<Value> {
         let tangents = self.tangents.iter().zip(&self.independent).flat_map(|(tangent, by)| {
             tangent.iter().enumerate().filter(move |(i, _)| i != by).map(|(_, value)| *value)
         });
-        tangents.chain(self.kept.iter().copied()).filter(Option::is_some).collect()
+        tangents.chain(self.kept.iter().chain(&self.vanishing).copied()).filter(Option::is_some).collect()
     }
 
     /// A solution of `C_q x = right` in which independent coordinates rest.

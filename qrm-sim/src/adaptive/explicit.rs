@@ -6,9 +6,9 @@ use qrm_mechanism::Mechanism;
 
 use super::segment::{Segment, Stages};
 use super::{Formula, Pair, Task, Work, corrected, end, scales};
+use crate::acceleration;
 use crate::linear::{Ldl, Vector, along};
 use crate::motion::{Breakdown, Moment};
-use crate::solve::accelerations;
 
 /// A pair with the stages of its last step.
 #[derive(Clone, Copy, Debug)]
@@ -106,10 +106,7 @@ impl<P: Pair, const N: usize> Explicit<P, N> {
         let (rate, acceleration) = self.stages.sum(P::STAGE_ROWS[stage]);
         let (q, qd) = (along(&from.q, h, &rate), along(&from.qd, h, &acceleration));
         let t = from.t + P::NODES[stage] * h;
-        let qdd = match mechanism.accelerations(t, &q, &qd) {
-            Some((qdd, _)) => qdd,
-            None => accelerations(&mechanism.dynamics(t, &q, &qd), work.care)?.qdd,
-        };
+        let (qdd, _) = acceleration::evaluate(mechanism, t, &q, &qd, work.care)?;
         (self.stages.rates[stage], self.stages.accelerations[stage]) = (qd, qdd);
         *work.evaluations += 1;
         Ok(())

@@ -4,10 +4,10 @@ use qrm_mechanism::{Dynamics, Linearization, Mechanism};
 
 use super::rodas::{ARGUMENTS, BY_TIME, GAMMA, INCREMENTS, NODES};
 use super::{Formula, Task, Work, corrected, end, scales};
+use crate::acceleration;
 use crate::linear::lu::Lu;
 use crate::linear::{Ldl, Matrix, Vector, dot, multiply};
 use crate::motion::{Breakdown, Moment};
-use crate::solve::accelerations;
 
 /// RODAS on coordinates and rates, with the exact Jacobian of the accelerations: of the equations
 /// `Mbar a + C_q' lambda = fbar`, `C_q a = -bias` it needs the derivatives alone, never those of their solution.
@@ -88,10 +88,7 @@ fn evaluate<X: Mechanism<N, M>, const N: usize, const M: usize>(
     work: &mut Work,
 ) -> Result<Vector<N>, Breakdown> {
     *work.evaluations += 1;
-    match mechanism.accelerations(t, q, qd) {
-        Some((qdd, _)) => Ok(qdd),
-        None => Ok(accelerations(&mechanism.dynamics(t, q, qd), work.care)?.qdd),
-    }
+    Ok(acceleration::evaluate(mechanism, t, q, qd, work.care)?.0)
 }
 
 /// The linear equations of all stages of a step, with `g = h gamma`:

@@ -46,7 +46,7 @@ pub(super) fn summary(setup: &Setup, outcome: &Outcome, album: &Album) -> Summar
             time: nearest.t,
             constraint: description.constraints[nearest.constraint].name,
         }),
-        careful_solves: outcome.care.singular_mass + outcome.care.dependent_constraints,
+        careful_solves: outcome.care.singular_mass + outcome.care.suspicious_constraints,
         energy_drift: outcome.energy_drift,
         energy_imbalance: outcome.energy_imbalance,
         extremes: extremes(description, album),

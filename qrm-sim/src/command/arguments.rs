@@ -32,7 +32,7 @@ pub(super) enum Task {
     #[cfg(feature = "pictures")]
     Accuracy(Box<AccuracyArguments>),
     /// Say how fast a mechanism reacts along its motion, how long steps may be, and what becomes of methods in extreme cases:
-    /// stability.csv, stability.svg, extremes.csv
+    /// stability.csv, stability.json, stability.svg, extremes.csv
     #[cfg(feature = "stability")]
     Stability(Box<StabilityArguments>),
     /// Run a scene with many combinations of parameters: one row a design, in CSV or Parquet

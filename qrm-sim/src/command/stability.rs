@@ -37,6 +37,9 @@ pub(super) fn stability(scenes: &Scenes, arguments: &StabilityArguments) -> Resu
     };
     let failed = |e: csv::Error| Failure::Run(format!("error: {e}"));
     save("stability.csv", &table::samples(&setup, &survey).map_err(failed)?)?;
+    let mut text = serde_json::to_string_pretty(&limit).map_err(|e| Failure::Run(format!("error: {e}")))?;
+    text.push('\n');
+    save("stability.json", text.as_bytes())?;
     let mut warning = None;
     match picture::figure(&setup, &survey, &limit).svg() {
         Ok(drawn) => save("stability.svg", drawn.as_bytes())?,

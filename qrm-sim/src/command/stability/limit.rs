@@ -2,6 +2,8 @@
 
 use std::io;
 
+use serde::Serialize;
+
 use super::super::progress::interrupted;
 use super::super::setup::Setup;
 use super::survey::Survey;
@@ -11,10 +13,13 @@ use crate::outcome::Status;
 use crate::simulate::{End, Request};
 
 /// The longest steps of RK4.
+#[derive(Serialize)]
 pub(super) struct Limit {
     /// What the linearized equations allow; infinite if nothing decays or oscillates.
+    #[serde(rename = "predicted_step")]
     pub(super) predicted: f64,
     /// The longest step of a run that did not blow up, and the shortest of one that did, both near each other.
+    #[serde(rename = "steps_by_trial")]
     pub(super) found: Option<(f64, f64)>,
     /// How far the runs went.
     pub(super) until: f64,
