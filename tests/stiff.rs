@@ -86,7 +86,8 @@ fn the_implicit_method_takes_few_steps_where_dampers_are_stiff() {
 fn steps_that_end_at_a_singular_position_go_on() {
     // All rods in line, exactly (Gonzalez and others 2006; the cranks stay parallel, so the motion is that of a pendulum).
     let (passage, end) = (0.714_355_529_292_960_5, std::f64::consts::FRAC_PI_2 - 31.750_597_186_986_1);
-    for (steps, allowed) in [(71.0, 2e-6), (100.0, 1e-6), (500.0, 1e-8), (714.5, 1e-8), (1000.0, 1e-9), (7143.0, 1e-9)] {
+    for (steps, allowed) in [(71.0, 2e-6), (100.0, 1e-6), (500.0, 1e-8), (714.5, 1e-8), (1000.0, 1e-9), (7143.0, 1e-9)]
+    {
         let step = format!("{:?}", passage / steps);
         let run = run(&["n-four-bar-2", "--step", &step, "--end-time", "10", "--no-figures"]);
         assert_eq!(run.status(), 0, "{steps}: {}", run.stderr());

@@ -7,7 +7,7 @@ use crate::projection::{Projection, Tolerance, project};
 use crate::solve::{Care, Solution, Undetermined, accelerations};
 
 /// How far the positions beside a singular one are, in rad or m: rounding errors in them are magnified by one over this, and
-/// what is between them and the mean is of its square.
+/// what is in between is wrong by its fourth power.
 const ASIDE: f64 = 1e-4;
 
 /// `qdd` and the multipliers, by the kernel where it suits the position.
@@ -32,8 +32,8 @@ pub(crate) fn evaluate<X: Mechanism<N, M>, const N: usize, const M: usize>(
 /// `qdd` and the multipliers by the plain functions.
 ///
 /// Where constraints depend on each other at one position alone, or one of them vanishes, they say too little there and next to
-/// it, but not farther away: the mean of the accelerations a little before and a little after, along the motion, stands for what
-/// they are in between.
+/// it, but not farther away: the accelerations a little before and a little after, along the motion, tell what they are in
+/// between.
 ///
 /// # Errors
 /// The accelerations are not determined.
@@ -53,7 +53,7 @@ pub(crate) fn by_plain_functions<X: Mechanism<N, M>, const N: usize, const M: us
     Ok(bridged(mechanism, t, q, qd).map_or(solution, |(qdd, multipliers)| Solution { qdd, multipliers, ..solution }))
 }
 
-/// The mean from both sides; `None` if the constraints say too little there too, or the mechanism rests.
+/// What is in between, from both sides; `None` if the constraints say too little there too, or the mechanism rests.
 #[cold]
 fn bridged<X: Mechanism<N, M>, const N: usize, const M: usize>(
     mechanism: &X,
@@ -74,8 +74,13 @@ fn bridged<X: Mechanism<N, M>, const N: usize, const M: usize>(
         let solution = accelerations(&mechanism.dynamics(t, &position, &rates), &mut care).ok()?;
         (care.suspicious_constraints == 0).then_some(solution)
     };
-    let (before, after) = (beside(-ASIDE)?, beside(ASIDE)?);
-    let qdd = std::array::from_fn(|i| 0.5 * (before.qdd[i] + after.qdd[i]));
-    let multipliers = std::array::from_fn(|k| 0.5 * (before.multipliers[k] + after.multipliers[k]));
-    Some((qdd, multipliers))
+    let (far_before, before) = (beside(-2.0 * ASIDE)?, beside(-ASIDE)?);
+    let (after, far_after) = (beside(ASIDE)?, beside(2.0 * ASIDE)?);
+    // The cubic through all four, in the middle.
+    let middle = |outer: f64, inner: f64| (4.0 * inner - outer) / 6.0;
+    let qdd = |i: usize| middle(far_before.qdd[i] + far_after.qdd[i], before.qdd[i] + after.qdd[i]);
+    let multiplier = |k: usize| {
+        middle(far_before.multipliers[k] + far_after.multipliers[k], before.multipliers[k] + after.multipliers[k])
+    };
+    Some((std::array::from_fn(qdd), std::array::from_fn(multiplier)))
 }

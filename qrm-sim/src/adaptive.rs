@@ -144,6 +144,9 @@ const SAFETY: f64 = 0.9;
 /// Steps beyond these many, and these many more for each row, are taken for a motion that cannot be followed.
 const PATIENCE: u64 = 1_000_000;
 const PATIENCE_PER_ROW: u64 = 1000;
+/// After so many steps their progress is looked at; less than this part of the way to the next row is none.
+const CHECKED: u64 = 5000;
+const CRAWL: f64 = 1e-3;
 /// By what a step may shrink and grow at once.
 const SHRINK: f64 = 0.2;
 const GROW: f64 = 6.0;
@@ -201,9 +204,15 @@ impl<F: Formula<N, M>, const N: usize, const M: usize> Adaptive<F, N, M> {
         care: &mut Care,
     ) -> Result<Moment<N, M>, Breakdown> {
         self.rows += 1;
+        let (mut checked, mut then) = (self.attempts(), self.segment.to.t);
         while self.segment.to.t < t {
-            if self.counts.accepted + self.counts.rejected > PATIENCE + PATIENCE_PER_ROW * self.rows {
-                return Err(Breakdown::TooManySteps { h: self.h });
+            let (attempts, now) = (self.attempts(), self.segment.to.t);
+            if attempts > checked + CHECKED {
+                let is_stuck = now - then < CRAWL * (t - then);
+                if is_stuck || attempts > PATIENCE + PATIENCE_PER_ROW * self.rows {
+                    return Err(Breakdown::TooManySteps { attempts, h: self.h });
+                }
+                (checked, then) = (attempts, now);
             }
             self.step(mechanism, projection, care)?;
         }
@@ -216,6 +225,11 @@ impl<F: Formula<N, M>, const N: usize, const M: usize> Adaptive<F, N, M> {
         let mass = Ldl::new(&mechanism.mass_matrix(&q));
         *work.evaluations += 1;
         corrected(mechanism, t, (q, qd), mass, projection, work.care)
+    }
+
+    /// How many steps were tried.
+    fn attempts(&self) -> u64 {
+        self.counts.accepted + self.counts.rejected
     }
 
     /// Makes one step that is good enough.

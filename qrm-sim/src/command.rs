@@ -29,6 +29,7 @@ mod stability;
 mod sweep;
 mod words;
 
+use std::ffi::OsString;
 use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
@@ -50,8 +51,21 @@ enum Failure {
 
 /// Runs the command with the scenes it was built with.
 pub fn main(scenes: &Scenes) -> ExitCode {
+    ExitCode::from(execute(scenes, std::env::args_os()))
+}
+
+/// Runs a command line, the first word of which is the name of the program, and gives its exit status.
+pub fn execute(scenes: &Scenes, line: impl IntoIterator<Item = OsString>) -> u8 {
+    let arguments = match Arguments::try_parse_from(line) {
+        Ok(arguments) => arguments,
+        Err(e) => {
+            // Help and version are asked for in this way too; nobody may be listening.
+            let _ = e.print();
+            return u8::try_from(e.exit_code()).unwrap_or(2);
+        }
+    };
     let default = || Task::Run(Box::new(RunArguments::parse_from(["qrm"])));
-    let result = match Arguments::parse().command.unwrap_or_else(default) {
+    let result = match arguments.command.unwrap_or_else(default) {
         Task::Run(arguments) => run::run(scenes, &arguments),
         #[cfg(feature = "pictures")]
         Task::Animate(arguments) => animate::animate(scenes, &arguments),
@@ -76,12 +90,12 @@ pub fn main(scenes: &Scenes) -> ExitCode {
     };
     let (message, status) = match result {
         Ok(()) if UNSAID.load(Ordering::Relaxed) => ("error: cannot write to the standard output".to_owned(), 1),
-        Ok(()) => return ExitCode::SUCCESS,
+        Ok(()) => return 0,
         Err(Failure::Run(message)) => (message, 1),
         Err(Failure::Use(message)) => (message, 2),
     };
     let _ = writeln!(std::io::stderr(), "{message}");
-    ExitCode::from(status)
+    status
 }
 
 /// Writes a file of a command, in a folder that is made if it is not there.

@@ -93,6 +93,8 @@ pub enum Breakdown {
     },
     /// Steps of the method's choice are so short against the rows that the run would not end.
     TooManySteps {
+        /// How many were tried.
+        attempts: u64,
         /// The last one.
         h: f64,
     },

@@ -32,6 +32,8 @@ impl Default for Tolerance {
     }
 }
 
+/// Residuals up to this size, in m or rad, are rounding errors: near a singular position a correction would magnify them.
+const ROUNDING: f64 = 4e-16;
 /// Residuals up to this size, in m or rad, may be rounding errors: near a singular position they are magnified. A run
 /// says where it had to be content with one.
 const SETTLED: f64 = 1e-9;
@@ -80,7 +82,7 @@ pub fn project<X: Mechanism<N, M>, const N: usize, const M: usize>(
         let corrector = Corrector::new(&closure.constraint_jacobian, mass);
         if is_settled {
             care.note_settled(constraint, residual);
-        } else {
+        } else if residual > ROUNDING {
             // The Jacobian is here anyway: one more correction of a closed position costs next to nothing and takes
             // the residual far below the tolerance.
             corrector.correct(q, &closure.constraints, care);

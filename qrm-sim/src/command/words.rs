@@ -100,9 +100,9 @@ pub(super) fn breakdown(reason: &Breakdown, description: &Description) -> String
             "steps had to become as short as {h:.1e} s, and time stands still: the tolerance is beyond double precision, or the \
              mechanism is singular here\n  = help: use a larger --tolerance"
         ),
-        Breakdown::TooManySteps { h } => format!(
-            "more than a million steps were made, now of {h:.1e} s, and the next row is far: the motion is too fast, or too stiff, \
-             for the time that it is to be followed\n  \
+        Breakdown::TooManySteps { attempts, h } => format!(
+            "{attempts} steps were tried, now of {h:.1e} s, and the next row is far: the motion is too fast, too stiff or too near \
+             a singular position for the tolerance and the time that it is to be followed\n  \
              = help: use a larger --tolerance, an earlier --end-time, or a shorter --step between rows"
         ),
         Breakdown::NotFinite => {

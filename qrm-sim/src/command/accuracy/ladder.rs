@@ -58,14 +58,18 @@ const NEAR: f64 = 30.0;
 const TOLERANCES: std::ops::RangeInclusive<i32> = 3..=14;
 
 /// The methods, with the projections that make a difference.
-const METHODS: [Way; 6] = [
+const METHODS: [Way; 8] = [
     Way { name: "document", formula: Formula::Fixed(Scheme::Document), projection: Projection::Euclidean },
     Way { name: "rk4, no projection", formula: Formula::Fixed(Scheme::Rk4), projection: Projection::None },
     Way { name: "rk4, Euclidean", formula: Formula::Fixed(Scheme::Rk4), projection: Projection::Euclidean },
     Way { name: "rk4, mass metric", formula: Formula::Fixed(Scheme::Rk4), projection: Projection::Mass },
     Way { name: "dopri5, mass metric", formula: Formula::Adaptive(dopri5), projection: Projection::Mass },
     Way { name: "dop853, mass metric", formula: Formula::Adaptive(dop853), projection: Projection::Mass },
+    Way { name: "rodas, mass metric", formula: Formula::Adaptive(rodas), projection: Projection::Mass },
+    Way { name: "auto, mass metric", formula: Formula::Adaptive(auto), projection: Projection::Mass },
 ];
+/// How many of them do without the derivatives of a scene that is said to be stiff.
+const PLAIN: usize = 6;
 
 /// A method with its projection.
 #[derive(Clone, Copy)]
@@ -88,6 +92,14 @@ fn dopri5(tolerance: f64) -> Scheme {
 
 fn dop853(tolerance: f64) -> Scheme {
     Scheme::Dop853 { tolerance }
+}
+
+fn rodas(tolerance: f64) -> Scheme {
+    Scheme::Rodas { tolerance }
+}
+
+fn auto(tolerance: f64) -> Scheme {
+    Scheme::Auto { tolerance }
 }
 
 /// What was measured.
@@ -126,7 +138,8 @@ pub(super) fn climb(setup: &Setup, reference: &Reference, deadline: Instant) -> 
     let floor = reference.uncertainty.position;
     // Without constraints there is nothing to project.
     let has_constraints = !setup.text.constraints.is_empty();
-    let ways = METHODS.into_iter().filter(|way| has_constraints || way.projection == Projection::Mass);
+    let count = if setup.text.run.stiff { METHODS.len() } else { PLAIN };
+    let ways = METHODS.into_iter().take(count).filter(|way| has_constraints || way.projection == Projection::Mass);
     let mut climbers: Vec<Climber> = ways.map(|way| Climber::new(setup, way)).collect();
     let mut cut = None;
     let mut is_first = true;
