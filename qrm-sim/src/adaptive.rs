@@ -140,7 +140,7 @@ const GAUSS: [(f64, f64); 3] =
     [(-0.774_596_669_241_483_4, 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.774_596_669_241_483_4, 5.0 / 9.0)];
 
 /// The step is aimed at this part of the tolerance.
-const SAFETY: f64 = 0.9;
+const SAFETY: f64 = 0.8;
 /// Steps beyond these many, and these many more for each row, are taken for a motion that cannot be followed.
 const PATIENCE: u64 = 1_000_000;
 const PATIENCE_PER_ROW: u64 = 1000;

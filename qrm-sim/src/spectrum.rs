@@ -70,11 +70,13 @@ pub fn spectrum<X: Mechanism<N, M>, const N: usize, const M: usize>(
     })
 }
 
+/// Squares of larger numbers, and products of those, overflow.
+const LARGEST: f64 = 1e60;
 /// Far more than eigenvalues of a matrix of this kind take.
 const MOST_ITERATIONS: usize = 10_000;
 
 fn eigenvalues(mut matrix: DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
-    if matrix.iter().any(|entry| !entry.is_finite()) {
+    if matrix.iter().any(|entry| !(entry.abs() < LARGEST)) {
         return None;
     }
     // Coordinates and rates differ in size by the fastest rate.

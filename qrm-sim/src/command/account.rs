@@ -83,7 +83,11 @@ pub(super) fn problem(outcome: &Outcome, summary: &Summary) -> Option<String> {
 /// Why the numbers of a run are not to be trusted.
 pub(super) fn distrusted(summary: &Summary) -> Option<String> {
     (!summary.distrust.is_empty()).then(|| {
-        let help = if summary.tolerance.is_some() {
+        let is_near_singular =
+            summary.smallest_singular_value.as_ref().is_some_and(|entry| entry.value < words::SUSPECT * entry.largest);
+        let help = if is_near_singular {
+            "write that closure in another form, pass the position with other steps or another method, or change the dimensions"
+        } else if summary.tolerance.is_some() {
             "use a smaller --tolerance; motions that are sensitive by nature cannot be followed for ever"
         } else {
             "use a shorter --step, or `--method auto`"

@@ -15,7 +15,7 @@ use limit::Limit;
 use survey::Survey;
 
 /// What the motion is followed with.
-const TOLERANCE: &str = "1e-10";
+const TOLERANCE: &str = "1e-9";
 
 /// Says how fast a mechanism reacts along its motion, what that asks of methods, and what becomes of them in extreme cases.
 pub(super) fn stability(scenes: &Scenes, arguments: &StabilityArguments) -> Result<(), Failure> {
@@ -26,8 +26,8 @@ pub(super) fn stability(scenes: &Scenes, arguments: &StabilityArguments) -> Resu
     };
     let setup = Setup::new(scenes, &arguments.scene, &how)?;
     let out = setup.folder(arguments.out.as_deref());
-    let survey = Survey::new(&setup)?;
-    let limit = Limit::find(&setup, &survey);
+    let survey = Survey::until(&setup, None)?;
+    let limit = Limit::find(&setup, &survey)?;
     super::say(&facts::facts(&setup, &survey, &limit));
     let mut written = Vec::new();
     let mut save = |name: &str, bytes: &[u8]| {
@@ -37,7 +37,8 @@ pub(super) fn stability(scenes: &Scenes, arguments: &StabilityArguments) -> Resu
     };
     let failed = |e: csv::Error| Failure::Run(format!("error: {e}"));
     save("stability.csv", &table::samples(&setup, &survey).map_err(failed)?)?;
-    let mut text = serde_json::to_string_pretty(&limit).map_err(|e| Failure::Run(format!("error: {e}")))?;
+    let mut text = serde_json::to_string_pretty(&facts::numbers(&setup, &survey, &limit))
+        .map_err(|e| Failure::Run(format!("error: {e}")))?;
     text.push('\n');
     save("stability.json", text.as_bytes())?;
     let mut warning = None;

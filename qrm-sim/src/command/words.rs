@@ -215,7 +215,7 @@ const TOLERABLE_IMBALANCE: f64 = 1e-3;
 /// Errors of coordinates, in rad or m or relative to larger ones, that a run may have without being asked for less.
 const TOLERABLE_ERROR: f64 = 1e-3;
 /// A smallest singular value that falls below this fraction of its largest explains what else is wrong.
-const SUSPECT: f64 = 0.1;
+pub(super) const SUSPECT: f64 = 0.1;
 /// One that falls below this fraction is worth a warning by itself.
 const SINGULAR: f64 = 1e-2;
 /// Errors of a run may be larger than those of its steps by this factor.
@@ -250,9 +250,11 @@ pub(super) fn distrust(outcome: &Outcome, description: &Description, tolerance: 
             claimed * largest,
             if tolerance.is_some() { "the tolerance" } else { "a run without a tolerance" }
         )),
-        None if outcome.error_unknown => reasons.push(
-            "the second run that tells the error broke off, so the step is near the limit of what is stable".to_owned(),
-        ),
+        None if outcome.error_unknown => reasons.push(match tolerance {
+            Some(_) => "the second run that tells the error, at a tenth of the tolerance, broke off".to_owned(),
+            None => "the second run that tells the error broke off, so the step is near the limit of what is stable"
+                .to_owned(),
+        }),
         _ => {}
     }
     let moved = outcome.care.moved;
@@ -318,7 +320,7 @@ pub(super) fn warnings(outcome: &Outcome, description: &Description, distrust: &
     if care.dependent_constraints > 0 {
         let name = care.constraint.map_or("?", |i| description.constraints[i].name);
         warnings.push(format!(
-            "constraint `{name}` depended on the others in {} solves: the motion is right, but its multiplier is not unique there",
+            "constraint `{name}` depended on the others in {} solves: its multiplier is not unique there",
             care.dependent_constraints
         ));
     }

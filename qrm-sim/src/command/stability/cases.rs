@@ -85,7 +85,7 @@ fn case(scenes: &Scenes, arguments: &SceneArguments, setup: &Setup, extreme: &Ex
         let tolerance = (!matches!(name, MethodName::Rk4)).then(|| TOLERANCE.to_owned());
         let how = MethodArguments { method: name, tolerance, ..MethodArguments::default() };
         let variant = Setup::new(scenes, &varied, &how)?;
-        let exact = exact.get_or_insert_with(|| Exact::find(&variant, extreme, &parameters));
+        let exact = exact.get_or_insert_with(|| Exact::find(&variant, extreme, &parameters, setup.is_changed()));
         case.trials.push(tried(&variant, exact.as_ref().ok()));
     }
     case.origin = match exact {
@@ -104,8 +104,9 @@ struct Exact {
 }
 
 impl Exact {
-    fn find(variant: &Setup, extreme: &Extreme, parameters: &[f64]) -> Result<Self, String> {
-        if let (Some(accuracy), false) = (&extreme.accuracy, extreme.values.is_empty()) {
+    fn find(variant: &Setup, extreme: &Extreme, parameters: &[f64], is_changed: bool) -> Result<Self, String> {
+        // Values hold for the scene as it stands.
+        if let (Some(accuracy), false, false) = (&extreme.accuracy, extreme.values.is_empty(), is_changed) {
             let values = extreme.values.iter().map(|(known, value)| (*known, constant(value, parameters))).collect();
             let accuracy = constant(accuracy, parameters);
             return Ok(Self { values, accuracy, origin: "the scene's values".to_owned() });

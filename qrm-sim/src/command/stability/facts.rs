@@ -8,6 +8,7 @@ use super::super::words::{self, seconds};
 use super::TOLERANCE;
 use super::limit::Limit;
 use super::survey::{Sample, Survey};
+use crate::spectrum::Spectrum;
 
 /// Singular values below this part of their largest are worth a word.
 const NEAR: f64 = 0.1;
@@ -38,15 +39,13 @@ pub(super) fn facts(setup: &Setup, survey: &Survey, limit: &Limit) -> String {
         fact(what, format!("{:.4e} {unit} at t = {}", number(sample), seconds(sample.t)));
     }
     if limit.predicted.is_finite() {
-        fact("longest step of RK4", format!("{:.4e} s by them (2.785 / rate, 2.828 / omega)", limit.predicted));
+        let mut said = format!("{:.4e} s by the linearized equations", limit.predicted);
+        if limit.until > outcome.end_time {
+            said += &format!(", to t = {}", seconds(limit.until));
+        }
+        fact("longest step of RK4", said);
         fact("", bisected(limit));
-        let (step, ratio) = (setup.step(), setup.step() / limit.predicted);
-        let said = if ratio > 1.0 {
-            format!("{ratio:.3} times too long")
-        } else {
-            format!("{:.3} times shorter than that", 1.0 / ratio)
-        };
-        fact("the step used", format!("{}: {said}", seconds(step)));
+        fact("the step used", used(setup.step(), limit.predicted));
     } else {
         fact("longest step of RK4", "none: nothing decays or oscillates".to_owned());
     }
@@ -68,17 +67,59 @@ pub(super) fn facts(setup: &Setup, survey: &Survey, limit: &Limit) -> String {
 
 fn bisected(limit: &Limit) -> String {
     match limit.found {
-        Some((holds, fails)) => {
-            let off = limit.predicted / holds - 1.0;
-            let cause = if off > LATE { ": where it is stable it is not accurate any more" } else { "" };
-            let off = if off < 1.0 { format!("{:+.1} %", 100.0 * off) } else { format!("{:.3} times", 1.0 + off) };
+        Some((bounded, fails)) => {
+            let off = limit.predicted / bounded - 1.0;
+            let cause =
+                if off > LATE { ": a motion that is not followed any more, rather than an unstable one" } else { "" };
+            let off = if off < 1.0 { format!("{:+.1} %", 100.0 * off) } else { times(1.0 + off) };
             format!(
-                "{holds:.4e} s by trial: runs to t = {} hold there and fail at {fails:.4e} s ({off}{cause})",
+                "{bounded:.4e} s by trial: runs to t = {} stay bounded there and fail at {fails:.4e} s ({off}{cause})",
                 seconds(limit.until)
             )
         }
-        None => format!("no run to t = {} tells it by trial", seconds(limit.until)),
+        None => "no trial tells it".to_owned(),
     }
+}
+
+fn used(step: f64, predicted: f64) -> String {
+    let ratio = step / predicted;
+    let said = if ratio > 1.0 {
+        format!("{} too long for them", times(ratio))
+    } else {
+        format!("{} shorter", times(1.0 / ratio))
+    };
+    format!("{}: {said}", seconds(step))
+}
+
+fn times(ratio: f64) -> String {
+    if ratio < 1e4 { format!("{ratio:.3} times") } else { format!("{ratio:.1e} times") }
+}
+
+/// The same for programs; what is infinite is left out.
+pub(super) fn numbers(setup: &Setup, survey: &Survey, limit: &Limit) -> serde_json::Value {
+    let finite = |number: f64| number.is_finite().then_some(number);
+    let largest = |number: fn(&Spectrum) -> f64| finite(number(&survey.largest(number).spectrum));
+    let nearest = survey.outcome.nearest_singular;
+    serde_json::json!({
+        "scene": setup.description.name,
+        "step": setup.step(),
+        "end_time": survey.outcome.end_time,
+        "problem": survey.problem,
+        "rate": largest(|s| s.rate),
+        "frequency": largest(|s| s.frequency),
+        "growth": largest(|s| s.growth),
+        "predicted_step": finite(limit.predicted),
+        "steps_by_trial": limit.found,
+        "trial_end_time": limit.until,
+        "steps_for_stability": survey.steps_for_stability(),
+        "steps_of_auto": survey.outcome.counts.accepted,
+        "implicit_steps_of_auto": survey.outcome.counts.implicit,
+        "condition_mass": largest(|s| s.condition_mass),
+        "condition_loops": largest(|s| s.condition_loops),
+        "smallest_singular_value": nearest.map(|nearest| nearest.value),
+        "smallest_singular_value_time": nearest.map(|nearest| nearest.t),
+        "smallest_singular_value_constraint": nearest.map(|nearest| setup.text.constraints[nearest.constraint].name.clone()),
+    })
 }
 
 fn singular(setup: &Setup, survey: &Survey) -> Vec<String> {
@@ -86,7 +127,7 @@ fn singular(setup: &Setup, survey: &Survey) -> Vec<String> {
     let places = survey.singular(NEAR);
     if nearest.fraction() >= NEAR || places.is_empty() {
         let said = format!(
-            "none near: the smallest singular value of C_q stays above {:.3} of its largest (at t = {})",
+            "none nearer than others: the smallest singular value of C_q stays above {:.3} of what it is at most (t = {})",
             nearest.fraction(),
             seconds(nearest.t)
         );
@@ -95,7 +136,7 @@ fn singular(setup: &Setup, survey: &Survey) -> Vec<String> {
     let name = &setup.text.constraints[nearest.constraint].name;
     let what = if nearest.is_alone { "says nothing" } else { "says what others say" };
     let first = format!(
-        "at t = {} the smallest singular value of C_q falls to {:.1e} of its largest: constraint `{name}` {what}",
+        "at t = {} the smallest singular value of C_q falls to {:.1e} of what it is at most: constraint `{name}` {what}",
         seconds(nearest.t),
         nearest.fraction()
     );
@@ -156,15 +197,19 @@ fn verdict(setup: &Setup, survey: &Survey, limit: &Limit) -> String {
             counts.bound, counts.accepted, setup.description.name
         )
     } else if needed > STIFF * counts.accepted as f64 {
-        format!("Stiff: {compared}. Use `--method auto` or `rodas`.")
+        format!("Stiff: {compared}. Use `--method auto`.")
     } else {
         format!("Not stiff: {compared}; accuracy asks for more.")
     });
-    let found = limit.found.map_or(limit.predicted, |(holds, _)| holds.min(limit.predicted));
-    if step > found {
-        said.push(format!("RK4 cannot take the step used, {}: at most {found:.3e} s.", seconds(step)));
-    } else if step > 0.5 * found {
-        said.push(format!("RK4 is near the edge with {}: faster parameters will blow it up.", seconds(step)));
+    // A limit that holds for moments alone is none: what grows then decays again.
+    let steps = survey.outcome.end_time / step;
+    let bound = limit.found.map(|(bounded, _)| bounded).or((needed > steps).then_some(limit.predicted));
+    if let Some(bound) = bound.filter(|bound| step > 0.5 * bound) {
+        said.push(if step > bound {
+            format!("RK4 cannot take the step used, {}: at most {bound:.3e} s.", seconds(step))
+        } else {
+            format!("RK4 is near the edge with {}: faster parameters will blow it up.", seconds(step))
+        });
     }
     let worst = survey.largest(|s| s.condition_mass.max(s.condition_loops)).spectrum;
     let worst = worst.condition_mass.max(worst.condition_loops);

@@ -2,8 +2,7 @@
 
 use std::io;
 
-use serde::Serialize;
-
+use super::super::Failure;
 use super::super::progress::interrupted;
 use super::super::setup::Setup;
 use super::survey::Survey;
@@ -13,13 +12,10 @@ use crate::outcome::Status;
 use crate::simulate::{End, Request};
 
 /// The longest steps of RK4.
-#[derive(Serialize)]
 pub(super) struct Limit {
     /// What the linearized equations allow; infinite if nothing decays or oscillates.
-    #[serde(rename = "predicted_step")]
     pub(super) predicted: f64,
     /// The longest step of a run that did not blow up, and the shortest of one that did, both near each other.
-    #[serde(rename = "steps_by_trial")]
     pub(super) found: Option<(f64, f64)>,
     /// How far the runs went.
     pub(super) until: f64,
@@ -35,10 +31,28 @@ const TRIALS: i32 = 12;
 const HALVINGS: usize = 6;
 /// A rate that grows beyond its largest value by this factor is not that of the motion.
 const BEYOND: f64 = 1.1;
+/// Rates below this part of the largest one are those of coordinates at rest.
+const RESTING: f64 = 1e-2;
+
+/// A limit shows in so many steps, if it shows at all.
+const STEPS: f64 = 100.0;
+/// For it, a motion is followed beyond its end up to so many times its length.
+const FARTHEST: f64 = 20.0;
 
 impl Limit {
-    /// Tries steps around the predicted limit.
-    pub(super) fn find(setup: &Setup, survey: &Survey) -> Self {
+    /// Tries steps around the predicted limit, for as long as a hundred of them take.
+    ///
+    /// # Errors
+    /// The motion could not be followed at all.
+    pub(super) fn find(setup: &Setup, survey: &Survey) -> Result<Self, Failure> {
+        let (end, wanted) = (survey.outcome.end_time, STEPS * survey.longest_step());
+        let is_sound = survey.problem.is_none() && wanted.is_finite();
+        let longer = (is_sound && wanted > end).then(|| Survey::until(setup, Some(wanted.min(FARTHEST * end))));
+        let longer = longer.transpose()?.filter(|longer| longer.problem.is_none());
+        Ok(Self::around(setup, longer.as_ref().unwrap_or(survey)))
+    }
+
+    fn around(setup: &Setup, survey: &Survey) -> Self {
         let predicted = survey.longest_step();
         let until = survey.outcome.end_time.min(0.5 * MOST_STEPS * predicted);
         let mut limit = Self { predicted, found: None, until };
@@ -63,7 +77,9 @@ impl Limit {
 fn holds(setup: &Setup, survey: &Survey, step: f64, until: f64) -> bool {
     let method = Method { scheme: Scheme::Rk4, ..setup.method };
     let request = Request { method, step: Some(step), end: Some(End::Time(until)), estimate_error: false };
-    let mut watch = Watch { bounds: survey.rates.iter().map(|rate| BEYOND * rate).collect(), is_beyond: false };
+    let largest = survey.rates.iter().copied().fold(0.0, f64::max);
+    let bounds = survey.rates.iter().map(|rate| BEYOND * rate.max(RESTING * largest)).collect();
+    let mut watch = Watch { bounds, is_beyond: false };
     let outcome = setup.scene.simulate(&setup.replace(), &request, &mut watch);
     !watch.is_beyond && outcome.is_ok_and(|outcome| matches!(outcome.status, Status::Completed))
 }

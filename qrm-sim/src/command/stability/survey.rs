@@ -26,23 +26,9 @@ pub(super) struct Sample {
     pub(super) spectrum: Spectrum,
 }
 
-/// A limit shows in so many steps, if it shows at all.
-const STEPS: f64 = 100.0;
-/// A motion is followed beyond its end up to so many times its length.
-const FARTHEST: f64 = 20.0;
-
 impl Survey {
-    /// Follows the motion to its end, and on until a hundred of the longest stable steps would fit in.
-    pub(super) fn new(setup: &Setup) -> Result<Self, Failure> {
-        let survey = Self::until(setup, None)?;
-        let (end, wanted) = (survey.outcome.end_time, STEPS * survey.longest_step());
-        if survey.problem.is_some() || wanted <= end || !wanted.is_finite() {
-            return Ok(survey);
-        }
-        Self::until(setup, Some(wanted.min(FARTHEST * end)))
-    }
-
-    fn until(setup: &Setup, end: Option<f64>) -> Result<Self, Failure> {
+    /// Follows the motion to its end, or to another one.
+    pub(super) fn until(setup: &Setup, end: Option<f64>) -> Result<Self, Failure> {
         let mut observer = (Progress::new(), Album::new(&setup.description));
         let outcome = match end {
             Some(t) => setup.simulate_until(Some(End::Time(t)), true, &mut observer)?,
@@ -90,7 +76,7 @@ impl Survey {
     pub(super) fn steps_for_stability(&self) -> f64 {
         let wanted = |sample: &Sample| 1.0 / sample.spectrum.longest_step;
         let part = |pair: &[Sample]| 0.5 * (pair[1].t - pair[0].t) * (wanted(&pair[0]) + wanted(&pair[1]));
-        self.samples.windows(2).map(part).sum()
+        self.samples.windows(2).map(part).fold(0.0, |sum, steps| sum + steps)
     }
 
     /// Where a number is largest.
