@@ -33,11 +33,11 @@ const PUBLISHED_RATES: [(&str, f64); 7] = [
 const OWN: [(&str, f64); 7] = [
     ("beta", 15.810_771_195_153_707),
     ("Theta", -15.756_371_058_411_839),
-    ("gamma", 0.040_822_240_119_645_804),
+    ("gamma", 0.040_822_240_119_645_8),
     ("Phi", -0.534_730_116_342_079_6),
     ("delta", 0.524_409_965_879_954_1),
     ("Omega", 0.534_730_116_342_079_6),
-    ("eps", 1.048_080_741_041_937_9),
+    ("eps", 1.048_080_741_041_938),
 ];
 
 #[test]
@@ -61,7 +61,7 @@ fn andrews_squeezer_takes_few_evaluations() {
 fn a_pendulum_without_an_angle_swings_for_long() {
     // x = sin, y = -cos of 2 asin(sqrt(1/2) sn(K - sqrt(g) t)).
     let arguments = ["pendulum", "--method", "dop853", "--tolerance", "1e-13", "--step", "0.5", "--end-time", "2000"];
-    let run = run(&[&arguments[..], &["--no-figures", "--no-error-estimate"]].concat());
+    let run = run(&[&arguments[..], &["--no-figures"]].concat());
     assert_eq!(run.status(), 0, "{}", run.stderr());
     let end = &run.summary()["end_state"];
     for (name, exact) in [("x", -0.814_603_068_589_032_2), ("y", -0.580_018_827_836_935_5)] {

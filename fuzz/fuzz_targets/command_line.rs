@@ -84,7 +84,8 @@ fn check(arguments: &[&str], out: &Path) {
         return;
     }
     let Some(exact) = summary(&other) else { return };
-    let claimed = got["tolerance"].as_f64().map_or(1e-3, |tolerance| (1e4 * tolerance).min(1e-3));
+    let accumulation = (10.0 * got["steps"].as_f64().expect("a number")).max(1e4);
+    let claimed = got["tolerance"].as_f64().map_or(1e-3, |tolerance| (tolerance * accumulation).min(1e-3));
     // A reference that is not certain itself tells nothing.
     if !exact["estimated_error"].as_f64().is_some_and(|error| error < 0.1 * claimed) {
         return;

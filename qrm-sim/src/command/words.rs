@@ -220,10 +220,12 @@ pub(super) const SUSPECT: f64 = 0.1;
 const SINGULAR: f64 = 1e-2;
 /// Errors of a run may be larger than those of its steps by this factor.
 const ACCUMULATION: f64 = 1e4;
+const ACCUMULATION_PER_STEP: f64 = 10.0;
 
 /// The error of a coordinate, in rad or m or relative to larger ones, that an accepted run stays below.
-pub(super) fn claimed(tolerance: Option<f64>) -> f64 {
-    tolerance.map_or(TOLERABLE_ERROR, |tolerance| (ACCUMULATION * tolerance).min(TOLERABLE_ERROR))
+pub(super) fn claimed(tolerance: Option<f64>, steps: u64) -> f64 {
+    let accumulation = ACCUMULATION.max(ACCUMULATION_PER_STEP * steps as f64);
+    tolerance.map_or(TOLERABLE_ERROR, |tolerance| (accumulation * tolerance).min(TOLERABLE_ERROR))
 }
 
 /// Whether a run did not come to its end.
@@ -243,7 +245,7 @@ pub(super) fn distrust(outcome: &Outcome, description: &Description, tolerance: 
         reasons.push(format!("the energy changed by {imbalance:.1e} J {against}"));
     }
     let largest = outcome.q.iter().fold(1.0, |most: f64, q| most.max(q.abs()));
-    let claimed = claimed(tolerance);
+    let claimed = claimed(tolerance, outcome.counts.accepted);
     match outcome.estimated_error {
         Some(error) if !(error <= claimed * largest) => reasons.push(format!(
             "the estimated error of {error:.1e} is beyond the {:.0e} that {} stands for",

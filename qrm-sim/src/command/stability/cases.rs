@@ -157,7 +157,9 @@ fn tried(variant: &Setup, exact: Option<&Exact>) -> Tried {
     let error = exact.map(|exact| exact.error(variant, &outcome.q, &outcome.qd));
     let verdict = match (distrust.first(), error, exact) {
         (Some(reason), _, _) => refused(reason),
-        (None, Some(error), Some(exact)) if error <= words::claimed(tolerance) + exact.accuracy => Verdict::Right,
+        (None, Some(error), Some(exact)) if error <= words::claimed(tolerance, steps) + exact.accuracy => {
+            Verdict::Right
+        }
         (None, Some(_), _) => Verdict::Unnoticed,
         (None, None, _) => Verdict::Unknown,
     };
