@@ -2,12 +2,20 @@
 
 mod common;
 
+use std::process::Output;
+
 use common::{Table, qrm};
 use tempfile::TempDir;
 
-fn stability(arguments: &[&str]) -> (TempDir, String) {
+/// `qrm stability ARGUMENTS --out` into a fresh folder.
+fn output(arguments: &[&str]) -> (TempDir, Output) {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let output = qrm(&["stability"]).args(arguments).arg("--out").arg(folder.path()).output().expect("it starts");
+    (folder, output)
+}
+
+fn stability(arguments: &[&str]) -> (TempDir, String) {
+    let (folder, output) = output(arguments);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     (folder, String::from_utf8_lossy(&output.stdout).into_owned())
 }
@@ -83,11 +91,7 @@ fn a_stiff_damper_is_called_stiff() {
 #[test]
 fn singular_positions_are_named() {
     let set = ["O2A=0.31", "BC=2", "BG5=1"].map(|set| ["--set", set]).concat();
-    let arguments = [&["stability", "quick-return-loaded", "--no-extremes", "--out"][..], &["OUT"], &set].concat();
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let path = folder.path().display().to_string();
-    let arguments: Vec<&str> = arguments.into_iter().map(|a| if a == "OUT" { path.as_str() } else { a }).collect();
-    let output = qrm(&arguments).output().expect("it starts");
+    let (_, output) = output(&[&["quick-return-loaded", "--no-extremes"][..], &set].concat());
     let said = String::from_utf8_lossy(&output.stdout);
     assert_eq!(output.status.code(), Some(1));
     assert!(said.contains("constraint `slot` says nothing") && said.contains("phi4 = 3.14"), "{said}");

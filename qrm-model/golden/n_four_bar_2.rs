@@ -1227,7 +1227,6 @@ pub fn strain<R: Lane>(position: &Position<R>) -> R {
         .max(position.loop0_x_over_loop0_y_b0.abs())
         .max(position.loop0_y_over_loop0_x_a1.abs())
         .max(position.loop1_x_over_loop0_x_a1.abs())
-        .max(position.loop0_y_over_loop0_x_a1.abs())
         .max(position.loop1_y_over_loop1_x_a2.abs())
         .max(position.loop1_x_over_loop1_y_b1.abs())
 }

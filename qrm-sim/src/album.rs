@@ -12,6 +12,12 @@ use crate::trajectory::{columns, numbers};
 /// Most frames that are kept; at least half as many of a long run are.
 const MOST_FRAMES: usize = 1500;
 
+/// Time, coordinates and rates of a frame.
+pub(crate) fn state(frame: &[f64], n: usize) -> (f64, Vec<f64>, Vec<f64>) {
+    let each = |first: usize| (0..n).map(|i| frame[first + 3 * i]).collect();
+    (frame[0], each(1), each(2))
+}
+
 /// An observer that keeps the course of every column, and some rows whole.
 pub(crate) struct Album {
     columns: Vec<Column>,

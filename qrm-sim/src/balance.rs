@@ -54,9 +54,7 @@ impl Balance {
         self.error = self.error.max(difference);
         self.excess = self.excess.max(difference - self.doubt);
     }
-}
 
-impl Balance {
     /// The same after the last row.
     pub(crate) fn finished(&self) -> Self {
         let mut finished = self.clone();

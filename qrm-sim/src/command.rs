@@ -104,6 +104,12 @@ fn write(path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     write_whole(path, bytes)
 }
 
+/// The bytes of a table in CSV.
+#[cfg(feature = "pictures")]
+fn table_of(writer: csv::Writer<Vec<u8>>) -> Result<Vec<u8>, csv::Error> {
+    writer.into_inner().map_err(|e| csv::Error::from(e.into_error()))
+}
+
 /// The same for a command whose purpose is the file.
 fn save(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     write(path, bytes).map_err(|e| Failure::Use(unwritable(path, &e)))

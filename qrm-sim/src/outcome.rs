@@ -79,6 +79,13 @@ pub enum Status {
     Unwritable(std::io::Error),
 }
 
+impl Status {
+    /// Whether the run came to its end.
+    pub fn is_done(&self) -> bool {
+        matches!(self, Self::Completed | Self::Stopped | Self::StoppedAtStart)
+    }
+}
+
 /// A value of a row that is not finite.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Undefined {

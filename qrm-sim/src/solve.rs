@@ -187,12 +187,13 @@ impl<const N: usize, const M: usize> Corrector<N, M> {
 
 /// `Mbar^-1 C_q'`, a row for each constraint.
 #[inline(always)]
-fn pull<const N: usize, const M: usize>(mass: &Ldl<N>, jacobian: &Matrix<M, N>) -> Matrix<M, N> {
+pub(crate) fn pull<const N: usize, const M: usize>(mass: &Ldl<N>, jacobian: &Matrix<M, N>) -> Matrix<M, N> {
     std::array::from_fn(|i| mass.solve(&jacobian[i]))
 }
 
+/// `C_q Mbar^-1 C_q'`
 #[inline(always)]
-fn schur<const N: usize, const M: usize>(jacobian: &Matrix<M, N>, pull: &Matrix<M, N>) -> Matrix<M, M> {
+pub(crate) fn schur<const N: usize, const M: usize>(jacobian: &Matrix<M, N>, pull: &Matrix<M, N>) -> Matrix<M, M> {
     std::array::from_fn(|i| multiply(pull, &jacobian[i]))
 }
 

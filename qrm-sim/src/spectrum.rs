@@ -5,10 +5,10 @@ use nalgebra::{Complex, DMatrix};
 use qrm_mechanism::Mechanism;
 
 use crate::linear::singular::smallest;
-use crate::linear::{Ldl, Matrix, Vector, dot};
+use crate::linear::{Ldl, Matrix, Vector};
 use crate::motion::moment;
 use crate::response::Response;
-use crate::solve::Care;
+use crate::solve::{Care, pull, schur};
 
 /// What the linearized equations are like at one moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,8 +53,7 @@ pub fn spectrum<X: Mechanism<N, M>, const N: usize, const M: usize>(
     let jacobian = &dynamics.constraint_jacobian;
     let (condition_mass, condition_loops) = match Ldl::new(&dynamics.mass_matrix) {
         Some(mass) => {
-            let pull: Matrix<M, N> = std::array::from_fn(|k| mass.solve(&jacobian[k]));
-            let loops: Matrix<M, M> = std::array::from_fn(|k| std::array::from_fn(|l| dot(&jacobian[k], &pull[l])));
+            let loops = schur(jacobian, &pull(&mass, jacobian));
             (condition(&dynamics.mass_matrix)?, condition(&loops)?)
         }
         None => (f64::INFINITY, f64::INFINITY),

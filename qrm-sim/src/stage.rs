@@ -5,6 +5,8 @@ use qrm_codegen::expression::Node as Operation;
 use qrm_codegen::scene::{Quantity, Scene, Value};
 use qrm_view::motion::{Node, Track};
 
+use crate::album;
+
 /// A scene at each of several moments, and the places of it that are shown.
 pub(crate) struct Stage<'s> {
     pub(crate) scene: &'s Scene,
@@ -21,8 +23,8 @@ impl<'s> Stage<'s> {
     pub(crate) fn new(scene: &'s Scene, parameters: &'s [f64], frames: &[Vec<f64>]) -> Self {
         let n = scene.coordinates.len();
         let state = |frame: &Vec<f64>| {
-            let [q, qd] = [1, 2].map(|first| (0..n).map(|i| frame[first + 3 * i]).collect::<Vec<f64>>());
-            State::plain(scene, parameters, frame[0], &q, &qd)
+            let (t, q, qd) = album::state(frame, n);
+            State::plain(scene, parameters, t, &q, &qd)
         };
         let states = frames.iter().map(state).collect();
         Self { scene, parameters, states, nodes: Vec::new(), points: vec![None; scene.points.len()] }

@@ -1,6 +1,8 @@
 //! The linear equations of a kernel, solved by hand as it were: constraints for the coordinates that depend on the others,
 //! in an order that leaves zeros zero, and what is left for the others.
 
+use std::collections::HashSet;
+
 use super::algebra::{Matrix, Value, negated};
 use super::{Block, Builder};
 use crate::evaluate::{constant, parameter_values};
@@ -214,7 +216,10 @@ impl Elimination {
         let tangents = self.tangents.iter().zip(&self.independent).flat_map(|(tangent, by)| {
             tangent.iter().enumerate().filter(move |(i, _)| i != by).map(|(_, value)| *value)
         });
-        tangents.chain(self.kept.iter().chain(&self.vanishing).copied()).filter(Option::is_some).collect()
+        let all = tangents.chain(self.kept.iter().chain(&self.vanishing).copied()).flatten();
+        // Different pivots may be small against the same.
+        let mut seen = HashSet::new();
+        all.filter(|value| seen.insert(value.id)).map(Some).collect()
     }
 
     /// A solution of `C_q x = right` in which independent coordinates rest.

@@ -19,11 +19,7 @@ impl Resolver<'_> {
         }
         let mut constant = |formula: &Option<_>| formula.as_ref().map(|f| self.value(f, Context::Constant));
         let (end_time, accuracy) = (constant(&syntax.end_time), constant(&syntax.accuracy));
-        let mut values = Vec::new();
-        for (identifier, value) in &syntax.values {
-            let value = self.value(value, Context::Constant);
-            values.extend(self.known(document, identifier).map(|known| (known, value)));
-        }
+        let values = self.known_values(document, &syntax.values);
         let (name, doc) = (syntax.identifier.name.clone(), syntax.doc.clone());
         Extreme { name, doc, set, end_time, accuracy, values }
     }

@@ -3,7 +3,8 @@
 use super::{Context, Resolver, near_or_all};
 use crate::diagnostic::Diagnostic;
 use crate::document::{Document, Identifier};
-use crate::scene::{Known, Reference};
+use crate::parser::Formula;
+use crate::scene::{Known, Reference, Value};
 
 impl Resolver<'_> {
     pub(super) fn references(&mut self, document: &Document) -> Vec<Reference> {
@@ -11,18 +12,28 @@ impl Resolver<'_> {
         for syntax in &document.references {
             let t = self.value(&syntax.t, Context::Constant);
             let accuracy = self.value(&syntax.accuracy, Context::Constant);
-            let mut values = Vec::new();
-            for (identifier, value) in &syntax.values {
-                let value = self.value(value, Context::Constant);
-                values.extend(self.known(document, identifier).map(|known| (known, value)));
-            }
+            let values = self.known_values(document, &syntax.values);
             let (name, doc) = (syntax.identifier.name.clone(), syntax.doc.clone());
             references.push(Reference { name, doc, t, accuracy, values });
         }
         references
     }
 
-    pub(super) fn known(&mut self, document: &Document, identifier: &Identifier) -> Option<Known> {
+    /// Values of coordinates, rates and outputs; what is none of them is reported.
+    pub(super) fn known_values(
+        &mut self,
+        document: &Document,
+        values: &[(Identifier, Formula)],
+    ) -> Vec<(Known, Value)> {
+        let mut found = Vec::new();
+        for (identifier, value) in values {
+            let value = self.value(value, Context::Constant);
+            found.extend(self.known(document, identifier).map(|known| (known, value)));
+        }
+        found
+    }
+
+    fn known(&mut self, document: &Document, identifier: &Identifier) -> Option<Known> {
         let coordinates: Vec<&str> = document.coordinates.iter().map(|c| c.identifier.name.as_str()).collect();
         let outputs: Vec<&str> = document.outputs.iter().map(|o| o.identifier.name.as_str()).collect();
         let place = |names: &[&str], name: &str| names.iter().position(|other| *other == name);

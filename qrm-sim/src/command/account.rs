@@ -74,7 +74,7 @@ pub(super) fn figures(setup: &Setup, outcome: &Outcome, album: &Album) -> Vec<(S
 
 /// Why a run did not do what was asked.
 pub(super) fn problem(outcome: &Outcome, summary: &Summary) -> Option<String> {
-    if words::is_unfinished(outcome) {
+    if !outcome.status.is_done() {
         return Some(format!("error: {}", summary.message));
     }
     distrusted(summary)

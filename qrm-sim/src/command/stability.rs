@@ -14,7 +14,7 @@ use crate::scenes::Scenes;
 use limit::Limit;
 use survey::Survey;
 
-/// What the motion is followed with.
+/// What the motion is followed with, and variants are tried with.
 const TOLERANCE: &str = "1e-9";
 
 /// Says how fast a mechanism reacts along its motion, what that asks of methods, and what becomes of them in extreme cases.

@@ -135,7 +135,7 @@ pub(super) fn method(name: &str, tolerance: Option<f64>, step: f64) -> String {
 
 /// A sentence in lines of a width.
 #[cfg(feature = "stability")]
-pub(super) fn wrapped(text: &str, width: usize) -> String {
+pub(super) fn in_lines(text: &str, width: usize) -> String {
     let mut lines = vec![String::new()];
     for word in text.split(' ') {
         let line = lines.last().map_or(0, String::len);
@@ -226,11 +226,6 @@ const ACCUMULATION_PER_STEP: f64 = 10.0;
 pub(super) fn claimed(tolerance: Option<f64>, steps: u64) -> f64 {
     let accumulation = ACCUMULATION.max(ACCUMULATION_PER_STEP * steps as f64);
     tolerance.map_or(TOLERABLE_ERROR, |tolerance| (accumulation * tolerance).min(TOLERABLE_ERROR))
-}
-
-/// Whether a run did not come to its end.
-pub(super) fn is_unfinished(outcome: &Outcome) -> bool {
-    !matches!(outcome.status, Status::Completed | Status::Stopped | Status::StoppedAtStart)
 }
 
 /// Why the numbers of a run that came to its end are not to be trusted; empty if nothing speaks against them.

@@ -108,8 +108,7 @@ impl<X: Mechanism<N, M>, S: Token, const N: usize, const M: usize> Crowd<'_, X, 
     pub(super) fn finish(&mut self, lane: usize, status: Status, at: &Moment<N, M>) {
         let Some(runner) = self.lanes[lane].take() else { return };
         self.is_stale = true;
-        let is_done = matches!(status, Status::Completed | Status::Stopped | Status::StoppedAtStart);
-        if !is_done || !self.ranges.is_defined(lane) {
+        if !status.is_done() || !self.ranges.is_defined(lane) {
             // A run of its own says when what went wrong.
             self.finished[runner.design] = Some(alone(runner.design, &self.designs[runner.design], self.request));
             return;

@@ -59,7 +59,7 @@ pub(super) fn csv(rungs: &[Rung], reference: &Reference) -> Result<Vec<u8>, csv:
         }
         writer.write_record(record)?;
     }
-    writer.into_inner().map_err(|e| csv::Error::from(e.into_error()))
+    super::super::table_of(writer)
 }
 
 /// The table for a terminal.

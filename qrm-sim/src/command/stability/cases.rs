@@ -10,8 +10,10 @@ use super::super::progress::interrupted;
 use super::super::reference::Reference;
 use super::super::setup::Setup;
 use super::super::{Failure, words};
+use super::TOLERANCE;
 use crate::measure::{Patience, Trial};
 use crate::scenes::Scenes;
+use crate::turn::wrapped;
 
 /// A variant.
 pub(super) struct Case {
@@ -49,8 +51,6 @@ pub(super) enum Verdict {
 
 /// Each run is repeated so often, and for so long.
 const PATIENCE: Patience = Patience { least: 3, time: Duration::from_millis(5) };
-/// The tolerance of methods that choose their steps.
-const TOLERANCE: &str = "1e-9";
 
 /// Tries every method on every variant.
 pub(super) fn cases(scenes: &Scenes, arguments: &SceneArguments, setup: &Setup) -> Result<Vec<Case>, Failure> {
@@ -129,13 +129,12 @@ impl Exact {
     /// The largest difference from a state, angles modulo a turn.
     fn error(&self, variant: &Setup, q: &[f64], qd: &[f64]) -> f64 {
         let difference = |(known, exact): &(Known, f64)| {
-            let (value, is_angle) = match *known {
-                Known::Coordinate(i) => (q[i], variant.text.coordinates[i].unit == "rad"),
-                Known::Rate(i) => (qd[i], false),
+            let difference = match *known {
+                Known::Coordinate(i) => wrapped(q[i] - exact, &variant.text.coordinates[i].unit),
+                Known::Rate(i) => qd[i] - exact,
                 Known::Output(_) => return 0.0,
             };
-            let turns = if is_angle { ((value - exact) / std::f64::consts::TAU).round() } else { 0.0 };
-            (value - exact - turns * std::f64::consts::TAU).abs() / exact.abs().max(1.0)
+            difference.abs() / exact.abs().max(1.0)
         };
         self.values.iter().map(difference).fold(0.0, f64::max)
     }
@@ -149,7 +148,7 @@ fn tried(variant: &Setup, exact: Option<&Exact>) -> Tried {
         Err(Failure::Run(reason) | Failure::Use(reason)) => return tried(0, refused(&reason)),
     };
     let steps = outcome.counts.accepted;
-    if words::is_unfinished(&outcome) {
+    if !outcome.status.is_done() {
         return tried(steps, refused(&words::ending(&outcome, &variant.description, &variant.until)));
     }
     let tolerance = variant.method.scheme.tolerance();

@@ -19,6 +19,11 @@ const STIFF: f64 = 2.0;
 /// Conditions above this cost half of the digits.
 const ILL: f64 = 1e8;
 
+/// A number of a spectrum.
+type Number = fn(&Spectrum) -> f64;
+/// The name of something, and what it has of a kind.
+type Part<'s> = (&'s String, &'s Option<Value>);
+
 /// The facts, and the verdict.
 pub(super) fn facts(setup: &Setup, survey: &Survey, limit: &Limit) -> String {
     let outcome = &survey.outcome;
@@ -30,13 +35,14 @@ pub(super) fn facts(setup: &Setup, survey: &Survey, limit: &Limit) -> String {
         seconds(outcome.end_time)
     );
     let mut fact = |what: &str, said: String| text += &format!("  {what:20} {said}\n");
-    let fastest = [
-        ("fastest decay", "/s", survey.largest(|s| s.rate), (|s: &Sample| s.spectrum.rate) as fn(&Sample) -> f64),
-        ("fastest oscillation", "rad/s", survey.largest(|s| s.frequency), |s| s.spectrum.frequency),
-        ("fastest growth", "/s", survey.largest(|s| s.growth), |s| s.spectrum.growth),
+    let fastest: [(&str, &str, Number); 3] = [
+        ("fastest decay", "/s", |s| s.rate),
+        ("fastest oscillation", "rad/s", |s| s.frequency),
+        ("fastest growth", "/s", |s| s.growth),
     ];
-    for (what, unit, sample, number) in fastest {
-        fact(what, format!("{:.4e} {unit} at t = {}", number(sample), seconds(sample.t)));
+    for (what, unit, number) in fastest {
+        let sample = survey.largest(number);
+        fact(what, format!("{:.4e} {unit} at t = {}", number(&sample.spectrum), seconds(sample.t)));
     }
     if limit.predicted.is_finite() {
         let mut said = format!("{:.4e} s by the linearized equations", limit.predicted);
@@ -98,7 +104,7 @@ fn times(ratio: f64) -> String {
 /// The same for programs; what is infinite is left out.
 pub(super) fn numbers(setup: &Setup, survey: &Survey, limit: &Limit) -> serde_json::Value {
     let finite = |number: f64| number.is_finite().then_some(number);
-    let largest = |number: fn(&Spectrum) -> f64| finite(number(&survey.largest(number).spectrum));
+    let largest = |number: Number| finite(number(&survey.largest(number).spectrum));
     let nearest = survey.outcome.nearest_singular;
     serde_json::json!({
         "scene": setup.description.name,
@@ -150,29 +156,20 @@ fn singular(setup: &Setup, survey: &Survey) -> Vec<String> {
 /// Largest to smallest mass, inertia, stiffness and damping, of those that are not zero.
 fn ratios(setup: &Setup) -> Vec<String> {
     let parameters = setup.parameters();
-    let scene = &setup.text;
-    let springs = |part: usize| {
-        let load = move |load: &'_ qrm_codegen::scene::Load| match &load.kind {
-            LoadKind::Spring { stiffness, damping, .. } => {
-                let value = if part == 0 { stiffness.clone() } else { damping.clone() };
-                value.map(|value| (load.name.clone(), value))
-            }
-            _ => None,
-        };
-        scene.loads.iter().filter_map(load).collect::<Vec<_>>()
-    };
-    let bodies = |part: fn(&qrm_codegen::scene::Body) -> &Option<Value>| {
-        scene.bodies.iter().filter_map(|body| Some((body.name.clone(), part(body).clone()?))).collect::<Vec<_>>()
-    };
-    let kinds = [
-        ("masses", bodies(|b| &b.mass)),
-        ("inertias", bodies(|b| &b.inertia)),
-        ("stiffnesses", springs(0)),
-        ("dampers", springs(1)),
+    let bodies = &setup.text.bodies;
+    let springs = setup.text.loads.iter().filter_map(|load| match &load.kind {
+        LoadKind::Spring { stiffness, damping, .. } => Some((&load.name, stiffness, damping)),
+        _ => None,
+    });
+    let kinds: [(&str, Vec<Part>); 4] = [
+        ("masses", bodies.iter().map(|body| (&body.name, &body.mass)).collect()),
+        ("inertias", bodies.iter().map(|body| (&body.name, &body.inertia)).collect()),
+        ("stiffnesses", springs.clone().map(|(name, stiffness, _)| (name, stiffness)).collect()),
+        ("dampers", springs.map(|(name, _, damping)| (name, damping)).collect()),
     ];
-    let ratio = |(what, values): (&str, Vec<(String, Value)>)| {
-        let mut numbers: Vec<(String, f64)> =
-            values.into_iter().map(|(name, value)| (name, constant(&value, &parameters).abs())).collect();
+    let ratio = |(what, values): (&str, Vec<Part>)| {
+        let number = |(name, value): (_, &Option<Value>)| Some((name, constant(value.as_ref()?, &parameters).abs()));
+        let mut numbers: Vec<(&String, f64)> = values.into_iter().filter_map(number).collect();
         numbers.retain(|(_, number)| *number > 0.0 && number.is_finite());
         numbers.sort_by(|a, b| a.1.total_cmp(&b.1));
         let ((least, low), (most, high)) = (numbers.first()?, numbers.last()?);
@@ -223,5 +220,5 @@ fn verdict(setup: &Setup, survey: &Survey, limit: &Limit) -> String {
     if survey.outcome.nearest_singular.is_some_and(|nearest| nearest.fraction() < NEAR) {
         said.push("The motion comes near singular positions: see above which constraint fails there.".to_owned());
     }
-    words::wrapped(&said.join(" "), 110)
+    words::in_lines(&said.join(" "), 110)
 }

@@ -3,7 +3,7 @@
 use super::super::progress::Progress;
 use super::super::setup::Setup;
 use super::super::{Failure, account};
-use crate::album::Album;
+use crate::album::{Album, state};
 use crate::outcome::{Outcome, Status};
 use crate::simulate::End;
 use crate::spectrum::Spectrum;
@@ -36,14 +36,7 @@ impl Survey {
         };
         let (_, album) = observer;
         let n = setup.description.coordinates.len();
-        let states: Vec<(f64, Vec<f64>, Vec<f64>)> = album
-            .frames
-            .iter()
-            .map(|frame| {
-                let each = |first: usize| (0..n).map(|i| frame[first + 3 * i]).collect();
-                (frame[0], each(1), each(2))
-            })
-            .collect();
+        let states: Vec<(f64, Vec<f64>, Vec<f64>)> = album.frames.iter().map(|frame| state(frame, n)).collect();
         let spectra = setup.scene.spectra(&setup.replace(), &states);
         let samples: Vec<Sample> = states
             .into_iter()

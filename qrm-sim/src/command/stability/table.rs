@@ -20,7 +20,7 @@ pub(super) fn samples(setup: &Setup, survey: &Survey) -> Result<Vec<u8>, csv::Er
         let row = std::iter::once(sample.t).chain(sample.q.iter().copied()).chain(numbers);
         writer.write_record(row.chain([s.smallest_singular_value]).map(finite))?;
     }
-    writer.into_inner().map_err(|e| csv::Error::from(e.into_error()))
+    super::super::table_of(writer)
 }
 
 /// `extremes.csv`
@@ -46,7 +46,7 @@ pub(super) fn cases(cases: &[Case]) -> Result<Vec<u8>, csv::Error> {
             writer.write_record(row)?;
         }
     }
-    writer.into_inner().map_err(|e| csv::Error::from(e.into_error()))
+    super::super::table_of(writer)
 }
 
 fn finite(number: f64) -> String {
@@ -91,7 +91,6 @@ pub(super) fn verdict(cases: &[Case]) -> String {
     let mut text = String::from("Of the extreme cases\n");
     let trials = || cases.iter().flat_map(|case| &case.trials);
     let mut methods: Vec<&str> = trials().map(|tried| tried.method).collect();
-    methods.dedup();
     methods.sort_unstable();
     methods.dedup();
     for method in methods {
