@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::run;
+use common::{Table, run};
 
 /// Decimal digits to which every one of some values is right.
 fn digits(end: &serde_json::Value, known: &[(&str, f64)]) -> f64 {
@@ -82,4 +82,39 @@ fn coupled_four_bars_keep_parallel() {
         let off = (table.number(last, name) - exact).abs();
         assert!(off < 1e-9, "{name} is off by {off:e}");
     }
+}
+
+/// SUNDIALS, idaSlCrank: the slider-crank of Haug, integrated by IDA with a tolerance of 1e-6, as printed.
+#[test]
+fn the_slider_crank_is_that_of_sundials() {
+    let arguments = ["slider-crank", "--method", "dop853", "--tolerance", "1e-13", "--no-figures"];
+    let run = run(&arguments);
+    assert_eq!(run.status(), 0, "{}", run.stderr());
+    let (table, printed) = (run.trajectory(), Table::reference("sundials-slider-crank.csv"));
+    for row in 0..printed.rows.len() {
+        let t = printed.number(row, "t");
+        let own = (0..table.rows.len()).find(|&row| table.number(row, "t") >= t - 1e-9).expect("a row at this time");
+        for name in ["q", "x", "p"] {
+            let (text, value) = (printed.text(row, name), table.number(own, name));
+            let exponent: i32 = text.split_once('e').expect("an exponent").1.parse().expect("a number");
+            // Half a unit of the last digit, and what IDA is off by.
+            let allowed = 0.5 * 10f64.powi(exponent - 4) + 1e-5;
+            let off = (value - printed.number(row, name)).abs();
+            assert!(off <= allowed, "{name} is {value} instead of {text} at t = {t}");
+        }
+    }
+    // Integrated with 120 bits.
+    let own = [("q", 1.275_675_848_650_239_3), ("x", 1.023_578_558_979_839_4), ("p", -0.498_813_049_182_498_7)];
+    let end = run.summary();
+    assert!(digits(&end["end_state"], &own) > 11.0, "{}", digits(&end["end_state"], &own));
+    // The integral of the kinetic energy, by Simpson's rule; 3.33662 as printed.
+    let kinetic = |row: usize| {
+        let square = |name: &str| table.number(row, name).powi(2);
+        (square("q_dot") + square("x_dot") + 2.0 * square("p_dot")) / 2.0
+    };
+    let last = table.last();
+    let weight = |row: usize| if row == 0 || row == last { 1.0 } else { 2.0 + 2.0 * (row % 2) as f64 };
+    let sum: f64 = (0..=last).map(|row| weight(row) * kinetic(row)).sum();
+    let integral = sum * table.number(last, "t") / last as f64 / 3.0;
+    assert!((integral - 3.336_606_799_482_784_6).abs() < 1e-9, "{integral}");
 }

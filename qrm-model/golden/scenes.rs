@@ -30,6 +30,12 @@ pub mod quick_return {
     include!("quick_return.rs");
 }
 
+/// The scene of [`slider_crank::SliderCrank`].
+#[allow(non_snake_case)]
+pub mod slider_crank {
+    include!("slider_crank.rs");
+}
+
 /// Shows every mechanism to a visitor.
 pub fn visit_all(visitor: &mut impl qrm_mechanism::Visitor) {
     visitor.visit::<andrews::Andrews, 7, 6>();
@@ -37,4 +43,5 @@ pub fn visit_all(visitor: &mut impl qrm_mechanism::Visitor) {
     visitor.visit::<pendulum::Pendulum, 2, 1>();
     visitor.visit::<quick_return_loaded::QuickReturnLoaded, 3, 2>();
     visitor.visit::<quick_return::QuickReturn, 3, 2>();
+    visitor.visit::<slider_crank::SliderCrank, 3, 2>();
 }

@@ -290,13 +290,13 @@ impl<'a> Emitter<'a> {
             .filter(|(id, _)| body.needs(**id))
             .map(|(_, name)| name.to_string())
             .collect();
+        let (angles, bound) = self.angles(&used, &fields);
         let fields = fields.iter().map(|name| format_ident!("{name}")).collect::<Vec<_>>();
         let position_argument = position.map(|_| match fields.is_empty() {
             true => quote!(_position: &Position<R>,),
             false => quote!(position: &Position<R>,),
         });
         let unpack = (!fields.is_empty()).then(|| quote!(let Position { #(#fields),*, .. } = *position;));
-        let (angles, bound) = self.angles(&used);
         let has_angles = ["position", "accelerations", "outputs_at"].contains(&name);
         let n = Literal::usize_unsuffixed(self.writer.scene.coordinates.len());
         let angles_name = if bound.is_empty() { quote!(_angles) } else { quote!(angles) };
@@ -325,10 +325,11 @@ impl<'a> Emitter<'a> {
         (tokens, cost)
     }
 
-    /// The bindings of the sines and cosines that are used.
-    fn angles(&self, used: &[Id]) -> (Vec<TokenStream>, Vec<(Function, usize)>) {
+    /// The bindings of the sines and cosines that are used, without those that fields of the position bring.
+    fn angles(&self, used: &[Id], fields: &BTreeSet<String>) -> (Vec<TokenStream>, Vec<(Function, usize)>) {
+        let angles = used.iter().filter_map(|&id| angle_of(self.graph, self.graph.op(id)));
         let bound: Vec<(Function, usize)> =
-            used.iter().filter_map(|&id| angle_of(self.graph, self.graph.op(id))).collect();
+            angles.filter(|&(function, i)| !fields.contains(&angle_name(self.writer, function, i))).collect();
         let n = self.writer.scene.coordinates.len();
         let list = |function: Function, field: &str| {
             let names = (0..n).map(|i| match bound.contains(&(function, i)) {
