@@ -47,7 +47,7 @@ fn row<T>(
 /// Position and accelerations by a kernel, from sines and cosines on.
 fn by_kernel<K: Kernel<R, 3, 2>, R: Lane>(kernel: &K, angles: &Angles<R, 3>) -> ([R; 3], [R; 2]) {
     let (q, qd) = (Q.map(R::from_f64), QD.map(R::from_f64));
-    kernel.accelerations(&kernel.position(&q, angles), R::zero(), &q, &qd, angles)
+    kernel.accelerations(&kernel.position(R::zero(), &q, angles), R::zero(), &q, &qd, angles)
 }
 
 /// The operations of that.

@@ -140,7 +140,11 @@ impl Derivation<'_> {
             self.equation(r"E_{\mathrm{pot}}", potential)
         );
         if !self.equations.power[0].is_zero() {
-            text += &format!("\nPower of the others:\n\n{}\n", self.equation(r"\dot{W}", &self.equations.power[0]));
+            let driving = if self.scene.is_driven() { ", and of what moves the loops" } else { "" };
+            text += &format!(
+                "\nPower of the others{driving}:\n\n{}\n",
+                self.equation(r"\dot{W}", &self.equations.power[0])
+            );
         }
         text
     }
@@ -150,20 +154,28 @@ impl Derivation<'_> {
         if self.scene.constraints.is_empty() {
             return String::new();
         }
-        let mut text = String::from("## Cut loops: `constraints`, `constraint_jacobian`, `constraint_bias`\n\n");
+        let is_driven = self.scene.is_driven();
+        let (more, of) = if is_driven { (", `constraint_rate`", "@C(@q, t)") } else { ("", "@C(@q)") };
+        let mut text = format!("## Cut loops: `constraints`, `constraint_jacobian`{more}, `constraint_bias`\n\n");
         for constraint in &self.scene.constraints {
             let doc = if constraint.doc.is_empty() { String::new() } else { format!(", {}", plain(&constraint.doc)) };
             text += &format!("- `{}`: `{} = 0`{doc}\n", constraint.name, self.words.formula(&constraint.residual));
         }
         let name = |i: usize| format!(r"C_{{\mathrm{{{}}}}}", plain(&self.scene.constraints[i].name));
         let column = vector(&(0..e.constraints.len()).map(name).collect::<Vec<_>>());
-        text += &format!("\n$${} = {column}$$\n", set("@C(@q)"));
+        text += &format!("\n$${} = {column}$$\n", set(of));
         for (i, term) in e.constraints.iter().enumerate() {
             text += &format!("\n{}\n", self.equation(&name(i), term));
         }
         text += &format!("\n{}\n", self.matrix(&set("@C_{@q}"), &e.constraint_jacobian));
+        if is_driven {
+            text += "\nThey move by themselves:\n\n";
+            text += &self.vector(&set("@C_t"), &set("@C_t"), &e.constraint_rate);
+            text += "\n";
+        }
         if e.constraint_hessians.iter().flatten().flatten().all(Term::is_zero) {
-            return text + "\nAll second derivatives are zero.\n";
+            text += "\nAll second derivatives are zero.\n";
+            return text + self.driven_bias().as_str();
         }
         text += "\nThe second derivatives that are not zero:\n\n";
         for (k, hessian) in e.constraint_hessians.iter().enumerate() {
@@ -177,9 +189,22 @@ impl Derivation<'_> {
                 }
             }
         }
+        if is_driven {
+            return text + self.driven_bias().as_str();
+        }
         text += "They enter the motion through their contraction with the rates alone:\n\n";
         text += &self.vector(&set(r"(@C_{@q}\,@qd)_{@q}\,@qd"), r"\mathcal{D}", &e.constraint_bias);
         text + "\n"
+    }
+
+    /// What closures that depend on time have beside `C_q qdd`.
+    fn driven_bias(&self) -> String {
+        if !self.scene.is_driven() {
+            return String::new();
+        }
+        let bias = set(r"(@C_{@q}\,@qd)_{@q}\,@qd + 2\,@C_{@q t}\,@qd + @C_{tt}");
+        let vector = self.vector(&bias, r"\mathcal{D}", &self.equations.constraint_bias);
+        format!("\nBeside the accelerations, their second rates have\n\n{vector}\n")
     }
 
     fn motion(&self) -> String {
@@ -188,11 +213,19 @@ impl Derivation<'_> {
         }
         let system = set(r"\begin{pmatrix} @m & @C_{@q}^{T} \\ @C_{@q} & 0 \end{pmatrix}
 \begin{pmatrix} @qdd \\ @l \end{pmatrix} =
-\begin{pmatrix} @f \\ -(@C_{@q}\,@qd)_{@q}\,@qd \end{pmatrix}");
+\begin{pmatrix} @f \\ -(@C_{@q}\,@qd)_{@q}\,@qd# \end{pmatrix}");
+        let is_driven = self.scene.is_driven();
+        let system =
+            system.replace('#', &if is_driven { set(r" - 2\,@C_{@q t}\,@qd - @C_{tt}") } else { String::new() });
         let (lambda, column) = (set("@l"), self.column(Symbol::Multiplier));
+        let (closed, tangent) = match is_driven {
+            true => ("$@C(@q, t) = 0$", r"$@C_{@q}\,@qd + @C_t = 0$"),
+            false => ("$@C(@q) = 0$", r"$@C_{@q}\,@qd = 0$"),
+        };
         let words = set("The force of a constraint $C$ with the multiplier $\\lambda$ on a point $P$ is \
              $-\\lambda\\,\\partial C/\\partial P$, the coordinates of other points and all angles held. After each step \
-             positions are put back onto $@C(@q) = 0$, rates onto $@C_{@q}\\,@qd = 0$.");
+             positions are put back onto #closed, rates onto #tangent.");
+        let words = words.replace("#closed", &set(closed)).replace("#tangent", &set(tangent));
         format!(
             "## Equations of motion: `dynamics`, `closure`\n\n$${}, \\qquad {lambda} = {column}$$\n\n{words}\n",
             system.replace('\n', " ")

@@ -93,10 +93,10 @@ pub struct State<D> {
 
 impl<D: Differentiable> State<D> {
     /// The state with these coordinates and rates; points follow from them.
-    pub fn new(scene: &Scene, parameters: &[f64], time: f64, coordinates: Vec<D>, rates: Vec<D>) -> Self {
+    pub fn new(scene: &Scene, parameters: &[f64], time: D, coordinates: Vec<D>, rates: Vec<D>) -> Self {
         let parameters: Vec<D> = parameters.iter().map(|&p| D::from(p)).collect();
         let points = Vec::with_capacity(scene.points.len());
-        let mut state = Self { parameters, time: D::from(time), coordinates, rates, points, point_rates: Vec::new() };
+        let mut state = Self { parameters, time, coordinates, rates, points, point_rates: Vec::new() };
         for point in &scene.points {
             let position = [state.value(&point.position[0]), state.value(&point.position[1])];
             state.points.push(position);
@@ -152,7 +152,7 @@ impl State<num_dual::Dual2_64> {
         let coordinate = |i: usize| num_dual::Dual2_64::new(q[i], qd[i], qdd[i]);
         let coordinates = (0..q.len()).map(coordinate).collect();
         let rates = (0..q.len()).map(|i| num_dual::Dual2_64::new(qd[i], qdd[i], 0.0)).collect();
-        Self::new(scene, parameters, time, coordinates, rates)
+        Self::new(scene, parameters, num_dual::Dual2_64::new(time, 1.0, 0.0), coordinates, rates)
     }
 }
 

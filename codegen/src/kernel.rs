@@ -22,7 +22,7 @@ pub struct Kernel {
     pub residuals: Vec<Signed>,
     /// What bounds the growth of rounding errors.
     pub strains: Vec<Signed>,
-    /// C_q qd
+    /// C_q qd + C_t
     pub drift: Vec<Signed>,
     /// The correction of the coordinates.
     pub correction: Vec<Signed>,
@@ -150,6 +150,8 @@ impl Builder<'_> {
             this.named(Block::Jacobian, &format!("{}_{}", constraints[k], coordinates[i]), &e.constraint_jacobian[k][i])
         };
         let jacobian: Matrix = (0..m).map(|k| (0..n).map(|i| entry(&mut self, k, i)).collect()).collect();
+        let own_rate = |k: usize| self.named(Block::Jacobian, &format!("{}_t", constraints[k]), &e.constraint_rate[k]);
+        let own_rates: Vec<Value> = (0..m).map(own_rate).collect();
         let mut mass: Matrix = vec![vec![None; n]; n];
         for i in 0..n {
             for j in 0..=i {
@@ -177,7 +179,11 @@ impl Builder<'_> {
         let particular = elimination.particular(&mut self, &asked, Block::Correction, "closing");
         let correction = elimination.free(&mut self, &particular, None, Block::Correction, "correction");
         let rates: Vec<Value> = (0..n).map(|i| Some(self.lowering.graph.input(Symbol::Rate(i)))).collect();
-        let drift: Vec<Value> = jacobian.iter().map(|row| self.dot(row, &rates)).collect();
+        let drift = jacobian.iter().zip(own_rates).map(|(row, own)| {
+            let moved = self.dot(row, &rates);
+            self.sum(moved.into_iter().chain(own).collect())
+        });
+        let drift: Vec<Value> = drift.collect();
         let outputs: Vec<Value> = e.outputs.iter().map(|output| self.value(output)).collect();
         let zero = self.lowering.graph.number(0.0);
         let all = |values: Vec<Value>| values.into_iter().map(|value| value.unwrap_or(zero)).collect();
@@ -229,14 +235,17 @@ impl Builder<'_> {
             let n = self.scene.coordinates.len();
             let slopes: Vec<Value> = (0..n).map(|i| self.bound(Symbol::RootSlope(k, i))).collect();
             let rates: Vec<Value> = (0..n).map(|i| Some(self.lowering.graph.input(Symbol::Rate(i)))).collect();
-            let rate = self.dot(&slopes, &rates);
+            let moved = self.dot(&slopes, &rates);
+            let drift = self.value(&root.half_drift);
+            let root_value = self.bound(Symbol::Root(k));
+            let inverse = self.reciprocal(root_value);
+            let drift = self.multiply(drift, inverse);
+            let rate = self.sum(moved.into_iter().chain(drift).collect());
             let rate = self.keep(Block::Rates, &format!("{name}_dot"), rate);
             self.bind(Symbol::RootRate(k), rate);
             let square = self.multiply(rate, rate);
             let half = self.value(&root.half_bias);
             let sum = self.difference(half, square);
-            let root = self.bound(Symbol::Root(k));
-            let inverse = self.reciprocal(root);
             let bias = self.multiply(sum, inverse);
             let bias = self.keep(Block::Rates, &format!("{name}_bias"), bias);
             self.bind(Symbol::RootBias(k), bias);

@@ -86,11 +86,11 @@ pub fn read_condition(scene: &Scene, text: &str) -> Result<Condition<Quantity>, 
 enum Context {
     /// Numbers and parameters.
     Constant,
-    /// Coordinates and points too; it will be differentiated.
+    /// Coordinates, points and time too; it will be differentiated.
     Geometry,
     /// The same; it will not be differentiated.
     Picture,
-    /// Rates and time too; it must be smooth.
+    /// Rates too; it must be smooth.
     Load,
     /// Everything, also functions without derivative.
     Condition,

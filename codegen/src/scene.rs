@@ -4,6 +4,8 @@ mod drawing;
 mod extreme;
 mod reference;
 
+use std::collections::BTreeSet;
+
 use crate::diagnostic::Span;
 use crate::expression::Expression;
 use crate::parser::Condition;
@@ -269,23 +271,43 @@ impl Scene {
         value.names().all(|name| *name != Quantity::Unknown)
     }
 
+    /// Whether a loop closure depends on time.
+    pub fn is_driven(&self) -> bool {
+        self.constraints.iter().any(|constraint| self.depends_on_time(&constraint.residual))
+    }
+
+    /// Whether a formula names time, through points too.
+    pub fn depends_on_time(&self, value: &Value) -> bool {
+        self.quantities_of(value).contains(&Quantity::Time)
+    }
+
     /// Which coordinates a formula depends on, through points too.
     pub fn coordinates_of(&self, value: &Value) -> Vec<usize> {
         let mut found = vec![false; self.coordinates.len()];
+        for quantity in self.quantities_of(value) {
+            if let Quantity::Coordinate(i) | Quantity::Rate(i) = quantity {
+                found[i] = true;
+            }
+        }
+        (0..found.len()).filter(|&i| found[i]).collect()
+    }
+
+    /// What a formula depends on, through points too.
+    fn quantities_of(&self, value: &Value) -> BTreeSet<Quantity> {
+        let mut found = BTreeSet::new();
         let mut visited = vec![false; self.points.len()];
         let mut pending = vec![value];
         while let Some(value) = pending.pop() {
             for name in value.names() {
-                match *name {
-                    Quantity::Coordinate(i) | Quantity::Rate(i) => found[i] = true,
-                    Quantity::Point(point, _) | Quantity::PointRate(point, _) if !visited[point] => {
-                        visited[point] = true;
-                        pending.extend(&self.points[point].position);
-                    }
-                    _ => {}
+                found.insert(*name);
+                if let Quantity::Point(point, _) | Quantity::PointRate(point, _) = *name
+                    && !visited[point]
+                {
+                    visited[point] = true;
+                    pending.extend(&self.points[point].position);
                 }
             }
         }
-        (0..found.len()).filter(|&i| found[i]).collect()
+        found
     }
 }

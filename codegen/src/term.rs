@@ -147,7 +147,9 @@ pub struct Equations {
     pub constraint_jacobian: Vec<Vec<Term>>,
     /// C_qq, a symmetric matrix for each constraint
     pub constraint_hessians: Vec<Vec<Vec<Term>>>,
-    /// (C_q qd)_q qd
+    /// C_t
+    pub constraint_rate: Vec<Term>,
+    /// (C_q qd)_q qd, where closures depend on time (C_q qd + C_t)_q qd + (C_q qd + C_t)_t
     pub constraint_bias: Vec<Term>,
     /// T' M T
     pub mass_matrix: Vec<Vec<Term>>,
@@ -170,13 +172,14 @@ pub struct Equations {
 impl Equations {
     /// Every term.
     pub fn terms(&self) -> impl Iterator<Item = &Term> {
-        let vectors = [&self.com_positions, &self.com_bias, &self.constraints, &self.constraint_bias];
+        let of_loops = [&self.constraints, &self.constraint_bias, &self.constraint_rate];
+        let vectors = [&self.com_positions, &self.com_bias].into_iter().chain(of_loops);
         let more = [&self.generalized_forces, &self.energy, &self.power, &self.outputs];
         let matrices = [&self.com_jacobian, &self.constraint_jacobian, &self.mass_matrix];
         let hessians = self.constraint_hessians.iter().flatten().flatten();
         let points = self.points.iter().flatten();
         let matrices = matrices.into_iter().flatten().flatten();
-        points.chain(vectors.into_iter().chain(more).flatten()).chain(matrices).chain(hessians)
+        points.chain(vectors.chain(more).flatten()).chain(matrices).chain(hessians)
     }
 }
 
@@ -191,12 +194,14 @@ pub struct Linearization {
     pub constraint_stiffness: Vec<Vec<Term>>,
     /// d bias/d qd
     pub constraint_damping: Vec<Vec<Term>>,
-    /// d fbar/dt
+    /// d(fbar - C_q' lambda)/dt
     pub forcing: Vec<Term>,
+    /// -d(C_q qdd + bias)/dt
+    pub constraint_forcing: Vec<Term>,
 }
 
 impl Linearization {
-    /// The four matrices under their names.
+    /// The matrices under their names.
     pub fn parts(&self) -> [(&'static str, &Vec<Vec<Term>>); 4] {
         [
             ("stiffness", &self.stiffness),
@@ -217,7 +222,9 @@ pub struct KernelEquations {
     pub constraints: Vec<Term>,
     /// C_q
     pub constraint_jacobian: Vec<Vec<Term>>,
-    /// (C_q qd)_q qd
+    /// C_t
+    pub constraint_rate: Vec<Term>,
+    /// What `C_q qdd` is the negative of.
     pub constraint_bias: Vec<Term>,
     /// T' M T
     pub mass_matrix: Vec<Vec<Term>>,
@@ -235,6 +242,7 @@ impl KernelEquations {
             roots: Vec::new(),
             constraints: equations.constraints.clone(),
             constraint_jacobian: equations.constraint_jacobian.clone(),
+            constraint_rate: equations.constraint_rate.clone(),
             constraint_bias: equations.constraint_bias.clone(),
             mass_matrix: equations.mass_matrix.clone(),
             outputs: equations.outputs.clone(),
@@ -250,6 +258,8 @@ pub struct Root {
     pub radicand: Term,
     /// Its derivative by each coordinate, times the root.
     pub slopes: Vec<Term>,
+    /// Half of its derivative by time alone.
+    pub half_drift: Term,
     /// Half of what the second rate of the radicand has beside the accelerations.
     pub half_bias: Term,
 }

@@ -102,7 +102,7 @@ fn agrees(
     let overall = expected.iter().fold(0.0, |most: f64, (_, numbers)| most.max(largest(numbers)));
     let mut all_compared = true;
     for (place, ((function, expected), scales)) in expected.iter().zip(scales).enumerate() {
-        let got = module.call(function, &sample.arguments(function, model.clone()))?;
+        let got = module.call(function, &sample.arguments(scene, function, model.clone()))?;
         // Where all terms of a function cancel, its own size says nothing of their rounding errors.
         let floor = ROUNDING * largest(scales).max(overall.min(TYPICAL));
         let allowed = |i: usize| (TOLERANCE * expected[i].abs().max(1e-3 * scales[i])).max(floor);
@@ -126,9 +126,9 @@ fn second_derivatives(
     scales: &[Vec<f64>],
 ) -> Result<(), String> {
     let Some(place) = expected.iter().position(|(name, _)| *name == "constraint_bias") else { return Ok(()) };
-    let nearby = sample.nearby();
+    let (nearby, curvature) = (sample.nearby(), sample.curvature(scene));
     for (k, (hessian, constraint)) in equations.constraint_hessians.iter().zip(&scene.constraints).enumerate() {
-        let (expected, scale) = (expected[place].1[k], scales[place][k]);
+        let (expected, scale) = (curvature[k], scales[place][k]);
         let contracted = contraction(hessian, sample);
         let difference = (contracted - expected).abs();
         let spread = (contraction(hessian, &nearby) - contracted).abs();
@@ -148,6 +148,7 @@ fn contraction(hessian: &[Vec<Term>], sample: &Sample) -> f64 {
         Symbol::Parameter(i) => sample.parameters[i],
         Symbol::Pi => std::f64::consts::PI,
         Symbol::Coordinate(i) => sample.q[i],
+        Symbol::Time => sample.t,
         _ => f64::NAN,
     };
     let row = |row: &Vec<Term>| row.iter().zip(&sample.qd).map(|(entry, v)| entry.evaluate(&value) * v).sum::<f64>();

@@ -82,6 +82,7 @@ fn linearization() -> Linearization {
             sum(&[times(2, &[&v, &cos]), times(-2, &[&r, &w, &sin])]),
         ]],
         forcing: vec![Term::zero(), Term::zero()],
+        constraint_forcing: vec![Term::zero()],
     }
 }
 
@@ -119,6 +120,7 @@ fn equations() -> Equations {
             vec![Term::zero(), gradients[0][0].clone()],
             vec![gradients[0][0].clone(), minus(&[x[1].clone()])],
         ]],
+        constraint_rate: vec![Term::zero()],
         constraint_bias: vec![bias[1].clone()],
         mass_matrix: vec![vec![m.clone(), Term::zero()], vec![Term::zero(), inertia.clone()]],
         generalized_forces: vec![

@@ -21,17 +21,17 @@ pub trait Kernel<R: Lane, const N: usize, const M: usize>: Copy {
     /// The mechanism with these values of its parameters, in the order of the description.
     fn with_values(value: impl Fn(usize) -> R) -> Self;
 
-    /// What follows from the position `q`.
-    fn position(&self, q: &[R; N], angles: &Angles<R, N>) -> Self::Position;
+    /// What follows from the position `q` at time `t`.
+    fn position(&self, t: R, q: &[R; N], angles: &Angles<R, N>) -> Self::Position;
 
-    /// `C(q)`.
+    /// `C(q, t)`.
     fn residuals(&self, position: &Self::Position) -> [R; M];
 
     /// How much the solution of the closures magnifies rounding errors: where it is large, the choice of dependent
     /// coordinates does not suit the position.
     fn strain(&self, position: &Self::Position) -> R;
 
-    /// `C_q qd`.
+    /// `C_q qd + C_t`.
     fn drift(&self, position: &Self::Position, qd: &[R; N]) -> [R; M];
 
     /// The change of coordinates that is least in the metric of `Mbar` among those with `C_q dq = -residuals`.
@@ -80,7 +80,7 @@ pub fn accelerations<K: Kernel<f64, N, M>, const N: usize, const M: usize>(
     qd: &[f64; N],
 ) -> Option<([f64; N], [f64; M])> {
     let angles = Angles::new(q, K::IS_ANGLE);
-    let position = kernel.position(q, &angles);
+    let position = kernel.position(t, q, &angles);
     let (qdd, multipliers) = kernel.accelerations(&position, t, q, qd, &angles);
     let is_finite = qdd.iter().chain(&multipliers).all(|value| value.is_finite());
     (is_finite && kernel.strain(&position) <= MOST_STRAIN).then_some((qdd, multipliers))
@@ -100,7 +100,7 @@ impl<R: Lane, const N: usize, const M: usize> Kernel<R, N, M> for NoKernel {
         Self
     }
 
-    fn position(&self, _: &[R; N], _: &Angles<R, N>) {}
+    fn position(&self, _: R, _: &[R; N], _: &Angles<R, N>) {}
 
     fn residuals(&self, (): &()) -> [R; M] {
         [R::zero(); M]

@@ -9,6 +9,9 @@
 //! | Mbar  C_q' | | qdd    |   | fbar           |
 //! | C_q   0    | | lambda | = | -(C_q qd)_q qd |
 //! ```
+//!
+//! Closures may depend on time, `C(q, t) = 0`: then `C_q qd + C_t = 0`, and `(C_q qd)_q qd + 2 C_qt qd + C_tt` takes the place
+//! of `(C_q qd)_q qd`.
 
 mod angles;
 mod description;
@@ -77,8 +80,11 @@ pub trait Mechanism<const N: usize, const M: usize>: Sized {
         None
     }
 
-    /// All that a correction of positions needs.
-    fn closure(&self, q: &[f64; N]) -> Closure<f64, N, M>;
+    /// Whether closures depend on time.
+    const IS_DRIVEN: bool = false;
+
+    /// All that a correction of positions and rates needs.
+    fn closure(&self, t: f64, q: &[f64; N]) -> Closure<f64, N, M>;
 
     /// Mbar.
     fn mass_matrix(&self, q: &[f64; N]) -> [[f64; N]; N];
@@ -86,8 +92,8 @@ pub trait Mechanism<const N: usize, const M: usize>: Sized {
     /// Kinetic energy, and the potential of the conservative loads, in joule.
     fn energy(&self, q: &[f64; N], qd: &[f64; N]) -> [f64; 2];
 
-    /// Power of the loads that have no potential, in watt.
-    fn power(&self, t: f64, q: &[f64; N], qd: &[f64; N]) -> f64;
+    /// Power of the loads that have no potential, and of what drives the closures, in watt.
+    fn power(&self, t: f64, q: &[f64; N], qd: &[f64; N], multipliers: &[f64; M]) -> f64;
 
     /// The outputs that the scene asks for, in the order of [`Description::outputs`], as far as `outputs` has room.
     fn outputs(&self, t: f64, q: &[f64; N], qd: &[f64; N], qdd: &[f64; N], multipliers: &[f64; M], outputs: &mut [f64]);
@@ -102,7 +108,7 @@ pub struct Dynamics<R, const N: usize, const M: usize> {
     pub generalized_forces: [R; N],
     /// C_q, a row for each constraint.
     pub constraint_jacobian: [[R; N]; M],
-    /// (C_q qd)_q qd.
+    /// (C_q qd)_q qd, with what time adds to it.
     pub constraint_bias: [R; M],
 }
 
@@ -118,17 +124,30 @@ pub struct Linearization<R, const N: usize, const M: usize> {
     pub constraint_stiffness: [[R; N]; M],
     /// The second by the rates.
     pub constraint_damping: [[R; N]; M],
-    /// `fbar` by time.
+    /// `fbar - C_q' lambda` by time.
     pub forcing: [R; N],
+    /// `-(C_q qdd + bias)` by time.
+    pub constraint_forcing: [R; M],
 }
 
-/// The loop closures at one position.
+/// The loop closures at one position and time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Closure<R, const N: usize, const M: usize> {
     /// C.
     pub constraints: [R; M],
     /// C_q, a row for each constraint.
     pub constraint_jacobian: [[R; N]; M],
+    /// C_t, zeros unless they depend on time.
+    pub constraint_rate: [R; M],
+}
+
+impl<const N: usize, const M: usize> Closure<f64, N, M> {
+    /// How fast the residuals change: `C_q qd + C_t`.
+    #[inline(always)]
+    pub fn drift(&self, qd: &[f64; N]) -> [f64; M] {
+        let along = |row: &[f64; N]| row.iter().zip(qd).map(|(entry, v)| entry * v).sum::<f64>();
+        std::array::from_fn(|k| along(&self.constraint_jacobian[k]) + self.constraint_rate[k])
+    }
 }
 
 /// Where a motion starts: some values are given, the others are first guesses (rates: unused) until they are solved for.

@@ -11,6 +11,7 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Mechanism<N, M> for Pla
     type Kernel<R: Lane> = NoKernel;
 
     const DESCRIPTION: Description = X::DESCRIPTION;
+    const IS_DRIVEN: bool = X::IS_DRIVEN;
 
     fn with_parameters(replace: &dyn Fn(&str) -> Option<f64>) -> Self {
         Self(X::with_parameters(replace))
@@ -38,8 +39,8 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Mechanism<N, M> for Pla
     }
 
     #[inline(always)]
-    fn closure(&self, q: &[f64; N]) -> Closure<f64, N, M> {
-        self.0.closure(q)
+    fn closure(&self, t: f64, q: &[f64; N]) -> Closure<f64, N, M> {
+        self.0.closure(t, q)
     }
 
     fn mass_matrix(&self, q: &[f64; N]) -> [[f64; N]; N] {
@@ -50,8 +51,8 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Mechanism<N, M> for Pla
         self.0.energy(q, qd)
     }
 
-    fn power(&self, t: f64, q: &[f64; N], qd: &[f64; N]) -> f64 {
-        self.0.power(t, q, qd)
+    fn power(&self, t: f64, q: &[f64; N], qd: &[f64; N], multipliers: &[f64; M]) -> f64 {
+        self.0.power(t, q, qd, multipliers)
     }
 
     fn outputs(

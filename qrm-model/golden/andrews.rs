@@ -1528,7 +1528,7 @@ pub fn dynamics<R: Real>(
     }
 }
 
-/// All that a correction of positions needs: `C` and `C_q`.
+/// All that a correction of positions and rates needs: `C`, `C_q` and `C_t`.
 ///
 /// Arguments: `q = [beta, Theta, gamma, Phi, delta, Omega, eps]`.
 ///
@@ -1615,6 +1615,14 @@ pub fn closure<R: Real>(m: &Andrews<R>, q: &[R; 7]) -> Closure<R, 7, 6> {
                 -zf_cos_v3,
                 -(u_sin_eps + zf_cos_v3),
             ],
+        ],
+        constraint_rate: [
+            R::zero(),
+            R::zero(),
+            R::zero(),
+            R::zero(),
+            R::zero(),
+            R::zero(),
         ],
     }
 }
@@ -2473,7 +2481,7 @@ impl<R: Lane> Kernel<R, 7, 6> for Andrews<R> {
     }
 
     #[inline(always)]
-    fn position(&self, q: &[R; 7], angles: &Angles<R, 7>) -> Position<R> {
+    fn position(&self, _t: R, q: &[R; 7], angles: &Angles<R, 7>) -> Position<R> {
         position(self, q, angles)
     }
 
@@ -2649,7 +2657,7 @@ impl Mechanism<7, 6> for Andrews {
     }
 
     #[inline(always)]
-    fn closure(&self, q: &[f64; 7]) -> Closure<f64, 7, 6> {
+    fn closure(&self, _t: f64, q: &[f64; 7]) -> Closure<f64, 7, 6> {
         closure(self, q)
     }
 
@@ -2662,7 +2670,13 @@ impl Mechanism<7, 6> for Andrews {
         energy(self, q, qd)
     }
 
-    fn power(&self, t: f64, q: &[f64; 7], qd: &[f64; 7]) -> f64 {
+    fn power(
+        &self,
+        t: f64,
+        q: &[f64; 7],
+        qd: &[f64; 7],
+        _multipliers: &[f64; 6],
+    ) -> f64 {
         power(self, t, q, qd)
     }
 

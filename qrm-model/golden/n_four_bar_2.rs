@@ -725,7 +725,7 @@ pub fn dynamics<R: Real>(
     }
 }
 
-/// All that a correction of positions needs: `C` and `C_q`.
+/// All that a correction of positions and rates needs: `C`, `C_q` and `C_t`.
 ///
 /// Arguments: `q = [a0, a1, a2, b0, b1]`.
 ///
@@ -757,6 +757,7 @@ pub fn closure<R: Real>(m: &NFourBar2<R>, q: &[R; 5]) -> Closure<R, 5, 4> {
             [R::zero(), -b1_y, b2_y, R::zero(), -(p.l * sin_b1)],
             [R::zero(), l_cos_a1, -(p.l * cos_a2), R::zero(), p.l * cos_b1],
         ],
+        constraint_rate: [R::zero(), R::zero(), R::zero(), R::zero()],
     }
 }
 
@@ -1248,7 +1249,7 @@ impl<R: Lane> Kernel<R, 5, 4> for NFourBar2<R> {
     }
 
     #[inline(always)]
-    fn position(&self, q: &[R; 5], angles: &Angles<R, 5>) -> Position<R> {
+    fn position(&self, _t: R, q: &[R; 5], angles: &Angles<R, 5>) -> Position<R> {
         position(self, q, angles)
     }
 
@@ -1386,7 +1387,7 @@ impl Mechanism<5, 4> for NFourBar2 {
     }
 
     #[inline(always)]
-    fn closure(&self, q: &[f64; 5]) -> Closure<f64, 5, 4> {
+    fn closure(&self, _t: f64, q: &[f64; 5]) -> Closure<f64, 5, 4> {
         closure(self, q)
     }
 
@@ -1399,7 +1400,13 @@ impl Mechanism<5, 4> for NFourBar2 {
         energy(self, q, qd)
     }
 
-    fn power(&self, t: f64, q: &[f64; 5], qd: &[f64; 5]) -> f64 {
+    fn power(
+        &self,
+        t: f64,
+        q: &[f64; 5],
+        qd: &[f64; 5],
+        _multipliers: &[f64; 4],
+    ) -> f64 {
         power(self, t, q, qd)
     }
 

@@ -384,7 +384,7 @@ pub fn dynamics<R: Real>(
     }
 }
 
-/// All that a correction of positions needs: `C` and `C_q`.
+/// All that a correction of positions and rates needs: `C`, `C_q` and `C_t`.
 ///
 /// Arguments: `q = [x, y]`.
 ///
@@ -396,6 +396,7 @@ pub fn closure<R: Real>(m: &Pendulum<R>, q: &[R; 2]) -> Closure<R, 2, 1> {
     Closure {
         constraints: [-(k.k1 * (k.half_l_sq - R::from_f64(0.5) * (x * x + y * y)))],
         constraint_jacobian: [[k.k1 * x, k.k1 * y]],
+        constraint_rate: [R::zero()],
     }
 }
 
@@ -566,7 +567,7 @@ impl<R: Lane> Kernel<R, 2, 1> for Pendulum<R> {
     }
 
     #[inline(always)]
-    fn position(&self, q: &[R; 2], angles: &Angles<R, 2>) -> Position<R> {
+    fn position(&self, _t: R, q: &[R; 2], angles: &Angles<R, 2>) -> Position<R> {
         position(self, q, angles)
     }
 
@@ -695,7 +696,7 @@ impl Mechanism<2, 1> for Pendulum {
     }
 
     #[inline(always)]
-    fn closure(&self, q: &[f64; 2]) -> Closure<f64, 2, 1> {
+    fn closure(&self, _t: f64, q: &[f64; 2]) -> Closure<f64, 2, 1> {
         closure(self, q)
     }
 
@@ -708,7 +709,13 @@ impl Mechanism<2, 1> for Pendulum {
         energy(self, q, qd)
     }
 
-    fn power(&self, t: f64, q: &[f64; 2], qd: &[f64; 2]) -> f64 {
+    fn power(
+        &self,
+        t: f64,
+        q: &[f64; 2],
+        qd: &[f64; 2],
+        _multipliers: &[f64; 1],
+    ) -> f64 {
         power(self, t, q, qd)
     }
 

@@ -776,7 +776,7 @@ pub fn dynamics<R: Real>(
     }
 }
 
-/// All that a correction of positions needs: `C` and `C_q`.
+/// All that a correction of positions and rates needs: `C`, `C_q` and `C_t`.
 ///
 /// Arguments: `q = [phi2, phi4, phi5]`.
 ///
@@ -804,6 +804,7 @@ pub fn closure<R: Real>(m: &QuickReturn<R>, q: &[R; 3]) -> Closure<R, 3, 2> {
             ],
             [R::zero(), b_x, p.BC * cos_phi5],
         ],
+        constraint_rate: [R::zero(), R::zero()],
     }
 }
 
@@ -1163,7 +1164,7 @@ impl<R: Lane> Kernel<R, 3, 2> for QuickReturn<R> {
     }
 
     #[inline(always)]
-    fn position(&self, q: &[R; 3], angles: &Angles<R, 3>) -> Position<R> {
+    fn position(&self, _t: R, q: &[R; 3], angles: &Angles<R, 3>) -> Position<R> {
         position(self, q, angles)
     }
 
@@ -1308,7 +1309,7 @@ impl Mechanism<3, 2> for QuickReturn {
     }
 
     #[inline(always)]
-    fn closure(&self, q: &[f64; 3]) -> Closure<f64, 3, 2> {
+    fn closure(&self, _t: f64, q: &[f64; 3]) -> Closure<f64, 3, 2> {
         closure(self, q)
     }
 
@@ -1321,7 +1322,13 @@ impl Mechanism<3, 2> for QuickReturn {
         energy(self, q, qd)
     }
 
-    fn power(&self, t: f64, q: &[f64; 3], qd: &[f64; 3]) -> f64 {
+    fn power(
+        &self,
+        t: f64,
+        q: &[f64; 3],
+        qd: &[f64; 3],
+        _multipliers: &[f64; 2],
+    ) -> f64 {
         power(self, t, q, qd)
     }
 

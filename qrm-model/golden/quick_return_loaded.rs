@@ -964,7 +964,7 @@ pub fn dynamics<R: Real>(
     }
 }
 
-/// All that a correction of positions needs: `C` and `C_q`.
+/// All that a correction of positions and rates needs: `C`, `C_q` and `C_t`.
 ///
 /// Arguments: `q = [phi2, phi4, phi5]`.
 ///
@@ -992,10 +992,11 @@ pub fn closure<R: Real>(m: &QuickReturnLoaded<R>, q: &[R; 3]) -> Closure<R, 3, 2
             ],
             [R::zero(), b_x, p.BC * cos_phi5],
         ],
+        constraint_rate: [R::zero(), R::zero()],
     }
 }
 
-/// How the equations of motion change with the state, accelerations and multipliers held: `stiffness = -d(fbar - Mbar qdd - C_q' lambda)/dq`, `damping = -d fbar/d qd`, `constraint_stiffness = d(C_q qdd + bias)/dq`, `constraint_damping = d bias/d qd`, `forcing = d fbar/dt`.
+/// How the equations of motion change with the state, accelerations and multipliers held: `stiffness = -d(fbar - Mbar qdd - C_q' lambda)/dq`, `damping = -d fbar/d qd`, `constraint_stiffness = d(C_q qdd + bias)/dq`, `constraint_damping = d bias/d qd`, `forcing = d(fbar - C_q' lambda)/dt`, `constraint_forcing = -d(C_q qdd + bias)/dt`.
 ///
 /// Arguments: `t` in s, `q = [phi2, phi4, phi5]`, `qd = [phi2_dot, phi4_dot, phi5_dot]`, `qdd = [phi2_ddot, phi4_ddot, phi5_ddot]`, `multipliers = [slot, guide]`.
 ///
@@ -1176,6 +1177,7 @@ pub fn linearization<R: Real>(
             ],
         ],
         forcing: [R::zero(), R::zero(), R::zero()],
+        constraint_forcing: [R::zero(), R::zero()],
     }
 }
 
@@ -1579,7 +1581,7 @@ impl<R: Lane> Kernel<R, 3, 2> for QuickReturnLoaded<R> {
     }
 
     #[inline(always)]
-    fn position(&self, q: &[R; 3], angles: &Angles<R, 3>) -> Position<R> {
+    fn position(&self, _t: R, q: &[R; 3], angles: &Angles<R, 3>) -> Position<R> {
         position(self, q, angles)
     }
 
@@ -1744,7 +1746,7 @@ impl Mechanism<3, 2> for QuickReturnLoaded {
     }
 
     #[inline(always)]
-    fn closure(&self, q: &[f64; 3]) -> Closure<f64, 3, 2> {
+    fn closure(&self, _t: f64, q: &[f64; 3]) -> Closure<f64, 3, 2> {
         closure(self, q)
     }
 
@@ -1757,7 +1759,13 @@ impl Mechanism<3, 2> for QuickReturnLoaded {
         energy(self, q, qd)
     }
 
-    fn power(&self, t: f64, q: &[f64; 3], qd: &[f64; 3]) -> f64 {
+    fn power(
+        &self,
+        t: f64,
+        q: &[f64; 3],
+        qd: &[f64; 3],
+        _multipliers: &[f64; 2],
+    ) -> f64 {
         power(self, t, q, qd)
     }
 

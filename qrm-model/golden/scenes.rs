@@ -18,6 +18,12 @@ pub mod pendulum {
     include!("pendulum.rs");
 }
 
+/// The scene of [`quick_return_driven::QuickReturnDriven`].
+#[allow(non_snake_case)]
+pub mod quick_return_driven {
+    include!("quick_return_driven.rs");
+}
+
 /// The scene of [`quick_return_loaded::QuickReturnLoaded`].
 #[allow(non_snake_case)]
 pub mod quick_return_loaded {
@@ -41,6 +47,7 @@ pub fn visit_all(visitor: &mut impl qrm_mechanism::Visitor) {
     visitor.visit::<andrews::Andrews, 7, 6>();
     visitor.visit::<n_four_bar_2::NFourBar2, 5, 4>();
     visitor.visit::<pendulum::Pendulum, 2, 1>();
+    visitor.visit::<quick_return_driven::QuickReturnDriven, 3, 3>();
     visitor.visit::<quick_return_loaded::QuickReturnLoaded, 3, 2>();
     visitor.visit::<quick_return::QuickReturn, 3, 2>();
     visitor.visit::<slider_crank::SliderCrank, 3, 2>();

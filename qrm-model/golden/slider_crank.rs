@@ -563,7 +563,7 @@ pub fn dynamics<R: Real>(
     }
 }
 
-/// All that a correction of positions needs: `C` and `C_q`.
+/// All that a correction of positions and rates needs: `C`, `C_q` and `C_t`.
 ///
 /// Arguments: `q = [q, x, p]`.
 ///
@@ -582,10 +582,11 @@ pub fn closure<R: Real>(m: &SliderCrank<R>, q: &[R; 3]) -> Closure<R, 3, 2> {
             [a_y, R::from_f64(1.0), sin_p_],
             [-a_x, R::zero(), -cos_p_],
         ],
+        constraint_rate: [R::zero(), R::zero()],
     }
 }
 
-/// How the equations of motion change with the state, accelerations and multipliers held: `stiffness = -d(fbar - Mbar qdd - C_q' lambda)/dq`, `damping = -d fbar/d qd`, `constraint_stiffness = d(C_q qdd + bias)/dq`, `constraint_damping = d bias/d qd`, `forcing = d fbar/dt`.
+/// How the equations of motion change with the state, accelerations and multipliers held: `stiffness = -d(fbar - Mbar qdd - C_q' lambda)/dq`, `damping = -d fbar/d qd`, `constraint_stiffness = d(C_q qdd + bias)/dq`, `constraint_damping = d bias/d qd`, `forcing = d(fbar - C_q' lambda)/dt`, `constraint_forcing = -d(C_q qdd + bias)/dt`.
 ///
 /// Arguments: `t` in s, `q = [q, x, p]`, `qd = [q_dot, x_dot, p_dot]`, `qdd = [q_ddot, x_ddot, p_ddot]`, `multipliers = [along, across]`.
 ///
@@ -715,6 +716,7 @@ pub fn linearization<R: Real>(
             [sin_q_ * twice_a_q_dot, R::zero(), R::from_f64(2.0) * sin_p__p_dot],
         ],
         forcing: [R::zero(), R::zero(), R::zero()],
+        constraint_forcing: [R::zero(), R::zero()],
     }
 }
 
@@ -996,7 +998,7 @@ impl<R: Lane> Kernel<R, 3, 2> for SliderCrank<R> {
     }
 
     #[inline(always)]
-    fn position(&self, q: &[R; 3], angles: &Angles<R, 3>) -> Position<R> {
+    fn position(&self, _t: R, q: &[R; 3], angles: &Angles<R, 3>) -> Position<R> {
         position(self, q, angles)
     }
 
@@ -1143,7 +1145,7 @@ impl Mechanism<3, 2> for SliderCrank {
     }
 
     #[inline(always)]
-    fn closure(&self, q: &[f64; 3]) -> Closure<f64, 3, 2> {
+    fn closure(&self, _t: f64, q: &[f64; 3]) -> Closure<f64, 3, 2> {
         closure(self, q)
     }
 
@@ -1156,7 +1158,13 @@ impl Mechanism<3, 2> for SliderCrank {
         energy(self, q, qd)
     }
 
-    fn power(&self, t: f64, q: &[f64; 3], qd: &[f64; 3]) -> f64 {
+    fn power(
+        &self,
+        t: f64,
+        q: &[f64; 3],
+        qd: &[f64; 3],
+        _multipliers: &[f64; 2],
+    ) -> f64 {
         power(self, t, q, qd)
     }
 

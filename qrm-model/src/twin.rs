@@ -57,7 +57,7 @@ impl<E: Equations> Mechanism<3, 2> for Twin<E> {
     }
 
     #[inline(always)]
-    fn closure(&self, q: &[f64; 3]) -> Closure<f64, 3, 2> {
+    fn closure(&self, _t: f64, q: &[f64; 3]) -> Closure<f64, 3, 2> {
         self.equations.closure(q)
     }
 
@@ -85,8 +85,8 @@ impl<E: Equations> Mechanism<3, 2> for Twin<E> {
         self.generated.energy(q, qd)
     }
 
-    fn power(&self, t: f64, q: &[f64; 3], qd: &[f64; 3]) -> f64 {
-        self.generated.power(t, q, qd)
+    fn power(&self, t: f64, q: &[f64; 3], qd: &[f64; 3], multipliers: &[f64; 2]) -> f64 {
+        self.generated.power(t, q, qd, multipliers)
     }
 
     fn outputs(

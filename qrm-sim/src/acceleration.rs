@@ -67,10 +67,12 @@ fn bridged<X: Mechanism<N, M>, const N: usize, const M: usize>(
     }
     let beside = |way: f64| {
         let mut care = Care::default();
+        // Closures that depend on time are closed at the time when the motion is there.
+        let t = if X::IS_DRIVEN { t + way / speed } else { t };
         let (mut position, mut rates) = (along(q, way / speed, qd), *qd);
         let mass = Ldl::new(&mechanism.mass_matrix(&position));
         let closing = (Projection::Mass, Tolerance::default());
-        project(mechanism, closing, mass.as_ref(), &mut position, &mut rates, &mut care).ok()?;
+        project(mechanism, closing, mass.as_ref(), t, &mut position, &mut rates, &mut care).ok()?;
         let solution = accelerations(&mechanism.dynamics(t, &position, &rates), &mut care).ok()?;
         (care.suspicious_constraints == 0).then_some(solution)
     };

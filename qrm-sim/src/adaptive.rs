@@ -11,6 +11,7 @@ mod segment;
 
 use qrm_mechanism::Mechanism;
 
+use crate::acceleration::evaluate;
 use crate::kinematics::is_angle;
 use crate::linear::{Ldl, Vector, along};
 use crate::motion::{Breakdown, Moment, moment};
@@ -294,12 +295,18 @@ impl<F: Formula<N, M>, const N: usize, const M: usize> Adaptive<F, N, M> {
     /// Sets the energy at the end of the last step against the work of its loads, whose power is integrated inside the step.
     fn balance<X: Mechanism<N, M>>(&mut self, mechanism: &X) {
         let Segment { from, to, .. } = &self.segment;
-        if [from, to].iter().any(|at| mechanism.power(at.t, &at.q, &at.qd) != 0.0) {
+        if [from, to].iter().any(|at| mechanism.power(at.t, &at.q, &at.qd, &at.multipliers) != 0.0) {
             let half = 0.5 * (to.t - from.t);
             for (place, weight) in GAUSS {
                 let t = from.t + half * (1.0 + place);
                 let (q, qd) = self.segment.at(t);
-                self.work += half * weight * mechanism.power(t, &q, &qd);
+                // The multipliers matter where closures do work.
+                let multipliers = if X::IS_DRIVEN {
+                    evaluate(mechanism, t, &q, &qd, &mut Care::default()).map_or([f64::NAN; M], |(_, lambda)| lambda)
+                } else {
+                    [0.0; M]
+                };
+                self.work += half * weight * mechanism.power(t, &q, &qd, &multipliers);
             }
         }
         let energy: f64 = mechanism.energy(&to.q, &to.qd).iter().sum();
@@ -356,7 +363,7 @@ fn corrected<X: Mechanism<N, M>, const N: usize, const M: usize>(
     projection: (Projection, Tolerance),
     care: &mut Care,
 ) -> Result<Moment<N, M>, Breakdown> {
-    let corrections = project(mechanism, projection, mass.as_ref(), &mut q, &mut qd, care)?;
+    let corrections = project(mechanism, projection, mass.as_ref(), t, &mut q, &mut qd, care)?;
     Ok(Moment { corrections, ..moment(mechanism, t, q, qd, care)? })
 }
 

@@ -2,7 +2,7 @@
 
 use qrm_mechanism::{Mechanism, Start};
 
-use crate::linear::{Ldl, PivotedLdl, Vector, dot, largest, multiply};
+use crate::linear::{Ldl, PivotedLdl, Vector, dot, largest};
 
 /// The constraints cannot be met with what is given.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,7 +22,7 @@ const ITERATIONS: usize = 200;
 /// Residual up to which a position counts as assembled.
 const CLOSED: f64 = 1e-12;
 
-/// Positions by damped Gauss-Newton iteration from the guesses, rates by one linear solve.
+/// Positions at t = 0 by damped Gauss-Newton iteration from the guesses, rates by one linear solve.
 ///
 /// # Errors
 /// Some constraint cannot be met.
@@ -40,7 +40,7 @@ pub fn assemble<X: Mechanism<N, M>, const N: usize, const M: usize>(
 
 /// Whether every residual is at the size of rounding errors, of its own or of the terms it is the difference of.
 fn is_closed<X: Mechanism<N, M>, const N: usize, const M: usize>(mechanism: &X, q: &Vector<N>) -> bool {
-    let closure = mechanism.closure(q);
+    let closure = mechanism.closure(0.0, q);
     let terms = |row: &Vector<N>| row.iter().zip(q).map(|(derivative, q)| (derivative * q).abs()).sum::<f64>();
     let rows = closure.constraints.iter().zip(&closure.constraint_jacobian);
     rows.into_iter().all(|(residual, row)| residual.abs() <= CLOSED.max(64.0 * f64::EPSILON * terms(row)))
@@ -57,12 +57,12 @@ fn blame<X: Mechanism<N, M>, const N: usize, const M: usize>(
         let mut weights = [1.0; M];
         weights[constraint] = 1e-6;
         let q = search(mechanism, start, *found, &weights);
-        let mut residuals = mechanism.closure(&q).constraints;
+        let mut residuals = mechanism.closure(0.0, &q).constraints;
         let residual = std::mem::replace(&mut residuals[constraint], 0.0).abs();
         (largest(&residuals).1 <= 1e-9).then_some((constraint, residual, q))
     });
     let (constraint, residual, q) = alone.unwrap_or_else(|| {
-        let (constraint, residual) = largest(&mechanism.closure(found).constraints);
+        let (constraint, residual) = largest(&mechanism.closure(0.0, found).constraints);
         (constraint, residual, *found)
     });
     NotAssembled { constraint, residual, q: q.to_vec(), rates: false }
@@ -76,14 +76,14 @@ fn search<X: Mechanism<N, M>, const N: usize, const M: usize>(
     weights: &Vector<M>,
 ) -> Vector<N> {
     let cost = |q: &Vector<N>| {
-        let residual = mechanism.closure(q).constraints;
+        let residual = mechanism.closure(0.0, q).constraints;
         residual.iter().zip(weights).map(|(r, w)| (r * w).powi(2)).sum::<f64>()
     };
     let mut q = from;
     let mut damping = 1e-3;
     let mut now = cost(&q);
     for _ in 0..ITERATIONS {
-        let closure = mechanism.closure(&q);
+        let closure = mechanism.closure(0.0, &q);
         let mut normal = [[0.0; N]; N];
         let mut slope = [0.0; N];
         for ((row, residual), weight) in closure.constraint_jacobian.iter().zip(closure.constraints).zip(weights) {
@@ -118,13 +118,14 @@ fn search<X: Mechanism<N, M>, const N: usize, const M: usize>(
     q
 }
 
-/// The rates that are not given, from `C_q qd = 0`.
+/// The rates that are not given, from `C_q qd + C_t = 0`.
 fn rates<X: Mechanism<N, M>, const N: usize, const M: usize>(
     mechanism: &X,
     start: &Start<N>,
     q: &Vector<N>,
 ) -> Result<Vector<N>, NotAssembled> {
-    let jacobian = mechanism.closure(q).constraint_jacobian;
+    let closure = mechanism.closure(0.0, q);
+    let jacobian = &closure.constraint_jacobian;
     let mut qd: Vector<N> = std::array::from_fn(|i| if start.given_rates[i] { start.qd[i] } else { 0.0 });
     let free: [Vector<N>; M] =
         std::array::from_fn(|r| std::array::from_fn(|i| if start.given_rates[i] { 0.0 } else { jacobian[r][i] }));
@@ -132,14 +133,14 @@ fn rates<X: Mechanism<N, M>, const N: usize, const M: usize>(
     let factors = PivotedLdl::new(&schur);
     // The second pass removes the rounding errors of the first.
     for _ in 0..2 {
-        let weights = factors.solve(&multiply(&jacobian, &qd));
+        let weights = factors.solve(&closure.drift(&qd));
         for (row, weight) in free.iter().zip(weights) {
             for i in 0..N {
                 qd[i] -= weight * row[i];
             }
         }
     }
-    let (constraint, residual) = largest(&multiply(&jacobian, &qd));
+    let (constraint, residual) = largest(&closure.drift(&qd));
     let scale = qd.iter().fold(1.0, |most: f64, v| most.max(v.abs()));
     if !(residual <= 1e-9 * scale) {
         return Err(NotAssembled { constraint, residual, q: q.to_vec(), rates: true });

@@ -3,7 +3,7 @@
 use qrm_mechanism::Mechanism;
 
 use crate::balance::Balance;
-use crate::linear::{largest, multiply};
+use crate::linear::largest;
 use crate::motion::Moment;
 use crate::observer::{Observer, Row};
 use crate::outcome::{Status, Undefined};
@@ -61,9 +61,9 @@ impl Book {
         for at in moments {
             let Moment { t, q, qd, qdd, multipliers, corrections } = at;
             mechanism.outputs(*t, q, qd, qdd, multipliers, &mut self.outputs);
-            let closure = mechanism.closure(q);
+            let closure = mechanism.closure(*t, q);
             let position = largest(&closure.constraints);
-            let velocity = largest(&multiply(&closure.constraint_jacobian, qd));
+            let velocity = largest(&closure.drift(qd));
             self.rank.note(self.rows, *t, &closure.constraint_jacobian);
             let [kinetic, potential] = mechanism.energy(q, qd);
             let energy = kinetic + potential;
@@ -72,7 +72,7 @@ impl Book {
             }
             self.largest_energy = self.largest_energy.max(energy.abs()).max(potential.abs());
             self.largest_kinetic_energy = self.largest_kinetic_energy.max(kinetic);
-            let power = mechanism.power(*t, q, qd);
+            let power = mechanism.power(*t, q, qd, multipliers);
             self.is_conservative &= power == 0.0;
             self.energy_drift = self.energy_drift.max((energy - self.first_energy).abs());
             let worse = |old: (usize, f64), new: (usize, f64)| if new.1 > old.1 { new } else { old };

@@ -6,7 +6,7 @@
 
 use qrm_mechanism::Mechanism;
 
-use crate::linear::{Vector, along, largest, multiply};
+use crate::linear::{Vector, along, largest};
 use crate::motion::{Breakdown, Moment};
 use crate::projection::NotConverged;
 use crate::solve::{Care, Corrector, accelerations};
@@ -43,7 +43,7 @@ pub fn advance<X: Mechanism<N, M>, const N: usize, const M: usize>(
     let multipliers: Vector<M> = std::array::from_fn(|i| mean(stages.map(|stage| stage.1[i])));
     let rate: Vector<N> = std::array::from_fn(|i| mean(rates.map(|rate| rate[i])));
     let (mut q, mut qd) = (along(&from.q, h, &rate), along(&from.qd, h, &qdd));
-    let corrections = project(mechanism, &mut q, &mut qd, care)?;
+    let corrections = project(mechanism, t_next, &mut q, &mut qd, care)?;
     let is_finite = q.iter().chain(&qd).chain(&qdd).chain(&multipliers).all(|value| value.is_finite());
     if is_finite { Ok(Moment { t: t_next, q, qd, qdd, multipliers, corrections }) } else { Err(Breakdown::NotFinite) }
 }
@@ -55,6 +55,7 @@ fn mean(k: [f64; 4]) -> f64 {
 /// Gauss-Newton correction until the tolerance is met and no further, then of the rates once.
 fn project<X: Mechanism<N, M>, const N: usize, const M: usize>(
     mechanism: &X,
+    t: f64,
     q: &mut Vector<N>,
     qd: &mut Vector<N>,
     care: &mut Care,
@@ -62,7 +63,7 @@ fn project<X: Mechanism<N, M>, const N: usize, const M: usize>(
     let start = *q;
     let mut open = 0.0;
     for iterations in 0..=ITERATIONS {
-        let closure = mechanism.closure(q);
+        let closure = mechanism.closure(t, q);
         let corrector = Corrector::new(&closure.constraint_jacobian, None);
         let (constraint, residual) = largest(&closure.constraints);
         if iterations == 0 {
@@ -70,7 +71,7 @@ fn project<X: Mechanism<N, M>, const N: usize, const M: usize>(
         }
         if residual <= CLOSED {
             care.note_correction(open, &start, q);
-            corrector.correct(qd, &multiply(&closure.constraint_jacobian, qd), care);
+            corrector.correct(qd, &closure.drift(qd), care);
             return Ok(iterations);
         }
         if iterations == ITERATIONS || !residual.is_finite() {

@@ -130,7 +130,7 @@ fn course(stage: &Stage, point: usize, coordinate: usize) -> Course {
     let at = |value: f64| {
         let moved = |i: usize| if i == coordinate { Dual2_64::new(value, 1.0, 0.0) } else { Dual2_64::from(0.0) };
         let q: Vec<Dual2_64> = (0..stage.scene.coordinates.len()).map(moved).collect();
-        State::new(stage.scene, stage.parameters, 0.0, q.clone(), q).point(point)
+        State::new(stage.scene, stage.parameters, Dual2_64::from(0.0), q.clone(), q).point(point)
     };
     let values = stage.states.iter().map(|state| state.coordinates[coordinate]);
     let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));

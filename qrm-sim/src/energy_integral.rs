@@ -41,6 +41,8 @@ pub enum NoIntegral {
     Freedoms,
     /// Some load does work that is in no potential, or depends on time.
     NotConservative,
+    /// Closures depend on time.
+    Driven,
     /// The motion turns back, or stands still, or the mechanism locks.
     TurnsBack,
 }
@@ -51,6 +53,9 @@ impl<'m, X: Mechanism<N, M>, const N: usize, const M: usize> EnergyIntegral<'m, 
     /// # Errors
     /// The motion is not of this kind.
     pub fn new(mechanism: &'m X, until: f64, panels: f64) -> Result<Self, NoIntegral> {
+        if X::IS_DRIVEN {
+            return Err(NoIntegral::Driven);
+        }
         let start = mechanism.start();
         let mut places = (0..N).filter(|&i| start.given[i]);
         let (Some(driven), None) = (places.next(), places.next()) else { return Err(NoIntegral::Freedoms) };
@@ -140,7 +145,8 @@ impl<'m, X: Mechanism<N, M>, const N: usize, const M: usize> EnergyIntegral<'m, 
     /// Loads without potential would show at some rate.
     fn check(&self, at: &Position<N>, until: f64) -> Result<(), NoIntegral> {
         let tangent = self.drive.tangent(&at.q, self.driven);
-        let works = |t: f64, rate: f64| self.drive.mechanism.power(t, &at.q, &tangent.map(|v| v * rate)) != 0.0;
+        let works =
+            |t: f64, rate: f64| self.drive.mechanism.power(t, &at.q, &tangent.map(|v| v * rate), &[0.0; M]) != 0.0;
         let mut times = (0..=MOMENTS).map(|k| until * f64::from(k) / f64::from(MOMENTS));
         if times.any(|t| PROBES.into_iter().any(|rate| works(t, rate))) {
             Err(NoIntegral::NotConservative)

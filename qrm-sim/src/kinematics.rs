@@ -61,7 +61,7 @@ impl<'m, X: Mechanism<N, M>, const N: usize, const M: usize> Drive<'m, X, N, M> 
     pub fn close(&self, mut q: Vector<N>) -> Option<Position<N>> {
         let mut before = f64::INFINITY;
         for _ in 0..=ITERATIONS {
-            let closure = self.mechanism.closure(&q);
+            let closure = self.mechanism.closure(0.0, &q);
             let residual = largest(&closure.constraints).1;
             let lu = Lu::new(&self.block(&closure.constraint_jacobian));
             if residual == 0.0 || residual > 0.5 * before {
@@ -85,7 +85,7 @@ impl<'m, X: Mechanism<N, M>, const N: usize, const M: usize> Drive<'m, X, N, M> 
 
     /// The coordinates' derivatives by one that is given, the other given ones held.
     pub fn tangent(&self, q: &Vector<N>, by: usize) -> Vector<N> {
-        let jacobian = self.mechanism.closure(q).constraint_jacobian;
+        let jacobian = self.mechanism.closure(0.0, q).constraint_jacobian;
         let follow = Lu::new(&self.block(&jacobian)).solve(&std::array::from_fn(|r| jacobian[r][by]));
         let mut tangent = [0.0; N];
         tangent[by] = 1.0;

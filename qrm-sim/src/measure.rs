@@ -29,6 +29,8 @@ pub struct StateAt {
     pub residual: f64,
     /// Kinetic and potential energy.
     pub energy: f64,
+    /// Power of the loads without potential, and of what drives closures.
+    pub power: f64,
 }
 
 /// What a method gave, and how long it took.
@@ -170,7 +172,7 @@ pub fn exact<X: Mechanism<N, M>, const N: usize, const M: usize>(
 fn state<X: Mechanism<N, M>, const N: usize, const M: usize>(mechanism: &X, at: &Moment<N, M>) -> StateAt {
     let mut outputs = vec![0.0; X::DESCRIPTION.outputs.len()];
     mechanism.outputs(at.t, &at.q, &at.qd, &at.qdd, &at.multipliers, &mut outputs);
-    let closure = mechanism.closure(&at.q);
+    let closure = mechanism.closure(at.t, &at.q);
     StateAt {
         t: at.t,
         q: at.q.to_vec(),
@@ -178,5 +180,6 @@ fn state<X: Mechanism<N, M>, const N: usize, const M: usize>(mechanism: &X, at: 
         outputs,
         residual: largest(&closure.constraints).1,
         energy: mechanism.energy(&at.q, &at.qd).iter().sum(),
+        power: mechanism.power(at.t, &at.q, &at.qd, &at.multipliers),
     }
 }

@@ -174,6 +174,6 @@ pub fn advance<X: Mechanism<N, M>, const N: usize, const M: usize>(
 ) -> Result<Moment<N, M>, Breakdown> {
     let (mut q, mut qd, mass) = rk4::step(mechanism, from.t, t_next - from.t, (&from.q, &from.qd, &from.qdd), care)?;
     let projection = (method.projection, method.tolerance);
-    let corrections = project(mechanism, projection, mass.as_ref(), &mut q, &mut qd, care)?;
+    let corrections = project(mechanism, projection, mass.as_ref(), t_next, &mut q, &mut qd, care)?;
     Ok(Moment { corrections, ..moment(mechanism, t_next, q, qd, care)? })
 }

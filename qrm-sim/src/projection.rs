@@ -2,7 +2,7 @@
 
 use qrm_mechanism::Mechanism;
 
-use crate::linear::{Ldl, Vector, largest, multiply};
+use crate::linear::{Ldl, Vector, largest};
 use crate::solve::{Care, Corrector};
 
 /// In which metric the correction is smallest.
@@ -49,7 +49,7 @@ pub struct NotConverged {
     pub iterations: u32,
 }
 
-/// Moves `q` onto the constraints and `qd` onto their tangent, and says how often `q` was moved.
+/// Moves `q` onto the constraints at time `t` and `qd` onto their tangent, and says how often `q` was moved.
 ///
 /// # Errors
 /// The residual is still above the tolerance after the allowed iterations.
@@ -58,6 +58,7 @@ pub fn project<X: Mechanism<N, M>, const N: usize, const M: usize>(
     mechanism: &X,
     (projection, tolerance): (Projection, Tolerance),
     mass: Option<&Ldl<N>>,
+    t: f64,
     q: &mut Vector<N>,
     qd: &mut Vector<N>,
     care: &mut Care,
@@ -71,7 +72,7 @@ pub fn project<X: Mechanism<N, M>, const N: usize, const M: usize>(
     let (mut open, mut before) = (0.0, f64::INFINITY);
     let mut iterations = 0;
     loop {
-        let closure = mechanism.closure(q);
+        let closure = mechanism.closure(t, q);
         let (constraint, residual) = largest(&closure.constraints);
         let is_closed = residual <= tolerance.residual;
         // A residual at the size of rounding errors that corrections no longer lower is as good as it gets.
@@ -94,11 +95,12 @@ pub fn project<X: Mechanism<N, M>, const N: usize, const M: usize>(
             care.note_correction(open, &start, q);
             if mass.is_some() {
                 // Rates belong to the position as it is now, in its own metric.
-                let jacobian = mechanism.closure(q).constraint_jacobian;
+                let closure = mechanism.closure(t, q);
                 let own = Ldl::new(&mechanism.mass_matrix(q));
-                Corrector::new(&jacobian, own.as_ref()).correct(qd, &multiply(&jacobian, qd), care);
+                let corrector = Corrector::new(&closure.constraint_jacobian, own.as_ref());
+                corrector.correct(qd, &closure.drift(qd), care);
             } else {
-                corrector.correct(qd, &multiply(&closure.constraint_jacobian, qd), care);
+                corrector.correct(qd, &closure.drift(qd), care);
             }
             return Ok(iterations + u32::from(is_closed));
         }

@@ -69,6 +69,7 @@ fn differences<X: Mechanism<N, M>, const N: usize, const M: usize>(
         constraint_stiffness: [[0.0; N]; M],
         constraint_damping: [[0.0; N]; M],
         forcing: [0.0; N],
+        constraint_forcing: [0.0; M],
     };
     for j in 0..N {
         let moved = |x: &Vector<N>, by: f64| -> Vector<N> {

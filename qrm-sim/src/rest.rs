@@ -25,6 +25,8 @@ pub enum NoRest {
     NotAssembled(NotAssembled),
     /// The start itself is singular.
     Singular,
+    /// Closures depend on time.
+    Driven,
     /// The way from the start to the position ends here.
     Lock {
         /// The coordinates there.
@@ -45,6 +47,9 @@ pub fn rest<X: Mechanism<N, M>, const N: usize, const M: usize>(
     mechanism: &X,
     wanted: &[(usize, f64)],
 ) -> Result<Rest, NoRest> {
+    if X::IS_DRIVEN {
+        return Err(NoRest::Driven);
+    }
     let start = mechanism.start();
     let drive = Drive::new(mechanism, start.given).ok_or(NoRest::Singular)?;
     let (q, _) = assemble(mechanism, &start).map_err(NoRest::NotAssembled)?;

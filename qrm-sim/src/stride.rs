@@ -64,11 +64,11 @@ fn unrolled<K: Kernel<R, N, M>, R: Lane, const N: usize, const M: usize>(
     let strain = kernel.strain(&last).max(kernel.strain(&second).max(kernel.strain(&first)));
     let mut end = End::new::<K, M>(from, h, [&v2, &v3, &v4], [&a2, &a3, &a4], &near);
     if M > 0 {
-        let open = kernel.residuals(&kernel.position(&end.q, &end.angles));
+        let open = kernel.residuals(&kernel.position(t + h, &end.q, &end.angles));
         end.correct_first::<K, M>(from, &kernel.correction(&last, &open));
     }
     let position = loop {
-        let position = kernel.position(&end.q, &end.angles);
+        let position = kernel.position(t + h, &end.q, &end.angles);
         if !end.correct::<K, M>(kernel, &position) {
             break position;
         }
@@ -118,7 +118,8 @@ fn looped<K: Kernel<R, N, M>, R: Lane, const N: usize, const M: usize>(
             end.qd = along(&from.qd, part, &a);
             end.angles = from.angles.turned(&end.q, &dq, K::IS_ANGLE);
         }
-        let position = kernel.position(&end.q, &end.angles);
+        let at = if pass < 3 { t + half } else { t + h };
+        let position = kernel.position(at, &end.q, &end.angles);
         if pass == 4 {
             pass = 5;
             if M > 0
@@ -135,7 +136,6 @@ fn looped<K: Kernel<R, N, M>, R: Lane, const N: usize, const M: usize>(
             end.close_rates(kernel, &position);
         }
         strain = kernel.strain(&position).max(strain);
-        let at = if pass == 5 || pass == 3 { t + h } else { t + half };
         let (qdd, multipliers) = kernel.accelerations(&position, at, &end.q, &end.qd, &end.angles);
         if pass == 5 {
             return finish(kernel, end, (qdd, multipliers), position, strain);
@@ -234,7 +234,7 @@ fn stage<K: Kernel<R, N, M>, R: Lane, const N: usize, const M: usize>(
     let (dq, qd) = (scaled(part, v), along(&from.qd, part, a));
     let q = sum(&from.q, &dq);
     let angles = from.angles.turned(&q, &dq, K::IS_ANGLE);
-    let position = kernel.position(&q, &angles);
+    let position = kernel.position(t + part, &q, &angles);
     let (qdd, _) = kernel.accelerations(&position, t + part, &q, &qd, &angles);
     (qd, qdd, angles, position)
 }

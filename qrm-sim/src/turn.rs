@@ -77,6 +77,8 @@ pub struct Range {
 pub enum NoTurn {
     /// The mechanism has another number of freedoms than one.
     Freedoms(usize),
+    /// Closures depend on time.
+    Driven,
     /// The start is a singular position.
     Singular,
     /// What is given at the start is no angle.
@@ -147,6 +149,9 @@ struct Round<'m, X, const N: usize, const M: usize> {
 
 impl<'m, X: Mechanism<N, M>, const N: usize, const M: usize> Round<'m, X, N, M> {
     fn new(mechanism: &'m X) -> Result<Self, NoTurn> {
+        if X::IS_DRIVEN {
+            return Err(NoTurn::Driven);
+        }
         let start = mechanism.start();
         let freedoms = start.given.iter().filter(|given| **given).count();
         let (1, Some(driven)) = (freedoms, start.given.iter().position(|given| *given)) else {

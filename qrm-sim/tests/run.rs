@@ -61,8 +61,8 @@ impl Mechanism<1, 0> for Line {
         }
     }
 
-    fn closure(&self, _: &[f64; 1]) -> Closure<f64, 1, 0> {
-        Closure { constraints: [], constraint_jacobian: [] }
+    fn closure(&self, _: f64, _: &[f64; 1]) -> Closure<f64, 1, 0> {
+        Closure { constraints: [], constraint_jacobian: [], constraint_rate: [] }
     }
 
     fn mass_matrix(&self, _: &[f64; 1]) -> [[f64; 1]; 1] {
@@ -73,7 +73,7 @@ impl Mechanism<1, 0> for Line {
         [0.5 * self.mass * qd[0] * qd[0], 0.0]
     }
 
-    fn power(&self, _: f64, _: &[f64; 1], _: &[f64; 1]) -> f64 {
+    fn power(&self, _: f64, _: &[f64; 1], _: &[f64; 1], _: &[f64; 0]) -> f64 {
         0.0
     }
 

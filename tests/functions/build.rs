@@ -1,10 +1,13 @@
-//! What a crate of its own needs to have its scene generated.
+//! What a crate of its own needs to have its scenes generated.
 
 fn main() {
-    println!("cargo::rerun-if-changed=functions.toml");
+    let scenes = ["functions.toml", "driven.toml", "bead.toml"];
+    for scene in scenes {
+        println!("cargo::rerun-if-changed={scene}");
+    }
     #[cfg(feature = "generate")]
     if let Err(e) = qrm_codegen::generate::generate(
-        &["functions.toml".into()],
+        &scenes.map(Into::into),
         std::env::var("OUT_DIR").expect("run by cargo").as_ref(),
     ) {
         eprintln!("{e}");

@@ -8,7 +8,7 @@ use quote::{format_ident, quote};
 use super::body::{Body, Operations};
 use super::layout::Argument;
 use super::plain::{Plain, ident};
-use super::scene_items::{outputs, stop};
+use super::scene_items::{outputs, stop, time_of_closures};
 use super::{Writer, struct_name};
 use crate::function::Function;
 use crate::graph::{Graph, Id, Op, Signed};
@@ -65,6 +65,8 @@ impl<'a> Emitter<'a> {
             let local = inputs.get(&id);
             let follows = match (op, local) {
                 (_, Some(local)) => local.block.is_position(),
+                // Where closures need time, a position is one at a time.
+                (Op::Input(Symbol::Time), None) => writer.scene.is_driven(),
                 (Op::Input(symbol), None) => symbol.is_constant() || matches!(symbol, Symbol::Coordinate(_)),
                 (op, None) => op.operands().iter().all(|&operand| emitter.is_position[operand]),
             };
@@ -103,7 +105,7 @@ impl<'a> Emitter<'a> {
             },
             Part {
                 name: "drift",
-                doc: "`C_q qd`.",
+                doc: if self.writer.scene.is_driven() { "`C_q qd + C_t`." } else { "`C_q qd`." },
                 arguments: &[Argument::Rates],
                 blocks: &[],
                 results: vec![&kernel.drift],
@@ -205,8 +207,11 @@ impl<'a> Emitter<'a> {
         let value = quote!(Position { #(#distinct),* });
         let doc = "What follows from the position alone: the loops, their Jacobian, the mass matrix, and how the dependent \
                    coordinates follow the others.";
-        let (tokens, cost) =
-            self.wrapped("position", doc, &[Argument::Coordinates], (body, value), quote!(Position<R>), None);
+        let arguments: &[Argument] = match self.writer.scene.is_driven() {
+            true => &[Argument::Time, Argument::Coordinates],
+            false => &[Argument::Coordinates],
+        };
+        let (tokens, cost) = self.wrapped("position", doc, arguments, (body, value), quote!(Position<R>), None);
         (names, tokens, cost)
     }
 
@@ -400,6 +405,7 @@ impl<'a> Emitter<'a> {
             }
         };
         let outputs = outputs(scene);
+        let (t, at) = time_of_closures(scene);
         quote! {
             impl<R: Lane> Kernel<R, #n, #c> for #own<R> {
                 type Position = Position<R>;
@@ -412,8 +418,8 @@ impl<'a> Emitter<'a> {
                 }
 
                 #[inline(always)]
-                fn position(&self, q: &[R; #n], angles: &Angles<R, #n>) -> Position<R> {
-                    position(self, q, angles)
+                fn position(&self, #t: R, q: &[R; #n], angles: &Angles<R, #n>) -> Position<R> {
+                    position(self, #at q, angles)
                 }
 
                 #[inline(always)]

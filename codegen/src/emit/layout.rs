@@ -137,6 +137,13 @@ fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> {
     let constraints = format!("Rows: {}.", constraints.join(", "));
     let coordinate_names: Vec<String> = scene.coordinates.iter().map(|c| c.name.clone()).collect();
     let columns = format!("Columns: {}.", quoted(&coordinate_names));
+    // Closures that depend on time need it, and have more terms.
+    let is_driven = scene.is_driven();
+    let (at_position, of_motion, of_power): (&[Argument], &[Argument], &[Argument]) = if is_driven {
+        (&[Time, Coordinates], &[Time, Coordinates, Rates], &[Time, Coordinates, Rates, Multipliers])
+    } else {
+        (&[Coordinates], &[Coordinates, Rates], &[Time, Coordinates, Rates])
+    };
     let angles = scene.coordinates.iter().all(|c| c.unit == "rad");
     let outputs: Vec<String> = scene.outputs.iter().map(|o| format!("`{}` ({})", o.name, o.unit)).collect();
     let output_names: Vec<String> = scene.outputs.iter().map(|o| o.name.clone()).collect();
@@ -185,8 +192,11 @@ fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> {
             single(
                 "constraints",
                 &["C"],
-                format!("Residuals of the loop closures, `C(q)`.\n\n{constraints}"),
-                &[Coordinates],
+                format!(
+                    "Residuals of the loop closures, `C(q{})`.\n\n{constraints}",
+                    if is_driven { ", t" } else { "" }
+                ),
+                at_position,
                 &constraint_names,
                 vector(&e.constraints),
             ),
@@ -194,7 +204,7 @@ fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> {
                 "constraint_jacobian",
                 &["C_q"],
                 format!("The constraint Jacobian `C_q = dC/dq`.\n\n{constraints} {columns}"),
-                &[Coordinates],
+                at_position,
                 &constraint_names,
                 matrix(&e.constraint_jacobian),
             ),
@@ -202,14 +212,31 @@ fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> {
                 "constraint_bias",
                 &["C_qq", "(C_q qd)_q qd"],
                 format!(
-                    "`(C_q qd)_q qd`, the contraction of `C_qq` with `qd qd`: `C_q qdd + bias = 0`, in the unit of each \
-                     constraint per s^2.\n\n{constraints}"
+                    "{}: `C_q qdd + bias = 0`, in the unit of each constraint per s^2.\n\n{constraints}",
+                    if is_driven {
+                        "`(C_q qd)_q qd + 2 C_qt qd + C_tt`"
+                    } else {
+                        "`(C_q qd)_q qd`, the contraction of `C_qq` with `qd qd`"
+                    }
                 ),
-                &[Coordinates, Rates],
+                of_motion,
                 &constraint_names,
                 vector(&e.constraint_bias),
             ),
         ]);
+    }
+    if is_driven {
+        plans.push(single(
+            "constraint_rate",
+            &["C_t"],
+            format!(
+                "`C_t`, how fast the closures move by themselves: `C_q qd + C_t = 0`, in the unit of each constraint per s.\n\n\
+                 {constraints}"
+            ),
+            at_position,
+            &constraint_names,
+            vector(&e.constraint_rate),
+        ));
     }
     plans.extend([
         single(
@@ -247,8 +274,11 @@ fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> {
         single(
             "power",
             &[],
-            "Power of the loads that have no potential, in W.".to_owned(),
-            &[Time, Coordinates, Rates],
+            format!(
+                "Power of the loads that have no potential{}, in W.",
+                if is_driven { ", and of what drives the closures, `lambda' C_t`" } else { "" }
+            ),
+            of_power,
             &[],
             Shape::Scalar(&e.power[0]),
         ),
@@ -276,11 +306,12 @@ fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> {
         Plan {
             name: "closure",
             aliases: &[],
-            doc: "All that a correction of positions needs: `C` and `C_q`.".to_owned(),
-            arguments: &[Coordinates],
+            doc: "All that a correction of positions and rates needs: `C`, `C_q` and `C_t`.".to_owned(),
+            arguments: at_position,
             parts: vec![
                 ("constraints", vector(&e.constraints)),
                 ("constraint_jacobian", matrix(&e.constraint_jacobian)),
+                ("constraint_rate", vector(&e.constraint_rate)),
             ],
             structure: Some("Closure"),
         },
@@ -291,14 +322,18 @@ fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> {
             aliases: &["tangent stiffness", "tangent damping"],
             doc: "How the equations of motion change with the state, accelerations and multipliers held: \
               `stiffness = -d(fbar - Mbar qdd - C_q' lambda)/dq`, `damping = -d fbar/d qd`, \
-              `constraint_stiffness = d(C_q qdd + bias)/dq`, `constraint_damping = d bias/d qd`, `forcing = d fbar/dt`."
+              `constraint_stiffness = d(C_q qdd + bias)/dq`, `constraint_damping = d bias/d qd`, \
+              `forcing = d(fbar - C_q' lambda)/dt`, `constraint_forcing = -d(C_q qdd + bias)/dt`."
                 .to_owned(),
             arguments: &[Time, Coordinates, Rates, Accelerations, Multipliers],
             parts: linearization
                 .parts()
                 .map(|(name, rows)| (name, matrix(rows)))
                 .into_iter()
-                .chain([("forcing", vector(&linearization.forcing))])
+                .chain([
+                    ("forcing", vector(&linearization.forcing)),
+                    ("constraint_forcing", vector(&linearization.constraint_forcing)),
+                ])
                 .collect(),
             structure: Some("Linearization"),
         }

@@ -57,16 +57,16 @@ impl Plain<'_> {
 
     /// Statements that define the points a formula needs.
     pub(super) fn points(&self, value: &Value) -> Vec<TokenStream> {
-        let define = |point: usize| {
-            let [x, y] = [0, 1].map(|axis| point_name(self.scene, point, axis));
-            let [a, b] = [0, 1].map(|axis| self.tokens(&self.scene.points[point].position[axis]));
-            quote!(let (#x, #y) = (#a, #b);)
+        let define = |(point, axis): (usize, usize)| {
+            let name = point_name(self.scene, point, axis);
+            let value = self.tokens(&self.scene.points[point].position[axis]);
+            quote!(let #name = #value;)
         };
         let needed = self.quantities(value).into_iter().filter_map(|quantity| match quantity {
-            Quantity::Point(point, _) => Some(point),
+            Quantity::Point(point, axis) => Some((point, axis)),
             _ => None,
         });
-        needed.collect::<BTreeSet<usize>>().into_iter().map(define).collect()
+        needed.map(define).collect()
     }
 
     /// All that a formula needs, through points too; left-out parameters not counted.
@@ -76,8 +76,8 @@ impl Plain<'_> {
         while let Some(value) = pending.pop() {
             for name in value.names() {
                 let is_left_out = matches!(name, Quantity::Parameter(i) if self.scene.parameters[*i].left_out);
-                if let (true, Quantity::Point(point, _)) = (!is_left_out && needed.insert(*name), name) {
-                    pending.extend(&self.scene.points[*point].position);
+                if let (true, Quantity::Point(point, axis)) = (!is_left_out && needed.insert(*name), name) {
+                    pending.push(&self.scene.points[*point].position[*axis]);
                 }
             }
         }

@@ -110,6 +110,14 @@ fn link(scene: &Scene) -> TokenStream {
     let stop = stop(scene, &plain, "stop");
     let outputs = outputs(scene);
     let linearization = scene.run.stiff.then(|| linearization(&n, &m));
+    let (t, at) = time_of_closures(scene);
+    let is_driven = scene.is_driven().then(|| {
+        quote!(
+            const IS_DRIVEN: bool = true;
+        )
+    });
+    let and_multipliers = scene.is_driven().then(|| quote!(, multipliers));
+    let multipliers = format_ident!("{}multipliers", if scene.is_driven() { "" } else { "_" });
     quote! {
         impl Mechanism<#n, #m> for #own {
             type Kernel<R: Lane> = #own<R>;
@@ -146,9 +154,11 @@ fn link(scene: &Scene) -> TokenStream {
 
             #linearization
 
+            #is_driven
+
             #[inline(always)]
-            fn closure(&self, q: &[f64; #n]) -> Closure<f64, #n, #m> {
-                closure(self, q)
+            fn closure(&self, #t: f64, q: &[f64; #n]) -> Closure<f64, #n, #m> {
+                closure(self, #at q)
             }
 
             #[inline]
@@ -160,8 +170,8 @@ fn link(scene: &Scene) -> TokenStream {
                 energy(self, q, qd)
             }
 
-            fn power(&self, t: f64, q: &[f64; #n], qd: &[f64; #n]) -> f64 {
-                power(self, t, q, qd)
+            fn power(&self, t: f64, q: &[f64; #n], qd: &[f64; #n], #multipliers: &[f64; #m]) -> f64 {
+                power(self, t, q, qd #and_multipliers)
             }
 
             #[allow(unused_variables)]
@@ -178,6 +188,11 @@ fn link(scene: &Scene) -> TokenStream {
             }
         }
     }
+}
+
+/// The name of time where it serves closures alone, and how it is handed on to them.
+pub(super) fn time_of_closures(scene: &Scene) -> (proc_macro2::Ident, TokenStream) {
+    if scene.is_driven() { (format_ident!("t"), quote!(t,)) } else { (format_ident!("_t"), quote!()) }
 }
 
 /// The statements that fill a slice with the outputs.

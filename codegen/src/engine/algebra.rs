@@ -216,15 +216,26 @@ impl<'s> Algebra<'s> {
         (0..known).map(by).filter(|(_, slope)| *slope != Atom::num(0))
     }
 
-    /// The time derivative of a function of coordinates: f_q qd.
+    /// The time derivative of a function of coordinates and time: f_q qd + f_t.
     pub(super) fn rate(&self, atom: &Atom) -> Atom {
         let direct = |i| self.derivative(atom, Symbol::Coordinate(i));
         let direct: Vec<Atom> = (0..self.scene.coordinates.len()).map(direct).collect();
+        let direct = self.contract(&direct, Symbol::Rate) + self.derivative(atom, Symbol::Time);
         let through = |sum, (k, slope)| sum + slope * self.symbol(Symbol::RootRate(k));
-        self.by_roots(atom).fold(self.contract(&direct, Symbol::Rate), through)
+        self.by_roots(atom).fold(direct, through)
     }
 
-    /// What the second time derivative of a function of coordinates has beside f_q qdd: (f_q qd)_q qd.
+    /// The same with the coordinates held: f_t.
+    pub(super) fn drift(&self, atom: &Atom) -> Atom {
+        let through = |sum: Atom, (k, slope): (usize, Atom)| {
+            let radicand = self.radicands.as_ref().and_then(|known| known.borrow().get(k).cloned());
+            let drift = radicand.map_or_else(|| Atom::num(0), |radicand| self.drift(&radicand));
+            sum + slope * drift / (Atom::num(2) * self.symbol(Symbol::Root(k)))
+        };
+        self.by_roots(atom).fold(self.derivative(atom, Symbol::Time), through)
+    }
+
+    /// What the second time derivative of such a function has beside f_q qdd: (f_q qd + f_t)_q qd + (f_q qd + f_t)_t.
     pub(super) fn bias(&self, atom: &Atom) -> Atom {
         let through = |sum, (k, slope)| sum + slope * self.symbol(Symbol::RootBias(k));
         self.by_roots(atom).fold(self.rate(&self.simplify(&self.rate(atom))), through)

@@ -26,6 +26,7 @@ pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> Equation
     equations.constraint_jacobian = c_q.iter().map(|row| terms(row)).collect();
     let hessian = |row: &Vec<Atom>| row.iter().map(|entry| terms(&simplify(algebra.gradient(entry)))).collect();
     equations.constraint_hessians = c_q.iter().map(hessian).collect();
+    equations.constraint_rate = c.iter().map(|row| algebra.simple_term(&algebra.drift(row))).collect();
     equations.constraint_bias = c.iter().map(|row| algebra.simple_term(&algebra.bias(row))).collect();
 
     let mass = rows.mass_matrix(scene, &algebra);
@@ -44,7 +45,10 @@ pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> Equation
     let momenta: Vec<Atom> = mass.iter().map(|row| algebra.contract(row, Symbol::Rate)).collect();
     let kinetic = algebra.contract(&momenta, Symbol::Rate) / Atom::num(2);
     equations.energy = [kinetic, loads.potential].iter().map(|atom| algebra.simple_term(atom)).collect();
-    equations.power = vec![algebra.simple_term(&loads.power)];
+    // A closure that moves by itself does work: -lambda' C_q qd = lambda' C_t.
+    let drifts: Vec<Atom> = c.iter().map(|row| algebra.drift(row)).collect();
+    let driving = algebra.contract(&drifts, Symbol::Multiplier);
+    equations.power = vec![algebra.simple_term(&(loads.power + driving))];
     equations.outputs = scene.outputs.iter().map(|o| algebra.simple_term(&output(scene, &algebra, &o.kind))).collect();
     equations.points =
         (0..scene.points.len()).map(|i| [0, 1].map(|axis| algebra.simple_term(&algebra.point(i)[axis]))).collect();
@@ -153,14 +157,15 @@ impl Loads {
     pub(super) fn new(scene: &Scene, algebra: &Algebra, rows: &Rows) -> Self {
         let mut loads = Self { efforts: Vec::new(), potential: Atom::num(0), power: Atom::num(0) };
         for (i, load) in scene.loads.iter().enumerate() {
-            let mut adding = Adding { loads: &mut loads, algebra, group: scene.bodies.len() + i, name: &load.name };
+            let mut adding =
+                Adding { loads: &mut loads, scene, algebra, group: scene.bodies.len() + i, name: &load.name };
             match &load.kind {
                 LoadKind::Force { force, at } => {
                     for ((force, at), axis) in force.iter().zip(at).zip(["_x", "_y"]) {
-                        adding.effort(axis, force, &algebra.atom(at));
+                        adding.effort(axis, force, at);
                     }
                 }
-                LoadKind::Torque { torque, angle } => adding.effort("", torque, &algebra.atom(angle)),
+                LoadKind::Torque { torque, angle } => adding.effort("", torque, angle),
                 LoadKind::Gravity(field) => {
                     for (k, row) in rows.rows.iter().enumerate().filter(|(_, row)| row.axis < 2) {
                         let weight = &rows.inertia[k] * &algebra.atom(&field[row.axis]);
@@ -172,14 +177,21 @@ impl Loads {
                     }
                 }
                 LoadKind::Spring { along, stiffness, rest, damping } => {
+                    let is_moved = scene.depends_on_time(along);
                     let along = algebra.simplify(&algebra.atom(along));
                     let constant =
                         |value: &Option<Value>| value.as_ref().map_or_else(|| Atom::num(0), |v| algebra.atom(v));
                     let (stiffness, extension) = (constant(stiffness), &along - &constant(rest));
                     let friction = -constant(damping) * &algebra.rate(&along);
-                    adding.add("", &(-&stiffness * &extension + &friction), &along);
-                    loads.potential = &loads.potential + &(&stiffness * &extension * &extension / Atom::num(2));
-                    loads.power = &loads.power + &(&friction * &algebra.rate(&along));
+                    let effort = -&stiffness * &extension + &friction;
+                    adding.add("", &effort, &along);
+                    let velocity = adding.velocity(&along);
+                    if is_moved {
+                        loads.power = &loads.power + &(&effort * &velocity);
+                    } else {
+                        loads.potential = &loads.potential + &(&stiffness * &extension * &extension / Atom::num(2));
+                        loads.power = &loads.power + &(&friction * &velocity);
+                    }
                 }
             }
         }
@@ -190,22 +202,29 @@ impl Loads {
 /// A load that is being added.
 struct Adding<'a> {
     loads: &'a mut Loads,
+    scene: &'a Scene,
     algebra: &'a Algebra<'a>,
     group: usize,
     name: &'a str,
 }
 
 impl Adding<'_> {
-    /// A force or torque along a displacement: conservative if it is constant.
-    fn effort(&mut self, axis: &str, effort: &Value, displacement: &Atom) {
-        let is_constant = effort.names().all(|name| matches!(name, Quantity::Parameter(_) | Quantity::Pi));
-        let effort = self.algebra.atom(effort);
-        self.add(axis, &effort, displacement);
+    /// A force or torque along a displacement: conservative if it is constant, and time does not move what it acts on.
+    fn effort(&mut self, axis: &str, effort: &Value, displacement: &Value) {
+        let is_constant = effort.names().all(|name| matches!(name, Quantity::Parameter(_) | Quantity::Pi))
+            && !self.scene.depends_on_time(displacement);
+        let (effort, displacement) = (self.algebra.atom(effort), self.algebra.atom(displacement));
+        self.add(axis, &effort, &displacement);
         if is_constant {
-            self.loads.potential = &self.loads.potential - &(&effort * displacement);
+            self.loads.potential = &self.loads.potential - &(&effort * &displacement);
         } else {
-            self.loads.power = &self.loads.power + &(&effort * &self.algebra.rate(displacement));
+            self.loads.power = &self.loads.power + &(&effort * &self.velocity(&displacement));
         }
+    }
+
+    /// The rate of a displacement that the coordinates bring: what time moves by itself works on what moves it.
+    fn velocity(&self, displacement: &Atom) -> Atom {
+        self.algebra.contract(&self.algebra.gradient(displacement), Symbol::Rate)
     }
 
     fn add(&mut self, axis: &str, effort: &Atom, displacement: &Atom) {

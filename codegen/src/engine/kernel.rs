@@ -17,6 +17,7 @@ pub(super) fn equations(number: usize, scene: &Scene, place: &Place, outputs: &[
     let each = |atoms: &[Atom]| atoms.iter().map(simple).collect::<Vec<_>>();
     let closures: Vec<Atom> = scene.constraints.iter().map(|c| algebra.simplify(&algebra.atom(&c.residual))).collect();
     let constraint_jacobian = closures.iter().map(|row| each(&algebra.gradient(row))).collect();
+    let constraint_rate = closures.iter().map(|row| simple(&algebra.drift(row))).collect();
     let constraint_bias = closures.iter().map(|row| simple(&algebra.bias(row))).collect();
     let mass_matrix = rows.mass_matrix(scene, &algebra).iter().map(|row| each(row)).collect();
     let pushes = pushes(scene, &algebra, &rows);
@@ -27,12 +28,14 @@ pub(super) fn equations(number: usize, scene: &Scene, place: &Place, outputs: &[
     let roots = radicands.iter().map(|radicand| Root {
         radicand: simple(radicand),
         slopes: each(&algebra.gradient(radicand).iter().map(|slope| slope / Atom::num(2)).collect::<Vec<_>>()),
+        half_drift: simple(&(algebra.drift(radicand) / Atom::num(2))),
         half_bias: simple(&(algebra.bias(radicand) / Atom::num(2))),
     });
     KernelEquations {
         roots: roots.collect(),
         constraints: each(&closures),
         constraint_jacobian,
+        constraint_rate,
         constraint_bias,
         mass_matrix,
         pushes,

@@ -33,11 +33,13 @@ pub(super) fn derive(
         .zip(&biases)
         .map(|(row, bias)| algebra.contract(row, Symbol::Acceleration) + bias)
         .collect();
+    let by_time = |atom: &Atom| algebra.simple_term(&-algebra.derivative(atom, Symbol::Time));
     Linearization {
         stiffness: rows(&excesses, &by_coordinates),
         damping: rows(&resistances, &by_rates),
         constraint_stiffness: rows(&loops, &by_coordinates),
         constraint_damping: rows(&biases, &by_rates),
-        forcing: forces.iter().map(|f| algebra.simple_term(&algebra.derivative(f, Symbol::Time))).collect(),
+        forcing: excesses.iter().map(by_time).collect(),
+        constraint_forcing: loops.iter().map(by_time).collect(),
     }
 }

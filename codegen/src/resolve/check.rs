@@ -13,6 +13,7 @@ pub(super) fn parts(document: &Document, scene: &Scene, findings: &mut Vec<Diagn
     for (syntax, place) in document.bodies.iter().zip(0..) {
         body(syntax, scene, place, findings);
     }
+    bodies_at_all_times(scene, findings);
     run(scene, findings);
     references(document, scene, findings);
     for constraint in &scene.constraints {
@@ -147,6 +148,26 @@ fn body(syntax: &BodySyntax, scene: &Scene, place: usize, findings: &mut Vec<Dia
             Diagnostic::error(format!("body `{name}` is empty"), syntax.identifier.span.clone(), "says nothing")
                 .help("give it `mass` and `com`, or `angle` and `inertia`, or take it out"),
         );
+    }
+}
+
+/// What holds a body on its way does work that nothing tells of unless a constraint drives it.
+fn bodies_at_all_times(scene: &Scene, findings: &mut Vec<Diagnostic>) {
+    for body in &scene.bodies {
+        let places = body.com.iter().flatten().chain(&body.angle);
+        if let Some(place) = places.into_iter().find(|place| scene.depends_on_time(place)) {
+            findings.push(
+                Diagnostic::error(
+                    format!("body `{}` moves with time by itself", body.name),
+                    place.whole_span(),
+                    "depends on `t`",
+                )
+                .help(
+                    "give the motion a coordinate, and drive it by a constraint such as `s - A*sin(w*t)`: its multiplier is \
+                     then the force that drives the body",
+                ),
+            );
+        }
     }
 }
 

@@ -99,15 +99,17 @@ impl Scope {
             Quantity::Rate(_) | Quantity::PointRate(..) if context < Context::Geometry => "moves with the mechanism",
             Quantity::Rate(_) | Quantity::PointRate(..) if context < Context::Load => "is a rate",
             Quantity::PointRate(..) if context == Context::Condition => "is the rate of a point",
-            Quantity::Time if context < Context::Load => "is time",
+            Quantity::Time if context < Context::Geometry => "is time",
             _ => return Ok(quantity),
         };
         let allowed = match context {
             Context::Geometry if matches!(quantity, Quantity::Rate(_) | Quantity::PointRate(..)) => {
-                "here only coordinates, points, parameters and numbers can stand; an output has `rate = '...'` for a rate"
+                "here only coordinates, points, parameters, numbers and `t` can stand; an output has `rate = '...'` for a rate"
             }
             Context::Constant => "here only numbers and parameters can stand",
-            Context::Geometry | Context::Picture => "here only coordinates, points, parameters and numbers can stand",
+            Context::Geometry | Context::Picture => {
+                "here only coordinates, points, parameters, numbers and `t` can stand"
+            }
             Context::Load | Context::Condition => "use coordinates and their rates instead",
         };
         Err(Diagnostic::error(format!("`{name}` {forbidden}"), span, "not possible here").help(allowed))

@@ -77,15 +77,16 @@ impl Sample {
     }
 
     /// The arguments of a generated function.
-    pub(super) fn arguments(&self, function: &str, model: Value) -> Vec<Value> {
+    pub(super) fn arguments(&self, scene: &Scene, function: &str, model: Value) -> Vec<Value> {
         let t = Value::Number(self.t);
-        let (q, qd) = (Value::list(&self.q), Value::list(&self.qd));
-        match function.split('.').next().unwrap_or(function) {
-            "com_bias" | "constraint_bias" | "energy" => vec![model, q, qd],
-            "generalized_forces" | "power" | "dynamics" => vec![model, t, q, qd],
-            "outputs" | "linearization" => {
-                vec![model, t, q, qd, Value::list(&self.qdd), Value::list(&self.multipliers)]
-            }
+        let (q, qd, multipliers) = (Value::list(&self.q), Value::list(&self.qd), Value::list(&self.multipliers));
+        match (function.split('.').next().unwrap_or(function), scene.is_driven()) {
+            ("constraint_bias", true) => vec![model, t, q, qd],
+            ("constraints" | "constraint_jacobian" | "constraint_rate" | "closure", true) => vec![model, t, q],
+            ("power", true) => vec![model, t, q, qd, multipliers],
+            ("com_bias" | "constraint_bias" | "energy", _) => vec![model, q, qd],
+            ("generalized_forces" | "power" | "dynamics", _) => vec![model, t, q, qd],
+            ("outputs" | "linearization", _) => vec![model, t, q, qd, Value::list(&self.qdd), multipliers],
             _ => vec![model, q],
         }
     }
@@ -124,7 +125,9 @@ impl Sample {
             }
         }
         let kinetic: f64 = x.iter().zip(&positions).map(|((_, inertia), x)| 0.5 * inertia * x.v1 * x.v1).sum();
-        let [potential, power] = self.potential_and_power(scene, &plain, &moving, &x, equations);
+        let drifts = self.drifts(scene);
+        let [potential, power] = self.potential_and_power(scene, &plain, &x, equations);
+        let power = power + drifts.iter().zip(&self.multipliers).map(|(drift, lambda)| drift * lambda).sum::<f64>();
         let second = |values: &[Dual2_64]| values.iter().map(|v| v.v2).collect::<Vec<f64>>();
         let first = |values: &[Dual2_64]| values.iter().map(|v| v.re).collect::<Vec<f64>>();
         let mut expected = vec![
@@ -142,6 +145,7 @@ impl Sample {
             ("dynamics.constraint_bias", second(&residuals)),
             ("closure.constraints", first(&residuals)),
             ("closure.constraint_jacobian", constraint_jacobian.clone()),
+            ("closure.constraint_rate", drifts.clone()),
         ];
         if !c.is_empty() {
             expected.extend([
@@ -149,6 +153,9 @@ impl Sample {
                 ("constraint_jacobian", constraint_jacobian),
                 ("constraint_bias", second(&residuals)),
             ]);
+        }
+        if scene.is_driven() {
+            expected.push(("constraint_rate", drifts));
         }
         let finite = expected.iter().all(|(_, numbers)| numbers.iter().all(|n| n.is_finite()));
         finite.then_some(expected)
@@ -163,7 +170,28 @@ impl Sample {
         let dual = |(j, &q): (usize, &f64)| Dual64::new(q, f64::from(u8::from(i == j)));
         let q = self.q.iter().enumerate().map(dual).collect();
         let qd = self.qd.iter().map(|&v| Dual64::new(v, 0.0)).collect();
-        State::new(scene, &self.parameters, self.t, q, qd)
+        State::new(scene, &self.parameters, Dual64::from(self.t), q, qd)
+    }
+
+    /// The derivatives of the closures by time alone.
+    pub(super) fn drifts(&self, scene: &Scene) -> Vec<f64> {
+        let held = |values: &[f64]| values.iter().map(|&value| Dual64::from(value)).collect();
+        let state = State::new(scene, &self.parameters, Dual64::new(self.t, 1.0), held(&self.q), held(&self.qd));
+        scene.constraints.iter().map(|constraint| state.value(&constraint.residual).eps).collect()
+    }
+
+    /// How closures curve along the rates while time stands still: `(C_q qd)_q qd`.
+    pub(super) fn curvature(&self, scene: &Scene) -> Vec<f64> {
+        let moving = |(q, v): (&f64, &f64)| Dual2_64::new(*q, *v, 0.0);
+        let q = self.q.iter().zip(&self.qd).map(moving).collect();
+        let qd = self.qd.iter().map(|&v| Dual2_64::from(v)).collect();
+        let state = State::new(scene, &self.parameters, Dual2_64::from(self.t), q, qd);
+        scene.constraints.iter().map(|constraint| state.value(&constraint.residual).v2).collect()
+    }
+
+    /// The rate of a displacement that the coordinates bring.
+    fn velocity(&self, scene: &Scene, displacement: &Formula) -> f64 {
+        self.gradient(scene, displacement).iter().zip(&self.qd).map(|(s, v)| s * v).sum()
     }
 
     /// The generalized forces of the loads: effort times derivative of displacement.
@@ -174,7 +202,6 @@ impl Sample {
                 *force += effort * derivative;
             }
         };
-        let optional = |value: &Option<Formula>| value.as_ref().map_or(0.0, |v| plain.value(v));
         for load in &scene.loads {
             match &load.kind {
                 LoadKind::Force { force, at } => {
@@ -187,21 +214,25 @@ impl Sample {
                         field.iter().zip(com).for_each(|(g, at)| add(plain.value(mass) * plain.value(g), at));
                     }
                 }
-                LoadKind::Spring { along, stiffness, rest, damping } => {
-                    let rate: f64 = self.gradient(scene, along).iter().zip(&self.qd).map(|(s, v)| s * v).sum();
-                    let spring = -optional(stiffness) * (plain.value(along) - optional(rest));
-                    add(spring - optional(damping) * rate, along);
-                }
+                LoadKind::Spring { along, .. } => add(self.spring(scene, plain, &load.kind), along),
             }
         }
         forces
+    }
+
+    /// The effort of a spring with its damper.
+    fn spring(&self, scene: &Scene, plain: &State<f64>, load: &LoadKind) -> f64 {
+        let LoadKind::Spring { along, stiffness, rest, damping } = load else { return 0.0 };
+        let optional = |value: &Option<Formula>| value.as_ref().map_or(0.0, |v| plain.value(v));
+        let rate = State::along(scene, &self.parameters, self.t, &self.q, &self.qd, &vec![0.0; self.q.len()]);
+        let spring = -optional(stiffness) * (plain.value(along) - optional(rest));
+        spring - optional(damping) * rate.value(along).v1
     }
 
     fn potential_and_power(
         &self,
         scene: &Scene,
         plain: &State<f64>,
-        moving: &State<Dual2_64>,
         x: &[(&Formula, f64)],
         equations: &Equations,
     ) -> [f64; 2] {
@@ -209,11 +240,10 @@ impl Sample {
         let (mut potential, mut power) = (0.0, 0.0);
         let mut effort = |effort: &Formula, displacement: &Formula| {
             let is_constant = effort.names().all(|n| matches!(n, Quantity::Parameter(_) | Quantity::Pi));
-            let moved = moving.value(displacement);
-            if is_constant {
-                potential -= plain.value(effort) * moved.re;
+            if is_constant && !scene.depends_on_time(displacement) {
+                potential -= plain.value(effort) * plain.value(displacement);
             } else {
-                power += plain.value(effort) * moved.v1;
+                power += plain.value(effort) * self.velocity(scene, displacement);
             }
         };
         for load in &scene.loads {
@@ -230,11 +260,13 @@ impl Sample {
                         potential -= mass * plain.value(&field[row.axis]) * plain.value(at);
                     }
                 }
+                LoadKind::Spring { along, .. } if scene.depends_on_time(along) => {
+                    power += self.spring(scene, plain, &load.kind) * self.velocity(scene, along);
+                }
                 LoadKind::Spring { along, stiffness, rest, damping } => {
-                    let along = moving.value(along);
-                    let extension = along.re - optional(rest);
+                    let extension = plain.value(along) - optional(rest);
                     potential += 0.5 * optional(stiffness) * extension * extension;
-                    power -= optional(damping) * along.v1 * along.v1;
+                    power -= optional(damping) * self.velocity(scene, along).powi(2);
                 }
                 _ => {}
             }
@@ -250,7 +282,7 @@ impl Sample {
             OutputKind::SecondRate(value) => moving.value(value).v2,
             OutputKind::ReactionForce { constraint, point, along } => {
                 let held: Vec<Dual64> = self.q.iter().map(|&q| Dual64::new(q, 0.0)).collect();
-                let still = State::<Dual64>::new(scene, &self.parameters, self.t, held.clone(), held);
+                let still = State::new(scene, &self.parameters, Dual64::from(self.t), held.clone(), held);
                 let [x, y] = still.point(*point);
                 let [ax, ay] = [0, 1].map(|axis| Dual64::new(0.0, still.value(&along[axis]).re));
                 let displaced = still.with_point(*point, [x + ax, y + ay]);

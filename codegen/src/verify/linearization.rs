@@ -25,7 +25,7 @@ pub(super) fn agrees(scene: &Scene, equations: &Equations, module: &Generated, s
             (0..count).map(|j| difference(scene, equations, sample, (of, by), j, h)).collect();
         let columns = columns?;
         let rows = if of == Of::Forces { n } else { m };
-        // Loads push where they grow: the residual has them with the other sign.
+        // What changes by itself stands on the other side.
         let sign = if by == By::Time { -1.0 } else { 1.0 };
         Some((0..rows).flat_map(|i| columns.iter().map(move |column| sign * column[i])).collect())
     };
@@ -35,10 +35,12 @@ pub(super) fn agrees(scene: &Scene, equations: &Equations, module: &Generated, s
         ("constraint_stiffness", Of::Loops, By::Coordinates),
         ("constraint_damping", Of::Loops, By::Rates),
         ("forcing", Of::Forces, By::Time),
+        ("constraint_forcing", Of::Loops, By::Time),
     ];
     for (name, of, by) in parts {
         let (Some(coarse), Some(fine)) = (matrix(of, by, 2e-3), matrix(of, by, 1e-3)) else { continue };
-        let got = module.call(&format!("linearization.{name}"), &sample.arguments("linearization", model.clone()))?;
+        let got =
+            module.call(&format!("linearization.{name}"), &sample.arguments(scene, "linearization", model.clone()))?;
         let largest = fine.iter().fold(1.0, |most: f64, number| most.max(number.abs()));
         let known = |i: usize| (coarse[i] - fine[i]).abs() <= CONDITION * TOLERANCE * largest;
         let allowed = |i: usize| if known(i) { TOLERANCE * largest } else { f64::INFINITY };

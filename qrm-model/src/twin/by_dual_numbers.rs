@@ -74,6 +74,10 @@ impl Equations for ByDualNumbers {
     #[inline(always)]
     fn closure(&self, q: &[f64; 3]) -> Closure<f64, 3, 2> {
         let (_, [slot, guide]) = self.gradients(q);
-        Closure { constraints: [slot.re, guide.re], constraint_jacobian: [gradient(&slot), gradient(&guide)] }
+        Closure {
+            constraints: [slot.re, guide.re],
+            constraint_jacobian: [gradient(&slot), gradient(&guide)],
+            constraint_rate: [0.0; 2],
+        }
     }
 }

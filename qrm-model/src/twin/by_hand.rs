@@ -160,6 +160,7 @@ impl Equations for ByHand {
         Closure {
             constraints: [p.O2A * g.cos2 - g.r * g.cos4, p.O4B * g.sin4 + p.BC * g.sin5 - p.yC],
             constraint_jacobian: g.jacobian,
+            constraint_rate: [0.0; 2],
         }
     }
 }

@@ -82,7 +82,7 @@ impl<R: Lane> Kernel<R, 3, 2> for KernelByHand<R> {
     }
 
     #[inline(always)]
-    fn position(&self, _: &[R; 3], angles: &Angles<R, 3>) -> Place<R> {
+    fn position(&self, _: R, _: &[R; 3], angles: &Angles<R, 3>) -> Place<R> {
         let p = &self.p;
         let ([s2, s4, s5], [c2, c4, c5]) = (angles.sin, angles.cos);
         let r_sq = self.twice.mul_add(s2, self.square);

@@ -94,8 +94,8 @@ fn evaluate<X: Mechanism<N, M>, const N: usize, const M: usize>(
 /// The linear equations of all stages of a step, with `g = h gamma`:
 ///
 /// ```text
-/// | Mbar + g D + g^2 K     C_q' | | w  |     | Mbar r - g K v + d f_t |
-/// | C_q + g D_c + g^2 K_c  0    | | mu | = g | C_q r - g K_c v        |
+/// | Mbar + g D + g^2 K     C_q' | | w  |     | Mbar r - g K v + d f_t  |
+/// | C_q + g D_c + g^2 K_c  0    | | mu | = g | C_q r - g K_c v + d c_t |
 /// ```
 struct System<'a, const N: usize, const M: usize> {
     dynamics: &'a Dynamics<f64, N, M>,
@@ -153,7 +153,8 @@ impl<'a, const N: usize, const M: usize> System<'a, N, M> {
     fn increment(&self, v: &Vector<N>, r: &Vector<N>, by_time: f64) -> (Vector<N>, Vector<N>) {
         let (g, jacobian) = (self.g, &self.dynamics.constraint_jacobian);
         let closing: Vector<M> = std::array::from_fn(|k| {
-            g * (dot(&jacobian[k], r) - g * dot(&self.linearization.constraint_stiffness[k], v))
+            let forcing = by_time * self.linearization.constraint_forcing[k];
+            g * (dot(&jacobian[k], r) - g * dot(&self.linearization.constraint_stiffness[k], v) + forcing)
         });
         let mut right: Vector<N> = std::array::from_fn(|i| {
             let forcing = by_time * self.linearization.forcing[i];

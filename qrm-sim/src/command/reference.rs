@@ -102,6 +102,7 @@ impl Reference {
             outputs: vec![f64::NAN; scene.outputs.len()],
             residual: 0.0,
             energy: f64::NAN,
+            power: f64::NAN,
         };
         for reference in &scene.references {
             let t = constant(&reference.t, &parameters);
@@ -159,6 +160,7 @@ fn no_integral(reason: NoIntegral) -> Failure {
         "error: there is no energy integral: {}",
         match reason {
             NoIntegral::Freedoms => "the mechanism has another number of freedoms than one",
+            NoIntegral::Driven => "a constraint depends on time",
             NoIntegral::NotConservative => "some load has no potential",
             NoIntegral::TurnsBack => "the motion turns back or stands still on the way, or its way is not found",
         }

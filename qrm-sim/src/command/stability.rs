@@ -25,6 +25,13 @@ pub(super) fn stability(scenes: &Scenes, arguments: &StabilityArguments) -> Resu
         ..MethodArguments::default()
     };
     let setup = Setup::new(scenes, &arguments.scene, &how)?;
+    if setup.description.coordinates.len() == setup.description.constraints.len() {
+        return Err(Failure::Use(
+            "error: the mechanism has no freedom: its motion follows from the constraints alone, and nothing in it can decay or \
+             oscillate\n  = help: `qrm run` has its forces; leave out what drives it to see how it moves by itself"
+                .to_owned(),
+        ));
+    }
     let out = setup.folder(arguments.out.as_deref());
     let survey = Survey::until(&setup, None)?;
     let limit = Limit::find(&setup, &survey)?;

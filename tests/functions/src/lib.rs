@@ -1,4 +1,4 @@
-//! A scene that uses every function and every kind of load and output.
+//! Scenes that use every function, every kind of load and output, and time wherever it may stand.
 #![cfg(feature = "generate")]
 
 include!(concat!(env!("OUT_DIR"), "/scenes.rs"));

@@ -41,7 +41,7 @@ pub(super) struct Measured {
     pub(super) seconds: [f64; 3],
     pub(super) errors: Errors,
     pub(super) residual: f64,
-    pub(super) energy_drift: f64,
+    pub(super) energy_drift: Option<f64>,
     /// What a plain run says of its own error at the end.
     pub(super) estimate: Option<f64>,
 }
@@ -232,13 +232,15 @@ fn rung(setup: &Setup, reference: &Reference, way: Way, setting: Setting) -> Run
 fn compared(setup: &Setup, reference: &Reference, measurement: &Measurement) -> Measured {
     let quarter = |part: usize| measurement.seconds[(measurement.seconds.len() - 1) * part / 4];
     let states = &measurement.states;
+    let is_conservative = states.iter().all(|state| state.power == 0.0);
     Measured {
         steps: measurement.counts.accepted,
         evaluations: measurement.counts.evaluations,
         seconds: [1, 2, 3].map(quarter),
         errors: Errors::between(&setup.text, states, &reference.states),
         residual: states.iter().map(|state| state.residual).fold(0.0, f64::max),
-        energy_drift: states.iter().map(|state| (state.energy - measurement.energy).abs()).fold(0.0, f64::max),
+        energy_drift: is_conservative
+            .then(|| states.iter().map(|state| (state.energy - measurement.energy).abs()).fold(0.0, f64::max)),
         estimate: None,
     }
 }

@@ -49,8 +49,9 @@ pub(super) fn csv(rungs: &[Rung], reference: &Reference) -> Result<Vec<u8>, csv:
                 };
                 record.extend([(e.position, u.position), (e.rate, u.rate), (e.force, u.force)].map(shown));
                 record.extend([u.position, u.rate, u.force].map(|number| format!("{number:?}")));
-                record.extend([m.residual, m.energy_drift].map(|number| format!("{number:?}")));
-                record.extend([m.estimate.map_or(String::new(), |number| format!("{number:?}")), String::new()]);
+                let known = |number: Option<f64>| number.map_or(String::new(), |number| format!("{number:?}"));
+                record.extend([Some(m.residual), m.energy_drift, m.estimate].map(known));
+                record.push(String::new());
             }
             Err(reason) => {
                 record.extend(vec![String::new(); 14]);
@@ -102,17 +103,18 @@ pub(super) fn printed(setup: &Setup, rungs: &[Rung], reference: &Reference) -> S
                         false => format!("<{uncertainty:.0e}"),
                     }
                 };
+                let known = |number: Option<f64>| number.map_or("-".to_owned(), |number| format!("{number:.1e}"));
                 let e = m.errors;
                 format!(
-                    "  {setting:>16} {:>8} {:>10} {:>9} {:>9} {:>9} {:>9.1e} {:>9.1e} {:>9}\n",
+                    "  {setting:>16} {:>8} {:>10} {:>9} {:>9} {:>9} {:>9.1e} {:>9} {:>9}\n",
                     m.steps,
                     words::milliseconds(m.seconds[1]),
                     shown(e.position, u.position),
                     shown(e.rate, u.rate),
                     shown(e.force, u.force),
                     m.residual,
-                    m.energy_drift,
-                    m.estimate.map_or("-".to_owned(), |estimate| format!("{estimate:.1e}"))
+                    known(m.energy_drift),
+                    known(m.estimate)
                 )
             }
             Err(reason) => format!("  {setting:>16} {}\n", reason.lines().next().unwrap_or_default()),

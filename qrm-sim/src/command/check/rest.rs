@@ -113,6 +113,11 @@ fn no_rest(setup: &Setup, reason: &NoRest) -> Failure {
         NoRest::Singular => "error: the start is singular: it does not say which way the mechanism goes\n  \
              = help: give another start in [initial]"
             .to_owned(),
+        NoRest::Driven => {
+            "error: a constraint depends on time: there is no position that the mechanism could be held in\n  \
+             = help: leave the constraint out to see what balances the loads at rest"
+                .to_owned()
+        }
         NoRest::NotFinite => "error: forces at this position are not finite\n  \
              = help: the mechanism is locked there, or a formula leaves its domain"
             .to_owned(),

@@ -18,6 +18,7 @@ pub(super) fn facts(setup: &Setup) -> Result<Vec<Fact>, Failure> {
     let turn = match setup.scene.turn(&setup.replace()) {
         Ok(turn) => turn,
         Err(NoTurn::Freedoms(n)) => return not_looked_at(format!("the mechanism has {n} freedoms, not one")),
+        Err(NoTurn::Driven) => return not_looked_at("a constraint depends on time".to_owned()),
         Err(NoTurn::NotAnAngle(i)) => {
             return not_looked_at(format!("`{}`, which [initial] gives, is not in rad", coordinates[i].name));
         }
