@@ -46,7 +46,7 @@ fn value(formula: &str, roots: &[(String, f64)]) -> f64 {
         let known = coordinate("_ddot", QDD).or_else(|| coordinate("_dot", QD)).or_else(|| coordinate("", Q));
         known.or(multiplier).or(root).or(parameter).unwrap_or_else(|| panic!("what is `{name}`?"))
     };
-    evaluate(&parse_formula(formula, 0).unwrap_or_else(|e| panic!("{formula}: {}", e.title)), look_up)
+    evaluate(&parse_formula(formula, 0, &[]).unwrap_or_else(|e| panic!("{formula}: {}", e.title)), look_up)
 }
 
 /// Compares a function's values, those that are not zero, with its documentation.

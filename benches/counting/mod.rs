@@ -65,6 +65,10 @@ impl Real for Counting {
         note(1);
         Self(self.0.powf(exponent))
     }
+    fn sign(self) -> Self {
+        note(1);
+        Self(self.0.sign())
+    }
     one_each!(sqrt, asin, acos, atan, exp, ln, sinh, cosh, tanh);
 }
 

@@ -142,17 +142,36 @@ pub enum LoadSyntax {
     },
     /// A field of acceleration on every mass.
     Gravity([Formula; 2]),
-    /// A spring and a damper along a length or an angle.
-    Spring {
-        /// The length or angle.
-        along: Formula,
-        /// Stiffness.
-        stiffness: Option<Formula>,
-        /// Where the spring is slack.
-        rest: Option<Formula>,
-        /// Damping coefficient.
-        damping: Option<Formula>,
-    },
+    /// Springs, dampers and what else acts along a length or an angle.
+    Spring(Box<SpringSyntax>),
+}
+
+/// A load that acts along a length or an angle.
+#[derive(Debug)]
+pub struct SpringSyntax {
+    /// The length or angle.
+    pub along: Along,
+    /// Stiffness.
+    pub stiffness: Option<Formula>,
+    /// Where the spring is slack.
+    pub rest: Option<Formula>,
+    /// Damping coefficient.
+    pub damping: Option<Formula>,
+    /// A potential, of the length alone.
+    pub potential: Option<Formula>,
+    /// A force or torque that makes it longer.
+    pub force: Option<Formula>,
+    /// Size of a friction, and the speed at which it has come to three quarters of that.
+    pub friction: Option<(Formula, Formula)>,
+}
+
+/// What springs and dampers act along.
+#[derive(Debug)]
+pub enum Along {
+    /// A length or an angle.
+    Formula(Formula),
+    /// The distance of two points.
+    Between(Identifier, Identifier),
 }
 
 /// What something acts on.
@@ -186,6 +205,8 @@ pub enum OutputValue {
     Rate(Formula),
     /// The second time derivative of one.
     SecondRate(Formula),
+    /// The power of a load, or of a constraint that depends on time.
+    Power(Identifier),
     /// The physical force of a constraint on a point along a direction, or its moment on a body.
     Reaction {
         /// The constraint.

@@ -109,6 +109,15 @@ impl<D: Differentiable> State<D> {
         evaluate(value, |quantity| self.quantity(*quantity))
     }
 
+    /// The value of a load's law where the length that it acts along and the rate of that are these.
+    pub fn law(&self, value: &Value, [stretch, rate]: [D; 2]) -> D {
+        evaluate(value, |quantity| match quantity {
+            Quantity::Stretch => stretch,
+            Quantity::StretchRate => rate,
+            other => self.quantity(*other),
+        })
+    }
+
     /// The same state with one point moved, everything else held.
     #[must_use]
     pub fn with_point(&self, point: usize, position: [D; 2]) -> Self {
@@ -131,7 +140,8 @@ impl<D: Differentiable> State<D> {
             Quantity::PointRate(i, axis) => self.point_rates[i][axis],
             Quantity::Time => self.time,
             Quantity::Pi => D::from(std::f64::consts::PI),
-            Quantity::Unknown => D::from(f64::NAN),
+            // The law of a load binds them itself.
+            Quantity::Stretch | Quantity::StretchRate | Quantity::Unknown => D::from(f64::NAN),
         }
     }
 }

@@ -40,6 +40,8 @@ pub enum Function {
     Atan2,
     /// Absolute value.
     Abs,
+    /// -1, 0 or 1.
+    Sign,
     /// The smaller of two.
     Min,
     /// The larger of two.
@@ -48,7 +50,7 @@ pub enum Function {
 
 impl Function {
     /// Every function, in the order the documentation lists them.
-    pub const ALL: [Function; 17] = [
+    pub const ALL: [Function; 18] = [
         Self::Sqrt,
         Self::Sin,
         Self::Cos,
@@ -64,6 +66,7 @@ impl Function {
         Self::Hypot,
         Self::Atan2,
         Self::Abs,
+        Self::Sign,
         Self::Min,
         Self::Max,
     ];
@@ -86,6 +89,7 @@ impl Function {
             Self::Hypot => "hypot",
             Self::Atan2 => "atan2",
             Self::Abs => "abs",
+            Self::Sign => "sign",
             Self::Min => "min",
             Self::Max => "max",
         }
@@ -104,10 +108,15 @@ impl Function {
         }
     }
 
-    /// Whether the generator can differentiate it. The others serve where nothing is differentiated:
-    /// values of parameters, first guesses, stop conditions.
+    /// Whether it has a derivative wherever it has a value. What has none serves where nothing is differentiated: in values of
+    /// parameters, first guesses, stop conditions.
     pub fn is_differentiable(self) -> bool {
-        !matches!(self, Self::Atan2 | Self::Abs | Self::Min | Self::Max)
+        self != Self::Atan2 && !self.is_piecewise()
+    }
+
+    /// Whether it has one but at a corner: that serves loads too.
+    pub fn is_piecewise(self) -> bool {
+        matches!(self, Self::Abs | Self::Sign | Self::Min | Self::Max)
     }
 
     /// The value at `arguments`, of which there must be at least [`arity`](Self::arity) many.
@@ -135,6 +144,7 @@ impl Function {
                     x
                 }
             }
+            Self::Sign => D::from(f64::from(i8::from(x.re() > 0.0) - i8::from(x.re() < 0.0))),
             Self::Min => {
                 if arguments[1].re() < x.re() {
                     arguments[1]

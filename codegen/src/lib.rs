@@ -16,6 +16,7 @@
 //! `engine` (scene to [`term`]s), [`lower`] and [`share`] (terms to a [`graph`]), [`emit`] (graph to Rust), [`verify`]
 //! (Rust against the scene), `generate` (files in, files out).
 
+pub mod chart;
 pub mod derivation;
 pub mod diagnostic;
 pub mod document;

@@ -1,5 +1,6 @@
 //! Tokens to [`Expression`]: the usual precedences, `^` binding tighter than a sign before it and to the right.
 
+use crate::chart::Chart;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::expression::{Expression, Node, NodeId};
 use crate::function::Function;
@@ -24,28 +25,29 @@ pub struct Condition<N> {
 /// Boxed, so that the recursion below needs little stack: one level of nesting passes through five functions.
 type Parsed<T> = Result<T, Box<Diagnostic>>;
 
-/// Reads a formula that begins at byte `offset` of its file.
+/// Reads a formula that begins at byte `offset` of its file and may call these charts.
 ///
 /// # Errors
 /// The first mistake in the formula, with its place.
-pub fn parse_formula(text: &str, offset: usize) -> Result<Formula, Diagnostic> {
-    let mut parser = Parser::new(text, offset)?;
+pub fn parse_formula(text: &str, offset: usize, charts: &[Chart]) -> Result<Formula, Diagnostic> {
+    let mut parser = Parser::new(text, offset, charts)?;
     parser.sum().and_then(|_| parser.expect_end()).map_err(|error| *error)?;
     Ok(parser.formula)
 }
 
-/// Reads a condition that begins at byte `offset` of its file.
+/// Reads a condition that begins at byte `offset` of its file and may call these charts.
 ///
 /// # Errors
 /// The first mistake in the condition, with its place.
-pub fn parse_condition(text: &str, offset: usize) -> Result<Condition<String>, Diagnostic> {
-    let mut parser = Parser::new(text, offset)?;
+pub fn parse_condition(text: &str, offset: usize, charts: &[Chart]) -> Result<Condition<String>, Diagnostic> {
+    let mut parser = Parser::new(text, offset, charts)?;
     let (left, comparison, right) = parser.condition().map_err(|error| *error)?;
     parser.formula.push(Node::Subtract(left, right), offset..offset + text.len());
     Ok(Condition { difference: parser.formula, comparison })
 }
 
-struct Parser {
+struct Parser<'c> {
+    charts: &'c [Chart],
     tokens: Vec<(Token, Span)>,
     at: usize,
     end: usize,
@@ -53,15 +55,15 @@ struct Parser {
     formula: Formula,
 }
 
-impl Parser {
-    fn new(text: &str, offset: usize) -> Result<Self, Diagnostic> {
+impl<'c> Parser<'c> {
+    fn new(text: &str, offset: usize, charts: &'c [Chart]) -> Result<Self, Diagnostic> {
         if text.trim().is_empty() {
             return Err(Diagnostic::error("empty formula", offset..offset + text.len(), "nothing here")
                 .help("write a formula, or `0`"));
         }
         let tokens = tokenize(text, offset)?;
         let end = offset + text.trim_end().len();
-        Ok(Self { tokens, at: 0, end, depth: 0, formula: Formula::new() })
+        Ok(Self { charts, tokens, at: 0, end, depth: 0, formula: Formula::new() })
     }
 
     fn peek(&self) -> Option<&(Token, Span)> {
@@ -196,7 +198,7 @@ impl Parser {
     }
 
     fn name(&mut self, name: String, span: Span) -> Parsed<NodeId> {
-        if Function::named(&name).is_some() {
+        if Function::named(&name).is_some() || self.charts.iter().any(|chart| chart.name == name) {
             let error = Diagnostic::error(format!("`{name}` is a function"), span, "its argument is missing");
             return Err(Box::new(error.help(format!("write `{name}(...)`"))));
         }
@@ -213,10 +215,15 @@ impl Parser {
             }
         }
         let closed = self.close(&opened)?;
-        let function = Function::named(name).ok_or_else(|| unknown_function(name, name_span.clone()))?;
         let span = name_span.start..closed.end;
+        let chart = self.charts.iter().find(|chart| chart.name == name);
+        if let (Some(chart), None) = (chart, Function::named(name)) {
+            let [argument] = arguments[..] else { return Err(wrong_arity(name, 1, arguments.len(), span)) };
+            return Ok(chart.append(&mut self.formula, argument, &span));
+        }
+        let function = Function::named(name).ok_or_else(|| unknown_function(name, self.charts, name_span.clone()))?;
         if arguments.len() != function.arity() {
-            return Err(wrong_arity(function, arguments.len(), span));
+            return Err(wrong_arity(name, function.arity(), arguments.len(), span));
         }
         Ok(self.formula.push(Node::Call(function, arguments), span))
     }
@@ -244,15 +251,16 @@ impl Parser {
     }
 }
 
-fn unknown_function(name: &str, span: Span) -> Box<Diagnostic> {
-    let known: Vec<&str> = Function::ALL.iter().map(|f| f.name()).collect();
+fn unknown_function(name: &str, charts: &[Chart], span: Span) -> Box<Diagnostic> {
+    let own = charts.iter().map(|chart| chart.name.as_str());
+    let known: Vec<&str> = Function::ALL.iter().map(|f| f.name()).chain(own).collect();
     let help = suggestion(name, known.iter().copied(), || format!("known functions: {}", known.join(", ")));
     Box::new(Diagnostic::error(format!("unknown function `{name}`"), span, "not known").help(help))
 }
 
-fn wrong_arity(function: Function, given: usize, span: Span) -> Box<Diagnostic> {
-    let (name, arguments) = (function.name(), if function.arity() == 1 { "a" } else { "a, b" });
-    let title = format!("`{name}` takes {} argument{}", function.arity(), if function.arity() == 1 { "" } else { "s" });
+fn wrong_arity(name: &str, arity: usize, given: usize, span: Span) -> Box<Diagnostic> {
+    let (arguments, plural) = if arity == 1 { ("a", "") } else { ("a, b", "s") };
+    let title = format!("`{name}` takes {arity} argument{plural}");
     let label = if given == 1 { "1 is given".to_owned() } else { format!("{given} are given") };
     Box::new(Diagnostic::error(title, span, label).help(format!("write `{name}({arguments})`")))
 }

@@ -68,7 +68,7 @@ pub fn read_condition(scene: &Scene, text: &str) -> Result<Condition<Quantity>, 
     let findings = Vec::new();
     let mut resolver =
         Resolver { source: text, scope, findings, lost_names: false, is_whole: true, has_unknown: false };
-    let condition = match crate::parser::parse_condition(text, 0) {
+    let condition = match crate::parser::parse_condition(text, 0, &[]) {
         Ok(condition) => Some(resolver.condition(&condition)),
         Err(finding) => {
             resolver.findings.push(finding);
@@ -86,13 +86,17 @@ pub fn read_condition(scene: &Scene, text: &str) -> Result<Condition<Quantity>, 
 enum Context {
     /// Numbers and parameters.
     Constant,
+    /// The length that a load acts along too.
+    Potential,
     /// Coordinates, points and time too; it will be differentiated.
     Geometry,
     /// The same; it will not be differentiated.
     Picture,
-    /// Rates too; it must be smooth.
+    /// Rates too; it must be continuous but for jumps.
     Load,
-    /// Everything, also functions without derivative.
+    /// The length that the load acts along, and its rate, too.
+    Law,
+    /// Everything but these, also functions without derivative.
     Condition,
 }
 
@@ -303,8 +307,8 @@ impl Resolver<'_> {
                 Quantity::Unknown
             }
         });
-        if matches!(context, Context::Geometry | Context::Load) {
-            check::differentiable(&value, &mut self.findings);
+        if !matches!(context, Context::Constant | Context::Picture | Context::Condition) {
+            check::differentiable(&value, context == Context::Geometry, self.source, &mut self.findings);
         }
         value
     }

@@ -29,6 +29,10 @@ pub enum Quantity {
     Point(usize, usize),
     /// Its rate.
     PointRate(usize, usize),
+    /// The length or angle along which a load acts; in the load's own law.
+    Stretch,
+    /// Its rate.
+    StretchRate,
     /// Time.
     Time,
     /// The ratio of a circle's circumference to its diameter.
@@ -186,7 +190,7 @@ pub enum LoadKind {
     },
     /// A field of acceleration that acts on every mass.
     Gravity([Value; 2]),
-    /// A spring and a damper along a length or an angle.
+    /// Springs, dampers and what else acts along a length or an angle.
     Spring {
         /// The length or angle.
         along: Value,
@@ -196,6 +200,12 @@ pub enum LoadKind {
         rest: Option<Value>,
         /// Damping coefficient.
         damping: Option<Value>,
+        /// A potential, of the length alone.
+        potential: Option<Value>,
+        /// A force or torque that makes it longer, of anything.
+        force: Option<Value>,
+        /// Size of a friction, and the speed at which it has come to three quarters of that.
+        friction: Option<(Value, Value)>,
     },
 }
 
@@ -230,6 +240,10 @@ pub enum OutputKind {
         /// The direction.
         along: [Value; 2],
     },
+    /// Power of a load.
+    LoadPower(usize),
+    /// Power of a constraint that depends on time.
+    DrivePower(usize),
     /// Moment of a constraint on whatever turns with a coordinate: -lambda dC/d(angle).
     ReactionMoment {
         /// The constraint.

@@ -51,6 +51,8 @@ pub enum Symbol {
     RootBias(usize),
     /// How far a constraint is from closed, for a correction.
     Residual(usize),
+    /// The sign of something: a constant to the engine, since it changes in jumps alone.
+    Sign(usize),
     /// A value that has a statement of its own, in the order of the statements.
     Local(usize),
 }
@@ -83,6 +85,20 @@ impl Term {
                 whole + base.cost()
             }
             Self::Call(_, argument) => 10 + argument.cost(),
+        }
+    }
+
+    /// The same term with other terms for some of its symbols.
+    #[must_use]
+    pub fn replacing(&self, other: &impl Fn(Symbol) -> Option<Term>) -> Self {
+        let inner = |term: &Term| term.replacing(other);
+        match self {
+            Self::Number(_) => self.clone(),
+            Self::Symbol(symbol) => other(*symbol).unwrap_or_else(|| self.clone()),
+            Self::Sum(terms) => Self::Sum(terms.iter().map(inner).collect()),
+            Self::Product(factors) => Self::Product(factors.iter().map(inner).collect()),
+            Self::Power(base, exponent) => Self::Power(Box::new(inner(base)), exponent.clone()),
+            Self::Call(function, argument) => Self::Call(*function, Box::new(inner(argument))),
         }
     }
 

@@ -116,7 +116,7 @@ fn plain_text_reads_back_as_the_same_number() {
     };
     for (term, _) in terms() {
         let text = writer.term(&term);
-        let formula = parse_formula(&text, 0).unwrap_or_else(|e| panic!("{text}: {}", e.title));
+        let formula = parse_formula(&text, 0, &[]).unwrap_or_else(|e| panic!("{text}: {}", e.title));
         let (read, meant): (f64, f64) = (evaluate(&formula, named), term.evaluate(&value));
         assert!((read - meant).abs() <= 1e-14 * meant.abs().max(1.0), "{text} is {read}, not {meant}");
     }

@@ -57,6 +57,10 @@ impl<D: Kind> Real for Dual<D> {
     fn powf(self, exponent: f64) -> Self {
         Self(self.0.powf(exponent))
     }
+    #[inline(always)]
+    fn sign(self) -> Self {
+        Self(D::from(self.0.re().sign()))
+    }
     forward!(recip, sqrt, sin, cos, tan, asin, acos, atan, exp, ln, sinh, cosh, tanh);
 }
 

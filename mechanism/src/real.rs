@@ -53,6 +53,8 @@ pub trait Real:
     fn tanh(self) -> Self;
     /// Power with a fixed exponent.
     fn powf(self, exponent: f64) -> Self;
+    /// -1, 0 or 1.
+    fn sign(self) -> Self;
 }
 
 /// What a kernel asks of a number beyond that: lanes answer for each of them.
@@ -140,6 +142,11 @@ impl Real for f64 {
     fn powf(self, exponent: f64) -> Self {
         f64::powf(self, exponent)
     }
+    #[inline(always)]
+    fn sign(self) -> Self {
+        // Zero, and what is not a number, stay what they are.
+        if self == 0.0 || self.is_nan() { self } else { f64::signum(self) }
+    }
     forward!(recip, sqrt, tan, asin, acos, atan, exp, ln, sinh, cosh, tanh);
 }
 
@@ -155,6 +162,10 @@ impl Real for Fused {
     #[inline(always)]
     fn powf(self, exponent: f64) -> Self {
         Self(f64::powf(self.0, exponent))
+    }
+    #[inline(always)]
+    fn sign(self) -> Self {
+        Self(self.0.sign())
     }
     forward_inside!(recip, sqrt, tan, asin, acos, atan, exp, ln, sinh, cosh, tanh);
 }

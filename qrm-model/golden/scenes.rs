@@ -36,6 +36,12 @@ pub mod quick_return {
     include!("quick_return.rs");
 }
 
+/// The scene of [`shaper::Shaper`].
+#[allow(non_snake_case)]
+pub mod shaper {
+    include!("shaper.rs");
+}
+
 /// The scene of [`slider_crank::SliderCrank`].
 #[allow(non_snake_case)]
 pub mod slider_crank {
@@ -50,5 +56,6 @@ pub fn visit_all(visitor: &mut impl qrm_mechanism::Visitor) {
     visitor.visit::<quick_return_driven::QuickReturnDriven, 3, 3>();
     visitor.visit::<quick_return_loaded::QuickReturnLoaded, 3, 2>();
     visitor.visit::<quick_return::QuickReturn, 3, 2>();
+    visitor.visit::<shaper::Shaper, 3, 2>();
     visitor.visit::<slider_crank::SliderCrank, 3, 2>();
 }

@@ -305,6 +305,7 @@ fn functions_take_other_numbers() {
                 fn from_f64(value: f64) -> Self { Self(value as f32) }
                 fn sin_cos(self) -> (Self, Self) { (Self(self.0.sin()), Self(self.0.cos())) }
                 fn powf(self, exponent: f64) -> Self { Self(self.0.powf(exponent as f32)) }
+                fn sign(self) -> Self { Self(if self.0 == 0.0 { 0.0 } else { self.0.signum() }) }
                 $(fn $name(self) -> Self { Self(self.0.$name()) })*
             }
         };

@@ -127,6 +127,10 @@ impl<S: Token> Real for Lanes<S> {
     fn powf(self, exponent: f64) -> Self {
         self.each(|value| value.powf(exponent))
     }
+    #[inline(always)]
+    fn sign(self) -> Self {
+        self.choose(0.0, self, self / self.abs())
+    }
     one_by_one!(asin, acos, atan, exp, ln, sinh, cosh, tanh);
 }
 

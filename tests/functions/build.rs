@@ -1,7 +1,7 @@
 //! What a crate of its own needs to have its scenes generated.
 
 fn main() {
-    let scenes = ["functions.toml", "driven.toml", "bead.toml"];
+    let scenes = ["functions.toml", "driven.toml", "bead.toml", "loads.toml"];
     for scene in scenes {
         println!("cargo::rerun-if-changed={scene}");
     }

@@ -1,12 +1,16 @@
 //! The sections of a scene file, key by key.
 
+use num_rational::BigRational;
+
 use super::known::{extreme, reference, values};
 use super::table::{self, Reader, Table};
 use super::{
-    BodySyntax, ConstraintSyntax, CoordinateSyntax, Document, DrawnSyntax, Identifier, LoadSyntax, OutputSyntax,
-    OutputValue, ParameterSyntax, Position, Target,
+    Along, BodySyntax, ConstraintSyntax, CoordinateSyntax, Document, DrawnSyntax, Identifier, LoadSyntax, OutputSyntax,
+    OutputValue, ParameterSyntax, Position, SpringSyntax, Target,
 };
+use crate::chart::Chart;
 use crate::diagnostic::Diagnostic;
+use crate::function::Function;
 use crate::names::is_identifier;
 
 impl Document {
@@ -34,6 +38,11 @@ impl Document {
             let coordinate = coordinate(r, value);
             r.lost |= coordinate.is_none();
             self.coordinates.extend(coordinate);
+        }
+        // Every formula may call them.
+        for (identifier, value) in root.entries(r, "tables") {
+            let chart = chart(r, identifier, value);
+            r.charts.extend(chart);
         }
         for (identifier, value) in root.entries(r, "parameters") {
             self.parameters.extend(parameter(r, identifier, value));
@@ -132,6 +141,46 @@ fn parameter(r: &mut Reader, identifier: Identifier, value: table::Value) -> Opt
     Some(ParameterSyntax { identifier, value, unit, doc, runtime })
 }
 
+/// A function given by points.
+fn chart(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option<Chart> {
+    let what = format!("table `{}`", identifier.name);
+    if Function::named(&identifier.name).is_some() {
+        let title = format!("`{}` already means a function", identifier.name);
+        let error = Diagnostic::error(title, identifier.span, "cannot be a table").help("choose another name");
+        r.findings.push(error);
+        return None;
+    }
+    let table = r.table(&what, value)?;
+    table.string(r, "doc");
+    let mut axis = |key: &str| -> Option<Vec<BigRational>> {
+        let items = table.required(r, key)?;
+        let items = r.array(items);
+        items.into_iter().map(|item| r.number(item)).collect()
+    };
+    let (x, y) = (axis("x"), axis("y"));
+    table.finish(r);
+    let (x, y) = x.zip(y)?;
+    let wrong = match x.windows(2).position(|pair| pair[0] >= pair[1]) {
+        _ if x.len() != y.len() => {
+            Some((format!("{} abscissae and {} ordinates", x.len(), y.len()), "give one `y` for each `x`"))
+        }
+        _ if x.len() < 2 => {
+            Some(("a line needs two points or more".to_owned(), "give the points that lines are drawn through"))
+        }
+        Some(i) => Some((
+            format!("abscissa {} does not lie above the one before", i + 2),
+            "write the points from left to right",
+        )),
+        None => None,
+    };
+    if let Some((label, help)) = wrong {
+        r.findings.push(Diagnostic::error(format!("{what} is no function"), value.span(), label).help(help));
+        return None;
+    }
+    let points = x.into_iter().zip(y).map(|(x, y)| [x, y]).collect();
+    Some(Chart { name: identifier.name, points })
+}
+
 fn body(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option<BodySyntax> {
     let table = r.table(&format!("body `{}`", identifier.name), value)?;
     let syntax = BodySyntax {
@@ -168,11 +217,11 @@ fn constraint(r: &mut Reader, identifier: Identifier, value: table::Value) -> Op
 fn load(r: &mut Reader, identifier: &Identifier, value: table::Value) -> Option<LoadSyntax> {
     let table = r.table(&format!("load `{}`", identifier.name), value)?;
     table.string(r, "doc");
-    let kind = table.one_of(
-        r,
-        &["force", "torque", "gravity", "along"],
-        "a spring or damper is written `along` with `spring`, `rest` and `damper`",
-    )?;
+    let help = "what acts along a length has `along`, what acts between two points `between`, with `spring`, `damper` and others";
+    let kind = match table.is_there("along") || table.is_there("between") {
+        true => table.one_of(r, &["along", "between"], help)?,
+        false => table.one_of(r, &["force", "torque", "gravity", "along", "between"], help)?,
+    };
     let load = match kind {
         "force" => {
             let force = table.required(r, "force").map(|v| r.pair(v))?;
@@ -186,26 +235,51 @@ fn load(r: &mut Reader, identifier: &Identifier, value: table::Value) -> Option<
         }
         "gravity" => table.required(r, "gravity").map(|v| LoadSyntax::Gravity(r.pair(v))),
         _ => {
-            let along = table.required(r, "along").map(|v| r.formula(v))?;
-            let stiffness = table.optional("spring").map(|v| r.formula(v));
-            let rest = table.optional("rest").map(|v| r.formula(v));
-            let damping = table.optional("damper").map(|v| r.formula(v));
-            if stiffness.is_none() && damping.is_none() {
-                let help = "add `spring = '...'` or `damper = '...'`";
-                r.findings.push(
-                    Diagnostic::error(
-                        format!("load `{}` has no size", identifier.name),
-                        identifier.span.clone(),
-                        "does nothing",
-                    )
-                    .help(help),
-                );
-            }
-            Some(LoadSyntax::Spring { along, stiffness, rest, damping })
+            let spring = spring(r, identifier, &table, kind);
+            table.finish(r);
+            return spring;
         }
     };
     table.finish(r);
     load
+}
+
+/// What acts along a length, an angle or the distance of two points.
+fn spring(r: &mut Reader, identifier: &Identifier, table: &Table, kind: &str) -> Option<LoadSyntax> {
+    let asked = table.required(r, kind)?;
+    let along = if kind == "along" {
+        Some(Along::Formula(r.formula(asked)))
+    } else {
+        let points: Vec<Identifier> = r.array(asked).into_iter().filter_map(|item| r.text(item)).collect();
+        match <[Identifier; 2]>::try_from(points) {
+            Ok([from, to]) => Some(Along::Between(from, to)),
+            Err(_) => {
+                let error = Diagnostic::error("something acts between two points", asked.span(), "not two names");
+                r.findings.push(error.help("name both: `between = [\"P\", \"Q\"]`"));
+                None
+            }
+        }
+    };
+    let mut formula = |key: &str| table.optional(key).map(|v| r.formula(v));
+    let (stiffness, rest, damping) = (formula("spring"), formula("rest"), formula("damper"));
+    let (potential, force) = (formula("potential"), formula("force"));
+    let (friction, slip) = (formula("friction"), formula("slip"));
+    let sizes = [&stiffness, &damping, &potential, &force, &friction];
+    let mut wrong = |title: String, label: &str, help: &str| {
+        r.findings.push(Diagnostic::error(title, identifier.span.clone(), label).help(help));
+    };
+    let name = &identifier.name;
+    if sizes.iter().all(|size| size.is_none()) {
+        let help = "add one or more of `spring`, `damper`, `potential`, `force` and `friction`";
+        wrong(format!("load `{name}` has no size"), "does nothing", help);
+    }
+    if friction.is_some() != slip.is_some() {
+        let help = "friction is `-friction*tanh(s_dot/slip)`: give both, `slip` well below the speeds that matter";
+        wrong(format!("load `{name}` has one of `friction` and `slip`"), "the other is missing", help);
+    }
+    let friction = friction.zip(slip);
+    let spring = |along| SpringSyntax { along, stiffness, rest, damping, potential, force, friction };
+    along.map(|along| LoadSyntax::Spring(Box::new(spring(along))))
 }
 
 fn output(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option<OutputSyntax> {
@@ -215,13 +289,14 @@ fn output(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option
     }
     let table = r.table(&format!("output `{}`", identifier.name), value)?;
     let (unit, doc) = (table.string(r, "unit"), table.string(r, "doc"));
-    let help = "an output is a value, its rate, its second rate or the reaction of a constraint";
-    let kind = table.one_of(r, &["value", "rate", "second_rate", "reaction"], help)?;
+    let help = "an output is a value, its rate, its second rate, the reaction of a constraint or the power of a load";
+    let kind = table.one_of(r, &["value", "rate", "second_rate", "reaction", "power"], help)?;
     let asked = table.required(r, kind)?;
     let value = match kind {
         "value" => Some(OutputValue::Value(r.formula(asked))),
         "rate" => Some(OutputValue::Rate(r.formula(asked))),
         "second_rate" => Some(OutputValue::SecondRate(r.formula(asked))),
+        "power" => r.text(asked).map(OutputValue::Power),
         _ => {
             let constraint = r.text(asked);
             let target = table.target(r);

@@ -2,11 +2,13 @@
 
 use std::cell::RefCell;
 
+use num_rational::BigRational;
 use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
 
 use super::places::Places;
 use super::{Identifier, Target, form};
+use crate::chart::Chart;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::expression::Node;
 use crate::names::{closest, suggestion};
@@ -88,6 +90,11 @@ impl<'t, 's> Table<'t, 's> {
             self.known.borrow_mut().push(key.to_owned());
         }
         self.get(key)
+    }
+
+    /// Whether there is such a key, whoever asks for it.
+    pub(super) fn is_there(&self, key: &str) -> bool {
+        self.get(key).is_some()
     }
 
     fn get(&self, key: &str) -> Option<Value<'t, 's>> {
@@ -209,6 +216,8 @@ fn example(key: &str) -> String {
 pub(super) struct Reader<'s> {
     source: &'s str,
     pub(super) findings: Vec<Diagnostic>,
+    /// What formulae may call beside the functions that there always are.
+    pub(super) charts: Vec<Chart>,
     /// Whether something that may declare names could not be read.
     pub(super) lost: bool,
     /// How many of the findings are about the inside of a formula.
@@ -217,7 +226,7 @@ pub(super) struct Reader<'s> {
 
 impl<'s> Reader<'s> {
     pub(super) fn new(source: &'s str) -> Self {
-        Self { source, findings: Vec::new(), lost: false, unreadable: 0 }
+        Self { source, findings: Vec::new(), charts: Vec::new(), lost: false, unreadable: 0 }
     }
 
     pub(super) fn wrong_type(&mut self, value: Value, expected: &str) {
@@ -272,6 +281,19 @@ impl<'s> Reader<'s> {
         self.parse(value, parse_condition, |condition| &mut condition.difference)
     }
 
+    /// A number as it is written.
+    pub(super) fn number(&mut self, value: Value) -> Option<BigRational> {
+        if matches!(value.0.get_ref(), DeValue::Integer(_) | DeValue::Float(_)) {
+            return match self.parse(value, parse_formula, |formula| formula)?.nodes() {
+                [Node::Number(number)] => Some(number.exact.clone()),
+                [Node::Number(number), Node::Negate(_)] => Some(-number.exact.clone()),
+                _ => None,
+            };
+        }
+        self.wrong_type(value, "a number");
+        None
+    }
+
     /// Two formulae in an array.
     pub(super) fn pair(&mut self, value: Value) -> [Formula; 2] {
         let items = if value.is_array() { self.array(value) } else { Vec::new() };
@@ -285,7 +307,7 @@ impl<'s> Reader<'s> {
     fn parse<T>(
         &mut self,
         value: Value,
-        parse: fn(&str, usize) -> Result<T, Diagnostic>,
+        parse: fn(&str, usize, &[Chart]) -> Result<T, Diagnostic>,
         formula: fn(&mut T) -> &mut Formula,
     ) -> Option<T> {
         let raw = &self.source[value.span()];
@@ -302,7 +324,7 @@ impl<'s> Reader<'s> {
                 return None;
             }
         };
-        let result = parse(&text, 0).map(|mut parsed| {
+        let result = parse(&text, 0, &self.charts).map(|mut parsed| {
             formula(&mut parsed).move_spans(|span| places.span(span));
             parsed
         });

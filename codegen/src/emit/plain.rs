@@ -118,7 +118,9 @@ impl Plain<'_> {
                 quote!(#name)
             }
             // The resolver lets no rate of a point into these formulae, and no scene with unknown names gets here.
-            Quantity::PointRate(..) | Quantity::Unknown => unreachable!("rates of points occur in loads alone"),
+            Quantity::PointRate(..) | Quantity::Stretch | Quantity::StretchRate | Quantity::Unknown => {
+                unreachable!("they occur in loads alone")
+            }
             Quantity::Time => quote!(t),
             Quantity::Pi if self.is_generic() => quote!(R::from_f64(std::f64::consts::PI)),
             Quantity::Pi => quote!(std::f64::consts::PI),

@@ -27,6 +27,8 @@ pub(super) struct Algebra<'s> {
     points: Vec<[Atom; 2]>,
     /// What stands under the roots that have names; `None` if roots have no names.
     radicands: Option<RefCell<Vec<Atom>>>,
+    /// What the signs are taken of.
+    signs: RefCell<Vec<Atom>>,
 }
 
 impl<'s> Algebra<'s> {
@@ -56,10 +58,15 @@ impl<'s> Algebra<'s> {
             wanted.extend((0..roots).map(Symbol::RootRate));
             wanted.extend((0..roots).map(Symbol::RootBias));
         }
+        let has_sign = |node: &&Node<Quantity>| matches!(node, Node::Call(f, _) if f.is_piecewise());
+        let signs = all_values(scene).into_iter().flat_map(|value| value.nodes()).filter(has_sign).count();
+        // In a potential, each stands for two: of the length, and of what the length is.
+        wanted.extend((0..2 * signs).map(Symbol::Sign));
         let symbols: Vec<_> =
             wanted.into_iter().enumerate().map(|(i, s)| (s, symbol!(format!("scene{number}_{i}")))).collect();
         let places = symbols.iter().map(|(s, engine)| (*engine, *s)).collect();
-        let mut algebra = Self { scene, number, place, symbols, places, points: Vec::new(), radicands };
+        let mut algebra =
+            Self { scene, number, place, symbols, places, points: Vec::new(), radicands, signs: RefCell::default() };
         for point in &scene.points {
             let position = [0, 1].map(|axis| algebra.atom(&point.position[axis]));
             algebra.points.push(position);
@@ -101,6 +108,20 @@ impl<'s> Algebra<'s> {
         self.simplify_inside(at_rest.as_view())
     }
 
+    /// The derivative of a potential by the length it depends on, which is a displacement in it, where that is `length`.
+    pub(super) fn slope_of_potential(&self, potential: &Atom, length: &Atom) -> Atom {
+        let at_length = |atom: &Atom| atom.replace(self.displacement().to_pattern()).with(length.to_pattern());
+        let mut slope = at_length(&self.derivative(potential, Symbol::Displacement));
+        let known = self.signs.borrow().clone();
+        for (k, argument) in known.iter().enumerate() {
+            if self.derivative(argument, Symbol::Displacement) != Atom::num(0) {
+                let moved = self.sign(&at_length(argument));
+                slope = slope.replace(self.symbol(Symbol::Sign(k)).to_pattern()).with(moved.to_pattern());
+            }
+        }
+        slope
+    }
+
     /// Simplifies what stands under roots and in denominators, so that equal ones are seen to be equal.
     fn simplify_inside(&self, view: AtomView) -> Atom {
         match view {
@@ -121,6 +142,22 @@ impl<'s> Algebra<'s> {
         point: impl Fn(usize, usize) -> Atom,
         coordinate: impl Fn(usize) -> Atom,
     ) -> Atom {
+        self.atom_with(value, point, coordinate, &[self.displacement(), Atom::num(0)])
+    }
+
+    /// The law of a load in terms of the length that it acts along and its rate.
+    pub(super) fn law(&self, value: &Value, stretch: &[Atom; 2]) -> Atom {
+        let coordinate = |i| self.symbol(Symbol::Coordinate(i));
+        self.atom_with(value, |point, axis| self.points[point][axis].clone(), coordinate, stretch)
+    }
+
+    fn atom_with(
+        &self,
+        value: &Value,
+        point: impl Fn(usize, usize) -> Atom,
+        coordinate: impl Fn(usize) -> Atom,
+        stretch: &[Atom; 2],
+    ) -> Atom {
         if let Ok(mut place) = self.place.lock() {
             *place = (self.number, value.whole_span());
         }
@@ -134,6 +171,8 @@ impl<'s> Algebra<'s> {
                     Quantity::Rate(i) => self.symbol(Symbol::Rate(i)),
                     Quantity::Point(p, axis) => point(p, axis),
                     Quantity::PointRate(p, axis) => self.rate(&self.points[p][axis]),
+                    Quantity::Stretch => stretch[0].clone(),
+                    Quantity::StretchRate => stretch[1].clone(),
                     Quantity::Time => self.symbol(Symbol::Time),
                     Quantity::Pi => self.symbol(Symbol::Pi),
                     Quantity::Unknown => unreachable!("a scene with unknown names is not differentiated"),
@@ -164,9 +203,34 @@ impl<'s> Algebra<'s> {
             Function::Exp => x.exp(),
             Function::Log => x.log(),
             Function::Hypot => self.root(&self.simplify(&(x * x + &arguments[1] * &arguments[1]))),
+            Function::Sign => self.sign(x),
+            Function::Abs => x * self.sign(x),
+            Function::Max => (x + &arguments[1] + self.distance(x, &arguments[1])) / Atom::num(2),
+            Function::Min => (x + &arguments[1] - self.distance(x, &arguments[1])) / Atom::num(2),
             // The resolver has rejected every function without a derivative.
             _ => function!(symbol!(f.name()), x),
         }
+    }
+
+    /// The hyperbolic tangent.
+    pub(super) fn tanh(&self, x: &Atom) -> Atom {
+        self.call(Function::Tanh, &[self.simplify(x)])
+    }
+
+    /// The absolute value of a difference.
+    fn distance(&self, a: &Atom, b: &Atom) -> Atom {
+        let difference = self.simplify(&(a - b));
+        &difference * self.sign(&difference)
+    }
+
+    /// A sign, under its name: it has no derivative but where it jumps.
+    fn sign(&self, x: &Atom) -> Atom {
+        let mut known = self.signs.borrow_mut();
+        let place = known.iter().position(|other| other == x).unwrap_or_else(|| {
+            known.push(x.clone());
+            known.len() - 1
+        });
+        self.symbol(Symbol::Sign(place))
     }
 
     /// A root, under its name if roots have names and what stands under it varies.
@@ -268,7 +332,15 @@ impl<'s> Algebra<'s> {
 
     /// An atom as plain data, as it is.
     pub(super) fn term(&self, atom: &Atom) -> Term {
-        term(atom.as_view(), &self.places)
+        let plain = term(atom.as_view(), &self.places);
+        if self.signs.borrow().is_empty() {
+            return plain;
+        }
+        plain.replacing(&|symbol| {
+            let Symbol::Sign(k) = symbol else { return None };
+            let argument = self.signs.borrow()[k].clone();
+            Some(Term::Call(Function::Sign, Box::new(self.term(&argument))))
+        })
     }
 }
 

@@ -32,7 +32,7 @@ pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> Equation
     let mass = rows.mass_matrix(scene, &algebra);
     equations.mass_matrix = mass.iter().map(|row| terms(row)).collect();
     let loads = Loads::new(scene, &algebra, &rows);
-    let efforts = rows.inertial().chain(loads.efforts);
+    let efforts = rows.inertial().chain(loads.efforts.iter().cloned());
     let efforts: Vec<Effort> = efforts.collect();
     let force = |i: usize| {
         algebra.simplify(&efforts.iter().fold(Atom::num(0), |sum, effort| sum + &effort.size * &effort.along[i]))
@@ -44,12 +44,13 @@ pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> Equation
     }
     let momenta: Vec<Atom> = mass.iter().map(|row| algebra.contract(row, Symbol::Rate)).collect();
     let kinetic = algebra.contract(&momenta, Symbol::Rate) / Atom::num(2);
-    equations.energy = [kinetic, loads.potential].iter().map(|atom| algebra.simple_term(atom)).collect();
+    equations.energy = [&kinetic, &loads.potential].into_iter().map(|atom| algebra.simple_term(atom)).collect();
     // A closure that moves by itself does work: -lambda' C_q qd = lambda' C_t.
     let drifts: Vec<Atom> = c.iter().map(|row| algebra.drift(row)).collect();
     let driving = algebra.contract(&drifts, Symbol::Multiplier);
-    equations.power = vec![algebra.simple_term(&(loads.power + driving))];
-    equations.outputs = scene.outputs.iter().map(|o| algebra.simple_term(&output(scene, &algebra, &o.kind))).collect();
+    equations.power = vec![algebra.simple_term(&(&loads.power + driving))];
+    let output = |kind: &OutputKind| output(scene, &algebra, (&loads, &drifts), kind);
+    equations.outputs = scene.outputs.iter().map(|o| algebra.simple_term(&output(&o.kind))).collect();
     equations.points =
         (0..scene.points.len()).map(|i| [0, 1].map(|axis| algebra.simple_term(&algebra.point(i)[axis]))).collect();
     (equations.rows, equations.left_out) = (rows.rows, rows.left_out);
@@ -150,13 +151,17 @@ pub(super) struct Effort {
 pub(super) struct Loads {
     pub(super) efforts: Vec<Effort>,
     potential: Atom,
+    /// Of those that have no potential.
     power: Atom,
+    /// Of each.
+    powers: Vec<Atom>,
 }
 
 impl Loads {
     pub(super) fn new(scene: &Scene, algebra: &Algebra, rows: &Rows) -> Self {
-        let mut loads = Self { efforts: Vec::new(), potential: Atom::num(0), power: Atom::num(0) };
+        let mut loads = Self { efforts: Vec::new(), potential: Atom::num(0), power: Atom::num(0), powers: Vec::new() };
         for (i, load) in scene.loads.iter().enumerate() {
+            let known = loads.efforts.len();
             let mut adding =
                 Adding { loads: &mut loads, scene, algebra, group: scene.bodies.len() + i, name: &load.name };
             match &load.kind {
@@ -176,24 +181,36 @@ impl Loads {
                         adding.loads.potential = &adding.loads.potential - &potential;
                     }
                 }
-                LoadKind::Spring { along, stiffness, rest, damping } => {
+                LoadKind::Spring { along, stiffness, rest, damping, potential, force, friction } => {
                     let is_moved = scene.depends_on_time(along);
                     let along = algebra.simplify(&algebra.atom(along));
                     let constant =
                         |value: &Option<Value>| value.as_ref().map_or_else(|| Atom::num(0), |v| algebra.atom(v));
                     let (stiffness, extension) = (constant(stiffness), &along - &constant(rest));
-                    let friction = -constant(damping) * &algebra.rate(&along);
-                    let effort = -&stiffness * &extension + &friction;
+                    let stretch = [along.clone(), algebra.rate(&along)];
+                    let law =
+                        |law: &Option<Value>| law.as_ref().map_or_else(|| Atom::num(0), |v| algebra.law(v, &stretch));
+                    let friction = friction.as_ref().map_or_else(
+                        || Atom::num(0),
+                        |(size, slip)| -algebra.law(size, &stretch) * algebra.tanh(&(&stretch[1] / algebra.atom(slip))),
+                    );
+                    let loss = -constant(damping) * &stretch[1] + law(force) + friction;
+                    let slope = algebra.slope_of_potential(&constant(potential), &along);
+                    let effort = -&stiffness * &extension - slope + &loss;
                     adding.add("", &effort, &along);
                     let velocity = adding.velocity(&along);
                     if is_moved {
                         loads.power = &loads.power + &(&effort * &velocity);
                     } else {
-                        loads.potential = &loads.potential + &(&stiffness * &extension * &extension / Atom::num(2));
-                        loads.power = &loads.power + &(&friction * &velocity);
+                        let spring = &stiffness * &extension * &extension / Atom::num(2);
+                        loads.potential = &loads.potential + &spring + law(potential);
+                        loads.power = &loads.power + &(&loss * &velocity);
                     }
                 }
             }
+            let power = |sum: Atom, effort: &Effort| sum + &effort.size * algebra.contract(&effort.along, Symbol::Rate);
+            let power = loads.efforts[known..].iter().fold(Atom::num(0), power);
+            loads.powers.push(power);
         }
         loads
     }
@@ -235,8 +252,10 @@ impl Adding<'_> {
     }
 }
 
-fn output(scene: &Scene, algebra: &Algebra, kind: &OutputKind) -> Atom {
+fn output(scene: &Scene, algebra: &Algebra, (loads, drifts): (&Loads, &[Atom]), kind: &OutputKind) -> Atom {
     match kind {
+        OutputKind::LoadPower(load) => loads.powers[*load].clone(),
+        OutputKind::DrivePower(k) => &drifts[*k] * algebra.symbol(Symbol::Multiplier(*k)),
         OutputKind::Value(value) => algebra.atom(value),
         OutputKind::Rate(value) => algebra.rate(&algebra.simplify(&algebra.atom(value))),
         OutputKind::SecondRate(value) => {

@@ -99,6 +99,7 @@ pub(super) fn latex_function(function: Function) -> &'static str {
         Function::Hypot => r"\operatorname{hypot}",
         Function::Atan2 => r"\operatorname{atan2}",
         Function::Abs => r"\operatorname{abs}",
+        Function::Sign => r"\operatorname{sign}",
         Function::Min => r"\min",
         Function::Max => r"\max",
     }

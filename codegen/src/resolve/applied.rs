@@ -3,10 +3,12 @@
 use super::points::point_value;
 use super::{Context, Resolver};
 use crate::diagnostic::Diagnostic;
-use crate::document::{Document, Identifier, LoadSyntax, OutputValue, Target};
+use crate::diagnostic::Span;
+use crate::document::{Along, Document, Identifier, LoadSyntax, OutputValue, SpringSyntax, Target};
 use crate::expression::{Expression, Node};
+use crate::function::Function;
 use crate::parser::Formula;
-use crate::scene::{LoadKind, Output, OutputKind, Quantity, Scene};
+use crate::scene::{LoadKind, Output, OutputKind, Quantity, Scene, Value};
 
 impl Resolver<'_> {
     pub(super) fn load(&mut self, scene: &Scene, load: &LoadSyntax) -> Option<LoadKind> {
@@ -50,13 +52,49 @@ impl Resolver<'_> {
             LoadSyntax::Gravity(field) => {
                 LoadKind::Gravity([self.value(&field[0], Context::Constant), self.value(&field[1], Context::Constant)])
             }
-            LoadSyntax::Spring { along, stiffness, rest, damping } => LoadKind::Spring {
-                along: self.value(along, Context::Geometry),
-                stiffness: stiffness.as_ref().map(|f| self.value(f, Context::Constant)),
-                rest: rest.as_ref().map(|f| self.value(f, Context::Constant)),
-                damping: damping.as_ref().map(|f| self.value(f, Context::Constant)),
-            },
+            LoadSyntax::Spring(spring) => self.spring(spring)?,
         })
+    }
+
+    fn spring(&mut self, spring: &SpringSyntax) -> Option<LoadKind> {
+        let along = match &spring.along {
+            Along::Formula(along) => Some(self.value(along, Context::Geometry)),
+            Along::Between(from, to) => {
+                let (p, q) = (self.point(from), self.point(to));
+                p.zip(q).map(|(p, q)| distance(p, q, from.span.start..to.span.end))
+            }
+        };
+        let mut optional = |f: &Option<Formula>, context| f.as_ref().map(|formula| self.value(formula, context));
+        let [stiffness, rest, damping] =
+            [&spring.stiffness, &spring.rest, &spring.damping].map(|f| optional(f, Context::Constant));
+        let (potential, force) =
+            (optional(&spring.potential, Context::Potential), optional(&spring.force, Context::Law));
+        let friction = spring.friction.as_ref();
+        let friction =
+            friction.map(|(size, slip)| (self.value(size, Context::Law), self.value(slip, Context::Constant)));
+        Some(LoadKind::Spring { along: along?, stiffness, rest, damping, potential, force, friction })
+    }
+
+    /// What is named by an output's `power`.
+    fn power(&mut self, document: &Document, scene: &Scene, identifier: &Identifier) -> Option<OutputKind> {
+        let place = |names: &[&str]| names.iter().position(|name| *name == identifier.name);
+        let constraints: Vec<&str> = scene.constraints.iter().map(|c| c.name.as_str()).collect();
+        if let Some(constraint) = place(&constraints) {
+            let residual = &scene.constraints[constraint].residual;
+            if !scene.depends_on_time(residual) {
+                let title = format!("constraint `{}` does no work", identifier.name);
+                self.findings.push(
+                    Diagnostic::error(title, identifier.span.clone(), "its power is always zero")
+                        .context(residual.whole_span(), "does not depend on `t`")
+                        .help("name a load, or a constraint that depends on time"),
+                );
+            }
+            return Some(OutputKind::DrivePower(constraint));
+        }
+        let loads: Vec<&str> = document.loads.iter().map(|(identifier, _)| identifier.name.as_str()).collect();
+        self.find("load", identifier, &loads)?;
+        // Loads with mistakes are not in the scene.
+        scene.loads.iter().position(|load| load.name == identifier.name).map(OutputKind::LoadPower)
     }
 
     pub(super) fn outputs(&mut self, document: &Document, scene: &mut Scene) {
@@ -65,6 +103,7 @@ impl Resolver<'_> {
                 OutputValue::Value(f) => Some(OutputKind::Value(self.value(f, Context::Geometry))),
                 OutputValue::Rate(f) => Some(OutputKind::Rate(self.value(f, Context::Geometry))),
                 OutputValue::SecondRate(f) => Some(OutputKind::SecondRate(self.value(f, Context::Geometry))),
+                OutputValue::Power(name) => self.power(document, scene, name),
                 OutputValue::Reaction { constraint, target, along } => {
                     self.reaction(scene, constraint, target, along.as_ref())
                 }
@@ -138,4 +177,16 @@ impl Resolver<'_> {
             }
         }
     }
+}
+
+/// `hypot(Q.x - P.x, Q.y - P.y)`
+fn distance(p: usize, q: usize, span: Span) -> Value {
+    let mut value = Value::new();
+    let mut push = |node| value.push(node, span.clone());
+    let differences = [0, 1].map(|axis| {
+        let ends = [p, q].map(|point| push(Node::Name(Quantity::Point(point, axis))));
+        push(Node::Subtract(ends[1], ends[0]))
+    });
+    push(Node::Call(Function::Hypot, differences.to_vec()));
+    value
 }

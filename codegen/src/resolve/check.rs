@@ -36,16 +36,23 @@ pub(super) fn whole(document: &Document, scene: &Scene, findings: &mut Vec<Diagn
     freedoms(document, scene, findings);
 }
 
-/// Reports what the generator cannot differentiate.
-pub(super) fn differentiable(value: &Value, findings: &mut Vec<Diagnostic>) {
+/// Reports what the generator cannot differentiate; corners are allowed where the first derivative alone is needed.
+pub(super) fn differentiable(value: &Value, is_smooth: bool, source: &str, findings: &mut Vec<Diagnostic>) {
     for (id, node) in value.nodes().iter().enumerate() {
         match node {
-            Node::Call(function, _) if !function.is_differentiable() => {
-                let name = function.name();
-                findings.push(
+            Node::Call(function, _) if !function.is_differentiable() && (is_smooth || !function.is_piecewise()) => {
+                // A table is made of other functions.
+                let text = source.get(value.span(id)).unwrap_or_default();
+                let name = text.split('(').next().unwrap_or(function.name()).trim();
+                let loads = if function.is_piecewise() { "loads, " } else { "" };
+                let error =
                     Diagnostic::error(format!("`{name}` cannot be differentiated"), value.span(id), "not smooth here")
-                        .help(format!("`{name}` may stand in values of parameters, first guesses and stop conditions")),
-                );
+                        .help(format!(
+                            "`{name}` may stand in {loads}values of parameters, first guesses and stop conditions"
+                        ));
+                if !findings.contains(&error) {
+                    findings.push(error);
+                }
             }
             Node::Power(_, exponent) if !is_number(value, *exponent) => findings.push(
                 Diagnostic::error("the exponent is not a number", value.span(*exponent), "not made of numbers alone")

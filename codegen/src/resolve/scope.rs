@@ -92,6 +92,26 @@ impl Scope {
 
     /// What a name in a formula stands for.
     pub(super) fn look_up(&self, name: &str, span: Span, context: Context) -> Result<Quantity, Diagnostic> {
+        let own = match name {
+            "s" => Some(Quantity::Stretch),
+            "s_dot" => Some(Quantity::StretchRate),
+            _ => None,
+        };
+        if let (Some(Quantity::StretchRate), Context::Potential) = (own, context) {
+            let error = Diagnostic::error("`s_dot` is a rate", span, "not possible here");
+            return Err(error.help("a potential depends on the length `s` alone; write the rest as `force`"));
+        }
+        if let (Some(own), Context::Law | Context::Potential) = (own, context) {
+            return match self.declared("s") {
+                None => Ok(own),
+                Some((declared, kind)) => {
+                    let title = format!("`{name}` means the length that a load acts along, and the scene has `s`");
+                    Err(Diagnostic::error(title, span, "two meanings")
+                        .context(declared.span.clone(), kind.describe())
+                        .help("give that another name"))
+                }
+            };
+        }
         let Some(quantity) = self.find(name) else { return Err(self.unknown(name, span)) };
         let forbidden = match quantity {
             Quantity::Parameter(i) if i >= self.parameter_limit => return Err(self.too_early(name, i, span)),
@@ -107,10 +127,13 @@ impl Scope {
                 "here only coordinates, points, parameters, numbers and `t` can stand; an output has `rate = '...'` for a rate"
             }
             Context::Constant => "here only numbers and parameters can stand",
+            Context::Potential => {
+                "a potential is a formula of the length `s`, parameters and numbers; write the rest as `force`"
+            }
             Context::Geometry | Context::Picture => {
                 "here only coordinates, points, parameters, numbers and `t` can stand"
             }
-            Context::Load | Context::Condition => "use coordinates and their rates instead",
+            Context::Load | Context::Law | Context::Condition => "use coordinates and their rates instead",
         };
         Err(Diagnostic::error(format!("`{name}` {forbidden}"), span, "not possible here").help(allowed))
     }

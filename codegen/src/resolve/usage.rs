@@ -53,9 +53,10 @@ pub(crate) fn all_values(scene: &Scene) -> Vec<&Value> {
             LoadKind::Force { force, at } => values.extend(force.iter().chain(at)),
             LoadKind::Torque { torque, angle } => values.extend([torque, angle]),
             LoadKind::Gravity(field) => values.extend(field),
-            LoadKind::Spring { along, stiffness, rest, damping } => {
+            LoadKind::Spring { along, stiffness, rest, damping, potential, force, friction } => {
                 values.push(along);
-                values.extend([stiffness, rest, damping].into_iter().flatten());
+                values.extend([stiffness, rest, damping, potential, force].into_iter().flatten());
+                values.extend(friction.iter().flat_map(|(size, slip)| [size, slip]));
             }
         }
     }
@@ -63,7 +64,7 @@ pub(crate) fn all_values(scene: &Scene) -> Vec<&Value> {
         match &output.kind {
             OutputKind::Value(v) | OutputKind::Rate(v) | OutputKind::SecondRate(v) => values.push(v),
             OutputKind::ReactionForce { along, .. } => values.extend(along),
-            OutputKind::ReactionMoment { .. } => {}
+            OutputKind::ReactionMoment { .. } | OutputKind::LoadPower(_) | OutputKind::DrivePower(_) => {}
         }
     }
     for coordinate in &scene.coordinates {

@@ -175,9 +175,14 @@ impl Sample {
 
     /// The derivatives of the closures by time alone.
     pub(super) fn drifts(&self, scene: &Scene) -> Vec<f64> {
-        let held = |values: &[f64]| values.iter().map(|&value| Dual64::from(value)).collect();
-        let state = State::new(scene, &self.parameters, Dual64::new(self.t, 1.0), held(&self.q), held(&self.qd));
+        let state = self.held(scene, Dual64::new(self.t, 1.0));
         scene.constraints.iter().map(|constraint| state.value(&constraint.residual).eps).collect()
+    }
+
+    /// The state at a time, coordinates and rates held.
+    fn held(&self, scene: &Scene, time: Dual64) -> State<Dual64> {
+        let held = |values: &[f64]| values.iter().map(|&value| Dual64::from(value)).collect();
+        State::new(scene, &self.parameters, time, held(&self.q), held(&self.qd))
     }
 
     /// How closures curve along the rates while time stands still: `(C_q qd)_q qd`.
@@ -194,41 +199,56 @@ impl Sample {
         self.gradient(scene, displacement).iter().zip(&self.qd).map(|(s, v)| s * v).sum()
     }
 
+    /// The forces and torques of a load, each with the displacement that it works along.
+    fn efforts<'s>(&self, scene: &'s Scene, plain: &State<f64>, load: &'s LoadKind) -> Vec<(f64, &'s Formula)> {
+        match load {
+            LoadKind::Force { force, at } => force.iter().zip(at).map(|(force, at)| (plain.value(force), at)).collect(),
+            LoadKind::Torque { torque, angle } => vec![(plain.value(torque), angle)],
+            LoadKind::Gravity(field) => {
+                let weighty = scene.bodies.iter().filter_map(|body| body.mass.as_ref().zip(body.com.as_ref()));
+                let each = weighty.flat_map(|(mass, com)| {
+                    field.iter().zip(com).map(move |(g, at)| (plain.value(mass) * plain.value(g), at))
+                });
+                each.collect()
+            }
+            LoadKind::Spring { along, .. } => {
+                let [elastic, loss] = self.spring(scene, plain, load);
+                vec![(elastic + loss, along)]
+            }
+        }
+    }
+
+    /// What a spring has from its potential, and the rest of what acts along it.
+    fn spring(&self, scene: &Scene, plain: &State<f64>, load: &LoadKind) -> [f64; 2] {
+        let LoadKind::Spring { along, stiffness, rest, damping, potential, force, friction } = load else {
+            return [0.0; 2];
+        };
+        let optional = |value: &Option<Formula>| value.as_ref().map_or(0.0, |v| plain.value(v));
+        let moving = State::along(scene, &self.parameters, self.t, &self.q, &self.qd, &vec![0.0; self.q.len()]);
+        let along = moving.value(along);
+        let slope = potential.as_ref().map_or(0.0, |potential| {
+            self.held(scene, Dual64::from(self.t))
+                .law(potential, [Dual64::new(along.re, 1.0), Dual64::from(f64::NAN)])
+                .eps
+        });
+        let law = |value: &Formula| plain.law(value, [along.re, along.v1]);
+        let friction = friction.as_ref().map_or(0.0, |(size, slip)| law(size) * (along.v1 / plain.value(slip)).tanh());
+        let loss = force.as_ref().map_or(0.0, law) - friction - optional(damping) * along.v1;
+        [-optional(stiffness) * (along.re - optional(rest)) - slope, loss]
+    }
+
     /// The generalized forces of the loads: effort times derivative of displacement.
     fn generalized(&self, scene: &Scene, plain: &State<f64>) -> Vec<f64> {
         let mut forces = vec![0.0; self.q.len()];
-        let mut add = |effort: f64, displacement: &Formula| {
+        for (effort, displacement) in scene.loads.iter().flat_map(|load| self.efforts(scene, plain, &load.kind)) {
             for (force, derivative) in forces.iter_mut().zip(self.gradient(scene, displacement)) {
                 *force += effort * derivative;
-            }
-        };
-        for load in &scene.loads {
-            match &load.kind {
-                LoadKind::Force { force, at } => {
-                    force.iter().zip(at).for_each(|(force, at)| add(plain.value(force), at));
-                }
-                LoadKind::Torque { torque, angle } => add(plain.value(torque), angle),
-                LoadKind::Gravity(field) => {
-                    for body in &scene.bodies {
-                        let Some((mass, com)) = body.mass.as_ref().zip(body.com.as_ref()) else { continue };
-                        field.iter().zip(com).for_each(|(g, at)| add(plain.value(mass) * plain.value(g), at));
-                    }
-                }
-                LoadKind::Spring { along, .. } => add(self.spring(scene, plain, &load.kind), along),
             }
         }
         forces
     }
 
-    /// The effort of a spring with its damper.
-    fn spring(&self, scene: &Scene, plain: &State<f64>, load: &LoadKind) -> f64 {
-        let LoadKind::Spring { along, stiffness, rest, damping } = load else { return 0.0 };
-        let optional = |value: &Option<Formula>| value.as_ref().map_or(0.0, |v| plain.value(v));
-        let rate = State::along(scene, &self.parameters, self.t, &self.q, &self.qd, &vec![0.0; self.q.len()]);
-        let spring = -optional(stiffness) * (plain.value(along) - optional(rest));
-        spring - optional(damping) * rate.value(along).v1
-    }
-
+    /// The potential of the loads that have one, and the power of the others.
     fn potential_and_power(
         &self,
         scene: &Scene,
@@ -236,58 +256,59 @@ impl Sample {
         x: &[(&Formula, f64)],
         equations: &Equations,
     ) -> [f64; 2] {
-        let optional = |value: &Option<Formula>| value.as_ref().map_or(0.0, |v| plain.value(v));
         let (mut potential, mut power) = (0.0, 0.0);
-        let mut effort = |effort: &Formula, displacement: &Formula| {
-            let is_constant = effort.names().all(|n| matches!(n, Quantity::Parameter(_) | Quantity::Pi));
-            if is_constant && !scene.depends_on_time(displacement) {
-                potential -= plain.value(effort) * plain.value(displacement);
-            } else {
-                power += plain.value(effort) * self.velocity(scene, displacement);
-            }
-        };
         for load in &scene.loads {
-            match &load.kind {
-                LoadKind::Force { force, at } => force.iter().zip(at).for_each(|(f, at)| effort(f, at)),
-                LoadKind::Torque { torque, angle } => effort(torque, angle),
-                LoadKind::Gravity(_) | LoadKind::Spring { .. } => {}
-            }
-        }
-        for load in &scene.loads {
-            match &load.kind {
+            let is_constant = match &load.kind {
+                LoadKind::Force { force: [x, y], .. } => vec![is_constant(x), is_constant(y)],
+                LoadKind::Torque { torque, .. } => vec![is_constant(torque)],
                 LoadKind::Gravity(field) => {
                     for ((at, mass), row) in x.iter().zip(&equations.rows).filter(|(_, row)| row.axis < 2) {
                         potential -= mass * plain.value(&field[row.axis]) * plain.value(at);
                     }
+                    continue;
                 }
-                LoadKind::Spring { along, .. } if scene.depends_on_time(along) => {
-                    power += self.spring(scene, plain, &load.kind) * self.velocity(scene, along);
-                }
-                LoadKind::Spring { along, stiffness, rest, damping } => {
+                LoadKind::Spring { along, stiffness, rest, potential: own, .. } if !scene.depends_on_time(along) => {
+                    let optional = |value: &Option<Formula>| value.as_ref().map_or(0.0, |v| plain.value(v));
                     let extension = plain.value(along) - optional(rest);
                     potential += 0.5 * optional(stiffness) * extension * extension;
-                    power -= optional(damping) * self.velocity(scene, along).powi(2);
+                    potential += own.as_ref().map_or(0.0, |own| plain.law(own, [plain.value(along), f64::NAN]));
+                    power += self.spring(scene, plain, &load.kind)[1] * self.velocity(scene, along);
+                    continue;
                 }
-                _ => {}
+                LoadKind::Spring { .. } => vec![false],
+            };
+            for ((effort, displacement), is_constant) in
+                self.efforts(scene, plain, &load.kind).into_iter().zip(is_constant)
+            {
+                if is_constant && !scene.depends_on_time(displacement) {
+                    potential -= effort * plain.value(displacement);
+                } else {
+                    power += effort * self.velocity(scene, displacement);
+                }
             }
         }
         [potential, power]
     }
 
     fn outputs(&self, scene: &Scene) -> Vec<f64> {
+        let plain = State::plain(scene, &self.parameters, self.t, &self.q, &self.qd);
         let moving = State::along(scene, &self.parameters, self.t, &self.q, &self.qd, &self.qdd);
         let output = |kind: &OutputKind| match kind {
             OutputKind::Value(value) => moving.value(value).re,
             OutputKind::Rate(value) => moving.value(value).v1,
             OutputKind::SecondRate(value) => moving.value(value).v2,
             OutputKind::ReactionForce { constraint, point, along } => {
-                let held: Vec<Dual64> = self.q.iter().map(|&q| Dual64::new(q, 0.0)).collect();
-                let still = State::new(scene, &self.parameters, Dual64::from(self.t), held.clone(), held);
+                let still = self.held(scene, Dual64::from(self.t));
                 let [x, y] = still.point(*point);
                 let [ax, ay] = [0, 1].map(|axis| Dual64::new(0.0, still.value(&along[axis]).re));
                 let displaced = still.with_point(*point, [x + ax, y + ay]);
                 -self.multipliers[*constraint] * displaced.value(&scene.constraints[*constraint].residual).eps
             }
+            OutputKind::LoadPower(load) => {
+                let efforts = self.efforts(scene, &plain, &scene.loads[*load].kind);
+                efforts.into_iter().map(|(effort, along)| effort * self.velocity(scene, along)).sum()
+            }
+            OutputKind::DrivePower(k) => self.multipliers[*k] * self.drifts(scene)[*k],
             OutputKind::ReactionMoment { constraint, coordinate } => {
                 let mut turned = self.by_coordinate(scene, *coordinate);
                 for point in 0..scene.points.len() {
@@ -299,4 +320,9 @@ impl Sample {
         };
         scene.outputs.iter().map(|o| output(&o.kind)).collect()
     }
+}
+
+/// Whether a force keeps its size.
+fn is_constant(value: &Formula) -> bool {
+    value.names().all(|name| matches!(name, Quantity::Parameter(_) | Quantity::Pi))
 }

@@ -36,7 +36,7 @@ impl Observer for Late<'_> {
                 match output.kind {
                     OutputKind::Value(_) | OutputKind::SecondRate(_) => outputs[i] = late[i],
                     OutputKind::Rate(_) => outputs[i] = (positions[i] - earlier[i]) / (row.t - t),
-                    OutputKind::ReactionForce { .. } | OutputKind::ReactionMoment { .. } => {}
+                    _ => {}
                 }
             }
         }

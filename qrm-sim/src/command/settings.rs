@@ -61,8 +61,8 @@ fn known(description: &Description, name: &str) -> Result<(), Failure> {
 /// A number, written as a number or as a formula of numbers and `pi`.
 pub(super) fn number(option: &str, text: &str) -> Result<f64, Failure> {
     let wrong = |why: String| Failure::Use(format!("error: `{option}` needs a number, but `{text}` {why}"));
-    let formula =
-        parse_formula(text, 0).map_err(|finding| Failure::Use(Report::new(option, text, vec![finding]).to_string()))?;
+    let formula = parse_formula(text, 0, &[])
+        .map_err(|finding| Failure::Use(Report::new(option, text, vec![finding]).to_string()))?;
     if let Some(name) = formula.names().find(|name| *name != "pi") {
         return Err(wrong(format!(
             "contains the name `{name}`\n  = help: only numbers, `pi` and functions can stand here"

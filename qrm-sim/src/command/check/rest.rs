@@ -69,7 +69,8 @@ pub(super) fn when(setup: &Setup) -> &'static str {
     let values = setup.text.loads.iter().flat_map(|load| match &load.kind {
         LoadKind::Force { force, .. } => force.iter().collect(),
         LoadKind::Torque { torque, .. } => vec![torque],
-        LoadKind::Gravity(_) | LoadKind::Spring { .. } => Vec::new(),
+        LoadKind::Spring { force, friction, .. } => force.iter().chain(friction.iter().map(|(size, _)| size)).collect(),
+        LoadKind::Gravity(_) => Vec::new(),
     });
     let mut names = values.flat_map(|value: &Value| value.names());
     if names.any(|name| *name == Quantity::Time) { " at t = 0" } else { "" }
@@ -99,7 +100,7 @@ pub(super) fn rest(setup: &Setup, wanted: &[(usize, f64)]) -> Result<String, Fai
         line(&name, rest.forces[i], &unit_of_force(coordinate.unit), "beside the loads of the scene, holds it at rest");
     }
     for (output, value) in setup.text.outputs.iter().zip(&rest.outputs) {
-        if !matches!(output.kind, OutputKind::Rate(_) | OutputKind::SecondRate(_)) {
+        if !matches!(output.kind, OutputKind::Rate(_) | OutputKind::SecondRate(_) | OutputKind::LoadPower(_)) {
             line(&output.name, *value, &output.unit, &output.doc);
         }
     }

@@ -51,7 +51,7 @@ impl Stops<'_> {
                 evaluate_in(&mut Vec::new(), position, &mut |inner| self.quantity(*inner, design, t, q, qd))
             }
             // `read_condition` lets none through.
-            Quantity::PointRate(..) | Quantity::Unknown => f64::NAN,
+            Quantity::PointRate(..) | Quantity::Stretch | Quantity::StretchRate | Quantity::Unknown => f64::NAN,
         }
     }
 }
