@@ -9,6 +9,9 @@ pub(crate) struct Extremes {
     pub(crate) maximum: (f64, f64),
 }
 
+/// Where a column is smooth, it bends at neighbouring rows by at least this part of what it bends at a vertex.
+const EVEN: f64 = 0.3;
+
 /// Follows a column row by row and looks between the rows with a polynomial of degree 4 through five of them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tracker {
@@ -58,8 +61,18 @@ impl Tracker {
         if self.found.is_some_and(|f| at + reach <= f.maximum.0 && at - reach >= f.minimum.0) {
             return;
         }
-        // Newton's divided differences.
         let n = self.window.len();
+        // At a corner one row bends alone, and a polynomial through it would overshoot.
+        let bend = |i: usize| {
+            let slope = |i: usize| (self.window[i + 1].1 - self.window[i].1) / (self.window[i + 1].0 - self.window[i].0);
+            (slope(i) - slope(i - 1)) / (self.window[i + 1].0 - self.window[i - 1].0)
+        };
+        let own = bend(middle);
+        let neighbours = [middle - 1, middle + 1].into_iter().filter(|&i| i >= 1 && i + 1 < n);
+        if neighbours.into_iter().any(|i| bend(i) * own < EVEN * own * own) {
+            return;
+        }
+        // Newton's divided differences.
         let times: Vec<f64> = self.window.iter().map(|row| row.0).collect();
         let mut coefficients: Vec<f64> = self.window.iter().map(|row| row.1).collect();
         for order in 1..n {
@@ -97,6 +110,14 @@ mod tests {
         assert!((found.maximum.0 - 1.0).abs() < 1e-8, "{found:?}");
         assert!((found.minimum.0 + 1.0).abs() < 1e-8, "{found:?}");
         assert!((found.maximum.1 - std::f64::consts::FRAC_PI_2 / 1.3).abs() < 1e-5, "{found:?}");
+    }
+
+    #[test]
+    fn corners_are_not_overshot() {
+        let mut tracker = Tracker::default();
+        (0..100).for_each(|i| tracker.row(f64::from(i), f64::from(i - 50).max(0.0).min(20.0)));
+        let found = tracker.finish().expect("rows were given");
+        assert_eq!((found.minimum.0, found.maximum.0), (0.0, 20.0));
     }
 
     #[test]
