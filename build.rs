@@ -16,20 +16,13 @@ fn main() -> ExitCode {
     }
 }
 
-/// The scene files, in the order of their names: all of them, or those that `QRM_SCENES` names.
+/// The scene files, in the order of their names: all of `scenes`, or those that `QRM_SCENES` names, which may lie in
+/// `scenes/large` too.
 fn scenes() -> Result<Vec<PathBuf>, String> {
     println!("cargo::rerun-if-env-changed=QRM_SCENES");
-    let folder = std::fs::read_dir("scenes").map_err(|e| format!("cannot read the folder `scenes`: {e}"))?;
-    let mut scenes = Vec::new();
-    for entry in folder {
-        let path = entry.map_err(|e| format!("cannot read the folder `scenes`: {e}"))?.path();
-        if path.extension().is_some_and(|e| e == "toml") {
-            println!("cargo::rerun-if-changed=../{}", path.display());
-            scenes.push(path);
-        }
-    }
-    scenes.sort();
+    let scenes = files("scenes")?;
     let Ok(asked) = std::env::var("QRM_SCENES") else { return Ok(scenes) };
+    let mut scenes = [scenes, files("scenes/large")?].concat();
     let asked: Vec<&str> = asked.split(',').map(str::trim).filter(|name| !name.is_empty()).collect();
     let name = |path: &PathBuf| path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     if let Some(unknown) = asked.iter().find(|asked| !scenes.iter().any(|path| name(path) == **asked)) {
@@ -40,6 +33,21 @@ fn scenes() -> Result<Vec<PathBuf>, String> {
         ));
     }
     scenes.retain(|path| asked.contains(&name(path).as_str()));
+    Ok(scenes)
+}
+
+/// The scenes of a folder.
+fn files(folder: &str) -> Result<Vec<PathBuf>, String> {
+    let entries = std::fs::read_dir(folder).map_err(|e| format!("cannot read the folder `{folder}`: {e}"))?;
+    let mut scenes = Vec::new();
+    for entry in entries {
+        let path = entry.map_err(|e| format!("cannot read the folder `{folder}`: {e}"))?.path();
+        if path.extension().is_some_and(|e| e == "toml") {
+            println!("cargo::rerun-if-changed=../{}", path.display());
+            scenes.push(path);
+        }
+    }
+    scenes.sort();
     Ok(scenes)
 }
 
@@ -95,6 +103,12 @@ fn work(scenes: &[PathBuf]) -> Result<(), String> {
         println!("cargo::rerun-if-changed=../{golden}");
         // The scene stands in its module, as a raw string literal.
         let literal = format!("\"{scene}\"#");
+        if path.starts_with("scenes/large") {
+            return Err(format!(
+                "{} has no golden copy, and this build has no symbolic engine.\nBuild with the default features.",
+                path.display()
+            ));
+        }
         if !std::fs::read_to_string(&golden).is_ok_and(|golden| golden.contains(&literal)) {
             return Err(format!(
                 "{} is not the scene that {golden} was generated from, and this build has no symbolic engine.\n\

@@ -84,6 +84,34 @@ fn coupled_four_bars_keep_parallel() {
     }
 }
 
+/// 81 coordinates, 80 constraints.
+#[test]
+#[ignore = "it needs a build of its own"]
+fn forty_coupled_four_bars_keep_parallel() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut build = std::process::Command::new(env!("CARGO"));
+    build.current_dir(env!("CARGO_MANIFEST_DIR")).env("QRM_SCENES", "n-four-bar-40");
+    build.args([
+        "run",
+        "--release",
+        "--target-dir",
+        "target/large",
+        "--",
+        "run",
+        "n-four-bar-40",
+        "--no-figures",
+        "--out",
+    ]);
+    let output = build.arg(folder.path()).output().expect("cargo starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let table = Table::read(&folder.path().join("trajectory.csv"));
+    let last = table.last();
+    for (name, exact) in [("B0x", 0.410_901_153_762_945_2), ("B0y", 0.911_679_900_971_980_7)] {
+        let off = (table.number(last, name) - exact).abs();
+        assert!(table.number(last, "t") == 20.0 && off < 1e-9, "{name} is off by {off:e}");
+    }
+}
+
 /// SUNDIALS, idaSlCrank: the slider-crank of Haug, integrated by IDA with a tolerance of 1e-6, as printed.
 #[test]
 fn the_slider_crank_is_that_of_sundials() {

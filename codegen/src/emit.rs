@@ -88,7 +88,7 @@ pub(crate) fn field_name(parameter: &str) -> String {
 }
 
 /// Names of arguments and of the two halves of a mechanism.
-const RESERVED: [&str; 7] = ["p", "k", "q", "qd", "qdd", "m", "multipliers"];
+const RESERVED: [&str; 8] = ["p", "k", "q", "qd", "qdd", "m", "multipliers", "rows"];
 
 struct Writer<'a> {
     scene: &'a Scene,
@@ -281,6 +281,7 @@ fn result(body: &mut Body, shape: &Shape<Signed>) -> TokenStream {
             let values = roots.iter().map(|root| body.root(*root));
             quote!([#(#values),*])
         }
+        Shape::Matrix(rows) if is_sparse(body, rows) => sparse(body, rows),
         Shape::Matrix(rows) => {
             let rows = rows.iter().map(|row| {
                 let values = row.iter().map(|root| body.root(*root));
@@ -289,6 +290,34 @@ fn result(body: &mut Body, shape: &Shape<Signed>) -> TokenStream {
             quote!([#(#rows),*])
         }
     }
+}
+
+/// Matrices with more entries than this are written by those that are not zero, if these are few.
+const LARGE: usize = 100;
+
+fn is_sparse(body: &Body, rows: &[Vec<Signed>]) -> bool {
+    let entries = rows.iter().map(Vec::len).sum::<usize>();
+    let filled = rows.iter().flatten().filter(|entry| !body.is_zero(**entry)).count();
+    entries > LARGE && filled < entries / 4
+}
+
+/// A matrix by its entries that are not zero: the code of a large mechanism grows with what is in it, not with its square.
+fn sparse(body: &mut Body, rows: &[Vec<Signed>]) -> TokenStream {
+    let (height, width) = (rows.len(), rows.first().map_or(0, Vec::len));
+    let [height, width] = [height, width].map(proc_macro2::Literal::usize_unsuffixed);
+    let mut entries = Vec::new();
+    for (i, row) in rows.iter().enumerate() {
+        for (j, entry) in row.iter().enumerate().filter(|(_, entry)| !body.is_zero(**entry)).collect::<Vec<_>>() {
+            let value = body.root(*entry);
+            let [i, j] = [i, j].map(proc_macro2::Literal::usize_unsuffixed);
+            entries.push(quote!(rows[#i][#j] = #value;));
+        }
+    }
+    quote!({
+        let mut rows = [[R::zero(); #width]; #height];
+        #(#entries)*
+        rows
+    })
 }
 
 fn shape_type(shape: &Shape<Signed>, columns: &proc_macro2::Literal) -> TokenStream {

@@ -587,197 +587,40 @@ pub fn com_jacobian<R: Real>(m: &Andrews<R>, q: &[R; 7]) -> [[R; 7]; 21] {
     let (sin_v3, cos_v3) = v3.sin_cos();
     let zf_minus_fa_cos_v3 = k.zf_minus_fa * cos_v3;
     let zf_minus_fa_sin_v3 = k.zf_minus_fa * sin_v3;
-    [
-        [
-            -(p.ra * sin_beta),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-        ],
-        [
-            p.ra * cos_beta,
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-        ],
-        [
-            R::from_f64(1.0),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-        ],
-        [
-            -(r_y - da_sin_v1),
-            da_sin_v1,
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-        ],
-        [
-            r_x - da_cos_v1,
-            -da_cos_v1,
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-        ],
-        [
-            R::from_f64(1.0),
-            R::from_f64(1.0),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-        ],
-        [
-            R::zero(),
-            R::zero(),
-            -(p.sb * sin_gamma - p.sa * cos_gamma),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-        ],
-        [
-            R::zero(),
-            R::zero(),
-            p.sa * sin_gamma + p.sb * cos_gamma,
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-        ],
-        [
-            R::zero(),
-            R::zero(),
-            R::from_f64(1.0),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-        ],
-        [
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            e_minus_ea_cos_v2,
-            -(p.zt * sin_delta - e_minus_ea_cos_v2),
-            R::zero(),
-            R::zero(),
-        ],
-        [
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            e_minus_ea_sin_v2,
-            p.zt * cos_delta + e_minus_ea_sin_v2,
-            R::zero(),
-            R::zero(),
-        ],
-        [
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            R::from_f64(1.0),
-            R::from_f64(1.0),
-            R::zero(),
-            R::zero(),
-        ],
-        [
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            -(p.tb * cos_delta + p.ta * sin_delta),
-            R::zero(),
-            R::zero(),
-        ],
-        [
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            p.ta * cos_delta - p.tb * sin_delta,
-            R::zero(),
-            R::zero(),
-        ],
-        [
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            R::from_f64(1.0),
-            R::zero(),
-            R::zero(),
-        ],
-        [
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            -zf_minus_fa_sin_v3,
-            p.u * cos_eps - zf_minus_fa_sin_v3,
-        ],
-        [
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            zf_minus_fa_cos_v3,
-            p.u * sin_eps + zf_minus_fa_cos_v3,
-        ],
-        [
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            R::from_f64(1.0),
-            R::from_f64(1.0),
-        ],
-        [
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            p.ub * sin_eps + p.ua * cos_eps,
-        ],
-        [
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            p.ua * sin_eps - p.ub * cos_eps,
-        ],
-        [
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            R::zero(),
-            R::from_f64(1.0),
-        ],
-    ]
+    {
+        let mut rows = [[R::zero(); 7]; 21];
+        rows[0][0] = -(p.ra * sin_beta);
+        rows[1][0] = p.ra * cos_beta;
+        rows[2][0] = R::from_f64(1.0);
+        rows[3][0] = -(r_y - da_sin_v1);
+        rows[3][1] = da_sin_v1;
+        rows[4][0] = r_x - da_cos_v1;
+        rows[4][1] = -da_cos_v1;
+        rows[5][0] = R::from_f64(1.0);
+        rows[5][1] = R::from_f64(1.0);
+        rows[6][2] = -(p.sb * sin_gamma - p.sa * cos_gamma);
+        rows[7][2] = p.sa * sin_gamma + p.sb * cos_gamma;
+        rows[8][2] = R::from_f64(1.0);
+        rows[9][3] = e_minus_ea_cos_v2;
+        rows[9][4] = -(p.zt * sin_delta - e_minus_ea_cos_v2);
+        rows[10][3] = e_minus_ea_sin_v2;
+        rows[10][4] = p.zt * cos_delta + e_minus_ea_sin_v2;
+        rows[11][3] = R::from_f64(1.0);
+        rows[11][4] = R::from_f64(1.0);
+        rows[12][4] = -(p.tb * cos_delta + p.ta * sin_delta);
+        rows[13][4] = p.ta * cos_delta - p.tb * sin_delta;
+        rows[14][4] = R::from_f64(1.0);
+        rows[15][5] = -zf_minus_fa_sin_v3;
+        rows[15][6] = p.u * cos_eps - zf_minus_fa_sin_v3;
+        rows[16][5] = zf_minus_fa_cos_v3;
+        rows[16][6] = p.u * sin_eps + zf_minus_fa_cos_v3;
+        rows[17][5] = R::from_f64(1.0);
+        rows[17][6] = R::from_f64(1.0);
+        rows[18][6] = p.ub * sin_eps + p.ua * cos_eps;
+        rows[19][6] = p.ua * sin_eps - p.ub * cos_eps;
+        rows[20][6] = R::from_f64(1.0);
+        rows
+    }
 }
 
 /// Convective accelerations `(T qd)_q qd`: `xdd = T qdd + bias`, in m/s^2 and rad/s^2.

@@ -64,7 +64,8 @@ impl Tracker {
         let n = self.window.len();
         // At a corner one row bends alone, and a polynomial through it would overshoot.
         let bend = |i: usize| {
-            let slope = |i: usize| (self.window[i + 1].1 - self.window[i].1) / (self.window[i + 1].0 - self.window[i].0);
+            let slope =
+                |i: usize| (self.window[i + 1].1 - self.window[i].1) / (self.window[i + 1].0 - self.window[i].0);
             (slope(i) - slope(i - 1)) / (self.window[i + 1].0 - self.window[i - 1].0)
         };
         let own = bend(middle);
@@ -115,7 +116,7 @@ mod tests {
     #[test]
     fn corners_are_not_overshot() {
         let mut tracker = Tracker::default();
-        (0..100).for_each(|i| tracker.row(f64::from(i), f64::from(i - 50).max(0.0).min(20.0)));
+        (0..100).for_each(|i| tracker.row(f64::from(i), f64::from(i - 50).clamp(0.0, 20.0)));
         let found = tracker.finish().expect("rows were given");
         assert_eq!((found.minimum.0, found.maximum.0), (0.0, 20.0));
     }

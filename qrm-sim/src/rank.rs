@@ -1,12 +1,14 @@
 //! How near a motion comes to positions where its constraints say too little.
 
-use crate::linear::singular::smallest;
+use crate::linear::singular::{smallest, tracked};
 use crate::linear::{Matrix, dot};
 
 /// The smallest singular value of `C_q` in the rows of a run.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Rank {
     nearest: Option<Nearest>,
+    /// Of many constraints, the one that said least in the last row.
+    combination: Vec<f64>,
     /// Largest length of a row of `C_q`.
     longest: f64,
 }
@@ -40,9 +42,13 @@ const ROUNDING: f64 = 1e-13;
 /// Parts of other constraints in a combination to which one belongs alone.
 const ALONE: f64 = 0.05;
 
+/// More constraints than this are followed from row to row: their singular values take too long to find anew.
+const MANY: usize = 16;
+
 impl Rank {
     pub(crate) fn note<const N: usize, const M: usize>(&mut self, row: u64, t: f64, jacobian: &Matrix<M, N>) {
-        let Some(found) = smallest(jacobian) else { return };
+        let tracked = if M > MANY { tracked(jacobian, &mut self.combination) } else { None };
+        let Some(found) = tracked.or_else(|| smallest(jacobian)) else { return };
         self.longest = jacobian.iter().fold(self.longest, |longest, row| longest.max(dot(row, row).sqrt()));
         let most = self.nearest.map_or(found.value, |before| before.most.max(found.value));
         match &mut self.nearest {
@@ -79,6 +85,22 @@ mod tests {
         rank.note(2, 0.2, &[[1.0, 0.0], [1.0, 1e-6]]);
         let nearest = rank.nearest().expect("two constraints");
         assert!(nearest.row == 2 && !nearest.is_alone && nearest.fraction() < 1e-6);
+    }
+
+    #[test]
+    fn many_constraints_are_looked_at_where_it_matters() {
+        // The angle between the last two rows closes and opens again.
+        let mut rank = Rank::default();
+        for row in 0..=200_u32 {
+            let angle = 1e-4 + 0.01 * (f64::from(row) - 100.0).abs();
+            let mut jacobian = [[0.0; 24]; 20];
+            (0..20).for_each(|k| jacobian[k][k] = 1.0);
+            (jacobian[19][18], jacobian[19][19]) = (angle.cos(), angle.sin());
+            rank.note(u64::from(row), f64::from(row), &jacobian);
+        }
+        let nearest = rank.nearest().expect("twenty constraints");
+        assert!(nearest.row == 100 && nearest.most > 0.5 && !nearest.is_alone, "{nearest:?}");
+        assert!((nearest.value - 1e-4 / 2.0_f64.sqrt()).abs() < 1e-10, "{nearest:?}");
     }
 
     #[test]

@@ -1,11 +1,13 @@
 //! A second run beside the first, which tells its error.
 
-use qrm_mechanism::Mechanism;
+use qrm_mechanism::{Kernel, Mechanism};
 
 use crate::linear::{Vector, largest};
 use crate::motion::{Method, Moment};
 use crate::solve::Care;
 use crate::stepper::Stepper;
+use crate::stride::LARGE;
+use crate::walk::{is_walked, parameters, single};
 
 /// How far rounding errors wander in a step, in units in the last place of the largest coordinate (measured).
 const WANDER: f64 = 0.2;
@@ -49,6 +51,12 @@ impl<const N: usize, const M: usize> Shadow<N, M> {
         rows: &[Moment<N, M>],
         is_whole: impl Fn(u64, &Moment<N, M>) -> bool,
     ) {
+        // The plain functions tell more, but of a large mechanism they take far too long.
+        let is_large = is_walked(&self.method) && X::Kernel::<f64>::OPERATIONS > LARGE;
+        let kernel = is_large.then(|| {
+            let values = parameters(mechanism);
+            X::Kernel::<f64>::with_values(|i| values[i])
+        });
         for row in rows {
             let index = self.rows;
             self.rows += 1;
@@ -56,7 +64,12 @@ impl<const N: usize, const M: usize> Shadow<N, M> {
             if self.broke_off || index == 0 || !is_met || !is_whole(index, row) {
                 continue;
             }
-            match self.stepper.next(mechanism, &self.method, &self.at, row.t, &mut Care::default()) {
+            let mut care = Care::default();
+            let next = match &kernel {
+                Some(kernel) => single(mechanism, kernel, &self.method, &self.at, row.t, &mut care),
+                None => self.stepper.next(mechanism, &self.method, &self.at, row.t, &mut care),
+            };
+            match next {
                 Ok(at) => self.at = at,
                 Err(_) => {
                     self.broke_off = true;

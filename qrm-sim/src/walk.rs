@@ -46,7 +46,6 @@ pub(crate) fn walk<X: Mechanism<N, M>, const N: usize, const M: usize>(
     if X::Kernel::<f64>::OPERATIONS > LARGE { walk.go::<f64>() } else { pulp::Arch::new().dispatch(walk) }
 }
 
-#[cfg(feature = "sweep")]
 /// One step by the kernel on plain doubles, for places where the processor's own instructions cannot be used.
 ///
 /// # Errors

@@ -55,6 +55,9 @@ impl std::fmt::Display for Operations {
     }
 }
 
+/// Sums of more than twice so many terms are made in parts, which need not wait for each other.
+const CHAIN: usize = 8;
+
 /// Writes the statements of one function.
 pub(super) struct Body<'g> {
     graph: &'g Graph,
@@ -273,6 +276,11 @@ impl<'g> Body<'g> {
         }
     }
 
+    /// Whether a value is always zero.
+    pub(super) fn is_zero(&self, value: Signed) -> bool {
+        *self.graph.op(value.id) == Op::Number(0)
+    }
+
     /// The value of a root.
     pub(super) fn root(&mut self, root: Signed) -> TokenStream {
         let value = self.value(root.id);
@@ -348,6 +356,13 @@ impl<'g> Body<'g> {
         };
         let mut ordered = terms.to_vec();
         ordered.sort_by_key(|term| (is_product(self, term.id), depths[term.id]));
+        if ordered.len() > 2 * CHAIN {
+            self.operations.additions += ordered.len().div_ceil(CHAIN) - 1;
+            let parts: Vec<Piece> = ordered.chunks(CHAIN).map(|part| self.joined_sum(part, depths)).collect();
+            let mut parts = parts.into_iter();
+            let first = parts.next().unwrap_or_else(|| Piece::whole(quote!(R::zero())));
+            return parts.fold(first, |sum, part| sum.add(&part));
+        }
         let first = ordered.iter().position(|t| !t.negative && (ordered.len() == 1 || !is_product(self, t.id)));
         let first = first.or_else(|| ordered.iter().position(|t| !is_product(self, t.id)));
         let first = first.or_else(|| ordered.iter().position(|t| !t.negative)).unwrap_or(0);

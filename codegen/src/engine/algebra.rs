@@ -22,7 +22,7 @@ pub(super) struct Algebra<'s> {
     scene: &'s Scene,
     number: usize,
     place: &'s Place,
-    symbols: Vec<(Symbol, EngineSymbol)>,
+    symbols: HashMap<Symbol, EngineSymbol>,
     places: HashMap<EngineSymbol, Symbol>,
     points: Vec<[Atom; 2]>,
     /// What stands under the roots that have names; `None` if roots have no names.
@@ -62,7 +62,7 @@ impl<'s> Algebra<'s> {
         let signs = all_values(scene).into_iter().flat_map(|value| value.nodes()).filter(has_sign).count();
         // In a potential, each stands for two: of the length, and of what the length is.
         wanted.extend((0..2 * signs).map(Symbol::Sign));
-        let symbols: Vec<_> =
+        let symbols: HashMap<_, _> =
             wanted.into_iter().enumerate().map(|(i, s)| (s, symbol!(format!("scene{number}_{i}")))).collect();
         let places = symbols.iter().map(|(s, engine)| (*engine, *s)).collect();
         let mut algebra =
@@ -75,7 +75,7 @@ impl<'s> Algebra<'s> {
     }
 
     fn engine_symbol(&self, symbol: Symbol) -> EngineSymbol {
-        self.symbols.iter().find(|(s, _)| *s == symbol).map(|(_, engine)| *engine).unwrap_or(EngineSymbol::PI)
+        self.symbols.get(&symbol).copied().unwrap_or(EngineSymbol::PI)
     }
 
     /// A symbol as an atom; parameters that are left out are zero.
@@ -255,11 +255,16 @@ impl<'s> Algebra<'s> {
 
     /// The derivative of an atom.
     pub(super) fn derivative(&self, atom: &Atom, by: Symbol) -> Atom {
-        atom.derivative(self.engine_symbol(by))
+        let by = self.engine_symbol(by);
+        // Most formulae of a large mechanism do without most of its coordinates.
+        if atom.contains_symbol(by) { atom.derivative(by) } else { Atom::num(0) }
     }
 
     /// The derivative by every coordinate.
     pub(super) fn gradient(&self, atom: &Atom) -> Vec<Atom> {
+        if matches!(atom.as_view(), AtomView::Num(_)) {
+            return vec![Atom::num(0); self.scene.coordinates.len()];
+        }
         let direct = |i| self.derivative(atom, Symbol::Coordinate(i));
         let through =
             |i: usize| self.by_roots(atom).fold(Atom::num(0), |sum, (k, slope)| sum + slope * self.root_slope(k, i));
@@ -307,12 +312,17 @@ impl<'s> Algebra<'s> {
 
     /// The sum of components times symbols.
     pub(super) fn contract(&self, components: &[Atom], symbol: fn(usize) -> Symbol) -> Atom {
-        let products = components.iter().enumerate().map(|(i, c)| c * &self.symbol(symbol(i)));
+        let zero = Atom::num(0);
+        let products = components.iter().enumerate().filter(|(_, c)| **c != zero);
+        let products = products.map(|(i, c)| c * &self.symbol(symbol(i)));
         products.fold(Atom::num(0), |sum, product| sum + product)
     }
 
     /// The cheapest of several equal forms: as it is, multiplied out, and with sin^2 + cos^2 = 1 used either way.
     pub(super) fn simplify(&self, atom: &Atom) -> Atom {
+        if matches!(atom.as_view(), AtomView::Num(_) | AtomView::Var(_)) {
+            return atom.clone();
+        }
         let atom = &atom.expand_num();
         let expanded = atom.expand();
         let forms = [

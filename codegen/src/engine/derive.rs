@@ -29,13 +29,15 @@ pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> Equation
     equations.constraint_rate = c.iter().map(|row| algebra.simple_term(&algebra.drift(row))).collect();
     equations.constraint_bias = c.iter().map(|row| algebra.simple_term(&algebra.bias(row))).collect();
 
+    let zero = Atom::num(0);
     let mass = rows.mass_matrix(scene, &algebra);
     equations.mass_matrix = mass.iter().map(|row| terms(row)).collect();
     let loads = Loads::new(scene, &algebra, &rows);
     let efforts = rows.inertial().chain(loads.efforts.iter().cloned());
     let efforts: Vec<Effort> = efforts.collect();
     let force = |i: usize| {
-        algebra.simplify(&efforts.iter().fold(Atom::num(0), |sum, effort| sum + &effort.size * &effort.along[i]))
+        let moving = efforts.iter().filter(|effort| effort.along[i] != zero);
+        algebra.simplify(&moving.fold(Atom::num(0), |sum, effort| sum + &effort.size * &effort.along[i]))
     };
     let forces: Vec<Atom> = (0..scene.coordinates.len()).map(force).collect();
     equations.generalized_forces = terms(&forces);
@@ -115,8 +117,10 @@ impl Rows {
 
     /// T' M T
     pub(super) fn mass_matrix(&self, scene: &Scene, algebra: &Algebra) -> Vec<Vec<Atom>> {
+        let zero = Atom::num(0);
         let mass = |i: usize, j: usize| {
-            let products = self.gradients.iter().zip(&self.inertia).map(|(row, m)| m * &row[i] * &row[j]);
+            let moving = self.gradients.iter().zip(&self.inertia).filter(|(row, _)| row[i] != zero && row[j] != zero);
+            let products = moving.map(|(row, m)| m * &row[i] * &row[j]);
             algebra.simplify(&products.fold(Atom::num(0), |sum, product| sum + product))
         };
         let n = scene.coordinates.len();

@@ -110,12 +110,13 @@ impl Sample {
         let c: Vec<&Formula> = scene.constraints.iter().map(|c| &c.residual).collect();
 
         let positions: Vec<Dual2_64> = x.iter().map(|(row, _)| moving.value(row)).collect();
-        let jacobian: Vec<Vec<f64>> = x.iter().map(|(row, _)| self.gradient(scene, row)).collect();
+        let gradients = Gradients::new(self, scene);
+        let jacobian: Vec<Vec<f64>> = x.iter().map(|(row, _)| gradients.of(row)).collect();
         let residuals: Vec<Dual2_64> = c.iter().map(|row| moving.value(row)).collect();
-        let constraint_jacobian: Vec<f64> = c.iter().flat_map(|row| self.gradient(scene, row)).collect();
+        let constraint_jacobian: Vec<f64> = c.iter().flat_map(|row| gradients.of(row)).collect();
         let n = self.q.len();
         let mut mass = vec![0.0; n * n];
-        let mut forces = self.generalized(scene, &plain);
+        let mut forces = self.generalized(&gradients, &plain);
         for (((_, inertia), row), bias) in x.iter().zip(&jacobian).zip(&positions) {
             for i in 0..n {
                 forces[i] -= inertia * row[i] * bias.v2;
@@ -126,7 +127,7 @@ impl Sample {
         }
         let kinetic: f64 = x.iter().zip(&positions).map(|((_, inertia), x)| 0.5 * inertia * x.v1 * x.v1).sum();
         let drifts = self.drifts(scene);
-        let [potential, power] = self.potential_and_power(scene, &plain, &x, equations);
+        let [potential, power] = self.potential_and_power(&gradients, &plain, &x, equations);
         let power = power + drifts.iter().zip(&self.multipliers).map(|(drift, lambda)| drift * lambda).sum::<f64>();
         let second = |values: &[Dual2_64]| values.iter().map(|v| v.v2).collect::<Vec<f64>>();
         let first = |values: &[Dual2_64]| values.iter().map(|v| v.re).collect::<Vec<f64>>();
@@ -138,7 +139,7 @@ impl Sample {
             ("generalized_forces", forces.clone()),
             ("energy", vec![kinetic, potential]),
             ("power", vec![power]),
-            ("outputs", self.outputs(scene)),
+            ("outputs", self.outputs(&gradients)),
             ("dynamics.mass_matrix", mass),
             ("dynamics.generalized_forces", forces),
             ("dynamics.constraint_jacobian", constraint_jacobian.clone()),
@@ -159,10 +160,6 @@ impl Sample {
         }
         let finite = expected.iter().all(|(_, numbers)| numbers.iter().all(|n| n.is_finite()));
         finite.then_some(expected)
-    }
-
-    fn gradient(&self, scene: &Scene, value: &Formula) -> Vec<f64> {
-        (0..self.q.len()).map(|i| self.by_coordinate(scene, i).value(value).eps).collect()
     }
 
     /// The state in which every value carries its derivative by one coordinate.
@@ -192,11 +189,6 @@ impl Sample {
         let qd = self.qd.iter().map(|&v| Dual2_64::from(v)).collect();
         let state = State::new(scene, &self.parameters, Dual2_64::from(self.t), q, qd);
         scene.constraints.iter().map(|constraint| state.value(&constraint.residual).v2).collect()
-    }
-
-    /// The rate of a displacement that the coordinates bring.
-    fn velocity(&self, scene: &Scene, displacement: &Formula) -> f64 {
-        self.gradient(scene, displacement).iter().zip(&self.qd).map(|(s, v)| s * v).sum()
     }
 
     /// The forces and torques of a load, each with the displacement that it works along.
@@ -238,10 +230,11 @@ impl Sample {
     }
 
     /// The generalized forces of the loads: effort times derivative of displacement.
-    fn generalized(&self, scene: &Scene, plain: &State<f64>) -> Vec<f64> {
+    fn generalized(&self, gradients: &Gradients, plain: &State<f64>) -> Vec<f64> {
+        let scene = gradients.scene;
         let mut forces = vec![0.0; self.q.len()];
         for (effort, displacement) in scene.loads.iter().flat_map(|load| self.efforts(scene, plain, &load.kind)) {
-            for (force, derivative) in forces.iter_mut().zip(self.gradient(scene, displacement)) {
+            for (force, derivative) in forces.iter_mut().zip(gradients.of(displacement)) {
                 *force += effort * derivative;
             }
         }
@@ -251,11 +244,12 @@ impl Sample {
     /// The potential of the loads that have one, and the power of the others.
     fn potential_and_power(
         &self,
-        scene: &Scene,
+        gradients: &Gradients,
         plain: &State<f64>,
         x: &[(&Formula, f64)],
         equations: &Equations,
     ) -> [f64; 2] {
+        let scene = gradients.scene;
         let (mut potential, mut power) = (0.0, 0.0);
         for load in &scene.loads {
             let is_constant = match &load.kind {
@@ -272,7 +266,7 @@ impl Sample {
                     let extension = plain.value(along) - optional(rest);
                     potential += 0.5 * optional(stiffness) * extension * extension;
                     potential += own.as_ref().map_or(0.0, |own| plain.law(own, [plain.value(along), f64::NAN]));
-                    power += self.spring(scene, plain, &load.kind)[1] * self.velocity(scene, along);
+                    power += self.spring(scene, plain, &load.kind)[1] * gradients.velocity(along);
                     continue;
                 }
                 LoadKind::Spring { .. } => vec![false],
@@ -283,14 +277,15 @@ impl Sample {
                 if is_constant && !scene.depends_on_time(displacement) {
                     potential -= effort * plain.value(displacement);
                 } else {
-                    power += effort * self.velocity(scene, displacement);
+                    power += effort * gradients.velocity(displacement);
                 }
             }
         }
         [potential, power]
     }
 
-    fn outputs(&self, scene: &Scene) -> Vec<f64> {
+    fn outputs(&self, gradients: &Gradients) -> Vec<f64> {
+        let scene = gradients.scene;
         let plain = State::plain(scene, &self.parameters, self.t, &self.q, &self.qd);
         let moving = State::along(scene, &self.parameters, self.t, &self.q, &self.qd, &self.qdd);
         let output = |kind: &OutputKind| match kind {
@@ -306,11 +301,11 @@ impl Sample {
             }
             OutputKind::LoadPower(load) => {
                 let efforts = self.efforts(scene, &plain, &scene.loads[*load].kind);
-                efforts.into_iter().map(|(effort, along)| effort * self.velocity(scene, along)).sum()
+                efforts.into_iter().map(|(effort, along)| effort * gradients.velocity(along)).sum()
             }
             OutputKind::DrivePower(k) => self.multipliers[*k] * self.drifts(scene)[*k],
             OutputKind::ReactionMoment { constraint, coordinate } => {
-                let mut turned = self.by_coordinate(scene, *coordinate);
+                let mut turned = gradients.states[*coordinate].clone();
                 for point in 0..scene.points.len() {
                     let held = turned.point(point).map(|c| Dual64::new(c.re, 0.0));
                     turned = turned.with_point(point, held);
@@ -325,4 +320,32 @@ impl Sample {
 /// Whether a force keeps its size.
 fn is_constant(value: &Formula) -> bool {
     value.names().all(|name| matches!(name, Quantity::Parameter(_) | Quantity::Pi))
+}
+
+/// Derivatives by the coordinates at a state, time and rates held.
+struct Gradients<'s> {
+    scene: &'s Scene,
+    qd: &'s [f64],
+    /// The state once for each coordinate by which every value in it carries its derivative.
+    states: Vec<State<Dual64>>,
+}
+
+impl<'s> Gradients<'s> {
+    fn new(sample: &'s Sample, scene: &'s Scene) -> Self {
+        let states = (0..sample.q.len()).map(|i| sample.by_coordinate(scene, i)).collect();
+        Self { scene, qd: &sample.qd, states }
+    }
+
+    fn of(&self, value: &Formula) -> Vec<f64> {
+        let mut gradient = vec![0.0; self.states.len()];
+        for i in self.scene.coordinates_of(value) {
+            gradient[i] = self.states[i].value(value).eps;
+        }
+        gradient
+    }
+
+    /// The rate of a displacement that the coordinates bring.
+    fn velocity(&self, displacement: &Formula) -> f64 {
+        self.of(displacement).iter().zip(self.qd).map(|(s, v)| s * v).sum()
+    }
 }

@@ -81,6 +81,10 @@ impl Scope {
                 }
                 // A comment.
                 Stmt::Macro(_) => {}
+                Stmt::Expr(Expr::Assign(assignment), Some(_)) => {
+                    let value = self.value(&assignment.right)?;
+                    *self.entry(&assignment.left)? = value;
+                }
                 Stmt::Expr(value, None) => return self.value(value),
                 other => return Err(format!("unexpected statement `{}`", other.to_token_stream())),
             }
@@ -155,10 +159,7 @@ impl Scope {
                     _ => return Err("unexpected operator".to_owned()),
                 }))
             }
-            Expr::Field(field) => match &field.member {
-                Member::Named(name) => self.value(&field.base)?.field(&name.to_string()).cloned(),
-                Member::Unnamed(_) => Err("unexpected tuple field".to_owned()),
-            },
+            Expr::Field(_) => self.place(value).cloned(),
             Expr::Index(index) => {
                 let place = self.value(&index.index)?.number()?;
                 match self.value(&index.expr)? {
@@ -167,6 +168,14 @@ impl Scope {
                     }
                     _ => Err("an index into something that is no list".to_owned()),
                 }
+            }
+            Expr::Repeat(repeat) => {
+                let count = self.value(&repeat.len)?.number()?;
+                Ok(Value::List(vec![self.value(&repeat.expr)?; count as usize]))
+            }
+            Expr::Block(inner) => {
+                let mut scope = Self { names: self.names.clone() };
+                scope.block(&inner.block)
             }
             Expr::Array(array) => self.values(&array.elems).map(Value::List),
             Expr::Tuple(tuple) => self.values(&tuple.elems).map(Value::List),
@@ -191,8 +200,48 @@ impl Scope {
         }
     }
 
+    /// A name, or a field of one, where it is: a mechanism with all its parameters is not copied for one of them.
+    fn place(&self, value: &Expr) -> Result<&Value, String> {
+        match value {
+            Expr::Paren(inner) => self.place(&inner.expr),
+            Expr::Reference(inner) => self.place(&inner.expr),
+            Expr::Field(field) => match &field.member {
+                Member::Named(name) => self.place(&field.base)?.field(&name.to_string()),
+                Member::Unnamed(_) => Err("unexpected tuple field".to_owned()),
+            },
+            Expr::Path(path) => {
+                let name = path.path.get_ident().map(ToString::to_string).unwrap_or_default();
+                self.names.get(&name).ok_or_else(|| format!("unknown name `{name}`"))
+            }
+            other => Err(format!("fields of `{}`", other.to_token_stream())),
+        }
+    }
+
+    /// An entry of a list under a name, to be changed.
+    fn entry(&mut self, value: &Expr) -> Result<&mut Value, String> {
+        match value {
+            Expr::Index(index) => {
+                let place = self.value(&index.index)?.number()?;
+                match self.entry(&index.expr)? {
+                    Value::List(items) => items.get_mut(place as usize).ok_or_else(|| format!("no element {place}")),
+                    _ => Err("an index into something that is no list".to_owned()),
+                }
+            }
+            Expr::Path(path) => {
+                let name = path.path.get_ident().map(ToString::to_string).unwrap_or_default();
+                self.names.get_mut(&name).ok_or_else(|| format!("unknown name `{name}`"))
+            }
+            other => Err(format!("an assignment to `{}`", other.to_token_stream())),
+        }
+    }
+
     fn call(&self, call: &syn::ExprCall) -> Result<Value, String> {
-        let path = call.func.to_token_stream().to_string().replace(' ', "");
+        let path = match &*call.func {
+            Expr::Path(path) => {
+                path.path.segments.iter().map(|part| part.ident.to_string()).collect::<Vec<_>>().join("::")
+            }
+            other => return Err(format!("unexpected call of `{}`", other.to_token_stream())),
+        };
         let mut arguments = self.values(&call.args)?.into_iter();
         match (path.as_str(), arguments.next()) {
             (name, Some(_)) if self.names.get(name) == Some(&Value::Nothing) => Ok(Value::Nothing),

@@ -1,6 +1,6 @@
 //! Singular values of wide matrices.
 
-use super::{Matrix, Vector, dot};
+use super::{Ldl, Matrix, Vector, dot};
 
 /// The smallest singular value of a matrix, and the combination of its rows that is so short.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,6 +44,27 @@ pub fn smallest<const R: usize, const C: usize>(matrix: &Matrix<R, C>) -> Option
     let lengths = rows.map(|row| dot(&row, &row).sqrt());
     let place = (0..R).min_by(|&a, &b| lengths[a].total_cmp(&lengths[b]))?;
     Some(Smallest { value: lengths[place], rows: turns[place] })
+}
+
+/// The same for many rows that change little from one call to the next, by two steps of inverse iteration from the last
+/// combination; `None` where that is no way to find it.
+pub fn tracked<const R: usize, const C: usize>(matrix: &Matrix<R, C>, last: &mut Vec<f64>) -> Option<Smallest<R>> {
+    let products: Matrix<R, R> =
+        std::array::from_fn(|i| std::array::from_fn(|j| if j <= i { dot(&matrix[i], &matrix[j]) } else { 0.0 }));
+    let factors = Ldl::of_products(&products)?;
+    if last.is_empty() {
+        // No two parts alike: the combination must not be missed for symmetry.
+        last.extend((0..R).map(|k| 1.0 + 0.1 * (k as f64).sin()));
+    }
+    let mut x: Vector<R> = std::array::from_fn(|i| last[i]);
+    let mut length = f64::NAN;
+    for _ in 0..2 {
+        x = factors.solve(&x);
+        length = dot(&x, &x).sqrt();
+        x = x.map(|value| value / length);
+    }
+    last.copy_from_slice(&x);
+    length.is_finite().then(|| Smallest { value: length.sqrt().recip(), rows: x })
 }
 
 fn turn<const R: usize, const C: usize>(rows: &mut Matrix<R, C>, (p, q): (usize, usize), cos: f64, sin: f64) {
