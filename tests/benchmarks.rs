@@ -146,3 +146,94 @@ fn the_slider_crank_is_that_of_sundials() {
     let integral = sum * table.number(last, "t") / last as f64 / 3.0;
     assert!((integral - 3.336_606_799_482_784_6).abs() < 1e-9, "{integral}");
 }
+
+/// SymPy, test_four_bar_linkage_with_manual_constraints: mass matrix and forcing of Kane's equations, whose solution are the
+/// accelerations.
+#[test]
+fn the_four_bar_starts_like_that_of_sympy() {
+    let mass = [
+        [34.527_098_152_565_06, 7.003_948_798_374_735, -4.939_690_970_641_498],
+        [-2.203_792_703_880_936e-14, 0.207_171_024_799_570_7, 0.284_291_757_303_371_1],
+        [-0.130_000_000_000_012_3, -0.008_836_934_896_046_506, 0.186_489_133_006_084_7],
+    ];
+    let forcing = nalgebra::Vector3::new(-0.031_211_821_321_648, -0.000_660_226_081_81, 0.001_813_559_741_243);
+    let published = nalgebra::Matrix3::from_fn(|i, j| mass[i][j]).lu().solve(&forcing).expect("regular");
+    let run = run(&["four-bar", "--end-time", "0.01", "--no-figures"]);
+    let table = run.trajectory();
+    let stated = [
+        ("q2", 0.665_547_037_507_758_8),
+        ("q3", 2.527_408_138_024_188),
+        ("q2_dot", -0.179_637_339_388_520_67),
+        ("q3_dot", 0.130_906_054_060_161_2),
+    ];
+    for (name, value) in stated {
+        assert!((table.number(0, name) - value).abs() < 5e-13, "{name}: {} instead of {value}", table.number(0, name));
+    }
+    for (name, value) in ["q1_ddot", "q2_ddot", "q3_ddot"].into_iter().zip(published.iter()) {
+        let off = (table.number(0, name) / value - 1.0).abs();
+        assert!(off < 1e-12, "{name} is off by {off:e}");
+    }
+}
+
+/// The force of the ground on the last rod, by the law of Newton and Euler for the rods one after another: the moment of all
+/// that is beyond a joint vanishes there.
+#[test]
+fn the_four_bar_is_held_by_what_its_rods_need() {
+    use num_dual::{Dual2_64, DualNum};
+    let run = run(&["four-bar", "--no-figures", "--step", "1e-3", "--end-time", "5"]);
+    let table = run.trajectory();
+    for row in (0..=table.last()).step_by(500) {
+        let of = |name: &str| table.number(row, name);
+        let q = |i: usize| Dual2_64::new(of(&format!("q{i}")), of(&format!("q{i}_dot")), of(&format!("q{i}_ddot")));
+        let angles = [q(1), q(1) + q(2), q(1) + q(2) + q(3)];
+        let lengths = [0.24, 0.21, 0.34];
+        let zero = Dual2_64::from(0.0);
+        let mut joints = vec![[zero + 0.065, zero]];
+        for (angle, length) in angles.iter().zip(lengths) {
+            let [x, y] = joints[joints.len() - 1];
+            joints.push([x + angle.cos() * length, y + angle.sin() * length]);
+        }
+        let end = joints[3].map(|c| c.re);
+        for first in 0..3 {
+            let pivot = joints[first].map(|c| c.re);
+            // Force at the end against the change of angular momentum of what lies between.
+            let force = (end[0] - pivot[0]) * of("Dy") - (end[1] - pivot[1]) * of("Dx");
+            let needed: f64 = (first..3)
+                .map(|rod| {
+                    let (mass, length) = (997.0 * lengths[rod], lengths[rod]);
+                    let [x, y] = [0, 1].map(|axis| (joints[rod][axis] + joints[rod + 1][axis]) / 2.0);
+                    let moment = (x.re - pivot[0]) * y.v2 - (y.re - pivot[1]) * x.v2;
+                    mass * (moment + length * length / 12.0 * angles[rod].v2)
+                })
+                .sum();
+            assert!((force - needed).abs() < 1e-8 * (1.0 + needed.abs()), "row {row}, joint {first}: {force} {needed}");
+        }
+    }
+}
+
+#[test]
+fn a_thrown_stick_flies_along_a_parabola() {
+    let run = run(&["thrown-stick", "--method", "dop853", "--tolerance", "1e-12", "--no-figures"]);
+    let end = &run.summary()["end_state"];
+    let (x, y, a) = (6.6 - 0.6 * 20.0_f64.cos(), 22.0 - 19.62 - 0.6 * 20.0_f64.sin(), 20.0);
+    for (name, exact) in [("x", x), ("y", y), ("a", a), ("a_dot", 10.0)] {
+        let off = (end[name].as_f64().expect("a number") - exact).abs();
+        assert!(off < 1e-10, "{name} is off by {off:e}");
+    }
+}
+
+/// What can be claimed of a chaotic motion: its first seconds, its energy, and that the rest is refused.
+#[test]
+fn a_double_pendulum_is_known_for_a_while() {
+    let end = |tolerance: &str, until: &str| {
+        let arguments = ["double-pendulum", "--method", "dop853", "--tolerance", tolerance, "--end-time", until];
+        run(&[&arguments[..], &["--no-figures"]].concat())
+    };
+    let at = |run: &common::Run, name: &str| run.summary()["end_state"][name].as_f64().expect("a number");
+    let (coarse, fine) = (end("1e-11", "8"), end("1e-13", "8"));
+    assert_eq!((coarse.status(), fine.status()), (0, 0), "{}{}", coarse.stderr(), fine.stderr());
+    assert!((at(&coarse, "b") - at(&fine, "b")).abs() < 1e-6);
+    let late = end("1e-12", "60");
+    assert!(late.status() == 1 && late.stderr().contains("sensitive by nature"), "{}", late.stderr());
+    assert!(late.summary()["energy_drift"].as_f64().expect("a number") < 1e-8);
+}

@@ -6,6 +6,18 @@ pub mod andrews {
     include!("andrews.rs");
 }
 
+/// The scene of [`double_pendulum::DoublePendulum`].
+#[allow(non_snake_case)]
+pub mod double_pendulum {
+    include!("double_pendulum.rs");
+}
+
+/// The scene of [`four_bar::FourBar`].
+#[allow(non_snake_case)]
+pub mod four_bar {
+    include!("four_bar.rs");
+}
+
 /// The scene of [`n_four_bar_2::NFourBar2`].
 #[allow(non_snake_case)]
 pub mod n_four_bar_2 {
@@ -48,9 +60,17 @@ pub mod slider_crank {
     include!("slider_crank.rs");
 }
 
+/// The scene of [`thrown_stick::ThrownStick`].
+#[allow(non_snake_case)]
+pub mod thrown_stick {
+    include!("thrown_stick.rs");
+}
+
 /// Shows every mechanism to a visitor.
 pub fn visit_all(visitor: &mut impl qrm_mechanism::Visitor) {
     visitor.visit::<andrews::Andrews, 7, 6>();
+    visitor.visit::<double_pendulum::DoublePendulum, 2, 0>();
+    visitor.visit::<four_bar::FourBar, 3, 2>();
     visitor.visit::<n_four_bar_2::NFourBar2, 5, 4>();
     visitor.visit::<pendulum::Pendulum, 2, 1>();
     visitor.visit::<quick_return_driven::QuickReturnDriven, 3, 3>();
@@ -58,4 +78,5 @@ pub fn visit_all(visitor: &mut impl qrm_mechanism::Visitor) {
     visitor.visit::<quick_return::QuickReturn, 3, 2>();
     visitor.visit::<shaper::Shaper, 3, 2>();
     visitor.visit::<slider_crank::SliderCrank, 3, 2>();
+    visitor.visit::<thrown_stick::ThrownStick, 3, 0>();
 }
