@@ -3,6 +3,7 @@
 
 mod algebra;
 mod elimination;
+mod range_space;
 
 use std::collections::{HashMap, HashSet};
 
@@ -12,6 +13,7 @@ use crate::scene::Scene;
 use crate::term::{Equations, KernelEquations, Push, Symbol, Term};
 use algebra::{Matrix, Value, negated};
 use elimination::Elimination;
+use range_space::RangeSpace;
 
 /// A kernel as operations.
 #[derive(Debug)]
@@ -32,9 +34,7 @@ pub struct Kernel {
     pub multipliers: Vec<Signed>,
     /// The outputs that the scene asks for.
     pub outputs: Vec<Signed>,
-    /// The coordinates that the others depend on.
-    pub independent: Vec<usize>,
-    /// Whether there is a dependent coordinate for each constraint.
+    /// Whether it can be relied on anywhere.
     pub is_suited: bool,
 }
 
@@ -66,6 +66,10 @@ pub enum Block {
     Tangents,
     /// T' Mbar T
     Inertia,
+    /// Mbar^-1 C_q'
+    Pull,
+    /// C_q Mbar^-1 C_q'
+    Loops,
     /// Rates of named roots.
     Rates,
     /// (C_q qd)_q qd
@@ -83,7 +87,13 @@ pub enum Block {
 impl Block {
     /// Whether it follows from the position alone.
     pub fn is_position(self) -> bool {
-        self <= Self::Inertia
+        self <= Self::Loops
+    }
+
+    /// Whether it belongs to the linear equations rather than to what is in them.
+    fn is_solution(self) -> bool {
+        use Block::{Accelerations, Correction, Inertia, Loops, Multipliers, Pull, Tangents};
+        matches!(self, Tangents | Inertia | Pull | Loops | Accelerations | Multipliers | Correction)
     }
 
     /// What it is, for a comment.
@@ -95,11 +105,13 @@ impl Block {
             Self::Mass => "The reduced mass matrix Mbar.",
             Self::Tangents => "How dependent coordinates follow the others: C_q T = 0.",
             Self::Inertia => "What moves with the others: Mbar T, and T' Mbar T.",
+            Self::Pull => "What the forces of the loops do: Mbar = L D L', Mbar^-1 C_q'.",
+            Self::Loops => "How the loops resist: C_q Mbar^-1 C_q' = L D L'.",
             Self::Rates => "Rates of the lengths.",
             Self::Bias => "Convective terms of the loops: (C_q qd)_q qd.",
             Self::Forces => "The reduced forces fbar.",
             Self::Accelerations => "Accelerations.",
-            Self::Multipliers => "Multipliers: C_q' lambda = fbar - Mbar qdd.",
+            Self::Multipliers => "Multipliers.",
             Self::Correction => "The correction: no motion that the loops allow is part of it.",
         }
     }
@@ -108,7 +120,7 @@ impl Block {
 impl Kernel {
     /// The kernel of a scene, its operations in a graph that may hold others too.
     pub fn new(scene: &Scene, equations: &Equations, lowering: &mut Lowering) -> Self {
-        Builder { scene, lowering, locals: Vec::new() }.build(equations)
+        Builder { scene, lowering, locals: Vec::new(), next: 0 }.build(equations)
     }
 
     /// Every value.
@@ -133,7 +145,21 @@ struct Builder<'s> {
     scene: &'s Scene,
     lowering: &'s mut Lowering,
     locals: Vec<Local>,
+    /// The place of the next one.
+    next: usize,
 }
+
+/// The linear equations of a kernel, solved in one way.
+struct Solved {
+    locals: Vec<Local>,
+    strains: Vec<Value>,
+    accelerations: Vec<Value>,
+    multipliers: Vec<Value>,
+    correction: Vec<Value>,
+}
+
+/// For mechanisms of more coordinates another way of solving is tried.
+const MANY: usize = 12;
 
 impl Builder<'_> {
     fn build(mut self, equations: &Equations) -> Kernel {
@@ -173,11 +199,20 @@ impl Builder<'_> {
         let particular = elimination.particular(&mut self, &bias, Block::Accelerations, "closing");
         let accelerations = elimination.free(&mut self, &particular, Some(&forces), Block::Accelerations, "ddot");
         let multipliers = elimination.multipliers(&mut self, &forces, &accelerations);
-
         let residual = |k: usize| Some(negated(self.lowering.graph.input(Symbol::Residual(k))));
         let asked: Vec<Value> = (0..m).map(residual).collect();
         let particular = elimination.particular(&mut self, &asked, Block::Correction, "closing");
         let correction = elimination.free(&mut self, &particular, None, Block::Correction, "correction");
+        let locals = self.locals.clone();
+        let mut solved = Solved { locals, strains, accelerations, multipliers, correction };
+        let mut is_suited = elimination.is_suited();
+        if m > 0 && n > MANY {
+            self.locals.retain(|local| !local.block.is_solution());
+            let other = self.by_range_space((&jacobian, &mass), (&bias, &forces, &asked));
+            if let Some(other) = other.filter(|other| !is_suited || self.total(other) < self.total(&solved)) {
+                (solved, is_suited) = (other, true);
+            }
+        }
         let rates: Vec<Value> = (0..n).map(|i| Some(self.lowering.graph.input(Symbol::Rate(i)))).collect();
         let drift = jacobian.iter().zip(own_rates).map(|(row, own)| {
             let moved = self.dot(row, &rates);
@@ -189,19 +224,39 @@ impl Builder<'_> {
         let all = |values: Vec<Value>| values.into_iter().map(|value| value.unwrap_or(zero)).collect();
         let mut kernel = Kernel {
             residuals: all(residuals),
-            strains: all(strains),
+            strains: all(solved.strains),
             drift: all(drift),
-            correction: all(correction),
-            accelerations: all(accelerations),
-            multipliers: all(multipliers),
+            correction: all(solved.correction),
+            accelerations: all(solved.accelerations),
+            multipliers: all(solved.multipliers),
             outputs: all(outputs),
-            is_suited: elimination.is_suited(),
-            independent: elimination.independent,
+            is_suited,
             locals: Vec::new(),
         };
-        let needed = self.needed(kernel.values().map(|value| value.id).collect());
-        kernel.locals = self.locals.into_iter().filter(|local| needed.contains(&local.input.id)).collect();
+        let needed = self.needed(&solved.locals, kernel.values().map(|value| value.id).collect());
+        kernel.locals = solved.locals.into_iter().filter(|local| needed.contains(&local.input.id)).collect();
         kernel
+    }
+
+    /// The same by the forces of the loops.
+    fn by_range_space(
+        &mut self,
+        (jacobian, mass): (&Matrix, &Matrix),
+        (closing, forces, asked): (&[Value], &[Value], &[Value]),
+    ) -> Option<Solved> {
+        let system = RangeSpace::new(self, jacobian, mass)?;
+        let strains = system.strains();
+        let (accelerations, multipliers) = system.accelerations(self, closing, forces);
+        let correction = system.correction(self, asked);
+        Some(Solved { locals: self.locals.clone(), strains, accelerations, multipliers, correction })
+    }
+
+    /// How many operations a way of solving takes.
+    fn total(&self, solved: &Solved) -> usize {
+        let results = [&solved.strains, &solved.accelerations, &solved.multipliers, &solved.correction];
+        let roots = results.into_iter().flatten().flatten().map(|value| value.id).collect();
+        let needed = self.needed(&solved.locals, roots);
+        needed.iter().map(|&id| self.lowering.graph.op(id).operands().len().saturating_sub(1)).sum()
     }
 
     /// Named roots, what they divide, and their slopes.
@@ -286,8 +341,8 @@ impl Builder<'_> {
     }
 
     /// Everything that values need, through names.
-    fn needed(&self, mut pending: Vec<Id>) -> HashSet<Id> {
-        let definitions: HashMap<Id, Id> = self.locals.iter().map(|local| (local.input.id, local.value.id)).collect();
+    fn needed(&self, locals: &[Local], mut pending: Vec<Id>) -> HashSet<Id> {
+        let definitions: HashMap<Id, Id> = locals.iter().map(|local| (local.input.id, local.value.id)).collect();
         let mut needed = HashSet::new();
         while let Some(id) = pending.pop() {
             if needed.insert(id) {

@@ -133,6 +133,19 @@ impl Term {
         }
     }
 
+    /// Whether the square of a sine or cosine occurs, or a higher power.
+    pub fn has_square(&self) -> bool {
+        match self {
+            Self::Number(_) | Self::Symbol(_) => false,
+            Self::Sum(terms) | Self::Product(terms) => terms.iter().any(Self::has_square),
+            Self::Call(_, inner) => inner.has_square(),
+            Self::Power(base, _) => match base.as_ref() {
+                Self::Call(Function::Sin | Function::Cos, _) => true,
+                base => base.has_square(),
+            },
+        }
+    }
+
     /// Whether a symbol for which `test` holds occurs.
     pub fn any_symbol(&self, test: &impl Fn(Symbol) -> bool) -> bool {
         match self {

@@ -2164,7 +2164,7 @@ pub fn accelerations<R: Lane>(
     let omega_ddot = omega_per_beta_2.mul_add(beta_ddot, omega_closing_2);
     let eps_ddot = eps_per_beta.neg_mul_add(beta_ddot, eps_closing);
 
-    // Multipliers: C_q' lambda = fbar - Mbar qdd.
+    // Multipliers.
     let excess_gamma = k.i3_plus_m3_times_sa_sq_plus_sb_sq.neg_mul_add(gamma_ddot, v32);
     let excess_phi = mass_phi_delta
         .mul_add(delta_ddot, k.k2.mul_add(phi_ddot, force_phi));

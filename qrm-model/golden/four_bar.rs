@@ -1232,7 +1232,7 @@ pub fn accelerations<R: Lane>(
     let q2_ddot = q2_per_q1_2.mul_add(q1_ddot, q2_closing_2);
     let q3_ddot = q3_per_q1.neg_mul_add(q1_ddot, q3_closing);
 
-    // Multipliers: C_q' lambda = fbar - Mbar qdd.
+    // Multipliers.
     let excess_q2 = mass_q2_q3
         .mul_add(
             q3_ddot,

@@ -1165,7 +1165,7 @@ pub fn accelerations<R: Lane>(
     let b0_ddot = b0_per_a0_2.mul_add(a0_ddot, b0_closing_2);
     let b1_ddot = b1_per_a0.mul_add(a0_ddot, b1_closing);
 
-    // Multipliers: C_q' lambda = fbar - Mbar qdd.
+    // Multipliers.
     let excess_b0 = k.k2.mul_add(b0_ddot, mass_a0_b0.neg_mul_add(a0_ddot, force_b0));
     let excess_a2 = k.k2.mul_add(a2_ddot, v1);
     let lambda_loop1_y = inv_loop1_y

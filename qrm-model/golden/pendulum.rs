@@ -520,7 +520,7 @@ pub fn accelerations<R: Lane>(
     let y_ddot = drive_y_ddot * inv_inertia_y;
     let x_ddot = x_per_y.neg_mul_add(y_ddot, x_closing);
 
-    // Multipliers: C_q' lambda = fbar - Mbar qdd.
+    // Multipliers.
     let lambda_rod = p.m * inv_rod * x_ddot;
     ([-x_ddot, -y_ddot], [lambda_rod])
 }

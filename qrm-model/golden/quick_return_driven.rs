@@ -1252,7 +1252,7 @@ pub fn accelerations<R: Lane>(
     let phi5_closing = guide_phi4_share
         .neg_mul_add(phi4_closing, guide_bias * inv_guide);
 
-    // Multipliers: C_q' lambda = fbar - Mbar qdd.
+    // Multipliers.
     let excess_phi5 = mass_phi5_phi5
         .mul_add(phi5_closing, mass_phi4_phi5.mul_add(phi4_closing, force_phi5));
     let excess_phi4 = guide_phi4_share

@@ -1772,7 +1772,7 @@ pub fn accelerations<R: Lane>(
     let phi4_ddot = phi4_per_phi2.neg_mul_add(phi2_ddot, phi4_closing);
     let phi5_ddot = phi5_per_phi2.mul_add(phi2_ddot, phi5_closing);
 
-    // Multipliers: C_q' lambda = fbar - Mbar qdd.
+    // Multipliers.
     let lambda_guide = inv_guide
         * mass_phi5_phi5
             .mul_add(phi5_ddot, mass_phi4_phi5.mul_add(phi4_ddot, force_phi5));

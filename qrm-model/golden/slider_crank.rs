@@ -942,7 +942,7 @@ pub fn accelerations<R: Lane>(
     let x_ddot = x_per_q.neg_mul_add(q_ddot, x_closing);
     let p_ddot = p_per_q.mul_add(q_ddot, p_closing);
 
-    // Multipliers: C_q' lambda = fbar - Mbar qdd.
+    // Multipliers.
     let excess_x = p.m2.mul_add(x_ddot, force_x);
     let lambda_across = inv_across
         * sin_p_.mul_add(excess_x, p.J2.mul_add(p_ddot, force_p));

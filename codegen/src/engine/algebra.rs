@@ -325,13 +325,17 @@ impl<'s> Algebra<'s> {
         }
         let atom = &atom.expand_num();
         let expanded = atom.expand();
+        let term = self.term(&expanded);
+        let cost = |form: &Atom| self.term(form).cost();
+        if !term.has_square() {
+            return if term.cost() <= cost(atom) { expanded } else { atom.clone() };
+        }
         let forms = [
             without_squares_of(EngineSymbol::COS, EngineSymbol::SIN, &expanded),
             without_squares_of(EngineSymbol::SIN, EngineSymbol::COS, &expanded),
             expanded,
             atom.clone(),
         ];
-        let cost = |form: &Atom| self.term(form).cost();
         forms.into_iter().min_by_key(cost).unwrap_or_else(|| atom.clone())
     }
 

@@ -41,7 +41,8 @@ impl Builder<'_> {
         }
         let place = self.locals.iter().position(|local| local.value.id == value.id);
         let place = place.unwrap_or_else(|| {
-            let input = graph.input(Symbol::Local(self.locals.len()));
+            let input = graph.input(Symbol::Local(self.next));
+            self.next += 1;
             let plain = Signed { negative: false, ..value };
             self.locals.push(Local { name: name.to_lowercase(), value: plain, input, block });
             self.locals.len() - 1

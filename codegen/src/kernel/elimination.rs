@@ -19,7 +19,7 @@ pub(super) struct Elimination {
     /// Constraint and coordinate of each pivot, in order.
     pivots: Vec<(usize, usize)>,
     /// The coordinates that the others depend on.
-    pub(super) independent: Vec<usize>,
+    independent: Vec<usize>,
     /// One over each pivot.
     inverses: Vec<Value>,
     /// Entries left of and below pivots.
