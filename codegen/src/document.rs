@@ -21,6 +21,8 @@ pub struct Document {
     pub coordinates: Vec<CoordinateSyntax>,
     /// `[parameters]`
     pub parameters: Vec<ParameterSyntax>,
+    /// The names of `[tables]`.
+    pub tables: Vec<Identifier>,
     /// `[points]`
     pub points: Vec<(Identifier, [Formula; 2])>,
     /// `[bodies]`

@@ -118,6 +118,17 @@ impl<D: Differentiable> State<D> {
         })
     }
 
+    /// The largest number that comes up while a load's law is evaluated: its rounding errors are of that size.
+    pub fn largest_inside(&self, value: &Value, [stretch, rate]: [D; 2]) -> f64 {
+        let mut inside = Vec::new();
+        evaluate_in(&mut inside, value, &mut |quantity| match quantity {
+            Quantity::Stretch => stretch,
+            Quantity::StretchRate => rate,
+            other => self.quantity(*other),
+        });
+        inside.iter().map(|number| number.re().abs()).filter(|size| size.is_finite()).fold(0.0, f64::max)
+    }
+
     /// The same state with one point moved, everything else held.
     #[must_use]
     pub fn with_point(&self, point: usize, position: [D; 2]) -> Self {

@@ -36,6 +36,8 @@ pub struct Kernel {
     pub outputs: Vec<Signed>,
     /// Whether it can be relied on anywhere.
     pub is_suited: bool,
+    /// Whether what follows from a position depends on time too: closures do, or a length.
+    pub is_timed: bool,
 }
 
 /// A value with a name.
@@ -231,6 +233,8 @@ impl Builder<'_> {
             multipliers: all(solved.multipliers),
             outputs: all(outputs),
             is_suited,
+            is_timed: self.scene.is_driven()
+                || e.roots.iter().any(|root| root.radicand.any_symbol(&|symbol| symbol == Symbol::Time)),
             locals: Vec::new(),
         };
         let needed = self.needed(&solved.locals, kernel.values().map(|value| value.id).collect());

@@ -177,6 +177,9 @@ impl Resolver<'_> {
                 .help("define one of them by coordinates and parameters alone"),
             );
         }
+        for table in &document.tables {
+            self.scope.declare_table(table, document, &mut self.findings);
+        }
         let order = order.unwrap_or_else(|_| (0..document.points.len()).collect());
         for (place, &i) in order.iter().enumerate() {
             self.scope.declare(&document.points[i].0, Kind::Point(place), &mut self.findings);

@@ -5,6 +5,7 @@ mod expected;
 mod interpret;
 mod kernel;
 mod linearization;
+mod loads;
 
 use std::collections::HashMap;
 
@@ -102,6 +103,7 @@ fn agrees(
 ) -> Result<bool, String> {
     let model = module.model(scene, &sample.parameters)?;
     let largest = |numbers: &[f64]| numbers.iter().fold(0.0, |most: f64, number| most.max(number.abs()));
+    let inside = sample.largest_in_loads(scene);
     let overall = expected.iter().fold(0.0, |most: f64, (_, numbers)| most.max(largest(numbers)));
     let mut all_compared = true;
     let mut last = ("", Value::Nothing);
@@ -113,7 +115,7 @@ fn agrees(
         }
         let got = if part.is_empty() { last.1.numbers() } else { last.1.field(part)?.numbers() };
         // Where all terms of a function cancel, its own size says nothing of their rounding errors.
-        let floor = ROUNDING * largest(scales).max(overall.min(TYPICAL));
+        let floor = ROUNDING * largest(scales).max(overall.min(TYPICAL)).max(inside);
         let allowed = |i: usize| (TOLERANCE * expected[i].abs().max(1e-3 * scales[i])).max(floor);
         let Err((i, difference)) = compare(function, &got, expected, allowed) else { continue };
         let nearby = sample.nearby().expected(scene, equations);

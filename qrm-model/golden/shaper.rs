@@ -12,14 +12,14 @@
 //     constraint_jacobian  3 additions, 7 multiplications, 1 division, 1 root, 3 sine-cosine pairs
 //     constraint_bias      8 additions, 23 multiplications, 1 division, 1 root, 3 sine-cosine pairs
 //     mass_matrix          3 additions, 8 multiplications, 2 sine-cosine pairs
-//     generalized_forces   59 additions, 60 multiplications, 1 division, 1 root, 3 sine-cosine pairs, 10 other functions
+//     generalized_forces   58 additions, 60 multiplications, 1 division, 1 root, 3 sine-cosine pairs, 10 other functions
 //     energy               21 additions, 32 multiplications, 1 root, 3 sine-cosine pairs, 1 other function
 //     power                29 additions, 27 multiplications, 2 sine-cosine pairs, 9 other functions
-//     outputs              44 additions, 47 multiplications, 2 divisions, 2 roots, 3 sine-cosine pairs, 10 other functions
-//     dynamics             72 additions, 88 multiplications, 2 divisions, 2 roots, 3 sine-cosine pairs, 10 other functions
+//     outputs              43 additions, 47 multiplications, 2 divisions, 2 roots, 3 sine-cosine pairs, 10 other functions
+//     dynamics             71 additions, 88 multiplications, 2 divisions, 2 roots, 3 sine-cosine pairs, 10 other functions
 //     closure              6 additions, 11 multiplications, 1 division, 1 root, 3 sine-cosine pairs
-//     linearization        137 additions, 215 multiplications, 3 divisions, 2 roots, 3 sine-cosine pairs, 11 other functions
-//     position             39 additions, 59 multiplications, 5 divisions, 2 roots, 5 other functions
+//     linearization        136 additions, 215 multiplications, 3 divisions, 2 roots, 3 sine-cosine pairs, 11 other functions
+//     position             38 additions, 59 multiplications, 5 divisions, 2 roots, 5 other functions
 //     residuals            no operations
 //     drift                3 additions, 4 multiplications
 //     correction           6 additions, 8 multiplications
@@ -28,8 +28,8 @@
 //
 // Accelerations and multipliers, from sines and cosines on:
 //       481 operations  with full matrices, as the method is written down
-//       289 operations  by the function `dynamics` and one full system
-//       206 operations  by the kernel: 77 additions, 112 multiplications, 5 divisions, 2 roots, 10 other functions
+//       288 operations  by the function `dynamics` and one full system
+//       205 operations  by the kernel: 76 additions, 112 multiplications, 5 divisions, 2 roots, 10 other functions
 //
 // Left out:
 //     y of body `ram`: is constant
@@ -802,7 +802,7 @@ pub fn mass_matrix<R: Real>(m: &Shaper<R>, q: &[R; 3]) -> [[R; 3]; 3] {
 ///
 /// Arguments: `t` in s, `q = [phi2, phi4, phi5]`, `qd = [phi2_dot, phi4_dot, phi5_dot]`.
 ///
-/// Operations: 59 additions, 60 multiplications, 1 division, 1 root, 3 sine-cosine pairs, 10 other functions.
+/// Operations: 58 additions, 60 multiplications, 1 division, 1 root, 3 sine-cosine pairs, 10 other functions.
 #[doc(alias = "fbar")]
 #[inline]
 pub fn generalized_forces<R: Real>(
@@ -829,17 +829,18 @@ pub fn generalized_forces<R: Real>(
     let v3 = o4b_cos_phi4_phi4_dot_sq + p.BC * cos_phi5_phi5_dot_sq;
     let v4 = (-(k.k1 * (p.O4B * (sin_phi4 * phi4_dot) + p.BC * (sin_phi5 * phi5_dot))))
         .tanh();
-    let v5 = (-(c_x - p.xs)).sign();
-    let v6 = p.xs - c_x;
-    let v7 = (R::from_f64(1.0) + v5) * (v5 * (-v6) - v6);
-    let v8 = k.k4 * cos_phi4 + k.k5 * cos_phi5;
-    let v9 = (R::from_f64(1.0) - v4)
-        * ((R::from_f64(0.8) + c_x).sign() * (R::from_f64(40000.0) + v8)
-            - (R::from_f64(0.78) + c_x).sign() * (R::from_f64(39000.0) + v8)
-            - (R::from_f64(0.2) + c_x).sign() * (R::from_f64(10000.0) + v8)
-            + (R::from_f64(0.18) + c_x).sign() * (R::from_f64(9000.0) + v8));
+    let v5 = p.xs - c_x;
+    let v6 = -v5;
+    let v7 = (-v6).sign();
+    let v8 = (R::from_f64(1.0) + v7) * (v6 * v7 - v5);
+    let v9 = k.k4 * cos_phi4 + k.k5 * cos_phi5;
+    let v10 = (R::from_f64(1.0) - v4)
+        * ((R::from_f64(0.8) + c_x).sign() * (R::from_f64(40000.0) + v9)
+            - (R::from_f64(0.78) + c_x).sign() * (R::from_f64(39000.0) + v9)
+            - (R::from_f64(0.2) + c_x).sign() * (R::from_f64(10000.0) + v9)
+            + (R::from_f64(0.18) + c_x).sign() * (R::from_f64(9000.0) + v9));
     let root = (k.k6 - k.k7 * cos_phi4 - k.k8 * sin_phi4).sqrt();
-    let v10 = p.s0 - root;
+    let v11 = p.s0 - root;
     [
         R::from_f64(450.0)
             + (phi2_dot - R::from_f64(4.0)).sign()
@@ -853,14 +854,14 @@ pub fn generalized_forces<R: Real>(
             - phi2_dot * (p.c2 + R::from_f64(12.5) * phi2_dot.sign())
             - k.o2a_m3_g * cos_phi2,
         -(sin_phi4
-            * (-(k.o4b_m6_g_mu * v4 + k.k3 * v7
-                - (k.half_o4b * v9 + (k.o4b_m5 * v1 + k.o4b_m6 * v3))))
+            * (-(k.o4b_m6_g_mu * v4 + k.k3 * v8
+                - (k.half_o4b * v10 + (k.o4b_m5 * v1 + k.o4b_m6 * v3))))
             + cos_phi4 * (k.g_times_o4b_m5_plus_o4g4_m4 - k.o4b_m5 * v2)
-            + v10 * (p.k + p.k3 * (v10 * v10))
+            + v11 * (p.k + p.k3 * (v11 * v11))
                 * ((k.k9 * cos_phi4 - k.k10 * sin_phi4) / root)),
         -(sin_phi5
-            * (-(k.bc_m6_g_mu * v4 + k.k11 * v7
-                - (k.half_bc * v9 + (k.bg5_m5 * v1 + k.bc_m6 * v3))))
+            * (-(k.bc_m6_g_mu * v4 + k.k11 * v8
+                - (k.half_bc * v10 + (k.bg5_m5 * v1 + k.bc_m6 * v3))))
             + cos_phi5 * (k.bg5_m5_g - k.bg5_m5 * v2)),
     ]
 }
@@ -892,9 +893,9 @@ pub fn energy<R: Real>(m: &Shaper<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
     let c_x = b_x + p.BC * cos_phi5;
     let v1 = p.xs - c_x;
     let v2 = -v1;
-    let v3 = p.s0 - (k.k6 - k.k7 * cos_phi4 - k.k8 * sin_phi4).sqrt();
-    let v3_sq = v3 * v3;
-    let v4 = v2 * (-v2).sign() - v1;
+    let v3 = v2 * (-v2).sign() - v1;
+    let v4 = p.s0 - (k.k6 - k.k7 * cos_phi4 - k.k8 * sin_phi4).sqrt();
+    let v4_sq = v4 * v4;
     [
         phi4_dot
             * (sin_phi4
@@ -904,8 +905,8 @@ pub fn energy<R: Real>(m: &Shaper<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
             + (k.half_times_j5_plus_bg5_sq_m5 + k.half_bc_sq_m6 * (sin_phi5 * sin_phi5))
                 * (phi5_dot * phi5_dot)
             + k.half_times_j2_plus_o2a_sq_m3 * (phi2_dot * phi2_dot),
-        (k.half_k + k.k13 * v3_sq) * v3_sq + k.m3_g * a_y + k.o4g4_m4_g * sin_phi4
-            + k.m5_g * (b_y + p.BG5 * sin_phi5) + k.k14 * v4 * v4,
+        (k.half_k + k.k13 * v4_sq) * v4_sq + k.m3_g * a_y + k.o4g4_m4_g * sin_phi4
+            + k.m5_g * (b_y + p.BG5 * sin_phi5) + k.k14 * v3 * v3,
     ]
 }
 
@@ -959,7 +960,7 @@ pub fn power<R: Real>(m: &Shaper<R>, _t: R, q: &[R; 3], qd: &[R; 3]) -> R {
 ///
 /// Arguments: `t` in s, `q = [phi2, phi4, phi5]`, `qd = [phi2_dot, phi4_dot, phi5_dot]`, `qdd = [phi2_ddot, phi4_ddot, phi5_ddot]`, `multipliers = [slot, guide]`.
 ///
-/// Operations: 44 additions, 47 multiplications, 2 divisions, 2 roots, 3 sine-cosine pairs, 10 other functions.
+/// Operations: 43 additions, 47 multiplications, 2 divisions, 2 roots, 3 sine-cosine pairs, 10 other functions.
 #[inline(always)]
 pub fn outputs<R: Real>(
     m: &Shaper<R>,
@@ -983,11 +984,12 @@ pub fn outputs<R: Real>(
     let c_x = b_x + p.BC * cos_phi5;
     let v1 = p.O4B * (sin_phi4 * phi4_dot) + p.BC * (sin_phi5 * phi5_dot);
     let v2 = (-(k.k1 * v1)).tanh();
-    let v3 = (-(c_x - p.xs)).sign();
-    let v4 = p.xs - c_x;
-    let v5 = k.k4 * cos_phi4 + k.k5 * cos_phi5;
+    let v3 = p.xs - c_x;
+    let v4 = -v3;
+    let v5 = (-v4).sign();
+    let v6 = k.k4 * cos_phi4 + k.k5 * cos_phi5;
     let root = (k.k6 - k.k7 * cos_phi4 - k.k8 * sin_phi4).sqrt();
-    let v6 = p.s0 - root;
+    let v7 = p.s0 - root;
     [
         c_x,
         -v1,
@@ -1005,16 +1007,16 @@ pub fn outputs<R: Real>(
         -(v1
             * (R::from_f64(0.5)
                 * ((R::from_f64(1.0) - v2)
-                    * ((R::from_f64(0.8) + c_x).sign() * (R::from_f64(40000.0) + v5)
-                        - (R::from_f64(0.78) + c_x).sign() * (R::from_f64(39000.0) + v5)
-                        - (R::from_f64(0.2) + c_x).sign() * (R::from_f64(10000.0) + v5)
+                    * ((R::from_f64(0.8) + c_x).sign() * (R::from_f64(40000.0) + v6)
+                        - (R::from_f64(0.78) + c_x).sign() * (R::from_f64(39000.0) + v6)
+                        - (R::from_f64(0.2) + c_x).sign() * (R::from_f64(10000.0) + v6)
                         + (R::from_f64(0.18) + c_x).sign()
-                            * (R::from_f64(9000.0) + v5))))),
+                            * (R::from_f64(9000.0) + v6))))),
         v1 * (k.m6_g_mu * v2),
         -(phi4_dot
-            * (v6 * (p.k + p.k3 * (v6 * v6))
+            * (v7 * (p.k + p.k3 * (v7 * v7))
                 * ((k.k9 * cos_phi4 - k.k10 * sin_phi4) / root))),
-        k.k2 * v1 * ((R::from_f64(1.0) + v3) * (v3 * (-v4) - v4)),
+        k.k2 * v1 * ((R::from_f64(1.0) + v5) * (v4 * v5 - v3)),
         lambda_slot
             * (sin_phi4
                 - (sin_phi4 * a_x - a_y * cos_phi4)
@@ -1027,7 +1029,7 @@ pub fn outputs<R: Real>(
 ///
 /// Arguments: `t` in s, `q = [phi2, phi4, phi5]`, `qd = [phi2_dot, phi4_dot, phi5_dot]`.
 ///
-/// Operations: 72 additions, 88 multiplications, 2 divisions, 2 roots, 3 sine-cosine pairs, 10 other functions.
+/// Operations: 71 additions, 88 multiplications, 2 divisions, 2 roots, 3 sine-cosine pairs, 10 other functions.
 #[doc(alias = "fused")]
 #[inline(always)]
 pub fn dynamics<R: Real>(
@@ -1065,17 +1067,18 @@ pub fn dynamics<R: Real>(
         + k.o4b_times_bc_m6_plus_bg5_m5 * sin_phi4 * sin_phi5;
     let v5 = (-(k.k1 * (p.O4B * sin_phi4_phi4_dot + p.BC * (sin_phi5 * phi5_dot))))
         .tanh();
-    let v6 = (-(c_x - p.xs)).sign();
-    let v7 = p.xs - c_x;
-    let v8 = (R::from_f64(1.0) + v6) * (v6 * (-v7) - v7);
-    let v9 = k.k4 * cos_phi4 + k.k5 * cos_phi5;
-    let v10 = (R::from_f64(1.0) - v5)
-        * ((R::from_f64(0.8) + c_x).sign() * (R::from_f64(40000.0) + v9)
-            - (R::from_f64(0.78) + c_x).sign() * (R::from_f64(39000.0) + v9)
-            - (R::from_f64(0.2) + c_x).sign() * (R::from_f64(10000.0) + v9)
-            + (R::from_f64(0.18) + c_x).sign() * (R::from_f64(9000.0) + v9));
+    let v6 = p.xs - c_x;
+    let v7 = -v6;
+    let v8 = (-v7).sign();
+    let v9 = (R::from_f64(1.0) + v8) * (v7 * v8 - v6);
+    let v10 = k.k4 * cos_phi4 + k.k5 * cos_phi5;
+    let v11 = (R::from_f64(1.0) - v5)
+        * ((R::from_f64(0.8) + c_x).sign() * (R::from_f64(40000.0) + v10)
+            - (R::from_f64(0.78) + c_x).sign() * (R::from_f64(39000.0) + v10)
+            - (R::from_f64(0.2) + c_x).sign() * (R::from_f64(10000.0) + v10)
+            + (R::from_f64(0.18) + c_x).sign() * (R::from_f64(9000.0) + v10));
     let root_2 = (k.k6 - k.k7 * cos_phi4 - k.k8 * sin_phi4).sqrt();
-    let v11 = p.s0 - root_2;
+    let v12 = p.s0 - root_2;
     Dynamics {
         mass_matrix: [
             [k.j2_plus_o2a_sq_m3, R::zero(), R::zero()],
@@ -1099,14 +1102,14 @@ pub fn dynamics<R: Real>(
                 - phi2_dot * (p.c2 + R::from_f64(12.5) * phi2_dot.sign())
                 - k.o2a_m3_g * cos_phi2,
             -(sin_phi4
-                * (-(k.o4b_m6_g_mu * v5 + k.k3 * v8
-                    - (k.half_o4b * v10 + (k.o4b_m5 * v1 + k.o4b_m6 * v3))))
+                * (-(k.o4b_m6_g_mu * v5 + k.k3 * v9
+                    - (k.half_o4b * v11 + (k.o4b_m5 * v1 + k.o4b_m6 * v3))))
                 + cos_phi4 * (k.g_times_o4b_m5_plus_o4g4_m4 - k.o4b_m5 * v2)
-                + v11 * (p.k + p.k3 * (v11 * v11))
+                + v12 * (p.k + p.k3 * (v12 * v12))
                     * ((k.k9 * cos_phi4 - k.k10 * sin_phi4) / root_2)),
             -(sin_phi5
-                * (-(k.bc_m6_g_mu * v5 + k.k11 * v8
-                    - (k.half_bc * v10 + (k.bg5_m5 * v1 + k.bc_m6 * v3))))
+                * (-(k.bc_m6_g_mu * v5 + k.k11 * v9
+                    - (k.half_bc * v11 + (k.bg5_m5 * v1 + k.bc_m6 * v3))))
                 + cos_phi5 * (k.bg5_m5_g - k.bg5_m5 * v2)),
         ],
         constraint_jacobian: [
@@ -1168,7 +1171,7 @@ pub fn closure<R: Real>(m: &Shaper<R>, q: &[R; 3]) -> Closure<R, 3, 2> {
 ///
 /// Arguments: `t` in s, `q = [phi2, phi4, phi5]`, `qd = [phi2_dot, phi4_dot, phi5_dot]`, `qdd = [phi2_ddot, phi4_ddot, phi5_ddot]`, `multipliers = [slot, guide]`.
 ///
-/// Operations: 137 additions, 215 multiplications, 3 divisions, 2 roots, 3 sine-cosine pairs, 11 other functions.
+/// Operations: 136 additions, 215 multiplications, 3 divisions, 2 roots, 3 sine-cosine pairs, 11 other functions.
 #[doc(alias = "tangent stiffness")]
 #[doc(alias = "tangent damping")]
 #[inline]
@@ -1214,109 +1217,110 @@ pub fn linearization<R: Real>(
     let sin_phi5_phi5_dot = sin_phi5 * phi5_dot;
     let v5 = -(k.k1 * (p.O4B * sin_phi4_phi4_dot + p.BC * sin_phi5_phi5_dot));
     let v6 = v5.tanh();
-    let v7 = (-(c_x - p.xs)).sign();
-    let v8 = R::from_f64(1.0) + v7;
-    let v9 = p.xs - c_x;
-    let v10 = v8 * (v7 * (-v9) - v9);
-    let v11 = R::from_f64(1.0) - v6;
-    let v12 = (R::from_f64(0.8) + c_x).sign();
-    let v13 = k.k4 * cos_phi4 + k.k5 * cos_phi5;
-    let v14 = (R::from_f64(0.78) + c_x).sign();
-    let v15 = (R::from_f64(0.2) + c_x).sign();
-    let v16 = (R::from_f64(0.18) + c_x).sign();
-    let v17 = v11
-        * (v12 * (R::from_f64(40000.0) + v13) - v14 * (R::from_f64(39000.0) + v13)
-            - v15 * (R::from_f64(10000.0) + v13) + v16 * (R::from_f64(9000.0) + v13));
+    let v7 = p.xs - c_x;
+    let v8 = -v7;
+    let v9 = (-v8).sign();
+    let v10 = R::from_f64(1.0) + v9;
+    let v11 = v10 * (v8 * v9 - v7);
+    let v12 = R::from_f64(1.0) - v6;
+    let v13 = (R::from_f64(0.8) + c_x).sign();
+    let v14 = k.k4 * cos_phi4 + k.k5 * cos_phi5;
+    let v15 = (R::from_f64(0.78) + c_x).sign();
+    let v16 = (R::from_f64(0.2) + c_x).sign();
+    let v17 = (R::from_f64(0.18) + c_x).sign();
+    let v18 = v12
+        * (v13 * (R::from_f64(40000.0) + v14) - v15 * (R::from_f64(39000.0) + v14)
+            - v16 * (R::from_f64(10000.0) + v14) + v17 * (R::from_f64(9000.0) + v14));
     let k7_cos_phi4 = k.k7 * cos_phi4;
     let root_2 = (k.k6 - k7_cos_phi4 - k.k8 * sin_phi4).sqrt();
-    let v18 = p.s0 - root_2;
-    let v18_sq = v18 * v18;
-    let k3_v18_sq = p.k3 * v18_sq;
-    let v19 = k.k9 * cos_phi4 - k.k10 * sin_phi4;
+    let v19 = p.s0 - root_2;
+    let v19_sq = v19 * v19;
+    let k3_v19_sq = p.k3 * v19_sq;
+    let v20 = k.k9 * cos_phi4 - k.k10 * sin_phi4;
     let inv_root_2 = root_2.recip();
     let cos_phi5_phi5_dot = cos_phi5 * phi5_dot;
-    let v20 = cos_phi2 * (p.O2A - cos_phi4_inv_root * o2a_sq_o4o2_sq_v4)
+    let v21 = cos_phi2 * (p.O2A - cos_phi4_inv_root * o2a_sq_o4o2_sq_v4)
         - cos_phi4_inv_root * o2a_o4o2_sin_phi2;
-    let v21 = sin_phi4 * cos_phi2_inv_root;
-    let o2a_o4o2_lambda_slot_v21 = k.o2a_o4o2 * lambda_slot * v21;
-    let v22 = k.k17 * cos_phi4 + k.k18 * cos_phi5;
-    let v23 = v12 * (R::from_f64(20000.0) + v22) - v14 * (R::from_f64(19500.0) + v22)
-        - v15 * (R::from_f64(5000.0) + v22) + v16 * (R::from_f64(4500.0) + v22);
-    let v24 = v5.cosh().recip();
-    let v24_sq = v24 * v24;
-    let v25 = (k.k15 + k.k16 * v23) * v24_sq;
-    let v26 = v11 * (v12 - v14 - v15 + v16);
-    let sin_phi4_v26 = sin_phi4 * v26;
-    let v8_sq = v8 * v8;
-    let sin_phi4_v8_sq = sin_phi4 * v8_sq;
+    let v22 = sin_phi4 * cos_phi2_inv_root;
+    let o2a_o4o2_lambda_slot_v22 = k.o2a_o4o2 * lambda_slot * v22;
+    let v23 = k.k17 * cos_phi4 + k.k18 * cos_phi5;
+    let v24 = v13 * (R::from_f64(20000.0) + v23) - v15 * (R::from_f64(19500.0) + v23)
+        - v16 * (R::from_f64(5000.0) + v23) + v17 * (R::from_f64(4500.0) + v23);
+    let v25 = v5.cosh().recip();
+    let v25_sq = v25 * v25;
+    let v26 = (k.k15 + k.k16 * v24) * v25_sq;
+    let v27 = v12 * (v13 - v15 - v16 + v17);
+    let sin_phi4_v27 = sin_phi4 * v27;
+    let v10_sq = v10 * v10;
+    let sin_phi4_v10_sq = sin_phi4 * v10_sq;
     let cos_phi4_sin_phi5 = cos_phi4 * sin_phi5;
     let sin_phi4_cos_phi5 = sin_phi4 * cos_phi5;
-    let v27 = k.o4b_times_bc_m6_plus_bg5_m5 * cos_phi4_sin_phi5
+    let v28 = k.o4b_times_bc_m6_plus_bg5_m5 * cos_phi4_sin_phi5
         - k.o4b_bg5_m5 * sin_phi4_cos_phi5;
-    let v28 = (k.k22 + k.k23 * v23) * v24_sq;
-    let sin_phi5_v8_sq = sin_phi5 * v8_sq;
-    let sin_phi5_v26 = sin_phi5 * v26;
-    let v29 = sin_phi5 * o4b_bg5_m5_cos_phi4
+    let v29 = (k.k22 + k.k23 * v24) * v25_sq;
+    let sin_phi5_v10_sq = sin_phi5 * v10_sq;
+    let sin_phi5_v27 = sin_phi5 * v27;
+    let v30 = sin_phi5 * o4b_bg5_m5_cos_phi4
         - k.o4b_times_bc_m6_plus_bg5_m5 * sin_phi4_cos_phi5;
-    let v30 = (k.k26 + k.k27 * v23) * v24_sq;
-    let sin_phi5_v28 = sin_phi5 * v28;
+    let v31 = (k.k26 + k.k27 * v24) * v25_sq;
+    let sin_phi5_v29 = sin_phi5 * v29;
     let twice_o2a_sq_o4o2_sq_v4 = k.twice_o2a_sq_o4o2_sq * v4;
     let twice_o2a_o4o2_phi2_dot = k.twice_o2a_o4o2 * phi2_dot;
-    let v31 = sin_phi2 * twice_o2a_o4o2_phi2_dot;
+    let v32 = sin_phi2 * twice_o2a_o4o2_phi2_dot;
     Linearization {
         stiffness: [
             [
-                -(k.o2a_m3_g * sin_phi2 + lambda_slot * v20),
-                o2a_o4o2_lambda_slot_v21,
+                -(k.o2a_m3_g * sin_phi2 + lambda_slot * v21),
+                o2a_o4o2_lambda_slot_v22,
                 R::zero(),
             ],
             [
-                o2a_o4o2_lambda_slot_v21,
+                o2a_o4o2_lambda_slot_v22,
                 cos_phi4
-                    * (sin_phi4 * (phi4_dot * v25 + k.twice_o4b_sq_m6 * phi4_ddot)
+                    * (sin_phi4 * (phi4_dot * v26 + k.twice_o4b_sq_m6 * phi4_ddot)
                         - k.o4b_sq_m5 * cos_phi4_phi4_dot_sq + root * lambda_slot
-                        - (k.o4b_m6_g_mu * v6 + k.k3 * v10
-                            - (k.half_o4b * v17 + (k.o4b_m5 * v1 + k.o4b_m6 * v3))))
+                        - (k.o4b_m6_g_mu * v6 + k.k3 * v11
+                            - (k.half_o4b * v18 + (k.o4b_m5 * v1 + k.o4b_m6 * v3))))
                     - sin_phi4
-                        * (p.O4B * (lambda_guide + k.k19 * sin_phi4_v26)
+                        * (p.O4B * (lambda_guide + k.k19 * sin_phi4_v27)
                             + k.o4b_sq_times_m5_plus_m6 * sin_phi4_phi4_dot_sq
-                            - k.k20 * sin_phi4_v8_sq
+                            - k.k20 * sin_phi4_v10_sq
                             + (k.g_times_o4b_m5_plus_o4g4_m4 - k.o4b_m5 * v2))
                     + inv_root_2
-                        * (v19
+                        * (v20
                             * (inv_root_2
-                                * ((k7_cos_phi4 - k.k21 * sin_phi4) * k3_v18_sq + p.k * v19)
+                                * ((k7_cos_phi4 - k.k21 * sin_phi4) * k3_v19_sq + p.k * v20)
                                 + inv_root_2 * inv_root_2
-                                    * (k.half_k3 * v18 * v18_sq
+                                    * (k.half_k3 * v19 * v19_sq
                                         + p.k * (k.half_s0 - R::from_f64(0.5) * root_2))
                                     * (k.k8 * cos_phi4 - k.k7 * sin_phi4))
                             - (k.k10 * cos_phi4 + k.k9 * sin_phi4)
-                                * (v18 * (p.k + k3_v18_sq))) + phi5_ddot * v27,
+                                * (v19 * (p.k + k3_v19_sq))) + phi5_ddot * v28,
                 -(sin_phi4
                     * (phi5_dot
                         * (k.o4b_times_bc_m6_plus_bg5_m5 * sin_phi5_phi5_dot
-                            - cos_phi5 * v28) - k.k24 * sin_phi5_v8_sq
-                        + k.k25 * sin_phi5_v26)
-                    + cos_phi5_phi5_dot_sq * o4b_bg5_m5_cos_phi4 + phi5_ddot * v29),
+                            - cos_phi5 * v29) - k.k24 * sin_phi5_v10_sq
+                        + k.k25 * sin_phi5_v27)
+                    + cos_phi5_phi5_dot_sq * o4b_bg5_m5_cos_phi4 + phi5_ddot * v30),
             ],
             [
                 R::zero(),
                 sin_phi5
                     * (phi4_dot
-                        * (cos_phi4 * v28
+                        * (cos_phi4 * v29
                             - k.o4b_times_bc_m6_plus_bg5_m5 * sin_phi4_phi4_dot)
-                        + k.k24 * sin_phi4_v8_sq - k.k25 * sin_phi4_v26)
-                    - k.o4b_bg5_m5 * cos_phi5 * cos_phi4_phi4_dot_sq + v27 * phi4_ddot,
+                        + k.k24 * sin_phi4_v10_sq - k.k25 * sin_phi4_v27)
+                    - k.o4b_bg5_m5 * cos_phi5 * cos_phi4_phi4_dot_sq + v28 * phi4_ddot,
                 cos_phi5
-                    * (sin_phi5 * (phi5_dot * v30 + k.twice_bc_sq_m6 * phi5_ddot)
+                    * (sin_phi5 * (phi5_dot * v31 + k.twice_bc_sq_m6 * phi5_ddot)
                         - k.bg5_sq_m5 * cos_phi5_phi5_dot_sq
-                        - (k.bc_m6_g_mu * v6 + k.k11 * v10
-                            - (k.half_bc * v17 + (k.bg5_m5 * v1 + k.bc_m6 * v3))))
+                        - (k.bc_m6_g_mu * v6 + k.k11 * v11
+                            - (k.half_bc * v18 + (k.bg5_m5 * v1 + k.bc_m6 * v3))))
                     - sin_phi5
-                        * (p.BC * (lambda_guide + k.k28 * sin_phi5_v26)
+                        * (p.BC * (lambda_guide + k.k28 * sin_phi5_v27)
                             + k.bg5_sq_m5_plus_bc_sq_m6 * sin_phi5_phi5_dot_sq
-                            - k.k29 * sin_phi5_v8_sq + (k.bg5_m5_g - k.bg5_m5 * v2))
-                    - phi4_ddot * v29,
+                            - k.k29 * sin_phi5_v10_sq + (k.bg5_m5_g - k.bg5_m5 * v2))
+                    - phi4_ddot * v30,
             ],
         ],
         damping: [
@@ -1331,17 +1335,17 @@ pub fn linearization<R: Real>(
             ],
             [
                 R::zero(),
-                sin_phi4 * (sin_phi4 * v25 + k.twice_o4b_sq_m6 * cos_phi4 * phi4_dot),
+                sin_phi4 * (sin_phi4 * v26 + k.twice_o4b_sq_m6 * cos_phi4 * phi4_dot),
                 sin_phi4
-                    * (sin_phi5_v28
+                    * (sin_phi5_v29
                         + k.twice_o4b_times_bc_m6_plus_bg5_m5 * cos_phi5_phi5_dot)
                     - k.twice_o4b_bg5_m5 * phi5_dot * cos_phi4_sin_phi5,
             ],
             [
                 R::zero(),
-                sin_phi4 * (sin_phi5_v28 - k.twice_o4b_bg5_m5 * cos_phi5 * phi4_dot)
+                sin_phi4 * (sin_phi5_v29 - k.twice_o4b_bg5_m5 * cos_phi5 * phi4_dot)
                     + k.twice_o4b_times_bc_m6_plus_bg5_m5 * phi4_dot * cos_phi4_sin_phi5,
-                sin_phi5 * (sin_phi5 * v30 + k.twice_bc_sq_m6 * cos_phi5_phi5_dot),
+                sin_phi5 * (sin_phi5 * v31 + k.twice_bc_sq_m6 * cos_phi5_phi5_dot),
             ],
         ],
         constraint_stiffness: [
@@ -1357,8 +1361,8 @@ pub fn linearization<R: Real>(
                                     + k.o2a_o4o2 * phi4_dot_sq)
                                 - sin_phi4
                                     * (phi2_dot * phi4_dot * twice_o2a_sq_o4o2_sq_v4
-                                        - k.o2a_o4o2 * phi4_ddot)) - sin_phi4_phi4_dot * v31)
-                    - v20 * phi2_ddot,
+                                        - k.o2a_o4o2 * phi4_ddot)) - sin_phi4_phi4_dot * v32)
+                    - v21 * phi2_ddot,
                 -(sin_phi4
                     * (inv_root
                         * (cos_phi2
@@ -1382,8 +1386,8 @@ pub fn linearization<R: Real>(
                         - phi2_dot
                             * (k.twice_o2a
                                 - cos_phi4_inv_root * twice_o2a_sq_o4o2_sq_v4))
-                    + cos_phi4_inv_root * v31,
-                twice_o2a_o4o2_phi2_dot * v21
+                    + cos_phi4_inv_root * v32,
+                twice_o2a_o4o2_phi2_dot * v22
                     + R::from_f64(2.0) * phi4_dot * (cos_phi4 * root),
                 R::zero(),
             ],
@@ -1414,7 +1418,7 @@ pub struct Position<R> {
     pub inv_r1: R,
     pub inv_r2: R,
     pub inv_slot: R,
-    pub k2_v6_v8: R,
+    pub k2_v8_v9: R,
     pub mass_phi4_phi4: R,
     pub mass_phi4_phi5: R,
     pub mass_phi5_phi5: R,
@@ -1424,27 +1428,27 @@ pub struct Position<R> {
     pub phi5_per_phi2: R,
     pub r1: R,
     pub r1_phi2: R,
-    pub r2_phi4_v14_v15: R,
+    pub r2_phi4_v15_v16: R,
     pub slot_phi2: R,
     pub slot_phi4: R,
     pub slot_residual: R,
     pub v1: R,
-    pub v10: R,
     pub v11: R,
     pub v12: R,
     pub v13: R,
     pub v14: R,
     pub v15: R,
     pub v16: R,
+    pub v17: R,
     pub v2: R,
     pub v4: R,
-    pub v6: R,
     pub v8: R,
+    pub v9: R,
 }
 
 /// What follows from the position alone: the loops, their Jacobian, the mass matrix, and how the dependent coordinates follow the others.
 ///
-/// Operations: 39 additions, 59 multiplications, 5 divisions, 2 roots, 5 other functions.
+/// Operations: 38 additions, 59 multiplications, 5 divisions, 2 roots, 5 other functions.
 #[inline(always)]
 pub fn position<R: Lane>(
     m: &Shaper<R>,
@@ -1508,32 +1512,34 @@ pub fn position<R: Lane>(
         );
     let inv_inertia_phi2 = inertia_phi2.recip();
     let c_x = guide_phi4 + guide_phi5;
-    let v5 = (-(c_x - p.xs)).sign();
-    let v6 = R::from_f64(1.0) + v5;
-    let v7 = p.xs - c_x;
-    let v8 = (-v7).mul_add(v5, -v7);
-    let v9 = k.k5.mul_add(cos_phi5, k.k4 * cos_phi4);
-    let v10 = (R::from_f64(9000.0) + v9)
+    let v5 = p.xs - c_x;
+    let v6 = -v5;
+    let v7 = (-v6).sign();
+    let v8 = R::from_f64(1.0) + v7;
+    let v9 = v6.mul_add(v7, -v5);
+    let v10 = k.k5.mul_add(cos_phi5, k.k4 * cos_phi4);
+    let v11 = (R::from_f64(9000.0) + v10)
         .mul_add(
             (R::from_f64(0.18) + c_x).sign(),
-            (R::from_f64(10000.0) + v9)
+            (R::from_f64(10000.0) + v10)
                 .neg_mul_add(
                     (R::from_f64(0.2) + c_x).sign(),
-                    (R::from_f64(39000.0) + v9)
+                    (R::from_f64(39000.0) + v10)
                         .neg_mul_add(
                             (R::from_f64(0.78) + c_x).sign(),
-                            (R::from_f64(40000.0) + v9) * (R::from_f64(0.8) + c_x).sign(),
+                            (R::from_f64(40000.0) + v10)
+                                * (R::from_f64(0.8) + c_x).sign(),
                         ),
                 ),
         );
-    let k2_v6_v8 = k.k2 * v6 * v8;
-    let v11 = k.o2a_m3_g_2 * cos_phi2;
-    let v12 = k.o4g4_m4_g * cos_phi4;
-    let v13 = k.o4b_bg5_m5 * sin_phi4;
-    let v14 = p.s0 - r2;
-    let v15 = (p.k3 * v14).mul_add(v14, p.k);
-    let r2_phi4_v14_v15 = v14 * r2_phi4 * v15;
-    let v16 = (cos_phi4 * cos_phi4.neg_mul_add(p.O4O2 + v3, p.O2A * cos_phi2 * sin_phi4))
+    let k2_v8_v9 = k.k2 * v8 * v9;
+    let v12 = k.o2a_m3_g_2 * cos_phi2;
+    let v13 = k.o4g4_m4_g * cos_phi4;
+    let v14 = k.o4b_bg5_m5 * sin_phi4;
+    let v15 = p.s0 - r2;
+    let v16 = (p.k3 * v15).mul_add(v15, p.k);
+    let r2_phi4_v15_v16 = v15 * r2_phi4 * v16;
+    let v17 = (cos_phi4 * cos_phi4.neg_mul_add(p.O4O2 + v3, p.O2A * cos_phi2 * sin_phi4))
         .neg_mul_add(inv_r1, sin_phi4);
     Position {
         a_x,
@@ -1548,7 +1554,7 @@ pub fn position<R: Lane>(
         inv_r1,
         inv_r2,
         inv_slot,
-        k2_v6_v8,
+        k2_v8_v9,
         mass_phi4_phi4,
         mass_phi4_phi5,
         mass_phi5_phi5,
@@ -1558,22 +1564,22 @@ pub fn position<R: Lane>(
         phi5_per_phi2,
         r1,
         r1_phi2,
-        r2_phi4_v14_v15,
+        r2_phi4_v15_v16,
         slot_phi2,
         slot_phi4,
         slot_residual,
         v1,
-        v10,
         v11,
         v12,
         v13,
         v14,
         v15,
         v16,
+        v17,
         v2,
         v4,
-        v6,
         v8,
+        v9,
     }
 }
 
@@ -1658,7 +1664,7 @@ pub fn accelerations<R: Lane>(
         inv_inertia_phi2,
         inv_r1,
         inv_slot,
-        k2_v6_v8,
+        k2_v8_v9,
         mass_phi4_phi4,
         mass_phi4_phi5,
         mass_phi5_phi5,
@@ -1668,11 +1674,11 @@ pub fn accelerations<R: Lane>(
         phi5_per_phi2,
         r1,
         r1_phi2,
-        r2_phi4_v14_v15,
-        v10,
+        r2_phi4_v15_v16,
         v11,
         v12,
         v13,
+        v14,
         v2,
         v4,
         ..
@@ -1698,7 +1704,7 @@ pub fn accelerations<R: Lane>(
     let v1_2 = (-(k.k1 * phi5_dot.mul_add(v2, phi4_dot * b_y))).tanh();
     let load_ram_x = (R::from_f64(0.5) * (R::from_f64(1.0) - v1_2))
         .neg_mul_add(
-            v10,
+            v11,
             k
                 .m6_g_mu_2
                 .mul_add(
@@ -1707,11 +1713,11 @@ pub fn accelerations<R: Lane>(
                         .m6
                         .neg_mul_add(
                             phi5_dot_sq.mul_add(guide_phi5, phi4_dot_sq * guide_phi4),
-                            k2_v6_v8,
+                            k2_v8_v9,
                         ),
                 ),
         );
-    let force_phi2 = v11
+    let force_phi2 = v12
         - phi2_dot
             .neg_mul_add(
                 R::from_f64(12.5).mul_add(phi2_dot.sign(), p.c2),
@@ -1735,19 +1741,19 @@ pub fn accelerations<R: Lane>(
     let force_phi4 = b_y
         .neg_mul_add(
             load_ram_x,
-            v12
+            v13
                 + cos_phi4
                     .mul_add(
                         (k.o4b_bg5_m5 * sin_phi5).neg_mul_add(phi5_dot_sq, k.o4b_m5_g),
-                        cos_phi5 * phi5_dot_sq * v13,
-                    ) + r2_phi4_v14_v15,
+                        cos_phi5 * phi5_dot_sq * v14,
+                    ) + r2_phi4_v15_v16,
         );
     let force_phi5 = v2
         .neg_mul_add(
             load_ram_x,
             cos_phi5
                 .mul_add(
-                    phi4_dot_sq.neg_mul_add(v13, k.bg5_m5_g),
+                    phi4_dot_sq.neg_mul_add(v14, k.bg5_m5_g),
                     sin_phi5 * phi4_dot_sq * v4,
                 ),
         );
@@ -1806,7 +1812,7 @@ pub fn outputs_at<R: Lane>(
     let [phi2_dot, phi4_dot, phi5_dot] = *qd;
     let [lambda_slot, _] = *multipliers;
     let [_, sin_phi4, sin_phi5] = angles.sin;
-    let Position { c_x, inv_r2, v1, v10, v14, v15, v16, v6, v8, .. } = *position;
+    let Position { c_x, inv_r2, v1, v11, v15, v16, v17, v8, v9, .. } = *position;
     let v1_2 = (p.BC * sin_phi5).mul_add(phi5_dot, p.O4B * sin_phi4 * phi4_dot);
     let v2_2 = (-(k.k1 * v1_2)).tanh();
     [
@@ -1833,11 +1839,11 @@ pub fn outputs_at<R: Lane>(
                                 ),
                         ),
                 ),
-        -(R::from_f64(0.5) * v1_2 * (R::from_f64(1.0) - v2_2) * v10),
+        -(R::from_f64(0.5) * v1_2 * (R::from_f64(1.0) - v2_2) * v11),
         k.m6_g_mu_2 * v1_2 * v2_2,
-        -(phi4_dot * v1 * inv_r2 * v14 * v15),
-        k.k2 * v1_2 * v6 * v8,
-        lambda_slot * v16,
+        -(phi4_dot * v1 * inv_r2 * v15 * v16),
+        k.k2 * v1_2 * v8 * v9,
+        lambda_slot * v17,
     ]
 }
 
@@ -1855,7 +1861,7 @@ impl<R: Lane> Kernel<R, 3, 2> for Shaper<R> {
     type Position = Position<R>;
     const IS_ANGLE: [bool; 3] = [true, true, true];
 
-    const OPERATIONS: usize = 206;
+    const OPERATIONS: usize = 205;
 
     fn with_values(value: impl Fn(usize) -> R) -> Self {
         Self::new(Parameters {

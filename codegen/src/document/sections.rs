@@ -41,8 +41,9 @@ impl Document {
         }
         // Every formula may call them.
         for (identifier, value) in root.entries(r, "tables") {
-            let chart = chart(r, identifier, value);
+            let chart = chart(r, identifier.clone(), value);
             r.charts.extend(chart);
+            self.tables.push(identifier);
         }
         for (identifier, value) in root.entries(r, "parameters") {
             self.parameters.extend(parameter(r, identifier, value));
@@ -144,8 +145,15 @@ fn parameter(r: &mut Reader, identifier: Identifier, value: table::Value) -> Opt
 /// A function given by points.
 fn chart(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option<Chart> {
     let what = format!("table `{}`", identifier.name);
-    if Function::named(&identifier.name).is_some() {
-        let title = format!("`{}` already means a function", identifier.name);
+    let meaning = match identifier.name.as_str() {
+        name if Function::named(name).is_some() => Some("a function"),
+        "t" => Some("time"),
+        "pi" => Some("the number pi"),
+        "s" | "s_dot" => Some("the length that a load acts along, or its rate"),
+        _ => None,
+    };
+    if let Some(meaning) = meaning {
+        let title = format!("`{}` already means {meaning}", identifier.name);
         let error = Diagnostic::error(title, identifier.span, "cannot be a table").help("choose another name");
         r.findings.push(error);
         return None;
@@ -159,7 +167,10 @@ fn chart(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option<
     };
     let (x, y) = (axis("x"), axis("y"));
     table.finish(r);
-    let (x, y) = x.zip(y)?;
+    // Stands for one that could not be read, so that its uses are not wrong too.
+    let flat = [0, 1].map(|x| [BigRational::from_integer(x.into()), BigRational::from_integer(0.into())]);
+    let placeholder = Chart { name: identifier.name.clone(), points: flat.to_vec() };
+    let Some((x, y)) = x.zip(y) else { return Some(placeholder) };
     let wrong = match x.windows(2).position(|pair| pair[0] >= pair[1]) {
         _ if x.len() != y.len() => {
             Some((format!("{} abscissae and {} ordinates", x.len(), y.len()), "give one `y` for each `x`"))
@@ -175,7 +186,7 @@ fn chart(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option<
     };
     if let Some((label, help)) = wrong {
         r.findings.push(Diagnostic::error(format!("{what} is no function"), value.span(), label).help(help));
-        return None;
+        return Some(placeholder);
     }
     let points = x.into_iter().zip(y).map(|(x, y)| [x, y]).collect();
     Some(Chart { name: identifier.name, points })

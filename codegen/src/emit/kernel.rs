@@ -8,7 +8,7 @@ use quote::{format_ident, quote};
 use super::body::{Body, Operations};
 use super::layout::Argument;
 use super::plain::{Plain, ident};
-use super::scene_items::{outputs, stop, time_of_closures};
+use super::scene_items::{outputs, stop, time_argument};
 use super::{Writer, struct_name};
 use crate::function::Function;
 use crate::graph::{Graph, Id, Op, Signed};
@@ -65,8 +65,8 @@ impl<'a> Emitter<'a> {
             let local = inputs.get(&id);
             let follows = match (op, local) {
                 (_, Some(local)) => local.block.is_position(),
-                // Where closures need time, a position is one at a time.
-                (Op::Input(Symbol::Time), None) => writer.scene.is_driven(),
+                // Where closures or lengths need time, a position is one at a time.
+                (Op::Input(Symbol::Time), None) => kernel.is_timed,
                 (Op::Input(symbol), None) => symbol.is_constant() || matches!(symbol, Symbol::Coordinate(_)),
                 (op, None) => op.operands().iter().all(|&operand| emitter.is_position[operand]),
             };
@@ -172,6 +172,34 @@ impl<'a> Emitter<'a> {
 
     /// The values of a position that other functions need.
     fn fields(&self, parts: &[Part]) -> BTreeSet<Id> {
+        let mut fields = self.computed_fields(parts);
+        // Functions that do not take coordinates or time find them there.
+        for part in parts {
+            let roots: Vec<Signed> = part.results.iter().copied().flatten().copied().collect();
+            let (mut seen, mut pending) = (HashSet::new(), roots.iter().map(|root| root.id).collect::<Vec<Id>>());
+            let definitions: HashMap<Id, Id> =
+                self.kernel.locals.iter().map(|local| (local.input.id, local.value.id)).collect();
+            while let Some(id) = pending.pop() {
+                if fields.contains(&id) || !seen.insert(id) {
+                    continue;
+                }
+                let is_missing = match self.graph.op(id) {
+                    Op::Input(Symbol::Coordinate(_)) => !part.arguments.contains(&Argument::Coordinates),
+                    Op::Input(Symbol::Time) => !part.arguments.contains(&Argument::Time),
+                    _ => false,
+                };
+                if is_missing {
+                    fields.insert(id);
+                } else {
+                    pending.extend(self.graph.op(id).operands());
+                    pending.extend(definitions.get(&id));
+                }
+            }
+        }
+        fields
+    }
+
+    fn computed_fields(&self, parts: &[Part]) -> BTreeSet<Id> {
         let kernel = self.kernel;
         let values = parts.iter().flat_map(|part| part.results.iter().copied().flatten()).chain(&kernel.strains);
         let mut pending: Vec<Id> = values.map(|value| value.id).collect();
@@ -200,14 +228,17 @@ impl<'a> Emitter<'a> {
         let mut body = self.body(&self.outside, &all);
         define(&mut body, &locals, &named);
         body.define_all(&roots, &named);
-        let name = |id: &Id| body.name_of(*id).map(|name| (*id, format_ident!("{name}")));
+        let name = |id: &Id| match (body.name_of(*id), self.outside.get(id)) {
+            (Some(name), _) => Some((*id, format_ident!("{name}"))),
+            (None, outside) => outside.map(|name| (*id, format_ident!("{}", name.to_string()))),
+        };
         let names: BTreeMap<Id, Ident> = fields.iter().filter_map(name).collect();
         let distinct: BTreeSet<String> = names.values().map(ToString::to_string).collect();
         let distinct = distinct.iter().map(|name| format_ident!("{name}"));
         let value = quote!(Position { #(#distinct),* });
         let doc = "What follows from the position alone: the loops, their Jacobian, the mass matrix, and how the dependent \
                    coordinates follow the others.";
-        let arguments: &[Argument] = match self.writer.scene.is_driven() {
+        let arguments: &[Argument] = match self.kernel.is_timed {
             true => &[Argument::Time, Argument::Coordinates],
             false => &[Argument::Coordinates],
         };
@@ -281,7 +312,9 @@ impl<'a> Emitter<'a> {
         output: TokenStream,
         position: Option<&BTreeMap<Id, Ident>>,
     ) -> (TokenStream, Operations) {
+        let is_field = |id: Id| position.is_some_and(|names| names.contains_key(&id));
         let used: Vec<Id> = self.outside.keys().copied().filter(|&id| body.needs(id)).collect();
+        let used: Vec<Id> = used.into_iter().filter(|&id| !is_field(id) || self.is_argument(id, arguments)).collect();
         let uses = |test: &dyn Fn(Id, &Op) -> bool| used.iter().any(|&id| test(id, self.graph.op(id)));
         let p = uses(&|_, op| matches!(op, Op::Input(Symbol::Parameter(_)))).then(|| quote!(let p = &m.parameters;));
         let is_constant = |id: Id, op: &Op| {
@@ -292,7 +325,7 @@ impl<'a> Emitter<'a> {
         let fields: BTreeSet<String> = position
             .iter()
             .flat_map(|names| names.iter())
-            .filter(|(id, _)| body.needs(**id))
+            .filter(|(id, _)| body.needs(**id) && !self.is_argument(**id, arguments))
             .map(|(_, name)| name.to_string())
             .collect();
         let (angles, bound) = self.angles(&used, &fields);
@@ -328,6 +361,15 @@ impl<'a> Emitter<'a> {
             }
         };
         (tokens, cost)
+    }
+
+    /// Whether a coordinate or time is among a function's arguments.
+    fn is_argument(&self, id: Id, arguments: &[Argument]) -> bool {
+        match self.graph.op(id) {
+            Op::Input(Symbol::Coordinate(_)) => arguments.contains(&Argument::Coordinates),
+            Op::Input(Symbol::Time) => arguments.contains(&Argument::Time),
+            _ => false,
+        }
     }
 
     /// The bindings of the sines and cosines that are used, without those that fields of the position bring.
@@ -405,7 +447,7 @@ impl<'a> Emitter<'a> {
             }
         };
         let outputs = outputs(scene);
-        let (t, at) = time_of_closures(scene);
+        let (t, at) = time_argument(self.kernel.is_timed);
         quote! {
             impl<R: Lane> Kernel<R, #n, #c> for #own<R> {
                 type Position = Position<R>;

@@ -110,7 +110,7 @@ fn link(scene: &Scene) -> TokenStream {
     let stop = stop(scene, &plain, "stop");
     let outputs = outputs(scene);
     let linearization = scene.run.stiff.then(|| linearization(&n, &m));
-    let (t, at) = time_of_closures(scene);
+    let (t, at) = time_argument(scene.is_driven());
     let is_driven = scene.is_driven().then(|| {
         quote!(
             const IS_DRIVEN: bool = true;
@@ -190,9 +190,9 @@ fn link(scene: &Scene) -> TokenStream {
     }
 }
 
-/// The name of time where it serves closures alone, and how it is handed on to them.
-pub(super) fn time_of_closures(scene: &Scene) -> (proc_macro2::Ident, TokenStream) {
-    if scene.is_driven() { (format_ident!("t"), quote!(t,)) } else { (format_ident!("_t"), quote!()) }
+/// The name of time where it is an argument for some scenes' sake, and how it is handed on.
+pub(super) fn time_argument(is_needed: bool) -> (proc_macro2::Ident, TokenStream) {
+    if is_needed { (format_ident!("t"), quote!(t,)) } else { (format_ident!("_t"), quote!()) }
 }
 
 /// The statements that fill a slice with the outputs.

@@ -2,6 +2,7 @@
 
 use std::cell::RefCell;
 use std::collections::HashMap;
+use std::sync::Once;
 
 use num_bigint::BigInt;
 use num_rational::BigRational;
@@ -60,10 +61,12 @@ impl<'s> Algebra<'s> {
         }
         let has_sign = |node: &&Node<Quantity>| matches!(node, Node::Call(f, _) if f.is_piecewise());
         let signs = all_values(scene).into_iter().flat_map(|value| value.nodes()).filter(has_sign).count();
-        // In a potential, each stands for two: of the length, and of what the length is.
-        wanted.extend((0..2 * signs).map(Symbol::Sign));
+        // In a potential each may stand for several: of the length, and of what the length is, in more than one form.
+        wanted.extend((0..6 * signs).map(Symbol::Sign));
+        static DEFINED: Once = Once::new();
+        DEFINED.call_once(define_symbols);
         let symbols: HashMap<_, _> =
-            wanted.into_iter().enumerate().map(|(i, s)| (s, symbol!(format!("scene{number}_{i}")))).collect();
+            wanted.into_iter().enumerate().map(|(i, s)| (s, symbol!(format!("s{i}")))).collect();
         let places = symbols.iter().map(|(s, engine)| (*engine, *s)).collect();
         let mut algebra =
             Self { scene, number, place, symbols, places, points: Vec::new(), radicands, signs: RefCell::default() };
@@ -110,16 +113,23 @@ impl<'s> Algebra<'s> {
 
     /// The derivative of a potential by the length it depends on, which is a displacement in it, where that is `length`.
     pub(super) fn slope_of_potential(&self, potential: &Atom, length: &Atom) -> Atom {
-        let at_length = |atom: &Atom| atom.replace(self.displacement().to_pattern()).with(length.to_pattern());
-        let mut slope = at_length(&self.derivative(potential, Symbol::Displacement));
+        let slope = self.derivative(potential, Symbol::Displacement);
+        // A sign may be taken of others, which come before it.
         let known = self.signs.borrow().clone();
+        let mut moved: Vec<(Atom, Atom)> = vec![(self.displacement(), length.clone())];
+        let at_length = |atom: &Atom, moved: &[(Atom, Atom)]| {
+            moved
+                .iter()
+                .rev()
+                .fold(atom.clone(), |atom, (from, to)| atom.replace(from.to_pattern()).with(to.to_pattern()))
+        };
         for (k, argument) in known.iter().enumerate() {
-            if self.derivative(argument, Symbol::Displacement) != Atom::num(0) {
-                let moved = self.sign(&at_length(argument));
-                slope = slope.replace(self.symbol(Symbol::Sign(k)).to_pattern()).with(moved.to_pattern());
+            let there = at_length(argument, &moved);
+            if there != *argument {
+                moved.push((self.symbol(Symbol::Sign(k)), self.sign(&self.simplify(&there))));
             }
         }
-        slope
+        at_length(&slope, &moved)
     }
 
     /// Simplifies what stands under roots and in denominators, so that equal ones are seen to be equal.
@@ -182,7 +192,7 @@ impl<'s> Algebra<'s> {
                 Node::Subtract(a, b) => &atoms[*a] - &atoms[*b],
                 Node::Multiply(a, b) => &atoms[*a] * &atoms[*b],
                 Node::Divide(a, b) => &atoms[*a] / &atoms[*b],
-                Node::Power(a, b) => atoms[*a].pow(&atoms[*b]),
+                Node::Power(a, b) => self.power(&atoms[*a], &atoms[*b]),
                 Node::Call(function, arguments) => {
                     let arguments: Vec<Atom> = arguments.iter().map(|&i| self.simplify(&atoms[i])).collect();
                     self.call(*function, &arguments)
@@ -212,6 +222,21 @@ impl<'s> Algebra<'s> {
         }
     }
 
+    /// A power with a fixed exponent; of a fraction, that of its parts, which the engine keeps apart only then.
+    fn power(&self, base: &Atom, exponent: &Atom) -> Atom {
+        if matches!(self.term(exponent), Term::Number(exponent) if exponent.is_integer()) {
+            return base.pow(exponent);
+        }
+        let base = self.simplify(base);
+        match self.term(&base) {
+            Term::Number(number) if !number.is_integer() => {
+                let part = |part: &BigInt| rational(&BigRational::from(part.clone())).pow(exponent);
+                part(number.numer()) / part(number.denom())
+            }
+            _ => base.pow(exponent),
+        }
+    }
+
     /// The hyperbolic tangent.
     pub(super) fn tanh(&self, x: &Atom) -> Atom {
         self.call(Function::Tanh, &[self.simplify(x)])
@@ -236,7 +261,8 @@ impl<'s> Algebra<'s> {
     /// A root, under its name if roots have names and what stands under it varies.
     fn root(&self, radicand: &Atom) -> Atom {
         let names = self.radicands.as_ref().filter(|_| self.varies(radicand));
-        let Some(mut known) = names.map(RefCell::borrow_mut) else { return radicand.sqrt() };
+        let half = Atom::num(1) / Atom::num(2);
+        let Some(mut known) = names.map(RefCell::borrow_mut) else { return self.power(radicand, &half) };
         let place = known.iter().position(|r| r == radicand).unwrap_or_else(|| {
             known.push(radicand.clone());
             known.len() - 1
@@ -356,6 +382,20 @@ impl<'s> Algebra<'s> {
             Some(Term::Call(Function::Sign, Box::new(self.term(&argument))))
         })
     }
+}
+
+/// So many symbols are there before anything else.
+const SYMBOLS: usize = 4096;
+
+/// The order of terms follows the order in which symbols were defined: they are the same for every scene, so that what is written
+/// of one does not depend on those before it.
+fn define_symbols() {
+    for name in ["x_", "asin", "acos", "atan", "sinh", "cosh", "tanh"] {
+        symbol!(name);
+    }
+    (0..SYMBOLS).for_each(|i| {
+        symbol!(format!("s{i}"));
+    });
 }
 
 /// Replaces even powers: f(x)^2 = 1 - g(x)^2 where f and g are sine and cosine.

@@ -79,6 +79,11 @@ impl Resolver<'_> {
     fn power(&mut self, document: &Document, scene: &Scene, identifier: &Identifier) -> Option<OutputKind> {
         let place = |names: &[&str]| names.iter().position(|name| *name == identifier.name);
         let constraints: Vec<&str> = scene.constraints.iter().map(|c| c.name.as_str()).collect();
+        if place(&constraints).is_some() && scene.loads.iter().any(|load| load.name == identifier.name) {
+            let title = format!("`{}` is a load and a constraint", identifier.name);
+            let error = Diagnostic::error(title, identifier.span.clone(), "which power is meant?");
+            self.findings.push(error.help("give one of them another name"));
+        }
         if let Some(constraint) = place(&constraints) {
             let residual = &scene.constraints[constraint].residual;
             if !scene.depends_on_time(residual) {

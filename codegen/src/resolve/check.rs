@@ -5,7 +5,7 @@ use crate::diagnostic::Diagnostic;
 use crate::document::{BodySyntax, Document, Identifier};
 use crate::evaluate::{evaluate, known_values};
 use crate::expression::Node;
-use crate::scene::{Known, Quantity, Scene, Start, Value};
+use crate::scene::{Known, Load, LoadKind, Quantity, Scene, Start, Value};
 
 /// Checks the parts of a scene whose parameters have their numbers. What depends on unknown names is left unchecked.
 pub(super) fn parts(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) {
@@ -14,6 +14,7 @@ pub(super) fn parts(document: &Document, scene: &Scene, findings: &mut Vec<Diagn
         body(syntax, scene, place, findings);
     }
     bodies_at_all_times(scene, findings);
+    loads(scene, findings);
     run(scene, findings);
     references(document, scene, findings);
     for constraint in &scene.constraints {
@@ -155,6 +156,40 @@ fn body(syntax: &BodySyntax, scene: &Scene, place: usize, findings: &mut Vec<Dia
             Diagnostic::error(format!("body `{name}` is empty"), syntax.identifier.span.clone(), "says nothing")
                 .help("give it `mass` and `com`, or `angle` and `inertia`, or take it out"),
         );
+    }
+}
+
+/// Friction must resist, and a load act on something that moves.
+fn loads(scene: &Scene, findings: &mut Vec<Diagnostic>) {
+    for Load { name, kind } in &scene.loads {
+        if let LoadKind::Spring { friction: Some((size, slip)), .. } = kind {
+            // Not a number where it is no constant.
+            for (what, value, is_bad) in [
+                ("the friction of load `NAME` is negative", size, constant(scene, size) < 0.0),
+                ("the slip of load `NAME` is not positive", slip, constant(scene, slip) <= 0.0),
+            ] {
+                if is_bad {
+                    let label = format!("its value is {}", constant(scene, value));
+                    let title = what.replace("NAME", name);
+                    let help = "friction is `-friction*tanh(s_dot/slip)`: it would drive the motion instead";
+                    findings.push(Diagnostic::error(title, value.whole_span(), label).help(help));
+                }
+            }
+        }
+        let places: Vec<&Value> = match kind {
+            LoadKind::Force { at, .. } => at.iter().collect(),
+            LoadKind::Torque { angle, .. } => vec![angle],
+            LoadKind::Spring { along, .. } => vec![along],
+            LoadKind::Gravity(_) => continue,
+        };
+        if places.iter().all(|place| Scene::is_known(place) && scene.coordinates_of(place).is_empty()) {
+            let span = places.first().map_or(0..0, |place| place.whole_span());
+            findings.push(Diagnostic::warning(
+                format!("load `{name}` moves nothing"),
+                span,
+                "no coordinate moves this",
+            ));
+        }
     }
 }
 

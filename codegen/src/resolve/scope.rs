@@ -2,7 +2,7 @@
 
 use super::Context;
 use crate::diagnostic::{Diagnostic, Span};
-use crate::document::Identifier;
+use crate::document::{Document, Identifier};
 use crate::function::Function;
 use crate::names::suggestion;
 use crate::scene::Quantity;
@@ -82,6 +82,19 @@ impl Scope {
         self.names.push((identifier.clone(), kind));
     }
 
+    /// Reports a table with the name of something else: each would be taken for the other.
+    pub(super) fn declare_table(&self, table: &Identifier, document: &Document, findings: &mut Vec<Diagnostic>) {
+        let points = document.points.iter().map(|(identifier, _)| (identifier, "a point"));
+        let names = self.names.iter().map(|(identifier, kind)| (identifier, kind.describe())).chain(points);
+        if let Some((first, what)) = names.into_iter().find(|(other, _)| other.name == table.name) {
+            findings.push(
+                Diagnostic::error(format!("`{}` is defined twice", table.name), table.span.clone(), "also a table")
+                    .context(first.span.clone(), format!("first defined here, as {what}"))
+                    .help("choose another name for one of them"),
+            );
+        }
+    }
+
     /// The names of the points, in their order.
     pub(super) fn points(&self) -> impl Iterator<Item = &str> {
         self.names
@@ -102,10 +115,13 @@ impl Scope {
             return Err(error.help("a potential depends on the length `s` alone; write the rest as `force`"));
         }
         if let (Some(own), Context::Law | Context::Potential) = (own, context) {
-            return match self.declared("s") {
+            return match self.declared("s").or(self.declared("s_dot")) {
                 None => Ok(own),
                 Some((declared, kind)) => {
-                    let title = format!("`{name}` means the length that a load acts along, and the scene has `s`");
+                    let has = &declared.name;
+                    let title = format!(
+                        "`{name}` means the length that a load acts along, or its rate, and the scene has `{has}`"
+                    );
                     Err(Diagnostic::error(title, span, "two meanings")
                         .context(declared.span.clone(), kind.describe())
                         .help("give that another name"))

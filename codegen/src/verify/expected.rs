@@ -5,7 +5,7 @@ use num_dual::{Dual2_64, Dual64};
 use super::between;
 use super::interpret::Value;
 use crate::evaluate::{State, constant};
-use crate::scene::{LoadKind, OutputKind, Quantity, Scene, Start, Value as Formula};
+use crate::scene::{OutputKind, Scene, Start, Value as Formula};
 use crate::term::Equations;
 
 /// The numbers that each function must give.
@@ -177,7 +177,7 @@ impl Sample {
     }
 
     /// The state at a time, coordinates and rates held.
-    fn held(&self, scene: &Scene, time: Dual64) -> State<Dual64> {
+    pub(super) fn held(&self, scene: &Scene, time: Dual64) -> State<Dual64> {
         let held = |values: &[f64]| values.iter().map(|&value| Dual64::from(value)).collect();
         State::new(scene, &self.parameters, time, held(&self.q), held(&self.qd))
     }
@@ -189,99 +189,6 @@ impl Sample {
         let qd = self.qd.iter().map(|&v| Dual2_64::from(v)).collect();
         let state = State::new(scene, &self.parameters, Dual2_64::from(self.t), q, qd);
         scene.constraints.iter().map(|constraint| state.value(&constraint.residual).v2).collect()
-    }
-
-    /// The forces and torques of a load, each with the displacement that it works along.
-    fn efforts<'s>(&self, scene: &'s Scene, plain: &State<f64>, load: &'s LoadKind) -> Vec<(f64, &'s Formula)> {
-        match load {
-            LoadKind::Force { force, at } => force.iter().zip(at).map(|(force, at)| (plain.value(force), at)).collect(),
-            LoadKind::Torque { torque, angle } => vec![(plain.value(torque), angle)],
-            LoadKind::Gravity(field) => {
-                let weighty = scene.bodies.iter().filter_map(|body| body.mass.as_ref().zip(body.com.as_ref()));
-                let each = weighty.flat_map(|(mass, com)| {
-                    field.iter().zip(com).map(move |(g, at)| (plain.value(mass) * plain.value(g), at))
-                });
-                each.collect()
-            }
-            LoadKind::Spring { along, .. } => {
-                let [elastic, loss] = self.spring(scene, plain, load);
-                vec![(elastic + loss, along)]
-            }
-        }
-    }
-
-    /// What a spring has from its potential, and the rest of what acts along it.
-    fn spring(&self, scene: &Scene, plain: &State<f64>, load: &LoadKind) -> [f64; 2] {
-        let LoadKind::Spring { along, stiffness, rest, damping, potential, force, friction } = load else {
-            return [0.0; 2];
-        };
-        let optional = |value: &Option<Formula>| value.as_ref().map_or(0.0, |v| plain.value(v));
-        let moving = State::along(scene, &self.parameters, self.t, &self.q, &self.qd, &vec![0.0; self.q.len()]);
-        let along = moving.value(along);
-        let slope = potential.as_ref().map_or(0.0, |potential| {
-            self.held(scene, Dual64::from(self.t))
-                .law(potential, [Dual64::new(along.re, 1.0), Dual64::from(f64::NAN)])
-                .eps
-        });
-        let law = |value: &Formula| plain.law(value, [along.re, along.v1]);
-        let friction = friction.as_ref().map_or(0.0, |(size, slip)| law(size) * (along.v1 / plain.value(slip)).tanh());
-        let loss = force.as_ref().map_or(0.0, law) - friction - optional(damping) * along.v1;
-        [-optional(stiffness) * (along.re - optional(rest)) - slope, loss]
-    }
-
-    /// The generalized forces of the loads: effort times derivative of displacement.
-    fn generalized(&self, gradients: &Gradients, plain: &State<f64>) -> Vec<f64> {
-        let scene = gradients.scene;
-        let mut forces = vec![0.0; self.q.len()];
-        for (effort, displacement) in scene.loads.iter().flat_map(|load| self.efforts(scene, plain, &load.kind)) {
-            for (force, derivative) in forces.iter_mut().zip(gradients.of(displacement)) {
-                *force += effort * derivative;
-            }
-        }
-        forces
-    }
-
-    /// The potential of the loads that have one, and the power of the others.
-    fn potential_and_power(
-        &self,
-        gradients: &Gradients,
-        plain: &State<f64>,
-        x: &[(&Formula, f64)],
-        equations: &Equations,
-    ) -> [f64; 2] {
-        let scene = gradients.scene;
-        let (mut potential, mut power) = (0.0, 0.0);
-        for load in &scene.loads {
-            let is_constant = match &load.kind {
-                LoadKind::Force { force: [x, y], .. } => vec![is_constant(x), is_constant(y)],
-                LoadKind::Torque { torque, .. } => vec![is_constant(torque)],
-                LoadKind::Gravity(field) => {
-                    for ((at, mass), row) in x.iter().zip(&equations.rows).filter(|(_, row)| row.axis < 2) {
-                        potential -= mass * plain.value(&field[row.axis]) * plain.value(at);
-                    }
-                    continue;
-                }
-                LoadKind::Spring { along, stiffness, rest, potential: own, .. } if !scene.depends_on_time(along) => {
-                    let optional = |value: &Option<Formula>| value.as_ref().map_or(0.0, |v| plain.value(v));
-                    let extension = plain.value(along) - optional(rest);
-                    potential += 0.5 * optional(stiffness) * extension * extension;
-                    potential += own.as_ref().map_or(0.0, |own| plain.law(own, [plain.value(along), f64::NAN]));
-                    power += self.spring(scene, plain, &load.kind)[1] * gradients.velocity(along);
-                    continue;
-                }
-                LoadKind::Spring { .. } => vec![false],
-            };
-            for ((effort, displacement), is_constant) in
-                self.efforts(scene, plain, &load.kind).into_iter().zip(is_constant)
-            {
-                if is_constant && !scene.depends_on_time(displacement) {
-                    potential -= effort * plain.value(displacement);
-                } else {
-                    power += effort * gradients.velocity(displacement);
-                }
-            }
-        }
-        [potential, power]
     }
 
     fn outputs(&self, gradients: &Gradients) -> Vec<f64> {
@@ -317,14 +224,9 @@ impl Sample {
     }
 }
 
-/// Whether a force keeps its size.
-fn is_constant(value: &Formula) -> bool {
-    value.names().all(|name| matches!(name, Quantity::Parameter(_) | Quantity::Pi))
-}
-
 /// Derivatives by the coordinates at a state, time and rates held.
-struct Gradients<'s> {
-    scene: &'s Scene,
+pub(super) struct Gradients<'s> {
+    pub(super) scene: &'s Scene,
     qd: &'s [f64],
     /// The state once for each coordinate by which every value in it carries its derivative.
     states: Vec<State<Dual64>>,
@@ -336,7 +238,7 @@ impl<'s> Gradients<'s> {
         Self { scene, qd: &sample.qd, states }
     }
 
-    fn of(&self, value: &Formula) -> Vec<f64> {
+    pub(super) fn of(&self, value: &Formula) -> Vec<f64> {
         let mut gradient = vec![0.0; self.states.len()];
         for i in self.scene.coordinates_of(value) {
             gradient[i] = self.states[i].value(value).eps;
@@ -345,7 +247,7 @@ impl<'s> Gradients<'s> {
     }
 
     /// The rate of a displacement that the coordinates bring.
-    fn velocity(&self, displacement: &Formula) -> f64 {
+    pub(super) fn velocity(&self, displacement: &Formula) -> f64 {
         self.of(displacement).iter().zip(self.qd).map(|(s, v)| s * v).sum()
     }
 }

@@ -26,7 +26,8 @@ pub(super) fn agrees(
         ("cos".to_owned(), list(sample.q.iter().map(|q| q.cos()).collect())),
     ]));
     let (t, q, qd) = (Value::Number(sample.t), Value::list(&sample.q), Value::list(&sample.qd));
-    let at = if scene.is_driven() { vec![t.clone(), q.clone()] } else { vec![q.clone()] };
+    let is_timed = module.functions.get("position").is_some_and(|position| position.sig.inputs.len() == 4);
+    let at = if is_timed { vec![t.clone(), q.clone()] } else { vec![q.clone()] };
     let position = module.value("position", &[vec![model.clone()], at, vec![angles.clone()]].concat())?;
     let strain = module.value("strain", std::slice::from_ref(&position))?.numbers();
     let call = |name: &str, more: &[Value]| {
