@@ -173,22 +173,17 @@ impl<'a> Emitter<'a> {
     /// The values of a position that other functions need.
     fn fields(&self, parts: &[Part]) -> BTreeSet<Id> {
         let mut fields = self.computed_fields(parts);
+        let definitions = self.definitions();
         // Functions that do not take coordinates or time find them there.
         for part in parts {
             let roots: Vec<Signed> = part.results.iter().copied().flatten().copied().collect();
             let (mut seen, mut pending) = (HashSet::new(), roots.iter().map(|root| root.id).collect::<Vec<Id>>());
-            let definitions: HashMap<Id, Id> =
-                self.kernel.locals.iter().map(|local| (local.input.id, local.value.id)).collect();
             while let Some(id) = pending.pop() {
                 if fields.contains(&id) || !seen.insert(id) {
                     continue;
                 }
-                let is_missing = match self.graph.op(id) {
-                    Op::Input(Symbol::Coordinate(_)) => !part.arguments.contains(&Argument::Coordinates),
-                    Op::Input(Symbol::Time) => !part.arguments.contains(&Argument::Time),
-                    _ => false,
-                };
-                if is_missing {
+                let may_be_one = matches!(self.graph.op(id), Op::Input(Symbol::Coordinate(_) | Symbol::Time));
+                if may_be_one && !self.is_argument(id, part.arguments) {
                     fields.insert(id);
                 } else {
                     pending.extend(self.graph.op(id).operands());
@@ -197,6 +192,11 @@ impl<'a> Emitter<'a> {
             }
         }
         fields
+    }
+
+    /// What stands behind each local.
+    fn definitions(&self) -> HashMap<Id, Id> {
+        self.kernel.locals.iter().map(|local| (local.input.id, local.value.id)).collect()
     }
 
     fn computed_fields(&self, parts: &[Part]) -> BTreeSet<Id> {
@@ -277,8 +277,7 @@ impl<'a> Emitter<'a> {
     /// What accelerations and multipliers cost from sines and cosines on.
     fn solution(&self) -> Operations {
         let results: Vec<Signed> = self.kernel.accelerations.iter().chain(&self.kernel.multipliers).copied().collect();
-        let definitions: HashMap<Id, Id> =
-            self.kernel.locals.iter().map(|local| (local.input.id, local.value.id)).collect();
+        let definitions = self.definitions();
         let mut pending: Vec<Id> = results.iter().map(|root| root.id).collect();
         let mut needed = HashSet::new();
         while let Some(id) = pending.pop() {

@@ -26,7 +26,8 @@ pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> Equation
     equations.constraint_jacobian = c_q.iter().map(|row| terms(row)).collect();
     let hessian = |row: &Vec<Atom>| row.iter().map(|entry| terms(&simplify(algebra.gradient(entry)))).collect();
     equations.constraint_hessians = c_q.iter().map(hessian).collect();
-    equations.constraint_rate = c.iter().map(|row| algebra.simple_term(&algebra.drift(row))).collect();
+    let drifts: Vec<Atom> = c.iter().map(|row| algebra.drift(row)).collect();
+    equations.constraint_rate = drifts.iter().map(|drift| algebra.simple_term(drift)).collect();
     equations.constraint_bias = c.iter().map(|row| algebra.simple_term(&algebra.bias(row))).collect();
 
     let zero = Atom::num(0);
@@ -48,7 +49,6 @@ pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> Equation
     let kinetic = algebra.contract(&momenta, Symbol::Rate) / Atom::num(2);
     equations.energy = [&kinetic, &loads.potential].into_iter().map(|atom| algebra.simple_term(atom)).collect();
     // A closure that moves by itself does work: -lambda' C_q qd = lambda' C_t.
-    let drifts: Vec<Atom> = c.iter().map(|row| algebra.drift(row)).collect();
     let driving = algebra.contract(&drifts, Symbol::Multiplier);
     equations.power = vec![algebra.simple_term(&(&loads.power + driving))];
     let output = |kind: &OutputKind| output(scene, &algebra, (&loads, &drifts), kind);
