@@ -127,7 +127,7 @@ impl<'a> Writer<'a> {
                     let field = ident(name);
                     (name.to_lowercase(), quote!(p.#field))
                 }
-                Symbol::Pi => ("pi".to_owned(), quote!(R::from_f64(std::f64::consts::PI))),
+                Symbol::Pi => ("pi".to_owned(), quote!(R::from_f64(core::f64::consts::PI))),
                 input => {
                     let name = writer.input_name(input);
                     writer.inputs.insert(input, format_ident!("{name}"));

@@ -255,7 +255,8 @@ impl<'f> Generated<'f> {
                         } else {
                             method.sig.ident.to_string()
                         };
-                        generated.methods.insert(name, method);
+                        // A mechanism's own method stands before that of a trait which hands on to it.
+                        generated.methods.entry(name).or_insert(method);
                     }
                 }
                 _ => {}

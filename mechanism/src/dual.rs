@@ -1,6 +1,6 @@
 //! Dual numbers: values with derivatives.
 
-use std::ops::{Add, Div, Mul, Neg, Sub};
+use core::ops::{Add, Div, Mul, Neg, Sub};
 
 use num_dual::DualNum;
 

@@ -13,14 +13,24 @@
 //! Closures may depend on time, `C(q, t) = 0`: then `C_q qd + C_t = 0`, and `(C_q qd)_q qd + 2 C_qt qd + C_tt` takes the place
 //! of `(C_q qd)_q qd`.
 
+#![no_std]
+
+#[cfg(feature = "std")]
+extern crate std;
+
+#[cfg(not(any(feature = "std", feature = "libm")))]
+compile_error!("qrm-mechanism needs one of its features: `std`, or `libm` where there is no standard library");
+
 mod angles;
 mod description;
 #[cfg(feature = "dual")]
 mod dual;
 mod kernel;
+mod math;
 mod plain;
 mod real;
 mod sine;
+mod stride;
 
 pub use angles::Angles;
 pub use description::{Description, ParameterDescription, QuantityDescription};
@@ -30,6 +40,7 @@ pub use kernel::{Kernel, MOST_STRAIN, NoKernel, accelerations};
 pub use plain::Plain;
 pub use real::{Fused, Lane, Real};
 pub use sine::sin_cos;
+pub use stride::{LARGE, State, Stride, stride};
 
 /// The equations of motion of one mechanism with `N` coordinates and `M` constraints, its parameters inside.
 ///
@@ -49,7 +60,13 @@ pub trait Mechanism<const N: usize, const M: usize>: Sized {
     fn visit_parameters(&self, visit: &mut dyn FnMut(f64));
 
     /// The start that the scene asks for.
-    fn start(&self) -> Start<N>;
+    fn start(&self) -> Start<f64, N>;
+
+    /// Kernel and start on another kind of number, some parameters replaced: dual numbers give derivatives by parameters.
+    /// `None` for a mechanism that is not described by formulae of its parameters.
+    fn with_numbers<R: Lane>(_replace: &dyn Fn(&str) -> Option<R>) -> Option<(Self::Kernel<R>, Start<R, N>)> {
+        None
+    }
 
     /// Step and end that the scene asks for, in seconds.
     fn schedule(&self) -> Schedule;
@@ -146,19 +163,19 @@ impl<const N: usize, const M: usize> Closure<f64, N, M> {
     #[inline(always)]
     pub fn drift(&self, qd: &[f64; N]) -> [f64; M] {
         let along = |row: &[f64; N]| row.iter().zip(qd).map(|(entry, v)| entry * v).sum::<f64>();
-        std::array::from_fn(|k| along(&self.constraint_jacobian[k]) + self.constraint_rate[k])
+        core::array::from_fn(|k| along(&self.constraint_jacobian[k]) + self.constraint_rate[k])
     }
 }
 
 /// Where a motion starts: some values are given, the others are first guesses (rates: unused) until they are solved for.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Start<const N: usize> {
+pub struct Start<R, const N: usize> {
     /// Coordinates.
-    pub q: [f64; N],
+    pub q: [R; N],
     /// Which of them are given.
     pub given: [bool; N],
     /// Rates.
-    pub qd: [f64; N],
+    pub qd: [R; N],
     /// Which of them are given.
     pub given_rates: [bool; N],
 }

@@ -21,7 +21,7 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Mechanism<N, M> for Pla
         self.0.visit_parameters(visit);
     }
 
-    fn start(&self) -> Start<N> {
+    fn start(&self) -> Start<f64, N> {
         self.0.start()
     }
 

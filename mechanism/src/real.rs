@@ -1,7 +1,8 @@
 //! The number type of generated functions.
 
-use std::ops::{Add, Div, Mul, Neg, Sub};
+use core::ops::{Add, Div, Mul, Neg, Sub};
 
+use crate::math;
 use crate::sine::sin_cos;
 
 /// What generated functions ask of a number: doubles have it, and so can lanes of doubles or dual numbers.
@@ -99,13 +100,13 @@ pub struct Fused(pub f64);
 
 macro_rules! forward {
     ($($name:ident),*) => {
-        $(#[inline(always)] fn $name(self) -> Self { f64::$name(self) })*
+        $(#[inline(always)] fn $name(self) -> Self { math::$name(self) })*
     };
 }
 
 macro_rules! forward_inside {
     ($($name:ident),*) => {
-        $(#[inline(always)] fn $name(self) -> Self { Self(f64::$name(self.0)) })*
+        $(#[inline(always)] fn $name(self) -> Self { Self(math::$name(self.0)) })*
     };
 }
 
@@ -140,7 +141,7 @@ impl Real for f64 {
     }
     #[inline(always)]
     fn powf(self, exponent: f64) -> Self {
-        f64::powf(self, exponent)
+        math::powf(self, exponent)
     }
     #[inline(always)]
     fn sign(self) -> Self {
@@ -161,7 +162,7 @@ impl Real for Fused {
     }
     #[inline(always)]
     fn powf(self, exponent: f64) -> Self {
-        Self(f64::powf(self.0, exponent))
+        Self(math::powf(self.0, exponent))
     }
     #[inline(always)]
     fn sign(self) -> Self {
@@ -192,17 +193,17 @@ impl Lane for f64 {
         if self < other { self } else { other }
     }
     fn atan2(self, abscissa: Self) -> Self {
-        f64::atan2(self, abscissa)
+        math::atan2(self, abscissa)
     }
     fn hypot(self, other: Self) -> Self {
-        f64::hypot(self, other)
+        math::hypot(self, other)
     }
     #[inline(always)]
     fn powi(self, exponent: i32) -> Self {
-        f64::powi(self, exponent)
+        math::powi(self, exponent)
     }
     fn pow(self, exponent: Self) -> Self {
-        f64::powf(self, exponent)
+        math::powf(self, exponent)
     }
     #[inline(always)]
     fn is_negative(self) -> bool {
@@ -237,11 +238,11 @@ impl Lane for f64 {
 impl Lane for Fused {
     #[inline(always)]
     fn mul_add(self, a: Self, b: Self) -> Self {
-        Self(f64::mul_add(self.0, a.0, b.0))
+        Self(math::mul_add(self.0, a.0, b.0))
     }
     #[inline(always)]
     fn neg_mul_add(self, a: Self, b: Self) -> Self {
-        Self(f64::mul_add(-self.0, a.0, b.0))
+        Self(math::mul_add(-self.0, a.0, b.0))
     }
     #[inline(always)]
     fn abs(self) -> Self {
@@ -256,17 +257,17 @@ impl Lane for Fused {
         Self(Lane::min(self.0, other.0))
     }
     fn atan2(self, abscissa: Self) -> Self {
-        Self(f64::atan2(self.0, abscissa.0))
+        Self(math::atan2(self.0, abscissa.0))
     }
     fn hypot(self, other: Self) -> Self {
-        Self(f64::hypot(self.0, other.0))
+        Self(math::hypot(self.0, other.0))
     }
     #[inline(always)]
     fn powi(self, exponent: i32) -> Self {
-        Self(f64::powi(self.0, exponent))
+        Self(math::powi(self.0, exponent))
     }
     fn pow(self, exponent: Self) -> Self {
-        Self(f64::powf(self.0, exponent.0))
+        Self(math::powf(self.0, exponent.0))
     }
     #[inline(always)]
     fn is_negative(self) -> bool {

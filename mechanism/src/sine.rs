@@ -6,7 +6,7 @@
 // The digits are those of the published constants, a few more than a double holds.
 #![allow(clippy::excessive_precision)]
 
-use std::f64::consts::FRAC_2_PI;
+use core::f64::consts::FRAC_2_PI;
 
 use crate::real::Lane;
 

@@ -135,52 +135,52 @@ pub struct Parameters<R = f64> {
     pub mom: R,
 }
 
-impl Parameters {
+impl<R: Lane> Parameters<R> {
     /// The scene's values, some of them replaced; those that the scene computes from others follow.
     #[allow(non_snake_case)]
-    pub fn with(replace: impl Fn(&str) -> Option<f64>) -> Self {
-        let m1 = replace("m1").unwrap_or(0.04325);
-        let m2 = replace("m2").unwrap_or(0.00365);
-        let m3 = replace("m3").unwrap_or(0.02373);
-        let m4 = replace("m4").unwrap_or(0.00706);
-        let m5 = replace("m5").unwrap_or(0.0705);
-        let m6 = replace("m6").unwrap_or(0.00706);
-        let m7 = replace("m7").unwrap_or(0.05498);
-        let I1 = replace("I1").unwrap_or(2.194e-6);
-        let I2 = replace("I2").unwrap_or(4.41e-7);
-        let I3 = replace("I3").unwrap_or(5.255e-6);
-        let I4 = replace("I4").unwrap_or(5.667e-7);
-        let I5 = replace("I5").unwrap_or(1.169e-5);
-        let I6 = replace("I6").unwrap_or(5.667e-7);
-        let I7 = replace("I7").unwrap_or(1.912e-5);
-        let xa = replace("xa").unwrap_or(-0.06934);
-        let ya = replace("ya").unwrap_or(-0.00227);
-        let xb = replace("xb").unwrap_or(-0.03635);
-        let yb = replace("yb").unwrap_or(0.03273);
-        let xc = replace("xc").unwrap_or(0.014);
-        let yc = replace("yc").unwrap_or(0.072);
-        let c0 = replace("c0").unwrap_or(4530.0);
-        let l0 = replace("l0").unwrap_or(0.07785);
-        let d = replace("d").unwrap_or(0.028);
-        let da = replace("da").unwrap_or(0.0115);
-        let e = replace("e").unwrap_or(0.02);
-        let ea = replace("ea").unwrap_or(0.01421);
-        let rr = replace("rr").unwrap_or(0.007);
-        let ra = replace("ra").unwrap_or(0.00092);
-        let ss = replace("ss").unwrap_or(0.035);
-        let sa = replace("sa").unwrap_or(0.01874);
-        let sb = replace("sb").unwrap_or(0.01043);
-        let sc = replace("sc").unwrap_or(0.018);
-        let sd = replace("sd").unwrap_or(0.02);
-        let ta = replace("ta").unwrap_or(0.02308);
-        let tb = replace("tb").unwrap_or(0.00916);
-        let u = replace("u").unwrap_or(0.04);
-        let ua = replace("ua").unwrap_or(0.01228);
-        let ub = replace("ub").unwrap_or(0.00449);
-        let zf = replace("zf").unwrap_or(0.02);
-        let zt = replace("zt").unwrap_or(0.04);
-        let fa = replace("fa").unwrap_or(0.01421);
-        let mom = replace("mom").unwrap_or(0.033);
+    pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
+        let m1 = replace("m1").unwrap_or(R::from_f64(0.04325));
+        let m2 = replace("m2").unwrap_or(R::from_f64(0.00365));
+        let m3 = replace("m3").unwrap_or(R::from_f64(0.02373));
+        let m4 = replace("m4").unwrap_or(R::from_f64(0.00706));
+        let m5 = replace("m5").unwrap_or(R::from_f64(0.0705));
+        let m6 = replace("m6").unwrap_or(R::from_f64(0.00706));
+        let m7 = replace("m7").unwrap_or(R::from_f64(0.05498));
+        let I1 = replace("I1").unwrap_or(R::from_f64(2.194e-6));
+        let I2 = replace("I2").unwrap_or(R::from_f64(4.41e-7));
+        let I3 = replace("I3").unwrap_or(R::from_f64(5.255e-6));
+        let I4 = replace("I4").unwrap_or(R::from_f64(5.667e-7));
+        let I5 = replace("I5").unwrap_or(R::from_f64(1.169e-5));
+        let I6 = replace("I6").unwrap_or(R::from_f64(5.667e-7));
+        let I7 = replace("I7").unwrap_or(R::from_f64(1.912e-5));
+        let xa = replace("xa").unwrap_or(-R::from_f64(0.06934));
+        let ya = replace("ya").unwrap_or(-R::from_f64(0.00227));
+        let xb = replace("xb").unwrap_or(-R::from_f64(0.03635));
+        let yb = replace("yb").unwrap_or(R::from_f64(0.03273));
+        let xc = replace("xc").unwrap_or(R::from_f64(0.014));
+        let yc = replace("yc").unwrap_or(R::from_f64(0.072));
+        let c0 = replace("c0").unwrap_or(R::from_f64(4530.0));
+        let l0 = replace("l0").unwrap_or(R::from_f64(0.07785));
+        let d = replace("d").unwrap_or(R::from_f64(0.028));
+        let da = replace("da").unwrap_or(R::from_f64(0.0115));
+        let e = replace("e").unwrap_or(R::from_f64(0.02));
+        let ea = replace("ea").unwrap_or(R::from_f64(0.01421));
+        let rr = replace("rr").unwrap_or(R::from_f64(0.007));
+        let ra = replace("ra").unwrap_or(R::from_f64(0.00092));
+        let ss = replace("ss").unwrap_or(R::from_f64(0.035));
+        let sa = replace("sa").unwrap_or(R::from_f64(0.01874));
+        let sb = replace("sb").unwrap_or(R::from_f64(0.01043));
+        let sc = replace("sc").unwrap_or(R::from_f64(0.018));
+        let sd = replace("sd").unwrap_or(R::from_f64(0.02));
+        let ta = replace("ta").unwrap_or(R::from_f64(0.02308));
+        let tb = replace("tb").unwrap_or(R::from_f64(0.00916));
+        let u = replace("u").unwrap_or(R::from_f64(0.04));
+        let ua = replace("ua").unwrap_or(R::from_f64(0.01228));
+        let ub = replace("ub").unwrap_or(R::from_f64(0.00449));
+        let zf = replace("zf").unwrap_or(R::from_f64(0.02));
+        let zt = replace("zt").unwrap_or(R::from_f64(0.04));
+        let fa = replace("fa").unwrap_or(R::from_f64(0.01421));
+        let mom = replace("mom").unwrap_or(R::from_f64(0.033));
         Self {
             m1,
             m2,
@@ -2403,6 +2403,34 @@ impl<R: Lane> Kernel<R, 7, 6> for Andrews<R> {
     }
 }
 
+impl<R: Lane> Andrews<R> {
+    /// Where the motion starts.
+    pub fn start(&self) -> Start<R, 7> {
+        Start {
+            q: [
+                -R::from_f64(0.06171389001427645),
+                R::from_f64(0.0),
+                R::from_f64(0.45528),
+                R::from_f64(0.222668),
+                R::from_f64(0.487365),
+                -R::from_f64(0.222668),
+                R::from_f64(1.230547),
+            ],
+            given: [true, false, false, false, false, false, false],
+            qd: [
+                R::from_f64(0.0),
+                R::zero(),
+                R::zero(),
+                R::zero(),
+                R::zero(),
+                R::zero(),
+                R::zero(),
+            ],
+            given_rates: [true, false, false, false, false, false, false],
+        }
+    }
+}
+
 impl Mechanism<7, 6> for Andrews {
     type Kernel<R: Lane> = Andrews<R>;
     const DESCRIPTION: Description = DESCRIPTION;
@@ -2456,21 +2484,15 @@ impl Mechanism<7, 6> for Andrews {
         visit(self.parameters.mom);
     }
 
-    fn start(&self) -> Start<7> {
-        Start {
-            q: [
-                -0.06171389001427645,
-                0.0,
-                0.45528,
-                0.222668,
-                0.487365,
-                -0.222668,
-                1.230547,
-            ],
-            given: [true, false, false, false, false, false, false],
-            qd: [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
-            given_rates: [true, false, false, false, false, false, false],
-        }
+    fn start(&self) -> Start<f64, 7> {
+        self.start()
+    }
+
+    fn with_numbers<R: Lane>(
+        replace: &dyn Fn(&str) -> Option<R>,
+    ) -> Option<(Andrews<R>, Start<R, 7>)> {
+        let mechanism = Andrews::new(Parameters::with(replace));
+        Some((mechanism, mechanism.start()))
     }
 
     fn schedule(&self) -> Schedule {

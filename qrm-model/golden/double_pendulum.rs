@@ -52,14 +52,17 @@ pub struct Parameters<R = f64> {
     pub a0: R,
 }
 
-impl Parameters {
+impl<R: Lane> Parameters<R> {
     /// The scene's values, some of them replaced; those that the scene computes from others follow.
     #[allow(non_snake_case)]
-    pub fn with(replace: impl Fn(&str) -> Option<f64>) -> Self {
-        let l = replace("l").unwrap_or(1.0);
-        let m = replace("m").unwrap_or(1.0);
-        let g = replace("g").unwrap_or(9.81);
-        let a0 = replace("a0").unwrap_or(2.0 * std::f64::consts::PI / 3.0);
+    pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
+        let l = replace("l").unwrap_or(R::from_f64(1.0));
+        let m = replace("m").unwrap_or(R::from_f64(1.0));
+        let g = replace("g").unwrap_or(R::from_f64(9.81));
+        let a0 = replace("a0")
+            .unwrap_or(
+                R::from_f64(2.0) * R::from_f64(core::f64::consts::PI) / R::from_f64(3.0),
+            );
         Self { l, m, g, a0 }
     }
 }
@@ -654,6 +657,19 @@ impl<R: Lane> Kernel<R, 2, 0> for DoublePendulum<R> {
     }
 }
 
+impl<R: Lane> DoublePendulum<R> {
+    /// Where the motion starts.
+    pub fn start(&self) -> Start<R, 2> {
+        let p = &self.parameters;
+        Start {
+            q: [p.a0, p.a0],
+            given: [true, true],
+            qd: [R::from_f64(0.0), R::from_f64(0.0)],
+            given_rates: [true, true],
+        }
+    }
+}
+
 impl Mechanism<2, 0> for DoublePendulum {
     type Kernel<R: Lane> = DoublePendulum<R>;
     const DESCRIPTION: Description = DESCRIPTION;
@@ -669,14 +685,15 @@ impl Mechanism<2, 0> for DoublePendulum {
         visit(self.parameters.a0);
     }
 
-    fn start(&self) -> Start<2> {
-        let p = &self.parameters;
-        Start {
-            q: [p.a0, p.a0],
-            given: [true, true],
-            qd: [0.0, 0.0],
-            given_rates: [true, true],
-        }
+    fn start(&self) -> Start<f64, 2> {
+        self.start()
+    }
+
+    fn with_numbers<R: Lane>(
+        replace: &dyn Fn(&str) -> Option<R>,
+    ) -> Option<(DoublePendulum<R>, Start<R, 2>)> {
+        let mechanism = DoublePendulum::new(Parameters::with(replace));
+        Some((mechanism, mechanism.start()))
     }
 
     fn schedule(&self) -> Schedule {

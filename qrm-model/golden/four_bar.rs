@@ -60,15 +60,15 @@ pub struct Parameters<R = f64> {
     pub rho: R,
 }
 
-impl Parameters {
+impl<R: Lane> Parameters<R> {
     /// The scene's values, some of them replaced; those that the scene computes from others follow.
     #[allow(non_snake_case)]
-    pub fn with(replace: impl Fn(&str) -> Option<f64>) -> Self {
-        let l1 = replace("l1").unwrap_or(0.13);
-        let l2 = replace("l2").unwrap_or(0.24);
-        let l3 = replace("l3").unwrap_or(0.21);
-        let l4 = replace("l4").unwrap_or(0.34);
-        let rho = replace("rho").unwrap_or(997.0);
+    pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
+        let l1 = replace("l1").unwrap_or(R::from_f64(0.13));
+        let l2 = replace("l2").unwrap_or(R::from_f64(0.24));
+        let l3 = replace("l3").unwrap_or(R::from_f64(0.21));
+        let l4 = replace("l4").unwrap_or(R::from_f64(0.34));
+        let rho = replace("rho").unwrap_or(R::from_f64(997.0));
         Self { l1, l2, l3, l4, rho }
     }
 }
@@ -1380,6 +1380,18 @@ impl<R: Lane> Kernel<R, 3, 2> for FourBar<R> {
     }
 }
 
+impl<R: Lane> FourBar<R> {
+    /// Where the motion starts.
+    pub fn start(&self) -> Start<R, 3> {
+        Start {
+            q: [R::from_f64(2.1), R::from_f64(0.67), R::from_f64(2.53)],
+            given: [true, false, false],
+            qd: [R::from_f64(0.2), R::zero(), R::zero()],
+            given_rates: [true, false, false],
+        }
+    }
+}
+
 impl Mechanism<3, 2> for FourBar {
     type Kernel<R: Lane> = FourBar<R>;
     const DESCRIPTION: Description = DESCRIPTION;
@@ -1396,13 +1408,15 @@ impl Mechanism<3, 2> for FourBar {
         visit(self.parameters.rho);
     }
 
-    fn start(&self) -> Start<3> {
-        Start {
-            q: [2.1, 0.67, 2.53],
-            given: [true, false, false],
-            qd: [0.2, 0.0, 0.0],
-            given_rates: [true, false, false],
-        }
+    fn start(&self) -> Start<f64, 3> {
+        self.start()
+    }
+
+    fn with_numbers<R: Lane>(
+        replace: &dyn Fn(&str) -> Option<R>,
+    ) -> Option<(FourBar<R>, Start<R, 3>)> {
+        let mechanism = FourBar::new(Parameters::with(replace));
+        Some((mechanism, mechanism.start()))
     }
 
     fn schedule(&self) -> Schedule {

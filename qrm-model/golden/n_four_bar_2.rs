@@ -61,15 +61,15 @@ pub struct Parameters<R = f64> {
     pub v0: R,
 }
 
-impl Parameters {
+impl<R: Lane> Parameters<R> {
     /// The scene's values, some of them replaced; those that the scene computes from others follow.
     #[allow(non_snake_case)]
-    pub fn with(replace: impl Fn(&str) -> Option<f64>) -> Self {
-        let l = replace("l").unwrap_or(1.0);
-        let m = replace("m").unwrap_or(1.0);
-        let J = replace("J").unwrap_or(m * f64::powi(l, 2) / 12.0);
-        let g = replace("g").unwrap_or(9.81);
-        let v0 = replace("v0").unwrap_or(1.0);
+    pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
+        let l = replace("l").unwrap_or(R::from_f64(1.0));
+        let m = replace("m").unwrap_or(R::from_f64(1.0));
+        let J = replace("J").unwrap_or(m * R::powi(l, 2) / R::from_f64(12.0));
+        let g = replace("g").unwrap_or(R::from_f64(9.81));
+        let v0 = replace("v0").unwrap_or(R::from_f64(1.0));
         Self { l, m, J, g, v0 }
     }
 }
@@ -1328,6 +1328,25 @@ impl<R: Lane> Kernel<R, 5, 4> for NFourBar2<R> {
     }
 }
 
+impl<R: Lane> NFourBar2<R> {
+    /// Where the motion starts.
+    pub fn start(&self) -> Start<R, 5> {
+        let p = &self.parameters;
+        Start {
+            q: [
+                R::from_f64(core::f64::consts::PI) / R::from_f64(2.0),
+                R::from_f64(core::f64::consts::PI) / R::from_f64(2.0),
+                R::from_f64(core::f64::consts::PI) / R::from_f64(2.0),
+                R::from_f64(0.0),
+                R::from_f64(0.0),
+            ],
+            given: [true, false, false, false, false],
+            qd: [-p.v0 / p.l, R::zero(), R::zero(), R::zero(), R::zero()],
+            given_rates: [true, false, false, false, false],
+        }
+    }
+}
+
 impl Mechanism<5, 4> for NFourBar2 {
     type Kernel<R: Lane> = NFourBar2<R>;
     const DESCRIPTION: Description = DESCRIPTION;
@@ -1344,20 +1363,15 @@ impl Mechanism<5, 4> for NFourBar2 {
         visit(self.parameters.v0);
     }
 
-    fn start(&self) -> Start<5> {
-        let p = &self.parameters;
-        Start {
-            q: [
-                std::f64::consts::PI / 2.0,
-                std::f64::consts::PI / 2.0,
-                std::f64::consts::PI / 2.0,
-                0.0,
-                0.0,
-            ],
-            given: [true, false, false, false, false],
-            qd: [-p.v0 / p.l, 0.0, 0.0, 0.0, 0.0],
-            given_rates: [true, false, false, false, false],
-        }
+    fn start(&self) -> Start<f64, 5> {
+        self.start()
+    }
+
+    fn with_numbers<R: Lane>(
+        replace: &dyn Fn(&str) -> Option<R>,
+    ) -> Option<(NFourBar2<R>, Start<R, 5>)> {
+        let mechanism = NFourBar2::new(Parameters::with(replace));
+        Some((mechanism, mechanism.start()))
     }
 
     fn schedule(&self) -> Schedule {

@@ -56,13 +56,13 @@ pub struct Parameters<R = f64> {
     pub g: R,
 }
 
-impl Parameters {
+impl<R: Lane> Parameters<R> {
     /// The scene's values, some of them replaced; those that the scene computes from others follow.
     #[allow(non_snake_case)]
-    pub fn with(replace: impl Fn(&str) -> Option<f64>) -> Self {
-        let m = replace("m").unwrap_or(1.0);
-        let l = replace("l").unwrap_or(1.0);
-        let g = replace("g").unwrap_or(9.81);
+    pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
+        let m = replace("m").unwrap_or(R::from_f64(1.0));
+        let l = replace("l").unwrap_or(R::from_f64(1.0));
+        let g = replace("g").unwrap_or(R::from_f64(9.81));
         Self { m, l, g }
     }
 }
@@ -646,6 +646,18 @@ impl<R: Lane> Kernel<R, 2, 1> for Pendulum<R> {
     }
 }
 
+impl<R: Lane> Pendulum<R> {
+    /// Where the motion starts.
+    pub fn start(&self) -> Start<R, 2> {
+        Start {
+            q: [R::from_f64(1.0), R::from_f64(0.0)],
+            given: [false, true],
+            qd: [R::zero(), R::from_f64(0.0)],
+            given_rates: [false, true],
+        }
+    }
+}
+
 impl Mechanism<2, 1> for Pendulum {
     type Kernel<R: Lane> = Pendulum<R>;
     const DESCRIPTION: Description = DESCRIPTION;
@@ -660,13 +672,15 @@ impl Mechanism<2, 1> for Pendulum {
         visit(self.parameters.g);
     }
 
-    fn start(&self) -> Start<2> {
-        Start {
-            q: [1.0, 0.0],
-            given: [false, true],
-            qd: [0.0, 0.0],
-            given_rates: [false, true],
-        }
+    fn start(&self) -> Start<f64, 2> {
+        self.start()
+    }
+
+    fn with_numbers<R: Lane>(
+        replace: &dyn Fn(&str) -> Option<R>,
+    ) -> Option<(Pendulum<R>, Start<R, 2>)> {
+        let mechanism = Pendulum::new(Parameters::with(replace));
+        Some((mechanism, mechanism.start()))
     }
 
     fn schedule(&self) -> Schedule {

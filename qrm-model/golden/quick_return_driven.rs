@@ -83,26 +83,30 @@ pub struct Parameters<R = f64> {
     pub w: R,
 }
 
-impl Parameters {
+impl<R: Lane> Parameters<R> {
     /// The scene's values, some of them replaced; those that the scene computes from others follow.
     #[allow(non_snake_case)]
-    pub fn with(replace: impl Fn(&str) -> Option<f64>) -> Self {
-        let O2A = replace("O2A").unwrap_or(0.2);
-        let O4B = replace("O4B").unwrap_or(0.7);
-        let BC = replace("BC").unwrap_or(0.6);
-        let O4O2 = replace("O4O2").unwrap_or(0.3);
-        let O4G4 = replace("O4G4").unwrap_or(0.4);
-        let BG5 = replace("BG5").unwrap_or(0.3);
-        let yC = replace("yC").unwrap_or(0.9);
-        let m3 = replace("m3").unwrap_or(0.5);
-        let m4 = replace("m4").unwrap_or(6.0);
-        let m5 = replace("m5").unwrap_or(4.0);
-        let m6 = replace("m6").unwrap_or(2.0);
-        let J2 = replace("J2").unwrap_or(100.0);
-        let J4 = replace("J4").unwrap_or(10.0);
-        let J5 = replace("J5").unwrap_or(6.0);
-        let F6 = replace("F6").unwrap_or(1000.0);
-        let w = replace("w").unwrap_or(150.0 * std::f64::consts::PI / 60.0);
+    pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
+        let O2A = replace("O2A").unwrap_or(R::from_f64(0.2));
+        let O4B = replace("O4B").unwrap_or(R::from_f64(0.7));
+        let BC = replace("BC").unwrap_or(R::from_f64(0.6));
+        let O4O2 = replace("O4O2").unwrap_or(R::from_f64(0.3));
+        let O4G4 = replace("O4G4").unwrap_or(R::from_f64(0.4));
+        let BG5 = replace("BG5").unwrap_or(R::from_f64(0.3));
+        let yC = replace("yC").unwrap_or(R::from_f64(0.9));
+        let m3 = replace("m3").unwrap_or(R::from_f64(0.5));
+        let m4 = replace("m4").unwrap_or(R::from_f64(6.0));
+        let m5 = replace("m5").unwrap_or(R::from_f64(4.0));
+        let m6 = replace("m6").unwrap_or(R::from_f64(2.0));
+        let J2 = replace("J2").unwrap_or(R::from_f64(100.0));
+        let J4 = replace("J4").unwrap_or(R::from_f64(10.0));
+        let J5 = replace("J5").unwrap_or(R::from_f64(6.0));
+        let F6 = replace("F6").unwrap_or(R::from_f64(1000.0));
+        let w = replace("w")
+            .unwrap_or(
+                R::from_f64(150.0) * R::from_f64(core::f64::consts::PI)
+                    / R::from_f64(60.0),
+            );
         Self {
             O2A,
             O4B,
@@ -1412,6 +1416,18 @@ impl<R: Lane> Kernel<R, 3, 3> for QuickReturnDriven<R> {
     }
 }
 
+impl<R: Lane> QuickReturnDriven<R> {
+    /// Where the motion starts.
+    pub fn start(&self) -> Start<R, 3> {
+        Start {
+            q: [R::from_f64(0.0), R::from_f64(1.0), R::from_f64(2.6)],
+            given: [false, false, false],
+            qd: [R::zero(), R::zero(), R::zero()],
+            given_rates: [false, false, false],
+        }
+    }
+}
+
 impl Mechanism<3, 3> for QuickReturnDriven {
     type Kernel<R: Lane> = QuickReturnDriven<R>;
     const DESCRIPTION: Description = DESCRIPTION;
@@ -1439,20 +1455,22 @@ impl Mechanism<3, 3> for QuickReturnDriven {
         visit(self.parameters.w);
     }
 
-    fn start(&self) -> Start<3> {
-        Start {
-            q: [0.0, 1.0, 2.6],
-            given: [false, false, false],
-            qd: [0.0, 0.0, 0.0],
-            given_rates: [false, false, false],
-        }
+    fn start(&self) -> Start<f64, 3> {
+        self.start()
+    }
+
+    fn with_numbers<R: Lane>(
+        replace: &dyn Fn(&str) -> Option<R>,
+    ) -> Option<(QuickReturnDriven<R>, Start<R, 3>)> {
+        let mechanism = QuickReturnDriven::new(Parameters::with(replace));
+        Some((mechanism, mechanism.start()))
     }
 
     fn schedule(&self) -> Schedule {
         let p = &self.parameters;
         Schedule {
             step: 0.001,
-            end_time: 2.0 * std::f64::consts::PI / p.w,
+            end_time: 2.0 * core::f64::consts::PI / p.w,
         }
     }
 

@@ -97,37 +97,40 @@ pub struct Parameters<R = f64> {
     pub x6_0: R,
 }
 
-impl Parameters {
+impl<R: Lane> Parameters<R> {
     /// The scene's values, some of them replaced; those that the scene computes from others follow.
     #[allow(non_snake_case)]
-    pub fn with(replace: impl Fn(&str) -> Option<f64>) -> Self {
-        let O2A = replace("O2A").unwrap_or(0.2);
-        let O4B = replace("O4B").unwrap_or(0.7);
-        let BC = replace("BC").unwrap_or(0.6);
-        let O4O2 = replace("O4O2").unwrap_or(0.3);
-        let O4G4 = replace("O4G4").unwrap_or(0.4);
-        let BG5 = replace("BG5").unwrap_or(0.3);
-        let yC = replace("yC").unwrap_or(0.9);
-        let m3 = replace("m3").unwrap_or(0.5);
-        let m4 = replace("m4").unwrap_or(6.0);
-        let m5 = replace("m5").unwrap_or(4.0);
-        let m6 = replace("m6").unwrap_or(2.0);
-        let J2 = replace("J2").unwrap_or(100.0);
-        let J3 = replace("J3").unwrap_or(0.0);
-        let J4 = replace("J4").unwrap_or(10.0);
-        let J5 = replace("J5").unwrap_or(6.0);
-        let F6 = replace("F6").unwrap_or(1000.0);
-        let T2 = replace("T2").unwrap_or(0.0);
-        let g = replace("g").unwrap_or(0.0);
-        let k = replace("k").unwrap_or(0.0);
-        let cd = replace("cd").unwrap_or(0.0);
-        let w0 = replace("w0").unwrap_or(150.0 * std::f64::consts::PI / 60.0);
-        let OA0 = replace("OA0")
-            .unwrap_or(f64::sqrt(f64::powi(O2A, 2) + f64::powi(O4O2, 2)));
+    pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
+        let O2A = replace("O2A").unwrap_or(R::from_f64(0.2));
+        let O4B = replace("O4B").unwrap_or(R::from_f64(0.7));
+        let BC = replace("BC").unwrap_or(R::from_f64(0.6));
+        let O4O2 = replace("O4O2").unwrap_or(R::from_f64(0.3));
+        let O4G4 = replace("O4G4").unwrap_or(R::from_f64(0.4));
+        let BG5 = replace("BG5").unwrap_or(R::from_f64(0.3));
+        let yC = replace("yC").unwrap_or(R::from_f64(0.9));
+        let m3 = replace("m3").unwrap_or(R::from_f64(0.5));
+        let m4 = replace("m4").unwrap_or(R::from_f64(6.0));
+        let m5 = replace("m5").unwrap_or(R::from_f64(4.0));
+        let m6 = replace("m6").unwrap_or(R::from_f64(2.0));
+        let J2 = replace("J2").unwrap_or(R::from_f64(100.0));
+        let J3 = replace("J3").unwrap_or(R::from_f64(0.0));
+        let J4 = replace("J4").unwrap_or(R::from_f64(10.0));
+        let J5 = replace("J5").unwrap_or(R::from_f64(6.0));
+        let F6 = replace("F6").unwrap_or(R::from_f64(1000.0));
+        let T2 = replace("T2").unwrap_or(R::from_f64(0.0));
+        let g = replace("g").unwrap_or(R::from_f64(0.0));
+        let k = replace("k").unwrap_or(R::from_f64(0.0));
+        let cd = replace("cd").unwrap_or(R::from_f64(0.0));
+        let w0 = replace("w0")
+            .unwrap_or(
+                R::from_f64(150.0) * R::from_f64(core::f64::consts::PI)
+                    / R::from_f64(60.0),
+            );
+        let OA0 = replace("OA0").unwrap_or(R::sqrt(R::powi(O2A, 2) + R::powi(O4O2, 2)));
         let x6_0 = replace("x6_0")
             .unwrap_or(
                 O4B * O2A / OA0
-                    - f64::sqrt(f64::powi(BC, 2) - f64::powi(yC - O4B * O4O2 / OA0, 2)),
+                    - R::sqrt(R::powi(BC, 2) - R::powi(yC - O4B * O4O2 / OA0, 2)),
             );
         Self {
             O2A,
@@ -1619,7 +1622,7 @@ impl<R: Lane> Kernel<R, 3, 2> for QuickReturnLoaded<R> {
 
     #[inline(always)]
     fn ending(&self, _t: R, q: &[R; 3], _qd: &[R; 3]) -> Option<R> {
-        Some(R::abs(q[0]) - R::from_f64(4.0) * R::from_f64(std::f64::consts::PI))
+        Some(R::abs(q[0]) - R::from_f64(4.0) * R::from_f64(core::f64::consts::PI))
     }
 
     #[inline(always)]
@@ -1661,6 +1664,19 @@ impl<R: Lane> Kernel<R, 3, 2> for QuickReturnLoaded<R> {
     }
 }
 
+impl<R: Lane> QuickReturnLoaded<R> {
+    /// Where the motion starts.
+    pub fn start(&self) -> Start<R, 3> {
+        let p = &self.parameters;
+        Start {
+            q: [R::from_f64(0.0), R::from_f64(1.0), R::from_f64(2.6)],
+            given: [true, false, false],
+            qd: [p.w0, R::zero(), R::zero()],
+            given_rates: [true, false, false],
+        }
+    }
+}
+
 impl Mechanism<3, 2> for QuickReturnLoaded {
     type Kernel<R: Lane> = QuickReturnLoaded<R>;
     const DESCRIPTION: Description = DESCRIPTION;
@@ -1695,14 +1711,15 @@ impl Mechanism<3, 2> for QuickReturnLoaded {
         visit(self.parameters.x6_0);
     }
 
-    fn start(&self) -> Start<3> {
-        let p = &self.parameters;
-        Start {
-            q: [0.0, 1.0, 2.6],
-            given: [true, false, false],
-            qd: [p.w0, 0.0, 0.0],
-            given_rates: [true, false, false],
-        }
+    fn start(&self) -> Start<f64, 3> {
+        self.start()
+    }
+
+    fn with_numbers<R: Lane>(
+        replace: &dyn Fn(&str) -> Option<R>,
+    ) -> Option<(QuickReturnLoaded<R>, Start<R, 3>)> {
+        let mechanism = QuickReturnLoaded::new(Parameters::with(replace));
+        Some((mechanism, mechanism.start()))
     }
 
     fn schedule(&self) -> Schedule {
@@ -1714,7 +1731,7 @@ impl Mechanism<3, 2> for QuickReturnLoaded {
 
     #[inline(always)]
     fn stop(&self, _t: f64, q: &[f64; 3], _qd: &[f64; 3]) -> Option<f64> {
-        Some(f64::abs(q[0]) - 4.0 * std::f64::consts::PI)
+        Some(f64::abs(q[0]) - 4.0 * core::f64::consts::PI)
     }
 
     #[inline(always)]

@@ -100,34 +100,34 @@ pub struct Parameters<R = f64> {
     pub w0: R,
 }
 
-impl Parameters {
+impl<R: Lane> Parameters<R> {
     /// The scene's values, some of them replaced; those that the scene computes from others follow.
     #[allow(non_snake_case)]
-    pub fn with(replace: impl Fn(&str) -> Option<f64>) -> Self {
-        let O2A = replace("O2A").unwrap_or(0.2);
-        let O4B = replace("O4B").unwrap_or(0.7);
-        let BC = replace("BC").unwrap_or(0.6);
-        let O4O2 = replace("O4O2").unwrap_or(0.3);
-        let O4G4 = replace("O4G4").unwrap_or(0.4);
-        let BG5 = replace("BG5").unwrap_or(0.3);
-        let yC = replace("yC").unwrap_or(0.9);
-        let m3 = replace("m3").unwrap_or(0.5);
-        let m4 = replace("m4").unwrap_or(6.0);
-        let m5 = replace("m5").unwrap_or(4.0);
-        let m6 = replace("m6").unwrap_or(2.0);
-        let J2 = replace("J2").unwrap_or(40.0);
-        let J4 = replace("J4").unwrap_or(1.0);
-        let J5 = replace("J5").unwrap_or(0.5);
-        let g = replace("g").unwrap_or(9.81);
-        let v0 = replace("v0").unwrap_or(0.02);
-        let mu = replace("mu").unwrap_or(0.1);
-        let c2 = replace("c2").unwrap_or(2.0);
-        let k = replace("k").unwrap_or(400.0);
-        let k3 = replace("k3").unwrap_or(2000.0);
-        let s0 = replace("s0").unwrap_or(0.4);
-        let xs = replace("xs").unwrap_or(-0.92);
-        let ks = replace("ks").unwrap_or(100000.0);
-        let w0 = replace("w0").unwrap_or(7.5);
+    pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
+        let O2A = replace("O2A").unwrap_or(R::from_f64(0.2));
+        let O4B = replace("O4B").unwrap_or(R::from_f64(0.7));
+        let BC = replace("BC").unwrap_or(R::from_f64(0.6));
+        let O4O2 = replace("O4O2").unwrap_or(R::from_f64(0.3));
+        let O4G4 = replace("O4G4").unwrap_or(R::from_f64(0.4));
+        let BG5 = replace("BG5").unwrap_or(R::from_f64(0.3));
+        let yC = replace("yC").unwrap_or(R::from_f64(0.9));
+        let m3 = replace("m3").unwrap_or(R::from_f64(0.5));
+        let m4 = replace("m4").unwrap_or(R::from_f64(6.0));
+        let m5 = replace("m5").unwrap_or(R::from_f64(4.0));
+        let m6 = replace("m6").unwrap_or(R::from_f64(2.0));
+        let J2 = replace("J2").unwrap_or(R::from_f64(40.0));
+        let J4 = replace("J4").unwrap_or(R::from_f64(1.0));
+        let J5 = replace("J5").unwrap_or(R::from_f64(0.5));
+        let g = replace("g").unwrap_or(R::from_f64(9.81));
+        let v0 = replace("v0").unwrap_or(R::from_f64(0.02));
+        let mu = replace("mu").unwrap_or(R::from_f64(0.1));
+        let c2 = replace("c2").unwrap_or(R::from_f64(2.0));
+        let k = replace("k").unwrap_or(R::from_f64(400.0));
+        let k3 = replace("k3").unwrap_or(R::from_f64(2000.0));
+        let s0 = replace("s0").unwrap_or(R::from_f64(0.4));
+        let xs = replace("xs").unwrap_or(-R::from_f64(0.92));
+        let ks = replace("ks").unwrap_or(R::from_f64(100000.0));
+        let w0 = replace("w0").unwrap_or(R::from_f64(7.5));
         Self {
             O2A,
             O4B,
@@ -1931,7 +1931,7 @@ impl<R: Lane> Kernel<R, 3, 2> for Shaper<R> {
 
     #[inline(always)]
     fn ending(&self, _t: R, q: &[R; 3], _qd: &[R; 3]) -> Option<R> {
-        Some(q[0] - R::from_f64(6.0) * R::from_f64(std::f64::consts::PI))
+        Some(q[0] - R::from_f64(6.0) * R::from_f64(core::f64::consts::PI))
     }
 
     #[inline(always)]
@@ -1973,6 +1973,19 @@ impl<R: Lane> Kernel<R, 3, 2> for Shaper<R> {
     }
 }
 
+impl<R: Lane> Shaper<R> {
+    /// Where the motion starts.
+    pub fn start(&self) -> Start<R, 3> {
+        let p = &self.parameters;
+        Start {
+            q: [R::from_f64(0.0), R::from_f64(1.0), R::from_f64(2.6)],
+            given: [true, false, false],
+            qd: [p.w0, R::zero(), R::zero()],
+            given_rates: [true, false, false],
+        }
+    }
+}
+
 impl Mechanism<3, 2> for Shaper {
     type Kernel<R: Lane> = Shaper<R>;
     const DESCRIPTION: Description = DESCRIPTION;
@@ -2008,14 +2021,15 @@ impl Mechanism<3, 2> for Shaper {
         visit(self.parameters.w0);
     }
 
-    fn start(&self) -> Start<3> {
-        let p = &self.parameters;
-        Start {
-            q: [0.0, 1.0, 2.6],
-            given: [true, false, false],
-            qd: [p.w0, 0.0, 0.0],
-            given_rates: [true, false, false],
-        }
+    fn start(&self) -> Start<f64, 3> {
+        self.start()
+    }
+
+    fn with_numbers<R: Lane>(
+        replace: &dyn Fn(&str) -> Option<R>,
+    ) -> Option<(Shaper<R>, Start<R, 3>)> {
+        let mechanism = Shaper::new(Parameters::with(replace));
+        Some((mechanism, mechanism.start()))
     }
 
     fn schedule(&self) -> Schedule {
@@ -2027,7 +2041,7 @@ impl Mechanism<3, 2> for Shaper {
 
     #[inline(always)]
     fn stop(&self, _t: f64, q: &[f64; 3], _qd: &[f64; 3]) -> Option<f64> {
-        Some(q[0] - 6.0 * std::f64::consts::PI)
+        Some(q[0] - 6.0 * core::f64::consts::PI)
     }
 
     #[inline(always)]

@@ -68,18 +68,18 @@ pub struct Parameters<R = f64> {
     pub F: R,
 }
 
-impl Parameters {
+impl<R: Lane> Parameters<R> {
     /// The scene's values, some of them replaced; those that the scene computes from others follow.
     #[allow(non_snake_case)]
-    pub fn with(replace: impl Fn(&str) -> Option<f64>) -> Self {
-        let a = replace("a").unwrap_or(0.5);
-        let J1 = replace("J1").unwrap_or(1.0);
-        let m2 = replace("m2").unwrap_or(1.0);
-        let J2 = replace("J2").unwrap_or(2.0);
-        let k = replace("k").unwrap_or(1.0);
-        let c = replace("c").unwrap_or(1.0);
-        let l0 = replace("l0").unwrap_or(1.0);
-        let F = replace("F").unwrap_or(1.0);
+    pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
+        let a = replace("a").unwrap_or(R::from_f64(0.5));
+        let J1 = replace("J1").unwrap_or(R::from_f64(1.0));
+        let m2 = replace("m2").unwrap_or(R::from_f64(1.0));
+        let J2 = replace("J2").unwrap_or(R::from_f64(2.0));
+        let k = replace("k").unwrap_or(R::from_f64(1.0));
+        let c = replace("c").unwrap_or(R::from_f64(1.0));
+        let l0 = replace("l0").unwrap_or(R::from_f64(1.0));
+        let F = replace("F").unwrap_or(R::from_f64(1.0));
         Self { a, J1, m2, J2, k, c, l0, F }
     }
 }
@@ -1077,6 +1077,22 @@ impl<R: Lane> Kernel<R, 3, 2> for SliderCrank<R> {
     }
 }
 
+impl<R: Lane> SliderCrank<R> {
+    /// Where the motion starts.
+    pub fn start(&self) -> Start<R, 3> {
+        Start {
+            q: [
+                R::from_f64(core::f64::consts::PI) / R::from_f64(2.0),
+                R::from_f64(0.87),
+                -R::from_f64(0.52),
+            ],
+            given: [true, false, false],
+            qd: [R::from_f64(0.0), R::zero(), R::zero()],
+            given_rates: [true, false, false],
+        }
+    }
+}
+
 impl Mechanism<3, 2> for SliderCrank {
     type Kernel<R: Lane> = SliderCrank<R>;
     const DESCRIPTION: Description = DESCRIPTION;
@@ -1096,13 +1112,15 @@ impl Mechanism<3, 2> for SliderCrank {
         visit(self.parameters.F);
     }
 
-    fn start(&self) -> Start<3> {
-        Start {
-            q: [std::f64::consts::PI / 2.0, 0.87, -0.52],
-            given: [true, false, false],
-            qd: [0.0, 0.0, 0.0],
-            given_rates: [true, false, false],
-        }
+    fn start(&self) -> Start<f64, 3> {
+        self.start()
+    }
+
+    fn with_numbers<R: Lane>(
+        replace: &dyn Fn(&str) -> Option<R>,
+    ) -> Option<(SliderCrank<R>, Start<R, 3>)> {
+        let mechanism = SliderCrank::new(Parameters::with(replace));
+        Some((mechanism, mechanism.start()))
     }
 
     fn schedule(&self) -> Schedule {

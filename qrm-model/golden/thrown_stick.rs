@@ -55,15 +55,15 @@ pub struct Parameters<R = f64> {
     pub w: R,
 }
 
-impl Parameters {
+impl<R: Lane> Parameters<R> {
     /// The scene's values, some of them replaced; those that the scene computes from others follow.
     #[allow(non_snake_case)]
-    pub fn with(replace: impl Fn(&str) -> Option<f64>) -> Self {
-        let l = replace("l").unwrap_or(1.2);
-        let m = replace("m").unwrap_or(0.8);
-        let J = replace("J").unwrap_or(m * f64::powi(l, 2) / 12.0);
-        let g = replace("g").unwrap_or(9.81);
-        let w = replace("w").unwrap_or(10.0);
+    pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
+        let l = replace("l").unwrap_or(R::from_f64(1.2));
+        let m = replace("m").unwrap_or(R::from_f64(0.8));
+        let J = replace("J").unwrap_or(m * R::powi(l, 2) / R::from_f64(12.0));
+        let g = replace("g").unwrap_or(R::from_f64(9.81));
+        let w = replace("w").unwrap_or(R::from_f64(10.0));
         Self { l, m, J, g, w }
     }
 }
@@ -660,6 +660,19 @@ impl<R: Lane> Kernel<R, 3, 0> for ThrownStick<R> {
     }
 }
 
+impl<R: Lane> ThrownStick<R> {
+    /// Where the motion starts.
+    pub fn start(&self) -> Start<R, 3> {
+        let p = &self.parameters;
+        Start {
+            q: [R::from_f64(0.0), R::from_f64(0.0), R::from_f64(0.0)],
+            given: [true, true, true],
+            qd: [R::from_f64(3.0), R::from_f64(5.0), p.w],
+            given_rates: [true, true, true],
+        }
+    }
+}
+
 impl Mechanism<3, 0> for ThrownStick {
     type Kernel<R: Lane> = ThrownStick<R>;
     const DESCRIPTION: Description = DESCRIPTION;
@@ -676,14 +689,15 @@ impl Mechanism<3, 0> for ThrownStick {
         visit(self.parameters.w);
     }
 
-    fn start(&self) -> Start<3> {
-        let p = &self.parameters;
-        Start {
-            q: [0.0, 0.0, 0.0],
-            given: [true, true, true],
-            qd: [3.0, 5.0, p.w],
-            given_rates: [true, true, true],
-        }
+    fn start(&self) -> Start<f64, 3> {
+        self.start()
+    }
+
+    fn with_numbers<R: Lane>(
+        replace: &dyn Fn(&str) -> Option<R>,
+    ) -> Option<(ThrownStick<R>, Start<R, 3>)> {
+        let mechanism = ThrownStick::new(Parameters::with(replace));
+        Some((mechanism, mechanism.start()))
     }
 
     fn schedule(&self) -> Schedule {

@@ -2,6 +2,10 @@
 //!
 //! The modules are generated when this crate is built. Each holds the functions of the TMT method for one mechanism,
 //! generic over the number type, and a struct that implements [`Mechanism`](qrm_mechanism::Mechanism) on doubles.
+//!
+//! Without the feature `std` it needs neither a standard library nor an allocator; `libm` computes its roots and powers then.
+
+#![no_std]
 
 include!(concat!(env!("OUT_DIR"), "/scenes/scenes.rs"));
 

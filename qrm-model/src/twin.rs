@@ -65,7 +65,7 @@ impl<E: Equations> Mechanism<3, 2> for Twin<E> {
         self.generated.visit_parameters(visit);
     }
 
-    fn start(&self) -> Start<3> {
+    fn start(&self) -> Start<f64, 3> {
         self.generated.start()
     }
 

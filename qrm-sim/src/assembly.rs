@@ -28,7 +28,7 @@ const CLOSED: f64 = 1e-12;
 /// Some constraint cannot be met.
 pub fn assemble<X: Mechanism<N, M>, const N: usize, const M: usize>(
     mechanism: &X,
-    start: &Start<N>,
+    start: &Start<f64, N>,
 ) -> Result<(Vector<N>, Vector<N>), NotAssembled> {
     let found = search(mechanism, start, start.q, &[1.0; M]);
     if !is_closed(mechanism, &found) {
@@ -50,7 +50,7 @@ fn is_closed<X: Mechanism<N, M>, const N: usize, const M: usize>(mechanism: &X, 
 /// farthest from closed.
 fn blame<X: Mechanism<N, M>, const N: usize, const M: usize>(
     mechanism: &X,
-    start: &Start<N>,
+    start: &Start<f64, N>,
     found: &Vector<N>,
 ) -> NotAssembled {
     let alone = (0..M).rev().find_map(|constraint| {
@@ -71,7 +71,7 @@ fn blame<X: Mechanism<N, M>, const N: usize, const M: usize>(
 /// Minimises the weighted residuals over the coordinates that are not given (Levenberg-Marquardt).
 fn search<X: Mechanism<N, M>, const N: usize, const M: usize>(
     mechanism: &X,
-    start: &Start<N>,
+    start: &Start<f64, N>,
     from: Vector<N>,
     weights: &Vector<M>,
 ) -> Vector<N> {
@@ -121,7 +121,7 @@ fn search<X: Mechanism<N, M>, const N: usize, const M: usize>(
 /// The rates that are not given, from `C_q qd + C_t = 0`.
 fn rates<X: Mechanism<N, M>, const N: usize, const M: usize>(
     mechanism: &X,
-    start: &Start<N>,
+    start: &Start<f64, N>,
     q: &Vector<N>,
 ) -> Result<Vector<N>, NotAssembled> {
     let closure = mechanism.closure(0.0, q);

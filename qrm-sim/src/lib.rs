@@ -49,7 +49,6 @@ mod response;
 #[cfg(feature = "pictures")]
 mod stage;
 mod stepper;
-mod stride;
 mod summary;
 mod trajectory;
 mod walk;

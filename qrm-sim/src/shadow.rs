@@ -1,12 +1,11 @@
 //! A second run beside the first, which tells its error.
 
-use qrm_mechanism::{Kernel, Mechanism};
+use qrm_mechanism::{Kernel, LARGE, Mechanism};
 
 use crate::linear::{Vector, largest};
 use crate::motion::{Method, Moment};
 use crate::solve::Care;
 use crate::stepper::Stepper;
-use crate::stride::LARGE;
 use crate::walk::{is_walked, parameters, single};
 
 /// How far rounding errors wander in a step, in units in the last place of the largest coordinate (measured).

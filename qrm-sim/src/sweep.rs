@@ -12,7 +12,7 @@ mod turnover;
 
 use std::io;
 
-use qrm_mechanism::{Kernel, Mechanism};
+use qrm_mechanism::{Kernel, LARGE, Mechanism};
 
 #[cfg(target_arch = "x86_64")]
 use crowd::Crowd;
@@ -21,7 +21,6 @@ use crate::motion::Method;
 use crate::observer::{Observer, Row};
 use crate::outcome::{NoStart, Status};
 use crate::simulate::{End, Request, simulate};
-use crate::stride::LARGE;
 
 /// What every design of a sweep is asked to do.
 pub struct SweepRequest<'a> {

@@ -1,12 +1,11 @@
 //! Many steps by a mechanism's kernel, with the instructions of the processor at hand.
 
-use qrm_mechanism::{Angles, Fused, Kernel, Lane, MOST_STRAIN, Mechanism};
+use qrm_mechanism::{Angles, Fused, Kernel, LARGE, Lane, Mechanism, State, stride};
 
 use crate::linear::Vector;
 use crate::motion::{self, Breakdown, Method, Moment, Scheme};
 use crate::projection::Projection;
 use crate::solve::Care;
-use crate::stride::{LARGE, State, Stride, stride};
 
 /// Whether a method is made by kernels.
 pub(crate) fn is_walked(method: &Method) -> bool {
@@ -59,7 +58,7 @@ pub(crate) fn single<X: Mechanism<N, M>, const N: usize, const M: usize>(
     care: &mut Care,
 ) -> Result<Moment<N, M>, Breakdown> {
     let made = stride(kernel, from.t, t_next - from.t, &begin::<X, f64, N, M>(from));
-    if is_good(&made, method.tolerance.residual) {
+    if made.is_good(method.tolerance.residual) {
         return Ok(moment(t_next, &made.end, made.corrections));
     }
     careful(mechanism, method, from, t_next, care)
@@ -92,7 +91,7 @@ impl<X: Mechanism<N, M>, W: Walker<N, M>, const N: usize, const M: usize> Walk<'
         loop {
             let t_next = self.walker.next_time();
             let made = stride(&kernel, R::from_f64(t), R::from_f64(t_next - t), &state);
-            let next = if is_good(&made, self.method.tolerance.residual) {
+            let next = if made.is_good(self.method.tolerance.residual) {
                 state = made.end;
                 moment(t_next, &state, made.corrections)
             } else {
@@ -170,13 +169,4 @@ fn moment<R: Single, const N: usize, const M: usize>(t: f64, at: &State<R, N, M>
 #[inline(always)]
 fn plain<R: Single, const K: usize>(x: &[R; K]) -> Vector<K> {
     x.map(R::value)
-}
-
-/// Whether a step can be relied on.
-#[inline(always)]
-fn is_good<R: Single, P, const N: usize, const M: usize>(made: &Stride<R, P, N, M>, tolerance: f64) -> bool {
-    // They depend on all the others. Zero times a number that is not finite is not a number.
-    let sum = |values: &[R]| values.iter().fold(R::zero(), |sum, value| sum + *value);
-    let finite = (sum(&made.end.qdd) + sum(&made.end.multipliers)) * R::zero();
-    made.strain.is_within(MOST_STRAIN) && made.residual.is_within(tolerance) && finite.is_within(0.0)
 }

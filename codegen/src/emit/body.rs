@@ -300,7 +300,7 @@ impl<'g> Body<'g> {
                 let number = literal(f64::from_bits(*bits));
                 Piece::whole(quote!(R::from_f64(#number)))
             }
-            Op::Input(Symbol::Pi) => Piece::whole(quote!(R::from_f64(std::f64::consts::PI))),
+            Op::Input(Symbol::Pi) => Piece::whole(quote!(R::from_f64(core::f64::consts::PI))),
             Op::Input(symbol) => unreachable!("{symbol:?} has a name outside"),
             Op::Sum(terms) => self.sum(terms),
             Op::Product(factors) => self.product(factors),

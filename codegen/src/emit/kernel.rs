@@ -430,7 +430,7 @@ impl<'a> Emitter<'a> {
             let (name, i) = (ident(&p.name), Literal::usize_unsuffixed(i));
             quote!(#name: value(#i),)
         });
-        let marker = kept.is_empty().then(|| quote!(marker: std::marker::PhantomData));
+        let marker = kept.is_empty().then(|| quote!(marker: core::marker::PhantomData));
         let value = if kept.is_empty() { quote!(_value) } else { quote!(value) };
         let operations = Literal::usize_unsuffixed(self.solution().sum());
         let plain = Plain { scene, parameters: quote!(p.), number: quote!(R) };

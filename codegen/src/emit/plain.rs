@@ -122,8 +122,8 @@ impl Plain<'_> {
                 unreachable!("they occur in loads alone")
             }
             Quantity::Time => quote!(t),
-            Quantity::Pi if self.is_generic() => quote!(R::from_f64(std::f64::consts::PI)),
-            Quantity::Pi => quote!(std::f64::consts::PI),
+            Quantity::Pi if self.is_generic() => quote!(R::from_f64(core::f64::consts::PI)),
+            Quantity::Pi => quote!(core::f64::consts::PI),
         };
         Piece::whole(tokens)
     }

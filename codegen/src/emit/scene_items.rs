@@ -1,6 +1,6 @@
 //! What a generated module holds beside the functions: parameters, description, the link to simulators.
 
-use proc_macro2::{Literal, TokenStream};
+use proc_macro2::{Ident, Literal, TokenStream};
 use quote::{format_ident, quote};
 
 use super::own_struct::own_struct;
@@ -33,7 +33,7 @@ fn kept(scene: &Scene) -> impl Iterator<Item = &Parameter> {
 }
 
 fn parameters(scene: &Scene) -> TokenStream {
-    let plain = Plain { scene, parameters: TokenStream::new(), number: quote!(f64) };
+    let plain = Plain { scene, parameters: TokenStream::new(), number: quote!(R) };
     let names: Vec<_> = kept(scene).map(|p| ident(&p.name)).collect();
     let texts: Vec<&str> = kept(scene).map(|p| p.name.as_str()).collect();
     let values: Vec<TokenStream> = kept(scene).map(|p| plain.tokens(&p.formula)).collect();
@@ -44,7 +44,7 @@ fn parameters(scene: &Scene) -> TokenStream {
     // A struct without fields still has to mention its number type.
     let marker = names
         .is_empty()
-        .then(|| (quote!(marker: std::marker::PhantomData<R>,), quote!(marker: std::marker::PhantomData)));
+        .then(|| (quote!(marker: core::marker::PhantomData<R>,), quote!(marker: core::marker::PhantomData)));
     let (marker_field, marker_value) = marker.unzip();
     // A parameter of the same name would hide the closure.
     let mut replace = String::from(if names.is_empty() { "_replace" } else { "replace" });
@@ -61,10 +61,10 @@ fn parameters(scene: &Scene) -> TokenStream {
             #marker_field
         }
 
-        impl Parameters {
+        impl<R: Lane> Parameters<R> {
             /// The scene's values, some of them replaced; those that the scene computes from others follow.
             #[allow(non_snake_case)]
-            pub fn with(#replace: impl Fn(&str) -> Option<f64>) -> Self {
+            pub fn with(#replace: impl Fn(&str) -> Option<R>) -> Self {
                 #(let #names = #replace(#texts).unwrap_or(#values);)*
                 Self { #(#names,)* #marker_value }
             }
@@ -103,7 +103,7 @@ fn link(scene: &Scene) -> TokenStream {
     let names = kept(scene).map(|p| ident(&p.name));
     let visit = format_ident!("{}", if kept(scene).next().is_some() { "visit" } else { "_visit" });
     let plain = Plain { scene, parameters: quote!(p.), number: quote!(f64) };
-    let start = start(scene, &plain);
+    let start = start(scene, &own);
     let (step, end_time) = (plain.tokens(&scene.run.step), plain.tokens(&scene.run.end_time));
     let schedule =
         with_parameters(&[&scene.run.step, &scene.run.end_time], quote!(Schedule { step: #step, end_time: #end_time }));
@@ -119,6 +119,8 @@ fn link(scene: &Scene) -> TokenStream {
     let and_multipliers = scene.is_driven().then(|| quote!(, multipliers));
     let multipliers = format_ident!("{}multipliers", if scene.is_driven() { "" } else { "_" });
     quote! {
+        #start
+
         impl Mechanism<#n, #m> for #own {
             type Kernel<R: Lane> = #own<R>;
 
@@ -132,8 +134,13 @@ fn link(scene: &Scene) -> TokenStream {
                 #(#visit(self.parameters.#names);)*
             }
 
-            fn start(&self) -> Start<#n> {
-                #start
+            fn start(&self) -> Start<f64, #n> {
+                self.start()
+            }
+
+            fn with_numbers<R: Lane>(replace: &dyn Fn(&str) -> Option<R>) -> Option<(#own<R>, Start<R, #n>)> {
+                let mechanism = #own::new(Parameters::with(replace));
+                Some((mechanism, mechanism.start()))
             }
 
             fn schedule(&self) -> Schedule {
@@ -214,7 +221,9 @@ fn with_parameters(values: &[&Value], body: TokenStream) -> TokenStream {
     quote!(#binding #body)
 }
 
-fn start(scene: &Scene, plain: &Plain) -> TokenStream {
+/// The method that tells where the motion starts.
+fn start(scene: &Scene, own: &Ident) -> TokenStream {
+    let plain = Plain { scene, parameters: quote!(p.), number: quote!(R) };
     let mut formulae = Vec::new();
     let mut values = |start: fn(&Coordinate) -> &Start| -> (Vec<TokenStream>, Vec<bool>) {
         let each = scene.coordinates.iter().map(|coordinate| match start(coordinate) {
@@ -222,18 +231,27 @@ fn start(scene: &Scene, plain: &Plain) -> TokenStream {
                 formulae.push(value);
                 (plain.tokens(value), matches!(start(coordinate), Start::Given(_)))
             }
-            Start::Free => (quote!(0.0), false),
+            Start::Free => (quote!(R::zero()), false),
         });
         each.unzip()
     };
     let (q, given) = values(|c| &c.position);
     let (qd, given_rates) = values(|c| &c.rate);
-    with_parameters(
+    let body = with_parameters(
         &formulae,
         quote! {
             Start { q: [#(#q),*], given: [#(#given),*], qd: [#(#qd),*], given_rates: [#(#given_rates),*] }
         },
-    )
+    );
+    let n = Literal::usize_unsuffixed(scene.coordinates.len());
+    quote! {
+        impl<R: Lane> #own<R> {
+            /// Where the motion starts.
+            pub fn start(&self) -> Start<R, #n> {
+                #body
+            }
+        }
+    }
 }
 
 /// The stop condition as a method of this name.

@@ -259,8 +259,8 @@ impl Scope {
 fn constant(path: &str) -> Result<Value, String> {
     match path.replace(' ', "").as_str() {
         "f64::INFINITY" => Ok(Value::Number(f64::INFINITY)),
-        "std::f64::consts::PI" => Ok(Value::Number(std::f64::consts::PI)),
-        "std::marker::PhantomData" => Ok(Value::List(Vec::new())),
+        "core::f64::consts::PI" => Ok(Value::Number(std::f64::consts::PI)),
+        "core::marker::PhantomData" => Ok(Value::List(Vec::new())),
         other => Err(format!("unknown name `{other}`")),
     }
 }

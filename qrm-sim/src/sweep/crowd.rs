@@ -1,6 +1,6 @@
 //! Designs under way in lanes: the steps that all lanes make together.
 
-use qrm_mechanism::{Angles, Kernel, Lane, MOST_STRAIN, Mechanism, Real};
+use qrm_mechanism::{Angles, Kernel, Lane, Mechanism, Real, State, Stride, stride};
 
 use super::ranges::Ranges;
 use super::turnover::pick;
@@ -8,7 +8,6 @@ use super::{Finished, SweepEnd, SweepRequest};
 use crate::lanes::{Lanes, Token};
 use crate::motion::{Method, Moment};
 use crate::simulate::Grid;
-use crate::stride::{State, Stride, stride};
 
 /// Designs under way.
 pub(super) struct Crowd<'a, X: Mechanism<N, M>, S: Token, const N: usize, const M: usize> {
@@ -136,9 +135,7 @@ impl<'a, X: Mechanism<N, M>, S: Token, const N: usize, const M: usize> Crowd<'a,
         let condition = self.conditions(t_next, &taken.end);
         let goes_on = (next - self.last).is_negative()
             && condition.is_none_or(Lanes::is_negative)
-            && taken.strain.is_within(MOST_STRAIN)
-            && taken.residual.is_within(self.method.tolerance.residual)
-            && checksum(&taken.end).is_within(0.0);
+            && taken.is_good(self.method.tolerance.residual);
         self.made = next;
         if self.request.extremes {
             let State { q, qd, qdd, multipliers, angles } = &taken.end;
@@ -178,10 +175,7 @@ impl<'a, X: Mechanism<N, M>, S: Token, const N: usize, const M: usize> Crowd<'a,
     /// Takes a step of the motion at twice the step, from the time before the last two steps.
     #[inline(always)]
     fn follow(&mut self, from: Lanes<S>, taken: Taken<X, S, N, M>) {
-        let is_good = taken.strain.is_within(MOST_STRAIN)
-            && taken.residual.is_within(self.method.tolerance.residual)
-            && checksum(&taken.end).is_within(0.0);
-        if is_good {
+        if taken.is_good(self.method.tolerance.residual) {
             self.shadow = taken.end;
         } else {
             self.follow_carefully(from, &taken);
@@ -191,17 +185,4 @@ impl<'a, X: Mechanism<N, M>, S: Token, const N: usize, const M: usize> Crowd<'a,
             self.size = self.state.q[i].abs().max(self.size);
         }
     }
-}
-
-/// Not zero in lanes in which a number of a state is not finite.
-#[inline(always)]
-pub(super) fn checksum<S: Token, const N: usize, const M: usize>(at: &State<Lanes<S>, N, M>) -> Lanes<S> {
-    let mut sum = Lanes::<S>::zero();
-    for i in 0..N {
-        sum = sum + at.qdd[i];
-    }
-    for k in 0..M {
-        sum = sum + at.multipliers[k];
-    }
-    sum * Lanes::zero()
 }

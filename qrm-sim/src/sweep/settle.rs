@@ -2,7 +2,7 @@
 
 use qrm_mechanism::{Kernel, MOST_STRAIN, Mechanism};
 
-use super::crowd::{Crowd, Taken, checksum};
+use super::crowd::{Crowd, Taken};
 use super::turnover::{pick, put};
 use crate::lanes::{Lanes, Token};
 use crate::motion::{Moment, advance};
@@ -18,7 +18,7 @@ impl<X: Mechanism<N, M>, S: Token, const N: usize, const M: usize> Crowd<'_, X, 
     pub(super) fn settle(&mut self, t_next: Lanes<S>, taken: &Taken<X, S, N, M>) {
         let before = (self.t, self.state);
         (self.t, self.state) = (t_next, taken.end);
-        let sum = checksum(&taken.end);
+        let sum = taken.end.checksum();
         for lane in 0..Lanes::<S>::COUNT {
             let Some(runner) = &mut self.lanes[lane] else { continue };
             let (design, grid) = (runner.design, runner.grid);
@@ -82,7 +82,7 @@ impl<X: Mechanism<N, M>, S: Token, const N: usize, const M: usize> Crowd<'_, X, 
     #[inline(never)]
     pub(super) fn follow_carefully(&mut self, from: Lanes<S>, taken: &Taken<X, S, N, M>) {
         let before = std::mem::replace(&mut self.shadow, taken.end);
-        let sum = checksum(&taken.end);
+        let sum = taken.end.checksum();
         for lane in 0..Lanes::<S>::COUNT {
             let Some(runner) = &mut self.lanes[lane] else { continue };
             let is_good = taken.strain.get(lane).abs() <= MOST_STRAIN

@@ -1,6 +1,6 @@
 //! How designs come into lanes and leave them.
 
-use qrm_mechanism::{Angles, Fused, Kernel, Mechanism};
+use qrm_mechanism::{Angles, Fused, Kernel, Mechanism, State};
 
 use super::crowd::{Crowd, Runner};
 use super::{Finished, SweepEnd, alone};
@@ -12,7 +12,6 @@ use crate::outcome::{NoStart, Status, Undefined};
 use crate::shadow::{LEVER, estimate};
 use crate::simulate::Grid;
 use crate::solve::Care;
-use crate::stride::State;
 
 impl<X: Mechanism<N, M>, S: Token, const N: usize, const M: usize> Crowd<'_, X, S, N, M> {
     /// Gives waiting designs to lanes without one; where none waits, such a lane follows another.

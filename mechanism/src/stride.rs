@@ -1,31 +1,74 @@
 //! A whole step by a mechanism's kernel: the classical formula, correction of coordinates and rates in the metric of the mass
 //! matrix, accelerations and multipliers at the end. Written for any kind of number, so that lanes make several steps at once.
 
-use qrm_mechanism::{Angles, Kernel, Lane};
+use crate::angles::Angles;
+use crate::kernel::{Kernel, MOST_STRAIN};
+use crate::real::Lane;
 
 /// A state with what a step needs at its beginning.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct State<R, const N: usize, const M: usize> {
-    pub(crate) q: [R; N],
-    pub(crate) qd: [R; N],
-    pub(crate) qdd: [R; N],
-    pub(crate) multipliers: [R; M],
-    /// Those of `q`.
-    pub(crate) angles: Angles<R, N>,
+pub struct State<R, const N: usize, const M: usize> {
+    /// Coordinates, in rad or m.
+    pub q: [R; N],
+    /// Rates.
+    pub qd: [R; N],
+    /// Accelerations.
+    pub qdd: [R; N],
+    /// Multipliers.
+    pub multipliers: [R; M],
+    /// Sines and cosines of `q`.
+    pub angles: Angles<R, N>,
+}
+
+impl<R: Lane, const N: usize, const M: usize> State<R, N, M> {
+    /// The state at time `t` with these coordinates and rates, which fulfil the constraints.
+    #[inline]
+    pub fn new<K: Kernel<R, N, M>>(kernel: &K, t: R, q: [R; N], qd: [R; N]) -> Self {
+        let angles = Angles::new(&q, K::IS_ANGLE);
+        let position = kernel.position(t, &q, &angles);
+        let (qdd, multipliers) = kernel.accelerations(&position, t, &q, &qd, &angles);
+        Self { q, qd, qdd, multipliers, angles }
+    }
+
+    /// Zero, but not a number (in some lane) where one of the state's is not finite.
+    #[inline(always)]
+    pub fn checksum(&self) -> R {
+        // Accelerations and multipliers depend on all the others. Zero times a number that is not finite is not a number.
+        let mut sum = R::zero();
+        for i in 0..N {
+            sum = sum + self.qdd[i];
+        }
+        for k in 0..M {
+            sum = sum + self.multipliers[k];
+        }
+        sum * R::zero()
+    }
 }
 
 /// The end of a step, and how it was reached.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Stride<R, P, const N: usize, const M: usize> {
-    pub(crate) end: State<R, N, M>,
+pub struct Stride<R, P, const N: usize, const M: usize> {
+    /// The state there.
+    pub end: State<R, N, M>,
     /// What follows from the position there.
-    #[cfg_attr(not(feature = "sweep"), allow(dead_code, reason = "outputs in lanes need it"))]
-    pub(crate) position: P,
-    /// Largest growth of rounding errors.
-    pub(crate) strain: R,
-    /// Largest residual at the end.
-    pub(crate) residual: R,
-    pub(crate) corrections: u32,
+    pub position: P,
+    /// Largest growth of rounding errors: see [`Kernel::strain`].
+    pub strain: R,
+    /// Largest residual of a constraint at the end, in its unit.
+    pub residual: R,
+    /// How often the coordinates were corrected, 4 times at most.
+    pub corrections: u32,
+}
+
+impl<R: Lane, P, const N: usize, const M: usize> Stride<R, P, N, M> {
+    /// Whether the step can be relied on: all numbers are finite, no residual is larger than `tolerance`, and the kernel suits
+    /// the position.
+    #[inline(always)]
+    pub fn is_good(&self, tolerance: f64) -> bool {
+        self.strain.is_within(MOST_STRAIN)
+            && self.residual.is_within(tolerance)
+            && self.end.checksum().is_within(0.0)
+    }
 }
 
 /// Residuals up to this size, in the unit of a constraint, are rounding errors.
@@ -36,11 +79,12 @@ const ROUNDING: f64 = 1e-15;
 const MOST: u32 = 4;
 
 /// Steps hold kernels of more operations once only, and are compiled for fewer processors.
-pub(crate) const LARGE: usize = 600;
+pub const LARGE: usize = 600;
 
-/// One step of length `h` that begins at `t`.
+/// One step of length `h` that begins at `t`. The work it takes is bounded: at most five times accelerations, and four
+/// corrections.
 #[inline(always)]
-pub(crate) fn stride<K: Kernel<R, N, M>, R: Lane, const N: usize, const M: usize>(
+pub fn stride<K: Kernel<R, N, M>, R: Lane, const N: usize, const M: usize>(
     kernel: &K,
     t: R,
     h: R,
