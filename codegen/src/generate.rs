@@ -71,8 +71,8 @@ pub fn generate(scenes: &[PathBuf], directory: &Path) -> Result<Generated, Error
     if !stale.is_empty() {
         let scenes: Vec<&Scene> = stale.iter().map(|r| &r.scene).collect();
         let equations = engine::derive(&scenes).map_err(|e| engine_error(e, &stale))?;
-        for (Read { scene, source, .. }, equations) in stale.iter().zip(&equations) {
-            let module = text(scene, equations, source)?;
+        for (Read { path, scene, source }, equations) in stale.iter().zip(&equations) {
+            let module = text(path, scene, equations, source)?;
             // First: the module includes it, and is the mark of both.
             write_whole(&derivation(scene), &derivation::markdown(scene, equations, source))?;
             write_whole(&file(scene), &module)?;
@@ -210,11 +210,11 @@ fn index_text(modules: &[GeneratedModule]) -> String {
 }
 
 /// The text of a scene's module.
-fn text(scene: &Scene, equations: &Equations, source: &str) -> Result<String, Error> {
+fn text(path: &str, scene: &Scene, equations: &Equations, source: &str) -> Result<String, Error> {
     let module = emit::module(scene, equations, source);
     verify::verify(scene, equations, &module.file).map_err(Error::Unverified)?;
     // The printer drops comments of this kind, so the header is joined afterwards.
-    let header = header::header(scene, equations, &module, &header::hash(source));
+    let header = header::header(path, scene, equations, &module, &header::hash(source));
     Ok(format!("{header}\n{}", spaced(&prettyplease::unparse(&module.file))))
 }
 

@@ -4,8 +4,7 @@
 //!
 //! ```ignore
 //! fn main() {
-//!     let out = std::env::var("OUT_DIR").expect("run by cargo");
-//!     qrm_codegen::generate::generate(&["scene.toml".into()], out.as_ref()).unwrap_or_else(|e| panic!("{e}"));
+//!     qrm_codegen::build::build(&["scene.toml"]);
 //! }
 //! ```
 //!
@@ -16,6 +15,8 @@
 //! `engine` (scene to [`term`]s), [`lower`] and [`share`] (terms to a [`graph`]), [`emit`] (graph to Rust), [`verify`]
 //! (Rust against the scene), `generate` (files in, files out).
 
+#[cfg(feature = "engine")]
+pub mod build;
 pub mod chart;
 pub mod derivation;
 pub mod diagnostic;

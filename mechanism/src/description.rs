@@ -27,6 +27,26 @@ pub struct Description {
     pub until: &'static str,
 }
 
+impl Description {
+    /// Whether the code was generated from this text: for crates that compile a copy of generated code, at compile time.
+    ///
+    /// ```ignore
+    /// const _: () = assert!(wiper::DESCRIPTION.is_of(include_str!("../wiper.toml")), "generate the code again");
+    /// ```
+    #[must_use]
+    pub const fn is_of(&self, source: &str) -> bool {
+        let (ours, theirs) = (self.source.as_bytes(), source.as_bytes());
+        if ours.len() != theirs.len() {
+            return false;
+        }
+        let mut i = 0;
+        while i < ours.len() && ours[i] == theirs[i] {
+            i += 1;
+        }
+        i == ours.len()
+    }
+}
+
 /// A named number.
 #[derive(Clone, Copy, Debug)]
 pub struct QuantityDescription {

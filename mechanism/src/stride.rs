@@ -65,9 +65,7 @@ impl<R: Lane, P, const N: usize, const M: usize> Stride<R, P, N, M> {
     /// the position.
     #[inline(always)]
     pub fn is_good(&self, tolerance: f64) -> bool {
-        self.strain.is_within(MOST_STRAIN)
-            && self.residual.is_within(tolerance)
-            && self.end.checksum().is_within(0.0)
+        self.strain.is_within(MOST_STRAIN) && self.residual.is_within(tolerance) && self.end.checksum().is_within(0.0)
     }
 }
 

@@ -2,7 +2,6 @@
 //
 // Hash of scene and generator: c2f61d08756bc8975450cc0090bf0a07
 // Regenerate: cargo build --release
-// Renew the golden copy: QRM_REFRESH=1 cargo test --release --package qrm-model --test golden
 //
 // Operations:
 //     com_positions        25 additions, 26 multiplications, 7 sine-cosine pairs

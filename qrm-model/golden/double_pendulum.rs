@@ -2,7 +2,6 @@
 //
 // Hash of scene and generator: 0d4812b0c5ac1fbb5903613246f1220c
 // Regenerate: cargo build --release
-// Renew the golden copy: QRM_REFRESH=1 cargo test --release --package qrm-model --test golden
 //
 // Operations:
 //     com_positions       4 additions, 4 multiplications, 2 sine-cosine pairs

@@ -2,7 +2,6 @@
 //
 // Hash of scene and generator: 19eff3ffe633a6afa4723e5877200127
 // Regenerate: cargo build --release
-// Renew the golden copy: QRM_REFRESH=1 cargo test --release --package qrm-model --test golden
 //
 // Operations:
 //     com_positions        11 additions, 10 multiplications, 3 sine-cosine pairs

@@ -2,7 +2,6 @@
 //
 // Hash of scene and generator: a61d326b2e4bd0ed38269b975a94a5f5
 // Regenerate: cargo build --release
-// Renew the golden copy: QRM_REFRESH=1 cargo test --release --package qrm-model --test golden
 //
 // Operations:
 //     com_positions        7 additions, 14 multiplications, 5 sine-cosine pairs

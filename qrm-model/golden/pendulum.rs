@@ -2,7 +2,6 @@
 //
 // Hash of scene and generator: eeace8cbcfc9fcf7d5e307458b19cccf
 // Regenerate: cargo build --release
-// Renew the golden copy: QRM_REFRESH=1 cargo test --release --package qrm-model --test golden
 //
 // Operations:
 //     com_positions        no operations

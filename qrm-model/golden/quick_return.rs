@@ -2,7 +2,6 @@
 //
 // Hash of scene and generator: 57f405c5ce297dbf8b88fcaa097c641b
 // Regenerate: cargo build --release
-// Renew the golden copy: QRM_REFRESH=1 cargo test --release --package qrm-model --test golden
 //
 // Operations:
 //     com_positions        4 additions, 9 multiplications, 3 sine-cosine pairs

@@ -2,7 +2,6 @@
 //
 // Hash of scene and generator: d69beedbb7e38e045a0161b773425933
 // Regenerate: cargo build --release
-// Renew the golden copy: QRM_REFRESH=1 cargo test --release --package qrm-model --test golden
 //
 // Operations:
 //     com_positions        4 additions, 9 multiplications, 3 sine-cosine pairs

@@ -2,7 +2,6 @@
 //
 // Hash of scene and generator: 67aa0fe25e683b2ceba739e7c7e20758
 // Regenerate: cargo build --release
-// Renew the golden copy: QRM_REFRESH=1 cargo test --release --package qrm-model --test golden
 //
 // Operations:
 //     com_positions        4 additions, 9 multiplications, 3 sine-cosine pairs

@@ -2,7 +2,6 @@
 //
 // Hash of scene and generator: 77e92922f327906aa1a7edc53064f7bd
 // Regenerate: cargo build --release
-// Renew the golden copy: QRM_REFRESH=1 cargo test --release --package qrm-model --test golden
 //
 // Operations:
 //     com_positions        4 additions, 9 multiplications, 3 sine-cosine pairs

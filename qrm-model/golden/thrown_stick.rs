@@ -2,7 +2,6 @@
 //
 // Hash of scene and generator: a449f3c5d2a4815025bf349e1ca99412
 // Regenerate: cargo build --release
-// Renew the golden copy: QRM_REFRESH=1 cargo test --release --package qrm-model --test golden
 //
 // Operations:
 //     com_positions       2 additions, 2 multiplications, 1 sine-cosine pair

@@ -335,10 +335,10 @@ impl<F: Formula<N, M>, const N: usize, const M: usize> Adaptive<F, N, M> {
         };
         let (size, speed) = (norm(&first.q, &first.qd), norm(&first.qd, &first.qdd));
         let guess = if size < 1e-5 || speed < 1e-5 { 1e-6 } else { 0.01 * size / speed };
-        let guess = guess.min(self.end_time);
+        let guess = guess.min(self.end_time - first.t);
         let (q, qd) = (along(&first.q, guess, &first.qd), along(&first.qd, guess, &first.qdd));
         let untouched = (Projection::None, Tolerance::default());
-        let later = corrected(mechanism, guess, (q, qd), None, untouched, care)?;
+        let later = corrected(mechanism, first.t + guess, (q, qd), None, untouched, care)?;
         self.counts.evaluations += 1;
         let change = |a: &Vector<N>, b: &Vector<N>| -> Vector<N> { std::array::from_fn(|i| (a[i] - b[i]) / guess) };
         let bend = norm(&change(&later.qd, &first.qd), &change(&later.qdd, &first.qdd));

@@ -105,7 +105,7 @@ impl Resolver<'_> {
     pub(super) fn outputs(&mut self, document: &Document, scene: &mut Scene) {
         for syntax in &document.outputs {
             let kind = match &syntax.value {
-                OutputValue::Value(f) => Some(OutputKind::Value(self.value(f, Context::Geometry))),
+                OutputValue::Value(f) => Some(OutputKind::Value(self.value(f, Context::Load))),
                 OutputValue::Rate(f) => Some(OutputKind::Rate(self.value(f, Context::Geometry))),
                 OutputValue::SecondRate(f) => Some(OutputKind::SecondRate(self.value(f, Context::Geometry))),
                 OutputValue::Power(name) => self.power(document, scene, name),

@@ -196,7 +196,7 @@ impl Sample {
         let plain = State::plain(scene, &self.parameters, self.t, &self.q, &self.qd);
         let moving = State::along(scene, &self.parameters, self.t, &self.q, &self.qd, &self.qdd);
         let output = |kind: &OutputKind| match kind {
-            OutputKind::Value(value) => moving.value(value).re,
+            OutputKind::Value(value) => plain.value(value),
             OutputKind::Rate(value) => moving.value(value).v1,
             OutputKind::SecondRate(value) => moving.value(value).v2,
             OutputKind::ReactionForce { constraint, point, along } => {

@@ -7,6 +7,7 @@ use qrm_mechanism::Description;
 use crate::assembly::NotAssembled;
 use crate::motion::Breakdown;
 use crate::outcome::{NoStart, Outcome, Status, Undefined};
+use crate::trouble::{breakdown, size};
 
 /// Why a run could not begin, with the place in the scene where there is one.
 pub(super) fn no_start(reason: &NoStart, description: &Description, scene: &SceneText, path: &str) -> String {
@@ -77,50 +78,6 @@ fn not_assembled(reason: &NotAssembled, scene: &SceneText) -> Diagnostic {
         format!("not zero anywhere near the first guesses; nearest at {}", found.collect::<Vec<_>>().join(", ")),
     )
     .help("check the lengths that occur here, or start from other guesses in [initial]")
-}
-
-/// Why a step could not be made.
-pub(super) fn breakdown(reason: &Breakdown, description: &Description) -> String {
-    match reason {
-        Breakdown::NotConverged(e) => {
-            let constraint = &description.constraints[e.constraint];
-            let (name, unit) = (constraint.name, constraint.unit);
-            format!(
-                "constraint `{name}` could not be closed again after the step: still {:.3e} {unit} open after {} corrections\n  \
-                 = help: use a shorter --step, or a smaller --tolerance with a method that chooses its steps; if it happens at the same position with every step, the mechanism is singular there",
-                e.residual, e.iterations
-            )
-        }
-        Breakdown::Massless(coordinate) => format!(
-            "no mass resists a motion of coordinate `{}` that the constraints allow, so its acceleration is not determined\n  \
-             = help: give the bodies that move with it a mass or an inertia",
-            description.coordinates[*coordinate].name
-        ),
-        Breakdown::StepTooShort { h } => format!(
-            "steps had to become as short as {h:.1e} s, and time stands still: the tolerance is beyond double precision, or the \
-             mechanism is singular here\n  = help: use a larger --tolerance"
-        ),
-        Breakdown::TooManySteps { attempts, h } => format!(
-            "{attempts} steps were tried, now of {h:.1e} s, and the next row is far: the motion is too fast, too stiff or too near \
-             a singular position for the tolerance and the time that it is to be followed\n  \
-             = help: use a larger --tolerance, an earlier --end-time, or a shorter --step between rows"
-        ),
-        Breakdown::NotFinite => {
-            "the next state is not finite: numbers grew beyond all bounds, or a formula left its domain\n  \
-             = help: use a shorter --step, or a smaller --tolerance with a method that chooses its steps; look for roots, logarithms and quotients in the scene"
-                .to_owned()
-        }
-        Breakdown::NoLinearization => format!(
-            "the method needs the Jacobians of forces and constraints, and scene `{}` does not ask for them\n  \
-             = help: write `stiff = true` under [run] in scenes/{}.toml, and build again",
-            description.name, description.name
-        ),
-    }
-}
-
-/// A length or angle, in as many digits as can be read.
-fn size(value: f64) -> String {
-    if (1e-4..1e6).contains(&value) { format!("{value:.6}") } else { format!("{value:.3e}") }
 }
 
 /// A method and how its steps are chosen.

@@ -7,6 +7,7 @@ use super::super::words;
 use super::axes::Axes;
 use crate::outcome::{NoStart, Status};
 use crate::sweep::Finished;
+use crate::trouble::breakdown;
 
 /// The fields of a row, and whether the design came to its end.
 pub(super) struct Line {
@@ -97,7 +98,7 @@ impl Columns {
                     constraint.name, reason.residual, constraint.unit
                 )
             }
-            NoStart::Broken(reason) => format!("it cannot start: {}", words::breakdown(reason, &self.description)),
+            NoStart::Broken(reason) => format!("it cannot start: {}", breakdown(reason, &self.description)),
             NoStart::ConditionNotFinite => "the stop condition has no finite value at the start".to_owned(),
             NoStart::StepTooShort { step, end_time } => {
                 format!("a step of {step:e} s is too short for a run of {end_time} s")

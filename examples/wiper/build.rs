@@ -1,0 +1,4 @@
+fn main() {
+    #[cfg(feature = "generate")]
+    qrm_codegen::build::build(&["wiper.toml"]);
+}
