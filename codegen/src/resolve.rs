@@ -12,6 +12,7 @@ mod usage;
 
 #[cfg(feature = "engine")]
 pub(crate) use usage::all_values;
+pub use usage::motion_values;
 
 use std::collections::HashSet;
 

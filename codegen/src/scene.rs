@@ -306,6 +306,22 @@ impl Scene {
         (0..found.len()).filter(|&i| found[i]).collect()
     }
 
+    /// Which parameters formulae depend on, through points and other parameters too.
+    pub fn parameters_of<'s>(&'s self, values: impl IntoIterator<Item = &'s Value>) -> BTreeSet<usize> {
+        let mut found = BTreeSet::new();
+        let mut pending: Vec<&Value> = values.into_iter().collect();
+        while let Some(value) = pending.pop() {
+            for quantity in self.quantities_of(value) {
+                if let Quantity::Parameter(i) = quantity
+                    && found.insert(i)
+                {
+                    pending.push(&self.parameters[i].formula);
+                }
+            }
+        }
+        found
+    }
+
     /// What a formula depends on, through points too.
     fn quantities_of(&self, value: &Value) -> BTreeSet<Quantity> {
         let mut found = BTreeSet::new();

@@ -192,5 +192,5 @@ pub struct Schedule {
 /// Something that is done with each of several mechanisms, whatever their sizes.
 pub trait Visitor {
     /// Does it with `X`.
-    fn visit<X: Mechanism<N, M> + 'static, const N: usize, const M: usize>(&mut self);
+    fn visit<X: Mechanism<N, M> + Clone + Send + 'static, const N: usize, const M: usize>(&mut self);
 }

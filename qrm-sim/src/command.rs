@@ -12,6 +12,8 @@ mod condition;
 mod derive;
 mod digest;
 mod explain;
+#[cfg(feature = "fmu")]
+mod export_fmu;
 mod late;
 mod list;
 mod progress;
@@ -80,6 +82,8 @@ pub fn execute(scenes: &Scenes, line: impl IntoIterator<Item = OsString>) -> u8 
         #[cfg(feature = "sweep")]
         Task::Merge(arguments) => sweep::merge(&arguments),
         Task::Check(arguments) => check::check(scenes, &arguments),
+        #[cfg(feature = "fmu")]
+        Task::ExportFmu(arguments) => export_fmu::export_fmu(scenes, &arguments),
         Task::Explain(arguments) => explain::explain(scenes, &arguments),
         Task::Code(arguments) => code::code(scenes, &arguments),
         Task::Derive(arguments) => derive::derive(scenes, &arguments),

@@ -33,6 +33,7 @@ pub mod spectrum;
 pub mod sweep;
 pub mod trouble;
 pub mod turn;
+pub mod unit;
 
 #[cfg(feature = "command")]
 #[cfg_attr(not(feature = "pictures"), allow(dead_code, reason = "pictures need most of it"))]

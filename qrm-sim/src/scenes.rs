@@ -189,7 +189,7 @@ impl Scenes {
 }
 
 impl Visitor for Scenes {
-    fn visit<X: Mechanism<N, M> + 'static, const N: usize, const M: usize>(&mut self) {
+    fn visit<X: Mechanism<N, M> + Clone + Send + 'static, const N: usize, const M: usize>(&mut self) {
         self.scenes.push(Box::new(Sized::<X, N, M>(PhantomData)));
     }
 }

@@ -3,6 +3,7 @@
 use qrm_mechanism::Mechanism;
 
 use crate::assembly::assemble;
+use crate::linear::Vector;
 use crate::motion::{Breakdown, Method, Moment, moment};
 use crate::outcome::NoStart;
 use crate::projection::{Projection, project};
@@ -74,6 +75,11 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Simulation<X, N, M> {
         &self.mechanism
     }
 
+    /// The values of its parameters, in the order of the description.
+    pub fn parameters(&self) -> &[f64] {
+        &self.parameters
+    }
+
     /// The state that was asked for last.
     pub fn now(&self) -> &Moment<N, M> {
         &self.now
@@ -142,6 +148,20 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Simulation<X, N, M> {
         let parameters = parameters(&mechanism);
         let (method, step) = (self.method, self.step);
         *self = Self { mechanism, parameters, method, step, stepper, origin: t, rows: 0, row: first, now: first };
+        Ok(())
+    }
+
+    /// Goes on from other coordinates and rates, at another time.
+    ///
+    /// # Errors
+    /// The accelerations are not determined there; then nothing has changed.
+    pub fn place(&mut self, t: f64, q: Vector<N>, qd: Vector<N>) -> Result<(), Trouble> {
+        let mut care = Care::default();
+        let broken = |breakdown| trouble::<X, N, M>(Reason::Broken { t, breakdown });
+        let first = moment(&self.mechanism, t, q, qd, &mut care).map_err(broken)?;
+        (self.origin, self.rows, self.row, self.now) = (t, 0, first, first);
+        self.stepper =
+            Stepper::new(&self.mechanism, self.method.scheme, first, f64::INFINITY, &mut care).map_err(broken)?;
         Ok(())
     }
 

@@ -43,6 +43,32 @@ pub(super) fn used(document: &Document, scene: &Scene, findings: &mut Vec<Diagno
 pub(crate) fn all_values(scene: &Scene) -> Vec<&Value> {
     let mut values: Vec<&Value> = scene.parameters.iter().map(|p| &p.formula).collect();
     values.extend(scene.points.iter().flat_map(|p| &p.position));
+    values.extend(motion_values(scene));
+    for coordinate in &scene.coordinates {
+        for start in [&coordinate.position, &coordinate.rate] {
+            if let Start::Given(value) | Start::Guess(value) = start {
+                values.push(value);
+            }
+        }
+    }
+    values.extend(scene.drawing.iter().flat_map(|drawn| drawn.kind.values()));
+    for reference in &scene.references {
+        values.extend([&reference.t, &reference.accuracy]);
+        values.extend(reference.values.iter().map(|(_, value)| value));
+    }
+    for extreme in &scene.extremes {
+        values.extend(extreme.set.iter().map(|(_, value)| value));
+        values.extend([&extreme.end_time, &extreme.accuracy].into_iter().flatten());
+        values.extend(extreme.values.iter().map(|(_, value)| value));
+    }
+    values.extend([&scene.run.step, &scene.run.end_time]);
+    values.extend(scene.run.until.iter().map(|c| &c.difference));
+    values
+}
+
+/// The formulae of bodies, constraints, loads and outputs.
+pub fn motion_values(scene: &Scene) -> Vec<&Value> {
+    let mut values = Vec::new();
     for body in &scene.bodies {
         values.extend([&body.mass, &body.inertia, &body.angle].into_iter().flatten());
         values.extend(body.com.iter().flatten());
@@ -67,24 +93,5 @@ pub(crate) fn all_values(scene: &Scene) -> Vec<&Value> {
             OutputKind::ReactionMoment { .. } | OutputKind::LoadPower(_) | OutputKind::DrivePower(_) => {}
         }
     }
-    for coordinate in &scene.coordinates {
-        for start in [&coordinate.position, &coordinate.rate] {
-            if let Start::Given(value) | Start::Guess(value) = start {
-                values.push(value);
-            }
-        }
-    }
-    values.extend(scene.drawing.iter().flat_map(|drawn| drawn.kind.values()));
-    for reference in &scene.references {
-        values.extend([&reference.t, &reference.accuracy]);
-        values.extend(reference.values.iter().map(|(_, value)| value));
-    }
-    for extreme in &scene.extremes {
-        values.extend(extreme.set.iter().map(|(_, value)| value));
-        values.extend([&extreme.end_time, &extreme.accuracy].into_iter().flatten());
-        values.extend(extreme.values.iter().map(|(_, value)| value));
-    }
-    values.extend([&scene.run.step, &scene.run.end_time]);
-    values.extend(scene.run.until.iter().map(|c| &c.difference));
     values
 }

@@ -41,6 +41,9 @@ pub(super) enum Task {
     /// Join the parts of a sweep that was run with `--shard`
     #[cfg(feature = "sweep")]
     Merge(MergeArguments),
+    /// Pack a scene for simulation tools, as a unit of FMI 3.0 for co-simulation and model exchange: SCENE.fmu
+    #[cfg(feature = "fmu")]
+    ExportFmu(Box<ExportFmuArguments>),
     /// Check a mechanism: strokes, locks, forces at rest, energy, recurrence
     Check(Box<CheckArguments>),
     /// Say what the generated code of a scene costs, and what was left out of it and why
@@ -123,6 +126,21 @@ pub(super) struct RunArguments {
     #[arg(long)]
     pub(super) no_figures: bool,
     /// Folder for the files [default: out/SCENE]
+    #[arg(long, value_name = "DIR")]
+    pub(super) out: Option<PathBuf>,
+}
+
+#[cfg(feature = "fmu")]
+#[derive(Args)]
+pub(super) struct ExportFmuArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneArguments,
+    #[command(flatten)]
+    pub(super) method: MethodArguments,
+    /// Make a parameter an input that the tool can connect, such as the torque of a motor; may be repeated
+    #[arg(long, value_name = "NAME")]
+    pub(super) input: Vec<String>,
+    /// Folder for the file [default: out/SCENE]
     #[arg(long, value_name = "DIR")]
     pub(super) out: Option<PathBuf>,
 }

@@ -34,7 +34,8 @@ pub(super) struct Setup<'s> {
     pub(super) projection: &'static str,
     /// The stop condition as written.
     pub(super) until: String,
-    set: BTreeMap<String, f64>,
+    /// Parameters that the command line changes.
+    pub(super) set: BTreeMap<String, f64>,
     step: Option<f64>,
     end_time: Option<f64>,
     condition: Option<Condition>,
@@ -126,7 +127,7 @@ impl<'s> Setup<'s> {
     }
 
     /// The step of the command line, or of the scene.
-    #[cfg(feature = "pictures")]
+    #[cfg(any(feature = "fmu", feature = "pictures"))]
     pub(super) fn step(&self) -> f64 {
         self.step.unwrap_or_else(|| qrm_codegen::evaluate::constant(&self.text.run.step, &self.parameters()))
     }

@@ -81,7 +81,7 @@ fn not_assembled(reason: &NotAssembled, scene: &SceneText) -> Diagnostic {
 }
 
 /// A method and how its steps are chosen.
-#[cfg(feature = "pictures")]
+#[cfg(any(feature = "fmu", feature = "pictures"))]
 pub(super) fn method(name: &str, tolerance: Option<f64>, step: f64) -> String {
     let name = name.to_uppercase();
     match tolerance {

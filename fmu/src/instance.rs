@@ -1,0 +1,248 @@
+//! An instance of a unit, as the interface's phases see it.
+
+use std::collections::BTreeMap;
+
+use qrm_sim::unit::{Entry, Kind, Settings, Unit, Units, Variable, variables};
+
+/// Residuals from here on are worth an event, in which an importer that integrates by itself gets closed loops back.
+const OPEN: f64 = 1e-10;
+
+/// Where in its life an instance is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Phase {
+    /// Parameters can be set.
+    Instantiated,
+    /// The same; values can be asked for.
+    Initializing,
+    /// The motion is under way.
+    Running,
+    /// It is over.
+    Terminated,
+}
+
+/// Who integrates.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Interface {
+    /// The unit.
+    CoSimulation,
+    /// The importer.
+    ModelExchange,
+}
+
+/// An instance.
+pub(crate) struct Instance {
+    pub(crate) interface: Interface,
+    entry: Entry,
+    settings: Settings,
+    variables: Vec<Variable>,
+    pub(crate) state: State,
+}
+
+/// What can be saved of it and put back.
+pub(crate) struct State {
+    pub(crate) phase: Phase,
+    /// The importer's time at the start; the scene's is zero.
+    origin: f64,
+    /// Parameters that were set.
+    set: BTreeMap<&'static str, f64>,
+    /// Whether some were set since the motion last took them up.
+    is_stale: bool,
+    /// Where the importer's integration is: time and states.
+    placed: Option<(f64, Vec<f64>)>,
+    /// Whether the motion is there.
+    is_placed: bool,
+    unit: Option<Box<dyn Unit>>,
+}
+
+impl Clone for State {
+    fn clone(&self) -> Self {
+        Self {
+            set: self.set.clone(),
+            placed: self.placed.clone(),
+            unit: self.unit.as_ref().map(|unit| unit.copy()),
+            ..*self
+        }
+    }
+}
+
+impl State {
+    fn new() -> Self {
+        Self {
+            phase: Phase::Instantiated,
+            origin: 0.0,
+            set: BTreeMap::new(),
+            is_stale: false,
+            placed: None,
+            is_placed: true,
+            unit: None,
+        }
+    }
+}
+
+impl Instance {
+    pub(crate) fn new(token: &str, interface: Interface, units: &Units) -> Result<Self, String> {
+        let settings: Settings =
+            token.parse().map_err(|()| "the instantiation token is not one of qrm's".to_owned())?;
+        let entry = units.find(&settings.scene).filter(|entry| settings.is_of(entry.description));
+        let entry = entry.ok_or_else(|| {
+            format!("the library does not hold the scene `{}` that the description was made for", settings.scene)
+        })?;
+        Ok(Self { interface, variables: variables(entry.description), entry, settings, state: State::new() })
+    }
+
+    pub(crate) fn reset(&mut self) {
+        self.state = State::new();
+    }
+
+    pub(crate) fn begin(&mut self, start: f64) {
+        self.state.origin = start;
+        self.state.phase = Phase::Initializing;
+    }
+
+    /// The value of a variable.
+    pub(crate) fn get(&mut self, reference: u32) -> Result<f64, String> {
+        let kind = self.variable(reference)?.kind;
+        match kind {
+            Kind::Parameter(i) => Ok((self.entry.parameters)(&|name| self.value_set(name))[i]),
+            Kind::Time => match (&self.state.placed, &self.state.unit) {
+                (Some((t, _)), _) => Ok(*t),
+                (None, Some(unit)) => Ok(self.state.origin + unit.value(Kind::Time)),
+                (None, None) => Ok(self.state.origin),
+            },
+            _ => {
+                let value = self.unit()?.value(kind);
+                let name = &self.variables[reference as usize].name;
+                if value.is_finite() { Ok(value) } else { Err(format!("`{name}` is not finite here")) }
+            }
+        }
+    }
+
+    /// Sets a parameter.
+    pub(crate) fn set(&mut self, reference: u32, value: f64) -> Result<(), String> {
+        let variable = self.variable(reference)?;
+        let (name, kind) = (variable.name.clone(), variable.kind);
+        let Kind::Parameter(i) = kind else {
+            return Err(format!("`{name}` is a result and cannot be set"));
+        };
+        if !value.is_finite() {
+            return Err(format!("parameter `{name}` cannot be {value}"));
+        }
+        let name = self.entry.description.parameters[i].name;
+        let before = self.state.set.insert(name, value);
+        let opens = |unit: &dyn Unit| unit.opens_loops(&|name| self.value_set(name));
+        let is_refused = self.state.phase == Phase::Running && self.state.unit.as_deref().is_some_and(opens);
+        if is_refused {
+            match before {
+                Some(before) => self.state.set.insert(name, before),
+                None => self.state.set.remove(name),
+            };
+            return Err(format!("parameter `{name}` shapes the loops: it can be set before the start only"));
+        }
+        self.state.is_stale = true;
+        Ok(())
+    }
+
+    /// Ends the initialization.
+    pub(crate) fn start(&mut self) -> Result<(), String> {
+        self.unit()?;
+        self.state.phase = Phase::Running;
+        Ok(())
+    }
+
+    /// Goes on to a time of the importer.
+    pub(crate) fn advance(&mut self, t: f64) -> Result<(), String> {
+        let t = t - self.state.origin;
+        self.unit()?.advance(t).map_err(|trouble| trouble.to_string())
+    }
+
+    /// The importer's time.
+    pub(crate) fn time(&self) -> f64 {
+        self.state.origin + self.state.unit.as_ref().map_or(0.0, |unit| unit.value(Kind::Time))
+    }
+
+    /// How many states an importer integrates.
+    pub(crate) fn states(&self) -> usize {
+        2 * self.entry.description.coordinates.len()
+    }
+
+    /// Where the importer's integration has come.
+    pub(crate) fn place(&mut self, t: Option<f64>, states: Option<&[f64]>) -> Result<(), String> {
+        let mut now = match self.state.placed.take() {
+            Some(placed) => placed,
+            None => (self.time(), self.continuous_states()?),
+        };
+        if let Some(t) = t {
+            now.0 = t;
+        }
+        if let Some(states) = states {
+            now.1.copy_from_slice(states);
+        }
+        self.state.placed = Some(now);
+        self.state.is_placed = false;
+        Ok(())
+    }
+
+    /// Coordinates, then rates.
+    pub(crate) fn continuous_states(&mut self) -> Result<Vec<f64>, String> {
+        self.values(|i| [Kind::Coordinate(i), Kind::Rate(i)])
+    }
+
+    /// Their derivatives.
+    pub(crate) fn derivatives(&mut self) -> Result<Vec<f64>, String> {
+        self.values(|i| [Kind::Rate(i), Kind::Acceleration(i)])
+    }
+
+    fn values(&mut self, kinds: impl Fn(usize) -> [Kind; 2]) -> Result<Vec<f64>, String> {
+        let n = self.entry.description.coordinates.len();
+        let unit = self.unit()?;
+        Ok((0..2).flat_map(|part| (0..n).map(move |i| (part, i))).map(|(part, i)| unit.value(kinds(i)[part])).collect())
+    }
+
+    /// Whether the importer's integration has opened the loops.
+    pub(crate) fn is_open(&mut self) -> Result<bool, String> {
+        Ok(self.unit()?.open() > OPEN)
+    }
+
+    /// Closes the loops again.
+    pub(crate) fn close(&mut self) -> Result<(), String> {
+        self.state.is_stale = true;
+        self.unit()?;
+        self.state.placed = None;
+        Ok(())
+    }
+
+    /// The motion with the parameters that are set, where the importer put it.
+    fn unit(&mut self) -> Result<&mut dyn Unit, String> {
+        let Self { entry, settings, state, .. } = self;
+        let set = &state.set;
+        let value = |name: &str| set.get(name).copied().or_else(|| settings.value(name));
+        let said = |trouble: qrm_sim::trouble::Trouble| trouble.to_string();
+        let is_running = state.phase == Phase::Running;
+        let unit = match state.unit.take() {
+            Some(unit) if is_running || !state.is_stale => unit,
+            _ => {
+                state.is_stale = false;
+                (entry.begin)(&value, settings.method, Some(settings.step)).map_err(said)?
+            }
+        };
+        // Whatever fails from here on, the motion is still there.
+        let unit = state.unit.insert(unit);
+        if let (false, Some((t, states))) = (state.is_placed, &state.placed) {
+            unit.place(t - state.origin, states).map_err(said)?;
+            state.is_placed = true;
+        }
+        if state.is_stale {
+            unit.replace(&value).map_err(said)?;
+            state.is_stale = false;
+        }
+        Ok(&mut **unit)
+    }
+
+    fn value_set(&self, name: &str) -> Option<f64> {
+        self.state.set.get(name).copied().or_else(|| self.settings.value(name))
+    }
+
+    fn variable(&self, reference: u32) -> Result<&Variable, String> {
+        self.variables.get(reference as usize).ok_or_else(|| format!("there is no variable with reference {reference}"))
+    }
+}

@@ -1,0 +1,677 @@
+//! The functions of FMI 3.0, as its header `fmi3FunctionTypes.h` declares them.
+//!
+//! Each looks at its pointers, hands on to [`Instance`], and turns what comes back into a status; a panic, which would be a mistake of this
+//! library, becomes `fmi3Fatal` instead of passing into the importer.
+
+use std::ffi::{CStr, CString, c_char, c_int, c_void};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::slice;
+
+use qrm_sim::unit::Units;
+
+use crate::instance::{Instance, Interface, Phase, State};
+
+/// `fmi3Status`.
+type Status = c_int;
+const OK: Status = 0;
+const ERROR: Status = 3;
+const FATAL: Status = 4;
+
+/// `fmi3LogMessageCallback`.
+type LogMessage = unsafe extern "C" fn(*mut c_void, Status, *const c_char, *const c_char);
+
+unsafe extern "Rust" {
+    /// Defined by [`export`](crate::export).
+    fn qrm_fmu_visit_all(units: &mut Units);
+}
+
+/// What an importer holds: an instance, and to whom it reports.
+struct Handle {
+    instance: Instance,
+    environment: *mut c_void,
+    log_message: Option<LogMessage>,
+}
+
+impl Handle {
+    fn log(&self, status: Status, message: &str) {
+        report(self.log_message, self.environment, status, message);
+    }
+}
+
+fn report(log_message: Option<LogMessage>, environment: *mut c_void, status: Status, message: &str) {
+    let Some(log_message) = log_message else { return };
+    let Ok(message) = CString::new(message.replace('\0', "")) else { return };
+    let category = if status == FATAL { c"fatal" } else { c"error" };
+    // SAFETY: the importer gave this function with this environment, and both strings end with zero and outlive the call.
+    unsafe { log_message(environment, status, category.as_ptr(), message.as_ptr()) }
+}
+
+/// Does something with an instance.
+fn with(handle: *mut c_void, work: impl FnOnce(&mut Instance) -> Result<(), String>) -> Status {
+    // SAFETY: the interface hands back what `instantiate` gave, from one thread at a time, until `fmi3FreeInstance`.
+    let Some(handle) = (unsafe { handle.cast::<Handle>().as_mut() }) else { return ERROR };
+    match catch_unwind(AssertUnwindSafe(|| work(&mut handle.instance))) {
+        Ok(Ok(())) => OK,
+        Ok(Err(message)) => {
+            handle.log(ERROR, &message);
+            ERROR
+        }
+        Err(_) => {
+            handle.log(FATAL, "a mistake of this library: please report it with the scene");
+            FATAL
+        }
+    }
+}
+
+/// The same in a phase.
+fn in_phase(handle: *mut c_void, phases: &[Phase], work: impl FnOnce(&mut Instance) -> Result<(), String>) -> Status {
+    with(handle, |instance| {
+        if !phases.contains(&instance.state.phase) {
+            return Err(format!("not possible while the instance is {:?}", instance.state.phase).to_lowercase());
+        }
+        work(instance)
+    })
+}
+
+/// An array of the importer's; empty where there is none.
+///
+/// # Safety
+/// `values` points to `count` values, or to nothing.
+unsafe fn read<'a, T>(values: *const T, count: usize) -> &'a [T] {
+    // SAFETY: the caller's contract; an array of no elements may be a null pointer in C, not in Rust.
+    if values.is_null() || count == 0 { &[] } else { unsafe { slice::from_raw_parts(values, count) } }
+}
+
+/// The same to write into.
+///
+/// # Safety
+/// `values` points to `count` values that nobody else uses, or to nothing.
+unsafe fn room<'a, T>(values: *mut T, count: usize) -> &'a mut [T] {
+    // SAFETY: as above.
+    if values.is_null() || count == 0 { &mut [] } else { unsafe { slice::from_raw_parts_mut(values, count) } }
+}
+
+/// Writes a result, where the importer wants it.
+///
+/// # Safety
+/// `place` points to a value, or to nothing.
+unsafe fn put<T>(place: *mut T, value: T) {
+    if !place.is_null() {
+        // SAFETY: the caller's contract.
+        unsafe { place.write(value) }
+    }
+}
+
+fn same_count(given: usize, needed: usize) -> Result<(), String> {
+    if given == needed { Ok(()) } else { Err(format!("{given} values were given where there are {needed}")) }
+}
+
+fn instantiate(
+    interface: Interface,
+    token: *const c_char,
+    environment: *mut c_void,
+    log_message: Option<LogMessage>,
+) -> *mut c_void {
+    let made = catch_unwind(|| {
+        if token.is_null() {
+            return Err("there is no instantiation token".to_owned());
+        }
+        // SAFETY: the importer gives a text that ends with zero.
+        let token = unsafe { CStr::from_ptr(token) }.to_string_lossy();
+        let mut units = Units::default();
+        // SAFETY: `export` defines it with this signature.
+        unsafe { qrm_fmu_visit_all(&mut units) };
+        Instance::new(&token, interface, &units)
+    });
+    match made.unwrap_or_else(|_| Err("a mistake of this library".to_owned())) {
+        Ok(instance) => Box::into_raw(Box::new(Handle { instance, environment, log_message })).cast(),
+        Err(message) => {
+            report(log_message, environment, ERROR, &message);
+            std::ptr::null_mut()
+        }
+    }
+}
+
+macro_rules! interface {
+    ($($(#[$attribute:meta])* fn $name:ident($($argument:ident: $type:ty),* $(,)?) $(-> $result:ty)? $body:block)*) => {
+        $(
+            $(#[$attribute])*
+            #[allow(non_snake_case, clippy::too_many_arguments, unused_variables)]
+            #[unsafe(no_mangle)]
+            unsafe extern "C" fn $name($($argument: $type),*) $(-> $result)? $body
+        )*
+    };
+}
+
+use Phase::{Initializing, Instantiated, Running, Terminated};
+
+interface! {
+    fn fmi3GetVersion() -> *const c_char {
+        c"3.0".as_ptr()
+    }
+
+    fn fmi3SetDebugLogging(handle: *mut c_void, on: bool, count: usize, categories: *const *const c_char) -> Status {
+        // What is reported are errors, and they are never unwanted.
+        with(handle, |_| Ok(()))
+    }
+
+    fn fmi3InstantiateCoSimulation(
+        name: *const c_char,
+        token: *const c_char,
+        resources: *const c_char,
+        visible: bool,
+        logging: bool,
+        event_mode: bool,
+        early_return: bool,
+        intermediate: *const u32,
+        count: usize,
+        environment: *mut c_void,
+        log_message: Option<LogMessage>,
+        intermediate_update: *const c_void,
+    ) -> *mut c_void {
+        instantiate(Interface::CoSimulation, token, environment, log_message)
+    }
+
+    fn fmi3InstantiateModelExchange(
+        name: *const c_char,
+        token: *const c_char,
+        resources: *const c_char,
+        visible: bool,
+        logging: bool,
+        environment: *mut c_void,
+        log_message: Option<LogMessage>,
+    ) -> *mut c_void {
+        instantiate(Interface::ModelExchange, token, environment, log_message)
+    }
+
+    fn fmi3InstantiateScheduledExecution(
+        name: *const c_char,
+        token: *const c_char,
+        resources: *const c_char,
+        visible: bool,
+        logging: bool,
+        environment: *mut c_void,
+        log_message: Option<LogMessage>,
+        clock_update: *const c_void,
+        lock: *const c_void,
+        unlock: *const c_void,
+    ) -> *mut c_void {
+        report(log_message, environment, ERROR, "there is no scheduled execution");
+        std::ptr::null_mut()
+    }
+
+    fn fmi3FreeInstance(handle: *mut c_void) {
+        if !handle.is_null() {
+            // SAFETY: it is what `instantiate` gave, and the importer does not use it again.
+            drop(unsafe { Box::from_raw(handle.cast::<Handle>()) });
+        }
+    }
+
+    fn fmi3EnterInitializationMode(
+        handle: *mut c_void,
+        has_tolerance: bool,
+        tolerance: f64,
+        start: f64,
+        has_stop: bool,
+        stop: f64,
+    ) -> Status {
+        in_phase(handle, &[Instantiated], |instance| {
+            instance.begin(start);
+            Ok(())
+        })
+    }
+
+    fn fmi3ExitInitializationMode(handle: *mut c_void) -> Status {
+        in_phase(handle, &[Initializing], Instance::start)
+    }
+
+    fn fmi3EnterEventMode(handle: *mut c_void) -> Status {
+        in_phase(handle, &[Running], |instance| match instance.interface {
+            Interface::ModelExchange => Ok(()),
+            Interface::CoSimulation => Err("there is no event mode in co-simulation".to_owned()),
+        })
+    }
+
+    fn fmi3Terminate(handle: *mut c_void) -> Status {
+        in_phase(handle, &[Running], |instance| {
+            instance.state.phase = Terminated;
+            Ok(())
+        })
+    }
+
+    fn fmi3Reset(handle: *mut c_void) -> Status {
+        with(handle, |instance| {
+            instance.reset();
+            Ok(())
+        })
+    }
+
+    fn fmi3GetFloat64(
+        handle: *mut c_void,
+        references: *const u32,
+        count: usize,
+        values: *mut f64,
+        value_count: usize,
+    ) -> Status {
+        // SAFETY: the importer says how long its arrays are.
+        let (references, values) = unsafe { (read(references, count), room(values, value_count)) };
+        in_phase(handle, &[Initializing, Running, Terminated, Instantiated], |instance| {
+            same_count(values.len(), references.len())?;
+            for (value, reference) in values.iter_mut().zip(references) {
+                *value = instance.get(*reference)?;
+            }
+            Ok(())
+        })
+    }
+
+    fn fmi3SetFloat64(
+        handle: *mut c_void,
+        references: *const u32,
+        count: usize,
+        values: *const f64,
+        value_count: usize,
+    ) -> Status {
+        // SAFETY: the importer says how long its arrays are.
+        let (references, values) = unsafe { (read(references, count), read(values, value_count)) };
+        in_phase(handle, &[Instantiated, Initializing, Running], |instance| {
+            same_count(values.len(), references.len())?;
+            references.iter().zip(values).try_for_each(|(reference, value)| instance.set(*reference, *value))
+        })
+    }
+
+    fn fmi3GetNumberOfVariableDependencies(handle: *mut c_void, reference: u32, count: *mut usize) -> Status {
+        refuse(handle, "dependencies of variables are not known")
+    }
+
+    fn fmi3GetVariableDependencies(
+        handle: *mut c_void,
+        dependent: u32,
+        elements: *mut usize,
+        independents: *mut u32,
+        independent_elements: *mut usize,
+        kinds: *mut c_int,
+        count: usize,
+    ) -> Status {
+        refuse(handle, "dependencies of variables are not known")
+    }
+
+    fn fmi3GetFMUState(handle: *mut c_void, state: *mut *mut c_void) -> Status {
+        with(handle, |instance| {
+            if state.is_null() {
+                return Err("there is no place for the state".to_owned());
+            }
+            // SAFETY: the importer gives nothing, or what this function gave it, which is then overwritten.
+            unsafe {
+                match (*state).cast::<State>().as_mut() {
+                    Some(kept) => *kept = instance.state.clone(),
+                    None => *state = Box::into_raw(Box::new(instance.state.clone())).cast(),
+                }
+            }
+            Ok(())
+        })
+    }
+
+    fn fmi3SetFMUState(handle: *mut c_void, state: *mut c_void) -> Status {
+        with(handle, |instance| {
+            // SAFETY: it is what `fmi3GetFMUState` gave.
+            let kept = unsafe { state.cast::<State>().as_ref() };
+            instance.state = kept.ok_or("there is no state")?.clone();
+            Ok(())
+        })
+    }
+
+    fn fmi3FreeFMUState(handle: *mut c_void, state: *mut *mut c_void) -> Status {
+        with(handle, |_| {
+            // SAFETY: it points to what `fmi3GetFMUState` gave, or to nothing.
+            unsafe {
+                if !state.is_null() && !(*state).is_null() {
+                    drop(Box::from_raw((*state).cast::<State>()));
+                    *state = std::ptr::null_mut();
+                }
+            }
+            Ok(())
+        })
+    }
+
+    fn fmi3SerializedFMUStateSize(handle: *mut c_void, state: *mut c_void, size: *mut usize) -> Status {
+        refuse(handle, "states cannot be serialized")
+    }
+
+    fn fmi3SerializeFMUState(handle: *mut c_void, state: *mut c_void, bytes: *mut u8, size: usize) -> Status {
+        refuse(handle, "states cannot be serialized")
+    }
+
+    fn fmi3DeserializeFMUState(handle: *mut c_void, bytes: *const u8, size: usize, state: *mut *mut c_void) -> Status {
+        refuse(handle, "states cannot be serialized")
+    }
+
+    fn fmi3GetDirectionalDerivative(
+        handle: *mut c_void,
+        unknowns: *const u32,
+        unknown_count: usize,
+        knowns: *const u32,
+        known_count: usize,
+        seed: *const f64,
+        seed_count: usize,
+        sensitivity: *mut f64,
+        sensitivity_count: usize,
+    ) -> Status {
+        refuse(handle, "directional derivatives are not provided")
+    }
+
+    fn fmi3GetAdjointDerivative(
+        handle: *mut c_void,
+        unknowns: *const u32,
+        unknown_count: usize,
+        knowns: *const u32,
+        known_count: usize,
+        seed: *const f64,
+        seed_count: usize,
+        sensitivity: *mut f64,
+        sensitivity_count: usize,
+    ) -> Status {
+        refuse(handle, "adjoint derivatives are not provided")
+    }
+
+    fn fmi3EnterConfigurationMode(handle: *mut c_void) -> Status {
+        refuse(handle, "there is nothing to configure")
+    }
+
+    fn fmi3ExitConfigurationMode(handle: *mut c_void) -> Status {
+        refuse(handle, "there is nothing to configure")
+    }
+
+    fn fmi3EvaluateDiscreteStates(handle: *mut c_void) -> Status {
+        with(handle, |_| Ok(()))
+    }
+
+    fn fmi3UpdateDiscreteStates(
+        handle: *mut c_void,
+        needs_update: *mut bool,
+        terminate: *mut bool,
+        nominals_changed: *mut bool,
+        values_changed: *mut bool,
+        has_next_event: *mut bool,
+        next_event: *mut f64,
+    ) -> Status {
+        in_phase(handle, &[Running], |instance| {
+            let is_open = instance.is_open()?;
+            if is_open {
+                instance.close()?;
+            }
+            // SAFETY: they point to places of the importer, or to nothing.
+            unsafe {
+                put(needs_update, false);
+                put(terminate, false);
+                put(nominals_changed, false);
+                put(values_changed, is_open);
+                put(has_next_event, false);
+                put(next_event, 0.0);
+            }
+            Ok(())
+        })
+    }
+
+    fn fmi3EnterContinuousTimeMode(handle: *mut c_void) -> Status {
+        in_phase(handle, &[Running], |_| Ok(()))
+    }
+
+    fn fmi3CompletedIntegratorStep(
+        handle: *mut c_void,
+        no_earlier_state: bool,
+        enter_event_mode: *mut bool,
+        terminate: *mut bool,
+    ) -> Status {
+        in_phase(handle, &[Running], |instance| {
+            let is_open = instance.is_open()?;
+            // SAFETY: they point to places of the importer, or to nothing.
+            unsafe {
+                put(enter_event_mode, is_open);
+                put(terminate, false);
+            }
+            Ok(())
+        })
+    }
+
+    fn fmi3SetTime(handle: *mut c_void, time: f64) -> Status {
+        in_phase(handle, &[Running], |instance| instance.place(Some(time), None))
+    }
+
+    fn fmi3SetContinuousStates(handle: *mut c_void, states: *const f64, count: usize) -> Status {
+        // SAFETY: the importer says how long its array is.
+        let states = unsafe { read(states, count) };
+        in_phase(handle, &[Running], |instance| {
+            same_count(states.len(), instance.states())?;
+            instance.place(None, Some(states))
+        })
+    }
+
+    fn fmi3GetContinuousStates(handle: *mut c_void, states: *mut f64, count: usize) -> Status {
+        // SAFETY: the importer says how long its array is.
+        let states = unsafe { room(states, count) };
+        in_phase(handle, &[Initializing, Running, Terminated], |instance| {
+            same_count(states.len(), instance.states())?;
+            states.copy_from_slice(&instance.continuous_states()?);
+            Ok(())
+        })
+    }
+
+    fn fmi3GetContinuousStateDerivatives(handle: *mut c_void, derivatives: *mut f64, count: usize) -> Status {
+        // SAFETY: the importer says how long its array is.
+        let derivatives = unsafe { room(derivatives, count) };
+        in_phase(handle, &[Initializing, Running, Terminated], |instance| {
+            same_count(derivatives.len(), instance.states())?;
+            derivatives.copy_from_slice(&instance.derivatives()?);
+            Ok(())
+        })
+    }
+
+    fn fmi3GetNominalsOfContinuousStates(handle: *mut c_void, nominals: *mut f64, count: usize) -> Status {
+        // SAFETY: the importer says how long its array is.
+        unsafe { room(nominals, count) }.fill(1.0);
+        with(handle, |_| Ok(()))
+    }
+
+    fn fmi3GetEventIndicators(handle: *mut c_void, indicators: *mut f64, count: usize) -> Status {
+        with(handle, |_| same_count(count, 0))
+    }
+
+    fn fmi3GetNumberOfEventIndicators(handle: *mut c_void, count: *mut usize) -> Status {
+        // SAFETY: it points to a place of the importer, or to nothing.
+        unsafe { put(count, 0) };
+        with(handle, |_| Ok(()))
+    }
+
+    fn fmi3GetNumberOfContinuousStates(handle: *mut c_void, count: *mut usize) -> Status {
+        with(handle, |instance| {
+            // SAFETY: it points to a place of the importer, or to nothing.
+            unsafe { put(count, instance.states()) };
+            Ok(())
+        })
+    }
+
+    fn fmi3EnterStepMode(handle: *mut c_void) -> Status {
+        refuse(handle, "there is no event mode to leave")
+    }
+
+    fn fmi3GetOutputDerivatives(
+        handle: *mut c_void,
+        references: *const u32,
+        count: usize,
+        orders: *const i32,
+        values: *mut f64,
+        value_count: usize,
+    ) -> Status {
+        refuse(handle, "derivatives of outputs are not provided")
+    }
+
+    fn fmi3DoStep(
+        handle: *mut c_void,
+        time: f64,
+        step: f64,
+        no_earlier_state: bool,
+        event_needed: *mut bool,
+        terminate: *mut bool,
+        early: *mut bool,
+        last: *mut f64,
+    ) -> Status {
+        in_phase(handle, &[Running], |instance| {
+            let made = instance.advance(time + step);
+            // SAFETY: they point to places of the importer, or to nothing.
+            unsafe {
+                put(event_needed, false);
+                put(terminate, false);
+                put(early, false);
+                put(last, instance.time());
+            }
+            made
+        })
+    }
+
+    fn fmi3ActivateModelPartition(handle: *mut c_void, clock: u32, time: f64) -> Status {
+        refuse(handle, "there is no scheduled execution")
+    }
+}
+
+fn refuse(handle: *mut c_void, why: &str) -> Status {
+    with(handle, |_| Err(why.to_owned()))
+}
+
+/// Functions for types that no variable has: nothing can be asked of them.
+macro_rules! no_variables {
+    ($($get:ident, $set:ident: $type:ty;)*) => {
+        interface! {
+            $(
+                fn $get(handle: *mut c_void, references: *const u32, count: usize, values: *mut $type, value_count: usize)
+                    -> Status
+                {
+                    nothing(handle, count)
+                }
+
+                fn $set(handle: *mut c_void, references: *const u32, count: usize, values: *const $type, value_count: usize)
+                    -> Status
+                {
+                    nothing(handle, count)
+                }
+            )*
+        }
+    };
+}
+
+fn nothing(handle: *mut c_void, count: usize) -> Status {
+    with(handle, |_| if count == 0 { Ok(()) } else { Err("all variables are of the type Float64".to_owned()) })
+}
+
+no_variables! {
+    fmi3GetFloat32, fmi3SetFloat32: f32;
+    fmi3GetInt8, fmi3SetInt8: i8;
+    fmi3GetUInt8, fmi3SetUInt8: u8;
+    fmi3GetInt16, fmi3SetInt16: i16;
+    fmi3GetUInt16, fmi3SetUInt16: u16;
+    fmi3GetInt32, fmi3SetInt32: i32;
+    fmi3GetUInt32, fmi3SetUInt32: u32;
+    fmi3GetInt64, fmi3SetInt64: i64;
+    fmi3GetUInt64, fmi3SetUInt64: u64;
+    fmi3GetBoolean, fmi3SetBoolean: bool;
+    fmi3GetString, fmi3SetString: *const c_char;
+}
+
+interface! {
+    fn fmi3GetBinary(
+        handle: *mut c_void,
+        references: *const u32,
+        count: usize,
+        sizes: *mut usize,
+        values: *mut *const u8,
+        value_count: usize,
+    ) -> Status {
+        nothing(handle, count)
+    }
+
+    fn fmi3SetBinary(
+        handle: *mut c_void,
+        references: *const u32,
+        count: usize,
+        sizes: *const usize,
+        values: *const *const u8,
+        value_count: usize,
+    ) -> Status {
+        nothing(handle, count)
+    }
+
+    fn fmi3GetClock(handle: *mut c_void, references: *const u32, count: usize, values: *mut bool) -> Status {
+        nothing(handle, count)
+    }
+
+    fn fmi3SetClock(handle: *mut c_void, references: *const u32, count: usize, values: *const bool) -> Status {
+        nothing(handle, count)
+    }
+
+    fn fmi3GetIntervalDecimal(
+        handle: *mut c_void,
+        references: *const u32,
+        count: usize,
+        intervals: *mut f64,
+        qualifiers: *mut c_int,
+    ) -> Status {
+        nothing(handle, count)
+    }
+
+    fn fmi3GetIntervalFraction(
+        handle: *mut c_void,
+        references: *const u32,
+        count: usize,
+        counters: *mut u64,
+        resolutions: *mut u64,
+        qualifiers: *mut c_int,
+    ) -> Status {
+        nothing(handle, count)
+    }
+
+    fn fmi3GetShiftDecimal(handle: *mut c_void, references: *const u32, count: usize, shifts: *mut f64) -> Status {
+        nothing(handle, count)
+    }
+
+    fn fmi3GetShiftFraction(
+        handle: *mut c_void,
+        references: *const u32,
+        count: usize,
+        counters: *mut u64,
+        resolutions: *mut u64,
+    ) -> Status {
+        nothing(handle, count)
+    }
+
+    fn fmi3SetIntervalDecimal(
+        handle: *mut c_void,
+        references: *const u32,
+        count: usize,
+        intervals: *const f64,
+    ) -> Status {
+        nothing(handle, count)
+    }
+
+    fn fmi3SetIntervalFraction(
+        handle: *mut c_void,
+        references: *const u32,
+        count: usize,
+        counters: *const u64,
+        resolutions: *const u64,
+    ) -> Status {
+        nothing(handle, count)
+    }
+
+    fn fmi3SetShiftDecimal(handle: *mut c_void, references: *const u32, count: usize, shifts: *const f64) -> Status {
+        nothing(handle, count)
+    }
+
+    fn fmi3SetShiftFraction(
+        handle: *mut c_void,
+        references: *const u32,
+        count: usize,
+        counters: *const u64,
+        resolutions: *const u64,
+    ) -> Status {
+        nothing(handle, count)
+    }
+}
