@@ -45,7 +45,7 @@ pub fn module(scene: &Scene, equations: &Equations, source: &str) -> Module {
     let parameter_description = has_parameters.then(|| quote!(ParameterDescription,));
     let tokens = quote! {
         use qrm_mechanism::{
-            Angles, Closure, Description, Dynamics, Kernel, Lane, #linearization Mechanism, #parameter_description QuantityDescription, Real,
+            Angles, Closure, Description, Dynamics, Kernel, Lane, #linearization Mechanism, #parameter_description QuantityDescription, Problem, Real,
             Schedule, Start,
         };
         #parameters

@@ -23,11 +23,11 @@ pub fn evaluate_in<N, D: Differentiable>(
 }
 
 /// The value of a formula of numbers and parameters.
-pub fn constant(value: &Value, parameters: &[f64]) -> f64 {
+pub fn constant<D: Differentiable>(value: &Value, parameters: &[D]) -> D {
     evaluate(value, |quantity| match quantity {
         Quantity::Parameter(i) => parameters[*i],
-        Quantity::Pi => std::f64::consts::PI,
-        _ => f64::NAN,
+        Quantity::Pi => D::from(std::f64::consts::PI),
+        _ => D::from(f64::NAN),
     })
 }
 
@@ -178,8 +178,8 @@ impl State<num_dual::Dual2_64> {
 }
 
 /// The numbers of a scene's parameters, with some of them replaced; dependent ones follow.
-pub fn parameter_values(scene: &Scene, replace: impl Fn(&str) -> Option<f64>) -> Vec<f64> {
-    let mut values: Vec<f64> = Vec::with_capacity(scene.parameters.len());
+pub fn parameter_values<D: Differentiable>(scene: &Scene, replace: impl Fn(&str) -> Option<D>) -> Vec<D> {
+    let mut values: Vec<D> = Vec::with_capacity(scene.parameters.len());
     for parameter in &scene.parameters {
         let value = replace(&parameter.name).unwrap_or_else(|| constant(&parameter.formula, &values));
         values.push(value);

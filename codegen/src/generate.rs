@@ -127,7 +127,7 @@ fn read_all(paths: &[PathBuf]) -> Result<(Vec<Read>, Vec<Report>), Error> {
 /// Words that a module cannot have as its name, and the list of modules.
 const RESERVED_MODULES: [&str; 6] = ["scenes", "gen", "self", "super", "crate", "twin"];
 /// What every generated module already means by these names.
-const RESERVED_STRUCTS: [&str; 17] = [
+const RESERVED_STRUCTS: [&str; 18] = [
     "Angles",
     "Closure",
     "Constants",
@@ -142,6 +142,7 @@ const RESERVED_STRUCTS: [&str; 17] = [
     "Position",
     "QuantityDescription",
     "Real",
+    "Problem",
     "Schedule",
     "Self",
     "Start",

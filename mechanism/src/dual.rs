@@ -61,7 +61,13 @@ impl<D: Kind> Real for Dual<D> {
     fn sign(self) -> Self {
         Self(D::from(self.0.re().sign()))
     }
-    forward!(recip, sqrt, sin, cos, tan, asin, acos, atan, exp, ln, sinh, cosh, tanh);
+    fn tanh(self) -> Self {
+        // Not as sinh over cosh, which overflow.
+        let less_one = (self.abs().0 * -2.0).exp_m1();
+        let size = Self(-less_one / (less_one + 2.0));
+        if self.is_negative() { -size } else { size }
+    }
+    forward!(recip, sqrt, sin, cos, tan, asin, acos, atan, exp, ln, sinh, cosh);
 }
 
 impl<D: Kind> Lane for Dual<D> {

@@ -2,6 +2,7 @@
 
 use crate::angles::Angles;
 use crate::real::Lane;
+use crate::{Closure, Dynamics};
 
 /// The equations of motion of a mechanism with `N` coordinates and `M` constraints, cut where a step takes them up again:
 /// what follows from the position alone is computed once, and serves accelerations as well as corrections.
@@ -66,6 +67,16 @@ pub trait Kernel<R: Lane, const N: usize, const M: usize>: Copy {
 
     /// The same from the state alone.
     fn outputs(&self, t: R, q: &[R; N], qd: &[R; N], qdd: &[R; N], multipliers: &[R; M], outputs: &mut [R]);
+
+    /// All that the accelerations need by the plain functions, where there are such: for positions that the kernel does not suit.
+    fn plain_dynamics(&self, _t: R, _q: &[R; N], _qd: &[R; N]) -> Option<Dynamics<R, N, M>> {
+        None
+    }
+
+    /// All that a correction needs, likewise.
+    fn plain_closure(&self, _t: R, _q: &[R; N]) -> Option<Closure<R, N, M>> {
+        None
+    }
 }
 
 /// Growth of rounding errors beyond which a kernel does not suit a position.

@@ -62,14 +62,14 @@ pub trait Mechanism<const N: usize, const M: usize>: Sized {
     /// The start that the scene asks for.
     fn start(&self) -> Start<f64, N>;
 
-    /// Kernel and start on another kind of number, some parameters replaced: dual numbers give derivatives by parameters.
+    /// The motion on another kind of number, some parameters replaced: dual numbers give derivatives by parameters.
     /// `None` for a mechanism that is not described by formulae of its parameters.
-    fn with_numbers<R: Lane>(_replace: &dyn Fn(&str) -> Option<R>) -> Option<(Self::Kernel<R>, Start<R, N>)> {
+    fn with_numbers<R: Lane>(_replace: &dyn Fn(&str) -> Option<R>) -> Option<Problem<Self::Kernel<R>, R, N>> {
         None
     }
 
     /// Step and end that the scene asks for, in seconds.
-    fn schedule(&self) -> Schedule;
+    fn schedule(&self) -> Schedule<f64>;
 
     /// Rises through zero when the scene's stop condition becomes true; `None` if it has none.
     fn stop(&self, t: f64, q: &[f64; N], qd: &[f64; N]) -> Option<f64>;
@@ -182,11 +182,22 @@ pub struct Start<R, const N: usize> {
 
 /// Step and end of a run, in seconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Schedule {
+pub struct Schedule<R> {
     /// Step of the integration.
-    pub step: f64,
+    pub step: R,
     /// The end, or the latest end if there is a stop condition.
-    pub end_time: f64,
+    pub end_time: R,
+}
+
+/// A motion that is to be found: by which equations, from where, how far.
+#[derive(Clone, Copy, Debug)]
+pub struct Problem<K, R, const N: usize> {
+    /// The equations.
+    pub kernel: K,
+    /// Where it starts.
+    pub start: Start<R, N>,
+    /// How far it goes.
+    pub schedule: Schedule<R>,
 }
 
 /// Something that is done with each of several mechanisms, whatever their sizes.

@@ -25,7 +25,7 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Mechanism<N, M> for Pla
         self.0.start()
     }
 
-    fn schedule(&self) -> Schedule {
+    fn schedule(&self) -> Schedule<f64> {
         self.0.schedule()
     }
 

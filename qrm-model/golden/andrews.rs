@@ -41,7 +41,7 @@
 
 use qrm_mechanism::{
     Angles, Closure, Description, Dynamics, Kernel, Lane, Mechanism,
-    ParameterDescription, QuantityDescription, Real, Schedule, Start,
+    ParameterDescription, QuantityDescription, Problem, Real, Schedule, Start,
 };
 
 /// The numbers of the scene that can be changed, under their names in the scene.
@@ -2400,6 +2400,19 @@ impl<R: Lane> Kernel<R, 7, 6> for Andrews<R> {
             *output = value;
         }
     }
+
+    fn plain_dynamics(
+        &self,
+        t: R,
+        q: &[R; 7],
+        qd: &[R; 7],
+    ) -> Option<Dynamics<R, 7, 6>> {
+        Some(dynamics(self, t, q, qd))
+    }
+
+    fn plain_closure(&self, _t: R, q: &[R; 7]) -> Option<Closure<R, 7, 6>> {
+        Some(closure(self, q))
+    }
 }
 
 impl<R: Lane> Andrews<R> {
@@ -2426,6 +2439,14 @@ impl<R: Lane> Andrews<R> {
                 R::zero(),
             ],
             given_rates: [true, false, false, false, false, false, false],
+        }
+    }
+
+    /// Step and end of the motion, in seconds.
+    pub fn schedule(&self) -> Schedule<R> {
+        Schedule {
+            step: R::from_f64(1e-5),
+            end_time: R::from_f64(0.03),
         }
     }
 }
@@ -2489,16 +2510,17 @@ impl Mechanism<7, 6> for Andrews {
 
     fn with_numbers<R: Lane>(
         replace: &dyn Fn(&str) -> Option<R>,
-    ) -> Option<(Andrews<R>, Start<R, 7>)> {
-        let mechanism = Andrews::new(Parameters::with(replace));
-        Some((mechanism, mechanism.start()))
+    ) -> Option<Problem<Andrews<R>, R, 7>> {
+        let kernel = Andrews::new(Parameters::with(replace));
+        Some(Problem {
+            kernel,
+            start: kernel.start(),
+            schedule: kernel.schedule(),
+        })
     }
 
-    fn schedule(&self) -> Schedule {
-        Schedule {
-            step: 1e-5,
-            end_time: 0.03,
-        }
+    fn schedule(&self) -> Schedule<f64> {
+        self.schedule()
     }
 
     fn stop(&self, _t: f64, _q: &[f64; 7], _qd: &[f64; 7]) -> Option<f64> {

@@ -34,7 +34,7 @@
 
 use qrm_mechanism::{
     Angles, Closure, Description, Dynamics, Kernel, Lane, Mechanism,
-    ParameterDescription, QuantityDescription, Real, Schedule, Start,
+    ParameterDescription, QuantityDescription, Problem, Real, Schedule, Start,
 };
 
 /// The numbers of the scene that can be changed, under their names in the scene.
@@ -654,6 +654,19 @@ impl<R: Lane> Kernel<R, 2, 0> for DoublePendulum<R> {
             *output = value;
         }
     }
+
+    fn plain_dynamics(
+        &self,
+        t: R,
+        q: &[R; 2],
+        qd: &[R; 2],
+    ) -> Option<Dynamics<R, 2, 0>> {
+        Some(dynamics(self, t, q, qd))
+    }
+
+    fn plain_closure(&self, _t: R, q: &[R; 2]) -> Option<Closure<R, 2, 0>> {
+        Some(closure(self, q))
+    }
 }
 
 impl<R: Lane> DoublePendulum<R> {
@@ -665,6 +678,14 @@ impl<R: Lane> DoublePendulum<R> {
             given: [true, true],
             qd: [R::from_f64(0.0), R::from_f64(0.0)],
             given_rates: [true, true],
+        }
+    }
+
+    /// Step and end of the motion, in seconds.
+    pub fn schedule(&self) -> Schedule<R> {
+        Schedule {
+            step: R::from_f64(0.001),
+            end_time: R::from_f64(10.0),
         }
     }
 }
@@ -690,16 +711,17 @@ impl Mechanism<2, 0> for DoublePendulum {
 
     fn with_numbers<R: Lane>(
         replace: &dyn Fn(&str) -> Option<R>,
-    ) -> Option<(DoublePendulum<R>, Start<R, 2>)> {
-        let mechanism = DoublePendulum::new(Parameters::with(replace));
-        Some((mechanism, mechanism.start()))
+    ) -> Option<Problem<DoublePendulum<R>, R, 2>> {
+        let kernel = DoublePendulum::new(Parameters::with(replace));
+        Some(Problem {
+            kernel,
+            start: kernel.start(),
+            schedule: kernel.schedule(),
+        })
     }
 
-    fn schedule(&self) -> Schedule {
-        Schedule {
-            step: 0.001,
-            end_time: 10.0,
-        }
+    fn schedule(&self) -> Schedule<f64> {
+        self.schedule()
     }
 
     fn stop(&self, _t: f64, _q: &[f64; 2], _qd: &[f64; 2]) -> Option<f64> {

@@ -41,7 +41,7 @@
 
 use qrm_mechanism::{
     Angles, Closure, Description, Dynamics, Kernel, Lane, Mechanism,
-    ParameterDescription, QuantityDescription, Real, Schedule, Start,
+    ParameterDescription, QuantityDescription, Problem, Real, Schedule, Start,
 };
 
 /// The numbers of the scene that can be changed, under their names in the scene.
@@ -1325,6 +1325,19 @@ impl<R: Lane> Kernel<R, 5, 4> for NFourBar2<R> {
             *output = value;
         }
     }
+
+    fn plain_dynamics(
+        &self,
+        t: R,
+        q: &[R; 5],
+        qd: &[R; 5],
+    ) -> Option<Dynamics<R, 5, 4>> {
+        Some(dynamics(self, t, q, qd))
+    }
+
+    fn plain_closure(&self, _t: R, q: &[R; 5]) -> Option<Closure<R, 5, 4>> {
+        Some(closure(self, q))
+    }
 }
 
 impl<R: Lane> NFourBar2<R> {
@@ -1342,6 +1355,14 @@ impl<R: Lane> NFourBar2<R> {
             given: [true, false, false, false, false],
             qd: [-p.v0 / p.l, R::zero(), R::zero(), R::zero(), R::zero()],
             given_rates: [true, false, false, false, false],
+        }
+    }
+
+    /// Step and end of the motion, in seconds.
+    pub fn schedule(&self) -> Schedule<R> {
+        Schedule {
+            step: R::from_f64(0.001),
+            end_time: R::from_f64(10.0),
         }
     }
 }
@@ -1368,16 +1389,17 @@ impl Mechanism<5, 4> for NFourBar2 {
 
     fn with_numbers<R: Lane>(
         replace: &dyn Fn(&str) -> Option<R>,
-    ) -> Option<(NFourBar2<R>, Start<R, 5>)> {
-        let mechanism = NFourBar2::new(Parameters::with(replace));
-        Some((mechanism, mechanism.start()))
+    ) -> Option<Problem<NFourBar2<R>, R, 5>> {
+        let kernel = NFourBar2::new(Parameters::with(replace));
+        Some(Problem {
+            kernel,
+            start: kernel.start(),
+            schedule: kernel.schedule(),
+        })
     }
 
-    fn schedule(&self) -> Schedule {
-        Schedule {
-            step: 0.001,
-            end_time: 10.0,
-        }
+    fn schedule(&self) -> Schedule<f64> {
+        self.schedule()
     }
 
     fn stop(&self, _t: f64, _q: &[f64; 5], _qd: &[f64; 5]) -> Option<f64> {

@@ -40,7 +40,7 @@
 
 use qrm_mechanism::{
     Angles, Closure, Description, Dynamics, Kernel, Lane, Mechanism,
-    ParameterDescription, QuantityDescription, Real, Schedule, Start,
+    ParameterDescription, QuantityDescription, Problem, Real, Schedule, Start,
 };
 
 /// The numbers of the scene that can be changed, under their names in the scene.
@@ -643,6 +643,19 @@ impl<R: Lane> Kernel<R, 2, 1> for Pendulum<R> {
             *output = value;
         }
     }
+
+    fn plain_dynamics(
+        &self,
+        t: R,
+        q: &[R; 2],
+        qd: &[R; 2],
+    ) -> Option<Dynamics<R, 2, 1>> {
+        Some(dynamics(self, t, q, qd))
+    }
+
+    fn plain_closure(&self, _t: R, q: &[R; 2]) -> Option<Closure<R, 2, 1>> {
+        Some(closure(self, q))
+    }
 }
 
 impl<R: Lane> Pendulum<R> {
@@ -653,6 +666,14 @@ impl<R: Lane> Pendulum<R> {
             given: [false, true],
             qd: [R::zero(), R::from_f64(0.0)],
             given_rates: [false, true],
+        }
+    }
+
+    /// Step and end of the motion, in seconds.
+    pub fn schedule(&self) -> Schedule<R> {
+        Schedule {
+            step: R::from_f64(0.001),
+            end_time: R::from_f64(100.0),
         }
     }
 }
@@ -677,16 +698,17 @@ impl Mechanism<2, 1> for Pendulum {
 
     fn with_numbers<R: Lane>(
         replace: &dyn Fn(&str) -> Option<R>,
-    ) -> Option<(Pendulum<R>, Start<R, 2>)> {
-        let mechanism = Pendulum::new(Parameters::with(replace));
-        Some((mechanism, mechanism.start()))
+    ) -> Option<Problem<Pendulum<R>, R, 2>> {
+        let kernel = Pendulum::new(Parameters::with(replace));
+        Some(Problem {
+            kernel,
+            start: kernel.start(),
+            schedule: kernel.schedule(),
+        })
     }
 
-    fn schedule(&self) -> Schedule {
-        Schedule {
-            step: 0.001,
-            end_time: 100.0,
-        }
+    fn schedule(&self) -> Schedule<f64> {
+        self.schedule()
     }
 
     fn stop(&self, _t: f64, _q: &[f64; 2], _qd: &[f64; 2]) -> Option<f64> {

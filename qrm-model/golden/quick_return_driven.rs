@@ -41,7 +41,7 @@
 
 use qrm_mechanism::{
     Angles, Closure, Description, Dynamics, Kernel, Lane, Linearization, Mechanism,
-    ParameterDescription, QuantityDescription, Real, Schedule, Start,
+    ParameterDescription, QuantityDescription, Problem, Real, Schedule, Start,
 };
 
 /// The numbers of the scene that can be changed, under their names in the scene.
@@ -1413,6 +1413,19 @@ impl<R: Lane> Kernel<R, 3, 3> for QuickReturnDriven<R> {
             *output = value;
         }
     }
+
+    fn plain_dynamics(
+        &self,
+        t: R,
+        q: &[R; 3],
+        qd: &[R; 3],
+    ) -> Option<Dynamics<R, 3, 3>> {
+        Some(dynamics(self, t, q, qd))
+    }
+
+    fn plain_closure(&self, t: R, q: &[R; 3]) -> Option<Closure<R, 3, 3>> {
+        Some(closure(self, t, q))
+    }
 }
 
 impl<R: Lane> QuickReturnDriven<R> {
@@ -1423,6 +1436,15 @@ impl<R: Lane> QuickReturnDriven<R> {
             given: [false, false, false],
             qd: [R::zero(), R::zero(), R::zero()],
             given_rates: [false, false, false],
+        }
+    }
+
+    /// Step and end of the motion, in seconds.
+    pub fn schedule(&self) -> Schedule<R> {
+        let p = &self.parameters;
+        Schedule {
+            step: R::from_f64(0.001),
+            end_time: R::from_f64(2.0) * R::from_f64(core::f64::consts::PI) / p.w,
         }
     }
 }
@@ -1460,17 +1482,17 @@ impl Mechanism<3, 3> for QuickReturnDriven {
 
     fn with_numbers<R: Lane>(
         replace: &dyn Fn(&str) -> Option<R>,
-    ) -> Option<(QuickReturnDriven<R>, Start<R, 3>)> {
-        let mechanism = QuickReturnDriven::new(Parameters::with(replace));
-        Some((mechanism, mechanism.start()))
+    ) -> Option<Problem<QuickReturnDriven<R>, R, 3>> {
+        let kernel = QuickReturnDriven::new(Parameters::with(replace));
+        Some(Problem {
+            kernel,
+            start: kernel.start(),
+            schedule: kernel.schedule(),
+        })
     }
 
-    fn schedule(&self) -> Schedule {
-        let p = &self.parameters;
-        Schedule {
-            step: 0.001,
-            end_time: 2.0 * core::f64::consts::PI / p.w,
-        }
+    fn schedule(&self) -> Schedule<f64> {
+        self.schedule()
     }
 
     fn stop(&self, _t: f64, _q: &[f64; 3], _qd: &[f64; 3]) -> Option<f64> {

@@ -41,7 +41,7 @@
 
 use qrm_mechanism::{
     Angles, Closure, Description, Dynamics, Kernel, Lane, Linearization, Mechanism,
-    ParameterDescription, QuantityDescription, Real, Schedule, Start,
+    ParameterDescription, QuantityDescription, Problem, Real, Schedule, Start,
 };
 
 /// The numbers of the scene that can be changed, under their names in the scene.
@@ -1661,6 +1661,19 @@ impl<R: Lane> Kernel<R, 3, 2> for QuickReturnLoaded<R> {
             *output = value;
         }
     }
+
+    fn plain_dynamics(
+        &self,
+        t: R,
+        q: &[R; 3],
+        qd: &[R; 3],
+    ) -> Option<Dynamics<R, 3, 2>> {
+        Some(dynamics(self, t, q, qd))
+    }
+
+    fn plain_closure(&self, _t: R, q: &[R; 3]) -> Option<Closure<R, 3, 2>> {
+        Some(closure(self, q))
+    }
 }
 
 impl<R: Lane> QuickReturnLoaded<R> {
@@ -1672,6 +1685,14 @@ impl<R: Lane> QuickReturnLoaded<R> {
             given: [true, false, false],
             qd: [p.w0, R::zero(), R::zero()],
             given_rates: [true, false, false],
+        }
+    }
+
+    /// Step and end of the motion, in seconds.
+    pub fn schedule(&self) -> Schedule<R> {
+        Schedule {
+            step: R::from_f64(0.001),
+            end_time: R::from_f64(10.0),
         }
     }
 }
@@ -1716,16 +1737,17 @@ impl Mechanism<3, 2> for QuickReturnLoaded {
 
     fn with_numbers<R: Lane>(
         replace: &dyn Fn(&str) -> Option<R>,
-    ) -> Option<(QuickReturnLoaded<R>, Start<R, 3>)> {
-        let mechanism = QuickReturnLoaded::new(Parameters::with(replace));
-        Some((mechanism, mechanism.start()))
+    ) -> Option<Problem<QuickReturnLoaded<R>, R, 3>> {
+        let kernel = QuickReturnLoaded::new(Parameters::with(replace));
+        Some(Problem {
+            kernel,
+            start: kernel.start(),
+            schedule: kernel.schedule(),
+        })
     }
 
-    fn schedule(&self) -> Schedule {
-        Schedule {
-            step: 0.001,
-            end_time: 10.0,
-        }
+    fn schedule(&self) -> Schedule<f64> {
+        self.schedule()
     }
 
     #[inline(always)]

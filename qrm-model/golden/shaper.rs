@@ -42,7 +42,7 @@
 
 use qrm_mechanism::{
     Angles, Closure, Description, Dynamics, Kernel, Lane, Linearization, Mechanism,
-    ParameterDescription, QuantityDescription, Real, Schedule, Start,
+    ParameterDescription, QuantityDescription, Problem, Real, Schedule, Start,
 };
 
 /// The numbers of the scene that can be changed, under their names in the scene.
@@ -1970,6 +1970,19 @@ impl<R: Lane> Kernel<R, 3, 2> for Shaper<R> {
             *output = value;
         }
     }
+
+    fn plain_dynamics(
+        &self,
+        t: R,
+        q: &[R; 3],
+        qd: &[R; 3],
+    ) -> Option<Dynamics<R, 3, 2>> {
+        Some(dynamics(self, t, q, qd))
+    }
+
+    fn plain_closure(&self, _t: R, q: &[R; 3]) -> Option<Closure<R, 3, 2>> {
+        Some(closure(self, q))
+    }
 }
 
 impl<R: Lane> Shaper<R> {
@@ -1981,6 +1994,14 @@ impl<R: Lane> Shaper<R> {
             given: [true, false, false],
             qd: [p.w0, R::zero(), R::zero()],
             given_rates: [true, false, false],
+        }
+    }
+
+    /// Step and end of the motion, in seconds.
+    pub fn schedule(&self) -> Schedule<R> {
+        Schedule {
+            step: R::from_f64(0.0005),
+            end_time: R::from_f64(20.0),
         }
     }
 }
@@ -2026,16 +2047,17 @@ impl Mechanism<3, 2> for Shaper {
 
     fn with_numbers<R: Lane>(
         replace: &dyn Fn(&str) -> Option<R>,
-    ) -> Option<(Shaper<R>, Start<R, 3>)> {
-        let mechanism = Shaper::new(Parameters::with(replace));
-        Some((mechanism, mechanism.start()))
+    ) -> Option<Problem<Shaper<R>, R, 3>> {
+        let kernel = Shaper::new(Parameters::with(replace));
+        Some(Problem {
+            kernel,
+            start: kernel.start(),
+            schedule: kernel.schedule(),
+        })
     }
 
-    fn schedule(&self) -> Schedule {
-        Schedule {
-            step: 0.0005,
-            end_time: 20.0,
-        }
+    fn schedule(&self) -> Schedule<f64> {
+        self.schedule()
     }
 
     #[inline(always)]

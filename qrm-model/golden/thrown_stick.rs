@@ -35,7 +35,7 @@
 
 use qrm_mechanism::{
     Angles, Closure, Description, Dynamics, Kernel, Lane, Mechanism,
-    ParameterDescription, QuantityDescription, Real, Schedule, Start,
+    ParameterDescription, QuantityDescription, Problem, Real, Schedule, Start,
 };
 
 /// The numbers of the scene that can be changed, under their names in the scene.
@@ -657,6 +657,19 @@ impl<R: Lane> Kernel<R, 3, 0> for ThrownStick<R> {
             *output = value;
         }
     }
+
+    fn plain_dynamics(
+        &self,
+        t: R,
+        q: &[R; 3],
+        qd: &[R; 3],
+    ) -> Option<Dynamics<R, 3, 0>> {
+        Some(dynamics(self, t, q, qd))
+    }
+
+    fn plain_closure(&self, _t: R, q: &[R; 3]) -> Option<Closure<R, 3, 0>> {
+        Some(closure(self, q))
+    }
 }
 
 impl<R: Lane> ThrownStick<R> {
@@ -668,6 +681,14 @@ impl<R: Lane> ThrownStick<R> {
             given: [true, true, true],
             qd: [R::from_f64(3.0), R::from_f64(5.0), p.w],
             given_rates: [true, true, true],
+        }
+    }
+
+    /// Step and end of the motion, in seconds.
+    pub fn schedule(&self) -> Schedule<R> {
+        Schedule {
+            step: R::from_f64(0.001),
+            end_time: R::from_f64(2.0),
         }
     }
 }
@@ -694,16 +715,17 @@ impl Mechanism<3, 0> for ThrownStick {
 
     fn with_numbers<R: Lane>(
         replace: &dyn Fn(&str) -> Option<R>,
-    ) -> Option<(ThrownStick<R>, Start<R, 3>)> {
-        let mechanism = ThrownStick::new(Parameters::with(replace));
-        Some((mechanism, mechanism.start()))
+    ) -> Option<Problem<ThrownStick<R>, R, 3>> {
+        let kernel = ThrownStick::new(Parameters::with(replace));
+        Some(Problem {
+            kernel,
+            start: kernel.start(),
+            schedule: kernel.schedule(),
+        })
     }
 
-    fn schedule(&self) -> Schedule {
-        Schedule {
-            step: 0.001,
-            end_time: 2.0,
-        }
+    fn schedule(&self) -> Schedule<f64> {
+        self.schedule()
     }
 
     fn stop(&self, _t: f64, _q: &[f64; 3], _qd: &[f64; 3]) -> Option<f64> {

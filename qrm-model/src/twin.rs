@@ -69,7 +69,7 @@ impl<E: Equations> Mechanism<3, 2> for Twin<E> {
         self.generated.start()
     }
 
-    fn schedule(&self) -> Schedule {
+    fn schedule(&self) -> Schedule<f64> {
         self.generated.schedule()
     }
 

@@ -23,6 +23,8 @@ mod reference;
 #[cfg(feature = "pictures")]
 mod report;
 mod run;
+#[cfg(feature = "sensitivity")]
+mod sensitivity;
 mod settings;
 mod setup;
 #[cfg(feature = "stability")]
@@ -77,6 +79,8 @@ pub fn execute(scenes: &Scenes, line: impl IntoIterator<Item = OsString>) -> u8 
         Task::Accuracy(arguments) => accuracy::accuracy(scenes, &arguments),
         #[cfg(feature = "stability")]
         Task::Stability(arguments) => stability::stability(scenes, &arguments),
+        #[cfg(feature = "sensitivity")]
+        Task::Sensitivity(arguments) => sensitivity::sensitivity(scenes, &arguments),
         #[cfg(feature = "sweep")]
         Task::Sweep(arguments) => sweep::sweep(scenes, &arguments),
         #[cfg(feature = "sweep")]

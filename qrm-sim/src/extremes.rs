@@ -1,27 +1,43 @@
 //! The smallest and largest value of a column and when it occurs, between the rows too.
 
+use num_dual::DualNum;
+
+/// A number with or without derivatives.
+pub(crate) trait Number: DualNum<Primitive = f64> + Copy {}
+
+impl<D: DualNum<Primitive = f64> + Copy> Number for D {}
+
 /// Extremes of one column.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Extremes {
+pub(crate) struct Extremes<D = f64> {
     /// Smallest value and its time.
-    pub(crate) minimum: (f64, f64),
+    pub(crate) minimum: (D, D),
     /// Largest value and its time.
-    pub(crate) maximum: (f64, f64),
+    pub(crate) maximum: (D, D),
 }
 
 /// Where a column is smooth, it bends at neighbouring rows by at least this part of what it bends at a vertex.
 const EVEN: f64 = 0.3;
 
+/// Of extremes that differ by less than this part of the range, rounding errors would choose: the first one counts.
+const TIE: f64 = 1e-9;
+
 /// Follows a column row by row and looks between the rows with a polynomial of degree 4 through five of them.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Tracker {
+#[derive(Clone, Debug)]
+pub(crate) struct Tracker<D = f64> {
     /// The last five rows: time, value.
-    window: Vec<(f64, f64)>,
-    found: Option<Extremes>,
+    window: Vec<(D, D)>,
+    found: Option<Extremes<D>>,
 }
 
-impl Tracker {
-    pub(crate) fn row(&mut self, t: f64, value: f64) {
+impl<D> Default for Tracker<D> {
+    fn default() -> Self {
+        Self { window: Vec::new(), found: None }
+    }
+}
+
+impl<D: Number> Tracker<D> {
+    pub(crate) fn row(&mut self, t: D, value: D) {
         self.note(t, value);
         if self.window.len() == 5 {
             self.window.remove(0);
@@ -33,68 +49,99 @@ impl Tracker {
     }
 
     /// The extremes of the rows so far.
-    pub(crate) fn finish(&self) -> Option<Extremes> {
+    pub(crate) fn finish(&self) -> Option<Extremes<D>> {
         // The ends of the series have no five rows around them.
         let mut last = self.clone();
         (1..self.window.len().saturating_sub(1)).for_each(|i| last.look_around(i));
         last.found
     }
 
-    fn note(&mut self, t: f64, value: f64) {
+    fn note(&mut self, t: D, value: D) {
         let found = self.found.get_or_insert(Extremes { minimum: (value, t), maximum: (value, t) });
-        if value < found.minimum.0 {
+        let tie = TIE * (found.maximum.0.re() - found.minimum.0.re());
+        let margin = |of: D| if self.window.first().is_some_and(|first| of.re() < first.0.re()) { tie } else { 0.0 };
+        if value.re() < found.minimum.0.re() - margin(found.minimum.1) {
             found.minimum = (value, t);
         }
-        if value > found.maximum.0 {
+        if value.re() > found.maximum.0.re() + margin(found.maximum.1) {
             found.maximum = (value, t);
         }
     }
 
     /// If the row in the middle is higher or lower than both its neighbours, notes the vertex near it.
     fn look_around(&mut self, middle: usize) {
-        let [before, at, after] = [middle - 1, middle, middle + 1].map(|i| self.window[i].1);
+        let row = |i: usize| (self.window[i].0.re(), self.window[i].1.re());
+        let [before, at, after] = [middle - 1, middle, middle + 1].map(|i| row(i).1);
         if (at - before) * (after - at) > 0.0 || at == before && at == after {
             return;
         }
         // A vertex near this row that cannot beat what was found already is not worth its search.
         let reach = (at - before).abs() + (after - at).abs();
-        if self.found.is_some_and(|f| at + reach <= f.maximum.0 && at - reach >= f.minimum.0) {
+        if self.found.is_some_and(|f| at + reach <= f.maximum.0.re() && at - reach >= f.minimum.0.re()) {
             return;
         }
-        let n = self.window.len();
         // At a corner one row bends alone, and a polynomial through it would overshoot.
         let bend = |i: usize| {
-            let slope =
-                |i: usize| (self.window[i + 1].1 - self.window[i].1) / (self.window[i + 1].0 - self.window[i].0);
-            (slope(i) - slope(i - 1)) / (self.window[i + 1].0 - self.window[i - 1].0)
+            let slope = |i: usize| (row(i + 1).1 - row(i).1) / (row(i + 1).0 - row(i).0);
+            (slope(i) - slope(i - 1)) / (row(i + 1).0 - row(i - 1).0)
         };
         let own = bend(middle);
-        let neighbours = [middle - 1, middle + 1].into_iter().filter(|&i| i >= 1 && i + 1 < n);
+        let neighbours = [middle - 1, middle + 1].into_iter().filter(|&i| i >= 1 && i + 1 < self.window.len());
         if neighbours.into_iter().any(|i| bend(i) * own < EVEN * own * own) {
             return;
         }
-        // Newton's divided differences.
-        let times: Vec<f64> = self.window.iter().map(|row| row.0).collect();
-        let mut coefficients: Vec<f64> = self.window.iter().map(|row| row.1).collect();
-        for order in 1..n {
-            for i in (order..n).rev() {
-                coefficients[i] = (coefficients[i] - coefficients[i - 1]) / (times[i] - times[i - order]);
-            }
-        }
-        let value = |t: f64| (0..n - 1).rev().fold(coefficients[n - 1], |p, i| p * (t - times[i]) + coefficients[i]);
+        let polynomial = Polynomial::through(&self.window);
+        let value = |t: f64| polynomial.at(D::from(t))[0].re();
         let sign = if at >= before { 1.0 } else { -1.0 };
-        let (mut low, mut high) = (times[middle - 1], times[middle + 1]);
+        let (mut low, mut high) = (row(middle - 1).0, row(middle + 1).0);
         // The polynomial has one vertex here: sections keep it inside.
         for _ in 0..60 {
             let (a, b) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
             if sign * value(a) < sign * value(b) { low = a } else { high = b }
         }
-        let t = 0.5 * (low + high);
-        let vertex = value(t);
+        let mut t = D::from(0.5 * (low + high));
+        // Sections end where values no longer differ: the slope tells the time better, and how it changes with the column.
+        let [_, slope, curve] = polynomial.at(t);
+        if (slope.re() / curve.re()).abs() < 1e-3 * (row(middle + 1).0 - row(middle - 1).0) {
+            t -= slope / curve;
+        }
+        let vertex = polynomial.at(t)[0];
         // Between neighbours a smooth column rises no higher; a polynomial through noise may.
-        if (vertex - at).abs() <= reach {
+        if (vertex.re() - at).abs() <= reach {
             self.note(t, vertex);
         }
+    }
+}
+
+/// A polynomial in Newton's form.
+pub(crate) struct Polynomial<D> {
+    times: Vec<D>,
+    coefficients: Vec<D>,
+}
+
+impl<D: Number> Polynomial<D> {
+    /// The polynomial through points of different times.
+    pub(crate) fn through(points: &[(D, D)]) -> Self {
+        let times: Vec<D> = points.iter().map(|point| point.0).collect();
+        let mut coefficients: Vec<D> = points.iter().map(|point| point.1).collect();
+        for order in 1..points.len() {
+            for i in (order..points.len()).rev() {
+                coefficients[i] = (coefficients[i] - coefficients[i - 1]) / (times[i] - times[i - order]);
+            }
+        }
+        Self { times, coefficients }
+    }
+
+    /// Its value and first two derivatives.
+    pub(crate) fn at(&self, t: D) -> [D; 3] {
+        let zero = D::from(0.0);
+        let [mut value, mut slope, mut curve] = [zero; 3];
+        for (coefficient, time) in self.coefficients.iter().zip(&self.times).rev() {
+            curve = curve * (t - *time) + slope * 2.0;
+            slope = slope * (t - *time) + value;
+            value = value * (t - *time) + *coefficient;
+        }
+        [value, slope, curve]
     }
 }
 

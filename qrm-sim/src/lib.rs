@@ -23,6 +23,8 @@ pub mod rank;
 pub mod rest;
 pub mod rk4;
 pub mod scenes;
+#[cfg(feature = "sensitivity")]
+pub mod sensitivity;
 mod shadow;
 pub mod simulate;
 pub mod simulation;
@@ -48,10 +50,12 @@ mod drawing;
 #[cfg(feature = "command")]
 #[cfg_attr(not(feature = "pictures"), allow(dead_code, reason = "pictures need most of it"))]
 mod envelope;
-#[cfg(feature = "command")]
+#[cfg(any(feature = "command", feature = "sensitivity"))]
 mod extremes;
 #[cfg(feature = "pictures")]
 mod figures;
+#[cfg(feature = "sensitivity")]
+mod integral;
 #[cfg(feature = "sweep")]
 mod lanes;
 mod quadrature;

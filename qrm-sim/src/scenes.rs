@@ -9,6 +9,8 @@ use crate::measure::{Measurement, Patience, StateAt, Trial, exact, measure};
 use crate::observer::Observer;
 use crate::outcome::{NoStart, Outcome};
 use crate::rest::{NoRest, Rest, rest};
+#[cfg(feature = "sensitivity")]
+use crate::sensitivity::{NoSensitivity, Sensitivity, SensitivityRequest, sensitivity};
 use crate::simulate::{Request, simulate};
 #[cfg(feature = "stability")]
 use crate::spectrum::{Spectrum, spectrum};
@@ -37,6 +39,13 @@ pub trait Scene: Sync {
         request: &Request,
         observer: &mut dyn Observer,
     ) -> Result<Outcome, NoStart>;
+
+    #[cfg(feature = "sensitivity")]
+    /// How the motion changes with parameters.
+    ///
+    /// # Errors
+    /// The motion does not come to its end, or is not smooth enough.
+    fn sensitivity(&self, replace: Replace, request: &SensitivityRequest) -> Result<Sensitivity, NoSensitivity>;
 
     #[cfg(feature = "sweep")]
     /// Runs designs that differ in their parameters, and says what became of each, in their order.
@@ -112,6 +121,11 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Scene for Sized<X, N, M
         observer: &mut dyn Observer,
     ) -> Result<Outcome, NoStart> {
         simulate(&X::with_parameters(replace), request, observer)
+    }
+
+    #[cfg(feature = "sensitivity")]
+    fn sensitivity(&self, replace: Replace, request: &SensitivityRequest) -> Result<Sensitivity, NoSensitivity> {
+        sensitivity::<X, N, M>(replace, request)
     }
 
     #[cfg(feature = "sweep")]

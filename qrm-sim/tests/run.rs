@@ -44,7 +44,7 @@ impl Mechanism<1, 0> for Line {
         Start { q: [0.0], given: [true], qd: [1.0], given_rates: [true] }
     }
 
-    fn schedule(&self) -> Schedule {
+    fn schedule(&self) -> Schedule<f64> {
         Schedule { step: 0.01, end_time: 50.0 }
     }
 

@@ -447,6 +447,7 @@ impl<'a> Emitter<'a> {
         };
         let outputs = outputs(scene);
         let (t, at) = time_argument(self.kernel.is_timed);
+        let (closure_t, closure_at) = time_argument(scene.is_driven());
         quote! {
             impl<R: Lane> Kernel<R, #n, #c> for #own<R> {
                 type Position = Position<R>;
@@ -525,6 +526,14 @@ impl<'a> Emitter<'a> {
                     outputs: &mut [R],
                 ) {
                     #outputs_at
+                }
+
+                fn plain_dynamics(&self, t: R, q: &[R; #n], qd: &[R; #n]) -> Option<Dynamics<R, #n, #c>> {
+                    Some(dynamics(self, t, q, qd))
+                }
+
+                fn plain_closure(&self, #closure_t: R, q: &[R; #n]) -> Option<Closure<R, #n, #c>> {
+                    Some(closure(self, #closure_at q))
                 }
             }
         }

@@ -1,6 +1,6 @@
 //! What a generated module holds beside the functions: parameters, description, the link to simulators.
 
-use proc_macro2::{Ident, Literal, TokenStream};
+use proc_macro2::{Literal, TokenStream};
 use quote::{format_ident, quote};
 
 use super::own_struct::own_struct;
@@ -103,10 +103,7 @@ fn link(scene: &Scene) -> TokenStream {
     let names = kept(scene).map(|p| ident(&p.name));
     let visit = format_ident!("{}", if kept(scene).next().is_some() { "visit" } else { "_visit" });
     let plain = Plain { scene, parameters: quote!(p.), number: quote!(f64) };
-    let start = start(scene, &own);
-    let (step, end_time) = (plain.tokens(&scene.run.step), plain.tokens(&scene.run.end_time));
-    let schedule =
-        with_parameters(&[&scene.run.step, &scene.run.end_time], quote!(Schedule { step: #step, end_time: #end_time }));
+    let (start, schedule) = (start(scene), schedule(scene));
     let stop = stop(scene, &plain, "stop");
     let outputs = outputs(scene);
     let linearization = scene.run.stiff.then(|| linearization(&n, &m));
@@ -119,7 +116,11 @@ fn link(scene: &Scene) -> TokenStream {
     let and_multipliers = scene.is_driven().then(|| quote!(, multipliers));
     let multipliers = format_ident!("{}multipliers", if scene.is_driven() { "" } else { "_" });
     quote! {
-        #start
+        impl<R: Lane> #own<R> {
+            #start
+
+            #schedule
+        }
 
         impl Mechanism<#n, #m> for #own {
             type Kernel<R: Lane> = #own<R>;
@@ -138,13 +139,13 @@ fn link(scene: &Scene) -> TokenStream {
                 self.start()
             }
 
-            fn with_numbers<R: Lane>(replace: &dyn Fn(&str) -> Option<R>) -> Option<(#own<R>, Start<R, #n>)> {
-                let mechanism = #own::new(Parameters::with(replace));
-                Some((mechanism, mechanism.start()))
+            fn with_numbers<R: Lane>(replace: &dyn Fn(&str) -> Option<R>) -> Option<Problem<#own<R>, R, #n>> {
+                let kernel = #own::new(Parameters::with(replace));
+                Some(Problem { kernel, start: kernel.start(), schedule: kernel.schedule() })
             }
 
-            fn schedule(&self) -> Schedule {
-                #schedule
+            fn schedule(&self) -> Schedule<f64> {
+                self.schedule()
             }
 
             #stop
@@ -222,7 +223,7 @@ fn with_parameters(values: &[&Value], body: TokenStream) -> TokenStream {
 }
 
 /// The method that tells where the motion starts.
-fn start(scene: &Scene, own: &Ident) -> TokenStream {
+fn start(scene: &Scene) -> TokenStream {
     let plain = Plain { scene, parameters: quote!(p.), number: quote!(R) };
     let mut formulae = Vec::new();
     let mut values = |start: fn(&Coordinate) -> &Start| -> (Vec<TokenStream>, Vec<bool>) {
@@ -245,11 +246,23 @@ fn start(scene: &Scene, own: &Ident) -> TokenStream {
     );
     let n = Literal::usize_unsuffixed(scene.coordinates.len());
     quote! {
-        impl<R: Lane> #own<R> {
-            /// Where the motion starts.
-            pub fn start(&self) -> Start<R, #n> {
-                #body
-            }
+        /// Where the motion starts.
+        pub fn start(&self) -> Start<R, #n> {
+            #body
+        }
+    }
+}
+
+/// The method that tells how far it goes.
+fn schedule(scene: &Scene) -> TokenStream {
+    let plain = Plain { scene, parameters: quote!(p.), number: quote!(R) };
+    let formulae = [&scene.run.step, &scene.run.end_time];
+    let [step, end_time] = formulae.map(|formula| plain.tokens(formula));
+    let body = with_parameters(&formulae, quote!(Schedule { step: #step, end_time: #end_time }));
+    quote! {
+        /// Step and end of the motion, in seconds.
+        pub fn schedule(&self) -> Schedule<R> {
+            #body
         }
     }
 }

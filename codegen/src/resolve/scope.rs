@@ -139,9 +139,6 @@ impl Scope {
             _ => return Ok(quantity),
         };
         let allowed = match context {
-            Context::Geometry if matches!(quantity, Quantity::Rate(_) | Quantity::PointRate(..)) => {
-                "here only coordinates, points, parameters, numbers and `t` can stand; an output has `rate = '...'` for a rate"
-            }
             Context::Constant => "here only numbers and parameters can stand",
             Context::Potential => {
                 "a potential is a formula of the length `s`, parameters and numbers; write the rest as `force`"

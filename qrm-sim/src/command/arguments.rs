@@ -35,6 +35,9 @@ pub(super) enum Task {
     /// stability.csv, stability.json, stability.svg, extremes.csv
     #[cfg(feature = "stability")]
     Stability(Box<StabilityArguments>),
+    /// Derivatives of the end of a motion, and of its outputs, by parameters: sensitivity.csv
+    #[cfg(feature = "sensitivity")]
+    Sensitivity(Box<SensitivityArguments>),
     /// Run a scene with many combinations of parameters: one row a design, in CSV or Parquet
     #[cfg(feature = "sweep")]
     Sweep(Box<SweepArguments>),
@@ -126,6 +129,25 @@ pub(super) struct RunArguments {
     #[arg(long)]
     pub(super) no_figures: bool,
     /// Folder for the files [default: out/SCENE]
+    #[arg(long, value_name = "DIR")]
+    pub(super) out: Option<PathBuf>,
+}
+
+#[cfg(feature = "sensitivity")]
+#[derive(Args)]
+pub(super) struct SensitivityArguments {
+    #[command(flatten)]
+    pub(super) scene: SceneArguments,
+    /// By this parameter; may be repeated [default: by all]
+    #[arg(long, value_name = "NAME")]
+    pub(super) by: Vec<String>,
+    /// Of this output, or `end` for the state at the end; may be repeated [default: of all]
+    #[arg(long, value_name = "NAME")]
+    pub(super) of: Vec<String>,
+    /// Skip the runs at other values and at twice the step that check the derivatives
+    #[arg(long)]
+    pub(super) no_check: bool,
+    /// Folder for the file [default: out/SCENE]
     #[arg(long, value_name = "DIR")]
     pub(super) out: Option<PathBuf>,
 }

@@ -3,6 +3,7 @@
 use std::cell::RefCell;
 
 use qrm_codegen::evaluate::evaluate_in;
+use qrm_codegen::function::Differentiable;
 use qrm_codegen::resolve::read_condition;
 use qrm_codegen::scene::{Quantity, Scene, Value};
 
@@ -32,24 +33,40 @@ impl Condition {
     /// Rises through zero when the condition becomes true.
     pub(super) fn value(&self, t: f64, q: &[f64], qd: &[f64]) -> f64 {
         let mut room = self.room.take();
-        let value = evaluate_in(&mut room, &self.difference, &mut |quantity| self.quantity(*quantity, t, q, qd));
+        let value = self.value_in(&mut room, &self.parameters, t, q, qd);
         self.room.replace(room);
-        self.sign * value
+        value
     }
 
-    fn quantity(&self, quantity: Quantity, t: f64, q: &[f64], qd: &[f64]) -> f64 {
+    /// The same with numbers of any kind.
+    pub(super) fn value_in<D: Differentiable>(
+        &self,
+        room: &mut Vec<D>,
+        parameters: &[D],
+        t: D,
+        q: &[D],
+        qd: &[D],
+    ) -> D {
+        let known = (parameters, t, q, qd);
+        evaluate_in(room, &self.difference, &mut |quantity| self.quantity(*quantity, known)) * D::from(self.sign)
+    }
+
+    fn quantity<D: Differentiable>(&self, quantity: Quantity, known: (&[D], D, &[D], &[D])) -> D {
+        let (parameters, t, q, qd) = known;
         match quantity {
-            Quantity::Parameter(i) => self.parameters[i],
+            Quantity::Parameter(i) => parameters[i],
             Quantity::Coordinate(i) => q[i],
             Quantity::Rate(i) => qd[i],
             Quantity::Time => t,
-            Quantity::Pi => std::f64::consts::PI,
+            Quantity::Pi => D::from(std::f64::consts::PI),
             Quantity::Point(point, axis) => {
                 let position = &self.scene.points[point].position[axis];
-                evaluate_in(&mut Vec::new(), position, &mut |inner| self.quantity(*inner, t, q, qd))
+                evaluate_in(&mut Vec::new(), position, &mut |inner| self.quantity(*inner, known))
             }
             // `read_condition` lets none through.
-            Quantity::PointRate(..) | Quantity::Stretch | Quantity::StretchRate | Quantity::Unknown => f64::NAN,
+            Quantity::PointRate(..) | Quantity::Stretch | Quantity::StretchRate | Quantity::Unknown => {
+                D::from(f64::NAN)
+            }
         }
     }
 }

@@ -42,7 +42,7 @@ pub(super) fn parameters(description: &Description, set: &[String]) -> Result<BT
     Ok(values)
 }
 
-fn known(description: &Description, name: &str) -> Result<(), Failure> {
+pub(super) fn known(description: &Description, name: &str) -> Result<(), Failure> {
     let scene = description.name;
     if description.parameters.iter().any(|p| p.name == name) {
         return Ok(());

@@ -36,9 +36,11 @@ pub(super) struct Setup<'s> {
     pub(super) until: String,
     /// Parameters that the command line changes.
     pub(super) set: BTreeMap<String, f64>,
-    step: Option<f64>,
-    end_time: Option<f64>,
-    condition: Option<Condition>,
+    /// Step and end of the command line.
+    pub(super) step: Option<f64>,
+    pub(super) end_time: Option<f64>,
+    /// The stop condition of the command line.
+    pub(super) condition: Option<Condition>,
 }
 
 /// The formula of this name, with its tolerance.
@@ -127,7 +129,7 @@ impl<'s> Setup<'s> {
     }
 
     /// The step of the command line, or of the scene.
-    #[cfg(any(feature = "fmu", feature = "pictures"))]
+    #[cfg(any(feature = "fmu", feature = "pictures", feature = "sensitivity"))]
     pub(super) fn step(&self) -> f64 {
         self.step.unwrap_or_else(|| qrm_codegen::evaluate::constant(&self.text.run.step, &self.parameters()))
     }

@@ -1,0 +1,124 @@
+//! Derivatives against difference quotients, and against those of a motion at twice the step.
+
+use std::collections::BTreeSet;
+
+use super::quantities::{Quantity, quantities};
+use crate::command::Failure;
+use crate::command::setup::Setup;
+use crate::sensitivity::Sensitivity;
+
+/// Parameters are changed by this part of their value, or by this where they are zero.
+const CHANGE: f64 = 1e-4;
+/// Derivatives below this part of a size that matters, over the parameter, count as that.
+const SMALL: f64 = 1e-2;
+/// From this difference on, relative to the derivative, something is wrong.
+const WRONG: f64 = 1e-3;
+
+/// How far the derivatives by a parameter are from others.
+pub(super) struct Doubt {
+    parameter: &'static str,
+    /// From difference quotients, relative to the derivative; and for which quantity.
+    differences: (f64, String),
+    /// From those of a motion at twice the step, likewise.
+    coarse: (f64, String),
+    /// Times of extremes that jump to another one when the parameter changes a little.
+    jumps: Vec<String>,
+}
+
+/// Takes every derivative in two other ways.
+pub(super) fn check(setup: &Setup, by: &[&'static str], found: &Sensitivity) -> Result<Vec<Doubt>, Failure> {
+    let coarse = super::derive(setup, by, &setup.replace(), 2.0 * setup.step())?;
+    let values = setup.scene.parameters(&setup.replace());
+    let exact = quantities(setup, found);
+    let mut doubts = Vec::new();
+    for (place, parameter) in by.iter().enumerate() {
+        let at = setup.description.parameters.iter().position(|p| p.name == *parameter).map_or(0.0, |i| values[i]);
+        let change = CHANGE * if at == 0.0 { 1.0 } else { at.abs() };
+        let mut quotients = vec![0.0; exact.len()];
+        let mut has_jumped = vec![false; exact.len()];
+        // The formula of order 4.
+        for (steps, weight) in [(-2.0, 1.0), (-1.0, -8.0), (1.0, 8.0), (2.0, -1.0)] {
+            let own = setup.replace();
+            let replace = |name: &str| if name == *parameter { Some(at + steps * change) } else { own(name) };
+            let moved = super::derive(setup, &[parameter], &replace, setup.step())?;
+            for (i, row) in quantities(setup, &moved).iter().enumerate() {
+                quotients[i] += weight * row.value.value / (12.0 * change);
+                let expected = exact[i].value.value + exact[i].value.by[place] * steps * change;
+                has_jumped[i] |= row.what.starts_with("time") && (row.value.value - expected).abs() > setup.step();
+            }
+        }
+        let scale = if at == 0.0 { 1.0 } else { at.abs() };
+        let coarse = quantities(setup, &coarse);
+        let jumps_at = |i: usize| {
+            let value = |row: &Quantity| row.value.value;
+            let is_time = exact[i].what.starts_with("time");
+            has_jumped[i] || is_time && (value(&exact[i]) - value(&coarse[i])).abs() > 2.0 * setup.step()
+        };
+        // An extreme that another one replaces has a derivative for each.
+        let jumps_at = |i: usize| jumps_at(i) || ["minimum", "maximum"].contains(&exact[i].what) && jumps_at(i + 1);
+        let worst = |others: &dyn Fn(usize) -> f64| {
+            let distances = exact.iter().enumerate().filter(|(i, _)| !jumps_at(*i)).map(|(i, row)| {
+                let (derivative, other) = (row.value.by[place], others(i));
+                // A derivative that is small against what it is taken of has fewer digits.
+                let size = derivative.abs().max(SMALL * row.scale / scale).max(f64::MIN_POSITIVE);
+                ((derivative - other).abs() / size, format!("{} {}", row.what, row.name))
+            });
+            distances.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default()
+        };
+        let jumping = exact.iter().enumerate().filter(|(i, _)| jumps_at(*i));
+        doubts.push(Doubt {
+            parameter,
+            differences: worst(&|i| quotients[i]),
+            coarse: worst(&|i| coarse[i].value.by[place]),
+            jumps: jumping.map(|(_, row)| format!("{} {}", row.what, row.name)).collect(),
+        });
+    }
+    Ok(doubts)
+}
+
+/// What is said of it.
+pub(super) fn said(doubts: &[Doubt], step: f64) -> String {
+    let worst = |which: fn(&Doubt) -> &(f64, String)| {
+        doubts.iter().max_by(|a, b| which(a).0.total_cmp(&which(b).0)).map(|doubt| (doubt.parameter, which(doubt)))
+    };
+    let (Some(differences), Some(coarse)) = (worst(|d| &d.differences), worst(|d| &d.coarse)) else {
+        return String::new();
+    };
+    let line = |(parameter, (distance, quantity)): (&str, &(f64, String))| {
+        format!("{distance:.1e} of the derivative ({quantity} by {parameter})")
+    };
+    let mut text = format!(
+        "\n  against difference quotients  {}\n  {:28}  {}\n",
+        line(differences),
+        format!("against steps of {} s", 2.0 * step),
+        line(coarse)
+    );
+    let jumps: BTreeSet<&str> = doubts.iter().flat_map(|doubt| &doubt.jumps).map(String::as_str).collect();
+    if !jumps.is_empty() {
+        let jumps: Vec<&str> = jumps.into_iter().collect();
+        text += &format!(
+            "  not checked                   {}: another extreme of about the same size may take its place\n",
+            jumps.join(", ")
+        );
+    }
+    text
+}
+
+/// Whether the derivatives can be relied on.
+pub(super) fn verdict(doubts: &[Doubt]) -> Result<(), Failure> {
+    let wrong = |doubt: &&Doubt| !(doubt.differences.0.max(doubt.coarse.0) < WRONG);
+    let Some(doubt) = doubts.iter().find(wrong) else { return Ok(()) };
+    let (how, quantity, help) = if doubt.coarse.0 >= WRONG {
+        ("steps twice as long", &doubt.coarse.1, "use a shorter --step")
+    } else {
+        (
+            "difference quotients",
+            &doubt.differences.1,
+            "a corner in a load, two extremes of about the same size or a motion that soon loses its memory have no useful derivative",
+        )
+    };
+    Err(Failure::Run(format!(
+        "error: the derivative of {quantity} by {} is not to be relied on: {how} tell otherwise\n  = help: {help}",
+        doubt.parameter
+    )))
+}

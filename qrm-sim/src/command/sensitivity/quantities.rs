@@ -1,0 +1,51 @@
+//! What derivatives are taken of, as rows of a table.
+
+use crate::command::setup::Setup;
+use crate::sensitivity::{Sensitivity, Value};
+use crate::unit::per_second;
+
+/// A row.
+pub(super) struct Quantity<'f> {
+    /// What it is: `end`, `minimum`, `time_of_minimum`, ...
+    pub(super) what: &'static str,
+    /// Of which column of a trajectory.
+    pub(super) name: String,
+    pub(super) unit: String,
+    pub(super) value: &'f Value,
+    /// A size of it that matters.
+    pub(super) scale: f64,
+    /// The output that asks for it; `end` for the state.
+    pub(super) chosen_by: &'static str,
+}
+
+/// The rows of a table: the end of the motion, then each output.
+pub(super) fn quantities<'f>(setup: &Setup, found: &'f Sensitivity) -> Vec<Quantity<'f>> {
+    let mut rows = Vec::new();
+    let mut row = |what, name: &str, unit: String, value: &'f Value, scale, chosen_by| {
+        rows.push(Quantity { what, name: name.to_owned(), unit, value, scale, chosen_by });
+    };
+    let duration = found.end_time.value;
+    let is_stopped = setup.end_time.is_none() && !setup.until.is_empty();
+    if is_stopped {
+        row("end", "t", "s".to_owned(), &found.end_time, duration, "end");
+    }
+    for (i, coordinate) in setup.description.coordinates.iter().enumerate() {
+        let (q, qd) = (&found.q[i], &found.qd[i]);
+        row("end", coordinate.name, coordinate.unit.to_owned(), q, q.value.abs(), "end");
+        row("end", &format!("{}_dot", coordinate.name), per_second(coordinate.unit, 1), qd, qd.value.abs(), "end");
+    }
+    for (output, values) in setup.description.outputs.iter().zip(&found.outputs) {
+        let unit = || output.unit.to_owned();
+        let seconds = || "s".to_owned();
+        let range = values.maximum[0].value - values.minimum[0].value;
+        let mut row = |what, unit, value, scale| row(what, output.name, unit, value, scale, output.name);
+        row("end", unit(), &values.end, range);
+        row("minimum", unit(), &values.minimum[0], range);
+        row("time_of_minimum", seconds(), &values.minimum[1], duration);
+        row("maximum", unit(), &values.maximum[0], range);
+        row("time_of_maximum", seconds(), &values.maximum[1], duration);
+        let unit = if output.unit.is_empty() { seconds() } else { format!("{} s", output.unit) };
+        row("integral", unit, &values.integral, range * duration);
+    }
+    rows
+}

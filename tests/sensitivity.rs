@@ -1,0 +1,118 @@
+//! `qrm sensitivity` against published values, closed forms and itself.
+
+mod common;
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use common::qrm;
+
+/// The value and the derivatives of each quantity, by their names in the table.
+type Table = HashMap<(String, String), HashMap<String, f64>>;
+
+fn sensitivity(arguments: &[&str]) -> Table {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let out = folder.path().to_str().expect("a path");
+    let output = qrm(&[&["sensitivity"], arguments, &["--out", out]].concat()).output().expect("the command starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    read(&folder.path().join("sensitivity.csv"))
+}
+
+fn read(path: &Path) -> Table {
+    let mut reader = csv::Reader::from_path(path).expect("a table");
+    let header: Vec<String> = reader.headers().expect("a header").iter().map(str::to_owned).collect();
+    let row = |record: csv::StringRecord| {
+        let numbers =
+            header.iter().zip(&record).skip(3).map(|(name, text)| (name.clone(), text.parse().expect("a number")));
+        ((record[0].to_owned(), record[1].to_owned()), numbers.collect())
+    };
+    reader.records().map(|record| row(record.expect("a row"))).collect()
+}
+
+fn of<'t>(table: &'t Table, what: &str, name: &str) -> &'t HashMap<String, f64> {
+    &table[&(what.to_owned(), name.to_owned())]
+}
+
+fn close(got: f64, expected: f64, within: f64) {
+    assert!((got - expected).abs() <= within, "{got} instead of {expected}: off by {:.1e}", got - expected);
+}
+
+/// dG/dk and dG/dc of SUNDIALS' idasSlCrank_FSA_dns, integrated with 120 bits: G is the integral of the kinetic energy over 10 s.
+#[test]
+fn the_published_sensitivities_of_the_slider_crank() {
+    let table = sensitivity(&["slider-crank", "--by", "k", "--by", "c", "--of", "T", "--step", "1e-3"]);
+    let integral = of(&table, "integral", "T");
+    close(integral["value"], 3.336_606_799_482_784_6, 1e-11);
+    close(integral["by_k"], 0.333_448_106_128, 2e-12);
+    close(integral["by_c"], -0.363_754_033_971, 2e-12);
+    // Eight digits at the scene's own step.
+    let table = sensitivity(&["slider-crank", "--by", "k", "--by", "c", "--of", "T"]);
+    close(of(&table, "integral", "T")["by_k"], 0.333_448_106_128, 5e-9);
+    close(of(&table, "integral", "T")["by_c"], -0.363_754_033_971, 5e-9);
+}
+
+/// A quarter of a turn of a crank that nothing moves but its start: phi2 = w0 t, so the time is (pi/2)/w0.
+#[test]
+fn a_stop_that_moves() {
+    let table = sensitivity(&["thrown-stick", "--by", "w", "--until", "a >= 1", "--of", "end"]);
+    let end = of(&table, "end", "t");
+    close(end["by_w"], -end["value"] / end_value("thrown-stick", "w"), 1e-9);
+    close(of(&table, "end", "a")["by_w"], 0.0, 1e-12);
+}
+
+fn end_value(scene: &str, parameter: &str) -> f64 {
+    let listed = qrm(&["list"]).output().expect("the command starts");
+    let text = String::from_utf8_lossy(&listed.stdout).into_owned();
+    let block = text.split("\n\n").find(|block| block.starts_with(&format!("{scene}:"))).expect("the scene");
+    let line =
+        block.lines().find(|line| line.trim_start().starts_with(&format!("{parameter} "))).expect("the parameter");
+    line.split_whitespace().nth(1).expect("its value").parse().expect("a number")
+}
+
+/// A crank driven at constant speed: its positions do not depend on masses, its torque is linear in them, and all is linear in the end of
+/// the turn, 2 pi/w.
+#[test]
+fn a_driven_crank() {
+    let table = sensitivity(&["quick-return-driven", "--by", "m6", "--by", "w", "--of", "x6", "--of", "torque"]);
+    for what in ["end", "minimum", "maximum", "integral"] {
+        close(of(&table, what, "x6")["by_m6"], 0.0, 1e-12);
+    }
+    let x6 = of(&table, "integral", "x6");
+    let w = end_value("quick-return-driven", "w");
+    close(x6["by_w"], -x6["value"] / w, 1e-9);
+    let largest = of(&table, "time_of_maximum", "x6");
+    close(largest["by_w"], -largest["value"] / w, 1e-6);
+    let twice = |m6: &str| {
+        of(&sensitivity(&["quick-return-driven", "--by", "m6", "--of", "torque", "--set", m6]), "end", "torque").clone()
+    };
+    let (light, heavy) = (twice("m6=2"), twice("m6=6"));
+    close(light["by_m6"], heavy["by_m6"], 1e-9);
+    close(light["by_m6"], (heavy["value"] - light["value"]) / 4.0, 1e-9);
+}
+
+/// The pendulum passes positions that its kernel does not suit; its derivatives by length are those of a pendulum of another length at another
+/// time: x(t; l, g) = l X(t sqrt(g/l)).
+#[test]
+fn where_the_kernel_does_not_suit() {
+    let table = sensitivity(&["pendulum", "--by", "l", "--by", "g", "--of", "end", "--end-time", "3"]);
+    let (l, g) = (end_value("pendulum", "l"), end_value("pendulum", "g"));
+    for name in ["x", "y"] {
+        let (place, rate) = (of(&table, "end", name), of(&table, "end", &format!("{name}_dot")));
+        close(place["by_g"], rate["value"] * 3.0 / (2.0 * g), 1e-7);
+        close(place["by_l"], place["value"] / l - rate["value"] * 3.0 / (2.0 * l), 1e-7);
+    }
+}
+
+#[test]
+fn what_is_not_there_is_named() {
+    let said = |arguments: &[&str]| {
+        let output = qrm(&[&["sensitivity"], arguments].concat()).output().expect("the command starts");
+        assert!(!output.status.success(), "{arguments:?}");
+        String::from_utf8_lossy(&output.stderr).into_owned()
+    };
+    assert!(said(&["slider-crank", "--by", "kk"]).contains("has no parameter `kk`"));
+    assert!(said(&["slider-crank", "--of", "G"]).contains("has no output of this name"));
+    assert!(said(&["n-four-bar-2", "--end-time", "2"]).contains("no derivatives: after t = 1.2"));
+    assert!(said(&["quick-return", "--set", "BC=0.1"]).contains("cannot be assembled"));
+    assert!(said(&["double-pendulum", "--of", "end"]).contains("not to be relied on"));
+}
