@@ -288,7 +288,7 @@ fn without_arguments_the_document_s_scene_is_run() {
     let output = qrm(&[]).current_dir(folder.path()).output().expect("the command starts");
     assert_eq!(output.status.code(), Some(0));
     let said = text(&output.stdout);
-    let files = "wrote out/quick-return/trajectory.csv (1757 rows)
+    let files = "wrote out/quick-return/trajectory.csv (1757 rows; units in trajectory.units.json)
       out/quick-return/summary.json
       out/quick-return/figures (rates, x6, x6_dot, x6_ddot, v_slide, reactions, health)
 ";

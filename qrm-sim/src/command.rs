@@ -16,6 +16,8 @@ mod explain;
 mod export_fmu;
 mod late;
 mod list;
+#[cfg(feature = "sweep")]
+mod parquet;
 mod progress;
 mod recorder;
 #[cfg(feature = "pictures")]
@@ -31,6 +33,7 @@ mod setup;
 mod stability;
 #[cfg(feature = "sweep")]
 mod sweep;
+mod units;
 mod words;
 
 use std::ffi::OsString;

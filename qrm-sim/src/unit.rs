@@ -186,6 +186,9 @@ impl<X: Mechanism<N, M> + Clone + Send + 'static, const N: usize, const M: usize
 /// Begins a motion with some parameters replaced.
 pub type Begin = fn(&dyn Fn(&str) -> Option<f64>, Method, Option<f64>) -> Result<Box<dyn Unit>, Trouble>;
 
+/// The values of a mechanism's parameters, some of them replaced.
+pub type Parameters = fn(&dyn Fn(&str) -> Option<f64>) -> Vec<f64>;
+
 /// A mechanism of a program.
 #[derive(Clone, Copy)]
 pub struct Entry {
@@ -194,7 +197,7 @@ pub struct Entry {
     /// How its motion begins.
     pub begin: Begin,
     /// The values of its parameters, some of them replaced.
-    pub parameters: fn(&dyn Fn(&str) -> Option<f64>) -> Vec<f64>,
+    pub parameters: Parameters,
 }
 
 /// The mechanisms that a program was built with; fill it as a [`Visitor`].

@@ -40,7 +40,7 @@ impl Mechanism<1, 0> for Line {
 
     fn visit_parameters(&self, _: &mut dyn FnMut(f64)) {}
 
-    fn start(&self) -> Start<1> {
+    fn start(&self) -> Start<f64, 1> {
         Start { q: [0.0], given: [true], qd: [1.0], given_rates: [true] }
     }
 

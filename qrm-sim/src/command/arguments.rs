@@ -128,6 +128,10 @@ pub(super) struct RunArguments {
     /// Draw no figures
     #[arg(long)]
     pub(super) no_figures: bool,
+    /// Write trajectory.parquet too
+    #[cfg(feature = "sweep")]
+    #[arg(long)]
+    pub(super) parquet: bool,
     /// Folder for the files [default: out/SCENE]
     #[arg(long, value_name = "DIR")]
     pub(super) out: Option<PathBuf>,

@@ -58,7 +58,13 @@ pub(super) fn facts(summary: &Summary) -> [(&'static str, String); 6] {
 }
 
 /// The text that a run prints.
-pub(super) fn digest(summary: &Summary, description: &Description, out: &Path, has_summary: bool) -> String {
+pub(super) fn digest(
+    summary: &Summary,
+    description: &Description,
+    out: &Path,
+    tables: &[String],
+    has_summary: bool,
+) -> String {
     let rows = summary.rows;
     let mut text = format!("{}: {}\n\n", summary.scene, description.doc);
     for (what, fact) in facts(summary) {
@@ -81,8 +87,9 @@ pub(super) fn digest(summary: &Summary, description: &Description, out: &Path, h
     }
     let mut files = Vec::new();
     if rows > 0 {
-        files.push(format!("{} ({rows} rows)", out.join("trajectory.csv").display()));
+        files.push(format!("{} ({rows} rows; units in trajectory.units.json)", out.join("trajectory.csv").display()));
     }
+    files.extend_from_slice(tables);
     if has_summary {
         files.push(out.join("summary.json").display().to_string());
     }

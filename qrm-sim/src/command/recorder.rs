@@ -35,10 +35,11 @@ impl Recorder {
         }
     }
 
-    /// Makes the folder, and removes the summary and the figures of an earlier run: they would not belong to the new rows.
+    /// Makes the folder, and removes what else an earlier run left there: it would not belong to the new rows.
     fn prepare(&self) -> io::Result<()> {
         std::fs::create_dir_all(&self.folder)?;
-        for file in Summary::figures_of(&self.folder).into_iter().chain(["summary.json".to_owned()]) {
+        let others = ["summary.json", "trajectory.units.json", "trajectory.parquet"].map(str::to_owned);
+        for file in Summary::figures_of(&self.folder).into_iter().chain(others) {
             match std::fs::remove_file(self.folder.join(file)) {
                 Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(e),
                 _ => {}

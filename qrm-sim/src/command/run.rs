@@ -1,13 +1,12 @@
 //! `qrm run`
 
-#[cfg(feature = "pictures")]
 use std::path::Path;
 
 use super::arguments::RunArguments;
 use super::progress::Progress;
 use super::recorder::Recorder;
 use super::setup::Setup;
-use super::{Failure, account, digest};
+use super::{Failure, account, digest, units};
 use crate::album::Album;
 #[cfg(feature = "pictures")]
 use crate::outcome::Outcome;
@@ -15,6 +14,7 @@ use crate::outcome::Status;
 use crate::scenes::Scenes;
 #[cfg(feature = "pictures")]
 use crate::summary::Summary;
+use crate::trajectory::columns;
 
 /// Runs a scene and writes its files.
 pub(super) fn run(scenes: &Scenes, arguments: &RunArguments) -> Result<(), Failure> {
@@ -32,12 +32,33 @@ pub(super) fn run(scenes: &Scenes, arguments: &RunArguments) -> Result<(), Failu
     let mut problems = Vec::new();
     #[cfg(feature = "pictures")]
     figures(arguments, &setup, (&outcome, &album), &out, &mut summary, &mut problems);
+    let tables = if summary.rows > 0 { tables(arguments, &setup, &out) } else { Ok(Vec::new()) };
+    let tables = tables.unwrap_or_else(|e| {
+        problems.push(super::unwritable(&out, &e));
+        Vec::new()
+    });
     let path = out.join("summary.json");
     let written = summary.write(&path);
-    super::say(&digest::digest(&summary, &setup.description, &out, written.is_ok()));
+    super::say(&digest::digest(&summary, &setup.description, &out, &tables, written.is_ok()));
     problems.extend(written.err().map(|e| super::unwritable(&path, &e)));
     problems.splice(0..0, account::problem(&outcome, &summary));
     if problems.is_empty() { Ok(()) } else { Err(Failure::Run(problems.join("\n"))) }
+}
+
+/// Writes what belongs to the trajectory, and says what that is.
+fn tables(arguments: &RunArguments, setup: &Setup, out: &Path) -> std::io::Result<Vec<String>> {
+    let table = out.join("trajectory.csv");
+    units::write(&table, &columns(&setup.description), &setup.description)?;
+    #[cfg(feature = "sweep")]
+    if arguments.parquet {
+        let (path, part) = (out.join("trajectory.parquet"), out.join("trajectory.parquet.part"));
+        let mut rows = std::io::BufReader::new(std::fs::File::open(&table)?);
+        super::parquet::write(&mut rows, &part, |_| super::parquet::Kind::Number)?;
+        std::fs::rename(&part, &path)?;
+        return Ok(vec![path.display().to_string()]);
+    }
+    let _ = arguments;
+    Ok(Vec::new())
 }
 
 /// Draws the figures of a run.

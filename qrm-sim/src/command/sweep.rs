@@ -2,7 +2,6 @@
 
 mod axes;
 mod journal;
-mod parquet;
 mod row;
 mod stop;
 
@@ -19,7 +18,7 @@ use qrm_codegen::scene::Scene as SceneText;
 
 use super::arguments::{LanesName, MergeArguments, SweepArguments};
 use super::progress::{Progress, interrupted};
-use super::{Failure, settings};
+use super::{Failure, settings, units};
 use crate::scenes::{Replace, Scene, Scenes};
 use crate::sweep::{Finished, SweepEnd, SweepRequest};
 use axes::Axes;
@@ -86,13 +85,16 @@ pub(super) fn sweep(scenes: &Scenes, arguments: &SweepArguments) -> Result<(), F
     }
     let counts = journal.counts();
     journal.finish(&plan.out)?;
+    let units = units::write(&plan.out, &plan.columns.header(), &plan.scene.description())
+        .map_err(|e| Failure::Run(super::unwritable(&plan.out, &e)))?;
     super::say(&format!(
-        "{}: {} designs, {} done, {} failed\n\nwrote {}",
+        "{}: {} designs, {} done, {} failed\n\nwrote {} (units in {})",
         plan.scene.description().name,
         counts.0 + counts.1,
         counts.0,
         counts.1,
-        plan.out.display()
+        plan.out.display(),
+        units.file_name().unwrap_or_default().display()
     ));
     if counts.0 == 0 && counts.1 > 0 {
         return Err(Failure::Run("error: no design came to its end; the column `reason` says why".to_owned()));

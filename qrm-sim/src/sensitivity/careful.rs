@@ -29,6 +29,9 @@ pub(super) fn step<X: Mechanism<N, M>, const N: usize, const M: usize>(
     Ok(made.filter(|_| is_sound))
 }
 
+/// Accelerations and multipliers.
+type Accelerations<const N: usize, const M: usize> = ([Number; N], [Number; M]);
+
 struct Careful<'a, X: Mechanism<N, M>, const N: usize, const M: usize> {
     mechanism: &'a X,
     kernel: &'a X::Kernel<Number>,
@@ -71,7 +74,7 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Careful<'_, X, N, M> {
         t: Number,
         q: &[Number; N],
         qd: &[Number; N],
-    ) -> Result<Option<([Number; N], [Number; M])>, Breakdown> {
+    ) -> Result<Option<Accelerations<N, M>>, Breakdown> {
         let Some(changing) = self.kernel.plain_dynamics(t, q, qd) else { return Ok(None) };
         let found = by_plain_functions(self.mechanism, t.0.re, &values(q), &values(qd), &mut self.care)?;
         let (qdd, lambda) = (found.qdd.map(constant), found.multipliers.map(constant));

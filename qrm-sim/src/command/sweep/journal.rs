@@ -4,8 +4,8 @@ use std::fs::{File, OpenOptions};
 use std::io::{self, BufRead, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
+use super::super::parquet;
 use super::super::{Failure, unwritable};
-use super::parquet;
 use super::row::Line;
 
 /// A table under way: a line that says of which sweep, then rows as CSV.
@@ -208,7 +208,7 @@ fn write_table(rows: &mut impl Read, path: &Path, ending: Ending) -> io::Result<
             file.flush()?;
             Ok(counting.lines.saturating_sub(1))
         }
-        Ending::Parquet => parquet::write(rows, path),
+        Ending::Parquet => parquet::write(rows, path, kind),
     }
 }
 
@@ -312,5 +312,14 @@ impl Read for Chain {
             }
         }
         Ok(0)
+    }
+}
+
+/// What a column of a sweep holds.
+fn kind(name: &str) -> parquet::Kind {
+    match name {
+        "design" | "steps" => parquet::Kind::Whole,
+        "status" | "reason" => parquet::Kind::Text,
+        _ => parquet::Kind::Number,
     }
 }

@@ -16,26 +16,21 @@ const GROUP: usize = 1 << 16;
 
 /// What a column holds.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Kind {
+pub(super) enum Kind {
+    /// A whole number.
     Whole,
+    /// A number.
     Number,
+    /// Text.
     Text,
 }
 
-fn kind(name: &str) -> Kind {
-    match name {
-        "design" | "steps" => Kind::Whole,
-        "status" | "reason" => Kind::Text,
-        _ => Kind::Number,
-    }
-}
-
 /// Writes a table that begins with its header, and says how many rows it has.
-pub(super) fn write(rows: &mut impl Read, path: &Path) -> io::Result<usize> {
+pub(super) fn write(rows: &mut impl Read, path: &Path, kind: fn(&str) -> Kind) -> io::Result<usize> {
     let mut reader = csv::Reader::from_reader(rows);
     let names: Vec<String> = reader.headers()?.iter().map(str::to_owned).collect();
     let properties = WriterProperties::builder().set_compression(Compression::UNCOMPRESSED).build();
-    let schema = Arc::new(schema(&names).map_err(io::Error::other)?);
+    let schema = Arc::new(schema(&names, kind).map_err(io::Error::other)?);
     let file = File::create(path)?;
     let mut writer = SerializedFileWriter::new(file, schema, Arc::new(properties)).map_err(io::Error::other)?;
     let mut group: Vec<csv::StringRecord> = Vec::new();
@@ -62,7 +57,7 @@ pub(super) fn write(rows: &mut impl Read, path: &Path) -> io::Result<usize> {
     Ok(count)
 }
 
-fn schema(names: &[String]) -> parquet::errors::Result<Type> {
+fn schema(names: &[String], kind: fn(&str) -> Kind) -> parquet::errors::Result<Type> {
     let field = |name: &String| {
         let (physical, logical) = match kind(name) {
             Kind::Whole => (Physical::INT64, None),
@@ -76,7 +71,7 @@ fn schema(names: &[String]) -> parquet::errors::Result<Type> {
         Ok(Arc::new(field))
     };
     let fields: Vec<_> = names.iter().map(field).collect::<parquet::errors::Result<_>>()?;
-    Type::group_type_builder("sweep").with_fields(fields).build()
+    Type::group_type_builder("table").with_fields(fields).build()
 }
 
 /// One column of a group; fields without a value are left open.
@@ -113,11 +108,19 @@ mod tests {
 
     use super::*;
 
+    fn kind(name: &str) -> Kind {
+        match name {
+            "design" | "steps" => Kind::Whole,
+            "O2A" => Kind::Number,
+            _ => Kind::Text,
+        }
+    }
+
     #[test]
     fn what_was_written_can_be_read() {
         let path = std::env::temp_dir().join(format!("qrm-test-{}.parquet", std::process::id()));
         let table = "design,O2A,status,reason,steps\n0,0.15,done,,1756\n1,1e-300,failed,\"no, never\",\n";
-        assert_eq!(write(&mut table.as_bytes(), &path).expect("written"), 2);
+        assert_eq!(write(&mut table.as_bytes(), &path, kind).expect("written"), 2);
         let reader = SerializedFileReader::new(File::open(&path).expect("there")).expect("Parquet");
         let rows: Vec<Vec<Field>> = reader
             .get_row_iter(None)
