@@ -287,6 +287,8 @@ impl<'a, X: Mechanism<N, M>, const N: usize, const M: usize> Pass<'a, X, N, M> {
         })
     }
 
+    // Compiled once: it holds the whole step.
+    #[inline(never)]
     fn step(&self, t: Number, h: Number) -> Result<State<Number, N, M>, NoSensitivity> {
         let made = stride(&self.kernel, t, h, &self.state);
         if made.is_good(Method::default().tolerance.residual) {
