@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::qrm;
+use common::{qrm, split};
 
 const README: &str = include_str!("../README.md");
 
@@ -64,19 +64,4 @@ fn the_commands_shown_do_what_they_should() {
         count += 1;
     }
     assert!(count >= 4, "{count} commands");
-}
-
-/// Splits a line into words as a shell does, single quotes respected.
-fn split(line: &str) -> Vec<String> {
-    let mut words = vec![String::new()];
-    let mut quoted = false;
-    for character in line.chars() {
-        match character {
-            '\'' => quoted = !quoted,
-            ' ' if !quoted => words.push(String::new()),
-            other => words.last_mut().expect("never empty").push(other),
-        }
-    }
-    words.retain(|word| !word.is_empty());
-    words
 }

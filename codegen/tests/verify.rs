@@ -211,9 +211,9 @@ fn changed_text_is_found() {
     let equations = equations();
     let text = prettyplease::unparse(&emit::module(&scene, &equations, SCENE).file);
     for (right, wrong) in [
-        ("Start {\n            q: [1.0, 1.0]", "Start {\n            q: [1.0, 1.5]"),
-        ("step: 0.001", "step: 0.01"),
-        ("unwrap_or(100.0)", "unwrap_or(10.0)"),
+        ("q: [R::from_f64(1.0), R::from_f64(1.0)]", "q: [R::from_f64(1.0), R::from_f64(1.5)]"),
+        ("step: R::from_f64(0.001)", "step: R::from_f64(0.01)"),
+        ("unwrap_or(R::from_f64(100.0))", "unwrap_or(R::from_f64(10.0))"),
         ("q[1] - (2.0 + t)", "q[1] - 2.0 + t"),
     ] {
         assert!(text.contains(right), "{right} is not in\n{text}");

@@ -58,6 +58,10 @@ impl<D: Number> Tracker<D> {
 
     fn note(&mut self, t: D, value: D) {
         let found = self.found.get_or_insert(Extremes { minimum: (value, t), maximum: (value, t) });
+        let is_inside = found.minimum.0.re() <= value.re() && value.re() <= found.maximum.0.re();
+        if is_inside {
+            return;
+        }
         let tie = TIE * (found.maximum.0.re() - found.minimum.0.re());
         let margin = |of: D| if self.window.first().is_some_and(|first| of.re() < first.0.re()) { tie } else { 0.0 };
         if value.re() < found.minimum.0.re() - margin(found.minimum.1) {

@@ -94,3 +94,18 @@ pub fn near(what: &str, got: f64, expected: f64, allowed: f64) {
         (got - expected).abs()
     );
 }
+
+/// Splits a line into words as a shell does, single quotes respected.
+pub fn split(line: &str) -> Vec<String> {
+    let mut words = vec![String::new()];
+    let mut quoted = false;
+    for character in line.chars() {
+        match character {
+            '\'' => quoted = !quoted,
+            ' ' if !quoted => words.push(String::new()),
+            other => words.last_mut().expect("never empty").push(other),
+        }
+    }
+    words.retain(|word| !word.is_empty());
+    words
+}

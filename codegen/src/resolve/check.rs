@@ -265,6 +265,15 @@ fn references(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>
             seen.push((t, *known));
         }
     }
+    for extreme in &scene.extremes {
+        let Some(accuracy) = &extreme.accuracy else { continue };
+        let value = constant(scene, accuracy);
+        if value <= 0.0 {
+            let title = format!("the accuracy of `{}` is not positive", extreme.name);
+            let error = Diagnostic::error(title, accuracy.whole_span(), format!("its value is {value}"));
+            findings.push(error.help("give the largest error of the values"));
+        }
+    }
 }
 
 /// Every name that a trajectory has a column for must be the name of one column alone.

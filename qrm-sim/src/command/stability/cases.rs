@@ -12,6 +12,7 @@ use super::super::setup::Setup;
 use super::super::{Failure, words};
 use super::TOLERANCE;
 use crate::measure::{Patience, Trial};
+use crate::observer::{Observer, Row};
 use crate::scenes::Scenes;
 use crate::turn::wrapped;
 
@@ -31,7 +32,7 @@ pub(super) struct Tried {
     pub(super) steps: u64,
     /// Median run time in s, if it got to the end.
     pub(super) seconds: Option<f64>,
-    /// Largest error of a coordinate or rate at the end, relative to values above one.
+    /// Largest error of a coordinate, rate or output at the end, relative to values above one.
     pub(super) error: Option<f64>,
     pub(super) verdict: Verdict,
 }
@@ -127,12 +128,12 @@ impl Exact {
     }
 
     /// The largest difference from a state, angles modulo a turn.
-    fn error(&self, variant: &Setup, q: &[f64], qd: &[f64]) -> f64 {
+    fn error(&self, variant: &Setup, q: &[f64], qd: &[f64], outputs: &[f64]) -> f64 {
         let difference = |(known, exact): &(Known, f64)| {
             let difference = match *known {
                 Known::Coordinate(i) => wrapped(q[i] - exact, &variant.text.coordinates[i].unit),
                 Known::Rate(i) => qd[i] - exact,
-                Known::Output(_) => return 0.0,
+                Known::Output(i) => outputs[i] - exact,
             };
             difference.abs() / exact.abs().max(1.0)
         };
@@ -140,10 +141,33 @@ impl Exact {
     }
 }
 
+/// Keeps the outputs of the last row.
+#[derive(Default)]
+struct Last {
+    outputs: Vec<f64>,
+}
+
+impl Observer for Last {
+    fn row(&mut self, row: &Row) -> std::io::Result<()> {
+        self.outputs.clear();
+        self.outputs.extend_from_slice(row.outputs);
+        Ok(())
+    }
+
+    fn goes_on(&mut self, _t: f64, _end_time: f64) -> std::io::Result<bool> {
+        Ok(true)
+    }
+
+    fn finish(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
 fn tried(variant: &Setup, exact: Option<&Exact>) -> Tried {
     let tried = |steps, verdict| Tried { method: variant.method_name, steps, seconds: None, error: None, verdict };
     let refused = |reason: &str| Verdict::Refused(reason.lines().next().unwrap_or_default().to_owned());
-    let outcome = match variant.simulate(true, &mut ()) {
+    let mut end = Last::default();
+    let outcome = match variant.simulate(true, &mut end) {
         Ok(outcome) => outcome,
         Err(Failure::Run(reason) | Failure::Use(reason)) => return tried(0, refused(&reason)),
     };
@@ -153,7 +177,7 @@ fn tried(variant: &Setup, exact: Option<&Exact>) -> Tried {
     }
     let tolerance = variant.method.scheme.tolerance();
     let distrust = words::distrust(&outcome, &variant.description, tolerance);
-    let error = exact.map(|exact| exact.error(variant, &outcome.q, &outcome.qd));
+    let error = exact.map(|exact| exact.error(variant, &outcome.q, &outcome.qd, &end.outputs));
     let verdict = match (distrust.first(), error, exact) {
         (Some(reason), _, _) => refused(reason),
         (None, Some(error), Some(exact)) if error <= words::claimed(tolerance, steps) + exact.accuracy => {
