@@ -41,7 +41,7 @@
 
 use qrm_mechanism::{
     Angles, Closure, Description, Dynamics, Kernel, Lane, Mechanism,
-    ParameterDescription, QuantityDescription, Real, Schedule, Start,
+    ParameterDescription, QuantityDescription, Problem, Real, Schedule, Start,
 };
 
 /// The numbers of the scene that can be changed, under their names in the scene.
@@ -1010,6 +1010,19 @@ impl<R: Lane> Kernel<R, 3, 2> for Wiper<R> {
             *output = value;
         }
     }
+
+    fn plain_dynamics(
+        &self,
+        t: R,
+        q: &[R; 3],
+        qd: &[R; 3],
+    ) -> Option<Dynamics<R, 3, 2>> {
+        Some(dynamics(self, t, q, qd))
+    }
+
+    fn plain_closure(&self, _t: R, q: &[R; 3]) -> Option<Closure<R, 3, 2>> {
+        Some(closure(self, q))
+    }
 }
 
 impl<R: Lane> Wiper<R> {
@@ -1020,6 +1033,14 @@ impl<R: Lane> Wiper<R> {
             given: [true, false, false],
             qd: [R::from_f64(0.0), R::zero(), R::zero()],
             given_rates: [true, false, false],
+        }
+    }
+
+    /// Step and end of the motion, in seconds.
+    pub fn schedule(&self) -> Schedule<R> {
+        Schedule {
+            step: R::from_f64(0.001),
+            end_time: R::from_f64(2.0),
         }
     }
 }
@@ -1053,16 +1074,17 @@ impl Mechanism<3, 2> for Wiper {
 
     fn with_numbers<R: Lane>(
         replace: &dyn Fn(&str) -> Option<R>,
-    ) -> Option<(Wiper<R>, Start<R, 3>)> {
-        let mechanism = Wiper::new(Parameters::with(replace));
-        Some((mechanism, mechanism.start()))
+    ) -> Option<Problem<Wiper<R>, R, 3>> {
+        let kernel = Wiper::new(Parameters::with(replace));
+        Some(Problem {
+            kernel,
+            start: kernel.start(),
+            schedule: kernel.schedule(),
+        })
     }
 
-    fn schedule(&self) -> Schedule {
-        Schedule {
-            step: 0.001,
-            end_time: 2.0,
-        }
+    fn schedule(&self) -> Schedule<f64> {
+        self.schedule()
     }
 
     fn stop(&self, _t: f64, _q: &[f64; 3], _qd: &[f64; 3]) -> Option<f64> {
