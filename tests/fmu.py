@@ -6,6 +6,7 @@ needs the package fmpy from PyPI.
 """
 
 import csv
+import ctypes
 import os
 import subprocess
 import sys
@@ -15,7 +16,7 @@ import zipfile
 import numpy as np
 from fmpy import extract, read_model_description, simulate_fmu
 from fmpy.fmi1 import FMICallException
-from fmpy.fmi3 import FMU3Slave
+from fmpy.fmi3 import FMU3Model, FMU3Slave
 from fmpy.validation import validate_fmu
 
 QRM = os.path.abspath(sys.argv[1])
@@ -126,13 +127,21 @@ def by_hand():
     # A force can change under way; a length of a loop cannot, and the motion goes on as it was.
     t += 0.1
     before = slave.get("x6_ddot")
+    refused(lambda: slave.slave.setFloat64([slave.references[n] for n in ("F6", "O2A")], [77.0, 0.25]))
+    assert slave.get("F6") == 1000.0, "all or none"
     slave.set("F6", 3000.0)
     assert slave.get("F6") == 3000.0 and abs(slave.get("x6_ddot") - before) > 0.1
     refused(lambda: slave.set("O2A", 0.25))
     assert slave.get("O2A") == 0.2
     refused(lambda: slave.set("x6", 0.0))
     refused(lambda: slave.set("F6", float("nan")))
-    refused(lambda: slave.step(t - 0.3, 0.1))
+    refused(lambda: slave.set("w0", 5.0))
+    for at, h in [(t - 0.3, 0.1), (t + 0.3, 0.1), (t, -0.1), (t, float("nan")), (t, float("inf")), (t, 1e300)]:
+        refused(lambda: slave.step(at, h))
+    refused(lambda: slave.set("m6", float("inf")))
+    slave.set("J2", -1e5)
+    refused(lambda: slave.get("phi2"))
+    slave.set("J2", 100.0)
     slave.step(t, 0.1)
     assert np.isfinite(slave.get("x6"))
     slave.slave.terminate()
@@ -146,7 +155,41 @@ def by_hand():
     slave = Slave(unit, BC=0.1)
     refused(slave.slave.exitInitializationMode)
     slave.slave.freeInstance()
+    slave = Slave(unit, J2=-100.0)
+    refused(slave.slave.exitInitializationMode)
+    slave.slave.freeInstance()
     print("by hand: states, tunable parameters, refusals")
+
+
+def by_an_integrator():
+    """Model exchange: the order of the states, and loops that stay closed however loose the importer's tolerance is."""
+    unit = exported("pendulum")
+    for tolerance, within in [(1e-4, 2e-3), (1e-6, 1e-4), (1e-8, 1e-6)]:
+        result = simulate_fmu(
+            unit, fmi_type="ModelExchange", solver="CVode", stop_time=100.0, step_size=0.01, output_interval=0.01,
+            relative_tolerance=tolerance, output=["x", "y"],
+        )
+        open_by = np.max(np.abs(result["x"] ** 2 + result["y"] ** 2 - 1.0))
+        assert open_by < within, (tolerance, open_by)
+    unit = exported("quick-return")
+    description = read_model_description(unit)
+    instance = FMU3Model(
+        guid=description.guid, unzipDirectory=extract(unit), instanceName="model",
+        modelIdentifier=description.modelExchange.modelIdentifier,
+    )
+    instance.instantiate()
+    instance.enterInitializationMode(startTime=0.0)
+    instance.exitInitializationMode()
+    derivatives = [unknown.variable for unknown in description.derivatives]
+    values, slopes = (ctypes.c_double * len(derivatives))(), (ctypes.c_double * len(derivatives))()
+    instance.getContinuousStates(values, len(derivatives))
+    instance.getContinuousStateDerivatives(slopes, len(derivatives))
+    for value, slope, derivative in zip(values, slopes, derivatives):
+        assert value == instance.getFloat64([derivative.derivative.valueReference])[0], derivative.name
+        assert slope == instance.getFloat64([derivative.valueReference])[0], derivative.name
+    refused(lambda: instance.fmi3DoStep(instance.component, 0.0, 0.1, True, *(ctypes.byref(ctypes.c_bool()) for _ in range(3)), ctypes.byref(ctypes.c_double())))
+    instance.freeInstance()
+    print("by an integrator: states in their order, loops closed")
 
 
 def main():
@@ -168,6 +211,7 @@ def main():
         compare(exported("slider-crank"), "slider-crank", *tight, interface="ModelExchange", within=1e-5,
                 solver="CVode", relative_tolerance=1e-10)
         by_hand()
+        by_an_integrator()
         # The same scene gives the same file.
         qrm("export-fmu", "slider-crank", "--out", "a")
         qrm("export-fmu", "slider-crank", "--out", "b")

@@ -7,6 +7,9 @@ use qrm_sim::unit::{Entry, Kind, Settings, Unit, Units, Variable, variables};
 /// Residuals from here on are worth an event, in which an importer that integrates by itself gets closed loops back.
 const OPEN: f64 = 1e-10;
 
+/// Times that differ by less than this part are the same to an importer that adds up its steps.
+const SAME: f64 = 1e-7;
+
 /// Where in its life an instance is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Phase {
@@ -94,9 +97,19 @@ impl Instance {
         self.state = State::new();
     }
 
-    pub(crate) fn begin(&mut self, start: f64) {
+    /// Begins the initialization.
+    pub(crate) fn begin(&mut self, start: f64) -> Result<(), String> {
+        if !start.is_finite() {
+            return Err(format!("{start} is no time to start at"));
+        }
         self.state.origin = start;
         self.state.phase = Phase::Initializing;
+        Ok(())
+    }
+
+    /// Refuses what belongs to another interface.
+    pub(crate) fn is_for(&self, interface: Interface) -> Result<(), String> {
+        if self.interface == interface { Ok(()) } else { Err(format!("the instance is one of {:?}", self.interface)) }
     }
 
     /// The value of a variable.
@@ -117,29 +130,34 @@ impl Instance {
         }
     }
 
-    /// Sets a parameter.
-    pub(crate) fn set(&mut self, reference: u32, value: f64) -> Result<(), String> {
+    /// Sets parameters, all or none.
+    pub(crate) fn set(&mut self, references: &[u32], values: &[f64]) -> Result<(), String> {
+        let named: Vec<&'static str> =
+            references.iter().zip(values).map(|(r, value)| self.settable(*r, *value)).collect::<Result<_, _>>()?;
+        self.state.set.extend(named.into_iter().zip(values.iter().copied()));
+        self.state.is_stale = true;
+        Ok(())
+    }
+
+    /// The name of a parameter that can be set to a value now.
+    fn settable(&self, reference: u32, value: f64) -> Result<&'static str, String> {
         let variable = self.variable(reference)?;
-        let (name, kind) = (variable.name.clone(), variable.kind);
-        let Kind::Parameter(i) = kind else {
+        let name = &variable.name;
+        let Kind::Parameter(i) = variable.kind else {
             return Err(format!("`{name}` is a result and cannot be set"));
         };
+        if self.settings.computed.contains(name) {
+            return Err(format!("parameter `{name}` follows from others and cannot be set"));
+        }
+        if self.state.phase == Phase::Running && self.settings.fixed.contains(name) {
+            return Err(format!(
+                "parameter `{name}` can be set before the start only: the loops or the start depend on it"
+            ));
+        }
         if !value.is_finite() {
             return Err(format!("parameter `{name}` cannot be {value}"));
         }
-        let name = self.entry.description.parameters[i].name;
-        let before = self.state.set.insert(name, value);
-        let opens = |unit: &dyn Unit| unit.opens_loops(&|name| self.value_set(name));
-        let is_refused = self.state.phase == Phase::Running && self.state.unit.as_deref().is_some_and(opens);
-        if is_refused {
-            match before {
-                Some(before) => self.state.set.insert(name, before),
-                None => self.state.set.remove(name),
-            };
-            return Err(format!("parameter `{name}` shapes the loops: it can be set before the start only"));
-        }
-        self.state.is_stale = true;
-        Ok(())
+        Ok(self.entry.description.parameters[i].name)
     }
 
     /// Ends the initialization.
@@ -149,9 +167,16 @@ impl Instance {
         Ok(())
     }
 
-    /// Goes on to a time of the importer.
-    pub(crate) fn advance(&mut self, t: f64) -> Result<(), String> {
-        let t = t - self.state.origin;
+    /// Goes on by a step of the importer.
+    pub(crate) fn advance(&mut self, from: f64, step: f64) -> Result<(), String> {
+        let now = self.time();
+        if !((from - now).abs() <= SAME * (1.0 + now.abs())) {
+            return Err(format!("a step from t = {from} s was asked for, but the motion has come to {now} s"));
+        }
+        if !(step >= 0.0) {
+            return Err(format!("a step cannot be {step} s long"));
+        }
+        let t = from + step - self.state.origin;
         self.unit()?.advance(t).map_err(|trouble| trouble.to_string())
     }
 
@@ -171,6 +196,10 @@ impl Instance {
             Some(placed) => placed,
             None => (self.time(), self.continuous_states()?),
         };
+        if !t.is_none_or(f64::is_finite) || !states.unwrap_or_default().iter().all(|state| state.is_finite()) {
+            self.state.placed = Some(now);
+            return Err("time or a state is not finite".to_owned());
+        }
         if let Some(t) = t {
             now.0 = t;
         }

@@ -16,6 +16,7 @@ use crate::instance::{Instance, Interface, Phase, State};
 /// `fmi3Status`.
 type Status = c_int;
 const OK: Status = 0;
+const DISCARD: Status = 2;
 const ERROR: Status = 3;
 const FATAL: Status = 4;
 
@@ -220,8 +221,7 @@ interface! {
         stop: f64,
     ) -> Status {
         in_phase(handle, &[Instantiated], |instance| {
-            instance.begin(start);
-            Ok(())
+            instance.begin(start)
         })
     }
 
@@ -230,10 +230,7 @@ interface! {
     }
 
     fn fmi3EnterEventMode(handle: *mut c_void) -> Status {
-        in_phase(handle, &[Running], |instance| match instance.interface {
-            Interface::ModelExchange => Ok(()),
-            Interface::CoSimulation => Err("there is no event mode in co-simulation".to_owned()),
-        })
+        in_phase(handle, &[Running], |instance| instance.is_for(Interface::ModelExchange))
     }
 
     fn fmi3Terminate(handle: *mut c_void) -> Status {
@@ -279,7 +276,7 @@ interface! {
         let (references, values) = unsafe { (read(references, count), read(values, value_count)) };
         in_phase(handle, &[Instantiated, Initializing, Running], |instance| {
             same_count(values.len(), references.len())?;
-            references.iter().zip(values).try_for_each(|(reference, value)| instance.set(*reference, *value))
+            instance.set(references, values)
         })
     }
 
@@ -335,6 +332,7 @@ interface! {
         next_event: *mut f64,
     ) -> Status {
         in_phase(handle, &[Running], |instance| {
+            instance.is_for(Interface::ModelExchange)?;
             let is_open = instance.is_open()?;
             if is_open {
                 instance.close()?;
@@ -353,7 +351,7 @@ interface! {
     }
 
     fn fmi3EnterContinuousTimeMode(handle: *mut c_void) -> Status {
-        in_phase(handle, &[Running], |_| Ok(()))
+        in_phase(handle, &[Running], |instance| instance.is_for(Interface::ModelExchange))
     }
 
     fn fmi3CompletedIntegratorStep(
@@ -363,6 +361,7 @@ interface! {
         terminate: *mut bool,
     ) -> Status {
         in_phase(handle, &[Running], |instance| {
+            instance.is_for(Interface::ModelExchange)?;
             let is_open = instance.is_open()?;
             // SAFETY: they point to places of the importer, or to nothing.
             unsafe {
@@ -374,13 +373,17 @@ interface! {
     }
 
     fn fmi3SetTime(handle: *mut c_void, time: f64) -> Status {
-        in_phase(handle, &[Running], |instance| instance.place(Some(time), None))
+        in_phase(handle, &[Running], |instance| {
+            instance.is_for(Interface::ModelExchange)?;
+            instance.place(Some(time), None)
+        })
     }
 
     fn fmi3SetContinuousStates(handle: *mut c_void, states: *const f64, count: usize) -> Status {
         // SAFETY: the importer says how long its array is.
         let states = unsafe { read(states, count) };
         in_phase(handle, &[Running], |instance| {
+            instance.is_for(Interface::ModelExchange)?;
             same_count(states.len(), instance.states())?;
             instance.place(None, Some(states))
         })
@@ -390,6 +393,7 @@ interface! {
         // SAFETY: the importer says how long its array is.
         let states = unsafe { room(states, count) };
         in_phase(handle, &[Initializing, Running, Terminated], |instance| {
+            instance.is_for(Interface::ModelExchange)?;
             same_count(states.len(), instance.states())?;
             states.copy_from_slice(&instance.continuous_states()?);
             Ok(())
@@ -399,11 +403,14 @@ interface! {
     fn fmi3GetContinuousStateDerivatives(handle: *mut c_void, derivatives: *mut f64, count: usize) -> Status {
         // SAFETY: the importer says how long its array is.
         let derivatives = unsafe { room(derivatives, count) };
-        in_phase(handle, &[Initializing, Running, Terminated], |instance| {
+        let status = in_phase(handle, &[Initializing, Running, Terminated], |instance| {
+            instance.is_for(Interface::ModelExchange)?;
             same_count(derivatives.len(), instance.states())?;
             derivatives.copy_from_slice(&instance.derivatives()?);
             Ok(())
-        })
+        });
+        // A solver that tried a state which is none shortens its step.
+        if status == ERROR { DISCARD } else { status }
     }
 
     fn fmi3GetNominalsOfContinuousStates(handle: *mut c_void, nominals: *mut f64, count: usize) -> Status {
@@ -441,7 +448,8 @@ interface! {
         last: *mut f64,
     ) -> Status {
         in_phase(handle, &[Running], |instance| {
-            let made = instance.advance(time + step);
+            instance.is_for(Interface::CoSimulation)?;
+            let made = instance.advance(time, step);
             // SAFETY: they point to places of the importer, or to nothing.
             unsafe {
                 put(event_needed, false);

@@ -99,6 +99,8 @@ pub enum NoSensitivity {
         /// The time.
         t: f64,
     },
+    /// The stop condition holds at the start.
+    StoppedAtStart,
     /// The stop condition did not become true.
     NotStopped {
         /// The latest end.
@@ -262,6 +264,9 @@ impl<'a, X: Mechanism<N, M>, const N: usize, const M: usize> Pass<'a, X, N, M> {
         let mut end = take(&self.kernel, constant(0.0), &self.state);
         let (mut t, mut row_number) = (constant(0.0), 0);
         let mut condition = self.condition(&self.kernel, t, &self.state);
+        if condition.is_some_and(|c| c.re >= 0.0) {
+            return Err(NoSensitivity::StoppedAtStart);
+        }
         while t.0.re < self.grid.end_time && condition.is_none_or(|c| c.re < 0.0) {
             row_number += 1;
             let t_next = constant(self.grid.time(row_number));

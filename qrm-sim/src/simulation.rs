@@ -3,7 +3,7 @@
 use qrm_mechanism::Mechanism;
 
 use crate::assembly::assemble;
-use crate::linear::Vector;
+use crate::linear::{Matrix, Vector};
 use crate::motion::{Breakdown, Method, Moment, moment};
 use crate::outcome::NoStart;
 use crate::projection::{Projection, project};
@@ -53,7 +53,15 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Simulation<X, N, M> {
     /// # Errors
     /// The mechanism cannot be assembled, its accelerations are not determined, or the step is not above zero.
     pub fn new(mechanism: X, method: Method, step: Option<f64>) -> Result<Self, Trouble> {
-        Self::begin(mechanism, method, step).map_err(|reason| trouble::<X, N, M>(Reason::NoStart(reason)))
+        let made = Self::begin(mechanism, method, step);
+        let made = made.map_err(|reason| trouble::<X, N, M>(Reason::NoStart(reason)))?;
+        made.massive()
+    }
+
+    /// The same, if every motion has an energy that is not negative.
+    fn massive(self) -> Result<Self, Trouble> {
+        let is_massive = is_positive(self.mechanism.mass_matrix(&self.now.q));
+        if is_massive { Ok(self) } else { Err(trouble::<X, N, M>(Reason::NegativeMass)) }
     }
 
     fn begin(mechanism: X, method: Method, step: Option<f64>) -> Result<Self, NoStart> {
@@ -98,7 +106,10 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Simulation<X, N, M> {
     pub fn advance(&mut self, t: f64) -> Result<&Moment<N, M>, Trouble> {
         let from = self.now.t;
         // Not a number is no time that can be reached either.
-        if !(t >= from - NEAR * self.step && t < f64::INFINITY) {
+        if !(t - from <= MOST_STEPS * self.step) {
+            return Err(trouble::<X, N, M>(Reason::NoTime { from, to: t }));
+        }
+        if t < from - NEAR * self.step {
             return Err(trouble::<X, N, M>(Reason::Backwards { from, to: t }));
         }
         self.go(t).map_err(|breakdown| trouble::<X, N, M>(Reason::Broken { t: from, breakdown }))?;
@@ -133,10 +144,12 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Simulation<X, N, M> {
     /// Its loops cannot be closed near this position, or its accelerations are not determined; then nothing has changed.
     pub fn replace(&mut self, mechanism: X) -> Result<(), Trouble> {
         let t = self.now.t;
-        self.change(mechanism).map_err(|breakdown| trouble::<X, N, M>(Reason::Broken { t, breakdown }))
+        let changed = self.changed(mechanism);
+        *self = changed.map_err(|breakdown| trouble::<X, N, M>(Reason::Broken { t, breakdown }))?.massive()?;
+        Ok(())
     }
 
-    fn change(&mut self, mechanism: X) -> Result<(), Breakdown> {
+    fn changed(&self, mechanism: X) -> Result<Self, Breakdown> {
         let mut care = Care::default();
         let Moment { t, mut q, mut qd, .. } = self.now;
         if self.method.projection != Projection::None {
@@ -147,8 +160,7 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Simulation<X, N, M> {
         let stepper = Stepper::new(&mechanism, self.method.scheme, first, f64::INFINITY, &mut care)?;
         let parameters = parameters(&mechanism);
         let (method, step) = (self.method, self.step);
-        *self = Self { mechanism, parameters, method, step, stepper, origin: t, rows: 0, row: first, now: first };
-        Ok(())
+        Ok(Self { mechanism, parameters, method, step, stepper, origin: t, rows: 0, row: first, now: first })
     }
 
     /// Goes on from other coordinates and rates, at another time.
@@ -179,6 +191,30 @@ fn trouble<X: Mechanism<N, M>, const N: usize, const M: usize>(reason: Reason) -
     Trouble { reason, description: X::DESCRIPTION }
 }
 
+/// Whether a symmetric matrix is positive semidefinite, by elimination from the largest entry of its diagonal on.
+fn is_positive<const N: usize>(mut matrix: Matrix<N, N>) -> bool {
+    let largest = |matrix: &Matrix<N, N>| (0..N).map(|i| matrix[i][i]).fold(f64::NEG_INFINITY, f64::max);
+    let rounding = 1e-12 * largest(&matrix).max(0.0);
+    for _ in 0..N {
+        if (0..N).any(|i| matrix[i][i] < -rounding) {
+            return false;
+        }
+        let pivot = (0..N).max_by(|&i, &j| matrix[i][i].total_cmp(&matrix[j][j])).unwrap_or(0);
+        let row = matrix[pivot];
+        if !(row[pivot] > rounding) {
+            return true;
+        }
+        for i in 0..N {
+            for j in 0..N {
+                matrix[i][j] -= row[i] * row[j] / row[pivot];
+            }
+        }
+    }
+    true
+}
+
+/// Steps that nobody waits for.
+const MOST_STEPS: f64 = 1e11;
 /// Times nearer to each other than this part of a step are the same.
 const NEAR: f64 = 1e-9;
 

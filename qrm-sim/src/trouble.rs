@@ -29,6 +29,15 @@ pub enum Reason {
         /// Why no step leads on.
         breakdown: Breakdown,
     },
+    /// What was asked for is no time, or farther away than steps can be made.
+    NoTime {
+        /// The last time.
+        from: f64,
+        /// What was asked for.
+        to: f64,
+    },
+    /// No body moves with a mass like this: some motion would have a negative kinetic energy.
+    NegativeMass,
     /// A time was asked for that lies before the last one.
     Backwards {
         /// The last time.
@@ -57,6 +66,8 @@ impl fmt::Display for Trouble {
             Reason::Broken { t, breakdown: reason } => {
                 write!(f, "`{name}` breaks off after t = {t} s: {}", breakdown(reason, description))
             }
+            Reason::NoTime { from, to } => write!(f, "`{name}` has come to t = {from} s and cannot go on to {to} s"),
+            Reason::NegativeMass => write!(f, "`{name}` cannot move: some mass or inertia is negative"),
             Reason::Backwards { from, to } => {
                 write!(f, "`{name}` has come to t = {from} s and cannot go back to {to} s")
             }

@@ -101,9 +101,6 @@ pub trait Unit: Send {
     /// The motion does not get there; it stays where it is.
     fn advance(&mut self, t: f64) -> Result<(), Trouble>;
 
-    /// Whether other parameters would open loops or change their rates at the present position: lengths do, masses and loads do not.
-    fn opens_loops(&self, replace: &dyn Fn(&str) -> Option<f64>) -> bool;
-
     /// Goes on with other parameters, from where the motion is.
     ///
     /// # Errors
@@ -152,11 +149,6 @@ impl<X: Mechanism<N, M> + Clone + Send + 'static, const N: usize, const M: usize
 
     fn advance(&mut self, t: f64) -> Result<(), Trouble> {
         Simulation::advance(self, t).map(|_| ())
-    }
-
-    fn opens_loops(&self, replace: &dyn Fn(&str) -> Option<f64>) -> bool {
-        let Moment { t, q, .. } = self.now();
-        self.mechanism().closure(*t, q) != X::with_parameters(replace).closure(*t, q)
     }
 
     fn replace(&mut self, replace: &dyn Fn(&str) -> Option<f64>) -> Result<(), Trouble> {

@@ -53,7 +53,8 @@ pub extern "C" fn quick_return_start(motion: &mut Motion, angle: f64, speed: f64
     let State { q, qd, qdd, multipliers, .. } = State::new(&mechanism(0.0), 0.0, q, qd);
     *motion = Motion { t: 0.0, q, qd, qdd, multipliers };
     let is_closed = heavy.residuals(&position).iter().all(|residual| residual.abs() < 1e-12);
-    if is_closed { 0 } else { 1 }
+    let is_finite = qd.iter().chain(&qdd).all(|value| value.is_finite());
+    if is_closed && is_finite { 0 } else { 1 }
 }
 
 fn at(mechanism: &QuickReturnLoaded, q: &[f64; 3]) -> Position<f64> {

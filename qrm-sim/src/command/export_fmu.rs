@@ -11,6 +11,7 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
 use super::arguments::ExportFmuArguments;
+use super::progress::Progress;
 use super::setup::Setup;
 use super::{Failure, account};
 use crate::album::Album;
@@ -30,9 +31,9 @@ pub(super) fn export_fmu(scenes: &Scenes, arguments: &ExportFmuArguments) -> Res
     }
     let roles = roles::roles(&setup, &arguments.input)?;
     // What does not run here would not run elsewhere.
-    let mut album = Album::new(&setup.description);
-    let outcome = setup.simulate(true, &mut album)?;
-    let summary = account::summary(&setup, &outcome, &album);
+    let mut observer = (Progress::new(), Album::new(&setup.description));
+    let outcome = setup.simulate(true, &mut observer)?;
+    let summary = account::summary(&setup, &outcome, &observer.1);
     if let Some(problem) = account::problem(&outcome, &summary) {
         return Err(Failure::Run(problem));
     }
@@ -41,13 +42,15 @@ pub(super) fn export_fmu(scenes: &Scenes, arguments: &ExportFmuArguments) -> Res
         text: fingerprint(&setup.description),
         method: setup.method,
         step: outcome.step,
+        fixed: roles.fixed().into_iter().map(str::to_owned).collect(),
+        computed: roles.computed().into_iter().map(str::to_owned).collect(),
         set: setup.set.clone().into_iter().collect(),
     };
     let identifier = setup.description.name.replace('-', "_");
     let values = setup.scene.parameters(&setup.replace());
     let text = description::xml(&setup.description, &identifier, &settings, &roles, &values, outcome.end_time)
         .map_err(|e| Failure::Run(format!("error: the description of the unit cannot be written: {e}")))?;
-    let library = library()?;
+    let library = library(&setup)?;
     let files = [
         ("modelDescription.xml".to_owned(), text.into_bytes()),
         (format!("binaries/{}/{identifier}{}", platform(), std::env::consts::DLL_SUFFIX), library),
@@ -75,18 +78,24 @@ fn said(setup: &Setup, roles: &roles::Roles, path: &Path, end: f64) -> String {
 }
 
 /// The library that was built beside this command.
-fn library() -> Result<Vec<u8>, Failure> {
+fn library(setup: &Setup) -> Result<Vec<u8>, Failure> {
     use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
     let command = std::env::current_exe().unwrap_or_default();
     let stem = command.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let path: PathBuf = command.with_file_name(format!("{DLL_PREFIX}{stem}{DLL_SUFFIX}"));
-    std::fs::read(&path).map_err(|e| {
+    let wrong = |why: String| {
         Failure::Use(format!(
-            "error: the library that belongs into the unit cannot be read: {}: {e}\n  \
+            "error: the library that belongs into the unit {why}: {}\n  \
              = help: `cargo build --release` makes it beside the command; keep both in one folder",
             path.display()
         ))
-    })
+    };
+    let library = std::fs::read(&path).map_err(|e| wrong(format!("cannot be read ({e})")))?;
+    let holds = |text: &str| library.windows(text.len()).any(|window| window == text.as_bytes());
+    if holds("fmi3InstantiateCoSimulation") && holds(setup.description.source) {
+        return Ok(library);
+    }
+    Err(wrong(format!("does not hold scene `{}` as this command does", setup.description.name)))
 }
 
 /// The folder of a unit in which the library of this system stands.

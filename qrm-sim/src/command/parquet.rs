@@ -25,6 +25,16 @@ pub(super) enum Kind {
     Text,
 }
 
+/// Writes a table in CSV once more, whole or not at all.
+pub(super) fn copy(table: &Path, path: &Path, kind: fn(&str) -> Kind) -> io::Result<()> {
+    let part = path.with_extension("parquet.part");
+    write(&mut io::BufReader::new(File::open(table)?), &part, kind)?;
+    std::fs::rename(&part, path).inspect_err(|_| {
+        // What is left of it is of no use; that it cannot be removed would be no news.
+        let _ = std::fs::remove_file(&part);
+    })
+}
+
 /// Writes a table that begins with its header, and says how many rows it has.
 pub(super) fn write(rows: &mut impl Read, path: &Path, kind: fn(&str) -> Kind) -> io::Result<usize> {
     let mut reader = csv::Reader::from_reader(rows);

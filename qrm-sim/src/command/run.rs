@@ -33,8 +33,8 @@ pub(super) fn run(scenes: &Scenes, arguments: &RunArguments) -> Result<(), Failu
     #[cfg(feature = "pictures")]
     figures(arguments, &setup, (&outcome, &album), &out, &mut summary, &mut problems);
     let tables = if summary.rows > 0 { tables(arguments, &setup, &out) } else { Ok(Vec::new()) };
-    let tables = tables.unwrap_or_else(|e| {
-        problems.push(super::unwritable(&out, &e));
+    let tables = tables.unwrap_or_else(|problem| {
+        problems.push(problem);
         Vec::new()
     });
     let path = out.join("summary.json");
@@ -45,18 +45,18 @@ pub(super) fn run(scenes: &Scenes, arguments: &RunArguments) -> Result<(), Failu
     if problems.is_empty() { Ok(()) } else { Err(Failure::Run(problems.join("\n"))) }
 }
 
-/// Writes what belongs to the trajectory, and says what that is.
-fn tables(arguments: &RunArguments, setup: &Setup, out: &Path) -> std::io::Result<Vec<String>> {
+/// Writes what belongs to the trajectory, and says what that is; or what cannot be written.
+fn tables(arguments: &RunArguments, setup: &Setup, out: &Path) -> Result<Vec<String>, String> {
     let table = out.join("trajectory.csv");
     units::write(&table, &columns(&setup.description), &setup.description)?;
     #[cfg(feature = "sweep")]
     if arguments.parquet {
-        let (path, part) = (out.join("trajectory.parquet"), out.join("trajectory.parquet.part"));
-        let mut rows = std::io::BufReader::new(std::fs::File::open(&table)?);
-        super::parquet::write(&mut rows, &part, |_| super::parquet::Kind::Number)?;
-        std::fs::rename(&part, &path)?;
+        let path = out.join("trajectory.parquet");
+        super::parquet::copy(&table, &path, |_| super::parquet::Kind::Number)
+            .map_err(|e| super::unwritable(&path, &e))?;
         return Ok(vec![path.display().to_string()]);
     }
+    #[cfg(not(feature = "sweep"))]
     let _ = arguments;
     Ok(Vec::new())
 }

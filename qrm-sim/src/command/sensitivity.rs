@@ -22,11 +22,12 @@ pub(super) fn sensitivity(scenes: &Scenes, arguments: &SensitivityArguments) -> 
     let setup = Setup::new(scenes, &arguments.scene, &MethodArguments::default())?;
     let by = by(&setup, &arguments.by)?;
     of(&setup, &arguments.of)?;
-    let found = derive(&setup, &by, &setup.replace(), setup.step())?;
-    let chosen = |name: &str| arguments.of.is_empty() || arguments.of.iter().any(|of| of == name);
-    let rows: Vec<_> = quantities(&setup, &found).into_iter().filter(|row| chosen(row.chosen_by)).collect();
-    let doubts = if arguments.no_check { Vec::new() } else { check::check(&setup, &by, &found)? };
     let path = setup.folder(arguments.out.as_deref()).join("sensitivity.csv");
+    // That of other settings would pass for this one's. If it is not there, or cannot be removed, writing will tell.
+    let _ = std::fs::remove_file(&path);
+    let found = derive(&setup, &by, &setup.replace(), setup.step())?;
+    let rows = quantities(&setup, &found, &arguments.of);
+    let doubts = if arguments.no_check { Vec::new() } else { check::check(&setup, &by, &rows, &arguments.of)? };
     let bytes = table::csv(&rows, &by).map_err(|e| Failure::Run(format!("error: {}: {e}", path.display())))?;
     super::save(&path, &bytes)?;
     let mut text = table::printed(&setup, &rows, &by);
@@ -104,6 +105,9 @@ fn failure(setup: &Setup, reason: &NoSensitivity) -> Failure {
             "after t = {t} s some formula has a value but no derivative\n  \
              = help: look for roots of what becomes zero there, and for powers with exponents below one"
         ),
+        NoSensitivity::StoppedAtStart => {
+            "the stop condition holds at the start: there is no motion\n  = help: end elsewhere with --until or --end-time".to_owned()
+        }
         NoSensitivity::NotStopped { end_time } => format!(
             "the stop condition did not become true up to t = {end_time} s\n  = help: `qrm run {name}` says how near it came"
         ),

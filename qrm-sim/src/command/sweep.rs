@@ -85,8 +85,7 @@ pub(super) fn sweep(scenes: &Scenes, arguments: &SweepArguments) -> Result<(), F
     }
     let counts = journal.counts();
     journal.finish(&plan.out)?;
-    let units = units::write(&plan.out, &plan.columns.header(), &plan.scene.description())
-        .map_err(|e| Failure::Run(super::unwritable(&plan.out, &e)))?;
+    let units = units::write(&plan.out, &plan.columns.header(), &plan.scene.description()).map_err(Failure::Run)?;
     super::say(&format!(
         "{}: {} designs, {} done, {} failed\n\nwrote {} (units in {})",
         plan.scene.description().name,

@@ -1,6 +1,5 @@
 //! What stands in the columns of a table, for programs that read it: a JSON file beside it, with unit and meaning of each column.
 
-use std::io;
 use std::path::{Path, PathBuf};
 
 use qrm_mechanism::Description;
@@ -10,13 +9,15 @@ use crate::summary::Named;
 use crate::unit::variables;
 
 /// Writes the file that belongs to a table, `NAME.units.json` beside `NAME.csv`, and says where.
-pub(super) fn write(table: &Path, columns: &[String], description: &Description) -> io::Result<PathBuf> {
+///
+/// # Errors
+/// What is said when it cannot be written.
+pub(super) fn write(table: &Path, columns: &[String], description: &Description) -> Result<PathBuf, String> {
     let path = table.with_extension("units.json");
     let entries = columns.iter().map(|column| (column.clone(), meaning(column, description)));
-    let mut text = serde_json::to_string_pretty(&Named(entries.collect()))?;
-    text.push('\n');
-    super::write(&path, text.as_bytes())?;
-    Ok(path)
+    let text = serde_json::to_string_pretty(&Named(entries.collect())).map_err(std::io::Error::other);
+    let written = text.and_then(|text| super::write(&path, format!("{text}\n").as_bytes()));
+    written.map(|()| path.clone()).map_err(|e| super::unwritable(&path, &e))
 }
 
 /// What stands in a column.

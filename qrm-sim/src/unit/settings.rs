@@ -19,6 +19,10 @@ pub struct Settings {
     pub method: Method,
     /// Their length in seconds, or the time between rows.
     pub step: f64,
+    /// Parameters that can be set before the start only.
+    pub fixed: Vec<String>,
+    /// Parameters that follow from others.
+    pub computed: Vec<String>,
     /// Parameters with other values.
     pub set: Vec<(String, f64)>,
 }
@@ -58,7 +62,7 @@ impl fmt::Display for Settings {
         };
         let Tolerance { residual, iterations } = self.method.tolerance;
         write!(f, "qrm {};{:016x};{scheme};{projection};{residual:?};{iterations};", self.scene, self.text)?;
-        write!(f, "{:?}", self.step)?;
+        write!(f, "{:?};{};{}", self.step, self.fixed.join(","), self.computed.join(","))?;
         self.set.iter().try_for_each(|(name, value)| write!(f, ";{name}={value:?}"))
     }
 }
@@ -91,11 +95,16 @@ impl FromStr for Settings {
         let residual = number(parts.next())?;
         let iterations = parts.next().and_then(|part| part.parse().ok()).ok_or(())?;
         let step = number(parts.next())?;
+        let mut names = || {
+            let list = parts.next().ok_or(())?;
+            Ok(list.split(',').filter(|name| !name.is_empty()).map(str::to_owned).collect())
+        };
+        let (fixed, computed) = (names()?, names()?);
         let pair =
             |part: &str| part.split_once('=').and_then(|(name, value)| Some((name.to_owned(), value.parse().ok()?)));
         let set = parts.map(|part| pair(part).ok_or(())).collect::<Result<_, _>>()?;
         let method = Method { scheme, projection, tolerance: Tolerance { residual, iterations } };
-        Ok(Self { scene, text, method, step, set })
+        Ok(Self { scene, text, method, step, fixed, computed, set })
     }
 }
 
@@ -108,19 +117,20 @@ mod tests {
         let tolerance = Tolerance { residual: 3e-11, iterations: 7 };
         for scheme in [Scheme::Rk4, Scheme::Dop853 { tolerance: 0.1 }, Scheme::Auto { tolerance: 1e-300 }] {
             for projection in [Projection::None, Projection::Euclidean, Projection::Mass] {
-                let method = Method { scheme, projection, tolerance };
-                let set = vec![("O2A".to_owned(), 0.1 + 0.2), ("g".to_owned(), -1e308)];
-                let settings = Settings { scene: "quick-return".to_owned(), text: 0xab, method, step: 1e-3, set };
+                let settings = Settings {
+                    scene: "quick-return".to_owned(),
+                    text: 0xab,
+                    method: Method { scheme, projection, tolerance },
+                    step: 1e-3,
+                    fixed: vec!["O2A".to_owned(), "w0".to_owned()],
+                    computed: Vec::new(),
+                    set: vec![("O2A".to_owned(), 0.1 + 0.2), ("g".to_owned(), -1e308)],
+                };
                 assert_eq!(settings.to_string().parse(), Ok(settings));
             }
         }
-        for wrong in [
-            "",
-            "qrm",
-            "{8c4e810f-3df3-4a00-8276-176fa3c9f9e0}",
-            "qrm a;0;rk4;mass;1e-12;10",
-            "qrm a;0;rk4;mass;1e-12;10;x",
-        ] {
+        let short = "qrm a;0;rk4;mass;1e-12;10";
+        for wrong in ["", "qrm", "{8c4e810f-3df3-4a00-8276-176fa3c9f9e0}", short, &format!("{short};1;;;x")] {
             assert_eq!(wrong.parse::<Settings>(), Err(()), "{wrong}");
         }
     }

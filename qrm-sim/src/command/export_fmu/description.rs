@@ -35,7 +35,9 @@ pub(super) fn xml(
     ];
     let interface = [("modelIdentifier", identifier), ("canGetAndSetFMUState", "true")];
     xml.create_element("fmiModelDescription").with_attributes(of_model).write_inner_content(|xml| {
-        xml.create_element("ModelExchange").with_attributes(interface).write_empty()?;
+        let model_exchange = xml.create_element("ModelExchange").with_attributes(interface);
+        // After each of the importer's steps the unit looks whether the loops are still closed.
+        model_exchange.with_attribute(("needsCompletedIntegratorStep", "true")).write_empty()?;
         let co_simulation = xml.create_element("CoSimulation").with_attributes(interface);
         co_simulation.with_attribute(("canHandleVariableCommunicationStepSize", "true")).write_empty()?;
         unit_definitions(xml, &variables)?;
@@ -118,8 +120,8 @@ fn write_variable(
     };
     let (causality, variability, initial) = match variable.kind {
         Kind::Time => ("independent", "continuous", None),
-        Kind::Parameter(i) => match roles.0[i].1 {
-            Role::Input => ("input", "discrete", None),
+        Kind::Parameter(i) => match roles.roles[i].1 {
+            Role::Input => ("input", "continuous", None),
             Role::Tunable => ("parameter", "tunable", Some("exact")),
             Role::Fixed => ("parameter", "fixed", Some("exact")),
             Role::Computed { is_tunable: true } => ("calculatedParameter", "tunable", Some("calculated")),
@@ -130,6 +132,11 @@ fn write_variable(
     element = element.with_attributes([("causality", causality), ("variability", variability)]);
     if let Some(initial) = initial {
         element = element.with_attribute(("initial", initial));
+    }
+    if let Kind::Parameter(i) = variable.kind
+        && roles.is_mass(i)
+    {
+        element = element.with_attribute(("min", "0"));
     }
     if matches!(initial, Some("exact")) || causality == "input" {
         element = element.with_attribute(("start", start.as_str()));
@@ -151,10 +158,14 @@ fn structure(xml: &mut Writer<Vec<u8>>, variables: &[Variable], roles: &Roles) -
         wanted.map(|(reference, _)| reference.to_string()).collect()
     };
     let is_output = |kind: Kind| !matches!(kind, Kind::Time | Kind::Parameter(_));
-    let is_computed = |kind: Kind| matches!(kind, Kind::Parameter(i) if matches!(roles.0[i].1, Role::Computed { .. }));
+    let is_computed =
+        |kind: Kind| matches!(kind, Kind::Parameter(i) if matches!(roles.roles[i].1, Role::Computed { .. }));
+    let is_rate = |kind: Kind| matches!(kind, Kind::Rate(_));
+    let is_acceleration = |kind: Kind| matches!(kind, Kind::Acceleration(_));
     let parts = [
         ("Output", references(&is_output)),
-        ("ContinuousStateDerivative", references(&|kind| matches!(kind, Kind::Rate(_) | Kind::Acceleration(_)))),
+        // In the order of the states: coordinates, then rates.
+        ("ContinuousStateDerivative", [references(&is_rate), references(&is_acceleration)].concat()),
         ("InitialUnknown", references(&|kind| is_output(kind) || is_computed(kind))),
     ];
     xml.create_element("ModelStructure").write_inner_content(|xml| {

@@ -1,6 +1,8 @@
 //! What an importer may do with each parameter.
 
+use qrm_codegen::expression::Node;
 use qrm_codegen::resolve::motion_values;
+use qrm_codegen::scene::Quantity;
 
 use crate::command::Failure;
 use crate::command::setup::Setup;
@@ -22,9 +24,24 @@ pub(super) enum Role {
 }
 
 /// The parameters of a description with their roles.
-pub(super) struct Roles(pub(super) Vec<(&'static str, Role)>);
+pub(super) struct Roles {
+    pub(super) roles: Vec<(&'static str, Role)>,
+    /// Masses and moments of inertia.
+    masses: Vec<&'static str>,
+}
 
 impl Roles {
+    /// Whether the parameter in this place is a mass or an inertia.
+    pub(super) fn is_mass(&self, place: usize) -> bool {
+        self.masses.contains(&self.roles[place].0)
+    }
+
+    /// Those that follow from others.
+    pub(super) fn computed(&self) -> Vec<&'static str> {
+        let computed = self.roles.iter().filter(|(_, role)| matches!(role, Role::Computed { .. }));
+        computed.map(|(name, _)| *name).collect()
+    }
+
     pub(super) fn inputs(&self) -> Vec<&'static str> {
         self.which(Role::Input)
     }
@@ -38,7 +55,7 @@ impl Roles {
     }
 
     fn which(&self, role: Role) -> Vec<&'static str> {
-        self.0.iter().filter(|(_, r)| *r == role).map(|(name, _)| *name).collect()
+        self.roles.iter().filter(|(_, r)| *r == role).map(|(name, _)| *name).collect()
     }
 }
 
@@ -57,9 +74,20 @@ pub(super) fn roles(setup: &Setup, inputs: &[String]) -> Result<Roles, Failure> 
         }
         if is_tunable(&i) { Role::Tunable } else { Role::Fixed }
     };
-    let mut roles = Roles(setup.description.parameters.iter().map(|p| (p.name, role(p.name))).collect());
+    let parameters = setup.description.parameters;
+    let is_mass = |name: &str| {
+        let values = scene.bodies.iter().flat_map(|body| [&body.mass, &body.inertia]).flatten();
+        values.into_iter().any(|value| match value.nodes() {
+            [Node::Name(Quantity::Parameter(i))] => scene.parameters[*i].name == name,
+            _ => false,
+        })
+    };
+    let mut roles = Roles {
+        roles: parameters.iter().map(|p| (p.name, role(p.name))).collect(),
+        masses: parameters.iter().map(|p| p.name).filter(|name| is_mass(name)).collect(),
+    };
     for input in inputs {
-        let found = roles.0.iter_mut().find(|(name, _)| name == input);
+        let found = roles.roles.iter_mut().find(|(name, _)| name == input);
         match found {
             Some((_, role @ Role::Tunable)) => *role = Role::Input,
             Some((_, Role::Input)) => {}

@@ -5,7 +5,6 @@ use std::collections::BTreeSet;
 use super::quantities::{Quantity, quantities};
 use crate::command::Failure;
 use crate::command::setup::Setup;
-use crate::sensitivity::Sensitivity;
 
 /// Parameters are changed by this part of their value, or by this where they are zero.
 const CHANGE: f64 = 1e-4;
@@ -26,10 +25,14 @@ pub(super) struct Doubt {
 }
 
 /// Takes every derivative in two other ways.
-pub(super) fn check(setup: &Setup, by: &[&'static str], found: &Sensitivity) -> Result<Vec<Doubt>, Failure> {
+pub(super) fn check(
+    setup: &Setup,
+    by: &[&'static str],
+    exact: &[Quantity],
+    of: &[String],
+) -> Result<Vec<Doubt>, Failure> {
     let coarse = super::derive(setup, by, &setup.replace(), 2.0 * setup.step())?;
     let values = setup.scene.parameters(&setup.replace());
-    let exact = quantities(setup, found);
     let mut doubts = Vec::new();
     for (place, parameter) in by.iter().enumerate() {
         let at = setup.description.parameters.iter().position(|p| p.name == *parameter).map_or(0.0, |i| values[i]);
@@ -41,14 +44,14 @@ pub(super) fn check(setup: &Setup, by: &[&'static str], found: &Sensitivity) -> 
             let own = setup.replace();
             let replace = |name: &str| if name == *parameter { Some(at + steps * change) } else { own(name) };
             let moved = super::derive(setup, &[parameter], &replace, setup.step())?;
-            for (i, row) in quantities(setup, &moved).iter().enumerate() {
+            for (i, row) in quantities(setup, &moved, of).iter().enumerate() {
                 quotients[i] += weight * row.value.value / (12.0 * change);
                 let expected = exact[i].value.value + exact[i].value.by[place] * steps * change;
                 has_jumped[i] |= row.what.starts_with("time") && (row.value.value - expected).abs() > setup.step();
             }
         }
         let scale = if at == 0.0 { 1.0 } else { at.abs() };
-        let coarse = quantities(setup, &coarse);
+        let coarse = quantities(setup, &coarse, of);
         let jumps_at = |i: usize| {
             let value = |row: &Quantity| row.value.value;
             let is_time = exact[i].what.starts_with("time");
@@ -60,7 +63,7 @@ pub(super) fn check(setup: &Setup, by: &[&'static str], found: &Sensitivity) -> 
             let distances = exact.iter().enumerate().filter(|(i, _)| !jumps_at(*i)).map(|(i, row)| {
                 let (derivative, other) = (row.value.by[place], others(i));
                 // A derivative that is small against what it is taken of has fewer digits.
-                let size = derivative.abs().max(SMALL * row.scale / scale).max(f64::MIN_POSITIVE);
+                let size = derivative.abs().max(SMALL * row.scale / scale);
                 ((derivative - other).abs() / size, format!("{} {}", row.what, row.name))
             });
             distances.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default()
@@ -109,7 +112,11 @@ pub(super) fn verdict(doubts: &[Doubt]) -> Result<(), Failure> {
     let wrong = |doubt: &&Doubt| !(doubt.differences.0.max(doubt.coarse.0) < WRONG);
     let Some(doubt) = doubts.iter().find(wrong) else { return Ok(()) };
     let (how, quantity, help) = if doubt.coarse.0 >= WRONG {
-        ("steps twice as long", &doubt.coarse.1, "use a shorter --step")
+        (
+            "steps twice as long",
+            &doubt.coarse.1,
+            "try a shorter --step; corners in loads, and steps so short that rounding errors add up, do the same",
+        )
     } else {
         (
             "difference quotients",

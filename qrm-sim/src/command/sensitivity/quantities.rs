@@ -14,25 +14,30 @@ pub(super) struct Quantity<'f> {
     pub(super) value: &'f Value,
     /// A size of it that matters.
     pub(super) scale: f64,
-    /// The output that asks for it; `end` for the state.
-    pub(super) chosen_by: &'static str,
 }
 
-/// The rows of a table: the end of the motion, then each output.
-pub(super) fn quantities<'f>(setup: &Setup, found: &'f Sensitivity) -> Vec<Quantity<'f>> {
+/// Sizes below this one, in SI units, do not matter.
+const LEAST: f64 = 1e-4;
+
+/// The rows of a table: the end of the motion, then each output; those that are asked for, or all.
+pub(super) fn quantities<'f>(setup: &Setup, found: &'f Sensitivity, of: &[String]) -> Vec<Quantity<'f>> {
     let mut rows = Vec::new();
-    let mut row = |what, name: &str, unit: String, value: &'f Value, scale, chosen_by| {
-        rows.push(Quantity { what, name: name.to_owned(), unit, value, scale, chosen_by });
+    let mut row = |what, name: &str, unit: String, value: &'f Value, scale, chosen_by: &str| {
+        if of.is_empty() || of.iter().any(|of| of == chosen_by) {
+            rows.push(Quantity { what, name: name.to_owned(), unit, value, scale: f64::max(scale, LEAST) });
+        }
     };
     let duration = found.end_time.value;
     let is_stopped = setup.end_time.is_none() && !setup.until.is_empty();
     if is_stopped {
         row("end", "t", "s".to_owned(), &found.end_time, duration, "end");
     }
+    let largest = |values: &[Value]| values.iter().map(|value| value.value.abs()).fold(0.0, f64::max);
+    let (of_q, of_qd) = (largest(&found.q), largest(&found.qd));
     for (i, coordinate) in setup.description.coordinates.iter().enumerate() {
         let (q, qd) = (&found.q[i], &found.qd[i]);
-        row("end", coordinate.name, coordinate.unit.to_owned(), q, q.value.abs(), "end");
-        row("end", &format!("{}_dot", coordinate.name), per_second(coordinate.unit, 1), qd, qd.value.abs(), "end");
+        row("end", coordinate.name, coordinate.unit.to_owned(), q, of_q, "end");
+        row("end", &format!("{}_dot", coordinate.name), per_second(coordinate.unit, 1), qd, of_qd, "end");
     }
     for (output, values) in setup.description.outputs.iter().zip(&found.outputs) {
         let unit = || output.unit.to_owned();
