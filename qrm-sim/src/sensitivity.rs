@@ -94,7 +94,7 @@ pub enum NoSensitivity {
         /// The time.
         t: f64,
     },
-    /// After this time some formula has a value but no derivative, as a root at zero.
+    /// At or after this time some formula has no value, or no derivative, as a root at zero.
     NotSmooth {
         /// The time.
         t: f64,
@@ -256,14 +256,17 @@ impl<'a, X: Mechanism<N, M>, const N: usize, const M: usize> Pass<'a, X, N, M> {
         let mut take = |kernel: &X::Kernel<Number>, t: Number, at: &State<Number, N, M>| {
             kernel.outputs(t, &at.q, &at.qd, &at.qdd, &at.multipliers, &mut row);
             for (i, value) in row.iter().enumerate() {
+                if !(value.0.re.is_finite() && value.0.eps.is_finite()) {
+                    return Err(NoSensitivity::NotSmooth { t: t.0.re });
+                }
                 trackers[i].row(t.0, value.0);
                 integrals[i].row(t.0, value.0);
             }
-            row.iter().map(|value| value.0).collect::<Vec<Dual64>>()
+            Ok(row.iter().map(|value| value.0).collect::<Vec<Dual64>>())
         };
-        let mut end = take(&self.kernel, constant(0.0), &self.state);
+        let mut end = take(&self.kernel, constant(0.0), &self.state)?;
         let (mut t, mut row_number) = (constant(0.0), 0);
-        let mut condition = self.condition(&self.kernel, t, &self.state);
+        let mut condition = self.condition(t, &self.state);
         if condition.is_some_and(|c| c.re >= 0.0) {
             return Err(NoSensitivity::StoppedAtStart);
         }
@@ -272,12 +275,12 @@ impl<'a, X: Mechanism<N, M>, const N: usize, const M: usize> Pass<'a, X, N, M> {
             let t_next = constant(self.grid.time(row_number));
             let t_next = if t_next.0.re < self.grid.end_time { t_next } else { self.end_time };
             let mut made = (t_next, self.step(t, t_next - t)?);
-            condition = self.condition(&self.kernel, made.0, &made.1);
+            condition = self.condition(made.0, &made.1);
             if condition.is_some_and(|c| c.re >= 0.0) {
                 made = self.stop(t, made)?;
             }
             (t, self.state) = made;
-            end = take(&self.kernel, t, &self.state);
+            end = take(&self.kernel, t, &self.state)?;
         }
         if condition.is_some_and(|c| !(c.re >= 0.0)) {
             return Err(NoSensitivity::NotStopped { end_time: self.grid.end_time });
@@ -305,13 +308,13 @@ impl<'a, X: Mechanism<N, M>, const N: usize, const M: usize> Pass<'a, X, N, M> {
     }
 
     /// How far the stop condition is from true, if there is one.
-    fn condition(&self, kernel: &X::Kernel<Number>, t: Number, at: &State<Number, N, M>) -> Option<Dual64> {
+    fn condition(&self, t: Number, at: &State<Number, N, M>) -> Option<Dual64> {
         match self.request.end {
             Some(SensitivityEnd::Time(_)) => None,
             Some(SensitivityEnd::Condition(condition)) => {
                 Some(condition(self.parameter, t.0, &at.q.map(|x| x.0), &at.qd.map(|x| x.0)))
             }
-            None => kernel.ending(t, &at.q, &at.qd).map(|value| value.0),
+            None => self.kernel.ending(t, &at.q, &at.qd).map(|value| value.0),
         }
     }
 
@@ -331,7 +334,7 @@ impl<'a, X: Mechanism<N, M>, const N: usize, const M: usize> Pass<'a, X, N, M> {
         };
         let of_plain = |at: &Moment<N, M>| {
             let state = State { q: at.q.map(constant), qd: at.qd.map(constant), ..self.state };
-            self.condition(&self.kernel, constant(at.t), &state).map_or(0.0, |c| c.re)
+            self.condition(constant(at.t), &state).map_or(0.0, |c| c.re)
         };
         let step = |to: f64| {
             let made = self.step(t, constant(to - t.0.re));
@@ -340,8 +343,7 @@ impl<'a, X: Mechanism<N, M>, const N: usize, const M: usize> Pass<'a, X, N, M> {
         let found = locate(&plain(t, &self.state), &plain(beyond.0, &beyond.1), of_plain, step);
         let end = found.map_err(|_| NoSensitivity::Singular { t: t.0.re })?.t;
         // How the condition changes with the parameter there, and with the parameter and time together.
-        let change =
-            |end: Number| Ok(self.condition(&self.kernel, end, &self.step(t, end - t)?).map_or(0.0, |c| c.eps));
+        let change = |end: Number| Ok(self.condition(end, &self.step(t, end - t)?).map_or(0.0, |c| c.eps));
         let by_parameter = change(constant(end))?;
         let rise = change(Dual(Dual64::new(end, 1.0)))? - by_parameter;
         if !(rise > 0.0) {

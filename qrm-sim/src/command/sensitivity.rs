@@ -27,7 +27,7 @@ pub(super) fn sensitivity(scenes: &Scenes, arguments: &SensitivityArguments) -> 
     let _ = std::fs::remove_file(&path);
     let found = derive(&setup, &by, &setup.replace(), setup.step())?;
     let rows = quantities(&setup, &found, &arguments.of);
-    let doubts = if arguments.no_check { Vec::new() } else { check::check(&setup, &by, &rows, &arguments.of)? };
+    let doubts = if arguments.no_check { Vec::new() } else { check::check(&setup, &by, &rows, &arguments.of) };
     let bytes = table::csv(&rows, &by).map_err(|e| Failure::Run(format!("error: {}: {e}", path.display())))?;
     super::save(&path, &bytes)?;
     let mut text = table::printed(&setup, &rows, &by);
@@ -102,7 +102,7 @@ fn failure(setup: &Setup, reason: &NoSensitivity) -> Failure {
              = help: use a shorter --step, an earlier --end-time, or look with `qrm stability {name}` for singular positions"
         ),
         NoSensitivity::NotSmooth { t } => format!(
-            "after t = {t} s some formula has a value but no derivative\n  \
+            "at or after t = {t} s some formula has no value, or no derivative\n  \
              = help: look for roots of what becomes zero there, and for powers with exponents below one"
         ),
         NoSensitivity::StoppedAtStart => {

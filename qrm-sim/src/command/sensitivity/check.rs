@@ -16,22 +16,20 @@ const WRONG: f64 = 1e-3;
 /// How far the derivatives by a parameter are from others.
 pub(super) struct Doubt {
     parameter: &'static str,
-    /// From difference quotients, relative to the derivative; and for which quantity.
-    differences: (f64, String),
+    /// From difference quotients, relative to the derivative, and for which quantity; `None` if the motion does not come to its end
+    /// where the parameter is a little different.
+    differences: Option<(f64, String)>,
     /// From those of a motion at twice the step, likewise.
-    coarse: (f64, String),
+    coarse: Option<(f64, String)>,
     /// Times of extremes that jump to another one when the parameter changes a little.
     jumps: Vec<String>,
 }
 
 /// Takes every derivative in two other ways.
-pub(super) fn check(
-    setup: &Setup,
-    by: &[&'static str],
-    exact: &[Quantity],
-    of: &[String],
-) -> Result<Vec<Doubt>, Failure> {
-    let coarse = super::derive(setup, by, &setup.replace(), 2.0 * setup.step())?;
+pub(super) fn check(setup: &Setup, by: &[&'static str], exact: &[Quantity], of: &[String]) -> Vec<Doubt> {
+    // Steps twice as long may lead nowhere, where these do.
+    let coarse = super::derive(setup, by, &setup.replace(), 2.0 * setup.step()).ok();
+    let coarse = coarse.as_ref().map(|coarse| quantities(setup, coarse, of));
     let values = setup.scene.parameters(&setup.replace());
     let mut doubts = Vec::new();
     for (place, parameter) in by.iter().enumerate() {
@@ -43,7 +41,10 @@ pub(super) fn check(
         for (steps, weight) in [(-2.0, 1.0), (-1.0, -8.0), (1.0, 8.0), (2.0, -1.0)] {
             let own = setup.replace();
             let replace = |name: &str| if name == *parameter { Some(at + steps * change) } else { own(name) };
-            let moved = super::derive(setup, &[parameter], &replace, setup.step())?;
+            let Ok(moved) = super::derive(setup, &[parameter], &replace, setup.step()) else {
+                quotients.clear();
+                break;
+            };
             for (i, row) in quantities(setup, &moved, of).iter().enumerate() {
                 quotients[i] += weight * row.value.value / (12.0 * change);
                 let expected = exact[i].value.value + exact[i].value.by[place] * steps * change;
@@ -51,11 +52,11 @@ pub(super) fn check(
             }
         }
         let scale = if at == 0.0 { 1.0 } else { at.abs() };
-        let coarse = quantities(setup, &coarse, of);
         let jumps_at = |i: usize| {
             let value = |row: &Quantity| row.value.value;
             let is_time = exact[i].what.starts_with("time");
-            has_jumped[i] || is_time && (value(&exact[i]) - value(&coarse[i])).abs() > 2.0 * setup.step()
+            let is_far = |coarse: &Vec<Quantity>| (value(&exact[i]) - value(&coarse[i])).abs() > 2.0 * setup.step();
+            has_jumped[i] || is_time && coarse.as_ref().is_some_and(is_far)
         };
         // An extreme that another one replaces has a derivative for each.
         let jumps_at = |i: usize| jumps_at(i) || ["minimum", "maximum"].contains(&exact[i].what) && jumps_at(i + 1);
@@ -71,30 +72,31 @@ pub(super) fn check(
         let jumping = exact.iter().enumerate().filter(|(i, _)| jumps_at(*i));
         doubts.push(Doubt {
             parameter,
-            differences: worst(&|i| quotients[i]),
-            coarse: worst(&|i| coarse[i].value.by[place]),
+            differences: (!quotients.is_empty()).then(|| worst(&|i| quotients[i])),
+            coarse: coarse.as_ref().map(|coarse| worst(&|i| coarse[i].value.by[place])),
             jumps: jumping.map(|(_, row)| format!("{} {}", row.what, row.name)).collect(),
         });
     }
-    Ok(doubts)
+    doubts
 }
 
 /// What is said of it.
 pub(super) fn said(doubts: &[Doubt], step: f64) -> String {
-    let worst = |which: fn(&Doubt) -> &(f64, String)| {
-        doubts.iter().max_by(|a, b| which(a).0.total_cmp(&which(b).0)).map(|doubt| (doubt.parameter, which(doubt)))
-    };
-    let (Some(differences), Some(coarse)) = (worst(|d| &d.differences), worst(|d| &d.coarse)) else {
+    if doubts.is_empty() {
         return String::new();
-    };
-    let line = |(parameter, (distance, quantity)): (&str, &(f64, String))| {
-        format!("{distance:.1e} of the derivative ({quantity} by {parameter})")
+    }
+    let worst = |which: fn(&Doubt) -> &Option<(f64, String)>| {
+        let known = doubts.iter().filter_map(|doubt| Some((doubt.parameter, which(doubt).as_ref()?)));
+        let line = |(parameter, (distance, quantity)): (&str, &(f64, String))| {
+            format!("{distance:.1e} of the derivative ({quantity} by {parameter})")
+        };
+        known.max_by(|a, b| a.1.0.total_cmp(&b.1.0)).map_or("not possible: that motion has none".to_owned(), line)
     };
     let mut text = format!(
         "\n  against difference quotients  {}\n  {:28}  {}\n",
-        line(differences),
+        worst(|doubt| &doubt.differences),
         format!("against steps of {} s", 2.0 * step),
-        line(coarse)
+        worst(|doubt| &doubt.coarse)
     );
     let jumps: BTreeSet<&str> = doubts.iter().flat_map(|doubt| &doubt.jumps).map(String::as_str).collect();
     if !jumps.is_empty() {
@@ -109,23 +111,25 @@ pub(super) fn said(doubts: &[Doubt], step: f64) -> String {
 
 /// Whether the derivatives can be relied on.
 pub(super) fn verdict(doubts: &[Doubt]) -> Result<(), Failure> {
-    let wrong = |doubt: &&Doubt| !(doubt.differences.0.max(doubt.coarse.0) < WRONG);
-    let Some(doubt) = doubts.iter().find(wrong) else { return Ok(()) };
-    let (how, quantity, help) = if doubt.coarse.0 >= WRONG {
+    let wrong = |found: &Option<(f64, String)>| found.clone().filter(|(distance, _)| !(*distance < WRONG));
+    let found = doubts.iter().find_map(|doubt| match (wrong(&doubt.coarse), wrong(&doubt.differences)) {
+        (Some((_, quantity)), _) => Some((doubt.parameter, quantity, true)),
+        (None, Some((_, quantity))) => Some((doubt.parameter, quantity, false)),
+        (None, None) => None,
+    });
+    let Some((parameter, quantity, is_coarse)) = found else { return Ok(()) };
+    let (how, help) = if is_coarse {
         (
             "steps twice as long",
-            &doubt.coarse.1,
             "try a shorter --step; corners in loads, and steps so short that rounding errors add up, do the same",
         )
     } else {
         (
             "difference quotients",
-            &doubt.differences.1,
             "a corner in a load, two extremes of about the same size or a motion that soon loses its memory have no useful derivative",
         )
     };
     Err(Failure::Run(format!(
-        "error: the derivative of {quantity} by {} is not to be relied on: {how} tell otherwise\n  = help: {help}",
-        doubt.parameter
+        "error: the derivative of {quantity} by {parameter} is not to be relied on: {how} tell otherwise\n  = help: {help}"
     )))
 }
