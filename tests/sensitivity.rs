@@ -103,6 +103,16 @@ fn where_the_kernel_does_not_suit() {
     }
 }
 
+/// Two coupled four-bars amount to a pendulum, whose angle is a function of v0^2/(g l) and t sqrt(g/l). They pass a singular position after
+/// 1.2 s: steps that do not end beside it pass over it.
+#[test]
+fn steps_pass_over_singular_positions() {
+    let table = sensitivity(&["n-four-bar-2", "--end-time", "2", "--of", "end", "--by", "v0", "--by", "g"]);
+    let (v0, g) = (end_value("n-four-bar-2", "v0"), end_value("n-four-bar-2", "g"));
+    let (angle, rate) = (of(&table, "end", "a0"), of(&table, "end", "a0_dot"));
+    close(angle["by_g"], (2.0 * rate["value"] - v0 * angle["by_v0"]) / (2.0 * g), 1e-9);
+}
+
 #[test]
 fn what_is_not_there_is_named() {
     let said = |arguments: &[&str]| {
@@ -112,7 +122,6 @@ fn what_is_not_there_is_named() {
     };
     assert!(said(&["slider-crank", "--by", "kk"]).contains("has no parameter `kk`"));
     assert!(said(&["slider-crank", "--of", "G"]).contains("has no output of this name"));
-    assert!(said(&["n-four-bar-2", "--end-time", "2"]).contains("no derivatives: after t = 1.2"));
     assert!(said(&["quick-return", "--set", "BC=0.1"]).contains("cannot be assembled"));
     assert!(said(&["double-pendulum", "--of", "end"]).contains("not to be relied on"));
 }
