@@ -9,6 +9,8 @@ use crate::motion::{Method, Moment};
 use crate::simulation::Simulation;
 use crate::trouble::Trouble;
 use crate::walk::parameters;
+#[cfg(feature = "sweep")]
+pub(crate) use settings::digest;
 pub use settings::{Settings, fingerprint};
 
 /// A number of a mechanism that a tool can ask for, or set.

@@ -15,12 +15,14 @@ use indicatif::{ProgressBar, ProgressStyle};
 use qrm_codegen::evaluate::{constant, parameter_values};
 use qrm_codegen::resolve;
 use qrm_codegen::scene::Scene as SceneText;
+use qrm_mechanism::Description;
 
 use super::arguments::{LanesName, MergeArguments, SweepArguments};
 use super::progress::{Progress, interrupted};
 use super::{Failure, settings, units};
 use crate::scenes::{Replace, Scene, Scenes};
 use crate::sweep::{Finished, SweepEnd, SweepRequest};
+use crate::unit::digest;
 use axes::Axes;
 use journal::Journal;
 use row::Columns;
@@ -179,7 +181,8 @@ impl<'s> Plan<'s> {
         // Four lanes and eight give the same digits.
         let is_single = matches!(lanes, LanesName::One);
         let said = format!("{scene:?} {vary:?} {shard:?} {no_extremes} {no_error_estimate} {is_single}");
-        format!("# {} {} {:016x}", self.scene.description().name, env!("CARGO_PKG_VERSION"), digest(self.scene, &said))
+        let Description { name, source, .. } = self.scene.description();
+        format!("# {name} {} {:016x}", env!("CARGO_PKG_VERSION"), digest(source.bytes().chain(said.bytes())))
     }
 
     /// The rows of some designs.
@@ -228,12 +231,6 @@ impl<'s> Plan<'s> {
         let wrong = if value < 0.0 { "a negative" } else { "no finite" };
         Some(format!("body `{name}` has {wrong} {what}: {value}"))
     }
-}
-
-/// A number that differs where scene or request do (FNV-1a).
-fn digest(scene: &dyn Scene, said: &str) -> u64 {
-    let bytes = scene.description().source.bytes().chain(said.bytes());
-    bytes.fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
 }
 
 fn bar(count: usize, done: usize) -> Result<ProgressBar, Failure> {

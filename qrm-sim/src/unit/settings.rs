@@ -27,10 +27,14 @@ pub struct Settings {
     pub set: Vec<(String, f64)>,
 }
 
-/// A number that stands for a scene's text (FNV-1a): a unit must not run with the equations of another.
+/// A number that stands for a scene's text: a unit must not run with the equations of another.
 pub fn fingerprint(description: &Description) -> u64 {
-    let mix = |hash: u64, byte: u8| (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3);
-    description.source.bytes().fold(0xcbf2_9ce4_8422_2325, mix)
+    digest(description.source.bytes())
+}
+
+/// A number that differs where bytes do (FNV-1a).
+pub(crate) fn digest(bytes: impl Iterator<Item = u8>) -> u64 {
+    bytes.fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
 }
 
 impl Settings {
