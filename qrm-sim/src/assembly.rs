@@ -127,18 +127,11 @@ fn rates<X: Mechanism<N, M>, const N: usize, const M: usize>(
     let closure = mechanism.closure(0.0, q);
     let jacobian = &closure.constraint_jacobian;
     let mut qd: Vector<N> = std::array::from_fn(|i| if start.given_rates[i] { start.qd[i] } else { 0.0 });
-    let free: [Vector<N>; M] =
-        std::array::from_fn(|r| std::array::from_fn(|i| if start.given_rates[i] { 0.0 } else { jacobian[r][i] }));
-    let schur: [Vector<M>; M] = std::array::from_fn(|i| std::array::from_fn(|j| dot(&free[i], &free[j])));
-    let factors = PivotedLdl::new(&schur);
+    let free = Free::new(jacobian, &start.given_rates);
     // The second pass removes the rounding errors of the first.
     for _ in 0..2 {
-        let weights = factors.solve(&closure.drift(&qd));
-        for (row, weight) in free.iter().zip(weights) {
-            for i in 0..N {
-                qd[i] -= weight * row[i];
-            }
-        }
+        let open = closure.drift(&qd);
+        free.follow(&mut qd, &open);
     }
     let (constraint, residual) = largest(&closure.drift(&qd));
     let scale = qd.iter().fold(1.0, |most: f64, v| most.max(v.abs()));
@@ -146,4 +139,29 @@ fn rates<X: Mechanism<N, M>, const N: usize, const M: usize>(
         return Err(NotAssembled { constraint, residual, q: q.to_vec(), rates: true });
     }
     Ok(qd)
+}
+
+/// How what is not given follows by the constraints.
+pub(crate) struct Free<const N: usize, const M: usize> {
+    /// The Jacobian, without the columns of what is given.
+    rows: [Vector<N>; M],
+    factors: PivotedLdl<M>,
+}
+
+impl<const N: usize, const M: usize> Free<N, M> {
+    pub(crate) fn new(jacobian: &[Vector<N>; M], given: &[bool; N]) -> Self {
+        let rows: [Vector<N>; M] =
+            std::array::from_fn(|r| std::array::from_fn(|i| if given[i] { 0.0 } else { jacobian[r][i] }));
+        let schur: [Vector<M>; M] = std::array::from_fn(|i| std::array::from_fn(|j| dot(&rows[i], &rows[j])));
+        Self { rows, factors: PivotedLdl::new(&schur) }
+    }
+
+    /// Moves `x` by the smallest `dx` with `C_q dx = -open`.
+    pub(crate) fn follow(&self, x: &mut Vector<N>, open: &Vector<M>) {
+        for (row, weight) in self.rows.iter().zip(self.factors.solve(open)) {
+            for i in 0..N {
+                x[i] -= weight * row[i];
+            }
+        }
+    }
 }

@@ -95,7 +95,7 @@ impl<D: Number> Tracker<D> {
             return;
         }
         let polynomial = Polynomial::through(&self.window);
-        let value = |t: f64| polynomial.at(D::from(t))[0].re();
+        let value = |t: f64| polynomial.value(D::from(t)).re();
         let sign = if at >= before { 1.0 } else { -1.0 };
         let (mut low, mut high) = (row(middle - 1).0, row(middle + 1).0);
         // The polynomial has one vertex here: sections keep it inside.
@@ -109,7 +109,7 @@ impl<D: Number> Tracker<D> {
         if (slope.re() / curve.re()).abs() < 1e-3 * (row(middle + 1).0 - row(middle - 1).0) {
             t -= slope / curve;
         }
-        let vertex = polynomial.at(t)[0];
+        let vertex = polynomial.value(t);
         // Between neighbours a smooth column rises no higher; a polynomial through noise may.
         if (vertex.re() - at).abs() <= reach {
             self.note(t, vertex);
@@ -136,8 +136,14 @@ impl<D: Number> Polynomial<D> {
         Self { times, coefficients }
     }
 
+    /// Its value.
+    pub(crate) fn value(&self, t: D) -> D {
+        let terms = self.coefficients.iter().zip(&self.times).rev();
+        terms.fold(D::from(0.0), |value, (coefficient, time)| value * (t - *time) + *coefficient)
+    }
+
     /// Its value and first two derivatives.
-    pub(crate) fn at(&self, t: D) -> [D; 3] {
+    fn at(&self, t: D) -> [D; 3] {
         let zero = D::from(0.0);
         let [mut value, mut slope, mut curve] = [zero; 3];
         for (coefficient, time) in self.coefficients.iter().zip(&self.times).rev() {

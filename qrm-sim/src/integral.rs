@@ -50,7 +50,7 @@ impl<D: Number> Integral<D> {
         for step in self.window.get(from..=to).unwrap_or_default().windows(2) {
             let (half, middle) = ((step[1].0 - step[0].0) * 0.5, (step[1].0 + step[0].0) * 0.5);
             for (place, weight) in GAUSS {
-                sum += polynomial.at(middle + half * place)[0] * half * weight;
+                sum += polynomial.value(middle + half * place) * half * weight;
             }
         }
         sum

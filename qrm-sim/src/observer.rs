@@ -41,25 +41,21 @@ pub trait Observer {
     ///
     /// # Errors
     /// The rows so far cannot be kept; the run ends.
-    fn goes_on(&mut self, t: f64, end_time: f64) -> std::io::Result<bool>;
+    fn goes_on(&mut self, _t: f64, _end_time: f64) -> std::io::Result<bool> {
+        Ok(true)
+    }
 
     /// Called once when no more rows follow.
     ///
     /// # Errors
     /// The rows so far cannot be kept.
-    fn finish(&mut self) -> std::io::Result<()>;
+    fn finish(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
 }
 
 impl Observer for () {
     fn row(&mut self, _row: &Row) -> std::io::Result<()> {
-        Ok(())
-    }
-
-    fn goes_on(&mut self, _t: f64, _end_time: f64) -> std::io::Result<bool> {
-        Ok(true)
-    }
-
-    fn finish(&mut self) -> std::io::Result<()> {
         Ok(())
     }
 }

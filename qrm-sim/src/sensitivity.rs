@@ -8,10 +8,10 @@ mod careful;
 use num_dual::Dual64;
 use qrm_mechanism::{Angles, Description, Dual, Kernel, MOST_STRAIN, Mechanism, Problem, State, stride};
 
-use crate::assembly::assemble;
+use crate::assembly::{Free, assemble};
 use crate::extremes::{Extremes, Tracker};
 use crate::integral::Integral;
-use crate::linear::{PivotedLdl, Vector, dot};
+use crate::linear::Vector;
 use crate::motion::{Breakdown, Method, Moment};
 use crate::outcome::NoStart;
 use crate::simulate::{Grid, locate};
@@ -379,13 +379,9 @@ fn follow<const N: usize, const M: usize>(
     open: &[Number; M],
     x: &mut [Number; N],
 ) {
-    let free: [Vector<N>; M] =
-        std::array::from_fn(|k| std::array::from_fn(|i| if given[i] { 0.0 } else { jacobian[k][i] }));
-    let schur: [Vector<M>; M] = std::array::from_fn(|k| std::array::from_fn(|l| dot(&free[k], &free[l])));
-    let weights = PivotedLdl::new(&schur).solve(&open.map(|residual| residual.0.eps));
-    for (row, weight) in free.iter().zip(weights) {
-        for i in 0..N {
-            x[i].0.eps -= weight * row[i];
-        }
+    let mut change = x.map(|number| number.0.eps);
+    Free::new(jacobian, given).follow(&mut change, &open.map(|residual| residual.0.eps));
+    for i in 0..N {
+        x[i].0.eps = change[i];
     }
 }

@@ -70,10 +70,7 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Simulation<X, N, M> {
             return Err(NoStart::StepTooShort { step, end_time: f64::INFINITY });
         }
         let (q, qd) = assemble(&mechanism, &mechanism.start()).map_err(NoStart::NotAssembled)?;
-        let mut care = Care::default();
-        let first = moment(&mechanism, 0.0, q, qd, &mut care).map_err(NoStart::Broken)?;
-        let stepper =
-            Stepper::new(&mechanism, method.scheme, first, f64::INFINITY, &mut care).map_err(NoStart::Broken)?;
+        let (first, stepper) = beginning(&mechanism, &method, 0.0, (q, qd)).map_err(NoStart::Broken)?;
         let parameters = parameters(&mechanism);
         Ok(Self { mechanism, parameters, method, step, stepper, origin: 0.0, rows: 0, row: first, now: first })
     }
@@ -156,8 +153,7 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Simulation<X, N, M> {
             let how = (self.method.projection, self.method.tolerance);
             project(&mechanism, how, None, t, &mut q, &mut qd, &mut care)?;
         }
-        let first = moment(&mechanism, t, q, qd, &mut care)?;
-        let stepper = Stepper::new(&mechanism, self.method.scheme, first, f64::INFINITY, &mut care)?;
+        let (first, stepper) = beginning(&mechanism, &self.method, t, (q, qd))?;
         let parameters = parameters(&mechanism);
         let (method, step) = (self.method, self.step);
         Ok(Self { mechanism, parameters, method, step, stepper, origin: t, rows: 0, row: first, now: first })
@@ -168,12 +164,9 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Simulation<X, N, M> {
     /// # Errors
     /// The accelerations are not determined there; then nothing has changed.
     pub fn place(&mut self, t: f64, q: Vector<N>, qd: Vector<N>) -> Result<(), Trouble> {
-        let mut care = Care::default();
-        let broken = |breakdown| trouble::<X, N, M>(Reason::Broken { t, breakdown });
-        let first = moment(&self.mechanism, t, q, qd, &mut care).map_err(broken)?;
-        (self.origin, self.rows, self.row, self.now) = (t, 0, first, first);
-        self.stepper =
-            Stepper::new(&self.mechanism, self.method.scheme, first, f64::INFINITY, &mut care).map_err(broken)?;
+        let (first, stepper) = beginning(&self.mechanism, &self.method, t, (q, qd))
+            .map_err(|breakdown| trouble::<X, N, M>(Reason::Broken { t, breakdown }))?;
+        (self.origin, self.rows, self.row, self.now, self.stepper) = (t, 0, first, first, stepper);
         Ok(())
     }
 
@@ -185,6 +178,19 @@ impl<X: Mechanism<N, M>, const N: usize, const M: usize> Simulation<X, N, M> {
     fn latest(&self, t: f64) -> f64 {
         t + NEAR * self.step
     }
+}
+
+/// What steps need where they begin.
+fn beginning<X: Mechanism<N, M>, const N: usize, const M: usize>(
+    mechanism: &X,
+    method: &Method,
+    t: f64,
+    (q, qd): (Vector<N>, Vector<N>),
+) -> Result<(Moment<N, M>, Stepper<N, M>), Breakdown> {
+    let mut care = Care::default();
+    let first = moment(mechanism, t, q, qd, &mut care)?;
+    let stepper = Stepper::new(mechanism, method.scheme, first, f64::INFINITY, &mut care)?;
+    Ok((first, stepper))
 }
 
 fn trouble<X: Mechanism<N, M>, const N: usize, const M: usize>(reason: Reason) -> Trouble {

@@ -178,14 +178,6 @@ impl Observer for Extremes {
         }
         Ok(())
     }
-
-    fn goes_on(&mut self, _: f64, _: f64) -> io::Result<bool> {
-        Ok(true)
-    }
-
-    fn finish(&mut self) -> io::Result<()> {
-        Ok(())
-    }
 }
 
 impl Finished {

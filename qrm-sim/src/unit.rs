@@ -91,9 +91,6 @@ pub fn per_second(unit: &str, order: u32) -> String {
 
 /// A motion under way, whatever the size of its mechanism.
 pub trait Unit: Send {
-    /// Names, units and meanings.
-    fn description(&self) -> &'static Description;
-
     /// The present value of a variable; not a number where there is none of that kind.
     fn value(&self, kind: Kind) -> f64;
 
@@ -109,9 +106,6 @@ pub trait Unit: Send {
     /// That is not possible; nothing has changed.
     fn replace(&mut self, replace: &dyn Fn(&str) -> Option<f64>) -> Result<(), Trouble>;
 
-    /// How many coordinates there are.
-    fn freedoms(&self) -> usize;
-
     /// Puts coordinates and rates, in this order, at a time: for a tool that integrates by itself.
     ///
     /// # Errors
@@ -126,10 +120,6 @@ pub trait Unit: Send {
 }
 
 impl<X: Mechanism<N, M> + Clone + Send + 'static, const N: usize, const M: usize> Unit for Simulation<X, N, M> {
-    fn description(&self) -> &'static Description {
-        const { &X::DESCRIPTION }
-    }
-
     fn value(&self, kind: Kind) -> f64 {
         let Moment { t, q, qd, qdd, multipliers, .. } = self.now();
         let at = |values: &[f64], i: usize| values.get(i).copied().unwrap_or(f64::NAN);
@@ -155,10 +145,6 @@ impl<X: Mechanism<N, M> + Clone + Send + 'static, const N: usize, const M: usize
 
     fn replace(&mut self, replace: &dyn Fn(&str) -> Option<f64>) -> Result<(), Trouble> {
         Simulation::replace(self, X::with_parameters(replace))
-    }
-
-    fn freedoms(&self) -> usize {
-        N
     }
 
     fn place(&mut self, t: f64, states: &[f64]) -> Result<(), Trouble> {

@@ -11,7 +11,6 @@ use qrm_codegen::names::suggestion;
 use super::arguments::{MethodArguments, SensitivityArguments};
 use super::setup::Setup;
 use super::{Failure, settings, words};
-use crate::outcome::NoStart;
 use crate::scenes::{Replace, Scenes};
 use crate::sensitivity::{NoSensitivity, Sensitivity, SensitivityEnd, SensitivityRequest};
 use crate::trouble::breakdown;
@@ -90,7 +89,7 @@ fn seed(setup: &Setup, replace: Replace, name: &str) -> Option<Dual64> {
 fn failure(setup: &Setup, reason: &NoSensitivity) -> Failure {
     let name = setup.description.name;
     let message = match reason {
-        NoSensitivity::NoStart(reason @ NoStart::StepTooShort { .. }) | NoSensitivity::NoStart(reason) => {
+        NoSensitivity::NoStart(reason) => {
             return Failure::Use(words::no_start(reason, &setup.description, &setup.text, &setup.path));
         }
         NoSensitivity::Broken { t, reason } => {

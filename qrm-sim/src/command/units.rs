@@ -6,7 +6,7 @@ use qrm_mechanism::Description;
 use serde::Serialize;
 
 use crate::summary::Named;
-use crate::unit::variables;
+use crate::unit::{Variable, variables};
 
 /// Writes the file that belongs to a table, `NAME.units.json` beside `NAME.csv`, and says where.
 ///
@@ -14,7 +14,8 @@ use crate::unit::variables;
 /// What is said when it cannot be written.
 pub(super) fn write(table: &Path, columns: &[String], description: &Description) -> Result<PathBuf, String> {
     let path = table.with_extension("units.json");
-    let entries = columns.iter().map(|column| (column.clone(), meaning(column, description)));
+    let variables = variables(description);
+    let entries = columns.iter().map(|column| (column.clone(), meaning(column, &variables)));
     let text = serde_json::to_string_pretty(&Named(entries.collect())).map_err(std::io::Error::other);
     let written = text.and_then(|text| super::write(&path, format!("{text}\n").as_bytes()));
     written.map(|()| path.clone()).map_err(|e| super::unwritable(&path, &e))
@@ -27,7 +28,7 @@ struct Meaning {
     doc: String,
 }
 
-fn meaning(column: &str, description: &Description) -> Meaning {
+fn meaning(column: &str, variables: &[Variable]) -> Meaning {
     let own = |unit: &str, doc: &str| Meaning { unit: unit.to_owned(), doc: doc.to_owned() };
     match column {
         "t" => return own("s", "time"),
@@ -41,7 +42,6 @@ fn meaning(column: &str, description: &Description) -> Meaning {
         "residual_velocity" => return own("m/s or rad/s", "largest rate of a residual"),
         _ => {}
     }
-    let variables = variables(description);
     let find = |name: &str| variables.iter().find(|variable| variable.name == name);
     if let Some(variable) = find(column) {
         return own(&variable.unit, &variable.doc);

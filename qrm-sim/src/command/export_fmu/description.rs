@@ -100,24 +100,15 @@ fn write_variable(
     roles: &Roles,
     values: &[f64],
 ) -> io::Result<()> {
-    let reference = reference.to_string();
     let mut element = xml
         .create_element("Float64")
-        .with_attributes([("name", variable.name.as_str()), ("valueReference", reference.as_str())]);
+        .with_attributes([("name", variable.name.as_str()), ("valueReference", reference.to_string().as_str())]);
     if !variable.doc.is_empty() {
         element = element.with_attribute(("description", variable.doc.as_str()));
     }
     if !variable.unit.is_empty() {
         element = element.with_attribute(("unit", variable.unit.as_str()));
     }
-    let start = match variable.kind {
-        Kind::Parameter(i) => number(values[i]),
-        _ => String::new(),
-    };
-    let derivative_of = match variable.kind {
-        Kind::Rate(_) | Kind::Acceleration(_) => Some(before(&reference)),
-        _ => None,
-    };
     let (causality, variability, initial) = match variable.kind {
         Kind::Time => ("independent", "continuous", None),
         Kind::Parameter(i) => match roles.roles[i].1 {
@@ -133,23 +124,22 @@ fn write_variable(
     if let Some(initial) = initial {
         element = element.with_attribute(("initial", initial));
     }
-    if let Kind::Parameter(i) = variable.kind
-        && roles.is_mass(i)
-    {
-        element = element.with_attribute(("min", "0"));
-    }
-    if matches!(initial, Some("exact")) || causality == "input" {
-        element = element.with_attribute(("start", start.as_str()));
-    }
-    if let Some(of) = derivative_of {
-        element = element.with_attribute(("derivative", of.as_str()));
+    match variable.kind {
+        Kind::Parameter(i) => {
+            if roles.is_mass(i) {
+                element = element.with_attribute(("min", "0"));
+            }
+            if initial == Some("exact") || causality == "input" {
+                element = element.with_attribute(("start", number(values[i]).as_str()));
+            }
+        }
+        // The variable before a rate is what it is the rate of.
+        Kind::Rate(_) | Kind::Acceleration(_) => {
+            element = element.with_attribute(("derivative", (reference - 1).to_string().as_str()));
+        }
+        _ => {}
     }
     element.write_empty().map(|_| ())
-}
-
-/// The variable before a rate is what it is the rate of.
-fn before(reference: &str) -> String {
-    reference.parse::<usize>().map_or_else(|_| String::new(), |reference| (reference - 1).to_string())
 }
 
 fn structure(xml: &mut Writer<Vec<u8>>, variables: &[Variable], roles: &Roles) -> io::Result<()> {

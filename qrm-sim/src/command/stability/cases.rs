@@ -153,14 +153,6 @@ impl Observer for Last {
         self.outputs.extend_from_slice(row.outputs);
         Ok(())
     }
-
-    fn goes_on(&mut self, _t: f64, _end_time: f64) -> std::io::Result<bool> {
-        Ok(true)
-    }
-
-    fn finish(&mut self) -> std::io::Result<()> {
-        Ok(())
-    }
 }
 
 fn tried(variant: &Setup, exact: Option<&Exact>) -> Tried {
