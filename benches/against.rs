@@ -11,7 +11,7 @@ use std::path::Path;
 use std::process::{Command, ExitCode};
 use std::time::Instant;
 
-use qrm_mechanism::{Mechanism, Plain};
+use qrm_core::{Mechanism, Plain};
 use qrm_model::quick_return::QuickReturn;
 use qrm_model::twin::{ByDualNumbers, ByHand, Twin};
 use qrm_sim::simulate::{Request, simulate};

@@ -10,7 +10,7 @@ use std::hint::black_box as opaque;
 use std::process::ExitCode;
 
 use nalgebra::{SMatrix, SVector};
-use qrm_mechanism::{Angles, Dynamics, Kernel, Lane, Mechanism};
+use qrm_core::{Angles, Dynamics, Kernel, Lane, Mechanism};
 use qrm_model::quick_return::{self, Parameters, QuickReturn};
 use qrm_model::twin::{ByDualNumbers, ByHand, Equations, KernelByHand};
 use qrm_sim::solve::{Care, accelerations};

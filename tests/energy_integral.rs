@@ -5,7 +5,7 @@ mod common;
 use std::f64::consts::TAU;
 
 use common::{Table, near};
-use qrm_mechanism::Mechanism;
+use qrm_core::Mechanism;
 use qrm_model::quick_return::QuickReturn;
 use qrm_model::quick_return_loaded::QuickReturnLoaded;
 use qrm_sim::energy_integral::{EnergyIntegral, NoIntegral, PANELS};

@@ -1,8 +1,8 @@
 //! The formulae that people read, in the documentation of generated functions, against the functions themselves.
 
-use qrm_codegen::evaluate::evaluate;
-use qrm_codegen::parser::parse_formula;
-use qrm_mechanism::Mechanism;
+use qrm_scene::evaluate::evaluate;
+use qrm_scene::parser::parse_formula;
+use qrm_core::Mechanism;
 use qrm_model::quick_return::{self, QuickReturn};
 
 const Q: [f64; 3] = [0.7, 1.1, 2.7];

@@ -1,7 +1,7 @@
 //! Kernels against the plain functions they stand for: at single states, and over whole runs.
 
 use num_dual::Dual64;
-use qrm_mechanism::{Angles, Dual, Fused, Kernel, Lane, Mechanism, Plain, Visitor};
+use qrm_core::{Angles, Dual, Fused, Kernel, Lane, Mechanism, Plain, Visitor};
 use qrm_model::quick_return::QuickReturn;
 use qrm_model::twin::{ByHand, Twin};
 use qrm_sim::assembly::assemble;

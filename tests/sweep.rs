@@ -2,7 +2,7 @@
 
 use std::io;
 
-use qrm_mechanism::Mechanism;
+use qrm_core::Mechanism;
 use qrm_model::quick_return::QuickReturn;
 use qrm_sim::observer::{Observer, Row};
 use qrm_sim::outcome::{NoStart, Status};

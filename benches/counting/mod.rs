@@ -3,7 +3,7 @@
 use std::cell::Cell;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use qrm_mechanism::{Lane, Real};
+use qrm_core::{Lane, Real};
 
 thread_local! {
     static DONE: Cell<usize> = const { Cell::new(0) };

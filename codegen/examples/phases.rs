@@ -5,7 +5,8 @@
 use std::error::Error;
 use std::time::{Duration, Instant};
 
-use qrm_codegen::{emit, engine, resolve, source, verify};
+use qrm_codegen::{emit, engine, verify};
+use qrm_scene::{resolve, source};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args().nth(1).ok_or("give the path of a scene")?;

@@ -3,7 +3,7 @@
 mod matrix;
 
 use crate::formula::{Style, Writer};
-use crate::scene::Scene;
+use qrm_scene::scene::Scene;
 use crate::term::{Equations, Row, Symbol, Term};
 use crate::words::Words;
 use matrix::{entries, equation, formula, matrix, vector};

@@ -17,7 +17,7 @@ use proc_macro2::{Ident, TokenStream};
 use quote::{format_ident, quote};
 
 use crate::graph::{Graph, Id, Op, Signed};
-use crate::scene::Scene;
+use qrm_scene::scene::Scene;
 use crate::term::{Equations, Symbol};
 use body::Body;
 pub use body::Operations;
@@ -44,7 +44,7 @@ pub fn module(scene: &Scene, equations: &Equations, source: &str) -> Module {
     let linearization = equations.linearization.is_some().then(|| quote!(Linearization,));
     let parameter_description = has_parameters.then(|| quote!(ParameterDescription,));
     let tokens = quote! {
-        use qrm_mechanism::{
+        use qrm_core::{
             Angles, Closure, Description, Dynamics, Kernel, Lane, #linearization Mechanism, #parameter_description QuantityDescription, Problem, Real,
             Schedule, Start,
         };

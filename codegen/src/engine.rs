@@ -15,8 +15,8 @@ use std::io;
 use std::path::PathBuf;
 use std::sync::Mutex;
 
-use crate::diagnostic::Span;
-use crate::scene::Scene;
+use qrm_scene::diagnostic::Span;
+use qrm_scene::scene::Scene;
 use crate::term::Equations;
 
 /// Why scenes could not be differentiated.

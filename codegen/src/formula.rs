@@ -6,9 +6,9 @@ use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{One, Signed};
 
-use crate::expression::{Number, to_f64};
-use crate::function::Function;
-use crate::scene::Scene;
+use qrm_scene::expression::{Number, to_f64};
+use qrm_scene::function::Function;
+use qrm_scene::scene::Scene;
 use crate::term::{Symbol, Term};
 use names::{latex_function, latex_name};
 

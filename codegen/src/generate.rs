@@ -4,13 +4,14 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-use crate::diagnostic::{Diagnostic, Report};
+use qrm_scene::diagnostic::{Diagnostic, Report};
 use crate::emit::{self, module_name, struct_name};
-use crate::scene::Scene;
-use crate::source::read_text;
+use qrm_scene::scene::Scene;
+use qrm_scene::source::read_text;
 use crate::term::Equations;
 use crate::verify::{self, Unverified};
-use crate::{derivation, engine, header, resolve};
+use crate::{derivation, engine, header};
+use qrm_scene::resolve;
 
 /// Why no code was generated.
 #[derive(Debug, thiserror::Error)]
@@ -203,7 +204,7 @@ fn index_text(modules: &[GeneratedModule]) -> String {
         );
     }
     text +=
-        "\n/// Shows every mechanism to a visitor.\npub fn visit_all(visitor: &mut impl qrm_mechanism::Visitor) {\n";
+        "\n/// Shows every mechanism to a visitor.\npub fn visit_all(visitor: &mut impl qrm_core::Visitor) {\n";
     for GeneratedModule { name, mechanism, coordinates, constraints } in modules {
         text += &format!("    visitor.visit::<{name}::{mechanism}, {coordinates}, {constraints}>();\n");
     }

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::function::Function;
+use qrm_scene::function::Function;
 use crate::term::Symbol;
 
 /// The place of an operation in a [`Graph`].

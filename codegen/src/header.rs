@@ -6,7 +6,7 @@ use sha2::{Digest, Sha256};
 
 use crate::emit::Module;
 use crate::omissions;
-use crate::scene::Scene;
+use qrm_scene::scene::Scene;
 use crate::term::Equations;
 
 /// The comment: origin, how to make it again, what was left out, what each function costs.

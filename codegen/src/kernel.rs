@@ -9,7 +9,7 @@ use std::collections::{HashMap, HashSet};
 
 use crate::graph::{Id, Signed};
 use crate::lower::Lowering;
-use crate::scene::Scene;
+use qrm_scene::scene::Scene;
 use crate::term::{Equations, KernelEquations, Push, Symbol, Term};
 use algebra::{Matrix, Value, negated};
 use elimination::Elimination;

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 use num_rational::BigRational;
 use num_traits::{Signed as _, ToPrimitive};
 
-use crate::expression::to_f64;
+use qrm_scene::expression::to_f64;
 use crate::graph::{Graph, Id, Op, Signed};
 use crate::term::{Symbol, Term};
 
@@ -100,7 +100,7 @@ impl Lowering {
         let base = if is_root {
             let radicand = self.term(base);
             let radicand = self.positive(radicand);
-            self.graph.add(Op::Call(crate::function::Function::Sqrt, radicand))
+            self.graph.add(Op::Call(qrm_scene::function::Function::Sqrt, radicand))
         } else {
             let value = self.term(base);
             monomial.negative ^= value.negative && (halves / 2) % 2 != 0;

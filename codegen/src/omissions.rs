@@ -1,6 +1,6 @@
 //! What generated code does without, and why.
 
-use crate::scene::{OutputKind, Scene};
+use qrm_scene::scene::{OutputKind, Scene};
 use crate::term::{Equations, Symbol, Term};
 
 /// Each thing that was left out, with the reason.

@@ -2,8 +2,8 @@
 
 use num_rational::BigRational;
 
-use crate::expression::to_f64;
-use crate::function::Function;
+use qrm_scene::expression::to_f64;
+use qrm_scene::function::Function;
 
 /// A symbolic expression in normal form: flat sums and products, rational powers, functions of one argument.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]

@@ -11,8 +11,8 @@ use std::collections::HashMap;
 
 use syn::{ImplItem, Item};
 
-use crate::evaluate::{State, constant, parameter_values};
-use crate::scene::{Coordinate, Scene, Start, Value as Formula};
+use qrm_scene::evaluate::{State, constant, parameter_values};
+use qrm_scene::scene::{Coordinate, Scene, Start, Value as Formula};
 use crate::term::{Equations, Symbol, Term};
 use expected::{Expected, Sample};
 use interpret::{Value, run, run_block};
@@ -269,7 +269,7 @@ impl<'f> Generated<'f> {
     fn model(&self, scene: &Scene, parameters: &[f64]) -> Result<Value, String> {
         let kept = scene.parameters.iter().zip(parameters).filter(|(p, _)| !p.left_out);
         let field =
-            |(p, value): (&crate::scene::Parameter, &f64)| (crate::emit::field_name(&p.name), Value::Number(*value));
+            |(p, value): (&qrm_scene::scene::Parameter, &f64)| (crate::emit::field_name(&p.name), Value::Number(*value));
         let parameters = Value::Fields(kept.map(field).collect());
         let mut fields = HashMap::from([("parameters".to_owned(), parameters.clone())]);
         if self.methods.contains_key("Constants::new") {

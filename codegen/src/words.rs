@@ -1,6 +1,6 @@
 //! Parts of a scene in words, their formulae as the scene writes them.
 
-use crate::scene::{Body, LoadKind, Value};
+use qrm_scene::scene::{Body, LoadKind, Value};
 
 /// Words about one scene.
 #[derive(Clone, Copy, Debug)]

@@ -2,12 +2,12 @@
 
 use num_bigint::BigInt;
 use num_rational::BigRational;
-use qrm_codegen::evaluate::evaluate;
+use qrm_scene::evaluate::evaluate;
 use qrm_codegen::formula::{Style, Writer};
-use qrm_codegen::function::Function;
-use qrm_codegen::parser::parse_formula;
-use qrm_codegen::resolve;
-use qrm_codegen::scene::Scene;
+use qrm_scene::function::Function;
+use qrm_scene::parser::parse_formula;
+use qrm_scene::resolve;
+use qrm_scene::scene::Scene;
 use qrm_codegen::term::{Symbol, Term};
 
 const SCENE: &str = r#"

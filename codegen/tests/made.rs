@@ -4,7 +4,7 @@
 #[allow(dead_code, unreachable_pub, reason = "the command around it is not used")]
 mod make;
 
-use qrm_codegen::resolve;
+use qrm_scene::resolve;
 
 #[test]
 fn large_scenes_are_as_made() {

@@ -3,8 +3,8 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use qrm_codegen::evaluate::{State, parameter_values};
-use qrm_codegen::resolve::{read, read_condition};
+use qrm_scene::evaluate::{State, parameter_values};
+use qrm_scene::resolve::{read, read_condition};
 
 fuzz_target!(|text: &str| {
     let Ok((scene, warnings)) = read("scene.toml", text) else { return };

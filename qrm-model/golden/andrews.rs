@@ -39,7 +39,7 @@
 //     time in the forces: no load depends on it
 //     Jacobians of forces and constraint forces: the scene asks for no implicit method (`stiff`)
 
-use qrm_mechanism::{
+use qrm_core::{
     Angles, Closure, Description, Dynamics, Kernel, Lane, Mechanism,
     ParameterDescription, QuantityDescription, Problem, Real, Schedule, Start,
 };
@@ -2539,7 +2539,7 @@ impl Mechanism<7, 6> for Andrews {
         q: &[f64; 7],
         qd: &[f64; 7],
     ) -> Option<([f64; 7], [f64; 6])> {
-        qrm_mechanism::accelerations(self, t, q, qd)
+        qrm_core::accelerations(self, t, q, qd)
     }
 
     #[inline(always)]

@@ -39,7 +39,7 @@
 //     time in the forces: no load depends on it
 //     Jacobians of forces and constraint forces: the scene asks for no implicit method (`stiff`)
 
-use qrm_mechanism::{
+use qrm_core::{
     Angles, Closure, Description, Dynamics, Kernel, Lane, Mechanism,
     ParameterDescription, QuantityDescription, Problem, Real, Schedule, Start,
 };
@@ -1418,7 +1418,7 @@ impl Mechanism<5, 4> for NFourBar2 {
         q: &[f64; 5],
         qd: &[f64; 5],
     ) -> Option<([f64; 5], [f64; 4])> {
-        qrm_mechanism::accelerations(self, t, q, qd)
+        qrm_core::accelerations(self, t, q, qd)
     }
 
     #[inline(always)]

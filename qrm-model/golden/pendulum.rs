@@ -38,7 +38,7 @@
 //     time in the forces: no load depends on it
 //     Jacobians of forces and constraint forces: the scene asks for no implicit method (`stiff`)
 
-use qrm_mechanism::{
+use qrm_core::{
     Angles, Closure, Description, Dynamics, Kernel, Lane, Mechanism,
     ParameterDescription, QuantityDescription, Problem, Real, Schedule, Start,
 };
@@ -727,7 +727,7 @@ impl Mechanism<2, 1> for Pendulum {
         q: &[f64; 2],
         qd: &[f64; 2],
     ) -> Option<([f64; 2], [f64; 1])> {
-        qrm_mechanism::accelerations(self, t, q, qd)
+        qrm_core::accelerations(self, t, q, qd)
     }
 
     #[inline(always)]

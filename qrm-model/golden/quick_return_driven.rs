@@ -39,7 +39,7 @@
 //     multipliers at the stages of a step: rows alone need them
 //     time in the forces: no load depends on it
 
-use qrm_mechanism::{
+use qrm_core::{
     Angles, Closure, Description, Dynamics, Kernel, Lane, Linearization, Mechanism,
     ParameterDescription, QuantityDescription, Problem, Real, Schedule, Start,
 };
@@ -1511,7 +1511,7 @@ impl Mechanism<3, 3> for QuickReturnDriven {
         q: &[f64; 3],
         qd: &[f64; 3],
     ) -> Option<([f64; 3], [f64; 3])> {
-        qrm_mechanism::accelerations(self, t, q, qd)
+        qrm_core::accelerations(self, t, q, qd)
     }
 
     const HAS_LINEARIZATION: bool = true;

@@ -67,7 +67,7 @@ pub mod thrown_stick {
 }
 
 /// Shows every mechanism to a visitor.
-pub fn visit_all(visitor: &mut impl qrm_mechanism::Visitor) {
+pub fn visit_all(visitor: &mut impl qrm_core::Visitor) {
     visitor.visit::<andrews::Andrews, 7, 6>();
     visitor.visit::<double_pendulum::DoublePendulum, 2, 0>();
     visitor.visit::<four_bar::FourBar, 3, 2>();

@@ -40,7 +40,7 @@
 //     reaction forces of along, across: not asked for
 //     time in the forces: no load depends on it
 
-use qrm_mechanism::{
+use qrm_core::{
     Angles, Closure, Description, Dynamics, Kernel, Lane, Linearization, Mechanism,
     ParameterDescription, QuantityDescription, Problem, Real, Schedule, Start,
 };
@@ -1182,7 +1182,7 @@ impl Mechanism<3, 2> for SliderCrank {
         q: &[f64; 3],
         qd: &[f64; 3],
     ) -> Option<([f64; 3], [f64; 2])> {
-        qrm_mechanism::accelerations(self, t, q, qd)
+        qrm_core::accelerations(self, t, q, qd)
     }
 
     const HAS_LINEARIZATION: bool = true;

@@ -1,7 +1,7 @@
 //! The equations of motion of the mechanisms in `scenes/`, each in a module of its own.
 //!
 //! The modules are generated when this crate is built. Each holds the functions of the TMT method for one mechanism,
-//! generic over the number type, and a struct that implements [`Mechanism`](qrm_mechanism::Mechanism) on doubles.
+//! generic over the number type, and a struct that implements [`Mechanism`](qrm_core::Mechanism) on doubles.
 //!
 //! Without the feature `std` it needs neither a standard library nor an allocator; `libm` computes its roots and powers then.
 

@@ -4,7 +4,7 @@ mod by_dual_numbers;
 mod by_hand;
 mod kernel_by_hand;
 
-use qrm_mechanism::{Closure, Description, Dynamics, Kernel, Lane, Mechanism, Schedule, Start};
+use qrm_core::{Closure, Description, Dynamics, Kernel, Lane, Mechanism, Schedule, Start};
 
 pub use by_dual_numbers::ByDualNumbers;
 pub use by_hand::ByHand;

@@ -1,6 +1,6 @@
 //! Accelerations at any position, singular ones too.
 
-use qrm_mechanism::Mechanism;
+use qrm_core::Mechanism;
 
 use crate::linear::{Ldl, Vector, along, largest};
 use crate::projection::{Projection, Tolerance, project};

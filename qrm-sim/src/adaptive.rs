@@ -9,7 +9,7 @@ mod pair;
 mod rodas;
 mod segment;
 
-use qrm_mechanism::Mechanism;
+use qrm_core::Mechanism;
 
 use crate::acceleration::evaluate;
 use crate::kinematics::is_angle;

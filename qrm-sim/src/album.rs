@@ -2,7 +2,7 @@
 
 use std::io;
 
-use qrm_mechanism::Description;
+use qrm_core::Description;
 
 use crate::envelope::Envelope;
 use crate::extremes::{Extremes, Tracker};

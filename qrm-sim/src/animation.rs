@@ -1,6 +1,6 @@
 //! A recorded run as what an animation shows.
 
-use qrm_codegen::scene::{LoadKind, OutputKind, Scene};
+use qrm_scene::scene::{LoadKind, OutputKind, Scene};
 use qrm_view::motion::{Arrow, Motion, Plot, PlotCurve, Shape, Track};
 
 use crate::album::Album;

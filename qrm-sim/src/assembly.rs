@@ -1,6 +1,6 @@
 //! A consistent start: what the user gives is kept, the rest is solved for.
 
-use qrm_mechanism::{Mechanism, Start};
+use qrm_core::{Mechanism, Start};
 
 use crate::linear::{Ldl, PivotedLdl, Vector, dot, largest};
 

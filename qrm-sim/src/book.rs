@@ -1,6 +1,6 @@
 //! What is noted of every row while a run goes on.
 
-use qrm_mechanism::Mechanism;
+use qrm_core::Mechanism;
 
 use crate::balance::Balance;
 use crate::linear::largest;

@@ -4,7 +4,7 @@
 //! Accelerations and multipliers are averages over the stages of the step that ended, and so half a step old. What is made of
 //! them and of the state afterwards is a step late or differenced; that part is done where outputs are written.
 
-use qrm_mechanism::Mechanism;
+use qrm_core::Mechanism;
 
 use crate::linear::{Vector, along, largest};
 use crate::motion::{Breakdown, Moment};

@@ -1,9 +1,9 @@
 //! What an animation shows of a mechanism: what its scene says, or what can be guessed from its points.
 
 use num_dual::Dual2_64;
-use qrm_codegen::evaluate::State;
-use qrm_codegen::expression::Expression;
-use qrm_codegen::scene::{DrawnKind, Quantity};
+use qrm_scene::evaluate::State;
+use qrm_scene::expression::Expression;
+use qrm_scene::scene::{DrawnKind, Quantity};
 use qrm_view::motion::Shape;
 
 use crate::stage::Stage;
@@ -153,7 +153,7 @@ fn course(stage: &Stage, point: usize, coordinate: usize) -> Course {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use qrm_codegen::resolve;
+    use qrm_scene::resolve;
 
     const SCENE: &str = r#"
 name = "drawn"

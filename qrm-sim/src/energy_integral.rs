@@ -1,7 +1,7 @@
 //! The motion of a conservative mechanism with one freedom without integrating its equations of motion: the rate follows
 //! from the energy, the position from the loops, the time from a quadrature.
 
-use qrm_mechanism::Mechanism;
+use qrm_core::Mechanism;
 
 use crate::assembly::assemble;
 use crate::kinematics::{Drive, Position};

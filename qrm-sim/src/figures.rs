@@ -1,6 +1,6 @@
 //! Which pictures a scene gets, from its coordinates and outputs alone.
 
-use qrm_codegen::scene::{OutputKind, Scene};
+use qrm_scene::scene::{OutputKind, Scene};
 use qrm_view::figure::{Abscissa, Curve, Extremes, Figure, Panel, Scale};
 
 use crate::album::Album;

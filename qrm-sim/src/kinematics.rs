@@ -1,6 +1,6 @@
 //! Positions of a mechanism with its given coordinates held: one after another, until it locks.
 
-use qrm_mechanism::{Mechanism, Start};
+use qrm_core::{Mechanism, Start};
 
 use crate::assembly::assemble;
 use crate::linear::lu::Lu;

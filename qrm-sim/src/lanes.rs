@@ -3,7 +3,7 @@
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use pulp::Simd;
-use qrm_mechanism::{Lane, Real};
+use qrm_core::{Lane, Real};
 
 /// A vector of doubles. It stands in this crate alone, and in it alone below [`pulp::Arch::dispatch`]: the processor has the
 /// instructions of `S` wherever there is one.
@@ -122,7 +122,7 @@ impl<S: Token> Real for Lanes<S> {
     }
     #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
-        qrm_mechanism::sin_cos(self)
+        qrm_core::sin_cos(self)
     }
     fn powf(self, exponent: f64) -> Self {
         self.each(|value| value.powf(exponent))
@@ -211,7 +211,7 @@ impl<S: Token> Lane for Lanes<S> {
         // A function out of line has the processor's own instructions only if it says so.
         S::again().vectorize(
             #[inline(always)]
-            || qrm_mechanism::sin_cos(self),
+            || qrm_core::sin_cos(self),
         )
     }
 }

@@ -1,6 +1,6 @@
 //! Simulates mechanisms with closed loops.
 //!
-//! Constant data (a [`Mechanism`](qrm_mechanism::Mechanism) with its parameters) and the state of a run are separate;
+//! Constant data (a [`Mechanism`](qrm_core::Mechanism) with its parameters) and the state of a run are separate;
 //! the algorithms are free functions, generic over the mechanism and its size. Nothing is allocated inside a step.
 //!
 //! [`simulation::Simulation`] is a motion that a program advances at its own pace, [`simulate::simulate`] a whole run with all that is

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use qrm_mechanism::Mechanism;
+use qrm_core::Mechanism;
 
 use crate::adaptive::Counts;
 use crate::assembly::assemble;

@@ -1,6 +1,6 @@
 //! The state of a motion under way, step by step.
 
-use qrm_mechanism::Mechanism;
+use qrm_core::Mechanism;
 
 use crate::acceleration::evaluate;
 use crate::linear::Vector;

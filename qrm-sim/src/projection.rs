@@ -1,6 +1,6 @@
 //! Gauss-Newton correction of positions and rates after a step.
 
-use qrm_mechanism::Mechanism;
+use qrm_core::Mechanism;
 
 use crate::linear::{Ldl, Vector, largest};
 use crate::solve::{Care, Corrector};

@@ -1,6 +1,6 @@
 //! How accelerations react to small changes of the state.
 
-use qrm_mechanism::{Dynamics, Linearization, Mechanism};
+use qrm_core::{Dynamics, Linearization, Mechanism};
 
 use crate::linear::{Vector, dot};
 use crate::motion::Moment;

@@ -1,6 +1,6 @@
 //! A position held at rest against the loads.
 
-use qrm_mechanism::Mechanism;
+use qrm_core::Mechanism;
 
 use crate::assembly::{NotAssembled, assemble};
 use crate::kinematics::Drive;

@@ -1,6 +1,6 @@
 //! The classical Runge-Kutta step of order 4, without projection.
 
-use qrm_mechanism::Mechanism;
+use qrm_core::Mechanism;
 
 use crate::acceleration::by_plain_functions;
 use crate::linear::{Ldl, Vector, along};

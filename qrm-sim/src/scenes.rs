@@ -2,7 +2,7 @@
 
 use std::marker::PhantomData;
 
-use qrm_mechanism::{Description, Mechanism, Visitor};
+use qrm_core::{Description, Mechanism, Visitor};
 
 use crate::energy_integral::NoIntegral;
 use crate::measure::{Measurement, Patience, StateAt, Trial, exact, measure};

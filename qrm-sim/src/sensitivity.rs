@@ -6,7 +6,7 @@
 mod careful;
 
 use num_dual::Dual64;
-use qrm_mechanism::{Angles, Description, Dual, Kernel, MOST_STRAIN, Mechanism, Problem, State, stride};
+use qrm_core::{Angles, Description, Dual, Kernel, MOST_STRAIN, Mechanism, Problem, State, stride};
 
 use crate::assembly::{Free, assemble};
 use crate::extremes::{Extremes, Tracker};
@@ -123,7 +123,7 @@ pub enum NoSensitivity {
 /// Derivatives of a motion's end and outputs by its parameters, at the values that `replace` gives them.
 ///
 /// ```
-/// # use qrm_mechanism::Mechanism;
+/// # use qrm_core::Mechanism;
 /// # use qrm_sim::sensitivity::{NoSensitivity, SensitivityRequest, sensitivity};
 /// # fn by<X: Mechanism<N, M>, const N: usize, const M: usize>() -> Result<(), NoSensitivity> {
 /// let request = SensitivityRequest { by: &["k", "c"], step: None, end: None };

@@ -1,6 +1,6 @@
 //! A second run beside the first, which tells its error.
 
-use qrm_mechanism::{Kernel, LARGE, Mechanism};
+use qrm_core::{Kernel, LARGE, Mechanism};
 
 use crate::linear::{Vector, largest};
 use crate::motion::{Method, Moment};

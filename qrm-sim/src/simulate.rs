@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use qrm_mechanism::Mechanism;
+use qrm_core::Mechanism;
 
 use crate::assembly::assemble;
 use crate::book::Book;

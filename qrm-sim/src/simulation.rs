@@ -1,6 +1,6 @@
 //! A motion under way, at its user's pace: for programs that ask for the state at times of their own.
 
-use qrm_mechanism::Mechanism;
+use qrm_core::Mechanism;
 
 use crate::assembly::assemble;
 use crate::linear::{Matrix, Vector};
@@ -16,7 +16,7 @@ use crate::walk::{Walker, is_walked, parameters, walk};
 /// these times are.
 ///
 /// ```
-/// # use qrm_mechanism::Mechanism;
+/// # use qrm_core::Mechanism;
 /// # use qrm_sim::{motion::Method, simulation::Simulation};
 /// # fn swing<X: Mechanism<N, M> + Clone, const N: usize, const M: usize>(mechanism: X) -> Result<(), String> {
 /// let mut simulation = Simulation::new(mechanism, Method::default(), None).map_err(|e| e.to_string())?;

@@ -1,6 +1,6 @@
 //! Accelerations, multipliers and corrections of one state.
 
-use qrm_mechanism::Dynamics;
+use qrm_core::Dynamics;
 
 use crate::linear::{Ldl, Matrix, PivotedLdl, Vector, dot, multiply};
 

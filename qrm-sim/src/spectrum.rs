@@ -2,7 +2,7 @@
 
 use nalgebra::linalg::{Schur, balancing};
 use nalgebra::{Complex, DMatrix};
-use qrm_mechanism::Mechanism;
+use qrm_core::Mechanism;
 
 use crate::linear::singular::smallest;
 use crate::linear::{Ldl, Matrix, Vector};

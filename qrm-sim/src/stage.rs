@@ -1,8 +1,8 @@
 //! Places of a mechanism over the frames of an animation.
 
-use qrm_codegen::evaluate::State;
-use qrm_codegen::expression::Node as Operation;
-use qrm_codegen::scene::{Quantity, Scene, Value};
+use qrm_scene::evaluate::State;
+use qrm_scene::expression::Node as Operation;
+use qrm_scene::scene::{Quantity, Scene, Value};
 use qrm_view::motion::{Node, Track};
 
 use crate::album;

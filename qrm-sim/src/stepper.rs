@@ -1,6 +1,6 @@
 //! From one row to the next, by whichever method.
 
-use qrm_mechanism::Mechanism;
+use qrm_core::Mechanism;
 
 use crate::adaptive::{Adaptive, Auto, Counts, Dop853, Dopri5, Explicit, Implicit};
 use crate::document;

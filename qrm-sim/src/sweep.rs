@@ -12,7 +12,7 @@ mod turnover;
 
 use std::io;
 
-use qrm_mechanism::{Kernel, LARGE, Mechanism};
+use qrm_core::{Kernel, LARGE, Mechanism};
 
 #[cfg(target_arch = "x86_64")]
 use crowd::Crowd;

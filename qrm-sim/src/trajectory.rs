@@ -5,7 +5,7 @@ use std::io::{self, BufRead, BufReader, BufWriter, Write};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use qrm_mechanism::Description;
+use qrm_core::Description;
 
 use crate::observer::Row;
 

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use qrm_mechanism::Description;
+use qrm_core::Description;
 
 use crate::assembly::NotAssembled;
 use crate::motion::Breakdown;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use qrm_mechanism::Mechanism;
+use qrm_core::Mechanism;
 
 use crate::assembly::{NotAssembled, assemble};
 use crate::kinematics::{Drive, Lock, Position, is_angle};

@@ -2,7 +2,7 @@
 
 mod settings;
 
-use qrm_mechanism::{Description, Mechanism, Visitor};
+use qrm_core::{Description, Mechanism, Visitor};
 
 use crate::linear::largest;
 use crate::motion::{Method, Moment};

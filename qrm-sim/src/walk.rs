@@ -1,6 +1,6 @@
 //! Many steps by a mechanism's kernel, with the instructions of the processor at hand.
 
-use qrm_mechanism::{Angles, Fused, Kernel, LARGE, Lane, Mechanism, State, stride};
+use qrm_core::{Angles, Fused, Kernel, LARGE, Lane, Mechanism, State, stride};
 
 use crate::linear::Vector;
 use crate::motion::{self, Breakdown, Method, Moment, Scheme};

@@ -2,7 +2,7 @@
 
 use std::io;
 
-use qrm_mechanism::{Closure, Description, Dynamics, Lane, Mechanism, NoKernel, QuantityDescription, Schedule, Start};
+use qrm_core::{Closure, Description, Dynamics, Lane, Mechanism, NoKernel, QuantityDescription, Schedule, Start};
 use qrm_sim::motion::Breakdown;
 use qrm_sim::observer::{Observer, Row};
 use qrm_sim::outcome::{NoStart, Outcome, Status, Undefined};

@@ -8,7 +8,7 @@ use quote::{format_ident, quote};
 use super::naming::{power_name, untaken};
 use super::piece::{Piece, literal};
 use super::plain::method;
-use crate::function::Function;
+use qrm_scene::function::Function;
 use crate::graph::{Graph, Id, Op, Signed};
 use crate::term::Symbol;
 

@@ -10,7 +10,7 @@ use super::layout::Argument;
 use super::plain::{Plain, ident};
 use super::scene_items::{outputs, stop, time_argument};
 use super::{Writer, struct_name};
-use crate::function::Function;
+use qrm_scene::function::Function;
 use crate::graph::{Graph, Id, Op, Signed};
 use crate::kernel::{Block, Kernel, Local};
 use crate::term::Symbol;

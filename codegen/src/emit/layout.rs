@@ -5,7 +5,7 @@ use crate::formula::{Style, Writer};
 use crate::graph::{Graph, Signed};
 use crate::kernel::Kernel;
 use crate::lower::Lowering;
-use crate::scene::Scene;
+use qrm_scene::scene::Scene;
 use crate::share::share_pairs;
 use crate::term::{Equations, Term};
 

@@ -4,7 +4,7 @@ use proc_macro2::TokenStream;
 use quote::{format_ident, quote};
 
 use super::struct_name;
-use crate::scene::{Body, Constraint, Coordinate, Load, Point, Scene};
+use qrm_scene::scene::{Body, Constraint, Coordinate, Load, Point, Scene};
 use crate::words::Words;
 
 pub(super) fn own_struct(scene: &Scene, has_constants: bool, source: &str) -> TokenStream {

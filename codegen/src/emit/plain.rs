@@ -6,9 +6,9 @@ use proc_macro2::{Literal, TokenStream};
 use quote::{format_ident, quote};
 
 use super::piece::{Piece, literal};
-use crate::expression::Node;
-use crate::function::Function;
-use crate::scene::{Quantity, Scene, Value};
+use qrm_scene::expression::Node;
+use qrm_scene::function::Function;
+use qrm_scene::scene::{Quantity, Scene, Value};
 
 /// How names are written in a plain formula.
 pub(super) struct Plain<'s> {

@@ -6,8 +6,8 @@ use quote::{format_ident, quote};
 use super::own_struct::own_struct;
 use super::plain::{Plain, ident};
 use super::{module_name, struct_name};
-use crate::lexer::Comparison;
-use crate::scene::{Coordinate, Parameter, Quantity, Scene, Start, Value};
+use qrm_scene::lexer::Comparison;
+use qrm_scene::scene::{Coordinate, Parameter, Quantity, Scene, Start, Value};
 
 /// The parts of a module beside its functions.
 pub(super) struct Items {
@@ -157,7 +157,7 @@ fn link(scene: &Scene) -> TokenStream {
 
             #[inline]
             fn accelerations(&self, t: f64, q: &[f64; #n], qd: &[f64; #n]) -> Option<([f64; #n], [f64; #m])> {
-                qrm_mechanism::accelerations(self, t, q, qd)
+                qrm_core::accelerations(self, t, q, qd)
             }
 
             #linearization

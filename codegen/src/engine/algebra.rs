@@ -12,10 +12,10 @@ use symbolica::{function, parse, symbol};
 
 use super::Place;
 use super::translate::term;
-use crate::expression::{Node, Number};
-use crate::function::Function;
-use crate::resolve::all_values;
-use crate::scene::{Quantity, Scene, Value};
+use qrm_scene::expression::{Node, Number};
+use qrm_scene::function::Function;
+use qrm_scene::resolve::all_values;
+use qrm_scene::scene::{Quantity, Scene, Value};
 use crate::term::{Symbol, Term};
 
 /// The symbols of one scene, and its formulae in terms of them.

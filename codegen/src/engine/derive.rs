@@ -4,7 +4,7 @@ use symbolica::atom::Atom;
 
 use super::algebra::Algebra;
 use super::{Place, kernel, linearization};
-use crate::scene::{LoadKind, OutputKind, Quantity, Scene, Value};
+use qrm_scene::scene::{LoadKind, OutputKind, Quantity, Scene, Value};
 use crate::term::{Equations, Row, Symbol, Term};
 
 /// Derives everything that the generated functions compute. `number` tells the scenes of a process apart.

@@ -6,7 +6,7 @@ use symbolica::atom::Atom;
 use super::Place;
 use super::algebra::Algebra;
 use super::derive::{Effort, Loads, Rows};
-use crate::scene::Scene;
+use qrm_scene::scene::Scene;
 use crate::term::{KernelEquations, Push, Root, Term};
 
 /// Derives the equations of a kernel, in which `outputs` are to be computed too.

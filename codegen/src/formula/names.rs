@@ -1,6 +1,6 @@
 //! Names as mathematical symbols.
 
-use crate::function::Function;
+use qrm_scene::function::Function;
 
 const GREEK: [(&str, &str); 24] = [
     ("alpha", r"\alpha"),

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use super::{Block, Builder, Local};
-use crate::function::Function;
+use qrm_scene::function::Function;
 use crate::graph::{Id, Op, Signed};
 use crate::term::{Symbol, Term};
 

@@ -5,9 +5,9 @@ use std::collections::HashSet;
 
 use super::algebra::{Matrix, Value, negated};
 use super::{Block, Builder};
-use crate::evaluate::{constant, parameter_values};
+use qrm_scene::evaluate::{constant, parameter_values};
 use crate::graph::{Op, Signed};
-use crate::scene::Start;
+use qrm_scene::scene::Start;
 use crate::term::{Equations, Symbol};
 
 /// Entries this much smaller than the largest of their row are no pivots.

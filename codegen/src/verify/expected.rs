@@ -4,8 +4,8 @@ use num_dual::{Dual2_64, Dual64};
 
 use super::between;
 use super::interpret::Value;
-use crate::evaluate::{State, constant};
-use crate::scene::{OutputKind, Scene, Start, Value as Formula};
+use qrm_scene::evaluate::{State, constant};
+use qrm_scene::scene::{OutputKind, Scene, Start, Value as Formula};
 use crate::term::Equations;
 
 /// The numbers that each function must give.
@@ -28,7 +28,7 @@ impl Sample {
     pub(super) fn random(scene: &Scene, number: usize, random: &mut fastrand::Rng) -> Self {
         let near_start = number.is_multiple_of(2);
         let (n, m) = (scene.coordinates.len(), scene.constraints.len());
-        let parameter = |random: &mut fastrand::Rng, p: &crate::scene::Parameter| {
+        let parameter = |random: &mut fastrand::Rng, p: &qrm_scene::scene::Parameter| {
             if p.left_out {
                 0.0
             } else if p.value == 0.0 {

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::Generated;
 use super::expected::{Expected, Sample};
 use super::interpret::Value;
-use crate::scene::Scene;
+use qrm_scene::scene::Scene;
 
 /// Where the kernel magnifies rounding errors by more, a step does not rely on it.
 const STRAIN: f64 = 1e3;

@@ -3,7 +3,7 @@
 
 use super::Generated;
 use super::expected::Sample;
-use crate::scene::Scene;
+use qrm_scene::scene::Scene;
 use crate::term::Equations;
 
 /// Largest difference relative to the largest number of a matrix.

@@ -3,8 +3,8 @@
 use num_dual::Dual64;
 
 use super::expected::{Gradients, Sample};
-use crate::evaluate::State;
-use crate::scene::{LoadKind, Quantity, Scene, Value as Formula};
+use qrm_scene::evaluate::State;
+use qrm_scene::scene::{LoadKind, Quantity, Scene, Value as Formula};
 use crate::term::Equations;
 
 impl Sample {

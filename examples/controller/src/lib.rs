@@ -5,7 +5,7 @@
 
 #![no_std]
 
-use qrm_mechanism::{Angles, Kernel, State, stride};
+use qrm_core::{Angles, Kernel, State, stride};
 use qrm_model::quick_return_loaded::{Parameters, Position, QuickReturnLoaded};
 
 /// The motion at one time; the struct of the same name in main.c.

@@ -7,6 +7,6 @@ pub mod wiper {
 }
 
 /// Shows every mechanism to a visitor.
-pub fn visit_all(visitor: &mut impl qrm_mechanism::Visitor) {
+pub fn visit_all(visitor: &mut impl qrm_core::Visitor) {
     visitor.visit::<wiper::Wiper, 3, 2>();
 }

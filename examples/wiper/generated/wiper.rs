@@ -39,7 +39,7 @@
 //     time in the forces: no load depends on it
 //     Jacobians of forces and constraint forces: the scene asks for no implicit method (`stiff`)
 
-use qrm_mechanism::{
+use qrm_core::{
     Angles, Closure, Description, Dynamics, Kernel, Lane, Mechanism,
     ParameterDescription, QuantityDescription, Problem, Real, Schedule, Start,
 };
@@ -1103,7 +1103,7 @@ impl Mechanism<3, 2> for Wiper {
         q: &[f64; 3],
         qd: &[f64; 3],
     ) -> Option<([f64; 3], [f64; 2])> {
-        qrm_mechanism::accelerations(self, t, q, qd)
+        qrm_core::accelerations(self, t, q, qd)
     }
 
     #[inline(always)]

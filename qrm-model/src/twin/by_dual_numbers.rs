@@ -2,7 +2,7 @@
 
 use nalgebra::Const;
 use num_dual::{Derivative, Dual2_64, DualNum, DualSVec64};
-use qrm_mechanism::{Closure, Dynamics, Lane, NoKernel};
+use qrm_core::{Closure, Dynamics, Lane, NoKernel};
 
 use super::Equations;
 use crate::quick_return::Parameters;

@@ -1,7 +1,7 @@
 //! The step's equations as well as a hand can write them: products of parameters taken out, one independent coordinate, every
 //! quotient computed once.
 
-use qrm_mechanism::{Angles, Kernel, Lane};
+use qrm_core::{Angles, Kernel, Lane};
 
 use crate::quick_return::{Parameters, QuickReturn};
 

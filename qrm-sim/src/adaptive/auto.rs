@@ -1,6 +1,6 @@
 //! Explicit steps where they do, implicit ones where the motion is stiff.
 
-use qrm_mechanism::Mechanism;
+use qrm_core::Mechanism;
 
 use super::segment::Segment;
 use super::{Dop853, Explicit, Formula, Implicit, Kept, Task, Work};

@@ -2,7 +2,7 @@
 
 use std::marker::PhantomData;
 
-use qrm_mechanism::Mechanism;
+use qrm_core::Mechanism;
 
 use super::segment::{Segment, Stages};
 use super::{Formula, Pair, Task, Work, corrected, end, scales};

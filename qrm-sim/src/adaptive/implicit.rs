@@ -1,6 +1,6 @@
 //! Steps by a linearly implicit method, for stiff springs and dampers.
 
-use qrm_mechanism::{Dynamics, Linearization, Mechanism};
+use qrm_core::{Dynamics, Linearization, Mechanism};
 
 use super::rodas::{ARGUMENTS, BY_TIME, GAMMA, INCREMENTS, NODES};
 use super::{Formula, Task, Work, corrected, end, scales};

@@ -1,6 +1,6 @@
 //! What there is to say and to show of a run.
 
-use qrm_mechanism::{Description, QuantityDescription};
+use qrm_core::{Description, QuantityDescription};
 #[cfg(feature = "pictures")]
 use qrm_view::figure::Figure;
 

@@ -1,7 +1,7 @@
 //! `qrm code`
 
 use anstyle::{AnsiColor, Style};
-use qrm_codegen::names::suggestion;
+use qrm_scene::names::suggestion;
 use ra_ap_rustc_lexer::{FrontmatterAllowed, LiteralKind, TokenKind, tokenize};
 
 use super::arguments::CodeArguments;

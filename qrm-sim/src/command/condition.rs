@@ -2,10 +2,10 @@
 
 use std::cell::RefCell;
 
-use qrm_codegen::evaluate::evaluate_in;
-use qrm_codegen::function::Differentiable;
-use qrm_codegen::resolve::read_condition;
-use qrm_codegen::scene::{Quantity, Scene, Value};
+use qrm_scene::evaluate::evaluate_in;
+use qrm_scene::function::Differentiable;
+use qrm_scene::resolve::read_condition;
+use qrm_scene::scene::{Quantity, Scene, Value};
 
 use super::Failure;
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use qrm_mechanism::Description;
+use qrm_core::Description;
 
 use super::words::seconds;
 use crate::summary::Summary;

@@ -2,8 +2,8 @@
 
 use std::io;
 
-use qrm_codegen::evaluate::State;
-use qrm_codegen::scene::{OutputKind, Scene};
+use qrm_scene::evaluate::State;
+use qrm_scene::scene::{OutputKind, Scene};
 
 use crate::observer::{Observer, Row};
 

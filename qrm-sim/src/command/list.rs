@@ -1,6 +1,6 @@
 //! `qrm list`
 
-use qrm_mechanism::QuantityDescription;
+use qrm_core::QuantityDescription;
 
 use crate::scenes::{Scene, Scenes};
 

@@ -3,7 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use qrm_mechanism::Description;
+use qrm_core::Description;
 
 use crate::observer::{Observer, Row};
 use crate::summary::Summary;

@@ -4,8 +4,8 @@ mod errors;
 
 use std::time::Duration;
 
-use qrm_codegen::evaluate::constant;
-use qrm_codegen::scene::Known;
+use qrm_scene::evaluate::constant;
+use qrm_scene::scene::Known;
 
 use super::arguments::ReferenceName;
 use super::progress::Progress;

@@ -96,7 +96,7 @@ const BUDGET: Duration = Duration::from_secs(10);
 
 fn parameters(setup: &Setup, summary: &Summary) -> Section<'static> {
     let described = setup.description.parameters.iter().zip(&summary.parameters.0);
-    let row = |(p, (name, value)): (&qrm_mechanism::ParameterDescription, &(String, f64))| {
+    let row = |(p, (name, value)): (&qrm_core::ParameterDescription, &(String, f64))| {
         vec![name.clone(), format!("{value}"), p.unit.to_owned(), p.doc.to_owned()]
     };
     let rows = described.map(row).collect();

@@ -5,8 +5,8 @@ mod quantities;
 mod table;
 
 use num_dual::Dual64;
-use qrm_codegen::evaluate::parameter_values;
-use qrm_codegen::names::suggestion;
+use qrm_scene::evaluate::parameter_values;
+use qrm_scene::names::suggestion;
 
 use super::arguments::{MethodArguments, SensitivityArguments};
 use super::setup::Setup;

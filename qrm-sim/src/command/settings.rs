@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use qrm_codegen::diagnostic::Report;
-use qrm_codegen::evaluate::evaluate;
-use qrm_codegen::names::suggestion;
-use qrm_codegen::parser::parse_formula;
-use qrm_mechanism::Description;
+use qrm_scene::diagnostic::Report;
+use qrm_scene::evaluate::evaluate;
+use qrm_scene::names::suggestion;
+use qrm_scene::parser::parse_formula;
+use qrm_core::Description;
 
 use super::Failure;
 use crate::scenes::{Scene, Scenes};

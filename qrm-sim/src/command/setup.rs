@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use qrm_codegen::evaluate::parameter_values;
-use qrm_codegen::resolve;
-use qrm_codegen::scene::Scene as SceneText;
-use qrm_mechanism::Description;
+use qrm_scene::evaluate::parameter_values;
+use qrm_scene::resolve;
+use qrm_scene::scene::Scene as SceneText;
+use qrm_core::Description;
 
 use super::arguments::{MethodArguments, MethodName, ProjectionName, SceneArguments};
 use super::condition::Condition;
@@ -131,7 +131,7 @@ impl<'s> Setup<'s> {
     /// The step of the command line, or of the scene.
     #[cfg(any(feature = "fmu", feature = "pictures", feature = "sensitivity"))]
     pub(super) fn step(&self) -> f64 {
-        self.step.unwrap_or_else(|| qrm_codegen::evaluate::constant(&self.text.run.step, &self.parameters()))
+        self.step.unwrap_or_else(|| qrm_scene::evaluate::constant(&self.text.run.step, &self.parameters()))
     }
 
     /// The end that the command line asks for, if it asks for a time.

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use qrm_mechanism::Description;
+use qrm_core::Description;
 use serde::Serialize;
 
 use crate::summary::Named;

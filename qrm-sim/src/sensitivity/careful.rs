@@ -2,7 +2,7 @@
 //! their way, derivatives by those of the equations that the values fulfil.
 
 use num_dual::Dual64;
-use qrm_mechanism::{Angles, Closure, Dual, Dynamics, Kernel, Mechanism, State};
+use qrm_core::{Angles, Closure, Dual, Dynamics, Kernel, Mechanism, State};
 
 use super::{Number, constant};
 use crate::acceleration::by_plain_functions;

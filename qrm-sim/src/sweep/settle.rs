@@ -1,6 +1,6 @@
 //! Steps of which not every lane can simply go on.
 
-use qrm_mechanism::{Kernel, MOST_STRAIN, Mechanism};
+use qrm_core::{Kernel, MOST_STRAIN, Mechanism};
 
 use super::crowd::{Crowd, Taken};
 use super::turnover::{pick, put};

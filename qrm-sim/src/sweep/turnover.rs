@@ -1,6 +1,6 @@
 //! How designs come into lanes and leave them.
 
-use qrm_mechanism::{Angles, Fused, Kernel, Mechanism, State};
+use qrm_core::{Angles, Fused, Kernel, Mechanism, State};
 
 use super::crowd::{Crowd, Runner};
 use super::{Finished, SweepEnd, alone};

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use qrm_mechanism::Description;
+use qrm_core::Description;
 
 use crate::motion::{Method, Scheme};
 use crate::projection::{Projection, Tolerance};

@@ -3,7 +3,7 @@
 #![cfg(feature = "generate")]
 
 use qrm_functions::functions::{Functions, constraint_jacobian, constraints, outputs};
-use qrm_mechanism::Mechanism;
+use qrm_core::Mechanism;
 
 const Q: [f64; 3] = [0.7, -1.1, 0.4];
 const QD: [f64; 3] = [0.3, 0.5, -0.8];

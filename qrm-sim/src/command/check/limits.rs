@@ -1,6 +1,6 @@
 //! Which lengths allow a full turn.
 
-use qrm_codegen::scene::{Quantity, Scene, Value};
+use qrm_scene::scene::{Quantity, Scene, Value};
 
 use super::super::setup::Setup;
 

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use qrm_codegen::scene::{Output, OutputKind};
+use qrm_scene::scene::{Output, OutputKind};
 
 use super::super::progress::Progress;
 use super::super::setup::Setup;

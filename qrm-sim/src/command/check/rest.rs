@@ -1,7 +1,7 @@
 //! Positions at rest: what balances the loads there.
 
-use qrm_codegen::names::suggestion;
-use qrm_codegen::scene::{LoadKind, OutputKind, Quantity, Value};
+use qrm_scene::names::suggestion;
+use qrm_scene::scene::{LoadKind, OutputKind, Quantity, Value};
 
 use super::super::setup::Setup;
 use super::super::{Failure, settings, words};

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::io;
 
-use qrm_mechanism::Description;
+use qrm_core::Description;
 use quick_xml::Writer;
 use quick_xml::events::{BytesDecl, Event};
 

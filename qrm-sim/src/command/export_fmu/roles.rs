@@ -1,8 +1,8 @@
 //! What an importer may do with each parameter.
 
-use qrm_codegen::expression::Node;
-use qrm_codegen::resolve::motion_values;
-use qrm_codegen::scene::Quantity;
+use qrm_scene::expression::Node;
+use qrm_scene::resolve::motion_values;
+use qrm_scene::scene::Quantity;
 
 use crate::command::Failure;
 use crate::command::setup::Setup;

@@ -1,6 +1,6 @@
 //! How far states are from others.
 
-use qrm_codegen::scene::{OutputKind, Scene};
+use qrm_scene::scene::{OutputKind, Scene};
 
 use crate::measure::StateAt;
 

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use qrm_codegen::evaluate::constant;
-use qrm_codegen::scene::{Extreme, Known};
+use qrm_scene::evaluate::constant;
+use qrm_scene::scene::{Extreme, Known};
 
 use super::super::arguments::{MethodArguments, MethodName, SceneArguments};
 use super::super::progress::interrupted;

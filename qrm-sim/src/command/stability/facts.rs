@@ -1,7 +1,7 @@
 //! What a survey shows, in words.
 
-use qrm_codegen::evaluate::constant;
-use qrm_codegen::scene::{LoadKind, Value};
+use qrm_scene::evaluate::constant;
+use qrm_scene::scene::{LoadKind, Value};
 
 use super::super::setup::Setup;
 use super::super::words::{self, seconds};

@@ -46,7 +46,7 @@ impl Survey {
         if samples.is_empty() {
             return Err(Failure::Run("error: the equations of motion cannot be linearized anywhere".to_owned()));
         }
-        let largest = |c: &qrm_mechanism::QuantityDescription| {
+        let largest = |c: &qrm_core::QuantityDescription| {
             let extremes = album.extremes(&format!("{}_dot", c.name));
             extremes.map_or(0.0, |e| e.minimum.0.abs().max(e.maximum.0.abs()))
         };

@@ -1,6 +1,6 @@
 //! The parameters that a sweep varies.
 
-use qrm_mechanism::Description;
+use qrm_core::Description;
 
 use super::super::{Failure, settings};
 

@@ -1,6 +1,6 @@
 //! What a design becomes in a table.
 
-use qrm_mechanism::{Description, QuantityDescription};
+use qrm_core::{Description, QuantityDescription};
 
 use super::super::arguments::SweepArguments;
 use super::super::words;

@@ -1,8 +1,8 @@
 //! A stop condition from the command line, for each design with its own parameters.
 
-use qrm_codegen::evaluate::{evaluate_in, parameter_values};
-use qrm_codegen::resolve::read_condition;
-use qrm_codegen::scene::{Quantity, Scene, Value};
+use qrm_scene::evaluate::{evaluate_in, parameter_values};
+use qrm_scene::resolve::read_condition;
+use qrm_scene::scene::{Quantity, Scene, Value};
 
 use super::super::Failure;
 use crate::scenes::Replace;

@@ -2,7 +2,7 @@
 
 use num_bigint::BigInt;
 use num_traits::{Signed, ToPrimitive, Zero};
-use qrm_mechanism::{Angles, Fused, Lane, Real};
+use qrm_core::{Angles, Fused, Lane, Real};
 
 /// Fixed point: this many bits behind the point.
 const BITS: u64 = 260;

@@ -40,7 +40,7 @@ pub(super) fn used(document: &Document, scene: &Scene, findings: &mut Vec<Diagno
 }
 
 /// Every formula of a scene.
-pub(crate) fn all_values(scene: &Scene) -> Vec<&Value> {
+pub fn all_values(scene: &Scene) -> Vec<&Value> {
     let mut values: Vec<&Value> = scene.parameters.iter().map(|p| &p.formula).collect();
     values.extend(scene.points.iter().flat_map(|p| &p.position));
     values.extend(motion_values(scene));

@@ -19,7 +19,7 @@
 extern crate std;
 
 #[cfg(not(any(feature = "std", feature = "libm")))]
-compile_error!("qrm-mechanism needs one of its features: `std`, or `libm` where there is no standard library");
+compile_error!("qrm-core needs one of its features: `std`, or `libm` where there is no standard library");
 
 mod angles;
 mod description;

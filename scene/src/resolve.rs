@@ -10,8 +10,7 @@ mod scope;
 mod start;
 mod usage;
 
-#[cfg(feature = "engine")]
-pub(crate) use usage::all_values;
+pub use usage::all_values;
 pub use usage::motion_values;
 
 use std::collections::HashSet;

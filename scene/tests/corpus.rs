@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use qrm_codegen::evaluate::{State, parameter_values};
-use qrm_codegen::resolve::{read, read_condition};
+use qrm_scene::evaluate::{State, parameter_values};
+use qrm_scene::resolve::{read, read_condition};
 
 #[test]
 fn every_text_gives_a_scene_or_a_report() {

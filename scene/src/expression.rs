@@ -97,7 +97,7 @@ impl Number {
 }
 
 /// The double nearest to a rational.
-pub(crate) fn to_f64(exact: &BigRational) -> f64 {
+pub fn to_f64(exact: &BigRational) -> f64 {
     let (numerator, denominator) = (exact.numer(), exact.denom());
     let exactly = BigInt::one() << 53;
     if numerator.abs() <= exactly && *denominator <= exactly {

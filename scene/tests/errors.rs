@@ -1,16 +1,16 @@
 //! Every mistake that a scene can contain, and the whole report that the user gets for it.
 //!
 //! `errors/NAME.toml` is a scene with one mistake (or several that meet), `errors/NAME.txt` its report, byte for byte.
-//! `QRM_REFRESH=1 cargo test -p qrm-codegen --test errors` writes the reports anew: read the difference before keeping it.
+//! `QRM_REFRESH=1 cargo test -p qrm-scene --test errors` writes the reports anew: read the difference before keeping it.
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use qrm_codegen::diagnostic::{Report, Severity};
-use qrm_codegen::resolve::read;
-use qrm_codegen::source::read_text;
+use qrm_scene::diagnostic::{Report, Severity};
+use qrm_scene::resolve::read;
+use qrm_scene::source::read_text;
 
 /// Scenes that are usable, with warnings.
 const ACCEPTED: [&str; 1] = ["parameter-unused"];

@@ -1,0 +1,18 @@
+//! Reads scene files: mechanisms described by formulae.
+//!
+//! [`source`] reads the text, [`document`] its TOML with the place of every value, [`lexer`] and [`parser`] the formulae, and
+//! [`resolve`] looks up names and checks the rules, which gives a [`scene::Scene`]. All mistakes of a file are reported together, at
+//! their lines and columns ([`diagnostic`]). [`evaluate`] gives formulae values, on doubles and on dual numbers.
+
+pub mod chart;
+pub mod diagnostic;
+pub mod document;
+pub mod evaluate;
+pub mod expression;
+pub mod function;
+pub mod lexer;
+pub mod names;
+pub mod parser;
+pub mod resolve;
+pub mod scene;
+pub mod source;
