@@ -10,7 +10,7 @@ use std::hint::black_box as opaque;
 use std::process::ExitCode;
 
 use nalgebra::{SMatrix, SVector};
-use qrm_core::{Angles, Dynamics, Kernel, Lane, Mechanism};
+use qrm_core::{Angles, Dynamics, Kernel, Mechanism, Scalar};
 use qrm_model::quick_return::{self, Parameters, QuickReturn};
 use qrm_model::twin::{ByDualNumbers, ByHand, Equations, KernelByHand};
 use qrm_sim::solve::{Care, accelerations};
@@ -45,7 +45,7 @@ fn row<T>(
 }
 
 /// Position and accelerations by a kernel, from sines and cosines on.
-fn by_kernel<K: Kernel<R, 3, 2>, R: Lane>(kernel: &K, angles: &Angles<R, 3>) -> ([R; 3], [R; 2]) {
+fn by_kernel<K: Kernel<R, 3, 2>, R: Scalar>(kernel: &K, angles: &Angles<R, 3>) -> ([R; 3], [R; 2]) {
     let (q, qd) = (Q.map(R::from_f64), QD.map(R::from_f64));
     kernel.accelerations(&kernel.position(R::zero(), &q, angles), R::zero(), &q, &qd, angles)
 }

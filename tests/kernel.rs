@@ -1,7 +1,7 @@
 //! Kernels against the plain functions they stand for: at single states, and over whole runs.
 
 use num_dual::Dual64;
-use qrm_core::{Angles, Dual, Fused, Kernel, Lane, Mechanism, Plain, Visitor};
+use qrm_core::{Angles, Dual, Fused, Kernel, Mechanism, Plain, Scalar, Visitor};
 use qrm_model::quick_return::QuickReturn;
 use qrm_model::twin::{ByHand, Twin};
 use qrm_sim::assembly::assemble;
@@ -10,7 +10,7 @@ use qrm_sim::simulate::{End, Request, simulate};
 use qrm_sim::solve::{Care, Corrector, accelerations};
 
 /// A number with its value.
-trait Number: Lane {
+trait Number: Scalar {
     fn value(self) -> f64;
 }
 
@@ -100,7 +100,7 @@ fn kernels_give_what_the_plain_functions_give() {
 }
 
 /// Accelerations and multipliers by the kernel at one state: coordinates, rates, and the values of the parameters.
-fn equations<R: Lane>(state: &[R], parameters: &[R]) -> [R; 5] {
+fn equations<R: Scalar>(state: &[R], parameters: &[R]) -> [R; 5] {
     let kernel = QuickReturn::<R>::with_values(|i| parameters[i]);
     let (q, qd) = (std::array::from_fn(|i| state[i]), std::array::from_fn(|i| state[3 + i]));
     let angles = Angles::new(&q, QuickReturn::<R>::IS_ANGLE);

@@ -3,7 +3,7 @@
 use std::cell::Cell;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use qrm_core::{Lane, Real};
+use qrm_core::Scalar;
 
 thread_local! {
     static DONE: Cell<usize> = const { Cell::new(0) };
@@ -54,7 +54,16 @@ macro_rules! one_each {
     };
 }
 
-impl Real for Counting {
+macro_rules! two_each {
+    ($($name:ident $of:ident),*) => {
+        $(fn $name(self, other: Self) -> Self {
+            note(1);
+            Self(self.0.$of(other.0))
+        })*
+    };
+}
+
+impl Scalar for Counting {
     fn from_f64(value: f64) -> Self {
         Self(value)
     }
@@ -70,18 +79,6 @@ impl Real for Counting {
         Self(self.0.sign())
     }
     one_each!(sqrt, asin, acos, atan, exp, ln, sinh, cosh, tanh);
-}
-
-macro_rules! two_each {
-    ($($name:ident $of:ident),*) => {
-        $(fn $name(self, other: Self) -> Self {
-            note(1);
-            Self(self.0.$of(other.0))
-        })*
-    };
-}
-
-impl Lane for Counting {
     fn mul_add(self, a: Self, b: Self) -> Self {
         self * a + b
     }

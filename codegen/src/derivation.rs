@@ -3,10 +3,10 @@
 mod matrix;
 
 use crate::formula::{Style, Writer};
-use qrm_scene::scene::Scene;
 use crate::term::{Equations, Row, Symbol, Term};
 use crate::words::Words;
 use matrix::{entries, equation, formula, matrix, vector};
+use qrm_scene::scene::Scene;
 
 /// The whole text.
 pub fn markdown(scene: &Scene, equations: &Equations, source: &str) -> String {

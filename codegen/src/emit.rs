@@ -17,12 +17,12 @@ use proc_macro2::{Ident, TokenStream};
 use quote::{format_ident, quote};
 
 use crate::graph::{Graph, Id, Op, Signed};
-use qrm_scene::scene::Scene;
 use crate::term::{Equations, Symbol};
 use body::Body;
 pub use body::Operations;
 use layout::{Argument, Layout, Plan, Shape};
 use plain::ident;
+use qrm_scene::scene::Scene;
 
 /// Writes the module of a scene. The result has no header yet, and has been parsed once: it is Rust.
 ///
@@ -45,7 +45,7 @@ pub fn module(scene: &Scene, equations: &Equations, source: &str) -> Module {
     let parameter_description = has_parameters.then(|| quote!(ParameterDescription,));
     let tokens = quote! {
         use qrm_core::{
-            Angles, Closure, Description, Dynamics, Kernel, Lane, #linearization Mechanism, #parameter_description QuantityDescription, Problem, Real,
+            Angles, Closure, Description, Dynamics, Kernel, #linearization Mechanism, #parameter_description Problem, QuantityDescription, Scalar,
             Schedule, Start,
         };
         #parameters
@@ -210,7 +210,7 @@ impl<'a> Writer<'a> {
             #(#[doc = #docs])*
             #(#[doc(alias = #aliases)])*
             #inline
-            pub fn #name<R: Real>(#m: &#own<R>, #(#parameters),*) -> #output {
+            pub fn #name<R: Scalar>(#m: &#own<R>, #(#parameters),*) -> #output {
                 #p
                 #k
                 #(#bindings)*

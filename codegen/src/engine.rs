@@ -15,9 +15,9 @@ use std::io;
 use std::path::PathBuf;
 use std::sync::Mutex;
 
+use crate::term::Equations;
 use qrm_scene::diagnostic::Span;
 use qrm_scene::scene::Scene;
-use crate::term::Equations;
 
 /// Why scenes could not be differentiated.
 #[derive(Debug, thiserror::Error)]

@@ -6,11 +6,11 @@ use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{One, Signed};
 
+use crate::term::{Symbol, Term};
+use names::{latex_function, latex_name};
 use qrm_scene::expression::{Number, to_f64};
 use qrm_scene::function::Function;
 use qrm_scene::scene::Scene;
-use crate::term::{Symbol, Term};
-use names::{latex_function, latex_name};
 
 /// How formulae are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,14 +4,14 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-use qrm_scene::diagnostic::{Diagnostic, Report};
 use crate::emit::{self, module_name, struct_name};
-use qrm_scene::scene::Scene;
-use qrm_scene::source::read_text;
 use crate::term::Equations;
 use crate::verify::{self, Unverified};
 use crate::{derivation, engine, header};
+use qrm_scene::diagnostic::{Diagnostic, Report};
 use qrm_scene::resolve;
+use qrm_scene::scene::Scene;
+use qrm_scene::source::read_text;
 
 /// Why no code was generated.
 #[derive(Debug, thiserror::Error)]
@@ -128,21 +128,20 @@ fn read_all(paths: &[PathBuf]) -> Result<(Vec<Read>, Vec<Report>), Error> {
 /// Words that a module cannot have as its name, and the list of modules.
 const RESERVED_MODULES: [&str; 6] = ["scenes", "gen", "self", "super", "crate", "twin"];
 /// What every generated module already means by these names.
-const RESERVED_STRUCTS: [&str; 18] = [
+const RESERVED_STRUCTS: [&str; 17] = [
     "Angles",
     "Closure",
     "Constants",
     "Description",
     "Dynamics",
     "Kernel",
-    "Lane",
+    "Scalar",
     "Linearization",
     "Mechanism",
     "ParameterDescription",
     "Parameters",
     "Position",
     "QuantityDescription",
-    "Real",
     "Problem",
     "Schedule",
     "Self",
@@ -203,8 +202,7 @@ fn index_text(modules: &[GeneratedModule]) -> String {
             "\n/// The scene of [`{name}::{mechanism}`].\n#[allow(non_snake_case)]\npub mod {name} {{\n    include!(\"{name}.rs\");\n}}\n"
         );
     }
-    text +=
-        "\n/// Shows every mechanism to a visitor.\npub fn visit_all(visitor: &mut impl qrm_core::Visitor) {\n";
+    text += "\n/// Shows every mechanism to a visitor.\npub fn visit_all(visitor: &mut impl qrm_core::Visitor) {\n";
     for GeneratedModule { name, mechanism, coordinates, constraints } in modules {
         text += &format!("    visitor.visit::<{name}::{mechanism}, {coordinates}, {constraints}>();\n");
     }

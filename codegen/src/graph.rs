@@ -2,8 +2,8 @@
 
 use std::collections::HashMap;
 
-use qrm_scene::function::Function;
 use crate::term::Symbol;
+use qrm_scene::function::Function;
 
 /// The place of an operation in a [`Graph`].
 pub type Id = usize;

@@ -6,8 +6,8 @@ use sha2::{Digest, Sha256};
 
 use crate::emit::Module;
 use crate::omissions;
-use qrm_scene::scene::Scene;
 use crate::term::Equations;
+use qrm_scene::scene::Scene;
 
 /// The comment: origin, how to make it again, what was left out, what each function costs.
 pub fn header(path: &str, scene: &Scene, equations: &Equations, module: &Module, hash: &str) -> String {

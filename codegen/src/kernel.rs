@@ -9,10 +9,10 @@ use std::collections::{HashMap, HashSet};
 
 use crate::graph::{Id, Signed};
 use crate::lower::Lowering;
-use qrm_scene::scene::Scene;
 use crate::term::{Equations, KernelEquations, Push, Symbol, Term};
 use algebra::{Matrix, Value, negated};
 use elimination::Elimination;
+use qrm_scene::scene::Scene;
 use range_space::RangeSpace;
 
 /// A kernel as operations.

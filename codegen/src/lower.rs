@@ -5,9 +5,9 @@ use std::collections::{BTreeMap, HashMap};
 use num_rational::BigRational;
 use num_traits::{Signed as _, ToPrimitive};
 
-use qrm_scene::expression::to_f64;
 use crate::graph::{Graph, Id, Op, Signed};
 use crate::term::{Symbol, Term};
+use qrm_scene::expression::to_f64;
 
 /// Builds a graph from terms.
 #[derive(Debug, Default)]

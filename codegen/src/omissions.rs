@@ -1,7 +1,7 @@
 //! What generated code does without, and why.
 
-use qrm_scene::scene::{OutputKind, Scene};
 use crate::term::{Equations, Symbol, Term};
+use qrm_scene::scene::{OutputKind, Scene};
 
 /// Each thing that was left out, with the reason.
 pub fn omissions(scene: &Scene, equations: &Equations) -> Vec<String> {

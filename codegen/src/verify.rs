@@ -11,11 +11,11 @@ use std::collections::HashMap;
 
 use syn::{ImplItem, Item};
 
-use qrm_scene::evaluate::{State, constant, parameter_values};
-use qrm_scene::scene::{Coordinate, Scene, Start, Value as Formula};
 use crate::term::{Equations, Symbol, Term};
 use expected::{Expected, Sample};
 use interpret::{Value, run, run_block};
+use qrm_scene::evaluate::{State, constant, parameter_values};
+use qrm_scene::scene::{Coordinate, Scene, Start, Value as Formula};
 
 /// How many random states are compared; fewer of large mechanisms, whose matrices are mostly zeros.
 const STATES: usize = 40;
@@ -268,8 +268,9 @@ impl<'f> Generated<'f> {
     /// The mechanism with these parameters.
     fn model(&self, scene: &Scene, parameters: &[f64]) -> Result<Value, String> {
         let kept = scene.parameters.iter().zip(parameters).filter(|(p, _)| !p.left_out);
-        let field =
-            |(p, value): (&qrm_scene::scene::Parameter, &f64)| (crate::emit::field_name(&p.name), Value::Number(*value));
+        let field = |(p, value): (&qrm_scene::scene::Parameter, &f64)| {
+            (crate::emit::field_name(&p.name), Value::Number(*value))
+        };
         let parameters = Value::Fields(kept.map(field).collect());
         let mut fields = HashMap::from([("parameters".to_owned(), parameters.clone())]);
         if self.methods.contains_key("Constants::new") {

@@ -2,13 +2,13 @@
 
 use num_bigint::BigInt;
 use num_rational::BigRational;
-use qrm_scene::evaluate::evaluate;
 use qrm_codegen::formula::{Style, Writer};
+use qrm_codegen::term::{Symbol, Term};
+use qrm_scene::evaluate::evaluate;
 use qrm_scene::function::Function;
 use qrm_scene::parser::parse_formula;
 use qrm_scene::resolve;
 use qrm_scene::scene::Scene;
-use qrm_codegen::term::{Symbol, Term};
 
 const SCENE: &str = r#"
 name = "letters"

@@ -2,9 +2,9 @@
 //! hand, with one sign changed at a time.
 
 use num_rational::BigRational;
-use qrm_scene::function::Function;
 use qrm_codegen::term::{Equations, KernelEquations, Linearization, Row, Symbol, Term};
 use qrm_codegen::{emit, verify};
+use qrm_scene::function::Function;
 use qrm_scene::resolve;
 
 const SCENE: &str = r"

@@ -1,6 +1,6 @@
 //! Sines and cosines that follow turns.
 
-use crate::real::Lane;
+use crate::scalar::Scalar;
 
 /// Sines and cosines of the coordinates that are angles; the places of others hold nothing of use.
 #[derive(Clone, Copy, Debug)]
@@ -20,7 +20,7 @@ const TINY: f64 = 1e-8;
 const SINE: [f64; 2] = [-0.166_666_666_626_764_27, 0.008_333_148_724_138_672];
 
 // Loops instead of closures: what a loop does is always compiled in line, with the instructions of the function around it.
-impl<R: Lane, const N: usize> Angles<R, N> {
+impl<R: Scalar, const N: usize> Angles<R, N> {
     /// Those of `q`, where `is_angle`.
     #[inline(always)]
     pub fn new(q: &[R; N], is_angle: [bool; N]) -> Self {
@@ -93,7 +93,7 @@ impl<R: Lane, const N: usize> Angles<R, N> {
 }
 
 #[inline(always)]
-fn largest<R: Lane, const N: usize>(dq: &[R; N], is_angle: [bool; N]) -> R {
+fn largest<R: Scalar, const N: usize>(dq: &[R; N], is_angle: [bool; N]) -> R {
     let mut largest = R::zero();
     for i in 0..N {
         if is_angle[i] {
@@ -105,7 +105,7 @@ fn largest<R: Lane, const N: usize>(dq: &[R; N], is_angle: [bool; N]) -> R {
 
 /// `sin(x + d)` and `cos(x + d)` from those of `x`.
 #[inline(always)]
-fn short<R: Lane>(sin: R, cos: R, d: R) -> (R, R) {
+fn short<R: Scalar>(sin: R, cos: R, d: R) -> (R, R) {
     let number = R::from_f64;
     let z = d * d;
     let sin_d = (d * z).mul_add(z.mul_add(number(SINE[1]), number(SINE[0])), d);
@@ -114,7 +114,7 @@ fn short<R: Lane>(sin: R, cos: R, d: R) -> (R, R) {
 }
 
 #[inline(always)]
-fn small<R: Lane>(sin: R, cos: R, d: R) -> (R, R) {
+fn small<R: Scalar>(sin: R, cos: R, d: R) -> (R, R) {
     let cos_d_less_one = d * d * R::from_f64(-0.5);
     (sin.mul_add(cos_d_less_one, cos.mul_add(d, sin)), cos.mul_add(cos_d_less_one, sin.neg_mul_add(d, cos)))
 }

@@ -4,7 +4,7 @@ use core::ops::{Add, Div, Mul, Neg, Sub};
 
 use num_dual::DualNum;
 
-use crate::real::{Lane, Real};
+use crate::scalar::Scalar;
 
 /// A dual number of the crate `num-dual`, of any kind, as a number for generated functions: they return derivatives beside
 /// values, by whatever the parts of `D` were seeded with. What is compared is the value alone.
@@ -43,7 +43,7 @@ macro_rules! forward {
     };
 }
 
-impl<D: Kind> Real for Dual<D> {
+impl<D: Kind> Scalar for Dual<D> {
     #[inline(always)]
     fn from_f64(value: f64) -> Self {
         Self(D::from(value))
@@ -68,9 +68,6 @@ impl<D: Kind> Real for Dual<D> {
         if self.is_negative() { -size } else { size }
     }
     forward!(recip, sqrt, sin, cos, tan, asin, acos, atan, exp, ln, sinh, cosh);
-}
-
-impl<D: Kind> Lane for Dual<D> {
     #[inline(always)]
     fn mul_add(self, a: Self, b: Self) -> Self {
         self * a + b

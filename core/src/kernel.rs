@@ -1,7 +1,7 @@
 //! The equations of motion in the order a step needs them.
 
 use crate::angles::Angles;
-use crate::real::Lane;
+use crate::scalar::Scalar;
 use crate::{Closure, Dynamics};
 
 /// The equations of motion of a mechanism with `N` coordinates and `M` constraints, cut where a step takes them up again:
@@ -9,7 +9,7 @@ use crate::{Closure, Dynamics};
 ///
 /// The closures `C_q qdd + bias = 0` are solved for `M` coordinates that depend on the others; the motion of those follows from
 /// `T' (Mbar qdd - fbar) = 0` with the tangents `T`, `C_q T = 0`.
-pub trait Kernel<R: Lane, const N: usize, const M: usize>: Copy {
+pub trait Kernel<R: Scalar, const N: usize, const M: usize>: Copy {
     /// What follows from the position alone.
     type Position: Copy;
 
@@ -101,7 +101,7 @@ pub fn accelerations<K: Kernel<f64, N, M>, const N: usize, const M: usize>(
 #[derive(Clone, Copy, Debug)]
 pub struct NoKernel;
 
-impl<R: Lane, const N: usize, const M: usize> Kernel<R, N, M> for NoKernel {
+impl<R: Scalar, const N: usize, const M: usize> Kernel<R, N, M> for NoKernel {
     type Position = ();
 
     const IS_ANGLE: [bool; N] = [false; N];

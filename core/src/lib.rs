@@ -28,7 +28,7 @@ mod dual;
 mod kernel;
 mod math;
 mod plain;
-mod real;
+mod scalar;
 mod sine;
 mod stride;
 
@@ -38,7 +38,7 @@ pub use description::{Description, ParameterDescription, QuantityDescription};
 pub use dual::{Dual, Kind};
 pub use kernel::{Kernel, MOST_STRAIN, NoKernel, accelerations};
 pub use plain::Plain;
-pub use real::{Fused, Lane, Real};
+pub use scalar::{Fused, Scalar};
 pub use sine::sin_cos;
 pub use stride::{LARGE, State, Stride, stride};
 
@@ -47,7 +47,7 @@ pub use stride::{LARGE, State, Stride, stride};
 /// All numbers are in SI units, angles in radians.
 pub trait Mechanism<const N: usize, const M: usize>: Sized {
     /// The same equations in the order a step needs them, for any kind of number.
-    type Kernel<R: Lane>: Kernel<R, N, M>;
+    type Kernel<R: Scalar>: Kernel<R, N, M>;
 
     /// Names, units and meanings.
     const DESCRIPTION: Description;
@@ -64,7 +64,7 @@ pub trait Mechanism<const N: usize, const M: usize>: Sized {
 
     /// The motion on another kind of number, some parameters replaced: dual numbers give derivatives by parameters.
     /// `None` for a mechanism that is not described by formulae of its parameters.
-    fn with_numbers<R: Lane>(_replace: &dyn Fn(&str) -> Option<R>) -> Option<Problem<Self::Kernel<R>, R, N>> {
+    fn with_numbers<R: Scalar>(_replace: &dyn Fn(&str) -> Option<R>) -> Option<Problem<Self::Kernel<R>, R, N>> {
         None
     }
 

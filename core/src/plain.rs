@@ -1,6 +1,6 @@
 //! A mechanism without its kernel.
 
-use crate::real::Lane;
+use crate::scalar::Scalar;
 use crate::{Closure, Description, Dynamics, Mechanism, NoKernel, Schedule, Start};
 
 /// The same mechanism, stepped by its plain functions alone: for comparison.
@@ -8,7 +8,7 @@ use crate::{Closure, Description, Dynamics, Mechanism, NoKernel, Schedule, Start
 pub struct Plain<X>(pub X);
 
 impl<X: Mechanism<N, M>, const N: usize, const M: usize> Mechanism<N, M> for Plain<X> {
-    type Kernel<R: Lane> = NoKernel;
+    type Kernel<R: Scalar> = NoKernel;
 
     const DESCRIPTION: Description = X::DESCRIPTION;
     const IS_DRIVEN: bool = X::IS_DRIVEN;

@@ -8,7 +8,7 @@
 
 use core::f64::consts::FRAC_2_PI;
 
-use crate::real::Lane;
+use crate::scalar::Scalar;
 
 /// Up to this angle the number of quarter turns has 20 bits, which products with the first two parts leave exact.
 const FAR: f64 = 1e6;
@@ -38,7 +38,7 @@ const COSINE: [f64; 6] = [
 
 /// Sine and cosine.
 #[inline(always)]
-pub fn sin_cos<R: Lane>(x: R) -> (R, R) {
+pub fn sin_cos<R: Scalar>(x: R) -> (R, R) {
     let (sine, cosine) = near(x);
     if x.is_within(FAR) {
         return (sine, cosine);
@@ -49,7 +49,7 @@ pub fn sin_cos<R: Lane>(x: R) -> (R, R) {
 }
 
 #[inline(always)]
-fn near<R: Lane>(x: R) -> (R, R) {
+fn near<R: Scalar>(x: R) -> (R, R) {
     let number = R::from_f64;
     let shifted = x * number(FRAC_2_PI) + number(WHOLE);
     let n = shifted - number(WHOLE);

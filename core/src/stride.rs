@@ -3,7 +3,7 @@
 
 use crate::angles::Angles;
 use crate::kernel::{Kernel, MOST_STRAIN};
-use crate::real::Lane;
+use crate::scalar::Scalar;
 
 /// A state with what a step needs at its beginning.
 #[derive(Clone, Copy, Debug)]
@@ -20,7 +20,7 @@ pub struct State<R, const N: usize, const M: usize> {
     pub angles: Angles<R, N>,
 }
 
-impl<R: Lane, const N: usize, const M: usize> State<R, N, M> {
+impl<R: Scalar, const N: usize, const M: usize> State<R, N, M> {
     /// The state at time `t` with these coordinates and rates, which fulfil the constraints.
     #[inline]
     pub fn new<K: Kernel<R, N, M>>(kernel: &K, t: R, q: [R; N], qd: [R; N]) -> Self {
@@ -60,7 +60,7 @@ pub struct Stride<R, P, const N: usize, const M: usize> {
     pub corrections: u32,
 }
 
-impl<R: Lane, P, const N: usize, const M: usize> Stride<R, P, N, M> {
+impl<R: Scalar, P, const N: usize, const M: usize> Stride<R, P, N, M> {
     /// Whether the step can be relied on: all numbers are finite, no residual is larger than `tolerance`, and the kernel suits
     /// the position.
     #[inline(always)]
@@ -82,7 +82,7 @@ pub const LARGE: usize = 600;
 /// One step of length `h` that begins at `t`. The work it takes is bounded: at most five times accelerations, and four
 /// corrections.
 #[inline(always)]
-pub fn stride<K: Kernel<R, N, M>, R: Lane, const N: usize, const M: usize>(
+pub fn stride<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
     kernel: &K,
     t: R,
     h: R,
@@ -93,7 +93,7 @@ pub fn stride<K: Kernel<R, N, M>, R: Lane, const N: usize, const M: usize>(
 
 /// The step as one stretch of code, in which the processor finds most to do at once.
 #[inline(always)]
-fn unrolled<K: Kernel<R, N, M>, R: Lane, const N: usize, const M: usize>(
+fn unrolled<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
     kernel: &K,
     t: R,
     h: R,
@@ -123,7 +123,7 @@ fn unrolled<K: Kernel<R, N, M>, R: Lane, const N: usize, const M: usize>(
 
 /// What is known of a step when it is made.
 #[inline(always)]
-fn finish<K: Kernel<R, N, M>, R: Lane, const N: usize, const M: usize>(
+fn finish<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
     kernel: &K,
     end: End<R, N>,
     (qdd, multipliers): ([R; N], [R; M]),
@@ -139,7 +139,7 @@ fn finish<K: Kernel<R, N, M>, R: Lane, const N: usize, const M: usize>(
 
 /// The same with the equations of motion in one place, for mechanisms that would take too long to compile otherwise.
 #[inline(always)]
-fn looped<K: Kernel<R, N, M>, R: Lane, const N: usize, const M: usize>(
+fn looped<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
     kernel: &K,
     t: R,
     h: R,
@@ -202,7 +202,7 @@ struct End<R, const N: usize> {
     corrections: u32,
 }
 
-impl<R: Lane, const N: usize> End<R, N> {
+impl<R: Scalar, const N: usize> End<R, N> {
     /// Where the formula leads; `near` are the angles at its last stage.
     #[inline(always)]
     fn new<K: Kernel<R, N, M>, const M: usize>(
@@ -266,7 +266,7 @@ impl<R: Lane, const N: usize> End<R, N> {
 
 /// Rates, accelerations, angles and position a part of the step away from its beginning, along rates and accelerations.
 #[inline(always)]
-fn stage<K: Kernel<R, N, M>, R: Lane, const N: usize, const M: usize>(
+fn stage<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
     kernel: &K,
     t: R,
     from: &State<R, N, M>,
@@ -283,7 +283,7 @@ fn stage<K: Kernel<R, N, M>, R: Lane, const N: usize, const M: usize>(
 
 /// The mean of four slopes that the formula takes, times six.
 #[inline(always)]
-fn mean<R: Lane, const N: usize>(sixth: R, k: [&[R; N]; 4]) -> [R; N] {
+fn mean<R: Scalar, const N: usize>(sixth: R, k: [&[R; N]; 4]) -> [R; N] {
     let mut mean = *k[0];
     for i in 0..N {
         mean[i] = sixth * (R::from_f64(2.0).mul_add(k[1][i] + k[2][i], k[0][i]) + k[3][i]);
@@ -293,7 +293,7 @@ fn mean<R: Lane, const N: usize>(sixth: R, k: [&[R; N]; 4]) -> [R; N] {
 
 /// `x + h v`
 #[inline(always)]
-fn along<R: Lane, const N: usize>(x: &[R; N], h: R, v: &[R; N]) -> [R; N] {
+fn along<R: Scalar, const N: usize>(x: &[R; N], h: R, v: &[R; N]) -> [R; N] {
     let mut end = *x;
     for i in 0..N {
         end[i] = h.mul_add(v[i], x[i]);
@@ -302,7 +302,7 @@ fn along<R: Lane, const N: usize>(x: &[R; N], h: R, v: &[R; N]) -> [R; N] {
 }
 
 #[inline(always)]
-fn scaled<R: Lane, const N: usize>(h: R, v: &[R; N]) -> [R; N] {
+fn scaled<R: Scalar, const N: usize>(h: R, v: &[R; N]) -> [R; N] {
     let mut scaled = *v;
     for i in 0..N {
         scaled[i] = h * v[i];
@@ -311,7 +311,7 @@ fn scaled<R: Lane, const N: usize>(h: R, v: &[R; N]) -> [R; N] {
 }
 
 #[inline(always)]
-fn sum<R: Lane, const N: usize>(x: &[R; N], y: &[R; N]) -> [R; N] {
+fn sum<R: Scalar, const N: usize>(x: &[R; N], y: &[R; N]) -> [R; N] {
     let mut sum = *x;
     for i in 0..N {
         sum[i] = x[i] + y[i];
@@ -320,7 +320,7 @@ fn sum<R: Lane, const N: usize>(x: &[R; N], y: &[R; N]) -> [R; N] {
 }
 
 #[inline(always)]
-fn difference<R: Lane, const N: usize>(x: &[R; N], y: &[R; N]) -> [R; N] {
+fn difference<R: Scalar, const N: usize>(x: &[R; N], y: &[R; N]) -> [R; N] {
     let mut difference = *x;
     for i in 0..N {
         difference[i] = x[i] - y[i];
@@ -329,7 +329,7 @@ fn difference<R: Lane, const N: usize>(x: &[R; N], y: &[R; N]) -> [R; N] {
 }
 
 #[inline(always)]
-fn largest<R: Lane, const N: usize>(x: &[R; N]) -> R {
+fn largest<R: Scalar, const N: usize>(x: &[R; N]) -> R {
     let mut largest = R::zero();
     for i in 0..N {
         largest = x[i].abs().max(largest);

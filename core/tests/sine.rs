@@ -2,7 +2,7 @@
 
 use num_bigint::BigInt;
 use num_traits::{Signed, ToPrimitive, Zero};
-use qrm_core::{Angles, Fused, Lane, Real};
+use qrm_core::{Angles, Fused, Scalar};
 
 /// Fixed point: this many bits behind the point.
 const BITS: u64 = 260;
@@ -112,7 +112,7 @@ trait Named {
 
 impl Named for f64 {
     fn sin_cos_of_this_crate(self) -> (f64, f64) {
-        <f64 as Real>::sin_cos(self)
+        <f64 as Scalar>::sin_cos(self)
     }
 }
 

@@ -40,8 +40,8 @@
 //     Jacobians of forces and constraint forces: the scene asks for no implicit method (`stiff`)
 
 use qrm_core::{
-    Angles, Closure, Description, Dynamics, Kernel, Lane, Mechanism,
-    ParameterDescription, QuantityDescription, Problem, Real, Schedule, Start,
+    Angles, Closure, Description, Dynamics, Kernel, Mechanism, ParameterDescription,
+    Problem, QuantityDescription, Scalar, Schedule, Start,
 };
 
 /// The numbers of the scene that can be changed, under their names in the scene.
@@ -134,7 +134,7 @@ pub struct Parameters<R = f64> {
     pub mom: R,
 }
 
-impl<R: Lane> Parameters<R> {
+impl<R: Scalar> Parameters<R> {
     /// The scene's values, some of them replaced; those that the scene computes from others follow.
     #[allow(non_snake_case)]
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
@@ -283,7 +283,7 @@ pub struct Andrews<R = f64> {
     constants: Constants<R>,
 }
 
-impl<R: Real> Andrews<R> {
+impl<R: Scalar> Andrews<R> {
     /// The mechanism with these parameters.
     pub fn new(parameters: Parameters<R>) -> Self {
         Self {
@@ -377,7 +377,7 @@ pub struct Constants<R = f64> {
     pub k12: R,
 }
 
-impl<R: Real> Constants<R> {
+impl<R: Scalar> Constants<R> {
     fn new(p: &Parameters<R>) -> Self {
         let e_minus_ea = p.e - p.ea;
         let zf_minus_fa = p.zf - p.fa;
@@ -476,7 +476,7 @@ impl<R: Real> Constants<R> {
 /// Operations: 25 additions, 26 multiplications, 7 sine-cosine pairs.
 #[doc(alias = "x")]
 #[inline]
-pub fn com_positions<R: Real>(m: &Andrews<R>, q: &[R; 7]) -> [R; 21] {
+pub fn com_positions<R: Scalar>(m: &Andrews<R>, q: &[R; 7]) -> [R; 21] {
     let p = &m.parameters;
     let k = &m.constants;
     let [beta, Theta, gamma, Phi, delta, Omega, eps] = *q;
@@ -564,7 +564,7 @@ pub fn com_positions<R: Real>(m: &Andrews<R>, q: &[R; 7]) -> [R; 21] {
 #[doc(alias = "T")]
 #[doc(alias = "x_q")]
 #[inline]
-pub fn com_jacobian<R: Real>(m: &Andrews<R>, q: &[R; 7]) -> [[R; 7]; 21] {
+pub fn com_jacobian<R: Scalar>(m: &Andrews<R>, q: &[R; 7]) -> [[R; 7]; 21] {
     let p = &m.parameters;
     let k = &m.constants;
     let [beta, Theta, gamma, Phi, delta, Omega, eps] = *q;
@@ -649,7 +649,7 @@ pub fn com_jacobian<R: Real>(m: &Andrews<R>, q: &[R; 7]) -> [[R; 7]; 21] {
 #[doc(alias = "T_dq·qd")]
 #[doc(alias = "convective acceleration")]
 #[inline]
-pub fn com_bias<R: Real>(m: &Andrews<R>, q: &[R; 7], qd: &[R; 7]) -> [R; 21] {
+pub fn com_bias<R: Scalar>(m: &Andrews<R>, q: &[R; 7], qd: &[R; 7]) -> [R; 21] {
     let p = &m.parameters;
     let k = &m.constants;
     let [beta, Theta, gamma, Phi, delta, Omega, eps] = *q;
@@ -726,7 +726,7 @@ pub fn com_bias<R: Real>(m: &Andrews<R>, q: &[R; 7], qd: &[R; 7]) -> [R; 21] {
 /// Operations: 21 additions, 14 multiplications, 7 sine-cosine pairs.
 #[doc(alias = "C")]
 #[inline]
-pub fn constraints<R: Real>(m: &Andrews<R>, q: &[R; 7]) -> [R; 6] {
+pub fn constraints<R: Scalar>(m: &Andrews<R>, q: &[R; 7]) -> [R; 6] {
     let p = &m.parameters;
     let [beta, Theta, gamma, Phi, delta, Omega, eps] = *q;
     let (sin_beta, cos_beta) = beta.sin_cos();
@@ -791,7 +791,7 @@ pub fn constraints<R: Real>(m: &Andrews<R>, q: &[R; 7]) -> [R; 6] {
 /// Operations: 23 additions, 14 multiplications, 7 sine-cosine pairs.
 #[doc(alias = "C_q")]
 #[inline]
-pub fn constraint_jacobian<R: Real>(m: &Andrews<R>, q: &[R; 7]) -> [[R; 7]; 6] {
+pub fn constraint_jacobian<R: Scalar>(m: &Andrews<R>, q: &[R; 7]) -> [[R; 7]; 6] {
     let p = &m.parameters;
     let [beta, Theta, gamma, Phi, delta, Omega, eps] = *q;
     let (sin_beta, cos_beta) = beta.sin_cos();
@@ -891,7 +891,7 @@ pub fn constraint_jacobian<R: Real>(m: &Andrews<R>, q: &[R; 7]) -> [[R; 7]; 6] {
 #[doc(alias = "C_qq")]
 #[doc(alias = "(C_q qd)_q qd")]
 #[inline]
-pub fn constraint_bias<R: Real>(m: &Andrews<R>, q: &[R; 7], qd: &[R; 7]) -> [R; 6] {
+pub fn constraint_bias<R: Scalar>(m: &Andrews<R>, q: &[R; 7], qd: &[R; 7]) -> [R; 6] {
     let p = &m.parameters;
     let k = &m.constants;
     let [beta, Theta, gamma, Phi, delta, Omega, eps] = *q;
@@ -955,7 +955,7 @@ pub fn constraint_bias<R: Real>(m: &Andrews<R>, q: &[R; 7], qd: &[R; 7]) -> [R; 
 #[doc(alias = "Mbar")]
 #[doc(alias = "reduced mass matrix")]
 #[inline]
-pub fn mass_matrix<R: Real>(m: &Andrews<R>, q: &[R; 7]) -> [[R; 7]; 7] {
+pub fn mass_matrix<R: Scalar>(m: &Andrews<R>, q: &[R; 7]) -> [[R; 7]; 7] {
     let p = &m.parameters;
     let k = &m.constants;
     let [beta, Theta, _, Phi, delta, Omega, eps] = *q;
@@ -1034,7 +1034,7 @@ pub fn mass_matrix<R: Real>(m: &Andrews<R>, q: &[R; 7]) -> [[R; 7]; 7] {
 /// Operations: 25 additions, 48 multiplications, 1 division, 1 root, 7 sine-cosine pairs.
 #[doc(alias = "fbar")]
 #[inline]
-pub fn generalized_forces<R: Real>(
+pub fn generalized_forces<R: Scalar>(
     m: &Andrews<R>,
     _t: R,
     q: &[R; 7],
@@ -1094,7 +1094,7 @@ pub fn generalized_forces<R: Real>(
 /// Operations: 30 additions, 41 multiplications, 1 root, 7 sine-cosine pairs.
 #[doc(alias = "T + V")]
 #[inline]
-pub fn energy<R: Real>(m: &Andrews<R>, q: &[R; 7], qd: &[R; 7]) -> [R; 2] {
+pub fn energy<R: Scalar>(m: &Andrews<R>, q: &[R; 7], qd: &[R; 7]) -> [R; 2] {
     let p = &m.parameters;
     let k = &m.constants;
     let [beta, Theta, gamma, Phi, delta, Omega, eps] = *q;
@@ -1142,7 +1142,7 @@ pub fn energy<R: Real>(m: &Andrews<R>, q: &[R; 7], qd: &[R; 7]) -> [R; 2] {
 ///
 /// Operations: no operations.
 #[inline]
-pub fn power<R: Real>(_m: &Andrews<R>, _t: R, _q: &[R; 7], _qd: &[R; 7]) -> R {
+pub fn power<R: Scalar>(_m: &Andrews<R>, _t: R, _q: &[R; 7], _qd: &[R; 7]) -> R {
     R::zero()
 }
 
@@ -1157,7 +1157,7 @@ pub fn power<R: Real>(_m: &Andrews<R>, _t: R, _q: &[R; 7], _qd: &[R; 7]) -> R {
 ///
 /// Operations: 5 additions, 6 multiplications, 1 root, 1 sine-cosine pair.
 #[inline(always)]
-pub fn outputs<R: Real>(
+pub fn outputs<R: Scalar>(
     m: &Andrews<R>,
     _t: R,
     q: &[R; 7],
@@ -1181,7 +1181,7 @@ pub fn outputs<R: Real>(
 /// Operations: 92 additions, 123 multiplications, 1 division, 1 root, 7 sine-cosine pairs.
 #[doc(alias = "fused")]
 #[inline(always)]
-pub fn dynamics<R: Real>(
+pub fn dynamics<R: Scalar>(
     m: &Andrews<R>,
     _t: R,
     q: &[R; 7],
@@ -1376,7 +1376,7 @@ pub fn dynamics<R: Real>(
 ///
 /// Operations: 39 additions, 14 multiplications, 7 sine-cosine pairs.
 #[inline(always)]
-pub fn closure<R: Real>(m: &Andrews<R>, q: &[R; 7]) -> Closure<R, 7, 6> {
+pub fn closure<R: Scalar>(m: &Andrews<R>, q: &[R; 7]) -> Closure<R, 7, 6> {
     let p = &m.parameters;
     let [beta, Theta, gamma, Phi, delta, Omega, eps] = *q;
     let (sin_beta, cos_beta) = beta.sin_cos();
@@ -1558,7 +1558,7 @@ pub struct Position<R> {
 ///
 /// Operations: 73 additions, 106 multiplications, 8 divisions, 1 root, 6 sine-cosine pairs.
 #[inline(always)]
-pub fn position<R: Lane>(
+pub fn position<R: Scalar>(
     m: &Andrews<R>,
     q: &[R; 7],
     angles: &Angles<R, 7>,
@@ -1814,7 +1814,7 @@ pub fn position<R: Lane>(
 ///
 /// Operations: no operations.
 #[inline(always)]
-pub fn residuals<R: Lane>(_m: &Andrews<R>, position: &Position<R>) -> [R; 6] {
+pub fn residuals<R: Scalar>(_m: &Andrews<R>, position: &Position<R>) -> [R; 6] {
     let Position {
         g1_residual,
         g2_residual,
@@ -1831,7 +1831,7 @@ pub fn residuals<R: Lane>(_m: &Andrews<R>, position: &Position<R>) -> [R; 6] {
 ///
 /// Operations: 15 additions, 14 multiplications.
 #[inline(always)]
-pub fn drift<R: Lane>(_m: &Andrews<R>, position: &Position<R>, qd: &[R; 7]) -> [R; 6] {
+pub fn drift<R: Scalar>(_m: &Andrews<R>, position: &Position<R>, qd: &[R; 7]) -> [R; 6] {
     let [beta_dot, Theta_dot, gamma_dot, Phi_dot, delta_dot, Omega_dot, eps_dot] = *qd;
     let Position {
         d_cos_v3,
@@ -1866,7 +1866,7 @@ pub fn drift<R: Lane>(_m: &Andrews<R>, position: &Position<R>, qd: &[R; 7]) -> [
 ///
 /// Operations: 23 additions, 27 multiplications.
 #[inline(always)]
-pub fn correction<R: Lane>(
+pub fn correction<R: Scalar>(
     _m: &Andrews<R>,
     position: &Position<R>,
     residuals: &[R; 6],
@@ -1958,7 +1958,7 @@ pub fn correction<R: Lane>(
 ///
 /// Operations: 93 additions, 128 multiplications.
 #[inline(always)]
-pub fn accelerations<R: Lane>(
+pub fn accelerations<R: Scalar>(
     m: &Andrews<R>,
     position: &Position<R>,
     _t: R,
@@ -2235,7 +2235,7 @@ pub fn accelerations<R: Lane>(
 /// Operations: no operations.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
-pub fn outputs_at<R: Lane>(
+pub fn outputs_at<R: Scalar>(
     _m: &Andrews<R>,
     position: &Position<R>,
     _t: R,
@@ -2251,7 +2251,7 @@ pub fn outputs_at<R: Lane>(
 
 /// How much the elimination of dependent coordinates magnifies rounding errors.
 #[inline(always)]
-pub fn strain<R: Lane>(position: &Position<R>) -> R {
+pub fn strain<R: Scalar>(position: &Position<R>) -> R {
     position
         .theta_per_beta
         .abs()
@@ -2269,7 +2269,7 @@ pub fn strain<R: Lane>(position: &Position<R>) -> R {
         .max(position.g5_over_g6_eps.abs())
 }
 
-impl<R: Lane> Kernel<R, 7, 6> for Andrews<R> {
+impl<R: Scalar> Kernel<R, 7, 6> for Andrews<R> {
     type Position = Position<R>;
     const IS_ANGLE: [bool; 7] = [true, false, true, false, true, false, true];
 
@@ -2415,7 +2415,7 @@ impl<R: Lane> Kernel<R, 7, 6> for Andrews<R> {
     }
 }
 
-impl<R: Lane> Andrews<R> {
+impl<R: Scalar> Andrews<R> {
     /// Where the motion starts.
     pub fn start(&self) -> Start<R, 7> {
         Start {
@@ -2452,7 +2452,7 @@ impl<R: Lane> Andrews<R> {
 }
 
 impl Mechanism<7, 6> for Andrews {
-    type Kernel<R: Lane> = Andrews<R>;
+    type Kernel<R: Scalar> = Andrews<R>;
     const DESCRIPTION: Description = DESCRIPTION;
 
     fn with_parameters(replace: &dyn Fn(&str) -> Option<f64>) -> Self {
@@ -2508,7 +2508,7 @@ impl Mechanism<7, 6> for Andrews {
         self.start()
     }
 
-    fn with_numbers<R: Lane>(
+    fn with_numbers<R: Scalar>(
         replace: &dyn Fn(&str) -> Option<R>,
     ) -> Option<Problem<Andrews<R>, R, 7>> {
         let kernel = Andrews::new(Parameters::with(replace));

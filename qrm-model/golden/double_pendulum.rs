@@ -33,8 +33,8 @@
 //     Jacobians of forces and constraint forces: the scene asks for no implicit method (`stiff`)
 
 use qrm_core::{
-    Angles, Closure, Description, Dynamics, Kernel, Lane, Mechanism,
-    ParameterDescription, QuantityDescription, Problem, Real, Schedule, Start,
+    Angles, Closure, Description, Dynamics, Kernel, Mechanism, ParameterDescription,
+    Problem, QuantityDescription, Scalar, Schedule, Start,
 };
 
 /// The numbers of the scene that can be changed, under their names in the scene.
@@ -51,7 +51,7 @@ pub struct Parameters<R = f64> {
     pub a0: R,
 }
 
-impl<R: Lane> Parameters<R> {
+impl<R: Scalar> Parameters<R> {
     /// The scene's values, some of them replaced; those that the scene computes from others follow.
     #[allow(non_snake_case)]
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
@@ -97,7 +97,7 @@ pub struct DoublePendulum<R = f64> {
     constants: Constants<R>,
 }
 
-impl<R: Real> DoublePendulum<R> {
+impl<R: Scalar> DoublePendulum<R> {
     /// The mechanism with these parameters.
     pub fn new(parameters: Parameters<R>) -> Self {
         Self {
@@ -139,7 +139,7 @@ pub struct Constants<R = f64> {
     pub m_g: R,
 }
 
-impl<R: Real> Constants<R> {
+impl<R: Scalar> Constants<R> {
     fn new(p: &Parameters<R>) -> Self {
         let l_m = p.l * p.m;
         let l_sq_m = p.l * l_m;
@@ -174,7 +174,7 @@ impl<R: Real> Constants<R> {
 /// Operations: 4 additions, 4 multiplications, 2 sine-cosine pairs.
 #[doc(alias = "x")]
 #[inline]
-pub fn com_positions<R: Real>(m: &DoublePendulum<R>, q: &[R; 2]) -> [R; 4] {
+pub fn com_positions<R: Scalar>(m: &DoublePendulum<R>, q: &[R; 2]) -> [R; 4] {
     let p = &m.parameters;
     let [a, b] = *q;
     let (sin_a, cos_a) = a.sin_cos();
@@ -203,7 +203,7 @@ pub fn com_positions<R: Real>(m: &DoublePendulum<R>, q: &[R; 2]) -> [R; 4] {
 #[doc(alias = "T")]
 #[doc(alias = "x_q")]
 #[inline]
-pub fn com_jacobian<R: Real>(m: &DoublePendulum<R>, q: &[R; 2]) -> [[R; 2]; 4] {
+pub fn com_jacobian<R: Scalar>(m: &DoublePendulum<R>, q: &[R; 2]) -> [[R; 2]; 4] {
     let p = &m.parameters;
     let [a, b] = *q;
     let (sin_a, cos_a) = a.sin_cos();
@@ -230,7 +230,7 @@ pub fn com_jacobian<R: Real>(m: &DoublePendulum<R>, q: &[R; 2]) -> [[R; 2]; 4] {
 #[doc(alias = "T_dq·qd")]
 #[doc(alias = "convective acceleration")]
 #[inline]
-pub fn com_bias<R: Real>(m: &DoublePendulum<R>, q: &[R; 2], qd: &[R; 2]) -> [R; 4] {
+pub fn com_bias<R: Scalar>(m: &DoublePendulum<R>, q: &[R; 2], qd: &[R; 2]) -> [R; 4] {
     let p = &m.parameters;
     let [a, b] = *q;
     let [a_dot, b_dot] = *qd;
@@ -265,7 +265,7 @@ pub fn com_bias<R: Real>(m: &DoublePendulum<R>, q: &[R; 2], qd: &[R; 2]) -> [R; 
 #[doc(alias = "Mbar")]
 #[doc(alias = "reduced mass matrix")]
 #[inline]
-pub fn mass_matrix<R: Real>(m: &DoublePendulum<R>, q: &[R; 2]) -> [[R; 2]; 2] {
+pub fn mass_matrix<R: Scalar>(m: &DoublePendulum<R>, q: &[R; 2]) -> [[R; 2]; 2] {
     let k = &m.constants;
     let [a, b] = *q;
     let (sin_a, cos_a) = a.sin_cos();
@@ -288,7 +288,7 @@ pub fn mass_matrix<R: Real>(m: &DoublePendulum<R>, q: &[R; 2]) -> [[R; 2]; 2] {
 /// Operations: 6 additions, 14 multiplications, 2 sine-cosine pairs.
 #[doc(alias = "fbar")]
 #[inline]
-pub fn generalized_forces<R: Real>(
+pub fn generalized_forces<R: Scalar>(
     m: &DoublePendulum<R>,
     _t: R,
     q: &[R; 2],
@@ -321,7 +321,7 @@ pub fn generalized_forces<R: Real>(
 /// Operations: 5 additions, 9 multiplications, 2 sine-cosine pairs.
 #[doc(alias = "T + V")]
 #[inline]
-pub fn energy<R: Real>(m: &DoublePendulum<R>, q: &[R; 2], qd: &[R; 2]) -> [R; 2] {
+pub fn energy<R: Scalar>(m: &DoublePendulum<R>, q: &[R; 2], qd: &[R; 2]) -> [R; 2] {
     let k = &m.constants;
     let [a, b] = *q;
     let [a_dot, b_dot] = *qd;
@@ -342,7 +342,7 @@ pub fn energy<R: Real>(m: &DoublePendulum<R>, q: &[R; 2], qd: &[R; 2]) -> [R; 2]
 ///
 /// Operations: no operations.
 #[inline]
-pub fn power<R: Real>(_m: &DoublePendulum<R>, _t: R, _q: &[R; 2], _qd: &[R; 2]) -> R {
+pub fn power<R: Scalar>(_m: &DoublePendulum<R>, _t: R, _q: &[R; 2], _qd: &[R; 2]) -> R {
     R::zero()
 }
 
@@ -357,7 +357,7 @@ pub fn power<R: Real>(_m: &DoublePendulum<R>, _t: R, _q: &[R; 2], _qd: &[R; 2]) 
 ///
 /// Operations: 3 additions, 2 multiplications, 2 sine-cosine pairs.
 #[inline(always)]
-pub fn outputs<R: Real>(
+pub fn outputs<R: Scalar>(
     m: &DoublePendulum<R>,
     _t: R,
     q: &[R; 2],
@@ -380,7 +380,7 @@ pub fn outputs<R: Real>(
 /// Operations: 7 additions, 17 multiplications, 2 sine-cosine pairs.
 #[doc(alias = "fused")]
 #[inline(always)]
-pub fn dynamics<R: Real>(
+pub fn dynamics<R: Scalar>(
     m: &DoublePendulum<R>,
     _t: R,
     q: &[R; 2],
@@ -413,7 +413,7 @@ pub fn dynamics<R: Real>(
 ///
 /// Operations: no operations.
 #[inline(always)]
-pub fn closure<R: Real>(_m: &DoublePendulum<R>, _q: &[R; 2]) -> Closure<R, 2, 0> {
+pub fn closure<R: Scalar>(_m: &DoublePendulum<R>, _q: &[R; 2]) -> Closure<R, 2, 0> {
     Closure {
         constraints: [],
         constraint_jacobian: [],
@@ -437,7 +437,7 @@ pub struct Position<R> {
 ///
 /// Operations: 4 additions, 9 multiplications, 1 division.
 #[inline(always)]
-pub fn position<R: Lane>(
+pub fn position<R: Scalar>(
     m: &DoublePendulum<R>,
     _q: &[R; 2],
     angles: &Angles<R, 2>,
@@ -472,7 +472,7 @@ pub fn position<R: Lane>(
 ///
 /// Operations: no operations.
 #[inline(always)]
-pub fn residuals<R: Lane>(_m: &DoublePendulum<R>, _position: &Position<R>) -> [R; 0] {
+pub fn residuals<R: Scalar>(_m: &DoublePendulum<R>, _position: &Position<R>) -> [R; 0] {
     []
 }
 
@@ -480,7 +480,7 @@ pub fn residuals<R: Lane>(_m: &DoublePendulum<R>, _position: &Position<R>) -> [R
 ///
 /// Operations: no operations.
 #[inline(always)]
-pub fn drift<R: Lane>(
+pub fn drift<R: Scalar>(
     _m: &DoublePendulum<R>,
     _position: &Position<R>,
     _qd: &[R; 2],
@@ -492,7 +492,7 @@ pub fn drift<R: Lane>(
 ///
 /// Operations: no operations.
 #[inline(always)]
-pub fn correction<R: Lane>(
+pub fn correction<R: Scalar>(
     _m: &DoublePendulum<R>,
     _position: &Position<R>,
     _residuals: &[R; 0],
@@ -504,7 +504,7 @@ pub fn correction<R: Lane>(
 ///
 /// Operations: 9 additions, 18 multiplications.
 #[inline(always)]
-pub fn accelerations<R: Lane>(
+pub fn accelerations<R: Scalar>(
     m: &DoublePendulum<R>,
     position: &Position<R>,
     _t: R,
@@ -541,7 +541,7 @@ pub fn accelerations<R: Lane>(
 /// Operations: 1 addition.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
-pub fn outputs_at<R: Lane>(
+pub fn outputs_at<R: Scalar>(
     _m: &DoublePendulum<R>,
     position: &Position<R>,
     _t: R,
@@ -557,11 +557,11 @@ pub fn outputs_at<R: Lane>(
 
 /// How much the elimination of dependent coordinates magnifies rounding errors.
 #[inline(always)]
-pub fn strain<R: Lane>(position: &Position<R>) -> R {
+pub fn strain<R: Scalar>(position: &Position<R>) -> R {
     position.loss_b.abs()
 }
 
-impl<R: Lane> Kernel<R, 2, 0> for DoublePendulum<R> {
+impl<R: Scalar> Kernel<R, 2, 0> for DoublePendulum<R> {
     type Position = Position<R>;
     const IS_ANGLE: [bool; 2] = [true, true];
 
@@ -669,7 +669,7 @@ impl<R: Lane> Kernel<R, 2, 0> for DoublePendulum<R> {
     }
 }
 
-impl<R: Lane> DoublePendulum<R> {
+impl<R: Scalar> DoublePendulum<R> {
     /// Where the motion starts.
     pub fn start(&self) -> Start<R, 2> {
         let p = &self.parameters;
@@ -691,7 +691,7 @@ impl<R: Lane> DoublePendulum<R> {
 }
 
 impl Mechanism<2, 0> for DoublePendulum {
-    type Kernel<R: Lane> = DoublePendulum<R>;
+    type Kernel<R: Scalar> = DoublePendulum<R>;
     const DESCRIPTION: Description = DESCRIPTION;
 
     fn with_parameters(replace: &dyn Fn(&str) -> Option<f64>) -> Self {
@@ -709,7 +709,7 @@ impl Mechanism<2, 0> for DoublePendulum {
         self.start()
     }
 
-    fn with_numbers<R: Lane>(
+    fn with_numbers<R: Scalar>(
         replace: &dyn Fn(&str) -> Option<R>,
     ) -> Option<Problem<DoublePendulum<R>, R, 2>> {
         let kernel = DoublePendulum::new(Parameters::with(replace));

@@ -39,8 +39,8 @@
 //     Jacobians of forces and constraint forces: the scene asks for no implicit method (`stiff`)
 
 use qrm_core::{
-    Angles, Closure, Description, Dynamics, Kernel, Lane, Mechanism,
-    ParameterDescription, QuantityDescription, Problem, Real, Schedule, Start,
+    Angles, Closure, Description, Dynamics, Kernel, Mechanism, ParameterDescription,
+    Problem, QuantityDescription, Scalar, Schedule, Start,
 };
 
 /// The numbers of the scene that can be changed, under their names in the scene.
@@ -59,7 +59,7 @@ pub struct Parameters<R = f64> {
     pub rho: R,
 }
 
-impl<R: Lane> Parameters<R> {
+impl<R: Scalar> Parameters<R> {
     /// The scene's values, some of them replaced; those that the scene computes from others follow.
     #[allow(non_snake_case)]
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
@@ -108,7 +108,7 @@ pub struct FourBar<R = f64> {
     constants: Constants<R>,
 }
 
-impl<R: Real> FourBar<R> {
+impl<R: Scalar> FourBar<R> {
     /// The mechanism with these parameters.
     pub fn new(parameters: Parameters<R>) -> Self {
         Self {
@@ -188,7 +188,7 @@ pub struct Constants<R = f64> {
     pub half_l2_l3_sq_rho: R,
 }
 
-impl<R: Real> Constants<R> {
+impl<R: Scalar> Constants<R> {
     fn new(p: &Parameters<R>) -> Self {
         let half_l2 = R::from_f64(0.5) * p.l2;
         let half_l3 = R::from_f64(0.5) * p.l3;
@@ -264,7 +264,7 @@ impl<R: Real> Constants<R> {
 /// Operations: 11 additions, 10 multiplications, 3 sine-cosine pairs.
 #[doc(alias = "x")]
 #[inline]
-pub fn com_positions<R: Real>(m: &FourBar<R>, q: &[R; 3]) -> [R; 9] {
+pub fn com_positions<R: Scalar>(m: &FourBar<R>, q: &[R; 3]) -> [R; 9] {
     let p = &m.parameters;
     let k = &m.constants;
     let [q1, q2, q3] = *q;
@@ -322,7 +322,7 @@ pub fn com_positions<R: Real>(m: &FourBar<R>, q: &[R; 3]) -> [R; 9] {
 #[doc(alias = "T")]
 #[doc(alias = "x_q")]
 #[inline]
-pub fn com_jacobian<R: Real>(m: &FourBar<R>, q: &[R; 3]) -> [[R; 3]; 9] {
+pub fn com_jacobian<R: Scalar>(m: &FourBar<R>, q: &[R; 3]) -> [[R; 3]; 9] {
     let p = &m.parameters;
     let k = &m.constants;
     let [q1, q2, q3] = *q;
@@ -376,7 +376,7 @@ pub fn com_jacobian<R: Real>(m: &FourBar<R>, q: &[R; 3]) -> [[R; 3]; 9] {
 #[doc(alias = "T_dq·qd")]
 #[doc(alias = "convective acceleration")]
 #[inline]
-pub fn com_bias<R: Real>(m: &FourBar<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 9] {
+pub fn com_bias<R: Scalar>(m: &FourBar<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 9] {
     let p = &m.parameters;
     let k = &m.constants;
     let [q1, q2, q3] = *q;
@@ -423,7 +423,7 @@ pub fn com_bias<R: Real>(m: &FourBar<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 9] {
 /// Operations: 7 additions, 6 multiplications, 3 sine-cosine pairs.
 #[doc(alias = "C")]
 #[inline]
-pub fn constraints<R: Real>(m: &FourBar<R>, q: &[R; 3]) -> [R; 2] {
+pub fn constraints<R: Scalar>(m: &FourBar<R>, q: &[R; 3]) -> [R; 2] {
     let p = &m.parameters;
     let [q1, q2, q3] = *q;
     let (sin_q1, cos_q1) = q1.sin_cos();
@@ -455,7 +455,7 @@ pub fn constraints<R: Real>(m: &FourBar<R>, q: &[R; 3]) -> [R; 2] {
 /// Operations: 11 additions, 6 multiplications, 3 sine-cosine pairs.
 #[doc(alias = "C_q")]
 #[inline]
-pub fn constraint_jacobian<R: Real>(m: &FourBar<R>, q: &[R; 3]) -> [[R; 3]; 2] {
+pub fn constraint_jacobian<R: Scalar>(m: &FourBar<R>, q: &[R; 3]) -> [[R; 3]; 2] {
     let p = &m.parameters;
     let [q1, q2, q3] = *q;
     let (sin_q1, cos_q1) = q1.sin_cos();
@@ -491,7 +491,7 @@ pub fn constraint_jacobian<R: Real>(m: &FourBar<R>, q: &[R; 3]) -> [[R; 3]; 2] {
 #[doc(alias = "C_qq")]
 #[doc(alias = "(C_q qd)_q qd")]
 #[inline]
-pub fn constraint_bias<R: Real>(m: &FourBar<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
+pub fn constraint_bias<R: Scalar>(m: &FourBar<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
     let p = &m.parameters;
     let k = &m.constants;
     let [q1, q2, q3] = *q;
@@ -535,7 +535,7 @@ pub fn constraint_bias<R: Real>(m: &FourBar<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 
 #[doc(alias = "Mbar")]
 #[doc(alias = "reduced mass matrix")]
 #[inline]
-pub fn mass_matrix<R: Real>(m: &FourBar<R>, q: &[R; 3]) -> [[R; 3]; 3] {
+pub fn mass_matrix<R: Scalar>(m: &FourBar<R>, q: &[R; 3]) -> [[R; 3]; 3] {
     let p = &m.parameters;
     let k = &m.constants;
     let [q1, q2, q3] = *q;
@@ -594,7 +594,7 @@ pub fn mass_matrix<R: Real>(m: &FourBar<R>, q: &[R; 3]) -> [[R; 3]; 3] {
 /// Operations: 39 additions, 62 multiplications, 3 sine-cosine pairs.
 #[doc(alias = "fbar")]
 #[inline]
-pub fn generalized_forces<R: Real>(
+pub fn generalized_forces<R: Scalar>(
     m: &FourBar<R>,
     _t: R,
     q: &[R; 3],
@@ -664,7 +664,7 @@ pub fn generalized_forces<R: Real>(
 /// Operations: 22 additions, 28 multiplications, 3 sine-cosine pairs.
 #[doc(alias = "T + V")]
 #[inline]
-pub fn energy<R: Real>(m: &FourBar<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
+pub fn energy<R: Scalar>(m: &FourBar<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
     let k = &m.constants;
     let [q1, q2, q3] = *q;
     let [q1_dot, q2_dot, q3_dot] = *qd;
@@ -709,7 +709,7 @@ pub fn energy<R: Real>(m: &FourBar<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
 ///
 /// Operations: no operations.
 #[inline]
-pub fn power<R: Real>(_m: &FourBar<R>, _t: R, _q: &[R; 3], _qd: &[R; 3]) -> R {
+pub fn power<R: Scalar>(_m: &FourBar<R>, _t: R, _q: &[R; 3], _qd: &[R; 3]) -> R {
     R::zero()
 }
 
@@ -724,7 +724,7 @@ pub fn power<R: Real>(_m: &FourBar<R>, _t: R, _q: &[R; 3], _qd: &[R; 3]) -> R {
 ///
 /// Operations: 2 additions.
 #[inline(always)]
-pub fn outputs<R: Real>(
+pub fn outputs<R: Scalar>(
     _m: &FourBar<R>,
     _t: R,
     _q: &[R; 3],
@@ -743,7 +743,7 @@ pub fn outputs<R: Real>(
 /// Operations: 74 additions, 96 multiplications, 3 sine-cosine pairs.
 #[doc(alias = "fused")]
 #[inline(always)]
-pub fn dynamics<R: Real>(
+pub fn dynamics<R: Scalar>(
     m: &FourBar<R>,
     _t: R,
     q: &[R; 3],
@@ -857,7 +857,7 @@ pub fn dynamics<R: Real>(
 ///
 /// Operations: 12 additions, 6 multiplications, 3 sine-cosine pairs.
 #[inline(always)]
-pub fn closure<R: Real>(m: &FourBar<R>, q: &[R; 3]) -> Closure<R, 3, 2> {
+pub fn closure<R: Scalar>(m: &FourBar<R>, q: &[R; 3]) -> Closure<R, 3, 2> {
     let p = &m.parameters;
     let [q1, q2, q3] = *q;
     let (sin_q1, cos_q1) = q1.sin_cos();
@@ -929,7 +929,7 @@ pub struct Position<R> {
 ///
 /// Operations: 46 additions, 56 multiplications, 3 divisions, 4 sine-cosine pairs.
 #[inline(always)]
-pub fn position<R: Lane>(
+pub fn position<R: Scalar>(
     m: &FourBar<R>,
     q: &[R; 3],
     angles: &Angles<R, 3>,
@@ -1085,7 +1085,7 @@ pub fn position<R: Lane>(
 ///
 /// Operations: no operations.
 #[inline(always)]
-pub fn residuals<R: Lane>(_m: &FourBar<R>, position: &Position<R>) -> [R; 2] {
+pub fn residuals<R: Scalar>(_m: &FourBar<R>, position: &Position<R>) -> [R; 2] {
     let Position { close_x_residual, close_y_residual, .. } = *position;
     [close_x_residual, close_y_residual]
 }
@@ -1094,7 +1094,7 @@ pub fn residuals<R: Lane>(_m: &FourBar<R>, position: &Position<R>) -> [R; 2] {
 ///
 /// Operations: 5 additions, 6 multiplications.
 #[inline(always)]
-pub fn drift<R: Lane>(_m: &FourBar<R>, position: &Position<R>, qd: &[R; 3]) -> [R; 2] {
+pub fn drift<R: Scalar>(_m: &FourBar<R>, position: &Position<R>, qd: &[R; 3]) -> [R; 2] {
     let [q1_dot, q2_dot, q3_dot] = *qd;
     let Position { close_y_residual, l4_cos_v3, l4_sin_v3, v4, v5, v6, .. } = *position;
     [
@@ -1107,7 +1107,7 @@ pub fn drift<R: Lane>(_m: &FourBar<R>, position: &Position<R>, qd: &[R; 3]) -> [
 ///
 /// Operations: 7 additions, 9 multiplications.
 #[inline(always)]
-pub fn correction<R: Lane>(
+pub fn correction<R: Scalar>(
     _m: &FourBar<R>,
     position: &Position<R>,
     residuals: &[R; 2],
@@ -1142,7 +1142,7 @@ pub fn correction<R: Lane>(
 ///
 /// Operations: 38 additions, 56 multiplications.
 #[inline(always)]
-pub fn accelerations<R: Lane>(
+pub fn accelerations<R: Scalar>(
     m: &FourBar<R>,
     position: &Position<R>,
     _t: R,
@@ -1258,7 +1258,7 @@ pub fn accelerations<R: Lane>(
 /// Operations: 2 additions.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
-pub fn outputs_at<R: Lane>(
+pub fn outputs_at<R: Scalar>(
     _m: &FourBar<R>,
     _position: &Position<R>,
     _t: R,
@@ -1274,7 +1274,7 @@ pub fn outputs_at<R: Lane>(
 
 /// How much the elimination of dependent coordinates magnifies rounding errors.
 #[inline(always)]
-pub fn strain<R: Lane>(position: &Position<R>) -> R {
+pub fn strain<R: Scalar>(position: &Position<R>) -> R {
     position
         .q2_per_q1_2
         .abs()
@@ -1283,7 +1283,7 @@ pub fn strain<R: Lane>(position: &Position<R>) -> R {
         .max(position.close_x_over_close_y_q3.abs())
 }
 
-impl<R: Lane> Kernel<R, 3, 2> for FourBar<R> {
+impl<R: Scalar> Kernel<R, 3, 2> for FourBar<R> {
     type Position = Position<R>;
     const IS_ANGLE: [bool; 3] = [true, false, false];
 
@@ -1392,7 +1392,7 @@ impl<R: Lane> Kernel<R, 3, 2> for FourBar<R> {
     }
 }
 
-impl<R: Lane> FourBar<R> {
+impl<R: Scalar> FourBar<R> {
     /// Where the motion starts.
     pub fn start(&self) -> Start<R, 3> {
         Start {
@@ -1413,7 +1413,7 @@ impl<R: Lane> FourBar<R> {
 }
 
 impl Mechanism<3, 2> for FourBar {
-    type Kernel<R: Lane> = FourBar<R>;
+    type Kernel<R: Scalar> = FourBar<R>;
     const DESCRIPTION: Description = DESCRIPTION;
 
     fn with_parameters(replace: &dyn Fn(&str) -> Option<f64>) -> Self {
@@ -1432,7 +1432,7 @@ impl Mechanism<3, 2> for FourBar {
         self.start()
     }
 
-    fn with_numbers<R: Lane>(
+    fn with_numbers<R: Scalar>(
         replace: &dyn Fn(&str) -> Option<R>,
     ) -> Option<Problem<FourBar<R>, R, 3>> {
         let kernel = FourBar::new(Parameters::with(replace));

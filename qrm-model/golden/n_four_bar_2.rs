@@ -40,8 +40,8 @@
 //     Jacobians of forces and constraint forces: the scene asks for no implicit method (`stiff`)
 
 use qrm_core::{
-    Angles, Closure, Description, Dynamics, Kernel, Lane, Mechanism,
-    ParameterDescription, QuantityDescription, Problem, Real, Schedule, Start,
+    Angles, Closure, Description, Dynamics, Kernel, Mechanism, ParameterDescription,
+    Problem, QuantityDescription, Scalar, Schedule, Start,
 };
 
 /// The numbers of the scene that can be changed, under their names in the scene.
@@ -60,7 +60,7 @@ pub struct Parameters<R = f64> {
     pub v0: R,
 }
 
-impl<R: Lane> Parameters<R> {
+impl<R: Scalar> Parameters<R> {
     /// The scene's values, some of them replaced; those that the scene computes from others follow.
     #[allow(non_snake_case)]
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
@@ -119,7 +119,7 @@ pub struct NFourBar2<R = f64> {
     constants: Constants<R>,
 }
 
-impl<R: Real> NFourBar2<R> {
+impl<R: Scalar> NFourBar2<R> {
     /// The mechanism with these parameters.
     pub fn new(parameters: Parameters<R>) -> Self {
         Self {
@@ -165,7 +165,7 @@ pub struct Constants<R = f64> {
     pub k5: R,
 }
 
-impl<R: Real> Constants<R> {
+impl<R: Scalar> Constants<R> {
     fn new(p: &Parameters<R>) -> Self {
         let l_m = p.l * p.m;
         let l_sq_m = p.l * l_m;
@@ -213,7 +213,7 @@ impl<R: Real> Constants<R> {
 /// Operations: 7 additions, 14 multiplications, 5 sine-cosine pairs.
 #[doc(alias = "x")]
 #[inline]
-pub fn com_positions<R: Real>(m: &NFourBar2<R>, q: &[R; 5]) -> [R; 15] {
+pub fn com_positions<R: Scalar>(m: &NFourBar2<R>, q: &[R; 5]) -> [R; 15] {
     let p = &m.parameters;
     let k = &m.constants;
     let [a0, a1, a2, b0, b1] = *q;
@@ -277,7 +277,7 @@ pub fn com_positions<R: Real>(m: &NFourBar2<R>, q: &[R; 5]) -> [R; 15] {
 #[doc(alias = "T")]
 #[doc(alias = "x_q")]
 #[inline]
-pub fn com_jacobian<R: Real>(m: &NFourBar2<R>, q: &[R; 5]) -> [[R; 5]; 15] {
+pub fn com_jacobian<R: Scalar>(m: &NFourBar2<R>, q: &[R; 5]) -> [[R; 5]; 15] {
     let p = &m.parameters;
     let k = &m.constants;
     let [a0, a1, a2, b0, b1] = *q;
@@ -331,7 +331,7 @@ pub fn com_jacobian<R: Real>(m: &NFourBar2<R>, q: &[R; 5]) -> [[R; 5]; 15] {
 #[doc(alias = "T_dq·qd")]
 #[doc(alias = "convective acceleration")]
 #[inline]
-pub fn com_bias<R: Real>(m: &NFourBar2<R>, q: &[R; 5], qd: &[R; 5]) -> [R; 15] {
+pub fn com_bias<R: Scalar>(m: &NFourBar2<R>, q: &[R; 5], qd: &[R; 5]) -> [R; 15] {
     let p = &m.parameters;
     let k = &m.constants;
     let [a0, a1, a2, b0, b1] = *q;
@@ -385,7 +385,7 @@ pub fn com_bias<R: Real>(m: &NFourBar2<R>, q: &[R; 5], qd: &[R; 5]) -> [R; 15] {
 /// Operations: 11 additions, 4 multiplications, 5 sine-cosine pairs.
 #[doc(alias = "C")]
 #[inline]
-pub fn constraints<R: Real>(m: &NFourBar2<R>, q: &[R; 5]) -> [R; 4] {
+pub fn constraints<R: Scalar>(m: &NFourBar2<R>, q: &[R; 5]) -> [R; 4] {
     let p = &m.parameters;
     let [a0, a1, a2, b0, b1] = *q;
     let (sin_a0, cos_a0) = a0.sin_cos();
@@ -425,7 +425,7 @@ pub fn constraints<R: Real>(m: &NFourBar2<R>, q: &[R; 5]) -> [R; 4] {
 /// Operations: 6 additions, 10 multiplications, 5 sine-cosine pairs.
 #[doc(alias = "C_q")]
 #[inline]
-pub fn constraint_jacobian<R: Real>(m: &NFourBar2<R>, q: &[R; 5]) -> [[R; 5]; 4] {
+pub fn constraint_jacobian<R: Scalar>(m: &NFourBar2<R>, q: &[R; 5]) -> [[R; 5]; 4] {
     let p = &m.parameters;
     let [a0, a1, a2, b0, b1] = *q;
     let (sin_a0, cos_a0) = a0.sin_cos();
@@ -463,7 +463,7 @@ pub fn constraint_jacobian<R: Real>(m: &NFourBar2<R>, q: &[R; 5]) -> [[R; 5]; 4]
 #[doc(alias = "C_qq")]
 #[doc(alias = "(C_q qd)_q qd")]
 #[inline]
-pub fn constraint_bias<R: Real>(m: &NFourBar2<R>, q: &[R; 5], qd: &[R; 5]) -> [R; 4] {
+pub fn constraint_bias<R: Scalar>(m: &NFourBar2<R>, q: &[R; 5], qd: &[R; 5]) -> [R; 4] {
     let p = &m.parameters;
     let [a0, a1, a2, b0, b1] = *q;
     let [a0_dot, a1_dot, a2_dot, b0_dot, b1_dot] = *qd;
@@ -509,7 +509,7 @@ pub fn constraint_bias<R: Real>(m: &NFourBar2<R>, q: &[R; 5], qd: &[R; 5]) -> [R
 #[doc(alias = "Mbar")]
 #[doc(alias = "reduced mass matrix")]
 #[inline]
-pub fn mass_matrix<R: Real>(m: &NFourBar2<R>, q: &[R; 5]) -> [[R; 5]; 5] {
+pub fn mass_matrix<R: Scalar>(m: &NFourBar2<R>, q: &[R; 5]) -> [[R; 5]; 5] {
     let k = &m.constants;
     let [a0, a1, _, b0, b1] = *q;
     let (sin_a0, cos_a0) = a0.sin_cos();
@@ -544,7 +544,7 @@ pub fn mass_matrix<R: Real>(m: &NFourBar2<R>, q: &[R; 5]) -> [[R; 5]; 5] {
 /// Operations: 13 additions, 29 multiplications, 5 sine-cosine pairs.
 #[doc(alias = "fbar")]
 #[inline]
-pub fn generalized_forces<R: Real>(
+pub fn generalized_forces<R: Scalar>(
     m: &NFourBar2<R>,
     _t: R,
     q: &[R; 5],
@@ -587,7 +587,7 @@ pub fn generalized_forces<R: Real>(
 /// Operations: 12 additions, 18 multiplications, 5 sine-cosine pairs.
 #[doc(alias = "T + V")]
 #[inline]
-pub fn energy<R: Real>(m: &NFourBar2<R>, q: &[R; 5], qd: &[R; 5]) -> [R; 2] {
+pub fn energy<R: Scalar>(m: &NFourBar2<R>, q: &[R; 5], qd: &[R; 5]) -> [R; 2] {
     let k = &m.constants;
     let [a0, a1, a2, b0, b1] = *q;
     let [a0_dot, a1_dot, a2_dot, b0_dot, b1_dot] = *qd;
@@ -614,7 +614,7 @@ pub fn energy<R: Real>(m: &NFourBar2<R>, q: &[R; 5], qd: &[R; 5]) -> [R; 2] {
 ///
 /// Operations: no operations.
 #[inline]
-pub fn power<R: Real>(_m: &NFourBar2<R>, _t: R, _q: &[R; 5], _qd: &[R; 5]) -> R {
+pub fn power<R: Scalar>(_m: &NFourBar2<R>, _t: R, _q: &[R; 5], _qd: &[R; 5]) -> R {
     R::zero()
 }
 
@@ -631,7 +631,7 @@ pub fn power<R: Real>(_m: &NFourBar2<R>, _t: R, _q: &[R; 5], _qd: &[R; 5]) -> R 
 ///
 /// Operations: 1 addition, 4 multiplications, 1 sine-cosine pair.
 #[inline(always)]
-pub fn outputs<R: Real>(
+pub fn outputs<R: Scalar>(
     m: &NFourBar2<R>,
     _t: R,
     q: &[R; 5],
@@ -655,7 +655,7 @@ pub fn outputs<R: Real>(
 /// Operations: 33 additions, 52 multiplications, 5 sine-cosine pairs.
 #[doc(alias = "fused")]
 #[inline(always)]
-pub fn dynamics<R: Real>(
+pub fn dynamics<R: Scalar>(
     m: &NFourBar2<R>,
     _t: R,
     q: &[R; 5],
@@ -730,7 +730,7 @@ pub fn dynamics<R: Real>(
 ///
 /// Operations: 17 additions, 14 multiplications, 5 sine-cosine pairs.
 #[inline(always)]
-pub fn closure<R: Real>(m: &NFourBar2<R>, q: &[R; 5]) -> Closure<R, 5, 4> {
+pub fn closure<R: Scalar>(m: &NFourBar2<R>, q: &[R; 5]) -> Closure<R, 5, 4> {
     let p = &m.parameters;
     let [a0, a1, a2, b0, b1] = *q;
     let (sin_a0, cos_a0) = a0.sin_cos();
@@ -809,7 +809,7 @@ pub struct Position<R> {
 ///
 /// Operations: 26 additions, 53 multiplications, 5 divisions.
 #[inline(always)]
-pub fn position<R: Lane>(
+pub fn position<R: Scalar>(
     m: &NFourBar2<R>,
     _q: &[R; 5],
     angles: &Angles<R, 5>,
@@ -933,7 +933,7 @@ pub fn position<R: Lane>(
 ///
 /// Operations: 1 addition.
 #[inline(always)]
-pub fn residuals<R: Lane>(_m: &NFourBar2<R>, position: &Position<R>) -> [R; 4] {
+pub fn residuals<R: Scalar>(_m: &NFourBar2<R>, position: &Position<R>) -> [R; 4] {
     let Position {
         loop0_x_residual,
         loop0_y_residual,
@@ -948,7 +948,11 @@ pub fn residuals<R: Lane>(_m: &NFourBar2<R>, position: &Position<R>) -> [R; 4] {
 ///
 /// Operations: 10 additions, 10 multiplications.
 #[inline(always)]
-pub fn drift<R: Lane>(_m: &NFourBar2<R>, position: &Position<R>, qd: &[R; 5]) -> [R; 4] {
+pub fn drift<R: Scalar>(
+    _m: &NFourBar2<R>,
+    position: &Position<R>,
+    qd: &[R; 5],
+) -> [R; 4] {
     let [a0_dot, a1_dot, a2_dot, b0_dot, b1_dot] = *qd;
     let Position {
         loop0_x_a0,
@@ -977,7 +981,7 @@ pub fn drift<R: Lane>(_m: &NFourBar2<R>, position: &Position<R>, qd: &[R; 5]) ->
 ///
 /// Operations: 17 additions, 19 multiplications.
 #[inline(always)]
-pub fn correction<R: Lane>(
+pub fn correction<R: Scalar>(
     _m: &NFourBar2<R>,
     position: &Position<R>,
     residuals: &[R; 4],
@@ -1036,7 +1040,7 @@ pub fn correction<R: Lane>(
 ///
 /// Operations: 54 additions, 75 multiplications.
 #[inline(always)]
-pub fn accelerations<R: Lane>(
+pub fn accelerations<R: Scalar>(
     m: &NFourBar2<R>,
     position: &Position<R>,
     _t: R,
@@ -1200,7 +1204,7 @@ pub fn accelerations<R: Lane>(
 /// Operations: 1 addition, 2 multiplications.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
-pub fn outputs_at<R: Lane>(
+pub fn outputs_at<R: Scalar>(
     _m: &NFourBar2<R>,
     position: &Position<R>,
     _t: R,
@@ -1217,7 +1221,7 @@ pub fn outputs_at<R: Lane>(
 
 /// How much the elimination of dependent coordinates magnifies rounding errors.
 #[inline(always)]
-pub fn strain<R: Lane>(position: &Position<R>) -> R {
+pub fn strain<R: Scalar>(position: &Position<R>) -> R {
     position
         .a1_per_a0
         .abs()
@@ -1231,7 +1235,7 @@ pub fn strain<R: Lane>(position: &Position<R>) -> R {
         .max(position.loop1_x_over_loop1_y_b1.abs())
 }
 
-impl<R: Lane> Kernel<R, 5, 4> for NFourBar2<R> {
+impl<R: Scalar> Kernel<R, 5, 4> for NFourBar2<R> {
     type Position = Position<R>;
     const IS_ANGLE: [bool; 5] = [true, true, true, true, true];
 
@@ -1340,7 +1344,7 @@ impl<R: Lane> Kernel<R, 5, 4> for NFourBar2<R> {
     }
 }
 
-impl<R: Lane> NFourBar2<R> {
+impl<R: Scalar> NFourBar2<R> {
     /// Where the motion starts.
     pub fn start(&self) -> Start<R, 5> {
         let p = &self.parameters;
@@ -1368,7 +1372,7 @@ impl<R: Lane> NFourBar2<R> {
 }
 
 impl Mechanism<5, 4> for NFourBar2 {
-    type Kernel<R: Lane> = NFourBar2<R>;
+    type Kernel<R: Scalar> = NFourBar2<R>;
     const DESCRIPTION: Description = DESCRIPTION;
 
     fn with_parameters(replace: &dyn Fn(&str) -> Option<f64>) -> Self {
@@ -1387,7 +1391,7 @@ impl Mechanism<5, 4> for NFourBar2 {
         self.start()
     }
 
-    fn with_numbers<R: Lane>(
+    fn with_numbers<R: Scalar>(
         replace: &dyn Fn(&str) -> Option<R>,
     ) -> Option<Problem<NFourBar2<R>, R, 5>> {
         let kernel = NFourBar2::new(Parameters::with(replace));

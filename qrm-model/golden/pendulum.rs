@@ -39,8 +39,8 @@
 //     Jacobians of forces and constraint forces: the scene asks for no implicit method (`stiff`)
 
 use qrm_core::{
-    Angles, Closure, Description, Dynamics, Kernel, Lane, Mechanism,
-    ParameterDescription, QuantityDescription, Problem, Real, Schedule, Start,
+    Angles, Closure, Description, Dynamics, Kernel, Mechanism, ParameterDescription,
+    Problem, QuantityDescription, Scalar, Schedule, Start,
 };
 
 /// The numbers of the scene that can be changed, under their names in the scene.
@@ -55,7 +55,7 @@ pub struct Parameters<R = f64> {
     pub g: R,
 }
 
-impl<R: Lane> Parameters<R> {
+impl<R: Scalar> Parameters<R> {
     /// The scene's values, some of them replaced; those that the scene computes from others follow.
     #[allow(non_snake_case)]
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
@@ -98,7 +98,7 @@ pub struct Pendulum<R = f64> {
     constants: Constants<R>,
 }
 
-impl<R: Real> Pendulum<R> {
+impl<R: Scalar> Pendulum<R> {
     /// The mechanism with these parameters.
     pub fn new(parameters: Parameters<R>) -> Self {
         Self {
@@ -134,7 +134,7 @@ pub struct Constants<R = f64> {
     pub k2: R,
 }
 
-impl<R: Real> Constants<R> {
+impl<R: Scalar> Constants<R> {
     fn new(p: &Parameters<R>) -> Self {
         let inv_l = p.l.recip();
         Self {
@@ -161,7 +161,7 @@ impl<R: Real> Constants<R> {
 /// Operations: no operations.
 #[doc(alias = "x")]
 #[inline]
-pub fn com_positions<R: Real>(_m: &Pendulum<R>, q: &[R; 2]) -> [R; 2] {
+pub fn com_positions<R: Scalar>(_m: &Pendulum<R>, q: &[R; 2]) -> [R; 2] {
     let [x, y] = *q;
     [x, y]
 }
@@ -181,7 +181,7 @@ pub fn com_positions<R: Real>(_m: &Pendulum<R>, q: &[R; 2]) -> [R; 2] {
 #[doc(alias = "T")]
 #[doc(alias = "x_q")]
 #[inline]
-pub fn com_jacobian<R: Real>(_m: &Pendulum<R>, _q: &[R; 2]) -> [[R; 2]; 2] {
+pub fn com_jacobian<R: Scalar>(_m: &Pendulum<R>, _q: &[R; 2]) -> [[R; 2]; 2] {
     [[R::from_f64(1.0), R::zero()], [R::zero(), R::from_f64(1.0)]]
 }
 
@@ -197,7 +197,7 @@ pub fn com_jacobian<R: Real>(_m: &Pendulum<R>, _q: &[R; 2]) -> [[R; 2]; 2] {
 #[doc(alias = "T_dq·qd")]
 #[doc(alias = "convective acceleration")]
 #[inline]
-pub fn com_bias<R: Real>(_m: &Pendulum<R>, _q: &[R; 2], _qd: &[R; 2]) -> [R; 2] {
+pub fn com_bias<R: Scalar>(_m: &Pendulum<R>, _q: &[R; 2], _qd: &[R; 2]) -> [R; 2] {
     [R::zero(), R::zero()]
 }
 
@@ -214,7 +214,7 @@ pub fn com_bias<R: Real>(_m: &Pendulum<R>, _q: &[R; 2], _qd: &[R; 2]) -> [R; 2] 
 /// Operations: 3 additions, 4 multiplications.
 #[doc(alias = "C")]
 #[inline]
-pub fn constraints<R: Real>(m: &Pendulum<R>, q: &[R; 2]) -> [R; 1] {
+pub fn constraints<R: Scalar>(m: &Pendulum<R>, q: &[R; 2]) -> [R; 1] {
     let k = &m.constants;
     let [x, y] = *q;
     [-(k.k1 * (k.half_l_sq - R::from_f64(0.5) * (x * x + y * y)))]
@@ -234,7 +234,7 @@ pub fn constraints<R: Real>(m: &Pendulum<R>, q: &[R; 2]) -> [R; 1] {
 /// Operations: 2 multiplications.
 #[doc(alias = "C_q")]
 #[inline]
-pub fn constraint_jacobian<R: Real>(m: &Pendulum<R>, q: &[R; 2]) -> [[R; 2]; 1] {
+pub fn constraint_jacobian<R: Scalar>(m: &Pendulum<R>, q: &[R; 2]) -> [[R; 2]; 1] {
     let k = &m.constants;
     let [x, y] = *q;
     [[k.k1 * x, k.k1 * y]]
@@ -254,7 +254,7 @@ pub fn constraint_jacobian<R: Real>(m: &Pendulum<R>, q: &[R; 2]) -> [[R; 2]; 1] 
 #[doc(alias = "C_qq")]
 #[doc(alias = "(C_q qd)_q qd")]
 #[inline]
-pub fn constraint_bias<R: Real>(m: &Pendulum<R>, _q: &[R; 2], qd: &[R; 2]) -> [R; 1] {
+pub fn constraint_bias<R: Scalar>(m: &Pendulum<R>, _q: &[R; 2], qd: &[R; 2]) -> [R; 1] {
     let k = &m.constants;
     let [x_dot, y_dot] = *qd;
     [k.k1 * (x_dot * x_dot + y_dot * y_dot)]
@@ -275,7 +275,7 @@ pub fn constraint_bias<R: Real>(m: &Pendulum<R>, _q: &[R; 2], qd: &[R; 2]) -> [R
 #[doc(alias = "Mbar")]
 #[doc(alias = "reduced mass matrix")]
 #[inline]
-pub fn mass_matrix<R: Real>(m: &Pendulum<R>, _q: &[R; 2]) -> [[R; 2]; 2] {
+pub fn mass_matrix<R: Scalar>(m: &Pendulum<R>, _q: &[R; 2]) -> [[R; 2]; 2] {
     let p = &m.parameters;
     [[p.m, R::zero()], [R::zero(), p.m]]
 }
@@ -293,7 +293,7 @@ pub fn mass_matrix<R: Real>(m: &Pendulum<R>, _q: &[R; 2]) -> [[R; 2]; 2] {
 /// Operations: 1 addition.
 #[doc(alias = "fbar")]
 #[inline]
-pub fn generalized_forces<R: Real>(
+pub fn generalized_forces<R: Scalar>(
     m: &Pendulum<R>,
     _t: R,
     _q: &[R; 2],
@@ -315,7 +315,7 @@ pub fn generalized_forces<R: Real>(
 /// Operations: 1 addition, 4 multiplications.
 #[doc(alias = "T + V")]
 #[inline]
-pub fn energy<R: Real>(m: &Pendulum<R>, q: &[R; 2], qd: &[R; 2]) -> [R; 2] {
+pub fn energy<R: Scalar>(m: &Pendulum<R>, q: &[R; 2], qd: &[R; 2]) -> [R; 2] {
     let k = &m.constants;
     let [_, y] = *q;
     let [x_dot, y_dot] = *qd;
@@ -330,7 +330,7 @@ pub fn energy<R: Real>(m: &Pendulum<R>, q: &[R; 2], qd: &[R; 2]) -> [R; 2] {
 ///
 /// Operations: no operations.
 #[inline]
-pub fn power<R: Real>(_m: &Pendulum<R>, _t: R, _q: &[R; 2], _qd: &[R; 2]) -> R {
+pub fn power<R: Scalar>(_m: &Pendulum<R>, _t: R, _q: &[R; 2], _qd: &[R; 2]) -> R {
     R::zero()
 }
 
@@ -344,7 +344,7 @@ pub fn power<R: Real>(_m: &Pendulum<R>, _t: R, _q: &[R; 2], _qd: &[R; 2]) -> R {
 ///
 /// Operations: 1 addition, 4 multiplications.
 #[inline(always)]
-pub fn outputs<R: Real>(
+pub fn outputs<R: Scalar>(
     m: &Pendulum<R>,
     _t: R,
     q: &[R; 2],
@@ -365,7 +365,7 @@ pub fn outputs<R: Real>(
 /// Operations: 2 additions, 5 multiplications.
 #[doc(alias = "fused")]
 #[inline(always)]
-pub fn dynamics<R: Real>(
+pub fn dynamics<R: Scalar>(
     m: &Pendulum<R>,
     _t: R,
     q: &[R; 2],
@@ -389,7 +389,7 @@ pub fn dynamics<R: Real>(
 ///
 /// Operations: 3 additions, 6 multiplications.
 #[inline(always)]
-pub fn closure<R: Real>(m: &Pendulum<R>, q: &[R; 2]) -> Closure<R, 2, 1> {
+pub fn closure<R: Scalar>(m: &Pendulum<R>, q: &[R; 2]) -> Closure<R, 2, 1> {
     let k = &m.constants;
     let [x, y] = *q;
     Closure {
@@ -417,7 +417,7 @@ pub struct Position<R> {
 ///
 /// Operations: 3 additions, 9 multiplications, 2 divisions.
 #[inline(always)]
-pub fn position<R: Lane>(
+pub fn position<R: Scalar>(
     m: &Pendulum<R>,
     q: &[R; 2],
     _angles: &Angles<R, 2>,
@@ -458,7 +458,7 @@ pub fn position<R: Lane>(
 ///
 /// Operations: 1 addition.
 #[inline(always)]
-pub fn residuals<R: Lane>(_m: &Pendulum<R>, position: &Position<R>) -> [R; 1] {
+pub fn residuals<R: Scalar>(_m: &Pendulum<R>, position: &Position<R>) -> [R; 1] {
     let Position { rod_residual, .. } = *position;
     [-rod_residual]
 }
@@ -467,7 +467,11 @@ pub fn residuals<R: Lane>(_m: &Pendulum<R>, position: &Position<R>) -> [R; 1] {
 ///
 /// Operations: 1 addition, 2 multiplications.
 #[inline(always)]
-pub fn drift<R: Lane>(_m: &Pendulum<R>, position: &Position<R>, qd: &[R; 2]) -> [R; 1] {
+pub fn drift<R: Scalar>(
+    _m: &Pendulum<R>,
+    position: &Position<R>,
+    qd: &[R; 2],
+) -> [R; 1] {
     let [x_dot, y_dot] = *qd;
     let Position { rod_x, rod_y, .. } = *position;
     [y_dot.mul_add(rod_y, x_dot * rod_x)]
@@ -477,7 +481,7 @@ pub fn drift<R: Lane>(_m: &Pendulum<R>, position: &Position<R>, qd: &[R; 2]) -> 
 ///
 /// Operations: 3 additions, 4 multiplications.
 #[inline(always)]
-pub fn correction<R: Lane>(
+pub fn correction<R: Scalar>(
     _m: &Pendulum<R>,
     position: &Position<R>,
     residuals: &[R; 1],
@@ -497,7 +501,7 @@ pub fn correction<R: Lane>(
 ///
 /// Operations: 5 additions, 9 multiplications.
 #[inline(always)]
-pub fn accelerations<R: Lane>(
+pub fn accelerations<R: Scalar>(
     m: &Pendulum<R>,
     position: &Position<R>,
     _t: R,
@@ -529,7 +533,7 @@ pub fn accelerations<R: Lane>(
 /// Operations: 2 multiplications.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
-pub fn outputs_at<R: Lane>(
+pub fn outputs_at<R: Scalar>(
     m: &Pendulum<R>,
     position: &Position<R>,
     _t: R,
@@ -547,11 +551,11 @@ pub fn outputs_at<R: Lane>(
 
 /// How much the elimination of dependent coordinates magnifies rounding errors.
 #[inline(always)]
-pub fn strain<R: Lane>(position: &Position<R>) -> R {
+pub fn strain<R: Scalar>(position: &Position<R>) -> R {
     position.x_per_y.abs()
 }
 
-impl<R: Lane> Kernel<R, 2, 1> for Pendulum<R> {
+impl<R: Scalar> Kernel<R, 2, 1> for Pendulum<R> {
     type Position = Position<R>;
     const IS_ANGLE: [bool; 2] = [false, false];
 
@@ -658,7 +662,7 @@ impl<R: Lane> Kernel<R, 2, 1> for Pendulum<R> {
     }
 }
 
-impl<R: Lane> Pendulum<R> {
+impl<R: Scalar> Pendulum<R> {
     /// Where the motion starts.
     pub fn start(&self) -> Start<R, 2> {
         Start {
@@ -679,7 +683,7 @@ impl<R: Lane> Pendulum<R> {
 }
 
 impl Mechanism<2, 1> for Pendulum {
-    type Kernel<R: Lane> = Pendulum<R>;
+    type Kernel<R: Scalar> = Pendulum<R>;
     const DESCRIPTION: Description = DESCRIPTION;
 
     fn with_parameters(replace: &dyn Fn(&str) -> Option<f64>) -> Self {
@@ -696,7 +700,7 @@ impl Mechanism<2, 1> for Pendulum {
         self.start()
     }
 
-    fn with_numbers<R: Lane>(
+    fn with_numbers<R: Scalar>(
         replace: &dyn Fn(&str) -> Option<R>,
     ) -> Option<Problem<Pendulum<R>, R, 2>> {
         let kernel = Pendulum::new(Parameters::with(replace));

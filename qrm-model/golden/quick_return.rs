@@ -44,8 +44,8 @@
 //     Jacobians of forces and constraint forces: the scene asks for no implicit method (`stiff`)
 
 use qrm_core::{
-    Angles, Closure, Description, Dynamics, Kernel, Lane, Mechanism,
-    ParameterDescription, QuantityDescription, Problem, Real, Schedule, Start,
+    Angles, Closure, Description, Dynamics, Kernel, Mechanism, ParameterDescription,
+    Problem, QuantityDescription, Scalar, Schedule, Start,
 };
 
 /// The numbers of the scene that can be changed, under their names in the scene.
@@ -86,7 +86,7 @@ pub struct Parameters<R = f64> {
     pub w0: R,
 }
 
-impl<R: Lane> Parameters<R> {
+impl<R: Scalar> Parameters<R> {
     /// The scene's values, some of them replaced; those that the scene computes from others follow.
     #[allow(non_snake_case)]
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
@@ -174,7 +174,7 @@ pub struct QuickReturn<R = f64> {
     constants: Constants<R>,
 }
 
-impl<R: Real> QuickReturn<R> {
+impl<R: Scalar> QuickReturn<R> {
     /// The mechanism with these parameters.
     pub fn new(parameters: Parameters<R>) -> Self {
         Self {
@@ -236,7 +236,7 @@ pub struct Constants<R = f64> {
     pub half_times_j2_plus_o2a_sq_m3: R,
 }
 
-impl<R: Real> Constants<R> {
+impl<R: Scalar> Constants<R> {
     fn new(p: &Parameters<R>) -> Self {
         let o2a_sq = p.O2A * p.O2A;
         let o4o2_sq = p.O4O2 * p.O4O2;
@@ -295,7 +295,7 @@ impl<R: Real> Constants<R> {
 /// Operations: 4 additions, 9 multiplications, 3 sine-cosine pairs.
 #[doc(alias = "x")]
 #[inline]
-pub fn com_positions<R: Real>(m: &QuickReturn<R>, q: &[R; 3]) -> [R; 10] {
+pub fn com_positions<R: Scalar>(m: &QuickReturn<R>, q: &[R; 3]) -> [R; 10] {
     let p = &m.parameters;
     let [phi2, phi4, phi5] = *q;
     let (sin_phi2, cos_phi2) = phi2.sin_cos();
@@ -346,7 +346,7 @@ pub fn com_positions<R: Real>(m: &QuickReturn<R>, q: &[R; 3]) -> [R; 10] {
 #[doc(alias = "T")]
 #[doc(alias = "x_q")]
 #[inline]
-pub fn com_jacobian<R: Real>(m: &QuickReturn<R>, q: &[R; 3]) -> [[R; 3]; 10] {
+pub fn com_jacobian<R: Scalar>(m: &QuickReturn<R>, q: &[R; 3]) -> [[R; 3]; 10] {
     let p = &m.parameters;
     let [phi2, phi4, phi5] = *q;
     let (sin_phi2, cos_phi2) = phi2.sin_cos();
@@ -389,7 +389,7 @@ pub fn com_jacobian<R: Real>(m: &QuickReturn<R>, q: &[R; 3]) -> [[R; 3]; 10] {
 #[doc(alias = "T_dq·qd")]
 #[doc(alias = "convective acceleration")]
 #[inline]
-pub fn com_bias<R: Real>(m: &QuickReturn<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 10] {
+pub fn com_bias<R: Scalar>(m: &QuickReturn<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 10] {
     let p = &m.parameters;
     let [phi2, phi4, phi5] = *q;
     let [phi2_dot, phi4_dot, phi5_dot] = *qd;
@@ -433,7 +433,7 @@ pub fn com_bias<R: Real>(m: &QuickReturn<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 10]
 /// Operations: 4 additions, 5 multiplications, 1 root, 3 sine-cosine pairs.
 #[doc(alias = "C")]
 #[inline]
-pub fn constraints<R: Real>(m: &QuickReturn<R>, q: &[R; 3]) -> [R; 2] {
+pub fn constraints<R: Scalar>(m: &QuickReturn<R>, q: &[R; 3]) -> [R; 2] {
     let p = &m.parameters;
     let k = &m.constants;
     let [phi2, phi4, phi5] = *q;
@@ -466,7 +466,7 @@ pub fn constraints<R: Real>(m: &QuickReturn<R>, q: &[R; 3]) -> [R; 2] {
 /// Operations: 3 additions, 7 multiplications, 1 division, 1 root, 3 sine-cosine pairs.
 #[doc(alias = "C_q")]
 #[inline]
-pub fn constraint_jacobian<R: Real>(m: &QuickReturn<R>, q: &[R; 3]) -> [[R; 3]; 2] {
+pub fn constraint_jacobian<R: Scalar>(m: &QuickReturn<R>, q: &[R; 3]) -> [[R; 3]; 2] {
     let p = &m.parameters;
     let k = &m.constants;
     let [phi2, phi4, phi5] = *q;
@@ -501,7 +501,11 @@ pub fn constraint_jacobian<R: Real>(m: &QuickReturn<R>, q: &[R; 3]) -> [[R; 3]; 
 #[doc(alias = "C_qq")]
 #[doc(alias = "(C_q qd)_q qd")]
 #[inline]
-pub fn constraint_bias<R: Real>(m: &QuickReturn<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
+pub fn constraint_bias<R: Scalar>(
+    m: &QuickReturn<R>,
+    q: &[R; 3],
+    qd: &[R; 3],
+) -> [R; 2] {
     let p = &m.parameters;
     let k = &m.constants;
     let [phi2, phi4, phi5] = *q;
@@ -546,7 +550,7 @@ pub fn constraint_bias<R: Real>(m: &QuickReturn<R>, q: &[R; 3], qd: &[R; 3]) -> 
 #[doc(alias = "Mbar")]
 #[doc(alias = "reduced mass matrix")]
 #[inline]
-pub fn mass_matrix<R: Real>(m: &QuickReturn<R>, q: &[R; 3]) -> [[R; 3]; 3] {
+pub fn mass_matrix<R: Scalar>(m: &QuickReturn<R>, q: &[R; 3]) -> [[R; 3]; 3] {
     let k = &m.constants;
     let [_, phi4, phi5] = *q;
     let (sin_phi4, cos_phi4) = phi4.sin_cos();
@@ -578,7 +582,7 @@ pub fn mass_matrix<R: Real>(m: &QuickReturn<R>, q: &[R; 3]) -> [[R; 3]; 3] {
 /// Operations: 8 additions, 16 multiplications, 2 sine-cosine pairs.
 #[doc(alias = "fbar")]
 #[inline]
-pub fn generalized_forces<R: Real>(
+pub fn generalized_forces<R: Scalar>(
     m: &QuickReturn<R>,
     _t: R,
     q: &[R; 3],
@@ -618,7 +622,7 @@ pub fn generalized_forces<R: Real>(
 /// Operations: 8 additions, 19 multiplications, 2 sine-cosine pairs.
 #[doc(alias = "T + V")]
 #[inline]
-pub fn energy<R: Real>(m: &QuickReturn<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
+pub fn energy<R: Scalar>(m: &QuickReturn<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
     let p = &m.parameters;
     let k = &m.constants;
     let [_, phi4, phi5] = *q;
@@ -648,7 +652,7 @@ pub fn energy<R: Real>(m: &QuickReturn<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
 ///
 /// Operations: no operations.
 #[inline]
-pub fn power<R: Real>(_m: &QuickReturn<R>, _t: R, _q: &[R; 3], _qd: &[R; 3]) -> R {
+pub fn power<R: Scalar>(_m: &QuickReturn<R>, _t: R, _q: &[R; 3], _qd: &[R; 3]) -> R {
     R::zero()
 }
 
@@ -668,7 +672,7 @@ pub fn power<R: Real>(_m: &QuickReturn<R>, _t: R, _q: &[R; 3], _qd: &[R; 3]) -> 
 ///
 /// Operations: 12 additions, 25 multiplications, 1 division, 1 root, 3 sine-cosine pairs.
 #[inline(always)]
-pub fn outputs<R: Real>(
+pub fn outputs<R: Scalar>(
     m: &QuickReturn<R>,
     _t: R,
     q: &[R; 3],
@@ -710,7 +714,7 @@ pub fn outputs<R: Real>(
 /// Operations: 21 additions, 49 multiplications, 1 division, 1 root, 3 sine-cosine pairs.
 #[doc(alias = "fused")]
 #[inline(always)]
-pub fn dynamics<R: Real>(
+pub fn dynamics<R: Scalar>(
     m: &QuickReturn<R>,
     _t: R,
     q: &[R; 3],
@@ -785,7 +789,7 @@ pub fn dynamics<R: Real>(
 ///
 /// Operations: 6 additions, 11 multiplications, 1 division, 1 root, 3 sine-cosine pairs.
 #[inline(always)]
-pub fn closure<R: Real>(m: &QuickReturn<R>, q: &[R; 3]) -> Closure<R, 3, 2> {
+pub fn closure<R: Scalar>(m: &QuickReturn<R>, q: &[R; 3]) -> Closure<R, 3, 2> {
     let p = &m.parameters;
     let k = &m.constants;
     let [phi2, phi4, phi5] = *q;
@@ -847,7 +851,7 @@ pub struct Position<R> {
 ///
 /// Operations: 17 additions, 40 multiplications, 4 divisions, 1 root.
 #[inline(always)]
-pub fn position<R: Lane>(
+pub fn position<R: Scalar>(
     m: &QuickReturn<R>,
     _q: &[R; 3],
     angles: &Angles<R, 3>,
@@ -940,7 +944,7 @@ pub fn position<R: Lane>(
 ///
 /// Operations: no operations.
 #[inline(always)]
-pub fn residuals<R: Lane>(_m: &QuickReturn<R>, position: &Position<R>) -> [R; 2] {
+pub fn residuals<R: Scalar>(_m: &QuickReturn<R>, position: &Position<R>) -> [R; 2] {
     let Position { guide_residual, slot_residual, .. } = *position;
     [slot_residual, guide_residual]
 }
@@ -949,7 +953,7 @@ pub fn residuals<R: Lane>(_m: &QuickReturn<R>, position: &Position<R>) -> [R; 2]
 ///
 /// Operations: 3 additions, 4 multiplications.
 #[inline(always)]
-pub fn drift<R: Lane>(
+pub fn drift<R: Scalar>(
     _m: &QuickReturn<R>,
     position: &Position<R>,
     qd: &[R; 3],
@@ -966,7 +970,7 @@ pub fn drift<R: Lane>(
 ///
 /// Operations: 6 additions, 8 multiplications.
 #[inline(always)]
-pub fn correction<R: Lane>(
+pub fn correction<R: Scalar>(
     _m: &QuickReturn<R>,
     position: &Position<R>,
     residuals: &[R; 2],
@@ -999,7 +1003,7 @@ pub fn correction<R: Lane>(
 ///
 /// Operations: 21 additions, 40 multiplications.
 #[inline(always)]
-pub fn accelerations<R: Lane>(
+pub fn accelerations<R: Scalar>(
     m: &QuickReturn<R>,
     position: &Position<R>,
     _t: R,
@@ -1096,7 +1100,7 @@ pub fn accelerations<R: Lane>(
 /// Operations: 7 additions, 16 multiplications.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
-pub fn outputs_at<R: Lane>(
+pub fn outputs_at<R: Scalar>(
     m: &QuickReturn<R>,
     position: &Position<R>,
     _t: R,
@@ -1131,7 +1135,7 @@ pub fn outputs_at<R: Lane>(
 
 /// How much the elimination of dependent coordinates magnifies rounding errors.
 #[inline(always)]
-pub fn strain<R: Lane>(position: &Position<R>) -> R {
+pub fn strain<R: Scalar>(position: &Position<R>) -> R {
     position
         .phi4_per_phi2
         .abs()
@@ -1139,7 +1143,7 @@ pub fn strain<R: Lane>(position: &Position<R>) -> R {
         .max(position.guide_over_slot_phi4.abs())
 }
 
-impl<R: Lane> Kernel<R, 3, 2> for QuickReturn<R> {
+impl<R: Scalar> Kernel<R, 3, 2> for QuickReturn<R> {
     type Position = Position<R>;
     const IS_ANGLE: [bool; 3] = [true, true, true];
 
@@ -1260,7 +1264,7 @@ impl<R: Lane> Kernel<R, 3, 2> for QuickReturn<R> {
     }
 }
 
-impl<R: Lane> QuickReturn<R> {
+impl<R: Scalar> QuickReturn<R> {
     /// Where the motion starts.
     pub fn start(&self) -> Start<R, 3> {
         let p = &self.parameters;
@@ -1282,7 +1286,7 @@ impl<R: Lane> QuickReturn<R> {
 }
 
 impl Mechanism<3, 2> for QuickReturn {
-    type Kernel<R: Lane> = QuickReturn<R>;
+    type Kernel<R: Scalar> = QuickReturn<R>;
     const DESCRIPTION: Description = DESCRIPTION;
 
     fn with_parameters(replace: &dyn Fn(&str) -> Option<f64>) -> Self {
@@ -1312,7 +1316,7 @@ impl Mechanism<3, 2> for QuickReturn {
         self.start()
     }
 
-    fn with_numbers<R: Lane>(
+    fn with_numbers<R: Scalar>(
         replace: &dyn Fn(&str) -> Option<R>,
     ) -> Option<Problem<QuickReturn<R>, R, 3>> {
         let kernel = QuickReturn::new(Parameters::with(replace));

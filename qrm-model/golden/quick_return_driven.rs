@@ -40,8 +40,8 @@
 //     time in the forces: no load depends on it
 
 use qrm_core::{
-    Angles, Closure, Description, Dynamics, Kernel, Lane, Linearization, Mechanism,
-    ParameterDescription, QuantityDescription, Problem, Real, Schedule, Start,
+    Angles, Closure, Description, Dynamics, Kernel, Linearization, Mechanism,
+    ParameterDescription, Problem, QuantityDescription, Scalar, Schedule, Start,
 };
 
 /// The numbers of the scene that can be changed, under their names in the scene.
@@ -82,7 +82,7 @@ pub struct Parameters<R = f64> {
     pub w: R,
 }
 
-impl<R: Lane> Parameters<R> {
+impl<R: Scalar> Parameters<R> {
     /// The scene's values, some of them replaced; those that the scene computes from others follow.
     #[allow(non_snake_case)]
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
@@ -169,7 +169,7 @@ pub struct QuickReturnDriven<R = f64> {
     constants: Constants<R>,
 }
 
-impl<R: Real> QuickReturnDriven<R> {
+impl<R: Scalar> QuickReturnDriven<R> {
     /// The mechanism with these parameters.
     pub fn new(parameters: Parameters<R>) -> Self {
         Self {
@@ -251,7 +251,7 @@ pub struct Constants<R = f64> {
     pub twice_bc: R,
 }
 
-impl<R: Real> Constants<R> {
+impl<R: Scalar> Constants<R> {
     fn new(p: &Parameters<R>) -> Self {
         let o2a_sq = p.O2A * p.O2A;
         let o4o2_sq = p.O4O2 * p.O4O2;
@@ -324,7 +324,7 @@ impl<R: Real> Constants<R> {
 /// Operations: 4 additions, 9 multiplications, 3 sine-cosine pairs.
 #[doc(alias = "x")]
 #[inline]
-pub fn com_positions<R: Real>(m: &QuickReturnDriven<R>, q: &[R; 3]) -> [R; 10] {
+pub fn com_positions<R: Scalar>(m: &QuickReturnDriven<R>, q: &[R; 3]) -> [R; 10] {
     let p = &m.parameters;
     let [phi2, phi4, phi5] = *q;
     let (sin_phi2, cos_phi2) = phi2.sin_cos();
@@ -375,7 +375,7 @@ pub fn com_positions<R: Real>(m: &QuickReturnDriven<R>, q: &[R; 3]) -> [R; 10] {
 #[doc(alias = "T")]
 #[doc(alias = "x_q")]
 #[inline]
-pub fn com_jacobian<R: Real>(m: &QuickReturnDriven<R>, q: &[R; 3]) -> [[R; 3]; 10] {
+pub fn com_jacobian<R: Scalar>(m: &QuickReturnDriven<R>, q: &[R; 3]) -> [[R; 3]; 10] {
     let p = &m.parameters;
     let [phi2, phi4, phi5] = *q;
     let (sin_phi2, cos_phi2) = phi2.sin_cos();
@@ -418,7 +418,11 @@ pub fn com_jacobian<R: Real>(m: &QuickReturnDriven<R>, q: &[R; 3]) -> [[R; 3]; 1
 #[doc(alias = "T_dq·qd")]
 #[doc(alias = "convective acceleration")]
 #[inline]
-pub fn com_bias<R: Real>(m: &QuickReturnDriven<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 10] {
+pub fn com_bias<R: Scalar>(
+    m: &QuickReturnDriven<R>,
+    q: &[R; 3],
+    qd: &[R; 3],
+) -> [R; 10] {
     let p = &m.parameters;
     let [phi2, phi4, phi5] = *q;
     let [phi2_dot, phi4_dot, phi5_dot] = *qd;
@@ -463,7 +467,7 @@ pub fn com_bias<R: Real>(m: &QuickReturnDriven<R>, q: &[R; 3], qd: &[R; 3]) -> [
 /// Operations: 5 additions, 6 multiplications, 1 root, 3 sine-cosine pairs.
 #[doc(alias = "C")]
 #[inline]
-pub fn constraints<R: Real>(m: &QuickReturnDriven<R>, t: R, q: &[R; 3]) -> [R; 3] {
+pub fn constraints<R: Scalar>(m: &QuickReturnDriven<R>, t: R, q: &[R; 3]) -> [R; 3] {
     let p = &m.parameters;
     let k = &m.constants;
     let [phi2, phi4, phi5] = *q;
@@ -498,7 +502,7 @@ pub fn constraints<R: Real>(m: &QuickReturnDriven<R>, t: R, q: &[R; 3]) -> [R; 3
 /// Operations: 3 additions, 7 multiplications, 1 division, 1 root, 3 sine-cosine pairs.
 #[doc(alias = "C_q")]
 #[inline]
-pub fn constraint_jacobian<R: Real>(
+pub fn constraint_jacobian<R: Scalar>(
     m: &QuickReturnDriven<R>,
     _t: R,
     q: &[R; 3],
@@ -538,7 +542,7 @@ pub fn constraint_jacobian<R: Real>(
 #[doc(alias = "C_qq")]
 #[doc(alias = "(C_q qd)_q qd")]
 #[inline]
-pub fn constraint_bias<R: Real>(
+pub fn constraint_bias<R: Scalar>(
     m: &QuickReturnDriven<R>,
     _t: R,
     q: &[R; 3],
@@ -583,7 +587,11 @@ pub fn constraint_bias<R: Real>(
 /// Operations: 1 addition.
 #[doc(alias = "C_t")]
 #[inline]
-pub fn constraint_rate<R: Real>(m: &QuickReturnDriven<R>, _t: R, _q: &[R; 3]) -> [R; 3] {
+pub fn constraint_rate<R: Scalar>(
+    m: &QuickReturnDriven<R>,
+    _t: R,
+    _q: &[R; 3],
+) -> [R; 3] {
     let p = &m.parameters;
     [R::zero(), R::zero(), -p.w]
 }
@@ -606,7 +614,7 @@ pub fn constraint_rate<R: Real>(m: &QuickReturnDriven<R>, _t: R, _q: &[R; 3]) ->
 #[doc(alias = "Mbar")]
 #[doc(alias = "reduced mass matrix")]
 #[inline]
-pub fn mass_matrix<R: Real>(m: &QuickReturnDriven<R>, q: &[R; 3]) -> [[R; 3]; 3] {
+pub fn mass_matrix<R: Scalar>(m: &QuickReturnDriven<R>, q: &[R; 3]) -> [[R; 3]; 3] {
     let k = &m.constants;
     let [_, phi4, phi5] = *q;
     let (sin_phi4, cos_phi4) = phi4.sin_cos();
@@ -638,7 +646,7 @@ pub fn mass_matrix<R: Real>(m: &QuickReturnDriven<R>, q: &[R; 3]) -> [[R; 3]; 3]
 /// Operations: 8 additions, 16 multiplications, 2 sine-cosine pairs.
 #[doc(alias = "fbar")]
 #[inline]
-pub fn generalized_forces<R: Real>(
+pub fn generalized_forces<R: Scalar>(
     m: &QuickReturnDriven<R>,
     _t: R,
     q: &[R; 3],
@@ -678,7 +686,7 @@ pub fn generalized_forces<R: Real>(
 /// Operations: 8 additions, 19 multiplications, 2 sine-cosine pairs.
 #[doc(alias = "T + V")]
 #[inline]
-pub fn energy<R: Real>(m: &QuickReturnDriven<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
+pub fn energy<R: Scalar>(m: &QuickReturnDriven<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
     let p = &m.parameters;
     let k = &m.constants;
     let [_, phi4, phi5] = *q;
@@ -710,7 +718,7 @@ pub fn energy<R: Real>(m: &QuickReturnDriven<R>, q: &[R; 3], qd: &[R; 3]) -> [R;
 ///
 /// Operations: 1 addition, 1 multiplication.
 #[inline]
-pub fn power<R: Real>(
+pub fn power<R: Scalar>(
     m: &QuickReturnDriven<R>,
     _t: R,
     _q: &[R; 3],
@@ -737,7 +745,7 @@ pub fn power<R: Real>(
 ///
 /// Operations: 9 additions, 13 multiplications, 1 division, 1 root, 3 sine-cosine pairs.
 #[inline(always)]
-pub fn outputs<R: Real>(
+pub fn outputs<R: Scalar>(
     m: &QuickReturnDriven<R>,
     _t: R,
     q: &[R; 3],
@@ -777,7 +785,7 @@ pub fn outputs<R: Real>(
 /// Operations: 21 additions, 48 multiplications, 1 division, 1 root, 3 sine-cosine pairs.
 #[doc(alias = "fused")]
 #[inline(always)]
-pub fn dynamics<R: Real>(
+pub fn dynamics<R: Scalar>(
     m: &QuickReturnDriven<R>,
     _t: R,
     q: &[R; 3],
@@ -855,7 +863,11 @@ pub fn dynamics<R: Real>(
 ///
 /// Operations: 8 additions, 12 multiplications, 1 division, 1 root, 3 sine-cosine pairs.
 #[inline(always)]
-pub fn closure<R: Real>(m: &QuickReturnDriven<R>, t: R, q: &[R; 3]) -> Closure<R, 3, 3> {
+pub fn closure<R: Scalar>(
+    m: &QuickReturnDriven<R>,
+    t: R,
+    q: &[R; 3],
+) -> Closure<R, 3, 3> {
     let p = &m.parameters;
     let k = &m.constants;
     let [phi2, phi4, phi5] = *q;
@@ -890,7 +902,7 @@ pub fn closure<R: Real>(m: &QuickReturnDriven<R>, t: R, q: &[R; 3]) -> Closure<R
 #[doc(alias = "tangent stiffness")]
 #[doc(alias = "tangent damping")]
 #[inline]
-pub fn linearization<R: Real>(
+pub fn linearization<R: Scalar>(
     m: &QuickReturnDriven<R>,
     _t: R,
     q: &[R; 3],
@@ -1065,7 +1077,7 @@ pub struct Position<R> {
 ///
 /// Operations: 14 additions, 34 multiplications, 3 divisions, 1 root.
 #[inline(always)]
-pub fn position<R: Lane>(
+pub fn position<R: Scalar>(
     m: &QuickReturnDriven<R>,
     t: R,
     q: &[R; 3],
@@ -1147,7 +1159,10 @@ pub fn position<R: Lane>(
 ///
 /// Operations: no operations.
 #[inline(always)]
-pub fn residuals<R: Lane>(_m: &QuickReturnDriven<R>, position: &Position<R>) -> [R; 3] {
+pub fn residuals<R: Scalar>(
+    _m: &QuickReturnDriven<R>,
+    position: &Position<R>,
+) -> [R; 3] {
     let Position { drive_residual, guide_residual, slot_residual, .. } = *position;
     [slot_residual, guide_residual, drive_residual]
 }
@@ -1156,7 +1171,7 @@ pub fn residuals<R: Lane>(_m: &QuickReturnDriven<R>, position: &Position<R>) -> 
 ///
 /// Operations: 4 additions, 4 multiplications.
 #[inline(always)]
-pub fn drift<R: Lane>(
+pub fn drift<R: Scalar>(
     m: &QuickReturnDriven<R>,
     position: &Position<R>,
     qd: &[R; 3],
@@ -1175,7 +1190,7 @@ pub fn drift<R: Lane>(
 ///
 /// Operations: 5 additions, 4 multiplications.
 #[inline(always)]
-pub fn correction<R: Lane>(
+pub fn correction<R: Scalar>(
     _m: &QuickReturnDriven<R>,
     position: &Position<R>,
     residuals: &[R; 3],
@@ -1194,7 +1209,7 @@ pub fn correction<R: Lane>(
 ///
 /// Operations: 16 additions, 34 multiplications.
 #[inline(always)]
-pub fn accelerations<R: Lane>(
+pub fn accelerations<R: Scalar>(
     m: &QuickReturnDriven<R>,
     position: &Position<R>,
     _t: R,
@@ -1278,7 +1293,7 @@ pub fn accelerations<R: Lane>(
 /// Operations: 4 additions, 5 multiplications.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
-pub fn outputs_at<R: Lane>(
+pub fn outputs_at<R: Scalar>(
     m: &QuickReturnDriven<R>,
     position: &Position<R>,
     _t: R,
@@ -1304,11 +1319,11 @@ pub fn outputs_at<R: Lane>(
 
 /// How much the elimination of dependent coordinates magnifies rounding errors.
 #[inline(always)]
-pub fn strain<R: Lane>(position: &Position<R>) -> R {
+pub fn strain<R: Scalar>(position: &Position<R>) -> R {
     position.guide_over_slot_phi4.abs().max(position.slot_phi2.abs())
 }
 
-impl<R: Lane> Kernel<R, 3, 3> for QuickReturnDriven<R> {
+impl<R: Scalar> Kernel<R, 3, 3> for QuickReturnDriven<R> {
     type Position = Position<R>;
     const IS_ANGLE: [bool; 3] = [true, true, true];
 
@@ -1428,7 +1443,7 @@ impl<R: Lane> Kernel<R, 3, 3> for QuickReturnDriven<R> {
     }
 }
 
-impl<R: Lane> QuickReturnDriven<R> {
+impl<R: Scalar> QuickReturnDriven<R> {
     /// Where the motion starts.
     pub fn start(&self) -> Start<R, 3> {
         Start {
@@ -1450,7 +1465,7 @@ impl<R: Lane> QuickReturnDriven<R> {
 }
 
 impl Mechanism<3, 3> for QuickReturnDriven {
-    type Kernel<R: Lane> = QuickReturnDriven<R>;
+    type Kernel<R: Scalar> = QuickReturnDriven<R>;
     const DESCRIPTION: Description = DESCRIPTION;
 
     fn with_parameters(replace: &dyn Fn(&str) -> Option<f64>) -> Self {
@@ -1480,7 +1495,7 @@ impl Mechanism<3, 3> for QuickReturnDriven {
         self.start()
     }
 
-    fn with_numbers<R: Lane>(
+    fn with_numbers<R: Scalar>(
         replace: &dyn Fn(&str) -> Option<R>,
     ) -> Option<Problem<QuickReturnDriven<R>, R, 3>> {
         let kernel = QuickReturnDriven::new(Parameters::with(replace));

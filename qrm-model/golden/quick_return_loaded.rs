@@ -40,8 +40,8 @@
 //     time in the forces: no load depends on it
 
 use qrm_core::{
-    Angles, Closure, Description, Dynamics, Kernel, Lane, Linearization, Mechanism,
-    ParameterDescription, QuantityDescription, Problem, Real, Schedule, Start,
+    Angles, Closure, Description, Dynamics, Kernel, Linearization, Mechanism,
+    ParameterDescription, Problem, QuantityDescription, Scalar, Schedule, Start,
 };
 
 /// The numbers of the scene that can be changed, under their names in the scene.
@@ -96,7 +96,7 @@ pub struct Parameters<R = f64> {
     pub x6_0: R,
 }
 
-impl<R: Lane> Parameters<R> {
+impl<R: Scalar> Parameters<R> {
     /// The scene's values, some of them replaced; those that the scene computes from others follow.
     #[allow(non_snake_case)]
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
@@ -203,7 +203,7 @@ pub struct QuickReturnLoaded<R = f64> {
     constants: Constants<R>,
 }
 
-impl<R: Real> QuickReturnLoaded<R> {
+impl<R: Scalar> QuickReturnLoaded<R> {
     /// The mechanism with these parameters.
     pub fn new(parameters: Parameters<R>) -> Self {
         Self {
@@ -345,7 +345,7 @@ pub struct Constants<R = f64> {
     pub o4b_m5_g: R,
 }
 
-impl<R: Real> Constants<R> {
+impl<R: Scalar> Constants<R> {
     fn new(p: &Parameters<R>) -> Self {
         let o2a_sq = p.O2A * p.O2A;
         let o4o2_sq = p.O4O2 * p.O4O2;
@@ -459,7 +459,7 @@ impl<R: Real> Constants<R> {
 /// Operations: 4 additions, 9 multiplications, 3 sine-cosine pairs.
 #[doc(alias = "x")]
 #[inline]
-pub fn com_positions<R: Real>(m: &QuickReturnLoaded<R>, q: &[R; 3]) -> [R; 11] {
+pub fn com_positions<R: Scalar>(m: &QuickReturnLoaded<R>, q: &[R; 3]) -> [R; 11] {
     let p = &m.parameters;
     let [phi2, phi4, phi5] = *q;
     let (sin_phi2, cos_phi2) = phi2.sin_cos();
@@ -512,7 +512,7 @@ pub fn com_positions<R: Real>(m: &QuickReturnLoaded<R>, q: &[R; 3]) -> [R; 11] {
 #[doc(alias = "T")]
 #[doc(alias = "x_q")]
 #[inline]
-pub fn com_jacobian<R: Real>(m: &QuickReturnLoaded<R>, q: &[R; 3]) -> [[R; 3]; 11] {
+pub fn com_jacobian<R: Scalar>(m: &QuickReturnLoaded<R>, q: &[R; 3]) -> [[R; 3]; 11] {
     let p = &m.parameters;
     let [phi2, phi4, phi5] = *q;
     let (sin_phi2, cos_phi2) = phi2.sin_cos();
@@ -556,7 +556,11 @@ pub fn com_jacobian<R: Real>(m: &QuickReturnLoaded<R>, q: &[R; 3]) -> [[R; 3]; 1
 #[doc(alias = "T_dq·qd")]
 #[doc(alias = "convective acceleration")]
 #[inline]
-pub fn com_bias<R: Real>(m: &QuickReturnLoaded<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 11] {
+pub fn com_bias<R: Scalar>(
+    m: &QuickReturnLoaded<R>,
+    q: &[R; 3],
+    qd: &[R; 3],
+) -> [R; 11] {
     let p = &m.parameters;
     let [phi2, phi4, phi5] = *q;
     let [phi2_dot, phi4_dot, phi5_dot] = *qd;
@@ -601,7 +605,7 @@ pub fn com_bias<R: Real>(m: &QuickReturnLoaded<R>, q: &[R; 3], qd: &[R; 3]) -> [
 /// Operations: 4 additions, 5 multiplications, 1 root, 3 sine-cosine pairs.
 #[doc(alias = "C")]
 #[inline]
-pub fn constraints<R: Real>(m: &QuickReturnLoaded<R>, q: &[R; 3]) -> [R; 2] {
+pub fn constraints<R: Scalar>(m: &QuickReturnLoaded<R>, q: &[R; 3]) -> [R; 2] {
     let p = &m.parameters;
     let k = &m.constants;
     let [phi2, phi4, phi5] = *q;
@@ -634,7 +638,7 @@ pub fn constraints<R: Real>(m: &QuickReturnLoaded<R>, q: &[R; 3]) -> [R; 2] {
 /// Operations: 3 additions, 7 multiplications, 1 division, 1 root, 3 sine-cosine pairs.
 #[doc(alias = "C_q")]
 #[inline]
-pub fn constraint_jacobian<R: Real>(
+pub fn constraint_jacobian<R: Scalar>(
     m: &QuickReturnLoaded<R>,
     q: &[R; 3],
 ) -> [[R; 3]; 2] {
@@ -672,7 +676,7 @@ pub fn constraint_jacobian<R: Real>(
 #[doc(alias = "C_qq")]
 #[doc(alias = "(C_q qd)_q qd")]
 #[inline]
-pub fn constraint_bias<R: Real>(
+pub fn constraint_bias<R: Scalar>(
     m: &QuickReturnLoaded<R>,
     q: &[R; 3],
     qd: &[R; 3],
@@ -720,7 +724,7 @@ pub fn constraint_bias<R: Real>(
 #[doc(alias = "Mbar")]
 #[doc(alias = "reduced mass matrix")]
 #[inline]
-pub fn mass_matrix<R: Real>(m: &QuickReturnLoaded<R>, q: &[R; 3]) -> [[R; 3]; 3] {
+pub fn mass_matrix<R: Scalar>(m: &QuickReturnLoaded<R>, q: &[R; 3]) -> [[R; 3]; 3] {
     let k = &m.constants;
     let [_, phi4, phi5] = *q;
     let (sin_phi4, cos_phi4) = phi4.sin_cos();
@@ -749,7 +753,7 @@ pub fn mass_matrix<R: Real>(m: &QuickReturnLoaded<R>, q: &[R; 3]) -> [[R; 3]; 3]
 /// Operations: 20 additions, 32 multiplications, 3 sine-cosine pairs.
 #[doc(alias = "fbar")]
 #[inline]
-pub fn generalized_forces<R: Real>(
+pub fn generalized_forces<R: Scalar>(
     m: &QuickReturnLoaded<R>,
     _t: R,
     q: &[R; 3],
@@ -791,7 +795,7 @@ pub fn generalized_forces<R: Real>(
 /// Operations: 16 additions, 28 multiplications, 3 sine-cosine pairs.
 #[doc(alias = "T + V")]
 #[inline]
-pub fn energy<R: Real>(m: &QuickReturnLoaded<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
+pub fn energy<R: Scalar>(m: &QuickReturnLoaded<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
     let p = &m.parameters;
     let k = &m.constants;
     let [phi2, phi4, phi5] = *q;
@@ -828,7 +832,7 @@ pub fn energy<R: Real>(m: &QuickReturnLoaded<R>, q: &[R; 3], qd: &[R; 3]) -> [R;
 ///
 /// Operations: 2 additions, 6 multiplications, 2 sine-cosine pairs.
 #[inline]
-pub fn power<R: Real>(m: &QuickReturnLoaded<R>, _t: R, q: &[R; 3], qd: &[R; 3]) -> R {
+pub fn power<R: Scalar>(m: &QuickReturnLoaded<R>, _t: R, q: &[R; 3], qd: &[R; 3]) -> R {
     let p = &m.parameters;
     let [_, phi4, phi5] = *q;
     let [_, phi4_dot, phi5_dot] = *qd;
@@ -854,7 +858,7 @@ pub fn power<R: Real>(m: &QuickReturnLoaded<R>, _t: R, q: &[R; 3], qd: &[R; 3]) 
 ///
 /// Operations: 12 additions, 25 multiplications, 1 division, 1 root, 3 sine-cosine pairs.
 #[inline(always)]
-pub fn outputs<R: Real>(
+pub fn outputs<R: Scalar>(
     m: &QuickReturnLoaded<R>,
     _t: R,
     q: &[R; 3],
@@ -895,7 +899,7 @@ pub fn outputs<R: Real>(
 /// Operations: 33 additions, 60 multiplications, 1 division, 1 root, 3 sine-cosine pairs.
 #[doc(alias = "fused")]
 #[inline(always)]
-pub fn dynamics<R: Real>(
+pub fn dynamics<R: Scalar>(
     m: &QuickReturnLoaded<R>,
     _t: R,
     q: &[R; 3],
@@ -972,7 +976,7 @@ pub fn dynamics<R: Real>(
 ///
 /// Operations: 6 additions, 11 multiplications, 1 division, 1 root, 3 sine-cosine pairs.
 #[inline(always)]
-pub fn closure<R: Real>(m: &QuickReturnLoaded<R>, q: &[R; 3]) -> Closure<R, 3, 2> {
+pub fn closure<R: Scalar>(m: &QuickReturnLoaded<R>, q: &[R; 3]) -> Closure<R, 3, 2> {
     let p = &m.parameters;
     let k = &m.constants;
     let [phi2, phi4, phi5] = *q;
@@ -1006,7 +1010,7 @@ pub fn closure<R: Real>(m: &QuickReturnLoaded<R>, q: &[R; 3]) -> Closure<R, 3, 2
 #[doc(alias = "tangent stiffness")]
 #[doc(alias = "tangent damping")]
 #[inline]
-pub fn linearization<R: Real>(
+pub fn linearization<R: Scalar>(
     m: &QuickReturnLoaded<R>,
     _t: R,
     q: &[R; 3],
@@ -1223,7 +1227,7 @@ pub struct Position<R> {
 ///
 /// Operations: 19 additions, 41 multiplications, 4 divisions, 1 root.
 #[inline(always)]
-pub fn position<R: Lane>(
+pub fn position<R: Scalar>(
     m: &QuickReturnLoaded<R>,
     _q: &[R; 3],
     angles: &Angles<R, 3>,
@@ -1324,7 +1328,10 @@ pub fn position<R: Lane>(
 ///
 /// Operations: no operations.
 #[inline(always)]
-pub fn residuals<R: Lane>(_m: &QuickReturnLoaded<R>, position: &Position<R>) -> [R; 2] {
+pub fn residuals<R: Scalar>(
+    _m: &QuickReturnLoaded<R>,
+    position: &Position<R>,
+) -> [R; 2] {
     let Position { guide_residual, slot_residual, .. } = *position;
     [slot_residual, guide_residual]
 }
@@ -1333,7 +1340,7 @@ pub fn residuals<R: Lane>(_m: &QuickReturnLoaded<R>, position: &Position<R>) -> 
 ///
 /// Operations: 3 additions, 4 multiplications.
 #[inline(always)]
-pub fn drift<R: Lane>(
+pub fn drift<R: Scalar>(
     _m: &QuickReturnLoaded<R>,
     position: &Position<R>,
     qd: &[R; 3],
@@ -1350,7 +1357,7 @@ pub fn drift<R: Lane>(
 ///
 /// Operations: 6 additions, 8 multiplications.
 #[inline(always)]
-pub fn correction<R: Lane>(
+pub fn correction<R: Scalar>(
     _m: &QuickReturnLoaded<R>,
     position: &Position<R>,
     residuals: &[R; 2],
@@ -1383,7 +1390,7 @@ pub fn correction<R: Lane>(
 ///
 /// Operations: 31 additions, 50 multiplications.
 #[inline(always)]
-pub fn accelerations<R: Lane>(
+pub fn accelerations<R: Scalar>(
     m: &QuickReturnLoaded<R>,
     position: &Position<R>,
     _t: R,
@@ -1505,7 +1512,7 @@ pub fn accelerations<R: Lane>(
 /// Operations: 7 additions, 16 multiplications.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
-pub fn outputs_at<R: Lane>(
+pub fn outputs_at<R: Scalar>(
     m: &QuickReturnLoaded<R>,
     position: &Position<R>,
     _t: R,
@@ -1540,7 +1547,7 @@ pub fn outputs_at<R: Lane>(
 
 /// How much the elimination of dependent coordinates magnifies rounding errors.
 #[inline(always)]
-pub fn strain<R: Lane>(position: &Position<R>) -> R {
+pub fn strain<R: Scalar>(position: &Position<R>) -> R {
     position
         .phi4_per_phi2
         .abs()
@@ -1548,7 +1555,7 @@ pub fn strain<R: Lane>(position: &Position<R>) -> R {
         .max(position.guide_over_slot_phi4.abs())
 }
 
-impl<R: Lane> Kernel<R, 3, 2> for QuickReturnLoaded<R> {
+impl<R: Scalar> Kernel<R, 3, 2> for QuickReturnLoaded<R> {
     type Position = Position<R>;
     const IS_ANGLE: [bool; 3] = [true, true, true];
 
@@ -1676,7 +1683,7 @@ impl<R: Lane> Kernel<R, 3, 2> for QuickReturnLoaded<R> {
     }
 }
 
-impl<R: Lane> QuickReturnLoaded<R> {
+impl<R: Scalar> QuickReturnLoaded<R> {
     /// Where the motion starts.
     pub fn start(&self) -> Start<R, 3> {
         let p = &self.parameters;
@@ -1698,7 +1705,7 @@ impl<R: Lane> QuickReturnLoaded<R> {
 }
 
 impl Mechanism<3, 2> for QuickReturnLoaded {
-    type Kernel<R: Lane> = QuickReturnLoaded<R>;
+    type Kernel<R: Scalar> = QuickReturnLoaded<R>;
     const DESCRIPTION: Description = DESCRIPTION;
 
     fn with_parameters(replace: &dyn Fn(&str) -> Option<f64>) -> Self {
@@ -1735,7 +1742,7 @@ impl Mechanism<3, 2> for QuickReturnLoaded {
         self.start()
     }
 
-    fn with_numbers<R: Lane>(
+    fn with_numbers<R: Scalar>(
         replace: &dyn Fn(&str) -> Option<R>,
     ) -> Option<Problem<QuickReturnLoaded<R>, R, 3>> {
         let kernel = QuickReturnLoaded::new(Parameters::with(replace));

@@ -41,8 +41,8 @@
 //     time in the forces: no load depends on it
 
 use qrm_core::{
-    Angles, Closure, Description, Dynamics, Kernel, Lane, Linearization, Mechanism,
-    ParameterDescription, QuantityDescription, Problem, Real, Schedule, Start,
+    Angles, Closure, Description, Dynamics, Kernel, Linearization, Mechanism,
+    ParameterDescription, Problem, QuantityDescription, Scalar, Schedule, Start,
 };
 
 /// The numbers of the scene that can be changed, under their names in the scene.
@@ -99,7 +99,7 @@ pub struct Parameters<R = f64> {
     pub w0: R,
 }
 
-impl<R: Lane> Parameters<R> {
+impl<R: Scalar> Parameters<R> {
     /// The scene's values, some of them replaced; those that the scene computes from others follow.
     #[allow(non_snake_case)]
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
@@ -204,7 +204,7 @@ pub struct Shaper<R = f64> {
     constants: Constants<R>,
 }
 
-impl<R: Real> Shaper<R> {
+impl<R: Scalar> Shaper<R> {
     /// The mechanism with these parameters.
     pub fn new(parameters: Parameters<R>) -> Self {
         Self {
@@ -388,7 +388,7 @@ pub struct Constants<R = f64> {
     pub o4b_m5_g: R,
 }
 
-impl<R: Real> Constants<R> {
+impl<R: Scalar> Constants<R> {
     fn new(p: &Parameters<R>) -> Self {
         let o2a_sq = p.O2A * p.O2A;
         let o4o2_sq = p.O4O2 * p.O4O2;
@@ -525,7 +525,7 @@ impl<R: Real> Constants<R> {
 /// Operations: 4 additions, 9 multiplications, 3 sine-cosine pairs.
 #[doc(alias = "x")]
 #[inline]
-pub fn com_positions<R: Real>(m: &Shaper<R>, q: &[R; 3]) -> [R; 10] {
+pub fn com_positions<R: Scalar>(m: &Shaper<R>, q: &[R; 3]) -> [R; 10] {
     let p = &m.parameters;
     let [phi2, phi4, phi5] = *q;
     let (sin_phi2, cos_phi2) = phi2.sin_cos();
@@ -576,7 +576,7 @@ pub fn com_positions<R: Real>(m: &Shaper<R>, q: &[R; 3]) -> [R; 10] {
 #[doc(alias = "T")]
 #[doc(alias = "x_q")]
 #[inline]
-pub fn com_jacobian<R: Real>(m: &Shaper<R>, q: &[R; 3]) -> [[R; 3]; 10] {
+pub fn com_jacobian<R: Scalar>(m: &Shaper<R>, q: &[R; 3]) -> [[R; 3]; 10] {
     let p = &m.parameters;
     let [phi2, phi4, phi5] = *q;
     let (sin_phi2, cos_phi2) = phi2.sin_cos();
@@ -619,7 +619,7 @@ pub fn com_jacobian<R: Real>(m: &Shaper<R>, q: &[R; 3]) -> [[R; 3]; 10] {
 #[doc(alias = "T_dq·qd")]
 #[doc(alias = "convective acceleration")]
 #[inline]
-pub fn com_bias<R: Real>(m: &Shaper<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 10] {
+pub fn com_bias<R: Scalar>(m: &Shaper<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 10] {
     let p = &m.parameters;
     let [phi2, phi4, phi5] = *q;
     let [phi2_dot, phi4_dot, phi5_dot] = *qd;
@@ -663,7 +663,7 @@ pub fn com_bias<R: Real>(m: &Shaper<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 10] {
 /// Operations: 4 additions, 5 multiplications, 1 root, 3 sine-cosine pairs.
 #[doc(alias = "C")]
 #[inline]
-pub fn constraints<R: Real>(m: &Shaper<R>, q: &[R; 3]) -> [R; 2] {
+pub fn constraints<R: Scalar>(m: &Shaper<R>, q: &[R; 3]) -> [R; 2] {
     let p = &m.parameters;
     let k = &m.constants;
     let [phi2, phi4, phi5] = *q;
@@ -696,7 +696,7 @@ pub fn constraints<R: Real>(m: &Shaper<R>, q: &[R; 3]) -> [R; 2] {
 /// Operations: 3 additions, 7 multiplications, 1 division, 1 root, 3 sine-cosine pairs.
 #[doc(alias = "C_q")]
 #[inline]
-pub fn constraint_jacobian<R: Real>(m: &Shaper<R>, q: &[R; 3]) -> [[R; 3]; 2] {
+pub fn constraint_jacobian<R: Scalar>(m: &Shaper<R>, q: &[R; 3]) -> [[R; 3]; 2] {
     let p = &m.parameters;
     let k = &m.constants;
     let [phi2, phi4, phi5] = *q;
@@ -731,7 +731,7 @@ pub fn constraint_jacobian<R: Real>(m: &Shaper<R>, q: &[R; 3]) -> [[R; 3]; 2] {
 #[doc(alias = "C_qq")]
 #[doc(alias = "(C_q qd)_q qd")]
 #[inline]
-pub fn constraint_bias<R: Real>(m: &Shaper<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
+pub fn constraint_bias<R: Scalar>(m: &Shaper<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
     let p = &m.parameters;
     let k = &m.constants;
     let [phi2, phi4, phi5] = *q;
@@ -775,7 +775,7 @@ pub fn constraint_bias<R: Real>(m: &Shaper<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2
 #[doc(alias = "Mbar")]
 #[doc(alias = "reduced mass matrix")]
 #[inline]
-pub fn mass_matrix<R: Real>(m: &Shaper<R>, q: &[R; 3]) -> [[R; 3]; 3] {
+pub fn mass_matrix<R: Scalar>(m: &Shaper<R>, q: &[R; 3]) -> [[R; 3]; 3] {
     let k = &m.constants;
     let [_, phi4, phi5] = *q;
     let (sin_phi4, cos_phi4) = phi4.sin_cos();
@@ -804,7 +804,7 @@ pub fn mass_matrix<R: Real>(m: &Shaper<R>, q: &[R; 3]) -> [[R; 3]; 3] {
 /// Operations: 58 additions, 60 multiplications, 1 division, 1 root, 3 sine-cosine pairs, 10 other functions.
 #[doc(alias = "fbar")]
 #[inline]
-pub fn generalized_forces<R: Real>(
+pub fn generalized_forces<R: Scalar>(
     m: &Shaper<R>,
     _t: R,
     q: &[R; 3],
@@ -878,7 +878,7 @@ pub fn generalized_forces<R: Real>(
 /// Operations: 21 additions, 32 multiplications, 1 root, 3 sine-cosine pairs, 1 other function.
 #[doc(alias = "T + V")]
 #[inline]
-pub fn energy<R: Real>(m: &Shaper<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
+pub fn energy<R: Scalar>(m: &Shaper<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
     let p = &m.parameters;
     let k = &m.constants;
     let [phi2, phi4, phi5] = *q;
@@ -917,7 +917,7 @@ pub fn energy<R: Real>(m: &Shaper<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
 ///
 /// Operations: 29 additions, 27 multiplications, 2 sine-cosine pairs, 9 other functions.
 #[inline]
-pub fn power<R: Real>(m: &Shaper<R>, _t: R, q: &[R; 3], qd: &[R; 3]) -> R {
+pub fn power<R: Scalar>(m: &Shaper<R>, _t: R, q: &[R; 3], qd: &[R; 3]) -> R {
     let p = &m.parameters;
     let k = &m.constants;
     let [_, phi4, phi5] = *q;
@@ -961,7 +961,7 @@ pub fn power<R: Real>(m: &Shaper<R>, _t: R, q: &[R; 3], qd: &[R; 3]) -> R {
 ///
 /// Operations: 43 additions, 47 multiplications, 2 divisions, 2 roots, 3 sine-cosine pairs, 10 other functions.
 #[inline(always)]
-pub fn outputs<R: Real>(
+pub fn outputs<R: Scalar>(
     m: &Shaper<R>,
     _t: R,
     q: &[R; 3],
@@ -1031,7 +1031,7 @@ pub fn outputs<R: Real>(
 /// Operations: 71 additions, 88 multiplications, 2 divisions, 2 roots, 3 sine-cosine pairs, 10 other functions.
 #[doc(alias = "fused")]
 #[inline(always)]
-pub fn dynamics<R: Real>(
+pub fn dynamics<R: Scalar>(
     m: &Shaper<R>,
     _t: R,
     q: &[R; 3],
@@ -1140,7 +1140,7 @@ pub fn dynamics<R: Real>(
 ///
 /// Operations: 6 additions, 11 multiplications, 1 division, 1 root, 3 sine-cosine pairs.
 #[inline(always)]
-pub fn closure<R: Real>(m: &Shaper<R>, q: &[R; 3]) -> Closure<R, 3, 2> {
+pub fn closure<R: Scalar>(m: &Shaper<R>, q: &[R; 3]) -> Closure<R, 3, 2> {
     let p = &m.parameters;
     let k = &m.constants;
     let [phi2, phi4, phi5] = *q;
@@ -1174,7 +1174,7 @@ pub fn closure<R: Real>(m: &Shaper<R>, q: &[R; 3]) -> Closure<R, 3, 2> {
 #[doc(alias = "tangent stiffness")]
 #[doc(alias = "tangent damping")]
 #[inline]
-pub fn linearization<R: Real>(
+pub fn linearization<R: Scalar>(
     m: &Shaper<R>,
     _t: R,
     q: &[R; 3],
@@ -1449,7 +1449,7 @@ pub struct Position<R> {
 ///
 /// Operations: 38 additions, 59 multiplications, 5 divisions, 2 roots, 5 other functions.
 #[inline(always)]
-pub fn position<R: Lane>(
+pub fn position<R: Scalar>(
     m: &Shaper<R>,
     _q: &[R; 3],
     angles: &Angles<R, 3>,
@@ -1586,7 +1586,7 @@ pub fn position<R: Lane>(
 ///
 /// Operations: no operations.
 #[inline(always)]
-pub fn residuals<R: Lane>(_m: &Shaper<R>, position: &Position<R>) -> [R; 2] {
+pub fn residuals<R: Scalar>(_m: &Shaper<R>, position: &Position<R>) -> [R; 2] {
     let Position { guide_residual, slot_residual, .. } = *position;
     [slot_residual, guide_residual]
 }
@@ -1595,7 +1595,7 @@ pub fn residuals<R: Lane>(_m: &Shaper<R>, position: &Position<R>) -> [R; 2] {
 ///
 /// Operations: 3 additions, 4 multiplications.
 #[inline(always)]
-pub fn drift<R: Lane>(_m: &Shaper<R>, position: &Position<R>, qd: &[R; 3]) -> [R; 2] {
+pub fn drift<R: Scalar>(_m: &Shaper<R>, position: &Position<R>, qd: &[R; 3]) -> [R; 2] {
     let [phi2_dot, phi4_dot, phi5_dot] = *qd;
     let Position { guide_phi4, guide_phi5, slot_phi2, slot_phi4, .. } = *position;
     [
@@ -1608,7 +1608,7 @@ pub fn drift<R: Lane>(_m: &Shaper<R>, position: &Position<R>, qd: &[R; 3]) -> [R
 ///
 /// Operations: 6 additions, 8 multiplications.
 #[inline(always)]
-pub fn correction<R: Lane>(
+pub fn correction<R: Scalar>(
     _m: &Shaper<R>,
     position: &Position<R>,
     residuals: &[R; 2],
@@ -1641,7 +1641,7 @@ pub fn correction<R: Lane>(
 ///
 /// Operations: 47 additions, 61 multiplications, 5 other functions.
 #[inline(always)]
-pub fn accelerations<R: Lane>(
+pub fn accelerations<R: Scalar>(
     m: &Shaper<R>,
     position: &Position<R>,
     _t: R,
@@ -1796,7 +1796,7 @@ pub fn accelerations<R: Lane>(
 /// Operations: 16 additions, 27 multiplications, 5 other functions.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
-pub fn outputs_at<R: Lane>(
+pub fn outputs_at<R: Scalar>(
     m: &Shaper<R>,
     position: &Position<R>,
     _t: R,
@@ -1848,7 +1848,7 @@ pub fn outputs_at<R: Lane>(
 
 /// How much the elimination of dependent coordinates magnifies rounding errors.
 #[inline(always)]
-pub fn strain<R: Lane>(position: &Position<R>) -> R {
+pub fn strain<R: Scalar>(position: &Position<R>) -> R {
     position
         .phi4_per_phi2
         .abs()
@@ -1856,7 +1856,7 @@ pub fn strain<R: Lane>(position: &Position<R>) -> R {
         .max(position.guide_over_slot_phi4.abs())
 }
 
-impl<R: Lane> Kernel<R, 3, 2> for Shaper<R> {
+impl<R: Scalar> Kernel<R, 3, 2> for Shaper<R> {
     type Position = Position<R>;
     const IS_ANGLE: [bool; 3] = [true, true, true];
 
@@ -1985,7 +1985,7 @@ impl<R: Lane> Kernel<R, 3, 2> for Shaper<R> {
     }
 }
 
-impl<R: Lane> Shaper<R> {
+impl<R: Scalar> Shaper<R> {
     /// Where the motion starts.
     pub fn start(&self) -> Start<R, 3> {
         let p = &self.parameters;
@@ -2007,7 +2007,7 @@ impl<R: Lane> Shaper<R> {
 }
 
 impl Mechanism<3, 2> for Shaper {
-    type Kernel<R: Lane> = Shaper<R>;
+    type Kernel<R: Scalar> = Shaper<R>;
     const DESCRIPTION: Description = DESCRIPTION;
 
     fn with_parameters(replace: &dyn Fn(&str) -> Option<f64>) -> Self {
@@ -2045,7 +2045,7 @@ impl Mechanism<3, 2> for Shaper {
         self.start()
     }
 
-    fn with_numbers<R: Lane>(
+    fn with_numbers<R: Scalar>(
         replace: &dyn Fn(&str) -> Option<R>,
     ) -> Option<Problem<Shaper<R>, R, 3>> {
         let kernel = Shaper::new(Parameters::with(replace));

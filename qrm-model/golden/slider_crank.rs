@@ -41,8 +41,8 @@
 //     time in the forces: no load depends on it
 
 use qrm_core::{
-    Angles, Closure, Description, Dynamics, Kernel, Lane, Linearization, Mechanism,
-    ParameterDescription, QuantityDescription, Problem, Real, Schedule, Start,
+    Angles, Closure, Description, Dynamics, Kernel, Linearization, Mechanism,
+    ParameterDescription, Problem, QuantityDescription, Scalar, Schedule, Start,
 };
 
 /// The numbers of the scene that can be changed, under their names in the scene.
@@ -67,7 +67,7 @@ pub struct Parameters<R = f64> {
     pub F: R,
 }
 
-impl<R: Lane> Parameters<R> {
+impl<R: Scalar> Parameters<R> {
     /// The scene's values, some of them replaced; those that the scene computes from others follow.
     #[allow(non_snake_case)]
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
@@ -124,7 +124,7 @@ pub struct SliderCrank<R = f64> {
     constants: Constants<R>,
 }
 
-impl<R: Real> SliderCrank<R> {
+impl<R: Scalar> SliderCrank<R> {
     /// The mechanism with these parameters.
     pub fn new(parameters: Parameters<R>) -> Self {
         Self {
@@ -178,7 +178,7 @@ pub struct Constants<R = f64> {
     pub twice_a: R,
 }
 
-impl<R: Real> Constants<R> {
+impl<R: Scalar> Constants<R> {
     fn new(p: &Parameters<R>) -> Self {
         let v1 = p.a * R::from_f64(0.25);
         let a_c = p.a * p.c;
@@ -216,7 +216,7 @@ impl<R: Real> Constants<R> {
 /// Operations: no operations.
 #[doc(alias = "x")]
 #[inline]
-pub fn com_positions<R: Real>(_m: &SliderCrank<R>, q: &[R; 3]) -> [R; 3] {
+pub fn com_positions<R: Scalar>(_m: &SliderCrank<R>, q: &[R; 3]) -> [R; 3] {
     let [q_, x, p_] = *q;
     [q_, x, p_]
 }
@@ -237,7 +237,7 @@ pub fn com_positions<R: Real>(_m: &SliderCrank<R>, q: &[R; 3]) -> [R; 3] {
 #[doc(alias = "T")]
 #[doc(alias = "x_q")]
 #[inline]
-pub fn com_jacobian<R: Real>(_m: &SliderCrank<R>, _q: &[R; 3]) -> [[R; 3]; 3] {
+pub fn com_jacobian<R: Scalar>(_m: &SliderCrank<R>, _q: &[R; 3]) -> [[R; 3]; 3] {
     [
         [R::from_f64(1.0), R::zero(), R::zero()],
         [R::zero(), R::from_f64(1.0), R::zero()],
@@ -257,7 +257,7 @@ pub fn com_jacobian<R: Real>(_m: &SliderCrank<R>, _q: &[R; 3]) -> [[R; 3]; 3] {
 #[doc(alias = "T_dq·qd")]
 #[doc(alias = "convective acceleration")]
 #[inline]
-pub fn com_bias<R: Real>(_m: &SliderCrank<R>, _q: &[R; 3], _qd: &[R; 3]) -> [R; 3] {
+pub fn com_bias<R: Scalar>(_m: &SliderCrank<R>, _q: &[R; 3], _qd: &[R; 3]) -> [R; 3] {
     [R::zero(), R::zero(), R::zero()]
 }
 
@@ -275,7 +275,7 @@ pub fn com_bias<R: Real>(_m: &SliderCrank<R>, _q: &[R; 3], _qd: &[R; 3]) -> [R; 
 /// Operations: 4 additions, 2 multiplications, 2 sine-cosine pairs.
 #[doc(alias = "C")]
 #[inline]
-pub fn constraints<R: Real>(m: &SliderCrank<R>, q: &[R; 3]) -> [R; 2] {
+pub fn constraints<R: Scalar>(m: &SliderCrank<R>, q: &[R; 3]) -> [R; 2] {
     let p = &m.parameters;
     let [q_, x, p_] = *q;
     let (sin_q_, cos_q_) = q_.sin_cos();
@@ -302,7 +302,7 @@ pub fn constraints<R: Real>(m: &SliderCrank<R>, q: &[R; 3]) -> [R; 2] {
 /// Operations: 2 additions, 2 multiplications, 2 sine-cosine pairs.
 #[doc(alias = "C_q")]
 #[inline]
-pub fn constraint_jacobian<R: Real>(m: &SliderCrank<R>, q: &[R; 3]) -> [[R; 3]; 2] {
+pub fn constraint_jacobian<R: Scalar>(m: &SliderCrank<R>, q: &[R; 3]) -> [[R; 3]; 2] {
     let p = &m.parameters;
     let [q_, _, p_] = *q;
     let (sin_q_, cos_q_) = q_.sin_cos();
@@ -327,7 +327,11 @@ pub fn constraint_jacobian<R: Real>(m: &SliderCrank<R>, q: &[R; 3]) -> [[R; 3]; 
 #[doc(alias = "C_qq")]
 #[doc(alias = "(C_q qd)_q qd")]
 #[inline]
-pub fn constraint_bias<R: Real>(m: &SliderCrank<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
+pub fn constraint_bias<R: Scalar>(
+    m: &SliderCrank<R>,
+    q: &[R; 3],
+    qd: &[R; 3],
+) -> [R; 2] {
     let p = &m.parameters;
     let [q_, _, p_] = *q;
     let [q_dot, _, p_dot] = *qd;
@@ -358,7 +362,7 @@ pub fn constraint_bias<R: Real>(m: &SliderCrank<R>, q: &[R; 3], qd: &[R; 3]) -> 
 #[doc(alias = "Mbar")]
 #[doc(alias = "reduced mass matrix")]
 #[inline]
-pub fn mass_matrix<R: Real>(m: &SliderCrank<R>, _q: &[R; 3]) -> [[R; 3]; 3] {
+pub fn mass_matrix<R: Scalar>(m: &SliderCrank<R>, _q: &[R; 3]) -> [[R; 3]; 3] {
     let p = &m.parameters;
     [
         [p.J1, R::zero(), R::zero()],
@@ -383,7 +387,7 @@ pub fn mass_matrix<R: Real>(m: &SliderCrank<R>, _q: &[R; 3]) -> [[R; 3]; 3] {
 /// Operations: 17 additions, 27 multiplications, 1 division, 1 root, 2 sine-cosine pairs.
 #[doc(alias = "fbar")]
 #[inline]
-pub fn generalized_forces<R: Real>(
+pub fn generalized_forces<R: Scalar>(
     m: &SliderCrank<R>,
     _t: R,
     q: &[R; 3],
@@ -425,7 +429,7 @@ pub fn generalized_forces<R: Real>(
 /// Operations: 9 additions, 15 multiplications, 1 root, 2 sine-cosine pairs.
 #[doc(alias = "T + V")]
 #[inline]
-pub fn energy<R: Real>(m: &SliderCrank<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
+pub fn energy<R: Scalar>(m: &SliderCrank<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
     let p = &m.parameters;
     let k = &m.constants;
     let [q_, x, p_] = *q;
@@ -457,7 +461,7 @@ pub fn energy<R: Real>(m: &SliderCrank<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
 ///
 /// Operations: 12 additions, 23 multiplications, 1 division, 1 root, 2 sine-cosine pairs.
 #[inline]
-pub fn power<R: Real>(m: &SliderCrank<R>, _t: R, q: &[R; 3], qd: &[R; 3]) -> R {
+pub fn power<R: Scalar>(m: &SliderCrank<R>, _t: R, q: &[R; 3], qd: &[R; 3]) -> R {
     let p = &m.parameters;
     let k = &m.constants;
     let [q_, x, p_] = *q;
@@ -489,7 +493,7 @@ pub fn power<R: Real>(m: &SliderCrank<R>, _t: R, q: &[R; 3], qd: &[R; 3]) -> R {
 ///
 /// Operations: 6 additions, 12 multiplications, 1 root, 2 sine-cosine pairs.
 #[inline(always)]
-pub fn outputs<R: Real>(
+pub fn outputs<R: Scalar>(
     m: &SliderCrank<R>,
     _t: R,
     q: &[R; 3],
@@ -521,7 +525,7 @@ pub fn outputs<R: Real>(
 /// Operations: 21 additions, 36 multiplications, 1 division, 1 root, 2 sine-cosine pairs.
 #[doc(alias = "fused")]
 #[inline(always)]
-pub fn dynamics<R: Real>(
+pub fn dynamics<R: Scalar>(
     m: &SliderCrank<R>,
     _t: R,
     q: &[R; 3],
@@ -574,7 +578,7 @@ pub fn dynamics<R: Real>(
 ///
 /// Operations: 6 additions, 2 multiplications, 2 sine-cosine pairs.
 #[inline(always)]
-pub fn closure<R: Real>(m: &SliderCrank<R>, q: &[R; 3]) -> Closure<R, 3, 2> {
+pub fn closure<R: Scalar>(m: &SliderCrank<R>, q: &[R; 3]) -> Closure<R, 3, 2> {
     let p = &m.parameters;
     let [q_, x, p_] = *q;
     let (sin_q_, cos_q_) = q_.sin_cos();
@@ -599,7 +603,7 @@ pub fn closure<R: Real>(m: &SliderCrank<R>, q: &[R; 3]) -> Closure<R, 3, 2> {
 #[doc(alias = "tangent stiffness")]
 #[doc(alias = "tangent damping")]
 #[inline]
-pub fn linearization<R: Real>(
+pub fn linearization<R: Scalar>(
     m: &SliderCrank<R>,
     _t: R,
     q: &[R; 3],
@@ -754,7 +758,7 @@ pub struct Position<R> {
 ///
 /// Operations: 15 additions, 29 multiplications, 3 divisions, 1 root.
 #[inline(always)]
-pub fn position<R: Lane>(
+pub fn position<R: Scalar>(
     m: &SliderCrank<R>,
     q: &[R; 3],
     angles: &Angles<R, 3>,
@@ -825,7 +829,7 @@ pub fn position<R: Lane>(
 ///
 /// Operations: 1 addition.
 #[inline(always)]
-pub fn residuals<R: Lane>(_m: &SliderCrank<R>, position: &Position<R>) -> [R; 2] {
+pub fn residuals<R: Scalar>(_m: &SliderCrank<R>, position: &Position<R>) -> [R; 2] {
     let Position { across_residual, along_residual, .. } = *position;
     [along_residual, -across_residual]
 }
@@ -834,7 +838,7 @@ pub fn residuals<R: Lane>(_m: &SliderCrank<R>, position: &Position<R>) -> [R; 2]
 ///
 /// Operations: 4 additions, 4 multiplications.
 #[inline(always)]
-pub fn drift<R: Lane>(
+pub fn drift<R: Scalar>(
     _m: &SliderCrank<R>,
     position: &Position<R>,
     qd: &[R; 3],
@@ -851,7 +855,7 @@ pub fn drift<R: Lane>(
 ///
 /// Operations: 6 additions, 7 multiplications.
 #[inline(always)]
-pub fn correction<R: Lane>(
+pub fn correction<R: Scalar>(
     _m: &SliderCrank<R>,
     position: &Position<R>,
     residuals: &[R; 2],
@@ -883,7 +887,7 @@ pub fn correction<R: Lane>(
 ///
 /// Operations: 19 additions, 26 multiplications.
 #[inline(always)]
-pub fn accelerations<R: Lane>(
+pub fn accelerations<R: Scalar>(
     m: &SliderCrank<R>,
     position: &Position<R>,
     _t: R,
@@ -959,7 +963,7 @@ pub fn accelerations<R: Lane>(
 /// Operations: 2 additions, 6 multiplications.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
-pub fn outputs_at<R: Lane>(
+pub fn outputs_at<R: Scalar>(
     m: &SliderCrank<R>,
     position: &Position<R>,
     _t: R,
@@ -984,7 +988,7 @@ pub fn outputs_at<R: Lane>(
 
 /// How much the elimination of dependent coordinates magnifies rounding errors.
 #[inline(always)]
-pub fn strain<R: Lane>(position: &Position<R>) -> R {
+pub fn strain<R: Scalar>(position: &Position<R>) -> R {
     position
         .x_per_q
         .abs()
@@ -992,7 +996,7 @@ pub fn strain<R: Lane>(position: &Position<R>) -> R {
         .max(position.along_over_across_p.abs())
 }
 
-impl<R: Lane> Kernel<R, 3, 2> for SliderCrank<R> {
+impl<R: Scalar> Kernel<R, 3, 2> for SliderCrank<R> {
     type Position = Position<R>;
     const IS_ANGLE: [bool; 3] = [true, false, true];
 
@@ -1104,7 +1108,7 @@ impl<R: Lane> Kernel<R, 3, 2> for SliderCrank<R> {
     }
 }
 
-impl<R: Lane> SliderCrank<R> {
+impl<R: Scalar> SliderCrank<R> {
     /// Where the motion starts.
     pub fn start(&self) -> Start<R, 3> {
         Start {
@@ -1129,7 +1133,7 @@ impl<R: Lane> SliderCrank<R> {
 }
 
 impl Mechanism<3, 2> for SliderCrank {
-    type Kernel<R: Lane> = SliderCrank<R>;
+    type Kernel<R: Scalar> = SliderCrank<R>;
     const DESCRIPTION: Description = DESCRIPTION;
 
     fn with_parameters(replace: &dyn Fn(&str) -> Option<f64>) -> Self {
@@ -1151,7 +1155,7 @@ impl Mechanism<3, 2> for SliderCrank {
         self.start()
     }
 
-    fn with_numbers<R: Lane>(
+    fn with_numbers<R: Scalar>(
         replace: &dyn Fn(&str) -> Option<R>,
     ) -> Option<Problem<SliderCrank<R>, R, 3>> {
         let kernel = SliderCrank::new(Parameters::with(replace));

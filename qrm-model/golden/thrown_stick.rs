@@ -34,8 +34,8 @@
 //     Jacobians of forces and constraint forces: the scene asks for no implicit method (`stiff`)
 
 use qrm_core::{
-    Angles, Closure, Description, Dynamics, Kernel, Lane, Mechanism,
-    ParameterDescription, QuantityDescription, Problem, Real, Schedule, Start,
+    Angles, Closure, Description, Dynamics, Kernel, Mechanism, ParameterDescription,
+    Problem, QuantityDescription, Scalar, Schedule, Start,
 };
 
 /// The numbers of the scene that can be changed, under their names in the scene.
@@ -54,7 +54,7 @@ pub struct Parameters<R = f64> {
     pub w: R,
 }
 
-impl<R: Lane> Parameters<R> {
+impl<R: Scalar> Parameters<R> {
     /// The scene's values, some of them replaced; those that the scene computes from others follow.
     #[allow(non_snake_case)]
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
@@ -98,7 +98,7 @@ pub struct ThrownStick<R = f64> {
     constants: Constants<R>,
 }
 
-impl<R: Real> ThrownStick<R> {
+impl<R: Scalar> ThrownStick<R> {
     /// The mechanism with these parameters.
     pub fn new(parameters: Parameters<R>) -> Self {
         Self {
@@ -142,7 +142,7 @@ pub struct Constants<R = f64> {
     pub k4: R,
 }
 
-impl<R: Real> Constants<R> {
+impl<R: Scalar> Constants<R> {
     fn new(p: &Parameters<R>) -> Self {
         let l_m = p.l * p.m;
         let half_l_m = R::from_f64(0.5) * l_m;
@@ -176,7 +176,7 @@ impl<R: Real> Constants<R> {
 /// Operations: 2 additions, 2 multiplications, 1 sine-cosine pair.
 #[doc(alias = "x")]
 #[inline]
-pub fn com_positions<R: Real>(m: &ThrownStick<R>, q: &[R; 3]) -> [R; 3] {
+pub fn com_positions<R: Scalar>(m: &ThrownStick<R>, q: &[R; 3]) -> [R; 3] {
     let k = &m.constants;
     let [x, y, a] = *q;
     let (sin_a, cos_a) = a.sin_cos();
@@ -203,7 +203,7 @@ pub fn com_positions<R: Real>(m: &ThrownStick<R>, q: &[R; 3]) -> [R; 3] {
 #[doc(alias = "T")]
 #[doc(alias = "x_q")]
 #[inline]
-pub fn com_jacobian<R: Real>(m: &ThrownStick<R>, q: &[R; 3]) -> [[R; 3]; 3] {
+pub fn com_jacobian<R: Scalar>(m: &ThrownStick<R>, q: &[R; 3]) -> [[R; 3]; 3] {
     let k = &m.constants;
     let [_, _, a] = *q;
     let (sin_a, cos_a) = a.sin_cos();
@@ -229,7 +229,7 @@ pub fn com_jacobian<R: Real>(m: &ThrownStick<R>, q: &[R; 3]) -> [[R; 3]; 3] {
 #[doc(alias = "T_dq·qd")]
 #[doc(alias = "convective acceleration")]
 #[inline]
-pub fn com_bias<R: Real>(m: &ThrownStick<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 3] {
+pub fn com_bias<R: Scalar>(m: &ThrownStick<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 3] {
     let k = &m.constants;
     let [_, _, a] = *q;
     let [_, _, a_dot] = *qd;
@@ -258,7 +258,7 @@ pub fn com_bias<R: Real>(m: &ThrownStick<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 3] 
 #[doc(alias = "Mbar")]
 #[doc(alias = "reduced mass matrix")]
 #[inline]
-pub fn mass_matrix<R: Real>(m: &ThrownStick<R>, q: &[R; 3]) -> [[R; 3]; 3] {
+pub fn mass_matrix<R: Scalar>(m: &ThrownStick<R>, q: &[R; 3]) -> [[R; 3]; 3] {
     let p = &m.parameters;
     let k = &m.constants;
     let [_, _, a] = *q;
@@ -287,7 +287,7 @@ pub fn mass_matrix<R: Real>(m: &ThrownStick<R>, q: &[R; 3]) -> [[R; 3]; 3] {
 /// Operations: 3 additions, 6 multiplications, 1 sine-cosine pair.
 #[doc(alias = "fbar")]
 #[inline]
-pub fn generalized_forces<R: Real>(
+pub fn generalized_forces<R: Scalar>(
     m: &ThrownStick<R>,
     _t: R,
     q: &[R; 3],
@@ -317,7 +317,7 @@ pub fn generalized_forces<R: Real>(
 /// Operations: 5 additions, 10 multiplications, 1 sine-cosine pair.
 #[doc(alias = "T + V")]
 #[inline]
-pub fn energy<R: Real>(m: &ThrownStick<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
+pub fn energy<R: Scalar>(m: &ThrownStick<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
     let k = &m.constants;
     let [_, y, a] = *q;
     let [x_dot, y_dot, a_dot] = *qd;
@@ -338,7 +338,7 @@ pub fn energy<R: Real>(m: &ThrownStick<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
 ///
 /// Operations: no operations.
 #[inline]
-pub fn power<R: Real>(_m: &ThrownStick<R>, _t: R, _q: &[R; 3], _qd: &[R; 3]) -> R {
+pub fn power<R: Scalar>(_m: &ThrownStick<R>, _t: R, _q: &[R; 3], _qd: &[R; 3]) -> R {
     R::zero()
 }
 
@@ -353,7 +353,7 @@ pub fn power<R: Real>(_m: &ThrownStick<R>, _t: R, _q: &[R; 3], _qd: &[R; 3]) -> 
 ///
 /// Operations: 2 additions, 2 multiplications, 1 sine-cosine pair.
 #[inline(always)]
-pub fn outputs<R: Real>(
+pub fn outputs<R: Scalar>(
     m: &ThrownStick<R>,
     _t: R,
     q: &[R; 3],
@@ -376,7 +376,7 @@ pub fn outputs<R: Real>(
 /// Operations: 5 additions, 6 multiplications, 1 sine-cosine pair.
 #[doc(alias = "fused")]
 #[inline(always)]
-pub fn dynamics<R: Real>(
+pub fn dynamics<R: Scalar>(
     m: &ThrownStick<R>,
     _t: R,
     q: &[R; 3],
@@ -412,7 +412,7 @@ pub fn dynamics<R: Real>(
 ///
 /// Operations: no operations.
 #[inline(always)]
-pub fn closure<R: Real>(_m: &ThrownStick<R>, _q: &[R; 3]) -> Closure<R, 3, 0> {
+pub fn closure<R: Scalar>(_m: &ThrownStick<R>, _q: &[R; 3]) -> Closure<R, 3, 0> {
     Closure {
         constraints: [],
         constraint_jacobian: [],
@@ -439,7 +439,7 @@ pub struct Position<R> {
 ///
 /// Operations: 4 additions, 10 multiplications, 1 division.
 #[inline(always)]
-pub fn position<R: Lane>(
+pub fn position<R: Scalar>(
     m: &ThrownStick<R>,
     q: &[R; 3],
     angles: &Angles<R, 3>,
@@ -480,7 +480,7 @@ pub fn position<R: Lane>(
 ///
 /// Operations: no operations.
 #[inline(always)]
-pub fn residuals<R: Lane>(_m: &ThrownStick<R>, _position: &Position<R>) -> [R; 0] {
+pub fn residuals<R: Scalar>(_m: &ThrownStick<R>, _position: &Position<R>) -> [R; 0] {
     []
 }
 
@@ -488,7 +488,7 @@ pub fn residuals<R: Lane>(_m: &ThrownStick<R>, _position: &Position<R>) -> [R; 0
 ///
 /// Operations: no operations.
 #[inline(always)]
-pub fn drift<R: Lane>(
+pub fn drift<R: Scalar>(
     _m: &ThrownStick<R>,
     _position: &Position<R>,
     _qd: &[R; 3],
@@ -500,7 +500,7 @@ pub fn drift<R: Lane>(
 ///
 /// Operations: no operations.
 #[inline(always)]
-pub fn correction<R: Lane>(
+pub fn correction<R: Scalar>(
     _m: &ThrownStick<R>,
     _position: &Position<R>,
     _residuals: &[R; 0],
@@ -512,7 +512,7 @@ pub fn correction<R: Lane>(
 ///
 /// Operations: 7 additions, 10 multiplications.
 #[inline(always)]
-pub fn accelerations<R: Lane>(
+pub fn accelerations<R: Scalar>(
     m: &ThrownStick<R>,
     position: &Position<R>,
     _t: R,
@@ -543,7 +543,7 @@ pub fn accelerations<R: Lane>(
 /// Operations: no operations.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
-pub fn outputs_at<R: Lane>(
+pub fn outputs_at<R: Scalar>(
     _m: &ThrownStick<R>,
     position: &Position<R>,
     _t: R,
@@ -559,11 +559,11 @@ pub fn outputs_at<R: Lane>(
 
 /// How much the elimination of dependent coordinates magnifies rounding errors.
 #[inline(always)]
-pub fn strain<R: Lane>(position: &Position<R>) -> R {
+pub fn strain<R: Scalar>(position: &Position<R>) -> R {
     position.loss_a.abs()
 }
 
-impl<R: Lane> Kernel<R, 3, 0> for ThrownStick<R> {
+impl<R: Scalar> Kernel<R, 3, 0> for ThrownStick<R> {
     type Position = Position<R>;
     const IS_ANGLE: [bool; 3] = [false, false, true];
 
@@ -672,7 +672,7 @@ impl<R: Lane> Kernel<R, 3, 0> for ThrownStick<R> {
     }
 }
 
-impl<R: Lane> ThrownStick<R> {
+impl<R: Scalar> ThrownStick<R> {
     /// Where the motion starts.
     pub fn start(&self) -> Start<R, 3> {
         let p = &self.parameters;
@@ -694,7 +694,7 @@ impl<R: Lane> ThrownStick<R> {
 }
 
 impl Mechanism<3, 0> for ThrownStick {
-    type Kernel<R: Lane> = ThrownStick<R>;
+    type Kernel<R: Scalar> = ThrownStick<R>;
     const DESCRIPTION: Description = DESCRIPTION;
 
     fn with_parameters(replace: &dyn Fn(&str) -> Option<f64>) -> Self {
@@ -713,7 +713,7 @@ impl Mechanism<3, 0> for ThrownStick {
         self.start()
     }
 
-    fn with_numbers<R: Lane>(
+    fn with_numbers<R: Scalar>(
         replace: &dyn Fn(&str) -> Option<R>,
     ) -> Option<Problem<ThrownStick<R>, R, 3>> {
         let kernel = ThrownStick::new(Parameters::with(replace));

@@ -4,7 +4,7 @@ mod by_dual_numbers;
 mod by_hand;
 mod kernel_by_hand;
 
-use qrm_core::{Closure, Description, Dynamics, Kernel, Lane, Mechanism, Schedule, Start};
+use qrm_core::{Closure, Description, Dynamics, Kernel, Mechanism, Scalar, Schedule, Start};
 
 pub use by_dual_numbers::ByDualNumbers;
 pub use by_hand::ByHand;
@@ -15,7 +15,7 @@ use crate::quick_return::{Parameters, QuickReturn};
 /// What a step needs, however it is come by.
 pub trait Equations: Copy {
     /// The same in the order a step needs it.
-    type Kernel<R: Lane>: Kernel<R, 3, 2>;
+    type Kernel<R: Scalar>: Kernel<R, 3, 2>;
 
     /// Those of the mechanism with these parameters.
     fn new(parameters: Parameters) -> Self;
@@ -43,7 +43,7 @@ impl<E: Equations> Twin<E> {
 }
 
 impl<E: Equations> Mechanism<3, 2> for Twin<E> {
-    type Kernel<R: Lane> = E::Kernel<R>;
+    type Kernel<R: Scalar> = E::Kernel<R>;
 
     const DESCRIPTION: Description = QuickReturn::<f64>::DESCRIPTION;
 

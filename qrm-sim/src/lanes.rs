@@ -3,7 +3,7 @@
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use pulp::Simd;
-use qrm_core::{Lane, Real};
+use qrm_core::Scalar;
 
 /// A vector of doubles. It stands in this crate alone, and in it alone below [`pulp::Arch::dispatch`]: the processor has the
 /// instructions of `S` wherever there is one.
@@ -111,7 +111,7 @@ macro_rules! one_by_one {
     };
 }
 
-impl<S: Token> Real for Lanes<S> {
+impl<S: Token> Scalar for Lanes<S> {
     #[inline(always)]
     fn from_f64(value: f64) -> Self {
         Self::new(S::again().splat_f64s(value))
@@ -132,9 +132,6 @@ impl<S: Token> Real for Lanes<S> {
         self.choose(0.0, self, self / self.abs())
     }
     one_by_one!(asin, acos, atan, exp, ln, sinh, cosh, tanh);
-}
-
-impl<S: Token> Lane for Lanes<S> {
     #[inline(always)]
     fn mul_add(self, a: Self, b: Self) -> Self {
         Self::new(S::again().mul_add_e_f64s(self.vector(), a.vector(), b.vector()))

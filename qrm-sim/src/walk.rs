@@ -1,6 +1,6 @@
 //! Many steps by a mechanism's kernel, with the instructions of the processor at hand.
 
-use qrm_core::{Angles, Fused, Kernel, LARGE, Lane, Mechanism, State, stride};
+use qrm_core::{Angles, Fused, Kernel, LARGE, Mechanism, Scalar, State, stride};
 
 use crate::linear::Vector;
 use crate::motion::{self, Breakdown, Method, Moment, Scheme};
@@ -123,7 +123,7 @@ fn careful<X: Mechanism<N, M>, const N: usize, const M: usize>(
 }
 
 /// One number.
-pub(crate) trait Single: Lane {
+pub(crate) trait Single: Scalar {
     /// Its value.
     fn value(self) -> f64;
 }

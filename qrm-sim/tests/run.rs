@@ -2,7 +2,7 @@
 
 use std::io;
 
-use qrm_core::{Closure, Description, Dynamics, Lane, Mechanism, NoKernel, QuantityDescription, Schedule, Start};
+use qrm_core::{Closure, Description, Dynamics, Mechanism, NoKernel, QuantityDescription, Scalar, Schedule, Start};
 use qrm_sim::motion::Breakdown;
 use qrm_sim::observer::{Observer, Row};
 use qrm_sim::outcome::{NoStart, Outcome, Status, Undefined};
@@ -18,7 +18,7 @@ struct Line {
 const X: QuantityDescription = QuantityDescription { name: "x", unit: "m", doc: "" };
 
 impl Mechanism<1, 0> for Line {
-    type Kernel<R: Lane> = NoKernel;
+    type Kernel<R: Scalar> = NoKernel;
 
     const DESCRIPTION: Description = Description {
         name: "line",

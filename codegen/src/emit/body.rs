@@ -8,9 +8,9 @@ use quote::{format_ident, quote};
 use super::naming::{power_name, untaken};
 use super::piece::{Piece, literal};
 use super::plain::method;
-use qrm_scene::function::Function;
 use crate::graph::{Graph, Id, Op, Signed};
 use crate::term::Symbol;
+use qrm_scene::function::Function;
 
 /// How many operations of each kind a function takes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -133,7 +133,7 @@ impl Writer<'_> {
                 #(#[doc = #docs] pub #names: R,)*
             }
 
-            impl<R: Real> Constants<R> {
+            impl<R: Scalar> Constants<R> {
                 fn new(p: &Parameters<R>) -> Self {
                     #(#statements)*
                     Self { #(#fields),* }

@@ -10,10 +10,10 @@ use super::layout::Argument;
 use super::plain::{Plain, ident};
 use super::scene_items::{outputs, stop, time_argument};
 use super::{Writer, struct_name};
-use qrm_scene::function::Function;
 use crate::graph::{Graph, Id, Op, Signed};
 use crate::kernel::{Block, Kernel, Local};
 use crate::term::Symbol;
+use qrm_scene::function::Function;
 
 /// The functions of a kernel and what they cost.
 pub(super) struct KernelItems {
@@ -349,7 +349,7 @@ impl<'a> Emitter<'a> {
             #(#[doc = #docs])*
             #[inline(always)]
             #too_many
-            pub fn #name<R: Lane>(#m: &#own<R>, #position_argument #(#parameters,)* #angles_argument) -> #output {
+            pub fn #name<R: Scalar>(#m: &#own<R>, #position_argument #(#parameters,)* #angles_argument) -> #output {
                 #p
                 #k
                 #(#bindings)*
@@ -411,7 +411,7 @@ impl<'a> Emitter<'a> {
         quote! {
             /// How much the elimination of dependent coordinates magnifies rounding errors.
             #[inline(always)]
-            pub fn strain<R: Lane>(#position: &Position<R>) -> R {
+            pub fn strain<R: Scalar>(#position: &Position<R>) -> R {
                 #most
             }
         }
@@ -449,7 +449,7 @@ impl<'a> Emitter<'a> {
         let (t, at) = time_argument(self.kernel.is_timed);
         let (closure_t, closure_at) = time_argument(scene.is_driven());
         quote! {
-            impl<R: Lane> Kernel<R, #n, #c> for #own<R> {
+            impl<R: Scalar> Kernel<R, #n, #c> for #own<R> {
                 type Position = Position<R>;
 
                 const IS_ANGLE: [bool; #n] = [#(#is_angle),*];

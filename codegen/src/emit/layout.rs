@@ -5,9 +5,9 @@ use crate::formula::{Style, Writer};
 use crate::graph::{Graph, Signed};
 use crate::kernel::Kernel;
 use crate::lower::Lowering;
-use qrm_scene::scene::Scene;
 use crate::share::share_pairs;
 use crate::term::{Equations, Term};
+use qrm_scene::scene::Scene;
 
 /// A function's argument.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,8 +4,8 @@ use proc_macro2::TokenStream;
 use quote::{format_ident, quote};
 
 use super::struct_name;
-use qrm_scene::scene::{Body, Constraint, Coordinate, Load, Point, Scene};
 use crate::words::Words;
+use qrm_scene::scene::{Body, Constraint, Coordinate, Load, Point, Scene};
 
 pub(super) fn own_struct(scene: &Scene, has_constants: bool, source: &str) -> TokenStream {
     let own = format_ident!("{}", struct_name(&scene.name));
@@ -20,7 +20,7 @@ pub(super) fn own_struct(scene: &Scene, has_constants: bool, source: &str) -> To
             #field
         }
 
-        impl<R: Real> #own<R> {
+        impl<R: Scalar> #own<R> {
             /// The mechanism with these parameters.
             pub fn new(parameters: Parameters<R>) -> Self {
                 Self { #value parameters }

@@ -146,7 +146,7 @@ pub(super) fn ident(name: &str) -> proc_macro2::Ident {
     }
 }
 
-/// The method of `f64` and of `Real` that computes a function.
+/// The method of `f64` and of `Scalar` that computes a function.
 pub(super) fn method(function: Function) -> &'static str {
     match function {
         Function::Log => "ln",

@@ -61,7 +61,7 @@ fn parameters(scene: &Scene) -> TokenStream {
             #marker_field
         }
 
-        impl<R: Lane> Parameters<R> {
+        impl<R: Scalar> Parameters<R> {
             /// The scene's values, some of them replaced; those that the scene computes from others follow.
             #[allow(non_snake_case)]
             pub fn with(#replace: impl Fn(&str) -> Option<R>) -> Self {
@@ -116,14 +116,14 @@ fn link(scene: &Scene) -> TokenStream {
     let and_multipliers = scene.is_driven().then(|| quote!(, multipliers));
     let multipliers = format_ident!("{}multipliers", if scene.is_driven() { "" } else { "_" });
     quote! {
-        impl<R: Lane> #own<R> {
+        impl<R: Scalar> #own<R> {
             #start
 
             #schedule
         }
 
         impl Mechanism<#n, #m> for #own {
-            type Kernel<R: Lane> = #own<R>;
+            type Kernel<R: Scalar> = #own<R>;
 
             const DESCRIPTION: Description = DESCRIPTION;
 
@@ -139,7 +139,7 @@ fn link(scene: &Scene) -> TokenStream {
                 self.start()
             }
 
-            fn with_numbers<R: Lane>(replace: &dyn Fn(&str) -> Option<R>) -> Option<Problem<#own<R>, R, #n>> {
+            fn with_numbers<R: Scalar>(replace: &dyn Fn(&str) -> Option<R>) -> Option<Problem<#own<R>, R, #n>> {
                 let kernel = #own::new(Parameters::with(replace));
                 Some(Problem { kernel, start: kernel.start(), schedule: kernel.schedule() })
             }

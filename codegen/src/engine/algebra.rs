@@ -12,11 +12,11 @@ use symbolica::{function, parse, symbol};
 
 use super::Place;
 use super::translate::term;
+use crate::term::{Symbol, Term};
 use qrm_scene::expression::{Node, Number};
 use qrm_scene::function::Function;
 use qrm_scene::resolve::all_values;
 use qrm_scene::scene::{Quantity, Scene, Value};
-use crate::term::{Symbol, Term};
 
 /// The symbols of one scene, and its formulae in terms of them.
 pub(super) struct Algebra<'s> {

@@ -4,8 +4,8 @@ use symbolica::atom::Atom;
 
 use super::algebra::Algebra;
 use super::{Place, kernel, linearization};
-use qrm_scene::scene::{LoadKind, OutputKind, Quantity, Scene, Value};
 use crate::term::{Equations, Row, Symbol, Term};
+use qrm_scene::scene::{LoadKind, OutputKind, Quantity, Scene, Value};
 
 /// Derives everything that the generated functions compute. `number` tells the scenes of a process apart.
 pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> Equations {

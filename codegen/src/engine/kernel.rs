@@ -6,8 +6,8 @@ use symbolica::atom::Atom;
 use super::Place;
 use super::algebra::Algebra;
 use super::derive::{Effort, Loads, Rows};
-use qrm_scene::scene::Scene;
 use crate::term::{KernelEquations, Push, Root, Term};
+use qrm_scene::scene::Scene;
 
 /// Derives the equations of a kernel, in which `outputs` are to be computed too.
 pub(super) fn equations(number: usize, scene: &Scene, place: &Place, outputs: &[Term]) -> KernelEquations {

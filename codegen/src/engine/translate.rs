@@ -8,9 +8,9 @@ use num_traits::Zero;
 use symbolica::atom::{AtomView, Symbol as EngineSymbol};
 use symbolica::coefficient::CoefficientView;
 
+use crate::term::{Symbol, Term};
 use qrm_scene::expression::to_f64;
 use qrm_scene::function::Function;
-use crate::term::{Symbol, Term};
 
 /// Translates an expression.
 ///

@@ -3,9 +3,9 @@
 use std::collections::HashSet;
 
 use super::{Block, Builder, Local};
-use qrm_scene::function::Function;
 use crate::graph::{Id, Op, Signed};
 use crate::term::{Symbol, Term};
+use qrm_scene::function::Function;
 
 /// A value, or nothing where it is zero.
 pub(super) type Value = Option<Signed>;

@@ -5,10 +5,10 @@ use std::collections::HashSet;
 
 use super::algebra::{Matrix, Value, negated};
 use super::{Block, Builder};
-use qrm_scene::evaluate::{constant, parameter_values};
 use crate::graph::{Op, Signed};
-use qrm_scene::scene::Start;
 use crate::term::{Equations, Symbol};
+use qrm_scene::evaluate::{constant, parameter_values};
+use qrm_scene::scene::Start;
 
 /// Entries this much smaller than the largest of their row are no pivots.
 const SMALL: f64 = 0.05;

@@ -4,9 +4,9 @@ use num_dual::{Dual2_64, Dual64};
 
 use super::between;
 use super::interpret::Value;
+use crate::term::Equations;
 use qrm_scene::evaluate::{State, constant};
 use qrm_scene::scene::{OutputKind, Scene, Start, Value as Formula};
-use crate::term::Equations;
 
 /// The numbers that each function must give.
 pub(super) type Expected = Vec<(&'static str, Vec<f64>)>;

@@ -3,8 +3,8 @@
 
 use super::Generated;
 use super::expected::Sample;
-use qrm_scene::scene::Scene;
 use crate::term::Equations;
+use qrm_scene::scene::Scene;
 
 /// Largest difference relative to the largest number of a matrix.
 const TOLERANCE: f64 = 1e-6;

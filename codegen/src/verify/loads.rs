@@ -3,9 +3,9 @@
 use num_dual::Dual64;
 
 use super::expected::{Gradients, Sample};
+use crate::term::Equations;
 use qrm_scene::evaluate::State;
 use qrm_scene::scene::{LoadKind, Quantity, Scene, Value as Formula};
-use crate::term::Equations;
 
 impl Sample {
     /// The forces and torques of a load, each with the displacement that it works along.

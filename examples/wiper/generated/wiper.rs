@@ -40,8 +40,8 @@
 //     Jacobians of forces and constraint forces: the scene asks for no implicit method (`stiff`)
 
 use qrm_core::{
-    Angles, Closure, Description, Dynamics, Kernel, Lane, Mechanism,
-    ParameterDescription, QuantityDescription, Problem, Real, Schedule, Start,
+    Angles, Closure, Description, Dynamics, Kernel, Mechanism, ParameterDescription,
+    Problem, QuantityDescription, Scalar, Schedule, Start,
 };
 
 /// The numbers of the scene that can be changed, under their names in the scene.
@@ -74,7 +74,7 @@ pub struct Parameters<R = f64> {
     pub slip: R,
 }
 
-impl<R: Lane> Parameters<R> {
+impl<R: Scalar> Parameters<R> {
     /// The scene's values, some of them replaced; those that the scene computes from others follow.
     #[allow(non_snake_case)]
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
@@ -147,7 +147,7 @@ pub struct Wiper<R = f64> {
     constants: Constants<R>,
 }
 
-impl<R: Real> Wiper<R> {
+impl<R: Scalar> Wiper<R> {
     /// The mechanism with these parameters.
     pub fn new(parameters: Parameters<R>) -> Self {
         Self {
@@ -201,7 +201,7 @@ pub struct Constants<R = f64> {
     pub k7: R,
 }
 
-impl<R: Real> Constants<R> {
+impl<R: Scalar> Constants<R> {
     fn new(p: &Parameters<R>) -> Self {
         let j_plus_a_sq_m = p.J + p.a * p.a * p.m;
         let b_m = p.b * p.m;
@@ -244,7 +244,7 @@ impl<R: Real> Constants<R> {
 /// Operations: 2 additions, 4 multiplications, 2 sine-cosine pairs.
 #[doc(alias = "x")]
 #[inline]
-pub fn com_positions<R: Real>(m: &Wiper<R>, q: &[R; 3]) -> [R; 5] {
+pub fn com_positions<R: Scalar>(m: &Wiper<R>, q: &[R; 3]) -> [R; 5] {
     let p = &m.parameters;
     let k = &m.constants;
     let [crank, rod, arm] = *q;
@@ -277,7 +277,7 @@ pub fn com_positions<R: Real>(m: &Wiper<R>, q: &[R; 3]) -> [R; 5] {
 #[doc(alias = "T")]
 #[doc(alias = "x_q")]
 #[inline]
-pub fn com_jacobian<R: Real>(m: &Wiper<R>, q: &[R; 3]) -> [[R; 3]; 5] {
+pub fn com_jacobian<R: Scalar>(m: &Wiper<R>, q: &[R; 3]) -> [[R; 3]; 5] {
     let p = &m.parameters;
     let k = &m.constants;
     let [crank, rod, _] = *q;
@@ -309,7 +309,7 @@ pub fn com_jacobian<R: Real>(m: &Wiper<R>, q: &[R; 3]) -> [[R; 3]; 5] {
 #[doc(alias = "T_dq·qd")]
 #[doc(alias = "convective acceleration")]
 #[inline]
-pub fn com_bias<R: Real>(m: &Wiper<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 5] {
+pub fn com_bias<R: Scalar>(m: &Wiper<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 5] {
     let p = &m.parameters;
     let k = &m.constants;
     let [crank, rod, _] = *q;
@@ -343,7 +343,7 @@ pub fn com_bias<R: Real>(m: &Wiper<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 5] {
 /// Operations: 5 additions, 6 multiplications, 3 sine-cosine pairs.
 #[doc(alias = "C")]
 #[inline]
-pub fn constraints<R: Real>(m: &Wiper<R>, q: &[R; 3]) -> [R; 2] {
+pub fn constraints<R: Scalar>(m: &Wiper<R>, q: &[R; 3]) -> [R; 2] {
     let p = &m.parameters;
     let [crank, rod, arm] = *q;
     let (sin_crank, cos_crank) = crank.sin_cos();
@@ -374,7 +374,7 @@ pub fn constraints<R: Real>(m: &Wiper<R>, q: &[R; 3]) -> [R; 2] {
 /// Operations: 3 additions, 6 multiplications, 3 sine-cosine pairs.
 #[doc(alias = "C_q")]
 #[inline]
-pub fn constraint_jacobian<R: Real>(m: &Wiper<R>, q: &[R; 3]) -> [[R; 3]; 2] {
+pub fn constraint_jacobian<R: Scalar>(m: &Wiper<R>, q: &[R; 3]) -> [[R; 3]; 2] {
     let p = &m.parameters;
     let [crank, rod, arm] = *q;
     let (sin_crank, cos_crank) = crank.sin_cos();
@@ -401,7 +401,7 @@ pub fn constraint_jacobian<R: Real>(m: &Wiper<R>, q: &[R; 3]) -> [[R; 3]; 2] {
 #[doc(alias = "C_qq")]
 #[doc(alias = "(C_q qd)_q qd")]
 #[inline]
-pub fn constraint_bias<R: Real>(m: &Wiper<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
+pub fn constraint_bias<R: Scalar>(m: &Wiper<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
     let p = &m.parameters;
     let [crank, rod, arm] = *q;
     let [crank_dot, rod_dot, arm_dot] = *qd;
@@ -439,7 +439,7 @@ pub fn constraint_bias<R: Real>(m: &Wiper<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2]
 #[doc(alias = "Mbar")]
 #[doc(alias = "reduced mass matrix")]
 #[inline]
-pub fn mass_matrix<R: Real>(m: &Wiper<R>, q: &[R; 3]) -> [[R; 3]; 3] {
+pub fn mass_matrix<R: Scalar>(m: &Wiper<R>, q: &[R; 3]) -> [[R; 3]; 3] {
     let p = &m.parameters;
     let k = &m.constants;
     let [crank, rod, _] = *q;
@@ -468,7 +468,7 @@ pub fn mass_matrix<R: Real>(m: &Wiper<R>, q: &[R; 3]) -> [[R; 3]; 3] {
 /// Operations: 5 additions, 10 multiplications, 2 sine-cosine pairs, 1 other function.
 #[doc(alias = "fbar")]
 #[inline]
-pub fn generalized_forces<R: Real>(
+pub fn generalized_forces<R: Scalar>(
     m: &Wiper<R>,
     _t: R,
     q: &[R; 3],
@@ -499,7 +499,7 @@ pub fn generalized_forces<R: Real>(
 /// Operations: 4 additions, 10 multiplications, 2 sine-cosine pairs.
 #[doc(alias = "T + V")]
 #[inline]
-pub fn energy<R: Real>(m: &Wiper<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
+pub fn energy<R: Scalar>(m: &Wiper<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
     let k = &m.constants;
     let [crank, rod, _] = *q;
     let [crank_dot, rod_dot, arm_dot] = *qd;
@@ -524,7 +524,7 @@ pub fn energy<R: Real>(m: &Wiper<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
 ///
 /// Operations: 2 additions, 6 multiplications, 1 other function.
 #[inline]
-pub fn power<R: Real>(m: &Wiper<R>, _t: R, _q: &[R; 3], qd: &[R; 3]) -> R {
+pub fn power<R: Scalar>(m: &Wiper<R>, _t: R, _q: &[R; 3], qd: &[R; 3]) -> R {
     let p = &m.parameters;
     let k = &m.constants;
     let [crank_dot, _, arm_dot] = *qd;
@@ -543,7 +543,7 @@ pub fn power<R: Real>(m: &Wiper<R>, _t: R, _q: &[R; 3], qd: &[R; 3]) -> R {
 ///
 /// Operations: 1 addition, 2 multiplications.
 #[inline(always)]
-pub fn outputs<R: Real>(
+pub fn outputs<R: Scalar>(
     m: &Wiper<R>,
     _t: R,
     q: &[R; 3],
@@ -565,7 +565,7 @@ pub fn outputs<R: Real>(
 /// Operations: 15 additions, 26 multiplications, 3 sine-cosine pairs, 1 other function.
 #[doc(alias = "fused")]
 #[inline(always)]
-pub fn dynamics<R: Real>(
+pub fn dynamics<R: Scalar>(
     m: &Wiper<R>,
     _t: R,
     q: &[R; 3],
@@ -614,7 +614,7 @@ pub fn dynamics<R: Real>(
 ///
 /// Operations: 8 additions, 6 multiplications, 3 sine-cosine pairs.
 #[inline(always)]
-pub fn closure<R: Real>(m: &Wiper<R>, q: &[R; 3]) -> Closure<R, 3, 2> {
+pub fn closure<R: Scalar>(m: &Wiper<R>, q: &[R; 3]) -> Closure<R, 3, 2> {
     let p = &m.parameters;
     let [crank, rod, arm] = *q;
     let (sin_crank, cos_crank) = crank.sin_cos();
@@ -665,7 +665,7 @@ pub struct Position<R> {
 ///
 /// Operations: 14 additions, 26 multiplications, 3 divisions.
 #[inline(always)]
-pub fn position<R: Lane>(
+pub fn position<R: Scalar>(
     m: &Wiper<R>,
     q: &[R; 3],
     angles: &Angles<R, 3>,
@@ -745,7 +745,7 @@ pub fn position<R: Lane>(
 ///
 /// Operations: no operations.
 #[inline(always)]
-pub fn residuals<R: Lane>(_m: &Wiper<R>, position: &Position<R>) -> [R; 2] {
+pub fn residuals<R: Scalar>(_m: &Wiper<R>, position: &Position<R>) -> [R; 2] {
     let Position { x_residual, y_residual, .. } = *position;
     [x_residual, y_residual]
 }
@@ -754,7 +754,7 @@ pub fn residuals<R: Lane>(_m: &Wiper<R>, position: &Position<R>) -> [R; 2] {
 ///
 /// Operations: 5 additions, 6 multiplications.
 #[inline(always)]
-pub fn drift<R: Lane>(_m: &Wiper<R>, position: &Position<R>, qd: &[R; 3]) -> [R; 2] {
+pub fn drift<R: Scalar>(_m: &Wiper<R>, position: &Position<R>, qd: &[R; 3]) -> [R; 2] {
     let [crank_dot, rod_dot, arm_dot] = *qd;
     let Position { a_x, a_y, b_y, v1, v2, v3, .. } = *position;
     [
@@ -767,7 +767,7 @@ pub fn drift<R: Lane>(_m: &Wiper<R>, position: &Position<R>, qd: &[R; 3]) -> [R;
 ///
 /// Operations: 6 additions, 9 multiplications.
 #[inline(always)]
-pub fn correction<R: Lane>(
+pub fn correction<R: Scalar>(
     _m: &Wiper<R>,
     position: &Position<R>,
     residuals: &[R; 2],
@@ -802,7 +802,7 @@ pub fn correction<R: Lane>(
 ///
 /// Operations: 21 additions, 32 multiplications, 1 other function.
 #[inline(always)]
-pub fn accelerations<R: Lane>(
+pub fn accelerations<R: Scalar>(
     m: &Wiper<R>,
     position: &Position<R>,
     _t: R,
@@ -881,7 +881,7 @@ pub fn accelerations<R: Lane>(
 /// Operations: 1 addition, 1 multiplication.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
-pub fn outputs_at<R: Lane>(
+pub fn outputs_at<R: Scalar>(
     m: &Wiper<R>,
     position: &Position<R>,
     _t: R,
@@ -900,7 +900,7 @@ pub fn outputs_at<R: Lane>(
 
 /// How much the elimination of dependent coordinates magnifies rounding errors.
 #[inline(always)]
-pub fn strain<R: Lane>(position: &Position<R>) -> R {
+pub fn strain<R: Scalar>(position: &Position<R>) -> R {
     position
         .rod_per_crank_2
         .abs()
@@ -909,7 +909,7 @@ pub fn strain<R: Lane>(position: &Position<R>) -> R {
         .max(position.x_over_y_arm.abs())
 }
 
-impl<R: Lane> Kernel<R, 3, 2> for Wiper<R> {
+impl<R: Scalar> Kernel<R, 3, 2> for Wiper<R> {
     type Position = Position<R>;
     const IS_ANGLE: [bool; 3] = [true, true, true];
 
@@ -1025,7 +1025,7 @@ impl<R: Lane> Kernel<R, 3, 2> for Wiper<R> {
     }
 }
 
-impl<R: Lane> Wiper<R> {
+impl<R: Scalar> Wiper<R> {
     /// Where the motion starts.
     pub fn start(&self) -> Start<R, 3> {
         Start {
@@ -1046,7 +1046,7 @@ impl<R: Lane> Wiper<R> {
 }
 
 impl Mechanism<3, 2> for Wiper {
-    type Kernel<R: Lane> = Wiper<R>;
+    type Kernel<R: Scalar> = Wiper<R>;
     const DESCRIPTION: Description = DESCRIPTION;
 
     fn with_parameters(replace: &dyn Fn(&str) -> Option<f64>) -> Self {
@@ -1072,7 +1072,7 @@ impl Mechanism<3, 2> for Wiper {
         self.start()
     }
 
-    fn with_numbers<R: Lane>(
+    fn with_numbers<R: Scalar>(
         replace: &dyn Fn(&str) -> Option<R>,
     ) -> Option<Problem<Wiper<R>, R, 3>> {
         let kernel = Wiper::new(Parameters::with(replace));

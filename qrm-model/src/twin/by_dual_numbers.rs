@@ -2,7 +2,7 @@
 
 use nalgebra::Const;
 use num_dual::{Derivative, Dual2_64, DualNum, DualSVec64};
-use qrm_core::{Closure, Dynamics, Lane, NoKernel};
+use qrm_core::{Closure, Dynamics, NoKernel, Scalar};
 
 use super::Equations;
 use crate::quick_return::Parameters;
@@ -38,7 +38,7 @@ fn gradient(value: &DualSVec64<3>) -> [f64; 3] {
 }
 
 impl Equations for ByDualNumbers {
-    type Kernel<R: Lane> = NoKernel;
+    type Kernel<R: Scalar> = NoKernel;
 
     fn new(parameters: Parameters) -> Self {
         Self(parameters)

@@ -4,7 +4,7 @@
 //! `r^2 = O2A^2 + O4O2^2 + 2 O2A O4O2 sin(phi2)` and so `r' = O2A O4O2 cos(phi2) / r`. Gravity, torque on the crank and
 //! inertia of the block are left out, as they are in the scene.
 
-use qrm_core::{Closure, Dynamics, Lane, sin_cos};
+use qrm_core::{Closure, Dynamics, Scalar, sin_cos};
 
 use super::{Equations, KernelByHand};
 use crate::quick_return::Parameters;
@@ -119,7 +119,7 @@ impl ByHand {
 }
 
 impl Equations for ByHand {
-    type Kernel<R: Lane> = KernelByHand<R>;
+    type Kernel<R: Scalar> = KernelByHand<R>;
 
     fn new(p: Parameters) -> Self {
         Self {

@@ -1,7 +1,7 @@
 //! The step's equations as well as a hand can write them: products of parameters taken out, one independent coordinate, every
 //! quotient computed once.
 
-use qrm_core::{Angles, Kernel, Lane};
+use qrm_core::{Angles, Kernel, Scalar};
 
 use crate::quick_return::{Parameters, QuickReturn};
 
@@ -47,7 +47,7 @@ pub struct Place<R> {
     inv_inertia: R,
 }
 
-impl<R: Lane> KernelByHand<R> {
+impl<R: Scalar> KernelByHand<R> {
     /// Changes of all coordinates from those of the loops and a drive of the crank.
     #[inline(always)]
     fn combine(&self, at: &Place<R>, slot: R, guide: R, drive: R) -> [R; 3] {
@@ -58,7 +58,7 @@ impl<R: Lane> KernelByHand<R> {
     }
 }
 
-impl<R: Lane> Kernel<R, 3, 2> for KernelByHand<R> {
+impl<R: Scalar> Kernel<R, 3, 2> for KernelByHand<R> {
     type Position = Place<R>;
 
     const IS_ANGLE: [bool; 3] = [true; 3];

@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use qrm_core::Description;
 use qrm_scene::diagnostic::Report;
 use qrm_scene::evaluate::evaluate;
 use qrm_scene::names::suggestion;
 use qrm_scene::parser::parse_formula;
-use qrm_core::Description;
 
 use super::Failure;
 use crate::scenes::{Scene, Scenes};

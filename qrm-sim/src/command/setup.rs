@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use qrm_core::Description;
 use qrm_scene::evaluate::parameter_values;
 use qrm_scene::resolve;
 use qrm_scene::scene::Scene as SceneText;
-use qrm_core::Description;
 
 use super::arguments::{MethodArguments, MethodName, ProjectionName, SceneArguments};
 use super::condition::Condition;

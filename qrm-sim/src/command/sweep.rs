@@ -12,10 +12,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc;
 
 use indicatif::{ProgressBar, ProgressStyle};
+use qrm_core::Description;
 use qrm_scene::evaluate::{constant, parameter_values};
 use qrm_scene::resolve;
 use qrm_scene::scene::Scene as SceneText;
-use qrm_core::Description;
 
 use super::arguments::{LanesName, MergeArguments, SweepArguments};
 use super::progress::{Progress, interrupted};

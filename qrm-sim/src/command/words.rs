@@ -1,8 +1,8 @@
 //! What went wrong in a run, in words.
 
+use qrm_core::Description;
 use qrm_scene::diagnostic::{Diagnostic, Report};
 use qrm_scene::scene::Scene as SceneText;
-use qrm_core::Description;
 
 use crate::assembly::NotAssembled;
 use crate::motion::Breakdown;

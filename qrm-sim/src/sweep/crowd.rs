@@ -1,6 +1,6 @@
 //! Designs under way in lanes: the steps that all lanes make together.
 
-use qrm_core::{Angles, Kernel, Lane, Mechanism, Real, State, Stride, stride};
+use qrm_core::{Angles, Kernel, Mechanism, Scalar, State, Stride, stride};
 
 use super::ranges::Ranges;
 use super::turnover::pick;

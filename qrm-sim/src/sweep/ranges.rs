@@ -1,6 +1,6 @@
 //! Smallest and largest values in lanes.
 
-use qrm_core::{Lane, Real};
+use qrm_core::Scalar;
 
 use crate::lanes::{Lanes, Token};
 

@@ -3,9 +3,9 @@
 
 use std::io;
 
+use qrm_core::{Mechanism, Plain};
 use qrm_functions::bead::Bead;
 use qrm_functions::driven::Driven;
-use qrm_core::{Mechanism, Plain};
 use qrm_sim::motion::{Method, Scheme};
 use qrm_sim::observer::{Observer, Row};
 use qrm_sim::outcome::Outcome;

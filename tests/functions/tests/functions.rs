@@ -2,8 +2,8 @@
 //! what they are derivatives of, and with closed forms.
 #![cfg(feature = "generate")]
 
-use qrm_functions::functions::{Functions, constraint_jacobian, constraints, outputs};
 use qrm_core::Mechanism;
+use qrm_functions::functions::{Functions, constraint_jacobian, constraints, outputs};
 
 const Q: [f64; 3] = [0.7, -1.1, 0.4];
 const QD: [f64; 3] = [0.3, 0.5, -0.8];

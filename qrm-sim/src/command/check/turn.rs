@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use qrm_scene::scene::OutputKind;
 use qrm_core::QuantityDescription;
+use qrm_scene::scene::OutputKind;
 
 use super::super::setup::Setup;
 use super::super::{Failure, words};

@@ -5,8 +5,8 @@ use core::ops::{Add, Div, Mul, Neg, Sub};
 use crate::math;
 use crate::sine::sin_cos;
 
-/// What generated functions ask of a number: doubles have it, and so can lanes of doubles or dual numbers.
-pub trait Real:
+/// A number of a generated function: a double, a vector of doubles in lanes, a dual number.
+pub trait Scalar:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
     /// The number nearest to a double.
@@ -56,10 +56,6 @@ pub trait Real:
     fn powf(self, exponent: f64) -> Self;
     /// -1, 0 or 1.
     fn sign(self) -> Self;
-}
-
-/// What a kernel asks of a number beyond that: lanes answer for each of them.
-pub trait Lane: Real {
     /// `self * a + b`, rounded once where the processor does so quickly.
     fn mul_add(self, a: Self, b: Self) -> Self;
     /// `b - self * a`, likewise.
@@ -130,7 +126,7 @@ impl Neg for Fused {
     }
 }
 
-impl Real for f64 {
+impl Scalar for f64 {
     #[inline(always)]
     fn from_f64(value: f64) -> Self {
         value
@@ -149,29 +145,6 @@ impl Real for f64 {
         if self == 0.0 || self.is_nan() { self } else { f64::signum(self) }
     }
     forward!(recip, sqrt, tan, asin, acos, atan, exp, ln, sinh, cosh, tanh);
-}
-
-impl Real for Fused {
-    #[inline(always)]
-    fn from_f64(value: f64) -> Self {
-        Self(value)
-    }
-    #[inline(always)]
-    fn sin_cos(self) -> (Self, Self) {
-        sin_cos(self)
-    }
-    #[inline(always)]
-    fn powf(self, exponent: f64) -> Self {
-        Self(math::powf(self.0, exponent))
-    }
-    #[inline(always)]
-    fn sign(self) -> Self {
-        Self(self.0.sign())
-    }
-    forward_inside!(recip, sqrt, tan, asin, acos, atan, exp, ln, sinh, cosh, tanh);
-}
-
-impl Lane for f64 {
     #[inline(always)]
     fn mul_add(self, a: Self, b: Self) -> Self {
         self * a + b
@@ -235,7 +208,24 @@ impl Lane for f64 {
     }
 }
 
-impl Lane for Fused {
+impl Scalar for Fused {
+    #[inline(always)]
+    fn from_f64(value: f64) -> Self {
+        Self(value)
+    }
+    #[inline(always)]
+    fn sin_cos(self) -> (Self, Self) {
+        sin_cos(self)
+    }
+    #[inline(always)]
+    fn powf(self, exponent: f64) -> Self {
+        Self(math::powf(self.0, exponent))
+    }
+    #[inline(always)]
+    fn sign(self) -> Self {
+        Self(self.0.sign())
+    }
+    forward_inside!(recip, sqrt, tan, asin, acos, atan, exp, ln, sinh, cosh, tanh);
     #[inline(always)]
     fn mul_add(self, a: Self, b: Self) -> Self {
         Self(math::mul_add(self.0, a.0, b.0))
@@ -250,11 +240,11 @@ impl Lane for Fused {
     }
     #[inline(always)]
     fn max(self, other: Self) -> Self {
-        Self(Lane::max(self.0, other.0))
+        Self(Scalar::max(self.0, other.0))
     }
     #[inline(always)]
     fn min(self, other: Self) -> Self {
-        Self(Lane::min(self.0, other.0))
+        Self(Scalar::min(self.0, other.0))
     }
     fn atan2(self, abscissa: Self) -> Self {
         Self(math::atan2(self.0, abscissa.0))
