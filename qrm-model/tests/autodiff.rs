@@ -301,7 +301,7 @@ fn functions_take_other_numbers() {
     }
     macro_rules! real {
         ($($name:ident),*) => {
-            impl qrm_core::Real for Single {
+            impl qrm_core::Scalar for Single {
                 fn from_f64(value: f64) -> Self { Self(value as f32) }
                 fn sin_cos(self) -> (Self, Self) { (Self(self.0.sin()), Self(self.0.cos())) }
                 fn powf(self, exponent: f64) -> Self { Self(self.0.powf(exponent as f32)) }
