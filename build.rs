@@ -138,7 +138,7 @@ fn index(modules: &[String]) -> Result<(), String> {
         if is_of_other(block, "pub mod ", " {") {
             continue;
         }
-        for line in block.lines().filter(|line| !is_of_other(line, "visitor.visit::<", "::")) {
+        for line in block.lines().filter(|line| !is_of_other(line, "    ", "::")) {
             let line = line.replace("include!(\"", &format!("include!(\"{}/", golden.display()));
             text += &format!("{line}\n");
         }

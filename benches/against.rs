@@ -5,17 +5,21 @@
 //! program instead, which prints `ns_per_step best B median M ...`.
 
 mod measure;
+#[allow(dead_code, unused_imports, reason = "another bench uses the rest")]
+mod twin;
 
 use std::hint::black_box;
 use std::path::Path;
 use std::process::{Command, ExitCode};
 use std::time::Instant;
 
-use qrm_core::{Mechanism, Plain};
+use qrm_core::{Mechanism, Model, Replace};
 use qrm_model::quick_return::QuickReturn;
-use qrm_model::twin::{ByDualNumbers, ByHand, Twin};
-use qrm_sim::simulate::{Request, simulate};
-use qrm_sim::sweep::{SweepRequest, Width, sweep};
+use qrm_sim::batch::{LaneCount, SweepRequest, sweep};
+use qrm_sim::integrate::MethodSettings;
+use qrm_sim::run::{Request, simulate};
+
+use twin::{ByDualNumbers, ByHand, HandWritten, Twin};
 
 const RUNS: usize = 200;
 const DESIGNS: usize = 256;
@@ -23,31 +27,35 @@ const DESIGNS: usize = 256;
 /// What is measured: a name, and how to get nanoseconds and number of steps of some repetitions.
 type Measure = fn(usize) -> (f64, f64);
 
+/// The mechanism with its generated kernel.
+static GENERATED: Model = Model::of::<QuickReturn, 3, 2>();
+/// The mechanism with a kernel by hand.
+static BY_HAND: Model = Model::of::<HandWritten, 3, 2>();
+
 const RUN: [(&str, Measure); 5] = [
-    ("one run, generated kernel", |n| one::<QuickReturn>(n)),
-    ("one run, kernel by hand", |n| one::<Twin<ByHand>>(n)),
-    ("one run, plain generated functions", |n| one::<Plain<QuickReturn>>(n)),
-    ("one run, plain functions by hand", |n| one::<Plain<Twin<ByHand>>>(n)),
-    ("one run, dual numbers at run time", |n| one::<Twin<ByDualNumbers>>(n)),
+    ("one run, generated kernel", |n| one(&*GENERATED.mechanism(&|_| None), n)),
+    ("one run, kernel by hand", |n| one(&*BY_HAND.mechanism(&|_| None), n)),
+    ("one run, plain generated functions", |n| one(&Twin::<QuickReturn>::new(), n)),
+    ("one run, plain functions by hand", |n| one(&Twin::<ByHand>::new(), n)),
+    ("one run, dual numbers at run time", |n| one(&Twin::<ByDualNumbers>::new(), n)),
 ];
 
 const SWEEP: [(&str, Measure); 6] = [
-    ("sweep, most lanes, end states", |_| many(Width::Most, false, false)),
-    ("sweep, four lanes, end states", |_| many(Width::Four, false, false)),
-    ("sweep, most lanes, with extremes", |_| many(Width::Most, true, false)),
-    ("sweep, four lanes, with extremes", |_| many(Width::Four, true, false)),
-    ("sweep, most lanes, with extremes and error estimates", |_| many(Width::Most, true, true)),
-    ("sweep, four lanes, with extremes and error estimates", |_| many(Width::Four, true, true)),
+    ("sweep, most lanes, end states", |_| many(LaneCount::Most, false, false)),
+    ("sweep, four lanes, end states", |_| many(LaneCount::Four, false, false)),
+    ("sweep, most lanes, with extremes", |_| many(LaneCount::Most, true, false)),
+    ("sweep, four lanes, with extremes", |_| many(LaneCount::Four, true, false)),
+    ("sweep, most lanes, with extremes and error estimates", |_| many(LaneCount::Most, true, true)),
+    ("sweep, four lanes, with extremes and error estimates", |_| many(LaneCount::Four, true, true)),
 ];
 
 /// The median of whole runs.
-fn one<X: Mechanism<3, 2>>(runs: usize) -> (f64, f64) {
-    let mechanism = X::with_parameters(&|_| None);
-    let request = Request { method: Default::default(), step: None, end: None, estimate_error: false };
+fn one(mechanism: &dyn Mechanism, runs: usize) -> (f64, f64) {
+    let request = Request { settings: MethodSettings::default(), step: None, end: None, estimate_error: false };
     let mut times = Vec::new();
     let mut steps = 0.0;
     for _ in 0..runs {
-        let Ok(outcome) = simulate(black_box(&mechanism), &request, &mut ()) else { return (f64::NAN, f64::NAN) };
+        let Ok(outcome) = simulate(black_box(mechanism), &request, &mut ()) else { return (f64::NAN, f64::NAN) };
         times.push(outcome.integration.as_secs_f64() * 1e9);
         steps = outcome.counts.accepted as f64;
     }
@@ -56,15 +64,13 @@ fn one<X: Mechanism<3, 2>>(runs: usize) -> (f64, f64) {
 }
 
 /// A whole sweep.
-fn many(width: Width, extremes: bool, estimate_error: bool) -> (f64, f64) {
-    let design = |i: usize| {
-        let crank = 0.15 + 0.1 * i as f64 / DESIGNS as f64;
-        QuickReturn::with_parameters(&|name| (name == "O2A").then_some(crank))
-    };
-    let designs: Vec<QuickReturn> = (0..DESIGNS).map(design).collect();
+fn many(lanes: LaneCount, extremes: bool, estimate_error: bool) -> (f64, f64) {
+    let crank = |i: usize| 0.15 + 0.1 * i as f64 / DESIGNS as f64;
+    let replacements: Vec<_> = (0..DESIGNS).map(|i| move |name: &str| (name == "O2A").then_some(crank(i))).collect();
+    let designs: Vec<Replace> = replacements.iter().map(|replace| replace as Replace).collect();
     let request = SweepRequest { step: None, end: None, extremes, estimate_error };
     let begun = Instant::now();
-    let finished = sweep(black_box(&designs), &request, width);
+    let finished = sweep(&GENERATED, black_box(&designs), &request, lanes);
     (begun.elapsed().as_secs_f64() * 1e9, finished.iter().map(|finished| finished.steps).sum::<u64>() as f64)
 }
 

@@ -5,17 +5,24 @@
 
 mod counting;
 mod measure;
+#[allow(dead_code, unused_imports, reason = "another bench uses the rest")]
+mod twin;
 
+use std::cell::RefCell;
 use std::hint::black_box as opaque;
 use std::process::ExitCode;
 
 use nalgebra::{SMatrix, SVector};
-use qrm_core::{Angles, Dynamics, Kernel, Mechanism, Scalar};
+use num_dual::Dual64;
+use qrm_core::{Angles, DoubleDouble, Dual, Dynamics, Kernel, Model, Scalar, TapeEvaluator};
 use qrm_model::quick_return::{self, Parameters, QuickReturn};
-use qrm_model::twin::{ByDualNumbers, ByHand, Equations, KernelByHand};
-use qrm_sim::solve::{Care, accelerations};
+use qrm_sim::solve::Solver;
 
 use counting::{Counting, operations};
+use twin::{ByDualNumbers, ByHand, Equations, KernelByHand};
+
+/// The mechanism.
+static MODEL: Model = Model::of::<QuickReturn, 3, 2>();
 
 const Q: [f64; 3] = [0.5, 1.15, 2.69];
 const QD: [f64; 3] = [7.7, 2.8, 1.5];
@@ -65,9 +72,7 @@ fn counting() -> QuickReturn<Counting> {
 }
 
 fn values() -> Vec<f64> {
-    let mut values = Vec::new();
-    QuickReturn::default().visit_parameters(&mut |value| values.push(value));
-    values
+    MODEL.parameter_values(&|_| None)
 }
 
 /// The dense system of five equations by nalgebra's LU.
@@ -101,6 +106,16 @@ macro_rules! generated {
     }};
 }
 
+/// The dynamics by the tape, for any kind of number.
+fn by_tape<R: Scalar + 'static>() -> impl Fn() -> R {
+    let evaluator = RefCell::new((TapeEvaluator::new(&quick_return::TAPE), [R::zero(); 20]));
+    move || {
+        let (evaluator, results) = &mut *evaluator.borrow_mut();
+        evaluator.dynamics(R::zero(), &opaque(Q).map(R::from_f64), &opaque(QD).map(R::from_f64), results);
+        results[0]
+    }
+}
+
 fn rows() -> Vec<Row> {
     let parameters = Parameters::default();
     let (hand, dual) = (ByHand::new(parameters), ByDualNumbers::new(parameters));
@@ -114,19 +129,31 @@ fn rows() -> Vec<Row> {
     rows.push(row("C_q", "by hand", None, move || opaque(&hand).constraint_jacobian(&opaque(Q))));
     generated!(rows, "(C_q qd)_q qd", constraint_bias, Q, QD);
     rows.push(row("(C_q qd)_q qd", "by hand", None, move || opaque(&hand).constraint_bias(&opaque(Q), &opaque(QD))));
-    generated!(rows, "C and C_q", closure, Q);
-    rows.push(row("C and C_q", "by hand", None, move || opaque(&hand).closure(&opaque(Q))));
-    rows.push(row("C and C_q", "dual numbers", None, move || opaque(&dual).closure(&opaque(Q))));
+    generated!(rows, "C and C_q", loop_constraints, Q);
+    rows.push(row("C and C_q", "by hand", None, move || opaque(&hand).loop_constraints(&opaque(Q))));
+    rows.push(row("C and C_q", "dual numbers", None, move || opaque(&dual).loop_constraints(&opaque(Q))));
     let all = "Mbar, fbar, C_q and its bias";
     let numbers = counting();
     let count = operations(|| quick_return::dynamics(&numbers, Counting(0.0), &Q.map(Counting), &QD.map(Counting)));
-    rows.push(row(all, "generated", Some(count), move || opaque(&model).dynamics(0.0, &opaque(Q), &opaque(QD))));
+    rows.push(row(all, "generated", Some(count), move || {
+        quick_return::dynamics(opaque(&model), 0.0, &opaque(Q), &opaque(QD))
+    }));
     rows.push(row(all, "by hand", None, move || opaque(&hand).dynamics(&opaque(Q), &opaque(QD))));
     rows.push(row(all, "dual numbers", None, move || opaque(&dual).dynamics(&opaque(Q), &opaque(QD))));
-    let solution = "qdd and multipliers from those";
-    let dynamics = model.dynamics(0.0, &Q, &QD);
-    rows.push(row(solution, "Schur complement", None, move || accelerations(opaque(&dynamics), &mut Care::default())));
-    rows.push(row(solution, "nalgebra's LU", None, move || dense(opaque(&dynamics))));
+    rows.push(row(all, "tape, f64", None, by_tape::<f64>()));
+    rows.push(row(all, "tape, dual", None, by_tape::<Dual<Dual64>>()));
+    rows.push(row(all, "tape, 32 digits", None, by_tape::<DoubleDouble>()));
+    let solution = "these, then qdd and multipliers";
+    let mechanism = MODEL.mechanism(&|_| None);
+    let solver = RefCell::new((Solver::new(&*mechanism), [0.0; 3], [0.0; 2]));
+    rows.push(row(solution, "Schur complement", None, move || {
+        let (solver, qdd, multipliers) = &mut *solver.borrow_mut();
+        let state = (&opaque(Q)[..], &opaque(QD)[..]);
+        solver.robust_accelerations(&*mechanism, 0.0, state, (qdd, multipliers)).map(|()| qdd[0])
+    }));
+    rows.push(row(solution, "nalgebra's LU", None, move || {
+        dense(&quick_return::dynamics(opaque(&model), 0.0, &opaque(Q), &opaque(QD)))
+    }));
     let kernel = "position, qdd, multipliers at once";
     let by_hand = KernelByHand::with_values(|i| values[i]);
     let angles = Angles::new(&Q, [true; 3]);

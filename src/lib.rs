@@ -5,10 +5,7 @@ use std::process::ExitCode;
 
 /// Runs the command.
 pub fn main() -> ExitCode {
-    let mut scenes = qrm_sim::scenes::Scenes::default();
-    qrm_model::visit_all(&mut scenes);
-    qrm_sim::command::main(&scenes)
+    qrm_cli::main(qrm_model::MODELS)
 }
 
-#[cfg(feature = "fmu")]
-qrm_fmu::export!(qrm_model::visit_all);
+qrm_fmu::export!(qrm_model::MODELS);

@@ -4,13 +4,12 @@ mod common;
 
 use std::io;
 
-use common::{Table, near, qrm};
-use qrm_model::quick_return::QuickReturn;
-use qrm_sim::energy_integral::{EnergyIntegral, PANELS};
-use qrm_sim::motion::{Method, Scheme};
-use qrm_sim::observer::{Observer, Row};
-use qrm_sim::projection::Projection;
-use qrm_sim::simulate::{End, Request, simulate};
+use common::{Table, mechanism, near, qrm};
+use qrm_core::Mechanism;
+use qrm_sim::analysis::{EnergyIntegral, PANELS};
+use qrm_sim::integrate::{MethodSettings, RK4, method_named};
+use qrm_sim::run::{End, Observer, Request, Row, simulate};
+use qrm_sim::solve::Projection;
 
 /// Keeps times and coordinates.
 #[derive(Default)]
@@ -32,11 +31,10 @@ impl Observer for Rows {
 }
 
 /// The largest error of a coordinate in any row, and what the run says it is.
-fn errors(integral: &EnergyIntegral<'_, QuickReturn, 3, 2>, method: Method, step: f64) -> (f64, f64) {
-    let mechanism = QuickReturn::default();
-    let request = Request { method, step: Some(step), end: Some(End::Time(1.6)), estimate_error: true };
+fn errors(mechanism: &dyn Mechanism, integral: &EnergyIntegral, settings: MethodSettings, step: f64) -> (f64, f64) {
+    let request = Request { settings, step: Some(step), end: Some(End::Time(1.6)), estimate_error: true };
     let mut rows = Rows::default();
-    let outcome = simulate(&mechanism, &request, &mut rows).expect("the run starts");
+    let outcome = simulate(mechanism, &request, &mut rows).expect("the run starts");
     let error = |(t, q): &(f64, Vec<f64>)| {
         let (exact, _) = integral.state(*t).expect("within the time");
         q.iter().zip(exact).map(|(q, exact)| (q - exact).abs()).fold(0.0, f64::max)
@@ -46,23 +44,22 @@ fn errors(integral: &EnergyIntegral<'_, QuickReturn, 3, 2>, method: Method, step
 
 #[test]
 fn estimated_errors_are_right_within_a_factor_of_three() {
-    let mechanism = QuickReturn::default();
-    let integral = EnergyIntegral::new(&mechanism, 1.7, PANELS[0]).expect("a conservative mechanism that turns");
+    let mechanism = mechanism("quick-return", &[]);
+    let integral = EnergyIntegral::new(&*mechanism, 1.7, PANELS[0]).expect("a conservative mechanism that turns");
     let projections = [Projection::None, Projection::Euclidean, Projection::Mass];
     let fixed = projections.into_iter().flat_map(|projection| {
-        let method = Method { scheme: Scheme::Rk4, projection, ..Method::default() };
-        [8e-3, 4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4, 1.25e-4].map(|step| (method, step))
+        let settings = MethodSettings { method: RK4, projection, ..MethodSettings::default() };
+        [8e-3, 4e-3, 2e-3, 1e-3, 5e-4, 2.5e-4, 1.25e-4].map(|step| (settings, step))
     });
     let adaptive = (4..=12).flat_map(|k| {
         let tolerance = 10.0_f64.powi(-k);
-        [Scheme::Dopri5 { tolerance }, Scheme::Dop853 { tolerance }]
-            .map(|scheme| (Method { scheme, ..Method::default() }, 1e-2))
+        ["dopri5", "dop853"].map(|name| (MethodSettings::new(method_named(name).expect("a method"), tolerance), 1e-2))
     });
-    for (method, step) in fixed.chain(adaptive) {
-        let (error, estimate) = errors(&integral, method, step);
+    for (settings, step) in fixed.chain(adaptive) {
+        let (error, estimate) = errors(&*mechanism, &integral, settings, step);
         // Below this rounding errors rule, and no run can tell them from another's.
         let ratio = estimate / error.max(3e-13);
-        let what = format!("{method:?} at {step}: estimated {estimate:e}, true {error:e}");
+        let what = format!("{settings:?} at {step}: estimated {estimate:e}, true {error:e}");
         assert!((1.0 / 3.0..=3.0).contains(&ratio) || error < 3e-13 && estimate < 1e-12, "{what}");
     }
 }
@@ -147,7 +144,6 @@ fn methods_are_refused_what_they_do_not_take() {
     for (arguments, said) in [
         (&["run", "--tolerance", "1e-6"][..], "`--tolerance` needs a method that chooses its steps"),
         (&["run", "--method", "dop853", "--tolerance", "0"], "`--tolerance` must be above zero"),
-        (&["run", "--method", "document", "--projection", "mass"], "is one with its projection"),
         (&["accuracy", "--budget", "soon"], "`--budget` needs a number"),
         (&["accuracy", "--at", "-1"], "`--at` must be above zero"),
         (&["accuracy", "--set", "O2A=0.21", "--reference", "scene"], "no values in [reference] that hold"),

@@ -2,13 +2,14 @@
 
 #![allow(unsafe_code, reason = "an allocator that counts is the only way to count allocations")]
 
+mod common;
+
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use qrm_model::quick_return::QuickReturn;
-use qrm_sim::motion::{Method, Scheme};
-use qrm_sim::projection::{Projection, Tolerance};
-use qrm_sim::simulate::{End, Request, simulate};
+use qrm_sim::integrate::MethodSettings;
+use qrm_sim::run::{End, Request, simulate};
+use qrm_sim::solve::Projection;
 
 struct Counting;
 
@@ -40,11 +41,11 @@ unsafe impl GlobalAlloc for Counting {
 static ALLOCATOR: Counting = Counting;
 
 fn allocations(projection: Projection, end_time: f64) -> usize {
-    let mechanism = QuickReturn::default();
-    let method = Method { scheme: Scheme::Rk4, projection, tolerance: Tolerance::default() };
-    let request = Request { method, step: None, end: Some(End::Time(end_time)), estimate_error: true };
+    let mechanism = common::mechanism("quick-return", &[]);
+    let settings = MethodSettings { projection, ..MethodSettings::default() };
+    let request = Request { settings, step: None, end: Some(End::Time(end_time)), estimate_error: true };
     let before = count();
-    let outcome = simulate(&mechanism, &request, &mut ()).expect("the run starts");
+    let outcome = simulate(&*mechanism, &request, &mut ()).expect("the run starts");
     assert!(outcome.counts.accepted > 100);
     count() - before
 }

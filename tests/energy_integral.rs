@@ -4,24 +4,21 @@ mod common;
 
 use std::f64::consts::TAU;
 
-use common::{Table, near};
-use qrm_core::Mechanism;
-use qrm_model::quick_return::QuickReturn;
-use qrm_model::quick_return_loaded::QuickReturnLoaded;
-use qrm_sim::energy_integral::{EnergyIntegral, NoIntegral, PANELS};
+use common::{Table, mechanism, near};
+use qrm_sim::analysis::{EnergyIntegral, NoEnergyIntegral, PANELS};
 
 #[test]
 fn the_period_is_exact() {
-    let mechanism = QuickReturn::default();
-    let integral = EnergyIntegral::new(&mechanism, 1.8, PANELS[0]).expect("a conservative mechanism that turns");
+    let mechanism = mechanism("quick-return", &[]);
+    let integral = EnergyIntegral::new(&*mechanism, 1.8, PANELS[0]).expect("a conservative mechanism that turns");
     near("one turn", integral.time_of(TAU).expect("within the time"), 0.877_997_139_511_224_4, 1e-15);
     near("two turns", integral.time_of(2.0 * TAU).expect("within the time"), 2.0 * 0.877_997_139_511_224_4, 2e-15);
 }
 
 #[test]
 fn the_states_are_exact() {
-    let mechanism = QuickReturn::default();
-    let integral = EnergyIntegral::new(&mechanism, 1.8, PANELS[0]).expect("a conservative mechanism that turns");
+    let mechanism = mechanism("quick-return", &[]);
+    let integral = EnergyIntegral::new(&*mechanism, 1.8, PANELS[0]).expect("a conservative mechanism that turns");
     let exact = Table::reference("quick-return-states.csv");
     for row in 0..exact.rows.len() {
         let t = exact.number(row, "t");
@@ -36,13 +33,12 @@ fn the_states_are_exact() {
 
 #[test]
 fn what_has_no_such_integral_is_told_apart() {
-    let with = |name: &'static str, value: f64| move |other: &str| (other == name).then_some(value);
-    let turning_back = QuickReturn::with_parameters(&with("w0", 3.0));
-    assert_eq!(EnergyIntegral::new(&turning_back, 10.0, PANELS[0]).err(), Some(NoIntegral::TurnsBack));
-    let at_rest = QuickReturn::with_parameters(&with("w0", 0.0));
-    assert_eq!(EnergyIntegral::new(&at_rest, 10.0, PANELS[0]).err(), Some(NoIntegral::TurnsBack));
-    let damped = QuickReturnLoaded::with_parameters(&with("cd", 50.0));
-    assert_eq!(EnergyIntegral::new(&damped, 1.0, PANELS[0]).err(), Some(NoIntegral::NotConservative));
-    let heavy = QuickReturnLoaded::with_parameters(&with("g", 9.81));
-    assert!(EnergyIntegral::new(&heavy, 1.0, PANELS[0]).is_ok(), "gravity has a potential");
+    let turning_back = mechanism("quick-return", &[("w0", 3.0)]);
+    assert_eq!(EnergyIntegral::new(&*turning_back, 10.0, PANELS[0]).err(), Some(NoEnergyIntegral::TurnsBack));
+    let at_rest = mechanism("quick-return", &[("w0", 0.0)]);
+    assert_eq!(EnergyIntegral::new(&*at_rest, 10.0, PANELS[0]).err(), Some(NoEnergyIntegral::TurnsBack));
+    let damped = mechanism("quick-return-loaded", &[("cd", 50.0)]);
+    assert_eq!(EnergyIntegral::new(&*damped, 1.0, PANELS[0]).err(), Some(NoEnergyIntegral::NotConservative));
+    let heavy = mechanism("quick-return-loaded", &[("g", 9.81)]);
+    assert!(EnergyIntegral::new(&*heavy, 1.0, PANELS[0]).is_ok(), "gravity has a potential");
 }

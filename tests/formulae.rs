@@ -1,6 +1,8 @@
 //! The formulae that people read, in the documentation of generated functions, against the functions themselves.
 
-use qrm_core::Mechanism;
+mod common;
+
+use common::model;
 use qrm_model::quick_return::{self, QuickReturn};
 use qrm_scene::evaluate::evaluate;
 use qrm_scene::parser::parse_formula;
@@ -12,7 +14,7 @@ const MULTIPLIERS: [f64; 2] = [120.0, -310.0];
 
 /// The lines `name  formula` in the documentation of a function.
 fn documented(function: &str) -> Vec<(String, String)> {
-    let code = QuickReturn::<f64>::DESCRIPTION.code;
+    let code = model("quick-return").description.code;
     let place = code.find(&format!("pub fn {function}<")).expect("a function of this name");
     let start = code[..place].rfind("\n\n").expect("an empty line before it");
     let documentation = &code[start..place];
@@ -27,9 +29,9 @@ fn documented(function: &str) -> Vec<(String, String)> {
 /// The value of a formula at the state above, with names for roots.
 fn value(formula: &str, roots: &[(String, f64)]) -> f64 {
     let names = ["phi2", "phi4", "phi5"];
-    let mut parameters = Vec::new();
-    QuickReturn::default().visit_parameters(&mut |value| parameters.push(value));
-    let described = QuickReturn::<f64>::DESCRIPTION.parameters.iter().map(|p| p.name);
+    let model = model("quick-return");
+    let parameters = model.parameter_values(&|_| None);
+    let described = model.description.parameters.iter().map(|p| p.name);
     let parameters: Vec<(&str, f64)> = described.zip(parameters).collect();
     let look_up = |name: &String| {
         let coordinate = |suffix: &str, values: [f64; 3]| {

@@ -39,7 +39,7 @@ fn code_is_printed_whole_or_in_parts() {
     }
     let whole = printed(&["code", "quick-return", "QuickReturn"]);
     assert!(
-        whole.contains("pub struct QuickReturn") && whole.contains("impl Mechanism<3, 2> for QuickReturn"),
+        whole.contains("pub struct QuickReturn") && whole.contains("impl Generated<3, 2> for QuickReturn"),
         "{whole}"
     );
 }

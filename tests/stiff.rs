@@ -56,12 +56,12 @@ fn long_steps_that_are_wrong_say_so() {
 }
 
 #[test]
-fn a_closure_that_vanishes_is_named() {
+fn a_constraint_that_vanishes_is_named() {
     // The rocker turns fully; where it points along x, the root form of the slot says nothing.
     let run = run(&["quick-return-loaded", "--set", "O2A=0.301", "--set", "BC=2", "--set", "BG5=1", "--end-time", "1"]);
     assert_eq!(run.status(), 1);
     assert!(run.stderr().contains("came near a singular position"), "{}", run.stderr());
-    assert!(run.stderr().contains("constraint `slot` says nothing there"), "{}", run.stderr());
+    assert!(run.stderr().contains("constraint `slot` has no gradient there"), "{}", run.stderr());
 }
 
 #[test]

@@ -1,28 +1,34 @@
 //! Designs in lanes against runs of their own.
 
+mod common;
+
 use std::io;
 
-use qrm_core::Mechanism;
-use qrm_model::quick_return::QuickReturn;
-use qrm_sim::observer::{Observer, Row};
-use qrm_sim::outcome::{NoStart, Status};
-use qrm_sim::simulate::{End, Request, simulate};
-use qrm_sim::sweep::{Finished, SweepEnd, SweepRequest, Width, sweep};
+use common::{mechanism, model};
+use qrm_core::Replace;
+use qrm_sim::batch::{DesignResult, LaneCount, SweepEnd, SweepRequest};
+use qrm_sim::integrate::MethodSettings;
+use qrm_sim::run::{End, Observer, Request, Row, StartError, Status, simulate};
+
+/// The parameters of a design.
+type Design = Vec<(&'static str, f64)>;
+
+/// Runs designs of the quick-return mechanism.
+fn sweep(designs: &[Design], request: &SweepRequest, lanes: LaneCount) -> Vec<DesignResult> {
+    let value = |design: &Design, name: &str| design.iter().find(|(own, _)| *own == name).map(|(_, value)| *value);
+    let replacements: Vec<_> = designs.iter().map(|design| move |name: &str| value(design, name)).collect();
+    let replacements: Vec<Replace> = replacements.iter().map(|replace| replace as Replace).collect();
+    qrm_sim::batch::sweep(model("quick-return"), &replacements, request, lanes)
+}
 
 /// Designs that differ in length, inertia and speed, so that no two end after the same number of steps; some cannot close.
-fn designs(count: usize) -> Vec<QuickReturn> {
+fn designs(count: usize) -> Vec<Design> {
     let mut random = fastrand::Rng::with_seed(5);
     let mut between = |low: f64, high: f64| low + (high - low) * random.f64();
     let design = |_| {
         let (crank, inertia, speed) = (between(0.1, 0.28), between(20.0, 200.0), between(6.0, 10.0));
         let rod = if between(0.0, 1.0) < 0.1 { 0.2 } else { between(0.5, 0.8) };
-        QuickReturn::with_parameters(&|name| match name {
-            "O2A" => Some(crank),
-            "J2" => Some(inertia),
-            "w0" => Some(speed),
-            "BC" => Some(rod),
-            _ => None,
-        })
+        vec![("O2A", crank), ("J2", inertia), ("w0", speed), ("BC", rod)]
     };
     (0..count).map(design).collect()
 }
@@ -55,10 +61,11 @@ fn assert_near(what: &str, got: f64, expected: f64, allowed: f64) {
     assert!((got - expected).abs() <= allowed * scale, "{what}: {got:e} instead of {expected:e}");
 }
 
-fn assert_same(design: &QuickReturn, finished: &Finished, end: Option<f64>) {
-    let request = Request { method: Default::default(), step: None, end: end.map(End::Time), estimate_error: true };
+fn assert_same(design: &Design, finished: &DesignResult, end: Option<f64>) {
+    let request =
+        Request { settings: MethodSettings::default(), step: None, end: end.map(End::Time), estimate_error: true };
     let mut extremes = Extremes::default();
-    match (simulate(design, &request, &mut extremes), &finished.status) {
+    match (simulate(&*mechanism("quick-return", design), &request, &mut extremes), &finished.status) {
         (Ok(outcome), Ok(status)) => {
             assert_eq!(std::mem::discriminant(&outcome.status), std::mem::discriminant(status), "{status:?}");
             assert_eq!(outcome.counts.accepted, finished.steps);
@@ -69,11 +76,10 @@ fn assert_same(design: &QuickReturn, finished: &Finished, end: Option<f64>) {
                 assert_near("extreme", *lane, *own, 1e-9);
             }
             let (own, lane) = (outcome.estimated_error, finished.estimated_error);
-            // The second motion of a single run is made by the plain functions.
             let (own, lane) = (own.expect("known"), lane.expect("known"));
             assert!((own - lane).abs() <= 0.02 * own + 1e-15, "estimate: {lane:e} instead of {own:e}");
         }
-        (Err(NoStart::NotAssembled(own)), Err(NoStart::NotAssembled(lane))) => assert_eq!(own, *lane),
+        (Err(StartError::NotAssembled(own)), Err(StartError::NotAssembled(lane))) => assert_eq!(own, *lane),
         (own, lane) => panic!("{own:?} and {lane:?}"),
     }
 }
@@ -83,7 +89,7 @@ fn each_design_ends_as_it_does_alone() {
     let designs = designs(60);
     for end in [None, Some(0.3004)] {
         let request = SweepRequest { step: None, end: end.map(SweepEnd::Time), extremes: true, estimate_error: true };
-        for width in [Width::Most, Width::Four, Width::One] {
+        for width in [LaneCount::Most, LaneCount::Four, LaneCount::One] {
             let finished = sweep(&designs, &request, width);
             assert_eq!(finished.len(), designs.len());
             designs.iter().zip(&finished).for_each(|(design, finished)| assert_same(design, finished, end));
@@ -101,23 +107,18 @@ fn a_design_does_not_depend_on_neighbours_in_trouble() {
         let crank = 0.15 + 0.2 * (i % 29) as f64 / 28.0;
         let inertia = [0.0, 1e-3, 1.0, 20.0, 100.0, 1000.0][i % 6];
         let speed = [15.0, 1.0, -1.0, 7.0][i % 4];
-        QuickReturn::with_parameters(&|name| match name {
-            "O2A" => Some(crank),
-            "J2" => Some(inertia),
-            "w0" => Some(speed),
-            _ => None,
-        })
+        vec![("O2A", crank), ("J2", inertia), ("w0", speed)]
     };
-    let designs: Vec<QuickReturn> = (0..60).map(design).collect();
+    let designs: Vec<Design> = (0..60).map(design).collect();
     for (step, end) in [(2e-2, None), (1e-2, Some(3.0)), (5e-3, None)] {
         let end = || end.map(SweepEnd::Time);
         let request = SweepRequest { step: Some(step), end: end(), extremes: true, estimate_error: true };
-        let show = |finished: &Finished| format!("{finished:?}");
-        let together: Vec<String> = sweep(&designs, &request, Width::Most).iter().map(show).collect();
-        let four: Vec<String> = sweep(&designs, &request, Width::Four).iter().map(show).collect();
+        let show = |finished: &DesignResult| format!("{finished:?}");
+        let together: Vec<String> = sweep(&designs, &request, LaneCount::Most).iter().map(show).collect();
+        let four: Vec<String> = sweep(&designs, &request, LaneCount::Four).iter().map(show).collect();
         let alone: Vec<String> = designs
             .iter()
-            .flat_map(|design| sweep(std::slice::from_ref(design), &request, Width::Most))
+            .flat_map(|design| sweep(std::slice::from_ref(design), &request, LaneCount::Most))
             .map(|f| show(&f))
             .collect();
         for i in 0..designs.len() {
@@ -131,7 +132,7 @@ fn a_design_does_not_depend_on_neighbours_in_trouble() {
 fn a_design_does_not_depend_on_its_neighbours() {
     let designs = designs(23);
     let request = SweepRequest { step: None, end: None, extremes: true, estimate_error: true };
-    for width in [Width::Most, Width::Four, Width::One] {
+    for width in [LaneCount::Most, LaneCount::Four, LaneCount::One] {
         let together = sweep(&designs, &request, width);
         for (i, design) in designs.iter().enumerate() {
             let alone = &sweep(std::slice::from_ref(design), &request, width)[0];
@@ -143,17 +144,17 @@ fn a_design_does_not_depend_on_its_neighbours() {
         }
     }
     // Both kinds of lanes round alike.
-    let (eight, four) = (sweep(&designs, &request, Width::Most), sweep(&designs, &request, Width::Four));
+    let (eight, four) = (sweep(&designs, &request, LaneCount::Most), sweep(&designs, &request, LaneCount::Four));
     eight.iter().zip(&four).for_each(|(eight, four)| assert_eq!(eight.q, four.q));
 }
 
 #[test]
 fn designs_that_break_off_do_not_stop_the_others() {
     // The rod of every second design is too short for a full turn: the crank never gets there.
-    let short = |i: usize| move |name: &str| (name == "BC" && i % 2 == 1).then_some(0.37);
-    let designs: Vec<QuickReturn> = (0..9).map(|i| QuickReturn::with_parameters(&short(i))).collect();
+    let design = |i: usize| if i % 2 == 1 { vec![("BC", 0.37)] } else { Vec::new() };
+    let designs: Vec<Design> = (0..9).map(design).collect();
     let finished =
-        sweep(&designs, &SweepRequest { step: None, end: None, extremes: true, estimate_error: true }, Width::Most);
+        sweep(&designs, &SweepRequest { step: None, end: None, extremes: true, estimate_error: true }, LaneCount::Most);
     for (i, finished) in finished.iter().enumerate() {
         let stopped = matches!(finished.status, Ok(Status::Stopped));
         assert_eq!(stopped, i % 2 == 0, "design {i}: {:?}", finished.status);

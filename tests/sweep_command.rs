@@ -122,11 +122,12 @@ fn designs_that_cannot_be_are_rows_with_their_reason() {
     assert!(rows[2].starts_with("1,0.5,done,,1e-12,1,"), "{}", rows[2]);
 }
 
-/// The title that a sweep gives its table under way, seen while it cannot finish: where its table is written is a folder.
+/// The title that a sweep gives its table under way, seen while it cannot finish: file systems have no names so long that the table
+/// could be written beside its place first.
 fn title(folder: &Path) -> String {
-    fs::create_dir(folder.join("stuck.csv.part")).expect("a folder");
-    assert!(!sweep(&VARY, folder, "stuck.csv").status.success());
-    let journal = fs::read_to_string(folder.join("stuck.csv.under-way")).expect("a table under way");
+    let name = format!("{}.csv", "s".repeat(241));
+    assert!(!sweep(&VARY, folder, &name).status.success());
+    let journal = fs::read_to_string(folder.join(format!("{name}.under-way"))).expect("a table under way");
     journal.lines().next().expect("a title").to_owned()
 }
 
@@ -143,7 +144,7 @@ fn wrong_use_is_refused_in_words() {
         (&["--vary", "O2A=0.1,0.2", "--set", "O2A=0.3"], "a.csv", "both set and varied"),
         (&["--vary", "g=1,2"], "a.csv", "exactly zero"),
         (&["--vary", "O2A=0:1:1000000", "--vary", "J2=1:2:1000000"], "a.csv", "more than"),
-        (&["--vary", "O2A=0.1,0.2", "--shard", "3/2"], "a.csv", "no part of a whole"),
+        (&["--vary", "O2A=0.1,0.2", "--shard", "3/2"], "a.csv", "is not a part of a whole"),
         (&["--vary", "O2A=0.1,0.2"], "a.csv/", "is a folder"),
         (&["--vary", "O2A=0.1,0.2"], "a.txt", "neither `.csv` nor `.parquet`"),
         (&["--vary", "O2A=0.1,0.2", "--until", "phi9 > 1"], "a.csv", "phi9"),

@@ -64,6 +64,10 @@ macro_rules! two_each {
 }
 
 impl Scalar for Counting {
+    fn to_f64(self) -> f64 {
+        self.0
+    }
+
     fn from_f64(value: f64) -> Self {
         Self(value)
     }

@@ -5,7 +5,7 @@
 use std::error::Error;
 use std::time::{Duration, Instant};
 
-use qrm_codegen::{emit, engine, verify};
+use qrm_codegen::{derivation, emit, engine, header, verify};
 use qrm_scene::{resolve, source};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -16,22 +16,33 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (equations, deriving) = timed(|| engine::derive(&[&scene]));
     let equations = equations?.remove(0);
     let (module, emitting) = timed(|| emit::module(&scene, &equations, &text));
-    let (verified, verifying) = timed(|| verify::verify(&scene, &equations, &module.file));
+    let (verified, verifying) = timed(|| verify::verify(&scene, &equations, &module.file, &module.tape));
     verified?;
-    let code = prettyplease::unparse(&module.file);
+    let ((code, derivation), writing) = timed(|| {
+        let header = header::header(&path, &scene, &equations, &module, "");
+        let code = format!("{header}{}", prettyplease::unparse(&module.file));
+        (code, derivation::markdown(&scene, &equations, &text))
+    });
     println!("scene         {}", scene.name);
     println!("coordinates   {}", scene.coordinates.len());
     println!("constraints   {}", scene.constraints.len());
-    for (what, time) in [("read", reading), ("derive", deriving), ("emit", emitting), ("verify", verifying)] {
+    let phases =
+        [("read", reading), ("derive", deriving), ("emit", emitting), ("verify", verifying), ("write", writing)];
+    for (what, time) in phases {
         println!("{what:13} {:.3} s", time.as_secs_f64());
     }
     println!("code          {} lines, {} kB", code.lines().count(), code.len() / 1000);
+    println!("derivation    {} lines, {} kB", derivation.lines().count(), derivation.len() / 1000);
+    let (tape, text) = (module.tape.tape(), module.tape.text());
+    let operations = tape.constants.len() + tape.functions().map(|f| f.operations.len()).sum::<usize>();
+    println!("tape          {operations} operations, {} kB, {} places", text.len() / 1000, tape.places());
     for (function, operations) in &module.operations {
         println!("{function:13} {} operations", operations.sum());
     }
     println!("kernel        {} operations", module.solution.sum());
     if let Some(path) = std::env::args().nth(2) {
-        std::fs::write(path, code)?;
+        std::fs::write(&path, code)?;
+        std::fs::write(format!("{path}.md"), derivation)?;
     }
     Ok(())
 }

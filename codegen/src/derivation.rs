@@ -10,12 +10,13 @@ use qrm_scene::scene::Scene;
 
 /// The whole text.
 pub fn markdown(scene: &Scene, equations: &Equations, source: &str) -> String {
-    let writer = Writer::new(scene, Style::Latex).naming_roots(equations.terms());
+    let writer = Writer::new(scene, Style::Latex, &equations.names).naming_roots(equations.terms());
     let derivation = Derivation { scene, equations, words: Words { source }, writer };
     let sections = [
         derivation.beginning(),
         derivation.coordinates(),
         derivation.points(),
+        derivation.names(),
         derivation.roots(),
         derivation.bodies(),
         derivation.jacobian(),
@@ -84,6 +85,23 @@ impl Derivation<'_> {
         let mut text = String::from("## Points\n\n");
         for (point, position) in self.scene.points.iter().zip(&self.equations.points) {
             text += &format!("$${} = {}$$\n\n", matrix::name(&point.name), vector(&self.terms(position)));
+        }
+        text
+    }
+
+    /// Quantities that stand under a name, with their derivatives.
+    fn names(&self) -> String {
+        let names = &self.equations.names;
+        if names.is_empty() {
+            return String::new();
+        }
+        let mut text = String::from(
+            "## Named quantities\n\nArguments, points and positions of bodies that depend on many coordinates stand under a \
+             name in other formulae, and so do their derivatives. A ring marks what a second rate has beside the \
+             accelerations.\n",
+        );
+        for (symbol, term) in names.iter().enumerate().flat_map(|(k, named)| named.definitions(k)) {
+            text += &format!("\n{}\n", self.equation(&self.symbol(symbol), &term));
         }
         text
     }
@@ -173,12 +191,28 @@ impl Derivation<'_> {
             text += &self.vector(&set("@C_t"), &set("@C_t"), &e.constraint_rate);
             text += "\n";
         }
-        if e.constraint_hessians.iter().flatten().flatten().all(Term::is_zero) {
+        // Where quantities have names, second derivatives are not written out.
+        let is_shown = e.names.is_empty();
+        if is_shown && e.constraint_hessians.iter().flatten().flatten().all(Term::is_zero) {
             text += "\nAll second derivatives are zero.\n";
             return text + self.driven_bias().as_str();
         }
-        text += "\nThe second derivatives that are not zero:\n\n";
-        for (k, hessian) in e.constraint_hessians.iter().enumerate() {
+        if is_shown {
+            text += &self.second_derivatives(name);
+        }
+        if is_driven {
+            return text + self.driven_bias().as_str();
+        }
+        let they = if is_shown { "They" } else { "\nSecond derivatives" };
+        text += &format!("{they} enter the motion through their contraction with the rates alone:\n\n");
+        text += &self.vector(&set(r"(@C_{@q}\,@qd)_{@q}\,@qd"), r"\mathcal{D}", &e.constraint_bias);
+        text + "\n"
+    }
+
+    /// The entries of C_qq that are not zero; `name` is that of a constraint.
+    fn second_derivatives(&self, name: impl Fn(usize) -> String) -> String {
+        let mut text = "\nThe second derivatives that are not zero:\n\n".to_owned();
+        for (k, hessian) in self.equations.constraint_hessians.iter().enumerate() {
             for (i, row) in hessian.iter().enumerate() {
                 for (j, entry) in row.iter().enumerate().take(i + 1).filter(|(_, entry)| !entry.is_zero()) {
                     let [a, b] = [i, j].map(|i| self.symbol(Symbol::Coordinate(i)));
@@ -189,12 +223,7 @@ impl Derivation<'_> {
                 }
             }
         }
-        if is_driven {
-            return text + self.driven_bias().as_str();
-        }
-        text += "They enter the motion through their contraction with the rates alone:\n\n";
-        text += &self.vector(&set(r"(@C_{@q}\,@qd)_{@q}\,@qd"), r"\mathcal{D}", &e.constraint_bias);
-        text + "\n"
+        text
     }
 
     /// What closures that depend on time have beside `C_q qdd`.
@@ -227,7 +256,7 @@ impl Derivation<'_> {
              positions are put back onto #closed, rates onto #tangent.");
         let words = words.replace("#closed", &set(closed)).replace("#tangent", &set(tangent));
         format!(
-            "## Equations of motion: `dynamics`, `closure`\n\n$${}, \\qquad {lambda} = {column}$$\n\n{words}\n",
+            "## Equations of motion: `dynamics`, `loop_constraints`\n\n$${}, \\qquad {lambda} = {column}$$\n\n{words}\n",
             system.replace('\n', " ")
         )
     }

@@ -10,6 +10,7 @@ mod own_struct;
 mod piece;
 mod plain;
 mod scene_items;
+mod tape;
 
 use std::collections::{HashMap, HashSet};
 
@@ -23,6 +24,7 @@ pub use body::Operations;
 use layout::{Argument, Layout, Plan, Shape};
 use plain::ident;
 use qrm_scene::scene::Scene;
+pub use tape::OwnedTape;
 
 /// Writes the module of a scene. The result has no header yet, and has been parsed once: it is Rust.
 ///
@@ -45,8 +47,8 @@ pub fn module(scene: &Scene, equations: &Equations, source: &str) -> Module {
     let parameter_description = has_parameters.then(|| quote!(ParameterDescription,));
     let tokens = quote! {
         use qrm_core::{
-            Angles, Closure, Description, Dynamics, Kernel, #linearization Mechanism, #parameter_description Problem, QuantityDescription, Scalar,
-            Schedule, Start,
+            Angles, Description, Dynamics, Generated, Kernel, #linearization LoopConstraints, #parameter_description
+            QuantityDescription, Scalar, Schedule, Start,
         };
         #parameters
         #mechanism
@@ -58,13 +60,15 @@ pub fn module(scene: &Scene, equations: &Equations, source: &str) -> Module {
     };
     let file =
         syn::parse2(tokens.clone()).unwrap_or_else(|e| panic!("the generated module is not Rust: {e}\n{tokens}"));
-    Module { file, operations, solution: kernel_solution }
+    Module { file, tape: writer.tape(), operations, solution: kernel_solution }
 }
 
 /// A generated module.
 pub struct Module {
     /// Its syntax.
     pub file: syn::File,
+    /// Its functions as a tape, which follows the rest of the text.
+    pub tape: OwnedTape,
     /// What each function costs.
     pub operations: Vec<(&'static str, Operations)>,
     /// What accelerations and multipliers cost by the kernel.
@@ -127,7 +131,7 @@ impl<'a> Writer<'a> {
                     let field = ident(name);
                     (name.to_lowercase(), quote!(p.#field))
                 }
-                Symbol::Pi => ("pi".to_owned(), quote!(R::from_f64(core::f64::consts::PI))),
+                Symbol::Pi => ("pi".to_owned(), quote!(R::pi())),
                 input => {
                     let name = writer.input_name(input);
                     writer.inputs.insert(input, format_ident!("{name}"));
@@ -139,15 +143,16 @@ impl<'a> Writer<'a> {
             writer.outside.insert(id, tokens);
         }
         writer.name_constants();
+        let is_new = |value: &Signed| !graph.is_constant(value.id) && !graph.op(value.id).is_leaf() && !value.negative;
         for (place, point) in layout.points.iter().enumerate() {
-            for (axis, value) in point.iter().enumerate() {
-                let is_new = !graph.is_constant(value.id) && !graph.op(value.id).is_leaf();
-                if is_new && !value.negative {
-                    let name = format!("{}_{}", scene.points[place].name.to_lowercase(), ["x", "y"][axis]);
-                    writer.hints.entry(value.id).or_insert(name);
-                    writer.points.insert(value.id);
-                }
+            for (axis, value) in point.iter().enumerate().filter(|(_, value)| is_new(value)) {
+                let name = format!("{}_{}", scene.points[place].name.to_lowercase(), ["x", "y"][axis]);
+                writer.hints.entry(value.id).or_insert(name);
+                writer.points.insert(value.id);
             }
+        }
+        for (name, value) in layout.names.iter().filter(|(_, value)| is_new(value)) {
+            writer.hints.entry(value.id).or_insert_with(|| name.clone());
         }
         writer
     }
@@ -202,7 +207,7 @@ impl<'a> Writer<'a> {
         let (name, own) = (format_ident!("{}", plan.name), format_ident!("{}", struct_name(&self.scene.name)));
         // What a step calls must not pass its matrices through memory.
         // Outputs are computed in lanes, with the instructions of the function around them.
-        let is_inner = ["dynamics", "closure", "outputs"].contains(&plan.name);
+        let is_inner = ["dynamics", "loop_constraints", "outputs"].contains(&plan.name);
         let inline = if is_inner { quote!(#[inline(always)]) } else { quote!(#[inline]) };
         let docs = self.doc_lines(plan, cost);
         let aliases = plan.aliases.iter();

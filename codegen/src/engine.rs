@@ -6,8 +6,13 @@
 
 mod algebra;
 mod derive;
+mod differentiate;
+mod functions;
 mod kernel;
 mod linearization;
+mod loads;
+mod rows;
+mod simplify;
 mod translate;
 
 use std::fs::File;

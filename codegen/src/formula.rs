@@ -2,11 +2,13 @@
 
 mod names;
 
+use std::collections::{HashMap, HashSet};
+
 use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{One, Signed};
 
-use crate::term::{Symbol, Term};
+use crate::term::{Named, Symbol, Term};
 use names::{latex_function, latex_name};
 use qrm_scene::expression::{Number, to_f64};
 use qrm_scene::function::Function;
@@ -28,6 +30,10 @@ pub struct Writer<'s> {
     style: Style,
     /// What stands under a root, and the name of the root.
     roots: Vec<(Term, String)>,
+    /// Quantities that have symbols of their own.
+    names: &'s [Named],
+    /// Names of the scene that would look like others as symbols.
+    ambiguous: HashSet<&'s str>,
 }
 
 /// A product or quotient without its sign.
@@ -45,9 +51,14 @@ struct Factor<'t> {
 }
 
 impl<'s> Writer<'s> {
-    /// For the formulae of this scene.
-    pub fn new(scene: &'s Scene, style: Style) -> Self {
-        Self { scene, style, roots: Vec::new() }
+    /// For the formulae of this scene, in which quantities may have names.
+    pub fn new(scene: &'s Scene, style: Style, names: &'s [Named]) -> Self {
+        let mut alike: HashMap<String, HashSet<&str>> = HashMap::new();
+        for name in scene.names() {
+            alike.entry(latex_name("", name)).or_default().insert(name);
+        }
+        let ambiguous = alike.into_values().filter(|names| names.len() > 1).flatten().collect();
+        Self { scene, style, roots: Vec::new(), names, ambiguous }
     }
 
     /// Gives each root of a sum that occurs in the terms more than once a name, under which it is written from now on.
@@ -70,7 +81,7 @@ impl<'s> Writer<'s> {
 
     /// The names of roots, and what they stand for.
     pub fn roots(&self) -> Vec<(String, String)> {
-        let bare = Self { roots: Vec::new(), ..*self };
+        let bare = Self { roots: Vec::new(), ..self.clone() };
         let root = |radicand: &Term| Term::Power(Box::new(radicand.clone()), BigRational::new(1.into(), 2.into()));
         self.roots.iter().map(|(radicand, name)| (name.clone(), bare.term(&root(radicand)))).collect()
     }
@@ -113,6 +124,9 @@ impl<'s> Writer<'s> {
                 Symbol::Rate(i) => format!("{}_dot", coordinate(i)),
                 Symbol::Acceleration(i) => format!("{}_ddot", coordinate(i)),
                 Symbol::Multiplier(i) => format!("lambda_{}", self.scene.constraints[i].name),
+                Symbol::Named(k) | Symbol::NamedSlope(k, _) | Symbol::NamedRate(k) | Symbol::NamedBias(k) => {
+                    self.names[k].symbol_name(symbol, self.scene)
+                }
                 _ => unreachable!("a kernel is not written as formulae"),
             };
         }
@@ -127,14 +141,20 @@ impl<'s> Writer<'s> {
             Symbol::Multiplier(i) => {
                 format!(r"\lambda_{{\mathrm{{{}}}}}", self.scene.constraints[i].name.replace('_', r"\_"))
             }
+            Symbol::Named(k) => latex_name("", &self.names[k].name),
+            Symbol::NamedSlope(k, i) => {
+                let (above, below) = (latex_name("", &self.names[k].name), self.symbol(Symbol::Coordinate(i)));
+                format!(r"\tfrac{{\partial {above}}}{{\partial {below}}}")
+            }
+            Symbol::NamedRate(k) => latex_name(r"\dot", &self.names[k].name),
+            Symbol::NamedBias(k) => latex_name(r"\mathring", &self.names[k].name),
             _ => unreachable!("a kernel is not written as formulae"),
         }
     }
 
     /// A name as a symbol; as it is if another name would look the same.
     fn latex(&self, accent: &str, name: &str) -> String {
-        let others = self.scene.names().filter(|other| *other != name);
-        if others.map(|other| latex_name("", other)).any(|other| other == latex_name("", name)) {
+        if self.ambiguous.contains(name) {
             return format!(r"{accent}{{\mathtt{{{}}}}}", name.replace('_', r"\_"));
         }
         latex_name(accent, name)

@@ -2,11 +2,10 @@
 
 use std::path::Path;
 
-use sha2::{Digest, Sha256};
-
 use crate::emit::Module;
 use crate::omissions;
 use crate::term::Equations;
+use qrm_core::digest;
 use qrm_scene::scene::Scene;
 
 /// The comment: origin, how to make it again, what was left out, what each function costs.
@@ -52,9 +51,8 @@ fn shown(path: &str) -> String {
 
 /// What a generated file depends on: the scene's text and the generator's version.
 pub fn hash(source: &str) -> String {
-    let digest =
-        Sha256::new().chain_update(env!("CARGO_PKG_VERSION")).chain_update([0]).chain_update(source).finalize();
-    digest[..16].iter().map(|byte| format!("{byte:02x}")).collect()
+    let version = env!("CARGO_PKG_VERSION").bytes();
+    format!("{:016x}", digest(version.chain([0]).chain(source.bytes())))
 }
 
 /// Whether a generated file was made from this scene text by this version.

@@ -9,7 +9,7 @@ use std::collections::{HashMap, HashSet};
 
 use crate::graph::{Id, Signed};
 use crate::lower::Lowering;
-use crate::term::{Equations, KernelEquations, Push, Symbol, Term};
+use crate::term::{Equations, Named, NamedKind, Push, Root, Symbol, Term};
 use algebra::{Matrix, Value, negated};
 use elimination::Elimination;
 use qrm_scene::scene::Scene;
@@ -23,9 +23,9 @@ pub struct Kernel {
     /// C
     pub residuals: Vec<Signed>,
     /// What bounds the growth of rounding errors.
-    pub strains: Vec<Signed>,
+    pub growth_factors: Vec<Signed>,
     /// C_q qd + C_t
-    pub drift: Vec<Signed>,
+    pub velocity_residual: Vec<Signed>,
     /// The correction of the coordinates.
     pub correction: Vec<Signed>,
     /// qdd
@@ -58,8 +58,10 @@ pub struct Local {
 pub enum Block {
     /// Named roots and their slopes.
     Roots,
+    /// Other named quantities and their slopes.
+    Names,
     /// C
-    Closures,
+    Constraints,
     /// C_q
     Jacobian,
     /// Mbar
@@ -74,6 +76,8 @@ pub enum Block {
     Loops,
     /// Rates of named roots.
     Rates,
+    /// Rates of other named quantities.
+    NamedRates,
     /// (C_q qd)_q qd
     Bias,
     /// fbar
@@ -102,7 +106,8 @@ impl Block {
     pub fn title(self) -> &'static str {
         match self {
             Self::Roots => "Lengths, and their derivatives.",
-            Self::Closures => "How far the loops are from closed: C.",
+            Self::Names => "Points and angles, and their derivatives.",
+            Self::Constraints => "The residuals of the constraints: C.",
             Self::Jacobian => "The constraint Jacobian C_q.",
             Self::Mass => "The reduced mass matrix Mbar.",
             Self::Tangents => "How dependent coordinates follow the others: C_q T = 0.",
@@ -110,6 +115,9 @@ impl Block {
             Self::Pull => "What the forces of the loops do: Mbar = L D L', Mbar^-1 C_q'.",
             Self::Loops => "How the loops resist: C_q Mbar^-1 C_q' = L D L'.",
             Self::Rates => "Rates of the lengths.",
+            Self::NamedRates => {
+                "Rates of points and angles, and what their second rates have beside the accelerations."
+            }
             Self::Bias => "Convective terms of the loops: (C_q qd)_q qd.",
             Self::Forces => "The reduced forces fbar.",
             Self::Accelerations => "Accelerations.",
@@ -122,13 +130,14 @@ impl Block {
 impl Kernel {
     /// The kernel of a scene, its operations in a graph that may hold others too.
     pub fn new(scene: &Scene, equations: &Equations, lowering: &mut Lowering) -> Self {
-        Builder { scene, lowering, locals: Vec::new(), next: 0 }.build(equations)
+        let (by_value, definitions) = (HashMap::new(), HashMap::new());
+        Builder { scene, lowering, locals: Vec::new(), by_value, definitions, next: 0 }.build(equations)
     }
 
     /// Every value.
     pub fn values(&self) -> impl Iterator<Item = &Signed> {
         let locals = self.locals.iter().flat_map(|local| [&local.value, &local.input]);
-        let results = [&self.residuals, &self.strains, &self.drift, &self.correction];
+        let results = [&self.residuals, &self.growth_factors, &self.velocity_residual, &self.correction];
         let solution = [&self.accelerations, &self.multipliers, &self.outputs];
         locals.chain(results.into_iter().chain(solution).flatten())
     }
@@ -136,7 +145,8 @@ impl Kernel {
     /// Every value, to be changed.
     pub fn values_mut(&mut self) -> impl Iterator<Item = &mut Signed> {
         let locals = self.locals.iter_mut().flat_map(|local| [&mut local.value, &mut local.input]);
-        let results = [&mut self.residuals, &mut self.strains, &mut self.drift, &mut self.correction];
+        let results =
+            [&mut self.residuals, &mut self.growth_factors, &mut self.velocity_residual, &mut self.correction];
         let solution = [&mut self.accelerations, &mut self.multipliers, &mut self.outputs];
         locals.chain(results.into_iter().chain(solution).flatten())
     }
@@ -147,14 +157,18 @@ struct Builder<'s> {
     scene: &'s Scene,
     lowering: &'s mut Lowering,
     locals: Vec<Local>,
-    /// The place of the next one.
+    /// The place of the local that is computed as a value.
+    by_value: HashMap<Id, usize>,
+    /// The value that a local's input stands for.
+    definitions: HashMap<Id, Id>,
+    /// The number of the next local.
     next: usize,
 }
 
 /// The linear equations of a kernel, solved in one way.
 struct Solved {
     locals: Vec<Local>,
-    strains: Vec<Value>,
+    growth_factors: Vec<Value>,
     accelerations: Vec<Value>,
     multipliers: Vec<Value>,
     correction: Vec<Value>,
@@ -167,12 +181,12 @@ impl Builder<'_> {
     fn build(mut self, equations: &Equations) -> Kernel {
         let e = &equations.kernel;
         let (n, m) = (self.scene.coordinates.len(), self.scene.constraints.len());
-        self.roots(e);
+        self.names(&e.names);
         let name = |k: usize| self.scene.constraints[k].name.clone();
         let (constraints, coordinates): (Vec<String>, Vec<String>) =
             ((0..m).map(name).collect(), self.scene.coordinates.iter().map(|c| c.name.clone()).collect());
         let residuals: Vec<Value> = (0..m)
-            .map(|k| self.named(Block::Closures, &format!("{}_residual", constraints[k]), &e.constraints[k]))
+            .map(|k| self.named(Block::Constraints, &format!("{}_residual", constraints[k]), &e.constraints[k]))
             .collect();
         let entry = |this: &mut Self, k: usize, i: usize| {
             this.named(Block::Jacobian, &format!("{}_{}", constraints[k], coordinates[i]), &e.constraint_jacobian[k][i])
@@ -189,9 +203,9 @@ impl Builder<'_> {
             }
         }
         let elimination = Elimination::new(&mut self, equations, &jacobian, &mass);
-        let strains = elimination.strains();
+        let growth_factors = elimination.growth_factors();
 
-        self.root_rates(e);
+        self.named_rates(&e.names);
         let bias = (0..m).map(|k| {
             let name = format!("{}_bias", constraints[k]);
             self.named(Block::Bias, &name, &e.constraint_bias[k]).map(negated)
@@ -206,35 +220,36 @@ impl Builder<'_> {
         let particular = elimination.particular(&mut self, &asked, Block::Correction, "closing");
         let correction = elimination.free(&mut self, &particular, None, Block::Correction, "correction");
         let locals = self.locals.clone();
-        let mut solved = Solved { locals, strains, accelerations, multipliers, correction };
+        let mut solved = Solved { locals, growth_factors, accelerations, multipliers, correction };
         let mut is_suited = elimination.is_suited();
         if m > 0 && n > MANY {
             self.locals.retain(|local| !local.block.is_solution());
+            self.by_value = self.locals.iter().enumerate().map(|(place, local)| (local.value.id, place)).collect();
             let other = self.by_range_space((&jacobian, &mass), (&bias, &forces, &asked));
             if let Some(other) = other.filter(|other| !is_suited || self.total(other) < self.total(&solved)) {
                 (solved, is_suited) = (other, true);
             }
         }
         let rates: Vec<Value> = (0..n).map(|i| Some(self.lowering.graph.input(Symbol::Rate(i)))).collect();
-        let drift = jacobian.iter().zip(own_rates).map(|(row, own)| {
+        let velocity_residual = jacobian.iter().zip(own_rates).map(|(row, own)| {
             let moved = self.dot(row, &rates);
             self.sum(moved.into_iter().chain(own).collect())
         });
-        let drift: Vec<Value> = drift.collect();
+        let velocity_residual: Vec<Value> = velocity_residual.collect();
         let outputs: Vec<Value> = e.outputs.iter().map(|output| self.value(output)).collect();
         let zero = self.lowering.graph.number(0.0);
         let all = |values: Vec<Value>| values.into_iter().map(|value| value.unwrap_or(zero)).collect();
         let mut kernel = Kernel {
             residuals: all(residuals),
-            strains: all(solved.strains),
-            drift: all(drift),
+            growth_factors: all(solved.growth_factors),
+            velocity_residual: all(velocity_residual),
             correction: all(solved.correction),
             accelerations: all(solved.accelerations),
             multipliers: all(solved.multipliers),
             outputs: all(outputs),
             is_suited,
             is_timed: self.scene.is_driven()
-                || e.roots.iter().any(|root| root.radicand.any_symbol(&|symbol| symbol == Symbol::Time)),
+                || e.names.iter().any(|named| named.inside().any_symbol(&|symbol| symbol == Symbol::Time)),
             locals: Vec::new(),
         };
         let needed = self.needed(&solved.locals, kernel.values().map(|value| value.id).collect());
@@ -249,66 +264,90 @@ impl Builder<'_> {
         (closing, forces, asked): (&[Value], &[Value], &[Value]),
     ) -> Option<Solved> {
         let system = RangeSpace::new(self, jacobian, mass)?;
-        let strains = system.strains();
+        let growth_factors = system.growth_factors();
         let (accelerations, multipliers) = system.accelerations(self, closing, forces);
         let correction = system.correction(self, asked);
-        Some(Solved { locals: self.locals.clone(), strains, accelerations, multipliers, correction })
+        Some(Solved { locals: self.locals.clone(), growth_factors, accelerations, multipliers, correction })
     }
 
     /// How many operations a way of solving takes.
     fn total(&self, solved: &Solved) -> usize {
-        let results = [&solved.strains, &solved.accelerations, &solved.multipliers, &solved.correction];
+        let results = [&solved.growth_factors, &solved.accelerations, &solved.multipliers, &solved.correction];
         let roots = results.into_iter().flatten().flatten().map(|value| value.id).collect();
         let needed = self.needed(&solved.locals, roots);
         needed.iter().map(|&id| self.lowering.graph.op(id).operands().len().saturating_sub(1)).sum()
     }
 
-    /// Named roots, what they divide, and their slopes.
-    fn roots(&mut self, e: &KernelEquations) {
-        for (k, root) in e.roots.iter().enumerate() {
-            let name = root_name(self.scene, e.roots.len(), k);
-            let radicand = self.lowering.term(&root.radicand);
-            let radicand = self.keep(Block::Roots, &format!("{name}_sq"), Some(radicand));
-            let value = self.root(radicand);
-            let value = self.keep(Block::Roots, &name, value);
-            self.bind(Symbol::Root(k), value);
-            // Both need the radicand alone and can be under way at once; the reciprocal of the root would have to wait.
-            let over = self.reciprocal(radicand);
-            let inverse = self.multiply(value, over);
-            let inverse = self.keep(Block::Roots, &format!("inv_{name}"), inverse);
-            if let (Some(value), Some(inverse)) = (value, inverse) {
-                self.lowering.inverses.insert(value.id, inverse.id);
-            }
-            for (i, slope) in root.slopes.iter().enumerate() {
+    /// Values and slopes of named quantities.
+    fn names(&mut self, names: &[Named]) {
+        for (k, named) in names.iter().enumerate() {
+            let (block, slopes, inverse) = match &named.kind {
+                NamedKind::Root(root) => (Block::Roots, &root.slopes, self.named_root(k, &named.name, root)),
+                NamedKind::Formula(formula) => {
+                    let value = self.named(Block::Names, &named.name, &formula.value);
+                    self.bind(Symbol::Named(k), value);
+                    (Block::Names, &formula.slopes, Some(self.lowering.graph.number(1.0)))
+                }
+            };
+            for (i, slope) in slopes.iter().enumerate() {
                 let slope = self.value(slope);
                 let slope = self.multiply(slope, inverse);
-                let slope = self.keep(Block::Roots, &format!("{name}_{}", self.scene.coordinates[i].name), slope);
-                self.bind(Symbol::RootSlope(k, i), slope);
+                let slope = self.keep(block, &format!("{}_{}", named.name, self.scene.coordinates[i].name), slope);
+                self.bind(Symbol::NamedSlope(k, i), slope);
             }
         }
     }
 
-    fn root_rates(&mut self, e: &KernelEquations) {
-        for (k, root) in e.roots.iter().enumerate() {
-            let name = root_name(self.scene, e.roots.len(), k);
-            let n = self.scene.coordinates.len();
-            let slopes: Vec<Value> = (0..n).map(|i| self.bound(Symbol::RootSlope(k, i))).collect();
-            let rates: Vec<Value> = (0..n).map(|i| Some(self.lowering.graph.input(Symbol::Rate(i)))).collect();
-            let moved = self.dot(&slopes, &rates);
-            let drift = self.value(&root.half_drift);
-            let root_value = self.bound(Symbol::Root(k));
-            let inverse = self.reciprocal(root_value);
-            let drift = self.multiply(drift, inverse);
-            let rate = self.sum(moved.into_iter().chain(drift).collect());
-            let rate = self.keep(Block::Rates, &format!("{name}_dot"), rate);
-            self.bind(Symbol::RootRate(k), rate);
-            let square = self.multiply(rate, rate);
-            let half = self.value(&root.half_bias);
-            let sum = self.difference(half, square);
-            let bias = self.multiply(sum, inverse);
-            let bias = self.keep(Block::Rates, &format!("{name}_bias"), bias);
-            self.bind(Symbol::RootBias(k), bias);
+    /// A named root; one over it.
+    fn named_root(&mut self, k: usize, name: &str, root: &Root) -> Value {
+        let radicand = self.lowering.term(&root.radicand);
+        let radicand = self.keep(Block::Roots, &format!("{name}_sq"), Some(radicand));
+        let value = self.root(radicand);
+        let value = self.keep(Block::Roots, name, value);
+        self.bind(Symbol::Named(k), value);
+        // Both need the radicand alone and can be under way at once; the reciprocal of the root would have to wait.
+        let over = self.reciprocal(radicand);
+        let inverse = self.multiply(value, over);
+        let inverse = self.keep(Block::Roots, &format!("inv_{name}"), inverse);
+        if let (Some(value), Some(inverse)) = (value, inverse) {
+            self.lowering.inverses.insert(value.id, inverse.id);
         }
+        inverse
+    }
+
+    /// Rates and biases of named quantities.
+    fn named_rates(&mut self, names: &[Named]) {
+        for (k, Named { name, kind }) in names.iter().enumerate() {
+            match kind {
+                NamedKind::Root(root) => self.root_rate(k, name, root),
+                NamedKind::Formula(formula) => {
+                    let rate = self.named(Block::NamedRates, &format!("{name}_dot"), &formula.rate);
+                    self.bind(Symbol::NamedRate(k), rate);
+                    let bias = self.named(Block::NamedRates, &format!("{name}_bias"), &formula.bias);
+                    self.bind(Symbol::NamedBias(k), bias);
+                }
+            }
+        }
+    }
+
+    fn root_rate(&mut self, k: usize, name: &str, root: &Root) {
+        let n = self.scene.coordinates.len();
+        let slopes: Vec<Value> = (0..n).map(|i| self.bound(Symbol::NamedSlope(k, i))).collect();
+        let rates: Vec<Value> = (0..n).map(|i| Some(self.lowering.graph.input(Symbol::Rate(i)))).collect();
+        let moved = self.dot(&slopes, &rates);
+        let drift = self.value(&root.half_drift);
+        let root_value = self.bound(Symbol::Named(k));
+        let inverse = self.reciprocal(root_value);
+        let drift = self.multiply(drift, inverse);
+        let rate = self.sum(moved.into_iter().chain(drift).collect());
+        let rate = self.keep(Block::Rates, &format!("{name}_dot"), rate);
+        self.bind(Symbol::NamedRate(k), rate);
+        let square = self.multiply(rate, rate);
+        let half = self.value(&root.half_bias);
+        let sum = self.difference(half, square);
+        let bias = self.multiply(sum, inverse);
+        let bias = self.keep(Block::Rates, &format!("{name}_bias"), bias);
+        self.bind(Symbol::NamedBias(k), bias);
     }
 
     /// The reduced forces, each push in the form that takes fewer operations.
@@ -362,11 +401,4 @@ impl Builder<'_> {
         let value = self.value(term);
         self.keep(block, name, value)
     }
-}
-
-/// A name for a root that looks like no other in the scene.
-fn root_name(scene: &Scene, count: usize, k: usize) -> String {
-    let is_free = |letter: &&str| !scene.names().any(|name| name.starts_with(letter));
-    let letter = ["r", "s", "u", "w", "h", "z", "k"].into_iter().find(is_free).unwrap_or("root");
-    if count == 1 { letter.to_owned() } else { format!("{letter}{}", k + 1) }
 }

@@ -6,7 +6,7 @@ use num_rational::BigRational;
 use num_traits::{Signed as _, ToPrimitive};
 
 use crate::graph::{Graph, Id, Op, Signed};
-use crate::term::{Symbol, Term};
+use crate::term::{Named, Symbol, Term};
 use qrm_scene::expression::to_f64;
 
 /// Builds a graph from terms.
@@ -29,6 +29,11 @@ struct Monomial {
 }
 
 impl Lowering {
+    /// Goes on with a graph, and knows nothing of what its values stand for.
+    pub fn onto(graph: Graph) -> Self {
+        Self { graph, ..Self::default() }
+    }
+
     /// The value of a term.
     pub fn term(&mut self, term: &Term) -> Signed {
         if let Some(&done) = self.done.get(term) {
@@ -50,6 +55,16 @@ impl Lowering {
         };
         self.done.insert(term.clone(), value);
         value
+    }
+
+    /// Lets the symbols of named quantities stand for their values.
+    pub fn define(&mut self, names: &[Named]) {
+        for (place, named) in names.iter().enumerate() {
+            for (symbol, term) in named.definitions(place) {
+                let value = self.term(&term);
+                self.bound.insert(symbol, value);
+            }
+        }
     }
 
     fn symbol(&mut self, symbol: Symbol) -> Signed {

@@ -1,31 +1,33 @@
 //! Pairs of factors or of terms that occur in several products or sums are computed once.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::cmp::Reverse;
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use crate::graph::{Graph, Id, Op, Signed};
 
 /// A graph that computes the values at `roots` with shared pairs, and where those values are in it.
 pub fn share_pairs(graph: &Graph, roots: &[Signed]) -> (Graph, Vec<Signed>) {
-    let mut sharing = Sharing { lists: BTreeMap::new(), made: Vec::new(), first_made: graph.ops().len() };
+    let mut lists = BTreeMap::new();
     for id in graph.reachable(roots.iter().map(|r| r.id)) {
         match graph.op(id) {
             Op::Product(factors) => {
                 let elements = factors.iter().map(|&id| Signed { negative: false, id }).collect();
-                sharing.lists.insert(id, (Kind::Product, elements));
+                lists.insert(id, (Kind::Product, elements));
             }
             Op::Sum(terms) if terms.len() > 1 => {
-                sharing.lists.insert(id, (Kind::Sum, terms.clone()));
+                lists.insert(id, (Kind::Sum, terms.clone()));
             }
             _ => {}
         }
     }
+    let mut sharing = Sharing::new(lists, graph.ops().len());
     while sharing.round() {}
     let mut rebuilt = Rebuilt { old: graph, sharing: &sharing, new: Graph::default(), places: HashMap::new() };
     let roots = roots.iter().map(|root| Signed { negative: root.negative, id: rebuilt.build(root.id) }).collect();
     (rebuilt.new, roots)
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 enum Kind {
     Product,
     Sum,
@@ -34,55 +36,104 @@ enum Kind {
 /// Two elements of a list: the second's sign relative to the first's.
 type Pair = (Kind, Id, Id, bool);
 
+/// The order in which pairs are replaced: how many lists hold one, whether it is no list of its own, and the pair.
+type Rank = (Reverse<usize>, bool, Pair);
+
 struct Sharing {
     lists: BTreeMap<Id, (Kind, Vec<Signed>)>,
+    /// The elements that occur in one list alone: no pair with them is shared.
+    single: HashSet<(Kind, Id)>,
+    /// The lists that hold each pair.
+    holders: HashMap<Pair, BTreeSet<Id>>,
+    /// The pairs that more than one list holds.
+    shared: HashSet<Pair>,
     made: Vec<Pair>,
     first_made: Id,
 }
 
 impl Sharing {
+    fn new(lists: BTreeMap<Id, (Kind, Vec<Signed>)>, first_made: Id) -> Self {
+        let mut holders: HashMap<(Kind, Id), usize> = HashMap::new();
+        for (kind, elements) in lists.values() {
+            let distinct: BTreeSet<Id> = elements.iter().map(|element| element.id).collect();
+            distinct.into_iter().for_each(|id| *holders.entry((*kind, id)).or_default() += 1);
+        }
+        let single = holders.into_iter().filter(|(_, count)| *count == 1).map(|(element, _)| element).collect();
+        let ids: Vec<Id> = lists.keys().copied().collect();
+        let mut sharing =
+            Self { lists, single, holders: HashMap::new(), shared: HashSet::new(), made: Vec::new(), first_made };
+        ids.into_iter().for_each(|id| sharing.note(id));
+        sharing
+    }
+
     /// Replaces the pairs that now occur most often; whether any was replaced.
     fn round(&mut self) -> bool {
-        let mut places: BTreeMap<Pair, BTreeSet<Id>> = BTreeMap::new();
-        for (&id, (kind, elements)) in &self.lists {
-            for pair in pairs(*kind, elements) {
-                places.entry(pair).or_default().insert(id);
-            }
-        }
-        let mut candidates: Vec<(Pair, BTreeSet<Id>)> = places.into_iter().filter(|(_, at)| at.len() > 1).collect();
+        let best = self.shared.iter().map(|pair| self.holders[pair].len()).max().unwrap_or(0);
+        // A pair that falls far behind the best of this round waits: the replacements make better ones.
+        let is_near = |at: &BTreeSet<Id>| at.len() * 2 >= best;
+        let near = self.shared.iter().map(|pair| (*pair, &self.holders[pair])).filter(|(_, at)| is_near(at));
         // Among equals, one that has to be computed anyway.
         let is_whole = |at: &BTreeSet<Id>| at.iter().any(|id| self.lists[id].1.len() == 2);
-        candidates.sort_by_key(|(pair, at)| (std::cmp::Reverse(at.len()), !is_whole(at), *pair));
-        let mut most = 0;
-        for (pair, at) in candidates {
+        let mut candidates: Vec<(Rank, Vec<Id>)> =
+            near.map(|(pair, at)| ((Reverse(at.len()), !is_whole(at), pair), at.iter().copied().collect())).collect();
+        candidates.sort_unstable_by_key(|(rank, _)| *rank);
+        let mut changed = BTreeSet::new();
+        for ((.., pair), at) in candidates {
             let holds = |id: &Id| places_of(&self.lists[id].1, pair).is_some();
             let at: Vec<Id> = at.into_iter().filter(holds).collect();
-            // A pair that fell far behind the best of this round waits: the replacements made better ones.
-            if at.len() < 2 || at.len() * 2 < most {
+            if at.len() < 2 || at.len() * 2 < best {
                 continue;
             }
-            most = most.max(at.len());
             let made = self.first_made + self.made.len();
             self.made.push(pair);
             for id in at {
+                if changed.insert(id) {
+                    self.forget(id);
+                }
                 if let Some((_, elements)) = self.lists.get_mut(&id) {
                     replace(elements, pair, made);
                 }
             }
         }
-        most > 0
+        changed.iter().for_each(|&id| self.note(id));
+        !changed.is_empty()
     }
-}
 
-fn pairs(kind: Kind, elements: &[Signed]) -> BTreeSet<Pair> {
-    let mut found = BTreeSet::new();
-    for (i, a) in elements.iter().enumerate() {
-        for b in &elements[i + 1..] {
-            let (low, high) = if a.id <= b.id { (a, b) } else { (b, a) };
-            found.insert((kind, low.id, high.id, low.negative != high.negative));
+    /// Takes the pairs of a list into account.
+    fn note(&mut self, id: Id) {
+        for pair in self.pairs(id) {
+            let at = self.holders.entry(pair).or_default();
+            at.insert(id);
+            if at.len() == 2 {
+                self.shared.insert(pair);
+            }
         }
     }
-    found
+
+    /// Takes the pairs of a list out of account.
+    fn forget(&mut self, id: Id) {
+        for pair in self.pairs(id) {
+            let Some(at) = self.holders.get_mut(&pair) else { continue };
+            at.remove(&id);
+            if at.len() == 1 {
+                self.shared.remove(&pair);
+            }
+        }
+    }
+
+    /// The pairs in a list, as far as others may hold them too.
+    fn pairs(&self, id: Id) -> BTreeSet<Pair> {
+        let (kind, elements) = &self.lists[&id];
+        let elements: Vec<&Signed> = elements.iter().filter(|e| !self.single.contains(&(*kind, e.id))).collect();
+        let mut found = BTreeSet::new();
+        for (i, a) in elements.iter().enumerate() {
+            for b in &elements[i + 1..] {
+                let (low, high) = if a.id <= b.id { (a, b) } else { (b, a) };
+                found.insert((*kind, low.id, high.id, low.negative != high.negative));
+            }
+        }
+        found
+    }
 }
 
 /// Where a pair stands in a list.

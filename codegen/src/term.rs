@@ -1,7 +1,11 @@
 //! Symbolic results as plain data, free of the engine's types.
 
-use num_rational::BigRational;
+mod named;
 
+use num_rational::BigRational;
+use num_traits::Zero as _;
+
+pub use named::{Formula, Named, NamedKind, Root};
 use qrm_scene::expression::to_f64;
 use qrm_scene::function::Function;
 
@@ -41,14 +45,14 @@ pub enum Symbol {
     Acceleration(usize),
     /// A Lagrange multiplier.
     Multiplier(usize),
-    /// A named root, in the equations of a kernel.
-    Root(usize),
-    /// The derivative of a root by a coordinate.
-    RootSlope(usize, usize),
-    /// The rate of a root.
-    RootRate(usize),
-    /// What the second rate of a root has beside its slopes times the accelerations.
-    RootBias(usize),
+    /// A named quantity.
+    Named(usize),
+    /// The derivative of a named quantity by a coordinate.
+    NamedSlope(usize, usize),
+    /// The rate of a named quantity.
+    NamedRate(usize),
+    /// What the second rate of a named quantity has beside its slopes times the accelerations.
+    NamedBias(usize),
     /// How far a constraint is from closed, for a correction.
     Residual(usize),
     /// The sign of something: a constant to the engine, since it changes in jumps alone.
@@ -72,20 +76,7 @@ impl Term {
 
     /// Whether it is the number zero.
     pub fn is_zero(&self) -> bool {
-        *self == Self::zero()
-    }
-
-    /// How many operations it takes to evaluate it as it stands, sines and cosines counted for ten.
-    pub fn cost(&self) -> usize {
-        match self {
-            Self::Number(_) | Self::Symbol(_) => 0,
-            Self::Sum(terms) | Self::Product(terms) => terms.len() - 1 + terms.iter().map(Self::cost).sum::<usize>(),
-            Self::Power(base, exponent) => {
-                let whole = if exponent.is_integer() { 1 } else { 5 };
-                whole + base.cost()
-            }
-            Self::Call(_, argument) => 10 + argument.cost(),
-        }
+        matches!(self, Self::Number(number) if number.is_zero())
     }
 
     /// The same term with other terms for some of its symbols.
@@ -102,10 +93,11 @@ impl Term {
         }
     }
 
-    /// The same term with symbols for roots of these radicands.
+    /// The same term with symbols for the roots among these quantities.
     #[must_use]
-    pub fn naming_roots(&self, radicands: &[Term]) -> Self {
-        let inner = |term: &Term| term.naming_roots(radicands);
+    pub fn naming_roots(&self, names: &[Named]) -> Self {
+        let inner = |term: &Term| term.naming_roots(names);
+        let is_root = |named: &Named, base: &Term| matches!(&named.kind, NamedKind::Root(r) if r.radicand == *base);
         match self {
             Self::Number(_) | Self::Symbol(_) => self.clone(),
             Self::Sum(terms) => Self::Sum(terms.iter().map(inner).collect()),
@@ -113,8 +105,8 @@ impl Term {
             Self::Call(function, argument) => Self::Call(*function, Box::new(inner(argument))),
             Self::Power(base, exponent) => {
                 let doubled = exponent * BigRational::from_integer(2.into());
-                match radicands.iter().position(|radicand| radicand == base.as_ref()) {
-                    Some(k) if doubled.is_integer() => Self::Power(Box::new(Self::Symbol(Symbol::Root(k))), doubled),
+                match names.iter().position(|named| is_root(named, base)) {
+                    Some(k) if doubled.is_integer() => Self::Power(Box::new(Self::Symbol(Symbol::Named(k))), doubled),
                     _ => Self::Power(Box::new(inner(base)), exponent.clone()),
                 }
             }
@@ -133,19 +125,6 @@ impl Term {
         }
     }
 
-    /// Whether the square of a sine or cosine occurs, or a higher power.
-    pub fn has_square(&self) -> bool {
-        match self {
-            Self::Number(_) | Self::Symbol(_) => false,
-            Self::Sum(terms) | Self::Product(terms) => terms.iter().any(Self::has_square),
-            Self::Call(_, inner) => inner.has_square(),
-            Self::Power(base, _) => match base.as_ref() {
-                Self::Call(Function::Sin | Function::Cos, _) => true,
-                base => base.has_square(),
-            },
-        }
-    }
-
     /// Whether a symbol for which `test` holds occurs.
     pub fn any_symbol(&self, test: &impl Fn(Symbol) -> bool) -> bool {
         match self {
@@ -160,6 +139,8 @@ impl Term {
 /// Everything that the generated functions compute, as symbolic terms; matrices are lists of rows.
 #[derive(Clone, Debug, Default)]
 pub struct Equations {
+    /// Quantities that stand under a name in the terms, each after those that it needs.
+    pub names: Vec<Named>,
     /// What each row of x is.
     pub rows: Vec<Row>,
     /// Rows that do not matter, and why.
@@ -174,7 +155,7 @@ pub struct Equations {
     pub constraints: Vec<Term>,
     /// C_q
     pub constraint_jacobian: Vec<Vec<Term>>,
-    /// C_qq, a symmetric matrix for each constraint
+    /// C_qq, a symmetric matrix for each constraint; none if quantities have names
     pub constraint_hessians: Vec<Vec<Vec<Term>>>,
     /// C_t
     pub constraint_rate: Vec<Term>,
@@ -242,11 +223,11 @@ impl Linearization {
 }
 
 /// The equations of motion for a kernel. Roots of what varies have names and are differentiated by the chain rule, as one
-/// does on paper, so that everything stays short; what is in them may be written with the roots before.
+/// does on paper, so that everything stays short.
 #[derive(Clone, Debug, Default)]
 pub struct KernelEquations {
-    /// The roots, in an order in which each needs only those before it.
-    pub roots: Vec<Root>,
+    /// Roots and other named quantities, each after those that it needs.
+    pub names: Vec<Named>,
     /// C(q)
     pub constraints: Vec<Term>,
     /// C_q
@@ -268,7 +249,7 @@ impl KernelEquations {
     pub fn without_roots(equations: &Equations) -> Self {
         let total = equations.generalized_forces.clone();
         Self {
-            roots: Vec::new(),
+            names: equations.names.clone(),
             constraints: equations.constraints.clone(),
             constraint_jacobian: equations.constraint_jacobian.clone(),
             constraint_rate: equations.constraint_rate.clone(),
@@ -278,19 +259,6 @@ impl KernelEquations {
             pushes: vec![Push { name: String::new(), efforts: Vec::new(), total }],
         }
     }
-}
-
-/// A named root.
-#[derive(Clone, Debug)]
-pub struct Root {
-    /// What stands under it.
-    pub radicand: Term,
-    /// Its derivative by each coordinate, times the root.
-    pub slopes: Vec<Term>,
-    /// Half of its derivative by time alone.
-    pub half_drift: Term,
-    /// Half of what the second rate of the radicand has beside the accelerations.
-    pub half_bias: Term,
 }
 
 /// A part of the generalized forces: what acts on a body, or a load.

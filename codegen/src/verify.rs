@@ -6,11 +6,13 @@ mod interpret;
 mod kernel;
 mod linearization;
 mod loads;
+mod tape;
 
 use std::collections::HashMap;
 
 use syn::{ImplItem, Item};
 
+use crate::emit::OwnedTape;
 use crate::term::{Equations, Symbol, Term};
 use expected::{Expected, Sample};
 use interpret::{Value, run, run_block};
@@ -44,11 +46,12 @@ pub enum Unverified {
     NoDomain(String),
 }
 
-/// Compares the module with its scene at random states, half of them near the start.
+/// Compares the module with its scene at random states, half of them near the start, and its tape with the module.
 ///
 /// # Errors
 /// Which function differs, by how much, and where; or that the scene has no value to compare with.
-pub fn verify(scene: &Scene, equations: &Equations, file: &syn::File) -> Result<(), Unverified> {
+pub fn verify(scene: &Scene, equations: &Equations, file: &syn::File, tape: &OwnedTape) -> Result<(), Unverified> {
+    let tape = tape.tape();
     let module = Generated::new(file).map_err(Unverified::Wrong)?;
     let states = (NUMBERS / scene.coordinates.len().max(1)).clamp(STATES / 5, STATES);
     let mut random = fastrand::Rng::with_seed(1);
@@ -66,6 +69,7 @@ pub fn verify(scene: &Scene, equations: &Equations, file: &syn::File) -> Result<
         agreed += usize::from(agrees.map_err(wrong)?);
         kernel_agrees.map_err(wrong)?;
         linearization::agrees(scene, equations, &module, sample).map_err(wrong)?;
+        tape::agrees(scene, &module, &tape, sample).map_err(wrong)?;
     }
     let problem = if known.len() < states / 4 {
         format!("have a value at only {} of {} random states", known.len(), states * PATIENCE)
@@ -76,7 +80,8 @@ pub fn verify(scene: &Scene, equations: &Equations, file: &syn::File) -> Result<
             known.len()
         )
     } else {
-        return verify_plain(scene, &module).map_err(Unverified::Wrong);
+        let plain = verify_plain(scene, &module).and_then(|()| tape::agrees_at_start(scene, &module, &tape));
+        return plain.map_err(Unverified::Wrong);
     };
     Err(Unverified::NoDomain(format!("error: the formulae of scene `{}` {problem}", scene.name)))
 }
@@ -162,7 +167,10 @@ fn contraction(hessian: &[Vec<Term>], sample: &Sample) -> f64 {
         Symbol::Time => sample.t,
         _ => f64::NAN,
     };
-    let row = |row: &Vec<Term>| row.iter().zip(&sample.qd).map(|(entry, v)| entry.evaluate(&value) * v).sum::<f64>();
+    let row = |row: &Vec<Term>| {
+        let entries = row.iter().zip(&sample.qd).filter(|(entry, _)| !entry.is_zero());
+        entries.map(|(entry, v)| entry.evaluate(&value) * v).sum::<f64>()
+    };
     hessian.iter().zip(&sample.qd).map(|(entries, v)| row(entries) * v).sum()
 }
 
@@ -219,9 +227,7 @@ fn verify_plain(scene: &Scene, module: &Generated) -> Result<(), String> {
             let expected = state.value(&condition.difference) * condition.comparison.sign();
             let arguments = [model.clone(), Value::Number(sample.t), Value::list(&sample.q), Value::list(&sample.qd)];
             if expected.is_finite() {
-                for method in ["stop", "ending"] {
-                    same(method, &module.method(method, &arguments)?.numbers(), &[expected])?;
-                }
+                same("event", &module.method("event", &arguments)?.numbers(), &[expected])?;
             }
         }
     }
@@ -255,7 +261,6 @@ impl<'f> Generated<'f> {
                         } else {
                             method.sig.ident.to_string()
                         };
-                        // A mechanism's own method stands before that of a trait which hands on to it.
                         generated.methods.entry(name).or_insert(method);
                     }
                 }

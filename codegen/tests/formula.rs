@@ -90,7 +90,7 @@ fn terms() -> Vec<(Term, &'static str)> {
 #[test]
 fn latex_says_what_is_meant() {
     let scene = scene();
-    let writer = Writer::new(&scene, Style::Latex);
+    let writer = Writer::new(&scene, Style::Latex, &[]);
     for (term, latex) in terms() {
         assert_eq!(writer.term(&term), latex);
     }
@@ -99,7 +99,7 @@ fn latex_says_what_is_meant() {
 #[test]
 fn plain_text_reads_back_as_the_same_number() {
     let scene = scene();
-    let writer = Writer::new(&scene, Style::Plain);
+    let writer = Writer::new(&scene, Style::Plain, &[]);
     let value = |symbol: Symbol| match symbol {
         Symbol::Parameter(i) => [2.0, 3.0, 5.0, 7.0][i],
         Symbol::Coordinate(i) => [0.6, 1.3][i],
@@ -127,7 +127,7 @@ fn names_of_roots_are_not_those_of_the_scene() {
     let scene = scene();
     let roots = [power(sum(&[A, power(S, 2, 1)]), 1, 2), power(sum(&[B, power(S, 2, 1)]), 1, 2)];
     let twice: Vec<Term> = roots.iter().chain(&roots).cloned().collect();
-    let writer = Writer::new(&scene, Style::Plain).naming_roots(&twice);
+    let writer = Writer::new(&scene, Style::Plain, &[]).naming_roots(&twice);
     let names: Vec<String> = writer.roots().into_iter().map(|(name, _)| name).collect();
     // `r` would be taken for `r1`, and `s` is a coordinate.
     assert_eq!(names, ["u1", "u2"]);

@@ -110,6 +110,7 @@ fn equations() -> Equations {
     ];
     let inertia = product(&[m.clone(), squared(&r)]);
     let mut equations = Equations {
+        names: Vec::new(),
         rows: [0, 1].map(|axis| Row { body: 0, axis, inertia: m.clone() }).into(),
         left_out: Vec::new(),
         com_positions: x.to_vec(),
@@ -148,7 +149,8 @@ fn equations() -> Equations {
 
 fn check(equations: &Equations) -> Result<(), verify::Unverified> {
     let (scene, _) = resolve::read("pendulum.toml", SCENE).expect("the scene is right");
-    verify::verify(&scene, equations, &emit::module(&scene, equations, SCENE).file)
+    let module = emit::module(&scene, equations, SCENE);
+    verify::verify(&scene, equations, &module.file, &module.tape)
 }
 
 #[test]
@@ -176,7 +178,7 @@ fn one_wrong_sign_is_found_wherever_it_is() {
         ("power", |e| &mut e.power[0]),
         ("outputs", |e| &mut e.outputs[0]),
         ("residuals", |e| &mut e.kernel.constraints[0]),
-        ("drift", |e| &mut e.kernel.constraint_jacobian[0][0]),
+        ("velocity_residual", |e| &mut e.kernel.constraint_jacobian[0][0]),
         ("accelerations", |e| &mut e.kernel.constraint_bias[0]),
         ("accelerations", |e| &mut e.kernel.mass_matrix[1][1]),
         ("accelerations", |e| &mut e.kernel.pushes[0].total[0]),
@@ -193,7 +195,10 @@ fn one_wrong_sign_is_found_wherever_it_is() {
         let said = check(&wrong).expect_err(name).to_string();
         // A Jacobian stands in several functions; the first that shows the mistake is named.
         assert!(said.contains("is wrong: "), "{name}: {said}");
-        assert!(said.contains(name) || said.contains("dynamics") || said.contains("closure"), "{name}: {said}");
+        assert!(
+            said.contains(name) || said.contains("dynamics") || said.contains("loop_constraints"),
+            "{name}: {said}"
+        );
     }
 }
 
@@ -206,19 +211,30 @@ fn a_small_error_is_found_too() {
 }
 
 #[test]
+fn a_wrong_tape_is_found() {
+    let mut wrong = equations();
+    wrong.power[0] = product(&[number(2), wrong.power[0].clone()]);
+    let (scene, _) = resolve::read("pendulum.toml", SCENE).expect("the scene is right");
+    let (right, wrong) = (emit::module(&scene, &equations(), SCENE), emit::module(&scene, &wrong, SCENE));
+    let said = verify::verify(&scene, &equations(), &right.file, &wrong.tape).expect_err("a wrong tape").to_string();
+    assert!(said.contains("generated tape of `power` is wrong"), "{said}");
+}
+
+#[test]
 fn changed_text_is_found() {
     // Not the equations are spoiled but what was printed of them: parentheses lost, a start or a stop condition changed.
     let (scene, _) = resolve::read("pendulum.toml", SCENE).expect("the scene is right");
     let equations = equations();
-    let text = prettyplease::unparse(&emit::module(&scene, &equations, SCENE).file);
+    let module = emit::module(&scene, &equations, SCENE);
+    let text = prettyplease::unparse(&module.file);
     for (right, wrong) in [
         ("q: [R::from_f64(1.0), R::from_f64(1.0)]", "q: [R::from_f64(1.0), R::from_f64(1.5)]"),
         ("step: R::from_f64(0.001)", "step: R::from_f64(0.01)"),
         ("unwrap_or(R::from_f64(100.0))", "unwrap_or(R::from_f64(10.0))"),
-        ("q[1] - (2.0 + t)", "q[1] - 2.0 + t"),
+        ("q[1] - (R::from_f64(2.0) + t)", "q[1] - R::from_f64(2.0) + t"),
     ] {
         assert!(text.contains(right), "{right} is not in\n{text}");
         let file = syn::parse_file(&text.replace(right, wrong)).expect("still Rust");
-        assert!(verify::verify(&scene, &equations, &file).is_err(), "{wrong}");
+        assert!(verify::verify(&scene, &equations, &file, &module.tape).is_err(), "{wrong}");
     }
 }

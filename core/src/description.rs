@@ -28,6 +28,12 @@ pub struct Description {
 }
 
 impl Description {
+    /// Whether a coordinate is an angle: its unit is `rad`.
+    #[must_use]
+    pub fn is_angle(&self, coordinate: usize) -> bool {
+        self.coordinates[coordinate].unit == "rad"
+    }
+
     /// Whether the code was generated from this text: for crates that compile a copy of generated code, at compile time.
     ///
     /// ```ignore

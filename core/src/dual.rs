@@ -13,9 +13,9 @@ use crate::scalar::Scalar;
 pub struct Dual<D>(pub D);
 
 /// What is asked of a kind of dual numbers.
-pub trait Kind: DualNum<Primitive = f64> + Copy {}
+pub trait Kind: DualNum<Primitive = f64> + Copy + Send + Sync + 'static {}
 
-impl<D: DualNum<Primitive = f64> + Copy> Kind for D {}
+impl<D: DualNum<Primitive = f64> + Copy + Send + Sync + 'static> Kind for D {}
 
 macro_rules! operators {
     ($($operator:ident $name:ident),*) => {
@@ -47,6 +47,10 @@ impl<D: Kind> Scalar for Dual<D> {
     #[inline(always)]
     fn from_f64(value: f64) -> Self {
         Self(D::from(value))
+    }
+    #[inline(always)]
+    fn to_f64(self) -> f64 {
+        self.0.re()
     }
     #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {

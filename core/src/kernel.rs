@@ -1,22 +1,26 @@
-//! The equations of motion in the order a step needs them.
+//! The generated equations of motion, with sizes known when they are compiled.
 
 use crate::angles::Angles;
+use crate::description::Description;
 use crate::scalar::Scalar;
-use crate::{Closure, Dynamics};
+use crate::tape::Tape;
 
-/// The equations of motion of a mechanism with `N` coordinates and `M` constraints, cut where a step takes them up again:
-/// what follows from the position alone is computed once, and serves accelerations as well as corrections.
+/// The equations of motion of a mechanism with `N` coordinates and `M` constraints, on numbers `R`, its parameters inside.
 ///
-/// The closures `C_q qdd + bias = 0` are solved for `M` coordinates that depend on the others; the motion of those follows from
-/// `T' (Mbar qdd - fbar) = 0` with the tangents `T`, `C_q T = 0`.
-pub trait Kernel<R: Scalar, const N: usize, const M: usize>: Copy {
+/// The first functions are in the order in which a step needs them: what follows from the position alone is computed once, and
+/// serves accelerations as well as corrections. The constraints `C_q qdd + bias = 0` are solved for `M` coordinates that depend on
+/// the others; the motion of those follows from `T' (Mbar qdd - fbar) = 0` with the tangents `T`, `C_q T = 0`. The other functions
+/// take nothing for granted and hold at every position.
+///
+/// All numbers are in SI units, angles in radians.
+pub trait Kernel<R: Scalar, const N: usize, const M: usize>: Copy + Send + Sync + 'static {
     /// What follows from the position alone.
     type Position: Copy;
 
     /// Which coordinates need a sine or cosine.
     const IS_ANGLE: [bool; N];
 
-    /// How many operations accelerations and multipliers take. Large kernels are compiled into fewer places.
+    /// The number of operations of accelerations and multipliers. Large kernels are compiled into fewer places.
     const OPERATIONS: usize;
 
     /// The mechanism with these values of its parameters, in the order of the description.
@@ -25,20 +29,20 @@ pub trait Kernel<R: Scalar, const N: usize, const M: usize>: Copy {
     /// What follows from the position `q` at time `t`.
     fn position(&self, t: R, q: &[R; N], angles: &Angles<R, N>) -> Self::Position;
 
-    /// `C(q, t)`.
+    /// The residuals of the constraints, `C(q, t)`.
     fn residuals(&self, position: &Self::Position) -> [R; M];
 
-    /// How much the solution of the closures magnifies rounding errors: where it is large, the choice of dependent
-    /// coordinates does not suit the position.
-    fn strain(&self, position: &Self::Position) -> R;
+    /// The growth of rounding errors in the solution of the constraints for the dependent coordinates: where it is large, the
+    /// choice of dependent coordinates does not suit the position.
+    fn growth_factor(&self, position: &Self::Position) -> R;
 
-    /// `C_q qd + C_t`.
-    fn drift(&self, position: &Self::Position, qd: &[R; N]) -> [R; M];
+    /// The rates of the residuals, `C_q qd + C_t`.
+    fn velocity_residual(&self, position: &Self::Position, qd: &[R; N]) -> [R; M];
 
     /// The change of coordinates that is least in the metric of `Mbar` among those with `C_q dq = -residuals`.
     fn correction(&self, position: &Self::Position, residuals: &[R; M]) -> [R; N];
 
-    /// `qdd` and the multipliers.
+    /// The accelerations `qdd` and the multipliers.
     fn accelerations(
         &self,
         position: &Self::Position,
@@ -48,11 +52,8 @@ pub trait Kernel<R: Scalar, const N: usize, const M: usize>: Copy {
         angles: &Angles<R, N>,
     ) -> ([R; N], [R; M]);
 
-    /// Rises through zero when the scene's stop condition becomes true; `None` if it has none.
-    fn ending(&self, t: R, q: &[R; N], qd: &[R; N]) -> Option<R>;
-
-    /// The outputs that the scene asks for, as far as `outputs` has room, at a position that is known.
-    #[allow(clippy::too_many_arguments, reason = "they are what there is to know of a row")]
+    /// The outputs at a position that is known, as far as `outputs` has room.
+    #[allow(clippy::too_many_arguments, reason = "a row has these parts")]
     fn outputs_at(
         &self,
         position: &Self::Position,
@@ -65,80 +66,130 @@ pub trait Kernel<R: Scalar, const N: usize, const M: usize>: Copy {
         outputs: &mut [R],
     );
 
-    /// The same from the state alone.
+    /// A value that rises through zero when the scene's stop condition becomes true; `None` if it has no such condition.
+    fn event(&self, t: R, q: &[R; N], qd: &[R; N]) -> Option<R>;
+
+    /// The start of the motion.
+    fn start(&self) -> Start<R, N>;
+
+    /// Step and end of the motion.
+    fn schedule(&self) -> Schedule<R>;
+
+    /// The parts of the equations of motion.
+    fn dynamics(&self, t: R, q: &[R; N], qd: &[R; N]) -> Dynamics<R, N, M>;
+
+    /// The constraints, their Jacobian and their derivative by time.
+    fn loop_constraints(&self, t: R, q: &[R; N]) -> LoopConstraints<R, N, M>;
+
+    /// The reduced mass matrix `Mbar`.
+    fn mass_matrix(&self, q: &[R; N]) -> [[R; N]; N];
+
+    /// The kinetic energy, and the potential of the conservative loads, in J.
+    fn energy(&self, q: &[R; N], qd: &[R; N]) -> [R; 2];
+
+    /// The power of the loads that have no potential, and of what drives the constraints, in W.
+    fn power(&self, t: R, q: &[R; N], qd: &[R; N], multipliers: &[R; M]) -> R;
+
+    /// The outputs, in the order of the description, as far as `outputs` has room.
     fn outputs(&self, t: R, q: &[R; N], qd: &[R; N], qdd: &[R; N], multipliers: &[R; M], outputs: &mut [R]);
 
-    /// All that the accelerations need by the plain functions, where there are such: for positions that the kernel does not suit.
-    fn plain_dynamics(&self, _t: R, _q: &[R; N], _qd: &[R; N]) -> Option<Dynamics<R, N, M>> {
-        None
-    }
-
-    /// All that a correction needs, likewise.
-    fn plain_closure(&self, _t: R, _q: &[R; N]) -> Option<Closure<R, N, M>> {
+    /// The derivatives of the equations of motion by the state; `None` if the scene does not ask for them.
+    fn linearization(
+        &self,
+        _t: R,
+        _q: &[R; N],
+        _qd: &[R; N],
+        _qdd: &[R; N],
+        _multipliers: &[R; M],
+    ) -> Option<Linearization<R, N, M>> {
         None
     }
 }
 
-/// Growth of rounding errors beyond which a kernel does not suit a position.
-pub const MOST_STRAIN: f64 = 1e3;
+/// A generated mechanism, whatever the numbers that it is evaluated on.
+pub trait Generated<const N: usize, const M: usize>: 'static {
+    /// Its equations of motion.
+    type Kernel<R: Scalar>: Kernel<R, N, M>;
 
-/// `qdd` and the multipliers at one state; `None` where the kernel does not suit the position, or a number is not finite.
-#[inline(always)]
-pub fn accelerations<K: Kernel<f64, N, M>, const N: usize, const M: usize>(
-    kernel: &K,
-    t: f64,
-    q: &[f64; N],
-    qd: &[f64; N],
-) -> Option<([f64; N], [f64; M])> {
-    let angles = Angles::new(q, K::IS_ANGLE);
-    let position = kernel.position(t, q, &angles);
-    let (qdd, multipliers) = kernel.accelerations(&position, t, q, qd, &angles);
-    let is_finite = qdd.iter().chain(&multipliers).all(|value| value.is_finite());
-    (is_finite && kernel.strain(&position) <= MOST_STRAIN).then_some((qdd, multipliers))
+    /// Names, units and meanings.
+    const DESCRIPTION: Description;
+
+    /// The functions as data, for any kind of number.
+    const TAPE: &'static Tape<'static>;
+
+    /// Whether [`Kernel::linearization`] gives derivatives.
+    const HAS_LINEARIZATION: bool = false;
+
+    /// Whether constraints depend on time.
+    const IS_DRIVEN: bool = false;
+
+    /// The values of the parameters, in the order of the description; some are replaced, and those that the scene computes from
+    /// others follow.
+    fn parameter_values<R: Scalar>(replace: &dyn Fn(&str) -> Option<R>, values: &mut [R]);
 }
 
-/// The kernel of a mechanism that has none: every step is made by the plain functions.
-#[derive(Clone, Copy, Debug)]
-pub struct NoKernel;
-
-impl<R: Scalar, const N: usize, const M: usize> Kernel<R, N, M> for NoKernel {
-    type Position = ();
-
-    const IS_ANGLE: [bool; N] = [false; N];
-    const OPERATIONS: usize = usize::MAX;
-
-    fn with_values(_: impl Fn(usize) -> R) -> Self {
-        Self
-    }
-
-    fn position(&self, _: R, _: &[R; N], _: &Angles<R, N>) {}
-
-    fn residuals(&self, (): &()) -> [R; M] {
-        [R::zero(); M]
-    }
-
-    fn strain(&self, (): &()) -> R {
-        R::from_f64(f64::INFINITY)
-    }
-
-    fn drift(&self, (): &(), _: &[R; N]) -> [R; M] {
-        [R::zero(); M]
-    }
-
-    fn correction(&self, (): &(), _: &[R; M]) -> [R; N] {
-        [R::zero(); N]
-    }
-
-    fn accelerations(&self, (): &(), _: R, _: &[R; N], _: &[R; N], _: &Angles<R, N>) -> ([R; N], [R; M]) {
-        ([R::zero(); N], [R::zero(); M])
-    }
-
-    fn ending(&self, _: R, _: &[R; N], _: &[R; N]) -> Option<R> {
-        None
-    }
-
-    fn outputs_at(&self, (): &(), _: R, _: &[R; N], _: &[R; N], _: &Angles<R, N>, _: &[R; N], _: &[R; M], _: &mut [R]) {
-    }
-
-    fn outputs(&self, _: R, _: &[R; N], _: &[R; N], _: &[R; N], _: &[R; M], _: &mut [R]) {}
+/// The parts of the equations of motion at one state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Dynamics<R, const N: usize, const M: usize> {
+    /// Mbar, symmetric.
+    pub mass_matrix: [[R; N]; N],
+    /// fbar.
+    pub generalized_forces: [R; N],
+    /// C_q, a row for each constraint.
+    pub constraint_jacobian: [[R; N]; M],
+    /// (C_q qd)_q qd, with `2 C_qt qd + C_tt` where constraints depend on time.
+    pub constraint_bias: [R; M],
 }
+
+/// The loop constraints at one position and time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LoopConstraints<R, const N: usize, const M: usize> {
+    /// C.
+    pub residuals: [R; M],
+    /// C_q, a row for each constraint.
+    pub constraint_jacobian: [[R; N]; M],
+    /// C_t, zero unless constraints depend on time.
+    pub constraint_rate: [R; M],
+}
+
+/// The derivatives of `Mbar qdd + C_q' lambda - fbar = 0` and `C_q qdd + bias = 0`, accelerations and multipliers held.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Linearization<R, const N: usize, const M: usize> {
+    /// The first by the coordinates.
+    pub stiffness: [[R; N]; N],
+    /// The first by the rates.
+    pub damping: [[R; N]; N],
+    /// The second by the coordinates.
+    pub constraint_stiffness: [[R; N]; M],
+    /// The second by the rates.
+    pub constraint_damping: [[R; N]; M],
+    /// `fbar - C_q' lambda` by time.
+    pub forcing: [R; N],
+    /// `-(C_q qdd + bias)` by time.
+    pub constraint_forcing: [R; M],
+}
+
+/// The start of a motion: some values are given, the others are first guesses (rates: unused) until they are solved for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Start<R, const N: usize> {
+    /// Coordinates.
+    pub q: [R; N],
+    /// Which of them are given.
+    pub given: [bool; N],
+    /// Rates.
+    pub qd: [R; N],
+    /// Which of them are given.
+    pub given_rates: [bool; N],
+}
+
+/// Step and end of a run, in seconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Schedule<R> {
+    /// Step of the integration.
+    pub step: R,
+    /// The end, or the latest end if there is a stop condition.
+    pub end_time: R,
+}
+
+/// The growth of rounding errors beyond which a kernel does not suit a position.
+pub const MAX_GROWTH: f64 = 1e3;

@@ -7,13 +7,27 @@ use crate::sine::sin_cos;
 
 /// A number of a generated function: a double, a vector of doubles in lanes, a dual number.
 pub trait Scalar:
-    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
+    Copy
+    + Send
+    + Sync
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
 {
     /// The number nearest to a double.
     fn from_f64(value: f64) -> Self;
+    /// The double nearest to the number; of a dual number its value, of lanes the first.
+    fn to_f64(self) -> f64;
     /// Zero.
     fn zero() -> Self {
         Self::from_f64(0.0)
+    }
+    /// The ratio of a circle's circumference to its diameter.
+    fn pi() -> Self {
+        Self::from_f64(core::f64::consts::PI)
     }
     /// One over the number.
     fn recip(self) -> Self {
@@ -132,6 +146,10 @@ impl Scalar for f64 {
         value
     }
     #[inline(always)]
+    fn to_f64(self) -> f64 {
+        self
+    }
+    #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {
         sin_cos(self)
     }
@@ -212,6 +230,10 @@ impl Scalar for Fused {
     #[inline(always)]
     fn from_f64(value: f64) -> Self {
         Self(value)
+    }
+    #[inline(always)]
+    fn to_f64(self) -> f64 {
+        self.0
     }
     #[inline(always)]
     fn sin_cos(self) -> (Self, Self) {

@@ -2,7 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use qrm_sim::unit::{Entry, Kind, Settings, Unit, Units, Variable, variables};
+use qrm_core::Model;
+use qrm_sim::columns::{Column, Kind};
+use qrm_sim::run::{SimError, Simulation};
+
+use crate::token::{InstantiationToken, NotAToken};
+use crate::variables::variables;
 
 /// Residuals from here on are worth an event, in which an importer that integrates by itself gets closed loops back.
 const OPEN: f64 = 1e-10;
@@ -35,13 +40,14 @@ pub(crate) enum Interface {
 /// An instance.
 pub(crate) struct Instance {
     pub(crate) interface: Interface,
-    entry: Entry,
-    settings: Settings,
-    variables: Vec<Variable>,
+    model: Model,
+    token: InstantiationToken,
+    variables: Vec<Column>,
     pub(crate) state: State,
 }
 
 /// What can be saved of it and put back.
+#[derive(Clone)]
 pub(crate) struct State {
     pub(crate) phase: Phase,
     /// The importer's time at the start; the scene's is zero.
@@ -54,18 +60,7 @@ pub(crate) struct State {
     placed: Option<(f64, Vec<f64>)>,
     /// Whether the motion is there.
     is_placed: bool,
-    unit: Option<Box<dyn Unit>>,
-}
-
-impl Clone for State {
-    fn clone(&self) -> Self {
-        Self {
-            set: self.set.clone(),
-            placed: self.placed.clone(),
-            unit: self.unit.as_ref().map(|unit| unit.copy()),
-            ..*self
-        }
-    }
+    simulation: Option<Simulation>,
 }
 
 impl State {
@@ -77,20 +72,18 @@ impl State {
             is_stale: false,
             placed: None,
             is_placed: true,
-            unit: None,
+            simulation: None,
         }
     }
 }
 
 impl Instance {
-    pub(crate) fn new(token: &str, interface: Interface, units: &Units) -> Result<Self, String> {
-        let settings: Settings =
-            token.parse().map_err(|()| "the instantiation token is not one of qrm's".to_owned())?;
-        let entry = units.find(&settings.scene).filter(|entry| settings.is_of(entry.description));
-        let entry = entry.ok_or_else(|| {
-            format!("the library does not hold the scene `{}` that the description was made for", settings.scene)
+    pub(crate) fn new(token: &str, interface: Interface, models: &[Model]) -> Result<Self, String> {
+        let token: InstantiationToken = token.parse().map_err(|e: NotAToken| e.to_string())?;
+        let model = models.iter().find(|model| token.is_of(model.description)).ok_or_else(|| {
+            format!("the library does not hold the scene `{}` that the description was made for", token.scene)
         })?;
-        Ok(Self { interface, variables: variables(entry.description), entry, settings, state: State::new() })
+        Ok(Self { interface, variables: variables(model.description), model: *model, token, state: State::new() })
     }
 
     pub(crate) fn reset(&mut self) {
@@ -116,14 +109,14 @@ impl Instance {
     pub(crate) fn get(&mut self, reference: u32) -> Result<f64, String> {
         let kind = self.variable(reference)?.kind;
         match kind {
-            Kind::Parameter(i) => Ok((self.entry.parameters)(&|name| self.value_set(name))[i]),
-            Kind::Time => match (&self.state.placed, &self.state.unit) {
+            Kind::Parameter(i) => Ok(self.model.parameter_values(&|name| self.value_set(name))[i]),
+            Kind::Time => match (&self.state.placed, &self.state.simulation) {
                 (Some((t, _)), _) => Ok(*t),
-                (None, Some(unit)) => Ok(self.state.origin + unit.value(Kind::Time)),
+                (None, Some(simulation)) => Ok(self.state.origin + simulation.now().t),
                 (None, None) => Ok(self.state.origin),
             },
             _ => {
-                let value = self.unit()?.value(kind);
+                let value = kind.in_simulation(self.simulation()?);
                 let name = &self.variables[reference as usize].name;
                 if value.is_finite() { Ok(value) } else { Err(format!("`{name}` is not finite here")) }
             }
@@ -146,10 +139,10 @@ impl Instance {
         let Kind::Parameter(i) = variable.kind else {
             return Err(format!("`{name}` is a result and cannot be set"));
         };
-        if self.settings.computed.contains(name) {
+        if self.token.computed.contains(name) {
             return Err(format!("parameter `{name}` follows from others and cannot be set"));
         }
-        if self.state.phase == Phase::Running && self.settings.fixed.contains(name) {
+        if self.state.phase == Phase::Running && self.token.fixed.contains(name) {
             return Err(format!(
                 "parameter `{name}` can be set before the start only: the loops or the start depend on it"
             ));
@@ -157,12 +150,12 @@ impl Instance {
         if !value.is_finite() {
             return Err(format!("parameter `{name}` cannot be {value}"));
         }
-        Ok(self.entry.description.parameters[i].name)
+        Ok(self.model.description.parameters[i].name)
     }
 
     /// Ends the initialization.
     pub(crate) fn start(&mut self) -> Result<(), String> {
-        self.unit()?;
+        self.simulation()?;
         self.state.phase = Phase::Running;
         Ok(())
     }
@@ -177,17 +170,17 @@ impl Instance {
             return Err(format!("a step cannot be {step} s long"));
         }
         let t = from + step - self.state.origin;
-        self.unit()?.advance(t).map_err(|trouble| trouble.to_string())
+        self.simulation()?.advance(t).map(|_| ()).map_err(|e| e.to_string())
     }
 
     /// The importer's time.
     pub(crate) fn time(&self) -> f64 {
-        self.state.origin + self.state.unit.as_ref().map_or(0.0, |unit| unit.value(Kind::Time))
+        self.state.origin + self.state.simulation.as_ref().map_or(0.0, |simulation| simulation.now().t)
     }
 
     /// How many states an importer integrates.
     pub(crate) fn states(&self) -> usize {
-        2 * self.entry.description.coordinates.len()
+        2 * self.model.description.coordinates.len()
     }
 
     /// Where the importer's integration has come.
@@ -213,65 +206,62 @@ impl Instance {
 
     /// Coordinates, then rates.
     pub(crate) fn continuous_states(&mut self) -> Result<Vec<f64>, String> {
-        self.values(|i| [Kind::Coordinate(i), Kind::Rate(i)])
+        let now = self.simulation()?.now();
+        Ok([&*now.q, &now.qd].concat())
     }
 
     /// Their derivatives.
     pub(crate) fn derivatives(&mut self) -> Result<Vec<f64>, String> {
-        self.values(|i| [Kind::Rate(i), Kind::Acceleration(i)])
-    }
-
-    fn values(&mut self, kinds: impl Fn(usize) -> [Kind; 2]) -> Result<Vec<f64>, String> {
-        let n = self.entry.description.coordinates.len();
-        let unit = self.unit()?;
-        Ok((0..2).flat_map(|part| (0..n).map(move |i| (part, i))).map(|(part, i)| unit.value(kinds(i)[part])).collect())
+        let now = self.simulation()?.now();
+        Ok([&*now.qd, &now.qdd].concat())
     }
 
     /// Whether the importer's integration has opened the loops.
     pub(crate) fn is_open(&mut self) -> Result<bool, String> {
-        Ok(self.unit()?.open() > OPEN)
+        Ok(self.simulation()?.residuals().iter().any(|residual| *residual > OPEN))
     }
 
     /// Closes the loops again.
     pub(crate) fn close(&mut self) -> Result<(), String> {
         self.state.is_stale = true;
-        self.unit()?;
+        self.simulation()?;
         self.state.placed = None;
         Ok(())
     }
 
     /// The motion with the parameters that are set, where the importer put it.
-    fn unit(&mut self) -> Result<&mut dyn Unit, String> {
-        let Self { entry, settings, state, .. } = self;
+    fn simulation(&mut self) -> Result<&mut Simulation, String> {
+        let Self { model, token, state, .. } = self;
         let set = &state.set;
-        let value = |name: &str| set.get(name).copied().or_else(|| settings.value(name));
-        let said = |trouble: qrm_sim::trouble::Trouble| trouble.to_string();
+        let value = |name: &str| set.get(name).copied().or_else(|| token.value(name));
+        let message = |e: SimError| e.to_string();
         let is_running = state.phase == Phase::Running;
-        let unit = match state.unit.take() {
-            Some(unit) if is_running || !state.is_stale => unit,
+        let simulation = match state.simulation.take() {
+            Some(simulation) if is_running || !state.is_stale => simulation,
             _ => {
                 state.is_stale = false;
-                (entry.begin)(&value, settings.method, Some(settings.step)).map_err(said)?
+                Simulation::new(model, &value, token.settings, Some(token.step)).map_err(message)?
             }
         };
         // Whatever fails from here on, the motion is still there.
-        let unit = state.unit.insert(unit);
+        let simulation = state.simulation.insert(simulation);
         if let (false, Some((t, states))) = (state.is_placed, &state.placed) {
-            unit.place(t - state.origin, states).map_err(said)?;
+            let (q, qd) = states.split_at(states.len() / 2);
+            simulation.place(t - state.origin, q, qd).map_err(message)?;
             state.is_placed = true;
         }
         if state.is_stale {
-            unit.replace(&value).map_err(said)?;
+            simulation.replace(&value).map_err(message)?;
             state.is_stale = false;
         }
-        Ok(&mut **unit)
+        Ok(simulation)
     }
 
     fn value_set(&self, name: &str) -> Option<f64> {
-        self.state.set.get(name).copied().or_else(|| self.settings.value(name))
+        self.state.set.get(name).copied().or_else(|| self.token.value(name))
     }
 
-    fn variable(&self, reference: u32) -> Result<&Variable, String> {
+    fn variable(&self, reference: u32) -> Result<&Column, String> {
         self.variables.get(reference as usize).ok_or_else(|| format!("there is no variable with reference {reference}"))
     }
 }

@@ -9,7 +9,7 @@ use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::slice;
 
-use qrm_sim::unit::Units;
+use qrm_core::Model;
 
 use crate::instance::{Instance, Interface, Phase, State};
 
@@ -25,7 +25,7 @@ type LogMessage = unsafe extern "C" fn(*mut c_void, Status, *const c_char, *cons
 
 unsafe extern "Rust" {
     /// Defined by [`export`](crate::export).
-    fn qrm_fmu_visit_all(units: &mut Units);
+    fn qrm_fmu_models() -> &'static [Model];
 }
 
 /// What an importer holds: an instance, and to whom it reports.
@@ -121,10 +121,9 @@ fn instantiate(
         }
         // SAFETY: the importer gives a text that ends with zero.
         let token = unsafe { CStr::from_ptr(token) }.to_string_lossy();
-        let mut units = Units::default();
         // SAFETY: `export` defines it with this signature.
-        unsafe { qrm_fmu_visit_all(&mut units) };
-        Instance::new(&token, interface, &units)
+        let models = unsafe { qrm_fmu_models() };
+        Instance::new(&token, interface, models)
     });
     match made.unwrap_or_else(|_| Err("a mistake of this library".to_owned())) {
         Ok(instance) => Box::into_raw(Box::new(Handle { instance, environment, log_message })).cast(),

@@ -3,11 +3,11 @@
 //! A crate of the type `cdylib` that says
 //!
 //! ```ignore
-//! qrm_fmu::export!(scenes::visit_all);
+//! qrm_fmu::export!(scenes::MODELS);
 //! ```
 //!
-//! becomes a library with all functions of the interface, for all its mechanisms: which of them an instance is stands in its
-//! instantiation token ([`Settings`](qrm_sim::unit::Settings)). `qrm export-fmu` packs the library with the description that belongs to one.
+//! becomes a library with all functions of the interface, for all its mechanisms. An instance is of the mechanism that its
+//! [`InstantiationToken`] names. `qrm export-fmu` packs the library with a description of the [`variables`] of one mechanism.
 //!
 //! The functions are written by hand: the crate that exists for them, `fmi-export` 0.3, describes one model at compile time, by a
 //! macro over a struct, and needs libclang to build; see docs/decisions/0013.
@@ -15,18 +15,23 @@
 mod instance;
 #[allow(unsafe_code, reason = "a C interface is made of pointers")]
 mod interface;
+mod token;
+mod variables;
 
-pub use qrm_sim::unit::Units;
+#[doc(hidden)]
+pub use qrm_core::Model;
+pub use token::{InstantiationToken, NotAToken};
+pub use variables::variables;
 
-/// Tells the interface which mechanisms there are: `export!(visit_all)`, once in a `cdylib`.
+/// Tells the interface which mechanisms there are: `export!(MODELS)`, once in a `cdylib`, with a `&'static [Model]`.
 #[macro_export]
 macro_rules! export {
-    ($visit_all:path) => {
+    ($models:expr) => {
         #[doc(hidden)]
         #[allow(unsafe_code, reason = "the name is known to qrm-fmu")]
         #[unsafe(no_mangle)]
-        pub fn qrm_fmu_visit_all(units: &mut $crate::Units) {
-            $visit_all(units);
+        pub fn qrm_fmu_models() -> &'static [$crate::Model] {
+            $models
         }
     };
 }

@@ -66,17 +66,16 @@ pub mod thrown_stick {
     include!("thrown_stick.rs");
 }
 
-/// Shows every mechanism to a visitor.
-pub fn visit_all(visitor: &mut impl qrm_core::Visitor) {
-    visitor.visit::<andrews::Andrews, 7, 6>();
-    visitor.visit::<double_pendulum::DoublePendulum, 2, 0>();
-    visitor.visit::<four_bar::FourBar, 3, 2>();
-    visitor.visit::<n_four_bar_2::NFourBar2, 5, 4>();
-    visitor.visit::<pendulum::Pendulum, 2, 1>();
-    visitor.visit::<quick_return_driven::QuickReturnDriven, 3, 3>();
-    visitor.visit::<quick_return_loaded::QuickReturnLoaded, 3, 2>();
-    visitor.visit::<quick_return::QuickReturn, 3, 2>();
-    visitor.visit::<shaper::Shaper, 3, 2>();
-    visitor.visit::<slider_crank::SliderCrank, 3, 2>();
-    visitor.visit::<thrown_stick::ThrownStick, 3, 0>();
+qrm_core::models! {
+    andrews::Andrews, 7, 6;
+    double_pendulum::DoublePendulum, 2, 0;
+    four_bar::FourBar, 3, 2;
+    n_four_bar_2::NFourBar2, 5, 4;
+    pendulum::Pendulum, 2, 1;
+    quick_return_driven::QuickReturnDriven, 3, 3;
+    quick_return_loaded::QuickReturnLoaded, 3, 2;
+    quick_return::QuickReturn, 3, 2;
+    shaper::Shaper, 3, 2;
+    slider_crank::SliderCrank, 3, 2;
+    thrown_stick::ThrownStick, 3, 0;
 }

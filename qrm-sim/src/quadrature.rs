@@ -1,5 +1,9 @@
 //! Gauss-Legendre quadrature.
 
+/// Nodes between -1 and 1 and weights of the rule that is exact for polynomials of degree 5.
+pub(crate) const GAUSS_3: [(f64, f64); 3] =
+    [(-0.774_596_669_241_483_4, 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.774_596_669_241_483_4, 5.0 / 9.0)];
+
 /// Nodes of the rule: exact for polynomials of degree 31.
 pub(crate) const NODES: usize = 16;
 

@@ -2,13 +2,14 @@
 
 use std::io;
 
-use qrm_core::{Closure, Description, Dynamics, Mechanism, NoKernel, QuantityDescription, Scalar, Schedule, Start};
-use qrm_sim::motion::Breakdown;
-use qrm_sim::observer::{Observer, Row};
-use qrm_sim::outcome::{NoStart, Outcome, Status, Undefined};
-use qrm_sim::simulate::{End, Request, simulate};
+use qrm_core::{
+    Description, DynamicsMut, LinearizationMut, LoopConstraintsMut, Mechanism, QuantityDescription, RowRequest,
+    RowResult, RowStop, Schedule, StartMut,
+};
+use qrm_sim::integrate::{MethodSettings, StepError};
+use qrm_sim::run::{End, Observer, Outcome, Request, Row, StartError, Status, Undefined, simulate};
 
-/// A mass on a line with a force that depends on its position.
+/// A mass on a line with a force that depends on its position: `mass x'' = force(x)`.
 struct Line {
     mass: f64,
     force: fn(f64) -> f64,
@@ -17,68 +18,90 @@ struct Line {
 
 const X: QuantityDescription = QuantityDescription { name: "x", unit: "m", doc: "" };
 
-impl Mechanism<1, 0> for Line {
-    type Kernel<R: Scalar> = NoKernel;
+static DESCRIPTION: Description = Description {
+    name: "line",
+    doc: "",
+    source: "",
+    code: "",
+    derivation: "",
+    coordinates: &[X],
+    constraints: &[],
+    outputs: &[X],
+    parameters: &[],
+    left_out: &[],
+    until: "",
+};
 
-    const DESCRIPTION: Description = Description {
-        name: "line",
-        doc: "",
-        source: "",
-        code: "",
-        derivation: "",
-        coordinates: &[X],
-        constraints: &[],
-        outputs: &[X],
-        parameters: &[],
-        left_out: &[],
-        until: "",
-    };
-
-    fn with_parameters(_: &dyn Fn(&str) -> Option<f64>) -> Self {
-        Self { mass: 1.0, force: |_| 0.0, output: |x| x }
+impl Mechanism for Line {
+    fn description(&self) -> &'static Description {
+        &DESCRIPTION
     }
 
-    fn visit_parameters(&self, _: &mut dyn FnMut(f64)) {}
+    fn parameters(&self) -> &[f64] {
+        &[]
+    }
 
-    fn start(&self) -> Start<f64, 1> {
-        Start { q: [0.0], given: [true], qd: [1.0], given_rates: [true] }
+    fn is_driven(&self) -> bool {
+        false
+    }
+
+    fn has_linearization(&self) -> bool {
+        false
+    }
+
+    fn operations(&self) -> usize {
+        0
+    }
+
+    fn start(&self, start: StartMut) {
+        start.q[0] = 0.0;
+        start.qd[0] = 1.0;
+        start.given.fill(true);
+        start.given_rates.fill(true);
     }
 
     fn schedule(&self) -> Schedule<f64> {
         Schedule { step: 0.01, end_time: 50.0 }
     }
 
-    fn stop(&self, _: f64, _: &[f64; 1], _: &[f64; 1]) -> Option<f64> {
+    fn event(&self, _: f64, _: &[f64], _: &[f64]) -> Option<f64> {
         None
     }
 
-    fn dynamics(&self, _: f64, q: &[f64; 1], _: &[f64; 1]) -> Dynamics<f64, 1, 0> {
-        Dynamics {
-            mass_matrix: [[self.mass]],
-            generalized_forces: [(self.force)(q[0])],
-            constraint_jacobian: [],
-            constraint_bias: [],
-        }
+    fn dynamics(&self, _: f64, q: &[f64], _: &[f64], dynamics: DynamicsMut) {
+        dynamics.mass_matrix[0] = self.mass;
+        dynamics.generalized_forces[0] = (self.force)(q[0]);
     }
 
-    fn closure(&self, _: f64, _: &[f64; 1]) -> Closure<f64, 1, 0> {
-        Closure { constraints: [], constraint_jacobian: [], constraint_rate: [] }
+    fn loop_constraints(&self, _: f64, _: &[f64], _: LoopConstraintsMut) {}
+
+    fn mass_matrix(&self, _: &[f64], mass_matrix: &mut [f64]) {
+        mass_matrix[0] = self.mass;
     }
 
-    fn mass_matrix(&self, _: &[f64; 1]) -> [[f64; 1]; 1] {
-        [[self.mass]]
-    }
-
-    fn energy(&self, _: &[f64; 1], qd: &[f64; 1]) -> [f64; 2] {
+    fn energy(&self, _: &[f64], qd: &[f64]) -> [f64; 2] {
         [0.5 * self.mass * qd[0] * qd[0], 0.0]
     }
 
-    fn power(&self, _: f64, _: &[f64; 1], _: &[f64; 1], _: &[f64; 0]) -> f64 {
+    fn power(&self, _: f64, _: &[f64], _: &[f64], _: &[f64]) -> f64 {
         0.0
     }
 
-    fn outputs(&self, _: f64, q: &[f64; 1], _: &[f64; 1], _: &[f64; 1], _: &[f64; 0], outputs: &mut [f64]) {
+    fn outputs(&self, _: f64, q: &[f64], _: &[f64], _: &[f64], _: &[f64], outputs: &mut [f64]) {
         outputs[0] = (self.output)(q[0]);
+    }
+
+    fn linearization(&self, _: f64, _: &[f64], _: &[f64], _: &[f64], _: &[f64], _: LinearizationMut) -> bool {
+        false
+    }
+
+    // There is no kernel: all steps are made by the plain functions.
+    fn accelerations(&self, _: f64, _: &[f64], _: &[f64], _: &mut [f64], _: &mut [f64]) -> bool {
+        false
+    }
+
+    fn integrate_rk4(&self, _: &RowRequest, _: &mut [f64]) -> RowResult {
+        RowResult { made: 0, reason: RowStop::Unreliable }
     }
 }
 
@@ -111,12 +134,12 @@ impl Observer for Notes {
     }
 }
 
-fn run(line: &Line, end: Option<End>, notes: &mut Notes) -> Result<Outcome, NoStart> {
-    simulate(line, &Request { method: Default::default(), step: None, end, estimate_error: true }, notes)
+fn run(line: &Line, end: Option<End>, notes: &mut Notes) -> Result<Outcome, StartError> {
+    simulate(line, &Request { settings: MethodSettings::default(), step: None, end, estimate_error: true }, notes)
 }
 
 fn line() -> Line {
-    Line::with_parameters(&|_| None)
+    Line { mass: 1.0, force: |_| 0.0, output: |x| x }
 }
 
 #[test]
@@ -132,24 +155,24 @@ fn an_output_without_value_ends_the_run_before_its_row() {
 }
 
 #[test]
-fn a_force_that_loses_its_value_breaks_the_run() {
+fn a_force_without_value_fails_the_run() {
     let outcome =
         run(&Line { force: |x| 1e3 * (0.2 - x).sqrt(), ..line() }, None, &mut Notes::default()).expect("starts");
-    assert!(matches!(outcome.status, Status::Broken(Breakdown::NotFinite)), "{outcome:?}");
+    assert!(matches!(outcome.status, Status::Failed(StepError::NotFinite)), "{outcome:?}");
     assert!(outcome.q[0] < 0.2);
 }
 
 #[test]
 fn no_mass_is_named() {
-    let broken = run(&Line { mass: 0.0, ..line() }, None, &mut Notes::default()).expect_err("cannot start");
-    assert_eq!(broken, NoStart::Broken(Breakdown::Massless(0)));
+    let error = run(&Line { mass: 0.0, ..line() }, None, &mut Notes::default()).expect_err("cannot start");
+    assert_eq!(error, StartError::Step(StepError::Massless(0)));
 }
 
 #[test]
 fn a_condition_without_value_is_no_condition() {
     let nothing = |_: f64, _: &[f64], _: &[f64]| f64::NAN;
-    let refused = run(&line(), Some(End::Condition(&nothing)), &mut Notes::default()).expect_err("cannot start");
-    assert_eq!(refused, NoStart::ConditionNotFinite);
+    let error = run(&line(), Some(End::Condition(&nothing)), &mut Notes::default()).expect_err("cannot start");
+    assert_eq!(error, StartError::ConditionNotFinite);
 }
 
 #[test]

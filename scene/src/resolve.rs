@@ -1,9 +1,10 @@
 //! Syntax tree to scene: every name is looked up, every rule of the format checked, all mistakes reported at once.
 
-mod applied;
 mod check;
 mod drawing;
 mod extremes;
+mod loads;
+mod outputs;
 mod points;
 mod references;
 mod scope;

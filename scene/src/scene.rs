@@ -58,7 +58,7 @@ pub struct Scene {
     pub points: Vec<Point>,
     /// Bodies.
     pub bodies: Vec<Body>,
-    /// Loop closures.
+    /// Loop constraints.
     pub constraints: Vec<Constraint>,
     /// Applied loads.
     pub loads: Vec<Load>,
@@ -251,6 +251,13 @@ pub enum OutputKind {
         /// The coordinate that is the body's angle.
         coordinate: usize,
     },
+}
+
+impl OutputKind {
+    /// Whether the output is a reaction force or moment.
+    pub fn is_reaction(&self) -> bool {
+        matches!(self, Self::ReactionForce { .. } | Self::ReactionMoment { .. })
+    }
 }
 
 /// How a run begins and ends.

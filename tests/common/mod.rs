@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use qrm_core::{Mechanism, Model};
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -18,6 +19,16 @@ pub fn qrm(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_qrm"));
     command.current_dir(env!("CARGO_MANIFEST_DIR")).args(arguments);
     command
+}
+
+/// The generated mechanism of this name.
+pub fn model(name: &str) -> &'static Model {
+    qrm_model::MODELS.iter().find(|model| model.description.name == name).expect("a generated scene")
+}
+
+/// The mechanism of this name, some parameters replaced.
+pub fn mechanism(name: &str, replaced: &[(&str, f64)]) -> Box<dyn Mechanism> {
+    model(name).mechanism(&|name| replaced.iter().find(|(replaced, _)| *replaced == name).map(|(_, value)| *value))
 }
 
 /// `qrm run ARGUMENTS --out` into a fresh folder.

@@ -64,6 +64,8 @@ pub(super) struct Body<'g> {
     /// Names of values that stand outside the function: inputs, parameters, precomputed constants.
     outside: &'g HashMap<Id, TokenStream>,
     uses: HashMap<Id, usize>,
+    /// The sine and the cosine of each angle, as far as the function needs them.
+    angles: BTreeMap<Id, [Option<Id>; 2]>,
     hints: &'g HashMap<Id, String>,
     taken: HashSet<String>,
     names: HashMap<Id, String>,
@@ -103,6 +105,7 @@ impl<'g> Body<'g> {
             graph,
             outside,
             uses: HashMap::new(),
+            angles: BTreeMap::new(),
             hints,
             taken,
             names: HashMap::new(),
@@ -119,6 +122,11 @@ impl<'g> Body<'g> {
             for operand in graph.op(id).operands() {
                 *body.uses.entry(operand).or_default() += 1;
             }
+            match graph.op(id) {
+                Op::Call(Function::Sin, angle) => body.angles.entry(*angle).or_default()[0] = Some(id),
+                Op::Call(Function::Cos, angle) => body.angles.entry(*angle).or_default()[1] = Some(id),
+                _ => {}
+            }
         }
         body
     }
@@ -127,16 +135,17 @@ impl<'g> Body<'g> {
     pub(super) fn define_all(&mut self, roots: &[Signed], named: &HashSet<Id>) {
         let graph = self.graph;
         let needed = self.needed(roots);
-        let angles = self.angles(&needed);
-        for (&angle, pair) in angles.iter().filter(|(angle, _)| graph.op(**angle).is_leaf()) {
-            self.define_pair(angle, *pair);
+        // Of inputs first.
+        let angles = needed.iter().filter_map(|&id| self.angle(id)).filter(|&angle| graph.op(angle).is_leaf());
+        for angle in angles.collect::<BTreeSet<Id>>() {
+            self.define_pair(angle);
         }
         for id in needed {
             if self.names.contains_key(&id) || graph.op(id).is_leaf() {
                 continue;
             }
-            if let Op::Call(Function::Sin | Function::Cos, angle) = graph.op(id) {
-                self.define_pair(*angle, angles[angle]);
+            if let Some(angle) = self.angle(id) {
+                self.define_pair(angle);
             } else if self.uses[&id] > 1 || named.contains(&id) {
                 self.define(id);
             }
@@ -183,21 +192,17 @@ impl<'g> Body<'g> {
         needed.into_iter().collect()
     }
 
-    /// The angles whose sine (0) or cosine (1) is needed.
-    fn angles(&self, needed: &[Id]) -> BTreeMap<Id, [Option<Id>; 2]> {
-        let mut angles: BTreeMap<Id, [Option<Id>; 2]> = BTreeMap::new();
-        for &id in needed {
-            match self.graph.op(id) {
-                Op::Call(Function::Sin, angle) => angles.entry(*angle).or_default()[0] = Some(id),
-                Op::Call(Function::Cos, angle) => angles.entry(*angle).or_default()[1] = Some(id),
-                _ => {}
-            }
+    /// The angle that an operation is the sine or cosine of.
+    fn angle(&self, id: Id) -> Option<Id> {
+        match self.graph.op(id) {
+            Op::Call(Function::Sin | Function::Cos, angle) => Some(*angle),
+            _ => None,
         }
-        angles
     }
 
     /// Defines sine and cosine of an angle by one call.
-    fn define_pair(&mut self, angle: Id, pair: [Option<Id>; 2]) {
+    fn define_pair(&mut self, angle: Id) {
+        let pair = self.angles[&angle];
         self.operations.sines += 1;
         let value = self.value(angle);
         let hint = self.hint(angle);
@@ -300,7 +305,7 @@ impl<'g> Body<'g> {
                 let number = literal(f64::from_bits(*bits));
                 Piece::whole(quote!(R::from_f64(#number)))
             }
-            Op::Input(Symbol::Pi) => Piece::whole(quote!(R::from_f64(core::f64::consts::PI))),
+            Op::Input(Symbol::Pi) => Piece::whole(quote!(R::pi())),
             Op::Input(symbol) => unreachable!("{symbol:?} has a name outside"),
             Op::Sum(terms) => self.sum(terms),
             Op::Product(factors) => self.product(factors),

@@ -7,8 +7,8 @@ use quote::{format_ident, quote};
 
 use super::body::{Body, Operations};
 use super::layout::Argument;
-use super::plain::{Plain, ident};
-use super::scene_items::{outputs, stop, time_argument};
+use super::plain::ident;
+use super::scene_items::{event, fill_outputs, linearization, schedule, start, time_argument};
 use super::{Writer, struct_name};
 use crate::graph::{Graph, Id, Op, Signed};
 use crate::kernel::{Block, Kernel, Local};
@@ -104,11 +104,11 @@ impl<'a> Emitter<'a> {
                 results: vec![&kernel.residuals],
             },
             Part {
-                name: "drift",
+                name: "velocity_residual",
                 doc: if self.writer.scene.is_driven() { "`C_q qd + C_t`." } else { "`C_q qd`." },
                 arguments: &[Argument::Rates],
                 blocks: &[],
-                results: vec![&kernel.drift],
+                results: vec![&kernel.velocity_residual],
             },
             Part {
                 name: "correction",
@@ -121,7 +121,14 @@ impl<'a> Emitter<'a> {
                 name: "accelerations",
                 doc: "`qdd`, and the multipliers.",
                 arguments: &[Argument::Time, Argument::Coordinates, Argument::Rates],
-                blocks: &[Block::Rates, Block::Bias, Block::Forces, Block::Accelerations, Block::Multipliers],
+                blocks: &[
+                    Block::Rates,
+                    Block::NamedRates,
+                    Block::Bias,
+                    Block::Forces,
+                    Block::Accelerations,
+                    Block::Multipliers,
+                ],
                 results: vec![&kernel.accelerations, &kernel.multipliers],
             },
             Part {
@@ -134,7 +141,7 @@ impl<'a> Emitter<'a> {
                     Argument::Accelerations,
                     Argument::Multipliers,
                 ],
-                blocks: &[],
+                blocks: &[Block::Rates, Block::NamedRates],
                 results: vec![&kernel.outputs],
             },
         ];
@@ -151,8 +158,9 @@ impl<'a> Emitter<'a> {
                 tokens
             })
             .collect();
-        let strain = self.strain(&names);
-        let link = self.link();
+        let growth_factor = self.growth_factor(&names);
+        let solution = self.solution();
+        let link = self.link(solution);
         let fields: BTreeSet<String> = names.values().map(ToString::to_string).collect();
         let fields = fields.iter().map(|name| format_ident!("{name}"));
         let tokens = quote! {
@@ -164,10 +172,10 @@ impl<'a> Emitter<'a> {
             }
             #position
             #(#functions)*
-            #strain
+            #growth_factor
             #link
         };
-        KernelItems { tokens, operations, solution: self.solution() }
+        KernelItems { tokens, operations, solution }
     }
 
     /// The values of a position that other functions need.
@@ -201,7 +209,7 @@ impl<'a> Emitter<'a> {
 
     fn computed_fields(&self, parts: &[Part]) -> BTreeSet<Id> {
         let kernel = self.kernel;
-        let values = parts.iter().flat_map(|part| part.results.iter().copied().flatten()).chain(&kernel.strains);
+        let values = parts.iter().flat_map(|part| part.results.iter().copied().flatten()).chain(&kernel.growth_factors);
         let mut pending: Vec<Id> = values.map(|value| value.id).collect();
         pending.extend(kernel.locals.iter().filter(|local| !local.block.is_position()).map(|local| local.value.id));
         let (mut seen, mut fields) = (HashSet::new(), BTreeSet::new());
@@ -252,9 +260,9 @@ impl<'a> Emitter<'a> {
         inside: &HashMap<Id, TokenStream>,
         names: &BTreeMap<Id, Ident>,
     ) -> (TokenStream, Operations) {
-        let locals: Vec<&Local> =
-            self.kernel.locals.iter().filter(|local| part.blocks.contains(&local.block)).collect();
         let results = || part.results.iter().copied().flatten();
+        let locals = self.needed_locals(results().copied(), inside);
+        let locals: Vec<&Local> = locals.into_iter().filter(|local| part.blocks.contains(&local.block)).collect();
         let roots: Vec<Signed> = locals.iter().map(|local| &local.value).chain(results()).copied().collect();
         let mut body = self.body(inside, &roots);
         define(&mut body, &locals, &HashSet::new());
@@ -274,19 +282,24 @@ impl<'a> Emitter<'a> {
         self.wrapped(part.name, part.doc, part.arguments, (body, value), output, Some(names))
     }
 
-    /// What accelerations and multipliers cost from sines and cosines on.
-    fn solution(&self) -> Operations {
-        let results: Vec<Signed> = self.kernel.accelerations.iter().chain(&self.kernel.multipliers).copied().collect();
+    /// The locals that results need, through others and up to what stands outside.
+    fn needed_locals(&self, results: impl Iterator<Item = Signed>, outside: &HashMap<Id, TokenStream>) -> Vec<&Local> {
         let definitions = self.definitions();
-        let mut pending: Vec<Id> = results.iter().map(|root| root.id).collect();
+        let mut pending: Vec<Id> = results.map(|root| root.id).collect();
         let mut needed = HashSet::new();
         while let Some(id) = pending.pop() {
-            if !self.outside.contains_key(&id) && needed.insert(id) {
+            if !outside.contains_key(&id) && needed.insert(id) {
                 pending.extend(self.graph.op(id).operands());
                 pending.extend(definitions.get(&id));
             }
         }
-        let locals: Vec<&Local> = self.kernel.locals.iter().filter(|local| needed.contains(&local.input.id)).collect();
+        self.kernel.locals.iter().filter(|local| needed.contains(&local.input.id)).collect()
+    }
+
+    /// What accelerations and multipliers cost from sines and cosines on.
+    fn solution(&self) -> Operations {
+        let results: Vec<Signed> = self.kernel.accelerations.iter().chain(&self.kernel.multipliers).copied().collect();
+        let locals = self.needed_locals(results.iter().copied(), &self.outside);
         let roots: Vec<Signed> = locals.iter().map(|local| local.value).chain(results.clone()).collect();
         let mut body = self.body(&self.outside, &roots);
         define(&mut body, &locals, &HashSet::new());
@@ -392,10 +405,10 @@ impl<'a> Emitter<'a> {
         ([list(Function::Sin, "sin"), list(Function::Cos, "cos")].into_iter().flatten().collect(), bound)
     }
 
-    fn strain(&self, names: &BTreeMap<Id, Ident>) -> TokenStream {
+    fn growth_factor(&self, names: &BTreeMap<Id, Ident>) -> TokenStream {
         let sizes: Vec<TokenStream> = self
             .kernel
-            .strains
+            .growth_factors
             .iter()
             .filter_map(|value| {
                 let name = names.get(&value.id)?;
@@ -411,14 +424,14 @@ impl<'a> Emitter<'a> {
         quote! {
             /// How much the elimination of dependent coordinates magnifies rounding errors.
             #[inline(always)]
-            pub fn strain<R: Scalar>(#position: &Position<R>) -> R {
+            pub fn growth_factor<R: Scalar>(#position: &Position<R>) -> R {
                 #most
             }
         }
     }
 
-    /// What a stepper uses.
-    fn link(&self) -> TokenStream {
+    /// The implementation of the trait that steps and simulators use.
+    fn link(&self, solution: Operations) -> TokenStream {
         let scene = self.writer.scene;
         let own = format_ident!("{}", struct_name(&scene.name));
         let n = Literal::usize_unsuffixed(scene.coordinates.len());
@@ -432,22 +445,18 @@ impl<'a> Emitter<'a> {
         });
         let marker = kept.is_empty().then(|| quote!(marker: core::marker::PhantomData));
         let value = if kept.is_empty() { quote!(_value) } else { quote!(value) };
-        let operations = Literal::usize_unsuffixed(self.solution().sum());
-        let plain = Plain { scene, parameters: quote!(p.), number: quote!(R) };
-        let ending = stop(scene, &plain, "ending");
-        let outputs_at = if scene.outputs.is_empty() {
-            quote!()
-        } else {
-            quote! {
-                let values = outputs_at(self, position, t, q, qd, qdd, multipliers, angles);
-                for (output, value) in outputs.iter_mut().zip(values) {
-                    *output = value;
-                }
-            }
-        };
-        let outputs = outputs(scene);
+        let operations = Literal::usize_unsuffixed(solution.sum());
+        let (start, schedule, event) = (start(scene), schedule(scene), event(scene));
+        let linearization = scene.run.stiff.then(|| linearization(scene));
+        let [outputs_at, outputs] = [
+            quote!(outputs_at(self, position, t, q, qd, qdd, multipliers, angles)),
+            quote!(self::outputs(self, t, q, qd, qdd, multipliers)),
+        ]
+        .map(|values| (!scene.outputs.is_empty()).then(|| fill_outputs(&values)));
         let (t, at) = time_argument(self.kernel.is_timed);
-        let (closure_t, closure_at) = time_argument(scene.is_driven());
+        let (driven_t, driven_at) = time_argument(scene.is_driven());
+        let and_multipliers = scene.is_driven().then(|| quote!(, multipliers));
+        let multipliers = format_ident!("{}multipliers", if scene.is_driven() { "" } else { "_" });
         quote! {
             impl<R: Scalar> Kernel<R, #n, #c> for #own<R> {
                 type Position = Position<R>;
@@ -470,13 +479,13 @@ impl<'a> Emitter<'a> {
                 }
 
                 #[inline(always)]
-                fn strain(&self, position: &Position<R>) -> R {
-                    strain(position)
+                fn growth_factor(&self, position: &Position<R>) -> R {
+                    growth_factor(position)
                 }
 
                 #[inline(always)]
-                fn drift(&self, position: &Position<R>, qd: &[R; #n]) -> [R; #c] {
-                    drift(self, position, qd)
+                fn velocity_residual(&self, position: &Position<R>, qd: &[R; #n]) -> [R; #c] {
+                    velocity_residual(self, position, qd)
                 }
 
                 #[inline(always)]
@@ -496,22 +505,6 @@ impl<'a> Emitter<'a> {
                     accelerations(self, position, t, q, qd, angles)
                 }
 
-                #ending
-
-                #[inline(always)]
-                #[allow(unused_variables)]
-                fn outputs(
-                    &self,
-                    t: R,
-                    q: &[R; #n],
-                    qd: &[R; #n],
-                    qdd: &[R; #n],
-                    multipliers: &[R; #c],
-                    outputs: &mut [R],
-                ) {
-                    #outputs
-                }
-
                 #[inline(always)]
                 #[allow(unused_variables)]
                 fn outputs_at(
@@ -528,13 +521,48 @@ impl<'a> Emitter<'a> {
                     #outputs_at
                 }
 
-                fn plain_dynamics(&self, t: R, q: &[R; #n], qd: &[R; #n]) -> Option<Dynamics<R, #n, #c>> {
-                    Some(dynamics(self, t, q, qd))
+                #event
+
+                #start
+
+                #schedule
+
+                #[inline(always)]
+                fn dynamics(&self, t: R, q: &[R; #n], qd: &[R; #n]) -> Dynamics<R, #n, #c> {
+                    dynamics(self, t, q, qd)
                 }
 
-                fn plain_closure(&self, #closure_t: R, q: &[R; #n]) -> Option<Closure<R, #n, #c>> {
-                    Some(closure(self, #closure_at q))
+                #[inline(always)]
+                fn loop_constraints(&self, #driven_t: R, q: &[R; #n]) -> LoopConstraints<R, #n, #c> {
+                    loop_constraints(self, #driven_at q)
                 }
+
+                fn mass_matrix(&self, q: &[R; #n]) -> [[R; #n]; #n] {
+                    mass_matrix(self, q)
+                }
+
+                fn energy(&self, q: &[R; #n], qd: &[R; #n]) -> [R; 2] {
+                    energy(self, q, qd)
+                }
+
+                fn power(&self, t: R, q: &[R; #n], qd: &[R; #n], #multipliers: &[R; #c]) -> R {
+                    power(self, t, q, qd #and_multipliers)
+                }
+
+                #[allow(unused_variables)]
+                fn outputs(
+                    &self,
+                    t: R,
+                    q: &[R; #n],
+                    qd: &[R; #n],
+                    qdd: &[R; #n],
+                    multipliers: &[R; #c],
+                    outputs: &mut [R],
+                ) {
+                    #outputs
+                }
+
+                #linearization
             }
         }
     }

@@ -6,7 +6,7 @@ use crate::graph::{Graph, Signed};
 use crate::kernel::Kernel;
 use crate::lower::Lowering;
 use crate::share::share_pairs;
-use crate::term::{Equations, Term};
+use crate::term::{Equations, Named, Symbol, Term};
 use qrm_scene::scene::Scene;
 
 /// A function's argument.
@@ -85,6 +85,8 @@ pub(super) struct Layout {
     pub(super) plans: Vec<Plan<Signed>>,
     /// Values that are the coordinates of named points.
     pub(super) points: Vec<[Signed; 2]>,
+    /// Values of other named quantities and of their derivatives.
+    pub(super) names: Vec<(String, Signed)>,
     pub(super) kernel: Kernel,
 }
 
@@ -92,6 +94,7 @@ impl Layout {
     pub(super) fn new(scene: &Scene, equations: &Equations) -> Self {
         let plans = plans(scene, equations);
         let mut lowering = Lowering::default();
+        lowering.define(&equations.names);
         let mut roots = Vec::new();
         let mut place = |term: &&Term| {
             roots.push(lowering.term(term));
@@ -102,6 +105,13 @@ impl Layout {
         for term in equations.points.iter().flatten() {
             roots.push(lowering.term(term));
         }
+        let name_place = roots.len();
+        let quantities = equations.names.iter().enumerate();
+        let symbols = quantities.flat_map(|(k, named)| named.definitions(k).into_iter().map(move |(s, _)| (named, s)));
+        let symbols: Vec<(&Named, Symbol)> = symbols.collect();
+        roots.extend(symbols.iter().map(|(_, symbol)| lowering.bound[symbol]));
+        // In a kernel names stand for other values.
+        let mut lowering = Lowering::onto(lowering.graph);
         let mut kernel = Kernel::new(scene, equations, &mut lowering);
         let (mut graph, roots) = share_pairs(&lowering.graph, &roots);
         // What pays in a kernel is another thing than what pays in the plain functions.
@@ -115,8 +125,10 @@ impl Layout {
         }
         kernel.values_mut().zip(shared).for_each(|(value, place)| *value = place);
         let plans = lowered.iter().map(|plan| plan.map(&mut |&i| roots[i])).collect();
-        let points = roots[point_place..].chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect();
-        Self { graph, plans, points, kernel }
+        let names = symbols.iter().map(|(named, symbol)| named.symbol_name(*symbol, scene).to_lowercase());
+        let names = names.zip(roots[name_place..].iter().copied()).collect();
+        let points = roots[point_place..name_place].chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect();
+        Self { graph, plans, points, names, kernel }
     }
 }
 
@@ -148,7 +160,7 @@ fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> {
     let outputs: Vec<String> = scene.outputs.iter().map(|o| format!("`{}` ({})", o.name, o.unit)).collect();
     let output_names: Vec<String> = scene.outputs.iter().map(|o| o.name.clone()).collect();
     let energies = ["kinetic", "potential"].map(str::to_owned);
-    let writer = Writer::new(scene, Style::Plain).naming_roots(e.terms());
+    let writer = Writer::new(scene, Style::Plain, &e.names).naming_roots(e.terms());
     let single = |name, aliases, doc: String, arguments, names: &[String], shape| Plan {
         name,
         aliases,
@@ -304,16 +316,16 @@ fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> {
             structure: Some("Dynamics"),
         },
         Plan {
-            name: "closure",
+            name: "loop_constraints",
             aliases: &[],
             doc: "All that a correction of positions and rates needs: `C`, `C_q` and `C_t`.".to_owned(),
             arguments: at_position,
             parts: vec![
-                ("constraints", vector(&e.constraints)),
+                ("residuals", vector(&e.constraints)),
                 ("constraint_jacobian", matrix(&e.constraint_jacobian)),
                 ("constraint_rate", vector(&e.constraint_rate)),
             ],
-            structure: Some("Closure"),
+            structure: Some("LoopConstraints"),
         },
     ]);
     plans.extend(e.linearization.as_ref().map(|linearization| {

@@ -122,7 +122,7 @@ impl Plain<'_> {
                 unreachable!("they occur in loads alone")
             }
             Quantity::Time => quote!(t),
-            Quantity::Pi if self.is_generic() => quote!(R::from_f64(core::f64::consts::PI)),
+            Quantity::Pi if self.is_generic() => quote!(R::pi()),
             Quantity::Pi => quote!(core::f64::consts::PI),
         };
         Piece::whole(tokens)
@@ -137,7 +137,9 @@ fn point_name(scene: &Scene, point: usize, axis: usize) -> proc_macro2::Ident {
 pub(super) fn ident(name: &str) -> proc_macro2::Ident {
     match syn::parse_str::<proc_macro2::Ident>(name) {
         // As patterns these would mean a constant.
-        Ok(_) if ["None", "Some", "Ok", "Err", "DESCRIPTION", "SOURCE"].contains(&name) => format_ident!("{name}_"),
+        Ok(_) if ["None", "Some", "Ok", "Err", "DESCRIPTION", "SOURCE", "TAPE"].contains(&name) => {
+            format_ident!("{name}_")
+        }
         // A word of the language since its edition of 2024.
         Ok(_) if name == "gen" => format_ident!("r#gen"),
         Ok(_) => format_ident!("{name}"),

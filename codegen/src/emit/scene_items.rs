@@ -78,121 +78,66 @@ fn parameters(scene: &Scene) -> TokenStream {
     }
 }
 
-/// The method that hands out the derivatives, in scenes that have them.
-fn linearization(n: &Literal, m: &Literal) -> TokenStream {
+/// The method that gives the derivatives by the state, in scenes that have them.
+pub(super) fn linearization(scene: &Scene) -> TokenStream {
+    let n = Literal::usize_unsuffixed(scene.coordinates.len());
+    let m = Literal::usize_unsuffixed(scene.constraints.len());
     quote! {
-        const HAS_LINEARIZATION: bool = true;
-
         fn linearization(
             &self,
-            t: f64,
-            q: &[f64; #n],
-            qd: &[f64; #n],
-            qdd: &[f64; #n],
-            multipliers: &[f64; #m],
-        ) -> Option<Linearization<f64, #n, #m>> {
+            t: R,
+            q: &[R; #n],
+            qd: &[R; #n],
+            qdd: &[R; #n],
+            multipliers: &[R; #m],
+        ) -> Option<Linearization<R, #n, #m>> {
             Some(linearization(self, t, q, qd, qdd, multipliers))
         }
     }
 }
 
+/// The entry of the mechanism, on any number.
 fn link(scene: &Scene) -> TokenStream {
     let own = format_ident!("{}", struct_name(&scene.name));
     let (n, m) = (scene.coordinates.len(), scene.constraints.len());
     let (n, m) = (Literal::usize_unsuffixed(n), Literal::usize_unsuffixed(m));
-    let names = kept(scene).map(|p| ident(&p.name));
-    let visit = format_ident!("{}", if kept(scene).next().is_some() { "visit" } else { "_visit" });
-    let plain = Plain { scene, parameters: quote!(p.), number: quote!(f64) };
-    let (start, schedule) = (start(scene), schedule(scene));
-    let stop = stop(scene, &plain, "stop");
-    let outputs = outputs(scene);
-    let linearization = scene.run.stiff.then(|| linearization(&n, &m));
-    let (t, at) = time_argument(scene.is_driven());
+    let has_linearization = scene.run.stiff.then(|| {
+        quote!(
+            const HAS_LINEARIZATION: bool = true;
+        )
+    });
     let is_driven = scene.is_driven().then(|| {
         quote!(
             const IS_DRIVEN: bool = true;
         )
     });
-    let and_multipliers = scene.is_driven().then(|| quote!(, multipliers));
-    let multipliers = format_ident!("{}multipliers", if scene.is_driven() { "" } else { "_" });
-    quote! {
-        impl<R: Scalar> #own<R> {
-            #start
-
-            #schedule
+    let names: Vec<_> = kept(scene).map(|p| ident(&p.name)).collect();
+    let (replace, values) = if names.is_empty() {
+        (format_ident!("_replace"), format_ident!("_values"))
+    } else {
+        (format_ident!("replace"), format_ident!("values"))
+    };
+    let fill = (!names.is_empty()).then(|| {
+        quote! {
+            let p = Parameters::with(replace);
+            for (value, own) in values.iter_mut().zip([#(p.#names),*]) {
+                *value = own;
+            }
         }
-
-        impl Mechanism<#n, #m> for #own {
+    });
+    quote! {
+        impl Generated<#n, #m> for #own {
             type Kernel<R: Scalar> = #own<R>;
 
             const DESCRIPTION: Description = DESCRIPTION;
+            const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
 
-            fn with_parameters(replace: &dyn Fn(&str) -> Option<f64>) -> Self {
-                Self::new(Parameters::with(replace))
-            }
-
-            fn visit_parameters(&self, #visit: &mut dyn FnMut(f64)) {
-                #(#visit(self.parameters.#names);)*
-            }
-
-            fn start(&self) -> Start<f64, #n> {
-                self.start()
-            }
-
-            fn with_numbers<R: Scalar>(replace: &dyn Fn(&str) -> Option<R>) -> Option<Problem<#own<R>, R, #n>> {
-                let kernel = #own::new(Parameters::with(replace));
-                Some(Problem { kernel, start: kernel.start(), schedule: kernel.schedule() })
-            }
-
-            fn schedule(&self) -> Schedule<f64> {
-                self.schedule()
-            }
-
-            #stop
-
-            #[inline(always)]
-            fn dynamics(&self, t: f64, q: &[f64; #n], qd: &[f64; #n]) -> Dynamics<f64, #n, #m> {
-                dynamics(self, t, q, qd)
-            }
-
-            #[inline]
-            fn accelerations(&self, t: f64, q: &[f64; #n], qd: &[f64; #n]) -> Option<([f64; #n], [f64; #m])> {
-                qrm_core::accelerations(self, t, q, qd)
-            }
-
-            #linearization
+            #has_linearization
 
             #is_driven
 
-            #[inline(always)]
-            fn closure(&self, #t: f64, q: &[f64; #n]) -> Closure<f64, #n, #m> {
-                closure(self, #at q)
-            }
-
-            #[inline]
-            fn mass_matrix(&self, q: &[f64; #n]) -> [[f64; #n]; #n] {
-                mass_matrix(self, q)
-            }
-
-            fn energy(&self, q: &[f64; #n], qd: &[f64; #n]) -> [f64; 2] {
-                energy(self, q, qd)
-            }
-
-            fn power(&self, t: f64, q: &[f64; #n], qd: &[f64; #n], #multipliers: &[f64; #m]) -> f64 {
-                power(self, t, q, qd #and_multipliers)
-            }
-
-            #[allow(unused_variables)]
-            fn outputs(
-                &self,
-                t: f64,
-                q: &[f64; #n],
-                qd: &[f64; #n],
-                qdd: &[f64; #n],
-                multipliers: &[f64; #m],
-                outputs: &mut [f64],
-            ) {
-                #outputs
+            fn parameter_values<R: Scalar>(#replace: &dyn Fn(&str) -> Option<R>, #values: &mut [R]) {
+                #fill
             }
         }
     }
@@ -204,12 +149,9 @@ pub(super) fn time_argument(is_needed: bool) -> (proc_macro2::Ident, TokenStream
 }
 
 /// The statements that fill a slice with the outputs.
-pub(super) fn outputs(scene: &Scene) -> TokenStream {
-    if scene.outputs.is_empty() {
-        return quote!();
-    }
+pub(super) fn fill_outputs(values: &TokenStream) -> TokenStream {
     quote! {
-        for (output, value) in outputs.iter_mut().zip(self::outputs(self, t, q, qd, qdd, multipliers)) {
+        for (output, value) in outputs.iter_mut().zip(#values) {
             *output = value;
         }
     }
@@ -222,8 +164,8 @@ fn with_parameters(values: &[&Value], body: TokenStream) -> TokenStream {
     quote!(#binding #body)
 }
 
-/// The method that tells where the motion starts.
-fn start(scene: &Scene) -> TokenStream {
+/// The method that gives the start of the motion.
+pub(super) fn start(scene: &Scene) -> TokenStream {
     let plain = Plain { scene, parameters: quote!(p.), number: quote!(R) };
     let mut formulae = Vec::new();
     let mut values = |start: fn(&Coordinate) -> &Start| -> (Vec<TokenStream>, Vec<bool>) {
@@ -246,34 +188,32 @@ fn start(scene: &Scene) -> TokenStream {
     );
     let n = Literal::usize_unsuffixed(scene.coordinates.len());
     quote! {
-        /// Where the motion starts.
-        pub fn start(&self) -> Start<R, #n> {
+        fn start(&self) -> Start<R, #n> {
             #body
         }
     }
 }
 
-/// The method that tells how far it goes.
-fn schedule(scene: &Scene) -> TokenStream {
+/// The method that gives step and end of the motion.
+pub(super) fn schedule(scene: &Scene) -> TokenStream {
     let plain = Plain { scene, parameters: quote!(p.), number: quote!(R) };
     let formulae = [&scene.run.step, &scene.run.end_time];
     let [step, end_time] = formulae.map(|formula| plain.tokens(formula));
     let body = with_parameters(&formulae, quote!(Schedule { step: #step, end_time: #end_time }));
     quote! {
-        /// Step and end of the motion, in seconds.
-        pub fn schedule(&self) -> Schedule<R> {
+        fn schedule(&self) -> Schedule<R> {
             #body
         }
     }
 }
 
-/// The stop condition as a method of this name.
-pub(super) fn stop(scene: &Scene, plain: &Plain, name: &str) -> TokenStream {
-    let (name, number) = (format_ident!("{name}"), &plain.number);
+/// The method that gives the value of the stop condition.
+pub(super) fn event(scene: &Scene) -> TokenStream {
+    let plain = Plain { scene, parameters: quote!(p.), number: quote!(R) };
     let n = Literal::usize_unsuffixed(scene.coordinates.len());
     let Some(condition) = &scene.run.until else {
         return quote! {
-            fn #name(&self, _t: #number, _q: &[#number; #n], _qd: &[#number; #n]) -> Option<#number> {
+            fn event(&self, _t: R, _q: &[R; #n], _qd: &[R; #n]) -> Option<R> {
                 None
             }
         };
@@ -293,7 +233,7 @@ pub(super) fn stop(scene: &Scene, plain: &Plain, name: &str) -> TokenStream {
     let p = uses(|q| matches!(q, Quantity::Parameter(_))).then(|| quote!(let p = &self.parameters;));
     quote! {
         #[inline(always)]
-        fn #name(&self, #t: #number, #q: &[#number; #n], #qd: &[#number; #n]) -> Option<#number> {
+        fn event(&self, #t: R, #q: &[R; #n], #qd: &[R; #n]) -> Option<R> {
             #p
             #(#points)*
             Some(#rising)

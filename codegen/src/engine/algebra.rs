@@ -1,49 +1,56 @@
-//! What the derivation needs of the engine: atoms, derivatives, normal forms.
+//! The symbols of a scene in the engine, and its formulae in terms of them.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::sync::Once;
 
-use num_bigint::BigInt;
-use num_rational::BigRational;
-use num_traits::ToPrimitive;
-use symbolica::atom::{Atom, AtomCore, AtomView, Symbol as EngineSymbol};
-use symbolica::{function, parse, symbol};
+use symbolica::atom::{Atom, AtomCore, Symbol as EngineSymbol};
+use symbolica::symbol;
 
 use super::Place;
+use super::differentiate::{Entry, swells};
+use super::functions::exact;
 use super::translate::term;
 use crate::term::{Symbol, Term};
-use qrm_scene::expression::{Node, Number};
+use qrm_scene::expression::Node;
 use qrm_scene::function::Function;
 use qrm_scene::resolve::all_values;
 use qrm_scene::scene::{Quantity, Scene, Value};
 
 /// The symbols of one scene, and its formulae in terms of them.
 pub(super) struct Algebra<'s> {
-    scene: &'s Scene,
+    pub(super) scene: &'s Scene,
     number: usize,
     place: &'s Place,
     symbols: HashMap<Symbol, EngineSymbol>,
     places: HashMap<EngineSymbol, Symbol>,
     points: Vec<[Atom; 2]>,
-    /// What stands under the roots that have names; `None` if roots have no names.
-    radicands: Option<RefCell<Vec<Atom>>>,
+    /// Whether roots of what varies have names.
+    pub(super) names_roots: bool,
+    /// Whether formulae that would swell have names.
+    pub(super) names_formulae: bool,
+    /// The quantities that have names, each after those that it needs.
+    pub(super) names: RefCell<Vec<Entry>>,
     /// What the signs are taken of.
-    signs: RefCell<Vec<Atom>>,
+    pub(super) signs: RefCell<Vec<Atom>>,
 }
 
 impl<'s> Algebra<'s> {
-    /// Defines the symbols of a scene, in an order that depends on nothing but the scene: the order of terms follows it.
+    /// Defines the symbols of a scene, in an order that depends on nothing but the scene, because the order of terms
+    /// follows it. Quantities have names where formulae would swell.
     pub(super) fn new(number: usize, scene: &'s Scene, place: &'s Place) -> Self {
-        Self::with(number, scene, place, None)
+        // Linearized equations are differentiated further than names reach.
+        let is_named = swells(scene) && !scene.run.stiff;
+        Self::with(number, scene, place, is_named)
     }
 
-    /// The same, where roots of what varies stand as symbols of their own.
+    /// The same, where roots of what varies have names in any scene.
     pub(super) fn naming_roots(number: usize, scene: &'s Scene, place: &'s Place) -> Self {
-        Self::with(number, scene, place, Some(RefCell::default()))
+        Self::with(number, scene, place, true)
     }
 
-    fn with(number: usize, scene: &'s Scene, place: &'s Place, radicands: Option<RefCell<Vec<Atom>>>) -> Self {
+    fn with(number: usize, scene: &'s Scene, place: &'s Place, names_roots: bool) -> Self {
+        let names_formulae = names_roots && swells(scene);
         let (n, m) = (scene.coordinates.len(), scene.constraints.len());
         let mut wanted: Vec<Symbol> = (0..scene.parameters.len()).map(Symbol::Parameter).collect();
         wanted.extend([Symbol::Pi, Symbol::Time, Symbol::Displacement]);
@@ -51,14 +58,11 @@ impl<'s> Algebra<'s> {
         wanted.extend((0..n).map(Symbol::Rate));
         wanted.extend((0..n).map(Symbol::Acceleration));
         wanted.extend((0..m).map(Symbol::Multiplier));
-        if radicands.is_some() {
-            let is_root = |node: &&Node<Quantity>| matches!(node, Node::Call(Function::Sqrt | Function::Hypot, _));
-            let roots = all_values(scene).into_iter().flat_map(|value| value.nodes()).filter(is_root).count();
-            wanted.extend((0..roots).map(Symbol::Root));
-            wanted.extend((0..roots).flat_map(|k| (0..n).map(move |i| Symbol::RootSlope(k, i))));
-            wanted.extend((0..roots).map(Symbol::RootRate));
-            wanted.extend((0..roots).map(Symbol::RootBias));
-        }
+        let names = if names_roots { names_at_most(scene, names_formulae) } else { 0 };
+        wanted.extend((0..names).map(Symbol::Named));
+        wanted.extend((0..names).flat_map(|k| (0..n).map(move |i| Symbol::NamedSlope(k, i))));
+        wanted.extend((0..names).map(Symbol::NamedRate));
+        wanted.extend((0..names).map(Symbol::NamedBias));
         let has_sign = |node: &&Node<Quantity>| matches!(node, Node::Call(f, _) if f.is_piecewise());
         let signs = all_values(scene).into_iter().flat_map(|value| value.nodes()).filter(has_sign).count();
         // In a potential each may stand for several: of the length, and of what the length is, in more than one form.
@@ -68,17 +72,50 @@ impl<'s> Algebra<'s> {
         let symbols: HashMap<_, _> =
             wanted.into_iter().enumerate().map(|(i, s)| (s, symbol!(format!("s{i}")))).collect();
         let places = symbols.iter().map(|(s, engine)| (*engine, *s)).collect();
-        let mut algebra =
-            Self { scene, number, place, symbols, places, points: Vec::new(), radicands, signs: RefCell::default() };
+        let mut algebra = Self {
+            scene,
+            number,
+            place,
+            symbols,
+            places,
+            points: Vec::new(),
+            names_roots,
+            names_formulae,
+            names: RefCell::default(),
+            signs: RefCell::default(),
+        };
+        algebra.name_angles();
         for point in &scene.points {
-            let position = [0, 1].map(|axis| algebra.atom(&point.position[axis]));
+            let position = [0, 1].map(|axis| {
+                algebra.short(algebra.atom(&point.position[axis]), &format!("{}_{}", point.name, ["x", "y"][axis]))
+            });
             algebra.points.push(position);
         }
         algebra
     }
 
-    fn engine_symbol(&self, symbol: Symbol) -> EngineSymbol {
+    /// Gives names to long angles of bodies, before they are found under sines and cosines and called arguments.
+    fn name_angles(&self) {
+        for body in &self.scene.bodies {
+            let is_plain = |angle: &&Value| !angle.names().any(|quantity| matches!(quantity, Quantity::Point(..)));
+            if let Some(angle) = body.angle.as_ref().filter(is_plain) {
+                drop(self.short(self.atom(angle), &format!("{}_angle", body.name)));
+            }
+        }
+    }
+
+    pub(super) fn engine_symbol(&self, symbol: Symbol) -> EngineSymbol {
         self.symbols.get(&symbol).copied().unwrap_or(EngineSymbol::PI)
+    }
+
+    /// The symbol of the scene that stands behind one of the engine's.
+    pub(super) fn scene_symbol(&self, symbol: EngineSymbol) -> Option<Symbol> {
+        self.places.get(&symbol).copied()
+    }
+
+    /// Whether roots have names, or there are none.
+    pub(super) fn suits_kernel(&self) -> bool {
+        self.names_roots || names_at_most(self.scene, false) == 0
     }
 
     /// A symbol as an atom; parameters that are left out are zero.
@@ -111,7 +148,7 @@ impl<'s> Algebra<'s> {
         self.simplify_inside(at_rest.as_view())
     }
 
-    /// The derivative of a potential by the length it depends on, which is a displacement in it, where that is `length`.
+    /// The derivative of a potential by the length it depends on, at `length`; in the potential that is the displacement.
     pub(super) fn slope_of_potential(&self, potential: &Atom, length: &Atom) -> Atom {
         let slope = self.derivative(potential, Symbol::Displacement);
         // A sign may be taken of others, which come before it.
@@ -130,19 +167,6 @@ impl<'s> Algebra<'s> {
             }
         }
         at_length(&slope, &moved)
-    }
-
-    /// Simplifies what stands under roots and in denominators, so that equal ones are seen to be equal.
-    fn simplify_inside(&self, view: AtomView) -> Atom {
-        match view {
-            AtomView::Add(sum) => sum.iter().fold(Atom::num(0), |sum, term| sum + self.simplify_inside(term)),
-            AtomView::Mul(product) => product.iter().fold(Atom::num(1), |product, f| product * self.simplify_inside(f)),
-            AtomView::Pow(power) => {
-                let (base, exponent) = power.get_base_exp();
-                self.simplify(&self.simplify_inside(base)).pow(exponent.to_owned())
-            }
-            _ => view.to_owned(),
-        }
     }
 
     /// A formula in which points and coordinates stand for what is said.
@@ -194,175 +218,17 @@ impl<'s> Algebra<'s> {
                 Node::Divide(a, b) => &atoms[*a] / &atoms[*b],
                 Node::Power(a, b) => self.power(&atoms[*a], &atoms[*b]),
                 Node::Call(function, arguments) => {
-                    let arguments: Vec<Atom> = arguments.iter().map(|&i| self.simplify(&atoms[i])).collect();
+                    let argument = |&i: &usize| {
+                        let argument = self.simplify(&atoms[i]);
+                        if is_root(function) { argument } else { self.short(argument, "argument") }
+                    };
+                    let arguments: Vec<Atom> = arguments.iter().map(argument).collect();
                     self.call(*function, &arguments)
                 }
             };
             atoms.push(atom);
         }
         atoms.pop().unwrap_or_else(|| Atom::num(0))
-    }
-
-    fn call(&self, f: Function, arguments: &[Atom]) -> Atom {
-        let x = &arguments[0];
-        match f {
-            Function::Sqrt => self.root(x),
-            Function::Sin => x.sin(),
-            Function::Cos => x.cos(),
-            Function::Tan => x.sin() / x.cos(),
-            Function::Exp => x.exp(),
-            Function::Log => x.log(),
-            Function::Hypot => self.root(&self.simplify(&(x * x + &arguments[1] * &arguments[1]))),
-            Function::Sign => self.sign(x),
-            Function::Abs => x * self.sign(x),
-            Function::Max => (x + &arguments[1] + self.distance(x, &arguments[1])) / Atom::num(2),
-            Function::Min => (x + &arguments[1] - self.distance(x, &arguments[1])) / Atom::num(2),
-            // The resolver has rejected every function without a derivative.
-            _ => function!(symbol!(f.name()), x),
-        }
-    }
-
-    /// A power with a fixed exponent; of a fraction, that of its parts, which the engine keeps apart only then.
-    fn power(&self, base: &Atom, exponent: &Atom) -> Atom {
-        if matches!(self.term(exponent), Term::Number(exponent) if exponent.is_integer()) {
-            return base.pow(exponent);
-        }
-        let base = self.simplify(base);
-        match self.term(&base) {
-            Term::Number(number) if !number.is_integer() => {
-                let part = |part: &BigInt| rational(&BigRational::from(part.clone())).pow(exponent);
-                part(number.numer()) / part(number.denom())
-            }
-            _ => base.pow(exponent),
-        }
-    }
-
-    /// The hyperbolic tangent.
-    pub(super) fn tanh(&self, x: &Atom) -> Atom {
-        self.call(Function::Tanh, &[self.simplify(x)])
-    }
-
-    /// The absolute value of a difference.
-    fn distance(&self, a: &Atom, b: &Atom) -> Atom {
-        let difference = self.simplify(&(a - b));
-        &difference * self.sign(&difference)
-    }
-
-    /// A sign, under its name: it has no derivative but where it jumps.
-    fn sign(&self, x: &Atom) -> Atom {
-        let mut known = self.signs.borrow_mut();
-        let place = known.iter().position(|other| other == x).unwrap_or_else(|| {
-            known.push(x.clone());
-            known.len() - 1
-        });
-        self.symbol(Symbol::Sign(place))
-    }
-
-    /// A root, under its name if roots have names and what stands under it varies.
-    fn root(&self, radicand: &Atom) -> Atom {
-        let names = self.radicands.as_ref().filter(|_| self.varies(radicand));
-        let half = Atom::num(1) / Atom::num(2);
-        let Some(mut known) = names.map(RefCell::borrow_mut) else { return self.power(radicand, &half) };
-        let place = known.iter().position(|r| r == radicand).unwrap_or_else(|| {
-            known.push(radicand.clone());
-            known.len() - 1
-        });
-        self.symbol(Symbol::Root(place))
-    }
-
-    /// What stands under the roots that have names.
-    pub(super) fn radicands(&self) -> Vec<Atom> {
-        self.radicands.as_ref().map(|r| r.borrow().clone()).unwrap_or_default()
-    }
-
-    fn varies(&self, atom: &Atom) -> bool {
-        self.term(atom).any_symbol(&|symbol| matches!(symbol, Symbol::Coordinate(_) | Symbol::Root(_)))
-    }
-
-    /// The derivative of an atom.
-    pub(super) fn derivative(&self, atom: &Atom, by: Symbol) -> Atom {
-        let by = self.engine_symbol(by);
-        // Most formulae of a large mechanism do without most of its coordinates.
-        if atom.contains_symbol(by) { atom.derivative(by) } else { Atom::num(0) }
-    }
-
-    /// The derivative by every coordinate.
-    pub(super) fn gradient(&self, atom: &Atom) -> Vec<Atom> {
-        if matches!(atom.as_view(), AtomView::Num(_)) {
-            return vec![Atom::num(0); self.scene.coordinates.len()];
-        }
-        let direct = |i| self.derivative(atom, Symbol::Coordinate(i));
-        let through =
-            |i: usize| self.by_roots(atom).fold(Atom::num(0), |sum, (k, slope)| sum + slope * self.root_slope(k, i));
-        (0..self.scene.coordinates.len()).map(|i| direct(i) + through(i)).collect()
-    }
-
-    /// The derivative of a named root by a coordinate: a symbol, unless it is zero.
-    fn root_slope(&self, k: usize, i: usize) -> Atom {
-        let radicand = self.radicands.as_ref().and_then(|known| known.borrow().get(k).cloned());
-        let moves = |radicand: Atom| self.gradient(&radicand)[i] != Atom::num(0);
-        if radicand.is_some_and(moves) { self.symbol(Symbol::RootSlope(k, i)) } else { Atom::num(0) }
-    }
-
-    /// The derivatives by the named roots that occur.
-    fn by_roots(&self, atom: &Atom) -> impl Iterator<Item = (usize, Atom)> {
-        let known = self.radicands.as_ref().map_or(0, |known| known.borrow().len());
-        let by = |k: usize| (k, self.derivative(atom, Symbol::Root(k)));
-        (0..known).map(by).filter(|(_, slope)| *slope != Atom::num(0))
-    }
-
-    /// The time derivative of a function of coordinates and time: f_q qd + f_t.
-    pub(super) fn rate(&self, atom: &Atom) -> Atom {
-        let direct = |i| self.derivative(atom, Symbol::Coordinate(i));
-        let direct: Vec<Atom> = (0..self.scene.coordinates.len()).map(direct).collect();
-        let direct = self.contract(&direct, Symbol::Rate) + self.derivative(atom, Symbol::Time);
-        let through = |sum, (k, slope)| sum + slope * self.symbol(Symbol::RootRate(k));
-        self.by_roots(atom).fold(direct, through)
-    }
-
-    /// The same with the coordinates held: f_t.
-    pub(super) fn drift(&self, atom: &Atom) -> Atom {
-        let through = |sum: Atom, (k, slope): (usize, Atom)| {
-            let radicand = self.radicands.as_ref().and_then(|known| known.borrow().get(k).cloned());
-            let drift = radicand.map_or_else(|| Atom::num(0), |radicand| self.drift(&radicand));
-            sum + slope * drift / (Atom::num(2) * self.symbol(Symbol::Root(k)))
-        };
-        self.by_roots(atom).fold(self.derivative(atom, Symbol::Time), through)
-    }
-
-    /// What the second time derivative of such a function has beside f_q qdd: (f_q qd + f_t)_q qd + (f_q qd + f_t)_t.
-    pub(super) fn bias(&self, atom: &Atom) -> Atom {
-        let through = |sum, (k, slope)| sum + slope * self.symbol(Symbol::RootBias(k));
-        self.by_roots(atom).fold(self.rate(&self.simplify(&self.rate(atom))), through)
-    }
-
-    /// The sum of components times symbols.
-    pub(super) fn contract(&self, components: &[Atom], symbol: fn(usize) -> Symbol) -> Atom {
-        let zero = Atom::num(0);
-        let products = components.iter().enumerate().filter(|(_, c)| **c != zero);
-        let products = products.map(|(i, c)| c * &self.symbol(symbol(i)));
-        products.fold(Atom::num(0), |sum, product| sum + product)
-    }
-
-    /// The cheapest of several equal forms: as it is, multiplied out, and with sin^2 + cos^2 = 1 used either way.
-    pub(super) fn simplify(&self, atom: &Atom) -> Atom {
-        if matches!(atom.as_view(), AtomView::Num(_) | AtomView::Var(_)) {
-            return atom.clone();
-        }
-        let atom = &atom.expand_num();
-        let expanded = atom.expand();
-        let term = self.term(&expanded);
-        let cost = |form: &Atom| self.term(form).cost();
-        if !term.has_square() {
-            return if term.cost() <= cost(atom) { expanded } else { atom.clone() };
-        }
-        let forms = [
-            without_squares_of(EngineSymbol::COS, EngineSymbol::SIN, &expanded),
-            without_squares_of(EngineSymbol::SIN, EngineSymbol::COS, &expanded),
-            expanded,
-            atom.clone(),
-        ];
-        forms.into_iter().min_by_key(cost).unwrap_or_else(|| atom.clone())
     }
 
     /// The simplified atom as plain data.
@@ -384,11 +250,22 @@ impl<'s> Algebra<'s> {
     }
 }
 
+fn is_root(function: &Function) -> bool {
+    matches!(function, Function::Sqrt | Function::Hypot)
+}
+
+/// An upper bound of the quantities with a name: roots, and with `formulae` arguments, points and positions of bodies.
+fn names_at_most(scene: &Scene, formulae: bool) -> usize {
+    let nodes = || all_values(scene).into_iter().flat_map(|value| value.nodes());
+    let is_named = |node: &&Node<Quantity>| matches!(node, Node::Call(function, _) if formulae || is_root(function));
+    nodes().filter(is_named).count() + if formulae { 2 * scene.points.len() + 3 * scene.bodies.len() } else { 0 }
+}
+
 /// So many symbols are there before anything else.
 const SYMBOLS: usize = 4096;
 
-/// The order of terms follows the order in which symbols were defined: they are the same for every scene, so that what is written
-/// of one does not depend on those before it.
+/// Defines the symbols of all scenes, because the order of terms follows that of definitions: what is written of a scene does
+/// not depend on those before it.
 fn define_symbols() {
     for name in ["x_", "asin", "acos", "atan", "sinh", "cosh", "tanh"] {
         symbol!(name);
@@ -396,29 +273,4 @@ fn define_symbols() {
     (0..SYMBOLS).for_each(|i| {
         symbol!(format!("s{i}"));
     });
-}
-
-/// Replaces even powers: f(x)^2 = 1 - g(x)^2 where f and g are sine and cosine.
-fn without_squares_of(f: EngineSymbol, g: EngineSymbol, expanded: &Atom) -> Atom {
-    let x = Atom::var(symbol!("x_"));
-    let (f, g) = (function!(f, &x), function!(g, &x));
-    let mut atom = expanded.clone();
-    for exponent in (2..=8).rev() {
-        let square = Atom::num(1) - g.pow(Atom::num(2));
-        let replacement = f.pow(Atom::num(exponent - 2)) * square;
-        atom = atom.replace(f.pow(Atom::num(exponent)).to_pattern()).with(replacement.to_pattern());
-    }
-    atom.expand()
-}
-
-fn exact(number: &Number) -> Atom {
-    rational(&number.exact)
-}
-
-fn rational(value: &BigRational) -> Atom {
-    let whole = |part: &BigInt| match part.to_i64() {
-        Some(small) => Atom::num(small),
-        None => parse!(part.to_string()),
-    };
-    whole(value.numer()) / whole(value.denom())
 }

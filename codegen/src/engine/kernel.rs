@@ -1,59 +1,54 @@
-//! The equations of motion once more, in the form that a kernel evaluates: roots have names, and what acts on the bodies is kept
-//! apart.
+//! The equations of motion in the form that a kernel evaluates: roots have names, and forces on bodies are kept apart.
 
 use symbolica::atom::Atom;
 
 use super::Place;
 use super::algebra::Algebra;
-use super::derive::{Effort, Loads, Rows};
-use crate::term::{KernelEquations, Push, Root, Term};
-use qrm_scene::scene::Scene;
+use super::derive::System;
+use super::loads::Effort;
+use crate::term::{KernelEquations, Push, Term};
 
-/// Derives the equations of a kernel, in which `outputs` are to be computed too.
-pub(super) fn equations(number: usize, scene: &Scene, place: &Place, outputs: &[Term]) -> KernelEquations {
-    let algebra = Algebra::naming_roots(number, scene, place);
-    let rows = Rows::new(scene, &algebra);
-    let simple = |atom: &Atom| algebra.simple_term(atom);
-    let each = |atoms: &[Atom]| atoms.iter().map(simple).collect::<Vec<_>>();
-    let closures: Vec<Atom> = scene.constraints.iter().map(|c| algebra.simplify(&algebra.atom(&c.residual))).collect();
-    let constraint_jacobian = closures.iter().map(|row| each(&algebra.gradient(row))).collect();
-    let constraint_rate = closures.iter().map(|row| simple(&algebra.drift(row))).collect();
-    let constraint_bias = closures.iter().map(|row| simple(&algebra.bias(row))).collect();
-    let mass_matrix = rows.mass_matrix(scene, &algebra).iter().map(|row| each(row)).collect();
-    let pushes = pushes(scene, &algebra, &rows);
-    // Last, when all roots are known.
-    let radicands = algebra.radicands();
-    let known: Vec<Term> = radicands.iter().map(simple).collect();
-    let outputs = outputs.iter().map(|output| output.naming_roots(&known)).collect();
-    let roots = radicands.iter().map(|radicand| Root {
-        radicand: simple(radicand),
-        slopes: each(&algebra.gradient(radicand).iter().map(|slope| slope / Atom::num(2)).collect::<Vec<_>>()),
-        half_drift: simple(&(algebra.drift(radicand) / Atom::num(2))),
-        half_bias: simple(&(algebra.bias(radicand) / Atom::num(2))),
-    });
+/// The equations of a kernel that computes `outputs` too.
+///
+/// They are derived once more where roots have no names in the plain functions.
+pub(super) fn equations(number: usize, place: &Place, plain: &System, outputs: &[Term]) -> KernelEquations {
+    if plain.algebra.suits_kernel() {
+        return of(plain, outputs);
+    }
+    let system = System::new(Algebra::naming_roots(number, plain.algebra.scene, place));
+    of(&system, outputs)
+}
+
+fn of(system: &System, outputs: &[Term]) -> KernelEquations {
+    let algebra = &system.algebra;
+    let each = |atoms: &[Atom]| atoms.iter().map(|atom| algebra.simple_term(atom)).collect::<Vec<_>>();
+    let matrix = |rows: &[Vec<Atom>]| rows.iter().map(|row| each(row)).collect();
+    let pushes = pushes(system);
+    // Last, when all quantities with a name are known.
+    let names = algebra.named();
     KernelEquations {
-        roots: roots.collect(),
-        constraints: each(&closures),
-        constraint_jacobian,
-        constraint_rate,
-        constraint_bias,
-        mass_matrix,
+        constraints: each(&system.constraints),
+        constraint_jacobian: matrix(&system.constraint_jacobian),
+        constraint_rate: each(&system.drifts),
+        constraint_bias: each(&system.constraint_bias),
+        mass_matrix: matrix(&system.mass),
         pushes,
-        outputs,
+        outputs: outputs.iter().map(|output| output.naming_roots(&names)).collect(),
+        names,
     }
 }
 
 /// What acts on the bodies: efforts along the same displacement are added up, and those of a body stay together.
-fn pushes(scene: &Scene, algebra: &Algebra, rows: &Rows) -> Vec<Push> {
-    let mut efforts: Vec<Effort> = rows.inertial().collect();
-    for load in Loads::new(scene, algebra, rows).efforts {
+fn pushes(system: &System) -> Vec<Push> {
+    let (algebra, scene) = (&system.algebra, system.algebra.scene);
+    let mut efforts: Vec<Effort> = system.rows.inertial().collect();
+    for load in system.loads.efforts.iter().cloned() {
         match efforts.iter_mut().find(|effort| effort.along == load.along) {
             Some(effort) => effort.size = &effort.size + &load.size,
             None => efforts.push(load),
         }
     }
-    let zero = Atom::num(0);
-    efforts.retain(|effort| effort.size != zero && effort.along.iter().any(|entry| *entry != zero));
+    efforts.retain(|effort| !effort.size.is_zero() && effort.along.iter().any(|entry| !entry.is_zero()));
     let each = |atoms: &[Atom]| atoms.iter().map(|atom| algebra.simple_term(atom)).collect::<Vec<_>>();
     let push = |efforts: &[Effort]| {
         let name = match efforts[0].group.checked_sub(scene.bodies.len()) {

@@ -39,11 +39,12 @@ impl Builder<'_> {
         if graph.is_constant(value.id) || graph.op(value.id).is_leaf() {
             return Some(value);
         }
-        let place = self.locals.iter().position(|local| local.value.id == value.id);
-        let place = place.unwrap_or_else(|| {
+        let place = self.by_value.get(&value.id).copied().unwrap_or_else(|| {
             let input = graph.input(Symbol::Local(self.next));
             self.next += 1;
             let plain = Signed { negative: false, ..value };
+            self.by_value.insert(value.id, self.locals.len());
+            self.definitions.insert(input.id, value.id);
             self.locals.push(Local { name: name.to_lowercase(), value: plain, input, block });
             self.locals.len() - 1
         });
@@ -100,8 +101,7 @@ impl Builder<'_> {
         if self.is_one(value) {
             return Some(value);
         }
-        let definition = self.locals.iter().find(|local| local.input.id == value.id);
-        let definition = definition.map_or(value.id, |local| local.value.id);
+        let definition = self.definitions.get(&value.id).copied().unwrap_or(value.id);
         let known = |id: &Id| self.lowering.inverses.get(id).copied();
         if let Op::Product(factors) = self.lowering.graph.op(definition).clone()
             && let Some((place, inverse)) = factors.iter().enumerate().find_map(|(i, id)| Some((i, known(id)?)))

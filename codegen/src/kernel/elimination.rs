@@ -1,12 +1,12 @@
 //! The linear equations of a kernel, solved by hand as it were: constraints for the coordinates that depend on the others,
 //! in an order that leaves zeros zero, and what is left for the others.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use super::algebra::{Matrix, Value, negated};
 use super::{Block, Builder};
 use crate::graph::{Op, Signed};
-use crate::term::{Equations, Symbol};
+use crate::term::{Equations, Symbol, Term};
 use qrm_scene::evaluate::{constant, parameter_values};
 use qrm_scene::scene::Start;
 
@@ -212,7 +212,7 @@ impl Elimination {
 
     /// What tells of growing rounding errors: how the dependent coordinates follow the others, how much of an inertia cancelled,
     /// and how small pivots became.
-    pub(super) fn strains(&self) -> Vec<Value> {
+    pub(super) fn growth_factors(&self) -> Vec<Value> {
         let tangents = self.tangents.iter().zip(&self.independent).flat_map(|(tangent, by)| {
             tangent.iter().enumerate().filter(move |(i, _)| i != by).map(|(_, value)| *value)
         });
@@ -326,16 +326,23 @@ fn pivots(builder: &Builder, equations: &Equations, jacobian: &Matrix) -> Vec<(u
         Start::Given(value) | Start::Guess(value) => constant(value, &parameters),
         Start::Free => 0.0,
     };
-    let lookup = |symbol: Symbol| match symbol {
-        Symbol::Parameter(i) => parameters[i],
-        Symbol::Pi => std::f64::consts::PI,
-        Symbol::Coordinate(i) => start(i),
-        _ => 0.0,
+    let mut named: HashMap<Symbol, f64> = HashMap::new();
+    let value = |term: &Term, named: &HashMap<Symbol, f64>| {
+        term.evaluate(&|symbol: Symbol| match symbol {
+            Symbol::Parameter(i) => parameters[i],
+            Symbol::Pi => std::f64::consts::PI,
+            Symbol::Coordinate(i) => start(i),
+            symbol => named.get(&symbol).copied().unwrap_or(0.0),
+        })
     };
+    for (symbol, term) in equations.names.iter().enumerate().flat_map(|(k, quantity)| quantity.definitions(k)) {
+        let value = value(&term, &named);
+        named.insert(symbol, value);
+    }
     let mut size: Vec<Vec<f64>> = equations
         .constraint_jacobian
         .iter()
-        .map(|row| row.iter().map(|entry| entry.evaluate(&lookup)).collect())
+        .map(|row| row.iter().map(|entry| value(entry, &named)).collect())
         .collect();
     let mut filled: Vec<Vec<bool>> = jacobian
         .iter()

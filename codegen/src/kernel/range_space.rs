@@ -46,7 +46,7 @@ impl RangeSpace {
     }
 
     /// How much of each diagonal entry its pivot kept: small pivots magnify rounding errors.
-    pub(super) fn strains(&self) -> Vec<Value> {
+    pub(super) fn growth_factors(&self) -> Vec<Value> {
         self.mass.losses.iter().chain(&self.loops.losses).copied().collect()
     }
 

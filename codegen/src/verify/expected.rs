@@ -82,7 +82,7 @@ impl Sample {
         let (q, qd, multipliers) = (Value::list(&self.q), Value::list(&self.qd), Value::list(&self.multipliers));
         match (function.split('.').next().unwrap_or(function), scene.is_driven()) {
             ("constraint_bias", true) => vec![model, t, q, qd],
-            ("constraints" | "constraint_jacobian" | "constraint_rate" | "closure", true) => vec![model, t, q],
+            ("constraints" | "constraint_jacobian" | "constraint_rate" | "loop_constraints", true) => vec![model, t, q],
             ("power", true) => vec![model, t, q, qd, multipliers],
             ("com_bias" | "constraint_bias" | "energy", _) => vec![model, q, qd],
             ("generalized_forces" | "power" | "dynamics", _) => vec![model, t, q, qd],
@@ -118,7 +118,8 @@ impl Sample {
         let mut mass = vec![0.0; n * n];
         let mut forces = self.generalized(&gradients, &plain);
         for (((_, inertia), row), bias) in x.iter().zip(&jacobian).zip(&positions) {
-            for i in 0..n {
+            // Most rows move with few coordinates of a large mechanism.
+            for i in (0..n).filter(|&i| row[i] != 0.0) {
                 forces[i] -= inertia * row[i] * bias.v2;
                 for j in 0..n {
                     mass[i * n + j] += inertia * row[i] * row[j];
@@ -144,9 +145,9 @@ impl Sample {
             ("dynamics.generalized_forces", forces),
             ("dynamics.constraint_jacobian", constraint_jacobian.clone()),
             ("dynamics.constraint_bias", second(&residuals)),
-            ("closure.constraints", first(&residuals)),
-            ("closure.constraint_jacobian", constraint_jacobian.clone()),
-            ("closure.constraint_rate", drifts.clone()),
+            ("loop_constraints.residuals", first(&residuals)),
+            ("loop_constraints.constraint_jacobian", constraint_jacobian.clone()),
+            ("loop_constraints.constraint_rate", drifts.clone()),
         ];
         if !c.is_empty() {
             expected.extend([

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use qrm_core::Scalar;
 use quote::ToTokens;
 use syn::{BinOp, Expr, ExprLit, FnArg, ItemFn, Lit, Member, Pat, Stmt, UnOp};
 
@@ -34,6 +35,13 @@ impl Value {
         match self {
             Self::Fields(fields) => fields.get(name).ok_or_else(|| format!("no field `{name}`")),
             _ => Err(format!("`{name}` asked of something without fields")),
+        }
+    }
+
+    pub(super) fn items(&self) -> Result<Vec<Value>, String> {
+        match self {
+            Self::List(items) => Ok(items.clone()),
+            other => Err(format!("{other:?} is not a list")),
         }
     }
 
@@ -246,6 +254,7 @@ impl Scope {
         match (path.as_str(), arguments.next()) {
             (name, Some(_)) if self.names.get(name) == Some(&Value::Nothing) => Ok(Value::Nothing),
             ("R::zero", None) => Ok(Value::Number(0.0)),
+            ("R::pi", None) => Ok(Value::Number(std::f64::consts::PI)),
             ("R::from_f64" | "Some", Some(value)) => Ok(value),
             (path, Some(first)) if path.starts_with("f64::") || path.starts_with("R::") => {
                 let name = path.split("::").nth(1).unwrap_or_default();
@@ -277,11 +286,11 @@ fn function(name: &str, receiver: &Value, arguments: &[Value]) -> Result<Value, 
     }
     Ok(Value::Number(match (name, y) {
         ("sin_cos", None) => {
-            let (sine, cosine) = x.sin_cos();
+            let (sine, cosine) = Scalar::sin_cos(x);
             return Ok(Value::list(&[sine, cosine]));
         }
-        ("sin", None) => x.sin(),
-        ("cos", None) => x.cos(),
+        ("sin", None) => Scalar::sin(x),
+        ("cos", None) => Scalar::cos(x),
         ("tan", None) => x.tan(),
         ("asin", None) => x.asin(),
         ("acos", None) => x.acos(),
@@ -289,7 +298,7 @@ fn function(name: &str, receiver: &Value, arguments: &[Value]) -> Result<Value, 
         ("sinh", None) => x.sinh(),
         ("cosh", None) => x.cosh(),
         ("tanh", None) => x.tanh(),
-        ("sign", None) => f64::from(i8::from(x > 0.0) - i8::from(x < 0.0)),
+        ("sign", None) => x.sign(),
         ("exp", None) => x.exp(),
         ("ln", None) => x.ln(),
         ("sqrt", None) => x.sqrt(),
@@ -299,8 +308,8 @@ fn function(name: &str, receiver: &Value, arguments: &[Value]) -> Result<Value, 
         ("powi", Some(y)) => x.powi(y as i32),
         ("hypot", Some(y)) => x.hypot(y),
         ("atan2", Some(y)) => x.atan2(y),
-        ("min", Some(y)) => x.min(y),
-        ("max", Some(y)) => x.max(y),
+        ("min", Some(y)) => Scalar::min(x, y),
+        ("max", Some(y)) => Scalar::max(x, y),
         _ => return Err(format!("unexpected function `{name}`")),
     }))
 }

@@ -8,8 +8,8 @@ use super::interpret::Value;
 use qrm_scene::scene::Scene;
 
 /// Where the kernel magnifies rounding errors by more, a step does not rely on it.
-const STRAIN: f64 = 1e3;
-/// Largest difference relative to the largest number of the function, for each unit of strain.
+const MAX_GROWTH: f64 = 1e3;
+/// Largest difference relative to the largest number of the function, for each unit of growth.
 const TOLERANCE: f64 = 1e-9;
 
 /// Compares every function of the kernel at a state, as far as it suits the position and the equations are not nearly singular
@@ -29,20 +29,20 @@ pub(super) fn agrees(
     let is_timed = module.functions.get("position").is_some_and(|position| position.sig.inputs.len() == 4);
     let at = if is_timed { vec![t.clone(), q.clone()] } else { vec![q.clone()] };
     let position = module.value("position", &[vec![model.clone()], at, vec![angles.clone()]].concat())?;
-    let strain = module.value("strain", std::slice::from_ref(&position))?.numbers();
+    let growth_factor = module.value("growth_factor", std::slice::from_ref(&position))?.numbers();
     let call = |name: &str, more: &[Value]| {
         let arguments = [&[model.clone(), position.clone()], more].concat();
         module.value(name, &arguments).map(|value| value.numbers())
     };
     let known = |name: &str| expected.iter().find(|(n, _)| *n == name).map_or(&[][..], |(_, numbers)| numbers);
     let system = System::new(known("mass_matrix"), known("dynamics.constraint_jacobian"), sample.q.len());
-    let constraints = known("closure.constraints");
+    let constraints = known("loop_constraints.residuals");
 
-    let drift = system.drift(&sample.qd).into_iter().zip(known("closure.constraint_rate"));
-    let drift: Vec<f64> = drift.map(|(along, own)| along + own).collect();
+    let rates = system.velocity_residual(&sample.qd).into_iter().zip(known("loop_constraints.constraint_rate"));
+    let rates: Vec<f64> = rates.map(|(along, own)| along + own).collect();
     compare("residuals", &call("residuals", &[])?, constraints, 1.0)?;
-    compare("drift", &call("drift", std::slice::from_ref(&qd))?, &drift, 1.0)?;
-    if !strain.iter().all(|strain| strain.abs() <= STRAIN) {
+    compare("velocity_residual", &call("velocity_residual", std::slice::from_ref(&qd))?, &rates, 1.0)?;
+    if !growth_factor.iter().all(|growth_factor| growth_factor.abs() <= MAX_GROWTH) {
         return Ok(());
     }
     let bias: Vec<f64> = known("dynamics.constraint_bias").iter().map(|bias| -bias).collect();
@@ -83,7 +83,7 @@ impl System {
         Self { rows, coordinates: n }
     }
 
-    fn drift(&self, qd: &[f64]) -> Vec<f64> {
+    fn velocity_residual(&self, qd: &[f64]) -> Vec<f64> {
         let row = |row: &Vec<f64>| row.iter().zip(qd).map(|(entry, v)| entry * v).sum();
         self.rows[self.coordinates..].iter().map(row).collect()
     }
@@ -102,7 +102,10 @@ impl System {
             let best = (k..count).max_by(|&x, &y| a[x][k].abs().total_cmp(&a[y][k].abs()))?;
             a.swap(k, best);
             smallest = smallest.min(a[k][k].abs());
-            for i in (0..count).filter(|&i| i != k) {
+            for i in 0..count {
+                if i == k || a[i][k] == 0.0 {
+                    continue;
+                }
                 let ratio = a[i][k] / a[k][k];
                 for j in k..=count {
                     let part = ratio * a[k][j];

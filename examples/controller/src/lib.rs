@@ -5,7 +5,7 @@
 
 #![no_std]
 
-use qrm_core::{Angles, Kernel, State, stride};
+use qrm_core::{Angles, Kernel, KernelState, rk4_step};
 use qrm_model::quick_return_loaded::{Parameters, Position, QuickReturnLoaded};
 
 /// The motion at one time; the struct of the same name in main.c.
@@ -27,12 +27,12 @@ fn mechanism(torque: f64) -> QuickReturnLoaded {
 #[unsafe(no_mangle)]
 pub extern "C" fn quick_return_step(motion: &mut Motion, torque: f64, h: f64) -> i32 {
     let mechanism = mechanism(torque);
-    let from = State::new(&mechanism, motion.t, motion.q, motion.qd);
-    let made = stride(&mechanism, motion.t, h, &from);
-    if !made.is_good(1e-12) {
+    let from = KernelState::new(&mechanism, motion.t, motion.q, motion.qd);
+    let step = rk4_step(&mechanism, motion.t, h, &from);
+    if !step.is_good(1e-12) {
         return 1;
     }
-    let State { q, qd, qdd, multipliers, .. } = made.end;
+    let KernelState { q, qd, qdd, multipliers, .. } = step.end;
     *motion = Motion { t: motion.t + h, q, qd, qdd, multipliers };
     0
 }
@@ -49,8 +49,8 @@ pub extern "C" fn quick_return_start(motion: &mut Motion, angle: f64, speed: f64
         q = sum(&q, &heavy.correction(&position, &heavy.residuals(&position)));
     }
     let position = at(&heavy, &q);
-    qd = sum(&qd, &heavy.correction(&position, &heavy.drift(&position, &qd)));
-    let State { q, qd, qdd, multipliers, .. } = State::new(&mechanism(0.0), 0.0, q, qd);
+    qd = sum(&qd, &heavy.correction(&position, &heavy.velocity_residual(&position, &qd)));
+    let KernelState { q, qd, qdd, multipliers, .. } = KernelState::new(&mechanism(0.0), 0.0, q, qd);
     *motion = Motion { t: 0.0, q, qd, qdd, multipliers };
     let is_closed = heavy.residuals(&position).iter().all(|residual| residual.abs() < 1e-12);
     let is_finite = qd.iter().chain(&qdd).all(|value| value.is_finite());

@@ -6,8 +6,12 @@ use argmin::core::{CostFunction, Error, Executor, Gradient, State};
 use argmin::solver::linesearch::BacktrackingLineSearch;
 use argmin::solver::linesearch::condition::ArmijoCondition;
 use argmin::solver::quasinewton::LBFGS;
+use qrm_core::Model;
 use qrm_model::quick_return_driven::{DESCRIPTION, Parameters, QuickReturnDriven};
-use qrm_sim::sensitivity::{OutputValues, SensitivityRequest, Value, sensitivity};
+use qrm_sim::analysis::{Derivatives, OutputValues, SensitivityRequest, sensitivity};
+
+/// The mechanism.
+const MODEL: Model = Model::of::<QuickReturnDriven, 3, 3>();
 
 /// What may change.
 const LENGTHS: [&str; 5] = ["O2A", "O4O2", "O4B", "BC", "yC"];
@@ -23,7 +27,7 @@ struct Number(f64, Vec<f64>);
 
 impl Number {
     /// A function of others, with its derivatives by them.
-    fn of(value: f64, parts: &[(f64, &Value)]) -> Self {
+    fn of(value: f64, parts: &[(f64, &Derivatives)]) -> Self {
         let by = |i: usize| parts.iter().map(|(slope, part)| slope * part.by[i]).sum();
         Self(value, (0..LENGTHS.len()).map(by).collect())
     }
@@ -40,8 +44,7 @@ impl Design {
     fn new(lengths: &[f64]) -> Result<Self, Error> {
         let replace = |name: &str| LENGTHS.iter().position(|length| *length == name).map(|i| lengths[i]);
         let request = SensitivityRequest { by: &LENGTHS, step: None, end: None };
-        let found =
-            sensitivity::<QuickReturnDriven, 3, 3>(&replace, &request).map_err(|e| Error::msg(format!("{e:?}")))?;
+        let found = sensitivity(&MODEL, &replace, &request).map_err(|e| Error::msg(format!("{e:?}")))?;
         let output = |name| &found.outputs[DESCRIPTION.outputs.iter().position(|o| o.name == name).unwrap_or(0)];
         let OutputValues { minimum: [low, low_time], maximum: [high, high_time], .. } = output("x6");
         let stroke = Number::of(high.value - low.value, &[(1.0, high), (-1.0, low)]);

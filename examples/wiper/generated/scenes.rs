@@ -6,7 +6,6 @@ pub mod wiper {
     include!("wiper.rs");
 }
 
-/// Shows every mechanism to a visitor.
-pub fn visit_all(visitor: &mut impl qrm_core::Visitor) {
-    visitor.visit::<wiper::Wiper, 3, 2>();
+qrm_core::models! {
+    wiper::Wiper, 3, 2;
 }

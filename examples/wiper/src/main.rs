@@ -1,27 +1,25 @@
 //! Runs the wiper in the rain and on a dry windscreen.
 
-use qrm_sim::motion::Method;
-use qrm_sim::simulation::Simulation;
-use wiper::wiper::{DESCRIPTION, Parameters, Wiper};
+use qrm_sim::integrate::MethodSettings;
+use qrm_sim::run::Simulation;
+use wiper::MODELS;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let mut simulation = Simulation::new(Wiper::default(), Method::default(), None)?;
+    let wiper = &MODELS[0];
+    let mut simulation = Simulation::new(wiper, &|_| None, MethodSettings::default(), None)?;
     print!("{:>6}", "t [s]");
-    for output in DESCRIPTION.outputs {
+    for output in wiper.description.outputs {
         print!("{:>14}", format!("{} [{}]", output.name, output.unit));
     }
     println!();
     for tenth in 0..=40 {
         if tenth == 20 {
             println!("the rain is over");
-            let dry = Parameters { friction: 3.0, ..*simulation.mechanism().parameters() };
-            simulation.replace(Wiper::new(dry))?;
+            simulation.replace(&|name| (name == "friction").then_some(3.0))?;
         }
         let t = simulation.advance(0.1 * f64::from(tenth))?.t;
-        let mut outputs = [0.0; DESCRIPTION.outputs.len()];
-        simulation.outputs(&mut outputs);
         print!("{t:6.1}");
-        for value in outputs {
+        for value in simulation.outputs() {
             print!("{value:14.6}");
         }
         println!();

@@ -3,13 +3,14 @@
 
 use std::io;
 
-use qrm_core::{Mechanism, Plain};
-use qrm_functions::bead::Bead;
-use qrm_functions::driven::Driven;
-use qrm_sim::motion::{Method, Scheme};
-use qrm_sim::observer::{Observer, Row};
-use qrm_sim::outcome::Outcome;
-use qrm_sim::simulate::{Request, simulate};
+use qrm_core::Model;
+use qrm_sim::integrate::{MethodSettings, method_named};
+use qrm_sim::run::{Observer, Outcome, Request, Row, simulate};
+use qrm_sim::solve::Projection;
+
+fn model(name: &str) -> &'static Model {
+    qrm_functions::MODELS.iter().find(|model| model.description.name == name).expect("a generated scene")
+}
 
 /// Compares every row with the bead's closed form.
 struct AgainstClosedForm {
@@ -47,63 +48,54 @@ impl Observer for AgainstClosedForm {
     }
 }
 
-fn run<X: Mechanism<N, M>, const N: usize, const M: usize>(
-    mechanism: &X,
-    scheme: Scheme,
-    step: Option<f64>,
-    observer: &mut dyn Observer,
-) -> Outcome {
-    let method = Method { scheme, ..Method::default() };
-    let request = Request { method, step, end: None, estimate_error: false };
-    simulate(mechanism, &request, observer).expect("a start")
+fn settings(name: &str, tolerance: f64) -> MethodSettings {
+    MethodSettings::new(method_named(name).expect("a method"), tolerance)
 }
 
-fn off(scheme: Scheme, step: Option<f64>) -> f64 {
+fn run(model: &Model, settings: MethodSettings, step: Option<f64>, observer: &mut dyn Observer) -> Outcome {
+    let request = Request { settings, step, end: None, estimate_error: false };
+    simulate(&*model.mechanism(&|_| None), &request, observer).expect("a start")
+}
+
+fn off(settings: MethodSettings, step: Option<f64>) -> f64 {
     let mut observer = AgainstClosedForm { off: 0.0 };
-    let outcome = run(&Bead::<f64>::default(), scheme, step, &mut observer);
-    // The document's rows are half a step late.
-    let is_balanced = scheme == Scheme::Document || outcome.energy_imbalance < 1e-6;
-    assert!(outcome.status.is_done() && is_balanced, "{outcome:?}");
+    let outcome = run(model("bead"), settings, step, &mut observer);
+    assert!(outcome.status.is_done() && outcome.energy_imbalance < 1e-6, "{outcome:?}");
     observer.off
 }
 
 #[test]
 fn a_bead_on_a_turning_rod() {
-    let (coarse, fine) = (off(Scheme::Rk4, Some(2e-2)), off(Scheme::Rk4, Some(1e-2)));
+    let (coarse, fine) = (off(settings("rk4", 1e-9), Some(2e-2)), off(settings("rk4", 1e-9), Some(1e-2)));
     assert!(fine < 1e-6 && (10.0..24.0).contains(&(coarse / fine)), "{coarse:e} {fine:e}");
-    let mut observer = AgainstClosedForm { off: 0.0 };
-    run(&Plain(Bead::<f64>::default()), Scheme::Rk4, None, &mut observer);
-    assert!(observer.off < 1e-10, "by the plain functions: {:e}", observer.off);
-    for (scheme, allowed) in [
-        (Scheme::Dopri5 { tolerance: 1e-10 }, 1e-8),
-        (Scheme::Dop853 { tolerance: 1e-12 }, 1e-9),
-        (Scheme::Rodas { tolerance: 1e-9 }, 1e-7),
-        (Scheme::Auto { tolerance: 1e-10 }, 1e-8),
-        (Scheme::Document, 1.0),
-    ] {
-        let off = off(scheme, None);
-        assert!(off < allowed, "{scheme:?} is off by {off:e}");
+    // Another projection than the kernel's: steps by the plain functions.
+    let by_plain_functions = MethodSettings { projection: Projection::Euclidean, ..settings("rk4", 1e-9) };
+    let plain = off(by_plain_functions, None);
+    assert!(plain < 1e-10, "by the plain functions: {plain:e}");
+    for (name, tolerance, allowed) in
+        [("dopri5", 1e-10, 1e-8), ("dop853", 1e-12, 1e-9), ("rodas", 1e-9, 1e-7), ("auto", 1e-10, 1e-8)]
+    {
+        let off = off(settings(name, tolerance), None);
+        assert!(off < allowed, "{name} is off by {off:e}");
     }
 }
 
 /// The implicit method has the order that it claims only with the exact derivatives by time.
 #[test]
 fn every_method_finds_the_same_driven_motion() {
-    let end = |scheme| {
-        let outcome = run(&Driven::<f64>::default(), scheme, None, &mut ());
-        assert!(outcome.status.is_done() && outcome.energy_imbalance < 1e-5, "{scheme:?} {outcome:?}");
+    let end = |name: &str, tolerance: f64| {
+        let outcome = run(model("driven"), settings(name, tolerance), None, &mut ());
+        assert!(outcome.status.is_done() && outcome.energy_imbalance < 1e-5, "{name} {outcome:?}");
         ([outcome.q, outcome.qd].concat(), outcome.counts.accepted)
     };
-    let (exact, _) = end(Scheme::Dop853 { tolerance: 1e-13 });
+    let (exact, _) = end("dop853", 1e-13);
     let off = |q: &[f64]| q.iter().zip(&exact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-    for (scheme, allowed) in
-        [(Scheme::Rk4, 1e-9), (Scheme::Dopri5 { tolerance: 1e-11 }, 1e-9), (Scheme::Auto { tolerance: 1e-11 }, 1e-9)]
-    {
-        let (state, _) = end(scheme);
-        assert!(off(&state) < allowed, "{scheme:?}: off by {:e}", off(&state));
+    for (name, tolerance, allowed) in [("rk4", 1e-9, 1e-9), ("dopri5", 1e-11, 1e-9), ("auto", 1e-11, 1e-9)] {
+        let (state, _) = end(name, tolerance);
+        assert!(off(&state) < allowed, "{name}: off by {:e}", off(&state));
     }
-    let (coarse, few) = end(Scheme::Rodas { tolerance: 1e-6 });
-    let (fine, many) = end(Scheme::Rodas { tolerance: 1e-10 });
+    let (coarse, few) = end("rodas", 1e-6);
+    let (fine, many) = end("rodas", 1e-10);
     let order = (off(&coarse) / off(&fine)).ln() / (many as f64 / few as f64).ln();
     assert!(off(&fine) < 1e-8 && order > 3.5, "order {order}: {:e} and {:e}", off(&coarse), off(&fine));
 }

@@ -2,12 +2,19 @@
 //! what they are derivatives of, and with closed forms.
 #![cfg(feature = "generate")]
 
-use qrm_core::Mechanism;
+use qrm_core::{Generated, Kernel};
 use qrm_functions::functions::{Functions, constraint_jacobian, constraints, outputs};
 
 const Q: [f64; 3] = [0.7, -1.1, 0.4];
 const QD: [f64; 3] = [0.3, 0.5, -0.8];
 const QDD: [f64; 3] = [1.5, -0.4, 0.9];
+
+/// The values of the parameters, one of them replaced.
+fn values(replaced: &str, value: f64) -> [f64; 7] {
+    let mut values = [0.0; 7];
+    Functions::<f64>::parameter_values(&|name| (name == replaced).then_some(value), &mut values);
+    values
+}
 
 fn place(name: &str) -> usize {
     let outputs = Functions::<f64>::DESCRIPTION.outputs;
@@ -80,8 +87,8 @@ fn jacobian_against_differences() {
 #[test]
 fn a_parameter_that_is_zero_only_for_now_is_kept() {
     let at = |zero: f64| {
-        let model = Functions::with_parameters(&|name| (name == "zero").then_some(zero));
-        model.dynamics(0.3, &Q, &QD).generalized_forces
+        let values = values("zero", zero);
+        Functions::with_values(|i| values[i]).dynamics(0.3, &Q, &QD).generalized_forces
     };
     let (without, with) = (at(0.0), at(4.0));
     // load = -m zero = -10 N, along p.
@@ -90,13 +97,12 @@ fn a_parameter_that_is_zero_only_for_now_is_kept() {
 
 #[test]
 fn start_schedule_and_dependent_parameters() {
-    let model = Functions::with_parameters(&|name| (name == "m").then_some(4.0));
+    let values = values("m", 4.0);
+    let model = Functions::<f64>::with_values(|i| values[i]);
     assert_eq!(model.schedule().step, 4e-3);
     assert!((model.schedule().end_time - std::f64::consts::PI / 5.0).abs() < 1e-15);
     assert_eq!(model.start().given, [true, true, false]);
     assert_eq!(model.start().given_rates, [true, true, false]);
-    let mut values = Vec::new();
-    model.visit_parameters(&mut |value| values.push(value));
     assert_eq!(values, [3.0, 4.0, 8.0 + 2.0_f64.sqrt(), 1e250, 1e-250, 0.0, -0.0]);
     assert_eq!(Functions::<f64>::DESCRIPTION.left_out, ["off"]);
 }

@@ -1,24 +1,26 @@
 //! Loads against closed forms.
 #![cfg(feature = "generate")]
 
-use qrm_functions::loads::Loads;
-use qrm_sim::motion::{Method, Scheme};
-use qrm_sim::simulate::{Request, simulate};
+use qrm_functions::MODELS;
+use qrm_sim::integrate::{MethodSettings, method_named};
+use qrm_sim::run::{Request, simulate};
 
 #[test]
 fn friction_a_stop_and_a_table() {
     // v0 sinh(v/v0) decays like exp(-F t/(m v0)).
     let speed = 0.5 * (3.0_f64.sinh() * (-8.0_f64).exp()).asinh();
-    for (scheme, allowed) in [
-        (Scheme::Rk4, 1e-6),
-        (Scheme::Dopri5 { tolerance: 1e-9 }, 1e-6),
-        (Scheme::Dop853 { tolerance: 1e-10 }, 1e-7),
-        (Scheme::Rodas { tolerance: 1e-8 }, 1e-6),
-        (Scheme::Auto { tolerance: 1e-10 }, 1e-7),
+    let model = MODELS.iter().find(|model| model.description.name == "loads").expect("a generated scene");
+    let mechanism = model.mechanism(&|_| None);
+    for (name, tolerance, allowed) in [
+        ("rk4", 1e-9, 1e-6),
+        ("dopri5", 1e-9, 1e-6),
+        ("dop853", 1e-10, 1e-7),
+        ("rodas", 1e-8, 1e-6),
+        ("auto", 1e-10, 1e-7),
     ] {
-        let method = Method { scheme, ..Method::default() };
-        let request = Request { method, step: None, end: None, estimate_error: false };
-        let outcome = simulate(&Loads::<f64>::default(), &request, &mut ()).expect("a start");
+        let settings = MethodSettings::new(method_named(name).expect("a method"), tolerance);
+        let request = Request { settings, step: None, end: None, estimate_error: false };
+        let outcome = simulate(&*mechanism, &request, &mut ()).expect("a start");
         let exact = [
             (outcome.qd[0], speed),
             (outcome.q[1], 0.5),
@@ -27,8 +29,8 @@ fn friction_a_stop_and_a_table() {
             (outcome.qd[2], 4.0),
         ];
         for (value, exact) in exact {
-            assert!((value - exact).abs() < allowed, "{scheme:?}: {value} instead of {exact}");
+            assert!((value - exact).abs() < allowed, "{name}: {value} instead of {exact}");
         }
-        assert!(outcome.energy_imbalance < 1e-5, "{scheme:?}: {:e}", outcome.energy_imbalance);
+        assert!(outcome.energy_imbalance < 1e-5, "{name}: {:e}", outcome.energy_imbalance);
     }
 }

@@ -1,0 +1,95 @@
+//! Functions and powers of expressions, with names for roots and signs.
+
+use num_bigint::BigInt;
+use num_rational::BigRational;
+use num_traits::ToPrimitive;
+use symbolica::atom::{Atom, AtomCore};
+use symbolica::{function, parse, symbol};
+
+use super::algebra::Algebra;
+use crate::term::{Symbol, Term};
+use qrm_scene::expression::Number;
+use qrm_scene::function::Function;
+
+impl Algebra<'_> {
+    pub(super) fn call(&self, f: Function, arguments: &[Atom]) -> Atom {
+        let x = &arguments[0];
+        match f {
+            Function::Sqrt => self.root(x),
+            Function::Sin => x.sin(),
+            Function::Cos => x.cos(),
+            Function::Tan => x.sin() / x.cos(),
+            Function::Exp => x.exp(),
+            Function::Log => x.log(),
+            Function::Hypot => self.root(&self.simplify(&(x * x + &arguments[1] * &arguments[1]))),
+            Function::Sign => self.sign(x),
+            Function::Abs => x * self.sign(x),
+            Function::Max => (x + &arguments[1] + self.distance(x, &arguments[1])) / Atom::num(2),
+            Function::Min => (x + &arguments[1] - self.distance(x, &arguments[1])) / Atom::num(2),
+            // The resolver has rejected every function without a derivative.
+            _ => function!(symbol!(f.name()), x),
+        }
+    }
+
+    /// A power with a fixed exponent; of a fraction, that of its parts, which the engine keeps apart only then.
+    pub(super) fn power(&self, base: &Atom, exponent: &Atom) -> Atom {
+        if matches!(self.term(exponent), Term::Number(exponent) if exponent.is_integer()) {
+            return base.pow(exponent);
+        }
+        let base = self.simplify(base);
+        match self.term(&base) {
+            Term::Number(number) if !number.is_integer() => {
+                let part = |part: &BigInt| rational(&BigRational::from(part.clone())).pow(exponent);
+                part(number.numer()) / part(number.denom())
+            }
+            _ => base.pow(exponent),
+        }
+    }
+
+    /// The hyperbolic tangent.
+    pub(super) fn tanh(&self, x: &Atom) -> Atom {
+        self.call(Function::Tanh, &[self.simplify(x)])
+    }
+
+    /// The absolute value of a difference.
+    fn distance(&self, a: &Atom, b: &Atom) -> Atom {
+        let difference = self.simplify(&(a - b));
+        &difference * self.sign(&difference)
+    }
+
+    /// A sign, under its name: it has no derivative but where it jumps.
+    pub(super) fn sign(&self, x: &Atom) -> Atom {
+        let mut known = self.signs.borrow_mut();
+        let place = known.iter().position(|other| other == x).unwrap_or_else(|| {
+            known.push(x.clone());
+            known.len() - 1
+        });
+        self.symbol(Symbol::Sign(place))
+    }
+
+    /// A root, under its name if roots have names and what stands under it varies.
+    fn root(&self, radicand: &Atom) -> Atom {
+        if self.names_roots && self.coordinates(radicand).is_some_and(|count| count > 0) {
+            return self.name(radicand, true, "");
+        }
+        self.power(radicand, &(Atom::num(1) / Atom::num(2)))
+    }
+
+    /// What a sign is taken of.
+    pub(super) fn sign_argument(&self, k: usize) -> Atom {
+        self.signs.borrow()[k].clone()
+    }
+}
+
+/// A number of the scene, without rounding.
+pub(super) fn exact(number: &Number) -> Atom {
+    rational(&number.exact)
+}
+
+fn rational(value: &BigRational) -> Atom {
+    let whole = |part: &BigInt| match part.to_i64() {
+        Some(small) => Atom::num(small),
+        None => parse!(part.to_string()),
+    };
+    whole(value.numer()) / whole(value.denom())
+}

@@ -1,0 +1,266 @@
+//! The face of a mechanism to a simulator: plain functions over slices, whatever its size.
+
+use core::marker::PhantomData;
+
+use crate::angles::Angles;
+use crate::description::Description;
+use crate::kernel::{Generated, Kernel, MAX_GROWTH, Schedule};
+use crate::rows::{RowRequest, RowResult, integrate_rk4};
+
+/// The equations of motion of a mechanism with `n` coordinates and `m` constraints, its parameters inside.
+///
+/// Vectors of coordinates have `n` entries, those of constraints `m`; matrices are flat, row after row. A slice of another length is a
+/// mistake of the caller and panics. All numbers are in SI units, angles in radians.
+pub trait Mechanism: Send + Sync {
+    /// Names, units and meanings.
+    fn description(&self) -> &'static Description;
+
+    /// The values of the parameters, in the order of the description.
+    fn parameters(&self) -> &[f64];
+
+    /// Whether constraints depend on time.
+    fn is_driven(&self) -> bool;
+
+    /// Whether [`linearization`](Self::linearization) gives derivatives.
+    fn has_linearization(&self) -> bool;
+
+    /// The number of operations of accelerations and multipliers by the kernel.
+    fn operations(&self) -> usize;
+
+    /// The start of the motion.
+    fn start(&self, start: StartMut);
+
+    /// Step and end of the motion.
+    fn schedule(&self) -> Schedule<f64>;
+
+    /// A value that rises through zero when the scene's stop condition becomes true; `None` if it has no such condition.
+    fn event(&self, t: f64, q: &[f64], qd: &[f64]) -> Option<f64>;
+
+    /// The parts of the equations of motion.
+    fn dynamics(&self, t: f64, q: &[f64], qd: &[f64], dynamics: DynamicsMut);
+
+    /// The constraints, their Jacobian and their derivative by time.
+    fn loop_constraints(&self, t: f64, q: &[f64], constraints: LoopConstraintsMut);
+
+    /// The reduced mass matrix `Mbar`, `n` by `n`.
+    fn mass_matrix(&self, q: &[f64], mass_matrix: &mut [f64]);
+
+    /// The kinetic energy, and the potential of the conservative loads, in J.
+    fn energy(&self, q: &[f64], qd: &[f64]) -> [f64; 2];
+
+    /// The power of the loads that have no potential, and of what drives the constraints, in W.
+    fn power(&self, t: f64, q: &[f64], qd: &[f64], multipliers: &[f64]) -> f64;
+
+    /// The outputs, in the order of the description, as far as `outputs` has room.
+    fn outputs(&self, t: f64, q: &[f64], qd: &[f64], qdd: &[f64], multipliers: &[f64], outputs: &mut [f64]);
+
+    /// Derivatives of the equations of motion by the state; false, and nothing is written, if the scene does not ask for them.
+    fn linearization(
+        &self,
+        t: f64,
+        q: &[f64],
+        qd: &[f64],
+        qdd: &[f64],
+        multipliers: &[f64],
+        linearization: LinearizationMut,
+    ) -> bool;
+
+    /// Accelerations and multipliers by the kernel; false where it does not suit the position, or a number is not finite.
+    fn accelerations(&self, t: f64, q: &[f64], qd: &[f64], qdd: &mut [f64], multipliers: &mut [f64]) -> bool;
+
+    /// Rows by steps of [`rk4_step`](crate::rk4_step) from the state in the first row of `rows` on, until there is room for no more,
+    /// the end comes, the event occurs, or a step cannot be relied on.
+    fn integrate_rk4(&self, request: &RowRequest, rows: &mut [f64]) -> RowResult;
+}
+
+/// Room for the start of a motion: some values are given, the others are first guesses (rates: unused) until they are solved for.
+#[derive(Debug)]
+pub struct StartMut<'a> {
+    /// Coordinates.
+    pub q: &'a mut [f64],
+    /// Which of them are given.
+    pub given: &'a mut [bool],
+    /// Rates.
+    pub qd: &'a mut [f64],
+    /// Which of them are given.
+    pub given_rates: &'a mut [bool],
+}
+
+/// Room for the parts of the equations of motion: see [`Dynamics`](crate::Dynamics).
+#[derive(Debug)]
+pub struct DynamicsMut<'a> {
+    /// Mbar, `n` by `n`.
+    pub mass_matrix: &'a mut [f64],
+    /// fbar, `n`.
+    pub generalized_forces: &'a mut [f64],
+    /// C_q, `m` by `n`.
+    pub constraint_jacobian: &'a mut [f64],
+    /// `m`.
+    pub constraint_bias: &'a mut [f64],
+}
+
+/// Room for the loop constraints: see [`LoopConstraints`](crate::LoopConstraints).
+#[derive(Debug)]
+pub struct LoopConstraintsMut<'a> {
+    /// C, `m`.
+    pub residuals: &'a mut [f64],
+    /// C_q, `m` by `n`.
+    pub constraint_jacobian: &'a mut [f64],
+    /// C_t, `m`.
+    pub constraint_rate: &'a mut [f64],
+}
+
+/// Room for the derivatives of the equations of motion: see [`Linearization`](crate::Linearization).
+#[derive(Debug)]
+pub struct LinearizationMut<'a> {
+    /// `n` by `n`.
+    pub stiffness: &'a mut [f64],
+    /// `n` by `n`.
+    pub damping: &'a mut [f64],
+    /// `m` by `n`.
+    pub constraint_stiffness: &'a mut [f64],
+    /// `m` by `n`.
+    pub constraint_damping: &'a mut [f64],
+    /// `n`.
+    pub forcing: &'a mut [f64],
+    /// `m`.
+    pub constraint_forcing: &'a mut [f64],
+}
+
+/// A generated mechanism with its parameters.
+#[derive(Debug)]
+pub struct Compiled<X: Generated<N, M>, const N: usize, const M: usize, V> {
+    kernel: X::Kernel<f64>,
+    values: V,
+    generated: PhantomData<fn() -> X>,
+}
+
+impl<X: Generated<N, M>, const N: usize, const M: usize, V: AsRef<[f64]>> Compiled<X, N, M, V> {
+    /// The mechanism with these values of its parameters, in the order of the description.
+    pub fn new(values: V) -> Self {
+        let kernel = X::Kernel::<f64>::with_values(|i| values.as_ref()[i]);
+        Self { kernel, values, generated: PhantomData }
+    }
+}
+
+/// A slice as an array.
+#[inline(always)]
+fn array<const K: usize>(x: &[f64]) -> &[f64; K] {
+    match x.as_array() {
+        Some(array) => array,
+        None => wrong_length(x.len(), K),
+    }
+}
+
+#[cold]
+#[inline(never)]
+fn wrong_length(length: usize, expected: usize) -> ! {
+    panic!("a vector of the mechanism has {length} entries instead of {expected}")
+}
+
+impl<X: Generated<N, M>, const N: usize, const M: usize, V> Mechanism for Compiled<X, N, M, V>
+where
+    V: AsRef<[f64]> + Send + Sync,
+{
+    fn description(&self) -> &'static Description {
+        const { &X::DESCRIPTION }
+    }
+
+    fn parameters(&self) -> &[f64] {
+        self.values.as_ref()
+    }
+
+    fn is_driven(&self) -> bool {
+        X::IS_DRIVEN
+    }
+
+    fn has_linearization(&self) -> bool {
+        X::HAS_LINEARIZATION
+    }
+
+    fn operations(&self) -> usize {
+        X::Kernel::<f64>::OPERATIONS
+    }
+
+    fn start(&self, start: StartMut) {
+        let own = self.kernel.start();
+        start.q.copy_from_slice(&own.q);
+        start.given.copy_from_slice(&own.given);
+        start.qd.copy_from_slice(&own.qd);
+        start.given_rates.copy_from_slice(&own.given_rates);
+    }
+
+    fn schedule(&self) -> Schedule<f64> {
+        self.kernel.schedule()
+    }
+
+    fn event(&self, t: f64, q: &[f64], qd: &[f64]) -> Option<f64> {
+        self.kernel.event(t, array(q), array(qd))
+    }
+
+    fn dynamics(&self, t: f64, q: &[f64], qd: &[f64], dynamics: DynamicsMut) {
+        let own = self.kernel.dynamics(t, array(q), array(qd));
+        dynamics.mass_matrix.copy_from_slice(own.mass_matrix.as_flattened());
+        dynamics.generalized_forces.copy_from_slice(&own.generalized_forces);
+        dynamics.constraint_jacobian.copy_from_slice(own.constraint_jacobian.as_flattened());
+        dynamics.constraint_bias.copy_from_slice(&own.constraint_bias);
+    }
+
+    fn loop_constraints(&self, t: f64, q: &[f64], constraints: LoopConstraintsMut) {
+        let own = self.kernel.loop_constraints(t, array(q));
+        constraints.residuals.copy_from_slice(&own.residuals);
+        constraints.constraint_jacobian.copy_from_slice(own.constraint_jacobian.as_flattened());
+        constraints.constraint_rate.copy_from_slice(&own.constraint_rate);
+    }
+
+    fn mass_matrix(&self, q: &[f64], mass_matrix: &mut [f64]) {
+        mass_matrix.copy_from_slice(self.kernel.mass_matrix(array(q)).as_flattened());
+    }
+
+    fn energy(&self, q: &[f64], qd: &[f64]) -> [f64; 2] {
+        self.kernel.energy(array(q), array(qd))
+    }
+
+    fn power(&self, t: f64, q: &[f64], qd: &[f64], multipliers: &[f64]) -> f64 {
+        self.kernel.power(t, array(q), array(qd), array(multipliers))
+    }
+
+    fn outputs(&self, t: f64, q: &[f64], qd: &[f64], qdd: &[f64], multipliers: &[f64], outputs: &mut [f64]) {
+        self.kernel.outputs(t, array(q), array(qd), array(qdd), array(multipliers), outputs);
+    }
+
+    fn linearization(
+        &self,
+        t: f64,
+        q: &[f64],
+        qd: &[f64],
+        qdd: &[f64],
+        multipliers: &[f64],
+        linearization: LinearizationMut,
+    ) -> bool {
+        let own = self.kernel.linearization(t, array(q), array(qd), array(qdd), array(multipliers));
+        let Some(own) = own else { return false };
+        linearization.stiffness.copy_from_slice(own.stiffness.as_flattened());
+        linearization.damping.copy_from_slice(own.damping.as_flattened());
+        linearization.constraint_stiffness.copy_from_slice(own.constraint_stiffness.as_flattened());
+        linearization.constraint_damping.copy_from_slice(own.constraint_damping.as_flattened());
+        linearization.forcing.copy_from_slice(&own.forcing);
+        linearization.constraint_forcing.copy_from_slice(&own.constraint_forcing);
+        true
+    }
+
+    fn accelerations(&self, t: f64, q: &[f64], qd: &[f64], qdd: &mut [f64], multipliers: &mut [f64]) -> bool {
+        let (q, qd) = (array(q), array(qd));
+        let angles = Angles::new(q, X::Kernel::<f64>::IS_ANGLE);
+        let position = self.kernel.position(t, q, &angles);
+        let (own, lambda) = self.kernel.accelerations(&position, t, q, qd, &angles);
+        qdd.copy_from_slice(&own);
+        multipliers.copy_from_slice(&lambda);
+        let is_finite = own.iter().chain(&lambda).all(|value| value.is_finite());
+        is_finite && self.kernel.growth_factor(&position) <= MAX_GROWTH
+    }
+
+    fn integrate_rk4(&self, request: &RowRequest, rows: &mut [f64]) -> RowResult {
+        integrate_rk4::<X, N, M>(self.values.as_ref(), request, rows)
+    }
+}

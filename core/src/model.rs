@@ -1,0 +1,64 @@
+//! A generated mechanism as an entry in a program's list.
+
+extern crate alloc;
+
+use alloc::boxed::Box;
+use alloc::vec;
+use alloc::vec::Vec;
+
+use crate::batch::{BatchRequest, SimdBatch, Width, batch};
+use crate::description::Description;
+use crate::kernel::Generated;
+use crate::mechanism::{Compiled, Mechanism};
+use crate::tape::Tape;
+
+/// New values for parameters, by their names.
+pub type Replace<'a> = &'a dyn Fn(&str) -> Option<f64>;
+
+/// A generated mechanism, whatever its size: plain functions, compiled once for each scene.
+#[derive(Clone, Copy, Debug)]
+pub struct Model {
+    /// Names, units and meanings.
+    pub description: &'static Description,
+    /// Number of operations of accelerations and multipliers by the kernel.
+    pub operations: usize,
+    /// The functions as data, for any kind of number.
+    pub tape: &'static Tape<'static>,
+    parameter_values: fn(Replace, &mut [f64]),
+    mechanism: fn(Vec<f64>) -> Box<dyn Mechanism>,
+    batch: fn(Width, BatchRequest, f64) -> Option<Box<dyn SimdBatch>>,
+}
+
+impl Model {
+    /// The entry of a generated mechanism.
+    pub const fn of<X: Generated<N, M>, const N: usize, const M: usize>() -> Self {
+        Self {
+            description: const { &X::DESCRIPTION },
+            operations: <X::Kernel<f64> as crate::kernel::Kernel<f64, N, M>>::OPERATIONS,
+            tape: X::TAPE,
+            parameter_values: |replace, values| X::parameter_values(replace, values),
+            mechanism: |values| Box::new(Compiled::<X, N, M, Vec<f64>>::new(values)),
+            batch: batch::<X, N, M>,
+        }
+    }
+
+    /// The values of the parameters, some of them replaced, in the order of the description; those that the scene computes from
+    /// others follow.
+    pub fn parameter_values(&self, replace: Replace) -> Vec<f64> {
+        let mut values = vec![0.0; self.description.parameters.len()];
+        (self.parameter_values)(replace, &mut values);
+        values
+    }
+
+    /// The mechanism with some parameters replaced.
+    pub fn mechanism(&self, replace: Replace) -> Box<dyn Mechanism> {
+        (self.mechanism)(self.parameter_values(replace))
+    }
+
+    /// Motions in lanes of that width; `None` where the processor has no such vectors, or the kernel is too large for them.
+    ///
+    /// A step counts as reliable up to this `residual` of the constraints.
+    pub fn batch(&self, width: Width, request: BatchRequest, residual: f64) -> Option<Box<dyn SimdBatch>> {
+        (self.batch)(width, request, residual)
+    }
+}

@@ -1,0 +1,202 @@
+//! Blocks of rows by steps of a fixed length, with the instructions of the processor at hand.
+
+use crate::angles::Angles;
+use crate::kernel::{Generated, Kernel};
+#[cfg(feature = "std")]
+use crate::rk4::INLINE_LIMIT;
+use crate::rk4::{KernelState, rk4_step};
+#[cfg(feature = "std")]
+use crate::scalar::Fused;
+use crate::scalar::Scalar;
+
+/// The layout of a row: `t`, `q`, `qd`, `qdd`, `multipliers`, the number of corrections of the coordinates in the step to here, and
+/// the value of the scene's event (-1 if it is not watched).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RowLayout {
+    /// Number of coordinates.
+    pub n: usize,
+    /// Number of constraints.
+    pub m: usize,
+}
+
+impl RowLayout {
+    /// The number of entries of a row.
+    #[inline(always)]
+    pub const fn width(self) -> usize {
+        3 + 3 * self.n + self.m
+    }
+
+    /// The place of the number of corrections.
+    #[inline(always)]
+    pub const fn corrections(self) -> usize {
+        1 + 3 * self.n + self.m
+    }
+
+    /// The place of the event's value.
+    #[inline(always)]
+    pub const fn event(self) -> usize {
+        self.corrections() + 1
+    }
+}
+
+/// The steps to make: row `k` stands at `origin + k step`, and the last one at `end_time`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RowRequest {
+    /// Time of row 0.
+    pub origin: f64,
+    /// Length of the steps.
+    pub step: f64,
+    /// Time of the last row.
+    pub end_time: f64,
+    /// The number of the row that the steps begin at.
+    pub first: u64,
+    /// Largest residual of a constraint after a step.
+    pub residual: f64,
+    /// Whether the scene's event ends the steps.
+    pub watches_event: bool,
+}
+
+impl RowRequest {
+    /// The time of a row; a remainder far below a step belongs to the last one.
+    #[inline(always)]
+    pub fn time(&self, row: u64) -> f64 {
+        let t = self.origin + row as f64 * self.step;
+        if t >= self.end_time - 1e-9 * self.step { self.end_time } else { t }
+    }
+}
+
+/// What was made of a request for rows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RowResult {
+    /// Rows after the first one that were written.
+    pub made: usize,
+    /// Why no more were.
+    pub reason: RowStop,
+}
+
+/// Why no more rows were made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RowStop {
+    /// There is room for no more.
+    Full,
+    /// The last row stands at the end time.
+    End,
+    /// The event's value in the last row is not below zero.
+    Event,
+    /// The next step cannot be relied on: some number is not finite, a residual is too large, or the kernel does not suit the
+    /// position.
+    Unreliable,
+}
+
+/// Makes rows: see [`Mechanism::integrate_rk4`](crate::Mechanism::integrate_rk4).
+pub(crate) fn integrate_rk4<X: Generated<N, M>, const N: usize, const M: usize>(
+    values: &[f64],
+    request: &RowRequest,
+    rows: &mut [f64],
+) -> RowResult {
+    // Each set of instructions is compiled by itself.
+    #[cfg(feature = "std")]
+    if X::Kernel::<f64>::OPERATIONS <= INLINE_LIMIT {
+        return pulp::Arch::new().dispatch(Dispatched::<X, N, M> {
+            values,
+            request,
+            rows,
+            generated: core::marker::PhantomData,
+        });
+    }
+    steps::<X, f64, N, M>(values, request, rows)
+}
+
+#[cfg(feature = "std")]
+struct Dispatched<'a, X, const N: usize, const M: usize> {
+    values: &'a [f64],
+    request: &'a RowRequest,
+    rows: &'a mut [f64],
+    generated: core::marker::PhantomData<X>,
+}
+
+#[cfg(feature = "std")]
+impl<X: Generated<N, M>, const N: usize, const M: usize> pulp::WithSimd for Dispatched<'_, X, N, M> {
+    type Output = RowResult;
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) -> RowResult {
+        if S::IS_SCALAR {
+            steps::<X, f64, N, M>(self.values, self.request, self.rows)
+        } else {
+            steps::<X, Fused, N, M>(self.values, self.request, self.rows)
+        }
+    }
+}
+
+#[inline(always)]
+fn steps<X: Generated<N, M>, R: Scalar, const N: usize, const M: usize>(
+    values: &[f64],
+    request: &RowRequest,
+    rows: &mut [f64],
+) -> RowResult {
+    let layout = RowLayout { n: N, m: M };
+    let kernel = X::Kernel::<R>::with_values(|i| R::from_f64(values[i]));
+    let mut rows = rows.chunks_exact_mut(layout.width());
+    let Some(first) = rows.next() else { return RowResult { made: 0, reason: RowStop::Full } };
+    let (mut t, mut state) = read::<X, R, N, M>(first);
+    let mut made = 0;
+    for row in rows {
+        if t >= request.end_time {
+            return RowResult { made, reason: RowStop::End };
+        }
+        let next = request.time(request.first + made as u64 + 1);
+        let result = rk4_step(&kernel, R::from_f64(t), R::from_f64(next - t), &state);
+        if !result.is_good(request.residual) {
+            return RowResult { made, reason: RowStop::Unreliable };
+        }
+        state = result.end;
+        t = next;
+        let event = match kernel.event(R::from_f64(t), &state.q, &state.qd) {
+            Some(value) if request.watches_event => value.to_f64(),
+            _ => -1.0,
+        };
+        write(row, t, &state, result.corrections, event);
+        made += 1;
+        // Written so that a value that is not a number ends the steps too.
+        if !(event < 0.0) {
+            return RowResult { made, reason: RowStop::Event };
+        }
+    }
+    RowResult { made, reason: if t >= request.end_time { RowStop::End } else { RowStop::Full } }
+}
+
+#[inline(always)]
+fn read<X: Generated<N, M>, R: Scalar, const N: usize, const M: usize>(row: &[f64]) -> (f64, KernelState<R, N, M>) {
+    let vector = |from: usize| core::array::from_fn(|i| R::from_f64(row[from + i]));
+    let q = vector(1);
+    let state = KernelState {
+        q,
+        qd: vector(1 + N),
+        qdd: vector(1 + 2 * N),
+        multipliers: core::array::from_fn(|k| R::from_f64(row[1 + 3 * N + k])),
+        angles: Angles::new(&q, X::Kernel::<R>::IS_ANGLE),
+    };
+    (row[0], state)
+}
+
+#[inline(always)]
+fn write<R: Scalar, const N: usize, const M: usize>(
+    row: &mut [f64],
+    t: f64,
+    state: &KernelState<R, N, M>,
+    corrections: u32,
+    event: f64,
+) {
+    row[0] = t;
+    for i in 0..N {
+        row[1 + i] = state.q[i].to_f64();
+        row[1 + N + i] = state.qd[i].to_f64();
+        row[1 + 2 * N + i] = state.qdd[i].to_f64();
+    }
+    for k in 0..M {
+        row[1 + 3 * N + k] = state.multipliers[k].to_f64();
+    }
+    row[1 + 3 * N + M] = f64::from(corrections);
+    row[2 + 3 * N + M] = event;
+}

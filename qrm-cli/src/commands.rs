@@ -1,0 +1,61 @@
+//! The table of subcommands.
+
+use clap::Subcommand;
+use qrm_core::Model;
+
+use crate::error::Error;
+
+/// Declares the modules of the subcommands, each with its `Options` and its function `run`, and the enum that clap
+/// reads.
+macro_rules! commands {
+    ($($(#[doc = $doc:literal])+ $name:ident: $module:ident,)+) => {
+        $(mod $module;)+
+
+        #[derive(Subcommand)]
+        pub(crate) enum Command {
+            $($(#[doc = $doc])+ $name(Box<$module::Options>),)+
+        }
+
+        impl Command {
+            /// Runs the subcommand.
+            pub(crate) fn run(&self, models: &'static [Model]) -> Result<(), Error> {
+                match self {
+                    $(Self::$name(options) => $module::run(models, options),)+
+                }
+            }
+        }
+    };
+}
+
+commands! {
+    /// Run a scene: trajectory.csv, summary.json and figures
+    Run: run,
+    /// Run a scene and show it moving: animation.html and animation.gif
+    Animate: animate,
+    /// Run a scene and put all that is known of it on one page: report.html
+    Report: report,
+    /// Measure run time and error of every method: accuracy.csv and accuracy.svg
+    Accuracy: accuracy,
+    /// Say how fast a mechanism reacts along its motion, how long steps may be, and what becomes of methods in extreme
+    /// cases:
+    /// stability.csv, stability.json, stability.svg, extremes.csv
+    Stability: stability,
+    /// Derivatives of the end of a motion, and of its outputs, by parameters: sensitivity.csv
+    Sensitivity: sensitivity,
+    /// Run a scene with many combinations of parameters: one row a design, in CSV or Parquet
+    Sweep: sweep,
+    /// Join the parts of a sweep that was run with `--shard`
+    Merge: merge,
+    /// Pack a scene for simulation tools, as a unit of FMI 3.0 for co-simulation and model exchange: SCENE.fmu
+    ExportFmu: export_fmu,
+    /// Check a mechanism: strokes, limit positions, forces at rest, energy, recurrence
+    Check: check,
+    /// Say what the generated code of a scene costs, and what was left out of it and why
+    Explain: explain,
+    /// Print the generated code of a scene
+    Code: code,
+    /// Write the derivation of a scene's equations: derivation.md
+    Derive: derive,
+    /// List the scenes and their parameters
+    List: list,
+}

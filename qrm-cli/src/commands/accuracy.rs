@@ -1,0 +1,76 @@
+//! `qrm accuracy`
+
+mod diagram;
+mod recommendation;
+mod study;
+mod table;
+
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use qrm_core::Model;
+
+use crate::error::Error;
+use crate::options::{MethodOptions, OutFolder, SceneOptions, positive};
+use crate::output::{print, save, written};
+use crate::reference::ReferenceKind;
+use crate::setup::Setup;
+pub(crate) use study::Study;
+
+#[derive(Args)]
+pub(crate) struct Options {
+    #[command(flatten)]
+    scene: SceneOptions,
+    /// Compare at this time in seconds; may be repeated [default: eight times up to the end]
+    #[arg(long, value_name = "T", allow_hyphen_values = true)]
+    at: Vec<String>,
+    /// What to compare with [default: the energy integral where there is one, unless a run is more certain]
+    #[arg(long, value_enum)]
+    reference: Option<ReferenceKind>,
+    /// Begin no further measurement after this time, such as `30s`
+    #[arg(long, value_name = "TIME", default_value = "30s", allow_hyphen_values = true)]
+    budget: String,
+    #[command(flatten)]
+    out: OutFolder,
+}
+
+/// Measures run time and error of every method.
+pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
+    let begun = Instant::now();
+    let setup = Setup::new(models, &options.scene, &MethodOptions::default())?;
+    let deadline = begun + budget(&options.budget)?;
+    let study = Study::new(&setup, &options.at, options.reference, deadline)?;
+    let out = options.out.of(setup.description);
+    let (csv, svg) = (out.join("accuracy.csv"), out.join("accuracy.svg"));
+    save(&csv, &study.csv()?)?;
+    print(&study.table(&setup));
+    let mut recommendations = String::from("Cheapest for an error of the coordinates of at most\n");
+    for (goal, line) in study.recommendations() {
+        recommendations += &format!("  {goal:>6}  {line}\n");
+    }
+    print(&recommendations);
+    let mut files = vec![format!("{} ({} rows)", csv.display(), study.samples.len())];
+    let mut warnings = String::new();
+    match study.figure(&setup).svg() {
+        Ok(drawn) => {
+            save(&svg, drawn.as_bytes())?;
+            files.push(svg.display().to_string());
+        }
+        Err(reason) => warnings += &format!("\n\nwarning: no picture: {reason}"),
+    }
+    for warning in study.warnings(&options.budget) {
+        warnings += &format!("\n\n{}", warning.warning());
+    }
+    print(&(written(&files) + &warnings));
+    if study.is_interrupted() { Err(Error::run("interrupted: what was measured is written")) } else { Ok(()) }
+}
+
+/// Reads `30s`, `500ms`, `2min` or a number of seconds.
+fn budget(text: &str) -> Result<Duration, Error> {
+    let text = text.trim();
+    let units = [("ms", 1e-3), ("min", 60.0), ("s", 1.0), ("m", 60.0), ("h", 3600.0)];
+    let found = units.into_iter().find_map(|(unit, factor)| Some((text.strip_suffix(unit)?, factor)));
+    let (number, factor) = found.unwrap_or((text, 1.0));
+    let seconds = positive("--budget", number.trim())? * factor;
+    Ok(Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX))
+}

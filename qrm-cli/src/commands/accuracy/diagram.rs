@@ -1,0 +1,43 @@
+//! The work-precision diagram.
+
+use qrm_view::figure::{Abscissa, Curve, Figure, Panel, Scale};
+
+use super::study::Study;
+use crate::setup::Setup;
+
+impl Study {
+    /// Error against run time, a line for each method.
+    pub(crate) fn figure(&self, setup: &Setup) -> Figure {
+        let floor = self.reference.uncertainty.position;
+        let mut curves: Vec<Curve> = Vec::new();
+        for sample in &self.samples {
+            let Ok(measured) = &sample.result else { continue };
+            // Errors below the floor are not known: a line ends where it gets there.
+            let point = (measured.seconds[1], measured.errors.position.max(floor));
+            match curves.last_mut().filter(|curve| curve.name == sample.method) {
+                Some(curve) if curve.points.iter().any(|point| point.1 <= floor) => {}
+                Some(curve) => curve.points.push(point),
+                None => curves.push(Curve {
+                    name: sample.method.clone(),
+                    doc: String::new(),
+                    points: vec![point],
+                    extremes: None,
+                    has_dots: true,
+                }),
+            }
+        }
+        for curve in &mut curves {
+            curve.points.sort_by(|a, b| a.0.total_cmp(&b.0));
+        }
+        let units: Vec<&str> = setup.scene.coordinates.iter().map(|c| c.unit.as_str()).collect();
+        let is_same = units.iter().all(|unit| *unit == units[0]);
+        let unit = if is_same { units[0].to_owned() } else { "rad, m".to_owned() };
+        let floor = Some((floor, "unknown below: the reference is uncertain by this".to_owned()));
+        let quantity = "largest error of a coordinate".to_owned();
+        Figure {
+            title: format!("{}: error against run time", setup.description.name),
+            abscissa: Abscissa { quantity: "run time".to_owned(), unit: "s".to_owned(), scale: Scale::Logarithmic },
+            panels: vec![Panel { quantity, unit, scale: Scale::Logarithmic, curves, floor }],
+        }
+    }
+}

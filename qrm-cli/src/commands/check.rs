@@ -1,0 +1,77 @@
+//! `qrm check`
+
+mod equilibrium;
+mod limits;
+mod motion;
+mod revolution;
+
+use clap::Args;
+use qrm_core::Model;
+
+use crate::error::Error;
+use crate::options::{MethodOptions, SceneOptions};
+use crate::output::print;
+use crate::setup::Setup;
+
+#[derive(Args)]
+pub(crate) struct Options {
+    #[command(flatten)]
+    scene: SceneOptions,
+    #[command(flatten)]
+    method: MethodOptions,
+    /// Only say what balances the loads at rest, at a position such as `phi2=45deg`; may be repeated
+    #[arg(long = "static", value_name = "NAME=VALUE", allow_hyphen_values = true)]
+    at_rest: Vec<String>,
+}
+
+/// Prints what can be known of a mechanism beyond one run of it.
+pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
+    let setup = Setup::new(models, &options.scene, &options.method)?;
+    if !options.at_rest.is_empty() {
+        for position in equilibrium::positions(&setup, &options.at_rest)? {
+            print(&equilibrium::text(&setup, &position)?);
+        }
+        return Ok(());
+    }
+    let (topics, problem) = report_lines(&setup)?;
+    let width = topics.iter().map(|topic| topic.name.len()).max().unwrap_or(0);
+    let mut text = format!("{}: {}\n", setup.description.name, setup.description.doc);
+    for Topic { name, lines } in &topics {
+        let names = std::iter::once(name.as_str()).chain(std::iter::repeat(""));
+        text.push('\n');
+        for (name, line) in names.zip(lines) {
+            text += &format!("  {name:width$}  {line}\n");
+        }
+    }
+    print(&text);
+    problem.map_or(Ok(()), Err)
+}
+
+/// Lines about one topic.
+pub(crate) struct Topic {
+    pub(crate) name: String,
+    pub(crate) lines: Vec<String>,
+}
+
+impl Topic {
+    fn new(name: &str, lines: impl Into<Vec<String>>) -> Self {
+        Self { name: name.to_owned(), lines: lines.into() }
+    }
+}
+
+/// The lines about a revolution and about the scene's own motion, with an error if its run did not do what was asked.
+pub(crate) fn report_lines(setup: &Setup) -> Result<(Vec<Topic>, Option<Error>), Error> {
+    let mut topics = revolution::report_lines(setup)?;
+    let (of_motion, problem) = motion::report_lines(setup)?;
+    topics.extend(of_motion);
+    Ok((topics, problem))
+}
+
+/// The unit of a generalized force.
+fn unit_of_force(unit: &str) -> String {
+    match unit {
+        "m" => "N".to_owned(),
+        "rad" => "N m".to_owned(),
+        other => format!("J/{other}"),
+    }
+}

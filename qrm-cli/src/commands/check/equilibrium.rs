@@ -1,0 +1,137 @@
+//! Positions at rest, and the forces that balance the loads there.
+
+use qrm_scene::names::suggestion;
+use qrm_scene::scene::{LoadKind, OutputKind, Quantity, Value};
+use qrm_sim::analysis::{NoEquilibrium, static_equilibrium};
+
+use super::unit_of_force;
+use crate::error::Error;
+use crate::format::quantity;
+use crate::messages;
+use crate::options::number;
+use crate::setup::Setup;
+
+/// Farther from the start a position is not looked for.
+const MAX_TURNS: f64 = 100.0;
+
+/// Values of coordinates that the scene gives.
+type Wanted = Vec<(usize, f64)>;
+
+/// Reads `phi2=45deg` or `phi=0.5,s=0.1`. A coordinate that is asked for again begins another position.
+pub(super) fn positions(setup: &Setup, texts: &[String]) -> Result<Vec<Wanted>, Error> {
+    let mut positions: Vec<Wanted> = Vec::new();
+    for text in texts {
+        for part in text.split(',') {
+            let (place, value) = value(setup, text, part)?;
+            match positions.last_mut() {
+                Some(last) if last.iter().all(|(other, _)| *other != place) => last.push((place, value)),
+                _ => positions.push(vec![(place, value)]),
+            }
+        }
+    }
+    Ok(positions)
+}
+
+fn value(setup: &Setup, text: &str, part: &str) -> Result<(usize, f64), Error> {
+    let is_given = setup.given();
+    let coordinates = setup.description.coordinates;
+    let given: Vec<&str> = (0..coordinates.len()).filter(|&i| is_given[i]).map(|i| coordinates[i].name).collect();
+    let wrong = |why: String, help: String| Error::usage(format!("`--static {text}`: {why}")).help(help);
+    let Some(first) = given.first() else {
+        let help = "its forces at rest need no `--static`: they are what `qrm run` writes".to_owned();
+        return Err(wrong("the mechanism has no degree of freedom, so it has one position only".to_owned(), help));
+    };
+    let Some((name, value)) = part.split_once('=') else {
+        return Err(wrong(format!("`{part}` has no `=`"), format!("write `--static {first}=45deg`")));
+    };
+    let name = name.trim();
+    let Some(place) = coordinates.iter().position(|c| c.name == name) else {
+        let help = suggestion(name, given.iter().copied(), || format!("the scene gives: {}", given.join(", ")));
+        return Err(wrong(format!("there is no coordinate `{name}`"), help));
+    };
+    if !is_given[place] {
+        let help = format!("give what [initial] gives: {}", given.join(", "));
+        return Err(wrong(format!("`{name}` follows from the constraints"), help));
+    }
+    let option = format!("--static {name}");
+    if coordinates[place].unit != "rad" && value.trim().ends_with("deg") {
+        return Err(wrong(format!("`{name}` is no angle"), format!("give it in {}", coordinates[place].unit)));
+    }
+    let value = match value.trim().strip_suffix("deg") {
+        Some(degrees) => number(&option, degrees.trim())?.to_radians(),
+        None => number(&option, value.trim())?,
+    };
+    if coordinates[place].unit == "rad" && value.abs() > MAX_TURNS * std::f64::consts::TAU {
+        return Err(wrong(format!("more than {MAX_TURNS} turns"), "take whole turns off".to_owned()));
+    }
+    Ok((place, value))
+}
+
+/// A note that loads which depend on time are taken at its beginning.
+pub(super) fn when(setup: &Setup) -> &'static str {
+    let values = setup.scene.loads.iter().flat_map(|load| match &load.kind {
+        LoadKind::Force { force, .. } => force.iter().collect(),
+        LoadKind::Torque { torque, .. } => vec![torque],
+        LoadKind::Spring { force, friction, .. } => force.iter().chain(friction.iter().map(|(size, _)| size)).collect(),
+        LoadKind::Gravity(_) => Vec::new(),
+    });
+    let mut names = values.flat_map(|value: &Value| value.names());
+    if names.any(|name| *name == Quantity::Time) { " at t = 0" } else { "" }
+}
+
+/// The forces that hold a position, as text.
+pub(super) fn text(setup: &Setup, wanted: &[(usize, f64)]) -> Result<String, Error> {
+    let description = setup.description;
+    let rest = static_equilibrium(&*setup.mechanism(), wanted).map_err(|reason| no_equilibrium(setup, &reason))?;
+    let is_given = setup.given();
+    let mut text = format!("{} at rest{}\n\n", description.name, when(setup));
+    let mut line = |name: &str, value: f64, unit: &str, more: &str| {
+        let also = if unit == "rad" { format!("= {}", quantity(value, unit)) } else { more.to_owned() };
+        let digits = if value == 0.0 || (1e-3..1e9).contains(&value.abs()) {
+            format!("{:.10}", value + 0.0)
+        } else {
+            format!("{value:.10e}")
+        };
+        text += format!("  {name:12} {digits:>20} {unit:6} {also}").trim_end();
+        text += "\n";
+    };
+    for (coordinate, value) in description.coordinates.iter().zip(&rest.q) {
+        line(coordinate.name, *value, coordinate.unit, "");
+    }
+    for (i, coordinate) in description.coordinates.iter().enumerate().filter(|(i, _)| is_given[*i]) {
+        let name = format!("on {}", coordinate.name);
+        line(&name, rest.forces[i], &unit_of_force(coordinate.unit), "beside the loads of the scene, holds it at rest");
+    }
+    for (output, value) in setup.scene.outputs.iter().zip(&rest.outputs) {
+        if !matches!(output.kind, OutputKind::Rate(_) | OutputKind::SecondRate(_) | OutputKind::LoadPower(_)) {
+            line(&output.name, *value, &output.unit, &output.doc);
+        }
+    }
+    Ok(text)
+}
+
+fn no_equilibrium(setup: &Setup, reason: &NoEquilibrium) -> Error {
+    let description = setup.description;
+    match reason {
+        NoEquilibrium::NotAssembled(reason) => messages::not_assembled(reason, setup),
+        NoEquilibrium::Singular => Error::usage("the start is singular: it does not determine which way the mechanism goes")
+            .help("give another start in [initial]"),
+        NoEquilibrium::Driven => {
+            Error::usage("a constraint depends on time: there is no position that the mechanism could be held in")
+                .help("leave the constraint out to see what balances the loads at rest")
+        }
+        NoEquilibrium::NotFinite => Error::usage("forces at this position are not finite")
+            .help("the position is a limit of the mechanism, or a formula leaves its domain"),
+        NoEquilibrium::LimitPosition { q, constraint } => {
+            let coordinates = description.coordinates.iter().zip(q);
+            let at: Vec<String> =
+                coordinates.map(|(c, q)| format!("{} = {}", c.name, quantity(*q, c.unit))).collect();
+            let at = at.join(", ");
+            let why = constraint.map_or_else(
+                || "another branch begins there".to_owned(),
+                |i| format!("constraint `{}` cannot be closed beyond", description.constraints[i].name),
+            );
+            Error::usage(format!("the position cannot be reached: the mechanism locks at {at}")).help(why)
+        }
+    }
+}

@@ -1,0 +1,82 @@
+//! The lengths that allow a full turn.
+
+use qrm_scene::scene::{Quantity, Scene, Value};
+
+use qrm_sim::analysis::can_revolve;
+
+use crate::setup::Setup;
+
+/// The values between which a length allows a full turn, where an end was found.
+pub(super) struct Limits {
+    pub(super) name: &'static str,
+    pub(super) unit: &'static str,
+    pub(super) value: f64,
+    pub(super) low: Option<f64>,
+    pub(super) high: Option<f64>,
+}
+
+/// Searched this many times the present value, upward and downward.
+const REACH: f64 = 20.0;
+/// From one trial to the next.
+const FACTOR: f64 = 1.25;
+/// Relative accuracy of a limit.
+const ACCURACY: f64 = 1e-10;
+
+/// The limits of every parameter that the constraints contain, the others held: between them the turn is possible,
+/// whether
+/// it is now or not.
+pub(super) fn limits(setup: &Setup, turns: bool) -> Vec<Limits> {
+    let used = parameters_of_constraints(&setup.scene);
+    let values = setup.model.parameter_values(&setup.replace());
+    let described = setup.description.parameters.iter().zip(values);
+    let relevant = described.filter(|(p, value)| *value != 0.0 && used.iter().any(|name| name == p.name));
+    let limits = relevant.map(|(parameter, value)| {
+        let replace = setup.replace();
+        let turns_with =
+            |trial: f64| can_revolve(&*setup.model.mechanism(&|name| if name == parameter.name { Some(trial) } else { replace(name) }));
+        let [down, up] = [1.0 / FACTOR, FACTOR].map(|factor| limit(&turns_with, value, factor, turns));
+        // If the mechanism cannot turn now, a longer length with which it can is the lower limit.
+        let (low, high) = if (value > 0.0) == turns { (down, up) } else { (up, down) };
+        Limits { name: parameter.name, unit: parameter.unit, value, low, high }
+    });
+    limits.collect()
+}
+
+/// The value at which a full turn ends or begins to be possible, going from the present one by a factor.
+fn limit(turns_with: &dyn Fn(f64) -> bool, value: f64, factor: f64, turns: bool) -> Option<f64> {
+    let (mut same, mut other) = (value, value * factor);
+    while turns_with(other) == turns {
+        if (other / value).max(value / other) > REACH {
+            return None;
+        }
+        (same, other) = (other, other * factor);
+    }
+    while (same - other).abs() > ACCURACY * same.abs() {
+        let middle = 0.5 * (same + other);
+        if turns_with(middle) == turns { same = middle } else { other = middle }
+    }
+    Some(if turns { same } else { other })
+}
+
+/// The names of parameters in the constraints, through points and other parameters too.
+fn parameters_of_constraints(scene: &Scene) -> Vec<String> {
+    let mut pending: Vec<&Value> = scene.constraints.iter().map(|c| &c.residual).collect();
+    let mut points = vec![false; scene.points.len()];
+    let mut found = vec![false; scene.parameters.len()];
+    while let Some(value) = pending.pop() {
+        for name in value.names() {
+            match *name {
+                Quantity::Parameter(i) if !found[i] => {
+                    found[i] = true;
+                    pending.push(&scene.parameters[i].formula);
+                }
+                Quantity::Point(i, _) if !points[i] => {
+                    points[i] = true;
+                    pending.extend(&scene.points[i].position);
+                }
+                _ => {}
+            }
+        }
+    }
+    scene.parameters.iter().zip(found).filter(|(_, found)| *found).map(|(p, _)| p.name.clone()).collect()
+}

@@ -1,0 +1,147 @@
+//! The scene's own motion: peaks, energy, recurrence.
+
+use std::f64::consts::TAU;
+
+use qrm_scene::scene::{Output, OutputKind};
+use qrm_sim::run::Balance;
+use qrm_sim::columns::Kind;
+use qrm_sim::run::Extremes;
+use qrm_sim::run::Status;
+use qrm_sim::run::End;
+use qrm_sim::analysis::wrap_angle;
+
+use super::Topic;
+use crate::error::Error;
+use crate::format::{number, quantity, seconds};
+use crate::progress::Progress;
+use crate::recording::Recording;
+use crate::run_report::RunReport;
+use crate::setup::Setup;
+
+/// The lines about the motion, and an error if its run did not do what was asked.
+pub(super) fn report_lines(setup: &Setup) -> Result<(Vec<Topic>, Option<Error>), Error> {
+    let mut observer = (Progress::new(), (Recording::new(setup.description), Balance::default()));
+    let outcome = setup.simulate(false, &mut observer)?;
+    let (recording, balance) = observer.1;
+    let report = RunReport::new(setup, &outcome, &recording);
+    let mut topics = vec![Topic::new("run", [report.message.to_string()])];
+    topics.extend(peaks(setup, &recording));
+    topics.push(energy(&balance, outcome.energy_drift.is_some()));
+    topics.extend(recurrence(setup)?);
+    topics.extend(report.warnings.iter().map(|warning| Topic::new("warning", warning.lines())));
+    Ok((topics, report.problem()))
+}
+
+/// The coordinate that the scene gives at its start, if it is a single angle.
+fn driven(setup: &Setup) -> Option<usize> {
+    let given = setup.given();
+    let mut places = (0..given.len()).filter(|&i| given[i]);
+    let place = places.next()?;
+    (places.next().is_none() && setup.description.coordinates[place].unit == "rad").then_some(place)
+}
+
+fn peaks(setup: &Setup, recording: &Recording) -> Vec<Topic> {
+    let driven = driven(setup);
+    let series = driven.map(|i| recording.series(Kind::Coordinate(i))).unwrap_or_default();
+    let driven = driven.map(|i| setup.description.coordinates[i].name);
+    let at = |t: f64| {
+        let after = series.partition_point(|point| point.0 < t).clamp(1, series.len().max(2) - 1);
+        let angle = series
+            .get(after - 1)
+            .zip(series.get(after))
+            .map(|((t0, a0), (t1, a1))| (a0 + (a1 - a0) * (t - t0) / (t1 - t0)).rem_euclid(TAU));
+        let angle = angle.zip(driven).map(|(angle, name)| format!(", {name} = {}", quantity(angle, "rad")));
+        format!("t = {t:.6} s{}", angle.unwrap_or_default())
+    };
+    let mut topics = Vec::new();
+    for (i, output) in setup.scene.outputs.iter().enumerate() {
+        let (true, Some(e)) = (output.kind.is_reaction(), recording.extremes(Kind::Output(i))) else { continue };
+        let line =
+            |what: &str, (value, t): (f64, f64)| format!("{what}  {} {} at {}", number(value), output.unit, at(t));
+        topics.push(Topic::new(&output.name, [line("smallest", e.minimum), line("largest ", e.maximum)]));
+    }
+    topics
+}
+
+fn energy(balance: &Balance, is_conservative: bool) -> Topic {
+    let Balance { work, change, error, .. } = balance;
+    let line = match is_conservative {
+        true => format!("kinetic and potential: constant within {error:.1e} J"),
+        false => format!(
+            "changes by {} J, while loads without potential do work of {} J: balanced within {error:.1e} J",
+            number(*change),
+            number(*work)
+        ),
+    };
+    Topic::new("energy", [line])
+}
+
+/// Whether the state comes back after a turn of the driven angle.
+fn recurrence(setup: &Setup) -> Result<Option<Topic>, Error> {
+    let Some(driven) = driven(setup) else { return Ok(None) };
+    let name = setup.description.coordinates[driven].name;
+    let mut observer = (Progress::new(), Recording::new(setup.description));
+    let latest = setup.latest_end();
+    let turned = std::cell::Cell::new(None);
+    let condition = |t: f64, q: &[f64], _: &[f64]| {
+        let from = turned.get().unwrap_or(q[driven]);
+        turned.set(Some(from));
+        if t >= latest { 0.0 } else { (q[driven] - from).abs() - TAU }
+    };
+    let outcome = setup.simulate_until(Some(End::Condition(&condition)), false, &mut observer)?;
+    let recording = observer.1;
+    let Some((_, q, qd)) = recording.states().into_iter().next() else { return Ok(None) };
+    let t = seconds(outcome.end_time);
+    let makes_none = || Some(Topic::new("cycle", [format!("{name} makes no full turn by t = {t}")]));
+    match outcome.status {
+        Status::Stopped if (outcome.q[driven] - q[driven]).abs() > 0.999 * TAU => {}
+        Status::Stopped | Status::StopNotReached { .. } => return Ok(makes_none()),
+        _ => return Ok(None),
+    }
+    let mut largest = [(0.0, 0); 2];
+    for i in 0..q.len() {
+        let rest = wrap_angle(outcome.q[i] - q[i], setup.description.coordinates[i].unit);
+        for (largest, difference) in largest.iter_mut().zip([rest, outcome.qd[i] - qd[i]]) {
+            if difference.abs() > largest.0 {
+                *largest = (difference.abs(), i);
+            }
+        }
+    }
+    let [(position, moved), (rate, place)] = largest;
+    let scale = qd.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+    let turn = format!("after a turn of {name}, at t = {t},");
+    let line = if position > 1e-6 {
+        let moved = setup.description.coordinates[moved];
+        format!("{turn} {} is not back: it is off by {}", moved.name, quantity(position, moved.unit))
+    } else if rate > 1e-6 * scale {
+        let fastest = setup.description.coordinates[place].name;
+        let [now, then] = [outcome.qd[place], qd[place]].map(number);
+        format!("{turn} the motion does not repeat: {fastest}_dot is {now} instead of {then}")
+    } else {
+        format!(
+            "{turn} the state is that of the start within {position:.1e} in the coordinates, {rate:.1e} in the rates"
+        )
+    };
+    let mut lines = vec![line];
+    lines.extend(setup.scene.outputs.iter().enumerate().filter_map(|(i, output)| {
+        let kind = Kind::Output(i);
+        strokes(output, &recording.series(kind), recording.extremes(kind), outcome.end_time)
+    }));
+    Ok(Some(Topic::new("cycle", lines)))
+}
+
+/// The durations of the two strokes of an output in one turn, if it has no more than two.
+fn strokes(output: &Output, series: &[(f64, f64)], e: Option<Extremes>, period: f64) -> Option<String> {
+    let (OutputKind::Value(_), Some(e)) = (&output.kind, e) else { return None };
+    let signs = || series.windows(2).map(|pair| pair[1].1 - pair[0].1).filter(|change| *change != 0.0);
+    let turns_back = signs().zip(signs().skip(1)).filter(|(a, b)| a * b < 0.0).count();
+    let there = (e.maximum.1 - e.minimum.1).abs();
+    let (slow, fast) = if there > period - there { (there, period - there) } else { (period - there, there) };
+    (turns_back == 2 && fast > 0.0).then(|| {
+        format!(
+            "{}: one stroke {slow:.6} s, the other {fast:.6} s: ratio {:.6} in this motion",
+            output.name,
+            slow / fast
+        )
+    })
+}

@@ -1,0 +1,148 @@
+//! A slow full turn: strokes, dead points, limit positions, torque at rest.
+
+use std::f64::consts::TAU;
+
+use qrm_core::QuantityDescription;
+use qrm_scene::scene::OutputKind;
+use qrm_sim::analysis::{NoRevolution, Range, Revolution, Series, revolution};
+
+use super::limits::{Limits, limits};
+use super::{Topic, equilibrium, unit_of_force};
+use crate::error::Error;
+use crate::format::{number, quantity};
+use crate::messages;
+use crate::setup::Setup;
+
+/// The lines about a full turn of the driven coordinate.
+pub(super) fn report_lines(setup: &Setup) -> Result<Vec<Topic>, Error> {
+    let coordinates = setup.description.coordinates;
+    let not_looked_at = |why: String| Ok(vec![Topic::new("turn", [format!("not looked at: {why}")])]);
+    let turn = match revolution(&*setup.mechanism()) {
+        Ok(turn) => turn,
+        Err(NoRevolution::DegreesOfFreedom(n)) => return not_looked_at(format!("the mechanism has {n} degrees of freedom, not one")),
+        Err(NoRevolution::Driven) => return not_looked_at("a constraint depends on time".to_owned()),
+        Err(NoRevolution::NotAnAngle(i)) => {
+            return not_looked_at(format!("`{}`, which [initial] gives, is not in rad", coordinates[i].name));
+        }
+        Err(NoRevolution::Singular) => return not_looked_at("the start is singular".to_owned()),
+        Err(NoRevolution::NotAssembled(reason)) => {
+            return Err(messages::not_assembled(&reason, setup));
+        }
+    };
+    let driven = coordinates[turn.coordinate];
+    let mut topics = vec![Topic::new("turn", turning(setup, &turn, &driven))];
+    if !setup.description.constraints.is_empty() {
+        topics.extend(lengths(setup, turn.range.is_none()));
+    }
+    for (output, series) in setup.scene.outputs.iter().zip(&turn.outputs) {
+        if matches!(output.kind, OutputKind::Value(_)) {
+            topics.push(stroke(&output.name, &output.unit, series, &turn, &driven));
+        }
+    }
+    topics.push(at_rest(setup, &turn, &driven));
+    Ok(topics)
+}
+
+fn turning(setup: &Setup, turn: &Revolution, driven: &QuantityDescription) -> Vec<String> {
+    let name = driven.name;
+    let way = match &turn.range {
+        None if setup.description.constraints.is_empty() => format!("{name} turns freely"),
+        None if turn.returns => format!("{name} turns all the way"),
+        None => format!("{name} turns all the way, after which other coordinates are not back"),
+        Some(Range { low, high }) => {
+            let end = |limit: &Option<(f64, Option<usize>)>| match limit {
+                None => "a turn away or farther".to_owned(),
+                Some((angle, None)) => format!("{}, where another branch begins", quantity(*angle, "rad")),
+                Some((angle, Some(i))) => {
+                    let name = setup.description.constraints[*i].name;
+                    format!("{}, where constraint `{name}` holds it", quantity(*angle, "rad"))
+                }
+            };
+            format!("{name} locks: it can move from {}, to {}", end(low), end(high))
+        }
+    };
+    let Series { smallest, largest, .. } = &turn.inertia;
+    let at = |(value, angle): (f64, f64)| format!("{} kg m^2 at {}", number(value), place(angle, turn));
+    let inertia = match largest.0 - smallest.0 > 1e-9 * largest.0 {
+        true => format!("from {} to {}", at(*smallest), at(*largest)),
+        false => format!("always {} kg m^2", number(smallest.0)),
+    };
+    vec![way, format!("inertia that {name} has to move: {inertia}")]
+}
+
+/// An angle within one turn, or as it is between locks.
+fn place(angle: f64, turn: &Revolution) -> String {
+    let within = angle.rem_euclid(TAU);
+    // Rounding may leave the beginning of a turn at its end.
+    let within = if TAU - within < 1e-7 { 0.0 } else { within };
+    quantity(if turn.range.is_none() { within } else { angle }, "rad")
+}
+
+/// For which lengths the turn is or would be possible, like Grashof's condition for four bars.
+fn lengths(setup: &Setup, turns: bool) -> Option<Topic> {
+    let line = |limit: &Limits| {
+        let (name, unit) = (limit.name, limit.unit);
+        let range = match (limit.low, limit.high) {
+            (None, None) => return None,
+            (Some(low), None) => format!("{name} >= {} {unit}", number(low)),
+            (None, Some(high)) => format!("{name} <= {} {unit}", number(high)),
+            (Some(low), Some(high)) if low <= high => format!("{} <= {name} <= {} {unit}", number(low), number(high)),
+            (Some(low), Some(high)) => format!("{name} <= {} {unit} or >= {} {unit}", number(high), number(low)),
+        };
+        Some(format!("{}, and is {}", range.trim_end(), number(limit.value)))
+    };
+    let lines: Vec<String> = limits(setup, turns).iter().filter_map(line).collect();
+    (!lines.is_empty()).then(|| Topic::new(if turns { "needs" } else { "turns if" }, lines))
+}
+
+fn stroke(name: &str, unit: &str, series: &Series, turn: &Revolution, driven: &QuantityDescription) -> Topic {
+    let value = |value: f64| format!("{} {unit}", number(value)).trim_end().to_owned();
+    let at = |angle: f64| format!("{} = {}", driven.name, place(angle, turn));
+    let (low, high) = (series.smallest, series.largest);
+    if !(low.0.is_finite() && high.0.is_finite()) {
+        return Topic::new(name, ["has no finite value somewhere on the way".to_owned()]);
+    }
+    if low.0 == high.0 {
+        return Topic::new(name, [format!("always {}", value(low.0))]);
+    }
+    let mut lines = vec![
+        format!("smallest     {} at {}", value(low.0), at(low.1)),
+        format!("largest      {} at {}", value(high.0), at(high.1)),
+        format!("stroke       {}", value(high.0 - low.0)),
+    ];
+    if turn.range.is_none() && turn.returns && !series.is_periodic() {
+        lines.push(format!("after a turn {} more than before", value(series.ends[1] - series.ends[0])));
+        return Topic::new(name, lines);
+    }
+    let dead: Vec<String> = series.vertices.iter().map(|vertex| place(vertex.angle, turn)).collect();
+    if !dead.is_empty() {
+        lines.push(format!("dead points  at {} = {}", driven.name, dead.join(", ")));
+    }
+    if let (None, [one, other]) = (&turn.range, &series.vertices[..]) {
+        let way = ((other.angle - one.angle) * turn.direction).rem_euclid(TAU);
+        let rises = other.value > one.value;
+        let (slow, fast) = if way > TAU - way { (way, TAU - way) } else { (TAU - way, way) };
+        let direction = if (way > TAU - way) == rises { "rising" } else { "falling" };
+        lines.push(format!(
+            "time         {direction} during {} of {}, back during {}: ratio {:.6} at uniform speed",
+            quantity(slow, "rad"),
+            driven.name,
+            quantity(fast, "rad"),
+            slow / fast
+        ));
+    }
+    Topic::new(name, lines)
+}
+
+fn at_rest(setup: &Setup, turn: &Revolution, driven: &QuantityDescription) -> Topic {
+    let unit = unit_of_force(driven.unit);
+    let line = |which: &str, (value, angle): (f64, f64)| {
+        format!("{which} {} {unit} at {} = {}", number(value), driven.name, place(angle, turn))
+    };
+    let mut title = format!("torque on {} that balances the loads{}", driven.name, equilibrium::when(setup));
+    if turn.range.is_some() {
+        title += ", between the limit positions";
+    }
+    let Series { smallest, largest, .. } = &turn.balance;
+    Topic::new("at rest", [title + ":", line("smallest    ", *smallest), line("largest     ", *largest)])
+}

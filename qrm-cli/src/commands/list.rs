@@ -1,0 +1,38 @@
+//! `qrm list`
+
+use clap::Args;
+use qrm_core::{Model, QuantityDescription};
+
+use crate::error::Error;
+use crate::output::print;
+
+#[derive(Args)]
+pub(crate) struct Options {}
+
+/// Prints every scene with what can be set and what it gives.
+pub(crate) fn run(models: &'static [Model], _options: &Options) -> Result<(), Error> {
+    print(&models.iter().map(entry).collect::<Vec<_>>().join("\n\n"));
+    Ok(())
+}
+
+fn entry(model: &Model) -> String {
+    let description = model.description;
+    let names = |quantities: &[QuantityDescription]| quantities.iter().map(|q| q.name).collect::<Vec<_>>().join(", ");
+    let topics = [
+        ("coordinates", names(description.coordinates)),
+        ("constraints", names(description.constraints)),
+        ("outputs", names(description.outputs)),
+        ("until", description.until.to_owned()),
+        ("left out", description.left_out.join(", ")),
+    ];
+    let mut lines = vec![format!("{}: {}", description.name, description.doc)];
+    for (topic, text) in topics.iter().filter(|(_, text)| !text.is_empty()) {
+        lines.push(format!("  {topic:12} {text}"));
+    }
+    lines.push("  parameters   (--set NAME=VALUE)".to_owned());
+    for (parameter, value) in description.parameters.iter().zip(model.parameter_values(&|_| None)) {
+        let line = format!("    {:8} {value:>20} {:8} {}", parameter.name, parameter.unit, parameter.doc);
+        lines.push(line.trim_end().to_owned());
+    }
+    lines.join("\n")
+}

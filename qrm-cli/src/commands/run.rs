@@ -1,0 +1,106 @@
+//! `qrm run`
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use qrm_sim::columns::columns;
+use qrm_sim::run::{Outcome, Status};
+use qrm_core::Model;
+
+use crate::columns::write_units;
+use crate::error::{Error, Message};
+use crate::options::{MethodOptions, OutFolder, SceneOptions};
+use crate::output::{print, save, save_json};
+use crate::parquet;
+use crate::pictures::figures;
+use crate::progress::Progress;
+use crate::recorder::Recorder;
+use crate::recording::Recording;
+use crate::run_report::RunReport;
+use crate::setup::Setup;
+
+#[derive(Args)]
+pub(crate) struct Options {
+    #[command(flatten)]
+    scene: SceneOptions,
+    #[command(flatten)]
+    method: MethodOptions,
+    /// Write every Nth row only; the last row is always written
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    every: u64,
+    /// Skip the second run, at twice the step, that estimates the error
+    #[arg(long)]
+    no_error_estimate: bool,
+    /// Draw no figures
+    #[arg(long)]
+    no_figures: bool,
+    /// Write trajectory.parquet too
+    #[arg(long)]
+    parquet: bool,
+    #[command(flatten)]
+    out: OutFolder,
+}
+
+/// Runs a scene and writes its files.
+pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
+    let setup = Setup::new(models, &options.scene, &options.method)?;
+    let out = options.out.of(setup.description);
+    let recorder = Recorder::new(&out, columns(setup.description), options.every);
+    let mut observer = (Progress::new(), (recorder, Recording::new(setup.description)));
+    let outcome = setup.simulate(!options.no_error_estimate, &mut observer)?;
+    let (_, (mut recorder, recording)) = observer;
+    if let Some(error) = recorder.unusable.take() {
+        return Err(error);
+    }
+    let mut report = RunReport::new(&setup, &outcome, &recording);
+    report.rows = recorder.rows(matches!(outcome.status, Status::Unwritable(_)));
+    let mut problems: Vec<Error> = report.problem().into_iter().collect();
+    // A curve takes two rows.
+    if !options.no_figures && report.rows > 1 {
+        problems.extend(draw(&setup, &outcome, &recording, &out, &mut report));
+    }
+    let mut tables = Vec::new();
+    if report.rows > 0 {
+        let written = write_tables(options, &recording, &out);
+        written.map_or_else(|e| problems.push(e), |paths| tables.extend(paths));
+    }
+    let saved = save_json(&out.join("summary.json"), &report);
+    print(&report.text(&out, &tables, saved.is_ok()));
+    problems.extend(saved.err());
+    Error::all(problems)
+}
+
+/// Writes the units of the columns and, if asked for, the trajectory in Parquet; returns the tables.
+fn write_tables(options: &Options, recording: &Recording, out: &Path) -> Result<Vec<String>, Error> {
+    let table = out.join("trajectory.csv");
+    let columns: Vec<_> = recording.columns().cloned().collect();
+    write_units(&table, &columns)?;
+    if !options.parquet {
+        return Ok(Vec::new());
+    }
+    let path: PathBuf = out.join("trajectory.parquet");
+    parquet::copy(&table, &path, |_| parquet::Kind::Number).map_err(|e| Error::unwritable(&path, &e))?;
+    Ok(vec![path.display().to_string()])
+}
+
+/// Draws the figures of a run and lists them in its report.
+fn draw(
+    setup: &Setup,
+    outcome: &Outcome,
+    recording: &Recording,
+    out: &Path,
+    report: &mut RunReport,
+) -> Vec<Error> {
+    let mut problems = Vec::new();
+    for (name, figure) in figures(setup, outcome, recording) {
+        let file = format!("figures/{name}.svg");
+        match figure.svg() {
+            Ok(svg) => match save(&out.join(&file), svg.as_bytes()) {
+                Ok(()) => report.figures.push(file),
+                Err(e) => problems.push(e),
+            },
+            Err(reason) => report.warnings.push(Message::new(format!("{file} cannot be drawn: {reason}"))),
+        }
+    }
+    problems
+}

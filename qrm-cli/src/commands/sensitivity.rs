@@ -1,0 +1,136 @@
+//! `qrm sensitivity`
+
+mod check;
+mod quantities;
+mod table;
+
+use clap::Args;
+use num_dual::Dual64;
+use qrm_scene::evaluate::parameter_values;
+use qrm_scene::names::suggestion;
+use qrm_core::{Model, Replace};
+use qrm_sim::analysis::{Sensitivity, SensitivityEnd, SensitivityError, SensitivityRequest, sensitivity};
+
+use crate::error::{Error, Message};
+use crate::messages::{no_start, step_error};
+use crate::options::{MethodOptions, OutFolder, SceneOptions, check_parameter};
+use crate::output::{print, save};
+use crate::setup::Setup;
+use quantities::quantities;
+
+#[derive(Args)]
+pub(crate) struct Options {
+    #[command(flatten)]
+    scene: SceneOptions,
+    /// By this parameter; may be repeated [default: by all]
+    #[arg(long, value_name = "NAME")]
+    by: Vec<String>,
+    /// Of this output, or `end` for the state at the end; may be repeated [default: of all]
+    #[arg(long, value_name = "NAME")]
+    of: Vec<String>,
+    /// Skip the runs at other values and at twice the step that check the derivatives
+    #[arg(long)]
+    no_check: bool,
+    #[command(flatten)]
+    out: OutFolder,
+}
+
+/// Takes derivatives of a motion by parameters, checks them, prints and writes them.
+pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
+    let setup = Setup::new(models, &options.scene, &MethodOptions::default())?;
+    let by = parameters(&setup, &options.by)?;
+    check_outputs(&setup, &options.of)?;
+    let path = options.out.of(setup.description).join("sensitivity.csv");
+    // An earlier table would pass for this one's. If it cannot be removed, writing will fail too.
+    let _ = std::fs::remove_file(&path);
+    let found = derive(&setup, &by, &setup.replace(), setup.step())?;
+    let rows = quantities(&setup, &found, &options.of);
+    let checks = if options.no_check { Vec::new() } else { check::check(&setup, &by, &rows, &options.of) };
+    save(&path, &table::csv(&rows, &by)?)?;
+    let text = table::text(&setup, &rows, &by) + &check::text(&checks, setup.step());
+    print(&format!("{text}\nwrote {} ({} rows)", path.display(), rows.len()));
+    check::verdict(&checks)
+}
+
+/// The parameters that are asked for, or all.
+fn parameters(setup: &Setup, asked: &[String]) -> Result<Vec<&'static str>, Error> {
+    asked.iter().try_for_each(|name| check_parameter(setup.description, name))?;
+    let is_asked = |name: &&str| asked.is_empty() || asked.iter().any(|asked| asked == name);
+    let by: Vec<&str> = setup.description.parameters.iter().map(|parameter| parameter.name).filter(is_asked).collect();
+    if by.is_empty() {
+        return Err(Error::usage(format!("scene `{}` has no parameter", setup.description.name))
+            .help("give a number a name under [parameters]"));
+    }
+    Ok(by)
+}
+
+/// An error if the scene has not all outputs that are asked for.
+fn check_outputs(setup: &Setup, asked: &[String]) -> Result<(), Error> {
+    let outputs = || setup.description.outputs.iter().map(|output| output.name).chain(["end"]);
+    let Some(unknown) = asked.iter().find(|asked| !outputs().any(|output| output == asked.as_str())) else {
+        return Ok(());
+    };
+    let help = suggestion(unknown, outputs(), || format!("outputs: {}", outputs().collect::<Vec<_>>().join(", ")));
+    let name = setup.description.name;
+    Err(Error::usage(format!("`--of {unknown}`: scene `{name}` has no output of this name")).help(help))
+}
+
+/// The derivatives where parameters have other values, or steps another length.
+fn derive(setup: &Setup, by: &[&str], replace: Replace, step: f64) -> Result<Sensitivity, Error> {
+    let condition = |seeded: &str, t: Dual64, q: &[Dual64], qd: &[Dual64]| {
+        let number = |name: &str| replace(name).map(Dual64::from);
+        let value = |name: &str| if name == seeded { seed(setup, replace, name) } else { number(name) };
+        let parameters: Vec<Dual64> = parameter_values(&setup.scene, value);
+        let condition = setup.condition.as_ref();
+        condition.map_or(Dual64::from(0.0), |c| c.value_in(&mut Vec::new(), &parameters, t, q, qd))
+    };
+    let end = match (setup.end_time, &setup.condition) {
+        (Some(t), _) => Some(SensitivityEnd::Time(t)),
+        (None, Some(_)) => Some(SensitivityEnd::Condition(&condition)),
+        (None, None) => None,
+    };
+    let request = SensitivityRequest { by, step: Some(step), end };
+    sensitivity(setup.model, replace, &request).map_err(|reason| no_sensitivity(setup, &reason))
+}
+
+/// The value of a parameter, with its derivative by itself.
+fn seed(setup: &Setup, replace: Replace, name: &str) -> Option<Dual64> {
+    let place = setup.description.parameters.iter().position(|parameter| parameter.name == name)?;
+    setup.model.parameter_values(replace).get(place).map(|value| Dual64::new(*value, 1.0))
+}
+
+fn no_sensitivity(setup: &Setup, reason: &SensitivityError) -> Error {
+    let name = setup.description.name;
+    let message = match reason {
+        SensitivityError::Start(reason) => return no_start(reason, setup),
+        SensitivityError::Step { t, error } => {
+            step_error(error, setup.description).after(&format!("the motion breaks off after t = {t} s: "))
+        }
+        SensitivityError::Singular { t } => Message::new(format!(
+            "after t = {t} s the mechanism comes near a position at which its constraints are singular, or the step is \
+             too long: the motion is carried on there by means that have no derivatives"
+        ))
+        .help(format!(
+            "use a shorter --step, an earlier --end-time, or look with `qrm stability {name}` for singular positions"
+        )),
+        SensitivityError::NotSmooth { t } => {
+            Message::new(format!("at or after t = {t} s some formula has no value, or no derivative"))
+                .help("look for roots of what becomes zero there, and for powers with exponents below one")
+        }
+        SensitivityError::EventAtStart => Message::new("the stop condition holds at the start: there is no motion")
+            .help("end elsewhere with --until or --end-time"),
+        SensitivityError::EventNotReached { end_time } => {
+            Message::new(format!("the stop condition did not become true up to t = {end_time} s"))
+                .help(format!("`qrm run {name}` says how near it came"))
+        }
+        SensitivityError::GrazingEvent { t } => Message::new(format!(
+            "the stop condition becomes true at t = {t} s without passing through zero there: the least change of a \
+             parameter may move the end far, so it has no derivative"
+        ))
+        .help("end elsewhere with --until or --end-time"),
+        SensitivityError::NoParameter { name: parameter } => {
+            Message::new(format!("scene `{name}` has no parameter `{parameter}`"))
+        }
+    };
+    message.after("no derivatives: ").into()
+}

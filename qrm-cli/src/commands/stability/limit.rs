@@ -1,0 +1,101 @@
+//! The step beyond which a run really blows up.
+
+use std::io;
+
+use qrm_sim::integrate::{MethodSettings, RK4};
+use qrm_sim::run::{End, Observer, Request, Row, Status, simulate};
+
+use super::survey::Survey;
+use crate::error::Error;
+use crate::progress::interrupted;
+use crate::setup::Setup;
+
+/// The longest steps of RK4.
+pub(super) struct Limit {
+    /// The longest step that the linearized equations allow; infinite if nothing decays or oscillates.
+    pub(super) predicted: f64,
+    /// The longest step of a run that did not blow up, and the shortest of one that did, both near each other.
+    pub(super) found: Option<(f64, f64)>,
+    /// The end of the runs.
+    pub(super) until: f64,
+}
+
+/// Runs are no longer than this many steps.
+const MAX_STEPS: f64 = 1e6;
+/// From one trial to the next while looking for a step that blows up.
+const FACTOR: f64 = 1.1;
+/// Trials in either direction.
+const TRIALS: i32 = 12;
+/// Halvings of the interval that is found.
+const HALVINGS: usize = 6;
+/// A rate that grows beyond its largest value by this factor is not that of the motion.
+const BEYOND: f64 = 1.1;
+/// Rates below this part of the largest one are those of coordinates at rest.
+const RESTING: f64 = 1e-2;
+
+/// A limit shows in so many steps, if it shows at all.
+const STEPS: f64 = 100.0;
+/// For it, a motion is followed beyond its end up to so many times its length.
+const FARTHEST: f64 = 20.0;
+
+impl Limit {
+    /// Tries steps around the predicted limit, for as long as a hundred of them take.
+    ///
+    /// # Errors
+    /// The motion could not be followed at all.
+    pub(super) fn find(setup: &Setup, survey: &Survey) -> Result<Self, Error> {
+        let (end, wanted) = (survey.outcome.end_time, STEPS * survey.longest_step());
+        let is_sound = survey.problem.is_none() && wanted.is_finite();
+        let longer = (is_sound && wanted > end).then(|| Survey::until(setup, Some(wanted.min(FARTHEST * end))));
+        let longer = longer.transpose()?.filter(|longer| longer.problem.is_none());
+        Ok(Self::around(setup, longer.as_ref().unwrap_or(survey)))
+    }
+
+    fn around(setup: &Setup, survey: &Survey) -> Self {
+        let predicted = survey.longest_step();
+        let until = survey.outcome.end_time.min(0.5 * MAX_STEPS * predicted);
+        let mut limit = Self { predicted, found: None, until };
+        if !predicted.is_finite() || survey.problem.is_some() {
+            return limit;
+        }
+        let holds = |h: f64| h < until && holds(setup, survey, h, until.min(MAX_STEPS * h));
+        // Downward to one that holds, upward to the first that does not.
+        let Some(start) = (1..TRIALS).map(|k| predicted * 0.5_f64.powi(k)).find(|h| holds(*h)) else { return limit };
+        let Some(end) = (1..TRIALS).map(|k| start * FACTOR.powi(k)).find(|h| !holds(*h)) else { return limit };
+        let (mut low, mut high) = (end / FACTOR, end);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            if holds(middle) { low = middle } else { high = middle }
+        }
+        limit.found = Some((low, high));
+        limit
+    }
+}
+
+/// Whether a run with this step gets to the end, no rate far beyond those of the motion.
+fn holds(setup: &Setup, survey: &Survey, step: f64, until: f64) -> bool {
+    let settings = MethodSettings { method: RK4, ..setup.settings };
+    let request = Request { settings, step: Some(step), end: Some(End::Time(until)), estimate_error: false };
+    let largest = survey.rates.iter().copied().fold(0.0, f64::max);
+    let bounds = survey.rates.iter().map(|rate| BEYOND * rate.max(RESTING * largest)).collect();
+    let mut watch = Watch { bounds, is_beyond: false };
+    let outcome = simulate(&*setup.mechanism(), &request, &mut watch);
+    !watch.is_beyond && outcome.is_ok_and(|outcome| matches!(outcome.status, Status::Completed))
+}
+
+/// An observer that ends a run whose rates leave their bounds.
+struct Watch {
+    bounds: Vec<f64>,
+    is_beyond: bool,
+}
+
+impl Observer for Watch {
+    fn row(&mut self, row: &Row) -> io::Result<()> {
+        self.is_beyond |= row.qd.iter().zip(&self.bounds).any(|(rate, bound)| rate.abs() > *bound);
+        Ok(())
+    }
+
+    fn goes_on(&mut self, _t: f64, _end_time: f64) -> io::Result<bool> {
+        Ok(!self.is_beyond && !interrupted())
+    }
+}

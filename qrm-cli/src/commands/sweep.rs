@@ -1,0 +1,245 @@
+//! `qrm sweep`
+
+mod axes;
+mod journal;
+mod rows;
+mod table;
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc;
+
+use clap::{Args, ValueEnum};
+use qrm_core::{Description, Model, Replace, digest};
+use qrm_scene::evaluate::{constant, parameter_values};
+use qrm_sim::columns::Column;
+use qrm_sim::batch::{DesignResult, SweepEnd, SweepRequest, LaneCount, sweep};
+
+use crate::columns::write_units;
+use crate::error::Error;
+use crate::options::{MethodOptions, SceneOptions, default_folder};
+use crate::output::print;
+use crate::progress::{DesignProgress, interrupted, watch_interrupts};
+use crate::setup::Setup;
+use axes::Axes;
+use journal::Journal;
+use rows::{Field, Row};
+pub(super) use table::join;
+
+#[derive(Args)]
+pub(crate) struct Options {
+    #[command(flatten)]
+    scene: SceneOptions,
+    /// Vary a parameter: `NAME=FROM:TO:COUNT` or `NAME=VALUE,VALUE,...`; may be repeated, for every combination
+    #[arg(long, value_name = "NAME=VALUES", required = true, allow_hyphen_values = true)]
+    vary: Vec<String>,
+    /// Compute one part of the designs only, such as `2/8`; `qrm merge` joins the parts
+    #[arg(long, value_name = "K/N")]
+    shard: Option<String>,
+    /// Leave out the smallest and largest values of the outputs
+    #[arg(long)]
+    no_extremes: bool,
+    /// Skip the second motion, at twice the step, that estimates the error of each design
+    #[arg(long)]
+    no_error_estimate: bool,
+    /// How many cores to use [default: all]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    threads: Option<u32>,
+    /// How many designs a core makes at once
+    #[arg(long, value_enum, default_value_t = Lanes::Most)]
+    lanes: Lanes,
+    /// The table, ending in `.csv` or `.parquet` [default: out/SCENE/sweep.csv]
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Lanes {
+    /// As many as the processor has lanes for
+    Most,
+    /// Four at most
+    Four,
+    /// One
+    One,
+}
+
+impl Lanes {
+    fn count(self) -> LaneCount {
+        match self {
+            Self::Most => LaneCount::Most,
+            Self::Four => LaneCount::Four,
+            Self::One => LaneCount::One,
+        }
+    }
+}
+
+/// The number of designs that a core takes at once.
+const BLOCK: usize = 256;
+
+/// Runs a scene with every combination of parameter values.
+pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
+    let plan = Plan::new(models, options)?;
+    let (begin, end) = plan.range;
+    let (mut journal, done) = Journal::open(&plan.out, &plan.title(), &plan.columns, begin)?;
+    if done > 0 {
+        print(&format!("goes on after {done} designs of an interrupted sweep"));
+    }
+    watch_interrupts();
+    let written = plan.run(&mut journal, done)?;
+    if written < end {
+        let (count, all, path) = (written - begin, end - begin, journal.path().display());
+        return Err(Error::run(format!("interrupted after {count} of {all} designs, which stand in {path}"))
+            .help("the same command goes on from there"));
+    }
+    let (done, failed) = journal.counts();
+    journal.finish(&plan.out)?;
+    let units = write_units(&plan.out, &plan.columns).map_err(Error::while_running)?;
+    print(&format!(
+        "{}: {} designs, {done} done, {failed} failed\n\nwrote {} (units in {})",
+        plan.setup.description.name,
+        done + failed,
+        plan.out.display(),
+        units.file_name().unwrap_or_default().display()
+    ));
+    if done == 0 && failed > 0 {
+        return Err(Error::run("no design came to its end; the column `reason` says why"));
+    }
+    Ok(())
+}
+
+/// A sweep that is to be made.
+struct Plan<'s> {
+    options: &'s Options,
+    setup: Setup,
+    axes: Axes,
+    /// The first design of this part, and the first beyond it.
+    range: (usize, usize),
+    threads: usize,
+    columns: Vec<Column<Field>>,
+    out: PathBuf,
+}
+
+impl<'s> Plan<'s> {
+    fn new(models: &'static [Model], options: &'s Options) -> Result<Self, Error> {
+        let setup = Setup::new(models, &options.scene, &MethodOptions::default())?;
+        let axes = Axes::new(setup.description, &options.vary)?;
+        if let Some(name) = axes.names().find(|name| setup.set.contains_key(*name)) {
+            return Err(Error::usage(format!("`{name}` is both set and varied"))
+                .help(format!("omit `--set {name}` or `--vary {name}`")));
+        }
+        let range = match &options.shard {
+            Some(shard) => axes::shard(shard, axes.count())?,
+            None => (0, axes.count()),
+        };
+        let out = options.out.clone().unwrap_or_else(|| default_folder(setup.description).join("sweep.csv"));
+        table::Format::of(&out)?;
+        let threads = match options.threads {
+            Some(threads) => threads as usize,
+            None => std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
+        };
+        let columns = rows::columns(&setup, &axes, !options.no_extremes);
+        Ok(Self { options, columns, setup, axes, range, threads, out })
+    }
+
+    /// A line that differs between sweeps.
+    fn title(&self) -> String {
+        let Options { scene, vary, shard, no_extremes, no_error_estimate, lanes, .. } = self.options;
+        // Four lanes and eight give the same digits.
+        let is_single = *lanes == Lanes::One;
+        let asked = format!("{scene:?} {vary:?} {shard:?} {no_extremes} {no_error_estimate} {is_single}");
+        let Description { name, source, .. } = self.setup.description;
+        format!("# {name} {} {:016x}", env!("CARGO_PKG_VERSION"), digest(source.bytes().chain(asked.bytes())))
+    }
+
+    /// Runs all designs but those that are done; returns the first that was not written.
+    fn run(&self, journal: &mut Journal, done: usize) -> Result<usize, Error> {
+        let (begin, end) = self.range;
+        let progress = DesignProgress::new(end - begin, done);
+        let next = AtomicUsize::new(begin + done);
+        let mut written = Ok(begin + done);
+        std::thread::scope(|scope| {
+            let (sender, receiver) = mpsc::sync_channel(4 * self.threads);
+            for _ in 0..self.threads {
+                let (sender, next) = (sender.clone(), &next);
+                scope.spawn(move || {
+                    while !interrupted() {
+                        let from = next.fetch_add(BLOCK, Ordering::Relaxed);
+                        let to = end.min(from.saturating_add(BLOCK));
+                        if from >= to || sender.send((from, self.rows(from, to))).is_err() {
+                            break;
+                        }
+                    }
+                });
+            }
+            drop(sender);
+            // Blocks come as they are ready; rows are written in the order of the designs.
+            let mut waiting = BTreeMap::new();
+            for (from, rows) in receiver {
+                waiting.insert(from, rows);
+                while let Ok(at) = written
+                    && let Some(rows) = waiting.remove(&at)
+                {
+                    let count = rows.len();
+                    written = journal.write(&rows).map(|()| at + count);
+                    progress.add(count);
+                }
+                if written.is_err() {
+                    next.store(end, Ordering::Relaxed);
+                }
+            }
+        });
+        written
+    }
+
+    /// The rows of some designs.
+    fn rows(&self, begin: usize, end: usize) -> Vec<Row> {
+        let values: Vec<Vec<f64>> = (begin..end).map(|design| self.axes.values(design)).collect();
+        let own = self.setup.replace();
+        let replacing = |values: &Vec<f64>| {
+            let (values, own) = (values.clone(), &own);
+            move |name: &str| self.axes.value(&values, name).or_else(|| own(name))
+        };
+        let replacements: Vec<_> = values.iter().map(replacing).collect();
+        let designs: Vec<Replace> = replacements.iter().map(|replace| replace as Replace).collect();
+        let parameters = |replace: &Replace| parameter_values(&self.setup.scene, replace);
+        let parameters: Vec<Vec<f64>> = designs.iter().map(parameters).collect();
+        let refused: Vec<Option<String>> = parameters.iter().map(|parameters| self.refused(parameters)).collect();
+        let kept: Vec<usize> = (0..designs.len()).filter(|i| refused[*i].is_none()).collect();
+        let designs: Vec<Replace> = kept.iter().map(|i| designs[*i]).collect();
+        let until = |design: usize, t: f64, q: &[f64], qd: &[f64]| {
+            let condition = self.setup.condition.as_ref();
+            condition.map_or(0.0, |condition| condition.value(&parameters[kept[design]], t, q, qd))
+        };
+        let stop = match (self.setup.end_time, &self.setup.condition) {
+            (Some(t), _) => Some(SweepEnd::Time(t)),
+            (None, Some(_)) => Some(SweepEnd::Condition(&until)),
+            (None, None) => None,
+        };
+        let request = SweepRequest {
+            step: self.setup.own_step,
+            end: stop,
+            extremes: !self.options.no_extremes,
+            estimate_error: !self.options.no_error_estimate,
+        };
+        let finished: Vec<DesignResult> = sweep(self.setup.model, &designs, &request, self.options.lanes.count());
+        let mut finished = finished.iter();
+        let row = |((design, values), refused): ((usize, &Vec<f64>), &Option<String>)| match refused {
+            Some(reason) => Some(rows::refused(&self.columns, design, values, reason)),
+            None => Some(rows::row(&self.columns, &self.setup, design, values, finished.next()?)),
+        };
+        (begin..end).zip(&values).zip(&refused).filter_map(row).collect()
+    }
+
+    /// The reason why a design cannot be run.
+    fn refused(&self, parameters: &[f64]) -> Option<String> {
+        let parts = self.setup.scene.bodies.iter().flat_map(|body| {
+            [(&body.name, "mass", &body.mass), (&body.name, "inertia", &body.inertia)]
+        });
+        let mut values =
+            parts.filter_map(|(name, what, value)| Some((name, what, constant(value.as_ref()?, parameters))));
+        let (name, what, value) = values.find(|(_, _, value)| !(*value >= 0.0 && value.is_finite()))?;
+        let wrong = if value < 0.0 { "a negative" } else { "no finite" };
+        Some(format!("body `{name}` has {wrong} {what}: {value}"))
+    }
+}

@@ -1,0 +1,187 @@
+//! Errors and warnings of the command: message and hint kept apart, one way to print them.
+
+use std::fmt;
+use std::path::Path;
+
+use qrm_scene::diagnostic::Report;
+use serde::{Serialize, Serializer};
+
+/// A sentence about what is wrong, and how to mend it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Message {
+    /// The problem, in one sentence.
+    pub(crate) text: String,
+    /// The way to mend it.
+    pub(crate) help: Option<String>,
+}
+
+/// The line that separates a hint from its message.
+const HELP: &str = "\n  = help: ";
+
+impl Message {
+    pub(crate) fn new(text: impl Into<String>) -> Self {
+        Self { text: text.into(), help: None }
+    }
+
+    #[must_use]
+    pub(crate) fn help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+
+    /// The message behind a prefix.
+    #[must_use]
+    pub(crate) fn after(mut self, prefix: &str) -> Self {
+        self.text.insert_str(0, prefix);
+        self
+    }
+
+    /// The message and its hint.
+    pub(crate) fn lines(&self) -> Vec<String> {
+        std::iter::once(&self.text).chain(&self.help).cloned().collect()
+    }
+
+    /// The message as a warning.
+    pub(crate) fn warning(&self) -> String {
+        format!("warning: {self}")
+    }
+}
+
+impl fmt::Display for Message {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str(&self.text)?;
+        self.help.iter().try_for_each(|help| write!(f, "{HELP}{help}"))
+    }
+}
+
+impl Serialize for Message {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+/// The reason why a command did not do what was asked.
+#[derive(Debug)]
+pub(crate) struct Error {
+    kind: Kind,
+    details: Vec<Detail>,
+}
+
+/// The kind of an error, which decides the exit status.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    /// The run itself failed; its files tell how far it got.
+    Run,
+    /// The command line or the scene is wrong.
+    Usage,
+}
+
+/// A part of an error.
+#[derive(Debug)]
+enum Detail {
+    Message(Message),
+    /// Mistakes at places of a text.
+    Places(Report),
+}
+
+impl Error {
+    /// A wrong command line or scene.
+    pub(crate) fn usage(text: impl Into<String>) -> Self {
+        Self { kind: Kind::Usage, details: vec![Detail::Message(Message::new(text))] }
+    }
+
+    /// A run that failed.
+    pub(crate) fn run(text: impl Into<String>) -> Self {
+        Message::new(text).into()
+    }
+
+    /// A file that cannot be written.
+    pub(crate) fn unwritable(path: &Path, e: &std::io::Error) -> Self {
+        Self::usage(format!("cannot write {}: {e}", path.display())).help("choose another folder with --out DIR")
+    }
+
+    /// A file that cannot be read.
+    pub(crate) fn unreadable(path: &Path, e: &std::io::Error) -> Self {
+        Self::usage(format!("cannot read {}: {e}", path.display()))
+    }
+
+    /// Adds the way to mend it.
+    #[must_use]
+    pub(crate) fn help(mut self, help: impl Into<String>) -> Self {
+        if let Some(Detail::Message(message)) = self.details.last_mut() {
+            message.help = Some(help.into());
+        }
+        self
+    }
+
+    /// Makes the error one of a run that was under way.
+    #[must_use]
+    pub(crate) fn while_running(self) -> Self {
+        Self { kind: Kind::Run, ..self }
+    }
+
+    /// Several errors as one of a run, if there are any.
+    pub(crate) fn all(errors: Vec<Self>) -> Result<(), Self> {
+        if errors.is_empty() {
+            return Ok(());
+        }
+        Err(Self { kind: Kind::Run, details: errors.into_iter().flat_map(|error| error.details).collect() })
+    }
+
+    /// The status that the command ends with.
+    pub(crate) fn status(&self) -> u8 {
+        match self.kind {
+            Kind::Run => 1,
+            Kind::Usage => 2,
+        }
+    }
+
+    /// The first message, without the place where it happened.
+    pub(crate) fn message(self) -> Message {
+        match self.details.into_iter().next() {
+            Some(Detail::Message(message)) => message,
+            Some(Detail::Places(mut report)) if !report.diagnostics.is_empty() => {
+                let found = report.diagnostics.swap_remove(0);
+                Message { text: found.title, help: found.help }
+            }
+            _ => Message::new(""),
+        }
+    }
+}
+
+impl From<Message> for Error {
+    fn from(message: Message) -> Self {
+        Self { kind: Kind::Run, details: vec![Detail::Message(message)] }
+    }
+}
+
+impl From<Report> for Error {
+    fn from(report: Report) -> Self {
+        Self { kind: Kind::Usage, details: vec![Detail::Places(report)] }
+    }
+}
+
+impl From<csv::Error> for Error {
+    fn from(e: csv::Error) -> Self {
+        Self::run(e.to_string())
+    }
+}
+
+impl From<serde_json::Error> for Error {
+    fn from(e: serde_json::Error) -> Self {
+        Self::run(e.to_string())
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        for (i, detail) in self.details.iter().enumerate() {
+            let separator = if i == 0 { "" } else { "\n" };
+            match detail {
+                Detail::Message(message) => write!(f, "{separator}error: {message}")?,
+                Detail::Places(report) => write!(f, "{separator}{report}")?,
+            }
+        }
+        Ok(())
+    }
+}

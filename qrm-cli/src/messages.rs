@@ -1,0 +1,110 @@
+//! Messages about motions that do not begin, go on, or end as they should.
+
+use qrm_core::Description;
+use qrm_scene::diagnostic::Diagnostic;
+use qrm_sim::integrate::StepError;
+use qrm_sim::run::{Explanation, NotAssembled, StartError, Status, Undefined, readable_size};
+
+use crate::error::{Error, Message};
+use crate::format::seconds;
+use crate::setup::Setup;
+
+/// An error for a run that could not begin, with the place in the scene where there is one.
+pub(crate) fn no_start(reason: &StartError, setup: &Setup) -> Error {
+    match reason {
+        StartError::NotAssembled(reason) => not_assembled(reason, setup),
+        StartError::Step(StepError::NotFinite) => {
+            Error::usage("the run cannot start: the accelerations are not finite")
+                .help("some parameter is too large or too small for double precision")
+        }
+        StartError::Step(reason) => {
+            let Message { text, help } = step_error(reason, setup.description).after("the run cannot start: ");
+            let error = Error::usage(text);
+            help.into_iter().fold(error, Error::help)
+        }
+        StartError::ConditionNotFinite => Error::usage("the stop condition has no finite value at the start")
+            .help("look for divisions by zero, roots and logarithms in it"),
+        StartError::StepTooShort { step, end_time } => {
+            let (step, end) = (seconds(*step), seconds(*end_time));
+            Error::usage(format!("a step of {step} is too short for a run of {end}: time would stand still"))
+                .help("use a longer step or an earlier end")
+        }
+    }
+}
+
+/// The reason why a method does not get to the last time.
+pub(crate) fn no_end(reason: &StartError, setup: &Setup) -> Message {
+    match reason {
+        StartError::Step(StepError::NotFinite) => Message::new("breaks off: the state became infinite"),
+        StartError::Step(reason) => step_error(reason, setup.description).after("breaks off: "),
+        other => no_start(other, setup).message(),
+    }
+}
+
+/// The reason why a step could not be made.
+pub(crate) fn step_error(reason: &StepError, description: &Description) -> Message {
+    let Explanation { text, help } = reason.explain(description);
+    Message::new(text).help(help)
+}
+
+/// An error for constraints that cannot be met, at their place in the scene.
+pub(crate) fn not_assembled(reason: &NotAssembled, setup: &Setup) -> Error {
+    let constraint = &setup.scene.constraints[reason.constraint];
+    let (name, unit, span) = (&constraint.name, &constraint.unit, constraint.span.clone());
+    let size = readable_size(reason.residual);
+    let diagnostic = if reason.rates {
+        let title =
+            format!("the rates at the start cannot be solved for: constraint `{name}` keeps a rate of {size} {unit}/s");
+        Diagnostic::error(title, span, "cannot stay closed with the given rates").help(
+            "the mechanism starts at a dead point for the coordinate that is given: start elsewhere, or give another \
+             rate",
+        )
+    } else if !reason.residual.is_finite() {
+        let title = format!("constraint `{name}` has no value at the first guesses");
+        Diagnostic::error(title, span, "a root or another function leaves its domain")
+            .help("choose other guesses in [initial]")
+    } else {
+        let found = setup.scene.coordinates.iter().zip(&reason.q).map(|(c, q)| format!("{} = {q:.6}", c.name));
+        let found = found.collect::<Vec<_>>().join(", ");
+        let title = format!("the mechanism cannot be assembled: constraint `{name}` stays {size} {unit} from closed");
+        Diagnostic::error(title, span, format!("not zero anywhere near the first guesses; nearest at {found}"))
+            .help("check the lengths that occur here, or start from other guesses in [initial]")
+    };
+    setup.at_place(diagnostic)
+}
+
+/// The end of a run in a sentence or a few.
+pub(crate) fn status(status: &Status, end_time: f64, description: &Description, until: &str) -> Message {
+    let t = seconds(end_time);
+    Message::new(match status {
+        Status::Completed => format!("reached the end time {t}"),
+        Status::Stopped => format!("`{until}` became true at t = {t}"),
+        Status::StoppedAtStart => format!("`{until}` holds at the start: there is no motion to compute"),
+        Status::StopNotReached { nearest_time, missing } => {
+            let since = if *nearest_time < end_time {
+                "and has moved away since: the mechanism turned back or stalled, or met the condition only between two \
+                 steps"
+            } else {
+                "and was still coming nearer"
+            };
+            format!(
+                "`{until}` did not become true by the latest end, t = {t}: it was nearest at t = {}, {missing:.6} \
+                 short, {since}",
+                seconds(*nearest_time)
+            )
+        }
+        Status::Interrupted => format!("interrupted at t = {t}"),
+        Status::Failed(reason) => {
+            return step_error(reason, description).after(&format!("broke off after t = {t}: "));
+        }
+        Status::NotFinite { t, what } => {
+            let what = match what {
+                Undefined::Output(i) => format!("output `{}`", description.outputs[*i].name),
+                Undefined::Energy => "the energy".to_owned(),
+                Undefined::Condition => format!("the stop condition `{until}`"),
+            };
+            format!("{what} is not finite at t = {}; the rows before that are kept", seconds(*t))
+        }
+        Status::Unwritable(e) => format!("a row could not be written: {e}"),
+    })
+}

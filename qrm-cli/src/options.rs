@@ -1,0 +1,165 @@
+//! Options that several subcommands share, and the reading of their values.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use clap::Args;
+use qrm_core::{Description, Model};
+use qrm_scene::diagnostic::Report;
+use qrm_scene::evaluate::evaluate;
+use qrm_scene::names::suggestion;
+use qrm_scene::parser::parse_formula;
+use qrm_sim::integrate::{Method, RK4};
+use qrm_sim::solve::{Projection, ProjectionTolerance};
+
+use crate::error::Error;
+use crate::methods::{method_parser, projection_parser};
+
+/// A scene by its name.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct SceneName {
+    /// Name of the scene; `qrm list` shows them
+    #[arg(default_value = "quick-return")]
+    pub(crate) scene: String,
+}
+
+/// A scene with parameters, step and end.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct SceneOptions {
+    #[command(flatten)]
+    pub(crate) name: SceneName,
+    /// Give a parameter another value, such as `O2A=0.25` or `w0=3*pi`
+    #[arg(long = "set", value_name = "NAME=VALUE", allow_hyphen_values = true)]
+    pub(crate) set: Vec<String>,
+    /// Step of the integration in seconds; of the rows, if the method chooses its steps [default: the scene's]
+    #[arg(long, value_name = "H", allow_hyphen_values = true)]
+    pub(crate) step: Option<String>,
+    /// End at this time in seconds, whatever the scene says
+    #[arg(long, value_name = "T", conflicts_with = "until", allow_hyphen_values = true)]
+    pub(crate) end_time: Option<String>,
+    /// End when a condition becomes true, such as `phi2 >= 2*pi`; at the scene's latest end at the latest
+    #[arg(long, value_name = "EXPR", allow_hyphen_values = true)]
+    pub(crate) until: Option<String>,
+}
+
+/// An integration method with its projection.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct MethodOptions {
+    /// Integration method
+    #[arg(long, value_parser = method_parser(), default_value = RK4.name)]
+    pub(crate) method: &'static Method,
+    /// Largest error of a step of a method that chooses its steps, in the unit of each coordinate and rate
+    /// [default: 1e-9]
+    #[arg(long, value_name = "TOLERANCE", allow_hyphen_values = true)]
+    pub(crate) tolerance: Option<String>,
+    /// What is smallest in the correction after each step: nothing is corrected, the change of the coordinates, or
+    /// the mass-weighted change [default: mass]
+    #[arg(long, value_parser = projection_parser())]
+    pub(crate) projection: Option<Projection>,
+    /// Largest residual of a constraint that needs no further correction
+    #[arg(long, value_name = "TOLERANCE", allow_hyphen_values = true)]
+    pub(crate) closure_tolerance: Option<String>,
+    /// Most corrections of position after a step
+    #[arg(long, value_name = "N", default_value_t = 10)]
+    pub(crate) closure_iterations: u32,
+}
+
+impl Default for MethodOptions {
+    fn default() -> Self {
+        Self {
+            method: RK4,
+            tolerance: None,
+            projection: None,
+            closure_tolerance: None,
+            closure_iterations: ProjectionTolerance::default().iterations,
+        }
+    }
+}
+
+/// The folder of a command's files.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct OutFolder {
+    /// Folder for the files [default: out/SCENE]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+impl OutFolder {
+    /// The folder that is asked for, or that of the scene.
+    pub(crate) fn of(&self, description: &Description) -> PathBuf {
+        self.out.clone().unwrap_or_else(|| default_folder(description))
+    }
+}
+
+/// The folder of a scene's files.
+pub(crate) fn default_folder(description: &Description) -> PathBuf {
+    PathBuf::from("out").join(description.name)
+}
+
+impl SceneName {
+    /// The model of this scene.
+    pub(crate) fn find(&self, models: &'static [Model]) -> Result<&'static Model, Error> {
+        let name = &self.scene;
+        models.iter().find(|model| model.description.name == name).ok_or_else(|| {
+            let names: Vec<&str> = models.iter().map(|model| model.description.name).collect();
+            let help = suggestion(name, names.iter().copied(), || format!("scenes: {}", names.join(", ")));
+            Error::usage(format!("there is no scene `{name}`")).help(help)
+        })
+    }
+}
+
+/// The parameters that `--set` changes.
+pub(crate) fn parameters(description: &Description, set: &[String]) -> Result<BTreeMap<String, f64>, Error> {
+    let mut values = BTreeMap::new();
+    for assignment in set {
+        let Some((name, value)) = assignment.split_once('=') else {
+            return Err(Error::usage(format!("`--set {assignment}` has no `=`")).help("write `--set NAME=VALUE`"));
+        };
+        let name = name.trim();
+        check_parameter(description, name)?;
+        values.insert(name.to_owned(), number(&format!("--set {name}"), value)?);
+    }
+    Ok(values)
+}
+
+/// An error if the generated code has no parameter of this name.
+pub(crate) fn check_parameter(description: &Description, name: &str) -> Result<(), Error> {
+    let scene = description.name;
+    if description.parameters.iter().any(|p| p.name == name) {
+        return Ok(());
+    }
+    if description.left_out.contains(&name) {
+        let text =
+            format!("parameter `{name}` is exactly zero in scene `{scene}`, so the generated code does without it");
+        return Err(Error::usage(text).help(format!(
+            "add `runtime = true` to `{name}` in scenes/{scene}.toml, or give it a value there, and build again"
+        )));
+    }
+    let names: Vec<&str> = description.parameters.iter().map(|p| p.name).collect();
+    let help = suggestion(name, names.iter().copied(), || format!("its parameters: {}", names.join(", ")));
+    Err(Error::usage(format!("scene `{scene}` has no parameter `{name}`")).help(help))
+}
+
+/// A number, written as a number or as a formula of numbers and `pi`.
+pub(crate) fn number(option: &str, text: &str) -> Result<f64, Error> {
+    let formula = parse_formula(text, 0, &[]).map_err(|finding| Report::new(option, text, vec![finding]))?;
+    let wrong = |why: String| Error::usage(format!("`{option}` needs a number, but `{text}` {why}"));
+    if let Some(name) = formula.names().find(|name| *name != "pi") {
+        return Err(
+            wrong(format!("contains the name `{name}`")).help("only numbers, `pi` and functions can stand here")
+        );
+    }
+    let value = evaluate(&formula, |_| std::f64::consts::PI);
+    if value.is_finite() { Ok(value) } else { Err(wrong(format!("gives {value}"))) }
+}
+
+/// A number above zero.
+pub(crate) fn positive(option: &str, text: &str) -> Result<f64, Error> {
+    let value = number(option, text)?;
+    if value > 0.0 { Ok(value) } else { Err(Error::usage(format!("`{option}` must be above zero, but is {value}"))) }
+}
+
+/// A number above zero that may be left out.
+pub(crate) fn optional_positive(option: &str, text: Option<&String>) -> Result<Option<f64>, Error> {
+    text.map(|text| positive(option, text)).transpose()
+}

@@ -1,0 +1,85 @@
+//! The ways out of the command: standard output and files.
+
+use std::io::Write;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use qrm_scene::files::write_whole;
+use serde::Serialize;
+use serde::ser::{SerializeMap, Serializer};
+
+use crate::error::Error;
+
+/// Set when something could not be printed.
+static FAILED: AtomicBool = AtomicBool::new(false);
+
+/// Prints to standard output, to which nobody may be listening any more.
+pub(crate) fn print(text: &str) {
+    let mut out = std::io::stdout();
+    if let Err(e) = writeln!(out, "{text}").and_then(|()| out.flush())
+        && e.kind() != std::io::ErrorKind::BrokenPipe
+    {
+        FAILED.store(true, Ordering::Relaxed);
+    }
+}
+
+/// An error if something could not be printed.
+pub(crate) fn printed() -> Result<(), Error> {
+    if FAILED.load(Ordering::Relaxed) { Err(Error::run("cannot write to the standard output")) } else { Ok(()) }
+}
+
+/// Writes a file of a command, in a folder that is made if it is not there.
+pub(crate) fn save(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    write_whole(path, bytes).map_err(|e| Error::unwritable(path, &e))
+}
+
+/// Writes a file and prints its size.
+pub(crate) fn save_and_print(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    save(path, bytes)?;
+    print(&format!("wrote {} ({} kB)", path.display(), bytes.len().div_ceil(1000)));
+    Ok(())
+}
+
+/// The line that lists the files that were written.
+pub(crate) fn written(files: &[String]) -> String {
+    let files = if files.is_empty() { "nothing".to_owned() } else { files.join("\n      ") };
+    format!("wrote {files}")
+}
+
+/// Writes a value as a file in JSON.
+pub(crate) fn save_json(path: &Path, value: &impl Serialize) -> Result<(), Error> {
+    let text = serde_json::to_string_pretty(value)?;
+    save(path, format!("{text}\n").as_bytes())
+}
+
+/// The bytes of a table in CSV.
+pub(crate) fn csv<R>(
+    header: impl IntoIterator<Item: AsRef<[u8]>>,
+    rows: impl Iterator<Item = R>,
+) -> Result<Vec<u8>, Error>
+where
+    R: IntoIterator<Item: AsRef<[u8]>>,
+{
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(header)?;
+    rows.into_iter().try_for_each(|row| writer.write_record(row))?;
+    writer.into_inner().map_err(|e| csv::Error::from(e.into_error()).into())
+}
+
+/// Values under names, in their order.
+#[derive(Debug)]
+pub(crate) struct Named<T>(pub(crate) Vec<(String, T)>);
+
+impl<T> Named<T> {
+    pub(crate) fn get(&self, name: &str) -> Option<&T> {
+        self.0.iter().find(|(other, _)| other == name).map(|(_, value)| value)
+    }
+}
+
+impl<T: Serialize> Serialize for Named<T> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(self.0.len()))?;
+        self.0.iter().try_for_each(|(name, value)| map.serialize_entry(name, value))?;
+        map.end()
+    }
+}

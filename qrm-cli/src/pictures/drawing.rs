@@ -1,0 +1,221 @@
+//! The shapes of a mechanism: those of its scene, or a guess from its points.
+
+use num_dual::Dual2_64;
+use qrm_scene::evaluate::State;
+use qrm_scene::expression::Expression;
+use qrm_scene::scene::{DrawnKind, Quantity};
+use qrm_view::motion::Shape;
+
+use super::pose::Pose;
+
+/// The shapes, the lowest layer first.
+pub(super) fn draw(pose: &mut Pose) -> Vec<Shape> {
+    let scene = pose.scene;
+    if scene.drawing.is_empty() {
+        return guessed(pose);
+    }
+    let mut shapes = Vec::new();
+    for drawn in &scene.drawing {
+        let name = drawn.name.clone();
+        shapes.push(match &drawn.kind {
+            DrawnKind::Link(places) => Shape::Link { name, nodes: places.iter().map(|p| pose.place(p)).collect() },
+            DrawnKind::Guide(places) => Shape::Guide { nodes: places.iter().map(|p| pose.place(p)).collect() },
+            DrawnKind::Pivot(at) => Shape::Pivot { node: pose.place(at) },
+            DrawnKind::Block { at, angle } => {
+                let angle = angle.as_ref().map_or_else(|| vec![0.0], |angle| pose.track(angle));
+                Shape::Block { name, node: pose.place(at), angle }
+            }
+            DrawnKind::Path(point) => {
+                let node = pose.point(*point);
+                pose.nodes[node].is_traced = true;
+                continue;
+            }
+        });
+    }
+    shapes
+}
+
+/// Points that are defined from other points are joined to them; a point that one coordinate moves on a circle is
+/// joined to
+/// its centre, one that it moves on a line slides there. Centres of mass are marked.
+fn guessed(pose: &mut Pose) -> Vec<Shape> {
+    let scene = pose.scene;
+    let mut shapes = Vec::new();
+    for (place, point) in scene.points.iter().enumerate() {
+        let name = point.name.clone();
+        let node = pose.point(place);
+        let names = || point.position.iter().flat_map(Expression::names);
+        let origins = sorted(names().filter_map(|q| if let Quantity::Point(p, _) = q { Some(*p) } else { None }));
+        let movers = sorted(names().filter_map(|q| if let Quantity::Coordinate(i) = q { Some(*i) } else { None }));
+        match (&origins[..], &movers[..]) {
+            ([], []) => shapes.push(Shape::Pivot { node }),
+            ([], [coordinate]) => match path(pose, place, *coordinate) {
+                Path::Circle(centre) => {
+                    let centre = pose.fixed(centre);
+                    let has_pivot = |shape: &Shape| matches!(shape, Shape::Pivot { node } if *node == centre);
+                    if !shapes.iter().any(has_pivot) {
+                        shapes.push(Shape::Pivot { node: centre });
+                    }
+                    shapes.push(Shape::Link { name, nodes: vec![centre, node] });
+                    pose.nodes[node].is_traced = true;
+                }
+                Path::Line(from, to) => {
+                    let angle = vec![(to[1] - from[1]).atan2(to[0] - from[0])];
+                    let nodes = vec![pose.fixed(from), pose.fixed(to)];
+                    shapes.extend([Shape::Guide { nodes }, Shape::Block { name, node, angle }]);
+                }
+                Path::Other => pose.nodes[node].is_traced = true,
+            },
+            ([], _) => pose.nodes[node].is_traced = true,
+            (origins, _) => {
+                let links = origins.iter().map(|origin| vec![pose.point(*origin), node]).collect::<Vec<_>>();
+                shapes.extend(links.into_iter().map(|nodes| Shape::Link { name: name.clone(), nodes }));
+                pose.nodes[node].is_traced = true;
+            }
+        }
+    }
+    for constraint in &scene.constraints {
+        let points = sorted(constraint.residual.names().filter_map(|q| match q {
+            Quantity::Point(point, _) => Some(*point),
+            _ => None,
+        }));
+        // A loop that keeps two points at a distance is closed by a rod.
+        if let [a, b] = points[..]
+            && keeps_distance(pose, a, b)
+        {
+            let nodes = vec![pose.point(a), pose.point(b)];
+            shapes.push(Shape::Link { name: constraint.name.clone(), nodes });
+        }
+    }
+    for body in &scene.bodies {
+        if let Some(com) = &body.com {
+            shapes.push(Shape::Mass { name: body.name.clone(), node: pose.place(com) });
+        }
+    }
+    shapes
+}
+
+/// Whether two points stay apart, and as far apart as they are, while they move.
+fn keeps_distance(pose: &Pose, a: usize, b: usize) -> bool {
+    let distance = |state: &State<f64>| {
+        let ([ax, ay], [bx, by]) = (state.point(a), state.point(b));
+        (bx - ax).hypot(by - ay)
+    };
+    let Some(first) = pose.states.first().map(distance) else { return false };
+    let size =
+        |state: &State<f64>| state.point(a).iter().chain(&state.point(b)).fold(0.0, |most: f64, c| most.max(c.abs()));
+    pose.states.iter().all(|state| {
+        let now = distance(state);
+        now > 1e-6 * size(state) && (now - first).abs() <= 1e-6 * first
+    })
+}
+
+fn sorted(places: impl Iterator<Item = usize>) -> Vec<usize> {
+    let mut places: Vec<usize> = places.collect();
+    places.sort_unstable();
+    places.dedup();
+    places
+}
+
+/// The path on which one coordinate moves a point.
+enum Path {
+    /// Around a centre.
+    Circle([f64; 2]),
+    /// Between two places.
+    Line([f64; 2], [f64; 2]),
+    Other,
+}
+
+/// On a circle `P = c + r (cos, sin)` the centre `c = P + P_qq` stays where it is; on a line `P_qq` is zero.
+fn path(pose: &Pose, point: usize, coordinate: usize) -> Path {
+    let at = |value: f64| {
+        let moved = |i: usize| if i == coordinate { Dual2_64::new(value, 1.0, 0.0) } else { Dual2_64::from(0.0) };
+        let q: Vec<Dual2_64> = (0..pose.scene.coordinates.len()).map(moved).collect();
+        State::new(pose.scene, pose.parameters, Dual2_64::from(0.0), q.clone(), q).point(point)
+    };
+    let values = pose.states.iter().map(|state| state.coordinates[coordinate]);
+    let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+    let samples = [at(low), at(0.3 * low + 0.7 * high), at(high), at(high + 1.0)];
+    let centre = |p: &[Dual2_64; 2]| p.map(|c| c.re + c.v2);
+    let radius = |p: &[Dual2_64; 2]| p[0].v2.hypot(p[1].v2);
+    let size = samples.iter().map(radius).fold(0.0, f64::max);
+    let first = centre(&samples[0]);
+    let is_centre = |c: [f64; 2]| (c[0] - first[0]).hypot(c[1] - first[1]) <= 1e-9 * size;
+    if size > 0.0 && samples.iter().all(|p| is_centre(centre(p)) && radius(p) > (1.0 - 1e-9) * size) {
+        Path::Circle(first)
+    } else if size == 0.0 && low < high {
+        let [from, to] = [&samples[0], &samples[2]].map(|p| p.map(|c| c.re));
+        Path::Line(from, to)
+    } else {
+        Path::Other
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use qrm_scene::resolve;
+
+    const SCENE: &str = r#"
+name = "drawn"
+coordinates = ["phi", { name = "s", unit = "m" }, "psi"]
+[points]
+O = ['0', '0.3']
+A = ['0.2*cos(phi)', '0.3 + 0.2*sin(phi)']
+B = ['A.x + 0.6*cos(psi)', 'A.y + 0.6*sin(psi)']
+S = ['s*cos(0.5)', 's*sin(0.5)']
+D = ['s*cos(phi)', 's*sin(phi)']
+[bodies]
+all = { mass = 1, com = "D", angle = 'psi', inertia = 1 }
+[initial]
+given = { phi = 0, s = 1, psi = 0, phi_dot = 1, s_dot = 1, psi_dot = 1 }
+[run]
+step = 1
+end_time = 2
+"#;
+
+    /// Times with coordinates and rates.
+    fn states() -> Vec<(f64, Vec<f64>, Vec<f64>)> {
+        [0.0, 1.0, 2.0].map(|t| (t, vec![t, 1.0 + 0.5 * t, -t], vec![1.0, 0.5, -1.0])).into()
+    }
+
+    #[test]
+    fn joints_are_found_from_points() {
+        let (scene, _) = resolve::read("drawn.toml", SCENE).expect("the scene is right");
+        let states = states();
+        let mut pose = Pose::new(&scene, &[], &states);
+        let shapes = draw(&mut pose);
+        let node = |name: &str| pose.nodes.iter().position(|n| n.name == name).expect(name);
+        let links: Vec<Vec<usize>> = shapes
+            .iter()
+            .filter_map(|shape| if let Shape::Link { nodes, .. } = shape { Some(nodes.clone()) } else { None })
+            .collect();
+        // The crank turns about O, which is a point already; the rod hangs on the crank.
+        assert_eq!(links, [[node("O"), node("A")], [node("A"), node("B")]]);
+        assert_eq!(shapes.iter().filter(|shape| matches!(shape, Shape::Pivot { .. })).count(), 1);
+        let guides: Vec<&Shape> = shapes.iter().filter(|shape| matches!(shape, Shape::Guide { .. })).collect();
+        let [Shape::Guide { nodes }] = guides[..] else { panic!("one guide: {shapes:?}") };
+        let end = &pose.nodes[nodes[1]];
+        assert!((end.x[0] - 2.0 * 0.5_f64.cos()).abs() < 1e-12 && (end.y[0] - 2.0 * 0.5_f64.sin()).abs() < 1e-12);
+        let angle =
+            shapes.iter().find_map(|shape| if let Shape::Block { angle, .. } = shape { Some(angle[0]) } else { None });
+        assert!((angle.expect("a block") - 0.5).abs() < 1e-12);
+        // What two coordinates move is only followed.
+        assert!(pose.nodes[node("D")].is_traced && pose.nodes[node("B")].is_traced);
+        assert!(matches!(shapes.last(), Some(Shape::Mass { node: at, .. }) if *at == node("D")));
+    }
+
+    #[test]
+    fn a_scene_that_says_what_to_draw_gets_that() {
+        let text =
+            format!("{SCENE}[drawing]\nbar = {{ link = [\"O\", ['1', '2'], \"A\"] }}\npath = {{ path = \"A\" }}\n");
+        let (scene, _) = resolve::read("drawn.toml", &text).expect("the scene is right");
+        let states = states();
+        let mut pose = Pose::new(&scene, &[], &states);
+        let shapes = draw(&mut pose);
+        assert!(matches!(&shapes[..], [Shape::Link { name, nodes }] if name == "bar" && nodes.len() == 3));
+        let traced: Vec<&str> = pose.nodes.iter().filter(|n| n.is_traced).map(|n| n.name.as_str()).collect();
+        assert_eq!(traced, ["A"]);
+        assert_eq!((pose.nodes[0].x.len(), pose.nodes[2].x.len()), (1, 3));
+    }
+}

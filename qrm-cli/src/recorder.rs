@@ -1,0 +1,90 @@
+//! Takes the rows of a run to the disk.
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+use qrm_sim::columns::Column;
+use qrm_sim::run::{Observer, Row};
+
+use crate::error::Error;
+use crate::run_report::RunReport;
+use crate::trajectory::Trajectory;
+
+/// An observer that writes `trajectory.csv`.
+pub(crate) struct Recorder {
+    folder: PathBuf,
+    columns: Vec<Column>,
+    every: u64,
+    trajectory: Option<Trajectory>,
+    /// The last row, if it was not written.
+    skipped: Vec<f64>,
+    /// The error if nothing can be written at all.
+    pub(crate) unusable: Option<Error>,
+}
+
+impl Recorder {
+    pub(crate) fn new(folder: &Path, columns: Vec<Column>, every: u64) -> Self {
+        Self { folder: folder.to_owned(), columns, every, trajectory: None, skipped: Vec::new(), unusable: None }
+    }
+
+    /// Rows written; after a failed write the whole rows that are left.
+    pub(crate) fn rows(&mut self, failed: bool) -> u64 {
+        match self.trajectory.take() {
+            Some(trajectory) if failed => trajectory.cut(&self.folder.join("trajectory.csv")).unwrap_or(0),
+            Some(trajectory) => trajectory.rows,
+            None => 0,
+        }
+    }
+
+    /// Makes the folder, and removes what else an earlier run left there: it would not belong to the new rows.
+    fn prepare(&self) -> io::Result<()> {
+        std::fs::create_dir_all(&self.folder)?;
+        let others = ["summary.json", "trajectory.units.json", "trajectory.parquet"].map(str::to_owned);
+        for file in RunReport::figures_in(&self.folder).into_iter().chain(others) {
+            match std::fs::remove_file(self.folder.join(file)) {
+                Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(e),
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Makes the file with the first row: a run that cannot start leaves an earlier trajectory alone.
+    fn open(&mut self) -> io::Result<()> {
+        if self.trajectory.is_none() {
+            let path = self.folder.join("trajectory.csv");
+            let created = self.prepare().and_then(|()| Trajectory::create(&path, &self.columns));
+            self.trajectory = Some(created.inspect_err(|e| self.unusable = Some(Error::unwritable(&path, e)))?);
+        }
+        Ok(())
+    }
+}
+
+impl Observer for Recorder {
+    fn row(&mut self, row: &Row) -> io::Result<()> {
+        self.skipped.clear();
+        if row.index.is_multiple_of(self.every) {
+            self.open()?;
+            let numbers = self.columns.iter().map(|column| column.kind.in_row(row));
+            return self.trajectory.as_mut().map_or(Ok(()), |trajectory| trajectory.row(numbers));
+        }
+        self.skipped.extend(self.columns.iter().map(|column| column.kind.in_row(row)));
+        Ok(())
+    }
+
+    fn goes_on(&mut self, _t: f64, _end_time: f64) -> io::Result<bool> {
+        if let Some(trajectory) = &mut self.trajectory {
+            trajectory.flush_if_due()?;
+        }
+        Ok(true)
+    }
+
+    fn finish(&mut self) -> io::Result<()> {
+        let Some(trajectory) = &mut self.trajectory else { return Ok(()) };
+        // The last row is written even if it is not its turn.
+        if !self.skipped.is_empty() {
+            trajectory.row(self.skipped.drain(..))?;
+        }
+        trajectory.flush()
+    }
+}

@@ -1,0 +1,127 @@
+//! A run as pictures and reports need it, in little memory however long the run is.
+
+use std::io;
+
+use qrm_core::Description;
+use qrm_sim::columns::{Column, Kind, columns};
+use qrm_sim::run::{Extremes, Tracker};
+use qrm_sim::run::{Observer, Row};
+
+use crate::envelope::Envelope;
+
+/// Most frames that are kept; at least half as many of a long run are.
+const MAX_FRAMES: usize = 1500;
+
+/// An observer that keeps the series of every column, and some rows whole.
+pub(crate) struct Recording {
+    tracks: Vec<Track>,
+    corrections: Envelope,
+    /// Rows at equal distances, as many as an animation needs.
+    pub(crate) frames: Vec<Frame>,
+    /// Every how many rows one is kept.
+    every: u64,
+    last: Frame,
+}
+
+/// The numbers of a row, in the order of the columns.
+pub(crate) type Frame = Vec<f64>;
+
+struct Track {
+    column: Column,
+    envelope: Envelope,
+    tracker: Tracker,
+}
+
+impl Recording {
+    pub(crate) fn new(description: &Description) -> Self {
+        let track = |column| Track { column, envelope: Envelope::default(), tracker: Tracker::default() };
+        Self {
+            tracks: columns(description).into_iter().map(track).collect(),
+            corrections: Envelope::default(),
+            frames: Vec::new(),
+            every: 1,
+            last: Frame::new(),
+        }
+    }
+
+    /// The columns of the rows.
+    pub(crate) fn columns(&self) -> impl Iterator<Item = &Column> {
+        self.tracks.iter().map(|track| &track.column)
+    }
+
+    /// The values of a column in the frames.
+    pub(crate) fn values(&self, kind: Kind) -> Vec<f64> {
+        let place = self.tracks.iter().position(|track| track.column.kind == kind);
+        place.map_or(Vec::new(), |place| self.frames.iter().map(|frame| frame[place]).collect())
+    }
+
+    /// Times and values of a column, with every peak of a long run.
+    pub(crate) fn series(&self, kind: Kind) -> Vec<(f64, f64)> {
+        self.track(kind).map(|track| track.envelope.points()).unwrap_or_default()
+    }
+
+    /// The extremes of a column.
+    pub(crate) fn extremes(&self, kind: Kind) -> Option<Extremes> {
+        self.track(kind).and_then(|track| track.tracker.finish())
+    }
+
+    /// Times, and how often the coordinates were corrected.
+    pub(crate) fn corrections(&self) -> Vec<(f64, f64)> {
+        self.corrections.points()
+    }
+
+    /// Time, coordinates and rates of each frame.
+    pub(crate) fn states(&self) -> Vec<(f64, Vec<f64>, Vec<f64>)> {
+        let values = |frame: &Frame, is_wanted: fn(Kind) -> bool| {
+            let wanted = frame.iter().zip(&self.tracks).filter(|(_, track)| is_wanted(track.column.kind));
+            wanted.map(|(value, _)| *value).collect()
+        };
+        let state = |frame: &Frame| {
+            let q = values(frame, |kind| matches!(kind, Kind::Coordinate(_)));
+            (frame[0], q, values(frame, |kind| matches!(kind, Kind::Rate(_))))
+        };
+        self.frames.iter().map(state).collect()
+    }
+
+    fn track(&self, kind: Kind) -> Option<&Track> {
+        self.tracks.iter().find(|track| track.column.kind == kind)
+    }
+}
+
+impl Observer for Recording {
+    fn row(&mut self, row: &Row) -> io::Result<()> {
+        self.last.clear();
+        for track in &mut self.tracks {
+            let number = track.column.kind.in_row(row);
+            track.envelope.row(row.t, number);
+            track.tracker.row(row.t, number);
+            self.last.push(number);
+        }
+        // No step leads to the first row.
+        if row.index > 0 {
+            self.corrections.row(row.t, f64::from(row.corrections));
+        }
+        if row.index.is_multiple_of(self.every) {
+            if self.frames.len() == MAX_FRAMES {
+                let mut place = 0;
+                self.frames.retain(|_| {
+                    place += 1;
+                    place % 2 == 1
+                });
+                self.every *= 2;
+            }
+            if row.index.is_multiple_of(self.every) {
+                self.frames.push(self.last.clone());
+            }
+        }
+        Ok(())
+    }
+
+    fn finish(&mut self) -> io::Result<()> {
+        // A motion is shown to its end.
+        if self.frames.last().is_some_and(|frame| frame[0] < self.last[0]) {
+            self.frames.push(std::mem::take(&mut self.last));
+        }
+        Ok(())
+    }
+}

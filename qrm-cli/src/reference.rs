@@ -1,0 +1,204 @@
+//! The states that results are compared with, which do not share their errors.
+
+mod errors;
+
+use std::time::Duration;
+
+use clap::ValueEnum;
+use qrm_scene::evaluate::constant;
+use qrm_scene::scene::Known;
+
+use crate::error::Error;
+use crate::messages;
+use crate::options::positive;
+use crate::progress::Progress;
+use crate::setup::Setup;
+pub(crate) use errors::Errors;
+
+/// The source of exact values.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ReferenceKind {
+    /// The energy integral of a conservative motion with one degree of freedom that does not turn back
+    Energy,
+    /// Values in the scene's [reference], if no parameter is changed
+    Scene,
+    /// The method of order 8 at two tight tolerances
+    Run,
+}
+use qrm_sim::analysis::{NoEnergyIntegral, PANELS, Repetitions, StateAt, Trial, exact_states, measure};
+use qrm_sim::integrate::{DOP853, MethodSettings};
+use qrm_sim::run::Status;
+
+/// States that are known, and how well.
+pub(crate) struct Reference {
+    /// Their origin.
+    pub(crate) origin: String,
+    /// The states, in the order of time.
+    pub(crate) states: Vec<StateAt>,
+    /// The largest errors that they may have.
+    pub(crate) uncertainty: Errors,
+}
+
+/// The number of times to compare at where none are asked for.
+const TIMES: usize = 8;
+
+/// One run of a method is enough.
+const ONCE: Repetitions = Repetitions { least: 1, time: Duration::ZERO };
+
+/// An energy integral as certain as this needs no comparison with a run.
+const ALMOST_EXACT: f64 = 1e-12;
+
+/// Two tolerances whose results tell each other's errors.
+const TIGHT: [f64; 2] = [1e-14, 1e-13];
+
+impl Reference {
+    /// The reference that is asked for, or the most independent one that there is. Values of the scene hold at their
+    /// own times,
+    /// and are not used for other ones.
+    pub(crate) fn find(setup: &Setup, at: &[String], asked: Option<ReferenceKind>) -> Result<Self, Error> {
+        match asked {
+            Some(ReferenceKind::Energy) => Self::of_energy(setup, &times(setup, at)?).map_err(no_integral),
+            Some(ReferenceKind::Scene) if !at.is_empty() => {
+                Err(Error::usage("values in [reference] hold at their own times")
+                    .help("omit `--at`, or compare with `--reference run`"))
+            }
+            Some(ReferenceKind::Scene) => Self::of_scene(setup).ok_or_else(|| {
+                Error::usage("the scene has no values in [reference] that hold for these parameters")
+                    .help("add some, or omit `--set`")
+            }),
+            Some(ReferenceKind::Run) => Self::of_run(setup, &times(setup, at)?),
+            None => Self::best(setup, at),
+        }
+    }
+
+    /// The energy integral, unless it is less certain than a run: it is where the motion is about to stand still.
+    fn best(setup: &Setup, at: &[String]) -> Result<Self, Error> {
+        let times = times(setup, at)?;
+        match (Self::of_energy(setup, &times), Self::of_scene(setup).filter(|_| at.is_empty())) {
+            (Ok(exact), _) if exact.uncertainty.position <= ALMOST_EXACT => Ok(exact),
+            (Ok(exact), _) => match Self::of_run(setup, &times) {
+                Ok(run) if run.uncertainty.position < exact.uncertainty.position => Ok(run),
+                _ => Ok(exact),
+            },
+            (Err(_), Some(known)) => Ok(known),
+            (Err(_), None) => Self::of_run(setup, &times),
+        }
+    }
+
+    /// States from the energy integral, whose rounding errors two divisions of the way tell.
+    fn of_energy(setup: &Setup, times: &[f64]) -> Result<Self, NoEnergyIntegral> {
+        let [states, others] = PANELS.map(|panels| exact_states(&*setup.mechanism(), times, panels));
+        let (states, others) = (states?, others?);
+        let uncertainty = Errors::between(&setup.scene, &states, &others).max(rounding(setup, &states));
+        let origin = "the energy integral, with positions from the loops and time by quadrature".to_owned();
+        Ok(Self { origin, states, uncertainty })
+    }
+
+    /// Values that the scene holds.
+    fn of_scene(setup: &Setup) -> Option<Self> {
+        // They hold for the scene as it stands.
+        if setup.is_changed() {
+            return None;
+        }
+        let scene = &setup.scene;
+        let parameters = setup.parameters();
+        let mut uncertainty = Errors::default();
+        let mut states: Vec<StateAt> = Vec::new();
+        let unknown = |t: f64| StateAt {
+            t,
+            q: vec![f64::NAN; scene.coordinates.len()],
+            qd: vec![f64::NAN; scene.coordinates.len()],
+            outputs: vec![f64::NAN; scene.outputs.len()],
+            residual: 0.0,
+            energy: f64::NAN,
+            power: f64::NAN,
+        };
+        for reference in &scene.references {
+            let t = constant(&reference.t, &parameters);
+            // Several entries may speak of one time.
+            let place = states.iter().position(|state| state.t == t).unwrap_or_else(|| {
+                states.push(unknown(t));
+                states.len() - 1
+            });
+            let state = &mut states[place];
+            let accuracy = constant(&reference.accuracy, &parameters);
+            for (known, value) in &reference.values {
+                let (place, error) = match *known {
+                    Known::Coordinate(i) => (&mut state.q[i], &mut uncertainty.position),
+                    Known::Rate(i) => (&mut state.qd[i], &mut uncertainty.rate),
+                    Known::Output(i) => (&mut state.outputs[i], &mut uncertainty.force),
+                };
+                *place = constant(value, &parameters);
+                *error = error.max(accuracy);
+            }
+        }
+        states.sort_by(|a, b| a.t.total_cmp(&b.t));
+        let names: Vec<&str> = scene.references.iter().map(|reference| reference.name.as_str()).collect();
+        let origin = format!("the values that the scene holds in [reference]: {}", names.join(", "));
+        (!states.is_empty()).then_some(Self { origin, states, uncertainty })
+    }
+
+    /// The method of order 8 at two tight tolerances.
+    fn of_run(setup: &Setup, times: &[f64]) -> Result<Self, Error> {
+        let run = |tolerance: f64| {
+            let settings = MethodSettings { method: DOP853, tolerance, ..setup.settings };
+            let trial = Trial { settings, step: times[times.len() - 1] };
+            let measured = measure(&*setup.mechanism(), &trial, times, ONCE);
+            measured
+                .map_err(|reason| -> Error { messages::no_end(&reason, setup).after("there is no reference: ").into() })
+        };
+        let (states, others) = (run(TIGHT[0])?.states, run(TIGHT[1])?.states);
+        let uncertainty = Errors::between(&setup.scene, &states, &others).max(rounding(setup, &states));
+        let [finer, coarser] = TIGHT;
+        let origin = format!("DOP853 at a tolerance of {finer:e}, uncertain by its difference from one at {coarser:e}");
+        Ok(Self { origin, states, uncertainty })
+    }
+
+    /// The times of the states.
+    pub(crate) fn times(&self) -> Vec<f64> {
+        self.states.iter().map(|state| state.t).collect()
+    }
+}
+
+fn no_integral(reason: NoEnergyIntegral) -> Error {
+    Error::usage(format!(
+        "there is no energy integral: {}",
+        match reason {
+            NoEnergyIntegral::DegreesOfFreedom => "the mechanism does not have exactly one degree of freedom",
+            NoEnergyIntegral::Driven => "a constraint depends on time",
+            NoEnergyIntegral::NotConservative => "some load has no potential",
+            NoEnergyIntegral::TurnsBack => "the motion turns back or stands still on the way, or its path is not found",
+        }
+    ))
+}
+
+/// A few units in the last place, which no comparison sees.
+fn rounding(setup: &Setup, states: &[StateAt]) -> Errors {
+    let zero = |state: &StateAt| StateAt {
+        q: vec![0.0; state.q.len()],
+        qd: vec![0.0; state.qd.len()],
+        outputs: vec![0.0; state.outputs.len()],
+        ..*state
+    };
+    let zeros: Vec<StateAt> = states.iter().map(zero).collect();
+    Errors::between(&setup.scene, states, &zeros).times(8.0 * f64::EPSILON)
+}
+
+/// The times to compare at, rising: those that are asked for, or some up to the end of the scene's own run.
+fn times(setup: &Setup, asked: &[String]) -> Result<Vec<f64>, Error> {
+    if !asked.is_empty() {
+        let mut times = asked.iter().map(|text| positive("--at", text)).collect::<Result<Vec<_>, _>>()?;
+        times.sort_by(f64::total_cmp);
+        times.dedup();
+        return Ok(times);
+    }
+    let outcome = setup.simulate(false, &mut Progress::new())?;
+    let end = outcome.end_time;
+    if matches!(outcome.status, Status::Interrupted) {
+        return Err(Error::run(format!("interrupted at t = {end} s")));
+    }
+    if !(end > 0.0) {
+        return Err(Error::run("the run ends where it begins: there is nothing to measure"));
+    }
+    Ok((1..=TIMES).map(|i| end * i as f64 / TIMES as f64).collect())
+}

@@ -1,0 +1,198 @@
+//! The report of a run: printed, written as `summary.json` and shown in `report.html`.
+
+mod judgement;
+mod text;
+
+use std::path::Path;
+
+use qrm_core::Description;
+use qrm_sim::columns::Kind;
+use qrm_sim::run::{Outcome, Status};
+use serde::Serialize;
+
+use crate::error::{Error, Message};
+use crate::messages;
+use crate::output::Named;
+use crate::recording::Recording;
+use crate::setup::Setup;
+pub(crate) use judgement::{accepted_error, distrust};
+
+/// A finished run, in the order of `summary.json`.
+#[derive(Debug, Serialize)]
+pub(crate) struct RunReport {
+    #[serde(skip)]
+    description: &'static Description,
+    scene: &'static str,
+    method: &'static str,
+    projection: &'static str,
+    tolerance: Option<f64>,
+    closure_tolerance: f64,
+    step: f64,
+    steps: u64,
+    rejected_steps: u64,
+    implicit_steps: u64,
+    evaluations: u64,
+    pub(crate) rows: u64,
+    status: &'static str,
+    #[serde(skip)]
+    is_done: bool,
+    pub(crate) message: Message,
+    end_time: f64,
+    end_state: Named<f64>,
+    run_seconds: f64,
+    estimated_error: Option<f64>,
+    max_residual_position: f64,
+    max_residual_velocity: f64,
+    /// Before the coordinates were corrected after a step, and by how much a coordinate was corrected at most.
+    max_residual_before_correction: f64,
+    max_correction: f64,
+    smallest_singular_value: Option<SingularEntry>,
+    /// Solves for which the fast factorisation was not enough.
+    careful_solves: u64,
+    energy_drift: Option<f64>,
+    energy_imbalance: f64,
+    extremes: Named<ExtremesEntry>,
+    pub(crate) parameters: Named<f64>,
+    pub(crate) figures: Vec<String>,
+    /// The reasons not to trust the numbers.
+    distrust: Vec<String>,
+    pub(crate) warnings: Vec<Message>,
+}
+
+/// Extremes of a column.
+#[derive(Debug, Serialize)]
+struct ExtremesEntry {
+    min: f64,
+    min_time: f64,
+    max: f64,
+    max_time: f64,
+}
+
+/// The place where the smallest singular value of C_q was smallest.
+#[derive(Debug, Serialize)]
+struct SingularEntry {
+    value: f64,
+    /// The largest that it was in any row.
+    largest: f64,
+    row: u64,
+    time: f64,
+    /// The constraint with the largest part in the combination that vanishes.
+    constraint: &'static str,
+}
+
+impl RunReport {
+    /// The report of a run, before any file of it is written.
+    pub(crate) fn new(setup: &Setup, outcome: &Outcome, recording: &Recording) -> Self {
+        let description = setup.description;
+        let tolerance = setup.settings.tolerance();
+        let distrust = distrust(outcome, description, tolerance);
+        let parameters = description.parameters.iter().map(|p| p.name.to_owned());
+        Self {
+            description,
+            scene: description.name,
+            method: setup.settings.method.name,
+            projection: setup.settings.projection.name(),
+            tolerance,
+            closure_tolerance: setup.settings.projection_tolerance.residual,
+            step: outcome.step,
+            steps: outcome.counts.accepted,
+            rejected_steps: outcome.counts.rejected,
+            implicit_steps: outcome.counts.implicit,
+            evaluations: outcome.counts.evaluations,
+            rows: 0,
+            status: status(outcome),
+            is_done: outcome.status.is_done(),
+            message: messages::status(&outcome.status, outcome.end_time, description, &setup.until),
+            end_time: outcome.end_time,
+            end_state: end_state(outcome, recording),
+            run_seconds: outcome.integration.as_secs_f64(),
+            estimated_error: outcome.estimated_error,
+            max_residual_position: outcome.residual_position.1,
+            max_residual_velocity: outcome.residual_velocity.1,
+            max_residual_before_correction: outcome.stats.residual_before_correction,
+            max_correction: outcome.stats.correction,
+            smallest_singular_value: outcome.nearest_singular.map(|nearest| SingularEntry {
+                value: nearest.value,
+                largest: nearest.most,
+                row: nearest.row,
+                time: nearest.t,
+                constraint: description.constraints[nearest.constraint].name,
+            }),
+            careful_solves: outcome.stats.singular_mass + outcome.stats.suspicious_constraints,
+            energy_drift: outcome.energy_drift,
+            energy_imbalance: outcome.energy_imbalance,
+            extremes: extremes(recording),
+            parameters: Named(parameters.zip(setup.model.parameter_values(&setup.replace())).collect()),
+            figures: Vec::new(),
+            warnings: judgement::warnings(outcome, description, &distrust),
+            distrust,
+        }
+    }
+
+    /// An error if the run did not do what was asked.
+    pub(crate) fn problem(&self) -> Option<Error> {
+        if self.is_done { self.distrusted() } else { Some(self.message.clone().into()) }
+    }
+
+    /// An error if the numbers of the run are not to be trusted.
+    pub(crate) fn distrusted(&self) -> Option<Error> {
+        if self.distrust.is_empty() {
+            return None;
+        }
+        let singular = self.smallest_singular_value.as_ref();
+        let help = if singular.is_some_and(|entry| entry.value < judgement::SUSPECT * entry.largest) {
+            "write that constraint in another form, pass the position with other steps or another method, or change the \
+             dimensions"
+        } else if self.tolerance.is_some() {
+            "use a smaller --tolerance; motions that are sensitive by nature cannot be followed for ever"
+        } else {
+            "use a shorter --step, or `--method auto`"
+        };
+        Some(Error::run(format!("do not trust the numbers: {}", self.distrust.join("; and "))).help(help))
+    }
+
+    /// The figures that the summary of an earlier run in a folder lists; none if there is no such summary.
+    pub(crate) fn figures_in(folder: &Path) -> Vec<String> {
+        let text = std::fs::read_to_string(folder.join("summary.json")).unwrap_or_default();
+        let summary: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
+        let listed = summary["figures"].as_array().cloned().unwrap_or_default();
+        let names = listed.iter().filter_map(|figure| figure.as_str());
+        // The file may say anything; only figures are removed.
+        let is_figure = |name: &&str| {
+            name.strip_prefix("figures/").is_some_and(|name| name.ends_with(".svg") && !name.contains(['/', '\\']))
+        };
+        names.filter(is_figure).map(str::to_owned).collect()
+    }
+}
+
+fn status(outcome: &Outcome) -> &'static str {
+    match outcome.status {
+        Status::Completed => "completed",
+        Status::Stopped | Status::StoppedAtStart => "stopped",
+        Status::StopNotReached { .. } => "stop_not_reached",
+        Status::Interrupted => "interrupted",
+        Status::Failed(_) | Status::NotFinite { .. } | Status::Unwritable(_) => "failed",
+    }
+}
+
+/// Coordinates and rates at the end.
+fn end_state(outcome: &Outcome, recording: &Recording) -> Named<f64> {
+    let value = |kind: Kind| match kind {
+        Kind::Coordinate(i) => Some(outcome.q[i]),
+        Kind::Rate(i) => Some(outcome.qd[i]),
+        _ => None,
+    };
+    let columns = recording.columns();
+    Named(columns.filter_map(|column| Some((column.name.clone(), value(column.kind)?))).collect())
+}
+
+/// Extremes of every column that describes the motion.
+fn extremes(recording: &Recording) -> Named<ExtremesEntry> {
+    let described = recording.columns().filter(|column| column.kind != Kind::Time && !column.kind.is_check());
+    let entries = described.filter_map(|column| {
+        let e = recording.extremes(column.kind)?;
+        let ((min, min_time), (max, max_time)) = (e.minimum, e.maximum);
+        Some((column.name.clone(), ExtremesEntry { min, min_time, max, max_time }))
+    });
+    Named(entries.collect())
+}

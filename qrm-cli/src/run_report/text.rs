@@ -1,0 +1,111 @@
+//! The report of a run as text.
+
+use std::path::Path;
+
+use super::RunReport;
+use crate::format::{decimals, seconds};
+use crate::output::written;
+
+impl RunReport {
+    /// The run in a few lines, each with its topic.
+    pub(crate) fn report_lines(&self) -> [(&'static str, String); 6] {
+        [
+            ("end", self.message.to_string()),
+            ("method", self.method_line()),
+            ("time", self.time_line()),
+            ("error", self.error_line()),
+            ("residual", self.residual_line()),
+            ("energy", self.energy_line()),
+        ]
+    }
+
+    /// The extremes of the outputs: name, minimum, its time, maximum, its time, unit.
+    pub(crate) fn output_extremes(&self) -> Vec<[String; 6]> {
+        let outputs = self.description.outputs.iter();
+        let row = |output: &qrm_core::QuantityDescription| {
+            let e = self.extremes.get(output.name)?;
+            let [at_min, at_max] = [e.min_time, e.max_time].map(|t| format!("{t:.6}"));
+            let (min, max) = (decimals(e.min), decimals(e.max));
+            Some([output.name.to_owned(), min, at_min, max, at_max, output.unit.to_owned()])
+        };
+        outputs.filter_map(row).collect()
+    }
+
+    /// The text that a run prints, with the tables that were written beside its own files.
+    pub(crate) fn text(&self, out: &Path, tables: &[String], has_summary: bool) -> String {
+        let mut text = format!("{}: {}\n\n", self.scene, self.description.doc);
+        for (topic, line) in self.report_lines() {
+            text += &format!("  {topic:8}  {line}\n");
+        }
+        if !self.description.outputs.is_empty() {
+            text += &format!("\n  {:10} {:>14} {:>11} {:>14} {:>11}\n", "", "minimum", "at t", "maximum", "at t");
+        }
+        for [name, min, at_min, max, at_max, unit] in self.output_extremes() {
+            text += &format!("  {name:10} {min:>14} {at_min:>11} {max:>14} {at_max:>11}  {unit}\n");
+        }
+        for warning in &self.warnings {
+            text += &format!("\n{}\n", warning.warning());
+        }
+        let mut files = Vec::new();
+        if self.rows > 0 {
+            let table = out.join("trajectory.csv");
+            files.push(format!("{} ({} rows; units in trajectory.units.json)", table.display(), self.rows));
+        }
+        files.extend_from_slice(tables);
+        if has_summary {
+            files.push(out.join("summary.json").display().to_string());
+        }
+        if !self.figures.is_empty() {
+            let name = |file: &String| Path::new(file).file_stem().unwrap_or_default().display().to_string();
+            let names: Vec<String> = self.figures.iter().map(name).collect();
+            files.push(format!("{} ({})", out.join("figures").display(), names.join(", ")));
+        }
+        format!("{text}\n{}", written(&files))
+    }
+
+    fn method_line(&self) -> String {
+        let (steps, step, projection) = (self.steps, seconds(self.step), self.projection);
+        let name = self.method.to_uppercase();
+        let Some(tolerance) = self.tolerance else {
+            return format!("{name}, {steps} steps of {step}, projection: {projection}");
+        };
+        let implicit =
+            if self.method == "auto" { format!(" ({} implicit)", self.implicit_steps) } else { String::new() };
+        format!(
+            "{name}, {steps} steps{implicit} and {} rejected for a tolerance of {tolerance:e}, rows every {step}, \
+             projection: {projection}",
+            self.rejected_steps
+        )
+    }
+
+    fn time_line(&self) -> String {
+        let per_step = self.run_seconds * 1e9 / self.steps.max(1) as f64;
+        format!("{:.3} ms for the integration, {per_step:.0} ns a step", self.run_seconds * 1e3)
+    }
+
+    fn error_line(&self) -> String {
+        let Some(error) = self.estimated_error else { return "not estimated".to_owned() };
+        let second =
+            if self.tolerance.is_some() { "a run at a tenth of the tolerance" } else { "a run at twice the step" };
+        format!("about {error:.1e} at most in the coordinates, judged by {second}")
+    }
+
+    fn residual_line(&self) -> String {
+        let before = match self.max_residual_before_correction {
+            open if open > 0.0 => format!("; {open:.1e} before the corrections"),
+            _ => String::new(),
+        };
+        let (position, velocity) = (self.max_residual_position, self.max_residual_velocity);
+        format!("at most {position:.1e} of a constraint, {velocity:.1e} of its rate{before}")
+    }
+
+    fn energy_line(&self) -> String {
+        match self.energy_drift {
+            Some(drift) => format!("within {drift:.1e} J of its value at the start"),
+            None if self.energy_imbalance > 0.0 => {
+                format!("differs from the work of the loads without potential by {:.1e} J", self.energy_imbalance)
+            }
+            None => "changes by the work of the loads without potential, as far as the steps tell it".to_owned(),
+        }
+    }
+}

@@ -1,0 +1,149 @@
+//! A scene as the command line wants it run.
+
+use std::collections::BTreeMap;
+
+use qrm_core::{Description, Mechanism, Model};
+use qrm_scene::diagnostic::{Diagnostic, Report};
+use qrm_scene::evaluate::{constant, parameter_values};
+use qrm_scene::resolve;
+use qrm_scene::scene::Scene;
+use qrm_sim::integrate::MethodSettings;
+use qrm_sim::run::{End, Observer, Outcome, Request, simulate};
+use qrm_sim::solve::ProjectionTolerance;
+use qrm_sim::start::Start;
+
+use crate::condition::Condition;
+use crate::error::Error;
+use crate::messages;
+use crate::options::{MethodOptions, SceneOptions, optional_positive, parameters};
+
+/// A scene with its parameters set, and how it is to be run.
+pub(crate) struct Setup {
+    /// The generated code.
+    pub(crate) model: &'static Model,
+    pub(crate) description: &'static Description,
+    /// The scene that the code was generated from.
+    pub(crate) scene: Scene,
+    pub(crate) settings: MethodSettings,
+    /// The stop condition as written.
+    pub(crate) until: String,
+    /// Parameters that the command line changes.
+    pub(crate) set: BTreeMap<String, f64>,
+    /// Step of the command line.
+    pub(crate) own_step: Option<f64>,
+    /// End time of the command line.
+    pub(crate) end_time: Option<f64>,
+    /// Stop condition of the command line.
+    pub(crate) condition: Option<Condition>,
+}
+
+impl Setup {
+    pub(crate) fn new(models: &'static [Model], options: &SceneOptions, how: &MethodOptions) -> Result<Self, Error> {
+        let model = options.name.find(models)?;
+        let description = model.description;
+        let set = parameters(description, &options.set)?;
+        let replace = |name: &str| set.get(name).copied();
+        let (scene, _) = resolve::read_with(&path(description), description.source, &replace)?;
+        let own_step = optional_positive("--step", options.step.as_ref())?;
+        let end_time = optional_positive("--end-time", options.end_time.as_ref())?;
+        let residual = optional_positive("--closure-tolerance", how.closure_tolerance.as_ref())?;
+        let tolerance = optional_positive("--tolerance", how.tolerance.as_ref())?;
+        if tolerance.is_some() && !how.method.is_adaptive() {
+            return Err(Error::usage("`--tolerance` needs a method that chooses its steps")
+                .help("add `--method dop853`, or choose `--step` instead"));
+        }
+        let default = MethodSettings::default();
+        let settings = MethodSettings {
+            method: how.method,
+            tolerance: tolerance.unwrap_or(default.tolerance),
+            projection: how.projection.unwrap_or(default.projection),
+            projection_tolerance: ProjectionTolerance {
+                residual: residual.unwrap_or(default.projection_tolerance.residual),
+                iterations: how.closure_iterations,
+            },
+        };
+        let until = options.until.as_deref();
+        let condition = until.map(|until| Condition::new(&scene, until)).transpose()?;
+        Ok(Self {
+            settings,
+            until: until.unwrap_or(description.until).to_owned(),
+            model,
+            description,
+            scene,
+            set,
+            own_step,
+            end_time,
+            condition,
+        })
+    }
+
+    /// The value that the command line gives a parameter.
+    pub(crate) fn replace(&self) -> impl Fn(&str) -> Option<f64> {
+        |name| self.set.get(name).copied()
+    }
+
+    /// The mechanism with the parameters of the command line.
+    pub(crate) fn mechanism(&self) -> Box<dyn Mechanism> {
+        self.model.mechanism(&self.replace())
+    }
+
+    /// Which coordinates are given at the start.
+    pub(crate) fn given(&self) -> Vec<bool> {
+        Start::of(&*self.mechanism()).given
+    }
+
+    /// The values of all parameters of the scene, also of those that the generated code does without.
+    pub(crate) fn parameters(&self) -> Vec<f64> {
+        parameter_values(&self.scene, self.replace())
+    }
+
+    /// Whether the command line changes a parameter.
+    pub(crate) fn is_changed(&self) -> bool {
+        !self.set.is_empty()
+    }
+
+    /// The step of the command line, or of the scene.
+    pub(crate) fn step(&self) -> f64 {
+        self.own_step.unwrap_or_else(|| constant(&self.scene.run.step, &self.parameters()))
+    }
+
+    /// The end time of the command line; infinite without one.
+    pub(crate) fn latest_end(&self) -> f64 {
+        self.end_time.unwrap_or(f64::INFINITY)
+    }
+
+    /// A mistake at a place of the scene.
+    pub(crate) fn at_place(&self, diagnostic: Diagnostic) -> Error {
+        Report::new(path(self.description), self.description.source, vec![diagnostic]).into()
+    }
+
+    /// Runs the scene.
+    pub(crate) fn simulate(&self, estimate_error: bool, observer: &mut dyn Observer) -> Result<Outcome, Error> {
+        let parameters = self.parameters();
+        let condition = self.condition.as_ref();
+        let until = |t: f64, q: &[f64], qd: &[f64]| condition.map_or(0.0, |c| c.value(&parameters, t, q, qd));
+        let end = match (self.end_time, condition) {
+            (Some(t), _) => Some(End::Time(t)),
+            (None, Some(_)) => Some(End::Condition(&until)),
+            (None, None) => None,
+        };
+        self.simulate_until(end, estimate_error, observer)
+    }
+
+    /// Runs the scene to another end.
+    pub(crate) fn simulate_until(
+        &self,
+        end: Option<End>,
+        estimate_error: bool,
+        observer: &mut dyn Observer,
+    ) -> Result<Outcome, Error> {
+        let request = Request { settings: self.settings, step: self.own_step, end, estimate_error };
+        let outcome = simulate(&*self.mechanism(), &request, observer);
+        outcome.map_err(|reason| messages::no_start(&reason, self))
+    }
+}
+
+/// The file of a scene as users know it.
+fn path(description: &Description) -> String {
+    format!("scenes/{}.toml", description.name)
+}

@@ -1,0 +1,78 @@
+//! `trajectory.csv`: every row in full precision, on disk while the run goes on.
+
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, BufWriter, Write};
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use qrm_sim::columns::Column;
+
+/// The time that rows may wait for the disk.
+const PATIENCE: Duration = Duration::from_millis(200);
+
+/// A trajectory under way.
+pub(crate) struct Trajectory {
+    writer: csv::Writer<BufWriter<File>>,
+    flushed: Instant,
+    text: Vec<u8>,
+    /// Rows written.
+    pub(crate) rows: u64,
+}
+
+impl Trajectory {
+    pub(crate) fn create(path: &Path, columns: &[Column]) -> io::Result<Self> {
+        let file = BufWriter::with_capacity(1 << 16, File::create(path)?);
+        let mut writer = csv::WriterBuilder::new().buffer_capacity(1 << 12).from_writer(file);
+        writer.write_record(columns.iter().map(|column| &column.name))?;
+        writer.flush()?;
+        Ok(Self { writer, flushed: Instant::now(), text: Vec::new(), rows: 0 })
+    }
+
+    pub(crate) fn row(&mut self, numbers: impl Iterator<Item = f64>) -> io::Result<()> {
+        for number in numbers {
+            self.text.clear();
+            // Debug prints the shortest digits that read back as the same double.
+            write!(self.text, "{number:?}")?;
+            self.writer.write_field(&self.text)?;
+        }
+        self.writer.write_record(None::<&[u8]>)?;
+        self.rows += 1;
+        Ok(())
+    }
+
+    /// Hands waiting rows to the disk, now and then.
+    pub(crate) fn flush_if_due(&mut self) -> io::Result<()> {
+        if self.flushed.elapsed() >= PATIENCE {
+            self.flush()?;
+        }
+        Ok(())
+    }
+
+    /// Cuts off what a failed write left of a row, and counts the whole ones.
+    pub(crate) fn cut(self, path: &Path) -> io::Result<u64> {
+        // What still waits could not be written either, and must not be tried again when the writer goes.
+        std::mem::forget(self.writer);
+        if !std::fs::metadata(path)?.is_file() {
+            return Ok(0);
+        }
+        let mut file = BufReader::new(File::options().read(true).write(true).open(path)?);
+        let (mut lines, mut whole, mut line) = (0, 0, Vec::new());
+        loop {
+            line.clear();
+            let length = file.read_until(b'\n', &mut line)?;
+            if line.last() != Some(&b'\n') {
+                break;
+            }
+            lines += 1;
+            whole += length as u64;
+        }
+        file.into_inner().set_len(whole)?;
+        Ok(u64::saturating_sub(lines, 1))
+    }
+
+    /// Hands all rows to the disk.
+    pub(crate) fn flush(&mut self) -> io::Result<()> {
+        self.flushed = Instant::now();
+        self.writer.flush()
+    }
+}

@@ -1,0 +1,71 @@
+//! Static equilibrium: a position held at rest against the loads.
+
+use qrm_core::Mechanism;
+
+use super::kinematics::Drive;
+use crate::run::{NotAssembled, assemble};
+use crate::start::Start;
+
+/// A position in static equilibrium.
+#[derive(Clone, Debug)]
+pub struct StaticEquilibrium {
+    /// The coordinates.
+    pub q: Vec<f64>,
+    /// The generalized force on each given coordinate that balances the loads; zero for the others.
+    pub forces: Vec<f64>,
+    /// The multipliers.
+    pub multipliers: Vec<f64>,
+    /// The outputs, without motion.
+    pub outputs: Vec<f64>,
+}
+
+/// Why a position cannot be held.
+#[derive(Clone, Debug)]
+pub enum NoEquilibrium {
+    /// The constraints cannot be met at the start.
+    NotAssembled(NotAssembled),
+    /// The start itself is singular.
+    Singular,
+    /// Constraints depend on time.
+    Driven,
+    /// The way from the start to the position ends at a limit position.
+    LimitPosition {
+        /// The coordinates there.
+        q: Vec<f64>,
+        /// The constraint that cannot be met beyond.
+        constraint: Option<usize>,
+    },
+    /// The forces at the position are not finite.
+    NotFinite,
+}
+
+/// Moves from the scene's start to a position without a jump, and balances it. `wanted` holds values for coordinates that the scene
+/// gives at its start; the others of those keep their values.
+///
+/// # Errors
+/// The position cannot be reached, or not be held.
+pub fn static_equilibrium(
+    mechanism: &dyn Mechanism,
+    wanted: &[(usize, f64)],
+) -> Result<StaticEquilibrium, NoEquilibrium> {
+    if mechanism.is_driven() {
+        return Err(NoEquilibrium::Driven);
+    }
+    let start = Start::of(mechanism);
+    let drive = Drive::new(mechanism, start.given.clone()).ok_or(NoEquilibrium::Singular)?;
+    let (q, _) = assemble(mechanism, &start).map_err(NoEquilibrium::NotAssembled)?;
+    let from = drive.close(q).ok_or(NoEquilibrium::Singular)?;
+    let mut to = from.q.clone();
+    for (coordinate, value) in wanted {
+        to[*coordinate] = *value;
+    }
+    let position = drive
+        .move_to(&from, &to)
+        .map_err(|limit| NoEquilibrium::LimitPosition { q: limit.position.q, constraint: limit.constraint })?;
+    let (multipliers, forces) = drive.balance(&position.q);
+    let outputs = drive.outputs(&position.q, &multipliers);
+    if !multipliers.iter().chain(&forces).chain(&outputs).all(|value| value.is_finite()) {
+        return Err(NoEquilibrium::NotFinite);
+    }
+    Ok(StaticEquilibrium { q: position.q, forces, multipliers, outputs })
+}

@@ -1,0 +1,166 @@
+//! Run time and result of a method at given times.
+
+use std::time::{Duration, Instant};
+
+use qrm_core::{Mechanism, RowLayout, RowRequest};
+
+use super::energy_integral::{EnergyIntegral, NoEnergyIntegral};
+use crate::integrate::{BlockEnd, Counts, Integrator, MethodSettings, StepError};
+use crate::run::{StartError, first_state};
+use crate::solve::{LoopConstraints, Solver, largest};
+use crate::state::State;
+
+/// A state with its outputs and checks.
+#[derive(Clone, Debug)]
+pub struct StateAt {
+    /// Time.
+    pub t: f64,
+    /// Coordinates.
+    pub q: Vec<f64>,
+    /// Rates.
+    pub qd: Vec<f64>,
+    /// Outputs.
+    pub outputs: Vec<f64>,
+    /// Largest residual of a constraint.
+    pub residual: f64,
+    /// Kinetic and potential energy.
+    pub energy: f64,
+    /// Power of the loads without potential, and of what drives constraints.
+    pub power: f64,
+}
+
+/// The results and run times of a method.
+#[derive(Clone, Debug)]
+pub struct Measurement {
+    /// Seconds of each repetition, the shortest first.
+    pub seconds: Vec<f64>,
+    /// The states at the times that were asked for.
+    pub states: Vec<StateAt>,
+    /// Energy at the start.
+    pub energy: f64,
+    /// The numbers of steps and evaluations of one repetition.
+    pub counts: Counts,
+}
+
+/// A method with the length of its steps, if it does not choose them.
+#[derive(Clone, Copy, Debug)]
+pub struct Trial {
+    /// The method.
+    pub settings: MethodSettings,
+    /// Length of the steps.
+    pub step: f64,
+}
+
+/// The number of repetitions of a run.
+#[derive(Clone, Copy, Debug)]
+pub struct Repetitions {
+    /// The least number.
+    pub least: usize,
+    /// Repetitions go on until this time is over, but not longer than ten times as long.
+    pub time: Duration,
+}
+
+/// Runs a method to each of the times, which rise, again and again. Steps of a fixed length are made a little shorter where
+/// they do not divide the time to the next one.
+///
+/// # Errors
+/// The run cannot start, or not reach the last time.
+pub fn measure(
+    mechanism: &dyn Mechanism,
+    trial: &Trial,
+    times: &[f64],
+    repetitions: Repetitions,
+) -> Result<Measurement, StartError> {
+    let first = first_state(mechanism)?;
+    let mut states = Vec::with_capacity(times.len());
+    let mut seconds = Vec::new();
+    let mut counts = Counts::default();
+    let begun = Instant::now();
+    while seconds.len() < repetitions.least || begun.elapsed() < repetitions.time {
+        let repetition = Instant::now();
+        counts = visit(mechanism, trial, &first, times, &mut states).map_err(StartError::Step)?;
+        seconds.push(repetition.elapsed().as_secs_f64());
+        if begun.elapsed() > 10 * repetitions.time {
+            break;
+        }
+    }
+    seconds.sort_by(f64::total_cmp);
+    let energy = mechanism.energy(&first.q, &first.qd).iter().sum();
+    let states = states.iter().map(|state| described(mechanism, state)).collect();
+    Ok(Measurement { seconds, states, energy, counts })
+}
+
+/// Rows of a block.
+const CHUNK: u64 = 256;
+
+/// Makes one run to each of the times.
+fn visit(
+    mechanism: &dyn Mechanism,
+    Trial { settings, step }: &Trial,
+    first: &State,
+    times: &[f64],
+    states: &mut Vec<State>,
+) -> Result<Counts, StepError> {
+    states.clear();
+    let end = times.last().copied().unwrap_or(0.0);
+    let mut integrator = Integrator::new(mechanism, *settings, first, end)?;
+    let layout = RowLayout { n: first.q.len(), m: first.multipliers.len() };
+    let mut now = first.clone();
+    let mut rows = 0;
+    let mut buffer = Vec::new();
+    for &t in times {
+        let steps = if integrator.is_fixed() { ((t - now.t) / step - 1e-9).ceil().max(1.0) as u64 } else { 1 };
+        rows += steps;
+        let mut request = RowRequest {
+            origin: now.t,
+            step: (t - now.t) / steps as f64,
+            end_time: t,
+            first: 0,
+            residual: settings.projection_tolerance.residual,
+            watches_event: false,
+        };
+        while request.first < steps {
+            buffer.resize((CHUNK.min(steps - request.first) + 1) as usize * layout.width(), 0.0);
+            now.write(&mut buffer);
+            let block = integrator.fill(mechanism, &request, &mut buffer);
+            if let BlockEnd::Failed(reason) = block.reason {
+                return Err(reason);
+            }
+            request.first += block.made as u64;
+            now.read(&buffer[block.made * layout.width()..]);
+        }
+        states.push(now.clone());
+    }
+    Ok(integrator.counts(rows))
+}
+
+/// States from the energy integral.
+///
+/// # Errors
+/// The motion has no such integral.
+pub fn exact_states(mechanism: &dyn Mechanism, times: &[f64], panels: f64) -> Result<Vec<StateAt>, NoEnergyIntegral> {
+    let integral = EnergyIntegral::new(mechanism, times.last().copied().unwrap_or(0.0), panels)?;
+    let at = |t: &f64| {
+        let mut state = State::zero(0, mechanism.description().constraints.len());
+        state.t = *t;
+        (state.q, state.qd) = integral.state(*t)?;
+        state.qdd = vec![0.0; state.q.len()];
+        Solver::new(mechanism).complete(mechanism, &mut state).ok()?;
+        Some(described(mechanism, &state))
+    };
+    times.iter().map(at).collect::<Option<Vec<StateAt>>>().ok_or(NoEnergyIntegral::TurnsBack)
+}
+
+fn described(mechanism: &dyn Mechanism, at: &State) -> StateAt {
+    let mut outputs = vec![0.0; mechanism.description().outputs.len()];
+    mechanism.outputs(at.t, &at.q, &at.qd, &at.qdd, &at.multipliers, &mut outputs);
+    StateAt {
+        t: at.t,
+        q: at.q.clone(),
+        qd: at.qd.clone(),
+        outputs,
+        residual: largest(&LoopConstraints::of(mechanism, at.t, &at.q).residuals).1,
+        energy: mechanism.energy(&at.q, &at.qd).iter().sum(),
+        power: mechanism.power(at.t, &at.q, &at.qd, &at.multipliers),
+    }
+}

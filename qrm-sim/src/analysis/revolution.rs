@@ -1,0 +1,302 @@
+//! A slow revolution of a driven angle: positions, forces of static equilibrium, limit positions.
+
+use std::f64::consts::TAU;
+
+use qrm_core::Mechanism;
+
+use super::kinematics::{Drive, LimitPosition, Position};
+use crate::run::{NotAssembled, assemble};
+use crate::solve::{Matrix, dot};
+use crate::start::Start;
+
+/// Positions in a turn.
+const SAMPLES: usize = 720;
+
+/// A revolution of the driven coordinate, or the range that it can move in.
+#[derive(Clone, Debug)]
+pub struct Revolution {
+    /// The driven coordinate.
+    pub coordinate: usize,
+    /// Where the turn begins.
+    pub start: f64,
+    /// The direction in which the scene starts: 1 or -1.
+    pub direction: f64,
+    /// What keeps it from turning fully.
+    pub range: Option<Range>,
+    /// Whether all coordinates come back after a turn, angles up to whole turns.
+    pub returns: bool,
+    /// The course of each output, without motion.
+    pub outputs: Vec<Series>,
+    /// The course of the generalized force on the driven coordinate that balances the loads.
+    pub balance: Series,
+    /// The course of the inertia that the driven coordinate has to move.
+    pub inertia: Series,
+}
+
+/// The values of a quantity over the revolution, or between the limit positions.
+#[derive(Clone, Debug, Default)]
+pub struct Series {
+    /// Value at the beginning and at the end.
+    pub ends: [f64; 2],
+    /// Where it turns back, in the order of the turn.
+    pub vertices: Vec<Vertex>,
+    /// Its smallest value and where it is, at a vertex or an end.
+    pub smallest: (f64, f64),
+    /// Its largest value and where it is.
+    pub largest: (f64, f64),
+}
+
+/// Where a quantity turns back.
+#[derive(Clone, Copy, Debug)]
+pub struct Vertex {
+    /// The driven coordinate there.
+    pub angle: f64,
+    /// The value.
+    pub value: f64,
+}
+
+impl Series {
+    /// Whether the value after the turn is the first one, except for rounding.
+    pub fn is_periodic(&self) -> bool {
+        let [first, last] = self.ends;
+        (last - first).abs() <= 1e-9 * (self.largest.0 - self.smallest.0)
+    }
+}
+
+/// Between which values a driven coordinate can move, and the constraint that ends its way there.
+#[derive(Clone, Copy, Debug)]
+pub struct Range {
+    /// The smallest value; none if there is a whole turn without a lock.
+    pub low: Option<(f64, Option<usize>)>,
+    /// The largest value, likewise.
+    pub high: Option<(f64, Option<usize>)>,
+}
+
+/// Why there is no revolution.
+#[derive(Clone, Debug, PartialEq)]
+pub enum NoRevolution {
+    /// The mechanism has this number of degrees of freedom instead of one.
+    DegreesOfFreedom(usize),
+    /// Constraints depend on time.
+    Driven,
+    /// The start is a singular position.
+    Singular,
+    /// What is given at the start is no angle.
+    NotAnAngle(usize),
+    /// The constraints cannot be met at the start.
+    NotAssembled(NotAssembled),
+}
+
+/// Moves the driven coordinate through a revolution.
+///
+/// # Errors
+/// No coordinate can be driven so.
+pub fn revolution(mechanism: &dyn Mechanism) -> Result<Revolution, NoRevolution> {
+    let round = Round::new(mechanism)?;
+    let driven = round.driven;
+    let description = mechanism.description();
+    let mut positions = vec![round.start.clone()];
+    let followed = round.follow(round.direction, SAMPLES, |position| positions.push(position.clone()));
+    let (range, returns) = match followed {
+        Ok(end) => {
+            let is_periodic = |i: usize| {
+                let unit = description.coordinates[i].unit;
+                let size = if description.is_angle(i) { 1.0 } else { end.q[i].abs().max(round.start.q[i].abs()) };
+                wrap_angle(end.q[i] - round.start.q[i], unit).abs() <= 1e-9 * size
+            };
+            (None, (0..end.q.len()).all(is_periodic))
+        }
+        Err(ahead) => {
+            let mut behind = Vec::new();
+            let back = round.follow(-round.direction, SAMPLES, |position| behind.push(position.clone())).err();
+            behind.extend(back.as_ref().map(|limit| limit.position.clone()));
+            behind.reverse();
+            positions.push(ahead.position.clone());
+            positions.splice(0..0, behind);
+            let end = |limit: &LimitPosition| (limit.position.q[driven], limit.constraint);
+            let (ahead, back) = (Some(end(&ahead)), back.as_ref().map(end));
+            let (low, high) = if round.direction > 0.0 { (back, ahead) } else { (ahead, back) };
+            (Some(Range { low, high }), false)
+        }
+    };
+    // At a lock itself forces have no bounds.
+    let inner = if range.is_some() { 1..positions.len() - 1 } else { 0..positions.len() };
+    let count = description.outputs.len();
+    Ok(Revolution {
+        coordinate: driven,
+        start: round.start.q[driven],
+        direction: round.direction,
+        outputs: (0..count).map(|i| round.course(&positions, returns, |at| round.outputs(at)[i])).collect(),
+        balance: round.course(&positions[inner.clone()], returns, |at| round.drive.balance(&at.q).1[driven]),
+        inertia: round.course(&positions[inner], returns, |at| round.inertia(at)),
+        range,
+        returns,
+    })
+}
+
+/// Whether the driven coordinate can make a full revolution.
+pub fn can_revolve(mechanism: &dyn Mechanism) -> bool {
+    Round::new(mechanism).is_ok_and(|round| round.follow(round.direction, SAMPLES / 4, |_| ()).is_ok())
+}
+
+/// A turn to be made.
+struct Round<'m> {
+    drive: Drive<'m>,
+    start: Position,
+    driven: usize,
+    /// 1 or -1.
+    direction: f64,
+}
+
+impl<'m> Round<'m> {
+    fn new(mechanism: &'m dyn Mechanism) -> Result<Self, NoRevolution> {
+        if mechanism.is_driven() {
+            return Err(NoRevolution::Driven);
+        }
+        let start = Start::of(mechanism);
+        let degrees_of_freedom = start.given.iter().filter(|given| **given).count();
+        let (1, Some(driven)) = (degrees_of_freedom, start.given.iter().position(|given| *given)) else {
+            return Err(NoRevolution::DegreesOfFreedom(degrees_of_freedom));
+        };
+        if !mechanism.description().is_angle(driven) {
+            return Err(NoRevolution::NotAnAngle(driven));
+        }
+        let drive = Drive::new(mechanism, start.given.clone()).ok_or(NoRevolution::Singular)?;
+        let (q, qd) = assemble(mechanism, &start).map_err(NoRevolution::NotAssembled)?;
+        let direction = if qd[driven] < 0.0 { -1.0 } else { 1.0 };
+        let start = drive.close(q).filter(|position| position.determinant != 0.0).ok_or(NoRevolution::Singular)?;
+        Ok(Self { drive, start, driven, direction })
+    }
+
+    /// Goes once around, one way or the other, and says where that ends.
+    fn follow(
+        &self,
+        direction: f64,
+        samples: usize,
+        mut visit: impl FnMut(&Position),
+    ) -> Result<Position, LimitPosition> {
+        let mut last = [self.start.clone(), self.start.clone(), self.start.clone()];
+        // One step more, so that a smallest determinant at the start is between two others as well.
+        for i in 1..=samples + 1 {
+            let next = match self.at(&last[2], self.start.q[self.driven] + direction * TAU * i as f64 / samples as f64)
+            {
+                Ok(next) => next,
+                // The turn is made already.
+                Err(_) if i > samples => return Ok(last[2].clone()),
+                Err(limit) => return Err(limit),
+            };
+            last.rotate_left(1);
+            last[2] = next;
+            let [before, at, after] = [0, 1, 2].map(|k| last[k].determinant.abs());
+            if i > 1 && at <= before && at <= after && at < before.max(after) {
+                // It may lock between two samples.
+                self.vertex(&last[0], &last[2], |position| -position.determinant.abs())?;
+            }
+            if i <= samples {
+                visit(&last[2]);
+            }
+        }
+        Ok(last[1].clone())
+    }
+
+    fn at(&self, from: &Position, angle: f64) -> Result<Position, LimitPosition> {
+        let mut target = from.q.clone();
+        target[self.driven] = angle;
+        self.drive.move_to(from, &target)
+    }
+
+    /// Where a quantity is largest between two positions, by golden sections.
+    fn vertex(
+        &self,
+        from: &Position,
+        to: &Position,
+        value: impl Fn(&Position) -> f64,
+    ) -> Result<Vertex, LimitPosition> {
+        let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
+        let at = |angle: f64| self.at(from, angle).map(|position| value(&position));
+        let (mut a, mut b) = (from.q[self.driven], to.q[self.driven]);
+        let (mut c, mut d) = (b - golden * (b - a), a + golden * (b - a));
+        let (mut at_c, mut at_d) = (at(c)?, at(d)?);
+        while (b - a).abs() > 1e-9 {
+            if at_c > at_d {
+                (b, d, at_d) = (d, c, at_c);
+                c = b - golden * (b - a);
+                at_c = at(c)?;
+            } else {
+                (a, c, at_c) = (c, d, at_d);
+                d = a + golden * (b - a);
+                at_d = at(d)?;
+            }
+        }
+        Ok(if at_c > at_d { Vertex { angle: c, value: at_c } } else { Vertex { angle: d, value: at_d } })
+    }
+
+    /// How a quantity goes over positions that follow each other.
+    fn course(&self, positions: &[Position], returns: bool, value: impl Fn(&Position) -> f64) -> Series {
+        let values: Vec<f64> = positions.iter().map(&value).collect();
+        let (Some(&first), Some(&last)) = (values.first(), values.last()) else { return Series::default() };
+        let mut course = Series { ends: [first, last], ..Series::default() };
+        let (low, high) = values.iter().fold((first, first), |(low, high), v| (low.min(*v), high.max(*v)));
+        let is_cycle = returns && (last - first).abs() <= 1e-9 * (high - low);
+        let count = positions.len();
+        for i in 0..count {
+            // The end of a cycle is its beginning.
+            let (before, after) = match (i, is_cycle) {
+                (0, true) => (count - 2, 1),
+                (0, false) => continue,
+                (i, _) if i + 1 == count => continue,
+                (i, _) => (i - 1, i + 1),
+            };
+            let [v0, v, v1] = [values[before], values[i], values[after]];
+            // Changes at the size of rounding errors are none.
+            let noise = 1e-12 * (high - low).max(v.abs() * 1e-2);
+            let sign = if v >= v0 && v >= v1 { 1.0 } else { -1.0 };
+            if !(sign * (v - v0) >= 0.0 && sign * (v - v1) >= 0.0 && (v - v0).abs().max((v - v1).abs()) > noise) {
+                continue;
+            }
+            let found = match i {
+                0 => self.around_start(&positions[1], |position| sign * value(position)),
+                _ => self.vertex(&positions[before], &positions[after], |position| sign * value(position)),
+            };
+            let vertex = found.map_or(Vertex { angle: positions[i].q[self.driven], value: v }, |vertex| Vertex {
+                value: sign * vertex.value,
+                ..vertex
+            });
+            // A vertex that lies on a sample is found from both sides.
+            if course.vertices.last().is_none_or(|before| (before.angle - vertex.angle).abs() > 1e-6) {
+                course.vertices.push(vertex);
+            }
+        }
+        let ends = [(first, 0), (last, count - 1)].map(|(value, i)| (value, positions[i].q[self.driven]));
+        let all = || course.vertices.iter().map(|vertex| (vertex.value, vertex.angle)).chain(ends);
+        course.smallest = all().fold(ends[0], |least, one| if one.0 < least.0 { one } else { least });
+        course.largest = all().fold(ends[0], |most, one| if one.0 > most.0 { one } else { most });
+        course
+    }
+
+    /// A vertex near the start of a cycle.
+    fn around_start(&self, next: &Position, value: impl Fn(&Position) -> f64) -> Result<Vertex, LimitPosition> {
+        let step = next.q[self.driven] - self.start.q[self.driven];
+        let before = self.at(&self.start, self.start.q[self.driven] - step)?;
+        self.vertex(&before, next, value)
+    }
+
+    /// The inertia that a change of the driven coordinate has to move: `t' Mbar t` with its tangent t.
+    fn inertia(&self, position: &Position) -> f64 {
+        let tangent = self.drive.tangent(&position.q, self.driven);
+        let mut mass_matrix = Matrix::zero(tangent.len(), tangent.len());
+        self.drive.mechanism.mass_matrix(&position.q, mass_matrix.entries_mut());
+        let momentum: Vec<f64> = mass_matrix.iter().map(|row| dot(row, &tangent)).collect();
+        dot(&tangent, &momentum)
+    }
+
+    fn outputs(&self, position: &Position) -> Vec<f64> {
+        let (multipliers, _) = self.drive.balance(&position.q);
+        self.drive.outputs(&position.q, &multipliers)
+    }
+}
+
+/// A difference of two values in a unit; of angles without whole turns.
+pub fn wrap_angle(difference: f64, unit: &str) -> f64 {
+    if unit == "rad" { difference - TAU * (difference / TAU).round() } else { difference }
+}

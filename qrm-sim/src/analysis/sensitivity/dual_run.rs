@@ -1,0 +1,186 @@
+//! A motion with its derivatives by one parameter.
+
+use num_dual::Dual64;
+use qrm_core::{Dual, Mechanism, Replace, RowRequest, Scalar, Tape};
+
+use super::event::Condition;
+use super::result::{Motion, Output};
+use super::saddle::Number;
+use super::step::{DualState, DualStepper, duals};
+use super::{SensitivityEnd, SensitivityError, SensitivityRequest};
+use crate::run::{Dependents, Integral, StartError, Tracker, assemble};
+use crate::solve::{LoopConstraints, ProjectionTolerance};
+use crate::start::Start;
+
+/// The motion on dual numbers.
+pub(super) struct DualRun<'a> {
+    stepper: DualStepper<'a>,
+    condition: Condition<'a>,
+    rows: RowRequest,
+    /// The end of the rows, and its derivative by the parameter.
+    end_time: Number,
+    state: DualState,
+}
+
+impl<'a> DualRun<'a> {
+    /// The motion at its start.
+    ///
+    /// # Errors
+    /// It cannot begin, or there is no such parameter.
+    pub(super) fn new(
+        mechanism: &'a dyn Mechanism,
+        tape: &'a Tape<'a>,
+        replace: Replace,
+        parameter: &'a str,
+        request: &'a SensitivityRequest<'a>,
+    ) -> Result<Self, SensitivityError> {
+        let parameters = mechanism.description().parameters;
+        let no_parameter = || SensitivityError::NoParameter { name: parameter.to_owned() };
+        let place = parameters.iter().position(|own| own.name == parameter).ok_or_else(no_parameter)?;
+        let seed = mechanism.parameters().get(place).map(|value| Dual(Dual64::new(*value, 1.0)));
+        let mut stepper = DualStepper::new(mechanism, tape);
+        stepper
+            .evaluator
+            .set_parameters(|i| if i == place { seed } else { replace(parameters[i].name).map(Number::from_f64) });
+        let schedule = stepper.evaluator.schedule();
+        let end_time = match request.end {
+            Some(SensitivityEnd::Time(t)) => Number::from_f64(t),
+            _ => schedule.end_time,
+        };
+        let rows = RowRequest {
+            origin: 0.0,
+            step: request.step.unwrap_or(schedule.step.0.re),
+            end_time: end_time.0.re,
+            first: 0,
+            residual: ProjectionTolerance::default().residual,
+            watches_event: false,
+        };
+        if !(rows.step > rows.end_time * f64::EPSILON) {
+            let (step, end_time) = (rows.step, rows.end_time);
+            return Err(SensitivityError::Start(StartError::StepTooShort { step, end_time }));
+        }
+        let state = start(&mut stepper)?;
+        let condition = Condition { parameter, end: request.end.as_ref() };
+        Ok(Self { stepper, condition, rows, end_time, state })
+    }
+
+    /// Follows the motion to its end.
+    ///
+    /// # Errors
+    /// It does not come to its end, or has no derivative.
+    pub(super) fn run(self) -> Result<Motion, SensitivityError> {
+        let Self { mut stepper, condition, rows, end_time, mut state } = self;
+        let mut columns = Columns::new(stepper.mechanism.description().outputs.len());
+        columns.row(&mut stepper, &state)?;
+        let mut value = condition.value(&mut stepper, &state);
+        if value.is_some_and(|value| !value.re.is_finite()) {
+            return Err(SensitivityError::Start(StartError::ConditionNotFinite));
+        }
+        if value.is_some_and(|value| value.re >= 0.0) {
+            return Err(SensitivityError::EventAtStart);
+        }
+        let mut row = 0;
+        while state.t.0.re < rows.end_time && value.is_none_or(|value| value.re < 0.0) {
+            row += 1;
+            let t = Number::from_f64(rows.time(row));
+            let mut next = stepper.step(&state, if t.0.re < rows.end_time { t } else { end_time })?;
+            value = condition.value(&mut stepper, &next);
+            if value.is_some_and(|value| value.re.is_nan()) {
+                return Err(SensitivityError::NotSmooth { t: state.t.0.re });
+            }
+            if value.is_some_and(|value| value.re >= 0.0) {
+                next = condition.locate(&mut stepper, &state, &next)?;
+            }
+            state = next;
+            columns.row(&mut stepper, &state)?;
+        }
+        if value.is_some_and(|value| value.re < 0.0) {
+            return Err(SensitivityError::EventNotReached { end_time: rows.end_time });
+        }
+        Ok(Motion { end_time: state.t.0, q: duals(&state.q), qd: duals(&state.qd), outputs: columns.finish() })
+    }
+}
+
+/// The consistent state at the start. Given coordinates and rates may depend on the parameter; the others follow by the constraints,
+/// `C_q dx = -dC` in derivatives.
+fn start(stepper: &mut DualStepper) -> Result<DualState, SensitivityError> {
+    let mechanism = stepper.mechanism;
+    let given = Start::of(mechanism);
+    let assembled = assemble(mechanism, &given).map_err(|e| SensitivityError::Start(StartError::NotAssembled(e)))?;
+    let jacobian = LoopConstraints::of(mechanism, 0.0, &assembled.0).constraint_jacobian;
+    let zero = |size| vec![Number::zero(); size];
+    let (mut q, mut qd) = (zero(given.q.len()), zero(given.q.len()));
+    stepper.evaluator.start(&mut q, &mut qd);
+    let mut results = zero(stepper.evaluator.tape().loop_constraints.results.len());
+
+    take_assembled(&mut q, &assembled.0, &given.given);
+    stepper.evaluator.loop_constraints(Number::zero(), &q, &mut results);
+    let [residuals, _, _] = stepper.evaluator.tape().split_loop_constraints(&results);
+    follow(&Dependents::new(&jacobian, &given.given), &mut q, residuals);
+
+    take_assembled(&mut qd, &assembled.1, &given.given_rates);
+    stepper.evaluator.loop_constraints(Number::zero(), &q, &mut results);
+    let [_, rows, rates] = stepper.evaluator.tape().split_loop_constraints(&results);
+    let velocity_residual: Vec<Number> = rows
+        .chunks_exact(q.len().max(1))
+        .zip(rates)
+        .map(|(row, rate)| row.iter().zip(&qd).fold(*rate, |sum, (entry, qd)| sum + *entry * *qd))
+        .collect();
+    follow(&Dependents::new(&jacobian, &given.given_rates), &mut qd, &velocity_residual);
+    stepper.state(Number::zero(), q, qd)
+}
+
+/// Takes over assembled values; only given ones keep their derivatives.
+fn take_assembled(numbers: &mut [Number], values: &[f64], given: &[bool]) {
+    for ((number, value), given) in numbers.iter_mut().zip(values).zip(given) {
+        *number = Dual(Dual64::new(*value, if *given { number.0.eps } else { 0.0 }));
+    }
+}
+
+/// Lets the derivatives of dependent coordinates or rates follow.
+fn follow(dependents: &Dependents, x: &mut [Number], residuals: &[Number]) {
+    let derivatives = |numbers: &[Number]| numbers.iter().map(|number| number.0.eps).collect::<Vec<f64>>();
+    let mut change = derivatives(x);
+    dependents.follow(&mut change, &derivatives(residuals));
+    x.iter_mut().zip(change).for_each(|(number, change)| number.0.eps = change);
+}
+
+/// The columns of the outputs.
+struct Columns {
+    trackers: Vec<Tracker<Dual64>>,
+    integrals: Vec<Integral<Dual64>>,
+    /// The last row.
+    outputs: Vec<Number>,
+}
+
+impl Columns {
+    fn new(count: usize) -> Self {
+        Self {
+            trackers: vec![Tracker::default(); count],
+            integrals: vec![Integral::default(); count],
+            outputs: vec![Number::zero(); count],
+        }
+    }
+
+    /// Takes the next row.
+    fn row(&mut self, stepper: &mut DualStepper, at: &DualState) -> Result<(), SensitivityError> {
+        stepper.evaluator.outputs(at.t, &at.q, &at.qd, &at.qdd, &at.multipliers, &mut self.outputs);
+        let columns = self.trackers.iter_mut().zip(&mut self.integrals);
+        for ((tracker, integral), Dual(value)) in columns.zip(&self.outputs) {
+            if !(value.re.is_finite() && value.eps.is_finite()) {
+                return Err(SensitivityError::NotSmooth { t: at.t.0.re });
+            }
+            tracker.row(at.t.0, *value);
+            integral.row(at.t.0, *value);
+        }
+        Ok(())
+    }
+
+    fn finish(&self) -> Vec<Output> {
+        let columns = self.trackers.iter().zip(&self.integrals).zip(&self.outputs);
+        let output = |((tracker, integral), end): ((&Tracker<Dual64>, &Integral<Dual64>), &Number)| {
+            Some(Output { end: end.0, extremes: tracker.finish()?, integral: integral.finish() })
+        };
+        columns.filter_map(output).collect()
+    }
+}

@@ -1,0 +1,219 @@
+//! A pendulum in Cartesian coordinates, `x^2 + y^2 = l^2`, by a tape written by hand.
+//!
+//! The motion from rest is `x(t; l, g) = l X(t sqrt(g/l))`, which gives its derivatives by `l` and `g`.
+
+use num_dual::{Dual64, DualNum};
+use qrm_core::Operation::{Add, Mul, Neg, Number, Sub};
+use qrm_core::{
+    Description, DynamicsMut, LinearizationMut, LoopConstraintsMut, Mechanism, ParameterDescription,
+    QuantityDescription, Replace, RowRequest, RowResult, RowStop, Schedule, StartMut, Tape, TapeEvaluator,
+    TapeFunction,
+};
+
+use super::dual_run::DualRun;
+use super::{DualCondition, Sensitivity, SensitivityEnd, SensitivityError, SensitivityRequest};
+
+const NONE: TapeFunction = TapeFunction { operations: &[], results: &[] };
+const L: f64 = 0.7;
+const G: f64 = 9.81;
+
+/// Parameters `l` and `g` have the places 0 and 1, the arguments 2 to 9, the constants 1, 0, `l^2`, 2 and `-g` 10 to 14.
+static TAPE: Tape = Tape {
+    coordinates: 2,
+    constraints: 1,
+    parameters: TapeFunction { operations: &[Number(L), Number(G)], results: &[15, 16] },
+    constants: &[Number(1.0), Number(0.0), Mul(0, 0), Number(2.0), Neg(1)],
+    dynamics: TapeFunction {
+        operations: &[Mul(13, 3), Mul(13, 4), Mul(5, 5), Mul(6, 6), Add(17, 18), Mul(13, 19)],
+        results: &[10, 11, 11, 10, 11, 14, 15, 16, 20],
+    },
+    loop_constraints: TapeFunction {
+        operations: &[Mul(3, 3), Mul(4, 4), Add(15, 16), Sub(17, 12), Mul(13, 3), Mul(13, 4)],
+        results: &[18, 19, 20, 11],
+    },
+    mass_matrix: TapeFunction { operations: &[], results: &[10, 11, 11, 10] },
+    energy: NONE,
+    power: NONE,
+    outputs: TapeFunction { operations: &[], results: &[4] },
+    linearization: None,
+    event: Some(TapeFunction { operations: &[Neg(3)], results: &[15] }),
+    start: TapeFunction {
+        operations: &[Number(0.6), Mul(15, 0), Number(-0.8), Mul(17, 0)],
+        results: &[16, 18, 11, 11],
+    },
+    given: &[true, false, true, false],
+    schedule: TapeFunction { operations: &[Number(0.001), Number(2.0)], results: &[15, 16] },
+};
+
+const fn quantity(name: &'static str) -> QuantityDescription {
+    QuantityDescription { name, unit: "", doc: "" }
+}
+
+const fn parameter(name: &'static str) -> ParameterDescription {
+    ParameterDescription { name, unit: "", doc: "", formula: "" }
+}
+
+static DESCRIPTION: Description = Description {
+    name: "pendulum",
+    doc: "",
+    source: "",
+    code: "",
+    derivation: "",
+    coordinates: &[quantity("x"), quantity("y")],
+    constraints: &[quantity("length")],
+    outputs: &[quantity("y")],
+    parameters: &[parameter("l"), parameter("g")],
+    left_out: &[],
+    until: "x <= 0",
+};
+
+struct Pendulum(TapeEvaluator<'static, Vec<f64>>);
+
+impl Pendulum {
+    fn new(replace: Replace) -> Self {
+        let mut evaluator = TapeEvaluator::new(&TAPE);
+        evaluator.set_parameters(|i| replace(DESCRIPTION.parameters[i].name));
+        Self(evaluator)
+    }
+}
+
+impl Mechanism for Pendulum {
+    fn description(&self) -> &'static Description {
+        &DESCRIPTION
+    }
+    fn parameters(&self) -> &[f64] {
+        self.0.parameters()
+    }
+    fn is_driven(&self) -> bool {
+        false
+    }
+    fn has_linearization(&self) -> bool {
+        false
+    }
+    fn operations(&self) -> usize {
+        0
+    }
+    fn start(&self, start: StartMut) {
+        self.0.clone().start(start.q, start.qd);
+        start.given.copy_from_slice(&TAPE.given[..2]);
+        start.given_rates.copy_from_slice(&TAPE.given[2..]);
+    }
+    fn schedule(&self) -> Schedule<f64> {
+        self.0.clone().schedule()
+    }
+    fn event(&self, t: f64, q: &[f64], qd: &[f64]) -> Option<f64> {
+        self.0.clone().event(t, q, qd)
+    }
+    fn dynamics(&self, t: f64, q: &[f64], qd: &[f64], dynamics: DynamicsMut) {
+        let mut results = [0.0; 9];
+        self.0.clone().dynamics(t, q, qd, &mut results);
+        let [mass_matrix, forces, jacobian, bias] = TAPE.split_dynamics(&results);
+        dynamics.mass_matrix.copy_from_slice(mass_matrix);
+        dynamics.generalized_forces.copy_from_slice(forces);
+        dynamics.constraint_jacobian.copy_from_slice(jacobian);
+        dynamics.constraint_bias.copy_from_slice(bias);
+    }
+    fn loop_constraints(&self, t: f64, q: &[f64], constraints: LoopConstraintsMut) {
+        let mut results = [0.0; 4];
+        self.0.clone().loop_constraints(t, q, &mut results);
+        let [residuals, jacobian, rate] = TAPE.split_loop_constraints(&results);
+        constraints.residuals.copy_from_slice(residuals);
+        constraints.constraint_jacobian.copy_from_slice(jacobian);
+        constraints.constraint_rate.copy_from_slice(rate);
+    }
+    fn mass_matrix(&self, q: &[f64], mass_matrix: &mut [f64]) {
+        self.0.clone().mass_matrix(q, mass_matrix);
+    }
+    fn energy(&self, _: &[f64], _: &[f64]) -> [f64; 2] {
+        [0.0; 2]
+    }
+    fn power(&self, _: f64, _: &[f64], _: &[f64], _: &[f64]) -> f64 {
+        0.0
+    }
+    fn outputs(&self, _: f64, q: &[f64], _: &[f64], _: &[f64], _: &[f64], outputs: &mut [f64]) {
+        outputs[0] = q[1];
+    }
+    fn linearization(&self, _: f64, _: &[f64], _: &[f64], _: &[f64], _: &[f64], _: LinearizationMut) -> bool {
+        false
+    }
+    fn accelerations(&self, _: f64, _: &[f64], _: &[f64], _: &mut [f64], _: &mut [f64]) -> bool {
+        false
+    }
+    fn integrate_rk4(&self, _: &RowRequest, _: &mut [f64]) -> RowResult {
+        RowResult { made: 0, reason: RowStop::Unreliable }
+    }
+}
+
+fn derive(replace: Replace, by: &[&str], end: Option<SensitivityEnd>) -> Result<Sensitivity, SensitivityError> {
+    let pendulum = Pendulum::new(replace);
+    let request = SensitivityRequest { by, step: None, end };
+    let mut all = Sensitivity::default();
+    for parameter in by {
+        all.push(DualRun::new(&pendulum, &TAPE, replace, parameter, &request)?.run()?);
+    }
+    Ok(all)
+}
+
+fn until(condition: &DualCondition) -> Result<Sensitivity, SensitivityError> {
+    derive(&|_| None, &["l"], Some(SensitivityEnd::Condition(condition)))
+}
+
+#[track_caller]
+fn close(got: f64, expected: f64, within: f64) {
+    assert!((got - expected).abs() <= within, "{got} instead of {expected}: off by {:.1e}", got - expected);
+}
+
+#[test]
+fn derivatives_follow_the_law_of_similarity() {
+    let t = 1.5;
+    let found = derive(&|_| None, &["l", "g"], Some(SensitivityEnd::Time(t))).expect("smooth");
+    assert_eq!((found.end_time.value, &found.end_time.by[..]), (t, &[0.0, 0.0][..]));
+    for (place, rate) in found.q.iter().zip(&found.qd) {
+        close(place.by[0], place.value / L - rate.value * t / (2.0 * L), 1e-9);
+        close(place.by[1], rate.value * t / (2.0 * G), 1e-9);
+    }
+    let [lowest, _] = &found.outputs[0].minimum;
+    close(lowest.value, -L, 1e-9);
+    close(lowest.by[0], -1.0, 1e-7);
+    close(lowest.by[1], 0.0, 1e-7);
+}
+
+#[test]
+fn derivatives_are_those_of_the_numerical_solution() {
+    let by_l = |l: f64| derive(&|name| (name == "l").then_some(l), &["l"], Some(SensitivityEnd::Time(1.5)));
+    let [before, found, after] = [L - 1e-4, L, L + 1e-4].map(|l| by_l(l).expect("smooth"));
+    for i in 0..2 {
+        close((after.q[i].value - before.q[i].value) / 2e-4, found.q[i].by[0], 1e-6);
+        close((after.qd[i].value - before.qd[i].value) / 2e-4, found.qd[i].by[0], 1e-5);
+    }
+}
+
+#[test]
+fn the_time_of_an_event_moves() {
+    let found = derive(&|_| None, &["l", "g"], None).expect("smooth");
+    let t = &found.end_time;
+    close(t.by[0], t.value / (2.0 * L), 1e-10);
+    close(t.by[1], -t.value / (2.0 * G), 1e-10);
+    // At the event the pendulum hangs down.
+    close(found.q[0].by[0], 0.0, 1e-12);
+    close(found.q[1].by[0], -1.0, 1e-12);
+    let condition = |_: &str, _: Dual64, q: &[Dual64], _: &[Dual64]| -q[0];
+    let same = until(&condition).expect("smooth");
+    assert_eq!((same.end_time.value, same.end_time.by[0]), (t.value, t.by[0]));
+}
+
+#[test]
+fn motions_without_derivatives_are_refused() {
+    let unknown = derive(&|_| None, &["k"], None);
+    assert_eq!(unknown, Err(SensitivityError::NoParameter { name: "k".to_owned() }));
+    assert_eq!(until(&|_, _, _, _| Dual64::from(0.0)), Err(SensitivityError::EventAtStart));
+    assert_eq!(until(&|_, _, _, _| Dual64::from(-1.0)), Err(SensitivityError::EventNotReached { end_time: 2.0 }));
+    let touching = until(&|_, t, _, _| -(t - 1.0) * (t - 1.0));
+    assert_eq!(touching, Err(SensitivityError::GrazingEvent { t: 1.0 }));
+    let undefined = until(&|_, t, _, _| -(-t + 1.0).sqrt() - 1.0);
+    assert!(matches!(undefined, Err(SensitivityError::NotSmooth { t }) if (t - 1.0).abs() < 1e-9), "{undefined:?}");
+    let at_a_point = derive(&|name| (name == "l").then_some(0.0), &["g"], Some(SensitivityEnd::Time(1.0)));
+    assert_eq!(at_a_point, Err(SensitivityError::Singular { t: 0.0 }));
+    let endless = SensitivityEnd::Time(f64::INFINITY);
+    assert!(matches!(derive(&|_| None, &["g"], Some(endless)), Err(SensitivityError::Start(_))));
+}

@@ -1,0 +1,6 @@
+//! Sweeps: many designs of one mechanism, several of them at once in the lanes of vectors.
+
+mod lanes;
+mod sweep;
+
+pub use sweep::{DesignCondition, DesignResult, LaneCount, SweepEnd, SweepRequest, sweep};

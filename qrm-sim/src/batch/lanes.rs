@@ -1,0 +1,284 @@
+//! Designs in lanes: each lane makes the steps of one design until that ends, and then takes the next.
+
+use qrm_core::{BatchRequest, LaneRole, LaneSchedule, Mechanism, Model, PauseReason, RowRequest, SimdBatch, Width};
+
+use super::sweep::{DesignResult, SweepEnd, SweepRequest, run_alone};
+use crate::integrate::{Integrator, MethodSettings, StepError};
+use crate::run::{RICHARDSON_FACTOR, StartError, Status, Undefined, estimated_error, first_state, locate};
+use crate::solve::largest;
+use crate::state::State;
+
+/// A sweep in lanes.
+pub(super) struct LaneSweep<'a> {
+    designs: &'a [Box<dyn Mechanism>],
+    request: &'a SweepRequest<'a>,
+    settings: MethodSettings,
+    batch: Box<dyn SimdBatch>,
+    /// The next design that waits.
+    next: usize,
+    finished: Vec<Option<DesignResult>>,
+    /// The design of each lane; `None` in lanes that follow another for want of one.
+    lanes: Vec<Option<Lane>>,
+    /// The parameters of each lane.
+    parameters: Vec<Vec<f64>>,
+    /// Room for a row.
+    row: Vec<f64>,
+    /// Number of coordinates and of constraints.
+    size: (usize, usize),
+    /// Whether a lane has lost its design.
+    wants_refill: bool,
+}
+
+/// A design in a lane.
+struct Lane {
+    design: usize,
+    rows: RowRequest,
+    /// Whether the companion goes on.
+    has_companion: bool,
+}
+
+impl<'a> LaneSweep<'a> {
+    /// `None` where the processor or the mechanism has no lanes of this width.
+    pub(super) fn new(
+        model: &Model,
+        designs: &'a [Box<dyn Mechanism>],
+        request: &'a SweepRequest<'a>,
+        width: Width,
+    ) -> Option<Self> {
+        let settings = MethodSettings::default();
+        let description = model.description;
+        let batch_request = BatchRequest {
+            watches_event: request.end.is_none(),
+            waits_each_step: matches!(request.end, Some(SweepEnd::Condition(_))),
+            ranges: request.extremes,
+            companions: request.estimate_error,
+            outputs: description.outputs.len(),
+        };
+        let batch = model.batch(width, batch_request, settings.projection_tolerance.residual)?;
+        let size = (description.coordinates.len(), description.constraints.len());
+        Some(Self {
+            designs,
+            request,
+            settings,
+            next: 0,
+            finished: designs.iter().map(|_| None).collect(),
+            lanes: (0..batch.lanes()).map(|_| None).collect(),
+            parameters: vec![vec![0.0; description.parameters.len()]; batch.lanes()],
+            row: vec![0.0; 1 + 3 * size.0 + size.1],
+            size,
+            batch,
+            wants_refill: false,
+        })
+    }
+
+    /// Runs all designs.
+    pub(super) fn run(mut self) -> Vec<DesignResult> {
+        self.refill();
+        // All lanes may lose their designs at once while others wait.
+        while self.next < self.designs.len() || self.lanes.iter().any(Option::is_some) {
+            match self.batch.advance(self.wants_refill) {
+                PauseReason::Step => self.resolve_step(),
+                PauseReason::Companion => self.resolve_companion(),
+                PauseReason::Refill => self.refill(),
+            }
+        }
+        self.finished.into_iter().flatten().collect()
+    }
+
+    /// Gives waiting designs to lanes without one; where none waits, such a lane follows another.
+    fn refill(&mut self) {
+        self.wants_refill = false;
+        for lane in 0..self.lanes.len() {
+            while self.lanes[lane].is_none() && self.next < self.designs.len() {
+                let design = self.next;
+                self.next += 1;
+                match self.begin(design) {
+                    Ok((rows, first)) => self.enter(lane, design, rows, &first),
+                    Err(reason) => self.finished[design] = Some(DesignResult::not_started(reason)),
+                }
+            }
+        }
+        let Some(leader) = self.lanes.iter().position(Option::is_some) else { return };
+        for lane in 0..self.lanes.len() {
+            if self.lanes[lane].is_none() {
+                self.parameters[lane] = self.parameters[leader].clone();
+                self.batch.copy(leader, lane);
+            }
+        }
+        self.batch.set_parameters(&self.parameters);
+    }
+
+    fn begin(&self, design: usize) -> Result<(RowRequest, State), StartError> {
+        let mechanism = &*self.designs[design];
+        let schedule = mechanism.schedule();
+        let step = self.request.step.unwrap_or(schedule.step);
+        let end_time = match self.request.end {
+            Some(SweepEnd::Time(t)) => t,
+            _ => schedule.end_time,
+        };
+        if step <= end_time * f64::EPSILON {
+            return Err(StartError::StepTooShort { step, end_time });
+        }
+        let first = first_state(mechanism)?;
+        if self.condition(design, &first).is_some_and(|value| !value.is_finite()) {
+            return Err(StartError::ConditionNotFinite);
+        }
+        let residual = self.settings.projection_tolerance.residual;
+        Ok((RowRequest { origin: 0.0, step, end_time, first: 0, residual, watches_event: true }, first))
+    }
+
+    fn enter(&mut self, lane: usize, design: usize, rows: RowRequest, first: &State) {
+        self.parameters[lane] = self.designs[design].parameters().to_vec();
+        // The first row stands at zero, however near the end is.
+        let mut last = (rows.end_time / rows.step).floor().max(1.0);
+        while rows.time(last as u64) < rows.end_time {
+            last += 1.0;
+        }
+        first.write(&mut self.row);
+        self.batch.place(lane, &self.row, &LaneSchedule { step: rows.step, last, end_time: rows.end_time });
+        let outputs = self.outputs(design, first);
+        self.batch.begin_ranges(lane, &outputs);
+        self.lanes[lane] = Some(Lane { design, rows, has_companion: self.request.estimate_error });
+        if self.condition(design, first).is_some_and(|value| value >= 0.0) {
+            self.finish(lane, Status::StoppedAtStart, first);
+        }
+    }
+
+    fn outputs(&self, design: usize, at: &State) -> Vec<f64> {
+        let mechanism = &self.designs[design];
+        let mut outputs = vec![0.0; mechanism.description().outputs.len()];
+        mechanism.outputs(at.t, &at.q, &at.qd, &at.qdd, &at.multipliers, &mut outputs);
+        outputs
+    }
+
+    /// The distance of the stop condition from true (negative), if there is one.
+    fn condition(&self, design: usize, at: &State) -> Option<f64> {
+        match self.request.end {
+            Some(SweepEnd::Time(_)) => None,
+            Some(SweepEnd::Condition(condition)) => Some(condition(design, at.t, &at.q, &at.qd)),
+            None => self.designs[design].event(at.t, &at.q, &at.qd),
+        }
+    }
+
+    /// The state of a lane, as the batch reads it into a row.
+    fn state(&mut self, read: impl FnOnce(&dyn SimdBatch, &mut [f64])) -> State {
+        read(&*self.batch, &mut self.row);
+        let mut state = State::zero(self.size.0, self.size.1);
+        state.read(&self.row);
+        state
+    }
+
+    /// Takes up a step of which not every lane can simply go on.
+    fn resolve_step(&mut self) {
+        for lane in 0..self.lanes.len() {
+            let Some(Lane { design, rows, .. }) = &self.lanes[lane] else { continue };
+            let (design, end_time) = (*design, rows.end_time);
+            let mut to = self.state(|batch, row| batch.row(LaneRole::Main, lane, row));
+            let from = self.state(|batch, row| batch.row_before(lane, row));
+            if !self.batch.is_reliable(lane) {
+                match self.robust_step(design, &from, to.t) {
+                    Ok(robust) => {
+                        robust.write(&mut self.row);
+                        self.batch.set_row(LaneRole::Main, lane, &self.row);
+                        let outputs = self.outputs(design, &robust);
+                        self.batch.set_outputs(lane, &outputs);
+                        to = robust;
+                    }
+                    Err(reason) => {
+                        self.finish(lane, Status::Failed(reason), &from);
+                        continue;
+                    }
+                }
+            }
+            let condition = self.condition(design, &to);
+            match condition {
+                Some(value) if value.is_nan() => {
+                    let status = Status::NotFinite { t: to.t, what: Undefined::Condition };
+                    self.finish(lane, status, &from);
+                }
+                Some(value) if value >= 0.0 => {
+                    let located = locate(
+                        &from,
+                        &to,
+                        |at| self.condition(design, at).unwrap_or(0.0),
+                        |t| self.robust_step(design, &from, t),
+                    );
+                    match located {
+                        Ok(at) => self.finish(lane, Status::Stopped, &at),
+                        Err(reason) => self.finish(lane, Status::Failed(reason), &from),
+                    }
+                }
+                _ if to.t >= end_time => {
+                    let status = match condition {
+                        Some(missing) => Status::StopNotReached { nearest_time: to.t, missing: -missing },
+                        None => Status::Completed,
+                    };
+                    self.finish(lane, status, &to);
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// A step of a design by the robust method.
+    fn robust_step(&self, design: usize, from: &State, t: f64) -> Result<State, StepError> {
+        let mechanism = &*self.designs[design];
+        let mut to = from.clone();
+        Integrator::new(mechanism, self.settings, from, t)?.advance(mechanism, from, t, &mut to)?;
+        Ok(to)
+    }
+
+    /// Takes up a step of the companions that cannot be relied on.
+    fn resolve_companion(&mut self) {
+        for lane in 0..self.lanes.len() {
+            let Some(Lane { design, has_companion, .. }) = &self.lanes[lane] else { continue };
+            if self.batch.is_reliable(lane) || !has_companion {
+                continue;
+            }
+            let design = *design;
+            let from = self.state(|batch, row| batch.row_before(lane, row));
+            let main = self.state(|batch, row| batch.row(LaneRole::Main, lane, row));
+            let robust = self.robust_step(design, &from, main.t);
+            if let (Err(_), Some(lane)) = (&robust, &mut self.lanes[lane]) {
+                lane.has_companion = false;
+            }
+            // Without a companion any state serves that makes no trouble.
+            robust.unwrap_or(main).write(&mut self.row);
+            self.batch.set_row(LaneRole::Companion, lane, &self.row);
+        }
+    }
+
+    /// Takes up the end of a lane's design.
+    fn finish(&mut self, lane: usize, status: Status, at: &State) {
+        let Some(Lane { design, has_companion, .. }) = self.lanes[lane].take() else { return };
+        self.wants_refill = true;
+        if !status.is_done() || !self.batch.is_defined(lane) {
+            // A run of its own tells when and what went wrong.
+            self.finished[design] = Some(run_alone(design, &*self.designs[design], self.request));
+            return;
+        }
+        let outputs = self.outputs(design, at);
+        let status = match outputs.iter().position(|value| !value.is_finite()) {
+            Some(output) => Status::NotFinite { t: at.t, what: Undefined::Output(output) },
+            None => status,
+        };
+        let steps = self.batch.steps(lane);
+        let [difference, size] = self.batch.difference(lane);
+        let size = size.max(largest(&at.q).1);
+        let is_known = has_companion && steps >= 2 && difference.is_finite();
+        let range = |(output, value): (usize, &f64)| {
+            let [low, high] = self.batch.range(lane, output);
+            [low.min(*value), high.max(*value)]
+        };
+        let extremes = if self.request.extremes { outputs.iter().enumerate().map(range).collect() } else { Vec::new() };
+        self.finished[design] = Some(DesignResult {
+            status: Ok(status),
+            steps,
+            end_time: at.t,
+            q: at.q.clone(),
+            qd: at.qd.clone(),
+            extremes,
+            estimated_error: is_known.then(|| estimated_error(difference / RICHARDSON_FACTOR, size, steps)),
+        });
+    }
+}

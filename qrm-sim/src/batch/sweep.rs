@@ -1,0 +1,140 @@
+//! A sweep: designs of a mechanism, each with parameters of its own.
+
+use std::io;
+
+use qrm_core::{Mechanism, Model, Replace, Width};
+
+use super::lanes::LaneSweep;
+use crate::integrate::MethodSettings;
+use crate::run::{End, Observer, Request, Row, StartError, Status, simulate};
+
+/// The settings of every design of a sweep.
+pub struct SweepRequest<'a> {
+    /// Length of the steps; the scene's if `None`.
+    pub step: Option<f64>,
+    /// The end; the scene's if `None`.
+    pub end: Option<SweepEnd<'a>>,
+    /// Whether smallest and largest values of the outputs are wanted.
+    pub extremes: bool,
+    /// Whether a companion motion at twice the step estimates the error.
+    pub estimate_error: bool,
+}
+
+/// The end of the designs.
+pub enum SweepEnd<'a> {
+    /// At a time.
+    Time(f64),
+    /// When a function of the design's number, of time, coordinates and rates rises through zero.
+    Condition(&'a DesignCondition<'a>),
+}
+
+/// A function of a design's number, of time, coordinates and rates.
+pub type DesignCondition<'a> = dyn Fn(usize, f64, &[f64], &[f64]) -> f64 + Sync + 'a;
+
+/// The end of a design.
+#[derive(Debug)]
+pub struct DesignResult {
+    /// Why it ended, or why it could not begin.
+    pub status: Result<Status, StartError>,
+    /// Steps made.
+    pub steps: u64,
+    /// Time of the last row.
+    pub end_time: f64,
+    /// Coordinates there.
+    pub q: Vec<f64>,
+    /// Rates there.
+    pub qd: Vec<f64>,
+    /// Smallest and largest value of each output in any row, if they are wanted.
+    pub extremes: Vec<[f64; 2]>,
+    /// Estimated largest error of a coordinate in any row.
+    pub estimated_error: Option<f64>,
+}
+
+/// The number of designs in the lanes of a core.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LaneCount {
+    /// As many as the processor has lanes for.
+    Most,
+    /// Four at most.
+    Four,
+    /// One.
+    One,
+}
+
+/// Runs designs, each with some parameters replaced, and returns their ends in their order.
+pub fn sweep(model: &Model, designs: &[Replace], request: &SweepRequest, lanes: LaneCount) -> Vec<DesignResult> {
+    let designs: Vec<Box<dyn Mechanism>> = designs.iter().map(|replace| model.mechanism(*replace)).collect();
+    let widths: &[Width] = match lanes {
+        LaneCount::Most => &[Width::Eight, Width::Four],
+        LaneCount::Four => &[Width::Four],
+        LaneCount::One => &[],
+    };
+    match widths.iter().find_map(|width| LaneSweep::new(model, &designs, request, *width)) {
+        Some(lanes) => lanes.run(),
+        None => (0..designs.len()).map(|design| run_alone(design, &*designs[design], request)).collect(),
+    }
+}
+
+/// Runs a design by itself.
+pub(super) fn run_alone(design: usize, mechanism: &dyn Mechanism, request: &SweepRequest) -> DesignResult {
+    let mut ranges = Ranges::default();
+    let until = |t: f64, q: &[f64], qd: &[f64]| match request.end {
+        Some(SweepEnd::Condition(condition)) => condition(design, t, q, qd),
+        _ => 0.0,
+    };
+    let end = match request.end {
+        None => None,
+        Some(SweepEnd::Time(t)) => Some(End::Time(t)),
+        Some(SweepEnd::Condition(_)) => Some(End::Condition(&until)),
+    };
+    let wants_extremes = request.extremes;
+    let request = Request {
+        settings: MethodSettings::default(),
+        step: request.step,
+        end,
+        estimate_error: request.estimate_error,
+    };
+    match simulate(mechanism, &request, &mut ranges) {
+        Err(reason) => DesignResult::not_started(reason),
+        Ok(outcome) => DesignResult {
+            status: Ok(outcome.status),
+            steps: outcome.counts.accepted,
+            end_time: outcome.end_time,
+            q: outcome.q,
+            qd: outcome.qd,
+            extremes: if wants_extremes { ranges.0 } else { Vec::new() },
+            estimated_error: outcome.estimated_error,
+        },
+    }
+}
+
+/// The smallest and the largest value of each output.
+#[derive(Default)]
+struct Ranges(Vec<[f64; 2]>);
+
+impl Observer for Ranges {
+    fn row(&mut self, row: &Row) -> io::Result<()> {
+        if self.0.is_empty() {
+            self.0 = row.outputs.iter().map(|value| [*value; 2]).collect();
+        }
+        for (range, value) in self.0.iter_mut().zip(row.outputs) {
+            *range = [range[0].min(*value), range[1].max(*value)];
+        }
+        Ok(())
+    }
+}
+
+impl DesignResult {
+    /// The end of a design that did not begin.
+    pub(super) fn not_started(reason: StartError) -> Self {
+        Self {
+            status: Err(reason),
+            steps: 0,
+            end_time: 0.0,
+            q: Vec::new(),
+            qd: Vec::new(),
+            extremes: Vec::new(),
+            estimated_error: None,
+        }
+    }
+}

@@ -1,0 +1,130 @@
+//! The columns of a trajectory: one table for files, pictures and simulation tools.
+
+use qrm_core::Description;
+
+use crate::run::{Row, Simulation};
+use crate::state::State;
+
+/// The source of a number of a mechanism.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Time.
+    Time,
+    /// A parameter.
+    Parameter(usize),
+    /// A coordinate.
+    Coordinate(usize),
+    /// The rate of a coordinate.
+    Rate(usize),
+    /// The acceleration of a coordinate.
+    Acceleration(usize),
+    /// The multiplier of a constraint.
+    Multiplier(usize),
+    /// An output.
+    Output(usize),
+    /// The largest residual of a constraint.
+    Residual,
+    /// The largest rate of a residual.
+    ResidualRate,
+    /// Kinetic energy and potential of the conservative loads.
+    Energy,
+}
+
+impl Kind {
+    /// Whether the number checks a row instead of describing the motion.
+    pub fn is_check(self) -> bool {
+        matches!(self, Self::Residual | Self::ResidualRate | Self::Energy)
+    }
+
+    /// The number in a row; not a number for a parameter, which rows do not hold.
+    pub fn in_row(self, row: &Row) -> f64 {
+        match self {
+            Self::Time => row.t,
+            Self::Parameter(_) => f64::NAN,
+            Self::Coordinate(i) => row.q[i],
+            Self::Rate(i) => row.qd[i],
+            Self::Acceleration(i) => row.qdd[i],
+            Self::Multiplier(i) => row.multipliers[i],
+            Self::Output(i) => row.outputs[i],
+            Self::Residual => row.residual_position,
+            Self::ResidualRate => row.residual_velocity,
+            Self::Energy => row.energy,
+        }
+    }
+
+    /// The number in the present state of a simulation; not a number if its mechanism has no such entry.
+    pub fn in_simulation(self, simulation: &Simulation) -> f64 {
+        let State { t, q, qd, qdd, multipliers, .. } = simulation.now();
+        let mechanism = simulation.mechanism();
+        let entry = |values: &[f64], i: usize| values.get(i).copied().unwrap_or(f64::NAN);
+        match self {
+            Self::Time => *t,
+            Self::Parameter(i) => entry(mechanism.parameters(), i),
+            Self::Coordinate(i) => entry(q, i),
+            Self::Rate(i) => entry(qd, i),
+            Self::Acceleration(i) => entry(qdd, i),
+            Self::Multiplier(i) => entry(multipliers, i),
+            Self::Output(i) => entry(&simulation.outputs(), i),
+            Self::Residual => simulation.residuals()[0],
+            Self::ResidualRate => simulation.residuals()[1],
+            Self::Energy => mechanism.energy(q, qd).iter().sum(),
+        }
+    }
+}
+
+/// A named number with its unit and meaning, and its source.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Column<K = Kind> {
+    /// Its name.
+    pub name: String,
+    /// Its unit.
+    pub unit: String,
+    /// What it is.
+    pub doc: String,
+    /// Its source.
+    pub kind: K,
+}
+
+impl<K> Column<K> {
+    /// A column.
+    pub fn new(name: impl Into<String>, unit: impl Into<String>, doc: impl Into<String>, kind: K) -> Self {
+        Self { name: name.into(), unit: unit.into(), doc: doc.into(), kind }
+    }
+}
+
+/// The columns of a trajectory: time, motion, multipliers, outputs, checks.
+pub fn columns(description: &Description) -> Vec<Column> {
+    let mut columns = vec![Column::new("t", "s", "time", Kind::Time)];
+    for (i, c) in description.coordinates.iter().enumerate() {
+        let doc = |what: &str| format!("{what} of {}", c.name);
+        columns.extend([
+            Column::new(c.name, c.unit, c.doc, Kind::Coordinate(i)),
+            Column::new(format!("{}_dot", c.name), per_second(c.unit, 1), doc("rate"), Kind::Rate(i)),
+            Column::new(format!("{}_ddot", c.name), per_second(c.unit, 2), doc("acceleration"), Kind::Acceleration(i)),
+        ]);
+    }
+    for (i, c) in description.constraints.iter().enumerate() {
+        let doc = format!("multiplier of constraint {}: {}", c.name, c.doc);
+        let (unit, doc) = (if c.unit == "m" { "N" } else { "" }, doc.trim_end_matches([':', ' ']));
+        columns.push(Column::new(format!("lambda_{}", c.name), unit, doc, Kind::Multiplier(i)));
+    }
+    let outputs = description.outputs.iter().enumerate();
+    columns.extend(outputs.map(|(i, o)| Column::new(o.name, o.unit, o.doc, Kind::Output(i))));
+    let energy = "kinetic energy and potential of the conservative loads";
+    columns.extend([
+        Column::new("residual_position", "m or rad", "largest residual of a constraint", Kind::Residual),
+        Column::new("residual_velocity", "m/s or rad/s", "largest rate of a residual", Kind::ResidualRate),
+        Column::new("energy", "J", energy, Kind::Energy),
+    ]);
+    columns
+}
+
+/// The unit of a rate, or of a rate of a higher order.
+pub fn per_second(unit: &str, order: u32) -> String {
+    let seconds = if order == 1 { "s".to_owned() } else { format!("s^{order}") };
+    match unit {
+        "" | "1" => format!("1/{seconds}"),
+        unit if unit.contains('/') => format!("({unit})/{seconds}"),
+        unit => format!("{unit}/{seconds}"),
+    }
+}

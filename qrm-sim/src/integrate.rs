@@ -1,0 +1,27 @@
+//! Integration methods: how a motion gets from one state to the next.
+//!
+//! A method is a row in [`METHODS`]. RK4 makes steps of the length that is asked for; the others choose their steps by a tolerance
+//! and give rows in between by dense output.
+
+mod adaptive;
+mod auto;
+mod classical;
+mod dop853;
+mod dopri5;
+mod explicit;
+mod implicit;
+mod integrator;
+mod method;
+mod rodas;
+mod segment;
+mod tableau;
+
+pub use adaptive::{Adaptive, Counts};
+pub use auto::AUTO;
+pub use classical::RK4;
+pub use dop853::DOP853;
+pub use dopri5::DOPRI5;
+pub(crate) use integrator::BlockEnd;
+pub use integrator::Integrator;
+pub use method::{METHODS, Method, MethodSettings, StepError, method_named};
+pub use rodas::RODAS;

@@ -1,0 +1,358 @@
+//! Steps whose length is chosen by a tolerance, each followed by a projection, with rows at any time.
+
+use qrm_core::Mechanism;
+
+use super::method::{MethodSettings, StepError};
+use super::segment::Segment;
+use crate::quadrature::GAUSS_3;
+use crate::solve::{Projection, ProjectionTolerance, Solver};
+use crate::state::State;
+
+/// The formula of a step.
+pub(super) trait StepFormula: std::fmt::Debug + Send {
+    /// Order of the step.
+    fn order(&self) -> i32;
+
+    /// Exponent with which the step length heeds the error before the last one.
+    fn memory(&self) -> f64;
+
+    /// Makes a step of length `h` from a state, projects its end, and returns its error: 1 is just accepted, and the end is of no
+    /// use beyond.
+    ///
+    /// # Errors
+    /// The step could not be made.
+    fn attempt(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        from: &State,
+        h: f64,
+        task: &Task,
+        work: &mut Work,
+        to: &mut State,
+    ) -> Result<f64, StepError>;
+
+    /// Takes note of an accepted step.
+    fn accepted(&mut self, mechanism: &dyn Mechanism, from: &State, to: &State) -> Accepted;
+
+    /// Computes what the motion inside the last step needs beside its ends.
+    ///
+    /// # Errors
+    /// It could not be computed.
+    fn refine(&mut self, mechanism: &dyn Mechanism, segment: &mut Segment, work: &mut Work) -> Result<(), StepError>;
+
+    /// A copy.
+    fn boxed_clone(&self) -> Box<dyn StepFormula>;
+}
+
+impl Clone for Box<dyn StepFormula> {
+    fn clone(&self) -> Self {
+        self.boxed_clone()
+    }
+}
+
+/// The settings of every step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Task {
+    /// Largest error of a step, in the unit of each coordinate and rate.
+    pub(super) tolerance: f64,
+    /// Steps that reach this time end there exactly.
+    pub(super) end_time: f64,
+    /// The projection after each step.
+    pub(super) projection: (Projection, ProjectionTolerance),
+}
+
+impl Task {
+    /// The end of a step that begins at `t`.
+    pub(super) fn end_of_step(&self, t: f64, h: f64) -> f64 {
+        if t + h >= self.end_time { self.end_time } else { t + h }
+    }
+}
+
+/// Solver and counter of a step.
+pub(super) struct Work<'a> {
+    /// Evaluations of the accelerations.
+    pub(super) evaluations: &'a mut u64,
+    pub(super) solver: &'a mut Solver,
+}
+
+/// The kind of an accepted step.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Accepted {
+    /// Whether it was made by an implicit method.
+    pub(super) is_implicit: bool,
+    /// Whether stability bound its length.
+    pub(super) is_stability_bound: bool,
+}
+
+/// A motion under way with steps of its own choice.
+#[derive(Clone, Debug)]
+pub struct Adaptive {
+    formula: Box<dyn StepFormula>,
+    task: Task,
+    /// The last step.
+    segment: Segment,
+    /// The end of the step under way.
+    next: State,
+    /// Length of the next step.
+    h: f64,
+    last_error: f64,
+    /// Whether the last attempt was rejected.
+    was_rejected: bool,
+    counts: Counts,
+    /// Rows that were asked for.
+    rows: u64,
+    /// Energy at the start, and work of the loads without potential since.
+    energy: f64,
+    work: f64,
+    imbalance: f64,
+}
+
+/// The numbers of steps and evaluations of a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Accepted steps.
+    pub accepted: u64,
+    /// Rejected steps.
+    pub rejected: u64,
+    /// Evaluations of the accelerations.
+    pub evaluations: u64,
+    /// Steps by an implicit method.
+    pub implicit: u64,
+    /// Explicit steps whose length stability bound, though accuracy would have allowed more.
+    pub stability_bound: u64,
+}
+
+/// The step is aimed at this part of the tolerance.
+const SAFETY: f64 = 0.8;
+/// More steps than this, and than so many for each row, mean that the motion cannot be followed.
+const MAX_STEPS: u64 = 1_000_000;
+const MAX_STEPS_PER_ROW: u64 = 1000;
+/// Progress is checked after so many steps; less than this part of the way to the next row is no progress.
+const CHECKED: u64 = 5000;
+const MIN_PROGRESS: f64 = 1e-3;
+/// The factors by which a step may shrink and grow at once.
+const SHRINK: f64 = 0.2;
+const GROW: f64 = 6.0;
+
+impl Adaptive {
+    /// Begins at a state; the first step is guessed from the derivatives there.
+    ///
+    /// # Errors
+    /// The accelerations near the start are not determined.
+    pub(super) fn new(
+        mechanism: &dyn Mechanism,
+        formula: Box<dyn StepFormula>,
+        settings: &MethodSettings,
+        first: &State,
+        end_time: f64,
+        solver: &mut Solver,
+    ) -> Result<Self, StepError> {
+        let projection = (settings.projection, settings.projection_tolerance);
+        let mut adaptive = Self {
+            formula,
+            task: Task { tolerance: settings.tolerance, end_time, projection },
+            segment: Segment::new(first.clone(), first.clone()),
+            next: first.clone(),
+            h: 0.0,
+            last_error: 1e-4,
+            was_rejected: false,
+            counts: Counts::default(),
+            rows: 0,
+            energy: mechanism.energy(&first.q, &first.qd).iter().sum(),
+            work: 0.0,
+            imbalance: 0.0,
+        };
+        adaptive.h = adaptive.first_step(mechanism, first, solver)?;
+        Ok(adaptive)
+    }
+
+    /// A copy that can go back to a state in the last step, or before it.
+    #[must_use]
+    pub(super) fn restarted(&self, from: &State) -> Self {
+        let mut again = self.clone();
+        if from.t < self.segment.from.t {
+            again.segment = Segment::new(from.clone(), from.clone());
+        }
+        again
+    }
+
+    /// The numbers of steps and evaluations so far.
+    pub(super) fn counts(&self) -> Counts {
+        self.counts
+    }
+
+    /// The largest difference between the change of the energy and the work of the loads without potential, at the end of any
+    /// step.
+    pub(super) fn imbalance(&self) -> f64 {
+        self.imbalance
+    }
+
+    /// Moves to the projected state at a time not before the last one that was asked for.
+    ///
+    /// # Errors
+    /// The motion does not get there.
+    pub(super) fn advance_to(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        t: f64,
+        solver: &mut Solver,
+        to: &mut State,
+    ) -> Result<(), StepError> {
+        self.rows += 1;
+        let (mut checked, mut then) = (self.attempts(), self.segment.to.t);
+        while self.segment.to.t < t {
+            let (attempts, now) = (self.attempts(), self.segment.to.t);
+            if attempts > checked + CHECKED {
+                let is_stuck = now - then < MIN_PROGRESS * (t - then);
+                if is_stuck || attempts > MAX_STEPS + MAX_STEPS_PER_ROW * self.rows {
+                    return Err(StepError::TooManySteps { attempts, h: self.h });
+                }
+                (checked, then) = (attempts, now);
+            }
+            self.step(mechanism, solver)?;
+        }
+        if self.segment.to.t == t {
+            to.clone_from(&self.segment.to);
+            return Ok(());
+        }
+        let mut work = Work { evaluations: &mut self.counts.evaluations, solver };
+        self.formula.refine(mechanism, &mut self.segment, &mut work)?;
+        to.t = t;
+        self.segment.at(t, &mut to.q, &mut to.qd);
+        solver.factor_mass(mechanism, &to.q);
+        self.counts.evaluations += 1;
+        solver.projected(mechanism, self.task.projection, to)
+    }
+
+    /// The number of steps that were tried.
+    fn attempts(&self) -> u64 {
+        self.counts.accepted + self.counts.rejected
+    }
+
+    /// Makes one accepted step.
+    fn step(&mut self, mechanism: &dyn Mechanism, solver: &mut Solver) -> Result<(), StepError> {
+        let t = self.segment.to.t;
+        let left = self.task.end_time - t;
+        loop {
+            // Two even steps to the end are better than a long and a very short one.
+            let h = if self.h >= left {
+                left
+            } else if self.h > 0.5 * left {
+                0.5 * left
+            } else {
+                self.h
+            };
+            if !(h > 4.0 * f64::EPSILON * t.abs()) {
+                return Err(StepError::StepTooShort { h });
+            }
+            let mut work = Work { evaluations: &mut self.counts.evaluations, solver };
+            let from = &self.segment.to;
+            let error = match self.formula.attempt(mechanism, from, h, &self.task, &mut work, &mut self.next) {
+                Ok(error) if error <= 1.0 => error,
+                Ok(error) => {
+                    let factor = if error.is_finite() {
+                        SAFETY * error.powf(-1.0 / f64::from(self.formula.order()))
+                    } else {
+                        SHRINK
+                    };
+                    self.reject(h * factor.clamp(SHRINK, 0.9));
+                    continue;
+                }
+                // A formula may leave its domain, or a projection its branch, where the step is too long.
+                Err(reason) if h < 1e-10 * (1.0 + t.abs()) => return Err(reason),
+                Err(_) => {
+                    self.reject(h * SHRINK);
+                    continue;
+                }
+            };
+            let (order, memory) = (f64::from(self.formula.order()), self.formula.memory());
+            let error = error.max(1e-10);
+            let factor = SAFETY * error.powf(0.75 * memory - 1.0 / order) * self.last_error.powf(memory);
+            let most = if self.was_rejected { 1.0 } else { GROW };
+            self.h = h * factor.clamp(SHRINK, most);
+            self.last_error = error.max(1e-4);
+            self.was_rejected = false;
+            let accepted = self.formula.accepted(mechanism, from, &self.next);
+            self.counts.accepted += 1;
+            self.counts.implicit += u64::from(accepted.is_implicit);
+            self.counts.stability_bound += u64::from(accepted.is_stability_bound);
+            self.segment.go_on(&mut self.next);
+            self.balance(mechanism, solver);
+            return Ok(());
+        }
+    }
+
+    /// Compares the energy at the end of the last step with the work of its loads, whose power is integrated inside the step.
+    fn balance(&mut self, mechanism: &dyn Mechanism, solver: &mut Solver) {
+        let Segment { from, to, .. } = &self.segment;
+        if [from, to].iter().any(|at| mechanism.power(at.t, &at.q, &at.qd, &at.multipliers) != 0.0) {
+            let half = 0.5 * (to.t - from.t);
+            // The end of the next step is not known yet: its room serves.
+            let State { q, qd, qdd, multipliers, .. } = &mut self.next;
+            for (place, weight) in GAUSS_3 {
+                let t = from.t + half * (1.0 + place);
+                self.segment.at(t, q, qd);
+                // The multipliers matter where constraints do work.
+                multipliers.fill(0.0);
+                if mechanism.is_driven() {
+                    let stats = solver.stats;
+                    if solver.accelerations(mechanism, t, (q, qd), (qdd, multipliers)).is_err() {
+                        multipliers.fill(f64::NAN);
+                    }
+                    solver.stats = stats;
+                }
+                self.work += half * weight * mechanism.power(t, q, qd, multipliers);
+            }
+        }
+        let energy: f64 = mechanism.energy(&to.q, &to.qd).iter().sum();
+        self.imbalance = self.imbalance.max((energy - self.energy - self.work).abs());
+    }
+
+    fn reject(&mut self, h: f64) {
+        self.h = h;
+        self.was_rejected = true;
+        self.counts.rejected += 1;
+    }
+
+    /// A first step from the sizes of state, rates and their change (Hairer, Norsett, Wanner I, II.4).
+    fn first_step(&mut self, mechanism: &dyn Mechanism, first: &State, solver: &mut Solver) -> Result<f64, StepError> {
+        let n = first.q.len();
+        let at_first = (&first.q[..], &first.qd[..]);
+        let scales: Vec<[f64; 2]> =
+            (0..n).map(|i| error_scales(mechanism, self.task.tolerance, i, first, at_first)).collect();
+        let norm = |of_q: &[f64], of_qd: &[f64]| {
+            let squares =
+                scales.iter().zip(of_q.iter().zip(of_qd)).map(|([q, qd], (x, v))| (x / q).powi(2) + (v / qd).powi(2));
+            (squares.sum::<f64>() / (2.0 * n as f64)).sqrt()
+        };
+        let (size, speed) = (norm(&first.q, &first.qd), norm(&first.qd, &first.qdd));
+        let guess = if size < 1e-5 || speed < 1e-5 { 1e-6 } else { 0.01 * size / speed };
+        let guess = guess.min(self.task.end_time - first.t);
+        let along = |x: &[f64], v: &[f64]| -> Vec<f64> { x.iter().zip(v).map(|(x, v)| x + guess * v).collect() };
+        let mut later = first.clone();
+        (later.t, later.q, later.qd) = (first.t + guess, along(&first.q, &first.qd), along(&first.qd, &first.qdd));
+        solver.projected(mechanism, (Projection::None, ProjectionTolerance::default()), &mut later)?;
+        self.counts.evaluations += 1;
+        let change = |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| (a - b) / guess).collect() };
+        let bend = norm(&change(&later.qd, &first.qd), &change(&later.qdd, &first.qdd));
+        let largest = speed.max(bend);
+        let second = if largest <= 1e-15 {
+            (guess * 1e-3).max(1e-6)
+        } else {
+            (0.01 / largest).powf(1.0 / f64::from(self.formula.order()))
+        };
+        Ok((100.0 * guess).min(second).min(self.task.end_time))
+    }
+}
+
+/// The largest error of a coordinate and of its rate that a step may make. An angle is no less accurate for many revolutions.
+pub(super) fn error_scales(
+    mechanism: &dyn Mechanism,
+    tolerance: f64,
+    i: usize,
+    from: &State,
+    (q, qd): (&[f64], &[f64]),
+) -> [f64; 2] {
+    let size = if mechanism.description().is_angle(i) { 0.0 } else { from.q[i].abs().max(q[i].abs()) };
+    [tolerance * (1.0 + size), tolerance * (1.0 + from.qd[i].abs().max(qd[i].abs()))]
+}

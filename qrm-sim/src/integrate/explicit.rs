@@ -1,0 +1,191 @@
+//! Steps by an explicit Runge-Kutta method.
+
+use qrm_core::Mechanism;
+
+use super::adaptive::{Accepted, StepFormula, Task, Work, error_scales};
+use super::method::StepError;
+use super::segment::{Segment, Stages};
+use super::tableau::{Row, Tableau};
+use crate::solve::{Projection, ProjectionTolerance, Solver};
+use crate::state::State;
+
+/// An explicit Runge-Kutta method with the stages of its last step.
+#[derive(Clone, Debug)]
+pub(super) struct Explicit {
+    pub(super) tableau: &'static Tableau,
+    stages: Stages,
+    q: Vec<f64>,
+    qd: Vec<f64>,
+    /// Sums over stages.
+    rate: Vec<f64>,
+    acceleration: Vec<f64>,
+    multipliers: Vec<f64>,
+}
+
+impl Explicit {
+    pub(super) fn new(tableau: &'static Tableau, n: usize) -> Self {
+        let zero = || vec![0.0; n];
+        let stages = Stages::new(tableau, n);
+        Self { tableau, stages, q: zero(), qd: zero(), rate: zero(), acceleration: zero(), multipliers: Vec::new() }
+    }
+
+    /// Makes a step to `t` by the robust accelerations, and projects its end.
+    ///
+    /// # Errors
+    /// The step could not be made.
+    pub(super) fn step(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        solver: &mut Solver,
+        projection: (Projection, ProjectionTolerance),
+        (from, t): (&State, f64),
+        to: &mut State,
+    ) -> Result<(), StepError> {
+        let h = t - from.t;
+        self.begin(from);
+        for stage in 1..self.tableau.stages {
+            self.argument(from, h, self.tableau.rows[stage]);
+            let at = from.t + self.tableau.nodes[stage] * h;
+            let qdd = &mut self.stages.accelerations[stage];
+            solver.robust_accelerations(mechanism, at, (&self.q, &self.qd), (qdd, &mut self.multipliers))?;
+            self.stages.rates[stage].copy_from_slice(&self.qd);
+        }
+        self.argument(from, h, self.tableau.weights);
+        // The mass matrix of the last stage, which lies close to the end of the step.
+        solver.take_metric();
+        self.finish(to, t);
+        solver.projected(mechanism, projection, to)
+    }
+
+    fn begin(&mut self, from: &State) {
+        self.multipliers.resize(from.multipliers.len(), 0.0);
+        self.stages.rates[0].copy_from_slice(&from.qd);
+        self.stages.accelerations[0].copy_from_slice(&from.qdd);
+    }
+
+    /// Coordinates and rates a step of length `h` away, by the sums of a row.
+    fn argument(&mut self, from: &State, h: f64, row: Row) {
+        let Self { stages, q, qd, rate, acceleration, .. } = self;
+        stages.sum(row, rate, acceleration);
+        for i in 0..q.len() {
+            q[i] = from.q[i] + h * rate[i];
+            qd[i] = from.qd[i] + h * acceleration[i];
+        }
+    }
+
+    fn finish(&self, to: &mut State, t: f64) {
+        to.t = t;
+        to.q.copy_from_slice(&self.q);
+        to.qd.copy_from_slice(&self.qd);
+    }
+
+    /// Evaluates a stage.
+    fn evaluate(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        from: &State,
+        h: f64,
+        stage: usize,
+        work: &mut Work,
+    ) -> Result<(), StepError> {
+        self.argument(from, h, self.tableau.rows[stage]);
+        let t = from.t + self.tableau.nodes[stage] * h;
+        let qdd = &mut self.stages.accelerations[stage];
+        work.solver.accelerations(mechanism, t, (&self.q, &self.qd), (qdd, &mut self.multipliers))?;
+        self.stages.rates[stage].copy_from_slice(&self.qd);
+        *work.evaluations += 1;
+        Ok(())
+    }
+
+    /// The estimated error of a step against the tolerance.
+    fn error(&mut self, mechanism: &dyn Mechanism, tolerance: f64, from: &State, to: (&[f64], &[f64]), h: f64) -> f64 {
+        let Self { tableau, stages, rate, acceleration, .. } = self;
+        let mut sums = [0.0; 2];
+        for (sum, row) in sums.iter_mut().zip(tableau.errors) {
+            stages.sum(row, rate, acceleration);
+            for i in 0..rate.len() {
+                let [of_q, of_qd] = error_scales(mechanism, tolerance, i, from, to);
+                *sum += (rate[i] / of_q).powi(2) + (acceleration[i] / of_qd).powi(2);
+            }
+        }
+        (tableau.error)(sums, h, 2.0 * rate.len() as f64)
+    }
+
+    /// The fastest rate of the motion times the step that was made, from the distance between the last stage and the end of the
+    /// step and the difference of their derivatives (Hairer, Wanner II, IV.2); rates count for what they change in a step.
+    pub(super) fn stiffness(&self, from: &State, to: &State) -> f64 {
+        let h = to.t - from.t;
+        let (last, n) = (self.tableau.stages - 1, from.q.len());
+        let (mut rate, mut acceleration) = (vec![0.0; n], vec![0.0; n]);
+        self.stages.sum(self.tableau.rows[last], &mut rate, &mut acceleration);
+        let (mut apart, mut differ) = (0.0, 0.0);
+        for i in 0..n {
+            let dq = to.q[i] - (from.q[i] + h * rate[i]);
+            let dv = h * (to.qd[i] - (from.qd[i] + h * acceleration[i]));
+            let da = h * h * (to.qdd[i] - self.stages.accelerations[last][i]);
+            apart += dq * dq + dv * dv;
+            differ += dv * dv + da * da;
+        }
+        if apart > 0.0 { (differ / apart).sqrt() } else { 0.0 }
+    }
+}
+
+impl StepFormula for Explicit {
+    fn order(&self) -> i32 {
+        self.tableau.order
+    }
+
+    fn memory(&self) -> f64 {
+        self.tableau.memory
+    }
+
+    fn attempt(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        from: &State,
+        h: f64,
+        task: &Task,
+        work: &mut Work,
+        to: &mut State,
+    ) -> Result<f64, StepError> {
+        self.begin(from);
+        for stage in 1..self.tableau.stages {
+            self.evaluate(mechanism, from, h, stage, work)?;
+        }
+        self.argument(from, h, self.tableau.weights);
+        self.finish(to, task.end_of_step(from.t, h));
+        // Some estimates need the end of the step; the others save the work on it.
+        let end = self.tableau.stages;
+        let needs_end = self.tableau.errors.iter().any(|row| row.iter().any(|(stage, _)| *stage == end));
+        let early = (!needs_end).then(|| self.error(mechanism, task.tolerance, from, (&to.q, &to.qd), h));
+        if let Some(error) = early.filter(|error| !(*error <= 1.0)) {
+            return Ok(error);
+        }
+        work.solver.factor_mass(mechanism, &to.q);
+        work.solver.projected(mechanism, task.projection, to)?;
+        *work.evaluations += 1;
+        self.stages.rates[end].copy_from_slice(&to.qd);
+        self.stages.accelerations[end].copy_from_slice(&to.qdd);
+        Ok(early.unwrap_or_else(|| self.error(mechanism, task.tolerance, from, (&to.q, &to.qd), h)))
+    }
+
+    fn refine(&mut self, mechanism: &dyn Mechanism, segment: &mut Segment, work: &mut Work) -> Result<(), StepError> {
+        if !segment.lacks(self.tableau) {
+            return Ok(());
+        }
+        let h = segment.to.t - segment.from.t;
+        for stage in self.tableau.stages + 1..self.tableau.rows.len() {
+            self.evaluate(mechanism, &segment.from, h, stage, work)?;
+        }
+        segment.complete(self.tableau, &self.stages);
+        Ok(())
+    }
+
+    fn accepted(&mut self, _: &dyn Mechanism, _: &State, _: &State) -> Accepted {
+        Accepted::default()
+    }
+
+    fn boxed_clone(&self) -> Box<dyn StepFormula> {
+        Box::new(self.clone())
+    }
+}

@@ -1,0 +1,251 @@
+//! A motion from one row to the next, by any method.
+
+use qrm_core::{Mechanism, RowLayout, RowRequest, RowStop};
+
+use super::adaptive::{Adaptive, Counts};
+use super::classical::CLASSICAL;
+use super::explicit::Explicit;
+use super::method::{MethodSettings, StepError};
+use crate::solve::{Projection, ProjectionTolerance, Solver, SolverStats};
+use crate::state::State;
+
+/// A method with what it keeps between rows.
+#[derive(Clone, Debug)]
+pub struct Integrator {
+    /// The method.
+    pub settings: MethodSettings,
+    solver: Solver,
+    steps: Steps,
+    /// Room for the two rows of a step.
+    pair: [State; 2],
+}
+
+#[derive(Clone, Debug)]
+enum Steps {
+    /// Each row is a step.
+    Fixed(Explicit),
+    /// Steps are chosen by a tolerance.
+    Adaptive(Box<Adaptive>),
+}
+
+/// The end of a block of rows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Block {
+    /// The number of rows.
+    pub(crate) made: usize,
+    /// Why it ended.
+    pub(crate) reason: BlockEnd,
+}
+
+/// Why a block of rows ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum BlockEnd {
+    /// There is room for no more.
+    Full,
+    /// The last row stands at the end time.
+    End,
+    /// The event's value in the last row is not below zero.
+    Event,
+    /// The next row could not be made.
+    Failed(StepError),
+}
+
+impl Integrator {
+    /// Begins at a state.
+    ///
+    /// # Errors
+    /// The method does not suit the scene, or the accelerations near the start are not determined.
+    pub fn new(
+        mechanism: &dyn Mechanism,
+        settings: MethodSettings,
+        first: &State,
+        end_time: f64,
+    ) -> Result<Self, StepError> {
+        let mut solver = Solver::new(mechanism);
+        let n = first.q.len();
+        let steps = match settings.method.formula {
+            None => Steps::Fixed(Explicit::new(&CLASSICAL, n)),
+            Some(_) if settings.method.needs_linearization && !mechanism.has_linearization() => {
+                return Err(StepError::NoLinearization);
+            }
+            Some(formula) => {
+                let formula = formula(n);
+                let adaptive = Adaptive::new(mechanism, formula, &settings, first, end_time, &mut solver)?;
+                Steps::Adaptive(Box::new(adaptive))
+            }
+        };
+        let pair = [first.clone(), first.clone()];
+        Ok(Self { settings, solver, steps, pair })
+    }
+
+    /// Statistics of the linear solves so far.
+    pub fn stats(&self) -> &SolverStats {
+        &self.solver.stats
+    }
+
+    /// Statistics of the linear solves, to be changed.
+    pub(crate) fn stats_mut(&mut self) -> &mut SolverStats {
+        &mut self.solver.stats
+    }
+
+    /// Moves from a row to the next one, at `t`.
+    ///
+    /// # Errors
+    /// The motion does not get there.
+    pub fn advance(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        from: &State,
+        t: f64,
+        to: &mut State,
+    ) -> Result<(), StepError> {
+        let projection = (self.settings.projection, self.settings.projection_tolerance);
+        match &mut self.steps {
+            Steps::Fixed(formula) => formula.step(mechanism, &mut self.solver, projection, (from, t), to),
+            Steps::Adaptive(adaptive) => adaptive.advance_to(mechanism, t, &mut self.solver, to),
+        }
+    }
+
+    /// The state at a time between the row `from` and the last one.
+    ///
+    /// # Errors
+    /// The motion does not get there.
+    pub fn between(&mut self, mechanism: &dyn Mechanism, from: &State, t: f64) -> Result<State, StepError> {
+        let mut to = from.clone();
+        match &self.steps {
+            Steps::Fixed(_) => self.advance(mechanism, from, t, &mut to)?,
+            Steps::Adaptive(adaptive) => {
+                let mut again = adaptive.restarted(from);
+                again.advance_to(mechanism, t, &mut self.solver, &mut to)?;
+            }
+        }
+        Ok(to)
+    }
+
+    /// Fills a block with rows after its first one, by the generated kernel where the method allows it.
+    pub(crate) fn fill(&mut self, mechanism: &dyn Mechanism, request: &RowRequest, rows: &mut [f64]) -> Block {
+        let description = mechanism.description();
+        let layout = RowLayout { n: description.coordinates.len(), m: description.constraints.len() };
+        // The rows are borrowed beside the rest of the integrator.
+        let mut pair = std::mem::replace(&mut self.pair, [State::zero(0, 0), State::zero(0, 0)]);
+        let block = self.fill_with(mechanism, request, layout, rows, &mut pair);
+        self.pair = pair;
+        block
+    }
+
+    fn fill_with(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        request: &RowRequest,
+        layout: RowLayout,
+        rows: &mut [f64],
+        [from, to]: &mut [State; 2],
+    ) -> Block {
+        let width = layout.width();
+        from.read(rows);
+        let mut made = 0;
+        loop {
+            if self.settings.is_by_kernel() {
+                let rest = RowRequest { first: request.first + made as u64, ..*request };
+                let result = mechanism.integrate_rk4(&rest, &mut rows[made * width..]);
+                made += result.made;
+                match result.reason {
+                    RowStop::Full => return Block { made, reason: BlockEnd::Full },
+                    RowStop::End => return Block { made, reason: BlockEnd::End },
+                    RowStop::Event => return Block { made, reason: BlockEnd::Event },
+                    RowStop::Unreliable => from.read(&rows[made * width..]),
+                }
+            }
+            if rows.len() < (made + 2) * width {
+                return Block { made, reason: BlockEnd::Full };
+            }
+            match self.row(mechanism, request.first + made as u64, request, from, to) {
+                Err(reason) => return Block { made, reason: BlockEnd::Failed(reason) },
+                Ok(event) => {
+                    made += 1;
+                    to.write(&mut rows[made * width..]);
+                    rows[made * width + layout.event()] = event;
+                    if let Some(reason) = end_of_row(event, to, request, made, rows.len() / width) {
+                        return Block { made, reason };
+                    }
+                    std::mem::swap(from, to);
+                }
+            }
+        }
+    }
+
+    /// Makes the row after row `row`, and returns the value of the event there.
+    fn row(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        row: u64,
+        request: &RowRequest,
+        from: &State,
+        to: &mut State,
+    ) -> Result<f64, StepError> {
+        self.advance(mechanism, from, request.time(row + 1), to)?;
+        let event = if request.watches_event { mechanism.event(to.t, &to.q, &to.qd) } else { None };
+        Ok(event.unwrap_or(-1.0))
+    }
+
+    /// The largest difference between energy and work at the end of any step; `None` if rows are the steps.
+    pub fn imbalance(&self) -> Option<f64> {
+        match &self.steps {
+            Steps::Fixed(_) => None,
+            Steps::Adaptive(adaptive) => Some(adaptive.imbalance()),
+        }
+    }
+
+    /// Whether each row is a step.
+    pub fn is_fixed(&self) -> bool {
+        matches!(self.steps, Steps::Fixed(_))
+    }
+
+    /// The numbers of steps and evaluations in a run of so many rows.
+    pub fn counts(&self, rows: u64) -> Counts {
+        match &self.steps {
+            Steps::Fixed(_) => Counts { accepted: rows, evaluations: 4 * rows, ..Counts::default() },
+            Steps::Adaptive(adaptive) => adaptive.counts(),
+        }
+    }
+}
+
+fn end_of_row(event: f64, row: &State, request: &RowRequest, made: usize, room: usize) -> Option<BlockEnd> {
+    // Written so that a value that is not a number ends the block too.
+    if !(event < 0.0) {
+        Some(BlockEnd::Event)
+    } else if row.t >= request.end_time {
+        Some(BlockEnd::End)
+    } else if made + 1 == room {
+        Some(BlockEnd::Full)
+    } else {
+        None
+    }
+}
+
+impl Solver {
+    /// Completes a state by its accelerations and multipliers.
+    ///
+    /// # Errors
+    /// The accelerations are not determined, or not finite.
+    pub fn complete(&mut self, mechanism: &dyn Mechanism, state: &mut State) -> Result<(), StepError> {
+        let State { t, q, qd, qdd, multipliers, .. } = state;
+        self.accelerations(mechanism, *t, (q, qd), (qdd, multipliers))?;
+        if state.is_finite() { Ok(()) } else { Err(StepError::NotFinite) }
+    }
+
+    /// Projects the coordinates and rates of a state, and completes it.
+    ///
+    /// # Errors
+    /// The projection does not converge, or the accelerations are not determined.
+    pub(super) fn projected(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        projection: (Projection, ProjectionTolerance),
+        state: &mut State,
+    ) -> Result<(), StepError> {
+        let State { t, q, qd, .. } = state;
+        state.corrections = self.project(mechanism, projection, *t, q, qd)?;
+        self.complete(mechanism, state)
+    }
+}

@@ -1,0 +1,128 @@
+//! The table of integration methods.
+
+use super::adaptive::StepFormula;
+use super::auto::AUTO;
+use super::classical::RK4;
+use super::dop853::DOP853;
+use super::dopri5::DOPRI5;
+use super::rodas::RODAS;
+use crate::solve::{NotConverged, Projection, ProjectionTolerance, Undetermined};
+
+/// An integration method.
+#[derive(Debug)]
+pub struct Method {
+    /// The name in commands, files and tokens.
+    pub name: &'static str,
+    /// A one-line description.
+    pub doc: &'static str,
+    /// Order of a step.
+    pub order: u32,
+    /// Whether the method differs from others only in scenes that say `stiff = true`.
+    pub is_for_stiff: bool,
+    /// Whether the scene must give the derivatives of its equations of motion (`stiff = true`).
+    pub needs_linearization: bool,
+    /// The formula of a method that chooses its steps, for a number of coordinates; `None` for steps of a fixed length.
+    pub(super) formula: Option<fn(usize) -> Box<dyn StepFormula>>,
+}
+
+/// Every method; the first is the default.
+pub static METHODS: [&Method; 5] = [RK4, DOPRI5, DOP853, RODAS, AUTO];
+
+/// The method of this name.
+pub fn method_named(name: &str) -> Option<&'static Method> {
+    METHODS.into_iter().find(|method| method.name == name)
+}
+
+impl Method {
+    /// Whether the method chooses its steps by a tolerance.
+    pub fn is_adaptive(&self) -> bool {
+        self.formula.is_some()
+    }
+}
+
+impl PartialEq for Method {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
+}
+
+/// A method with its settings.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MethodSettings {
+    /// The method.
+    pub method: &'static Method,
+    /// Largest error of a step, in the unit of each coordinate and rate; methods of a fixed step do not use it.
+    pub tolerance: f64,
+    /// Metric of the projection after each step.
+    pub projection: Projection,
+    /// Goal of that projection.
+    pub projection_tolerance: ProjectionTolerance,
+}
+
+impl Default for MethodSettings {
+    fn default() -> Self {
+        Self {
+            method: RK4,
+            tolerance: 1e-9,
+            projection: Projection::default(),
+            projection_tolerance: ProjectionTolerance::default(),
+        }
+    }
+}
+
+impl MethodSettings {
+    /// A method with a tolerance and the default projection.
+    pub fn new(method: &'static Method, tolerance: f64) -> Self {
+        Self { method, tolerance, ..Self::default() }
+    }
+
+    /// The largest error of a step, if the method chooses its steps by it.
+    pub fn tolerance(&self) -> Option<f64> {
+        self.method.is_adaptive().then_some(self.tolerance)
+    }
+
+    /// Whether steps are made by the generated kernel: RK4 with the projection in the mass metric.
+    pub(crate) fn is_by_kernel(&self) -> bool {
+        !self.method.is_adaptive() && self.projection == Projection::Mass
+    }
+}
+
+/// Why a step could not be made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum StepError {
+    /// The projection did not converge.
+    NotConverged(NotConverged),
+    /// No inertia resists a motion of this coordinate that the constraints allow.
+    Massless(usize),
+    /// The steps became so short that time stands still.
+    StepTooShort {
+        /// The last one.
+        h: f64,
+    },
+    /// The steps are so short against the rows that the run would not end.
+    TooManySteps {
+        /// The number of attempts.
+        attempts: u64,
+        /// The last step.
+        h: f64,
+    },
+    /// A number became infinite or undefined.
+    NotFinite,
+    /// The method needs derivatives that the scene does not ask for.
+    NoLinearization,
+}
+
+impl From<NotConverged> for StepError {
+    fn from(e: NotConverged) -> Self {
+        if e.residual.is_finite() { Self::NotConverged(e) } else { Self::NotFinite }
+    }
+}
+
+impl From<Undetermined> for StepError {
+    fn from(e: Undetermined) -> Self {
+        match e {
+            Undetermined::Massless(coordinate) => Self::Massless(coordinate),
+            Undetermined::NotFinite => Self::NotFinite,
+        }
+    }
+}

@@ -1,0 +1,122 @@
+//! The motion inside a step.
+
+use super::tableau::{Row, Tableau};
+use crate::solve::Matrix;
+use crate::state::State;
+
+/// The derivatives at the stages of a step: rates, and accelerations.
+#[derive(Clone, Debug)]
+pub(super) struct Stages {
+    pub(super) rates: Matrix,
+    pub(super) accelerations: Matrix,
+}
+
+impl Stages {
+    /// Room for the stages of a method, the end of the step and those of the dense output included.
+    pub(super) fn new(tableau: &Tableau, n: usize) -> Self {
+        let count = tableau.rows.len().max(tableau.stages + 1);
+        Self { rates: Matrix::zero(count, n), accelerations: Matrix::zero(count, n) }
+    }
+
+    /// The sums of rates and of accelerations over the stages of a row.
+    pub(super) fn sum(&self, row: Row, rate: &mut [f64], acceleration: &mut [f64]) {
+        rate.fill(0.0);
+        acceleration.fill(0.0);
+        for &(stage, weight) in row {
+            let (rates, accelerations) = (&self.rates[stage], &self.accelerations[stage]);
+            for i in 0..rate.len() {
+                rate[i] += weight * rates[i];
+                acceleration[i] += weight * accelerations[i];
+            }
+        }
+    }
+}
+
+/// A step between its projected ends.
+#[derive(Clone, Debug)]
+pub(super) struct Segment {
+    /// Its beginning.
+    pub(super) from: State,
+    /// Its end.
+    pub(super) to: State,
+    /// The higher coefficients of coordinates and rates, once they were asked for.
+    higher: Option<[Matrix; 2]>,
+}
+
+impl Segment {
+    pub(super) fn new(from: State, to: State) -> Self {
+        Self { from, to, higher: None }
+    }
+
+    /// Goes on to the step that begins where this one ends.
+    pub(super) fn go_on(&mut self, to: &mut State) {
+        std::mem::swap(&mut self.from, &mut self.to);
+        std::mem::swap(&mut self.to, to);
+        self.higher = None;
+    }
+
+    /// Whether the dense output of a method lacks its higher coefficients.
+    pub(super) fn lacks(&self, tableau: &Tableau) -> bool {
+        !tableau.dense.is_empty() && self.higher.is_none()
+    }
+
+    /// Takes the higher coefficients from complete stages.
+    pub(super) fn complete(&mut self, tableau: &Tableau, stages: &Stages) {
+        let (h, n) = (self.to.t - self.from.t, self.from.q.len());
+        let mut higher = [Matrix::zero(tableau.dense.len(), n), Matrix::zero(tableau.dense.len(), n)];
+        for (k, row) in tableau.dense.iter().enumerate() {
+            let [of_q, of_qd] = &mut higher;
+            stages.sum(row, &mut of_q[k], &mut of_qd[k]);
+            of_q[k].iter_mut().chain(&mut of_qd[k]).for_each(|x| *x *= h);
+        }
+        self.higher = Some(higher);
+    }
+
+    /// Coordinates and rates at a time inside.
+    pub(super) fn at(&self, t: f64, q: &mut [f64], qd: &mut [f64]) {
+        let (a, b) = (&self.from, &self.to);
+        let h = b.t - a.t;
+        let s = (t - a.t) / h;
+        match &self.higher {
+            Some([of_q, of_qd]) => {
+                seventh(s, h, (&a.q, &a.qd), (&b.q, &b.qd), of_q, q);
+                seventh(s, h, (&a.qd, &a.qdd), (&b.qd, &b.qdd), of_qd, qd);
+            }
+            None => fifth(s, h, a, b, q, qd),
+        }
+    }
+}
+
+/// The polynomial of degree 7 through both ends with their derivatives, its other coefficients given.
+fn seventh(
+    s: f64,
+    h: f64,
+    (x0, d0): (&[f64], &[f64]),
+    (x1, d1): (&[f64], &[f64]),
+    higher: &Matrix,
+    result: &mut [f64],
+) {
+    let r = 1.0 - s;
+    for (i, value) in result.iter_mut().enumerate() {
+        let change = x1[i] - x0[i];
+        let bend = h * d0[i] - change;
+        let twist = change - h * d1[i] - bend;
+        let inner = higher[0][i] + s * (higher[1][i] + r * (higher[2][i] + s * higher[3][i]));
+        *value = x0[i] + s * (change + r * (bend + s * (twist + r * inner)));
+    }
+}
+
+/// The polynomial of degree 5 through coordinates, rates and accelerations at both ends, and its derivative.
+fn fifth(s: f64, h: f64, a: &State, b: &State, q: &mut [f64], qd: &mut [f64]) {
+    for i in 0..q.len() {
+        let (v0, v1, a0, a1) = (h * a.qd[i], h * b.qd[i], h * h * a.qdd[i], h * h * b.qdd[i]);
+        let position = b.q[i] - a.q[i] - v0 - 0.5 * a0;
+        let rate = v1 - v0 - a0;
+        let acceleration = a1 - a0;
+        let third = 10.0 * position - 4.0 * rate + 0.5 * acceleration;
+        let fourth = -15.0 * position + 7.0 * rate - acceleration;
+        let fifth = 6.0 * position - 3.0 * rate + 0.5 * acceleration;
+        q[i] = a.q[i] + s * (v0 + s * (0.5 * a0 + s * (third + s * (fourth + s * fifth))));
+        qd[i] = a.qd[i] + s * (a0 + s * (3.0 * third + s * (4.0 * fourth + s * 5.0 * fifth))) / h;
+    }
+}

@@ -1,0 +1,27 @@
+//! The coefficients of an explicit Runge-Kutta method.
+
+/// Stages and their coefficients, zeros left out.
+pub(super) type Row = &'static [(usize, f64)];
+
+/// An explicit Runge-Kutta method, with an error estimate and dense output where it has them.
+#[derive(Debug)]
+pub(super) struct Tableau {
+    /// Number of stages of a step; the accelerations at its end are the stage after them.
+    pub(super) stages: usize,
+    /// Order of the step.
+    pub(super) order: i32,
+    /// Exponent with which the step length heeds the error before the last one.
+    pub(super) memory: f64,
+    /// The fraction of the step at which each stage is evaluated.
+    pub(super) nodes: &'static [f64],
+    /// The coefficients of each stage's argument; rows after the step's own serve the dense output.
+    pub(super) rows: &'static [Row],
+    /// The coefficients of the end of the step.
+    pub(super) weights: Row,
+    /// The coefficients of the error estimates, one or two.
+    pub(super) errors: &'static [Row],
+    /// The higher coefficients of the dense output; none where a polynomial of degree 5 through both ends suffices.
+    pub(super) dense: &'static [Row],
+    /// The error, 1 if just accepted, from the sums of squares of the scaled estimates of `count` numbers and the step length.
+    pub(super) error: fn([f64; 2], f64, f64) -> f64,
+}

@@ -1,0 +1,32 @@
+//! Runs: from a consistent start to an end, with everything that is known of the errors.
+
+mod assembly;
+mod balance;
+mod error;
+mod error_estimate;
+mod event;
+mod extremes;
+mod integral;
+mod monitor;
+mod observer;
+mod outcome;
+mod simulate;
+mod simulation;
+mod singularity;
+
+pub use assembly::{NotAssembled, assemble};
+pub use balance::Balance;
+pub use error::{Explanation, Reason, SimError, readable_size};
+pub use extremes::{Extremes, Tracker};
+pub use observer::{Observer, Row};
+pub use outcome::{Outcome, StartError, Status, Undefined};
+pub use simulate::{End, Request, StopFunction, simulate};
+pub use singularity::NearestSingularity;
+
+pub(crate) use simulate::first_state;
+pub use simulation::Simulation;
+
+pub(crate) use assembly::Dependents;
+pub(crate) use error_estimate::{RICHARDSON_FACTOR, estimated_error};
+pub(crate) use event::locate;
+pub(crate) use integral::Integral;

@@ -1,0 +1,159 @@
+//! A consistent start: given values are kept, the others are solved for.
+
+use qrm_core::Mechanism;
+
+use crate::solve::{Ldl, LoopConstraints, Matrix, PivotedLdl, dot, largest};
+use crate::start::Start;
+
+/// The constraints cannot be met with the given values.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NotAssembled {
+    /// The constraint that cannot be met.
+    pub constraint: usize,
+    /// Its residual when all others are met: a length or angle for positions, its rate for rates.
+    pub residual: f64,
+    /// The nearest position that was found.
+    pub q: Vec<f64>,
+    /// Whether it is the rates that cannot be solved for.
+    pub rates: bool,
+}
+
+/// Most iterations of the search for a position.
+const ITERATIONS: usize = 200;
+/// Residual up to which a position counts as assembled.
+const CLOSED: f64 = 1e-12;
+
+/// Coordinates at t = 0 by damped Gauss-Newton iteration from the guesses, and rates by one linear solve.
+///
+/// # Errors
+/// Some constraint cannot be met.
+pub fn assemble(mechanism: &dyn Mechanism, start: &Start) -> Result<(Vec<f64>, Vec<f64>), NotAssembled> {
+    let weights = vec![1.0; mechanism.description().constraints.len()];
+    let found = search(mechanism, start, &start.q, &weights);
+    if !is_closed(mechanism, &found) {
+        return Err(blame(mechanism, start, &found));
+    }
+    let qd = rates(mechanism, start, &found)?;
+    Ok((found, qd))
+}
+
+/// Whether every residual is at the size of rounding errors, of its own or of the terms it is the difference of.
+fn is_closed(mechanism: &dyn Mechanism, q: &[f64]) -> bool {
+    let constraints = LoopConstraints::of(mechanism, 0.0, q);
+    let terms = |row: &[f64]| row.iter().zip(q).map(|(derivative, q)| (derivative * q).abs()).sum::<f64>();
+    let mut rows = constraints.residuals.iter().zip(constraints.constraint_jacobian.iter());
+    rows.all(|(residual, row)| residual.abs() <= CLOSED.max(64.0 * f64::EPSILON * terms(row)))
+}
+
+/// The last constraint that alone stays open when all others are met, and its residual; failing that, the one with the largest
+/// residual.
+fn blame(mechanism: &dyn Mechanism, start: &Start, found: &[f64]) -> NotAssembled {
+    let count = mechanism.description().constraints.len();
+    let alone = (0..count).rev().find_map(|constraint| {
+        let mut weights = vec![1.0; count];
+        weights[constraint] = 1e-6;
+        let q = search(mechanism, start, found, &weights);
+        let mut residuals = LoopConstraints::of(mechanism, 0.0, &q).residuals;
+        let residual = std::mem::replace(&mut residuals[constraint], 0.0).abs();
+        (largest(&residuals).1 <= 1e-9).then_some((constraint, residual, q))
+    });
+    let (constraint, residual, q) = alone.unwrap_or_else(|| {
+        let (constraint, residual) = largest(&LoopConstraints::of(mechanism, 0.0, found).residuals);
+        (constraint, residual, found.to_vec())
+    });
+    NotAssembled { constraint, residual, q, rates: false }
+}
+
+/// Minimises the weighted residuals over the coordinates that are not given (Levenberg-Marquardt).
+fn search(mechanism: &dyn Mechanism, start: &Start, from: &[f64], weights: &[f64]) -> Vec<f64> {
+    let n = from.len();
+    let mut constraints = LoopConstraints::zero(n, weights.len());
+    let cost = |constraints: &mut LoopConstraints, q: &[f64]| {
+        constraints.evaluate(mechanism, 0.0, q);
+        constraints.residuals.iter().zip(weights).map(|(r, w)| (r * w).powi(2)).sum::<f64>()
+    };
+    let mut q = from.to_vec();
+    let mut damping = 1e-3;
+    let mut now = cost(&mut constraints, &q);
+    for _ in 0..ITERATIONS {
+        constraints.evaluate(mechanism, 0.0, &q);
+        let mut normal = Matrix::zero(n, n);
+        let mut slope = vec![0.0; n];
+        let rows = constraints.constraint_jacobian.iter().zip(&constraints.residuals);
+        for ((row, residual), weight) in rows.zip(weights) {
+            let row: Vec<f64> = (0..n).map(|i| if start.given[i] { 0.0 } else { row[i] * weight }).collect();
+            for i in 0..n {
+                slope[i] -= row[i] * residual * weight;
+                for j in 0..n {
+                    normal[i][j] += row[i] * row[j];
+                }
+            }
+        }
+        let size = (0..n).fold(0.0, |most: f64, i| most.max(normal[i][i]));
+        for i in 0..n {
+            normal[i][i] += if start.given[i] { 1.0 } else { damping * size + f64::MIN_POSITIVE };
+        }
+        let Some(factors) = Ldl::new(&normal) else {
+            damping *= 10.0;
+            continue;
+        };
+        factors.solve(&mut slope);
+        let next: Vec<f64> = q.iter().zip(&slope).map(|(q, step)| q + step).collect();
+        let then = cost(&mut constraints, &next);
+        if then < now {
+            (q, now) = (next, then);
+            damping = (damping * 0.1).max(1e-15);
+        } else if damping > 1e6 || now == 0.0 {
+            break;
+        } else {
+            damping *= 10.0;
+        }
+    }
+    q
+}
+
+/// The rates that are not given, from `C_q qd + C_t = 0`.
+fn rates(mechanism: &dyn Mechanism, start: &Start, q: &[f64]) -> Result<Vec<f64>, NotAssembled> {
+    let constraints = LoopConstraints::of(mechanism, 0.0, q);
+    let mut qd: Vec<f64> =
+        start.qd.iter().zip(&start.given_rates).map(|(qd, given)| if *given { *qd } else { 0.0 }).collect();
+    let dependents = Dependents::new(&constraints.constraint_jacobian, &start.given_rates);
+    // The second pass removes the rounding errors of the first.
+    for _ in 0..2 {
+        let rates = constraints.velocity_residual(&qd);
+        dependents.follow(&mut qd, &rates);
+    }
+    let (constraint, residual) = largest(&constraints.velocity_residual(&qd));
+    let scale = qd.iter().fold(1.0, |most: f64, v| most.max(v.abs()));
+    if !(residual <= 1e-9 * scale) {
+        return Err(NotAssembled { constraint, residual, q: q.to_vec(), rates: true });
+    }
+    Ok(qd)
+}
+
+/// The coordinates or rates that follow from the given ones by the constraints.
+pub(crate) struct Dependents {
+    /// The Jacobian, without the columns of given ones.
+    rows: Matrix,
+    factors: PivotedLdl,
+}
+
+impl Dependents {
+    pub(crate) fn new(jacobian: &Matrix, given: &[bool]) -> Self {
+        let (m, n) = (jacobian.rows(), jacobian.columns());
+        let rows = Matrix::from_fn(m, n, |r, i| if given[i] { 0.0 } else { jacobian[r][i] });
+        let products = Matrix::from_fn(m, m, |i, j| dot(&rows[i], &rows[j]));
+        Self { rows, factors: PivotedLdl::new(&products) }
+    }
+
+    /// Moves `x` by the smallest `dx` with `C_q dx = -residual`.
+    pub(crate) fn follow(&self, x: &mut [f64], residual: &[f64]) {
+        let mut weights = residual.to_vec();
+        self.factors.solve(&mut weights);
+        for (row, weight) in self.rows.iter().zip(weights) {
+            for (x, entry) in x.iter_mut().zip(row) {
+                *x -= weight * entry;
+            }
+        }
+    }
+}

@@ -1,0 +1,162 @@
+//! The error of a motion that cannot begin or go on.
+
+use std::fmt;
+
+use qrm_core::Description;
+
+use super::assembly::NotAssembled;
+use super::outcome::StartError;
+use crate::integrate::StepError;
+
+/// The reason why a motion cannot begin or go on, with the names of its mechanism.
+#[derive(Clone, Debug)]
+pub struct SimError {
+    /// The reason.
+    pub reason: Reason,
+    /// Names, units and meanings of the mechanism.
+    pub description: &'static Description,
+}
+
+/// A reason why a motion cannot begin or go on.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Reason {
+    /// It cannot begin.
+    Start(StartError),
+    /// It broke off after time `t`.
+    Failed {
+        /// The last time that was reached.
+        t: f64,
+        /// Why no step can be made.
+        error: StepError,
+    },
+    /// The time that was asked for is not a number, or too far away for steps.
+    NoTime {
+        /// The last time.
+        from: f64,
+        /// The time that was asked for.
+        to: f64,
+    },
+    /// Some motion has a negative kinetic energy.
+    NegativeMass,
+    /// The time that was asked for lies before the last one.
+    Backwards {
+        /// The last time.
+        from: f64,
+        /// The time that was asked for.
+        to: f64,
+    },
+}
+
+impl std::error::Error for SimError {}
+
+impl fmt::Display for SimError {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let (name, description) = (self.description.name, self.description);
+        match &self.reason {
+            Reason::Start(StartError::NotAssembled(reason)) => f.write_str(&not_assembled(reason, description)),
+            Reason::Start(StartError::Step(reason)) => {
+                write!(f, "`{name}` cannot start: {}", reason.explain(description))
+            }
+            Reason::Start(StartError::ConditionNotFinite) => {
+                write!(f, "`{name}` cannot start: its stop condition has no finite value")
+            }
+            Reason::Start(StartError::StepTooShort { step, .. }) => {
+                write!(f, "`{name}` cannot start: a step of {step} s leads nowhere")
+            }
+            Reason::Failed { t, error: reason } => {
+                write!(f, "`{name}` breaks off after t = {t} s: {}", reason.explain(description))
+            }
+            Reason::NoTime { from, to } => write!(f, "`{name}` has come to t = {from} s and cannot go on to {to} s"),
+            Reason::NegativeMass => write!(f, "`{name}` cannot move: some mass or inertia is negative"),
+            Reason::Backwards { from, to } => {
+                write!(f, "`{name}` has come to t = {from} s and cannot go back to {to} s")
+            }
+        }
+    }
+}
+
+fn not_assembled(reason: &NotAssembled, description: &Description) -> String {
+    let constraint = &description.constraints[reason.constraint];
+    let (name, unit, open) = (constraint.name, constraint.unit, readable_size(reason.residual));
+    if reason.rates {
+        format!("`{}` cannot start: constraint `{name}` keeps a rate of {open} {unit}/s", description.name)
+    } else {
+        format!("`{}` cannot be assembled: constraint `{name}` stays {open} {unit} from closed", description.name)
+    }
+}
+
+/// A problem and the way to mend it, each in a sentence.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Explanation {
+    /// The problem.
+    pub text: String,
+    /// The way to mend it.
+    pub help: String,
+}
+
+impl fmt::Display for Explanation {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        write!(f, "{}\n  = help: {}", self.text, self.help)
+    }
+}
+
+impl StepError {
+    /// Why the step could not be made, with the names of the mechanism.
+    pub fn explain(&self, description: &Description) -> Explanation {
+        let (text, help) = match self {
+            Self::NotConverged(e) => {
+                let constraint = &description.constraints[e.constraint];
+                let (name, unit) = (constraint.name, constraint.unit);
+                let text = format!(
+                    "constraint `{name}` could not be closed again after the step: still {:.3e} {unit} open after {} corrections",
+                    e.residual, e.iterations
+                );
+                let help = "use a shorter --step, or a smaller --tolerance with a method that chooses its steps; if it happens at \
+                            the same position with every step, the mechanism is singular there";
+                (text, help.to_owned())
+            }
+            Self::Massless(coordinate) => {
+                let name = description.coordinates[*coordinate].name;
+                let text = format!(
+                    "no mass resists a motion of coordinate `{name}` that the constraints allow, so its acceleration is not \
+                     determined"
+                );
+                (text, "give the bodies that move with it a mass or an inertia".to_owned())
+            }
+            Self::StepTooShort { h } => {
+                let text = format!(
+                    "steps had to become as short as {h:.1e} s, and time stands still: the tolerance is beyond double precision, \
+                     or the mechanism is singular here"
+                );
+                (text, "use a larger --tolerance".to_owned())
+            }
+            Self::TooManySteps { attempts, h } => {
+                let text = format!(
+                    "{attempts} steps were tried, now of {h:.1e} s, and the next row is far: the motion is too fast, too stiff or \
+                     too near a singular position for the tolerance and the time that it is to be followed"
+                );
+                (text, "use a larger --tolerance, an earlier --end-time, or a shorter --step between rows".to_owned())
+            }
+            Self::NotFinite => {
+                let text = "the next state is not finite: numbers grew beyond all bounds, or a formula left its domain"
+                    .to_owned();
+                let help = "use a shorter --step, or a smaller --tolerance with a method that chooses its steps; look for roots, \
+                            logarithms and quotients in the scene";
+                (text, help.to_owned())
+            }
+            Self::NoLinearization => {
+                let name = description.name;
+                let text = format!(
+                    "the method needs the Jacobians of forces and constraints, and scene `{name}` does not ask for them"
+                );
+                (text, format!("write `stiff = true` under [run] in scenes/{name}.toml, and build again"))
+            }
+        };
+        Explanation { text, help }
+    }
+}
+
+/// A length or angle, in readable digits.
+pub fn readable_size(value: f64) -> String {
+    if (1e-4..1e6).contains(&value) { format!("{value:.6}") } else { format!("{value:.3e}") }
+}

@@ -1,0 +1,120 @@
+//! Rows with their outputs and checks, and what a run remembers of them.
+
+use qrm_core::{Mechanism, RowLayout};
+
+use super::balance::Balance;
+use super::observer::{Observer, Row};
+use super::outcome::{Status, Undefined};
+use super::singularity::SingularityMonitor;
+use crate::solve::{LoopConstraints, largest};
+use crate::state::State;
+
+/// The observations of all rows of a run.
+#[derive(Debug)]
+pub(crate) struct RunMonitor {
+    layout: RowLayout,
+    outputs: Vec<f64>,
+    constraints: LoopConstraints,
+    rates: Vec<f64>,
+    /// Rows taken.
+    pub(crate) rows: u64,
+    /// The constraint with the largest residual in any row, and that residual.
+    pub(crate) residual_position: (usize, f64),
+    /// The constraint with the largest rate of its residual in any row, and that rate.
+    pub(crate) residual_velocity: (usize, f64),
+    first_energy: f64,
+    /// Largest kinetic energy in any row.
+    pub(crate) largest_kinetic_energy: f64,
+    /// Largest energy in any row, kinetic and potential.
+    pub(crate) largest_energy: f64,
+    /// Largest change of the energy.
+    pub(crate) energy_drift: f64,
+    /// Whether no load without potential did work.
+    pub(crate) is_conservative: bool,
+    /// Energy against work.
+    pub(crate) balance: Balance,
+    /// The distance from singular positions.
+    pub(crate) singularity: SingularityMonitor,
+}
+
+impl RunMonitor {
+    pub(crate) fn new(mechanism: &dyn Mechanism, first: &State) -> Self {
+        let layout = RowLayout { n: first.q.len(), m: first.multipliers.len() };
+        Self {
+            layout,
+            outputs: vec![0.0; mechanism.description().outputs.len()],
+            constraints: LoopConstraints::zero(layout.n, layout.m),
+            rates: vec![0.0; layout.m],
+            rows: 0,
+            residual_position: (0, 0.0),
+            residual_velocity: (0, 0.0),
+            first_energy: mechanism.energy(&first.q, &first.qd).iter().sum(),
+            largest_kinetic_energy: 0.0,
+            largest_energy: 0.0,
+            energy_drift: 0.0,
+            is_conservative: true,
+            balance: Balance::default(),
+            singularity: SingularityMonitor::new(layout.m, layout.n),
+        }
+    }
+
+    /// Completes rows by their outputs and checks, and hands them on.
+    ///
+    /// # Errors
+    /// A number of a row is not finite, or the observer cannot keep it.
+    pub(crate) fn take(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        rows: &[f64],
+        observer: &mut dyn Observer,
+    ) -> Result<(), Status> {
+        let RowLayout { n, m } = self.layout;
+        for row in rows.chunks_exact(self.layout.width()) {
+            let t = row[0];
+            let (q, qd, qdd) = (&row[1..=n], &row[1 + n..=2 * n], &row[1 + 2 * n..=3 * n]);
+            let multipliers = &row[1 + 3 * n..1 + 3 * n + m];
+            mechanism.outputs(t, q, qd, qdd, multipliers, &mut self.outputs);
+            self.constraints.evaluate(mechanism, t, q);
+            let position = largest(&self.constraints.residuals);
+            self.constraints.velocity_residual_into(qd, &mut self.rates);
+            let velocity = largest(&self.rates);
+            self.singularity.note(self.rows, t, &self.constraints.constraint_jacobian);
+            let [kinetic, potential] = mechanism.energy(q, qd);
+            let energy = kinetic + potential;
+            if let Some(what) = self.undefined(energy) {
+                return Err(Status::NotFinite { t, what });
+            }
+            self.largest_energy = self.largest_energy.max(energy.abs()).max(potential.abs());
+            self.largest_kinetic_energy = self.largest_kinetic_energy.max(kinetic);
+            let power = mechanism.power(t, q, qd, multipliers);
+            self.is_conservative &= power == 0.0;
+            self.energy_drift = self.energy_drift.max((energy - self.first_energy).abs());
+            let worse = |old: (usize, f64), new: (usize, f64)| if new.1 > old.1 { new } else { old };
+            self.residual_position = worse(self.residual_position, position);
+            self.residual_velocity = worse(self.residual_velocity, velocity);
+            let row = Row {
+                index: self.rows,
+                t,
+                q,
+                qd,
+                qdd,
+                multipliers,
+                outputs: &self.outputs,
+                residual_position: position.1,
+                residual_velocity: velocity.1,
+                energy,
+                power,
+                corrections: row[self.layout.corrections()] as u32,
+            };
+            observer.row(&row).and_then(|()| self.balance.row(&row)).map_err(Status::Unwritable)?;
+            self.rows += 1;
+        }
+        Ok(())
+    }
+
+    /// Which number of the row under way is not finite.
+    fn undefined(&self, energy: f64) -> Option<Undefined> {
+        let output = self.outputs.iter().position(|value| !value.is_finite());
+        output.map(Undefined::Output).or((!energy.is_finite()).then_some(Undefined::Energy))
+    }
+}

@@ -1,0 +1,77 @@
+//! The rows of a run, and their receivers.
+
+/// A row of a trajectory.
+#[derive(Clone, Copy, Debug)]
+pub struct Row<'a> {
+    /// Its number in the trajectory.
+    pub index: u64,
+    /// Time.
+    pub t: f64,
+    /// Coordinates.
+    pub q: &'a [f64],
+    /// Rates.
+    pub qd: &'a [f64],
+    /// Accelerations.
+    pub qdd: &'a [f64],
+    /// Multipliers.
+    pub multipliers: &'a [f64],
+    /// Outputs.
+    pub outputs: &'a [f64],
+    /// Largest residual of the constraints.
+    pub residual_position: f64,
+    /// Largest rate of a residual.
+    pub residual_velocity: f64,
+    /// Kinetic energy and potential of the conservative loads, in J.
+    pub energy: f64,
+    /// Power of the loads that have no potential, in W.
+    pub power: f64,
+    /// The number of corrections of the coordinates in the step to here.
+    pub corrections: u32,
+}
+
+/// A receiver of rows; `()` keeps none, a pair hands each to both.
+pub trait Observer {
+    /// Takes a row.
+    ///
+    /// # Errors
+    /// The row cannot be kept; the run ends.
+    fn row(&mut self, row: &Row) -> std::io::Result<()>;
+
+    /// Called between chunks of rows; `false` ends the run.
+    ///
+    /// # Errors
+    /// The rows so far cannot be kept; the run ends.
+    fn goes_on(&mut self, _t: f64, _end_time: f64) -> std::io::Result<bool> {
+        Ok(true)
+    }
+
+    /// Called once when no more rows follow.
+    ///
+    /// # Errors
+    /// The rows so far cannot be kept.
+    fn finish(&mut self) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Observer for () {
+    fn row(&mut self, _row: &Row) -> std::io::Result<()> {
+        Ok(())
+    }
+}
+
+impl<A: Observer, B: Observer> Observer for (A, B) {
+    fn row(&mut self, row: &Row) -> std::io::Result<()> {
+        self.0.row(row)?;
+        self.1.row(row)
+    }
+
+    fn goes_on(&mut self, t: f64, end_time: f64) -> std::io::Result<bool> {
+        Ok(self.0.goes_on(t, end_time)? && self.1.goes_on(t, end_time)?)
+    }
+
+    fn finish(&mut self) -> std::io::Result<()> {
+        self.0.finish()?;
+        self.1.finish()
+    }
+}

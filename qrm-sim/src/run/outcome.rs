@@ -1,0 +1,115 @@
+//! The end of a run, or why it could not begin.
+
+use std::time::Duration;
+
+use super::assembly::NotAssembled;
+use super::singularity::NearestSingularity;
+use crate::integrate::{Counts, StepError};
+use crate::solve::SolverStats;
+
+/// The end of a run, and what is known of its accuracy.
+#[derive(Debug)]
+pub struct Outcome {
+    /// Why it ended.
+    pub status: Status,
+    /// Length of the steps.
+    pub step: f64,
+    /// The numbers of steps and evaluations.
+    pub counts: Counts,
+    /// Time of the last row.
+    pub end_time: f64,
+    /// Coordinates there.
+    pub q: Vec<f64>,
+    /// Rates there.
+    pub qd: Vec<f64>,
+    /// Time spent on integration alone.
+    pub integration: Duration,
+    /// Largest residual of a constraint in any row, and which constraint.
+    pub residual_position: (usize, f64),
+    /// Largest rate of a residual in any row, and of which constraint.
+    pub residual_velocity: (usize, f64),
+    /// Largest change of the energy, if no load without potential did work.
+    pub energy_drift: Option<f64>,
+    /// Largest difference between the change of the energy and the work of the loads without potential, as far as
+    /// steps tell that work.
+    pub energy_imbalance: f64,
+    /// The position nearest to a singular one; `None` without constraints.
+    pub nearest_singular: Option<NearestSingularity>,
+    /// Largest kinetic energy in any row.
+    pub largest_kinetic_energy: f64,
+    /// Largest energy in any row, kinetic and potential.
+    pub largest_energy: f64,
+    /// Estimated largest error of a coordinate in any row.
+    pub estimated_error: Option<f64>,
+    /// Whether the companion run that estimates the error broke off.
+    pub companion_failed: bool,
+    /// Statistics of the linear solves.
+    pub stats: SolverStats,
+}
+
+/// Why a run ended.
+#[derive(Debug)]
+pub enum Status {
+    /// The end time was reached.
+    Completed,
+    /// The stop condition became true.
+    Stopped,
+    /// The stop condition held from the start.
+    StoppedAtStart,
+    /// The latest end came before the stop condition became true.
+    StopNotReached {
+        /// Time at which the condition was nearest to true.
+        nearest_time: f64,
+        /// The distance from true then.
+        missing: f64,
+    },
+    /// The observer wanted no more.
+    Interrupted,
+    /// A step could not be made.
+    Failed(StepError),
+    /// A row had a value that is not finite.
+    NotFinite {
+        /// The time of the row.
+        t: f64,
+        /// Which value.
+        what: Undefined,
+    },
+    /// A row could not be kept.
+    Unwritable(std::io::Error),
+}
+
+impl Status {
+    /// Whether the run came to its end.
+    pub fn is_done(&self) -> bool {
+        matches!(self, Self::Completed | Self::Stopped | Self::StoppedAtStart)
+    }
+}
+
+/// A value of a row that is not finite.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Undefined {
+    /// An output.
+    Output(usize),
+    /// The energy.
+    Energy,
+    /// The stop condition.
+    Condition,
+}
+
+/// Why a run could not begin.
+#[derive(Clone, Debug, PartialEq)]
+pub enum StartError {
+    /// The constraints cannot be met.
+    NotAssembled(NotAssembled),
+    /// The stop condition has no finite value at the start.
+    ConditionNotFinite,
+    /// The accelerations at the start are not determined.
+    Step(StepError),
+    /// The step is so short that time stands still.
+    StepTooShort {
+        /// The step.
+        step: f64,
+        /// The end.
+        end_time: f64,
+    },
+}

@@ -1,0 +1,296 @@
+//! A run from start to end: steps until a time, an event or a full buffer, rows for an observer, estimates of the errors.
+
+use std::time::{Duration, Instant};
+
+use qrm_core::{Mechanism, RowLayout, RowRequest};
+
+use super::assembly::assemble;
+use super::error_estimate::Companion;
+use super::event::locate;
+use super::monitor::RunMonitor;
+use super::observer::Observer;
+use super::outcome::{Outcome, StartError, Status, Undefined};
+use crate::integrate::{BlockEnd, Integrator, MethodSettings, StepError};
+use crate::solve::Solver;
+use crate::start::Start;
+use crate::state::State;
+
+/// Rows between two calls of the observer.
+const CHUNK: usize = 1024;
+
+/// One of so many steps of the kernel is made again by the plain functions.
+const SAMPLED: usize = 32;
+
+/// A run to make.
+pub struct Request<'a> {
+    /// The method.
+    pub settings: MethodSettings,
+    /// Length of the steps, or the time between rows of a method that chooses its steps; the scene's if `None`.
+    pub step: Option<f64>,
+    /// The end; the scene's if `None`.
+    pub end: Option<End<'a>>,
+    /// Whether a companion run estimates the error.
+    pub estimate_error: bool,
+}
+
+/// The end of a run.
+pub enum End<'a> {
+    /// At a time.
+    Time(f64),
+    /// When a function rises through zero.
+    Condition(&'a StopFunction<'a>),
+}
+
+/// A function of time, coordinates and rates.
+pub type StopFunction<'a> = dyn Fn(f64, &[f64], &[f64]) -> f64 + 'a;
+
+/// Runs a mechanism.
+///
+/// # Errors
+/// The run could not begin. A run that began always has an [`Outcome`].
+pub fn simulate(
+    mechanism: &dyn Mechanism,
+    request: &Request,
+    observer: &mut dyn Observer,
+) -> Result<Outcome, StartError> {
+    let schedule = mechanism.schedule();
+    let step = request.step.unwrap_or(schedule.step);
+    let end_time = match request.end {
+        Some(End::Time(t)) => t,
+        _ => schedule.end_time,
+    };
+    if step <= end_time * f64::EPSILON {
+        return Err(StartError::StepTooShort { step, end_time });
+    }
+    let first = first_state(mechanism)?;
+    let settings = request.settings;
+    let mut run = Run {
+        mechanism,
+        request,
+        layout: RowLayout { n: first.q.len(), m: first.multipliers.len() },
+        rows: RowRequest {
+            origin: 0.0,
+            step,
+            end_time,
+            first: 0,
+            residual: settings.projection_tolerance.residual,
+            watches_event: request.end.is_none(),
+        },
+        integrator: Integrator::new(mechanism, settings, &first, end_time).map_err(StartError::Step)?,
+        sampler: settings
+            .is_by_kernel()
+            .then(|| Integrator::new(mechanism, settings, &first, end_time))
+            .and_then(Result::ok),
+        pair: [first.clone(), first.clone()],
+        companion: request.estimate_error.then(|| Companion::new(mechanism, &settings, &first, end_time)).flatten(),
+        monitor: RunMonitor::new(mechanism, &first),
+        buffer: Vec::new(),
+        nearest: (0.0, f64::NEG_INFINITY),
+    };
+    let condition = run.condition(&first);
+    if condition.is_some_and(|value| !value.is_finite()) {
+        return Err(StartError::ConditionNotFinite);
+    }
+    run.nearest.1 = condition.unwrap_or(0.0);
+    Ok(run.run(&first, condition.is_some_and(|value| value >= 0.0), observer))
+}
+
+/// The consistent state at the start of a mechanism's motion.
+///
+/// # Errors
+/// The constraints cannot be met, or the accelerations are not determined.
+pub(crate) fn first_state(mechanism: &dyn Mechanism) -> Result<State, StartError> {
+    let (q, qd) = assemble(mechanism, &Start::of(mechanism)).map_err(StartError::NotAssembled)?;
+    let mut first = State::zero(q.len(), mechanism.description().constraints.len());
+    (first.q, first.qd) = (q, qd);
+    Solver::new(mechanism).complete(mechanism, &mut first).map_err(StartError::Step)?;
+    Ok(first)
+}
+
+struct Run<'a> {
+    mechanism: &'a dyn Mechanism,
+    request: &'a Request<'a>,
+    layout: RowLayout,
+    rows: RowRequest,
+    integrator: Integrator,
+    /// Makes some of the kernel's steps again.
+    sampler: Option<Integrator>,
+    /// Room for the two rows of such a step.
+    pair: [State; 2],
+    companion: Option<Companion>,
+    monitor: RunMonitor,
+    /// The last row that was taken, and those after it.
+    buffer: Vec<f64>,
+    /// The time at which the stop condition was nearest to true, and its value there.
+    nearest: (f64, f64),
+}
+
+impl Run<'_> {
+    fn run(&mut self, first: &State, is_stopped: bool, observer: &mut dyn Observer) -> Outcome {
+        let width = self.layout.width();
+        // A method that chooses its steps must not go beyond a condition that it does not know.
+        let knows_condition = self.request.end.as_ref().is_none_or(|end| matches!(end, End::Time(_)));
+        let chunk = if knows_condition || self.integrator.is_fixed() { CHUNK } else { 1 };
+        self.buffer.resize((chunk + 1) * width, 0.0);
+        first.write(&mut self.buffer);
+        let mut integration = Duration::ZERO;
+        let mut status = is_stopped.then_some(Status::StoppedAtStart);
+        let mut end = first.clone();
+        let mut steps = 0;
+        // The first row belongs to the first block.
+        let mut begin = 0;
+        loop {
+            let begun = Instant::now();
+            let mut made = 0;
+            if status.is_none() {
+                (made, status) = self.block(steps);
+            }
+            integration += begun.elapsed();
+            self.sample(made + 1);
+            let rows = &self.buffer[begin * width..(made + 1) * width];
+            if let Some(companion) = &mut self.companion {
+                companion.follow(self.mechanism, &self.rows, rows, steps + begin as u64);
+            }
+            let before = self.monitor.rows;
+            let taken = self.monitor.take(self.mechanism, rows, observer);
+            steps += made as u64;
+            // A run that cannot go on ends with its last row, however much further the computation had come.
+            let kept = if taken.is_err() { (self.monitor.rows - before) as usize } else { made + 1 - begin };
+            if let Some(last) = kept.checked_sub(1) {
+                end.read(&rows[last * width..]);
+            }
+            if taken.is_err() {
+                steps = self.monitor.rows.saturating_sub(1);
+            }
+            let goes_on = taken.and_then(|()| observer.goes_on(end.t, self.rows.end_time).map_err(Status::Unwritable));
+            match goes_on {
+                Err(ending) => status = Some(ending),
+                Ok(false) if status.is_none() => status = Some(Status::Interrupted),
+                Ok(_) => {}
+            }
+            if let Some(status) = status {
+                let status = observer.finish().map_or_else(Status::Unwritable, |()| status);
+                return self.outcome(status, end, steps, integration);
+            }
+            self.buffer.copy_within(made * width..(made + 1) * width, 0);
+            begin = 1;
+        }
+    }
+
+    /// Fills the buffer with rows after its first one; their number, and the end of the run, if it comes.
+    fn block(&mut self, steps: u64) -> (usize, Option<Status>) {
+        let width = self.layout.width();
+        self.rows.first = steps;
+        let block = self.integrator.fill(self.mechanism, &self.rows, &mut self.buffer);
+        let mut made = block.made;
+        let mut reason = block.reason;
+        if let Some(End::Condition(condition)) = self.request.end {
+            let RowLayout { n, .. } = self.layout;
+            for (number, row) in self.buffer.chunks_exact_mut(width).enumerate().take(made + 1).skip(1) {
+                let value = condition(row[0], &row[1..=n], &row[1 + n..=2 * n]);
+                row[self.layout.event()] = value;
+                if !(value < 0.0) {
+                    (made, reason) = (number, BlockEnd::Event);
+                    break;
+                }
+            }
+        }
+        let has_condition = !matches!(self.request.end, Some(End::Time(_))) && self.has_condition();
+        let last = self.buffer[made * width + self.layout.event()];
+        let is_crossed = reason == BlockEnd::Event;
+        if has_condition {
+            for row in self.buffer.chunks_exact(width).take(made + usize::from(!is_crossed)).skip(1) {
+                if row[self.layout.event()] > self.nearest.1 {
+                    self.nearest = (row[0], row[self.layout.event()]);
+                }
+            }
+        }
+        match reason {
+            BlockEnd::Full => (made, None),
+            BlockEnd::Failed(reason) => (made, Some(Status::Failed(reason))),
+            BlockEnd::Event if last.is_nan() => {
+                let t = self.buffer[made * width];
+                (made - 1, Some(Status::NotFinite { t, what: Undefined::Condition }))
+            }
+            BlockEnd::Event => match self.locate(made) {
+                Ok(found) => {
+                    found.write(&mut self.buffer[made * width..]);
+                    (made, Some(Status::Stopped))
+                }
+                Err(reason) => (made - 1, Some(Status::Failed(reason))),
+            },
+            BlockEnd::End if has_condition => {
+                let (nearest_time, nearest) = self.nearest;
+                (made, Some(Status::StopNotReached { nearest_time, missing: -nearest }))
+            }
+            BlockEnd::End => (made, Some(Status::Completed)),
+        }
+    }
+
+    /// The state in the step to row `made` of the buffer at which the condition becomes true.
+    fn locate(&mut self, made: usize) -> Result<State, StepError> {
+        let width = self.layout.width();
+        let from = State::from_row(self.layout, &self.buffer[(made - 1) * width..]);
+        let beyond = State::from_row(self.layout, &self.buffer[made * width..]);
+        let (mechanism, request) = (self.mechanism, self.request);
+        let value = |at: &State| condition(mechanism, request, at).unwrap_or(0.0);
+        locate(&from, &beyond, value, |t| self.integrator.between(mechanism, &from, t))
+    }
+
+    /// Makes some of a kernel's steps again by the plain functions, which measure what it does not: the residuals before the
+    /// projection, and how far the coordinates were corrected.
+    fn sample(&mut self, rows: usize) {
+        let Some(sampler) = &mut self.sampler else { return };
+        let width = self.layout.width();
+        let [from, to] = &mut self.pair;
+        for steps in self.buffer[..rows * width].windows(2 * width).step_by(SAMPLED * width) {
+            from.read(steps);
+            *sampler.stats_mut() = crate::solve::SolverStats::default();
+            // A step that fails here was made by the plain functions already.
+            if sampler.advance(self.mechanism, from, steps[width], to).is_ok() {
+                self.integrator.stats_mut().take_corrections_of(sampler.stats());
+            }
+        }
+    }
+
+    fn has_condition(&self) -> bool {
+        self.request.end.is_some() || !self.mechanism.description().until.is_empty()
+    }
+
+    /// The distance of the stop condition from true (negative), if there is one.
+    fn condition(&self, at: &State) -> Option<f64> {
+        condition(self.mechanism, self.request, at)
+    }
+
+    fn outcome(&mut self, status: Status, end: State, steps: u64, integration: Duration) -> Outcome {
+        let counts = self.integrator.counts(steps);
+        let monitor = &self.monitor;
+        Outcome {
+            estimated_error: self.companion.as_ref().and_then(|companion| companion.error(counts.accepted)),
+            companion_failed: self.companion.as_ref().is_some_and(Companion::failed),
+            status,
+            step: self.rows.step,
+            counts,
+            end_time: end.t,
+            q: end.q,
+            qd: end.qd,
+            integration,
+            residual_position: monitor.residual_position,
+            residual_velocity: monitor.residual_velocity,
+            largest_kinetic_energy: monitor.largest_kinetic_energy,
+            largest_energy: monitor.largest_energy,
+            nearest_singular: monitor.singularity.nearest(),
+            energy_imbalance: self.integrator.imbalance().unwrap_or_else(|| monitor.balance.finished().excess),
+            energy_drift: monitor.is_conservative.then_some(monitor.energy_drift),
+            stats: *self.integrator.stats(),
+        }
+    }
+}
+
+fn condition(mechanism: &dyn Mechanism, request: &Request, at: &State) -> Option<f64> {
+    match request.end {
+        Some(End::Time(_)) => None,
+        Some(End::Condition(condition)) => Some(condition(at.t, &at.q, &at.qd)),
+        None => mechanism.event(at.t, &at.q, &at.qd),
+    }
+}

@@ -1,0 +1,249 @@
+//! A motion under way, at its user's pace: for programs that ask for the state at times of their own.
+
+use std::sync::Arc;
+
+use qrm_core::{Mechanism, Model, Replace, RowLayout, RowRequest};
+
+use super::error::{Reason, SimError};
+use super::outcome::StartError;
+use super::simulate::first_state;
+use crate::integrate::{BlockEnd, Integrator, MethodSettings, StepError};
+use crate::solve::{LoopConstraints, Matrix, Projection, Solver, largest};
+use crate::state::State;
+
+/// A motion under way. Between the times that are asked for it makes the steps of [`simulate`](crate::run::simulate), whatever these
+/// times are.
+///
+/// ```
+/// # use qrm_sim::{integrate::MethodSettings, run::Simulation};
+/// # fn swing(model: &qrm_core::Model) -> Result<(), Box<dyn std::error::Error>> {
+/// let mut simulation = Simulation::new(model, &|_| None, MethodSettings::default(), None)?;
+/// for i in 1..=100 {
+///     let at = simulation.advance(0.01 * f64::from(i))?;
+///     println!("{} {:?}", at.t, at.q);
+/// }
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Clone)]
+pub struct Simulation {
+    model: Model,
+    mechanism: Arc<dyn Mechanism>,
+    integrator: Integrator,
+    step: f64,
+    /// Time of row 0.
+    origin: f64,
+    /// The number of the last row.
+    rows: u64,
+    /// The last row.
+    row: State,
+    /// The state that was asked for last.
+    now: State,
+}
+
+/// Most steps on the way to a time.
+const MAX_STEPS: f64 = 1e11;
+/// Times nearer to each other than this part of a step are equal.
+const NEAR: f64 = 1e-9;
+/// Rows of a block.
+const CHUNK: u64 = 256;
+
+impl Simulation {
+    /// The motion at its start, t = 0, as the scene asks for it, with some parameters replaced.
+    ///
+    /// `step` is the step in seconds, or the time between rows of a method that chooses its steps; the scene's if `None`.
+    ///
+    /// # Errors
+    /// The mechanism cannot be assembled, its accelerations are not determined, or the step is not above zero.
+    pub fn new(model: &Model, replace: Replace, settings: MethodSettings, step: Option<f64>) -> Result<Self, SimError> {
+        let mechanism: Arc<dyn Mechanism> = model.mechanism(replace).into();
+        let made = Self::begin(model, mechanism, settings, step);
+        made.map_err(|reason| error(model, Reason::Start(reason)))?.massive()
+    }
+
+    /// The motion, if every motion of its mechanism has an energy that is not negative.
+    fn massive(self) -> Result<Self, SimError> {
+        let n = self.now.q.len();
+        let mut mass_matrix = Matrix::zero(n, n);
+        self.mechanism.mass_matrix(&self.now.q, mass_matrix.entries_mut());
+        if is_positive(mass_matrix) { Ok(self) } else { Err(error(&self.model, Reason::NegativeMass)) }
+    }
+
+    fn begin(
+        model: &Model,
+        mechanism: Arc<dyn Mechanism>,
+        settings: MethodSettings,
+        step: Option<f64>,
+    ) -> Result<Self, StartError> {
+        let step = step.unwrap_or(mechanism.schedule().step);
+        if !(step > 0.0) {
+            return Err(StartError::StepTooShort { step, end_time: f64::INFINITY });
+        }
+        let first = first_state(&*mechanism)?;
+        Self::from_state(model, mechanism, settings, step, first).map_err(StartError::Step)
+    }
+
+    fn from_state(
+        model: &Model,
+        mechanism: Arc<dyn Mechanism>,
+        settings: MethodSettings,
+        step: f64,
+        first: State,
+    ) -> Result<Self, StepError> {
+        let integrator = Integrator::new(&*mechanism, settings, &first, f64::INFINITY)?;
+        Ok(Self {
+            model: *model,
+            mechanism,
+            integrator,
+            step,
+            origin: first.t,
+            rows: 0,
+            row: first.clone(),
+            now: first,
+        })
+    }
+
+    /// The mechanism.
+    pub fn mechanism(&self) -> &dyn Mechanism {
+        &*self.mechanism
+    }
+
+    /// The state that was asked for last.
+    pub fn now(&self) -> &State {
+        &self.now
+    }
+
+    /// The outputs there, in the order of the description.
+    pub fn outputs(&self) -> Vec<f64> {
+        let State { t, q, qd, qdd, multipliers, .. } = &self.now;
+        let mut outputs = vec![f64::NAN; self.mechanism.description().outputs.len()];
+        self.mechanism.outputs(*t, q, qd, qdd, multipliers, &mut outputs);
+        outputs
+    }
+
+    /// The largest residual of a constraint there, in m or rad, and the largest rate of a residual, in m/s or rad/s.
+    pub fn residuals(&self) -> [f64; 2] {
+        let constraints = LoopConstraints::of(&*self.mechanism, self.now.t, &self.now.q);
+        [&constraints.residuals, &constraints.velocity_residual(&self.now.qd)].map(|residuals| largest(residuals).1)
+    }
+
+    /// The state at time `t`, which is not before the last one.
+    ///
+    /// # Errors
+    /// The motion does not get there; the state stays what it was.
+    pub fn advance(&mut self, t: f64) -> Result<&State, SimError> {
+        let from = self.now.t;
+        // Not a number is no time that can be reached either.
+        if !(t - from <= MAX_STEPS * self.step) {
+            return Err(error(&self.model, Reason::NoTime { from, to: t }));
+        }
+        if t < from - NEAR * self.step {
+            return Err(error(&self.model, Reason::Backwards { from, to: t }));
+        }
+        self.advance_to(t).map_err(|reason| error(&self.model, Reason::Failed { t: from, error: reason }))?;
+        Ok(&self.now)
+    }
+
+    fn advance_to(&mut self, t: f64) -> Result<(), StepError> {
+        // Rows up to this time are made on the way.
+        let latest = t + NEAR * self.step;
+        let time = |row: u64| self.origin + row as f64 * self.step;
+        let mechanism = Arc::clone(&self.mechanism);
+        let (mut integrator, mut rows, mut row) = (self.integrator.clone(), self.rows, self.row.clone());
+        let layout = RowLayout { n: row.q.len(), m: row.multipliers.len() };
+        let mut buffer = Vec::new();
+        while time(rows + 1) <= latest {
+            // Whole steps of which the last one is not beyond the time that is asked for.
+            let mut steps = (((latest - time(rows)) / self.step) as u64).clamp(1, CHUNK);
+            while time(rows + steps) > latest {
+                steps -= 1;
+            }
+            buffer.resize((steps + 1) as usize * layout.width(), 0.0);
+            row.write(&mut buffer);
+            let request = RowRequest {
+                origin: self.origin,
+                step: self.step,
+                end_time: f64::INFINITY,
+                first: rows,
+                residual: integrator.settings.projection_tolerance.residual,
+                watches_event: false,
+            };
+            let block = integrator.fill(&*mechanism, &request, &mut buffer);
+            if let BlockEnd::Failed(reason) = block.reason {
+                return Err(reason);
+            }
+            rows += block.made as u64;
+            row.read(&buffer[block.made * layout.width()..]);
+        }
+        let now = if row.t >= t - NEAR * self.step { row.clone() } else { integrator.between(&*mechanism, &row, t)? };
+        (self.integrator, self.rows, self.row, self.now) = (integrator, rows, row, now);
+        Ok(())
+    }
+
+    /// Goes on with other values of the parameters, from the present state: other masses, springs, loads.
+    ///
+    /// # Errors
+    /// The constraints cannot be met near this position, or the accelerations are not determined; then nothing has changed.
+    pub fn replace(&mut self, replace: Replace) -> Result<(), SimError> {
+        let mechanism: Arc<dyn Mechanism> = self.model.mechanism(replace).into();
+        let t = self.now.t;
+        let changed = self.changed(mechanism);
+        *self = changed.map_err(|reason| error(&self.model, Reason::Failed { t, error: reason }))?.massive()?;
+        Ok(())
+    }
+
+    fn changed(&self, mechanism: Arc<dyn Mechanism>) -> Result<Self, StepError> {
+        let settings = self.integrator.settings;
+        let mut first = self.now.clone();
+        let mut solver = Solver::new(&*mechanism);
+        if settings.projection != Projection::None {
+            let projection = (settings.projection, settings.projection_tolerance);
+            solver.project(&*mechanism, projection, first.t, &mut first.q, &mut first.qd)?;
+        }
+        first.corrections = 0;
+        solver.complete(&*mechanism, &mut first)?;
+        Self::from_state(&self.model, mechanism, settings, self.step, first)
+    }
+
+    /// Goes on from other coordinates and rates, at another time.
+    ///
+    /// # Errors
+    /// The accelerations are not determined there; then nothing has changed.
+    pub fn place(&mut self, t: f64, q: &[f64], qd: &[f64]) -> Result<(), SimError> {
+        let mut first = State::zero(q.len(), self.now.multipliers.len());
+        (first.t, first.q, first.qd) = (t, q.to_vec(), qd.to_vec());
+        let mechanism = Arc::clone(&self.mechanism);
+        let made = Solver::new(&*mechanism)
+            .complete(&*mechanism, &mut first)
+            .and_then(|()| Self::from_state(&self.model, mechanism, self.integrator.settings, self.step, first));
+        *self = made.map_err(|reason| error(&self.model, Reason::Failed { t, error: reason }))?;
+        Ok(())
+    }
+}
+
+fn error(model: &Model, reason: Reason) -> SimError {
+    SimError { reason, description: model.description }
+}
+
+/// Whether a symmetric matrix is positive semidefinite, by elimination from the largest entry of its diagonal on.
+fn is_positive(mut matrix: Matrix) -> bool {
+    let n = matrix.columns();
+    let largest = (0..n).map(|i| matrix[i][i]).fold(f64::NEG_INFINITY, f64::max);
+    let rounding = 1e-12 * largest.max(0.0);
+    for _ in 0..n {
+        if (0..n).any(|i| matrix[i][i] < -rounding) {
+            return false;
+        }
+        let pivot = (0..n).max_by(|&i, &j| matrix[i][i].total_cmp(&matrix[j][j])).unwrap_or(0);
+        let row = matrix[pivot].to_vec();
+        if !(row[pivot] > rounding) {
+            return true;
+        }
+        for i in 0..n {
+            for j in 0..n {
+                matrix[i][j] -= row[i] * row[j] / row[pivot];
+            }
+        }
+    }
+    true
+}

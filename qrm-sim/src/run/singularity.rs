@@ -1,0 +1,122 @@
+//! The distance of a motion from singular positions.
+
+use crate::solve::{Matrix, SmallestSingularValue, dot};
+
+/// The smallest singular value of `C_q` in the rows of a run.
+#[derive(Clone, Debug)]
+pub(crate) struct SingularityMonitor {
+    nearest: Option<NearestSingularity>,
+    smallest: SmallestSingularValue,
+    /// Largest length of a row of `C_q`.
+    longest: f64,
+}
+
+/// The position at which the constraints are nearest to being dependent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NearestSingularity {
+    /// The smallest singular value of `C_q`, in the units of the scene.
+    pub value: f64,
+    /// The largest that it was in any other row.
+    pub most: f64,
+    /// The row.
+    pub row: u64,
+    /// Its time.
+    pub t: f64,
+    /// The constraint that has the largest part in the combination.
+    pub constraint: usize,
+    /// Whether that constraint vanishes by itself, rather than repeats others.
+    pub is_alone: bool,
+}
+
+impl NearestSingularity {
+    /// The smallest value as a fraction of the largest one.
+    pub fn fraction(&self) -> f64 {
+        if self.most > 0.0 { self.value / self.most } else { 1.0 }
+    }
+}
+
+/// A smallest singular value below this part of the longest row is a rounding error.
+const ROUNDING: f64 = 1e-13;
+/// Parts of other constraints in a combination to which one belongs alone.
+const ALONE: f64 = 0.05;
+
+impl SingularityMonitor {
+    /// For Jacobians of this size.
+    pub(crate) fn new(constraints: usize, coordinates: usize) -> Self {
+        Self { nearest: None, smallest: SmallestSingularValue::new(constraints, coordinates), longest: 0.0 }
+    }
+
+    pub(crate) fn note(&mut self, row: u64, t: f64, jacobian: &Matrix) {
+        let count = jacobian.rows();
+        let Some(value) = self.smallest.find(jacobian) else { return };
+        self.longest = jacobian.iter().fold(self.longest, |longest, row| longest.max(dot(row, row).sqrt()));
+        let most = self.nearest.map_or(value, |before| before.most.max(value));
+        match &mut self.nearest {
+            Some(before) if before.value <= value => before.most = most,
+            nearest => {
+                let part = |k: usize| self.smallest.combination[k].abs();
+                let constraint = (0..count).max_by(|&a, &b| part(a).total_cmp(&part(b))).unwrap_or(0);
+                let is_alone = (0..count).all(|k| k == constraint || part(k) < ALONE);
+                *nearest = Some(NearestSingularity { value, most, row, t, constraint, is_alone });
+            }
+        }
+    }
+
+    /// The position nearest to a singular one; `None` without constraints. Where constraints depend on each other everywhere, no
+    /// position is worse than others.
+    pub(crate) fn nearest(&self) -> Option<NearestSingularity> {
+        let nearest = self.nearest?;
+        let is_redundant = nearest.most <= ROUNDING * self.longest;
+        Some(if is_redundant { NearestSingularity { most: nearest.value, ..nearest } } else { nearest })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn matrix<const R: usize, const C: usize>(rows: [[f64; C]; R]) -> Matrix {
+        Matrix::from_fn(R, C, |i, j| rows[i][j])
+    }
+
+    #[test]
+    fn a_row_that_vanishes_and_rows_that_agree_are_told_apart() {
+        let mut monitor = SingularityMonitor::new(2, 2);
+        monitor.note(0, 0.0, &matrix([[1.0, 0.0], [0.0, 1.0]]));
+        monitor.note(1, 0.1, &matrix([[1.0, 0.0], [0.0, 1e-3]]));
+        let nearest = monitor.nearest().expect("two constraints");
+        assert_eq!((nearest.row, nearest.constraint, nearest.is_alone, nearest.fraction()), (1, 1, true, 1e-3));
+        monitor.note(2, 0.2, &matrix([[1.0, 0.0], [1.0, 1e-6]]));
+        let nearest = monitor.nearest().expect("two constraints");
+        assert!(nearest.row == 2 && !nearest.is_alone && nearest.fraction() < 1e-6);
+    }
+
+    #[test]
+    fn many_constraints_are_looked_at_where_it_matters() {
+        // The angle between the last two rows closes and opens again.
+        let mut monitor = SingularityMonitor::new(20, 24);
+        for row in 0..=200_u32 {
+            let angle = 1e-4 + 0.01 * (f64::from(row) - 100.0).abs();
+            let mut jacobian = [[0.0; 24]; 20];
+            (0..20).for_each(|k| jacobian[k][k] = 1.0);
+            (jacobian[19][18], jacobian[19][19]) = (angle.cos(), angle.sin());
+            monitor.note(u64::from(row), f64::from(row), &matrix(jacobian));
+        }
+        let nearest = monitor.nearest().expect("twenty constraints");
+        assert!(nearest.row == 100 && nearest.most > 0.5 && !nearest.is_alone, "{nearest:?}");
+        assert!((nearest.value - 1e-4 / 2.0_f64.sqrt()).abs() < 1e-10, "{nearest:?}");
+    }
+
+    #[test]
+    fn a_constraint_said_twice_makes_no_position_singular() {
+        let mut monitor = SingularityMonitor::new(2, 2);
+        for (row, angle) in [0.1_f64, 0.5, 0.9].into_iter().enumerate() {
+            monitor.note(
+                row as u64,
+                angle,
+                &matrix([[angle.cos(), angle.sin()], [2.0 * angle.cos(), 2.0 * angle.sin()]]),
+            );
+        }
+        assert_eq!(monitor.nearest().expect("two constraints").fraction(), 1.0);
+    }
+}

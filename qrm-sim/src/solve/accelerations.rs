@@ -1,0 +1,369 @@
+//! Accelerations and multipliers at any position, singular ones included.
+
+use qrm_core::Mechanism;
+
+use super::buffers::{Dynamics, LoopConstraints};
+use super::ldl::{Ldl, PivotedLdl};
+use super::matrix::{Matrix, dot, largest};
+use super::projection::{Projection, ProjectionTolerance};
+use super::stats::SolverStats;
+
+/// Products of larger masses overflow.
+const LARGEST_MASS: f64 = 1e150;
+
+/// The distance of positions beside a singular one, in rad or m: rounding errors in them are magnified by one over this, and the
+/// interpolation between them is wrong by its fourth power.
+const ASIDE: f64 = 1e-4;
+
+/// Why the accelerations are not determined.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Undetermined {
+    /// No inertia resists a motion of this coordinate that the constraints allow.
+    Massless(usize),
+    /// The equations of motion have terms that are not finite.
+    NotFinite,
+}
+
+/// Solves `Mbar qdd + C_q' lambda = fbar`, `C_q qdd + bias = 0` by the Schur complement `C_q Mbar^-1 C_q'`.
+///
+/// A singular `Mbar` is completed by `C_q' C_q`, which changes no solution; dependent constraints keep the accelerations right and
+/// leave the share of each of them in the force open.
+#[derive(Clone, Debug)]
+pub(crate) struct SaddlePoint {
+    /// The equations to solve.
+    pub(crate) dynamics: Dynamics,
+    /// The factors of `Mbar`.
+    mass: Ldl,
+    pub(super) minv_ct: Matrix,
+    pub(super) schur: Matrix,
+    pub(super) schur_factors: Ldl,
+}
+
+impl SaddlePoint {
+    /// Room for a mechanism of `n` coordinates and `m` constraints.
+    pub(crate) fn zero(n: usize, m: usize) -> Self {
+        Self {
+            dynamics: Dynamics::zero(n, m),
+            mass: Ldl::with_size(n),
+            minv_ct: Matrix::zero(m, n),
+            schur: Matrix::zero(m, m),
+            schur_factors: Ldl::with_size(m),
+        }
+    }
+
+    /// Solves the equations; true if the factors of `Mbar` are known afterwards.
+    ///
+    /// # Errors
+    /// `Mbar` is singular on the motions that the constraints allow.
+    pub(crate) fn solve(
+        &mut self,
+        qdd: &mut [f64],
+        multipliers: &mut [f64],
+        stats: &mut SolverStats,
+    ) -> Result<bool, Undetermined> {
+        if self.factor() {
+            self.solve_factored(qdd, multipliers);
+            return Ok(true);
+        }
+        self.solve_robustly(qdd, multipliers, stats)
+    }
+
+    /// Factors `Mbar` and the Schur complement; false if one of them is singular, or nearly so.
+    pub(crate) fn factor(&mut self) -> bool {
+        let Self { dynamics, mass, minv_ct: pull, schur, schur_factors } = self;
+        if !mass.factor(&dynamics.mass_matrix) {
+            return false;
+        }
+        minv_ct(mass, &dynamics.constraint_jacobian, pull);
+        schur_complement(&dynamics.constraint_jacobian, pull, schur);
+        schur_factors.factor_products(schur)
+    }
+
+    /// Solves the equations by the factors; forces and bias may have changed since.
+    pub(crate) fn solve_factored(&self, qdd: &mut [f64], multipliers: &mut [f64]) {
+        let Self { dynamics, mass, minv_ct: pull, schur_factors, .. } = self;
+        qdd.copy_from_slice(&dynamics.generalized_forces);
+        mass.solve(qdd);
+        excess(dynamics, qdd, multipliers);
+        schur_factors.solve(multipliers);
+        subtract_combination(qdd, pull, multipliers);
+    }
+
+    /// Solves the equations where they cannot be factored; true if the factors of `Mbar` are known afterwards.
+    ///
+    /// # Errors
+    /// `Mbar` is singular on the motions that the constraints allow.
+    #[cold]
+    pub(crate) fn solve_robustly(
+        &mut self,
+        qdd: &mut [f64],
+        multipliers: &mut [f64],
+        stats: &mut SolverStats,
+    ) -> Result<bool, Undetermined> {
+        let Self { dynamics, mass, minv_ct: pull, schur, schur_factors } = self;
+        let n = qdd.len();
+        let terms = dynamics.mass_matrix.entries().iter().chain(dynamics.constraint_jacobian.entries());
+        if !terms.chain(&dynamics.generalized_forces).chain(&dynamics.constraint_bias).all(|term| term.is_finite()) {
+            return Err(Undetermined::NotFinite);
+        }
+        let jacobian = &dynamics.constraint_jacobian;
+        let mut completed = dynamics.mass_matrix.clone();
+        let mut forces = dynamics.generalized_forces.clone();
+        let has_own = mass.factor(&completed);
+        if !has_own {
+            stats.singular_mass += 1;
+            let scale = (0..n).fold(0.0, |most: f64, i| most.max(completed[i][i]));
+            let scale = if scale > 0.0 { scale } else { 1.0 };
+            for (row, bias) in jacobian.iter().zip(&dynamics.constraint_bias) {
+                let size = dot(row, row);
+                let weight = if size > 0.0 { scale / size } else { 0.0 };
+                for i in 0..n {
+                    forces[i] -= weight * row[i] * bias;
+                    for j in 0..n {
+                        completed[i][j] += weight * row[i] * row[j];
+                    }
+                }
+            }
+        }
+        if !mass.factor(&completed) {
+            if (0..n).any(|i| completed[i][i] > LARGEST_MASS) {
+                return Err(Undetermined::NotFinite);
+            }
+            let coordinate = PivotedLdl::new(&completed).dependent().first().copied().unwrap_or(0);
+            return Err(Undetermined::Massless(coordinate));
+        }
+        qdd.copy_from_slice(&forces);
+        mass.solve(qdd);
+        minv_ct(mass, jacobian, pull);
+        schur_complement(jacobian, pull, schur);
+        if !schur_factors.factor_products(schur) {
+            stats.suspicious_constraints += 1;
+        }
+        let factors = PivotedLdl::new(schur);
+        stats.count_rank(&factors);
+        excess(dynamics, qdd, multipliers);
+        factors.solve(multipliers);
+        subtract_combination(qdd, pull, multipliers);
+        Ok(has_own)
+    }
+}
+
+/// `Mbar^-1 C_q'`, a row for each constraint.
+pub(crate) fn minv_ct(mass: &Ldl, jacobian: &Matrix, result: &mut Matrix) {
+    result.copy_from(jacobian);
+    for k in 0..result.rows() {
+        mass.solve(&mut result[k]);
+    }
+}
+
+/// `C_q Mbar^-1 C_q'`
+pub(crate) fn schur_complement(jacobian: &Matrix, minv_ct: &Matrix, result: &mut Matrix) {
+    for (i, row) in jacobian.iter().enumerate() {
+        for (j, other) in minv_ct.iter().enumerate() {
+            result[i][j] = dot(other, row);
+        }
+    }
+}
+
+/// The violation of the constraints by free accelerations, `C_q qdd + bias`.
+fn excess(dynamics: &Dynamics, free: &[f64], result: &mut [f64]) {
+    let rows = dynamics.constraint_jacobian.iter().zip(&dynamics.constraint_bias);
+    for (excess, (row, bias)) in result.iter_mut().zip(rows) {
+        *excess = dot(row, free) + bias;
+    }
+}
+
+/// `x -= rows' weights`
+pub(super) fn subtract_combination(x: &mut [f64], rows: &Matrix, weights: &[f64]) {
+    for (row, weight) in rows.iter().zip(weights) {
+        for (x, entry) in x.iter_mut().zip(row) {
+            *x -= weight * entry;
+        }
+    }
+}
+
+/// Solves the equations of one state of a mechanism after another, without allocations.
+#[derive(Clone, Debug)]
+pub struct Solver {
+    /// Statistics of the solves so far.
+    pub stats: SolverStats,
+    pub(super) saddle: SaddlePoint,
+    pub(super) constraints: LoopConstraints,
+    /// The factors of `Mbar` that a projection takes for its metric.
+    pub(super) metric: Ldl,
+    pub(super) has_metric: bool,
+    /// Whether the last robust accelerations factored `Mbar`.
+    has_mass: bool,
+    pub(super) weights: Vec<f64>,
+    pub(super) start: Vec<f64>,
+}
+
+impl Solver {
+    /// Room for a mechanism.
+    pub fn new(mechanism: &dyn Mechanism) -> Self {
+        let description = mechanism.description();
+        let (n, m) = (description.coordinates.len(), description.constraints.len());
+        Self {
+            stats: SolverStats::default(),
+            saddle: SaddlePoint::zero(n, m),
+            constraints: LoopConstraints::zero(n, m),
+            metric: Ldl::with_size(n),
+            has_metric: false,
+            has_mass: false,
+            weights: vec![0.0; m],
+            start: vec![0.0; n],
+        }
+    }
+
+    /// Accelerations and multipliers, by the kernel where it suits the position.
+    ///
+    /// # Errors
+    /// The accelerations are not determined.
+    pub fn accelerations(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        t: f64,
+        (q, qd): (&[f64], &[f64]),
+        (qdd, multipliers): (&mut [f64], &mut [f64]),
+    ) -> Result<(), Undetermined> {
+        if mechanism.accelerations(t, q, qd, qdd, multipliers) {
+            return Ok(());
+        }
+        self.robust_accelerations(mechanism, t, (q, qd), (qdd, multipliers))
+    }
+
+    /// Accelerations and multipliers by the plain functions; the factors of `Mbar` become the metric of the next projection.
+    ///
+    /// Where constraints depend on each other at one position alone, or one of them vanishes, they say too little there and next
+    /// to it, but not farther away: the accelerations a little before and a little after, along the motion, are interpolated.
+    ///
+    /// # Errors
+    /// The accelerations are not determined.
+    pub fn robust_accelerations(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        t: f64,
+        (q, qd): (&[f64], &[f64]),
+        (qdd, multipliers): (&mut [f64], &mut [f64]),
+    ) -> Result<(), Undetermined> {
+        let before = self.stats.suspicious_constraints;
+        self.saddle.dynamics.evaluate(mechanism, t, q, qd);
+        self.has_mass = self.saddle.solve(qdd, multipliers, &mut self.stats)?;
+        if self.stats.suspicious_constraints != before {
+            let _ = across_singularity(mechanism, t, (q, qd), (qdd, multipliers));
+        }
+        Ok(())
+    }
+
+    /// Factors `Mbar` at a position, as the metric of the next projection.
+    pub fn factor_mass(&mut self, mechanism: &dyn Mechanism, q: &[f64]) {
+        mechanism.mass_matrix(q, self.saddle.dynamics.mass_matrix.entries_mut());
+        self.has_metric = self.metric.factor(&self.saddle.dynamics.mass_matrix);
+    }
+
+    /// Whether `Mbar` is regular at the position of the last projection, or of the last [`factor_mass`](Self::factor_mass).
+    pub(crate) fn has_metric(&self) -> bool {
+        self.has_metric
+    }
+
+    /// Takes the factors of `Mbar` of the last robust accelerations as the metric of the next projection.
+    pub fn take_metric(&mut self) {
+        self.has_metric = self.has_mass;
+        std::mem::swap(&mut self.metric, &mut self.saddle.mass);
+    }
+}
+
+/// Replaces accelerations and multipliers by the cubic through two positions on each side; `None`, and nothing is replaced, if the
+/// constraints say too little there too, or the mechanism is at rest.
+#[cold]
+fn across_singularity(
+    mechanism: &dyn Mechanism,
+    t: f64,
+    (q, qd): (&[f64], &[f64]),
+    (qdd, multipliers): (&mut [f64], &mut [f64]),
+) -> Option<()> {
+    let speed = largest(qd).1;
+    if !(speed > 0.0 && speed.is_finite()) {
+        return None;
+    }
+    let beside = |distance: f64| {
+        let mut solver = Solver::new(mechanism);
+        // Constraints that depend on time are met at the time when the motion is there.
+        let t = if mechanism.is_driven() { t + distance / speed } else { t };
+        let mut position: Vec<f64> = q.iter().zip(qd).map(|(q, v)| q + distance / speed * v).collect();
+        let mut rates = qd.to_vec();
+        solver.factor_mass(mechanism, &position);
+        let projection = (Projection::Mass, ProjectionTolerance::default());
+        solver.project(mechanism, projection, t, &mut position, &mut rates).ok()?;
+        let (mut qdd, mut multipliers) = (vec![0.0; q.len()], vec![0.0; multipliers.len()]);
+        solver.saddle.dynamics.evaluate(mechanism, t, &position, &rates);
+        solver.saddle.solve(&mut qdd, &mut multipliers, &mut solver.stats).ok()?;
+        (solver.stats.suspicious_constraints == 0).then_some((qdd, multipliers))
+    };
+    let (far_before, before) = (beside(-2.0 * ASIDE)?, beside(-ASIDE)?);
+    let (after, far_after) = (beside(ASIDE)?, beside(2.0 * ASIDE)?);
+    // The cubic through all four, in the middle.
+    let middle = |outer: f64, inner: f64| (4.0 * inner - outer) / 6.0;
+    for (i, value) in qdd.iter_mut().enumerate() {
+        *value = middle(far_before.0[i] + far_after.0[i], before.0[i] + after.0[i]);
+    }
+    for (k, value) in multipliers.iter_mut().enumerate() {
+        *value = middle(far_before.1[k] + far_after.1[k], before.1[k] + after.1[k]);
+    }
+    Some(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two masses in line, held at a distance: one of them may be massless.
+    fn rod(first: f64, second: f64) -> SaddlePoint {
+        let mut saddle = SaddlePoint::zero(2, 1);
+        saddle.dynamics.mass_matrix.entries_mut().copy_from_slice(&[first, 0.0, 0.0, second]);
+        saddle.dynamics.generalized_forces.copy_from_slice(&[3.0, 1.0]);
+        saddle.dynamics.constraint_jacobian.entries_mut().copy_from_slice(&[1.0, -1.0]);
+        saddle.dynamics.constraint_bias[0] = 0.5;
+        saddle
+    }
+
+    fn solve(mut saddle: SaddlePoint, stats: &mut SolverStats) -> Result<(Vec<f64>, Vec<f64>), Undetermined> {
+        let dynamics = &saddle.dynamics;
+        let (mut qdd, mut multipliers) =
+            (vec![0.0; dynamics.generalized_forces.len()], vec![0.0; dynamics.constraint_bias.len()]);
+        saddle.solve(&mut qdd, &mut multipliers, stats)?;
+        Ok((qdd, multipliers))
+    }
+
+    #[test]
+    fn a_massless_coordinate_is_carried_by_its_constraint() {
+        let mut stats = SolverStats::default();
+        let (qdd, multipliers) = solve(rod(0.0, 2.0), &mut stats).expect("determined");
+        // a1 - a2 = -0.5, lambda = 3, 2 a2 - lambda = 1
+        assert!((qdd[1] - 2.0).abs() < 1e-14 && (qdd[0] - 1.5).abs() < 1e-14, "{qdd:?}");
+        assert!((multipliers[0] - 3.0).abs() < 1e-14);
+        assert_eq!(stats.singular_mass, 1);
+    }
+
+    #[test]
+    fn no_mass_at_all_is_an_error() {
+        let result = solve(rod(0.0, 0.0), &mut SolverStats::default());
+        assert!(result.is_err_and(|e| matches!(e, Undetermined::Massless(_))));
+    }
+
+    #[test]
+    fn a_repeated_constraint_changes_no_acceleration() {
+        let once = rod(1.0, 2.0);
+        let mut twice = SaddlePoint::zero(2, 2);
+        twice.dynamics.mass_matrix = once.dynamics.mass_matrix.clone();
+        twice.dynamics.generalized_forces = once.dynamics.generalized_forces.clone();
+        twice.dynamics.constraint_jacobian.entries_mut().copy_from_slice(&[1.0, -1.0, 2.0, -2.0]);
+        twice.dynamics.constraint_bias.copy_from_slice(&[0.5, 1.0]);
+        let mut stats = SolverStats::default();
+        let (expected, _) = solve(once, &mut stats).expect("determined");
+        assert_eq!(stats, SolverStats::default());
+        let (qdd, _) = solve(twice, &mut stats).expect("determined");
+        assert!((qdd[0] - expected[0]).abs() < 1e-14 && (qdd[1] - expected[1]).abs() < 1e-14);
+        assert_eq!(stats.dependent_constraints, 1);
+    }
+}

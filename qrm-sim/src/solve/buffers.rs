@@ -1,0 +1,141 @@
+//! Room for what the functions of a mechanism give.
+
+use qrm_core::{DynamicsMut, LinearizationMut, LoopConstraintsMut, Mechanism};
+
+use super::matrix::{Matrix, dot};
+
+/// The parts of the equations of motion at one state: see [`qrm_core::Dynamics`].
+#[derive(Clone, Debug)]
+pub struct Dynamics {
+    /// Mbar, `n` by `n`.
+    pub mass_matrix: Matrix,
+    /// fbar, `n`.
+    pub generalized_forces: Vec<f64>,
+    /// C_q, `m` by `n`.
+    pub constraint_jacobian: Matrix,
+    /// `(C_q qd)_q qd + 2 C_qt qd + C_tt`, `m`.
+    pub constraint_bias: Vec<f64>,
+}
+
+impl Dynamics {
+    /// Room for a mechanism of `n` coordinates and `m` constraints.
+    pub fn zero(n: usize, m: usize) -> Self {
+        Self {
+            mass_matrix: Matrix::zero(n, n),
+            generalized_forces: vec![0.0; n],
+            constraint_jacobian: Matrix::zero(m, n),
+            constraint_bias: vec![0.0; m],
+        }
+    }
+
+    /// The equations of motion of a mechanism at a state.
+    pub fn of(mechanism: &dyn Mechanism, t: f64, q: &[f64], qd: &[f64]) -> Self {
+        let mut dynamics = Self::zero(q.len(), mechanism.description().constraints.len());
+        dynamics.evaluate(mechanism, t, q, qd);
+        dynamics
+    }
+
+    /// Evaluates the equations of motion at a state.
+    pub fn evaluate(&mut self, mechanism: &dyn Mechanism, t: f64, q: &[f64], qd: &[f64]) {
+        let dynamics = DynamicsMut {
+            mass_matrix: self.mass_matrix.entries_mut(),
+            generalized_forces: &mut self.generalized_forces,
+            constraint_jacobian: self.constraint_jacobian.entries_mut(),
+            constraint_bias: &mut self.constraint_bias,
+        };
+        mechanism.dynamics(t, q, qd, dynamics);
+    }
+}
+
+/// The loop constraints at one position and time: see [`qrm_core::LoopConstraints`].
+#[derive(Clone, Debug)]
+pub struct LoopConstraints {
+    /// C, `m`.
+    pub residuals: Vec<f64>,
+    /// C_q, `m` by `n`.
+    pub constraint_jacobian: Matrix,
+    /// C_t, `m`.
+    pub constraint_rate: Vec<f64>,
+}
+
+impl LoopConstraints {
+    /// Room for a mechanism of `n` coordinates and `m` constraints.
+    pub fn zero(n: usize, m: usize) -> Self {
+        Self { residuals: vec![0.0; m], constraint_jacobian: Matrix::zero(m, n), constraint_rate: vec![0.0; m] }
+    }
+
+    /// The constraints of a mechanism at a position.
+    pub fn of(mechanism: &dyn Mechanism, t: f64, q: &[f64]) -> Self {
+        let mut constraints = Self::zero(q.len(), mechanism.description().constraints.len());
+        constraints.evaluate(mechanism, t, q);
+        constraints
+    }
+
+    /// Evaluates the constraints at a position.
+    pub fn evaluate(&mut self, mechanism: &dyn Mechanism, t: f64, q: &[f64]) {
+        let constraints = LoopConstraintsMut {
+            residuals: &mut self.residuals,
+            constraint_jacobian: self.constraint_jacobian.entries_mut(),
+            constraint_rate: &mut self.constraint_rate,
+        };
+        mechanism.loop_constraints(t, q, constraints);
+    }
+
+    /// The rates of the residuals, `C_q qd + C_t`.
+    pub fn velocity_residual(&self, qd: &[f64]) -> Vec<f64> {
+        let mut rates = vec![0.0; self.residuals.len()];
+        self.velocity_residual_into(qd, &mut rates);
+        rates
+    }
+
+    /// The rates of the residuals, `C_q qd + C_t`, without an allocation.
+    pub fn velocity_residual_into(&self, qd: &[f64], rates: &mut [f64]) {
+        for ((rate, row), own) in rates.iter_mut().zip(self.constraint_jacobian.iter()).zip(&self.constraint_rate) {
+            *rate = dot(row, qd) + own;
+        }
+    }
+}
+
+/// The derivatives of the equations of motion by the state: see [`qrm_core::Linearization`].
+#[derive(Clone, Debug)]
+pub struct Linearization {
+    /// `n` by `n`.
+    pub stiffness: Matrix,
+    /// `n` by `n`.
+    pub damping: Matrix,
+    /// `m` by `n`.
+    pub constraint_stiffness: Matrix,
+    /// `m` by `n`.
+    pub constraint_damping: Matrix,
+    /// `n`.
+    pub forcing: Vec<f64>,
+    /// `m`.
+    pub constraint_forcing: Vec<f64>,
+}
+
+impl Linearization {
+    /// Room for a mechanism of `n` coordinates and `m` constraints.
+    pub fn zero(n: usize, m: usize) -> Self {
+        Self {
+            stiffness: Matrix::zero(n, n),
+            damping: Matrix::zero(n, n),
+            constraint_stiffness: Matrix::zero(m, n),
+            constraint_damping: Matrix::zero(m, n),
+            forcing: vec![0.0; n],
+            constraint_forcing: vec![0.0; m],
+        }
+    }
+
+    /// Evaluates the generated derivatives; false if the scene does not ask for them.
+    pub fn evaluate(&mut self, mechanism: &dyn Mechanism, at: &crate::state::State) -> bool {
+        let linearization = LinearizationMut {
+            stiffness: self.stiffness.entries_mut(),
+            damping: self.damping.entries_mut(),
+            constraint_stiffness: self.constraint_stiffness.entries_mut(),
+            constraint_damping: self.constraint_damping.entries_mut(),
+            forcing: &mut self.forcing,
+            constraint_forcing: &mut self.constraint_forcing,
+        };
+        mechanism.linearization(at.t, &at.q, &at.qd, &at.qdd, &at.multipliers, linearization)
+    }
+}

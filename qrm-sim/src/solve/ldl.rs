@@ -1,0 +1,223 @@
+//! Symmetric systems: a fast factorisation that reports a vanishing pivot, and a robust one that continues past it.
+
+use super::matrix::Matrix;
+
+/// Pivots of products below this part of their diagonal entry, and entries below this part of the largest one, are suspicious.
+const SUSPICIOUS: f64 = 1e-9;
+
+/// The factors of a positive definite matrix, `A = L D L'`.
+#[derive(Clone, Debug)]
+pub struct Ldl {
+    l: Matrix,
+    inverse_d: Vec<f64>,
+    /// The row under way, times the pivots.
+    scaled: Vec<f64>,
+}
+
+impl Ldl {
+    /// Room for the factors of a matrix of this size.
+    pub fn with_size(size: usize) -> Self {
+        Self { l: Matrix::zero(size, size), inverse_d: vec![0.0; size], scaled: vec![0.0; size] }
+    }
+
+    /// The factors of `a`; `None` if a pivot is a rounding error of its diagonal entry.
+    pub fn new(a: &Matrix) -> Option<Self> {
+        let mut factors = Self::with_size(a.columns());
+        factors.factor(a).then_some(factors)
+    }
+
+    /// Factors `a`, of which the lower triangle is read; false if a pivot is a rounding error of its diagonal entry.
+    pub fn factor(&mut self, a: &Matrix) -> bool {
+        self.factor_above(a, 8.0 * a.columns() as f64 * f64::EPSILON)
+    }
+
+    /// Factors a matrix of products, `C_q Mbar^-1 C_q'`; false as soon as a pivot or a diagonal entry becomes suspicious: the
+    /// square of a singular value that is a hundred-thousandth of what others are.
+    pub fn factor_products(&mut self, a: &Matrix) -> bool {
+        let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
+        for i in 0..a.columns() {
+            (least, most) = (least.min(a[i][i]), most.max(a[i][i]));
+        }
+        least > SUSPICIOUS * most && self.factor_above(a, SUSPICIOUS)
+    }
+
+    /// Factors with pivots above this part of their diagonal entries.
+    fn factor_above(&mut self, a: &Matrix, smallest: f64) -> bool {
+        let n = a.columns();
+        let Self { l, inverse_d, scaled } = self;
+        l.copy_from(a);
+        let l = l.entries_mut();
+        let mut is_definite = true;
+        for j in 0..n {
+            let (above, below) = l.split_at_mut((j + 1) * n);
+            let row = &mut above[j * n..];
+            let diagonal = row[j];
+            let mut pivot = diagonal;
+            for k in 0..j {
+                scaled[k] = row[k];
+                row[k] *= inverse_d[k];
+                pivot -= scaled[k] * row[k];
+            }
+            // Written so that a pivot that is not a number fails too.
+            is_definite &= pivot > smallest * diagonal;
+            inverse_d[j] = 1.0 / pivot;
+            for other in below.chunks_exact_mut(n) {
+                let mut entry = other[j];
+                for k in 0..j {
+                    entry -= other[k] * row[k];
+                }
+                other[j] = entry;
+            }
+        }
+        is_definite
+    }
+
+    /// Solves `A x = b` in place.
+    pub fn solve(&self, x: &mut [f64]) {
+        let n = x.len();
+        for i in 0..n {
+            let row = &self.l[i];
+            for k in 0..i {
+                x[i] -= row[k] * x[k];
+            }
+        }
+        for (x, inverse) in x.iter_mut().zip(&self.inverse_d) {
+            *x *= inverse;
+        }
+        for i in (0..n).rev() {
+            for k in i + 1..n {
+                x[i] -= self.l[k][i] * x[k];
+            }
+        }
+    }
+}
+
+/// The factors of a positive semidefinite matrix, scaled to ones in its diagonal, with its largest pivots first:
+/// `P S A S P' = L D L'`, cut off where the remaining pivots vanish.
+#[derive(Clone, Debug)]
+pub struct PivotedLdl {
+    order: Vec<usize>,
+    scale: Vec<f64>,
+    l: Matrix,
+    d: Vec<f64>,
+    /// The number of pivots above rounding errors.
+    pub rank: usize,
+}
+
+impl PivotedLdl {
+    /// Pivots up to this part of their diagonal entry count as zero: squares of singular values that are a millionth of what
+    /// they usually are.
+    const CUTOFF: f64 = 1e-12;
+    /// Diagonal entries up to this part of the largest one are made of rounding errors: squares of rows that all but vanish.
+    const NOTHING: f64 = 1e-20;
+
+    /// Factors `a`.
+    pub fn new(a: &Matrix) -> Self {
+        let n = a.columns();
+        let largest = (0..n).fold(0.0, |largest: f64, i| largest.max(a[i][i]));
+        let scale: Vec<f64> = (0..n)
+            .map(|i| {
+                let is_nothing = !(a[i][i] > Self::NOTHING * largest);
+                if is_nothing { 0.0 } else { a[i][i].sqrt().recip() }
+            })
+            .collect();
+        let mut a = Matrix::from_fn(n, n, |i, j| scale[i] * a[i][j] * scale[j]);
+        let mut factors = Self { order: (0..n).collect(), scale, l: Matrix::zero(n, n), d: vec![0.0; n], rank: 0 };
+        for j in 0..n {
+            let Some(best) = (j..n).max_by(|&x, &y| a[x][x].total_cmp(&a[y][y])) else { break };
+            a.swap_rows(j, best);
+            a.swap_columns(j, best);
+            factors.order.swap(j, best);
+            factors.l.swap_rows(j, best);
+            let pivot = a[j][j];
+            if !(pivot > Self::CUTOFF) {
+                break;
+            }
+            factors.d[j] = pivot;
+            factors.l[j][j] = 1.0;
+            factors.rank += 1;
+            for i in j + 1..n {
+                factors.l[i][j] = a[i][j] / pivot;
+            }
+            for i in j + 1..n {
+                for k in j + 1..n {
+                    a[i][k] -= factors.l[i][j] * pivot * factors.l[k][j];
+                }
+            }
+        }
+        factors
+    }
+
+    /// Solves `A x = b` for a `b` in the range of `A`, in place; unknowns without a pivot are zero.
+    pub fn solve(&self, b: &mut [f64]) {
+        let mut y: Vec<f64> = self.order[..self.rank].iter().map(|&i| self.scale[i] * b[i]).collect();
+        for i in 0..self.rank {
+            for k in 0..i {
+                y[i] -= self.l[i][k] * y[k];
+            }
+        }
+        for i in (0..self.rank).rev() {
+            y[i] /= self.d[i];
+            for k in i + 1..self.rank {
+                y[i] -= self.l[k][i] * y[k];
+            }
+        }
+        b.fill(0.0);
+        for (&i, y) in self.order.iter().zip(y) {
+            b[i] = self.scale[i] * y;
+        }
+    }
+
+    /// The unknowns that have no pivot: they depend on others, or on nothing.
+    pub fn dependent(&self) -> &[usize] {
+        &self.order[self.rank..]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::solve::matrix::dot;
+
+    fn a() -> Matrix {
+        let rows = [[4.0, 1.0, -2.0], [1.0, 3.0, 0.5], [-2.0, 0.5, 5.0]];
+        Matrix::from_fn(3, 3, |i, j| rows[i][j])
+    }
+
+    fn multiply(a: &Matrix, x: &[f64]) -> Vec<f64> {
+        a.iter().map(|row| dot(row, x)).collect()
+    }
+
+    #[test]
+    fn factors_solve() {
+        let x = [1.0, -2.0, 3.0];
+        let b = multiply(&a(), &x);
+        let (mut fast, mut robust) = (b.clone(), b);
+        Ldl::new(&a()).expect("definite").solve(&mut fast);
+        PivotedLdl::new(&a()).solve(&mut robust);
+        for solved in [fast, robust] {
+            assert!(solved.iter().zip(x).all(|(s, x)| (s - x).abs() < 1e-14), "{solved:?}");
+        }
+    }
+
+    #[test]
+    fn a_dependent_row_is_reported_and_passed() {
+        let rows = [[1.0, 2.0], [3.0, -1.0], [4.0, 1.0]];
+        let a = Matrix::from_fn(3, 3, |i, j| dot(&rows[i], &rows[j]));
+        assert!(Ldl::new(&a).is_none());
+        let factors = PivotedLdl::new(&a);
+        assert_eq!((factors.rank, factors.dependent().len()), (2, 1));
+        let b = multiply(&a, &[0.5, 1.0, -2.0]);
+        let mut x = b.clone();
+        factors.solve(&mut x);
+        let residual = multiply(&a, &x);
+        assert!(residual.iter().zip(b).all(|(r, b)| (r - b).abs() < 1e-13));
+    }
+
+    #[test]
+    fn zero_and_nan_are_not_definite() {
+        assert!(Ldl::new(&Matrix::zero(1, 1)).is_none());
+        assert!(Ldl::new(&Matrix::from_fn(1, 1, |_, _| f64::NAN)).is_none());
+        assert_eq!(PivotedLdl::new(&Matrix::zero(2, 2)).rank, 0);
+    }
+}

@@ -1,0 +1,84 @@
+//! General square systems by elimination with pivots.
+
+use super::matrix::Matrix;
+
+/// The factors of a square matrix, rows exchanged.
+#[derive(Clone, Debug)]
+pub struct Lu {
+    factors: Matrix,
+    order: Vec<usize>,
+    /// The determinant; zero if the matrix is singular.
+    pub determinant: f64,
+}
+
+impl Lu {
+    /// Factors a matrix.
+    pub fn new(matrix: Matrix) -> Self {
+        let n = matrix.columns();
+        let mut factors = matrix;
+        let mut order: Vec<usize> = (0..n).collect();
+        let mut determinant = 1.0;
+        for k in 0..n {
+            let pivot = (k..n).max_by(|&a, &b| factors[a][k].abs().total_cmp(&factors[b][k].abs())).unwrap_or(k);
+            if pivot != k {
+                factors.swap_rows(pivot, k);
+                order.swap(pivot, k);
+                determinant = -determinant;
+            }
+            determinant *= factors[k][k];
+            if factors[k][k] == 0.0 {
+                break;
+            }
+            let (above, below) = factors.entries_mut().split_at_mut((k + 1) * n);
+            let pivot_row = &above[k * n..];
+            for row in below.chunks_exact_mut(n) {
+                row[k] /= pivot_row[k];
+                for j in k + 1..n {
+                    row[j] -= row[k] * pivot_row[j];
+                }
+            }
+        }
+        Self { factors, order, determinant }
+    }
+
+    /// The solution for a right-hand side; not finite if the matrix is singular.
+    pub fn solve(&self, right: &[f64]) -> Vec<f64> {
+        let n = self.order.len();
+        let mut x: Vec<f64> = self.order.iter().map(|&i| right[i]).collect();
+        for i in 0..n {
+            for j in 0..i {
+                x[i] -= self.factors[i][j] * x[j];
+            }
+        }
+        for i in (0..n).rev() {
+            for j in i + 1..n {
+                x[i] -= self.factors[i][j] * x[j];
+            }
+            x[i] /= self.factors[i][i];
+        }
+        x
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn matrix<const N: usize>(rows: [[f64; N]; N]) -> Matrix {
+        Matrix::from_fn(N, N, |i, j| rows[i][j])
+    }
+
+    #[test]
+    fn a_singular_matrix_has_no_determinant() {
+        assert_eq!(Lu::new(matrix([[0.0, 0.0], [0.0, 1.0]])).determinant, 0.0);
+        assert_eq!(Lu::new(matrix([[1.0, 2.0], [2.0, 4.0]])).determinant, 0.0);
+    }
+
+    #[test]
+    fn solves_with_rows_exchanged() {
+        let lu = Lu::new(matrix([[0.0, 2.0, 1.0], [1.0, 1.0, 0.0], [3.0, 0.0, 4.0]]));
+        assert!((lu.determinant + 11.0).abs() < 1e-14, "{}", lu.determinant);
+        let x = lu.solve(&[7.0, 3.0, 15.0]);
+        assert!(x.iter().zip([1.0, 2.0, 3.0]).all(|(x, y)| (x - y).abs() < 1e-14), "{x:?}");
+    }
+}

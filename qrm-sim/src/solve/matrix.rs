@@ -1,0 +1,127 @@
+//! Dense matrices in flat storage, and vectors as slices.
+
+use std::ops::{Index, IndexMut};
+
+/// A matrix, row after row.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Matrix {
+    columns: usize,
+    entries: Vec<f64>,
+}
+
+impl Matrix {
+    /// A matrix of zeros.
+    pub fn zero(rows: usize, columns: usize) -> Self {
+        Self { columns, entries: vec![0.0; rows * columns] }
+    }
+
+    /// A matrix by its entries.
+    pub fn from_fn(rows: usize, columns: usize, mut entry: impl FnMut(usize, usize) -> f64) -> Self {
+        let entries = (0..rows).flat_map(|i| (0..columns).map(move |j| (i, j))).map(|(i, j)| entry(i, j)).collect();
+        Self { columns, entries }
+    }
+
+    /// The number of rows; zero for a matrix without columns.
+    pub fn rows(&self) -> usize {
+        self.entries.len().checked_div(self.columns).unwrap_or(0)
+    }
+
+    /// The number of columns.
+    pub fn columns(&self) -> usize {
+        self.columns
+    }
+
+    /// All entries, row after row.
+    pub fn entries(&self) -> &[f64] {
+        &self.entries
+    }
+
+    /// All entries, to be written.
+    pub fn entries_mut(&mut self) -> &mut [f64] {
+        &mut self.entries
+    }
+
+    /// The rows in their order.
+    pub fn iter(&self) -> impl Iterator<Item = &[f64]> {
+        self.entries.chunks_exact(self.columns.max(1))
+    }
+
+    /// Exchanges two rows.
+    pub fn swap_rows(&mut self, a: usize, b: usize) {
+        for j in 0..self.columns {
+            self.entries.swap(a * self.columns + j, b * self.columns + j);
+        }
+    }
+
+    /// Exchanges two columns.
+    pub fn swap_columns(&mut self, a: usize, b: usize) {
+        for row in self.entries.chunks_exact_mut(self.columns.max(1)) {
+            row.swap(a, b);
+        }
+    }
+
+    /// Takes over the entries of another matrix of the same size, without a new allocation.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.entries.copy_from_slice(&other.entries);
+    }
+}
+
+impl Index<usize> for Matrix {
+    type Output = [f64];
+    #[inline(always)]
+    fn index(&self, row: usize) -> &[f64] {
+        &self.entries[row * self.columns..(row + 1) * self.columns]
+    }
+}
+
+impl IndexMut<usize> for Matrix {
+    #[inline(always)]
+    fn index_mut(&mut self, row: usize) -> &mut [f64] {
+        &mut self.entries[row * self.columns..(row + 1) * self.columns]
+    }
+}
+
+/// `x . y`
+#[inline(always)]
+pub fn dot(x: &[f64], y: &[f64]) -> f64 {
+    let mut sum = 0.0;
+    for (x, y) in x.iter().zip(y) {
+        sum += x * y;
+    }
+    sum
+}
+
+/// The largest absolute value, and where it is; not a number if any entry is not.
+pub fn largest(x: &[f64]) -> (usize, f64) {
+    let mut found = (0, 0.0);
+    for (i, value) in x.iter().enumerate() {
+        if !(value.abs() <= found.1) {
+            found = (i, value.abs());
+        }
+        if found.1.is_nan() {
+            break;
+        }
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_and_columns_are_where_they_belong() {
+        let mut matrix = Matrix::from_fn(2, 3, |i, j| (10 * i + j) as f64);
+        assert_eq!((matrix.rows(), matrix.columns(), &matrix[1]), (2, 3, &[10.0, 11.0, 12.0][..]));
+        matrix.swap_rows(0, 1);
+        matrix.swap_columns(0, 2);
+        assert_eq!(matrix.entries(), [12.0, 11.0, 10.0, 2.0, 1.0, 0.0]);
+        assert_eq!((Matrix::zero(0, 3).rows(), Matrix::zero(3, 0).rows()), (0, 0));
+    }
+
+    #[test]
+    fn a_value_that_is_not_a_number_is_the_largest() {
+        assert!(largest(&[1.0, f64::NAN, 2.0]).1.is_nan());
+        assert_eq!(largest(&[1.0, -3.0, 2.0]), (1, 3.0));
+    }
+}

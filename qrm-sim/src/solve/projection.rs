@@ -1,0 +1,159 @@
+//! Gauss-Newton projection of coordinates and rates onto the constraints.
+
+use qrm_core::Mechanism;
+
+use super::accelerations::{Solver, minv_ct, schur_complement, subtract_combination};
+use super::ldl::PivotedLdl;
+use super::matrix::largest;
+use super::stats::SolverStats;
+
+/// The metric in which a correction is smallest.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Projection {
+    /// No correction.
+    None,
+    /// Least change of the coordinates.
+    Euclidean,
+    /// Least change of the mass-weighted coordinates.
+    #[default]
+    Mass,
+}
+
+impl Projection {
+    /// Every projection under its name.
+    pub const ALL: [(&'static str, Self); 3] =
+        [("none", Self::None), ("euclidean", Self::Euclidean), ("mass", Self::Mass)];
+
+    /// The projection of this name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|(other, _)| *other == name).map(|(_, projection)| projection)
+    }
+
+    /// The name of the projection.
+    pub fn name(self) -> &'static str {
+        Self::ALL.into_iter().find(|(_, projection)| *projection == self).map_or("", |(name, _)| name)
+    }
+}
+
+/// The goal of a projection of coordinates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProjectionTolerance {
+    /// Largest residual of a constraint, in its unit.
+    pub residual: f64,
+    /// Most iterations.
+    pub iterations: u32,
+}
+
+impl Default for ProjectionTolerance {
+    fn default() -> Self {
+        Self { residual: 1e-12, iterations: 10 }
+    }
+}
+
+/// Residuals up to this size, in m or rad, are rounding errors: near a singular position a correction would magnify them.
+const ROUNDING: f64 = 4e-16;
+/// Residuals up to this size, in m or rad, may be rounding errors: near a singular position they are magnified. A run reports
+/// where it had to accept one.
+const SETTLED: f64 = 1e-9;
+
+/// The projection of coordinates did not converge.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NotConverged {
+    /// The constraint with the largest residual.
+    pub constraint: usize,
+    /// Its residual.
+    pub residual: f64,
+    /// The number of iterations that were made.
+    pub iterations: u32,
+}
+
+impl Solver {
+    /// Projects `q` onto the constraints at time `t` and `qd` onto their tangent space, and returns the number of corrections of
+    /// `q`. The mass metric of `q` is the last one that was factored; a mass matrix that is singular by itself is no metric, and
+    /// such steps fall back to the Euclidean one.
+    ///
+    /// # Errors
+    /// The residual is still above the tolerance after the allowed iterations.
+    pub fn project(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        (projection, tolerance): (Projection, ProjectionTolerance),
+        t: f64,
+        q: &mut [f64],
+        qd: &mut [f64],
+    ) -> Result<u32, NotConverged> {
+        if self.weights.is_empty() || projection == Projection::None {
+            return Ok(0);
+        }
+        let has_metric = self.has_metric && projection == Projection::Mass;
+        self.start.copy_from_slice(q);
+        let (mut first, mut before) = (0.0, f64::INFINITY);
+        let mut iterations = 0;
+        loop {
+            self.constraints.evaluate(mechanism, t, q);
+            let (constraint, residual) = largest(&self.constraints.residuals);
+            let is_closed = residual <= tolerance.residual;
+            // A residual at the size of rounding errors that corrections no longer lower cannot be improved.
+            let is_settled = !is_closed && residual > 0.5 * before && residual <= SETTLED;
+            if !is_closed && !is_settled && (iterations == tolerance.iterations || !residual.is_finite()) {
+                return Err(NotConverged { constraint, residual, iterations });
+            }
+            let is_regular = self.factor_constraints(has_metric);
+            if is_settled {
+                self.stats.count_stalled(constraint, residual);
+            } else if residual > ROUNDING {
+                // The Jacobian is known: one more correction costs little and takes the residual far below the tolerance.
+                self.weights.copy_from_slice(&self.constraints.residuals);
+                self.correct(is_regular, q);
+            }
+            if iterations == 0 {
+                first = residual;
+            }
+            if is_closed || is_settled {
+                self.stats.take_correction(first, &self.start, q);
+                let mut is_regular = is_regular;
+                if has_metric {
+                    // Rates belong to the position as it is now, in its own metric.
+                    self.constraints.evaluate(mechanism, t, q);
+                    self.factor_mass(mechanism, q);
+                    is_regular = self.factor_constraints(self.has_metric);
+                }
+                self.constraints.velocity_residual_into(qd, &mut self.weights);
+                self.correct(is_regular, qd);
+                return Ok(iterations + u32::from(is_closed));
+            }
+            before = residual;
+            iterations += 1;
+        }
+    }
+
+    /// Prepares corrections by the constraint Jacobian; false if the fast factorisation fails.
+    fn factor_constraints(&mut self, has_metric: bool) -> bool {
+        let jacobian = &self.constraints.constraint_jacobian;
+        let saddle = &mut self.saddle;
+        if has_metric {
+            minv_ct(&self.metric, jacobian, &mut saddle.minv_ct);
+        } else {
+            saddle.minv_ct.copy_from(jacobian);
+        }
+        schur_complement(jacobian, &saddle.minv_ct, &mut saddle.schur);
+        saddle.schur_factors.factor_products(&saddle.schur)
+    }
+
+    /// Moves `x` by the smallest `dx` with `C_q dx = -residual`; the residuals stand in `weights`.
+    fn correct(&mut self, is_regular: bool, x: &mut [f64]) {
+        if is_regular {
+            self.saddle.schur_factors.solve(&mut self.weights);
+        } else {
+            solve_dependent(&self.saddle.schur, &mut self.weights, &mut self.stats);
+        }
+        subtract_combination(x, &self.saddle.minv_ct, &self.weights);
+    }
+}
+
+#[cold]
+fn solve_dependent(schur: &super::matrix::Matrix, weights: &mut [f64], stats: &mut SolverStats) {
+    let factors = PivotedLdl::new(schur);
+    stats.count_rank(&factors);
+    factors.solve(weights);
+}

@@ -1,0 +1,150 @@
+//! Singular values of wide matrices.
+
+use super::ldl::Ldl;
+use super::matrix::{Matrix, dot};
+
+/// The smallest singular value of one matrix after another of the same size, without allocations.
+#[derive(Clone, Debug)]
+pub struct SmallestSingularValue {
+    /// The combination of rows of that length, itself of length one.
+    pub combination: Vec<f64>,
+    rows: Matrix,
+    rotations: Matrix,
+    products: Matrix,
+    factors: Ldl,
+    is_tracking: bool,
+}
+
+/// Rotations of rows in pairs end far earlier.
+const MOST_SWEEPS: usize = 30;
+
+/// The singular values of more rows than this take too long to find anew: they are followed from matrix to matrix.
+const MANY: usize = 16;
+
+impl SmallestSingularValue {
+    /// Room for matrices of this size.
+    pub fn new(rows: usize, columns: usize) -> Self {
+        Self {
+            // No two parts alike: a combination must not be missed for symmetry.
+            combination: (0..rows).map(|k| 1.0 + 0.1 * (k as f64).sin()).collect(),
+            rows: Matrix::zero(rows, columns),
+            rotations: Matrix::zero(rows, rows),
+            products: Matrix::zero(rows, rows),
+            factors: Ldl::with_size(rows),
+            is_tracking: rows > MANY,
+        }
+    }
+
+    /// The smallest singular value; `None` without rows.
+    ///
+    /// That of many rows, which must change little from one call to the next, follows from the last combination.
+    pub fn find(&mut self, matrix: &Matrix) -> Option<f64> {
+        if self.is_tracking
+            && let Some(value) = self.track(matrix)
+        {
+            Some(value)
+        } else {
+            self.find_anew(matrix)
+        }
+    }
+
+    /// The smallest singular value, accurate to rounding errors of its own size and not only of the largest one.
+    ///
+    /// The rows are rotated in pairs until they are orthogonal (one-sided Jacobi); their lengths are the singular values.
+    fn find_anew(&mut self, matrix: &Matrix) -> Option<f64> {
+        let Self { rows, rotations, .. } = self;
+        let count = matrix.rows();
+        rows.copy_from(matrix);
+        rotations.entries_mut().fill(0.0);
+        (0..count).for_each(|k| rotations[k][k] = 1.0);
+        for _ in 0..MOST_SWEEPS {
+            let mut is_done = true;
+            for p in 0..count {
+                for q in p + 1..count {
+                    let (a, b, both) = (dot(&rows[p], &rows[p]), dot(&rows[q], &rows[q]), dot(&rows[p], &rows[q]));
+                    if !(both.abs() > 2.0 * f64::EPSILON * (a * b).sqrt()) {
+                        continue;
+                    }
+                    is_done = false;
+                    let zeta = (b - a) / (2.0 * both);
+                    let tangent = zeta.signum() / (zeta.abs() + (zeta * zeta + 1.0).sqrt());
+                    let cos = (tangent * tangent + 1.0).sqrt().recip();
+                    rotate(rows, (p, q), cos, cos * tangent);
+                    rotate(rotations, (p, q), cos, cos * tangent);
+                }
+            }
+            if is_done {
+                break;
+            }
+        }
+        let length = |k: usize| dot(&rows[k], &rows[k]).sqrt();
+        let place = (0..count).min_by(|&a, &b| length(a).total_cmp(&length(b)))?;
+        self.combination.copy_from_slice(&rotations[place]);
+        Some(length(place))
+    }
+
+    /// The smallest singular value by two steps of inverse iteration from the last combination; `None` where that does not find it.
+    fn track(&mut self, matrix: &Matrix) -> Option<f64> {
+        let count = matrix.rows();
+        for i in 0..count {
+            for j in 0..=i {
+                self.products[i][j] = dot(&matrix[i], &matrix[j]);
+            }
+        }
+        if !self.factors.factor_products(&self.products) {
+            return None;
+        }
+        let mut length = f64::NAN;
+        for _ in 0..2 {
+            self.factors.solve(&mut self.combination);
+            length = dot(&self.combination, &self.combination).sqrt();
+            self.combination.iter_mut().for_each(|part| *part /= length);
+        }
+        length.is_finite().then(|| length.sqrt().recip())
+    }
+}
+
+fn rotate(rows: &mut Matrix, (p, q): (usize, usize), cos: f64, sin: f64) {
+    for i in 0..rows.columns() {
+        let (x, y) = (rows[p][i], rows[q][i]);
+        rows[p][i] = cos * x - sin * y;
+        rows[q][i] = sin * x + cos * y;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn smallest<const R: usize, const C: usize>(rows: [[f64; C]; R]) -> Option<(f64, Vec<f64>)> {
+        let mut smallest = SmallestSingularValue::new(R, C);
+        let value = smallest.find(&Matrix::from_fn(R, C, |i, j| rows[i][j]))?;
+        Some((value, smallest.combination))
+    }
+
+    #[test]
+    fn of_rows_at_right_angles_it_is_the_shorter_one() {
+        let found = smallest([[3.0, 0.0, 0.0], [0.0, 0.0, 1e-12]]).expect("two rows");
+        assert_eq!(found, (1e-12, vec![0.0, 1.0]));
+        assert_eq!(smallest::<0, 3>([]), None);
+    }
+
+    #[test]
+    fn product_and_sum_of_squares_are_those_of_the_matrix() {
+        // Two rows at an angle of 1e-7: |a| |b| sin = largest * smallest.
+        let (value, parts) = smallest([[1.0, 0.0], [2.0, 2e-7]]).expect("two rows");
+        let largest = (5.0_f64 + 4e-14).sqrt();
+        assert!((value * largest / 2e-7 - 1.0).abs() < 1e-12, "{value:e}");
+        // The combination that is so short.
+        let sum: Vec<f64> = (0..2).map(|i| parts[0] * [1.0, 0.0][i] + parts[1] * [2.0, 2e-7][i]).collect();
+        assert!((sum[0].hypot(sum[1]) / value - 1.0).abs() < 1e-7);
+    }
+
+    #[test]
+    fn three_rows_of_which_one_is_the_sum_of_the_others() {
+        let (value, parts) = smallest([[1.0, 2.0, 0.5], [3.0, -1.0, 2.0], [4.0, 1.0, 2.5]]).expect("three rows");
+        assert!(value < 1e-15, "{value:e}");
+        let third = 1.0 / 3.0_f64.sqrt();
+        assert!(parts.iter().all(|part| (part.abs() - third).abs() < 1e-14), "{parts:?}");
+    }
+}

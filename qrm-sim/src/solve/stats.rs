@@ -1,0 +1,57 @@
+//! Statistics of the linear solves of a run.
+
+use super::ldl::PivotedLdl;
+
+/// How often the fast solves did not suffice, and how large the corrections of the coordinates were.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SolverStats {
+    /// Solves with a mass matrix that is singular by itself.
+    pub singular_mass: u64,
+    /// Solves with constraints that nearly depend on each other, or one of which nearly vanishes.
+    pub suspicious_constraints: u64,
+    /// Solves in which constraints do depend on each other.
+    pub dependent_constraints: u64,
+    /// The constraint that last depended on the others.
+    pub constraint: Option<usize>,
+    /// Projections whose residual rounding errors kept above the tolerance.
+    pub stalled_projections: u64,
+    /// The constraint with the largest such residual, and that residual.
+    pub largest_stalled_residual: (usize, f64),
+    /// Largest residual before the coordinates were corrected.
+    pub residual_before_correction: f64,
+    /// Largest correction of a coordinate.
+    pub correction: f64,
+}
+
+impl SolverStats {
+    /// Counts a projection whose residual rounding errors kept above the tolerance.
+    #[cold]
+    pub(super) fn count_stalled(&mut self, constraint: usize, residual: f64) {
+        self.stalled_projections += 1;
+        if residual > self.largest_stalled_residual.1 {
+            self.largest_stalled_residual = (constraint, residual);
+        }
+    }
+
+    /// Counts a solve whose constraints depend on each other.
+    pub(super) fn count_rank(&mut self, factors: &PivotedLdl) {
+        if let Some(constraint) = factors.dependent().first() {
+            self.dependent_constraints += 1;
+            self.constraint = Some(*constraint);
+        }
+    }
+
+    /// Takes up the residual before the coordinates were corrected, and how far they moved.
+    pub(super) fn take_correction(&mut self, residual: f64, from: &[f64], to: &[f64]) {
+        self.residual_before_correction = self.residual_before_correction.max(residual);
+        for (from, to) in from.iter().zip(to) {
+            self.correction = self.correction.max((to - from).abs());
+        }
+    }
+
+    /// Takes up the residual and the correction of other statistics, if they are larger.
+    pub(crate) fn take_corrections_of(&mut self, other: &Self) {
+        self.residual_before_correction = self.residual_before_correction.max(other.residual_before_correction);
+        self.correction = self.correction.max(other.correction);
+    }
+}

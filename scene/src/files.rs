@@ -1,0 +1,96 @@
+//! Writes files whole or not at all.
+
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// Writes a file that appears whole or not at all, in a folder that is made if it is not there.
+///
+/// # Errors
+/// The folder or the file cannot be written; nothing is left of the attempt.
+pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    write_whole_with(path, |file| file.write_all(bytes))
+}
+
+/// Writes a file through a function, with the promises of [`write_whole`].
+///
+/// # Errors
+/// As for [`write_whole`], or the function failed.
+pub fn write_whole_with<T>(path: &Path, write: impl FnOnce(&mut File) -> io::Result<T>) -> io::Result<T> {
+    path.parent().map_or(Ok(()), fs::create_dir_all)?;
+    let (part, mut file) = Part::create(path)?;
+    let written = write(&mut file)?;
+    // Some systems rename closed files only.
+    drop(file);
+    fs::rename(&part.0, path)?;
+    Ok(written)
+}
+
+/// A file under way, removed when it is dropped; after it was renamed there is nothing to remove.
+struct Part(PathBuf);
+
+impl Part {
+    /// Makes a file beside `path` that no other writer has, in this process or another.
+    fn create(path: &Path) -> io::Result<(Self, File)> {
+        static COUNTER: AtomicU64 = AtomicU64::new(0);
+        loop {
+            let number = COUNTER.fetch_add(1, Ordering::Relaxed);
+            let mut name = path.file_name().unwrap_or_default().to_owned();
+            name.push(format!(".{}-{number}.part", std::process::id()));
+            let part = path.with_file_name(name);
+            match File::create_new(&part) {
+                Ok(file) => return Ok((Self(part), file)),
+                // Left by a process that had the same number and was killed.
+                Err(e) if e.kind() == io::ErrorKind::AlreadyExists => {}
+                Err(e) => return Err(e),
+            }
+        }
+    }
+}
+
+impl Drop for Part {
+    fn drop(&mut self) {
+        let _ = fs::remove_file(&self.0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn folder(name: &str) -> PathBuf {
+        std::env::temp_dir().join(format!("qrm-files-{name}-{}", std::process::id()))
+    }
+
+    #[test]
+    fn a_failed_write_leaves_the_earlier_file() {
+        let folder = folder("failed");
+        let path = folder.join("below/file.txt");
+        write_whole(&path, b"first").expect("written");
+        let failed = write_whole_with(&path, |file| {
+            file.write_all(b"second")?;
+            Err::<(), _>(io::Error::other("no more"))
+        });
+        assert!(failed.is_err());
+        assert_eq!(fs::read(&path).expect("there"), b"first");
+        assert_eq!(fs::read_dir(folder.join("below")).expect("a folder").count(), 1);
+        fs::remove_dir_all(folder).expect("removed");
+    }
+
+    #[test]
+    fn two_writers_do_not_mix() {
+        let folder = folder("two");
+        let path = folder.join("file.txt");
+        std::thread::scope(|scope| {
+            for letter in [b'a', b'b'] {
+                let path = &path;
+                scope.spawn(move || (0..50).for_each(|_| write_whole(path, &[letter; 10_000]).expect("written")));
+            }
+        });
+        let bytes = fs::read(&path).expect("there");
+        assert!(bytes.len() == 10_000 && bytes.iter().all(|byte| *byte == bytes[0]));
+        assert_eq!(fs::read_dir(&folder).expect("a folder").count(), 1);
+        fs::remove_dir_all(folder).expect("removed");
+    }
+}

@@ -1,0 +1,89 @@
+//! The resolution of loads.
+
+use super::points::point_value;
+use super::{Context, Resolver};
+use crate::diagnostic::Diagnostic;
+use crate::diagnostic::Span;
+use crate::document::{Along, LoadSyntax, SpringSyntax, Target};
+use crate::expression::Node;
+use crate::function::Function;
+use crate::parser::Formula;
+use crate::scene::{LoadKind, Quantity, Scene, Value};
+
+impl Resolver<'_> {
+    pub(super) fn load(&mut self, scene: &Scene, load: &LoadSyntax) -> Option<LoadKind> {
+        Some(match load {
+            LoadSyntax::Force { force, target } => {
+                let at = match target {
+                    Target::Point(point) => self.point(point).map(|i| point_value(i, point.span.clone())),
+                    Target::Body(name) => {
+                        let body = self.body_named(scene, name)?;
+                        if body.com.is_none() {
+                            self.findings.push(
+                                Diagnostic::error(
+                                    format!("body `{}` has no position for a force to act on", name.name),
+                                    name.span.clone(),
+                                    "has no `com`",
+                                )
+                                .help("give the body a `com`, or name a point with `at`"),
+                            );
+                        }
+                        body.com
+                    }
+                };
+                let force = [self.value(&force[0], Context::Load), self.value(&force[1], Context::Load)];
+                LoadKind::Force { force, at: at? }
+            }
+            LoadSyntax::Torque { torque, body: name } => {
+                let torque = self.value(torque, Context::Load);
+                let body = self.body_named(scene, name)?;
+                if body.angle.is_none() {
+                    self.findings.push(
+                        Diagnostic::error(
+                            format!("body `{}` has no angle for a torque to work on", name.name),
+                            name.span.clone(),
+                            "has no `angle`",
+                        )
+                        .help("give the body an `angle`"),
+                    );
+                }
+                LoadKind::Torque { torque, angle: body.angle? }
+            }
+            LoadSyntax::Gravity(field) => {
+                LoadKind::Gravity([self.value(&field[0], Context::Constant), self.value(&field[1], Context::Constant)])
+            }
+            LoadSyntax::Spring(spring) => self.spring(spring)?,
+        })
+    }
+
+    fn spring(&mut self, spring: &SpringSyntax) -> Option<LoadKind> {
+        let along = match &spring.along {
+            Along::Formula(along) => Some(self.value(along, Context::Geometry)),
+            Along::Between(from, to) => {
+                let (p, q) = (self.point(from), self.point(to));
+                p.zip(q).map(|(p, q)| distance(p, q, from.span.start..to.span.end))
+            }
+        };
+        let mut optional = |f: &Option<Formula>, context| f.as_ref().map(|formula| self.value(formula, context));
+        let [stiffness, rest, damping] =
+            [&spring.stiffness, &spring.rest, &spring.damping].map(|f| optional(f, Context::Constant));
+        let (potential, force) =
+            (optional(&spring.potential, Context::Potential), optional(&spring.force, Context::Law));
+        let friction = spring.friction.as_ref();
+        let friction =
+            friction.map(|(size, slip)| (self.value(size, Context::Law), self.value(slip, Context::Constant)));
+        Some(LoadKind::Spring { along: along?, stiffness, rest, damping, potential, force, friction })
+    }
+}
+
+/// `hypot(Q.x - P.x, Q.y - P.y)`
+fn distance(p: usize, q: usize, span: Span) -> Value {
+    let mut value = Value::new();
+    let mut push = |node| value.push(node, span.clone());
+    let differences = [0, 1].map(|axis| {
+        let ends = [p, q].map(|point| push(Node::Name(Quantity::Point(point, axis))));
+        push(Node::Subtract(ends[1], ends[0]))
+    });
+    push(Node::Call(Function::Hypot, differences.to_vec()));
+    value
+}
