@@ -1,8 +1,8 @@
-//! The integration of two crank revolutions, in one run and in sweeps of many designs on one core, against a program in C that
-//! does the same by hand.
+//! The integration of two crank revolutions, in one run and in sweeps of many designs on one core, against a program in
+//! C that does the same by hand.
 //!
-//! `cargo bench --bench against`; the C program is compiled where there is a C compiler. `-- PROGRAM [ARGUMENTS]` takes another
-//! program instead, which prints `ns_per_step best B median M ...`.
+//! `cargo bench --bench against`; the C program is compiled where there is a C compiler. `-- PROGRAM [ARGUMENTS]` takes
+//! another program instead, which prints `ns_per_step best B median M ...`.
 
 mod measure;
 #[allow(dead_code, unused_imports, reason = "another bench uses the rest")]

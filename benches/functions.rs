@@ -1,7 +1,7 @@
 //! Each function of the quick-return mechanism: generated, by hand, and by dual numbers at run time.
 //!
-//! `cargo bench --bench functions`. Operations are counted while a function runs, by numbers that count; instructions by
-//! valgrind, where it is installed.
+//! `cargo bench --bench functions`. Operations are counted while a function runs, by numbers that count; instructions
+//! by valgrind, where it is installed.
 
 mod counting;
 mod measure;

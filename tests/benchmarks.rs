@@ -137,8 +137,8 @@ fn the_slider_crank_is_that_of_sundials() {
     assert!((integral - 3.336_606_799_482_784_6).abs() < 1e-9, "{integral}");
 }
 
-/// SymPy, test_four_bar_linkage_with_manual_constraints: mass matrix and forcing of Kane's equations, whose solution are the
-/// accelerations.
+/// SymPy, test_four_bar_linkage_with_manual_constraints: mass matrix and forcing of Kane's equations, whose solution
+/// are the accelerations.
 #[test]
 fn the_four_bar_starts_like_that_of_sympy() {
     let mass = [
@@ -165,8 +165,8 @@ fn the_four_bar_starts_like_that_of_sympy() {
     }
 }
 
-/// The force of the ground on the last rod, by the law of Newton and Euler for the rods one after another: the moment of all
-/// that is beyond a joint vanishes there.
+/// The force of the ground on the last rod, by the law of Newton and Euler for the rods one after another: the moment
+/// of all that is beyond a joint vanishes there.
 #[test]
 fn the_four_bar_is_held_by_what_its_rods_need() {
     use num_dual::{Dual2_64, DualNum};

@@ -1,4 +1,5 @@
-//! The book: its pages are there, its commands work, and every key of a scene has the report that it gives when it is wrong.
+//! The book: its pages are there, its commands work, and every key of a scene has the report that it gives when it is
+//! wrong.
 
 mod common;
 

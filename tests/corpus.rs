@@ -1,5 +1,5 @@
-//! Command lines that a fuzzer found, each of which takes another way through the command: exit statuses that fit, no panic, and
-//! nothing in a file that is no number.
+//! Command lines that a fuzzer found, each of which takes another way through the command: exit statuses that fit, no
+//! panic, and nothing in a file that is no number.
 
 mod common;
 

@@ -37,7 +37,8 @@ fn close(got: f64, expected: f64, within: f64) {
     assert!((got - expected).abs() <= within, "{got} instead of {expected}: off by {:.1e}", got - expected);
 }
 
-/// dG/dk and dG/dc of SUNDIALS' idasSlCrank_FSA_dns, integrated with 120 bits: G is the integral of the kinetic energy over 10 s.
+/// dG/dk and dG/dc of SUNDIALS' idasSlCrank_FSA_dns, integrated with 120 bits: G is the integral of the kinetic energy
+/// over 10 s.
 #[test]
 fn the_published_sensitivities_of_the_slider_crank() {
     let table = sensitivity(&["slider-crank", "--by", "k", "--by", "c", "--of", "T", "--step", "1e-3"]);
@@ -69,8 +70,8 @@ fn end_value(scene: &str, parameter: &str) -> f64 {
     line.split_whitespace().nth(1).expect("its value").parse().expect("a number")
 }
 
-/// A crank driven at constant speed: its positions do not depend on masses, its torque is linear in them, and all is linear in the end of
-/// the turn, 2 pi/w.
+/// A crank driven at constant speed: its positions do not depend on masses, its torque is linear in them, and all is
+/// linear in the end of the turn, 2 pi/w.
 #[test]
 fn a_driven_crank() {
     let table = sensitivity(&["quick-return-driven", "--by", "m6", "--by", "w", "--of", "x6", "--of", "torque"]);
@@ -90,8 +91,8 @@ fn a_driven_crank() {
     close(light["by_m6"], (heavy["value"] - light["value"]) / 4.0, 1e-9);
 }
 
-/// The pendulum passes positions that its kernel does not suit; its derivatives by length are those of a pendulum of another length at another
-/// time: x(t; l, g) = l X(t sqrt(g/l)).
+/// The pendulum passes positions that its kernel does not suit; its derivatives by length are those of a pendulum of
+/// another length at another time: x(t; l, g) = l X(t sqrt(g/l)).
 #[test]
 fn where_the_kernel_does_not_suit() {
     let table = sensitivity(&["pendulum", "--by", "l", "--by", "g", "--of", "end", "--end-time", "3"]);
@@ -103,8 +104,8 @@ fn where_the_kernel_does_not_suit() {
     }
 }
 
-/// Two coupled four-bars amount to a pendulum, whose angle is a function of v0^2/(g l) and t sqrt(g/l). They pass a singular position after
-/// 1.2 s: steps that do not end beside it pass over it.
+/// Two coupled four-bars amount to a pendulum, whose angle is a function of v0^2/(g l) and t sqrt(g/l). They pass a
+/// singular position after 1.2 s: steps that do not end beside it pass over it.
 #[test]
 fn steps_pass_over_singular_positions() {
     let table = sensitivity(&["n-four-bar-2", "--end-time", "2", "--of", "end", "--by", "v0", "--by", "g"]);

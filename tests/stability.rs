@@ -47,7 +47,8 @@ fn predicted_steps_are_those_at_which_runs_blow_up() {
 
 #[test]
 fn rates_are_those_known_from_elsewhere() {
-    // The largest c (dx6/dphi2)^2 / J along the motion, from the generalized inertia of the one freedom, with 50 digits.
+    // The largest c (dx6/dphi2)^2 / J along the motion, from the generalized inertia of the one freedom, with 50
+    // digits.
     let arguments = ["quick-return-loaded", "--set", "cd=1e7", "--end-time", "0.05", "--no-extremes"];
     let (folder, _) = stability(&arguments);
     let fastest = column(&folder, "rate").into_iter().fold(0.0, f64::max);

@@ -1,5 +1,5 @@
-//! Stiff and extreme variants by methods that choose their steps, against states from the energy integral and from runs with 50
-//! digits.
+//! Stiff and extreme variants by methods that choose their steps, against states from the energy integral and from runs
+//! with 50 digits.
 
 mod common;
 
@@ -84,7 +84,8 @@ fn the_implicit_method_takes_few_steps_where_dampers_are_stiff() {
 
 #[test]
 fn steps_that_end_at_a_singular_position_go_on() {
-    // All rods in line, exactly (Gonzalez and others 2006; the cranks stay parallel, so the motion is that of a pendulum).
+    // All rods in line, exactly (Gonzalez and others 2006; the cranks stay parallel, so the motion is that of a
+    // pendulum).
     let (passage, end) = (0.714_355_529_292_960_5, std::f64::consts::FRAC_PI_2 - 31.750_597_186_986_1);
     for (steps, allowed) in [(71.0, 2e-6), (100.0, 1e-6), (500.0, 1e-8), (714.5, 1e-8), (1000.0, 1e-9), (7143.0, 1e-9)]
     {

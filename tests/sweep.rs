@@ -21,7 +21,8 @@ fn sweep(designs: &[Design], request: &SweepRequest, lanes: LaneCount) -> Vec<De
     qrm_sim::batch::sweep(model("quick-return"), &replacements, request, lanes)
 }
 
-/// Designs that differ in length, inertia and speed, so that no two end after the same number of steps; some cannot close.
+/// Designs that differ in length, inertia and speed, so that no two end after the same number of steps; some cannot
+/// close.
 fn designs(count: usize) -> Vec<Design> {
     let mut random = fastrand::Rng::with_seed(5);
     let mut between = |low: f64, high: f64| low + (high - low) * random.f64();
@@ -101,8 +102,8 @@ fn each_design_ends_as_it_does_alone() {
 
 #[test]
 fn a_design_does_not_depend_on_neighbours_in_trouble() {
-    // Cranks without inertia, designs that cannot close or stall, steps near the limit: some lanes leave the fast way at every
-    // step, hold numbers that are none, or end early.
+    // Cranks without inertia, designs that cannot close or stall, steps near the limit: some lanes leave the fast way
+    // at every step, hold numbers that are none, or end early.
     let design = |i: usize| {
         let crank = 0.15 + 0.2 * (i % 29) as f64 / 28.0;
         let inertia = [0.0, 1e-3, 1.0, 20.0, 100.0, 1000.0][i % 6];

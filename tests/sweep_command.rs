@@ -122,8 +122,8 @@ fn designs_that_cannot_be_are_rows_with_their_reason() {
     assert!(rows[2].starts_with("1,0.5,done,,1e-12,1,"), "{}", rows[2]);
 }
 
-/// The title that a sweep gives its table under way, seen while it cannot finish: file systems have no names so long that the table
-/// could be written beside its place first.
+/// The title that a sweep gives its table under way, seen while it cannot finish: file systems have no names so long
+/// that the table could be written beside its place first.
 fn title(folder: &Path) -> String {
     let name = format!("{}.csv", "s".repeat(241));
     assert!(!sweep(&VARY, folder, &name).status.success());

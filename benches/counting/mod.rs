@@ -9,7 +9,8 @@ thread_local! {
     static DONE: Cell<usize> = const { Cell::new(0) };
 }
 
-/// Additions, multiplications, divisions and roots while something runs; sines and cosines are counted apart, by nobody.
+/// Additions, multiplications, divisions and roots while something runs; sines and cosines are counted apart, by
+/// nobody.
 pub(crate) fn operations<T>(run: impl Fn() -> T) -> usize {
     DONE.set(0);
     std::hint::black_box(run());

@@ -1,5 +1,5 @@
-//! The step's equations as well as a hand can write them: products of parameters taken out, one independent coordinate, every
-//! quotient computed once.
+//! The step's equations as well as a hand can write them: products of parameters taken out, one independent coordinate,
+//! every quotient computed once.
 
 use qrm_core::{Angles, Description, Dynamics, Generated, Kernel, LoopConstraints, Scalar, Schedule, Start, Tape};
 use qrm_model::quick_return::{Parameters, QuickReturn};

@@ -1,4 +1,5 @@
-//! The quick-return mechanism without the generator, for comparison in numbers and in speed: by hand, and by dual numbers.
+//! The quick-return mechanism without the generator, for comparison in numbers and in speed: by hand, and by dual
+//! numbers.
 
 mod by_dual_numbers;
 mod by_hand;

@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 
 use crate::generate::{Generated, generate};
 
-/// Generates the code of scene files, named from the folder of the crate, into `OUT_DIR`, from where the crate includes `scenes.rs`;
-/// tells cargo when to do so again, and what looks like a mistake in a scene.
+/// Generates the code of scene files, named from the folder of the crate, into `OUT_DIR`, from where the crate includes
+/// `scenes.rs`; tells cargo when to do so again, and what looks like a mistake in a scene.
 ///
-/// A crate that has a folder `generated` keeps a copy there, to be compiled without the symbolic engine. The environment variable
-/// `QRM_REFRESH=1` has the copy written; a warning tells when it is not current.
+/// A crate that has a folder `generated` keeps a copy there, to be compiled without the symbolic engine. The
+/// environment variable `QRM_REFRESH=1` has the copy written; a warning tells when it is not current.
 ///
 /// If a scene is wrong, the build ends with its report.
 pub fn build(scenes: &[&str]) {

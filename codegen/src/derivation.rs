@@ -335,8 +335,8 @@ impl Derivation<'_> {
     }
 }
 
-/// Sets vectors and matrices in bold type, which tells them from the scene's own symbols: `@q`, `@qd` for its rate, `@qdd`
-/// for its acceleration, `@m` and `@f` for what is reduced, `@l` for the multipliers.
+/// Sets vectors and matrices in bold type, which tells them from the scene's own symbols: `@q`, `@qd` for its rate,
+/// `@qdd` for its acceleration, `@m` and `@f` for what is reduced, `@l` for the multipliers.
 fn set(text: &str) -> String {
     let letters = [
         ("@qdd", r"\ddot{\mathbf{q}}"),

@@ -306,7 +306,8 @@ fn is_sparse(body: &Body, rows: &[Vec<Signed>]) -> bool {
     entries > LARGE && filled < entries / 4
 }
 
-/// A matrix by its entries that are not zero: the code of a large mechanism grows with what is in it, not with its square.
+/// A matrix by its entries that are not zero: the code of a large mechanism grows with what is in it, not with its
+/// square.
 fn sparse(body: &mut Body, rows: &[Vec<Signed>]) -> TokenStream {
     let (height, width) = (rows.len(), rows.first().map_or(0, Vec::len));
     let [height, width] = [height, width].map(proc_macro2::Literal::usize_unsuffixed);

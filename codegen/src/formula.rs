@@ -189,7 +189,8 @@ impl<'s> Writer<'s> {
         }
     }
 
-    /// A number times factors; a number that is one is not written, and a sum that stands alone may do without parentheses.
+    /// A number times factors; a number that is one is not written, and a sum that stands alone may do without
+    /// parentheses.
     fn product(&self, number: String, factors: &[Factor], may_be_bare: bool) -> String {
         if factors.is_empty() {
             return number;

@@ -58,8 +58,8 @@ pub struct GeneratedModule {
 }
 
 /// Generates `directory/NAME.rs` for each scene file with its derivation, `NAME.md`, and `directory/scenes.rs`, which
-/// includes them all. A module that is there already and was made from the same text by this same program is left alone, and if all are, the engine is
-/// not started.
+/// includes them all. A module that is there already and was made from the same text by this same program is left
+/// alone, and if all are, the engine is not started.
 ///
 /// # Errors
 /// Anything that keeps one of the files from being written; no file is ever half-written.

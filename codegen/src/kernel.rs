@@ -1,5 +1,5 @@
-//! The kernel of a scene: all that a step needs of the equations of motion, in mechanical order, cut where results are used
-//! more than once.
+//! The kernel of a scene: all that a step needs of the equations of motion, in mechanical order, cut where results are
+//! used more than once.
 
 mod algebra;
 mod elimination;
@@ -335,11 +335,11 @@ impl Builder<'_> {
         let slopes: Vec<Value> = (0..n).map(|i| self.bound(Symbol::NamedSlope(k, i))).collect();
         let rates: Vec<Value> = (0..n).map(|i| Some(self.lowering.graph.input(Symbol::Rate(i)))).collect();
         let moved = self.dot(&slopes, &rates);
-        let drift = self.value(&root.half_drift);
+        let time_derivative = self.value(&root.half_time_derivative);
         let root_value = self.bound(Symbol::Named(k));
         let inverse = self.reciprocal(root_value);
-        let drift = self.multiply(drift, inverse);
-        let rate = self.sum(moved.into_iter().chain(drift).collect());
+        let time_derivative = self.multiply(time_derivative, inverse);
+        let rate = self.sum(moved.into_iter().chain(time_derivative).collect());
         let rate = self.keep(Block::Rates, &format!("{name}_dot"), rate);
         self.bind(Symbol::NamedRate(k), rate);
         let square = self.multiply(rate, rate);

@@ -10,9 +10,9 @@
 //!
 //! and the crate includes the result by `include!(concat!(env!("OUT_DIR"), "/scenes.rs"));`.
 //!
-//! The phases, each with plain data for the next: `qrm_scene` (text to [`Scene`](qrm_scene::scene::Scene)), `engine` (scene to
-//! [`term`]s), [`lower`] and [`share`] (terms to a [`graph`]), [`emit`] (graph to Rust), [`verify`] (Rust against the scene),
-//! `generate` (files in, files out).
+//! The phases, each with plain data for the next: `qrm_scene` (text to [`Scene`](qrm_scene::scene::Scene)), `engine`
+//! (scene to [`term`]s), [`lower`] and [`share`] (terms to a [`graph`]), [`emit`] (graph to Rust), [`verify`] (Rust
+//! against the scene), `generate` (files in, files out).
 
 #[cfg(feature = "engine")]
 pub mod build;

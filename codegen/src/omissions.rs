@@ -77,8 +77,8 @@ fn outputs(scene: &Scene) -> Option<String> {
     (!silent.is_empty()).then(|| format!("reaction forces of {}: not asked for", silent.join(", ")))
 }
 
-/// How many operations the equations of motion take if nothing is left out of their matrices: `T' M T` and `T' (F - M bias)` by
-/// loops, and one system for accelerations and multipliers by elimination.
+/// How many operations the equations of motion take if nothing is left out of their matrices: `T' M T` and `T' (F - M
+/// bias)` by loops, and one system for accelerations and multipliers by elimination.
 pub fn dense(scene: &Scene, equations: &Equations) -> usize {
     let (rows, n) = (equations.rows.len(), scene.coordinates.len());
     let reduced = rows * n + n * n * (2 * rows).saturating_sub(1) + 2 * rows + n * (2 * rows).saturating_sub(1);

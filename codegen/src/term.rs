@@ -222,8 +222,8 @@ impl Linearization {
     }
 }
 
-/// The equations of motion for a kernel. Roots of what varies have names and are differentiated by the chain rule, as one
-/// does on paper, so that everything stays short.
+/// The equations of motion for a kernel. Roots of what varies have names and are differentiated by the chain rule, as
+/// one does on paper, so that everything stays short.
 #[derive(Clone, Debug, Default)]
 pub struct KernelEquations {
     /// Roots and other named quantities, each after those that it needs.

@@ -222,7 +222,8 @@ fn a_wrong_tape_is_found() {
 
 #[test]
 fn changed_text_is_found() {
-    // Not the equations are spoiled but what was printed of them: parentheses lost, a start or a stop condition changed.
+    // Not the equations are spoiled but what was printed of them: parentheses lost, a start or a stop condition
+    // changed.
     let (scene, _) = resolve::read("pendulum.toml", SCENE).expect("the scene is right");
     let equations = equations();
     let module = emit::module(&scene, &equations, SCENE);

@@ -19,7 +19,8 @@ const TINY: f64 = 1e-8;
 /// (sin d - d) / d^3 as the polynomial of d^2 that is nearest up to the first of these turns (Remez).
 const SINE: [f64; 2] = [-0.166_666_666_626_764_27, 0.008_333_148_724_138_672];
 
-// Loops instead of closures: what a loop does is always compiled in line, with the instructions of the function around it.
+// Loops instead of closures: what a loop does is always compiled in line, with the instructions of the function around
+// it.
 impl<R: Scalar, const N: usize> Angles<R, N> {
     /// Those of `q`, where `is_angle`.
     #[inline(always)]

@@ -85,8 +85,8 @@ pub enum LaneRole {
 /// Why a batch of motions waits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PauseReason {
-    /// A step was made that some lane cannot simply go on from: it is the last one, the event occurred in it or has to be looked
-    /// for, or it cannot be relied on.
+    /// A step was made that some lane cannot simply go on from: it is the last one, the event occurred in it or has to
+    /// be looked for, or it cannot be relied on.
     Step,
     /// A companion's step cannot be relied on.
     Companion,
@@ -121,8 +121,8 @@ pub enum Width {
 /// Kernels of more operations are not compiled for lanes.
 const MAX_LANE_OPERATIONS: usize = 2000;
 
-/// A batch of motions of a generated mechanism; `None` where the processor has no vectors of that width, or the kernel is too large
-/// for them.
+/// A batch of motions of a generated mechanism; `None` where the processor has no vectors of that width, or the kernel
+/// is too large for them.
 pub(crate) fn batch<X: Generated<N, M>, const N: usize, const M: usize>(
     width: Width,
     request: BatchRequest,

@@ -34,7 +34,8 @@ impl Description {
         self.coordinates[coordinate].unit == "rad"
     }
 
-    /// Whether the code was generated from this text: for crates that compile a copy of generated code, at compile time.
+    /// Whether the code was generated from this text: for crates that compile a copy of generated code, at compile
+    /// time.
     ///
     /// ```ignore
     /// const _: () = assert!(wiper::DESCRIPTION.is_of(include_str!("../wiper.toml")), "generate the code again");

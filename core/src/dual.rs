@@ -6,8 +6,8 @@ use num_dual::DualNum;
 
 use crate::scalar::Scalar;
 
-/// A dual number of the crate `num-dual`, of any kind, as a number for generated functions: they return derivatives beside
-/// values, by whatever the parts of `D` were seeded with. What is compared is the value alone.
+/// A dual number of the crate `num-dual`, of any kind, as a number for generated functions: they return derivatives
+/// beside values, by whatever the parts of `D` were seeded with. What is compared is the value alone.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(transparent)]
 pub struct Dual<D>(pub D);

@@ -5,12 +5,13 @@ use crate::description::Description;
 use crate::scalar::Scalar;
 use crate::tape::Tape;
 
-/// The equations of motion of a mechanism with `N` coordinates and `M` constraints, on numbers `R`, its parameters inside.
+/// The equations of motion of a mechanism with `N` coordinates and `M` constraints, on numbers `R`, its parameters
+/// inside.
 ///
-/// The first functions are in the order in which a step needs them: what follows from the position alone is computed once, and
-/// serves accelerations as well as corrections. The constraints `C_q qdd + bias = 0` are solved for `M` coordinates that depend on
-/// the others; the motion of those follows from `T' (Mbar qdd - fbar) = 0` with the tangents `T`, `C_q T = 0`. The other functions
-/// take nothing for granted and hold at every position.
+/// The first functions are in the order in which a step needs them: what follows from the position alone is computed
+/// once, and serves accelerations as well as corrections. The constraints `C_q qdd + bias = 0` are solved for `M`
+/// coordinates that depend on the others; the motion of those follows from `T' (Mbar qdd - fbar) = 0` with the tangents
+/// `T`, `C_q T = 0`. The other functions take nothing for granted and hold at every position.
 ///
 /// All numbers are in SI units, angles in radians.
 pub trait Kernel<R: Scalar, const N: usize, const M: usize>: Copy + Send + Sync + 'static {
@@ -32,8 +33,8 @@ pub trait Kernel<R: Scalar, const N: usize, const M: usize>: Copy + Send + Sync 
     /// The residuals of the constraints, `C(q, t)`.
     fn residuals(&self, position: &Self::Position) -> [R; M];
 
-    /// The growth of rounding errors in the solution of the constraints for the dependent coordinates: where it is large, the
-    /// choice of dependent coordinates does not suit the position.
+    /// The growth of rounding errors in the solution of the constraints for the dependent coordinates: where it is
+    /// large, the choice of dependent coordinates does not suit the position.
     fn growth_factor(&self, position: &Self::Position) -> R;
 
     /// The rates of the residuals, `C_q qd + C_t`.
@@ -66,7 +67,8 @@ pub trait Kernel<R: Scalar, const N: usize, const M: usize>: Copy + Send + Sync 
         outputs: &mut [R],
     );
 
-    /// A value that rises through zero when the scene's stop condition becomes true; `None` if it has no such condition.
+    /// A value that rises through zero when the scene's stop condition becomes true; `None` if it has no such
+    /// condition.
     fn event(&self, t: R, q: &[R; N], qd: &[R; N]) -> Option<R>;
 
     /// The start of the motion.
@@ -123,8 +125,8 @@ pub trait Generated<const N: usize, const M: usize>: 'static {
     /// Whether constraints depend on time.
     const IS_DRIVEN: bool = false;
 
-    /// The values of the parameters, in the order of the description; some are replaced, and those that the scene computes from
-    /// others follow.
+    /// The values of the parameters, in the order of the description; some are replaced, and those that the scene
+    /// computes from others follow.
     fn parameter_values<R: Scalar>(replace: &dyn Fn(&str) -> Option<R>, values: &mut [R]);
 }
 
@@ -169,7 +171,8 @@ pub struct Linearization<R, const N: usize, const M: usize> {
     pub constraint_forcing: [R; M],
 }
 
-/// The start of a motion: some values are given, the others are first guesses (rates: unused) until they are solved for.
+/// The start of a motion: some values are given, the others are first guesses (rates: unused) until they are solved
+/// for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Start<R, const N: usize> {
     /// Coordinates.

@@ -5,8 +5,8 @@ use core::ops::{Add, Div, Mul, Neg, Sub};
 use crate::scalar::Scalar;
 use pulp::Simd;
 
-/// A vector of doubles. It stands in this crate alone, and in it alone below [`pulp::Arch::dispatch`]: the processor has the
-/// instructions of `S` wherever there is one.
+/// A vector of doubles. It stands in this crate alone, and in it alone below [`pulp::Arch::dispatch`]: the processor
+/// has the instructions of `S` wherever there is one.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Lanes<S: Token>(S::Register);
 
@@ -29,7 +29,8 @@ macro_rules! token {
             #[allow(unsafe_code)]
             #[inline(always)]
             fn again() -> Self {
-                // SAFETY: called by operations on `Lanes` alone, which exist only inside `Arch::dispatch` with this token.
+                // SAFETY: called by operations on `Lanes` alone, which exist only inside `Arch::dispatch` with this
+                // token.
                 unsafe { Self::new_unchecked() }
             }
         }

@@ -1,8 +1,8 @@
 //! The equations of motion of a mechanism as generated code and simulators see them.
 //!
-//! Generated code implements [`Kernel`] and [`Generated`], with sizes that are known when it is compiled. A simulator is written
-//! against [`Mechanism`], plain functions over slices, and a program lists its mechanisms as [`Model`]s. What has to be fast is compiled
-//! for each mechanism: rows by [`rk4_step`] and motions in lanes.
+//! Generated code implements [`Kernel`] and [`Generated`], with sizes that are known when it is compiled. A simulator
+//! is written against [`Mechanism`], plain functions over slices, and a program lists its mechanisms as [`Model`]s.
+//! What has to be fast is compiled for each mechanism: rows by [`rk4_step`] and motions in lanes.
 //!
 //! With `q` the generalized coordinates and `C(q) = 0` the loop constraints:
 //!
@@ -11,8 +11,8 @@
 //! | C_q   0    | | lambda | = | -(C_q qd)_q qd |
 //! ```
 //!
-//! Constraints may depend on time, `C(q, t) = 0`: then `C_q qd + C_t = 0`, and `(C_q qd)_q qd + 2 C_qt qd + C_tt` takes the place
-//! of `(C_q qd)_q qd`.
+//! Constraints may depend on time, `C(q, t) = 0`: then `C_q qd + C_t = 0`, and `(C_q qd)_q qd + 2 C_qt qd + C_tt` takes
+//! the place of `(C_q qd)_q qd`.
 
 #![no_std]
 
@@ -61,7 +61,8 @@ pub use scalar::{Fused, Scalar};
 pub use sine::sin_cos;
 pub use tape::{Operation, Tape, TapeEvaluator, TapeFunction};
 
-/// Lists generated mechanisms, `MODULE::MECHANISM, COORDINATES, CONSTRAINTS;` each, as a program's `MODELS`; nothing without `std`.
+/// Lists generated mechanisms, `MODULE::MECHANISM, COORDINATES, CONSTRAINTS;` each, as a program's `MODELS`; nothing
+/// without `std`.
 #[cfg(feature = "std")]
 #[macro_export]
 macro_rules! models {

@@ -9,8 +9,8 @@ use crate::rows::{RowRequest, RowResult, integrate_rk4};
 
 /// The equations of motion of a mechanism with `n` coordinates and `m` constraints, its parameters inside.
 ///
-/// Vectors of coordinates have `n` entries, those of constraints `m`; matrices are flat, row after row. A slice of another length is a
-/// mistake of the caller and panics. All numbers are in SI units, angles in radians.
+/// Vectors of coordinates have `n` entries, those of constraints `m`; matrices are flat, row after row. A slice of
+/// another length is a mistake of the caller and panics. All numbers are in SI units, angles in radians.
 pub trait Mechanism: Send + Sync {
     /// Names, units and meanings.
     fn description(&self) -> &'static Description;
@@ -33,7 +33,8 @@ pub trait Mechanism: Send + Sync {
     /// Step and end of the motion.
     fn schedule(&self) -> Schedule<f64>;
 
-    /// A value that rises through zero when the scene's stop condition becomes true; `None` if it has no such condition.
+    /// A value that rises through zero when the scene's stop condition becomes true; `None` if it has no such
+    /// condition.
     fn event(&self, t: f64, q: &[f64], qd: &[f64]) -> Option<f64>;
 
     /// The parts of the equations of motion.
@@ -54,7 +55,8 @@ pub trait Mechanism: Send + Sync {
     /// The outputs, in the order of the description, as far as `outputs` has room.
     fn outputs(&self, t: f64, q: &[f64], qd: &[f64], qdd: &[f64], multipliers: &[f64], outputs: &mut [f64]);
 
-    /// Derivatives of the equations of motion by the state; false, and nothing is written, if the scene does not ask for them.
+    /// Derivatives of the equations of motion by the state; false, and nothing is written, if the scene does not ask
+    /// for them.
     fn linearization(
         &self,
         t: f64,
@@ -65,15 +67,17 @@ pub trait Mechanism: Send + Sync {
         linearization: LinearizationMut,
     ) -> bool;
 
-    /// Accelerations and multipliers by the kernel; false where it does not suit the position, or a number is not finite.
+    /// Accelerations and multipliers by the kernel; false where it does not suit the position, or a number is not
+    /// finite.
     fn accelerations(&self, t: f64, q: &[f64], qd: &[f64], qdd: &mut [f64], multipliers: &mut [f64]) -> bool;
 
-    /// Rows by steps of [`rk4_step`](crate::rk4_step) from the state in the first row of `rows` on, until there is room for no more,
-    /// the end comes, the event occurs, or a step cannot be relied on.
+    /// Rows by steps of [`rk4_step`](crate::rk4_step) from the state in the first row of `rows` on, until there is room
+    /// for no more, the end comes, the event occurs, or a step cannot be relied on.
     fn integrate_rk4(&self, request: &RowRequest, rows: &mut [f64]) -> RowResult;
 }
 
-/// Room for the start of a motion: some values are given, the others are first guesses (rates: unused) until they are solved for.
+/// Room for the start of a motion: some values are given, the others are first guesses (rates: unused) until they are
+/// solved for.
 #[derive(Debug)]
 pub struct StartMut<'a> {
     /// Coordinates.

@@ -42,8 +42,8 @@ impl Model {
         }
     }
 
-    /// The values of the parameters, some of them replaced, in the order of the description; those that the scene computes from
-    /// others follow.
+    /// The values of the parameters, some of them replaced, in the order of the description; those that the scene
+    /// computes from others follow.
     pub fn parameter_values(&self, replace: Replace) -> Vec<f64> {
         let mut values = vec![0.0; self.description.parameters.len()];
         (self.parameter_values)(replace, &mut values);
@@ -55,7 +55,8 @@ impl Model {
         (self.mechanism)(self.parameter_values(replace))
     }
 
-    /// Motions in lanes of that width; `None` where the processor has no such vectors, or the kernel is too large for them.
+    /// Motions in lanes of that width; `None` where the processor has no such vectors, or the kernel is too large for
+    /// them.
     ///
     /// A step counts as reliable up to this `residual` of the constraints.
     pub fn batch(&self, width: Width, request: BatchRequest, residual: f64) -> Option<Box<dyn SimdBatch>> {

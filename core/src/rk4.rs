@@ -1,4 +1,5 @@
-//! The classical Runge-Kutta step of order 4 by a kernel, with the projection of coordinates and rates onto the constraints.
+//! The classical Runge-Kutta step of order 4 by a kernel, with the projection of coordinates and rates onto the
+//! constraints.
 //!
 //! The step is written for any number: vectors in lanes make several steps at once.
 
@@ -34,7 +35,8 @@ impl<R: Scalar, const N: usize, const M: usize> KernelState<R, N, M> {
     /// Zero, but not a number (in some lane) where one of the state's is not finite.
     #[inline(always)]
     pub fn finite_check(&self) -> R {
-        // Accelerations and multipliers depend on all the others. Zero times a number that is not finite is not a number.
+        // Accelerations and multipliers depend on all the others. Zero times a number that is not finite is not a
+        // number.
         let mut sum = R::zero();
         for i in 0..N {
             sum = sum + self.qdd[i];
@@ -62,8 +64,8 @@ pub struct StepResult<R, P, const N: usize, const M: usize> {
 }
 
 impl<R: Scalar, P, const N: usize, const M: usize> StepResult<R, P, N, M> {
-    /// Whether the step can be relied on: all numbers are finite, no residual is larger than `tolerance`, and the kernel suits
-    /// the position.
+    /// Whether the step can be relied on: all numbers are finite, no residual is larger than `tolerance`, and the
+    /// kernel suits the position.
     #[inline(always)]
     pub fn is_good(&self, tolerance: f64) -> bool {
         self.growth_factor.is_within(MAX_GROWTH)
@@ -141,7 +143,8 @@ fn finish<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
     StepResult { end: state, position, growth_factor: growth, residual, corrections: end.corrections }
 }
 
-/// The step as a loop over its stages, with the equations of motion in one place: large kernels compile in a fraction of the time.
+/// The step as a loop over its stages, with the equations of motion in one place: large kernels compile in a fraction
+/// of the time.
 #[inline(always)]
 fn looped<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
     kernel: &K,

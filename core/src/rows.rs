@@ -9,8 +9,8 @@ use crate::rk4::{KernelState, rk4_step};
 use crate::scalar::Fused;
 use crate::scalar::Scalar;
 
-/// The layout of a row: `t`, `q`, `qd`, `qdd`, `multipliers`, the number of corrections of the coordinates in the step to here, and
-/// the value of the scene's event (-1 if it is not watched).
+/// The layout of a row: `t`, `q`, `qd`, `qdd`, `multipliers`, the number of corrections of the coordinates in the step
+/// to here, and the value of the scene's event (-1 if it is not watched).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RowLayout {
     /// Number of coordinates.
@@ -83,8 +83,8 @@ pub enum RowStop {
     End,
     /// The event's value in the last row is not below zero.
     Event,
-    /// The next step cannot be relied on: some number is not finite, a residual is too large, or the kernel does not suit the
-    /// position.
+    /// The next step cannot be relied on: some number is not finite, a residual is too large, or the kernel does not
+    /// suit the position.
     Unreliable,
 }
 

@@ -1,7 +1,7 @@
 //! Sine and cosine together, in line and without branches for all but very large angles.
 //!
-//! The angle is reduced to an eighth of a turn by a quarter turn in three parts (Cody, Waite 1980), then the polynomials of
-//! fdlibm's kernels give sine and cosine. Errors stay below 0.8 units in the last place.
+//! The angle is reduced to an eighth of a turn by a quarter turn in three parts (Cody, Waite 1980), then the
+//! polynomials of fdlibm's kernels give sine and cosine. Errors stay below 0.8 units in the last place.
 
 // The digits are those of the published constants, a few more than a double holds.
 #![allow(clippy::excessive_precision)]

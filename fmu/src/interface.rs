@@ -1,7 +1,7 @@
 //! The functions of FMI 3.0, as its header `fmi3FunctionTypes.h` declares them.
 //!
-//! Each looks at its pointers, hands on to [`Instance`], and turns what comes back into a status; a panic, which would be a mistake of this
-//! library, becomes `fmi3Fatal` instead of passing into the importer.
+//! Each looks at its pointers, hands on to [`Instance`], and turns what comes back into a status; a panic, which would
+//! be a mistake of this library, becomes `fmi3Fatal` instead of passing into the importer.
 
 mod absent;
 
@@ -45,7 +45,8 @@ fn report(log_message: Option<LogMessage>, environment: *mut c_void, status: Sta
     let Some(log_message) = log_message else { return };
     let Ok(message) = CString::new(message.replace('\0', "")) else { return };
     let category = if status == FATAL { c"fatal" } else { c"error" };
-    // SAFETY: the importer gave this function with this environment, and both strings end with zero and outlive the call.
+    // SAFETY: the importer gave this function with this environment, and both strings end with zero and outlive the
+    // call.
     unsafe { log_message(environment, status, category.as_ptr(), message.as_ptr()) }
 }
 

@@ -6,11 +6,12 @@
 //! qrm_fmu::export!(scenes::MODELS);
 //! ```
 //!
-//! becomes a library with all functions of the interface, for all its mechanisms. An instance is of the mechanism that its
-//! [`InstantiationToken`] names. `qrm export-fmu` packs the library with a description of the [`variables`] of one mechanism.
+//! becomes a library with all functions of the interface, for all its mechanisms. An instance is of the mechanism that
+//! its [`InstantiationToken`] names. `qrm export-fmu` packs the library with a description of the [`variables`] of one
+//! mechanism.
 //!
-//! The functions are written by hand: the crate that exists for them, `fmi-export` 0.3, describes one model at compile time, by a
-//! macro over a struct, and needs libclang to build; see docs/decisions/0013.
+//! The functions are written by hand: the crate that exists for them, `fmi-export` 0.3, describes one model at compile
+//! time, by a macro over a struct, and needs libclang to build; see docs/decisions/0013.
 
 mod instance;
 #[allow(unsafe_code, reason = "a C interface is made of pointers")]

@@ -15,8 +15,8 @@ use qrm_sim::solve::{Projection, ProjectionTolerance};
 /// qrm SCENE;DIGEST;METHOD[ TOLERANCE];PROJECTION;RESIDUAL;ITERATIONS;STEP;FIXED,...;COMPUTED,...;NAME=VALUE;...
 /// ```
 ///
-/// Numbers have the digits that read back as the same double; the digest has 16 hexadecimal digits. `TOLERANCE` stands with methods
-/// that choose their steps.
+/// Numbers have the digits that read back as the same double; the digest has 16 hexadecimal digits. `TOLERANCE` stands
+/// with methods that choose their steps.
 #[derive(Clone, Debug, PartialEq)]
 pub struct InstantiationToken {
     /// The name of the scene.

@@ -3,8 +3,8 @@
 use qrm_core::Description;
 use qrm_sim::columns::{Column, Kind, columns};
 
-/// The variables of a unit: time, parameters, then the columns of a trajectory except the residuals. The value reference of a
-/// variable is its index.
+/// The variables of a unit: time, parameters, then the columns of a trajectory except the residuals. The value
+/// reference of a variable is its index.
 pub fn variables(description: &Description) -> Vec<Column> {
     let mut variables = vec![Column::new("time", "s", "time", Kind::Time)];
     let parameters = description.parameters.iter().enumerate();

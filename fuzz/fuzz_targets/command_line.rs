@@ -1,5 +1,5 @@
-//! Any command line, an argument a line: an exit status that fits, no panic, no number in a file that is none, and no run that
-//! is accepted and not as accurate as it claims.
+//! Any command line, an argument a line: an exit status that fits, no panic, no number in a file that is none, and no
+//! run that is accepted and not as accurate as it claims.
 
 #![no_main]
 

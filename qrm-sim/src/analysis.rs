@@ -1,5 +1,5 @@
-//! Analyses beside the motion: positions that are moved by hand, static equilibrium, linearized equations, exact motions, derivatives by
-//! parameters, run times.
+//! Analyses beside the motion: positions that are moved by hand, static equilibrium, linearized equations, exact
+//! motions, derivatives by parameters, run times.
 
 mod energy_integral;
 mod equilibrium;

@@ -2,7 +2,8 @@
 
 use qrm_core::{Mechanism, StartMut};
 
-/// The start of a motion: some values are given, the others are first guesses (rates: unused) until they are solved for.
+/// The start of a motion: some values are given, the others are first guesses (rates: unused) until they are solved
+/// for.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Start {
     /// Coordinates.

@@ -19,7 +19,8 @@ pub struct Chart {
 impl Chart {
     /// Appends the function's value at an argument: half the sum of both ends, and an absolute value for each corner.
     ///
-    /// With the slopes `m_i` before and after the points `x_i`, `y(x) = (y_0 + y_n)/2 + sum (m_(i+1) - m_i)/2 |x - x_i|`.
+    /// With the slopes `m_i` before and after the points `x_i`, `y(x) = (y_0 + y_n)/2 + sum (m_(i+1) - m_i)/2 |x -
+    /// x_i|`.
     pub fn append<N>(&self, formula: &mut Expression<N>, argument: NodeId, span: &Span) -> NodeId {
         let half = BigRational::new(1.into(), 2.into());
         let slope = |pair: &[[BigRational; 2]]| (&pair[1][1] - &pair[0][1]) / (&pair[1][0] - &pair[0][0]);

@@ -108,8 +108,8 @@ impl Function {
         }
     }
 
-    /// Whether it has a derivative wherever it has a value. What has none serves where nothing is differentiated: in values of
-    /// parameters, first guesses, stop conditions.
+    /// Whether it has a derivative wherever it has a value. What has none serves where nothing is differentiated: in
+    /// values of parameters, first guesses, stop conditions.
     pub fn is_differentiable(self) -> bool {
         self != Self::Atan2 && !self.is_piecewise()
     }

@@ -1,9 +1,9 @@
 //! Reads scene files: mechanisms described by formulae.
 //!
-//! [`source`] reads the text, [`document`] its TOML with the place of every value, [`lexer`] and [`parser`] the formulae, and
-//! [`resolve`] looks up names and checks the rules, which gives a [`scene::Scene`]. All mistakes of a file are reported together, at
-//! their lines and columns ([`diagnostic`]). [`evaluate`] gives formulae values, on doubles and on dual numbers.
-//! [`files`] writes files whole, for whoever works with scenes.
+//! [`source`] reads the text, [`document`] its TOML with the place of every value, [`lexer`] and [`parser`] the
+//! formulae, and [`resolve`] looks up names and checks the rules, which gives a [`scene::Scene`]. All mistakes of a
+//! file are reported together, at their lines and columns ([`diagnostic`]). [`evaluate`] gives formulae values, on
+//! doubles and on dual numbers. [`files`] writes files whole, for whoever works with scenes.
 
 pub mod chart;
 pub mod diagnostic;

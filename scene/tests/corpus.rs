@@ -1,4 +1,5 @@
-//! Texts that a fuzzer found, each of which takes another way through the reading of scenes: none of them may end in a panic.
+//! Texts that a fuzzer found, each of which takes another way through the reading of scenes: none of them may end in a
+//! panic.
 
 use std::path::Path;
 

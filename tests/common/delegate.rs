@@ -1,7 +1,7 @@
 //! Mechanisms without a kernel around another mechanism.
 
-/// The methods of `Mechanism` by the mechanism in a field, without kernel and steps; mass matrix, dynamics and loop constraints
-/// are left to the caller.
+/// The methods of `Mechanism` by the mechanism in a field, without kernel and steps; mass matrix, dynamics and loop
+/// constraints are left to the caller.
 macro_rules! delegate_without_kernel {
     ($field:tt) => {
         fn description(&self) -> &'static qrm_core::Description {

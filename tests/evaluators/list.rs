@@ -192,8 +192,8 @@ fn plain<const N: usize, const M: usize>(x: &dyn Mechanism, s: &State<N, M>) -> 
     in_double_double(values)
 }
 
-/// A mechanism whose terms are those of one state everywhere: its constraints are linear, and have the residuals of that state at
-/// zero coordinates and zero rates.
+/// A mechanism whose terms are those of one state everywhere: its constraints are linear, and have the residuals of
+/// that state at zero coordinates and zero rates.
 struct Held<'a> {
     mechanism: &'a dyn Mechanism,
     dynamics: Dynamics,

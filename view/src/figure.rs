@@ -1,11 +1,11 @@
 //! Curves over time, and their picture as SVG.
 //!
-//! The SVG can be read back. Coordinates are counted in its `viewBox`; for each panel there is an element
-//! `<g class="panel">` with the rectangle of the plotting area (`data-left`, `data-right`, `data-top`, `data-bottom`), the
-//! times at its left and right (`data-t0`, `data-t1`), the values at its bottom and top (`data-low`, `data-high`) and how
-//! the ordinate is divided (`data-scale`). In it there is for each curve an element `<g class="curve">` with its name
-//! (`data-name`), the colour of its lines (`data-stroke`) and of the labels of its extremes (`data-ink`), and its extremes
-//! (`data-minimum`, `data-maximum`: time and value).
+//! The SVG can be read back. Coordinates are counted in its `viewBox`; for each panel there is an element `<g
+//! class="panel">` with the rectangle of the plotting area (`data-left`, `data-right`, `data-top`, `data-bottom`), the
+//! times at its left and right (`data-t0`, `data-t1`), the values at its bottom and top (`data-low`, `data-high`) and
+//! how the ordinate is divided (`data-scale`). In it there is for each curve an element `<g class="curve">` with its
+//! name (`data-name`), the colour of its lines (`data-stroke`) and of the labels of its extremes (`data-ink`), and its
+//! extremes (`data-minimum`, `data-maximum`: time and value).
 
 mod axis;
 mod label;

@@ -16,8 +16,8 @@ use crate::motion::Motion;
 use self::clock::Clock;
 use self::stage::Stage;
 
-/// The motion as an animated GIF that repeats for ever: at most 640 by 480 pixels, in real time if the run lasts from 1 s
-/// to 20 s, otherwise slowed or quickened by a factor that the picture states.
+/// The motion as an animated GIF that repeats for ever: at most 640 by 480 pixels, in real time if the run lasts from 1
+/// s to 20 s, otherwise slowed or quickened by a factor that the picture states.
 ///
 /// # Errors
 /// The motion is not what [`Motion`] says, or lies too far apart to draw.

@@ -92,7 +92,8 @@ impl<'g> Body<'g> {
         body
     }
 
-    /// A body in which nothing is defined yet. With the `depths` of values, products and sums are joined, the deepest last.
+    /// A body in which nothing is defined yet. With the `depths` of values, products and sums are joined, the deepest
+    /// last.
     pub(super) fn begin(
         graph: &'g Graph,
         outside: &'g HashMap<Id, TokenStream>,

@@ -148,7 +148,8 @@ impl<'s> Algebra<'s> {
         self.simplify_inside(at_rest.as_view())
     }
 
-    /// The derivative of a potential by the length it depends on, at `length`; in the potential that is the displacement.
+    /// The derivative of a potential by the length it depends on, at `length`; in the potential that is the
+    /// displacement.
     pub(super) fn slope_of_potential(&self, potential: &Atom, length: &Atom) -> Atom {
         let slope = self.derivative(potential, Symbol::Displacement);
         // A sign may be taken of others, which come before it.
@@ -264,8 +265,8 @@ fn names_at_most(scene: &Scene, formulae: bool) -> usize {
 /// So many symbols are there before anything else.
 const SYMBOLS: usize = 4096;
 
-/// Defines the symbols of all scenes, because the order of terms follows that of definitions: what is written of a scene does
-/// not depend on those before it.
+/// Defines the symbols of all scenes, because the order of terms follows that of definitions: what is written of a
+/// scene does not depend on those before it.
 fn define_symbols() {
     for name in ["x_", "asin", "acos", "atan", "sinh", "cosh", "tanh"] {
         symbol!(name);

@@ -26,7 +26,7 @@ pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> Equation
         com_bias: terms(&rows.bias),
         constraints: terms(c),
         constraint_jacobian: matrix(&system.constraint_jacobian),
-        constraint_rate: system.drifts.iter().map(|drift| algebra.simple_term(drift)).collect(),
+        constraint_rate: system.constraint_rates.iter().map(|rate| algebra.simple_term(rate)).collect(),
         constraint_bias: terms(&system.constraint_bias),
         mass_matrix: matrix(&system.mass),
         ..Equations::default()
@@ -53,7 +53,7 @@ pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> Equation
     let kinetic = system.kinetic_energy();
     equations.energy = [&kinetic, &loads.potential].into_iter().map(|atom| algebra.simple_term(atom)).collect();
     // A closure that moves by itself does work: -lambda' C_q qd = lambda' C_t.
-    let driving = algebra.contract(&system.drifts, Symbol::Multiplier);
+    let driving = algebra.contract(&system.constraint_rates, Symbol::Multiplier);
     equations.power = vec![algebra.simple_term(&(&loads.power + driving))];
     equations.outputs = scene.outputs.iter().map(|o| algebra.simple_term(&output(scene, &system, &o.kind))).collect();
     equations.points = (0..scene.points.len())
@@ -79,7 +79,7 @@ pub(super) struct System<'s> {
     /// What `C_q qdd` is the negative of.
     pub(super) constraint_bias: Vec<Atom>,
     /// C_t
-    pub(super) drifts: Vec<Atom>,
+    pub(super) constraint_rates: Vec<Atom>,
 }
 
 impl<'s> System<'s> {
@@ -91,7 +91,7 @@ impl<'s> System<'s> {
         let gradient = |row: &Atom| algebra.gradient(row).iter().map(simple).collect();
         Self {
             constraint_jacobian: constraints.iter().map(gradient).collect(),
-            drifts: constraints.iter().map(|row| algebra.drift(row)).collect(),
+            constraint_rates: constraints.iter().map(|row| algebra.time_derivative(row)).collect(),
             constraint_bias: constraints.iter().map(|row| simple(&algebra.bias(row))).collect(),
             mass: rows.mass_matrix(scene, &algebra),
             loads: Loads::new(scene, &algebra, &rows),
@@ -120,7 +120,7 @@ fn output(scene: &Scene, system: &System, kind: &OutputKind) -> Atom {
     let algebra = &system.algebra;
     match kind {
         OutputKind::LoadPower(load) => system.loads.power_of(algebra, *load),
-        OutputKind::DrivePower(k) => &system.drifts[*k] * algebra.symbol(Symbol::Multiplier(*k)),
+        OutputKind::DrivePower(k) => &system.constraint_rates[*k] * algebra.symbol(Symbol::Multiplier(*k)),
         OutputKind::Value(value) => algebra.atom(value),
         OutputKind::Rate(value) => algebra.rate(&algebra.simplify(&algebra.atom(value))),
         OutputKind::SecondRate(value) => {

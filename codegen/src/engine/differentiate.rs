@@ -166,12 +166,12 @@ impl Algebra<'_> {
     }
 
     /// The derivative by time with the coordinates held: f_t.
-    pub(super) fn drift(&self, atom: &Atom) -> Atom {
+    pub(super) fn time_derivative(&self, atom: &Atom) -> Atom {
         let through = |sum: Atom, (k, slope): (usize, Atom)| {
             let names = self.names.borrow();
-            let drift = self.drift(&names[k].inside);
+            let time_derivative = self.time_derivative(&names[k].inside);
             let over = if names[k].is_root { Atom::num(2) * self.symbol(Symbol::Named(k)) } else { Atom::num(1) };
-            sum + slope * drift / over
+            sum + slope * time_derivative / over
         };
         self.by_names(atom, &self.occurring(atom)).into_iter().fold(self.derivative(atom, Symbol::Time), through)
     }
@@ -228,7 +228,7 @@ impl Algebra<'_> {
                 let kind = NamedKind::Root(Root {
                     radicand: self.simple_term(inside),
                     slopes: entry.gradient.iter().map(half).collect(),
-                    half_drift: half(&self.drift(inside)),
+                    half_time_derivative: half(&self.time_derivative(inside)),
                     half_bias: half(&self.bias(inside)),
                 });
                 Named { name, kind }

@@ -29,7 +29,7 @@ fn of(system: &System, outputs: &[Term]) -> KernelEquations {
     KernelEquations {
         constraints: each(&system.constraints),
         constraint_jacobian: matrix(&system.constraint_jacobian),
-        constraint_rate: each(&system.drifts),
+        constraint_rate: each(&system.constraint_rates),
         constraint_bias: each(&system.constraint_bias),
         mass_matrix: matrix(&system.mass),
         pushes,

@@ -1,5 +1,5 @@
-//! The linear equations of a kernel, solved by hand as it were: constraints for the coordinates that depend on the others,
-//! in an order that leaves zeros zero, and what is left for the others.
+//! The linear equations of a kernel, solved by hand as it were: constraints for the coordinates that depend on the
+//! others, in an order that leaves zeros zero, and what is left for the others.
 
 use std::collections::{HashMap, HashSet};
 
@@ -210,8 +210,8 @@ impl Elimination {
         }
     }
 
-    /// What tells of growing rounding errors: how the dependent coordinates follow the others, how much of an inertia cancelled,
-    /// and how small pivots became.
+    /// What tells of growing rounding errors: how the dependent coordinates follow the others, how much of an inertia
+    /// cancelled, and how small pivots became.
     pub(super) fn growth_factors(&self) -> Vec<Value> {
         let tangents = self.tangents.iter().zip(&self.independent).flat_map(|(tangent, by)| {
             tangent.iter().enumerate().filter(move |(i, _)| i != by).map(|(_, value)| *value)
@@ -317,8 +317,8 @@ impl Elimination {
     }
 }
 
-/// Constraint and coordinate of each pivot: large enough at the scene's start, not of a coordinate that is given there if that can
-/// be helped, and first those that leave most zeros as they are.
+/// Constraint and coordinate of each pivot: large enough at the scene's start, not of a coordinate that is given there
+/// if that can be helped, and first those that leave most zeros as they are.
 fn pivots(builder: &Builder, equations: &Equations, jacobian: &Matrix) -> Vec<(usize, usize)> {
     let scene = builder.scene;
     let parameters = parameter_values(scene, |_| None);

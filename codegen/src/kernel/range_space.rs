@@ -1,6 +1,6 @@
-//! The linear equations of a kernel by the forces of the loops: `Mbar` and `C_q Mbar^-1 C_q'` as products of triangles that are as
-//! sparse as the mechanism. Where bodies have coordinates of their own, this grows with their number, and what is left of
-//! freedoms does not matter.
+//! The linear equations of a kernel by the forces of the loops: `Mbar` and `C_q Mbar^-1 C_q'` as products of triangles
+//! that are as sparse as the mechanism. Where bodies have coordinates of their own, this grows with their number, and
+//! what is left of freedoms does not matter.
 
 use super::algebra::{Matrix, Value, negated};
 use super::{Block, Builder};

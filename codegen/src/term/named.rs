@@ -31,7 +31,7 @@ pub struct Root {
     /// Its derivative by each coordinate, times the root.
     pub slopes: Vec<Term>,
     /// Half of the radicand's derivative by time alone.
-    pub half_drift: Term,
+    pub half_time_derivative: Term,
     /// Half of what the second rate of the radicand has beside the accelerations.
     pub half_bias: Term,
 }
@@ -93,7 +93,7 @@ impl Root {
             self.slopes.iter().enumerate().filter(|(_, slope)| !slope.is_zero()).map(|(i, _)| {
                 Term::Product([Symbol::NamedSlope(place, i), Symbol::Rate(i)].map(Term::Symbol).to_vec())
             });
-        let rate = Term::Sum(moved.chain([over(&self.half_drift)]).collect());
+        let rate = Term::Sum(moved.chain([over(&self.half_time_derivative)]).collect());
         let square = power(Term::Symbol(Symbol::NamedRate(place)), 2, 1);
         let minus_square = Term::Product(vec![Term::Number(BigRational::from_integer((-1).into())), square]);
         let bias = over(&Term::Sum(vec![self.half_bias.clone(), minus_square]));

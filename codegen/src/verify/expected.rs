@@ -23,8 +23,8 @@ pub(super) struct Sample {
 }
 
 impl Sample {
-    /// Random numbers; every second time coordinates and rates near the scene's start, and nearer each time, for formulae
-    /// that have a value nowhere else.
+    /// Random numbers; every second time coordinates and rates near the scene's start, and nearer each time, for
+    /// formulae that have a value nowhere else.
     pub(super) fn random(scene: &Scene, number: usize, random: &mut fastrand::Rng) -> Self {
         let near_start = number.is_multiple_of(2);
         let (n, m) = (scene.coordinates.len(), scene.constraints.len());
@@ -127,9 +127,10 @@ impl Sample {
             }
         }
         let kinetic: f64 = x.iter().zip(&positions).map(|((_, inertia), x)| 0.5 * inertia * x.v1 * x.v1).sum();
-        let drifts = self.drifts(scene);
+        let constraint_rates = self.constraint_rates(scene);
         let [potential, power] = self.potential_and_power(&gradients, &plain, &x, equations);
-        let power = power + drifts.iter().zip(&self.multipliers).map(|(drift, lambda)| drift * lambda).sum::<f64>();
+        let power =
+            power + constraint_rates.iter().zip(&self.multipliers).map(|(rate, lambda)| rate * lambda).sum::<f64>();
         let second = |values: &[Dual2_64]| values.iter().map(|v| v.v2).collect::<Vec<f64>>();
         let first = |values: &[Dual2_64]| values.iter().map(|v| v.re).collect::<Vec<f64>>();
         let mut expected = vec![
@@ -147,7 +148,7 @@ impl Sample {
             ("dynamics.constraint_bias", second(&residuals)),
             ("loop_constraints.residuals", first(&residuals)),
             ("loop_constraints.constraint_jacobian", constraint_jacobian.clone()),
-            ("loop_constraints.constraint_rate", drifts.clone()),
+            ("loop_constraints.constraint_rate", constraint_rates.clone()),
         ];
         if !c.is_empty() {
             expected.extend([
@@ -157,7 +158,7 @@ impl Sample {
             ]);
         }
         if scene.is_driven() {
-            expected.push(("constraint_rate", drifts));
+            expected.push(("constraint_rate", constraint_rates));
         }
         let finite = expected.iter().all(|(_, numbers)| numbers.iter().all(|n| n.is_finite()));
         finite.then_some(expected)
@@ -172,7 +173,7 @@ impl Sample {
     }
 
     /// The derivatives of the closures by time alone.
-    pub(super) fn drifts(&self, scene: &Scene) -> Vec<f64> {
+    pub(super) fn constraint_rates(&self, scene: &Scene) -> Vec<f64> {
         let state = self.held(scene, Dual64::new(self.t, 1.0));
         scene.constraints.iter().map(|constraint| state.value(&constraint.residual).eps).collect()
     }
@@ -211,7 +212,7 @@ impl Sample {
                 let efforts = self.efforts(scene, &plain, &scene.loads[*load].kind);
                 efforts.into_iter().map(|(effort, along)| effort * gradients.velocity(along)).sum()
             }
-            OutputKind::DrivePower(k) => self.multipliers[*k] * self.drifts(scene)[*k],
+            OutputKind::DrivePower(k) => self.multipliers[*k] * self.constraint_rates(scene)[*k],
             OutputKind::ReactionMoment { constraint, coordinate } => {
                 let mut turned = gradients.states[*coordinate].clone();
                 for point in 0..scene.points.len() {

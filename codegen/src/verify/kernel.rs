@@ -12,8 +12,8 @@ const MAX_GROWTH: f64 = 1e3;
 /// Largest difference relative to the largest number of the function, for each unit of growth.
 const TOLERANCE: f64 = 1e-9;
 
-/// Compares every function of the kernel at a state, as far as it suits the position and the equations are not nearly singular
-/// there.
+/// Compares every function of the kernel at a state, as far as it suits the position and the equations are not nearly
+/// singular there.
 pub(super) fn agrees(
     scene: &Scene,
     module: &Generated,

@@ -1,5 +1,5 @@
-//! The generated derivatives of the equations of motion against differences of the equations themselves, which are verified
-//! by automatic differentiation.
+//! The generated derivatives of the equations of motion against differences of the equations themselves, which are
+//! verified by automatic differentiation.
 
 use super::Generated;
 use super::expected::Sample;

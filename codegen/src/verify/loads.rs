@@ -32,7 +32,8 @@ impl Sample {
         }
     }
 
-    /// The largest number that comes up in any load: what is left of it where terms cancel has rounding errors of that size.
+    /// The largest number that comes up in any load: what is left of it where terms cancel has rounding errors of that
+    /// size.
     pub(super) fn largest_in_loads(&self, scene: &Scene) -> f64 {
         let plain = State::plain(scene, &self.parameters, self.t, &self.q, &self.qd);
         let moving = State::along(scene, &self.parameters, self.t, &self.q, &self.qd, &vec![0.0; self.q.len()]);

@@ -1,7 +1,7 @@
 //! The quick-return mechanism for a controller: one step at a time, the torque of its motor as an input.
 //!
-//! There is no allocator, no standard library and no way to a panic: where the compiler could not prove that, `panic_is_reachable` would be
-//! missing when the program is linked.
+//! There is no allocator, no standard library and no way to a panic: where the compiler could not prove that,
+//! `panic_is_reachable` would be missing when the program is linked.
 
 #![no_std]
 
@@ -70,6 +70,7 @@ fn panic(_: &core::panic::PanicInfo) -> ! {
     unsafe extern "C" {
         fn panic_is_reachable() -> !;
     }
-    // SAFETY: it takes nothing and never returns; it is defined nowhere, so that a program in which this is reached cannot be linked.
+    // SAFETY: it takes nothing and never returns; it is defined nowhere, so that a program in which this is reached
+    // cannot be linked.
     unsafe { panic_is_reachable() }
 }

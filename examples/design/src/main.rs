@@ -1,6 +1,6 @@
-//! Link lengths of a quick-return mechanism, its crank driven at constant speed, that give a wanted stroke and time ratio with the least
-//! peak force between block and rocker. The optimiser (L-BFGS of the crate argmin) gets exact gradients: the motion with its derivatives
-//! takes a millisecond.
+//! Link lengths of a quick-return mechanism, its crank driven at constant speed, that give a wanted stroke and time
+//! ratio with the least peak force between block and rocker. The optimiser (L-BFGS of the crate argmin) gets exact
+//! gradients: the motion with its derivatives takes a millisecond.
 
 use argmin::core::{CostFunction, Error, Executor, Gradient, State};
 use argmin::solver::linesearch::BacktrackingLineSearch;
@@ -74,8 +74,8 @@ impl Design {
     }
 }
 
-/// The peak force, with what is wanted as constraints (augmented Lagrangian). Lengths are `middle + half * sin(u)` of their bounds, so that
-/// any `u` will do.
+/// The peak force, with what is wanted as constraints (augmented Lagrangian). Lengths are `middle + half * sin(u)` of
+/// their bounds, so that any `u` will do.
 #[derive(Clone)]
 struct Wish {
     /// The peak force of the start.

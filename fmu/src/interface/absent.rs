@@ -1,5 +1,5 @@
-//! The functions of FMI 3.0 for what these units do not have: other types than doubles, clocks, derivatives of their own, files of states.
-//! An importer may look for each of them.
+//! The functions of FMI 3.0 for what these units do not have: other types than doubles, clocks, derivatives of their
+//! own, files of states. An importer may look for each of them.
 
 use std::ffi::{c_char, c_int, c_void};
 

@@ -1,5 +1,5 @@
-//! The motion of a conservative mechanism with one degree of freedom, without integrating its equations of motion: the rate
-//! follows from the energy, the position from the constraints, the time from a quadrature.
+//! The motion of a conservative mechanism with one degree of freedom, without integrating its equations of motion: the
+//! rate follows from the energy, the position from the constraints, the time from a quadrature.
 
 use qrm_core::Mechanism;
 

@@ -39,8 +39,8 @@ pub enum NoEquilibrium {
     NotFinite,
 }
 
-/// Moves from the scene's start to a position without a jump, and balances it. `wanted` holds values for coordinates that the scene
-/// gives at its start; the others of those keep their values.
+/// Moves from the scene's start to a position without a jump, and balances it. `wanted` holds values for coordinates
+/// that the scene gives at its start; the others of those keep their values.
 ///
 /// # Errors
 /// The position cannot be reached, or not be held.

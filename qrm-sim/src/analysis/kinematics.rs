@@ -21,8 +21,8 @@ pub struct Drive<'m> {
 pub struct Position {
     /// The coordinates.
     pub q: Vec<f64>,
-    /// The determinant of `C_q` by the coordinates that follow. It is zero where the given ones cannot move the others, and
-    /// other units change it by a constant factor.
+    /// The determinant of `C_q` by the coordinates that follow. It is zero where the given ones cannot move the others,
+    /// and other units change it by a constant factor.
     pub determinant: f64,
 }
 
@@ -35,7 +35,8 @@ pub struct LimitPosition {
     pub constraint: Option<usize>,
 }
 
-/// Most corrections of a position that was guessed from its neighbour: where it takes more, the neighbour is too far away.
+/// Most corrections of a position that was guessed from its neighbour: where it takes more, the neighbour is too far
+/// away.
 const ITERATIONS: usize = 8;
 /// A position is closed where its residuals are this small against the terms that they are the differences of.
 const CLOSED: f64 = 1e-11;
@@ -160,8 +161,8 @@ impl<'m> Drive<'m> {
         self.mechanism.description().is_angle(coordinate)
     }
 
-    /// Multipliers, and the generalized forces on the given coordinates, that hold a position in static equilibrium: with them
-    /// `C_q' lambda = fbar + force`.
+    /// Multipliers, and the generalized forces on the given coordinates, that hold a position in static equilibrium:
+    /// with them `C_q' lambda = fbar + force`.
     pub fn balance(&self, q: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let (n, m) = (q.len(), self.dependent.len());
         let dynamics = Dynamics::of(self.mechanism, 0.0, q, &vec![0.0; n]);

@@ -60,8 +60,8 @@ pub struct Repetitions {
     pub time: Duration,
 }
 
-/// Runs a method to each of the times, which rise, again and again. Steps of a fixed length are made a little shorter where
-/// they do not divide the time to the next one.
+/// Runs a method to each of the times, which rise, again and again. Steps of a fixed length are made a little shorter
+/// where they do not divide the time to the next one.
 ///
 /// # Errors
 /// The run cannot start, or not reach the last time.

@@ -5,8 +5,8 @@ use qrm_core::Mechanism;
 use crate::solve::{Dynamics, Linearization, SaddlePoint, SolverStats, dot};
 use crate::state::State;
 
-/// The equations of motion about one state: `qdd` and `lambda` change with coordinates and rates as the solution of the same
-/// system for another right-hand side.
+/// The equations of motion about one state: `qdd` and `lambda` change with coordinates and rates as the solution of the
+/// same system for another right-hand side.
 #[derive(Clone, Debug)]
 pub(crate) struct Response {
     pub(crate) dynamics: Dynamics,

@@ -19,20 +19,20 @@ use dual_run::DualRun;
 
 /// Derivatives of the end of a motion, and of its outputs, by parameters at the values that `replace` gives them.
 ///
-/// The motion is computed once for each parameter `p`, on dual numbers, by the classical Runge-Kutta method with a fixed step and
-/// the projection in the mass metric after each step. With `qdd` and `lambda` known, their derivatives follow from those of the
-/// equations of motion:
+/// The motion is computed once for each parameter `p`, on dual numbers, by the classical Runge-Kutta method with a
+/// fixed step and the projection in the mass metric after each step. With `qdd` and `lambda` known, their derivatives
+/// follow from those of the equations of motion:
 ///
 /// ```text
 /// | Mbar  C_q' | | dqdd/dp    |     | d(Mbar qdd + C_q' lambda - fbar)/dp |
 /// | C_q   0    | | dlambda/dp | = - | d(C_q qdd + bias)/dp               |
 /// ```
 ///
-/// On the right `qdd` and `lambda` are held, and `q` and `qd` change with `p`. The derivatives are those of the numerical solution.
-/// From those of the exact motion they differ by the error of the method, of order 4 in the step.
+/// On the right `qdd` and `lambda` are held, and `q` and `qd` change with `p`. The derivatives are those of the
+/// numerical solution. From those of the exact motion they differ by the error of the method, of order 4 in the step.
 ///
-/// At an event `g(t, q, qd, p) = 0` the end time moves by `dt/dp = -(dg/dp) / (dg/dt)`, and the derivatives are those at the moving
-/// end.
+/// At an event `g(t, q, qd, p) = 0` the end time moves by `dt/dp = -(dg/dp) / (dg/dt)`, and the derivatives are those
+/// at the moving end.
 ///
 /// ```
 /// # use qrm_core::Model;
@@ -80,7 +80,8 @@ pub enum SensitivityEnd<'a> {
 
 /// A function of the parameter's name, time, coordinates and rates, with its derivative by that parameter.
 ///
-/// The arguments carry their own derivatives. Where the function depends on the parameter itself, it has to add that part.
+/// The arguments carry their own derivatives. Where the function depends on the parameter itself, it has to add that
+/// part.
 pub type DualCondition<'a> = dyn Fn(&str, Dual64, &[Dual64], &[Dual64]) -> Dual64 + 'a;
 
 /// Why there are no derivatives.
@@ -95,8 +96,8 @@ pub enum SensitivityError {
         /// The reason.
         error: StepError,
     },
-    /// The constraint Jacobian loses rank, or nearly so, in the step after this time. The motion is continued there by means that
-    /// have no derivatives.
+    /// The constraint Jacobian loses rank, or nearly so, in the step after this time. The motion is continued there by
+    /// means that have no derivatives.
     Singular {
         /// The time at the beginning of the step.
         t: f64,

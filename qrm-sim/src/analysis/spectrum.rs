@@ -102,8 +102,8 @@ fn condition(matrix: &Matrix) -> Option<f64> {
 /// Growths below this part of an eigenvalue are those of the motion, not of what oscillates.
 const SLOW: f64 = 0.2;
 
-/// The longest step that RK4 may take for `x' = s x` without magnifying it: 2.785/rate where it decays, 2.828/omega where it
-/// oscillates, in between where it does both.
+/// The longest step that RK4 may take for `x' = s x` without magnifying it: 2.785/rate where it decays, 2.828/omega
+/// where it oscillates, in between where it does both.
 pub fn longest_step(s: Complex<f64>) -> f64 {
     let size = s.norm();
     if size == 0.0 || s.re > SLOW * size {

@@ -16,8 +16,8 @@ pub(super) trait StepFormula: std::fmt::Debug + Send {
     /// Exponent with which the step length heeds the error before the last one.
     fn memory(&self) -> f64;
 
-    /// Makes a step of length `h` from a state, projects its end, and returns its error: 1 is just accepted, and the end is of no
-    /// use beyond.
+    /// Makes a step of length `h` from a state, projects its end, and returns its error: 1 is just accepted, and the
+    /// end is of no use beyond.
     ///
     /// # Errors
     /// The step could not be made.
@@ -181,8 +181,8 @@ impl Adaptive {
         self.counts
     }
 
-    /// The largest difference between the change of the energy and the work of the loads without potential, at the end of any
-    /// step.
+    /// The largest difference between the change of the energy and the work of the loads without potential, at the end
+    /// of any step.
     pub(super) fn imbalance(&self) -> f64 {
         self.imbalance
     }
@@ -282,7 +282,8 @@ impl Adaptive {
         }
     }
 
-    /// Compares the energy at the end of the last step with the work of its loads, whose power is integrated inside the step.
+    /// Compares the energy at the end of the last step with the work of its loads, whose power is integrated inside the
+    /// step.
     fn balance(&mut self, mechanism: &dyn Mechanism, solver: &mut Solver) {
         let Segment { from, to, .. } = &self.segment;
         if [from, to].iter().any(|at| mechanism.power(at.t, &at.q, &at.qd, &at.multipliers) != 0.0) {
@@ -345,7 +346,8 @@ impl Adaptive {
     }
 }
 
-/// The largest error of a coordinate and of its rate that a step may make. An angle is no less accurate for many revolutions.
+/// The largest error of a coordinate and of its rate that a step may make. An angle is no less accurate for many
+/// revolutions.
 pub(super) fn error_scales(
     mechanism: &dyn Mechanism,
     tolerance: f64,

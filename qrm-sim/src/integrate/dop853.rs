@@ -14,8 +14,8 @@ pub const DOP853: &Method = &Method {
     formula: Some(|n| Box::new(Explicit::new(&TABLEAU, n))),
 };
 
-/// Dormand and Prince's method of order 8, with the error estimates and the dense output of E. Hairer, S. P. Nørsett and
-/// G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., Springer 1993, II.5 and II.6 (their code DOP853).
+/// Dormand and Prince's method of order 8, with the error estimates and the dense output of E. Hairer, S. P. Nørsett
+/// and G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., Springer 1993, II.5 and II.6 (their code DOP853).
 pub(super) static TABLEAU: Tableau = Tableau {
     stages: 12,
     order: 8,

@@ -111,8 +111,9 @@ impl Explicit {
         (tableau.error)(sums, h, 2.0 * rate.len() as f64)
     }
 
-    /// The fastest rate of the motion times the step that was made, from the distance between the last stage and the end of the
-    /// step and the difference of their derivatives (Hairer, Wanner II, IV.2); rates count for what they change in a step.
+    /// The fastest rate of the motion times the step that was made, from the distance between the last stage and the
+    /// end of the step and the difference of their derivatives (Hairer, Wanner II, IV.2); rates count for what they
+    /// change in a step.
     pub(super) fn stiffness(&self, from: &State, to: &State) -> f64 {
         let h = to.t - from.t;
         let (last, n) = (self.tableau.stages - 1, from.q.len());

@@ -9,8 +9,8 @@ use super::segment::Segment;
 use crate::solve::{Dynamics, Linearization, Lu, Matrix, dot};
 use crate::state::State;
 
-/// RODAS on coordinates and rates, with the exact Jacobian of the accelerations: of the equations `Mbar a + C_q' lambda = fbar`,
-/// `C_q a = -bias` it needs the derivatives alone, never those of their solution.
+/// RODAS on coordinates and rates, with the exact Jacobian of the accelerations: of the equations `Mbar a + C_q' lambda
+/// = fbar`, `C_q a = -bias` it needs the derivatives alone, never those of their solution.
 #[derive(Clone, Debug)]
 pub(super) struct Implicit;
 
@@ -114,8 +114,8 @@ struct System<'a> {
     g: f64,
     /// The lower left part.
     loops: Matrix,
-    /// The multiple of each constraint that is added to the equations above it, which changes no solution and carries massless
-    /// coordinates.
+    /// The multiple of each constraint that is added to the equations above it, which changes no solution and carries
+    /// massless coordinates.
     weights: Vec<f64>,
     inertia: Lu,
     /// `inertia^-1 C_q'`, a row for each constraint.

@@ -1,7 +1,7 @@
 //! The coefficients of RODAS.
 //!
-//! E. Hairer and G. Wanner, Solving Ordinary Differential Equations II, 2nd edition, section IV.10: a linearly implicit method of
-//! order 4 with an estimate of order 3, stiffly accurate and L-stable.
+//! E. Hairer and G. Wanner, Solving Ordinary Differential Equations II, 2nd edition, section IV.10: a linearly implicit
+//! method of order 4 with an estimate of order 3, stiffly accurate and L-stable.
 
 use super::implicit::Implicit;
 use super::method::Method;

@@ -22,6 +22,7 @@ pub(super) struct Tableau {
     pub(super) errors: &'static [Row],
     /// The higher coefficients of the dense output; none where a polynomial of degree 5 through both ends suffices.
     pub(super) dense: &'static [Row],
-    /// The error, 1 if just accepted, from the sums of squares of the scaled estimates of `count` numbers and the step length.
+    /// The error, 1 if just accepted, from the sums of squares of the scaled estimates of `count` numbers and the step
+    /// length.
     pub(super) error: fn([f64; 2], f64, f64) -> f64,
 }

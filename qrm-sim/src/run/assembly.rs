@@ -45,8 +45,8 @@ fn is_closed(mechanism: &dyn Mechanism, q: &[f64]) -> bool {
     rows.all(|(residual, row)| residual.abs() <= CLOSED.max(64.0 * f64::EPSILON * terms(row)))
 }
 
-/// The last constraint that alone stays open when all others are met, and its residual; failing that, the one with the largest
-/// residual.
+/// The last constraint that alone stays open when all others are met, and its residual; failing that, the one with the
+/// largest residual.
 fn blame(mechanism: &dyn Mechanism, start: &Start, found: &[f64]) -> NotAssembled {
     let count = mechanism.description().constraints.len();
     let alone = (0..count).rev().find_map(|constraint| {

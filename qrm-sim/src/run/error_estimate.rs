@@ -9,9 +9,9 @@ use crate::state::State;
 /// The random walk of rounding errors in a step, in units in the last place of the largest coordinate (measured).
 const ROUNDING_PER_STEP: f64 = 0.2;
 
-/// The ratio of the difference of two runs, one at twice the step, to the error of the finer one: 15 for results of order 4, 7 for
-/// order 3. Long steps do not show the full order; it is taken for 3.5, so that errors are estimated too large rather than too
-/// small.
+/// The ratio of the difference of two runs, one at twice the step, to the error of the finer one: 15 for results of
+/// order 4, 7 for order 3. Long steps do not show the full order; it is taken for 3.5, so that errors are estimated too
+/// large rather than too small.
 pub(crate) const RICHARDSON_FACTOR: f64 = 10.3;
 
 /// A run at twice the step, or at a tenth of the tolerance, where the difference is the error of the first run itself.
@@ -54,7 +54,8 @@ impl Companion {
         })
     }
 
-    /// Follows rows of the run, the first of which has the number `first`; a last one that is no whole step is left out.
+    /// Follows rows of the run, the first of which has the number `first`; a last one that is no whole step is left
+    /// out.
     pub(crate) fn follow(&mut self, mechanism: &dyn Mechanism, request: &RowRequest, rows: &[f64], first: u64) {
         let width = self.layout.width();
         let count = (rows.len() / width) as u64;
@@ -108,7 +109,8 @@ impl Companion {
         }
     }
 
-    /// The largest error of a coordinate in any row, after so many steps; `None` if the companion broke off or never met the run.
+    /// The largest error of a coordinate in any row, after so many steps; `None` if the companion broke off or never
+    /// met the run.
     pub(crate) fn error(&self, steps: u64) -> Option<f64> {
         let factor = if self.integrator.is_fixed() { RICHARDSON_FACTOR } else { 1.0 };
         (!self.failed && self.row > 0).then_some(estimated_error(self.difference / factor, self.size, steps))

@@ -6,7 +6,8 @@ use crate::quadrature::GAUSS_3;
 /// Rows that a polynomial goes through.
 const ROWS: usize = 6;
 
-/// Adds up a column row by row, by polynomials of degree 5 through six rows around each step; the steps need not be equal.
+/// Adds up a column row by row, by polynomials of degree 5 through six rows around each step; the steps need not be
+/// equal.
 #[derive(Clone, Debug)]
 pub(crate) struct Integral<D> {
     /// The last rows: time, value.

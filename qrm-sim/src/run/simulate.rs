@@ -1,4 +1,5 @@
-//! A run from start to end: steps until a time, an event or a full buffer, rows for an observer, estimates of the errors.
+//! A run from start to end: steps until a time, an event or a full buffer, rows for an observer, estimates of the
+//! errors.
 
 use std::time::{Duration, Instant};
 
@@ -237,8 +238,8 @@ impl Run<'_> {
         locate(&from, &beyond, value, |t| self.integrator.between(mechanism, &from, t))
     }
 
-    /// Makes some of a kernel's steps again by the plain functions, which measure what it does not: the residuals before the
-    /// projection, and how far the coordinates were corrected.
+    /// Makes some of a kernel's steps again by the plain functions, which measure what it does not: the residuals
+    /// before the projection, and how far the coordinates were corrected.
     fn sample(&mut self, rows: usize) {
         let Some(sampler) = &mut self.sampler else { return };
         let width = self.layout.width();

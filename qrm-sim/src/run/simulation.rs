@@ -11,8 +11,8 @@ use crate::integrate::{BlockEnd, Integrator, MethodSettings, StepError};
 use crate::solve::{LoopConstraints, Matrix, Projection, Solver, largest};
 use crate::state::State;
 
-/// A motion under way. Between the times that are asked for it makes the steps of [`simulate`](crate::run::simulate), whatever these
-/// times are.
+/// A motion under way. Between the times that are asked for it makes the steps of [`simulate`](crate::run::simulate),
+/// whatever these times are.
 ///
 /// ```
 /// # use qrm_sim::{integrate::MethodSettings, run::Simulation};
@@ -51,7 +51,8 @@ const CHUNK: u64 = 256;
 impl Simulation {
     /// The motion at its start, t = 0, as the scene asks for it, with some parameters replaced.
     ///
-    /// `step` is the step in seconds, or the time between rows of a method that chooses its steps; the scene's if `None`.
+    /// `step` is the step in seconds, or the time between rows of a method that chooses its steps; the scene's if
+    /// `None`.
     ///
     /// # Errors
     /// The mechanism cannot be assembled, its accelerations are not determined, or the step is not above zero.
@@ -183,7 +184,8 @@ impl Simulation {
     /// Goes on with other values of the parameters, from the present state: other masses, springs, loads.
     ///
     /// # Errors
-    /// The constraints cannot be met near this position, or the accelerations are not determined; then nothing has changed.
+    /// The constraints cannot be met near this position, or the accelerations are not determined; then nothing has
+    /// changed.
     pub fn replace(&mut self, replace: Replace) -> Result<(), SimError> {
         let mechanism: Arc<dyn Mechanism> = self.model.mechanism(replace).into();
         let t = self.now.t;

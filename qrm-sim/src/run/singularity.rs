@@ -62,8 +62,8 @@ impl SingularityMonitor {
         }
     }
 
-    /// The position nearest to a singular one; `None` without constraints. Where constraints depend on each other everywhere, no
-    /// position is worse than others.
+    /// The position nearest to a singular one; `None` without constraints. Where constraints depend on each other
+    /// everywhere, no position is worse than others.
     pub(crate) fn nearest(&self) -> Option<NearestSingularity> {
         let nearest = self.nearest?;
         let is_redundant = nearest.most <= ROUNDING * self.longest;

@@ -11,8 +11,8 @@ use super::stats::SolverStats;
 /// Products of larger masses overflow.
 const LARGEST_MASS: f64 = 1e150;
 
-/// The distance of positions beside a singular one, in rad or m: rounding errors in them are magnified by one over this, and the
-/// interpolation between them is wrong by its fourth power.
+/// The distance of positions beside a singular one, in rad or m: rounding errors in them are magnified by one over
+/// this, and the interpolation between them is wrong by its fourth power.
 const ASIDE: f64 = 1e-4;
 
 /// Why the accelerations are not determined.
@@ -26,8 +26,8 @@ pub enum Undetermined {
 
 /// Solves `Mbar qdd + C_q' lambda = fbar`, `C_q qdd + bias = 0` by the Schur complement `C_q Mbar^-1 C_q'`.
 ///
-/// A singular `Mbar` is completed by `C_q' C_q`, which changes no solution; dependent constraints keep the accelerations right and
-/// leave the share of each of them in the force open.
+/// A singular `Mbar` is completed by `C_q' C_q`, which changes no solution; dependent constraints keep the
+/// accelerations right and leave the share of each of them in the force open.
 #[derive(Clone, Debug)]
 pub(crate) struct SaddlePoint {
     /// The equations to solve.
@@ -232,10 +232,12 @@ impl Solver {
         self.robust_accelerations(mechanism, t, (q, qd), (qdd, multipliers))
     }
 
-    /// Accelerations and multipliers by the plain functions; the factors of `Mbar` become the metric of the next projection.
+    /// Accelerations and multipliers by the plain functions; the factors of `Mbar` become the metric of the next
+    /// projection.
     ///
-    /// Where constraints depend on each other at one position alone, or one of them vanishes, they say too little there and next
-    /// to it, but not farther away: the accelerations a little before and a little after, along the motion, are interpolated.
+    /// Where constraints depend on each other at one position alone, or one of them vanishes, they say too little there
+    /// and next to it, but not farther away: the accelerations a little before and a little after, along the motion,
+    /// are interpolated.
     ///
     /// # Errors
     /// The accelerations are not determined.
@@ -261,7 +263,8 @@ impl Solver {
         self.has_metric = self.metric.factor(&self.saddle.dynamics.mass_matrix);
     }
 
-    /// Whether `Mbar` is regular at the position of the last projection, or of the last [`factor_mass`](Self::factor_mass).
+    /// Whether `Mbar` is regular at the position of the last projection, or of the last
+    /// [`factor_mass`](Self::factor_mass).
     pub(crate) fn has_metric(&self) -> bool {
         self.has_metric
     }
@@ -273,8 +276,8 @@ impl Solver {
     }
 }
 
-/// Replaces accelerations and multipliers by the cubic through two positions on each side; `None`, and nothing is replaced, if the
-/// constraints say too little there too, or the mechanism is at rest.
+/// Replaces accelerations and multipliers by the cubic through two positions on each side; `None`, and nothing is
+/// replaced, if the constraints say too little there too, or the mechanism is at rest.
 #[cold]
 fn across_singularity(
     mechanism: &dyn Mechanism,

@@ -2,7 +2,8 @@
 
 use super::matrix::Matrix;
 
-/// Pivots of products below this part of their diagonal entry, and entries below this part of the largest one, are suspicious.
+/// Pivots of products below this part of their diagonal entry, and entries below this part of the largest one, are
+/// suspicious.
 const SUSPICIOUS: f64 = 1e-9;
 
 /// The factors of a positive definite matrix, `A = L D L'`.
@@ -31,8 +32,8 @@ impl Ldl {
         self.factor_above(a, 8.0 * a.columns() as f64 * f64::EPSILON)
     }
 
-    /// Factors a matrix of products, `C_q Mbar^-1 C_q'`; false as soon as a pivot or a diagonal entry becomes suspicious: the
-    /// square of a singular value that is a hundred-thousandth of what others are.
+    /// Factors a matrix of products, `C_q Mbar^-1 C_q'`; false as soon as a pivot or a diagonal entry becomes
+    /// suspicious: the square of a singular value that is a hundred-thousandth of what others are.
     pub fn factor_products(&mut self, a: &Matrix) -> bool {
         let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
         for i in 0..a.columns() {
@@ -105,10 +106,11 @@ pub struct PivotedLdl {
 }
 
 impl PivotedLdl {
-    /// Pivots up to this part of their diagonal entry count as zero: squares of singular values that are a millionth of what
-    /// they usually are.
+    /// Pivots up to this part of their diagonal entry count as zero: squares of singular values that are a millionth of
+    /// what they usually are.
     const CUTOFF: f64 = 1e-12;
-    /// Diagonal entries up to this part of the largest one are made of rounding errors: squares of rows that all but vanish.
+    /// Diagonal entries up to this part of the largest one are made of rounding errors: squares of rows that all but
+    /// vanish.
     const NOTHING: f64 = 1e-20;
 
     /// Factors `a`.

@@ -50,10 +50,11 @@ impl Default for ProjectionTolerance {
     }
 }
 
-/// Residuals up to this size, in m or rad, are rounding errors: near a singular position a correction would magnify them.
+/// Residuals up to this size, in m or rad, are rounding errors: near a singular position a correction would magnify
+/// them.
 const ROUNDING: f64 = 4e-16;
-/// Residuals up to this size, in m or rad, may be rounding errors: near a singular position they are magnified. A run reports
-/// where it had to accept one.
+/// Residuals up to this size, in m or rad, may be rounding errors: near a singular position they are magnified. A run
+/// reports where it had to accept one.
 const SETTLED: f64 = 1e-9;
 
 /// The projection of coordinates did not converge.
@@ -68,9 +69,9 @@ pub struct NotConverged {
 }
 
 impl Solver {
-    /// Projects `q` onto the constraints at time `t` and `qd` onto their tangent space, and returns the number of corrections of
-    /// `q`. The mass metric of `q` is the last one that was factored; a mass matrix that is singular by itself is no metric, and
-    /// such steps fall back to the Euclidean one.
+    /// Projects `q` onto the constraints at time `t` and `qd` onto their tangent space, and returns the number of
+    /// corrections of `q`. The mass metric of `q` is the last one that was factored; a mass matrix that is singular by
+    /// itself is no metric, and such steps fall back to the Euclidean one.
     ///
     /// # Errors
     /// The residual is still above the tolerance after the allowed iterations.
@@ -102,7 +103,8 @@ impl Solver {
             if is_settled {
                 self.stats.count_stalled(constraint, residual);
             } else if residual > ROUNDING {
-                // The Jacobian is known: one more correction costs little and takes the residual far below the tolerance.
+                // The Jacobian is known: one more correction costs little and takes the residual far below the
+                // tolerance.
                 self.weights.copy_from_slice(&self.constraints.residuals);
                 self.correct(is_regular, q);
             }

@@ -50,7 +50,8 @@ impl SmallestSingularValue {
 
     /// The smallest singular value, accurate to rounding errors of its own size and not only of the largest one.
     ///
-    /// The rows are rotated in pairs until they are orthogonal (one-sided Jacobi); their lengths are the singular values.
+    /// The rows are rotated in pairs until they are orthogonal (one-sided Jacobi); their lengths are the singular
+    /// values.
     fn find_anew(&mut self, matrix: &Matrix) -> Option<f64> {
         let Self { rows, rotations, .. } = self;
         let count = matrix.rows();
@@ -83,7 +84,8 @@ impl SmallestSingularValue {
         Some(length(place))
     }
 
-    /// The smallest singular value by two steps of inverse iteration from the last combination; `None` where that does not find it.
+    /// The smallest singular value by two steps of inverse iteration from the last combination; `None` where that does
+    /// not find it.
     fn track(&mut self, matrix: &Matrix) -> Option<f64> {
         let count = matrix.rows();
         for i in 0..count {

@@ -33,8 +33,8 @@ fn thinned(places: &[Place], width: i32) -> Vec<Place> {
     kept
 }
 
-/// Leaves out what lies on the straight line between its neighbours. From the last place that is kept, a cone is narrowed
-/// until it holds no line that passes near all places since: one look at each place is enough.
+/// Leaves out what lies on the straight line between its neighbours. From the last place that is kept, a cone is
+/// narrowed until it holds no line that passes near all places since: one look at each place is enough.
 fn straightened(places: &[Place]) -> Vec<Place> {
     let (low, high) = extremes(places);
     let mut kept: Vec<Place> = Vec::new();

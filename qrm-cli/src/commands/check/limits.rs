@@ -32,8 +32,10 @@ pub(super) fn limits(setup: &Setup, turns: bool) -> Vec<Limits> {
     let relevant = described.filter(|(p, value)| *value != 0.0 && used.iter().any(|name| name == p.name));
     let limits = relevant.map(|(parameter, value)| {
         let replace = setup.replace();
-        let turns_with =
-            |trial: f64| can_revolve(&*setup.model.mechanism(&|name| if name == parameter.name { Some(trial) } else { replace(name) }));
+        let turns_with = |trial: f64| {
+            let replace = |name: &str| if name == parameter.name { Some(trial) } else { replace(name) };
+            can_revolve(&*setup.model.mechanism(&replace))
+        };
         let [down, up] = [1.0 / FACTOR, FACTOR].map(|factor| limit(&turns_with, value, factor, turns));
         // If the mechanism cannot turn now, a longer length with which it can is the lower limit.
         let (low, high) = if (value > 0.0) == turns { (down, up) } else { (up, down) };

@@ -101,8 +101,8 @@ impl<'a> DualRun<'a> {
     }
 }
 
-/// The consistent state at the start. Given coordinates and rates may depend on the parameter; the others follow by the constraints,
-/// `C_q dx = -dC` in derivatives.
+/// The consistent state at the start. Given coordinates and rates may depend on the parameter; the others follow by the
+/// constraints, `C_q dx = -dC` in derivatives.
 fn start(stepper: &mut DualStepper) -> Result<DualState, SensitivityError> {
     let mechanism = stepper.mechanism;
     let given = Start::of(mechanism);

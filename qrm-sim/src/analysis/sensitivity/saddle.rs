@@ -10,7 +10,8 @@ pub(super) type Number = Dual<Dual64>;
 
 /// Solves `M x + J' w = f`, `J x + b = 0` on dual numbers.
 ///
-/// With `x` and `w` known, their derivatives solve the same equations with `df - dM x - dJ' w` and `db + dJ x` on the right.
+/// With `x` and `w` known, their derivatives solve the same equations with `df - dM x - dJ' w` and `db + dJ x` on the
+/// right.
 pub(super) struct DualSaddlePoint {
     /// Statistics of the solves so far.
     pub(super) stats: SolverStats,

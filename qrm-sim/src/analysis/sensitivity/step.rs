@@ -60,7 +60,8 @@ impl<'m> DualStepper<'m> {
         self.checked(t, made)
     }
 
-    /// The state at `t` by one step of the classical Runge-Kutta method, projected onto the constraints in the mass metric.
+    /// The state at `t` by one step of the classical Runge-Kutta method, projected onto the constraints in the mass
+    /// metric.
     ///
     /// # Errors
     /// The step cannot be made, or its end has no derivatives.
@@ -126,8 +127,9 @@ impl<'m> DualStepper<'m> {
         Ok(self.saddle.solve(&Equations { mass_matrix, forces, jacobian, bias }, qdd, multipliers)?)
     }
 
-    /// Projects coordinates and rates: values by Gauss-Newton iteration, derivatives by those of the equations of the projection,
-    /// `M dx + C_q' w = 0` with `C(q + dx) = 0` for the coordinates and `C_q (qd + dx) + C_t = 0` for the rates.
+    /// Projects coordinates and rates: values by Gauss-Newton iteration, derivatives by those of the equations of the
+    /// projection, `M dx + C_q' w = 0` with `C(q + dx) = 0` for the coordinates and `C_q (qd + dx) + C_t = 0` for the
+    /// rates.
     fn project(&mut self, t: Number, q: &mut [Number], qd: &mut [Number]) -> Result<(), StepError> {
         if self.bias.is_empty() {
             return Ok(());
@@ -152,8 +154,8 @@ impl<'m> DualStepper<'m> {
         Ok(())
     }
 
-    /// The smallest `dx` with `C_q dx = -open` at a position; `open` is a function of a constraint's residual, its row of `C_q` and its
-    /// entry of `C_t`.
+    /// The smallest `dx` with `C_q dx = -open` at a position; `open` is a function of a constraint's residual, its row
+    /// of `C_q` and its entry of `C_t`.
     fn correction(
         &mut self,
         t: Number,

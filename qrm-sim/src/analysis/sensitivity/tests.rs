@@ -17,7 +17,8 @@ const NONE: TapeFunction = TapeFunction { operations: &[], results: &[] };
 const L: f64 = 0.7;
 const G: f64 = 9.81;
 
-/// Parameters `l` and `g` have the places 0 and 1, the arguments 2 to 9, the constants 1, 0, `l^2`, 2 and `-g` 10 to 14.
+/// Parameters `l` and `g` have the places 0 and 1, the arguments 2 to 9, the constants 1, 0, `l^2`, 2 and `-g` 10 to
+/// 14.
 static TAPE: Tape = Tape {
     coordinates: 2,
     constraints: 1,
