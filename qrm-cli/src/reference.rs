@@ -22,10 +22,12 @@ pub(crate) enum ReferenceKind {
     Energy,
     /// Values in the scene's [reference], if no parameter is changed
     Scene,
-    /// The method of order 8 at two tight tolerances
+    /// Extrapolation in double-double numbers at two tight tolerances; failing that, the method of order 8
     Run,
 }
-use qrm_sim::analysis::{NoEnergyIntegral, PANELS, Repetitions, StateAt, Trial, exact_states, measure};
+use qrm_sim::analysis::{
+    NoEnergyIntegral, PANELS, Repetitions, StateAt, Trial, exact_states, measure, reference_states,
+};
 use qrm_sim::integrate::{DOP853, MethodSettings};
 use qrm_sim::run::Status;
 
@@ -48,8 +50,11 @@ const ONCE: Repetitions = Repetitions { least: 1, time: Duration::ZERO };
 /// An energy integral as certain as this needs no comparison with a run.
 const ALMOST_EXACT: f64 = 1e-12;
 
-/// Two tolerances whose results tell each other's errors.
+/// Two tolerances in doubles whose results tell each other's errors.
 const TIGHT: [f64; 2] = [1e-14, 1e-13];
+
+/// The same in double-double numbers.
+const TIGHTEST: [f64; 2] = [1e-22, 1e-20];
 
 impl Reference {
     /// The reference that is asked for, or the most independent one that there is. Values of the scene hold at their
@@ -138,8 +143,11 @@ impl Reference {
         (!states.is_empty()).then_some(Self { origin, states, uncertainty })
     }
 
-    /// The method of order 8 at two tight tolerances.
+    /// A run in double-double numbers, or one of the method of order 8 in doubles where that fails.
     fn of_run(setup: &Setup, times: &[f64]) -> Result<Self, Error> {
+        if let Some(reference) = Self::of_double_doubles(setup, times) {
+            return Ok(reference);
+        }
         let run = |tolerance: f64| {
             let settings = MethodSettings { method: DOP853, tolerance, ..setup.settings };
             let trial = Trial { settings, step: times[times.len() - 1] };
@@ -147,11 +155,23 @@ impl Reference {
             measured
                 .map_err(|reason| -> Error { messages::no_end(&reason, setup).after("there is no reference: ").into() })
         };
-        let (states, others) = (run(TIGHT[0])?.states, run(TIGHT[1])?.states);
+        let runs = [run(TIGHT[0])?.states, run(TIGHT[1])?.states];
+        Ok(Self::of_two(setup, "DOP853", TIGHT, runs))
+    }
+
+    /// Extrapolation in double-double numbers; `None` if the motion is too long or not smooth enough for it.
+    fn of_double_doubles(setup: &Setup, times: &[f64]) -> Option<Self> {
+        let run = |tolerance| reference_states(setup.model, &setup.replace(), times, tolerance).ok();
+        let runs = [run(TIGHTEST[0])?, run(TIGHTEST[1])?];
+        Some(Self::of_two(setup, "extrapolation in double-double numbers", TIGHTEST, runs))
+    }
+
+    /// The finer of two runs, with their difference as uncertainty.
+    fn of_two(setup: &Setup, method: &str, [finer, coarser]: [f64; 2], [states, others]: [Vec<StateAt>; 2]) -> Self {
         let uncertainty = Errors::between(&setup.scene, &states, &others).max(rounding(setup, &states));
-        let [finer, coarser] = TIGHT;
-        let origin = format!("DOP853 at a tolerance of {finer:e}, uncertain by its difference from one at {coarser:e}");
-        Ok(Self { origin, states, uncertainty })
+        let origin =
+            format!("{method} at a tolerance of {finer:e}, uncertain by its difference from one at {coarser:e}");
+        Self { origin, states, uncertainty }
     }
 
     /// The times of the states.

@@ -1,10 +1,11 @@
 //! Analyses beside the motion: positions that are moved by hand, static equilibrium, linearized equations, exact
-//! motions, derivatives by parameters, run times.
+//! motions, reference motions, derivatives by parameters, run times.
 
 mod energy_integral;
 mod equilibrium;
 mod kinematics;
 mod measure;
+mod reference;
 mod response;
 mod revolution;
 mod sensitivity;
@@ -14,6 +15,7 @@ pub use energy_integral::{EnergyIntegral, NoEnergyIntegral, PANELS};
 pub use equilibrium::{NoEquilibrium, StaticEquilibrium, static_equilibrium};
 pub use kinematics::{Drive, LimitPosition, Position};
 pub use measure::{Measurement, Repetitions, StateAt, Trial, exact_states, measure};
+pub use reference::reference_states;
 pub use revolution::{NoRevolution, Range, Revolution, Series, Vertex, can_revolve, revolution, wrap_angle};
 pub use sensitivity::{
     Derivatives, DualCondition, OutputValues, Sensitivity, SensitivityEnd, SensitivityError, SensitivityRequest,

@@ -1,0 +1,204 @@
+//! The equations of motion in double-double numbers.
+
+use qrm_core::{Mechanism, Scalar, Tape, TapeEvaluator};
+
+use super::elimination::Elimination;
+use super::{Number, StateAt};
+use crate::integrate::StepError;
+use crate::run::{Dependents, NotAssembled, assemble};
+use crate::solve::LoopConstraints;
+use crate::start::Start;
+
+/// The equations of motion of a mechanism by its tape.
+///
+/// States are coordinates followed by rates. Accelerations, multipliers and corrections solve a saddle-point system
+/// `M x + C_q' w = f`, `C_q x = -b`.
+pub(super) struct Equations<'t> {
+    pub(super) evaluator: TapeEvaluator<'t, Vec<Number>>,
+    saddle: Elimination,
+    /// Right-hand side of the system, `f` then `-b`, and its solution, `x` then `w`.
+    right: Vec<Number>,
+    solution: Vec<Number>,
+    /// Results of the tape's functions.
+    dynamics: Vec<Number>,
+    constraints: Vec<Number>,
+    mass_matrix: Vec<Number>,
+    /// Operations that are left.
+    pub(super) budget: u64,
+}
+
+/// Most operations on numbers in one run: about a quarter of a minute.
+const BUDGET: u64 = 1_000_000_000;
+
+/// Passes to a start on the constraints, each of which adds some twelve digits to the sixteen that there are.
+const PASSES: usize = 4;
+
+impl<'t> Equations<'t> {
+    /// The equations with these values of all parameters.
+    pub(super) fn new(tape: &'t Tape<'t>, parameters: &[f64]) -> Self {
+        let (n, m) = (tape.coordinates as usize, tape.constraints as usize);
+        let zero = |size| vec![Number::zero(); size];
+        let mut evaluator = TapeEvaluator::new(tape);
+        evaluator.set_parameters(|i| parameters.get(i).copied().map(Number::from));
+        Self {
+            evaluator,
+            saddle: Elimination::zero(n + m),
+            right: zero(n + m),
+            solution: zero(n + m),
+            dynamics: zero(tape.dynamics.results.len()),
+            constraints: zero(tape.loop_constraints.results.len()),
+            mass_matrix: zero(n * n),
+            budget: BUDGET,
+        }
+    }
+
+    /// Coordinates and rates at the start: given ones are kept, the others follow by the constraints.
+    ///
+    /// # Errors
+    /// The constraints cannot be met.
+    pub(super) fn start(&mut self, mechanism: &dyn Mechanism) -> Result<Vec<Number>, NotAssembled> {
+        let start = Start::of(mechanism);
+        let (q, qd) = assemble(mechanism, &start)?;
+        let n = q.len();
+        let mut y = vec![Number::zero(); 2 * n];
+        let (own_q, own_qd) = y.split_at_mut(n);
+        self.evaluator.start(own_q, own_qd);
+        let given = || start.given.iter().chain(&start.given_rates);
+        for ((own, value), given) in y.iter_mut().zip(q.iter().chain(&qd)).zip(given()) {
+            if !given {
+                *own = (*value).into();
+            }
+        }
+        // The Jacobian in doubles is good enough for corrections of the last digits.
+        let jacobian = LoopConstraints::of(mechanism, 0.0, &q).constraint_jacobian;
+        for (rates, given) in [(false, &start.given), (true, &start.given_rates)] {
+            let dependents = Dependents::new(&jacobian, given);
+            for _ in 0..PASSES {
+                let open: Vec<f64> = self.open(Number::zero(), &y, rates).iter().map(|open| open.to_f64()).collect();
+                let mut change = vec![0.0; n];
+                dependents.follow(&mut change, &open);
+                let moved = &mut y[if rates { n } else { 0 }..][..n];
+                moved.iter_mut().zip(change).for_each(|(x, change)| *x = *x + change.into());
+            }
+        }
+        Ok(y)
+    }
+
+    /// Whether the operations of a run are spent.
+    pub(super) fn is_spent(&self) -> bool {
+        self.budget == 0
+    }
+
+    /// The derivative of a state by time: rates, then accelerations.
+    ///
+    /// # Errors
+    /// The accelerations are not determined.
+    pub(super) fn slope(&mut self, t: Number, y: &[Number], slope: &mut [Number]) -> Result<(), StepError> {
+        let (q, qd) = y.split_at(y.len() / 2);
+        let n = q.len();
+        self.evaluator.dynamics(t, q, qd, &mut self.dynamics);
+        let tape = self.evaluator.tape();
+        let [mass_matrix, forces, jacobian, bias] = tape.split_dynamics(&self.dynamics);
+        write_saddle(self.saddle.entries_mut(), n, mass_matrix, jacobian);
+        let size = self.right.len() as u64;
+        self.budget = self.budget.saturating_sub(tape.dynamics.operations.len() as u64 + size * size * (size / 3 + 1));
+        self.right[..n].copy_from_slice(forces);
+        self.right[n..].iter_mut().zip(bias).for_each(|(right, bias)| *right = -*bias);
+        self.factor()?;
+        self.solve()?;
+        slope[..n].copy_from_slice(qd);
+        slope[n..].copy_from_slice(&self.solution[..n]);
+        Ok(())
+    }
+
+    /// Moves a state that is near the constraints onto them, by the smallest corrections in the mass metric.
+    ///
+    /// One step of Newton's method is enough: it squares errors that are as small as a tolerance.
+    ///
+    /// # Errors
+    /// The corrections are not determined.
+    pub(super) fn project(&mut self, t: Number, y: &mut [Number]) -> Result<(), StepError> {
+        let n = y.len() / 2;
+        if self.right.len() == n {
+            return Ok(());
+        }
+        self.evaluator.mass_matrix(&y[..n], &mut self.mass_matrix);
+        self.evaluator.loop_constraints(t, &y[..n], &mut self.constraints);
+        let [_, jacobian, _] = self.evaluator.tape().split_loop_constraints(&self.constraints);
+        write_saddle(self.saddle.entries_mut(), n, &self.mass_matrix, jacobian);
+        self.factor()?;
+        for rates in [false, true] {
+            let open = self.open(t, y, rates);
+            self.right[..n].fill(Number::zero());
+            self.right[n..].iter_mut().zip(open).for_each(|(right, open)| *right = -open);
+            self.solve()?;
+            let moved = &mut y[if rates { n } else { 0 }..][..n];
+            moved.iter_mut().zip(&self.solution).for_each(|(x, change)| *x = *x + *change);
+        }
+        Ok(())
+    }
+
+    /// A state with its outputs and checks, rounded.
+    ///
+    /// # Errors
+    /// The accelerations are not determined.
+    pub(super) fn described(&mut self, t: Number, y: &[Number]) -> Result<StateAt, StepError> {
+        let mut slope = y.to_vec();
+        self.slope(t, y, &mut slope)?;
+        let (q, qd) = y.split_at(y.len() / 2);
+        let (qdd, multipliers) = self.solution.split_at(q.len());
+        let mut outputs = vec![Number::zero(); self.evaluator.tape().outputs.results.len()];
+        self.evaluator.outputs(t, q, qd, qdd, multipliers, &mut outputs);
+        let power = self.evaluator.power(t, q, qd, multipliers).to_f64();
+        let [kinetic, potential] = self.evaluator.energy(q, qd);
+        let doubles = |numbers: &[Number]| numbers.iter().map(|number| number.to_f64()).collect::<Vec<f64>>();
+        let residual = doubles(&self.open(t, y, false)).into_iter().map(f64::abs).fold(0.0, f64::max);
+        Ok(StateAt {
+            t: t.to_f64(),
+            q: doubles(q),
+            qd: doubles(qd),
+            outputs: doubles(&outputs),
+            residual,
+            energy: (kinetic + potential).to_f64(),
+            power,
+        })
+    }
+
+    /// How far the constraints are from being met, `C`, or their rates, `C_q qd + C_t`.
+    pub(super) fn open(&mut self, t: Number, y: &[Number], rates: bool) -> Vec<Number> {
+        let (q, qd) = y.split_at(y.len() / 2);
+        self.evaluator.loop_constraints(t, q, &mut self.constraints);
+        let [residuals, jacobian, constraint_rate] = self.evaluator.tape().split_loop_constraints(&self.constraints);
+        if !rates {
+            return residuals.to_vec();
+        }
+        let rows = jacobian.chunks_exact(q.len().max(1)).zip(constraint_rate);
+        rows.map(|(row, rate)| row.iter().zip(qd).fold(*rate, |sum, (entry, qd)| sum + *entry * *qd)).collect()
+    }
+
+    fn factor(&mut self) -> Result<(), StepError> {
+        if self.saddle.factor() { Ok(()) } else { Err(StepError::NotFinite) }
+    }
+
+    fn solve(&mut self) -> Result<(), StepError> {
+        self.saddle.solve(&self.right, &mut self.solution);
+        let is_finite = self.solution.iter().all(|x| x.to_f64().is_finite());
+        if is_finite { Ok(()) } else { Err(StepError::NotFinite) }
+    }
+}
+
+/// Writes `[M C_q'; C_q 0]`.
+fn write_saddle(entries: &mut [Number], n: usize, mass_matrix: &[Number], jacobian: &[Number]) {
+    let m = jacobian.len() / n.max(1);
+    let size = n + m;
+    for i in 0..n {
+        entries[i * size..][..n].copy_from_slice(&mass_matrix[i * n..][..n]);
+    }
+    for k in 0..m {
+        for i in 0..n {
+            entries[i * size + n + k] = jacobian[k * n + i];
+            entries[(n + k) * size + i] = jacobian[k * n + i];
+        }
+        entries[(n + k) * size + n..][..m].fill(Number::zero());
+    }
+}

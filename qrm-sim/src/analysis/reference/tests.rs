@@ -1,0 +1,108 @@
+//! A mass 1 on a rod in the plane: `(x^2 + y^2 - r^2) / 2 = 0` with `r = l + a t`, under gravity `g` against y.
+
+use qrm_core::Operation::{Add, Mul, Neg, Number as Constant, Sub};
+use qrm_core::{Scalar, Tape, TapeFunction};
+
+use super::equations::Equations;
+use super::{Motion, Number};
+use crate::integrate::StepError;
+
+/// Parameters `l`, `a`, `g` have the places 0 to 2, time 3, coordinates, rates and accelerations 4 to 9, the multiplier
+/// 10.
+static ROD: Tape = Tape {
+    coordinates: 2,
+    constraints: 1,
+    parameters: TapeFunction { operations: &[Constant(1.0), Constant(0.0), Constant(9.81)], results: &[11, 12, 13] },
+    constants: &[],
+    dynamics: TapeFunction {
+        operations: &[Constant(1.0), Constant(0.0), Neg(2), Mul(6, 6), Mul(7, 7), Add(14, 15), Mul(1, 1), Sub(16, 17)],
+        results: &[11, 12, 12, 11, 12, 13, 4, 5, 18],
+    },
+    loop_constraints: TapeFunction {
+        operations: &[
+            Mul(4, 4),
+            Mul(5, 5),
+            Add(11, 12),
+            Mul(1, 3),
+            Add(0, 14),
+            Mul(15, 15),
+            Sub(13, 16),
+            Constant(0.5),
+            Mul(17, 18),
+            Mul(1, 15),
+            Neg(20),
+        ],
+        results: &[19, 4, 5, 21],
+    },
+    mass_matrix: TapeFunction { operations: &[Constant(1.0), Constant(0.0)], results: &[11, 12, 12, 11] },
+    energy: TapeFunction {
+        operations: &[Mul(6, 6), Mul(7, 7), Add(11, 12), Constant(0.5), Mul(13, 14), Mul(2, 5)],
+        results: &[15, 16],
+    },
+    power: TapeFunction { operations: &[Constant(0.0)], results: &[11] },
+    outputs: TapeFunction { operations: &[], results: &[10] },
+    linearization: None,
+    event: None,
+    start: TapeFunction { operations: &[Constant(1.0), Constant(0.0)], results: &[11, 12, 12, 11] },
+    given: &[true, true, true, true],
+    schedule: TapeFunction { operations: &[Constant(0.001), Constant(1.0)], results: &[11, 12] },
+};
+
+/// The motion from `(l, 0)` with the rates `(a, v)`.
+fn motion(parameters: [f64; 3], v: f64) -> Result<Motion<'static>, StepError> {
+    let [l, a, _] = parameters;
+    let y = [l, 0.0, a, v].map(Number::from).to_vec();
+    Motion::new(Equations::new(&ROD, &parameters), y, 0.001, 1e-22)
+}
+
+fn far(a: Number, b: Number) -> f64 {
+    (a - b).to_f64().abs()
+}
+
+/// Without gravity the angular momentum `l v` stays: the angle is `l v (1/l - 1/r) / a`.
+#[test]
+fn a_rod_that_grows_turns_as_it_must() {
+    let [l, a, v] = [1.0, 0.25, 3.0];
+    let mut motion = motion([l, a, 0.0], v).expect("regular");
+    let states = motion.visit(&[0.5, 2.0]).expect("smooth");
+    let r = Number::from(l + 2.0 * a);
+    let angle = Number::from(v / a) * (Number::from(1.0) - r.recip());
+    let (sin, cos) = angle.sin_cos();
+    let (radial, across) = (Number::from(a), Number::from(v) / r);
+    let exact = [r * cos, r * sin, radial * cos - across * sin, radial * sin + across * cos];
+    for (y, exact) in motion.y.iter().zip(exact) {
+        assert!(far(*y, exact) < 1e-19, "{y:?} instead of {exact:?}");
+    }
+    assert!(states[1].residual < 1e-30, "{states:?}");
+    assert_eq!(states.iter().map(|state| state.t).collect::<Vec<f64>>(), [0.5, 2.0]);
+    // x'' + lambda x = 0 at the radius r: lambda = across^2 / r^2
+    let multiplier = across * across / (r * r);
+    assert!((states[1].outputs[0] - multiplier.to_f64()).abs() < 1e-15, "{states:?}");
+}
+
+#[test]
+fn energy_and_length_of_a_pendulum_stay() {
+    let mut motion = motion([1.0, 0.0, 9.81], 2.0).expect("regular");
+    let energy = |motion: &mut Motion| {
+        let [kinetic, potential] = motion.equations.evaluator.energy(&motion.y[..2], &motion.y[2..]);
+        kinetic + potential
+    };
+    let first = energy(&mut motion);
+    motion.visit(&[1.0, 3.0]).expect("smooth");
+    assert!(far(energy(&mut motion), first) < 1e-19);
+    for rates in [false, true] {
+        let open = motion.equations.open(motion.t, &motion.y, rates)[0];
+        assert!(open.to_f64().abs() < 1e-28, "{open:?}");
+    }
+}
+
+#[test]
+fn what_cannot_be_followed_is_told() {
+    // A rod without length has no direction.
+    assert_eq!(motion([0.0, 0.0, 9.81], 2.0).err(), Some(StepError::NotFinite));
+    // A rod that shrinks to nothing makes its mass turn ever faster.
+    let mut motion = motion([1.0, -1.0, 0.0], 1.0).expect("regular");
+    motion.equations.budget = 100_000;
+    let error = motion.visit(&[1.5]).err();
+    assert!(matches!(error, Some(StepError::TooManySteps { .. })), "{error:?}");
+}
