@@ -1,31 +1,12 @@
 //! Whole runs by kernels against whole runs by the plain functions they stand for.
 
-#[macro_use]
-#[path = "common/delegate.rs"]
-mod delegate;
+#[path = "common/plain.rs"]
+mod plain;
 
-use qrm_core::{DynamicsMut, LoopConstraintsMut, Mechanism, Replace};
+use plain::Plain;
+use qrm_core::{Mechanism, Replace};
 use qrm_sim::integrate::MethodSettings;
 use qrm_sim::run::{End, Request, simulate};
-
-/// A mechanism without its kernel: every step is made by the plain functions.
-struct Plain(Box<dyn Mechanism>);
-
-impl Mechanism for Plain {
-    delegate_without_kernel!(0);
-
-    fn dynamics(&self, t: f64, q: &[f64], qd: &[f64], dynamics: DynamicsMut) {
-        self.0.dynamics(t, q, qd, dynamics);
-    }
-
-    fn loop_constraints(&self, t: f64, q: &[f64], constraints: LoopConstraintsMut) {
-        self.0.loop_constraints(t, q, constraints);
-    }
-
-    fn mass_matrix(&self, q: &[f64], mass_matrix: &mut [f64]) {
-        self.0.mass_matrix(q, mass_matrix);
-    }
-}
 
 /// The quick-return mechanism with some parameters replaced.
 fn quick_return(replace: Replace) -> Box<dyn Mechanism> {
