@@ -63,9 +63,7 @@ fn model(name: &str) -> &'static Model {
 
 /// The scene's values of the parameters.
 fn parameter_values<X: Generated<N, M>, const N: usize, const M: usize>() -> Vec<f64> {
-    let mut values = vec![0.0; X::DESCRIPTION.parameters.len()];
-    X::parameter_values::<f64>(&|_| None, &mut values);
-    values
+    model(X::DESCRIPTION.name).parameter_values(&|_| None)
 }
 
 /// Random states around the start, among them such that no loop is closed.

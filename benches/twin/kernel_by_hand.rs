@@ -242,10 +242,6 @@ pub(crate) struct HandWritten;
 impl Generated<3, 2> for HandWritten {
     type Kernel<R: Scalar> = KernelByHand<R>;
 
-    const DESCRIPTION: Description = QuickReturn::<f64>::DESCRIPTION;
+    const DESCRIPTION: &'static Description = QuickReturn::<f64>::DESCRIPTION;
     const TAPE: &'static Tape<'static> = QuickReturn::<f64>::TAPE;
-
-    fn parameter_values<R: Scalar>(replace: &dyn Fn(&str) -> Option<R>, values: &mut [R]) {
-        QuickReturn::<f64>::parameter_values(replace, values);
-    }
 }

@@ -114,7 +114,7 @@ pub trait Generated<const N: usize, const M: usize>: 'static {
     type Kernel<R: Scalar>: Kernel<R, N, M>;
 
     /// Names, units and meanings.
-    const DESCRIPTION: Description;
+    const DESCRIPTION: &'static Description;
 
     /// The functions as data, for any kind of number.
     const TAPE: &'static Tape<'static>;
@@ -124,10 +124,6 @@ pub trait Generated<const N: usize, const M: usize>: 'static {
 
     /// Whether constraints depend on time.
     const IS_DRIVEN: bool = false;
-
-    /// The values of the parameters, in the order of the description; some are replaced, and those that the scene
-    /// computes from others follow.
-    fn parameter_values<R: Scalar>(replace: &dyn Fn(&str) -> Option<R>, values: &mut [R]);
 }
 
 /// The parts of the equations of motion at one state.

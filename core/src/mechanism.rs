@@ -167,7 +167,7 @@ where
     V: AsRef<[f64]> + Send + Sync,
 {
     fn description(&self) -> &'static Description {
-        const { &X::DESCRIPTION }
+        X::DESCRIPTION
     }
 
     fn parameters(&self) -> &[f64] {

@@ -3,14 +3,13 @@
 extern crate alloc;
 
 use alloc::boxed::Box;
-use alloc::vec;
 use alloc::vec::Vec;
 
 use crate::batch::{BatchRequest, SimdBatch, Width, batch};
 use crate::description::Description;
 use crate::kernel::Generated;
 use crate::mechanism::{Compiled, Mechanism};
-use crate::tape::Tape;
+use crate::tape::{Tape, TapeEvaluator};
 
 /// New values for parameters, by their names.
 pub type Replace<'a> = &'a dyn Fn(&str) -> Option<f64>;
@@ -24,7 +23,6 @@ pub struct Model {
     pub operations: usize,
     /// The functions as data, for any kind of number.
     pub tape: &'static Tape<'static>,
-    parameter_values: fn(Replace, &mut [f64]),
     mechanism: fn(Vec<f64>) -> Box<dyn Mechanism>,
     batch: fn(Width, BatchRequest, f64) -> Option<Box<dyn SimdBatch>>,
 }
@@ -33,10 +31,9 @@ impl Model {
     /// The entry of a generated mechanism.
     pub const fn of<X: Generated<N, M>, const N: usize, const M: usize>() -> Self {
         Self {
-            description: const { &X::DESCRIPTION },
+            description: X::DESCRIPTION,
             operations: <X::Kernel<f64> as crate::kernel::Kernel<f64, N, M>>::OPERATIONS,
             tape: X::TAPE,
-            parameter_values: |replace, values| X::parameter_values(replace, values),
             mechanism: |values| Box::new(Compiled::<X, N, M, Vec<f64>>::new(values)),
             batch: batch::<X, N, M>,
         }
@@ -45,9 +42,10 @@ impl Model {
     /// The values of the parameters, some of them replaced, in the order of the description; those that the scene
     /// computes from others follow.
     pub fn parameter_values(&self, replace: Replace) -> Vec<f64> {
-        let mut values = vec![0.0; self.description.parameters.len()];
-        (self.parameter_values)(replace, &mut values);
-        values
+        // By the tape, so that a changed number compiles no function anew.
+        let mut evaluator = TapeEvaluator::new(self.tape);
+        evaluator.set_parameters(|i| replace(self.description.parameters[i].name));
+        evaluator.parameters().to_vec()
     }
 
     /// The mechanism with some parameters replaced.

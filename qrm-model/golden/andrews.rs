@@ -2463,65 +2463,12 @@ impl<R: Scalar> Kernel<R, 7, 6> for Andrews<R> {
 
 impl Generated<7, 6> for Andrews {
     type Kernel<R: Scalar> = Andrews<R>;
-    const DESCRIPTION: Description = DESCRIPTION;
+    const DESCRIPTION: &'static Description = {
 
+        static STORED: Description = DESCRIPTION;
+        &STORED
+    };
     const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
-
-    fn parameter_values<R: Scalar>(
-        replace: &dyn Fn(&str) -> Option<R>,
-        values: &mut [R],
-    ) {
-        let p = Parameters::with(replace);
-        for (value, own) in values
-            .iter_mut()
-            .zip([
-                p.m1,
-                p.m2,
-                p.m3,
-                p.m4,
-                p.m5,
-                p.m6,
-                p.m7,
-                p.I1,
-                p.I2,
-                p.I3,
-                p.I4,
-                p.I5,
-                p.I6,
-                p.I7,
-                p.xa,
-                p.ya,
-                p.xb,
-                p.yb,
-                p.xc,
-                p.yc,
-                p.c0,
-                p.l0,
-                p.d,
-                p.da,
-                p.e,
-                p.ea,
-                p.rr,
-                p.ra,
-                p.ss,
-                p.sa,
-                p.sb,
-                p.sc,
-                p.sd,
-                p.ta,
-                p.tb,
-                p.u,
-                p.ua,
-                p.ub,
-                p.zf,
-                p.zt,
-                p.fa,
-                p.mom,
-            ])
-        {
-            *value = own;
-        }
-    }
 }
 
 /// Names, units and meanings.

@@ -698,19 +698,12 @@ impl<R: Scalar> Kernel<R, 2, 0> for DoublePendulum<R> {
 
 impl Generated<2, 0> for DoublePendulum {
     type Kernel<R: Scalar> = DoublePendulum<R>;
-    const DESCRIPTION: Description = DESCRIPTION;
+    const DESCRIPTION: &'static Description = {
 
+        static STORED: Description = DESCRIPTION;
+        &STORED
+    };
     const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
-
-    fn parameter_values<R: Scalar>(
-        replace: &dyn Fn(&str) -> Option<R>,
-        values: &mut [R],
-    ) {
-        let p = Parameters::with(replace);
-        for (value, own) in values.iter_mut().zip([p.l, p.m, p.g, p.a0]) {
-            *value = own;
-        }
-    }
 }
 
 /// Names, units and meanings.

@@ -1425,19 +1425,12 @@ impl<R: Scalar> Kernel<R, 3, 2> for FourBar<R> {
 
 impl Generated<3, 2> for FourBar {
     type Kernel<R: Scalar> = FourBar<R>;
-    const DESCRIPTION: Description = DESCRIPTION;
+    const DESCRIPTION: &'static Description = {
 
+        static STORED: Description = DESCRIPTION;
+        &STORED
+    };
     const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
-
-    fn parameter_values<R: Scalar>(
-        replace: &dyn Fn(&str) -> Option<R>,
-        values: &mut [R],
-    ) {
-        let p = Parameters::with(replace);
-        for (value, own) in values.iter_mut().zip([p.l1, p.l2, p.l3, p.l4, p.rho]) {
-            *value = own;
-        }
-    }
 }
 
 /// Names, units and meanings.

@@ -1382,19 +1382,12 @@ impl<R: Scalar> Kernel<R, 5, 4> for NFourBar2<R> {
 
 impl Generated<5, 4> for NFourBar2 {
     type Kernel<R: Scalar> = NFourBar2<R>;
-    const DESCRIPTION: Description = DESCRIPTION;
+    const DESCRIPTION: &'static Description = {
 
+        static STORED: Description = DESCRIPTION;
+        &STORED
+    };
     const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
-
-    fn parameter_values<R: Scalar>(
-        replace: &dyn Fn(&str) -> Option<R>,
-        values: &mut [R],
-    ) {
-        let p = Parameters::with(replace);
-        for (value, own) in values.iter_mut().zip([p.l, p.m, p.J, p.g, p.v0]) {
-            *value = own;
-        }
-    }
 }
 
 /// Names, units and meanings.

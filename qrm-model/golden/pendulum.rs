@@ -693,19 +693,12 @@ impl<R: Scalar> Kernel<R, 2, 1> for Pendulum<R> {
 
 impl Generated<2, 1> for Pendulum {
     type Kernel<R: Scalar> = Pendulum<R>;
-    const DESCRIPTION: Description = DESCRIPTION;
+    const DESCRIPTION: &'static Description = {
 
+        static STORED: Description = DESCRIPTION;
+        &STORED
+    };
     const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
-
-    fn parameter_values<R: Scalar>(
-        replace: &dyn Fn(&str) -> Option<R>,
-        values: &mut [R],
-    ) {
-        let p = Parameters::with(replace);
-        for (value, own) in values.iter_mut().zip([p.m, p.l, p.g]) {
-            *value = own;
-        }
-    }
 }
 
 /// Names, units and meanings.

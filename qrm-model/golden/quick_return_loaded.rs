@@ -1723,48 +1723,14 @@ impl<R: Scalar> Kernel<R, 3, 2> for QuickReturnLoaded<R> {
 
 impl Generated<3, 2> for QuickReturnLoaded {
     type Kernel<R: Scalar> = QuickReturnLoaded<R>;
-    const DESCRIPTION: Description = DESCRIPTION;
+    const DESCRIPTION: &'static Description = {
 
+        static STORED: Description = DESCRIPTION;
+        &STORED
+    };
     const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
 
     const HAS_LINEARIZATION: bool = true;
-
-    fn parameter_values<R: Scalar>(
-        replace: &dyn Fn(&str) -> Option<R>,
-        values: &mut [R],
-    ) {
-        let p = Parameters::with(replace);
-        for (value, own) in values
-            .iter_mut()
-            .zip([
-                p.O2A,
-                p.O4B,
-                p.BC,
-                p.O4O2,
-                p.O4G4,
-                p.BG5,
-                p.yC,
-                p.m3,
-                p.m4,
-                p.m5,
-                p.m6,
-                p.J2,
-                p.J3,
-                p.J4,
-                p.J5,
-                p.F6,
-                p.T2,
-                p.g,
-                p.k,
-                p.cd,
-                p.w0,
-                p.OA0,
-                p.x6_0,
-            ])
-        {
-            *value = own;
-        }
-    }
 }
 
 /// Names, units and meanings.

@@ -2032,49 +2032,14 @@ impl<R: Scalar> Kernel<R, 3, 2> for Shaper<R> {
 
 impl Generated<3, 2> for Shaper {
     type Kernel<R: Scalar> = Shaper<R>;
-    const DESCRIPTION: Description = DESCRIPTION;
+    const DESCRIPTION: &'static Description = {
 
+        static STORED: Description = DESCRIPTION;
+        &STORED
+    };
     const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
 
     const HAS_LINEARIZATION: bool = true;
-
-    fn parameter_values<R: Scalar>(
-        replace: &dyn Fn(&str) -> Option<R>,
-        values: &mut [R],
-    ) {
-        let p = Parameters::with(replace);
-        for (value, own) in values
-            .iter_mut()
-            .zip([
-                p.O2A,
-                p.O4B,
-                p.BC,
-                p.O4O2,
-                p.O4G4,
-                p.BG5,
-                p.yC,
-                p.m3,
-                p.m4,
-                p.m5,
-                p.m6,
-                p.J2,
-                p.J4,
-                p.J5,
-                p.g,
-                p.v0,
-                p.mu,
-                p.c2,
-                p.k,
-                p.k3,
-                p.s0,
-                p.xs,
-                p.ks,
-                p.w0,
-            ])
-        {
-            *value = own;
-        }
-    }
 }
 
 /// Names, units and meanings.

@@ -1150,24 +1150,14 @@ impl<R: Scalar> Kernel<R, 3, 2> for SliderCrank<R> {
 
 impl Generated<3, 2> for SliderCrank {
     type Kernel<R: Scalar> = SliderCrank<R>;
-    const DESCRIPTION: Description = DESCRIPTION;
+    const DESCRIPTION: &'static Description = {
 
+        static STORED: Description = DESCRIPTION;
+        &STORED
+    };
     const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
 
     const HAS_LINEARIZATION: bool = true;
-
-    fn parameter_values<R: Scalar>(
-        replace: &dyn Fn(&str) -> Option<R>,
-        values: &mut [R],
-    ) {
-        let p = Parameters::with(replace);
-        for (value, own) in values
-            .iter_mut()
-            .zip([p.a, p.J1, p.m2, p.J2, p.k, p.c, p.l0, p.F])
-        {
-            *value = own;
-        }
-    }
 }
 
 /// Names, units and meanings.

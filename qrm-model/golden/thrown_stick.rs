@@ -704,19 +704,12 @@ impl<R: Scalar> Kernel<R, 3, 0> for ThrownStick<R> {
 
 impl Generated<3, 0> for ThrownStick {
     type Kernel<R: Scalar> = ThrownStick<R>;
-    const DESCRIPTION: Description = DESCRIPTION;
+    const DESCRIPTION: &'static Description = {
 
+        static STORED: Description = DESCRIPTION;
+        &STORED
+    };
     const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
-
-    fn parameter_values<R: Scalar>(
-        replace: &dyn Fn(&str) -> Option<R>,
-        values: &mut [R],
-    ) {
-        let p = Parameters::with(replace);
-        for (value, own) in values.iter_mut().zip([p.l, p.m, p.J, p.g, p.w]) {
-            *value = own;
-        }
-    }
 }
 
 /// Names, units and meanings.

@@ -111,34 +111,19 @@ fn link(scene: &Scene) -> TokenStream {
             const IS_DRIVEN: bool = true;
         )
     });
-    let names: Vec<_> = kept(scene).map(|p| ident(&p.name)).collect();
-    let (replace, values) = if names.is_empty() {
-        (format_ident!("_replace"), format_ident!("_values"))
-    } else {
-        (format_ident!("replace"), format_ident!("values"))
-    };
-    let fill = (!names.is_empty()).then(|| {
-        quote! {
-            let p = Parameters::with(replace);
-            for (value, own) in values.iter_mut().zip([#(p.#names),*]) {
-                *value = own;
-            }
-        }
-    });
     quote! {
         impl Generated<#n, #m> for #own {
             type Kernel<R: Scalar> = #own<R>;
 
-            const DESCRIPTION: Description = DESCRIPTION;
+            const DESCRIPTION: &'static Description = {
+                static STORED: Description = DESCRIPTION;
+                &STORED
+            };
             const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
 
             #has_linearization
 
             #is_driven
-
-            fn parameter_values<R: Scalar>(#replace: &dyn Fn(&str) -> Option<R>, #values: &mut [R]) {
-                #fill
-            }
         }
     }
 }

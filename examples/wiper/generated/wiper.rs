@@ -1060,35 +1060,12 @@ impl<R: Scalar> Kernel<R, 3, 2> for Wiper<R> {
 
 impl Generated<3, 2> for Wiper {
     type Kernel<R: Scalar> = Wiper<R>;
-    const DESCRIPTION: Description = DESCRIPTION;
+    const DESCRIPTION: &'static Description = {
 
+        static STORED: Description = DESCRIPTION;
+        &STORED
+    };
     const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
-
-    fn parameter_values<R: Scalar>(
-        replace: &dyn Fn(&str) -> Option<R>,
-        values: &mut [R],
-    ) {
-        let p = Parameters::with(replace);
-        for (value, own) in values
-            .iter_mut()
-            .zip([
-                p.a,
-                p.b,
-                p.c,
-                p.d,
-                p.J,
-                p.m,
-                p.Jr,
-                p.Ja,
-                p.stall,
-                p.idle,
-                p.friction,
-                p.slip,
-            ])
-        {
-            *value = own;
-        }
-    }
 }
 
 /// Names, units and meanings.

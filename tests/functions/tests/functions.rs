@@ -10,10 +10,10 @@ const QD: [f64; 3] = [0.3, 0.5, -0.8];
 const QDD: [f64; 3] = [1.5, -0.4, 0.9];
 
 /// The values of the parameters, one of them replaced.
-fn values(replaced: &str, value: f64) -> [f64; 7] {
-    let mut values = [0.0; 7];
-    Functions::<f64>::parameter_values(&|name| (name == replaced).then_some(value), &mut values);
-    values
+fn values(replaced: &str, value: f64) -> Vec<f64> {
+    let mut models = qrm_functions::MODELS.iter();
+    let model = models.find(|model| model.description.name == "functions").expect("a generated scene");
+    model.parameter_values(&|name| (name == replaced).then_some(value))
 }
 
 fn place(name: &str) -> usize {
