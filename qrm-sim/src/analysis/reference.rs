@@ -21,7 +21,8 @@ use crate::run::StartError;
 ///
 /// # Errors
 /// The constraints cannot be met at the start; the accelerations are not determined, also where constraints depend on
-/// each other; or it would take more than some 1e9 operations, as it does with loads that jump.
+/// each other; or it would take more than some 2e7 operations, about half a second, as it does with stiff motions and
+/// with loads that jump.
 pub fn reference_states(
     model: &Model,
     replace: Replace,
