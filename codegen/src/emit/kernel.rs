@@ -19,7 +19,7 @@ use qrm_scene::function::Function;
 pub(super) struct KernelItems {
     pub(super) tokens: TokenStream,
     pub(super) operations: Vec<(&'static str, Operations)>,
-    /// What accelerations and multipliers cost from sines and cosines on.
+    /// The operations of accelerations and multipliers, sines and cosines given.
     pub(super) solution: Operations,
 }
 

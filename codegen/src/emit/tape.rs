@@ -131,7 +131,7 @@ impl Writer<'_> {
         OwnedTape { coordinates: place(n), constraints: place(m), constants, given, functions }
     }
 
-    /// What depends on parameters alone in these functions; its places become known.
+    /// The operations of these functions that depend on parameters alone; their places become known.
     fn tape_constants(
         &self,
         plans: &[(&'static str, Vec<Signed>)],

@@ -44,7 +44,7 @@ impl<'s> Algebra<'s> {
         Self::with(number, scene, place, is_named)
     }
 
-    /// The same, where roots of what varies have names in any scene.
+    /// The algebra of a scene in which roots of varying expressions have names.
     pub(super) fn naming_roots(number: usize, scene: &'s Scene, place: &'s Place) -> Self {
         Self::with(number, scene, place, true)
     }

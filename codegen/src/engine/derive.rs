@@ -65,7 +65,7 @@ pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> Equation
     equations
 }
 
-/// What the equations of motion are made of.
+/// The parts of the equations of motion.
 pub(super) struct System<'s> {
     pub(super) algebra: Algebra<'s>,
     pub(super) rows: Rows,
@@ -76,7 +76,7 @@ pub(super) struct System<'s> {
     pub(super) constraints: Vec<Atom>,
     /// C_q
     pub(super) constraint_jacobian: Vec<Vec<Atom>>,
-    /// What `C_q qdd` is the negative of.
+    /// The bias of the constraints, `-C_q qdd`.
     pub(super) constraint_bias: Vec<Atom>,
     /// C_t
     pub(super) constraint_rates: Vec<Atom>,

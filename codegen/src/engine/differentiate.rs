@@ -176,7 +176,7 @@ impl Algebra<'_> {
         self.by_names(atom, &self.occurring(atom)).into_iter().fold(self.derivative(atom, Symbol::Time), through)
     }
 
-    /// What the second time derivative of such a function has beside f_q qdd: (f_q qd + f_t)_q qd + (f_q qd + f_t)_t.
+    /// The second time derivative of such a function without f_q qdd: (f_q qd + f_t)_q qd + (f_q qd + f_t)_t.
     pub(super) fn bias(&self, atom: &Atom) -> Atom {
         let through = |sum, (k, slope)| sum + slope * self.symbol(Symbol::NamedBias(k));
         let direct = self.rate(&self.simplify(&self.rate(atom)));
@@ -190,7 +190,7 @@ impl Algebra<'_> {
         products.fold(Atom::num(0), |sum, product| sum + product)
     }
 
-    /// What a name stands for, or the expression itself.
+    /// The formula of a name, or the expression itself.
     pub(super) fn definition(&self, atom: &Atom) -> Atom {
         match self.place(atom) {
             Some(k) => self.names.borrow()[k].inside.clone(),
@@ -203,7 +203,7 @@ impl Algebra<'_> {
         self.place(atom).map(|k| self.names.borrow()[k].gradient.clone())
     }
 
-    /// Which named formula an expression is.
+    /// The index of the named formula that an expression is.
     fn place(&self, atom: &Atom) -> Option<usize> {
         let AtomView::Var(variable) = atom.as_view() else { return None };
         match self.scene_symbol(variable.get_symbol()) {

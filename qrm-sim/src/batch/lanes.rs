@@ -4,7 +4,7 @@ use qrm_core::{BatchRequest, LaneRole, LaneSchedule, Mechanism, Model, PauseReas
 
 use super::sweep::{DesignResult, SweepEnd, SweepRequest, run_alone};
 use crate::integrate::{Integrator, MethodSettings, StepError};
-use crate::run::{RICHARDSON_FACTOR, StartError, Status, Undefined, estimated_error, first_state, locate};
+use crate::run::{RICHARDSON_FACTOR, StartError, Status, Undefined, check_step, estimated_error, first_state, locate};
 use crate::solve::largest;
 use crate::state::State;
 
@@ -116,9 +116,7 @@ impl<'a> LaneSweep<'a> {
             Some(SweepEnd::Time(t)) => t,
             _ => schedule.end_time,
         };
-        if step <= end_time * f64::EPSILON {
-            return Err(StartError::StepTooShort { step, end_time });
-        }
+        check_step(step, end_time)?;
         let first = first_state(mechanism)?;
         if self.condition(design, &first).is_some_and(|value| !value.is_finite()) {
             return Err(StartError::ConditionNotFinite);

@@ -60,9 +60,7 @@ pub fn simulate(
         Some(End::Time(t)) => t,
         _ => schedule.end_time,
     };
-    if step <= end_time * f64::EPSILON {
-        return Err(StartError::StepTooShort { step, end_time });
-    }
+    check_step(step, end_time)?;
     let first = first_state(mechanism)?;
     let settings = request.settings;
     let mut run = Run {
@@ -94,6 +92,11 @@ pub fn simulate(
     }
     run.nearest.1 = condition.unwrap_or(0.0);
     Ok(run.run(&first, condition.is_some_and(|value| value >= 0.0), observer))
+}
+
+/// An error for a step so short that time would stand still.
+pub(crate) fn check_step(step: f64, end_time: f64) -> Result<(), StartError> {
+    if step <= end_time * f64::EPSILON { Err(StartError::StepTooShort { step, end_time }) } else { Ok(()) }
 }
 
 /// The consistent state at the start of a mechanism's motion.
