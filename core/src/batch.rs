@@ -123,6 +123,7 @@ const MAX_LANE_OPERATIONS: usize = 2000;
 
 /// A batch of motions of a generated mechanism; `None` where the processor has no vectors of that width, or the kernel
 /// is too large for them.
+#[inline]
 pub(crate) fn batch<X: Generated<N, M>, const N: usize, const M: usize>(
     width: Width,
     request: BatchRequest,
@@ -151,6 +152,7 @@ pub(crate) fn batch<X: Generated<N, M>, const N: usize, const M: usize>(
 }
 
 #[cfg(target_arch = "x86_64")]
+#[inline]
 fn make_four<X: Generated<N, M>, const N: usize, const M: usize>(
     request: BatchRequest,
     residual: f64,
@@ -160,6 +162,7 @@ fn make_four<X: Generated<N, M>, const N: usize, const M: usize>(
 }
 
 #[cfg(target_arch = "x86_64")]
+#[inline]
 fn make_eight<X: Generated<N, M>, const N: usize, const M: usize>(
     request: BatchRequest,
     residual: f64,
@@ -204,6 +207,7 @@ struct LaneBatch<X: Generated<N, M>, S: Token, const N: usize, const M: usize> {
 }
 
 impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> LaneBatch<X, S, N, M> {
+    #[inline]
     fn new(token: S, request: BatchRequest, residual: f64) -> Self {
         let zero = Lanes::<S>::from_fn(|_| 0.0);
         let state = KernelState {
@@ -348,14 +352,17 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> pulp::Nullary
 }
 
 impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> SimdBatch for LaneBatch<X, S, N, M> {
+    #[inline]
     fn lanes(&self) -> usize {
         Lanes::<S>::COUNT
     }
 
+    #[inline]
     fn set_parameters(&mut self, values: &[Vec<f64>]) {
         self.kernel = X::Kernel::<Lanes<S>>::with_values(|i| Lanes::from_fn(|lane| values[lane][i]));
     }
 
+    #[inline]
     fn place(&mut self, lane: usize, row: &[f64], schedule: &LaneSchedule) {
         self.set_row(LaneRole::Main, lane, row);
         self.set_row(LaneRole::Companion, lane, row);
@@ -374,6 +381,7 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> SimdBatch for
         }
     }
 
+    #[inline]
     fn copy(&mut self, from: usize, to: usize) {
         let mut row = vec![0.0; 1 + 3 * N + M];
         self.row(LaneRole::Main, from, &mut row);
@@ -385,6 +393,7 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> SimdBatch for
         }
     }
 
+    #[inline]
     fn set_row(&mut self, which: LaneRole, lane: usize, row: &[f64]) {
         let state = match which {
             LaneRole::Main => &mut self.state,
@@ -406,6 +415,7 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> SimdBatch for
         }
     }
 
+    #[inline]
     fn row(&self, which: LaneRole, lane: usize, row: &mut [f64]) {
         let state = match which {
             LaneRole::Main => &self.state,
@@ -414,15 +424,18 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> SimdBatch for
         read_row(state, self.t.get(lane), lane, row);
     }
 
+    #[inline]
     fn advance(&mut self, wants_refill: bool) -> PauseReason {
         let token = self.token;
         token.vectorize(Run { batch: self, wants_refill })
     }
 
+    #[inline]
     fn steps(&self, lane: usize) -> u64 {
         self.made.get(lane) as u64
     }
 
+    #[inline]
     fn is_reliable(&self, lane: usize) -> bool {
         let [growth_factor, residual, finite_check] = &self.quality;
         growth_factor.get(lane).abs() <= MAX_GROWTH
@@ -430,22 +443,27 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> SimdBatch for
             && finite_check.get(lane) == 0.0
     }
 
+    #[inline]
     fn row_before(&self, lane: usize, row: &mut [f64]) {
         read_row(&self.before, self.time_before.get(lane), lane, row);
     }
 
+    #[inline]
     fn difference(&self, lane: usize) -> [f64; 2] {
         [self.difference.get(lane), self.size.get(lane)]
     }
 
+    #[inline]
     fn range(&self, lane: usize, output: usize) -> [f64; 2] {
         [self.lowest[output].get(lane), self.highest[output].get(lane)]
     }
 
+    #[inline]
     fn is_defined(&self, lane: usize) -> bool {
         self.defined.get(lane) == 0.0
     }
 
+    #[inline]
     fn begin_ranges(&mut self, lane: usize, outputs: &[f64]) {
         self.defined.set(lane, outputs.iter().map(|value| 0.0 * value).sum());
         for ((lowest, highest), value) in self.lowest.iter_mut().zip(&mut self.highest).zip(outputs) {
@@ -454,6 +472,7 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> SimdBatch for
         }
     }
 
+    #[inline]
     fn set_outputs(&mut self, lane: usize, outputs: &[f64]) {
         for (output, value) in self.outputs.iter_mut().zip(outputs) {
             output.set(lane, *value);
@@ -461,6 +480,7 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> SimdBatch for
     }
 }
 
+#[inline]
 fn read_row<S: Token, const N: usize, const M: usize>(
     state: &KernelState<Lanes<S>, N, M>,
     t: f64,

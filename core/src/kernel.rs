@@ -1,7 +1,17 @@
 //! The generated equations of motion, with sizes known when they are compiled.
 
+#[cfg(feature = "std")]
+extern crate alloc;
+
+#[cfg(feature = "std")]
+use alloc::{boxed::Box, vec::Vec};
+
 use crate::angles::Angles;
+#[cfg(feature = "std")]
+use crate::batch::{BatchRequest, SimdBatch, Width, batch};
 use crate::description::Description;
+#[cfg(feature = "std")]
+use crate::mechanism::{Compiled, Mechanism};
 use crate::scalar::Scalar;
 use crate::tape::Tape;
 
@@ -124,6 +134,27 @@ pub trait Generated<const N: usize, const M: usize>: 'static {
 
     /// Whether constraints depend on time.
     const IS_DRIVEN: bool = false;
+
+    /// The mechanism with these values of its parameters, in the order of the description.
+    ///
+    /// This method and [`batch`](Self::batch) are compiled with the module of their mechanism; what they call is inline.
+    /// Where a single mechanism changes, nothing is compiled for the others.
+    #[cfg(feature = "std")]
+    fn mechanism(values: Vec<f64>) -> Box<dyn Mechanism>
+    where
+        Self: Sized,
+    {
+        Box::new(Compiled::<Self, N, M, Vec<f64>>::new(values))
+    }
+
+    /// Motions in lanes: see [`Model::batch`](crate::Model::batch).
+    #[cfg(feature = "std")]
+    fn batch(width: Width, request: BatchRequest, residual: f64) -> Option<Box<dyn SimdBatch>>
+    where
+        Self: Sized,
+    {
+        batch::<Self, N, M>(width, request, residual)
+    }
 }
 
 /// The parts of the equations of motion at one state.

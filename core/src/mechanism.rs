@@ -141,6 +141,7 @@ pub struct Compiled<X: Generated<N, M>, const N: usize, const M: usize, V> {
 
 impl<X: Generated<N, M>, const N: usize, const M: usize, V: AsRef<[f64]>> Compiled<X, N, M, V> {
     /// The mechanism with these values of its parameters, in the order of the description.
+    #[inline]
     pub fn new(values: V) -> Self {
         let kernel = X::Kernel::<f64>::with_values(|i| values.as_ref()[i]);
         Self { kernel, values, generated: PhantomData }
@@ -166,26 +167,32 @@ impl<X: Generated<N, M>, const N: usize, const M: usize, V> Mechanism for Compil
 where
     V: AsRef<[f64]> + Send + Sync,
 {
+    #[inline]
     fn description(&self) -> &'static Description {
         X::DESCRIPTION
     }
 
+    #[inline]
     fn parameters(&self) -> &[f64] {
         self.values.as_ref()
     }
 
+    #[inline]
     fn is_driven(&self) -> bool {
         X::IS_DRIVEN
     }
 
+    #[inline]
     fn has_linearization(&self) -> bool {
         X::HAS_LINEARIZATION
     }
 
+    #[inline]
     fn operations(&self) -> usize {
         X::Kernel::<f64>::OPERATIONS
     }
 
+    #[inline]
     fn start(&self, start: StartMut) {
         let own = self.kernel.start();
         start.q.copy_from_slice(&own.q);
@@ -194,14 +201,17 @@ where
         start.given_rates.copy_from_slice(&own.given_rates);
     }
 
+    #[inline]
     fn schedule(&self) -> Schedule<f64> {
         self.kernel.schedule()
     }
 
+    #[inline]
     fn event(&self, t: f64, q: &[f64], qd: &[f64]) -> Option<f64> {
         self.kernel.event(t, array(q), array(qd))
     }
 
+    #[inline]
     fn dynamics(&self, t: f64, q: &[f64], qd: &[f64], dynamics: DynamicsMut) {
         let own = self.kernel.dynamics(t, array(q), array(qd));
         dynamics.mass_matrix.copy_from_slice(own.mass_matrix.as_flattened());
@@ -210,6 +220,7 @@ where
         dynamics.constraint_bias.copy_from_slice(&own.constraint_bias);
     }
 
+    #[inline]
     fn loop_constraints(&self, t: f64, q: &[f64], constraints: LoopConstraintsMut) {
         let own = self.kernel.loop_constraints(t, array(q));
         constraints.residuals.copy_from_slice(&own.residuals);
@@ -217,22 +228,27 @@ where
         constraints.constraint_rate.copy_from_slice(&own.constraint_rate);
     }
 
+    #[inline]
     fn mass_matrix(&self, q: &[f64], mass_matrix: &mut [f64]) {
         mass_matrix.copy_from_slice(self.kernel.mass_matrix(array(q)).as_flattened());
     }
 
+    #[inline]
     fn energy(&self, q: &[f64], qd: &[f64]) -> [f64; 2] {
         self.kernel.energy(array(q), array(qd))
     }
 
+    #[inline]
     fn power(&self, t: f64, q: &[f64], qd: &[f64], multipliers: &[f64]) -> f64 {
         self.kernel.power(t, array(q), array(qd), array(multipliers))
     }
 
+    #[inline]
     fn outputs(&self, t: f64, q: &[f64], qd: &[f64], qdd: &[f64], multipliers: &[f64], outputs: &mut [f64]) {
         self.kernel.outputs(t, array(q), array(qd), array(qdd), array(multipliers), outputs);
     }
 
+    #[inline]
     fn linearization(
         &self,
         t: f64,
@@ -253,6 +269,7 @@ where
         true
     }
 
+    #[inline]
     fn accelerations(&self, t: f64, q: &[f64], qd: &[f64], qdd: &mut [f64], multipliers: &mut [f64]) -> bool {
         let (q, qd) = (array(q), array(qd));
         let angles = Angles::new(q, X::Kernel::<f64>::IS_ANGLE);
@@ -264,6 +281,7 @@ where
         is_finite && self.kernel.growth_factor(&position) <= MAX_GROWTH
     }
 
+    #[inline]
     fn integrate_rk4(&self, request: &RowRequest, rows: &mut [f64]) -> RowResult {
         integrate_rk4::<X, N, M>(self.values.as_ref(), request, rows)
     }

@@ -5,10 +5,10 @@ extern crate alloc;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 
-use crate::batch::{BatchRequest, SimdBatch, Width, batch};
+use crate::batch::{BatchRequest, SimdBatch, Width};
 use crate::description::Description;
 use crate::kernel::Generated;
-use crate::mechanism::{Compiled, Mechanism};
+use crate::mechanism::Mechanism;
 use crate::tape::{Tape, TapeEvaluator};
 
 /// New values for parameters, by their names.
@@ -34,8 +34,8 @@ impl Model {
             description: X::DESCRIPTION,
             operations: <X::Kernel<f64> as crate::kernel::Kernel<f64, N, M>>::OPERATIONS,
             tape: X::TAPE,
-            mechanism: |values| Box::new(Compiled::<X, N, M, Vec<f64>>::new(values)),
-            batch: batch::<X, N, M>,
+            mechanism: X::mechanism,
+            batch: X::batch,
         }
     }
 

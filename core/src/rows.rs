@@ -89,6 +89,7 @@ pub enum RowStop {
 }
 
 /// Makes rows: see [`Mechanism::integrate_rk4`](crate::Mechanism::integrate_rk4).
+#[inline]
 pub(crate) fn integrate_rk4<X: Generated<N, M>, const N: usize, const M: usize>(
     values: &[f64],
     request: &RowRequest,

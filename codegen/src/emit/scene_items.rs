@@ -64,6 +64,7 @@ fn parameters(scene: &Scene) -> TokenStream {
         impl<R: Scalar> Parameters<R> {
             /// The scene's values, some of them replaced; those that the scene computes from others follow.
             #[allow(non_snake_case)]
+            #[inline]
             pub fn with(#replace: impl Fn(&str) -> Option<R>) -> Self {
                 #(let #names = #replace(#texts).unwrap_or(#values);)*
                 Self { #(#names,)* #marker_value }
