@@ -9,7 +9,7 @@ use alloc::vec::Vec;
 use crate::angles::Angles;
 use crate::kernel::{Generated, Kernel, MAX_GROWTH};
 use crate::lanes::{Lanes, Token};
-use crate::rk4::{KernelState, StepResult, rk4_step};
+use crate::rk4::{KernelState, rk4_step};
 use crate::scalar::{Fused, Scalar};
 
 /// Motions in lanes, whatever the mechanism and the number of lanes.
@@ -180,16 +180,12 @@ struct LaneBatch<X: Generated<N, M>, S: Token, const N: usize, const M: usize> {
     /// Steps made, and steps to the end.
     made: Lanes<S>,
     last: Lanes<S>,
-    t: Lanes<S>,
     step: Lanes<S>,
     end_time: Lanes<S>,
-    state: KernelState<Lanes<S>, N, M>,
-    companion: KernelState<Lanes<S>, N, M>,
-    /// The state before the step that is waited for, and its time.
-    before: KernelState<Lanes<S>, N, M>,
-    time_before: Lanes<S>,
-    /// The time of the companion.
-    companion_time: Lanes<S>,
+    /// The motions and their companions.
+    motions: [Motion<S, N, M>; 2],
+    /// The motions before the step that is waited for.
+    before: Motion<S, N, M>,
     /// Growth factor, residual and finite_check of the last step.
     quality: [Lanes<S>; 3],
     difference: Lanes<S>,
@@ -206,6 +202,30 @@ struct LaneBatch<X: Generated<N, M>, S: Token, const N: usize, const M: usize> {
     is_pending: bool,
 }
 
+/// A motion in each lane.
+#[derive(Clone, Copy)]
+struct Motion<S: Token, const N: usize, const M: usize> {
+    t: Lanes<S>,
+    state: KernelState<Lanes<S>, N, M>,
+}
+
+impl<S: Token, const N: usize, const M: usize> Motion<S, N, M> {
+    /// Writes the motion of a lane as a row.
+    #[inline]
+    fn read(&self, lane: usize, row: &mut [f64]) {
+        let Self { t, state } = self;
+        row[0] = t.get(lane);
+        for i in 0..N {
+            row[1 + i] = state.q[i].get(lane);
+            row[1 + N + i] = state.qd[i].get(lane);
+            row[1 + 2 * N + i] = state.qdd[i].get(lane);
+        }
+        for k in 0..M {
+            row[1 + 3 * N + k] = state.multipliers[k].get(lane);
+        }
+    }
+}
+
 impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> LaneBatch<X, S, N, M> {
     #[inline]
     fn new(token: S, request: BatchRequest, residual: f64) -> Self {
@@ -217,6 +237,7 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> LaneBatch<X, 
             multipliers: [zero; M],
             angles: Angles { sin: [zero; N], cos: [zero; N] },
         };
+        let motion = Motion { t: zero, state };
         let outputs = vec![zero; if request.ranges { request.outputs } else { 0 }];
         Self {
             token,
@@ -225,14 +246,10 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> LaneBatch<X, 
             kernel: X::Kernel::<Lanes<S>>::with_values(|_| zero),
             made: zero,
             last: zero,
-            t: zero,
             step: zero,
             end_time: zero,
-            state,
-            companion: state,
-            before: state,
-            time_before: zero,
-            companion_time: zero,
+            motions: [motion; 2],
+            before: motion,
             quality: [zero; 3],
             difference: zero,
             size: zero,
@@ -257,63 +274,58 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> LaneBatch<X, 
                 return PauseReason::Refill;
             }
             // One call makes all steps: the step is long when it is compiled.
-            let is_companion = self.phase == 2;
+            let role = self.role();
             let next = self.made + Lanes::from_f64(1.0);
-            let (t, t_next, from) = if is_companion {
-                (self.companion_time, self.t, self.companion)
-            } else {
-                (self.t, (next - self.last).choose(0.25, self.end_time, next * self.step), self.state)
+            let t_next = match role {
+                LaneRole::Main => (next - self.last).choose(0.25, self.end_time, next * self.step),
+                LaneRole::Companion => self.motions[0].t,
             };
-            let result = rk4_step(&self.kernel, t, t_next - t, &from);
-            let attention = if is_companion { self.follow(t, result) } else { self.accept((next, t_next), result) };
-            if let Some(attention) = attention {
+            let Motion { t, state } = &self.motions[role as usize];
+            let result = rk4_step(&self.kernel, *t, t_next - *t, state);
+            let mut goes_on = result.is_good(self.residual);
+            if role == LaneRole::Main {
+                let KernelState { q, qd, qdd, multipliers, angles } = &result.end;
+                let event = if self.request.watches_event { self.kernel.event(t_next, q, qd) } else { None };
+                goes_on = goes_on
+                    && (next - self.last).is_negative()
+                    && event.is_none_or(Lanes::is_negative)
+                    && !self.request.waits_each_step;
+                self.made = next;
+                if self.request.ranges {
+                    let position = &result.position;
+                    self.kernel.outputs_at(position, t_next, q, qd, angles, qdd, multipliers, &mut self.outputs);
+                }
+            }
+            if !goes_on {
+                self.before = self.motions[role as usize];
+                self.quality = [result.growth_factor, result.residual, result.end.finite_check()];
+            }
+            self.motions[role as usize] = Motion { t: t_next, state: result.end };
+            if !goes_on {
                 self.is_pending = true;
-                return attention;
+                return match role {
+                    LaneRole::Main => PauseReason::Step,
+                    LaneRole::Companion => PauseReason::Companion,
+                };
             }
             self.finish_phase();
         }
     }
 
-    /// Takes a step in every lane.
+    /// Whose step is under way.
     #[inline(always)]
-    fn accept(&mut self, (next, t_next): (Lanes<S>, Lanes<S>), result: LaneStep<S, X, N, M>) -> Option<PauseReason> {
-        let KernelState { q, qd, qdd, multipliers, angles } = &result.end;
-        let event = if self.request.watches_event { self.kernel.event(t_next, q, qd) } else { None };
-        let goes_on = (next - self.last).is_negative()
-            && event.is_none_or(Lanes::is_negative)
-            && result.is_good(self.residual)
-            && !self.request.waits_each_step;
-        self.made = next;
-        if self.request.ranges {
-            self.kernel.outputs_at(&result.position, t_next, q, qd, angles, qdd, multipliers, &mut self.outputs);
-        }
-        if !goes_on {
-            (self.before, self.time_before) = (self.state, self.t);
-            self.quality = [result.growth_factor, result.residual, result.end.finite_check()];
-        }
-        (self.t, self.state) = (t_next, result.end);
-        if goes_on { None } else { Some(PauseReason::Step) }
-    }
-
-    /// Takes a step of the companions.
-    #[inline(always)]
-    fn follow(&mut self, t: Lanes<S>, result: LaneStep<S, X, N, M>) -> Option<PauseReason> {
-        let is_good = result.is_good(self.residual);
-        if !is_good {
-            (self.before, self.time_before) = (self.companion, t);
-            self.quality = [result.growth_factor, result.residual, result.end.finite_check()];
-        }
-        self.companion = result.end;
-        if is_good { None } else { Some(PauseReason::Companion) }
+    fn role(&self) -> LaneRole {
+        if self.phase == 2 { LaneRole::Companion } else { LaneRole::Main }
     }
 
     /// Takes up the outputs of a row, or the differences of the companions, and goes on to the next phase.
     #[inline(always)]
     fn finish_phase(&mut self) {
-        if self.phase == 2 {
+        if self.role() == LaneRole::Companion {
+            let [main, companion] = &self.motions;
             for i in 0..N {
-                self.difference = (self.companion.q[i] - self.state.q[i]).abs().max(self.difference);
-                self.size = self.state.q[i].abs().max(self.size);
+                self.difference = (companion.state.q[i] - main.state.q[i]).abs().max(self.difference);
+                self.size = main.state.q[i].abs().max(self.size);
             }
         } else {
             let mut defined = self.defined;
@@ -330,9 +342,6 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> LaneBatch<X, 
             1 if self.request.companions => 2,
             _ => 0,
         };
-        if self.phase == 0 {
-            self.companion_time = self.t;
-        }
     }
 }
 
@@ -370,8 +379,6 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> SimdBatch for
         for (values, value) in [
             (&mut self.made, 0.0),
             (&mut self.last, schedule.last),
-            (&mut self.t, row[0]),
-            (&mut self.companion_time, row[0]),
             (&mut self.step, schedule.step),
             (&mut self.end_time, schedule.end_time),
             (&mut self.difference, 0.0),
@@ -387,18 +394,15 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> SimdBatch for
         self.row(LaneRole::Main, from, &mut row);
         self.set_row(LaneRole::Main, to, &row);
         self.set_row(LaneRole::Companion, to, &row);
-        let values = [&mut self.made, &mut self.last, &mut self.t, &mut self.step, &mut self.end_time];
-        for values in values.into_iter().chain([&mut self.companion_time]) {
+        for values in [&mut self.made, &mut self.last, &mut self.step, &mut self.end_time] {
             values.set(to, values.get(from));
         }
     }
 
     #[inline]
     fn set_row(&mut self, which: LaneRole, lane: usize, row: &[f64]) {
-        let state = match which {
-            LaneRole::Main => &mut self.state,
-            LaneRole::Companion => &mut self.companion,
-        };
+        let Motion { t, state } = &mut self.motions[which as usize];
+        t.set(lane, row[0]);
         for i in 0..N {
             let q = row[1 + i];
             state.q[i].set(lane, q);
@@ -417,11 +421,7 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> SimdBatch for
 
     #[inline]
     fn row(&self, which: LaneRole, lane: usize, row: &mut [f64]) {
-        let state = match which {
-            LaneRole::Main => &self.state,
-            LaneRole::Companion => &self.companion,
-        };
-        read_row(state, self.t.get(lane), lane, row);
+        self.motions[which as usize].read(lane, row);
     }
 
     #[inline]
@@ -445,7 +445,7 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> SimdBatch for
 
     #[inline]
     fn row_before(&self, lane: usize, row: &mut [f64]) {
-        read_row(&self.before, self.time_before.get(lane), lane, row);
+        self.before.read(lane, row);
     }
 
     #[inline]
@@ -479,25 +479,3 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> SimdBatch for
         }
     }
 }
-
-#[inline]
-fn read_row<S: Token, const N: usize, const M: usize>(
-    state: &KernelState<Lanes<S>, N, M>,
-    t: f64,
-    lane: usize,
-    row: &mut [f64],
-) {
-    row[0] = t;
-    for i in 0..N {
-        row[1 + i] = state.q[i].get(lane);
-        row[1 + N + i] = state.qd[i].get(lane);
-        row[1 + 2 * N + i] = state.qdd[i].get(lane);
-    }
-    for k in 0..M {
-        row[1 + 3 * N + k] = state.multipliers[k].get(lane);
-    }
-}
-
-/// A step of a mechanism in each lane.
-type LaneStep<S, X, const N: usize, const M: usize> =
-    StepResult<Lanes<S>, <<X as Generated<N, M>>::Kernel<Lanes<S>> as Kernel<Lanes<S>, N, M>>::Position, N, M>;

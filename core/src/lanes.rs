@@ -143,7 +143,9 @@ impl<S: Token> Scalar for Lanes<S> {
     }
     #[inline(always)]
     fn abs(self) -> Self {
-        Self::new(S::again().abs_f64s(self.vector()))
+        // `abs_f64s` is not always inlined, and then lacks the instructions of the token.
+        let simd = S::again();
+        Self::new(simd.and_f64s(self.vector(), simd.splat_f64s(f64::from_bits(i64::MAX as u64))))
     }
     #[inline(always)]
     fn max(self, other: Self) -> Self {

@@ -169,16 +169,16 @@ fn steps<X: Generated<N, M>, R: Scalar, const N: usize, const M: usize>(
 
 #[inline(always)]
 fn read<X: Generated<N, M>, R: Scalar, const N: usize, const M: usize>(row: &[f64]) -> (f64, KernelState<R, N, M>) {
-    let vector = |from: usize| core::array::from_fn(|i| R::from_f64(row[from + i]));
-    let q = vector(1);
-    let state = KernelState {
-        q,
-        qd: vector(1 + N),
-        qdd: vector(1 + 2 * N),
-        multipliers: core::array::from_fn(|k| R::from_f64(row[1 + 3 * N + k])),
-        angles: Angles::new(&q, X::Kernel::<R>::IS_ANGLE),
-    };
-    (row[0], state)
+    let (mut q, mut qd, mut qdd, mut multipliers) = ([R::zero(); N], [R::zero(); N], [R::zero(); N], [R::zero(); M]);
+    for i in 0..N {
+        q[i] = R::from_f64(row[1 + i]);
+        qd[i] = R::from_f64(row[1 + N + i]);
+        qdd[i] = R::from_f64(row[1 + 2 * N + i]);
+    }
+    for k in 0..M {
+        multipliers[k] = R::from_f64(row[1 + 3 * N + k]);
+    }
+    (row[0], KernelState { q, qd, qdd, multipliers, angles: Angles::new(&q, X::Kernel::<R>::IS_ANGLE) })
 }
 
 #[inline(always)]

@@ -22,14 +22,17 @@ pub trait Scalar:
     /// The double nearest to the number; of a dual number its value, of lanes the first.
     fn to_f64(self) -> f64;
     /// Zero.
+    #[inline(always)]
     fn zero() -> Self {
         Self::from_f64(0.0)
     }
     /// The ratio of a circle's circumference to its diameter.
+    #[inline(always)]
     fn pi() -> Self {
         Self::from_f64(core::f64::consts::PI)
     }
     /// One over the number.
+    #[inline(always)]
     fn recip(self) -> Self {
         Self::from_f64(1.0) / self
     }
@@ -38,14 +41,17 @@ pub trait Scalar:
     /// Sine and cosine.
     fn sin_cos(self) -> (Self, Self);
     /// Sine.
+    #[inline(always)]
     fn sin(self) -> Self {
         self.sin_cos().0
     }
     /// Cosine.
+    #[inline(always)]
     fn cos(self) -> Self {
         self.sin_cos().1
     }
     /// Tangent.
+    #[inline(always)]
     fn tan(self) -> Self {
         let (sine, cosine) = self.sin_cos();
         sine / cosine

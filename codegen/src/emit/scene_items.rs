@@ -137,8 +137,8 @@ pub(super) fn time_argument(is_needed: bool) -> (proc_macro2::Ident, TokenStream
 /// The statements that fill a slice with the outputs.
 pub(super) fn fill_outputs(values: &TokenStream) -> TokenStream {
     quote! {
-        for (output, value) in outputs.iter_mut().zip(#values) {
-            *output = value;
+        for (output, value) in outputs.iter_mut().zip(&#values) {
+            *output = *value;
         }
     }
 }
