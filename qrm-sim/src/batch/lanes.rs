@@ -12,8 +12,9 @@ use crate::state::State;
 pub(super) struct LaneSweep<'a> {
     designs: &'a [Box<dyn Mechanism>],
     request: &'a SweepRequest<'a>,
-    settings: MethodSettings,
     batch: Box<dyn SimdBatch>,
+    /// Makes the steps that are no whole ones, and those that lanes cannot make.
+    integrator: Integrator,
     /// The next design that waits.
     next: usize,
     finished: Vec<Option<DesignResult>>,
@@ -56,10 +57,11 @@ impl<'a> LaneSweep<'a> {
         };
         let batch = model.batch(width, batch_request, settings.projection_tolerance.residual)?;
         let size = (description.coordinates.len(), description.constraints.len());
+        let integrator = Integrator::new(&**designs.first()?, settings, &State::zero(size.0, size.1), 0.0).ok()?;
         Some(Self {
             designs,
             request,
-            settings,
+            integrator,
             next: 0,
             finished: designs.iter().map(|_| None).collect(),
             lanes: (0..batch.lanes()).map(|_| None).collect(),
@@ -121,7 +123,7 @@ impl<'a> LaneSweep<'a> {
         if self.condition(design, &first).is_some_and(|value| !value.is_finite()) {
             return Err(StartError::ConditionNotFinite);
         }
-        let residual = self.settings.projection_tolerance.residual;
+        let residual = self.integrator.settings.projection_tolerance.residual;
         Ok((RowRequest { origin: 0.0, step, end_time, first: 0, residual, watches_event: true }, first))
     }
 
@@ -151,11 +153,7 @@ impl<'a> LaneSweep<'a> {
 
     /// The distance of the stop condition from true (negative), if there is one.
     fn condition(&self, design: usize, at: &State) -> Option<f64> {
-        match self.request.end {
-            Some(SweepEnd::Time(_)) => None,
-            Some(SweepEnd::Condition(condition)) => Some(condition(design, at.t, &at.q, &at.qd)),
-            None => self.designs[design].event(at.t, &at.q, &at.qd),
-        }
+        condition_value(self.request, &*self.designs[design], design, at)
     }
 
     /// The state of a lane, as the batch reads it into a row.
@@ -174,7 +172,7 @@ impl<'a> LaneSweep<'a> {
             let mut to = self.state(|batch, row| batch.row(LaneRole::Main, lane, row));
             let from = self.state(|batch, row| batch.row_before(lane, row));
             if !self.batch.is_reliable(lane) {
-                match self.robust_step(design, &from, to.t) {
+                match self.step_alone(design, &from, to.t) {
                     Ok(robust) => {
                         robust.write(&mut self.row);
                         self.batch.set_row(LaneRole::Main, lane, &self.row);
@@ -195,13 +193,9 @@ impl<'a> LaneSweep<'a> {
                     self.finish(lane, status, &from);
                 }
                 Some(value) if value >= 0.0 => {
-                    let located = locate(
-                        &from,
-                        &to,
-                        |at| self.condition(design, at).unwrap_or(0.0),
-                        |t| self.robust_step(design, &from, t),
-                    );
-                    match located {
+                    let (request, mechanism) = (self.request, &*self.designs[design]);
+                    let value = |at: &State| condition_value(request, mechanism, design, at).unwrap_or(0.0);
+                    match locate(&from, &to, value, |t| self.step_alone(design, &from, t)) {
                         Ok(at) => self.finish(lane, Status::Stopped, &at),
                         Err(reason) => self.finish(lane, Status::Failed(reason), &from),
                     }
@@ -218,11 +212,10 @@ impl<'a> LaneSweep<'a> {
         }
     }
 
-    /// A step of a design by the robust method.
-    fn robust_step(&self, design: usize, from: &State, t: f64) -> Result<State, StepError> {
-        let mechanism = &*self.designs[design];
+    /// A step of a design by itself.
+    fn step_alone(&mut self, design: usize, from: &State, t: f64) -> Result<State, StepError> {
         let mut to = from.clone();
-        Integrator::new(mechanism, self.settings, from, t)?.advance(mechanism, from, t, &mut to)?;
+        self.integrator.advance(&*self.designs[design], from, t, &mut to)?;
         Ok(to)
     }
 
@@ -236,7 +229,7 @@ impl<'a> LaneSweep<'a> {
             let design = *design;
             let from = self.state(|batch, row| batch.row_before(lane, row));
             let main = self.state(|batch, row| batch.row(LaneRole::Main, lane, row));
-            let robust = self.robust_step(design, &from, main.t);
+            let robust = self.step_alone(design, &from, main.t);
             if let (Err(_), Some(lane)) = (&robust, &mut self.lanes[lane]) {
                 lane.has_companion = false;
             }
@@ -278,5 +271,14 @@ impl<'a> LaneSweep<'a> {
             extremes,
             estimated_error: is_known.then(|| estimated_error(difference / RICHARDSON_FACTOR, size, steps)),
         });
+    }
+}
+
+/// The distance of the stop condition of a design from true (negative), if there is one.
+fn condition_value(request: &SweepRequest, mechanism: &dyn Mechanism, design: usize, at: &State) -> Option<f64> {
+    match request.end {
+        Some(SweepEnd::Time(_)) => None,
+        Some(SweepEnd::Condition(condition)) => Some(condition(design, at.t, &at.q, &at.qd)),
+        None => mechanism.event(at.t, &at.q, &at.qd),
     }
 }

@@ -18,6 +18,8 @@ pub struct Integrator {
     steps: Steps,
     /// Room for the two rows of a step.
     pair: [State; 2],
+    /// The same as numbers.
+    rows: Vec<f64>,
 }
 
 #[derive(Clone, Debug)]
@@ -75,7 +77,8 @@ impl Integrator {
             }
         };
         let pair = [first.clone(), first.clone()];
-        Ok(Self { settings, solver, steps, pair })
+        let width = RowLayout { n, m: first.multipliers.len() }.width();
+        Ok(Self { settings, solver, steps, pair, rows: vec![0.0; 2 * width] })
     }
 
     /// Statistics of the linear solves so far.
@@ -88,11 +91,41 @@ impl Integrator {
         &mut self.solver.stats
     }
 
-    /// Moves from a row to the next one, at `t`.
+    /// Moves from a row to the next one, at `t`, by the generated kernel where the method allows it.
     ///
     /// # Errors
     /// The motion does not get there.
     pub fn advance(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        from: &State,
+        t: f64,
+        to: &mut State,
+    ) -> Result<(), StepError> {
+        if self.settings.is_by_kernel() && self.advance_by_kernel(mechanism, from, t, to) {
+            return Ok(());
+        }
+        self.advance_by_functions(mechanism, from, t, to)
+    }
+
+    /// Makes a step by the kernel; false if it cannot be relied on.
+    fn advance_by_kernel(&mut self, mechanism: &dyn Mechanism, from: &State, t: f64, to: &mut State) -> bool {
+        let residual = self.settings.projection_tolerance.residual;
+        let step = t - from.t;
+        let request = RowRequest { origin: from.t, step, end_time: t, first: 0, residual, watches_event: false };
+        from.write(&mut self.rows);
+        let is_made = mechanism.integrate_rk4(&request, &mut self.rows).made == 1;
+        if is_made {
+            to.read(&self.rows[self.rows.len() / 2..]);
+        }
+        is_made
+    }
+
+    /// Moves from a row to the next one, at `t`, by the plain functions.
+    ///
+    /// # Errors
+    /// The motion does not get there.
+    pub(crate) fn advance_by_functions(
         &mut self,
         mechanism: &dyn Mechanism,
         from: &State,
@@ -174,7 +207,7 @@ impl Integrator {
         }
     }
 
-    /// Makes the row after row `row`, and returns the value of the event there.
+    /// Makes the row after row `row` by the plain functions, and returns the value of the event there.
     fn row(
         &mut self,
         mechanism: &dyn Mechanism,
@@ -183,7 +216,7 @@ impl Integrator {
         from: &State,
         to: &mut State,
     ) -> Result<f64, StepError> {
-        self.advance(mechanism, from, request.time(row + 1), to)?;
+        self.advance_by_functions(mechanism, from, request.time(row + 1), to)?;
         let event = if request.watches_event { mechanism.event(to.t, &to.q, &to.qd) } else { None };
         Ok(event.unwrap_or(-1.0))
     }

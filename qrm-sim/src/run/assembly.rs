@@ -73,15 +73,23 @@ fn search(mechanism: &dyn Mechanism, start: &Start, from: &[f64], weights: &[f64
         constraints.residuals.iter().zip(weights).map(|(r, w)| (r * w).powi(2)).sum::<f64>()
     };
     let mut q = from.to_vec();
+    let mut next = q.clone();
+    let mut slope = vec![0.0; n];
+    let mut row = vec![0.0; n];
+    let mut normal = Matrix::zero(n, n);
+    let mut factors = Ldl::with_size(n);
     let mut damping = 1e-3;
     let mut now = cost(&mut constraints, &q);
     for _ in 0..ITERATIONS {
         constraints.evaluate(mechanism, 0.0, &q);
-        let mut normal = Matrix::zero(n, n);
-        let mut slope = vec![0.0; n];
-        let rows = constraints.constraint_jacobian.iter().zip(&constraints.residuals);
-        for ((row, residual), weight) in rows.zip(weights) {
-            let row: Vec<f64> = (0..n).map(|i| if start.given[i] { 0.0 } else { row[i] * weight }).collect();
+        normal.entries_mut().fill(0.0);
+        slope.fill(0.0);
+        for ((derivatives, residual), weight) in
+            constraints.constraint_jacobian.iter().zip(&constraints.residuals).zip(weights)
+        {
+            for i in 0..n {
+                row[i] = if start.given[i] { 0.0 } else { derivatives[i] * weight };
+            }
             for i in 0..n {
                 slope[i] -= row[i] * residual * weight;
                 for j in 0..n {
@@ -93,15 +101,22 @@ fn search(mechanism: &dyn Mechanism, start: &Start, from: &[f64], weights: &[f64
         for i in 0..n {
             normal[i][i] += if start.given[i] { 1.0 } else { damping * size + f64::MIN_POSITIVE };
         }
-        let Some(factors) = Ldl::new(&normal) else {
+        if !factors.factor(&normal) {
             damping *= 10.0;
             continue;
-        };
+        }
         factors.solve(&mut slope);
-        let next: Vec<f64> = q.iter().zip(&slope).map(|(q, step)| q + step).collect();
+        for i in 0..n {
+            next[i] = q[i] + slope[i];
+        }
+        // Shorter steps change nothing either.
+        if next == q {
+            break;
+        }
         let then = cost(&mut constraints, &next);
         if then < now {
-            (q, now) = (next, then);
+            q.copy_from_slice(&next);
+            now = then;
             damping = (damping * 0.1).max(1e-15);
         } else if damping > 1e6 || now == 0.0 {
             break;

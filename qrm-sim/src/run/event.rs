@@ -4,6 +4,9 @@ use crate::state::State;
 
 /// The state inside a step at which a value rises through zero, by steps of other lengths from its beginning.
 ///
+/// The method is that of T. R. Chandrupatla, A new hybrid quadratic/bisection algorithm for finding the zero of a
+/// nonlinear function without using derivatives, Adv. Eng. Softw. 28 (1997).
+///
 /// # Errors
 /// A step could not be made.
 pub(crate) fn locate<E>(
@@ -12,23 +15,80 @@ pub(crate) fn locate<E>(
     value: impl Fn(&State) -> f64,
     mut step: impl FnMut(f64) -> Result<State, E>,
 ) -> Result<State, E> {
-    let (mut low, mut f_low) = (from.t, value(from));
-    let (mut high, mut f_high, mut found) = (beyond.t, value(beyond), beyond.clone());
-    for iteration in 0..100 {
-        if f_high == 0.0 || high - low <= 2.0 * f64::EPSILON * high.abs() {
+    // The zero lies between `a`, the last time, and `b`; `c` is the time before.
+    let (mut b, mut f_b) = (from.t, value(from));
+    let (mut a, mut f_a) = (beyond.t, value(beyond));
+    let mut found = beyond.clone();
+    let mut part = f_a / (f_a - f_b);
+    for _ in 0..100 {
+        let resolution = f64::EPSILON * a.abs().max(b.abs());
+        if f_a == 0.0 || (a - b).abs() <= 2.0 * resolution {
             break;
         }
-        // Regula falsi, kept from creeping by a bisection every third time.
-        let secant = high - f_high * (high - low) / (f_high - f_low);
-        let middle = 0.5 * (low + high);
-        let t = if iteration % 3 == 2 || !(secant > low && secant < high) { middle } else { secant };
+        let shortest = (resolution / (a - b).abs()).min(0.5);
+        // Written so that a part that is not a number becomes a half.
+        let part_within = if part >= 0.0 { part.clamp(shortest, 1.0 - shortest) } else { 0.5 };
+        let t = a + part_within * (b - a);
         let at = step(t)?;
         let f = value(&at);
-        if f >= 0.0 {
-            (high, f_high, found) = (t, f, at);
-        } else {
-            (low, f_low) = (t, f);
+        let (c, f_c) = if (f >= 0.0) == (f_a >= 0.0) { (a, f_a) } else { (b, f_b) };
+        if (f >= 0.0) != (f_a >= 0.0) {
+            (b, f_b) = (a, f_a);
         }
+        (a, f_a) = (t, f);
+        if f >= 0.0 {
+            found = at;
+        }
+        part = inverse_quadratic([(a, f_a), (b, f_b), (c, f_c)]).unwrap_or(0.5);
     }
     Ok(found)
+}
+
+/// The zero by the inverse quadratic through three points, as a part of the way from the first to the second one;
+/// `None` where it does not rise or fall throughout.
+fn inverse_quadratic([(a, f_a), (b, f_b), (c, f_c)]: [(f64, f64); 3]) -> Option<f64> {
+    let xi = (a - b) / (c - b);
+    let phi = (f_a - f_b) / (f_c - f_b);
+    let is_monotonic = phi * phi < xi && (1.0 - phi) * (1.0 - phi) < 1.0 - xi;
+    is_monotonic.then(|| {
+        f_a / (f_b - f_a) * f_c / (f_b - f_c) + (c - a) / (b - a) * f_a / (f_c - f_a) * f_b / (f_c - f_b)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+
+    use super::*;
+
+    fn at(t: f64) -> State {
+        State { t, ..State::zero(0, 0) }
+    }
+
+    /// The zero of a function between 0 and 2, and the number of its evaluations.
+    fn zero_of(f: impl Fn(f64) -> f64) -> (f64, u32) {
+        let count = Cell::new(0);
+        let value = |at: &State| {
+            count.set(count.get() + 1);
+            f(at.t)
+        };
+        let found = locate::<()>(&at(0.0), &at(2.0), value, |t| Ok(at(t))).expect("no step fails");
+        assert!(f(found.t) >= 0.0, "the value is negative still");
+        (found.t, count.get())
+    }
+
+    #[test]
+    fn a_smooth_zero_takes_few_steps() {
+        let (t, count) = zero_of(|t| t.exp() - 3.0);
+        assert!((t - 3.0_f64.ln()).abs() <= 4.0 * f64::EPSILON, "{t}");
+        assert!(count <= 12, "{count} evaluations");
+    }
+
+    #[test]
+    fn a_jump_and_a_flat_zero_take_no_more_than_bisections() {
+        let (t, count) = zero_of(|t| if t < 0.7 { -1.0 } else { 1e-9 });
+        assert!((t - 0.7).abs() <= 4.0 * f64::EPSILON && count <= 70, "{t}, {count} evaluations");
+        let (t, count) = zero_of(|t| (t - 0.7).powi(9));
+        assert!((t - 0.7).abs() <= 1e-3 && count <= 102, "{t}, {count} evaluations");
+    }
 }

@@ -251,7 +251,7 @@ impl Run<'_> {
             from.read(steps);
             *sampler.stats_mut() = crate::solve::SolverStats::default();
             // A step that fails here was made by the plain functions already.
-            if sampler.advance(self.mechanism, from, steps[width], to).is_ok() {
+            if sampler.advance_by_functions(self.mechanism, from, steps[width], to).is_ok() {
                 self.integrator.stats_mut().take_corrections_of(sampler.stats());
             }
         }
