@@ -40,6 +40,9 @@ pub trait SimdBatch {
     /// The number of steps that a lane has made.
     fn steps(&self, lane: usize) -> u64;
 
+    /// Whether a lane can simply go on after the step that is waited for.
+    fn goes_on(&self, lane: usize) -> bool;
+
     /// Whether the last step of a lane, or of its companion, can be relied on.
     fn is_reliable(&self, lane: usize) -> bool;
 
@@ -186,8 +189,10 @@ struct LaneBatch<X: Generated<N, M>, S: Token, const N: usize, const M: usize> {
     motions: [Motion<S, N, M>; 2],
     /// The motions before the step that is waited for.
     before: Motion<S, N, M>,
-    /// Growth factor, residual and finite_check of the last step.
+    /// Growth factor, residual and finite_check of the step that is waited for.
     quality: [Lanes<S>; 3],
+    /// The value of the scene's event after it.
+    event: Lanes<S>,
     difference: Lanes<S>,
     size: Lanes<S>,
     /// Outputs of the last row, their smallest and their largest values.
@@ -251,6 +256,7 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> LaneBatch<X, 
             motions: [motion; 2],
             before: motion,
             quality: [zero; 3],
+            event: zero,
             difference: zero,
             size: zero,
             lowest: outputs.clone(),
@@ -286,9 +292,10 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> LaneBatch<X, 
             if role == LaneRole::Main {
                 let KernelState { q, qd, qdd, multipliers, angles } = &result.end;
                 let event = if self.request.watches_event { self.kernel.event(t_next, q, qd) } else { None };
+                self.event = event.unwrap_or(Lanes::from_f64(-1.0));
                 goes_on = goes_on
                     && (next - self.last).is_negative()
-                    && event.is_none_or(Lanes::is_negative)
+                    && self.event.is_negative()
                     && !self.request.waits_each_step;
                 self.made = next;
                 if self.request.ranges {
@@ -433,6 +440,14 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> SimdBatch for
     #[inline]
     fn steps(&self, lane: usize) -> u64 {
         self.made.get(lane) as u64
+    }
+
+    #[inline]
+    fn goes_on(&self, lane: usize) -> bool {
+        !self.request.waits_each_step
+            && self.made.get(lane) < self.last.get(lane)
+            && self.event.get(lane) < 0.0
+            && self.is_reliable(lane)
     }
 
     #[inline]

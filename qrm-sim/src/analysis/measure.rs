@@ -71,7 +71,7 @@ pub fn measure(
     times: &[f64],
     repetitions: Repetitions,
 ) -> Result<Measurement, StartError> {
-    let first = first_state(mechanism)?;
+    let first = first_state(mechanism, &mut Solver::new(mechanism))?;
     let mut states = Vec::with_capacity(times.len());
     let mut seconds = Vec::new();
     let mut counts = Counts::default();

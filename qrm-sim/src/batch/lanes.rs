@@ -110,7 +110,7 @@ impl<'a> LaneSweep<'a> {
         self.batch.set_parameters(&self.parameters);
     }
 
-    fn begin(&self, design: usize) -> Result<(RowRequest, State), StartError> {
+    fn begin(&mut self, design: usize) -> Result<(RowRequest, State), StartError> {
         let mechanism = &*self.designs[design];
         let schedule = mechanism.schedule();
         let step = self.request.step.unwrap_or(schedule.step);
@@ -119,7 +119,7 @@ impl<'a> LaneSweep<'a> {
             _ => schedule.end_time,
         };
         check_step(step, end_time)?;
-        let first = first_state(mechanism)?;
+        let first = first_state(mechanism, self.integrator.solver_mut())?;
         if self.condition(design, &first).is_some_and(|value| !value.is_finite()) {
             return Err(StartError::ConditionNotFinite);
         }
@@ -168,6 +168,9 @@ impl<'a> LaneSweep<'a> {
     fn resolve_step(&mut self) {
         for lane in 0..self.lanes.len() {
             let Some(Lane { design, rows, .. }) = &self.lanes[lane] else { continue };
+            if self.batch.goes_on(lane) {
+                continue;
+            }
             let (design, end_time) = (*design, rows.end_time);
             let mut to = self.state(|batch, row| batch.row(LaneRole::Main, lane, row));
             let from = self.state(|batch, row| batch.row_before(lane, row));

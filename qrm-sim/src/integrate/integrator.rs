@@ -86,9 +86,9 @@ impl Integrator {
         &self.solver.stats
     }
 
-    /// Statistics of the linear solves, to be changed.
-    pub(crate) fn stats_mut(&mut self) -> &mut SolverStats {
-        &mut self.solver.stats
+    /// What solves the linear equations.
+    pub(crate) fn solver_mut(&mut self) -> &mut Solver {
+        &mut self.solver
     }
 
     /// Moves from a row to the next one, at `t`, by the generated kernel where the method allows it.

@@ -29,17 +29,18 @@ const CLOSED: f64 = 1e-12;
 /// Some constraint cannot be met.
 pub fn assemble(mechanism: &dyn Mechanism, start: &Start) -> Result<(Vec<f64>, Vec<f64>), NotAssembled> {
     let weights = vec![1.0; mechanism.description().constraints.len()];
-    let found = search(mechanism, start, &start.q, &weights);
-    if !is_closed(mechanism, &found) {
-        return Err(blame(mechanism, start, &found));
+    let mut constraints = LoopConstraints::zero(start.q.len(), weights.len());
+    let found = search(mechanism, start, &start.q, &weights, &mut constraints);
+    constraints.evaluate(mechanism, 0.0, &found);
+    if !is_closed(&constraints, &found) {
+        return Err(blame(mechanism, start, &found, &mut constraints));
     }
-    let qd = rates(mechanism, start, &found)?;
+    let qd = rates(&constraints, start, &found)?;
     Ok((found, qd))
 }
 
 /// Whether every residual is at the size of rounding errors, of its own or of the terms it is the difference of.
-fn is_closed(mechanism: &dyn Mechanism, q: &[f64]) -> bool {
-    let constraints = LoopConstraints::of(mechanism, 0.0, q);
+fn is_closed(constraints: &LoopConstraints, q: &[f64]) -> bool {
     let terms = |row: &[f64]| row.iter().zip(q).map(|(derivative, q)| (derivative * q).abs()).sum::<f64>();
     let mut rows = constraints.residuals.iter().zip(constraints.constraint_jacobian.iter());
     rows.all(|(residual, row)| residual.abs() <= CLOSED.max(64.0 * f64::EPSILON * terms(row)))
@@ -47,27 +48,30 @@ fn is_closed(mechanism: &dyn Mechanism, q: &[f64]) -> bool {
 
 /// The last constraint that alone stays open when all others are met, and its residual; failing that, the one with the
 /// largest residual.
-fn blame(mechanism: &dyn Mechanism, start: &Start, found: &[f64]) -> NotAssembled {
-    let count = mechanism.description().constraints.len();
+fn blame(mechanism: &dyn Mechanism, start: &Start, found: &[f64], constraints: &mut LoopConstraints) -> NotAssembled {
+    let (constraint, residual) = largest(&constraints.residuals);
+    let count = constraints.residuals.len();
     let alone = (0..count).rev().find_map(|constraint| {
         let mut weights = vec![1.0; count];
         weights[constraint] = 1e-6;
-        let q = search(mechanism, start, found, &weights);
-        let mut residuals = LoopConstraints::of(mechanism, 0.0, &q).residuals;
-        let residual = std::mem::replace(&mut residuals[constraint], 0.0).abs();
-        (largest(&residuals).1 <= 1e-9).then_some((constraint, residual, q))
+        let q = search(mechanism, start, found, &weights, constraints);
+        constraints.evaluate(mechanism, 0.0, &q);
+        let residual = std::mem::replace(&mut constraints.residuals[constraint], 0.0).abs();
+        (largest(&constraints.residuals).1 <= 1e-9).then_some((constraint, residual, q))
     });
-    let (constraint, residual, q) = alone.unwrap_or_else(|| {
-        let (constraint, residual) = largest(&LoopConstraints::of(mechanism, 0.0, found).residuals);
-        (constraint, residual, found.to_vec())
-    });
+    let (constraint, residual, q) = alone.unwrap_or_else(|| (constraint, residual, found.to_vec()));
     NotAssembled { constraint, residual, q, rates: false }
 }
 
 /// Minimises the weighted residuals over the coordinates that are not given (Levenberg-Marquardt).
-fn search(mechanism: &dyn Mechanism, start: &Start, from: &[f64], weights: &[f64]) -> Vec<f64> {
+fn search(
+    mechanism: &dyn Mechanism,
+    start: &Start,
+    from: &[f64],
+    weights: &[f64],
+    constraints: &mut LoopConstraints,
+) -> Vec<f64> {
     let n = from.len();
-    let mut constraints = LoopConstraints::zero(n, weights.len());
     let cost = |constraints: &mut LoopConstraints, q: &[f64]| {
         constraints.evaluate(mechanism, 0.0, q);
         constraints.residuals.iter().zip(weights).map(|(r, w)| (r * w).powi(2)).sum::<f64>()
@@ -79,7 +83,7 @@ fn search(mechanism: &dyn Mechanism, start: &Start, from: &[f64], weights: &[f64
     let mut normal = Matrix::zero(n, n);
     let mut factors = Ldl::with_size(n);
     let mut damping = 1e-3;
-    let mut now = cost(&mut constraints, &q);
+    let mut now = cost(constraints, &q);
     for _ in 0..ITERATIONS {
         constraints.evaluate(mechanism, 0.0, &q);
         normal.entries_mut().fill(0.0);
@@ -113,7 +117,7 @@ fn search(mechanism: &dyn Mechanism, start: &Start, from: &[f64], weights: &[f64
         if next == q {
             break;
         }
-        let then = cost(&mut constraints, &next);
+        let then = cost(constraints, &next);
         if then < now {
             q.copy_from_slice(&next);
             now = then;
@@ -128,8 +132,7 @@ fn search(mechanism: &dyn Mechanism, start: &Start, from: &[f64], weights: &[f64
 }
 
 /// The rates that are not given, from `C_q qd + C_t = 0`.
-fn rates(mechanism: &dyn Mechanism, start: &Start, q: &[f64]) -> Result<Vec<f64>, NotAssembled> {
-    let constraints = LoopConstraints::of(mechanism, 0.0, q);
+fn rates(constraints: &LoopConstraints, start: &Start, q: &[f64]) -> Result<Vec<f64>, NotAssembled> {
     let mut qd: Vec<f64> =
         start.qd.iter().zip(&start.given_rates).map(|(qd, given)| if *given { *qd } else { 0.0 }).collect();
     let dependents = Dependents::new(&constraints.constraint_jacobian, &start.given_rates);

@@ -12,7 +12,7 @@ use super::monitor::RunMonitor;
 use super::observer::Observer;
 use super::outcome::{Outcome, StartError, Status, Undefined};
 use crate::integrate::{BlockEnd, Integrator, MethodSettings, StepError};
-use crate::solve::Solver;
+use crate::solve::{Solver, SolverStats};
 use crate::start::Start;
 use crate::state::State;
 
@@ -61,7 +61,7 @@ pub fn simulate(
         _ => schedule.end_time,
     };
     check_step(step, end_time)?;
-    let first = first_state(mechanism)?;
+    let first = first_state(mechanism, &mut Solver::new(mechanism))?;
     let settings = request.settings;
     let mut run = Run {
         mechanism,
@@ -103,11 +103,11 @@ pub(crate) fn check_step(step: f64, end_time: f64) -> Result<(), StartError> {
 ///
 /// # Errors
 /// The constraints cannot be met, or the accelerations are not determined.
-pub(crate) fn first_state(mechanism: &dyn Mechanism) -> Result<State, StartError> {
+pub(crate) fn first_state(mechanism: &dyn Mechanism, solver: &mut Solver) -> Result<State, StartError> {
     let (q, qd) = assemble(mechanism, &Start::of(mechanism)).map_err(StartError::NotAssembled)?;
     let mut first = State::zero(q.len(), mechanism.description().constraints.len());
     (first.q, first.qd) = (q, qd);
-    Solver::new(mechanism).complete(mechanism, &mut first).map_err(StartError::Step)?;
+    solver.complete(mechanism, &mut first).map_err(StartError::Step)?;
     Ok(first)
 }
 
@@ -249,10 +249,10 @@ impl Run<'_> {
         let [from, to] = &mut self.pair;
         for steps in self.buffer[..rows * width].windows(2 * width).step_by(SAMPLED * width) {
             from.read(steps);
-            *sampler.stats_mut() = crate::solve::SolverStats::default();
+            sampler.solver_mut().stats = SolverStats::default();
             // A step that fails here was made by the plain functions already.
             if sampler.advance_by_functions(self.mechanism, from, steps[width], to).is_ok() {
-                self.integrator.stats_mut().take_corrections_of(sampler.stats());
+                self.integrator.solver_mut().stats.take_corrections_of(sampler.stats());
             }
         }
     }

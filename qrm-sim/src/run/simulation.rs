@@ -80,7 +80,7 @@ impl Simulation {
         if !(step > 0.0) {
             return Err(StartError::StepTooShort { step, end_time: f64::INFINITY });
         }
-        let first = first_state(&*mechanism)?;
+        let first = first_state(&*mechanism, &mut Solver::new(&*mechanism))?;
         Self::from_state(model, mechanism, settings, step, first).map_err(StartError::Step)
     }
 
