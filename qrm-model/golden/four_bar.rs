@@ -62,6 +62,7 @@ pub struct Parameters<R = f64> {
 impl<R: Scalar> Parameters<R> {
     /// The scene's values, some of them replaced; those that the scene computes from others follow.
     #[allow(non_snake_case)]
+    #[inline]
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
         let l1 = replace("l1").unwrap_or(R::from_f64(0.13));
         let l2 = replace("l2").unwrap_or(R::from_f64(0.24));
@@ -1356,9 +1357,9 @@ impl<R: Scalar> Kernel<R, 3, 2> for FourBar<R> {
     ) {
         for (output, value) in outputs
             .iter_mut()
-            .zip(outputs_at(self, position, t, q, qd, qdd, multipliers, angles))
+            .zip(&outputs_at(self, position, t, q, qd, qdd, multipliers, angles))
         {
-            *output = value;
+            *output = *value;
         }
     }
 
@@ -1416,9 +1417,9 @@ impl<R: Scalar> Kernel<R, 3, 2> for FourBar<R> {
     ) {
         for (output, value) in outputs
             .iter_mut()
-            .zip(self::outputs(self, t, q, qd, qdd, multipliers))
+            .zip(&self::outputs(self, t, q, qd, qdd, multipliers))
         {
-            *output = value;
+            *output = *value;
         }
     }
 }

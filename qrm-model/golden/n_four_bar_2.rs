@@ -63,6 +63,7 @@ pub struct Parameters<R = f64> {
 impl<R: Scalar> Parameters<R> {
     /// The scene's values, some of them replaced; those that the scene computes from others follow.
     #[allow(non_snake_case)]
+    #[inline]
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
         let l = replace("l").unwrap_or(R::from_f64(1.0));
         let m = replace("m").unwrap_or(R::from_f64(1.0));
@@ -1306,9 +1307,9 @@ impl<R: Scalar> Kernel<R, 5, 4> for NFourBar2<R> {
     ) {
         for (output, value) in outputs
             .iter_mut()
-            .zip(outputs_at(self, position, t, q, qd, qdd, multipliers, angles))
+            .zip(&outputs_at(self, position, t, q, qd, qdd, multipliers, angles))
         {
-            *output = value;
+            *output = *value;
         }
     }
 
@@ -1373,9 +1374,9 @@ impl<R: Scalar> Kernel<R, 5, 4> for NFourBar2<R> {
     ) {
         for (output, value) in outputs
             .iter_mut()
-            .zip(self::outputs(self, t, q, qd, qdd, multipliers))
+            .zip(&self::outputs(self, t, q, qd, qdd, multipliers))
         {
-            *output = value;
+            *output = *value;
         }
     }
 }

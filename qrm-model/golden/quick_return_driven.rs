@@ -85,6 +85,7 @@ pub struct Parameters<R = f64> {
 impl<R: Scalar> Parameters<R> {
     /// The scene's values, some of them replaced; those that the scene computes from others follow.
     #[allow(non_snake_case)]
+    #[inline]
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
         let O2A = replace("O2A").unwrap_or(R::from_f64(0.2));
         let O4B = replace("O4B").unwrap_or(R::from_f64(0.7));
@@ -1398,9 +1399,9 @@ impl<R: Scalar> Kernel<R, 3, 3> for QuickReturnDriven<R> {
     ) {
         for (output, value) in outputs
             .iter_mut()
-            .zip(outputs_at(self, position, t, q, qd, qdd, multipliers, angles))
+            .zip(&outputs_at(self, position, t, q, qd, qdd, multipliers, angles))
         {
-            *output = value;
+            *output = *value;
         }
     }
 
@@ -1459,9 +1460,9 @@ impl<R: Scalar> Kernel<R, 3, 3> for QuickReturnDriven<R> {
     ) {
         for (output, value) in outputs
             .iter_mut()
-            .zip(self::outputs(self, t, q, qd, qdd, multipliers))
+            .zip(&self::outputs(self, t, q, qd, qdd, multipliers))
         {
-            *output = value;
+            *output = *value;
         }
     }
 

@@ -70,6 +70,7 @@ pub struct Parameters<R = f64> {
 impl<R: Scalar> Parameters<R> {
     /// The scene's values, some of them replaced; those that the scene computes from others follow.
     #[allow(non_snake_case)]
+    #[inline]
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
         let a = replace("a").unwrap_or(R::from_f64(0.5));
         let J1 = replace("J1").unwrap_or(R::from_f64(1.0));
@@ -1070,9 +1071,9 @@ impl<R: Scalar> Kernel<R, 3, 2> for SliderCrank<R> {
     ) {
         for (output, value) in outputs
             .iter_mut()
-            .zip(outputs_at(self, position, t, q, qd, qdd, multipliers, angles))
+            .zip(&outputs_at(self, position, t, q, qd, qdd, multipliers, angles))
         {
-            *output = value;
+            *output = *value;
         }
     }
 
@@ -1130,9 +1131,9 @@ impl<R: Scalar> Kernel<R, 3, 2> for SliderCrank<R> {
     ) {
         for (output, value) in outputs
             .iter_mut()
-            .zip(self::outputs(self, t, q, qd, qdd, multipliers))
+            .zip(&self::outputs(self, t, q, qd, qdd, multipliers))
         {
-            *output = value;
+            *output = *value;
         }
     }
 

@@ -57,6 +57,7 @@ pub struct Parameters<R = f64> {
 impl<R: Scalar> Parameters<R> {
     /// The scene's values, some of them replaced; those that the scene computes from others follow.
     #[allow(non_snake_case)]
+    #[inline]
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
         let l = replace("l").unwrap_or(R::from_f64(1.2));
         let m = replace("m").unwrap_or(R::from_f64(0.8));
@@ -634,9 +635,9 @@ impl<R: Scalar> Kernel<R, 3, 0> for ThrownStick<R> {
     ) {
         for (output, value) in outputs
             .iter_mut()
-            .zip(outputs_at(self, position, t, q, qd, qdd, multipliers, angles))
+            .zip(&outputs_at(self, position, t, q, qd, qdd, multipliers, angles))
         {
-            *output = value;
+            *output = *value;
         }
     }
 
@@ -695,9 +696,9 @@ impl<R: Scalar> Kernel<R, 3, 0> for ThrownStick<R> {
     ) {
         for (output, value) in outputs
             .iter_mut()
-            .zip(self::outputs(self, t, q, qd, qdd, multipliers))
+            .zip(&self::outputs(self, t, q, qd, qdd, multipliers))
         {
-            *output = value;
+            *output = *value;
         }
     }
 }
