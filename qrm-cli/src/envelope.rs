@@ -1,31 +1,36 @@
-//! The series of a column in bounded memory.
+//! The series of columns in bounded memory.
 
 /// Up to twice as many spans of rows are kept.
 const SPANS: usize = 1000;
 
-/// Follows a column row by row. Of a long one it keeps the smallest and the largest value of each of many spans, so
-/// that a
-/// picture of it shows every peak.
+/// Follows columns row by row. Of long ones it keeps the smallest and the largest value of each of many spans, so that
+/// a picture shows every peak.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Envelope {
-    spans: Vec<Span>,
-    /// The first row.
-    first: Option<(f64, f64)>,
-    /// The last row.
-    last: Option<(f64, f64)>,
+    /// The spans, each with its range of every column.
+    ranges: Vec<Range>,
+    /// The number of columns.
+    columns: usize,
+    /// The first row: time and values.
+    first: Option<(f64, Vec<f64>)>,
+    /// The time of the last row.
+    last_time: f64,
+    /// Its values.
+    last: Vec<f64>,
     /// The number of rows of the last span.
     filled: u64,
     /// The number of rows that each span is to have, less one.
     width: u64,
 }
 
+/// The smallest and the largest value of a column in a span: time and value.
 #[derive(Clone, Copy, Debug)]
-struct Span {
+struct Range {
     lowest: (f64, f64),
     highest: (f64, f64),
 }
 
-impl Span {
+impl Range {
     fn join(&mut self, other: &Self) {
         if other.lowest.1 < self.lowest.1 {
             self.lowest = other.lowest;
@@ -37,46 +42,65 @@ impl Span {
 }
 
 impl Envelope {
-    pub(crate) fn row(&mut self, t: f64, value: f64) {
-        let row = Span { lowest: (t, value), highest: (t, value) };
-        self.first.get_or_insert((t, value));
-        self.last = Some((t, value));
-        match self.spans.last_mut() {
-            Some(span) if self.filled <= self.width => {
-                span.join(&row);
-                self.filled += 1;
-                return;
+    /// Takes the next row, with as many values as the first one.
+    pub(crate) fn row(&mut self, t: f64, values: &[f64]) {
+        if self.first.is_none() {
+            self.first = Some((t, values.to_vec()));
+            self.columns = values.len();
+        }
+        self.last_time = t;
+        self.last.clear();
+        self.last.extend_from_slice(values);
+        if self.filled > 0 && self.filled <= self.width {
+            let begin = self.ranges.len() - self.columns;
+            for (range, value) in self.ranges[begin..].iter_mut().zip(values) {
+                if *value < range.lowest.1 {
+                    range.lowest = (t, *value);
+                }
+                if *value > range.highest.1 {
+                    range.highest = (t, *value);
+                }
             }
-            _ => {}
+            self.filled += 1;
+            return;
         }
-        if self.spans.len() == 2 * SPANS {
-            let (pairs, _) = self.spans.as_chunks::<2>();
-            self.spans = pairs
-                .iter()
-                .map(|[first, second]| {
-                    let mut both = *first;
-                    both.join(second);
-                    both
-                })
-                .collect();
-            self.width = 2 * self.width + 1;
+        if self.ranges.len() == 2 * SPANS * self.columns {
+            self.halve();
         }
-        self.spans.push(row);
+        self.ranges.extend(values.iter().map(|value| Range { lowest: (t, *value), highest: (t, *value) }));
         self.filled = 1;
     }
 
-    /// Times and values, in the order of time, from the first row to the last.
-    pub(crate) fn points(&self) -> Vec<(f64, f64)> {
-        let mut points: Vec<(f64, f64)> = Vec::with_capacity(2 * self.spans.len() + 2);
-        let begins_later =
-            |first: &(f64, f64)| self.spans.first().is_some_and(|span| span.lowest.0.min(span.highest.0) > first.0);
-        points.extend(self.first.filter(begins_later));
-        for Span { lowest, highest } in &self.spans {
+    /// Joins the spans in pairs.
+    fn halve(&mut self) {
+        let columns = self.columns;
+        for span in 0..SPANS {
+            for column in 0..columns {
+                let mut both = self.ranges[2 * span * columns + column];
+                both.join(&self.ranges[(2 * span + 1) * columns + column]);
+                self.ranges[span * columns + column] = both;
+            }
+        }
+        self.ranges.truncate(SPANS * columns);
+        self.width = 2 * self.width + 1;
+    }
+
+    /// Times and values of a column, in the order of time, from the first row to the last.
+    pub(crate) fn points(&self, column: usize) -> Vec<(f64, f64)> {
+        let Some((first_time, first)) = &self.first else { return Vec::new() };
+        let ranges = || self.ranges.iter().skip(column).step_by(self.columns);
+        let mut points: Vec<(f64, f64)> = Vec::with_capacity(2 * ranges().len() + 2);
+        if ranges().next().is_some_and(|range| range.lowest.0.min(range.highest.0) > *first_time) {
+            points.push((*first_time, first[column]));
+        }
+        for Range { lowest, highest } in ranges() {
             let (first, second) = if lowest.0 <= highest.0 { (lowest, highest) } else { (highest, lowest) };
             points.push(*first);
             points.extend(Some(*second).filter(|second| second.0 > first.0));
         }
-        points.extend(self.last.filter(|last| points.last().is_some_and(|point| point.0 < last.0)));
+        if points.last().is_some_and(|point| point.0 < self.last_time) {
+            points.push((self.last_time, self.last[column]));
+        }
         points
     }
 }
@@ -89,8 +113,8 @@ mod tests {
     fn a_short_series_is_kept_whole() {
         let mut envelope = Envelope::default();
         let rows: Vec<(f64, f64)> = (0..2 * SPANS).map(|i| (i as f64, (i as f64).sin())).collect();
-        rows.iter().for_each(|(t, value)| envelope.row(*t, *value));
-        assert_eq!(envelope.points(), rows);
+        rows.iter().for_each(|(t, value)| envelope.row(*t, &[0.0, *value]));
+        assert_eq!(envelope.points(1), rows);
     }
 
     #[test]
@@ -98,8 +122,8 @@ mod tests {
         let mut envelope = Envelope::default();
         let count = 1_000_003;
         let peak = |i: usize| if i % 99_991 == 77 { 5.0 } else { (i as f64 * 0.37).sin() };
-        (0..count).for_each(|i| envelope.row(i as f64, peak(i)));
-        let points = envelope.points();
+        (0..count).for_each(|i| envelope.row(i as f64, &[peak(i)]));
+        let points = envelope.points(0);
         assert!(points.len() <= 4 * SPANS + 2, "{}", points.len());
         assert_eq!(points[0], (0.0, peak(0)));
         assert!(points.is_sorted_by(|a, b| a.0 < b.0));

@@ -65,10 +65,9 @@ impl Observer for Recorder {
         self.skipped.clear();
         if row.index.is_multiple_of(self.every) {
             self.open()?;
-            let numbers = self.columns.iter().map(|column| column.kind.in_row(row));
-            return self.trajectory.as_mut().map_or(Ok(()), |trajectory| trajectory.row(numbers));
+            return self.trajectory.as_mut().map_or(Ok(()), |trajectory| trajectory.row(row.columns.iter().copied()));
         }
-        self.skipped.extend(self.columns.iter().map(|column| column.kind.in_row(row)));
+        self.skipped.extend_from_slice(row.columns);
         Ok(())
     }
 

@@ -4,8 +4,7 @@ use std::io;
 
 use qrm_core::Description;
 use qrm_sim::columns::{Column, Kind, columns};
-use qrm_sim::run::{Extremes, Tracker};
-use qrm_sim::run::{Observer, Row};
+use qrm_sim::run::{Extremes, ExtremesTracker, Observer, Row};
 
 use crate::envelope::Envelope;
 
@@ -14,7 +13,11 @@ const MAX_FRAMES: usize = 1500;
 
 /// An observer that keeps the series of every column, and some rows whole.
 pub(crate) struct Recording {
-    tracks: Vec<Track>,
+    columns: Vec<Column>,
+    envelope: Envelope,
+    /// The extremes of the first columns, those that are no checks.
+    extremes: ExtremesTracker,
+    with_extremes: usize,
     corrections: Envelope,
     /// Rows at equal distances, as many as an animation needs.
     pub(crate) frames: Vec<Frame>,
@@ -26,17 +29,14 @@ pub(crate) struct Recording {
 /// The numbers of a row, in the order of the columns.
 pub(crate) type Frame = Vec<f64>;
 
-struct Track {
-    column: Column,
-    envelope: Envelope,
-    tracker: Tracker,
-}
-
 impl Recording {
     pub(crate) fn new(description: &Description) -> Self {
-        let track = |column| Track { column, envelope: Envelope::default(), tracker: Tracker::default() };
+        let columns = columns(description);
         Self {
-            tracks: columns(description).into_iter().map(track).collect(),
+            with_extremes: columns.iter().take_while(|column| !column.kind.is_check()).count(),
+            columns,
+            envelope: Envelope::default(),
+            extremes: ExtremesTracker::default(),
             corrections: Envelope::default(),
             frames: Vec::new(),
             every: 1,
@@ -46,34 +46,34 @@ impl Recording {
 
     /// The columns of the rows.
     pub(crate) fn columns(&self) -> impl Iterator<Item = &Column> {
-        self.tracks.iter().map(|track| &track.column)
+        self.columns.iter()
     }
 
     /// The values of a column in the frames.
     pub(crate) fn values(&self, kind: Kind) -> Vec<f64> {
-        let place = self.tracks.iter().position(|track| track.column.kind == kind);
+        let place = self.place(kind);
         place.map_or(Vec::new(), |place| self.frames.iter().map(|frame| frame[place]).collect())
     }
 
     /// Times and values of a column, with every peak of a long run.
     pub(crate) fn series(&self, kind: Kind) -> Vec<(f64, f64)> {
-        self.track(kind).map(|track| track.envelope.points()).unwrap_or_default()
+        self.place(kind).map(|place| self.envelope.points(place)).unwrap_or_default()
     }
 
-    /// The extremes of a column.
+    /// The extremes of a column that is no check.
     pub(crate) fn extremes(&self, kind: Kind) -> Option<Extremes> {
-        self.track(kind).and_then(|track| track.tracker.finish())
+        self.place(kind).and_then(|place| self.extremes.extremes(place))
     }
 
     /// Times, and how often the coordinates were corrected.
     pub(crate) fn corrections(&self) -> Vec<(f64, f64)> {
-        self.corrections.points()
+        self.corrections.points(0)
     }
 
     /// Time, coordinates and rates of each frame.
     pub(crate) fn states(&self) -> Vec<(f64, Vec<f64>, Vec<f64>)> {
         let values = |frame: &Frame, is_wanted: fn(Kind) -> bool| {
-            let wanted = frame.iter().zip(&self.tracks).filter(|(_, track)| is_wanted(track.column.kind));
+            let wanted = frame.iter().zip(&self.columns).filter(|(_, column)| is_wanted(column.kind));
             wanted.map(|(value, _)| *value).collect()
         };
         let state = |frame: &Frame| {
@@ -83,23 +83,20 @@ impl Recording {
         self.frames.iter().map(state).collect()
     }
 
-    fn track(&self, kind: Kind) -> Option<&Track> {
-        self.tracks.iter().find(|track| track.column.kind == kind)
+    fn place(&self, kind: Kind) -> Option<usize> {
+        self.columns.iter().position(|column| column.kind == kind)
     }
 }
 
 impl Observer for Recording {
     fn row(&mut self, row: &Row) -> io::Result<()> {
+        self.envelope.row(row.t, row.columns);
+        self.extremes.row(row.t, row.columns[..self.with_extremes].iter().copied());
         self.last.clear();
-        for track in &mut self.tracks {
-            let number = track.column.kind.in_row(row);
-            track.envelope.row(row.t, number);
-            track.tracker.row(row.t, number);
-            self.last.push(number);
-        }
+        self.last.extend_from_slice(row.columns);
         // No step leads to the first row.
         if row.index > 0 {
-            self.corrections.row(row.t, f64::from(row.corrections));
+            self.corrections.row(row.t, &[f64::from(row.corrections)]);
         }
         if row.index.is_multiple_of(self.every) {
             if self.frames.len() == MAX_FRAMES {

@@ -2,7 +2,7 @@
 
 use qrm_core::Description;
 
-use crate::run::{Row, Simulation};
+use crate::run::Simulation;
 use crate::state::State;
 
 /// The source of a number of a mechanism.
@@ -34,22 +34,6 @@ impl Kind {
     /// Whether the number checks a row instead of describing the motion.
     pub fn is_check(self) -> bool {
         matches!(self, Self::Residual | Self::ResidualRate | Self::Energy)
-    }
-
-    /// The number in a row; not a number for a parameter, which rows do not hold.
-    pub fn in_row(self, row: &Row) -> f64 {
-        match self {
-            Self::Time => row.t,
-            Self::Parameter(_) => f64::NAN,
-            Self::Coordinate(i) => row.q[i],
-            Self::Rate(i) => row.qd[i],
-            Self::Acceleration(i) => row.qdd[i],
-            Self::Multiplier(i) => row.multipliers[i],
-            Self::Output(i) => row.outputs[i],
-            Self::Residual => row.residual_position,
-            Self::ResidualRate => row.residual_velocity,
-            Self::Energy => row.energy,
-        }
     }
 
     /// The number in the present state of a simulation; not a number if its mechanism has no such entry.
@@ -119,6 +103,25 @@ pub fn columns(description: &Description) -> Vec<Column> {
     columns
 }
 
+/// Writes the numbers of a row in the order of [`columns`]; `checks` are the last three.
+pub(crate) fn write_row(
+    t: f64,
+    [q, qd, qdd]: [&[f64]; 3],
+    multipliers: &[f64],
+    outputs: &[f64],
+    checks: [f64; 3],
+    numbers: &mut Vec<f64>,
+) {
+    numbers.clear();
+    numbers.push(t);
+    for i in 0..q.len() {
+        numbers.extend([q[i], qd[i], qdd[i]]);
+    }
+    numbers.extend_from_slice(multipliers);
+    numbers.extend_from_slice(outputs);
+    numbers.extend(checks);
+}
+
 /// The unit of a rate, or of a rate of a higher order.
 pub fn per_second(unit: &str, order: u32) -> String {
     let seconds = if order == 1 { "s".to_owned() } else { format!("s^{order}") };
@@ -126,5 +129,49 @@ pub fn per_second(unit: &str, order: u32) -> String {
         "" | "1" => format!("1/{seconds}"),
         unit if unit.contains('/') => format!("({unit})/{seconds}"),
         unit => format!("{unit}/{seconds}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use qrm_core::QuantityDescription;
+
+    use super::*;
+
+    const fn quantity(name: &'static str) -> QuantityDescription {
+        QuantityDescription { name, unit: "m", doc: "" }
+    }
+
+    #[test]
+    fn a_row_is_in_the_order_of_the_columns() {
+        let description = Description {
+            name: "two",
+            doc: "",
+            source: "",
+            code: "",
+            derivation: "",
+            coordinates: const { &[quantity("a"), quantity("b")] },
+            constraints: const { &[quantity("c"), quantity("d")] },
+            outputs: const { &[quantity("e"), quantity("f")] },
+            parameters: &[],
+            left_out: &[],
+            until: "",
+        };
+        let mut numbers = Vec::new();
+        let motion: [&[f64]; 3] = [&[1.0, 2.0], &[11.0, 12.0], &[21.0, 22.0]];
+        write_row(0.5, motion, &[31.0, 32.0], &[41.0, 42.0], [51.0, 52.0, 53.0], &mut numbers);
+        let expected = columns(&description).into_iter().map(|column| match column.kind {
+            Kind::Time => 0.5,
+            Kind::Parameter(_) => f64::NAN,
+            Kind::Coordinate(i) => 1.0 + i as f64,
+            Kind::Rate(i) => 11.0 + i as f64,
+            Kind::Acceleration(i) => 21.0 + i as f64,
+            Kind::Multiplier(i) => 31.0 + i as f64,
+            Kind::Output(i) => 41.0 + i as f64,
+            Kind::Residual => 51.0,
+            Kind::ResidualRate => 52.0,
+            Kind::Energy => 53.0,
+        });
+        assert_eq!(numbers, expected.collect::<Vec<f64>>());
     }
 }

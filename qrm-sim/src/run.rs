@@ -17,7 +17,7 @@ mod singularity;
 pub use assembly::{NotAssembled, assemble};
 pub use balance::Balance;
 pub use error::{Explanation, Reason, SimError, readable_size};
-pub use extremes::{Extremes, Tracker};
+pub use extremes::{Extremes, ExtremesTracker};
 pub use observer::{Observer, Row};
 pub use outcome::{Outcome, StartError, Status, Undefined};
 pub use simulate::{End, Request, StopFunction, simulate};

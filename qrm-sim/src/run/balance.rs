@@ -112,6 +112,7 @@ mod tests {
             qdd: &[],
             multipliers: &[],
             outputs: &[],
+            columns: &[],
             residual_position: 0.0,
             residual_velocity: 0.0,
             energy: 5.0 + t.sin(),

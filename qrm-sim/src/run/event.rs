@@ -50,9 +50,8 @@ fn inverse_quadratic([(a, f_a), (b, f_b), (c, f_c)]: [(f64, f64); 3]) -> Option<
     let xi = (a - b) / (c - b);
     let phi = (f_a - f_b) / (f_c - f_b);
     let is_monotonic = phi * phi < xi && (1.0 - phi) * (1.0 - phi) < 1.0 - xi;
-    is_monotonic.then(|| {
-        f_a / (f_b - f_a) * f_c / (f_b - f_c) + (c - a) / (b - a) * f_a / (f_c - f_a) * f_b / (f_c - f_b)
-    })
+    is_monotonic
+        .then(|| f_a / (f_b - f_a) * f_c / (f_b - f_c) + (c - a) / (b - a) * f_a / (f_c - f_a) * f_b / (f_c - f_b))
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! The smallest and largest value of a column and when it occurs, between the rows too.
+//! The smallest and largest values of columns and when they occur, between the rows too.
 
 use num_dual::DualNum;
 
@@ -25,69 +25,80 @@ const MOST_ITERATIONS: usize = 60;
 /// Of extremes that differ by less than this part of the range, rounding errors would choose: the first one counts.
 const TIE: f64 = 1e-9;
 
-/// Follows a column row by row and looks between the rows with a polynomial of degree 4 through five of them.
+/// Follows columns row by row and looks between the rows with polynomials of degree 4 through five of them.
 #[derive(Clone, Debug)]
-pub struct Tracker<D = f64> {
-    /// The last five rows: time, value.
-    window: Vec<(D, D)>,
-    found: Option<Extremes<D>>,
+pub struct ExtremesTracker<D = f64> {
+    /// The last five rows: time and values.
+    window: Vec<(D, Vec<D>)>,
+    /// Room for the next row.
+    spare: Vec<D>,
+    found: Vec<Extremes<D>>,
 }
 
-impl<D> Default for Tracker<D> {
+impl<D> Default for ExtremesTracker<D> {
     fn default() -> Self {
-        Self { window: Vec::new(), found: None }
+        Self { window: Vec::new(), spare: Vec::new(), found: Vec::new() }
     }
 }
 
-impl<D: Number> Tracker<D> {
-    /// Takes the next row.
-    pub fn row(&mut self, t: D, value: D) {
-        self.note(t, value);
-        if self.window.len() == 5 {
-            self.window.remove(0);
+impl<D: Number> ExtremesTracker<D> {
+    /// Takes the next row, with as many values as the first one.
+    pub fn row(&mut self, t: D, values: impl Iterator<Item = D>) {
+        let mut row = std::mem::take(&mut self.spare);
+        row.clear();
+        row.extend(values);
+        if self.found.is_empty() {
+            self.found.extend(row.iter().map(|value| Extremes { minimum: (*value, t), maximum: (*value, t) }));
         }
-        self.window.push((t, value));
+        let begin = self.window.first().map(|first| first.0);
+        for (found, value) in self.found.iter_mut().zip(&row) {
+            found.note(t, *value, begin);
+        }
         if self.window.len() == 5 {
-            self.look_around(2);
+            self.spare = self.window.remove(0).1;
+        }
+        self.window.push((t, row));
+        if self.window.len() == 5 {
+            let begin = Some(self.window[0].0);
+            for column in 0..self.found.len() {
+                if let Some((t, value)) = self.vertex(column, 2, &self.found[column]) {
+                    self.found[column].note(t, value, begin);
+                }
+            }
         }
     }
 
-    /// The extremes of the rows so far; `None` without rows.
-    pub fn finish(&self) -> Option<Extremes<D>> {
+    /// The extremes of a column in the rows so far; `None` without rows.
+    pub fn extremes(&self, column: usize) -> Option<Extremes<D>> {
+        let mut found = *self.found.get(column)?;
         // The ends of the series have no five rows around them.
-        let mut last = self.clone();
-        (1..self.window.len().saturating_sub(1)).for_each(|i| last.look_around(i));
-        last.found
+        for middle in 1..self.window.len().saturating_sub(1) {
+            if let Some((t, value)) = self.vertex(column, middle, &found) {
+                found.note(t, value, self.window.first().map(|first| first.0));
+            }
+        }
+        Some(found)
     }
 
-    fn note(&mut self, t: D, value: D) {
-        let found = self.found.get_or_insert(Extremes { minimum: (value, t), maximum: (value, t) });
-        let is_inside = found.minimum.0.re() <= value.re() && value.re() <= found.maximum.0.re();
-        if is_inside {
-            return;
-        }
-        let tie = TIE * (found.maximum.0.re() - found.minimum.0.re());
-        let margin = |of: D| if self.window.first().is_some_and(|first| of.re() < first.0.re()) { tie } else { 0.0 };
-        if value.re() < found.minimum.0.re() - margin(found.minimum.1) {
-            found.minimum = (value, t);
-        }
-        if value.re() > found.maximum.0.re() + margin(found.maximum.1) {
-            found.maximum = (value, t);
-        }
-    }
-
-    /// If the row in the middle is higher or lower than both its neighbours, notes the vertex near it.
-    fn look_around(&mut self, middle: usize) {
-        let row = |i: usize| (self.window[i].0.re(), self.window[i].1.re());
-        let [before, at, after] = [middle - 1, middle, middle + 1].map(|i| row(i).1);
+    /// The vertex near a row that is higher or lower than both its neighbours: time and value.
+    #[inline]
+    fn vertex(&self, column: usize, middle: usize, found: &Extremes<D>) -> Option<(D, D)> {
+        let value = |i: usize| self.window[i].1[column].re();
+        let [before, at, after] = [value(middle - 1), value(middle), value(middle + 1)];
         if (at - before) * (after - at) > 0.0 || at == before && at == after {
-            return;
+            return None;
         }
         // A vertex near this row that cannot beat what was found already is not worth its search.
         let reach = (at - before).abs() + (after - at).abs();
-        if self.found.is_some_and(|f| at + reach <= f.maximum.0.re() && at - reach >= f.minimum.0.re()) {
-            return;
+        if at + reach <= found.maximum.0.re() && at - reach >= found.minimum.0.re() {
+            return None;
         }
+        self.search(column, middle, reach)
+    }
+
+    /// Searches the vertex near a row; its value differs from that of the row by `reach` at most.
+    fn search(&self, column: usize, middle: usize, reach: f64) -> Option<(D, D)> {
+        let row = |i: usize| (self.window[i].0.re(), self.window[i].1[column].re());
         // At a corner one row bends alone, and a polynomial through it would overshoot.
         let bend = |i: usize| {
             let slope = |i: usize| (row(i + 1).1 - row(i).1) / (row(i + 1).0 - row(i).0);
@@ -96,10 +107,11 @@ impl<D: Number> Tracker<D> {
         let own = bend(middle);
         let neighbours = [middle - 1, middle + 1].into_iter().filter(|&i| i >= 1 && i + 1 < self.window.len());
         if neighbours.into_iter().any(|i| bend(i) * own < EVEN * own * own) {
-            return;
+            return None;
         }
-        let polynomial = Polynomial::through(&self.window);
-        let sign = if at >= before { 1.0 } else { -1.0 };
+        let points: Vec<(D, D)> = self.window.iter().map(|(t, values)| (*t, values[column])).collect();
+        let polynomial = Polynomial::through(&points);
+        let (at, sign) = (row(middle).1, if row(middle).1 >= row(middle - 1).1 { 1.0 } else { -1.0 });
         let (mut low, mut high) = (row(middle - 1).0, row(middle + 1).0);
         let enough = f64::EPSILON * (high - low);
         let mut t = row(middle).0;
@@ -122,15 +134,29 @@ impl<D: Number> Tracker<D> {
         // One more step tells how the time changes with the column.
         let [_, slope, curve] = polynomial.at(D::from(t));
         let shift = slope / curve;
-        let t = if shift.re().abs() < 1e-3 * (row(middle + 1).0 - row(middle - 1).0) {
-            D::from(t) - shift
-        } else {
-            D::from(t)
-        };
+        let is_small = shift.re().abs() < 1e-3 * (row(middle + 1).0 - row(middle - 1).0);
+        let t = if is_small { D::from(t) - shift } else { D::from(t) };
         let vertex = polynomial.value(t);
         // Between neighbours a smooth column rises no higher; a polynomial through noise may.
-        if (vertex.re() - at).abs() <= reach {
-            self.note(t, vertex);
+        ((vertex.re() - at).abs() <= reach).then_some((t, vertex))
+    }
+}
+
+impl<D: Number> Extremes<D> {
+    /// Takes up a value; of values that tie with one from before the time `begin`, that one counts.
+    #[inline]
+    fn note(&mut self, t: D, value: D, begin: Option<D>) {
+        let is_inside = self.minimum.0.re() <= value.re() && value.re() <= self.maximum.0.re();
+        if is_inside {
+            return;
+        }
+        let tie = TIE * (self.maximum.0.re() - self.minimum.0.re());
+        let margin = |of: D| if begin.is_some_and(|begin| of.re() < begin.re()) { tie } else { 0.0 };
+        if value.re() < self.minimum.0.re() - margin(self.minimum.1) {
+            self.minimum = (value, t);
+        }
+        if value.re() > self.maximum.0.re() + margin(self.maximum.1) {
+            self.maximum = (value, t);
         }
     }
 }
@@ -179,10 +205,10 @@ mod tests {
 
     #[test]
     fn finds_the_vertices_between_the_rows() {
-        let mut tracker = Tracker::default();
+        let mut tracker = ExtremesTracker::default();
         let row = |i: i32| 0.05 * f64::from(i);
-        (0..100).map(row).for_each(|t| tracker.row(t, (1.3 * t).sin()));
-        let found = tracker.finish().expect("rows were given");
+        (0..100).map(row).for_each(|t| tracker.row(t, [(1.3 * t).sin()].into_iter()));
+        let found = tracker.extremes(0).expect("rows were given");
         assert!((found.maximum.0 - 1.0).abs() < 1e-8, "{found:?}");
         assert!((found.minimum.0 + 1.0).abs() < 1e-8, "{found:?}");
         assert!((found.maximum.1 - std::f64::consts::FRAC_PI_2 / 1.3).abs() < 1e-5, "{found:?}");
@@ -190,17 +216,17 @@ mod tests {
 
     #[test]
     fn corners_are_not_overshot() {
-        let mut tracker = Tracker::default();
-        (0..100).for_each(|i| tracker.row(f64::from(i), f64::from(i - 50).clamp(0.0, 20.0)));
-        let found = tracker.finish().expect("rows were given");
+        let mut tracker = ExtremesTracker::default();
+        (0..100).for_each(|i| tracker.row(f64::from(i), [f64::from(i - 50).clamp(0.0, 20.0)].into_iter()));
+        let found = tracker.extremes(0).expect("rows were given");
         assert_eq!((found.minimum.0, found.maximum.0), (0.0, 20.0));
     }
 
     #[test]
     fn ends_of_the_series_count() {
-        let mut tracker = Tracker::default();
-        [1.0, 2.0, 4.0].iter().enumerate().for_each(|(i, v)| tracker.row(i as f64, *v));
-        let found = tracker.finish().expect("rows were given");
+        let mut tracker = ExtremesTracker::default();
+        [1.0, 2.0, 4.0].iter().enumerate().for_each(|(i, v)| tracker.row(i as f64, [*v].into_iter()));
+        let found = tracker.extremes(0).expect("rows were given");
         assert_eq!(found, Extremes { minimum: (1.0, 0.0), maximum: (4.0, 2.0) });
     }
 }

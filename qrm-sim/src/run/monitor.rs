@@ -6,6 +6,7 @@ use super::balance::Balance;
 use super::observer::{Observer, Row};
 use super::outcome::{Status, Undefined};
 use super::singularity::SingularityMonitor;
+use crate::columns::write_row;
 use crate::solve::{LoopConstraints, largest};
 use crate::state::State;
 
@@ -14,6 +15,7 @@ use crate::state::State;
 pub(crate) struct RunMonitor {
     layout: RowLayout,
     outputs: Vec<f64>,
+    columns: Vec<f64>,
     constraints: LoopConstraints,
     rates: Vec<f64>,
     /// Rows taken.
@@ -43,6 +45,7 @@ impl RunMonitor {
         Self {
             layout,
             outputs: vec![0.0; mechanism.description().outputs.len()],
+            columns: Vec::new(),
             constraints: LoopConstraints::zero(layout.n, layout.m),
             rates: vec![0.0; layout.m],
             rows: 0,
@@ -92,6 +95,8 @@ impl RunMonitor {
             let worse = |old: (usize, f64), new: (usize, f64)| if new.1 > old.1 { new } else { old };
             self.residual_position = worse(self.residual_position, position);
             self.residual_velocity = worse(self.residual_velocity, velocity);
+            let checks = [position.1, velocity.1, energy];
+            write_row(t, [q, qd, qdd], multipliers, &self.outputs, checks, &mut self.columns);
             let row = Row {
                 index: self.rows,
                 t,
@@ -100,6 +105,7 @@ impl RunMonitor {
                 qdd,
                 multipliers,
                 outputs: &self.outputs,
+                columns: &self.columns,
                 residual_position: position.1,
                 residual_velocity: velocity.1,
                 energy,

@@ -17,6 +17,8 @@ pub struct Row<'a> {
     pub multipliers: &'a [f64],
     /// Outputs.
     pub outputs: &'a [f64],
+    /// All numbers of the row, in the order of [`columns`](crate::columns::columns).
+    pub columns: &'a [f64],
     /// Largest residual of the constraints.
     pub residual_position: f64,
     /// Largest rate of a residual.

@@ -7,7 +7,11 @@ use crate::solve::{Matrix, SmallestSingularValue, dot};
 pub(crate) struct SingularityMonitor {
     nearest: Option<NearestSingularity>,
     smallest: SmallestSingularValue,
-    /// Largest length of a row of `C_q`.
+    /// The last `C_q` whose singular values were found.
+    jacobian: Matrix,
+    /// The smallest of them.
+    value: f64,
+    /// Largest length of a row of such a `C_q`.
     longest: f64,
 }
 
@@ -16,7 +20,7 @@ pub(crate) struct SingularityMonitor {
 pub struct NearestSingularity {
     /// The smallest singular value of `C_q`, in the units of the scene.
     pub value: f64,
-    /// The largest that it was in any other row.
+    /// The largest that it was in any other row, to within a hundredth.
     pub most: f64,
     /// The row.
     pub row: u64,
@@ -35,6 +39,8 @@ impl NearestSingularity {
     }
 }
 
+/// The smallest singular value of a row is found where it may be larger than all others by more than this part.
+const LARGER: f64 = 0.01;
 /// A smallest singular value below this part of the longest row is a rounding error.
 const ROUNDING: f64 = 1e-13;
 /// Parts of other constraints in a combination to which one belongs alone.
@@ -43,12 +49,27 @@ const ALONE: f64 = 0.05;
 impl SingularityMonitor {
     /// For Jacobians of this size.
     pub(crate) fn new(constraints: usize, coordinates: usize) -> Self {
-        Self { nearest: None, smallest: SmallestSingularValue::new(constraints, coordinates), longest: 0.0 }
+        Self {
+            nearest: None,
+            smallest: SmallestSingularValue::new(constraints, coordinates),
+            jacobian: Matrix::zero(constraints, coordinates),
+            value: 0.0,
+            longest: 0.0,
+        }
     }
 
     pub(crate) fn note(&mut self, row: u64, t: f64, jacobian: &Matrix) {
+        // Singular values change by the norm of the change of their matrix at most (Weyl).
+        if let Some(nearest) = &self.nearest {
+            let change = self.jacobian.distance(jacobian);
+            if self.value - change > nearest.value && self.value + change < (1.0 + LARGER) * nearest.most {
+                return;
+            }
+        }
         let count = jacobian.rows();
         let Some(value) = self.smallest.find(jacobian) else { return };
+        self.jacobian.copy_from(jacobian);
+        self.value = value;
         self.longest = jacobian.iter().fold(self.longest, |longest, row| longest.max(dot(row, row).sqrt()));
         let most = self.nearest.map_or(value, |before| before.most.max(value));
         match &mut self.nearest {

@@ -46,6 +46,11 @@ impl Matrix {
         self.entries.chunks_exact(self.columns.max(1))
     }
 
+    /// The Frobenius norm of the difference to another matrix of the same size.
+    pub fn distance(&self, other: &Self) -> f64 {
+        self.entries.iter().zip(&other.entries).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
+    }
+
     /// Exchanges two rows.
     pub fn swap_rows(&mut self, a: usize, b: usize) {
         for j in 0..self.columns {

@@ -18,6 +18,10 @@ pub struct SmallestSingularValue {
 /// Rotations of rows in pairs end far earlier.
 const MOST_SWEEPS: usize = 30;
 
+/// Inverse iteration ends when the value changes by no more than this part, or after so many solves.
+const SETTLED: f64 = 1e-6;
+const MOST_INVERSE_ITERATIONS: usize = 10;
+
 /// The singular values of more rows than this take too long to find anew: they are followed from matrix to matrix.
 const MANY: usize = 16;
 
@@ -84,8 +88,7 @@ impl SmallestSingularValue {
         Some(length(place))
     }
 
-    /// The smallest singular value by two steps of inverse iteration from the last combination; `None` where that does
-    /// not find it.
+    /// The smallest singular value by inverse iteration from the last combination; `None` where that does not find it.
     fn track(&mut self, matrix: &Matrix) -> Option<f64> {
         let count = matrix.rows();
         for i in 0..count {
@@ -97,10 +100,14 @@ impl SmallestSingularValue {
             return None;
         }
         let mut length = f64::NAN;
-        for _ in 0..2 {
+        for _ in 0..MOST_INVERSE_ITERATIONS {
+            let before = length;
             self.factors.solve(&mut self.combination);
             length = dot(&self.combination, &self.combination).sqrt();
             self.combination.iter_mut().for_each(|part| *part /= length);
+            if (length - before).abs() <= SETTLED * length {
+                break;
+            }
         }
         length.is_finite().then(|| length.sqrt().recip())
     }

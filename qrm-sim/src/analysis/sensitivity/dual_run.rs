@@ -8,7 +8,7 @@ use super::result::{Motion, Output};
 use super::saddle::Number;
 use super::step::{DualState, DualStepper, duals};
 use super::{SensitivityEnd, SensitivityError, SensitivityRequest};
-use crate::run::{Dependents, Integral, StartError, Tracker, assemble};
+use crate::run::{Dependents, ExtremesTracker, Integral, StartError, assemble};
 use crate::solve::{LoopConstraints, ProjectionTolerance};
 use crate::start::Start;
 
@@ -147,7 +147,7 @@ fn follow(dependents: &Dependents, x: &mut [Number], residuals: &[Number]) {
 
 /// The columns of the outputs.
 struct Columns {
-    trackers: Vec<Tracker<Dual64>>,
+    extremes: ExtremesTracker<Dual64>,
     integrals: Vec<Integral<Dual64>>,
     /// The last row.
     outputs: Vec<Number>,
@@ -156,7 +156,7 @@ struct Columns {
 impl Columns {
     fn new(count: usize) -> Self {
         Self {
-            trackers: vec![Tracker::default(); count],
+            extremes: ExtremesTracker::default(),
             integrals: vec![Integral::default(); count],
             outputs: vec![Number::zero(); count],
         }
@@ -165,21 +165,20 @@ impl Columns {
     /// Takes the next row.
     fn row(&mut self, stepper: &mut DualStepper, at: &DualState) -> Result<(), SensitivityError> {
         stepper.evaluator.outputs(at.t, &at.q, &at.qd, &at.qdd, &at.multipliers, &mut self.outputs);
-        let columns = self.trackers.iter_mut().zip(&mut self.integrals);
-        for ((tracker, integral), Dual(value)) in columns.zip(&self.outputs) {
+        for (integral, Dual(value)) in self.integrals.iter_mut().zip(&self.outputs) {
             if !(value.re.is_finite() && value.eps.is_finite()) {
                 return Err(SensitivityError::NotSmooth { t: at.t.0.re });
             }
-            tracker.row(at.t.0, *value);
             integral.row(at.t.0, *value);
         }
+        self.extremes.row(at.t.0, self.outputs.iter().map(|output| output.0));
         Ok(())
     }
 
     fn finish(&self) -> Vec<Output> {
-        let columns = self.trackers.iter().zip(&self.integrals).zip(&self.outputs);
-        let output = |((tracker, integral), end): ((&Tracker<Dual64>, &Integral<Dual64>), &Number)| {
-            Some(Output { end: end.0, extremes: tracker.finish()?, integral: integral.finish() })
+        let columns = self.integrals.iter().zip(&self.outputs).enumerate();
+        let output = |(column, (integral, end)): (usize, (&Integral<Dual64>, &Number))| {
+            Some(Output { end: end.0, extremes: self.extremes.extremes(column)?, integral: integral.finish() })
         };
         columns.filter_map(output).collect()
     }
