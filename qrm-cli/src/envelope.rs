@@ -85,6 +85,11 @@ impl Envelope {
         self.width = 2 * self.width + 1;
     }
 
+    /// The values of the last row.
+    pub(crate) fn last(&self) -> &[f64] {
+        &self.last
+    }
+
     /// Times and values of a column, in the order of time, from the first row to the last.
     pub(crate) fn points(&self, column: usize) -> Vec<(f64, f64)> {
         let Some((first_time, first)) = &self.first else { return Vec::new() };

@@ -23,7 +23,6 @@ pub(crate) struct Recording {
     pub(crate) frames: Vec<Frame>,
     /// Every how many rows one is kept.
     every: u64,
-    last: Frame,
 }
 
 /// The numbers of a row, in the order of the columns.
@@ -40,7 +39,6 @@ impl Recording {
             corrections: Envelope::default(),
             frames: Vec::new(),
             every: 1,
-            last: Frame::new(),
         }
     }
 
@@ -92,8 +90,6 @@ impl Observer for Recording {
     fn row(&mut self, row: &Row) -> io::Result<()> {
         self.envelope.row(row.t, row.columns);
         self.extremes.row(row.t, row.columns[..self.with_extremes].iter().copied());
-        self.last.clear();
-        self.last.extend_from_slice(row.columns);
         // No step leads to the first row.
         if row.index > 0 {
             self.corrections.row(row.t, &[f64::from(row.corrections)]);
@@ -108,7 +104,7 @@ impl Observer for Recording {
                 self.every *= 2;
             }
             if row.index.is_multiple_of(self.every) {
-                self.frames.push(self.last.clone());
+                self.frames.push(row.columns.to_vec());
             }
         }
         Ok(())
@@ -116,8 +112,9 @@ impl Observer for Recording {
 
     fn finish(&mut self) -> io::Result<()> {
         // A motion is shown to its end.
-        if self.frames.last().is_some_and(|frame| frame[0] < self.last[0]) {
-            self.frames.push(std::mem::take(&mut self.last));
+        let last = self.envelope.last();
+        if self.frames.last().is_some_and(|frame| frame[0] < last[0]) {
+            self.frames.push(last.to_vec());
         }
         Ok(())
     }

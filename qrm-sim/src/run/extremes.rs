@@ -58,11 +58,13 @@ impl<D: Number> ExtremesTracker<D> {
             self.spare = self.window.remove(0).1;
         }
         self.window.push((t, row));
-        if self.window.len() == 5 {
-            let begin = Some(self.window[0].0);
+        if let [begin, before, at, after, _] = &self.window[..] {
             for column in 0..self.found.len() {
+                if !is_turn([before.1[column], at.1[column], after.1[column]]) {
+                    continue;
+                }
                 if let Some((t, value)) = self.vertex(column, 2, &self.found[column]) {
-                    self.found[column].note(t, value, begin);
+                    self.found[column].note(t, value, Some(begin.0));
                 }
             }
         }
@@ -81,11 +83,10 @@ impl<D: Number> ExtremesTracker<D> {
     }
 
     /// The vertex near a row that is higher or lower than both its neighbours: time and value.
-    #[inline]
     fn vertex(&self, column: usize, middle: usize, found: &Extremes<D>) -> Option<(D, D)> {
         let value = |i: usize| self.window[i].1[column].re();
         let [before, at, after] = [value(middle - 1), value(middle), value(middle + 1)];
-        if (at - before) * (after - at) > 0.0 || at == before && at == after {
+        if !is_turn([before, at, after]) {
             return None;
         }
         // A vertex near this row that cannot beat what was found already is not worth its search.
@@ -140,6 +141,13 @@ impl<D: Number> ExtremesTracker<D> {
         // Between neighbours a smooth column rises no higher; a polynomial through noise may.
         ((vertex.re() - at).abs() <= reach).then_some((t, vertex))
     }
+}
+
+/// Whether the second of three values is higher or lower than both others, or as high as one of them.
+#[inline]
+fn is_turn<D: Number>(values: [D; 3]) -> bool {
+    let [before, at, after] = values.map(|value| value.re());
+    !((at - before) * (after - at) > 0.0 || at == before && at == after)
 }
 
 impl<D: Number> Extremes<D> {
