@@ -137,7 +137,7 @@ pub(crate) fn batch<X: Generated<N, M>, const N: usize, const M: usize>(
         // Constants, so that what is not used is not compiled.
         type Make = fn(BatchRequest, f64) -> Option<Box<dyn SimdBatch>>;
         let four: Option<Make> = const {
-            if X::Kernel::<f64>::OPERATIONS <= crate::rk4::INLINE_LIMIT { Some(make_four::<X, N, M>) } else { None }
+            if X::Kernel::<f64>::OPERATIONS <= Fused::INLINE_LIMIT { Some(make_four::<X, N, M>) } else { None }
         };
         let eight: Option<Make> = const {
             if X::Kernel::<f64>::OPERATIONS <= MAX_LANE_OPERATIONS { Some(make_eight::<X, N, M>) } else { None }

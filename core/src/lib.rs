@@ -55,7 +55,7 @@ pub use kernel::{Dynamics, Generated, Kernel, Linearization, LoopConstraints, MA
 pub use mechanism::{Compiled, DynamicsMut, LinearizationMut, LoopConstraintsMut, Mechanism, StartMut};
 #[cfg(feature = "std")]
 pub use model::{Model, Replace};
-pub use rk4::{INLINE_LIMIT, KernelState, StepResult, rk4_step};
+pub use rk4::{KernelState, StepResult, rk4_step};
 pub use rows::{RowLayout, RowRequest, RowResult, RowStop};
 pub use scalar::{Fused, Scalar};
 pub use sine::sin_cos;

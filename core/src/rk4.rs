@@ -81,9 +81,6 @@ const ROUNDING: f64 = 1e-15;
 /// Most corrections; a step that needs more is left to the robust method.
 const MOST: u32 = 4;
 
-/// Kernels of more operations stand once in a step, and are compiled for fewer instruction sets.
-pub const INLINE_LIMIT: usize = 600;
-
 /// One step of length `h` from time `t`, projected onto the constraints in the mass metric.
 ///
 /// The work is bounded: at most five evaluations of the accelerations and four corrections of the coordinates.
@@ -94,7 +91,7 @@ pub fn rk4_step<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
     h: R,
     from: &KernelState<R, N, M>,
 ) -> StepResult<R, K::Position, N, M> {
-    if K::OPERATIONS > INLINE_LIMIT { looped(kernel, t, h, from) } else { unrolled(kernel, t, h, from) }
+    if K::OPERATIONS > R::INLINE_LIMIT { looped(kernel, t, h, from) } else { unrolled(kernel, t, h, from) }
 }
 
 /// The step as straight-line code.

@@ -2,8 +2,6 @@
 
 use crate::angles::Angles;
 use crate::kernel::{Generated, Kernel};
-#[cfg(feature = "std")]
-use crate::rk4::INLINE_LIMIT;
 use crate::rk4::{KernelState, rk4_step};
 #[cfg(feature = "std")]
 use crate::scalar::Fused;
@@ -97,7 +95,7 @@ pub(crate) fn integrate_rk4<X: Generated<N, M>, const N: usize, const M: usize>(
 ) -> RowResult {
     // Each set of instructions is compiled by itself.
     #[cfg(feature = "std")]
-    if X::Kernel::<f64>::OPERATIONS <= INLINE_LIMIT {
+    if X::Kernel::<f64>::OPERATIONS <= Fused::INLINE_LIMIT {
         return pulp::Arch::new().dispatch(Dispatched::<X, N, M> {
             values,
             request,

@@ -17,6 +17,10 @@ pub trait Scalar:
     + Div<Output = Self>
     + Neg<Output = Self>
 {
+    /// A step stands as straight-line code up to this number of operations of its kernel, else as a loop over its
+    /// stages, which takes a fraction of the time to compile.
+    const INLINE_LIMIT: usize = 600;
+
     /// The number nearest to a double.
     fn from_f64(value: f64) -> Self;
     /// The double nearest to the number; of a dual number its value, of lanes the first.
@@ -147,6 +151,9 @@ impl Neg for Fused {
 }
 
 impl Scalar for f64 {
+    // Processors that have no fused products have small caches too.
+    const INLINE_LIMIT: usize = 0;
+
     #[inline(always)]
     fn from_f64(value: f64) -> Self {
         value
