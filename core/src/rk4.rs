@@ -91,7 +91,7 @@ pub fn rk4_step<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
     h: R,
     from: &KernelState<R, N, M>,
 ) -> StepResult<R, K::Position, N, M> {
-    if K::OPERATIONS > R::INLINE_LIMIT { looped(kernel, t, h, from) } else { unrolled(kernel, t, h, from) }
+    if const { K::OPERATIONS > R::INLINE_LIMIT } { looped(kernel, t, h, from) } else { unrolled(kernel, t, h, from) }
 }
 
 /// The step as straight-line code.

@@ -95,7 +95,7 @@ pub(crate) fn integrate_rk4<X: Generated<N, M>, const N: usize, const M: usize>(
 ) -> RowResult {
     // Each set of instructions is compiled by itself.
     #[cfg(feature = "std")]
-    if X::Kernel::<f64>::OPERATIONS <= Fused::INLINE_LIMIT {
+    if const { X::Kernel::<f64>::OPERATIONS <= Fused::INLINE_LIMIT } {
         return pulp::Arch::new().dispatch(Dispatched::<X, N, M> {
             values,
             request,
