@@ -30,6 +30,7 @@ mod digest;
 mod double_double;
 #[cfg(feature = "dual")]
 mod dual;
+mod explicit;
 mod kernel;
 #[cfg(feature = "std")]
 mod lanes;
@@ -51,11 +52,12 @@ pub use digest::digest;
 pub use double_double::DoubleDouble;
 #[cfg(feature = "dual")]
 pub use dual::{Dual, Kind};
+pub use explicit::{ProjectionResult, StageRequest, StateMut};
 pub use kernel::{Dynamics, Generated, Kernel, Linearization, LoopConstraints, MAX_GROWTH, Schedule, Start};
 pub use mechanism::{Compiled, DynamicsMut, LinearizationMut, LoopConstraintsMut, Mechanism, StartMut};
 #[cfg(feature = "std")]
 pub use model::{Model, Replace};
-pub use rk4::{KernelState, StepResult, rk4_step};
+pub use rk4::{KernelState, MAX_CORRECTIONS, StepResult, rk4_step};
 pub use rows::{RowLayout, RowRequest, RowResult, RowStop};
 pub use scalar::{Fused, Scalar};
 pub use sine::sin_cos;

@@ -2,9 +2,9 @@
 
 use core::marker::PhantomData;
 
-use crate::angles::Angles;
 use crate::description::Description;
-use crate::kernel::{Generated, Kernel, MAX_GROWTH, Schedule};
+use crate::explicit::{Evaluation, ProjectionResult, StageRequest, StateMut, evaluate};
+use crate::kernel::{Generated, Kernel, Schedule};
 use crate::rows::{RowRequest, RowResult, integrate_rk4};
 
 /// The equations of motion of a mechanism with `n` coordinates and `m` constraints, its parameters inside.
@@ -70,6 +70,21 @@ pub trait Mechanism: Send + Sync {
     /// Accelerations and multipliers by the kernel; false where it does not suit the position, or a number is not
     /// finite.
     fn accelerations(&self, t: f64, q: &[f64], qd: &[f64], qdd: &mut [f64], multipliers: &mut [f64]) -> bool;
+
+    /// Rates and accelerations at stages of a step from `q` by the kernel; `n` numbers for each stage, those of the
+    /// beginning first. False where the kernel does not suit a position, or a number is not finite.
+    fn stages(&self, request: &StageRequest, q: &[f64], rates: &mut [f64], accelerations: &mut [f64]) -> bool {
+        let _ = (request, q, rates, accelerations);
+        false
+    }
+
+    /// Projects coordinates and rates onto the constraints at time `t` in the mass metric by the kernel, up to a
+    /// `residual`, and completes the state by its accelerations and multipliers. `None`, and nothing is written, where
+    /// the kernel does not suit the position, does not get there, or a number is not finite.
+    fn project(&self, t: f64, residual: f64, state: StateMut) -> Option<ProjectionResult> {
+        let _ = (t, residual, state);
+        None
+    }
 
     /// Rows by steps of [`rk4_step`](crate::rk4_step) from the state in the first row of `rows` on, until there is room
     /// for no more, the end comes, the event occurs, or a step cannot be relied on.
@@ -271,14 +286,19 @@ where
 
     #[inline]
     fn accelerations(&self, t: f64, q: &[f64], qd: &[f64], qdd: &mut [f64], multipliers: &mut [f64]) -> bool {
-        let (q, qd) = (array(q), array(qd));
-        let angles = Angles::new(q, X::Kernel::<f64>::IS_ANGLE);
-        let position = self.kernel.position(t, q, &angles);
-        let (own, lambda) = self.kernel.accelerations(&position, t, q, qd, &angles);
-        qdd.copy_from_slice(&own);
-        multipliers.copy_from_slice(&lambda);
-        let is_finite = own.iter().chain(&lambda).all(|value| value.is_finite());
-        is_finite && self.kernel.growth_factor(&position) <= MAX_GROWTH
+        let (mut q, mut qd) = (*array::<N>(q), *array::<N>(qd));
+        let state = StateMut { q: &mut q, qd: &mut qd, qdd, multipliers };
+        evaluate(&self.kernel, Evaluation::State { t, tolerance: None, state }).is_some()
+    }
+
+    #[inline]
+    fn stages(&self, request: &StageRequest, q: &[f64], rates: &mut [f64], accelerations: &mut [f64]) -> bool {
+        evaluate(&self.kernel, Evaluation::Stages { request, q: array(q), rates, accelerations }).is_some()
+    }
+
+    #[inline]
+    fn project(&self, t: f64, residual: f64, state: StateMut) -> Option<ProjectionResult> {
+        evaluate(&self.kernel, Evaluation::State { t, tolerance: Some(residual), state })
     }
 
     #[inline]

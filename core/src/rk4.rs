@@ -79,7 +79,7 @@ const CLOSED: f64 = 4e-16;
 /// Corrections up to this size, in rad or m, are rounding errors.
 const ROUNDING: f64 = 1e-15;
 /// Most corrections; a step that needs more is left to the robust method.
-const MOST: u32 = 4;
+pub const MAX_CORRECTIONS: u32 = 4;
 
 /// One step of length `h` from time `t`, projected onto the constraints in the mass metric.
 ///
@@ -197,13 +197,13 @@ fn looped<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
 }
 
 /// The end of a step while it is projected onto the constraints.
-struct End<R, const N: usize> {
-    q: [R; N],
-    qd: [R; N],
+pub(crate) struct End<R, const N: usize> {
+    pub(crate) q: [R; N],
+    pub(crate) qd: [R; N],
     /// The change of the coordinates in the step, before the projection.
-    increment: [R; N],
-    angles: Angles<R, N>,
-    corrections: u32,
+    pub(crate) increment: [R; N],
+    pub(crate) angles: Angles<R, N>,
+    pub(crate) corrections: u32,
 }
 
 impl<R: Scalar, const N: usize> End<R, N> {
@@ -240,8 +240,12 @@ impl<R: Scalar, const N: usize> End<R, N> {
 
     /// Makes another correction of the coordinates and returns true, unless none is needed.
     #[inline(always)]
-    fn project_coordinates<K: Kernel<R, N, M>, const M: usize>(&mut self, kernel: &K, position: &K::Position) -> bool {
-        if M == 0 || self.corrections == MOST {
+    pub(crate) fn project_coordinates<K: Kernel<R, N, M>, const M: usize>(
+        &mut self,
+        kernel: &K,
+        position: &K::Position,
+    ) -> bool {
+        if M == 0 || self.corrections == MAX_CORRECTIONS {
             return false;
         }
         let open = kernel.residuals(position);
@@ -265,7 +269,7 @@ impl<R: Scalar, const N: usize> End<R, N> {
 
     /// Projects the rates onto the tangent space of the constraints.
     #[inline(always)]
-    fn project_rates<K: Kernel<R, N, M>, const M: usize>(&mut self, kernel: &K, position: &K::Position) {
+    pub(crate) fn project_rates<K: Kernel<R, N, M>, const M: usize>(&mut self, kernel: &K, position: &K::Position) {
         if M > 0 {
             self.qd = sum(&self.qd, &kernel.correction(position, &kernel.velocity_residual(position, &self.qd)));
         }
@@ -337,7 +341,7 @@ fn difference<R: Scalar, const N: usize>(x: &[R; N], y: &[R; N]) -> [R; N] {
 }
 
 #[inline(always)]
-fn largest<R: Scalar, const N: usize>(x: &[R; N]) -> R {
+pub(crate) fn largest<R: Scalar, const N: usize>(x: &[R; N]) -> R {
     let mut largest = R::zero();
     for i in 0..N {
         largest = x[i].abs().max(largest);

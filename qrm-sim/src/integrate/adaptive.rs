@@ -219,7 +219,6 @@ impl Adaptive {
         self.formula.refine(mechanism, &mut self.segment, &mut work)?;
         to.t = t;
         self.segment.at(t, &mut to.q, &mut to.qd);
-        solver.factor_mass(mechanism, &to.q);
         self.counts.evaluations += 1;
         solver.projected(mechanism, self.task.projection, to)
     }

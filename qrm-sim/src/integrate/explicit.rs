@@ -1,6 +1,8 @@
 //! Steps by an explicit Runge-Kutta method.
 
-use qrm_core::Mechanism;
+use std::ops::Range;
+
+use qrm_core::{Mechanism, StageRequest};
 
 use super::adaptive::{Accepted, StepFormula, Task, Work, error_scales};
 use super::method::StepError;
@@ -54,7 +56,7 @@ impl Explicit {
         // The mass matrix of the last stage, which lies close to the end of the step.
         solver.take_metric();
         self.finish(to, t);
-        solver.projected(mechanism, projection, to)
+        solver.projected_by_functions(mechanism, projection, to)
     }
 
     fn begin(&mut self, from: &State) {
@@ -79,21 +81,29 @@ impl Explicit {
         to.qd.copy_from_slice(&self.qd);
     }
 
-    /// Evaluates a stage.
+    /// Evaluates stages, by the kernel where it suits all of them.
     fn evaluate(
         &mut self,
         mechanism: &dyn Mechanism,
         from: &State,
         h: f64,
-        stage: usize,
+        stages: Range<usize>,
         work: &mut Work,
     ) -> Result<(), StepError> {
-        self.argument(from, h, self.tableau.rows[stage]);
-        let t = from.t + self.tableau.nodes[stage] * h;
-        let qdd = &mut self.stages.accelerations[stage];
-        work.solver.accelerations(mechanism, t, (&self.q, &self.qd), (qdd, &mut self.multipliers))?;
-        self.stages.rates[stage].copy_from_slice(&self.qd);
-        *work.evaluations += 1;
+        *work.evaluations += stages.len() as u64;
+        let Tableau { nodes, rows, .. } = self.tableau;
+        let request = StageRequest { t: from.t, h, stages: stages.clone(), nodes, rows };
+        let (rates, accelerations) = (self.stages.rates.entries_mut(), self.stages.accelerations.entries_mut());
+        if mechanism.stages(&request, &from.q, rates, accelerations) {
+            return Ok(());
+        }
+        for stage in stages {
+            self.argument(from, h, rows[stage]);
+            let t = from.t + nodes[stage] * h;
+            let qdd = &mut self.stages.accelerations[stage];
+            work.solver.accelerations(mechanism, t, (&self.q, &self.qd), (qdd, &mut self.multipliers))?;
+            self.stages.rates[stage].copy_from_slice(&self.qd);
+        }
         Ok(())
     }
 
@@ -150,9 +160,7 @@ impl StepFormula for Explicit {
         to: &mut State,
     ) -> Result<f64, StepError> {
         self.begin(from);
-        for stage in 1..self.tableau.stages {
-            self.evaluate(mechanism, from, h, stage, work)?;
-        }
+        self.evaluate(mechanism, from, h, 1..self.tableau.stages, work)?;
         self.argument(from, h, self.tableau.weights);
         self.finish(to, task.end_of_step(from.t, h));
         // Some estimates need the end of the step; the others save the work on it.
@@ -162,7 +170,6 @@ impl StepFormula for Explicit {
         if let Some(error) = early.filter(|error| !(*error <= 1.0)) {
             return Ok(error);
         }
-        work.solver.factor_mass(mechanism, &to.q);
         work.solver.projected(mechanism, task.projection, to)?;
         *work.evaluations += 1;
         self.stages.rates[end].copy_from_slice(&to.qd);
@@ -175,9 +182,7 @@ impl StepFormula for Explicit {
             return Ok(());
         }
         let h = segment.to.t - segment.from.t;
-        for stage in self.tableau.stages + 1..self.tableau.rows.len() {
-            self.evaluate(mechanism, &segment.from, h, stage, work)?;
-        }
+        self.evaluate(mechanism, &segment.from, h, self.tableau.stages + 1..self.tableau.rows.len(), work)?;
         segment.complete(self.tableau, &self.stages);
         Ok(())
     }

@@ -83,7 +83,6 @@ impl StepFormula for Implicit {
         }
         to.t = task.end_of_step(from.t, h);
         (to.q, to.qd) = (q, qd);
-        work.solver.factor_mass(mechanism, &to.q);
         *work.evaluations += 1;
         work.solver.projected(mechanism, task.projection, to)?;
         Ok(error)

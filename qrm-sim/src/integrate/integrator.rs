@@ -267,11 +267,28 @@ impl Solver {
         if state.is_finite() { Ok(()) } else { Err(StepError::NotFinite) }
     }
 
-    /// Projects the coordinates and rates of a state, and completes it.
+    /// Projects the coordinates and rates of a state, and completes it, by the kernel where the projection allows it.
     ///
     /// # Errors
     /// The projection does not converge, or the accelerations are not determined.
     pub(super) fn projected(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        (projection, tolerance): (Projection, ProjectionTolerance),
+        state: &mut State,
+    ) -> Result<(), StepError> {
+        if projection.is_by_kernel(&tolerance) && self.project_by_kernel(mechanism, tolerance.residual, state) {
+            return Ok(());
+        }
+        self.factor_mass(mechanism, &state.q);
+        self.projected_by_functions(mechanism, (projection, tolerance), state)
+    }
+
+    /// The same by the plain functions, in the metric that is known.
+    ///
+    /// # Errors
+    /// The projection does not converge, or the accelerations are not determined.
+    pub(super) fn projected_by_functions(
         &mut self,
         mechanism: &dyn Mechanism,
         projection: (Projection, ProjectionTolerance),

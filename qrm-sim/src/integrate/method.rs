@@ -81,9 +81,9 @@ impl MethodSettings {
         self.method.is_adaptive().then_some(self.tolerance)
     }
 
-    /// Whether steps are made by the generated kernel: RK4 with the projection in the mass metric.
+    /// Whether rows are made by the generated kernel: RK4 with its projection.
     pub(crate) fn is_by_kernel(&self) -> bool {
-        !self.method.is_adaptive() && self.projection == Projection::Mass
+        !self.method.is_adaptive() && self.projection.is_by_kernel(&self.projection_tolerance)
     }
 }
 

@@ -1,11 +1,12 @@
 //! Gauss-Newton projection of coordinates and rates onto the constraints.
 
-use qrm_core::Mechanism;
+use qrm_core::{MAX_CORRECTIONS, Mechanism, StateMut};
 
 use super::accelerations::{Solver, minv_ct, schur_complement, subtract_combination};
 use super::ldl::PivotedLdl;
 use super::matrix::largest;
 use super::stats::SolverStats;
+use crate::state::State;
 
 /// The metric in which a correction is smallest.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -27,6 +28,11 @@ impl Projection {
     /// The projection of this name.
     pub fn named(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|(other, _)| *other == name).map(|(_, projection)| projection)
+    }
+
+    /// Whether generated kernels make this projection.
+    pub(crate) fn is_by_kernel(self, tolerance: &ProjectionTolerance) -> bool {
+        self == Self::Mass && tolerance.iterations >= MAX_CORRECTIONS
     }
 
     /// The name of the projection.
@@ -127,6 +133,18 @@ impl Solver {
             before = residual;
             iterations += 1;
         }
+    }
+
+    /// Projects and completes a state by the kernel; false, and nothing is changed, where that does not work.
+    pub(crate) fn project_by_kernel(&mut self, mechanism: &dyn Mechanism, residual: f64, state: &mut State) -> bool {
+        let State { t, q, qd, qdd, multipliers, .. } = state;
+        self.start.copy_from_slice(q);
+        let Some(projected) = mechanism.project(*t, residual, StateMut { q, qd, qdd, multipliers }) else {
+            return false;
+        };
+        self.stats.take_correction(projected.residual, &self.start, q);
+        state.corrections = projected.corrections;
+        true
     }
 
     /// Prepares corrections by the constraint Jacobian; false if the fast factorisation fails.
