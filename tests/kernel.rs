@@ -4,9 +4,11 @@
 mod plain;
 
 use plain::Plain;
-use qrm_core::{Mechanism, Replace};
-use qrm_sim::integrate::MethodSettings;
-use qrm_sim::run::{End, Request, simulate};
+use qrm_core::{Mechanism, Replace, StateMut};
+use qrm_sim::integrate::{DOP853, MethodSettings};
+use qrm_sim::run::{End, Request, Status, assemble, simulate};
+use qrm_sim::solve::{Projection, ProjectionTolerance, Solver};
+use qrm_sim::start::Start;
 
 /// The quick-return mechanism with some parameters replaced.
 fn quick_return(replace: Replace) -> Box<dyn Mechanism> {
@@ -82,4 +84,50 @@ fn a_position_that_does_not_suit_the_kernel_is_stepped_through() {
     let (kernel, plain) = (end(&*quick_return(&replace), 1e-4, 0.5), end(&Plain(quick_return(&replace)), 1e-4, 0.5));
     assert!(kernel[2] < std::f64::consts::FRAC_PI_2 && kernel[3] > 0.0, "{kernel:?}");
     assert_near("run", &kernel, &plain, 1e-9);
+}
+
+/// The coordinates and rates after a run of `t` seconds by the pair of order 8.
+fn end_of_pair(mechanism: &dyn Mechanism, t: f64) -> Vec<f64> {
+    let settings = MethodSettings::new(DOP853, 1e-10);
+    let request = Request { settings, step: Some(0.1 * t), end: Some(End::Time(t)), estimate_error: false };
+    let outcome = simulate(mechanism, &request, &mut ()).expect("a start");
+    assert!(matches!(outcome.status, Status::Completed), "{:?}", outcome.status);
+    [outcome.q, outcome.qd].concat()
+}
+
+#[test]
+fn stages_by_kernels_are_those_by_the_plain_functions() {
+    for model in qrm_model::MODELS {
+        let mechanism = || model.mechanism(&|_| None);
+        let t = 10.0 * mechanism().schedule().step;
+        let by_kernel = end_of_pair(&*mechanism(), t);
+        assert_near(model.description.name, &by_kernel, &end_of_pair(&Plain(mechanism()), t), 1e-10);
+    }
+}
+
+#[test]
+fn projections_by_kernels_are_those_by_the_plain_functions() {
+    for model in qrm_model::MODELS {
+        let mechanism = model.mechanism(&|_| None);
+        let (q, qd) = assemble(&*mechanism, &Start::of(&*mechanism)).expect("a start");
+        let move_by = |x: &[f64]| x.iter().enumerate().map(|(i, x)| x + 1e-6 * (i as f64).cos()).collect::<Vec<_>>();
+        let (mut own_q, mut own_qd) = (move_by(&q), move_by(&qd));
+        let mut solver = Solver::new(&*mechanism);
+        solver.factor_mass(&*mechanism, &own_q);
+        let projection = (Projection::Mass, ProjectionTolerance::default());
+        solver.project(&*mechanism, projection, 0.0, &mut own_q, &mut own_qd).expect("near the constraints");
+        let (mut q, mut qd) = (move_by(&q), move_by(&qd));
+        let (mut qdd, mut multipliers) = (vec![0.0; q.len()], vec![0.0; model.description.constraints.len()]);
+        let state = StateMut { q: &mut q, qd: &mut qd, qdd: &mut qdd, multipliers: &mut multipliers };
+        let projected = mechanism.project(0.0, 1e-12, state).expect("the kernel suits the start");
+        // The metrics are those of positions 1e-6 apart.
+        assert_near(model.description.name, &q, &own_q, 1e-11);
+        assert_near(model.description.name, &qd, &own_qd, 1e-10);
+        let own = [projected.residual, solver.stats.residual_before_correction];
+        assert!((own[0] - own[1]).abs() <= 1e-12 * own[1].max(1e-3), "{own:?}");
+        let (mut expected, mut forces) = (qdd.clone(), multipliers.clone());
+        solver.robust_accelerations(&*mechanism, 0.0, (&q, &qd), (&mut expected, &mut forces)).expect("determined");
+        assert_near(model.description.name, &qdd, &expected, 1e-11);
+        assert_near(model.description.name, &multipliers, &forces, 1e-11);
+    }
 }
