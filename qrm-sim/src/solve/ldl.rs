@@ -54,20 +54,17 @@ impl Ldl {
             let row = &mut above[j * n..];
             let diagonal = row[j];
             let mut pivot = diagonal;
-            for k in 0..j {
-                scaled[k] = row[k];
-                row[k] *= inverse_d[k];
-                pivot -= scaled[k] * row[k];
+            for ((entry, scaled), inverse) in row[..j].iter_mut().zip(&mut *scaled).zip(&*inverse_d) {
+                *scaled = *entry;
+                *entry *= inverse;
+                pivot -= *scaled * *entry;
             }
             // Written so that a pivot that is not a number fails too.
             is_definite &= pivot > smallest * diagonal;
             inverse_d[j] = 1.0 / pivot;
             for other in below.chunks_exact_mut(n) {
-                let mut entry = other[j];
-                for k in 0..j {
-                    entry -= other[k] * row[k];
-                }
-                other[j] = entry;
+                let (before, rest) = other.split_at_mut(j);
+                rest[0] = before.iter().zip(&*row).fold(rest[0], |sum, (entry, of_row)| sum - entry * of_row);
             }
         }
         is_definite
@@ -75,19 +72,19 @@ impl Ldl {
 
     /// Solves `A x = b` in place.
     pub fn solve(&self, x: &mut [f64]) {
-        let n = x.len();
-        for i in 0..n {
-            let row = &self.l[i];
-            for k in 0..i {
-                x[i] -= row[k] * x[k];
-            }
+        let n = x.len().max(1);
+        let rows = || self.l.entries().chunks_exact(n).enumerate();
+        for (i, row) in rows() {
+            let (before, rest) = x.split_at_mut(i);
+            rest[0] = row.iter().zip(before).fold(rest[0], |sum, (entry, x)| sum - entry * *x);
         }
         for (x, inverse) in x.iter_mut().zip(&self.inverse_d) {
             *x *= inverse;
         }
-        for i in (0..n).rev() {
-            for k in i + 1..n {
-                x[i] -= self.l[k][i] * x[k];
+        for (i, row) in rows().rev() {
+            let (before, rest) = x.split_at_mut(i);
+            for (x, entry) in before.iter_mut().zip(row) {
+                *x -= entry * rest[0];
             }
         }
     }
