@@ -2,11 +2,13 @@
 
 mod dual_run;
 mod event;
+mod number;
 mod result;
 mod saddle;
 mod step;
 #[cfg(test)]
 mod tests;
+mod values;
 
 pub use result::{Derivatives, OutputValues, Sensitivity};
 
@@ -16,10 +18,11 @@ use qrm_core::{Model, Replace};
 use crate::integrate::StepError;
 use crate::run::StartError;
 use dual_run::DualRun;
+use number::PARTS;
 
 /// Derivatives of the end of a motion, and of its outputs, by parameters at the values that `replace` gives them.
 ///
-/// The motion is computed once for each parameter `p`, on dual numbers, by the classical Runge-Kutta method with a
+/// The motion is computed for up to eight parameters `p` at once, on dual numbers, by the classical Runge-Kutta method with a
 /// fixed step and the projection in the mass metric after each step. With `qdd` and `lambda` known, their derivatives
 /// follow from those of the equations of motion:
 ///
@@ -53,16 +56,20 @@ pub fn sensitivity(
     request: &SensitivityRequest,
 ) -> Result<Sensitivity, SensitivityError> {
     let mechanism = model.mechanism(replace);
+    if request.by.is_empty() {
+        return values::values(&*mechanism, request);
+    }
     let mut all = Sensitivity::default();
-    for parameter in request.by {
-        all.push(DualRun::new(&*mechanism, model.tape, replace, parameter, request)?.run()?);
+    for parameters in request.by.chunks(PARTS) {
+        let motion = DualRun::new(&*mechanism, model.tape, replace, parameters, request)?.run()?;
+        all.push(motion, parameters.len());
     }
     Ok(all)
 }
 
 /// The derivatives to compute.
 pub struct SensitivityRequest<'a> {
-    /// The names of the parameters.
+    /// The names of the parameters; without any, values alone are found, in a fraction of the time.
     pub by: &'a [&'a str],
     /// The step, in s; the scene's if `None`.
     pub step: Option<f64>,

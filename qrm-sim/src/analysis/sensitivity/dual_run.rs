@@ -1,12 +1,11 @@
-//! A motion with its derivatives by one parameter.
+//! A motion with its derivatives by parameters.
 
-use num_dual::Dual64;
 use qrm_core::{Dual, Mechanism, Replace, RowRequest, Scalar, Tape};
 
 use super::event::Condition;
+use super::number::{Derived, Number, PARTS, derivatives, has_derivatives, number};
 use super::result::{Motion, Output};
-use super::saddle::Number;
-use super::step::{DualState, DualStepper, duals};
+use super::step::{DualState, DualStepper};
 use super::{SensitivityEnd, SensitivityError, SensitivityRequest};
 use crate::run::{Dependents, ExtremesTracker, Integral, StartError, assemble};
 use crate::solve::{LoopConstraints, ProjectionTolerance};
@@ -17,7 +16,7 @@ pub(super) struct DualRun<'a> {
     stepper: DualStepper<'a>,
     condition: Condition<'a>,
     rows: RowRequest,
-    /// The end of the rows, and its derivative by the parameter.
+    /// The end of the rows, and its derivatives.
     end_time: Number,
     state: DualState,
 }
@@ -31,17 +30,20 @@ impl<'a> DualRun<'a> {
         mechanism: &'a dyn Mechanism,
         tape: &'a Tape<'a>,
         replace: Replace,
-        parameter: &'a str,
+        parameters: &'a [&'a str],
         request: &'a SensitivityRequest<'a>,
     ) -> Result<Self, SensitivityError> {
-        let parameters = mechanism.description().parameters;
-        let no_parameter = || SensitivityError::NoParameter { name: parameter.to_owned() };
-        let place = parameters.iter().position(|own| own.name == parameter).ok_or_else(no_parameter)?;
-        let seed = mechanism.parameters().get(place).map(|value| Dual(Dual64::new(*value, 1.0)));
-        let mut stepper = DualStepper::new(mechanism, tape);
-        stepper
-            .evaluator
-            .set_parameters(|i| if i == place { seed } else { replace(parameters[i].name).map(Number::from_f64) });
+        let own = mechanism.description().parameters;
+        let place = |parameter: &&str| {
+            let no_parameter = || SensitivityError::NoParameter { name: (*parameter).to_owned() };
+            own.iter().position(|own| own.name == *parameter).ok_or_else(no_parameter)
+        };
+        let places = parameters.iter().map(place).collect::<Result<Vec<usize>, _>>()?;
+        let mut stepper = DualStepper::new(mechanism, tape, parameters.len());
+        stepper.evaluator.set_parameters(|i| match places.iter().position(|place| *place == i) {
+            Some(part) => Some(Dual(Derived::from_re(mechanism.parameters()[i]).derivative(part))),
+            None => replace(own[i].name).map(Number::from_f64),
+        });
         let schedule = stepper.evaluator.schedule();
         let end_time = match request.end {
             Some(SensitivityEnd::Time(t)) => Number::from_f64(t),
@@ -60,7 +62,7 @@ impl<'a> DualRun<'a> {
             return Err(SensitivityError::Start(StartError::StepTooShort { step, end_time }));
         }
         let state = start(&mut stepper)?;
-        let condition = Condition { parameter, end: request.end.as_ref() };
+        let condition = Condition { parameters, end: request.end.as_ref() };
         Ok(Self { stepper, condition, rows, end_time, state })
     }
 
@@ -73,31 +75,31 @@ impl<'a> DualRun<'a> {
         let mut columns = Columns::new(stepper.mechanism.description().outputs.len());
         columns.row(&mut stepper, &state)?;
         let mut value = condition.value(&mut stepper, &state);
-        if value.is_some_and(|value| !value.re.is_finite()) {
+        if value.is_some_and(|value| !value.0.re.is_finite()) {
             return Err(SensitivityError::Start(StartError::ConditionNotFinite));
         }
-        if value.is_some_and(|value| value.re >= 0.0) {
+        if value.is_some_and(|value| value.0.re >= 0.0) {
             return Err(SensitivityError::EventAtStart);
         }
         let mut row = 0;
-        while state.t.0.re < rows.end_time && value.is_none_or(|value| value.re < 0.0) {
+        while state.t.0.re < rows.end_time && value.is_none_or(|value| value.0.re < 0.0) {
             row += 1;
             let t = Number::from_f64(rows.time(row));
             let mut next = stepper.step(&state, if t.0.re < rows.end_time { t } else { end_time })?;
             value = condition.value(&mut stepper, &next);
-            if value.is_some_and(|value| value.re.is_nan()) {
+            if value.is_some_and(|value| value.0.re.is_nan()) {
                 return Err(SensitivityError::NotSmooth { t: state.t.0.re });
             }
-            if value.is_some_and(|value| value.re >= 0.0) {
+            if value.is_some_and(|value| value.0.re >= 0.0) {
                 next = condition.locate(&mut stepper, &state, &next)?;
             }
             state = next;
             columns.row(&mut stepper, &state)?;
         }
-        if value.is_some_and(|value| value.re < 0.0) {
+        if value.is_some_and(|value| value.0.re < 0.0) {
             return Err(SensitivityError::EventNotReached { end_time: rows.end_time });
         }
-        Ok(Motion { end_time: state.t.0, q: duals(&state.q), qd: duals(&state.qd), outputs: columns.finish() })
+        Ok(Motion { end_time: state.t.0, q: derived(&state.q), qd: derived(&state.qd), outputs: columns.finish() })
     }
 }
 
@@ -132,23 +134,31 @@ fn start(stepper: &mut DualStepper) -> Result<DualState, SensitivityError> {
 
 /// Takes over assembled values; only given ones keep their derivatives.
 fn take_assembled(numbers: &mut [Number], values: &[f64], given: &[bool]) {
-    for ((number, value), given) in numbers.iter_mut().zip(values).zip(given) {
-        *number = Dual(Dual64::new(*value, if *given { number.0.eps } else { 0.0 }));
+    for ((taken, value), given) in numbers.iter_mut().zip(values).zip(given) {
+        *taken = number(*value, if *given { derivatives(taken) } else { [0.0; PARTS] });
     }
 }
 
 /// Lets the derivatives of dependent coordinates or rates follow.
 fn follow(dependents: &Dependents, x: &mut [Number], residuals: &[Number]) {
-    let derivatives = |numbers: &[Number]| numbers.iter().map(|number| number.0.eps).collect::<Vec<f64>>();
-    let mut change = derivatives(x);
-    dependents.follow(&mut change, &derivatives(residuals));
-    x.iter_mut().zip(change).for_each(|(number, change)| number.0.eps = change);
+    let of = |numbers: &[Number], part: usize| numbers.iter().map(|x| derivatives(x)[part]).collect::<Vec<f64>>();
+    let mut changed: Vec<[f64; PARTS]> = x.iter().map(derivatives).collect();
+    for part in 0..PARTS {
+        let mut change = of(x, part);
+        dependents.follow(&mut change, &of(residuals, part));
+        changed.iter_mut().zip(change).for_each(|(all, change)| all[part] = change);
+    }
+    x.iter_mut().zip(changed).for_each(|(x, changed)| *x = number(x.0.re, changed));
+}
+
+fn derived(numbers: &[Number]) -> Vec<Derived> {
+    numbers.iter().map(|number| number.0).collect()
 }
 
 /// The columns of the outputs.
 struct Columns {
-    extremes: ExtremesTracker<Dual64>,
-    integrals: Vec<Integral<Dual64>>,
+    extremes: ExtremesTracker<Derived>,
+    integrals: Vec<Integral<Derived>>,
     /// The last row.
     outputs: Vec<Number>,
 }
@@ -165,11 +175,11 @@ impl Columns {
     /// Takes the next row.
     fn row(&mut self, stepper: &mut DualStepper, at: &DualState) -> Result<(), SensitivityError> {
         stepper.evaluator.outputs(at.t, &at.q, &at.qd, &at.qdd, &at.multipliers, &mut self.outputs);
-        for (integral, Dual(value)) in self.integrals.iter_mut().zip(&self.outputs) {
-            if !(value.re.is_finite() && value.eps.is_finite()) {
+        for (integral, output) in self.integrals.iter_mut().zip(&self.outputs) {
+            if !(output.0.re.is_finite() && has_derivatives(output)) {
                 return Err(SensitivityError::NotSmooth { t: at.t.0.re });
             }
-            integral.row(at.t.0, *value);
+            integral.row(at.t.0, output.0);
         }
         self.extremes.row(at.t.0, self.outputs.iter().map(|output| output.0));
         Ok(())
@@ -177,7 +187,7 @@ impl Columns {
 
     fn finish(&self) -> Vec<Output> {
         let columns = self.integrals.iter().zip(&self.outputs).enumerate();
-        let output = |(column, (integral, end)): (usize, (&Integral<Dual64>, &Number))| {
+        let output = |(column, (integral, end)): (usize, (&Integral<Derived>, &Number))| {
             Some(Output { end: end.0, extremes: self.extremes.extremes(column)?, integral: integral.finish() })
         };
         columns.filter_map(output).collect()

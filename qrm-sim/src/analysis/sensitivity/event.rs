@@ -1,33 +1,40 @@
-//! The stop condition on dual numbers.
+//! The end of a motion at an event, with its derivatives.
 
 use num_dual::Dual64;
-use qrm_core::{Dual, Mechanism, Scalar};
+use qrm_core::{Mechanism, Scalar};
 
-use super::saddle::Number;
-use super::step::{DualState, DualStepper, duals, real};
+use super::number::{Number, PARTS, derivatives, has_derivatives, number, parts};
+use super::step::{DualState, DualStepper, real};
 use super::{SensitivityEnd, SensitivityError};
 use crate::run::locate;
 use crate::state::State;
 
 /// The stop condition `g(t, q, qd, p)` of a motion, negative before it becomes true.
 pub(super) struct Condition<'a> {
-    pub(super) parameter: &'a str,
+    pub(super) parameters: &'a [&'a str],
     pub(super) end: Option<&'a SensitivityEnd<'a>>,
 }
 
 impl Condition<'_> {
     /// Its value, if there is a stop condition.
-    pub(super) fn value(&self, stepper: &mut DualStepper, at: &DualState) -> Option<Dual64> {
+    pub(super) fn value(&self, stepper: &mut DualStepper, at: &DualState) -> Option<Number> {
         match self.end {
             Some(SensitivityEnd::Time(_)) => None,
             Some(SensitivityEnd::Condition(condition)) => {
-                Some(condition(self.parameter, at.t.0, &duals(&at.q), &duals(&at.qd)))
+                let mut value = 0.0;
+                let mut by = [0.0; PARTS];
+                for (part, parameter) in self.parameters.iter().enumerate() {
+                    let t = super::number::part(&at.t, part);
+                    let found = condition(parameter, t, &parts(&at.q, part), &parts(&at.qd, part));
+                    (value, by[part]) = (found.re, found.eps);
+                }
+                Some(number(value, by))
             }
-            None => stepper.evaluator.event(at.t, &at.q, &at.qd).map(|value| value.0),
+            None => stepper.evaluator.event(at.t, &at.q, &at.qd),
         }
     }
 
-    /// The state at the event in the step to `beyond`, with the derivative of its time, `dt/dp = -(dg/dp) / (dg/dt)`.
+    /// The state at the event in the step to `beyond`, with the derivatives of its time, `dt/dp = -(dg/dp) / (dg/dt)`.
     ///
     /// # Errors
     /// `g` does not cross zero, or a step cannot be made.
@@ -40,26 +47,28 @@ impl Condition<'_> {
         let mechanism = stepper.mechanism;
         let step = |t: f64| stepper.step(from, Number::from_f64(t)).map(|at| real(&at));
         let t = locate(&real(from), &real(beyond), |at| self.real_value(mechanism, at), step)?.t;
-        let mut derivative = |t: Number| {
+        let mut value = |t: Number| -> Result<Number, SensitivityError> {
             let at = stepper.step(from, t)?;
-            Ok(self.value(stepper, &at).map_or(0.0, |value| value.eps))
+            Ok(self.value(stepper, &at).unwrap_or_else(Number::zero))
         };
-        let by_parameter = derivative(Number::from_f64(t))?;
-        let by_time = derivative(Dual(Dual64::new(t, 1.0)))? - by_parameter;
-        if !by_parameter.is_finite() {
+        // The second end moves with a parameter that time itself is.
+        let (fixed, moving) = (value(Number::from_f64(t))?, value(number(t, [1.0; PARTS]))?);
+        if !has_derivatives(&fixed) {
             return Err(SensitivityError::NotSmooth { t });
         }
+        let (by_parameter, by_both) = (derivatives(&fixed), derivatives(&moving));
+        let by_time = by_both[0] - by_parameter[0];
         if !(by_time > 0.0) {
             return Err(SensitivityError::GrazingEvent { t });
         }
-        stepper.step(from, Dual(Dual64::new(t, -by_parameter / by_time)))
+        stepper.step(from, number(t, by_parameter.map(|by| -by / by_time)))
     }
 
     fn real_value(&self, mechanism: &dyn Mechanism, at: &State) -> f64 {
-        let Some(SensitivityEnd::Condition(condition)) = self.end else {
+        let (Some(SensitivityEnd::Condition(condition)), [parameter, ..]) = (self.end, self.parameters) else {
             return mechanism.event(at.t, &at.q, &at.qd).unwrap_or(0.0);
         };
         let constants = |x: &[f64]| x.iter().map(|x| Dual64::from(*x)).collect::<Vec<_>>();
-        condition(self.parameter, Dual64::from(at.t), &constants(&at.q), &constants(&at.qd)).re
+        condition(parameter, Dual64::from(at.t), &constants(&at.q), &constants(&at.qd)).re
     }
 }

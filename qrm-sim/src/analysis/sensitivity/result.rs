@@ -1,7 +1,8 @@
 //! Values with their derivatives by parameters.
 
-use num_dual::Dual64;
+use qrm_core::Dual;
 
+use super::number::{Derived, part};
 use crate::run::Extremes;
 
 /// The end of a motion and its outputs, with derivatives by parameters.
@@ -39,45 +40,45 @@ pub struct Derivatives {
     pub by: Vec<f64>,
 }
 
-/// The results of the motion with derivatives by one parameter.
+/// The results of the motion with derivatives by some of the parameters.
 pub(super) struct Motion {
-    pub(super) end_time: Dual64,
-    pub(super) q: Vec<Dual64>,
-    pub(super) qd: Vec<Dual64>,
+    pub(super) end_time: Derived,
+    pub(super) q: Vec<Derived>,
+    pub(super) qd: Vec<Derived>,
     pub(super) outputs: Vec<Output>,
 }
 
 /// The results for one output.
 pub(super) struct Output {
-    pub(super) end: Dual64,
-    pub(super) extremes: Extremes<Dual64>,
-    pub(super) integral: Dual64,
+    pub(super) end: Derived,
+    pub(super) extremes: Extremes<Derived>,
+    pub(super) integral: Derived,
 }
 
 impl Sensitivity {
-    /// Adds the derivatives by the next parameter.
-    pub(super) fn push(&mut self, motion: Motion) {
+    /// Adds the derivatives by the next `count` parameters.
+    pub(super) fn push(&mut self, motion: Motion, count: usize) {
         self.q.resize_with(motion.q.len(), Derivatives::default);
         self.qd.resize_with(motion.qd.len(), Derivatives::default);
         self.outputs.resize_with(motion.outputs.len(), OutputValues::default);
-        self.end_time.push(motion.end_time);
+        self.end_time.push(motion.end_time, count);
         let numbers = motion.q.into_iter().chain(motion.qd);
-        self.q.iter_mut().chain(&mut self.qd).zip(numbers).for_each(|(all, number)| all.push(number));
+        self.q.iter_mut().chain(&mut self.qd).zip(numbers).for_each(|(all, number)| all.push(number, count));
         for (all, output) in self.outputs.iter_mut().zip(motion.outputs) {
-            all.end.push(output.end);
-            all.integral.push(output.integral);
+            all.end.push(output.end, count);
+            all.integral.push(output.integral, count);
             let Extremes { minimum, maximum } = output.extremes;
             for ([value, time], found) in [(&mut all.minimum, minimum), (&mut all.maximum, maximum)] {
-                value.push(found.0);
-                time.push(found.1);
+                value.push(found.0, count);
+                time.push(found.1, count);
             }
         }
     }
 }
 
 impl Derivatives {
-    fn push(&mut self, number: Dual64) {
+    fn push(&mut self, number: Derived, count: usize) {
         self.value = number.re;
-        self.by.push(number.eps);
+        self.by.extend((0..count).map(|place| part(&Dual(number), place).eps));
     }
 }

@@ -1,12 +1,8 @@
 //! The saddle-point equations on dual numbers.
 
-use num_dual::Dual64;
-use qrm_core::Dual;
-
 use crate::solve::{SaddlePoint, SolverStats, Undetermined};
 
-/// A number with its derivative by one parameter.
-pub(super) type Number = Dual<Dual64>;
+use super::number::{Number, PARTS, derivatives, number};
 
 /// Solves `M x + J' w = f`, `J x + b = 0` on dual numbers.
 ///
@@ -16,10 +12,14 @@ pub(super) struct DualSaddlePoint {
     /// Statistics of the solves so far.
     pub(super) stats: SolverStats,
     reals: SaddlePoint,
+    /// The number of parameters.
+    parts: usize,
     x: Vec<f64>,
     w: Vec<f64>,
-    dx: Vec<f64>,
-    dw: Vec<f64>,
+    /// The right sides for the derivatives, and then these.
+    dx: Vec<[f64; PARTS]>,
+    dw: Vec<[f64; PARTS]>,
+    part: (Vec<f64>, Vec<f64>),
 }
 
 /// `M` (`n` by `n`), `f` (`n`), `J` (`m` by `n`) and `b` (`m`); matrices row by row.
@@ -31,10 +31,18 @@ pub(super) struct Equations<'a> {
 }
 
 impl DualSaddlePoint {
-    /// Room for `n` unknowns and `m` constraints.
-    pub(super) fn zero(n: usize, m: usize) -> Self {
-        let (stats, reals) = (SolverStats::default(), SaddlePoint::zero(n, m));
-        Self { stats, reals, x: vec![0.0; n], w: vec![0.0; m], dx: vec![0.0; n], dw: vec![0.0; m] }
+    /// Room for `n` unknowns and `m` constraints, with derivatives by so many parameters.
+    pub(super) fn zero(n: usize, m: usize, parts: usize) -> Self {
+        Self {
+            stats: SolverStats::default(),
+            reals: SaddlePoint::zero(n, m),
+            parts,
+            x: vec![0.0; n],
+            w: vec![0.0; m],
+            dx: vec![[0.0; PARTS]; n],
+            dw: vec![[0.0; PARTS]; m],
+            part: (vec![0.0; n], vec![0.0; m]),
+        }
     }
 
     /// Solves the equations.
@@ -60,21 +68,28 @@ impl DualSaddlePoint {
         } else {
             reals.solve_robustly(&mut self.x, &mut self.w, stats)?;
         }
-        let real = &mut reals.dynamics;
-        let forces = real.generalized_forces.iter_mut().zip(equations.forces).enumerate();
-        for (i, (force, given)) in forces {
-            *force = given.0.eps - derivative_dot(&equations.mass_matrix[i * n..], &self.x);
-            for (k, w) in self.w.iter().enumerate() {
-                *force -= equations.jacobian[k * n + i].0.eps * w;
+        for (i, (force, given)) in self.dx.iter_mut().zip(equations.forces).enumerate() {
+            *force = derivatives(given);
+            subtract_products(force, &equations.mass_matrix[i * n..], 1, &self.x);
+            subtract_products(force, equations.jacobian.get(i..).unwrap_or_default(), n, &self.w);
+        }
+        for (k, (bias, given)) in self.dw.iter_mut().zip(equations.bias).enumerate() {
+            // -(db + dJ x)
+            *bias = derivatives(given).map(|derivative| -derivative);
+            subtract_products(bias, &equations.jacobian[k * n..], 1, &self.x);
+        }
+        for part in 0..self.parts {
+            let real = &mut reals.dynamics;
+            real.generalized_forces.iter_mut().zip(&self.dx).for_each(|(force, all)| *force = all[part]);
+            real.constraint_bias.iter_mut().zip(&self.dw).for_each(|(bias, all)| *bias = -all[part]);
+            let (dx, dw) = &mut self.part;
+            if is_regular {
+                reals.solve_factored(dx, dw);
+            } else {
+                reals.solve_robustly(dx, dw, stats)?;
             }
-        }
-        for (k, (bias, given)) in real.constraint_bias.iter_mut().zip(equations.bias).enumerate() {
-            *bias = given.0.eps + derivative_dot(&equations.jacobian[k * n..], &self.x);
-        }
-        if is_regular {
-            reals.solve_factored(&mut self.dx, &mut self.dw);
-        } else {
-            reals.solve_robustly(&mut self.dx, &mut self.dw, stats)?;
+            self.dx.iter_mut().zip(dx).for_each(|(all, own)| all[part] = *own);
+            self.dw.iter_mut().zip(dw).for_each(|(all, own)| all[part] = *own);
         }
         join(&self.x, &self.dx, x);
         join(&self.w, &self.dw, multipliers);
@@ -82,9 +97,14 @@ impl DualSaddlePoint {
     }
 }
 
-/// The derivative of `row . x` with `x` held.
-fn derivative_dot(row: &[Number], x: &[f64]) -> f64 {
-    row.iter().zip(x).map(|(entry, x)| entry.0.eps * x).sum()
+/// `sum -= d row . x`, with every `step`-th entry of the row.
+fn subtract_products(sum: &mut [f64; PARTS], row: &[Number], step: usize, x: &[f64]) {
+    for (entry, x) in row.iter().step_by(step).zip(x) {
+        let derivatives = derivatives(entry);
+        for part in 0..PARTS {
+            sum[part] -= derivatives[part] * x;
+        }
+    }
 }
 
 fn copy_values(numbers: &[Number], values: &mut [f64]) {
@@ -93,38 +113,45 @@ fn copy_values(numbers: &[Number], values: &mut [f64]) {
     }
 }
 
-fn join(values: &[f64], derivatives: &[f64], numbers: &mut [Number]) {
-    for ((number, value), derivative) in numbers.iter_mut().zip(values).zip(derivatives) {
-        *number = Dual(Dual64::new(*value, *derivative));
+fn join(values: &[f64], derivatives: &[[f64; PARTS]], numbers: &mut [Number]) {
+    for ((joined, value), derivatives) in numbers.iter_mut().zip(values).zip(derivatives) {
+        *joined = number(*value, *derivatives);
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::number::part;
     use super::*;
 
-    fn dual(value: f64, derivative: f64) -> Number {
-        Dual(Dual64::new(value, derivative))
+    fn dual(value: f64, by_p: f64, by_f: f64) -> Number {
+        number(value, std::array::from_fn(|i| [by_p, by_f].get(i).copied().unwrap_or(0.0)))
     }
 
-    /// Masses `p` and 2 in line, held at a distance, pulled by forces 3 and 1: both accelerate by `4 / (2 + p)`.
+    /// Masses `p` and 2 in line, held at a distance, pulled by forces `f = 3` and 1: both accelerate by
+    /// `(f + 1) / (2 + p)`.
     #[test]
     fn derivatives_of_a_rod() {
-        let (zero, one) = (dual(0.0, 0.0), dual(1.0, 0.0));
+        let (zero, one) = (dual(0.0, 0.0, 0.0), dual(1.0, 0.0, 0.0));
         let equations = Equations {
-            mass_matrix: &[dual(1.0, 1.0), zero, zero, dual(2.0, 0.0)],
-            forces: &[dual(3.0, 0.0), one],
-            jacobian: &[one, dual(-1.0, 0.0)],
+            mass_matrix: &[dual(1.0, 1.0, 0.0), zero, zero, dual(2.0, 0.0, 0.0)],
+            forces: &[dual(3.0, 0.0, 1.0), one],
+            jacobian: &[one, dual(-1.0, 0.0, 0.0)],
             bias: &[zero],
         };
         let (mut x, mut multipliers) = ([zero; 2], [zero]);
-        let mut saddle = DualSaddlePoint::zero(2, 1);
+        let mut saddle = DualSaddlePoint::zero(2, 1, 2);
         saddle.solve(&equations, &mut x, &mut multipliers).expect("regular");
-        for x in x {
-            assert!((x.0.re - 4.0 / 3.0).abs() < 1e-15 && (x.0.eps + 4.0 / 9.0).abs() < 1e-15, "{x:?}");
+        let near = |number: &Number, place: usize, expected: [f64; 2]| {
+            let found = part(number, place);
+            assert!((found.re - expected[0]).abs() < 1e-15 && (found.eps - expected[1]).abs() < 1e-15, "{found:?}");
+        };
+        for x in &x {
+            near(x, 0, [4.0 / 3.0, -4.0 / 9.0]);
+            near(x, 1, [4.0 / 3.0, 1.0 / 3.0]);
         }
-        // lambda = 3 - 4 p / (2 + p)
-        let lambda = multipliers[0].0;
-        assert!((lambda.re - 5.0 / 3.0).abs() < 1e-15 && (lambda.eps + 8.0 / 9.0).abs() < 1e-15, "{lambda:?}");
+        // lambda = f - (f + 1) p / (2 + p)
+        near(&multipliers[0], 0, [5.0 / 3.0, -8.0 / 9.0]);
+        near(&multipliers[0], 1, [5.0 / 3.0, 2.0 / 3.0]);
     }
 }

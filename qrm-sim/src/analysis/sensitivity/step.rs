@@ -1,15 +1,15 @@
 //! Runge-Kutta steps on dual numbers.
 
-use num_dual::Dual64;
-use qrm_core::{Dual, Mechanism, Scalar, Tape, TapeEvaluator};
+use qrm_core::{Mechanism, Scalar, Tape, TapeEvaluator};
 
 use super::SensitivityError;
-use super::saddle::{DualSaddlePoint, Equations, Number};
+use super::number::{Number, PARTS, derivatives, has_derivatives, number};
+use super::saddle::{DualSaddlePoint, Equations};
 use crate::integrate::StepError;
 use crate::solve::{Projection, ProjectionTolerance, Solver};
 use crate::state::State;
 
-/// A state with its derivatives by one parameter.
+/// A state with its derivatives by parameters.
 #[derive(Clone, Debug)]
 pub(super) struct DualState {
     pub(super) t: Number,
@@ -35,14 +35,14 @@ pub(super) struct DualStepper<'m> {
 }
 
 impl<'m> DualStepper<'m> {
-    pub(super) fn new(mechanism: &'m dyn Mechanism, tape: &'m Tape<'m>) -> Self {
+    pub(super) fn new(mechanism: &'m dyn Mechanism, tape: &'m Tape<'m>, parts: usize) -> Self {
         let (n, m) = (tape.coordinates as usize, tape.constraints as usize);
         let zero = |size| vec![Number::zero(); size];
         Self {
             mechanism,
             evaluator: TapeEvaluator::new(tape),
             solver: Solver::new(mechanism),
-            saddle: DualSaddlePoint::zero(n, m),
+            saddle: DualSaddlePoint::zero(n, m, parts),
             dynamics: zero(tape.dynamics.results.len()),
             constraints: zero(tape.loop_constraints.results.len()),
             mass_matrix: zero(n * n),
@@ -83,7 +83,7 @@ impl<'m> DualStepper<'m> {
         if !numbers().all(|number| number.0.re.is_finite()) {
             return Err(SensitivityError::Step { t, error: StepError::NotFinite });
         }
-        if !numbers().all(|number| number.0.eps.is_finite()) {
+        if !numbers().all(has_derivatives) {
             return Err(SensitivityError::NotSmooth { t });
         }
         Ok(made)
@@ -185,10 +185,6 @@ fn along(x: &[Number], h: Number, v: &[Number]) -> Vec<Number> {
     x.iter().zip(v).map(|(x, v)| *x + h * *v).collect()
 }
 
-pub(super) fn duals(numbers: &[Number]) -> Vec<Dual64> {
-    numbers.iter().map(|number| number.0).collect()
-}
-
 /// The values of a state.
 pub(super) fn real(at: &DualState) -> State {
     State {
@@ -212,7 +208,12 @@ fn set_values(numbers: &mut [Number], values: &[f64]) {
 }
 
 fn add_derivatives(numbers: &mut [Number], others: &[Number]) {
-    for (number, other) in numbers.iter_mut().zip(others) {
-        *number = Dual(Dual64::new(number.0.re, number.0.eps + other.0.eps));
+    for (sum, other) in numbers.iter_mut().zip(others) {
+        let (own, other) = (derivatives(sum), derivatives(other));
+        let mut both = [0.0; PARTS];
+        for part in 0..PARTS {
+            both[part] = own[part] + other[part];
+        }
+        *sum = number(sum.0.re, both);
     }
 }

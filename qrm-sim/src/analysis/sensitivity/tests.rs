@@ -11,6 +11,7 @@ use qrm_core::{
 };
 
 use super::dual_run::DualRun;
+use super::number::PARTS;
 use super::{DualCondition, Sensitivity, SensitivityEnd, SensitivityError, SensitivityRequest};
 
 const NONE: TapeFunction = TapeFunction { operations: &[], results: &[] };
@@ -149,8 +150,8 @@ fn derive(replace: Replace, by: &[&str], end: Option<SensitivityEnd>) -> Result<
     let pendulum = Pendulum::new(replace);
     let request = SensitivityRequest { by, step: None, end };
     let mut all = Sensitivity::default();
-    for parameter in by {
-        all.push(DualRun::new(&pendulum, &TAPE, replace, parameter, &request)?.run()?);
+    for parameters in by.chunks(PARTS) {
+        all.push(DualRun::new(&pendulum, &TAPE, replace, parameters, &request)?.run()?, parameters.len());
     }
     Ok(all)
 }

@@ -1,0 +1,80 @@
+//! The results of a motion without derivatives.
+
+use std::io;
+
+use num_dual::Dual64;
+use qrm_core::Mechanism;
+
+use super::result::{Derivatives, OutputValues, Sensitivity};
+use super::{SensitivityEnd, SensitivityError, SensitivityRequest};
+use crate::integrate::MethodSettings;
+use crate::run::{End, ExtremesTracker, Integral, Observer, Request, Row, Status, simulate};
+
+/// The values whose derivatives are not asked for, by the steps of the kernel.
+///
+/// # Errors
+/// The motion does not come to its end.
+pub(super) fn values(mechanism: &dyn Mechanism, request: &SensitivityRequest) -> Result<Sensitivity, SensitivityError> {
+    let constants = |x: &[f64]| x.iter().map(|x| Dual64::from(*x)).collect::<Vec<_>>();
+    let until = |t: f64, q: &[f64], qd: &[f64]| match request.end {
+        Some(SensitivityEnd::Condition(condition)) => condition("", Dual64::from(t), &constants(q), &constants(qd)).re,
+        _ => 0.0,
+    };
+    let end = match request.end {
+        None => None,
+        Some(SensitivityEnd::Time(t)) => Some(End::Time(t)),
+        Some(SensitivityEnd::Condition(_)) => Some(End::Condition(&until)),
+    };
+    let settings = MethodSettings::default();
+    let mut columns = Columns::default();
+    let run = Request { settings, step: request.step, end, estimate_error: false };
+    let outcome = simulate(mechanism, &run, &mut columns).map_err(SensitivityError::Start)?;
+    let t = outcome.end_time;
+    match outcome.status {
+        Status::Completed | Status::Stopped => {}
+        Status::StoppedAtStart => return Err(SensitivityError::EventAtStart),
+        Status::StopNotReached { .. } => return Err(SensitivityError::EventNotReached { end_time: t }),
+        Status::Failed(error) => return Err(SensitivityError::Step { t, error }),
+        Status::NotFinite { t, .. } => return Err(SensitivityError::NotSmooth { t }),
+        // The columns take every row.
+        Status::Interrupted | Status::Unwritable(_) => {}
+    }
+    let value = |value: f64| Derivatives { value, by: Vec::new() };
+    let outputs = columns.outputs.iter().zip(&columns.integrals).enumerate();
+    let output = |(column, (end, integral)): (usize, (&f64, &Integral<f64>))| {
+        let extremes = columns.extremes.extremes(column)?;
+        let pair = |(found, t): (f64, f64)| [value(found), value(t)];
+        Some(OutputValues {
+            end: value(*end),
+            minimum: pair(extremes.minimum),
+            maximum: pair(extremes.maximum),
+            integral: value(integral.finish()),
+        })
+    };
+    Ok(Sensitivity {
+        end_time: value(t),
+        q: outcome.q.into_iter().map(value).collect(),
+        qd: outcome.qd.into_iter().map(value).collect(),
+        outputs: outputs.filter_map(output).collect(),
+    })
+}
+
+/// The columns of the outputs.
+#[derive(Default)]
+struct Columns {
+    extremes: ExtremesTracker,
+    integrals: Vec<Integral<f64>>,
+    /// The last row.
+    outputs: Vec<f64>,
+}
+
+impl Observer for Columns {
+    fn row(&mut self, row: &Row) -> io::Result<()> {
+        self.integrals.resize_with(row.outputs.len(), Integral::default);
+        self.integrals.iter_mut().zip(row.outputs).for_each(|(integral, value)| integral.row(row.t, *value));
+        self.extremes.row(row.t, row.outputs.iter().copied());
+        self.outputs.clear();
+        self.outputs.extend_from_slice(row.outputs);
+        Ok(())
+    }
+}
