@@ -217,16 +217,16 @@ fn text(path: &str, scene: &Scene, equations: &Equations, source: &str) -> Resul
     Ok(format!("{header}\n{}{}", spaced(&prettyplease::unparse(&module.file)), module.tape.text()))
 }
 
-/// The printer sets items and methods close together; a blank line between them makes them easier to find.
+/// Sets a blank line between items and between methods, and makes comments of the documentation of statements.
 fn spaced(text: &str) -> String {
     let mut spaced = String::new();
     let mut lines = text.lines().peekable();
     // The scene stands at the end, in a literal whose lines must stay as they are.
     let mut in_literal = false;
     while let Some(line) = lines.next() {
-        match line.trim_start().strip_prefix("block!(\"").and_then(|rest| rest.strip_suffix("\");")) {
-            Some(comment) if !in_literal => {
-                let indent = &line[..line.len() - line.trim_start().len()];
+        let is_before_statement = lines.peek().is_some_and(|next| next.trim_start().starts_with("let "));
+        match line.split_once("/// ") {
+            Some((indent, comment)) if is_before_statement && !in_literal => {
                 spaced += &format!("\n{indent}// {comment}");
             }
             _ => spaced += line,

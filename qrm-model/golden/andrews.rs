@@ -1617,8 +1617,6 @@ pub fn position<R: Scalar>(
     let v17 = v16 - zf_sin_v13;
     let g6_residual = v17 - v12;
 
-    // The constraint Jacobian C_q.
-
     // The reduced mass matrix Mbar.
     let v18 = sin_beta.mul_add(sin_v3, cos_beta * cos_v3);
     let mass_beta_beta = k.twice_rr_da_m2.neg_mul_add(v18, k.k1);

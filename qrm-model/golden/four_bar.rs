@@ -961,8 +961,6 @@ pub fn position<R: Scalar>(
     let v6 = l3_sin_v1 + l4_sin_v3;
     let close_y_residual = b_y + v6;
 
-    // The constraint Jacobian C_q.
-
     // The reduced mass matrix Mbar.
     let half_l3_cos_v1 = k.half_l3 * cos_v1;
     let half_l3_sin_v1 = k.half_l3 * sin_v1;

@@ -791,8 +791,6 @@ pub fn position<R: Scalar>(
     let a_y = p.a * sin_q_;
     let across_residual = sin_p_ + a_y;
 
-    // The constraint Jacobian C_q.
-
     // How dependent coordinates follow the others: C_q T = 0.
     let inv_across = cos_p_.recip();
     let p_per_q = a_x * inv_across;

@@ -70,6 +70,8 @@ pub(super) struct Body<'g> {
     taken: HashSet<String>,
     names: HashMap<Id, String>,
     statements: Vec<TokenStream>,
+    /// The comment of the next statement.
+    comment: Option<&'static str>,
     operations: Operations,
     unnamed: usize,
     /// After how much work each value is there, if that decides the order of operations.
@@ -111,6 +113,7 @@ impl<'g> Body<'g> {
             taken,
             names: HashMap::new(),
             statements: Vec::new(),
+            comment: None,
             operations: Operations::default(),
             unnamed: 0,
             depths,
@@ -165,15 +168,22 @@ impl<'g> Body<'g> {
         if !self.names.contains_key(&value) {
             let computed = self.compute(value).tokens;
             let name = format_ident!("{}", self.name(value, Some(name.to_owned())));
-            self.statements.push(quote!(let #name = #computed;));
+            self.push(quote!(let #name = #computed;));
         }
         let name = self.names[&value].clone();
         self.names.insert(input, name);
     }
 
-    /// A line of comment.
-    pub(super) fn comment(&mut self, text: &str) {
-        self.statements.push(quote!(block!(#text);));
+    /// Gives the next statement a line of comment.
+    pub(super) fn comment(&mut self, text: &'static str) {
+        self.comment = Some(text);
+    }
+
+    /// Adds a statement. The printer keeps documentation alone; `generate` makes comments of it.
+    fn push(&mut self, statement: TokenStream) {
+        let comment = self.comment.take().map(|text| format!(" {text}"));
+        let comment = comment.iter();
+        self.statements.push(quote!(#(#[doc = #comment])* #statement));
     }
 
     /// The name of a value that has been defined.
@@ -212,7 +222,7 @@ impl<'g> Body<'g> {
             Some(format_ident!("{name}"))
         });
         let call = |what: &str| value.call(what, &TokenStream::new()).tokens;
-        self.statements.push(match names {
+        self.push(match names {
             [Some(sine), Some(cosine)] => {
                 let call = call("sin_cos");
                 quote!(let (#sine, #cosine) = #call;)
@@ -229,7 +239,7 @@ impl<'g> Body<'g> {
         let value = self.compute(id).tokens;
         let hint = self.hint(id);
         let name = format_ident!("{}", self.name(id, hint));
-        self.statements.push(quote!(let #name = #value;));
+        self.push(quote!(let #name = #value;));
     }
 
     /// A name that says what a value is, if a short one can.

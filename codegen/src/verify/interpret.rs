@@ -87,8 +87,6 @@ impl Scope {
                     let value = self.value(&value.expr)?;
                     self.bind(&local.pat, value)?;
                 }
-                // A comment.
-                Stmt::Macro(_) => {}
                 Stmt::Expr(Expr::Assign(assignment), Some(_)) => {
                     let value = self.value(&assignment.right)?;
                     *self.entry(&assignment.left)? = value;

@@ -77,6 +77,7 @@ pub struct Parameters<R = f64> {
 impl<R: Scalar> Parameters<R> {
     /// The scene's values, some of them replaced; those that the scene computes from others follow.
     #[allow(non_snake_case)]
+    #[inline]
     pub fn with(replace: impl Fn(&str) -> Option<R>) -> Self {
         let a = replace("a").unwrap_or(R::from_f64(0.04));
         let b = replace("b").unwrap_or(R::from_f64(0.22));
@@ -689,8 +690,6 @@ pub fn position<R: Scalar>(
     let b_y = p.c * sin_arm;
     let y_residual = a_y + v3 - b_y;
 
-    // The constraint Jacobian C_q.
-
     // The reduced mass matrix Mbar.
     let mass_crank_rod = k.half_a_b_m_2
         * sin_crank.mul_add(sin_rod, cos_crank * cos_rod);
@@ -991,9 +990,9 @@ impl<R: Scalar> Kernel<R, 3, 2> for Wiper<R> {
     ) {
         for (output, value) in outputs
             .iter_mut()
-            .zip(outputs_at(self, position, t, q, qd, qdd, multipliers, angles))
+            .zip(&outputs_at(self, position, t, q, qd, qdd, multipliers, angles))
         {
-            *output = value;
+            *output = *value;
         }
     }
 
@@ -1051,9 +1050,9 @@ impl<R: Scalar> Kernel<R, 3, 2> for Wiper<R> {
     ) {
         for (output, value) in outputs
             .iter_mut()
-            .zip(self::outputs(self, t, q, qd, qdd, multipliers))
+            .zip(&self::outputs(self, t, q, qd, qdd, multipliers))
         {
-            *output = value;
+            *output = *value;
         }
     }
 }
