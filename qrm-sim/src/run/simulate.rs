@@ -20,7 +20,7 @@ use crate::state::State;
 const CHUNK: usize = 1024;
 
 /// One of so many steps of the kernel is made again by the plain functions.
-const SAMPLED: usize = 128;
+const SAMPLED: usize = 32;
 
 /// A run to make.
 pub struct Request<'a> {
