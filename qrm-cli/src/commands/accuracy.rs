@@ -38,7 +38,7 @@ pub(crate) struct Options {
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
     let begun = Instant::now();
     let setup = Setup::new(models, &options.scene, &MethodOptions::default())?;
-    let deadline = begun + budget(&options.budget)?;
+    let deadline = begun + budget(&options.budget)?.min(LONGEST);
     let study = Study::new(&setup, &options.at, options.reference, deadline)?;
     let out = options.out.of(setup.description);
     let (csv, svg) = (out.join("accuracy.csv"), out.join("accuracy.svg"));
@@ -64,6 +64,9 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     print(&(written(&files) + &warnings));
     if study.is_interrupted() { Err(Error::run("interrupted: what was measured is written")) } else { Ok(()) }
 }
+
+/// A budget beyond this is no limit.
+const LONGEST: Duration = Duration::from_secs(100 * 365 * 86_400);
 
 /// Reads `30s`, `500ms`, `2min` or a number of seconds.
 fn budget(text: &str) -> Result<Duration, Error> {

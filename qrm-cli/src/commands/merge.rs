@@ -7,7 +7,7 @@ use qrm_core::Model;
 
 use super::sweep::join;
 use crate::error::Error;
-use crate::output::print;
+use crate::output::{print, save};
 
 #[derive(Args)]
 pub(crate) struct Options {
@@ -22,6 +22,14 @@ pub(crate) struct Options {
 /// Joins the parts of a sweep that were computed apart.
 pub(crate) fn run(_models: &'static [Model], options: &Options) -> Result<(), Error> {
     let rows = join(&options.parts, &options.out)?;
-    print(&format!("wrote {} ({rows} designs)", options.out.display()));
+    let units = options.parts[0].with_extension("units.json");
+    let mut files = format!("wrote {} ({rows} designs", options.out.display());
+    // Parts may have been copied without their units.
+    if let Ok(text) = std::fs::read(&units) {
+        let path = options.out.with_extension("units.json");
+        save(&path, &text)?;
+        files += &format!("; units in {}", path.file_name().unwrap_or_default().display());
+    }
+    print(&(files + ")"));
     Ok(())
 }

@@ -14,6 +14,7 @@ use crate::error::Error;
 use qrm_sim::integrate::AUTO;
 use crate::options::{MethodOptions, OutFolder, SceneOptions};
 use crate::output::{print, save, save_json, written};
+use crate::progress::interrupted;
 use crate::setup::Setup;
 use limit::Limit;
 use survey::Survey;
@@ -65,6 +66,9 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
         save(&out.join("extremes.csv"), &table::cases(&cases)?)?;
         files.push("extremes.csv");
         print(&table::verdicts(&cases));
+        if interrupted() {
+            return Err(Error::run("interrupted: the cases that were finished are written"));
+        }
     }
     let files: Vec<String> = files.iter().map(|file| out.join(file).display().to_string()).collect();
     print(&(written(&files) + &warning));

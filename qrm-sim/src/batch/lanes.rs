@@ -110,14 +110,19 @@ impl<'a> LaneSweep<'a> {
         self.batch.set_parameters(&self.parameters);
     }
 
+    /// The latest end of a design.
+    fn end_time(&self, design: usize) -> f64 {
+        match self.request.end {
+            Some(SweepEnd::Time(t)) => t,
+            _ => self.designs[design].schedule().end_time,
+        }
+    }
+
     fn begin(&mut self, design: usize) -> Result<(RowRequest, State), StartError> {
         let mechanism = &*self.designs[design];
         let schedule = mechanism.schedule();
         let step = self.request.step.unwrap_or(schedule.step);
-        let end_time = match self.request.end {
-            Some(SweepEnd::Time(t)) => t,
-            _ => schedule.end_time,
-        };
+        let end_time = self.end_time(design);
         check_step(step, end_time)?;
         let first = first_state(mechanism, self.integrator.solver_mut())?;
         if self.condition(design, &first).is_some_and(|value| !value.is_finite()) {
@@ -242,6 +247,18 @@ impl<'a> LaneSweep<'a> {
         }
     }
 
+    /// The largest difference of a coordinate from the companion at the end of a design; zero where the companion makes
+    /// no step that ends there.
+    fn last_difference(&mut self, lane: usize, design: usize, has_companion: bool, at: &State) -> f64 {
+        let is_row = self.batch.steps(lane).is_multiple_of(2) && at.t >= self.end_time(design);
+        if !(has_companion && is_row) {
+            return 0.0;
+        }
+        let companion = self.state(|batch, row| batch.row(LaneRole::Companion, lane, row));
+        let difference = |end: State| end.q.iter().zip(&at.q).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()));
+        self.step_alone(design, &companion, at.t).map_or(f64::NAN, difference)
+    }
+
     /// Takes up the end of a lane's design.
     fn finish(&mut self, lane: usize, status: Status, at: &State) {
         let Some(Lane { design, has_companion, .. }) = self.lanes[lane].take() else { return };
@@ -258,6 +275,7 @@ impl<'a> LaneSweep<'a> {
         };
         let steps = self.batch.steps(lane);
         let [difference, size] = self.batch.difference(lane);
+        let difference = self.last_difference(lane, design, has_companion, at).max(difference);
         let size = size.max(largest(&at.q).1);
         let is_known = has_companion && steps >= 2 && difference.is_finite();
         let range = |(output, value): (usize, &f64)| {

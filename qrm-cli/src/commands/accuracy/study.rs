@@ -91,9 +91,11 @@ impl Study {
             return Err(Error::run("interrupted before anything was measured"));
         }
         match &samples[0].result {
-            Err(reason) if samples.iter().all(|sample| sample.result.is_err()) => {
-                Err(reason.clone().after("no method gets to the end: ").into())
-            }
+            Err(reason) if samples.iter().all(|sample| sample.result.is_err()) => match cut {
+                None => Err(reason.clone().after("no method gets to the end: ").into()),
+                Some(_) => Err(Error::run("nothing that was tried gets to the end, and finer steps were not measured")
+                    .help("give more time with `--budget`")),
+            },
             _ => Ok(Self { reference, samples, cut }),
         }
     }

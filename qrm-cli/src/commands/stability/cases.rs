@@ -55,19 +55,21 @@ pub(super) enum Verdict {
 /// The repetitions of each run.
 const PATIENCE: Repetitions = Repetitions { least: 3, time: Duration::from_millis(5) };
 
-/// Tries every method on every variant.
+/// Tries every method on every variant; those that an interrupt leaves unfinished are left out.
 pub(super) fn cases(models: &'static [Model], options: &SceneOptions, setup: &Setup) -> Result<Vec<Case>, Error> {
     let mut cases = Vec::new();
     for extreme in &setup.scene.extremes {
-        if interrupted() {
-            return Err(Error::run("interrupted"));
-        }
-        cases.push(case(models, options, setup, extreme)?);
+        cases.extend(case(models, options, setup, extreme)?);
     }
     Ok(cases)
 }
 
-fn case(models: &'static [Model], options: &SceneOptions, setup: &Setup, extreme: &Extreme) -> Result<Case, Error> {
+fn case(
+    models: &'static [Model],
+    options: &SceneOptions,
+    setup: &Setup,
+    extreme: &Extreme,
+) -> Result<Option<Case>, Error> {
     let parameters = setup.parameters();
     let set = |(place, value): &(usize, _)| {
         format!("{}={:?}", setup.scene.parameters[*place].name, constant(value, &parameters))
@@ -83,6 +85,9 @@ fn case(models: &'static [Model], options: &SceneOptions, setup: &Setup, extreme
         Case { name: extreme.name.clone(), set: changed.join(" "), origin: String::new(), results: Vec::new() };
     let mut exact: Option<Result<Exact, String>> = None;
     for method in methods {
+        if interrupted() {
+            return Ok(None);
+        }
         let tolerance = method.is_adaptive().then(|| TOLERANCE.to_owned());
         let how = MethodOptions { method, tolerance, ..MethodOptions::default() };
         let variant = Setup::new(models, &varied, &how)?;
@@ -94,7 +99,7 @@ fn case(models: &'static [Model], options: &SceneOptions, setup: &Setup, extreme
         Some(Err(reason)) => reason,
         None => String::new(),
     };
-    Ok(case)
+    Ok((!interrupted()).then_some(case))
 }
 
 /// The known values at the end of a variant.

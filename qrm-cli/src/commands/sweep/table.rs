@@ -134,6 +134,10 @@ pub(crate) fn join(parts: &[PathBuf], out: &Path) -> Result<usize, Error> {
             return Err(Error::usage(format!("{} is no table of a sweep in CSV", path.display()))
                 .help("let each part write a file that ends in `.csv`"));
         }
+        if !first.ends_with('\n') {
+            return Err(Error::usage(format!("{} ends in its first line", path.display()))
+                .help("it was cut off: run this part again"));
+        }
         match &header {
             None => {
                 readers.push(Box::new(io::Cursor::new(first.clone().into_bytes())));
