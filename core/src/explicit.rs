@@ -102,7 +102,8 @@ pub(crate) fn evaluate<K: Kernel<f64, N, M>, const N: usize, const M: usize>(
             end.project_rates(kernel, &position);
         }
         let (qdd, multipliers) = kernel.accelerations(&position, t, &end.q, &end.qd, &end.angles);
-        if !(kernel.growth_factor(&position) <= MAX_GROWTH && qdd.iter().chain(&multipliers).all(|x| x.is_finite())) {
+        let mut numbers = qdd.iter().chain(&multipliers).chain(&end.q).chain(&end.qd);
+        if !(kernel.growth_factor(&position) <= MAX_GROWTH && numbers.all(|x| x.is_finite())) {
             return None;
         }
         match &mut evaluation {

@@ -179,6 +179,11 @@ impl<'g> Body<'g> {
         self.comment = Some(text);
     }
 
+    /// Forgets a comment that no statement followed.
+    pub(super) fn end_comment(&mut self) {
+        self.comment = None;
+    }
+
     /// Adds a statement. The printer keeps documentation alone; `generate` makes comments of it.
     fn push(&mut self, statement: TokenStream) {
         let comment = self.comment.take().map(|text| format!(" {text}"));

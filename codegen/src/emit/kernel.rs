@@ -578,6 +578,7 @@ fn define(body: &mut Body, locals: &[&Local], named: &HashSet<Id>) {
         }
         body.define_local(local.value.id, local.input.id, &local.name, named);
     }
+    body.end_comment();
 }
 
 /// The coordinate whose sine or cosine an operation is.

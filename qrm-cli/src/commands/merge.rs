@@ -22,13 +22,16 @@ pub(crate) struct Options {
 /// Joins the parts of a sweep that were computed apart.
 pub(crate) fn run(_models: &'static [Model], options: &Options) -> Result<(), Error> {
     let rows = join(&options.parts, &options.out)?;
-    let units = options.parts[0].with_extension("units.json");
     let mut files = format!("wrote {} ({rows} designs", options.out.display());
-    // Parts may have been copied without their units.
-    if let Ok(text) = std::fs::read(&units) {
-        let path = options.out.with_extension("units.json");
-        save(&path, &text)?;
-        files += &format!("; units in {}", path.file_name().unwrap_or_default().display());
+    let units = options.out.with_extension("units.json");
+    // Parts may have been copied without their units; those of an earlier table would pass for this one's.
+    let found = options.parts.iter().find_map(|part| std::fs::read(part.with_extension("units.json")).ok());
+    match found {
+        Some(text) => {
+            save(&units, &text)?;
+            files += &format!("; units in {}", units.file_name().unwrap_or_default().display());
+        }
+        None => _ = std::fs::remove_file(&units),
     }
     print(&(files + ")"));
     Ok(())

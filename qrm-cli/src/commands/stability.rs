@@ -9,9 +9,9 @@ mod table;
 
 use clap::Args;
 use qrm_core::Model;
+use qrm_sim::integrate::AUTO;
 
 use crate::error::Error;
-use qrm_sim::integrate::AUTO;
 use crate::options::{MethodOptions, OutFolder, SceneOptions};
 use crate::output::{print, save, save_json, written};
 use crate::progress::interrupted;
@@ -36,7 +36,7 @@ const TOLERANCE: &str = "1e-9";
 /// Prints how fast a mechanism reacts along its motion, what that asks of methods, and what becomes of them in extreme
 /// cases.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
-        let how = MethodOptions { method: AUTO, tolerance: Some(TOLERANCE.to_owned()), ..MethodOptions::default() };
+    let how = MethodOptions { method: AUTO, tolerance: Some(TOLERANCE.to_owned()), ..MethodOptions::default() };
     let setup = Setup::new(models, &options.scene, &how)?;
     if setup.description.coordinates.len() == setup.description.constraints.len() {
         return Err(Error::usage(
@@ -62,15 +62,17 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     }
     if !options.no_extremes && !setup.scene.extremes.is_empty() {
         let cases = cases::cases(models, &options.scene, &setup)?;
-        print(&table::text(&cases));
-        save(&out.join("extremes.csv"), &table::cases(&cases)?)?;
-        files.push("extremes.csv");
-        print(&table::verdicts(&cases));
-        if interrupted() {
-            return Err(Error::run("interrupted: the cases that were finished are written"));
+        if !cases.is_empty() {
+            print(&table::text(&cases));
+            save(&out.join("extremes.csv"), &table::cases(&cases)?)?;
+            files.push("extremes.csv");
+            print(&table::verdicts(&cases));
         }
     }
     let files: Vec<String> = files.iter().map(|file| out.join(file).display().to_string()).collect();
     print(&(written(&files) + &warning));
+    if interrupted() {
+        return Err(Error::run("interrupted: the cases that were finished are written"));
+    }
     survey.problem.map_or(Ok(()), Err)
 }

@@ -85,7 +85,8 @@ pub enum SensitivityEnd<'a> {
     Condition(&'a DualCondition<'a>),
 }
 
-/// A function of the parameter's name, time, coordinates and rates, with its derivative by that parameter.
+/// A function of the parameter's name, time, coordinates and rates, with its derivative by that parameter. It is called
+/// for one parameter after another, and without a name where the value alone is needed.
 ///
 /// The arguments carry their own derivatives. Where the function depends on the parameter itself, it has to add that
 /// part.

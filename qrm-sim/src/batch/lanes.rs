@@ -180,7 +180,7 @@ impl<'a> LaneSweep<'a> {
             let mut to = self.state(|batch, row| batch.row(LaneRole::Main, lane, row));
             let from = self.state(|batch, row| batch.row_before(lane, row));
             if !self.batch.is_reliable(lane) {
-                match self.step_alone(design, &from, to.t) {
+                match self.robust_step(design, &from, to.t) {
                     Ok(robust) => {
                         robust.write(&mut self.row);
                         self.batch.set_row(LaneRole::Main, lane, &self.row);
@@ -220,6 +220,13 @@ impl<'a> LaneSweep<'a> {
         }
     }
 
+    /// A step of a design by the plain functions.
+    fn robust_step(&mut self, design: usize, from: &State, t: f64) -> Result<State, StepError> {
+        let mut to = from.clone();
+        self.integrator.advance_by_functions(&*self.designs[design], from, t, &mut to)?;
+        Ok(to)
+    }
+
     /// A step of a design by itself.
     fn step_alone(&mut self, design: usize, from: &State, t: f64) -> Result<State, StepError> {
         let mut to = from.clone();
@@ -237,7 +244,7 @@ impl<'a> LaneSweep<'a> {
             let design = *design;
             let from = self.state(|batch, row| batch.row_before(lane, row));
             let main = self.state(|batch, row| batch.row(LaneRole::Main, lane, row));
-            let robust = self.step_alone(design, &from, main.t);
+            let robust = self.robust_step(design, &from, main.t);
             if let (Err(_), Some(lane)) = (&robust, &mut self.lanes[lane]) {
                 lane.has_companion = false;
             }
@@ -247,16 +254,22 @@ impl<'a> LaneSweep<'a> {
         }
     }
 
-    /// The largest difference of a coordinate from the companion at the end of a design; zero where the companion makes
-    /// no step that ends there.
-    fn last_difference(&mut self, lane: usize, design: usize, has_companion: bool, at: &State) -> f64 {
-        let is_row = self.batch.steps(lane).is_multiple_of(2) && at.t >= self.end_time(design);
-        if !(has_companion && is_row) {
-            return 0.0;
+    /// The largest difference of a coordinate from the companion in any row that both have; `None` if there is no such
+    /// row, or the companion broke off.
+    fn difference(&mut self, lane: usize, design: usize, has_companion: bool, at: &State) -> Option<f64> {
+        let steps = self.batch.steps(lane);
+        let [difference, _] = self.batch.difference(lane);
+        // The companion has not made the step that ends with the design.
+        let ends_together = steps.is_multiple_of(2) && at.t >= self.end_time(design);
+        if !has_companion || steps < if ends_together { 2 } else { 3 } {
+            return None;
+        }
+        if !ends_together {
+            return Some(difference);
         }
         let companion = self.state(|batch, row| batch.row(LaneRole::Companion, lane, row));
-        let difference = |end: State| end.q.iter().zip(&at.q).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()));
-        self.step_alone(design, &companion, at.t).map_or(f64::NAN, difference)
+        let end = self.step_alone(design, &companion, at.t).ok()?;
+        Some(end.q.iter().zip(&at.q).fold(difference, |most, (own, q)| most.max((own - q).abs())))
     }
 
     /// Takes up the end of a lane's design.
@@ -274,10 +287,8 @@ impl<'a> LaneSweep<'a> {
             None => status,
         };
         let steps = self.batch.steps(lane);
-        let [difference, size] = self.batch.difference(lane);
-        let difference = self.last_difference(lane, design, has_companion, at).max(difference);
-        let size = size.max(largest(&at.q).1);
-        let is_known = has_companion && steps >= 2 && difference.is_finite();
+        let difference = self.difference(lane, design, has_companion, at).filter(|difference| difference.is_finite());
+        let size = self.batch.difference(lane)[1].max(largest(&at.q).1);
         let range = |(output, value): (usize, &f64)| {
             let [low, high] = self.batch.range(lane, output);
             [low.min(*value), high.max(*value)]
@@ -290,7 +301,7 @@ impl<'a> LaneSweep<'a> {
             q: at.q.clone(),
             qd: at.qd.clone(),
             extremes,
-            estimated_error: is_known.then(|| estimated_error(difference / RICHARDSON_FACTOR, size, steps)),
+            estimated_error: difference.map(|difference| estimated_error(difference / RICHARDSON_FACTOR, size, steps)),
         });
     }
 }

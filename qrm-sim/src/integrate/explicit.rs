@@ -90,11 +90,11 @@ impl Explicit {
         stages: Range<usize>,
         work: &mut Work,
     ) -> Result<(), StepError> {
-        *work.evaluations += stages.len() as u64;
         let Tableau { nodes, rows, .. } = self.tableau;
         let request = StageRequest { t: from.t, h, stages: stages.clone(), nodes, rows };
         let (rates, accelerations) = (self.stages.rates.entries_mut(), self.stages.accelerations.entries_mut());
         if mechanism.stages(&request, &from.q, rates, accelerations) {
+            *work.evaluations += stages.len() as u64;
             return Ok(());
         }
         for stage in stages {
@@ -103,6 +103,7 @@ impl Explicit {
             let qdd = &mut self.stages.accelerations[stage];
             work.solver.accelerations(mechanism, t, (&self.q, &self.qd), (qdd, &mut self.multipliers))?;
             self.stages.rates[stage].copy_from_slice(&self.qd);
+            *work.evaluations += 1;
         }
         Ok(())
     }

@@ -280,7 +280,9 @@ impl Solver {
         if projection.is_by_kernel(&tolerance) && self.project_by_kernel(mechanism, tolerance.residual, state) {
             return Ok(());
         }
-        self.factor_mass(mechanism, &state.q);
+        if projection == Projection::Mass {
+            self.factor_mass(mechanism, &state.q);
+        }
         self.projected_by_functions(mechanism, (projection, tolerance), state)
     }
 

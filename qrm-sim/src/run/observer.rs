@@ -17,7 +17,7 @@ pub struct Row<'a> {
     pub multipliers: &'a [f64],
     /// Outputs.
     pub outputs: &'a [f64],
-    /// All numbers of the row, in the order of [`columns`](crate::columns::columns).
+    /// All numbers of the row, in the order of [`columns`](crate::columns::columns): tables copy them as they are.
     pub columns: &'a [f64],
     /// Largest residual of the constraints.
     pub residual_position: f64,

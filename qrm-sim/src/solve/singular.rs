@@ -20,7 +20,9 @@ const MOST_SWEEPS: usize = 30;
 
 /// Inverse iteration ends when the value changes by no more than this part, or after so many solves.
 const SETTLED: f64 = 1e-6;
-const MOST_INVERSE_ITERATIONS: usize = 10;
+const MOST_INVERSE_ITERATIONS: usize = 20;
+/// The part of a fixed combination in the first one.
+const MIXED: f64 = 1e-3;
 
 /// The singular values of more rows than this take too long to find anew: they are followed from matrix to matrix.
 const MANY: usize = 16;
@@ -41,7 +43,7 @@ impl SmallestSingularValue {
 
     /// The smallest singular value; `None` without rows.
     ///
-    /// That of many rows, which must change little from one call to the next, follows from the last combination.
+    /// That of many rows is searched from the last combination, soonest where the matrix has changed little.
     pub fn find(&mut self, matrix: &Matrix) -> Option<f64> {
         if self.is_tracking
             && let Some(value) = self.track(matrix)
@@ -99,6 +101,10 @@ impl SmallestSingularValue {
         if !self.factors.factor_products(&self.products) {
             return None;
         }
+        // No part may vanish for good: another combination may become the shortest.
+        for (k, part) in self.combination.iter_mut().enumerate() {
+            *part += MIXED * (1.0 + 0.1 * (k as f64).sin());
+        }
         let mut length = f64::NAN;
         for _ in 0..MOST_INVERSE_ITERATIONS {
             let before = length;
@@ -106,10 +112,10 @@ impl SmallestSingularValue {
             length = dot(&self.combination, &self.combination).sqrt();
             self.combination.iter_mut().for_each(|part| *part /= length);
             if (length - before).abs() <= SETTLED * length {
-                break;
+                return Some(length.sqrt().recip());
             }
         }
-        length.is_finite().then(|| length.sqrt().recip())
+        None
     }
 }
 

@@ -93,8 +93,11 @@ impl Study {
         match &samples[0].result {
             Err(reason) if samples.iter().all(|sample| sample.result.is_err()) => match cut {
                 None => Err(reason.clone().after("no method gets to the end: ").into()),
-                Some(_) => Err(Error::run("nothing that was tried gets to the end, and finer steps were not measured")
-                    .help("give more time with `--budget`")),
+                Some(Cut::Interrupted) => Err(Error::run("interrupted before anything got to the end")),
+                Some(Cut::Budget) => {
+                    let text = "nothing that was tried gets to the end, and finer steps were not measured";
+                    Err(Error::run(text).help("give more time with `--budget`"))
+                }
             },
             _ => Ok(Self { reference, samples, cut }),
         }

@@ -1,6 +1,6 @@
 //! A motion with its derivatives by parameters.
 
-use qrm_core::{Dual, Mechanism, Replace, RowRequest, Scalar, Tape};
+use qrm_core::{Mechanism, Replace, RowRequest, Scalar, Tape};
 
 use super::event::Condition;
 use super::number::{Derived, Number, PARTS, derivatives, has_derivatives, number};
@@ -40,9 +40,12 @@ impl<'a> DualRun<'a> {
         };
         let places = parameters.iter().map(place).collect::<Result<Vec<usize>, _>>()?;
         let mut stepper = DualStepper::new(mechanism, tape, parameters.len());
-        stepper.evaluator.set_parameters(|i| match places.iter().position(|place| *place == i) {
-            Some(part) => Some(Dual(Derived::from_re(mechanism.parameters()[i]).derivative(part))),
-            None => replace(own[i].name).map(Number::from_f64),
+        stepper.evaluator.set_parameters(|i| {
+            if !places.contains(&i) {
+                return replace(own[i].name).map(Number::from_f64);
+            }
+            let is_own = |part: usize| if places.get(part) == Some(&i) { 1.0 } else { 0.0 };
+            Some(number(mechanism.parameters()[i], std::array::from_fn(is_own)))
         });
         let schedule = stepper.evaluator.schedule();
         let end_time = match request.end {

@@ -3,7 +3,7 @@
 use num_dual::Dual64;
 use qrm_core::{Mechanism, Scalar};
 
-use super::number::{Number, PARTS, derivatives, has_derivatives, number, parts};
+use super::number::{Number, PARTS, derivatives, has_derivatives, number, of_part, of_parts};
 use super::step::{DualState, DualStepper, real};
 use super::{SensitivityEnd, SensitivityError};
 use crate::run::locate;
@@ -24,8 +24,8 @@ impl Condition<'_> {
                 let mut value = 0.0;
                 let mut by = [0.0; PARTS];
                 for (part, parameter) in self.parameters.iter().enumerate() {
-                    let t = super::number::part(&at.t, part);
-                    let found = condition(parameter, t, &parts(&at.q, part), &parts(&at.qd, part));
+                    let t = of_part(&at.t, part);
+                    let found = condition(parameter, t, &of_parts(&at.q, part), &of_parts(&at.qd, part));
                     (value, by[part]) = (found.re, found.eps);
                 }
                 Some(number(value, by))
@@ -51,13 +51,17 @@ impl Condition<'_> {
             let at = stepper.step(from, t)?;
             Ok(self.value(stepper, &at).unwrap_or_else(Number::zero))
         };
-        // The second end moves with a parameter that time itself is.
-        let (fixed, moving) = (value(Number::from_f64(t))?, value(number(t, [1.0; PARTS]))?);
+        let fixed = value(Number::from_f64(t))?;
         if !has_derivatives(&fixed) {
             return Err(SensitivityError::NotSmooth { t });
         }
-        let (by_parameter, by_both) = (derivatives(&fixed), derivatives(&moving));
-        let by_time = by_both[0] - by_parameter[0];
+        let by_parameter = derivatives(&fixed);
+        // The derivative by time comes on top of that by a parameter: the smallest one leaves it the most digits.
+        let used = 0..self.parameters.len();
+        let smallest = |a: &usize, b: &usize| by_parameter[*a].abs().total_cmp(&by_parameter[*b].abs());
+        let part = used.min_by(smallest).unwrap_or(0);
+        let moving = value(number(t, std::array::from_fn(|other| if other == part { 1.0 } else { 0.0 })))?;
+        let by_time = derivatives(&moving)[part] - by_parameter[part];
         if !(by_time > 0.0) {
             return Err(SensitivityError::GrazingEvent { t });
         }

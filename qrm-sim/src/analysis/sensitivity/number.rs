@@ -25,13 +25,13 @@ pub(super) fn derivatives(number: &Number) -> [f64; PARTS] {
 }
 
 /// A number with its derivative by one of the parameters.
-pub(super) fn part(number: &Number, place: usize) -> Dual64 {
+pub(super) fn of_part(number: &Number, place: usize) -> Dual64 {
     Dual64::new(number.0.re, derivatives(number)[place])
 }
 
 /// Numbers with their derivatives by one of the parameters.
-pub(super) fn parts(numbers: &[Number], place: usize) -> Vec<Dual64> {
-    numbers.iter().map(|number| part(number, place)).collect()
+pub(super) fn of_parts(numbers: &[Number], place: usize) -> Vec<Dual64> {
+    numbers.iter().map(|number| of_part(number, place)).collect()
 }
 
 /// Whether all derivatives are finite.

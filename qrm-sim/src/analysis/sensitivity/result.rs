@@ -2,7 +2,7 @@
 
 use qrm_core::Dual;
 
-use super::number::{Derived, part};
+use super::number::{Derived, of_part};
 use crate::run::Extremes;
 
 /// The end of a motion and its outputs, with derivatives by parameters.
@@ -79,6 +79,6 @@ impl Sensitivity {
 impl Derivatives {
     fn push(&mut self, number: Derived, count: usize) {
         self.value = number.re;
-        self.by.extend((0..count).map(|place| part(&Dual(number), place).eps));
+        self.by.extend((0..count).map(|place| of_part(&Dual(number), place).eps));
     }
 }

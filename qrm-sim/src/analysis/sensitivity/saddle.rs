@@ -16,7 +16,7 @@ pub(super) struct DualSaddlePoint {
     parts: usize,
     x: Vec<f64>,
     w: Vec<f64>,
-    /// The right sides for the derivatives, and then these.
+    /// The right sides for the derivatives, and then the derivatives.
     dx: Vec<[f64; PARTS]>,
     dw: Vec<[f64; PARTS]>,
     part: (Vec<f64>, Vec<f64>),
@@ -78,6 +78,9 @@ impl DualSaddlePoint {
             *bias = derivatives(given).map(|derivative| -derivative);
             subtract_products(bias, &equations.jacobian[k * n..], 1, &self.x);
         }
+        for unused in self.parts..PARTS {
+            self.dx.iter_mut().chain(&mut self.dw).for_each(|all| all[unused] = 0.0);
+        }
         for part in 0..self.parts {
             let real = &mut reals.dynamics;
             real.generalized_forces.iter_mut().zip(&self.dx).for_each(|(force, all)| *force = all[part]);
@@ -121,7 +124,7 @@ fn join(values: &[f64], derivatives: &[[f64; PARTS]], numbers: &mut [Number]) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::number::part;
+    use super::super::number::of_part;
     use super::*;
 
     fn dual(value: f64, by_p: f64, by_f: f64) -> Number {
@@ -143,7 +146,7 @@ mod tests {
         let mut saddle = DualSaddlePoint::zero(2, 1, 2);
         saddle.solve(&equations, &mut x, &mut multipliers).expect("regular");
         let near = |number: &Number, place: usize, expected: [f64; 2]| {
-            let found = part(number, place);
+            let found = of_part(number, place);
             assert!((found.re - expected[0]).abs() < 1e-15 && (found.eps - expected[1]).abs() < 1e-15, "{found:?}");
         };
         for x in &x {
