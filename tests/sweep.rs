@@ -161,3 +161,23 @@ fn designs_that_break_off_do_not_stop_the_others() {
         assert_eq!(stopped, i % 2 == 0, "design {i}: {:?}", finished.status);
     }
 }
+
+#[test]
+fn errors_are_estimated_as_alone_however_few_the_steps() {
+    let designs = designs(5);
+    for count in 1..=6 {
+        let at_row = SweepEnd::Time(0.02 * f64::from(count));
+        let t = 0.02 * (f64::from(count) - 0.5);
+        let between = |_: usize, now: f64, _: &[f64], _: &[f64]| now - t;
+        for end in [at_row, SweepEnd::Condition(&between)] {
+            let request = SweepRequest { step: Some(0.02), end: Some(end), extremes: false, estimate_error: true };
+            let [lanes, alone] = [LaneCount::Most, LaneCount::One].map(|lanes| sweep(&designs, &request, lanes));
+            for (lanes, alone) in lanes.iter().zip(&alone) {
+                match (lanes.estimated_error, alone.estimated_error) {
+                    (Some(lanes), Some(alone)) => assert_near("error", lanes, alone, 1e-6 * alone),
+                    (lanes, alone) => assert_eq!(lanes, alone, "{count} steps"),
+                }
+            }
+        }
+    }
+}
