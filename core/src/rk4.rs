@@ -158,7 +158,8 @@ fn looped<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
     loop {
         if pass < 4 {
             let part = if pass == 3 { h } else { half };
-            let (v, a) = slopes[pass - 1];
+            // Every index is within; where the loop is not unrolled, only this way no panic can be reached.
+            let (v, a) = slopes.get(pass - 1).copied().unwrap_or(slopes[0]);
             let dq = scaled(part, &v);
             end.q = sum(&from.q, &dq);
             end.qd = along(&from.qd, part, &a);
@@ -186,7 +187,9 @@ fn looped<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
         if pass == 5 {
             return finish(kernel, end, (qdd, multipliers), position, growth);
         }
-        slopes[pass] = (end.qd, qdd);
+        if let Some(slope) = slopes.get_mut(pass) {
+            *slope = (end.qd, qdd);
+        }
         last = Some(position);
         pass += 1;
         if pass == 4 {
