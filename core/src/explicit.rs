@@ -43,7 +43,7 @@ pub struct ProjectionResult {
     pub corrections: u32,
 }
 
-/// What a kernel is asked for.
+/// A request to a kernel.
 pub(crate) enum Evaluation<'a, const N: usize> {
     /// Rates and accelerations at stages, `N` numbers each, of a step from coordinates.
     Stages { request: &'a StageRequest<'a>, q: &'a [f64; N], rates: &'a mut [f64], accelerations: &'a mut [f64] },

@@ -137,8 +137,8 @@ pub trait Generated<const N: usize, const M: usize>: 'static {
 
     /// The mechanism with these values of its parameters, in the order of the description.
     ///
-    /// This method and [`batch`](Self::batch) are compiled with the module of their mechanism; what they call is inline.
-    /// Where a single mechanism changes, nothing is compiled for the others.
+    /// This method and [`batch`](Self::batch) are compiled with the module of their mechanism, and what they call is
+    /// inline. Where a single mechanism changes, nothing is compiled for the others.
     #[cfg(feature = "std")]
     fn mechanism(values: Vec<f64>) -> Box<dyn Mechanism>
     where

@@ -22,9 +22,9 @@ use number::PARTS;
 
 /// Derivatives of the end of a motion, and of its outputs, by parameters at the values that `replace` gives them.
 ///
-/// The motion is computed for up to eight parameters `p` at once, on dual numbers, by the classical Runge-Kutta method with a
-/// fixed step and the projection in the mass metric after each step. With `qdd` and `lambda` known, their derivatives
-/// follow from those of the equations of motion:
+/// The motion is computed for up to eight parameters `p` at once, on dual numbers, by the classical Runge-Kutta method
+/// with a fixed step and the projection in the mass metric after each step. With `qdd` and `lambda` known, their
+/// derivatives follow from those of the equations of motion:
 ///
 /// ```text
 /// | Mbar  C_q' | | dqdd/dp    |     | d(Mbar qdd + C_q' lambda - fbar)/dp |
@@ -43,7 +43,8 @@ use number::PARTS;
 /// # fn by(model: &Model) -> Result<(), SensitivityError> {
 /// let request = SensitivityRequest { by: &["k", "c"], step: None, end: None };
 /// let found = sensitivity(model, &|_| None, &request)?;
-/// println!("the largest output {} and its derivatives {:?}", found.outputs[0].maximum[0].value, found.outputs[0].maximum[0].by);
+/// let [largest, _] = &found.outputs[0].maximum;
+/// println!("the largest output {} and its derivatives {:?}", largest.value, largest.by);
 /// # Ok(())
 /// # }
 /// ```

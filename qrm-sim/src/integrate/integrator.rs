@@ -18,7 +18,7 @@ pub struct Integrator {
     steps: Steps,
     /// Room for the two rows of a step.
     pair: [State; 2],
-    /// The same as numbers.
+    /// Room for the two rows of a step, as numbers.
     rows: Vec<f64>,
 }
 
@@ -86,7 +86,7 @@ impl Integrator {
         &self.solver.stats
     }
 
-    /// What solves the linear equations.
+    /// The solver of the linear equations.
     pub(crate) fn solver_mut(&mut self) -> &mut Solver {
         &mut self.solver
     }
@@ -286,7 +286,7 @@ impl Solver {
         self.projected_by_functions(mechanism, (projection, tolerance), state)
     }
 
-    /// The same by the plain functions, in the metric that is known.
+    /// Projects and completes a state by the plain functions, in the metric that is known.
     ///
     /// # Errors
     /// The projection does not converge, or the accelerations are not determined.

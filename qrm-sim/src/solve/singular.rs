@@ -31,8 +31,7 @@ impl SmallestSingularValue {
     /// Room for matrices of this size.
     pub fn new(rows: usize, columns: usize) -> Self {
         Self {
-            // No two parts alike: a combination must not be missed for symmetry.
-            combination: (0..rows).map(|k| 1.0 + 0.1 * (k as f64).sin()).collect(),
+            combination: (0..rows).map(uneven).collect(),
             rows: Matrix::zero(rows, columns),
             rotations: Matrix::zero(rows, rows),
             products: Matrix::zero(rows, rows),
@@ -103,7 +102,7 @@ impl SmallestSingularValue {
         }
         // No part may vanish for good: another combination may become the shortest.
         for (k, part) in self.combination.iter_mut().enumerate() {
-            *part += MIXED * (1.0 + 0.1 * (k as f64).sin());
+            *part += MIXED * uneven(k);
         }
         let mut length = f64::NAN;
         for _ in 0..MOST_INVERSE_ITERATIONS {
@@ -117,6 +116,11 @@ impl SmallestSingularValue {
         }
         None
     }
+}
+
+/// The parts of a combination of which no two are alike, so that none is missed for symmetry.
+fn uneven(k: usize) -> f64 {
+    1.0 + 0.1 * (k as f64).sin()
 }
 
 fn rotate(rows: &mut Matrix, (p, q): (usize, usize), cos: f64, sin: f64) {

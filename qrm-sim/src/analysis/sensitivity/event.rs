@@ -5,7 +5,7 @@ use qrm_core::{Mechanism, Scalar};
 
 use super::number::{Number, PARTS, derivatives, has_derivatives, number, of_part, of_parts};
 use super::step::{DualState, DualStepper, real};
-use super::{SensitivityEnd, SensitivityError};
+use super::{DualCondition, SensitivityEnd, SensitivityError};
 use crate::run::locate;
 use crate::state::State;
 
@@ -69,10 +69,15 @@ impl Condition<'_> {
     }
 
     fn real_value(&self, mechanism: &dyn Mechanism, at: &State) -> f64 {
-        let (Some(SensitivityEnd::Condition(condition)), [parameter, ..]) = (self.end, self.parameters) else {
-            return mechanism.event(at.t, &at.q, &at.qd).unwrap_or(0.0);
-        };
-        let constants = |x: &[f64]| x.iter().map(|x| Dual64::from(*x)).collect::<Vec<_>>();
-        condition(parameter, Dual64::from(at.t), &constants(&at.q), &constants(&at.qd)).re
+        match self.end {
+            Some(SensitivityEnd::Condition(condition)) => value_alone(condition, at.t, &at.q, &at.qd),
+            _ => mechanism.event(at.t, &at.q, &at.qd).unwrap_or(0.0),
+        }
     }
+}
+
+/// The value of a condition without derivatives.
+pub(super) fn value_alone(condition: &DualCondition, t: f64, q: &[f64], qd: &[f64]) -> f64 {
+    let constants = |x: &[f64]| x.iter().map(|x| Dual64::from(*x)).collect::<Vec<_>>();
+    condition("", Dual64::from(t), &constants(q), &constants(qd)).re
 }

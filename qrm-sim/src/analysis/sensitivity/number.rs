@@ -9,7 +9,7 @@ pub(super) const PARTS: usize = 8;
 /// A value with its derivatives.
 pub(super) type Derived = DualSVec64<PARTS>;
 
-/// The same as a number of tapes.
+/// A value with its derivatives, as the scalar that a tape is evaluated on.
 pub(super) type Number = Dual<Derived>;
 
 /// A number by its value and derivatives.

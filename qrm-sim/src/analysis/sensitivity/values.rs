@@ -2,9 +2,9 @@
 
 use std::io;
 
-use num_dual::Dual64;
 use qrm_core::Mechanism;
 
+use super::event::value_alone;
 use super::result::{Derivatives, OutputValues, Sensitivity};
 use super::{SensitivityEnd, SensitivityError, SensitivityRequest};
 use crate::integrate::MethodSettings;
@@ -15,9 +15,8 @@ use crate::run::{End, ExtremesTracker, Integral, Observer, Request, Row, Status,
 /// # Errors
 /// The motion does not come to its end.
 pub(super) fn values(mechanism: &dyn Mechanism, request: &SensitivityRequest) -> Result<Sensitivity, SensitivityError> {
-    let constants = |x: &[f64]| x.iter().map(|x| Dual64::from(*x)).collect::<Vec<_>>();
     let until = |t: f64, q: &[f64], qd: &[f64]| match request.end {
-        Some(SensitivityEnd::Condition(condition)) => condition("", Dual64::from(t), &constants(q), &constants(qd)).re,
+        Some(SensitivityEnd::Condition(condition)) => value_alone(condition, t, q, qd),
         _ => 0.0,
     };
     let end = match request.end {
