@@ -1,11 +1,14 @@
 //! A generated module is run, as syntax, before it is written, and compared with the scene itself: formulae evaluated
 //! with automatic differentiation that shares nothing with the engine, the graph or the printer.
 
+mod equations;
 mod expected;
+mod gradients;
 mod interpret;
 mod kernel;
 mod linearization;
 mod loads;
+mod sample;
 mod tape;
 
 use std::collections::HashMap;
@@ -14,10 +17,11 @@ use syn::{ImplItem, Item};
 
 use crate::emit::OwnedTape;
 use crate::term::{Equations, Symbol, Term};
-use expected::{Expected, Sample};
+use expected::Expected;
 use interpret::{Value, run, run_block};
 use qrm_scene::evaluate::{State, constant, parameter_values};
 use qrm_scene::scene::{Coordinate, Scene, Start, Value as Formula};
+use sample::Sample;
 
 /// How many random states are compared; fewer of large mechanisms, whose matrices are mostly zeros.
 const STATES: usize = 40;

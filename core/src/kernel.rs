@@ -7,7 +7,7 @@ extern crate alloc;
 use alloc::{boxed::Box, vec::Vec};
 
 use crate::angles::Angles;
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 use crate::batch::{BatchRequest, SimdBatch, Width, batch};
 use crate::description::Description;
 #[cfg(feature = "std")]
@@ -148,7 +148,7 @@ pub trait Generated<const N: usize, const M: usize>: 'static {
     }
 
     /// Motions in lanes: see [`Model::batch`](crate::Model::batch).
-    #[cfg(feature = "std")]
+    #[cfg(feature = "simd")]
     fn batch(width: Width, request: BatchRequest, residual: f64) -> Option<Box<dyn SimdBatch>>
     where
         Self: Sized,

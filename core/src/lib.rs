@@ -23,7 +23,7 @@ extern crate std;
 compile_error!("qrm-core needs one of its features: `std`, or `libm` where there is no standard library");
 
 mod angles;
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 mod batch;
 mod description;
 mod digest;
@@ -32,11 +32,11 @@ mod double_double;
 mod dual;
 mod explicit;
 mod kernel;
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 mod lanes;
 mod math;
 mod mechanism;
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 mod model;
 mod rk4;
 mod rows;
@@ -45,7 +45,7 @@ mod sine;
 mod tape;
 
 pub use angles::Angles;
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 pub use batch::{BatchRequest, LaneRole, LaneSchedule, PauseReason, SimdBatch, Width};
 pub use description::{Description, ParameterDescription, QuantityDescription};
 pub use digest::digest;
@@ -55,7 +55,7 @@ pub use dual::{Dual, Kind};
 pub use explicit::{ProjectionResult, StageRequest, StateMut};
 pub use kernel::{Dynamics, Generated, Kernel, Linearization, LoopConstraints, MAX_GROWTH, Schedule, Start};
 pub use mechanism::{Compiled, DynamicsMut, LinearizationMut, LoopConstraintsMut, Mechanism, StartMut};
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 pub use model::{Model, Replace};
 pub use rk4::{KernelState, MAX_CORRECTIONS, StepResult, rk4_step};
 pub use rows::{RowLayout, RowRequest, RowResult, RowStop};
@@ -64,8 +64,8 @@ pub use sine::sin_cos;
 pub use tape::{Operation, Tape, TapeEvaluator, TapeFunction};
 
 /// Lists generated mechanisms, `MODULE::MECHANISM, COORDINATES, CONSTRAINTS;` each, as a program's `MODELS`; nothing
-/// without `std`.
-#[cfg(feature = "std")]
+/// without `simd`.
+#[cfg(feature = "simd")]
 #[macro_export]
 macro_rules! models {
     ($($mechanism:ty, $n:literal, $m:literal;)*) => {
@@ -74,8 +74,8 @@ macro_rules! models {
     };
 }
 
-/// Lists generated mechanisms; nothing without `std`.
-#[cfg(not(feature = "std"))]
+/// Lists generated mechanisms; nothing without `simd`.
+#[cfg(not(feature = "simd"))]
 #[macro_export]
 macro_rules! models {
     ($($mechanism:ty, $n:literal, $m:literal;)*) => {};

@@ -3,7 +3,7 @@
 use crate::angles::Angles;
 use crate::kernel::{Generated, Kernel};
 use crate::rk4::{KernelState, rk4_step};
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 use crate::scalar::Fused;
 use crate::scalar::Scalar;
 
@@ -94,7 +94,7 @@ pub(crate) fn integrate_rk4<X: Generated<N, M>, const N: usize, const M: usize>(
     rows: &mut [f64],
 ) -> RowResult {
     // Each set of instructions is compiled by itself.
-    #[cfg(feature = "std")]
+    #[cfg(feature = "simd")]
     if const { X::Kernel::<f64>::OPERATIONS <= Fused::INLINE_LIMIT } {
         return pulp::Arch::new().dispatch(Dispatched::<X, N, M> {
             values,
@@ -106,7 +106,7 @@ pub(crate) fn integrate_rk4<X: Generated<N, M>, const N: usize, const M: usize>(
     steps::<X, f64, N, M>(values, request, rows)
 }
 
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 struct Dispatched<'a, X, const N: usize, const M: usize> {
     values: &'a [f64],
     request: &'a RowRequest,
@@ -114,7 +114,7 @@ struct Dispatched<'a, X, const N: usize, const M: usize> {
     generated: core::marker::PhantomData<X>,
 }
 
-#[cfg(feature = "std")]
+#[cfg(feature = "simd")]
 impl<X: Generated<N, M>, const N: usize, const M: usize> pulp::WithSimd for Dispatched<'_, X, N, M> {
     type Output = RowResult;
 

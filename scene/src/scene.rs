@@ -299,7 +299,7 @@ impl Scene {
 
     /// Whether a formula names time, through points too.
     pub fn depends_on_time(&self, value: &Value) -> bool {
-        self.quantities_of(value).contains(&Quantity::Time)
+        self.quantities_of(value).any(|name| name == Quantity::Time)
     }
 
     /// Which coordinates a formula depends on, through points too.
@@ -329,22 +329,24 @@ impl Scene {
         found
     }
 
-    /// What a formula depends on, through points too.
-    fn quantities_of(&self, value: &Value) -> BTreeSet<Quantity> {
-        let mut found = BTreeSet::new();
+    /// What a formula names, through points too; a name as often as it stands there.
+    fn quantities_of<'s>(&'s self, value: &'s Value) -> impl Iterator<Item = Quantity> + 's {
         let mut visited = vec![false; self.points.len()];
         let mut pending = vec![value];
-        while let Some(value) = pending.pop() {
-            for name in value.names() {
-                found.insert(*name);
+        let mut names = None;
+        std::iter::from_fn(move || {
+            loop {
+                let Some(name) = names.as_mut().and_then(Iterator::next) else {
+                    names = Some(pending.pop()?.names());
+                    continue;
+                };
                 if let Quantity::Point(point, _) | Quantity::PointRate(point, _) = *name
-                    && !visited[point]
+                    && !std::mem::replace(&mut visited[point], true)
                 {
-                    visited[point] = true;
                     pending.extend(&self.points[point].position);
                 }
+                return Some(*name);
             }
-        }
-        found
+        })
     }
 }

@@ -3,8 +3,9 @@
 use std::collections::HashMap;
 
 use super::Generated;
-use super::expected::{Expected, Sample};
+use super::expected::Expected;
 use super::interpret::Value;
+use super::sample::Sample;
 use qrm_scene::scene::Scene;
 
 /// Where the kernel magnifies rounding errors by more, a step does not rely on it.

@@ -2,7 +2,8 @@
 
 use num_dual::Dual64;
 
-use super::expected::{Gradients, Sample};
+use super::gradients::Gradients;
+use super::sample::Sample;
 use crate::term::Equations;
 use qrm_scene::evaluate::State;
 use qrm_scene::scene::{LoadKind, Quantity, Scene, Value as Formula};

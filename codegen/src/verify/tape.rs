@@ -3,8 +3,8 @@
 use qrm_core::{Tape, TapeEvaluator};
 
 use super::Generated;
-use super::expected::Sample;
 use super::interpret::Value;
+use super::sample::Sample;
 use qrm_scene::evaluate::parameter_values;
 use qrm_scene::scene::Scene;
 

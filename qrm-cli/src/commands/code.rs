@@ -1,15 +1,17 @@
 //! `qrm code`
 
+mod items;
+
 use anstyle::{AnsiColor, Style};
 use clap::Args;
 use qrm_scene::names::suggestion;
 use qrm_core::Model;
 use ra_ap_rustc_lexer::{FrontmatterAllowed, LiteralKind, TokenKind, tokenize};
-use syn::spanned::Spanned;
 
 use crate::error::Error;
 use crate::options::SceneName;
 use crate::output::print;
+use items::{Item, items};
 
 #[derive(Args)]
 pub(crate) struct Options {
@@ -25,8 +27,8 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     let shown = match &options.function {
         None => code.to_owned(),
         Some(name) => {
-            let items = items(code)?;
-            let wanted = items.iter().filter(|item| item.name == *name || item.aliases.contains(name));
+            let items = items(code);
+            let wanted = items.iter().filter(|item| item.name == name || item.aliases.contains(&name.as_str()));
             let found: Vec<&str> = wanted.map(|item| item.text).collect();
             if found.is_empty() {
                 return Err(unknown(&items, &options.scene.scene, name));
@@ -41,55 +43,9 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     Ok(())
 }
 
-/// An item of a module.
-struct Item<'c> {
-    /// Its name, or that of the type that it implements something for.
-    name: String,
-    /// Its symbols in the literature.
-    aliases: Vec<String>,
-    is_public: bool,
-    /// Its lines, from its documentation on.
-    text: &'c str,
-}
-
-/// The items of a module that have names.
-fn items(code: &str) -> Result<Vec<Item<'_>>, Error> {
-    let file = syn::parse_file(code).map_err(|e| Error::run(format!("the generated code cannot be parsed: {e}")))?;
-    let item = |item: &syn::Item| {
-        let (name, attributes, visibility) = match item {
-            syn::Item::Fn(item) => (item.sig.ident.to_string(), &item.attrs, Some(&item.vis)),
-            syn::Item::Struct(item) => (item.ident.to_string(), &item.attrs, Some(&item.vis)),
-            syn::Item::Const(item) => (item.ident.to_string(), &item.attrs, Some(&item.vis)),
-            syn::Item::Static(item) => (item.ident.to_string(), &item.attrs, Some(&item.vis)),
-            syn::Item::Impl(item) => match &*item.self_ty {
-                syn::Type::Path(path) => (path.path.segments.last()?.ident.to_string(), &item.attrs, None),
-                _ => return None,
-            },
-            _ => return None,
-        };
-        Some(Item {
-            name,
-            aliases: attributes.iter().filter_map(alias).collect(),
-            is_public: matches!(visibility, Some(syn::Visibility::Public(_))),
-            text: &code[item.span().byte_range()],
-        })
-    };
-    Ok(file.items.iter().filter_map(item).collect())
-}
-
-/// The symbol in `#[doc(alias = "...")]`.
-fn alias(attribute: &syn::Attribute) -> Option<String> {
-    let syn::Meta::List(list) = &attribute.meta else { return None };
-    let pair: syn::MetaNameValue = list.parse_args().ok().filter(|_| attribute.path().is_ident("doc"))?;
-    match (pair.path.is_ident("alias"), pair.value) {
-        (true, syn::Expr::Lit(syn::ExprLit { lit: syn::Lit::Str(text), .. })) => Some(text.value()),
-        _ => None,
-    }
-}
-
 fn unknown(items: &[Item], scene: &str, name: &str) -> Error {
-    let names: Vec<&str> = items.iter().filter(|item| item.is_public).map(|item| item.name.as_str()).collect();
-    let symbols = items.iter().flat_map(|item| &item.aliases).map(String::as_str);
+    let names: Vec<&str> = items.iter().filter(|item| item.is_public).map(|item| item.name).collect();
+    let symbols = items.iter().flat_map(|item| &item.aliases).copied();
     let all = names.iter().copied().chain(symbols);
     // A name may be remembered by its beginning.
     let begins = names.iter().find(|other| name.len() > 2 && other.starts_with(name));

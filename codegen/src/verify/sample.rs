@@ -1,0 +1,87 @@
+//! Random states at which generated functions are compared.
+
+use super::between;
+use super::interpret::Value;
+use qrm_scene::evaluate::constant;
+use qrm_scene::scene::{Scene, Start};
+
+/// A random state and random parameters.
+#[derive(Clone, Debug)]
+pub(super) struct Sample {
+    pub(super) parameters: Vec<f64>,
+    pub(super) t: f64,
+    pub(super) q: Vec<f64>,
+    pub(super) qd: Vec<f64>,
+    pub(super) qdd: Vec<f64>,
+    pub(super) multipliers: Vec<f64>,
+}
+
+impl Sample {
+    /// Random numbers; every second time coordinates and rates near the scene's start, and nearer each time, for
+    /// formulae that have a value nowhere else.
+    pub(super) fn random(scene: &Scene, number: usize, random: &mut fastrand::Rng) -> Self {
+        let near_start = number.is_multiple_of(2);
+        let (n, m) = (scene.coordinates.len(), scene.constraints.len());
+        let parameter = |random: &mut fastrand::Rng, p: &qrm_scene::scene::Parameter| {
+            if p.left_out {
+                0.0
+            } else if p.value == 0.0 {
+                between(random, 0.1, 1.0)
+            } else {
+                p.value * if near_start { between(random, 0.97, 1.03) } else { between(random, 0.8, 1.25) }
+            }
+        };
+        let scene_values: Vec<f64> = scene.parameters.iter().map(|p| p.value).collect();
+        let start = |start: &Start| match start {
+            Start::Given(value) | Start::Guess(value) if near_start => constant(value, &scene_values),
+            _ => 0.0,
+        };
+        let mut around =
+            |value: f64, spread: f64| value * between(random, 0.97, 1.03) + between(random, -spread, spread);
+        let spread = if near_start { [0.2, 0.02, 2e-3, 2e-4][number / 2 % 4] } else { 3.2 };
+        let q = scene.coordinates.iter().map(|c| around(start(&c.position), spread)).collect();
+        let qd = scene.coordinates.iter().map(|c| around(start(&c.rate), 5.0)).collect();
+        Self {
+            q,
+            qd,
+            parameters: scene.parameters.iter().map(|p| parameter(random, p)).collect(),
+            t: between(random, 0.0, 2.0),
+            qdd: (0..n).map(|_| between(random, -5.0, 5.0)).collect(),
+            multipliers: (0..m).map(|_| between(random, -5.0, 5.0)).collect(),
+        }
+    }
+
+    /// The same numbers but for their last digits.
+    pub(super) fn nearby(&self) -> Self {
+        let moved = |values: &[f64]| -> Vec<f64> {
+            values
+                .iter()
+                .zip([1.0, -1.0, 0.7, -0.6, 0.9].into_iter().cycle())
+                .map(|(v, s)| v * (1.0 + 1e-15 * s))
+                .collect()
+        };
+        Self {
+            parameters: moved(&self.parameters),
+            t: self.t,
+            q: moved(&self.q),
+            qd: moved(&self.qd),
+            qdd: moved(&self.qdd),
+            multipliers: moved(&self.multipliers),
+        }
+    }
+
+    /// The arguments of a generated function.
+    pub(super) fn arguments(&self, scene: &Scene, function: &str, model: Value) -> Vec<Value> {
+        let t = Value::Number(self.t);
+        let (q, qd, multipliers) = (Value::list(&self.q), Value::list(&self.qd), Value::list(&self.multipliers));
+        match (function.split('.').next().unwrap_or(function), scene.is_driven()) {
+            ("constraint_bias", true) => vec![model, t, q, qd],
+            ("constraints" | "constraint_jacobian" | "constraint_rate" | "loop_constraints", true) => vec![model, t, q],
+            ("power", true) => vec![model, t, q, qd, multipliers],
+            ("com_bias" | "constraint_bias" | "energy", _) => vec![model, q, qd],
+            ("generalized_forces" | "power" | "dynamics", _) => vec![model, t, q, qd],
+            ("outputs" | "linearization", _) => vec![model, t, q, qd, Value::list(&self.qdd), multipliers],
+            _ => vec![model, q],
+        }
+    }
+}
