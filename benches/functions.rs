@@ -60,7 +60,7 @@ fn by_kernel<K: Kernel<R, 3, 2>, R: Scalar>(kernel: &K, angles: &Angles<R, 3>) -
 /// The operations of that.
 fn kernel_operations<K: Kernel<Counting, 3, 2>>() -> Option<usize> {
     let values = values();
-    let kernel = K::with_values(|i| Counting(values[i]));
+    let kernel = K::with_values(&|i| Counting(values[i]));
     let angles = Angles::new(&Q.map(Counting), [true; 3]);
     Some(operations(|| by_kernel(&kernel, &angles)))
 }
@@ -68,7 +68,7 @@ fn kernel_operations<K: Kernel<Counting, 3, 2>>() -> Option<usize> {
 /// The mechanism in numbers that count.
 fn counting() -> QuickReturn<Counting> {
     let values = values();
-    QuickReturn::with_values(|i| Counting(values[i]))
+    QuickReturn::with_values(&|i| Counting(values[i]))
 }
 
 fn values() -> Vec<f64> {
@@ -155,7 +155,7 @@ fn rows() -> Vec<Row> {
         dense(&quick_return::dynamics(opaque(&model), 0.0, &opaque(Q), &opaque(QD)))
     }));
     let kernel = "position, qdd, multipliers at once";
-    let by_hand = KernelByHand::with_values(|i| values[i]);
+    let by_hand = KernelByHand::with_values(&|i| values[i]);
     let angles = Angles::new(&Q, [true; 3]);
     let count = kernel_operations::<QuickReturn<Counting>>();
     rows.push(row(kernel, "generated", count, move || by_kernel(opaque(&model), &opaque(angles))));

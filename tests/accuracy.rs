@@ -20,14 +20,6 @@ impl Observer for Rows {
         self.0.push((row.t, row.q.to_vec()));
         Ok(())
     }
-
-    fn goes_on(&mut self, _t: f64, _end_time: f64) -> io::Result<bool> {
-        Ok(true)
-    }
-
-    fn finish(&mut self) -> io::Result<()> {
-        Ok(())
-    }
 }
 
 /// The largest error of a coordinate in any row, and what the run says it is.

@@ -68,7 +68,7 @@ fn parameter_values<X: Generated<N, M>, const N: usize, const M: usize>() -> Vec
 
 /// Random states around the start, among them such that no loop is closed.
 fn states<X: Generated<N, M>, const N: usize, const M: usize>(parameters: &[f64]) -> impl Iterator<Item = State<N, M>> {
-    let start = X::Kernel::<f64>::with_values(|i| parameters[i]).start();
+    let start = X::Kernel::<f64>::with_values(&|i| parameters[i]).start();
     let mut random = fastrand::Rng::with_seed(11);
     std::iter::repeat_with(move || {
         let mut near = |x: f64| x + 2.0 * (random.f64() - 0.5);

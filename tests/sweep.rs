@@ -47,14 +47,6 @@ impl Observer for Extremes {
         }
         Ok(())
     }
-
-    fn goes_on(&mut self, _: f64, _: f64) -> io::Result<bool> {
-        Ok(true)
-    }
-
-    fn finish(&mut self) -> io::Result<()> {
-        Ok(())
-    }
 }
 
 fn assert_near(what: &str, got: f64, expected: f64, allowed: f64) {

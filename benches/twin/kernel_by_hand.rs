@@ -63,7 +63,7 @@ impl<R: Scalar> Kernel<R, 3, 2> for KernelByHand<R> {
     const IS_ANGLE: [bool; 3] = [true; 3];
     const OPERATIONS: usize = 107;
 
-    fn with_values(value: impl Fn(usize) -> R) -> Self {
+    fn with_values(value: &dyn Fn(usize) -> R) -> Self {
         let generated = QuickReturn::with_values(value);
         let p = *generated.parameters();
         let product = p.O2A * p.O4O2;
@@ -197,9 +197,7 @@ impl<R: Scalar> Kernel<R, 3, 2> for KernelByHand<R> {
             slot * angles.sin[1],
             -guide,
         ];
-        for (output, value) in outputs.iter_mut().zip(values) {
-            *output = value;
-        }
+        outputs.copy_from_slice(&values);
     }
 
     fn start(&self) -> Start<R, 3> {

@@ -206,8 +206,8 @@ impl<'a> Writer<'a> {
         };
         let (name, own) = (format_ident!("{}", plan.name), format_ident!("{}", struct_name(&self.scene.name)));
         // What a step calls must not pass its matrices through memory.
-        // Outputs are computed in lanes, with the instructions of the function around them.
-        let is_inner = ["dynamics", "loop_constraints", "outputs"].contains(&plan.name);
+        // What is observed in every row shares its sines and cosines where it is in one place.
+        let is_inner = ["dynamics", "loop_constraints", "outputs", "energy", "power"].contains(&plan.name);
         let inline = if is_inner { quote!(#[inline(always)]) } else { quote!(#[inline]) };
         let docs = self.doc_lines(plan, cost);
         let aliases = plan.aliases.iter();

@@ -3,66 +3,19 @@
 extern crate alloc;
 
 use alloc::boxed::Box;
-use alloc::vec;
 use alloc::vec::Vec;
 
-use crate::angles::Angles;
-use crate::kernel::{Generated, Kernel, MAX_GROWTH};
-use crate::lanes::{Lanes, Token};
-use crate::rk4::{KernelState, rk4_step};
-use crate::scalar::{Fused, Scalar};
+use crate::kernel::MAX_GROWTH;
+use crate::lane_steps::LaneSteps;
 
 /// Motions in lanes, whatever the mechanism and the number of lanes.
 ///
 /// Two steps of every lane are followed by one step of a companion motion at twice the step, if errors are estimated.
-pub trait SimdBatch {
-    /// The number of lanes.
-    fn lanes(&self) -> usize;
-
-    /// Gives lanes their parameters.
-    fn set_parameters(&mut self, values: &[Vec<f64>]);
-
-    /// Puts a motion and its companion at a row `[t, q, qd, qdd, multipliers]`, with its steps still to make.
-    fn place(&mut self, lane: usize, row: &[f64], schedule: &LaneSchedule);
-
-    /// Copies the motion of a lane to another one.
-    fn copy(&mut self, from: usize, to: usize);
-
-    /// Replaces the state of a lane, or of its companion.
-    fn set_row(&mut self, which: LaneRole, lane: usize, row: &[f64]);
-
-    /// The state of a lane, or of its companion, as a row.
-    fn row(&self, which: LaneRole, lane: usize, row: &mut [f64]);
-
-    /// Makes steps until some lane cannot simply go on.
-    fn advance(&mut self, wants_refill: bool) -> PauseReason;
-
-    /// The number of steps that a lane has made.
-    fn steps(&self, lane: usize) -> u64;
-
-    /// Whether a lane can simply go on after the step that is waited for.
-    fn goes_on(&self, lane: usize) -> bool;
-
-    /// Whether the last step of a lane, or of its companion, can be relied on.
-    fn is_reliable(&self, lane: usize) -> bool;
-
-    /// The state of a lane, or of its companion, before the last step, as a row.
-    fn row_before(&self, lane: usize, row: &mut [f64]);
-
-    /// The largest difference of a coordinate between a motion and its companion, and the largest coordinate.
-    fn difference(&self, lane: usize) -> [f64; 2];
-
-    /// The smallest and the largest value of an output so far.
-    fn range(&self, lane: usize, output: usize) -> [f64; 2];
-
-    /// Whether all outputs of a lane were numbers so far.
-    fn is_defined(&self, lane: usize) -> bool;
-
-    /// Begins the ranges of a lane with these outputs.
-    fn begin_ranges(&mut self, lane: usize, outputs: &[f64]);
-
-    /// Replaces the outputs of a lane in the row under way.
-    fn set_outputs(&mut self, lane: usize, outputs: &[f64]);
+pub struct SimdBatch {
+    steps: Box<dyn LaneSteps>,
+    layout: BatchLayout,
+    request: BatchRequest,
+    residual: f64,
 }
 
 /// The steps of a lane.
@@ -121,376 +74,197 @@ pub enum Width {
     Four,
 }
 
-/// Kernels of more operations are not compiled for lanes.
-const MAX_LANE_OPERATIONS: usize = 2000;
-
-/// A batch of motions of a generated mechanism; `None` where the processor has no vectors of that width, or the kernel
-/// is too large for them.
-#[inline]
-pub(crate) fn batch<X: Generated<N, M>, const N: usize, const M: usize>(
-    width: Width,
-    request: BatchRequest,
-    residual: f64,
-) -> Option<Box<dyn SimdBatch>> {
-    #[cfg(target_arch = "x86_64")]
-    {
-        // Constants, so that what is not used is not compiled.
-        type Make = fn(BatchRequest, f64) -> Option<Box<dyn SimdBatch>>;
-        let four: Option<Make> = const {
-            if X::Kernel::<f64>::OPERATIONS <= Fused::INLINE_LIMIT { Some(make_four::<X, N, M>) } else { None }
-        };
-        let eight: Option<Make> = const {
-            if X::Kernel::<f64>::OPERATIONS <= MAX_LANE_OPERATIONS { Some(make_eight::<X, N, M>) } else { None }
-        };
-        match width {
-            Width::Eight => eight?(request, residual),
-            Width::Four => four?(request, residual),
-        }
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    {
-        let _ = (width, request, residual, MAX_LANE_OPERATIONS);
-        None
-    }
+/// The places of the numbers of a batch; at each place stands one number of every lane.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BatchLayout {
+    /// Number of coordinates.
+    pub(crate) n: usize,
+    /// Number of constraints.
+    pub(crate) m: usize,
+    /// Number of outputs whose ranges are wanted.
+    pub(crate) outputs: usize,
 }
 
-#[cfg(target_arch = "x86_64")]
-#[inline]
-fn make_four<X: Generated<N, M>, const N: usize, const M: usize>(
-    request: BatchRequest,
-    residual: f64,
-) -> Option<Box<dyn SimdBatch>> {
-    let token = pulp::x86::V3::try_new()?;
-    Some(Box::new(LaneBatch::<X, pulp::x86::V3, N, M>::new(token, request, residual)))
-}
+/// The steps that were made.
+pub(crate) const MADE: usize = 0;
+/// The number of the last step, the length of the steps and the end of the last one.
+pub(crate) const LAST: usize = 1;
+pub(crate) const STEP: usize = 2;
+pub(crate) const END_TIME: usize = 3;
+/// The value of the scene's event after the step that is waited for.
+pub(crate) const EVENT: usize = 4;
+/// Growth factor, residual and check for finite numbers of that step.
+pub(crate) const QUALITY: usize = 5;
+/// The largest difference of a coordinate from the companion, and the largest coordinate.
+pub(crate) const DIFFERENCE: usize = 8;
+pub(crate) const SIZE: usize = 9;
+/// Not a number if an output was none.
+pub(crate) const DEFINED: usize = 10;
+const ROWS: usize = 11;
 
-#[cfg(target_arch = "x86_64")]
-#[inline]
-fn make_eight<X: Generated<N, M>, const N: usize, const M: usize>(
-    request: BatchRequest,
-    residual: f64,
-) -> Option<Box<dyn SimdBatch>> {
-    let token = pulp::x86::V4::try_new()?;
-    Some(Box::new(LaneBatch::<X, pulp::x86::V4, N, M>::new(token, request, residual)))
-}
-
-/// Motions in the lanes of one kind of vector.
-struct LaneBatch<X: Generated<N, M>, S: Token, const N: usize, const M: usize> {
-    token: S,
-    request: BatchRequest,
-    residual: f64,
-    kernel: X::Kernel<Lanes<S>>,
-    /// Steps made, and steps to the end.
-    made: Lanes<S>,
-    last: Lanes<S>,
-    step: Lanes<S>,
-    end_time: Lanes<S>,
-    /// The motions and their companions.
-    motions: [Motion<S, N, M>; 2],
-    /// The motions before the step that is waited for.
-    before: Motion<S, N, M>,
-    /// Growth factor, residual and finite_check of the step that is waited for.
-    quality: [Lanes<S>; 3],
-    /// The value of the scene's event after it.
-    event: Lanes<S>,
-    difference: Lanes<S>,
-    size: Lanes<S>,
-    /// Outputs of the last row, their smallest and their largest values.
-    outputs: Vec<Lanes<S>>,
-    lowest: Vec<Lanes<S>>,
-    highest: Vec<Lanes<S>>,
-    /// Not a number in lanes in which an output was none.
-    defined: Lanes<S>,
-    /// The place in the sequence of two steps and one of the companions.
-    phase: usize,
-    /// Whether something remains to be done of the step that was waited for.
-    is_pending: bool,
-}
-
-/// A motion in each lane.
-#[derive(Clone, Copy)]
-struct Motion<S: Token, const N: usize, const M: usize> {
-    t: Lanes<S>,
-    state: KernelState<Lanes<S>, N, M>,
-}
-
-impl<S: Token, const N: usize, const M: usize> Motion<S, N, M> {
-    /// Writes the motion of a lane as a row.
-    #[inline]
-    fn read(&self, lane: usize, row: &mut [f64]) {
-        let Self { t, state } = self;
-        row[0] = t.get(lane);
-        for i in 0..N {
-            row[1 + i] = state.q[i].get(lane);
-            row[1 + N + i] = state.qd[i].get(lane);
-            row[1 + 2 * N + i] = state.qdd[i].get(lane);
-        }
-        for k in 0..M {
-            row[1 + 3 * N + k] = state.multipliers[k].get(lane);
-        }
-    }
-}
-
-impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> LaneBatch<X, S, N, M> {
-    #[inline]
-    fn new(token: S, request: BatchRequest, residual: f64) -> Self {
-        let zero = Lanes::<S>::from_fn(|_| 0.0);
-        let state = KernelState {
-            q: [zero; N],
-            qd: [zero; N],
-            qdd: [zero; N],
-            multipliers: [zero; M],
-            angles: Angles { sin: [zero; N], cos: [zero; N] },
-        };
-        let motion = Motion { t: zero, state };
-        let outputs = vec![zero; if request.ranges { request.outputs } else { 0 }];
-        Self {
-            token,
-            request,
-            residual,
-            kernel: X::Kernel::<Lanes<S>>::with_values(|_| zero),
-            made: zero,
-            last: zero,
-            step: zero,
-            end_time: zero,
-            motions: [motion; 2],
-            before: motion,
-            quality: [zero; 3],
-            event: zero,
-            difference: zero,
-            size: zero,
-            lowest: outputs.clone(),
-            highest: outputs.clone(),
-            outputs,
-            defined: zero,
-            phase: 0,
-            is_pending: false,
-        }
-    }
-
-    /// Makes steps until some lane cannot simply go on: see [`SimdBatch::advance`].
+impl BatchLayout {
+    /// The layout for a mechanism of this size.
     #[inline(always)]
-    fn run(&mut self, wants_refill: bool) -> PauseReason {
-        if self.is_pending {
-            self.is_pending = false;
-            self.finish_phase();
-        }
-        loop {
-            if self.phase == 0 && wants_refill {
-                return PauseReason::Refill;
-            }
-            // One call makes all steps: the step is long when it is compiled.
-            let role = self.role();
-            let next = self.made + Lanes::from_f64(1.0);
-            let t_next = match role {
-                LaneRole::Main => (next - self.last).choose(0.25, self.end_time, next * self.step),
-                LaneRole::Companion => self.motions[0].t,
-            };
-            let Motion { t, state } = &self.motions[role as usize];
-            let result = rk4_step(&self.kernel, *t, t_next - *t, state);
-            let mut goes_on = result.is_good(self.residual);
-            if role == LaneRole::Main {
-                let KernelState { q, qd, qdd, multipliers, angles } = &result.end;
-                let event = if self.request.watches_event { self.kernel.event(t_next, q, qd) } else { None };
-                self.event = event.unwrap_or(Lanes::from_f64(-1.0));
-                goes_on = goes_on
-                    && (next - self.last).is_negative()
-                    && self.event.is_negative()
-                    && !self.request.waits_each_step;
-                self.made = next;
-                if self.request.ranges {
-                    let position = &result.position;
-                    self.kernel.outputs_at(position, t_next, q, qd, angles, qdd, multipliers, &mut self.outputs);
-                }
-            }
-            if !goes_on {
-                self.before = self.motions[role as usize];
-                self.quality = [result.growth_factor, result.residual, result.end.finite_check()];
-            }
-            self.motions[role as usize] = Motion { t: t_next, state: result.end };
-            if !goes_on {
-                self.is_pending = true;
-                return match role {
-                    LaneRole::Main => PauseReason::Step,
-                    LaneRole::Companion => PauseReason::Companion,
-                };
-            }
-            self.finish_phase();
-        }
+    pub(crate) const fn new(n: usize, m: usize, request: &BatchRequest) -> Self {
+        Self { n, m, outputs: if request.ranges { request.outputs } else { 0 } }
     }
 
-    /// Whose step is under way.
+    /// The length of a row `[t, q, qd, qdd, multipliers]`.
     #[inline(always)]
-    fn role(&self) -> LaneRole {
-        if self.phase == 2 { LaneRole::Companion } else { LaneRole::Main }
+    pub(crate) const fn width(self) -> usize {
+        1 + 3 * self.n + self.m
     }
 
-    /// Takes up the outputs of a row, or the differences of the companions, and goes on to the next phase.
+    /// The row of a motion.
     #[inline(always)]
-    fn finish_phase(&mut self) {
-        if self.role() == LaneRole::Companion {
-            let [main, companion] = &self.motions;
-            for i in 0..N {
-                self.difference = (companion.state.q[i] - main.state.q[i]).abs().max(self.difference);
-                self.size = main.state.q[i].abs().max(self.size);
-            }
-        } else {
-            let mut defined = self.defined;
-            for i in 0..self.outputs.len() {
-                let value = self.outputs[i];
-                self.lowest[i] = self.lowest[i].min(value);
-                self.highest[i] = self.highest[i].max(value);
-                defined = value.mul_add(Lanes::zero(), defined);
-            }
-            self.defined = defined;
-        }
-        self.phase = match self.phase {
-            0 => 1,
-            1 if self.request.companions => 2,
-            _ => 0,
-        };
+    pub(crate) const fn row(self, role: LaneRole) -> usize {
+        ROWS + role as usize * self.width()
+    }
+
+    /// The row before the step that is waited for.
+    #[inline(always)]
+    pub(crate) const fn row_before(self) -> usize {
+        ROWS + 2 * self.width()
+    }
+
+    /// The outputs of the last row.
+    #[inline(always)]
+    pub(crate) const fn outputs(self) -> usize {
+        ROWS + 3 * self.width()
+    }
+
+    /// The smallest values of the outputs.
+    #[inline(always)]
+    pub(crate) const fn lowest(self) -> usize {
+        self.outputs() + self.outputs
+    }
+
+    /// The largest values of the outputs.
+    #[inline(always)]
+    pub(crate) const fn highest(self) -> usize {
+        self.lowest() + self.outputs
+    }
+
+    /// The number of places.
+    #[inline(always)]
+    pub(crate) const fn places(self) -> usize {
+        self.highest() + self.outputs
     }
 }
 
-/// Gives the run the instructions of the token.
-struct Run<'a, X: Generated<N, M>, S: Token, const N: usize, const M: usize> {
-    batch: &'a mut LaneBatch<X, S, N, M>,
-    wants_refill: bool,
-}
-
-impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> pulp::NullaryFnOnce for Run<'_, X, S, N, M> {
-    type Output = PauseReason;
-
-    #[inline(always)]
-    fn call(self) -> PauseReason {
-        self.batch.run(self.wants_refill)
-    }
-}
-
-impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> SimdBatch for LaneBatch<X, S, N, M> {
-    #[inline]
-    fn lanes(&self) -> usize {
-        Lanes::<S>::COUNT
+impl SimdBatch {
+    /// For a mechanism of this size; a step counts as reliable up to this residual of the constraints.
+    pub(crate) fn new(steps: Box<dyn LaneSteps>, (n, m): (usize, usize), request: BatchRequest, residual: f64) -> Self {
+        Self { steps, layout: BatchLayout::new(n, m, &request), request, residual }
     }
 
-    #[inline]
-    fn set_parameters(&mut self, values: &[Vec<f64>]) {
-        self.kernel = X::Kernel::<Lanes<S>>::with_values(|i| Lanes::from_fn(|lane| values[lane][i]));
+    /// The number of lanes.
+    pub fn lanes(&self) -> usize {
+        self.steps.lanes()
     }
 
-    #[inline]
-    fn place(&mut self, lane: usize, row: &[f64], schedule: &LaneSchedule) {
+    /// Gives lanes their parameters.
+    pub fn set_parameters(&mut self, values: &[Vec<f64>]) {
+        self.steps.set_parameters(values);
+    }
+
+    /// Puts a motion and its companion at a row `[t, q, qd, qdd, multipliers]`, with its steps still to make.
+    pub fn place(&mut self, lane: usize, row: &[f64], schedule: &LaneSchedule) {
         self.set_row(LaneRole::Main, lane, row);
         self.set_row(LaneRole::Companion, lane, row);
-        let size = row[1..=N].iter().fold(0.0, |size: f64, q| if q.abs() > size { q.abs() } else { size });
-        for (values, value) in [
-            (&mut self.made, 0.0),
-            (&mut self.last, schedule.last),
-            (&mut self.step, schedule.step),
-            (&mut self.end_time, schedule.end_time),
-            (&mut self.difference, 0.0),
-            (&mut self.size, size),
-        ] {
-            values.set(lane, value);
-        }
+        let size = row[1..=self.layout.n].iter().fold(0.0, |size: f64, q| if q.abs() > size { q.abs() } else { size });
+        let LaneSchedule { step, last, end_time } = *schedule;
+        let numbers = [(MADE, 0.0), (LAST, last), (STEP, step), (END_TIME, end_time), (DIFFERENCE, 0.0), (SIZE, size)];
+        numbers.into_iter().for_each(|(place, number)| self.set(lane, place, &[number]));
     }
 
-    #[inline]
-    fn copy(&mut self, from: usize, to: usize) {
-        let mut row = vec![0.0; 1 + 3 * N + M];
-        self.row(LaneRole::Main, from, &mut row);
+    /// Copies the motion of a lane to another one.
+    pub fn copy(&mut self, from: usize, to: usize) {
+        let mut row = Vec::new();
+        self.read_row(LaneRole::Main, from, &mut row);
         self.set_row(LaneRole::Main, to, &row);
         self.set_row(LaneRole::Companion, to, &row);
-        for values in [&mut self.made, &mut self.last, &mut self.step, &mut self.end_time] {
-            values.set(to, values.get(from));
-        }
+        [MADE, LAST, STEP, END_TIME].into_iter().for_each(|place| self.set(to, place, &[self.get(from, place)]));
     }
 
-    #[inline]
-    fn set_row(&mut self, which: LaneRole, lane: usize, row: &[f64]) {
-        let Motion { t, state } = &mut self.motions[which as usize];
-        t.set(lane, row[0]);
-        for i in 0..N {
-            let q = row[1 + i];
-            state.q[i].set(lane, q);
-            state.qd[i].set(lane, row[1 + N + i]);
-            state.qdd[i].set(lane, row[1 + 2 * N + i]);
-            if X::Kernel::<Fused>::IS_ANGLE[i] {
-                let (sin, cos) = Fused(q).sin_cos();
-                state.angles.sin[i].set(lane, sin.0);
-                state.angles.cos[i].set(lane, cos.0);
-            }
-        }
-        for k in 0..M {
-            state.multipliers[k].set(lane, row[1 + 3 * N + k]);
-        }
+    /// Replaces the state of a lane, or of its companion.
+    pub fn set_row(&mut self, role: LaneRole, lane: usize, row: &[f64]) {
+        self.set(lane, self.layout.row(role), &row[..self.layout.width()]);
     }
 
-    #[inline]
-    fn row(&self, which: LaneRole, lane: usize, row: &mut [f64]) {
-        self.motions[which as usize].read(lane, row);
+    /// The state of a lane, or of its companion, as a row.
+    pub fn read_row(&self, role: LaneRole, lane: usize, row: &mut Vec<f64>) {
+        self.read(self.layout.row(role), lane, row);
     }
 
-    #[inline]
-    fn advance(&mut self, wants_refill: bool) -> PauseReason {
-        let token = self.token;
-        token.vectorize(Run { batch: self, wants_refill })
+    /// The state of a lane, or of its companion, before the last step, as a row.
+    pub fn read_row_before(&self, lane: usize, row: &mut Vec<f64>) {
+        self.read(self.layout.row_before(), lane, row);
     }
 
-    #[inline]
-    fn steps(&self, lane: usize) -> u64 {
-        self.made.get(lane) as u64
+    /// Makes steps until some lane cannot simply go on.
+    pub fn advance(&mut self, wants_refill: bool) -> PauseReason {
+        self.steps.advance(wants_refill)
     }
 
-    #[inline]
-    fn goes_on(&self, lane: usize) -> bool {
+    /// The number of steps that a lane has made.
+    pub fn steps(&self, lane: usize) -> u64 {
+        self.get(lane, MADE) as u64
+    }
+
+    /// Whether a lane can simply go on after the step that is waited for.
+    pub fn goes_on(&self, lane: usize) -> bool {
         !self.request.waits_each_step
-            && self.made.get(lane) < self.last.get(lane)
-            && self.event.get(lane) < 0.0
+            && self.get(lane, MADE) < self.get(lane, LAST)
+            && self.get(lane, EVENT) < 0.0
             && self.is_reliable(lane)
     }
 
-    #[inline]
-    fn is_reliable(&self, lane: usize) -> bool {
-        let [growth_factor, residual, finite_check] = &self.quality;
-        growth_factor.get(lane).abs() <= MAX_GROWTH
-            && residual.get(lane) <= self.residual
-            && finite_check.get(lane) == 0.0
+    /// Whether the last step of a lane, or of its companion, can be relied on.
+    pub fn is_reliable(&self, lane: usize) -> bool {
+        let [growth_factor, residual, finite_check] = [0, 1, 2].map(|i| self.get(lane, QUALITY + i));
+        growth_factor.abs() <= MAX_GROWTH && residual <= self.residual && finite_check == 0.0
     }
 
-    #[inline]
-    fn row_before(&self, lane: usize, row: &mut [f64]) {
-        self.before.read(lane, row);
+    /// The largest difference of a coordinate between a motion and its companion, and the largest coordinate.
+    pub fn difference(&self, lane: usize) -> [f64; 2] {
+        [self.get(lane, DIFFERENCE), self.get(lane, SIZE)]
     }
 
-    #[inline]
-    fn difference(&self, lane: usize) -> [f64; 2] {
-        [self.difference.get(lane), self.size.get(lane)]
+    /// The smallest and the largest value of an output so far.
+    pub fn range(&self, lane: usize, output: usize) -> [f64; 2] {
+        [self.get(lane, self.layout.lowest() + output), self.get(lane, self.layout.highest() + output)]
     }
 
-    #[inline]
-    fn range(&self, lane: usize, output: usize) -> [f64; 2] {
-        [self.lowest[output].get(lane), self.highest[output].get(lane)]
+    /// Whether all outputs of a lane were numbers so far.
+    pub fn is_defined(&self, lane: usize) -> bool {
+        self.get(lane, DEFINED) == 0.0
     }
 
-    #[inline]
-    fn is_defined(&self, lane: usize) -> bool {
-        self.defined.get(lane) == 0.0
+    /// Begins the ranges of a lane with these outputs.
+    pub fn begin_ranges(&mut self, lane: usize, outputs: &[f64]) {
+        let outputs = &outputs[..self.layout.outputs.min(outputs.len())];
+        self.set(lane, DEFINED, &[outputs.iter().map(|value| 0.0 * value).sum()]);
+        self.set(lane, self.layout.lowest(), outputs);
+        self.set(lane, self.layout.highest(), outputs);
     }
 
-    #[inline]
-    fn begin_ranges(&mut self, lane: usize, outputs: &[f64]) {
-        self.defined.set(lane, outputs.iter().map(|value| 0.0 * value).sum());
-        for ((lowest, highest), value) in self.lowest.iter_mut().zip(&mut self.highest).zip(outputs) {
-            lowest.set(lane, *value);
-            highest.set(lane, *value);
-        }
+    /// Replaces the outputs of a lane in the row under way.
+    pub fn set_outputs(&mut self, lane: usize, outputs: &[f64]) {
+        self.set(lane, self.layout.outputs(), &outputs[..self.layout.outputs.min(outputs.len())]);
     }
 
-    #[inline]
-    fn set_outputs(&mut self, lane: usize, outputs: &[f64]) {
-        for (output, value) in self.outputs.iter_mut().zip(outputs) {
-            output.set(lane, *value);
-        }
+    fn get(&self, lane: usize, place: usize) -> f64 {
+        self.steps.get(place, lane)
+    }
+
+    /// Sets the numbers of a lane from a place on.
+    fn set(&mut self, lane: usize, place: usize, numbers: &[f64]) {
+        numbers.iter().enumerate().for_each(|(i, number)| self.steps.set(place + i, lane, *number));
+    }
+
+    fn read(&self, place: usize, lane: usize, row: &mut Vec<f64>) {
+        row.clear();
+        row.extend((0..self.layout.width()).map(|i| self.get(lane, place + i)));
     }
 }

@@ -102,8 +102,8 @@ pub(crate) fn evaluate<K: Kernel<f64, N, M>, const N: usize, const M: usize>(
             end.project_rates(kernel, &position);
         }
         let (qdd, multipliers) = kernel.accelerations(&position, t, &end.q, &end.qd, &end.angles);
-        let mut numbers = qdd.iter().chain(&multipliers).chain(&end.q).chain(&end.qd);
-        if !(kernel.growth_factor(&position) <= MAX_GROWTH && numbers.all(|x| x.is_finite())) {
+        let is_finite = are_finite(&qdd) && are_finite(&multipliers) && are_finite(&end.q) && are_finite(&end.qd);
+        if !(kernel.growth_factor(&position) <= MAX_GROWTH && is_finite) {
             return None;
         }
         match &mut evaluation {
@@ -122,6 +122,16 @@ pub(crate) fn evaluate<K: Kernel<f64, N, M>, const N: usize, const M: usize>(
             }
         }
     }
+}
+
+#[inline]
+fn are_finite(numbers: &[f64]) -> bool {
+    // Zero times a number that is not finite is not a number.
+    let mut sum = 0.0;
+    for number in numbers {
+        sum += number * 0.0;
+    }
+    sum == 0.0
 }
 
 /// The sum over the stages of a row.

@@ -8,8 +8,10 @@ use alloc::{boxed::Box, vec::Vec};
 
 use crate::angles::Angles;
 #[cfg(feature = "simd")]
-use crate::batch::{BatchRequest, SimdBatch, Width, batch};
+use crate::batch::{BatchRequest, Width};
 use crate::description::Description;
+#[cfg(feature = "simd")]
+use crate::lane_steps::{LaneSteps, lane_steps};
 #[cfg(feature = "std")]
 use crate::mechanism::{Compiled, Mechanism};
 use crate::scalar::Scalar;
@@ -35,7 +37,7 @@ pub trait Kernel<R: Scalar, const N: usize, const M: usize>: Copy + Send + Sync 
     const OPERATIONS: usize;
 
     /// The mechanism with these values of its parameters, in the order of the description.
-    fn with_values(value: impl Fn(usize) -> R) -> Self;
+    fn with_values(value: &dyn Fn(usize) -> R) -> Self;
 
     /// What follows from the position `q` at time `t`.
     fn position(&self, t: R, q: &[R; N], angles: &Angles<R, N>) -> Self::Position;
@@ -63,7 +65,7 @@ pub trait Kernel<R: Scalar, const N: usize, const M: usize>: Copy + Send + Sync 
         angles: &Angles<R, N>,
     ) -> ([R; N], [R; M]);
 
-    /// The outputs at a position that is known, as far as `outputs` has room.
+    /// The outputs at a position that is known; `outputs` has room for all of them.
     #[allow(clippy::too_many_arguments, reason = "a row has these parts")]
     fn outputs_at(
         &self,
@@ -102,7 +104,7 @@ pub trait Kernel<R: Scalar, const N: usize, const M: usize>: Copy + Send + Sync 
     /// The power of the loads that have no potential, and of what drives the constraints, in W.
     fn power(&self, t: R, q: &[R; N], qd: &[R; N], multipliers: &[R; M]) -> R;
 
-    /// The outputs, in the order of the description, as far as `outputs` has room.
+    /// The outputs, in the order of the description; `outputs` has room for all of them.
     fn outputs(&self, t: R, q: &[R; N], qd: &[R; N], qdd: &[R; N], multipliers: &[R; M], outputs: &mut [R]);
 
     /// The derivatives of the equations of motion by the state; `None` if the scene does not ask for them.
@@ -137,7 +139,7 @@ pub trait Generated<const N: usize, const M: usize>: 'static {
 
     /// The mechanism with these values of its parameters, in the order of the description.
     ///
-    /// This method and [`batch`](Self::batch) are compiled with the module of their mechanism, and what they call is
+    /// This method and [`lane_steps`](Self::lane_steps) are compiled with the module of their mechanism, and what they call is
     /// inline. Where a single mechanism changes, nothing is compiled for the others.
     #[cfg(feature = "std")]
     fn mechanism(values: Vec<f64>) -> Box<dyn Mechanism>
@@ -147,13 +149,13 @@ pub trait Generated<const N: usize, const M: usize>: 'static {
         Box::new(Compiled::<Self, N, M, Vec<f64>>::new(values))
     }
 
-    /// Motions in lanes: see [`Model::batch`](crate::Model::batch).
+    /// Steps in lanes: see [`Model::batch`](crate::Model::batch).
     #[cfg(feature = "simd")]
-    fn batch(width: Width, request: BatchRequest, residual: f64) -> Option<Box<dyn SimdBatch>>
+    fn lane_steps(width: Width, request: BatchRequest, residual: f64) -> Option<Box<dyn LaneSteps>>
     where
         Self: Sized,
     {
-        batch::<Self, N, M>(width, request, residual)
+        lane_steps::<Self, N, M>(width, request, residual)
     }
 }
 

@@ -207,7 +207,13 @@ impl<S: Token> Scalar for Lanes<S> {
     #[cold]
     #[inline(never)]
     fn sin_cos_far(self) -> (Self, Self) {
-        (Self::from_fn(|i| self.get(i).sin_cos_far().0), Self::from_fn(|i| self.get(i).sin_cos_far().1))
+        let (mut sin, mut cos) = (self, self);
+        for i in 0..Self::COUNT {
+            let far = self.get(i).sin_cos_far();
+            sin.set(i, far.0);
+            cos.set(i, far.1);
+        }
+        (sin, cos)
     }
     #[cold]
     #[inline(never)]

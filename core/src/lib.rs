@@ -33,6 +33,8 @@ mod dual;
 mod explicit;
 mod kernel;
 #[cfg(feature = "simd")]
+mod lane_steps;
+#[cfg(feature = "simd")]
 mod lanes;
 mod math;
 mod mechanism;
@@ -54,7 +56,11 @@ pub use double_double::DoubleDouble;
 pub use dual::{Dual, Kind};
 pub use explicit::{ProjectionResult, StageRequest, StateMut};
 pub use kernel::{Dynamics, Generated, Kernel, Linearization, LoopConstraints, MAX_GROWTH, Schedule, Start};
-pub use mechanism::{Compiled, DynamicsMut, LinearizationMut, LoopConstraintsMut, Mechanism, StartMut};
+#[cfg(feature = "simd")]
+pub use lane_steps::LaneSteps;
+pub use mechanism::{
+    Compiled, DynamicsMut, LinearizationMut, LoopConstraintsMut, Mechanism, Observation, StartMut, StateRef,
+};
 #[cfg(feature = "simd")]
 pub use model::{Model, Replace};
 pub use rk4::{KernelState, MAX_CORRECTIONS, StepResult, rk4_step};

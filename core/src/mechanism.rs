@@ -52,8 +52,16 @@ pub trait Mechanism: Send + Sync {
     /// The power of the loads that have no potential, and of what drives the constraints, in W.
     fn power(&self, t: f64, q: &[f64], qd: &[f64], multipliers: &[f64]) -> f64;
 
-    /// The outputs, in the order of the description, as far as `outputs` has room.
+    /// The outputs, in the order of the description; `outputs` has room for all of them.
     fn outputs(&self, t: f64, q: &[f64], qd: &[f64], qdd: &[f64], multipliers: &[f64], outputs: &mut [f64]);
+
+    /// All that is told of a state: outputs, constraints, energy and power, with the sines and cosines that they share.
+    fn observe(&self, at: &StateRef, outputs: &mut [f64], constraints: LoopConstraintsMut) -> Observation {
+        let StateRef { t, q, qd, qdd, multipliers } = *at;
+        self.outputs(t, q, qd, qdd, multipliers, outputs);
+        self.loop_constraints(t, q, constraints);
+        Observation { energy: self.energy(q, qd), power: self.power(t, q, qd, multipliers) }
+    }
 
     /// Derivatives of the equations of motion by the state; false, and nothing is written, if the scene does not ask
     /// for them.
@@ -89,6 +97,30 @@ pub trait Mechanism: Send + Sync {
     /// Rows by steps of [`rk4_step`](crate::rk4_step) from the state in the first row of `rows` on, until there is room
     /// for no more, the end comes, the event occurs, or a step cannot be relied on.
     fn integrate_rk4(&self, request: &RowRequest, rows: &mut [f64]) -> RowResult;
+}
+
+/// A state of a mechanism.
+#[derive(Clone, Copy, Debug)]
+pub struct StateRef<'a> {
+    /// Time.
+    pub t: f64,
+    /// Coordinates, `n`.
+    pub q: &'a [f64],
+    /// Rates, `n`.
+    pub qd: &'a [f64],
+    /// Accelerations, `n`.
+    pub qdd: &'a [f64],
+    /// Multipliers, `m`.
+    pub multipliers: &'a [f64],
+}
+
+/// Energy and power in a state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Observation {
+    /// See [`Mechanism::energy`].
+    pub energy: [f64; 2],
+    /// See [`Mechanism::power`].
+    pub power: f64,
 }
 
 /// Room for the start of a motion: some values are given, the others are first guesses (rates: unused) until they are
@@ -158,7 +190,7 @@ impl<X: Generated<N, M>, const N: usize, const M: usize, V: AsRef<[f64]>> Compil
     /// The mechanism with these values of its parameters, in the order of the description.
     #[inline]
     pub fn new(values: V) -> Self {
-        let kernel = X::Kernel::<f64>::with_values(|i| values.as_ref()[i]);
+        let kernel = X::Kernel::<f64>::with_values(&|i| values.as_ref()[i]);
         Self { kernel, values, generated: PhantomData }
     }
 }
@@ -235,7 +267,7 @@ where
         dynamics.constraint_bias.copy_from_slice(&own.constraint_bias);
     }
 
-    #[inline]
+    #[inline(always)]
     fn loop_constraints(&self, t: f64, q: &[f64], constraints: LoopConstraintsMut) {
         let own = self.kernel.loop_constraints(t, array(q));
         constraints.residuals.copy_from_slice(&own.residuals);
@@ -248,19 +280,29 @@ where
         mass_matrix.copy_from_slice(self.kernel.mass_matrix(array(q)).as_flattened());
     }
 
-    #[inline]
+    #[inline(always)]
     fn energy(&self, q: &[f64], qd: &[f64]) -> [f64; 2] {
         self.kernel.energy(array(q), array(qd))
     }
 
-    #[inline]
+    #[inline(always)]
     fn power(&self, t: f64, q: &[f64], qd: &[f64], multipliers: &[f64]) -> f64 {
         self.kernel.power(t, array(q), array(qd), array(multipliers))
     }
 
-    #[inline]
+    #[inline(always)]
     fn outputs(&self, t: f64, q: &[f64], qd: &[f64], qdd: &[f64], multipliers: &[f64], outputs: &mut [f64]) {
         self.kernel.outputs(t, array(q), array(qd), array(qdd), array(multipliers), outputs);
+    }
+
+    #[inline]
+    fn observe(&self, at: &StateRef, outputs: &mut [f64], constraints: LoopConstraintsMut) -> Observation {
+        // Where sines and cosines of these are shared, the compiler must see that what is written leaves them alone.
+        let (q, qd): ([f64; N], [f64; N]) = (*array(at.q), *array(at.qd));
+        let (qdd, multipliers): ([f64; N], [f64; M]) = (*array(at.qdd), *array(at.multipliers));
+        self.outputs(at.t, &q, &qd, &qdd, &multipliers, outputs);
+        self.loop_constraints(at.t, &q, constraints);
+        Observation { energy: self.energy(&q, &qd), power: self.power(at.t, &q, &qd, &multipliers) }
     }
 
     #[inline]

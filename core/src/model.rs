@@ -8,6 +8,7 @@ use alloc::vec::Vec;
 use crate::batch::{BatchRequest, SimdBatch, Width};
 use crate::description::Description;
 use crate::kernel::Generated;
+use crate::lane_steps::LaneSteps;
 use crate::mechanism::Mechanism;
 use crate::tape::{Tape, TapeEvaluator};
 
@@ -24,7 +25,7 @@ pub struct Model {
     /// The functions as data, for any kind of number.
     pub tape: &'static Tape<'static>,
     mechanism: fn(Vec<f64>) -> Box<dyn Mechanism>,
-    batch: fn(Width, BatchRequest, f64) -> Option<Box<dyn SimdBatch>>,
+    lane_steps: fn(Width, BatchRequest, f64) -> Option<Box<dyn LaneSteps>>,
 }
 
 impl Model {
@@ -35,7 +36,7 @@ impl Model {
             operations: <X::Kernel<f64> as crate::kernel::Kernel<f64, N, M>>::OPERATIONS,
             tape: X::TAPE,
             mechanism: X::mechanism,
-            batch: X::batch,
+            lane_steps: X::lane_steps,
         }
     }
 
@@ -57,7 +58,9 @@ impl Model {
     /// them.
     ///
     /// A step counts as reliable up to this `residual` of the constraints.
-    pub fn batch(&self, width: Width, request: BatchRequest, residual: f64) -> Option<Box<dyn SimdBatch>> {
-        (self.batch)(width, request, residual)
+    pub fn batch(&self, width: Width, request: BatchRequest, residual: f64) -> Option<SimdBatch> {
+        let size = (self.description.coordinates.len(), self.description.constraints.len());
+        let steps = (self.lane_steps)(width, request, residual)?;
+        Some(SimdBatch::new(steps, size, request, residual))
     }
 }

@@ -135,7 +135,7 @@ fn steps<X: Generated<N, M>, R: Scalar, const N: usize, const M: usize>(
     rows: &mut [f64],
 ) -> RowResult {
     let layout = RowLayout { n: N, m: M };
-    let kernel = X::Kernel::<R>::with_values(|i| R::from_f64(values[i]));
+    let kernel = X::Kernel::<R>::with_values(&|i| R::from_f64(values[i]));
     let mut rows = rows.chunks_exact_mut(layout.width());
     let Some(first) = rows.next() else { return RowResult { made: 0, reason: RowStop::Full } };
     let (mut t, mut state) = read::<X, R, N, M>(first);

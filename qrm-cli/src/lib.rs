@@ -5,7 +5,6 @@
 mod columns;
 mod commands;
 mod condition;
-mod envelope;
 mod error;
 mod format;
 mod messages;

@@ -16,15 +16,15 @@ pub(crate) struct Recorder {
     columns: Vec<Column>,
     every: u64,
     trajectory: Option<Trajectory>,
-    /// The last row, if it was not written.
-    skipped: Vec<f64>,
+    /// Whether the last row was not written.
+    is_behind: bool,
     /// The error if nothing can be written at all.
     pub(crate) unusable: Option<Error>,
 }
 
 impl Recorder {
     pub(crate) fn new(folder: &Path, columns: Vec<Column>, every: u64) -> Self {
-        Self { folder: folder.to_owned(), columns, every, trajectory: None, skipped: Vec::new(), unusable: None }
+        Self { folder: folder.to_owned(), columns, every, trajectory: None, is_behind: false, unusable: None }
     }
 
     /// Rows written; after a failed write the whole rows that are left.
@@ -62,12 +62,11 @@ impl Recorder {
 
 impl Observer for Recorder {
     fn row(&mut self, row: &Row) -> io::Result<()> {
-        self.skipped.clear();
-        if row.index.is_multiple_of(self.every) {
+        self.is_behind = !row.index.is_multiple_of(self.every);
+        if !self.is_behind {
             self.open()?;
             return self.trajectory.as_mut().map_or(Ok(()), |trajectory| trajectory.row(row.columns.iter().copied()));
         }
-        self.skipped.extend_from_slice(row.columns);
         Ok(())
     }
 
@@ -78,11 +77,11 @@ impl Observer for Recorder {
         Ok(true)
     }
 
-    fn finish(&mut self) -> io::Result<()> {
+    fn finish(&mut self, last: &[f64]) -> io::Result<()> {
         let Some(trajectory) = &mut self.trajectory else { return Ok(()) };
         // The last row is written even if it is not its turn.
-        if !self.skipped.is_empty() {
-            trajectory.row(self.skipped.drain(..))?;
+        if self.is_behind {
+            trajectory.row(last.iter().copied())?;
         }
         trajectory.flush()
     }

@@ -5,8 +5,7 @@ use std::io;
 use qrm_core::Description;
 use qrm_sim::columns::{Column, Kind, columns};
 use qrm_sim::run::{Extremes, ExtremesTracker, Observer, Row};
-
-use crate::envelope::Envelope;
+use qrm_view::envelope::Envelope;
 
 /// Most frames that are kept; at least half as many of a long run are.
 const MAX_FRAMES: usize = 1500;
@@ -19,6 +18,7 @@ pub(crate) struct Recording {
     extremes: ExtremesTracker,
     with_extremes: usize,
     corrections: Envelope,
+    last_corrections: f64,
     /// Rows at equal distances, as many as an animation needs.
     pub(crate) frames: Vec<Frame>,
     /// Every how many rows one is kept.
@@ -37,6 +37,7 @@ impl Recording {
             envelope: Envelope::default(),
             extremes: ExtremesTracker::default(),
             corrections: Envelope::default(),
+            last_corrections: 0.0,
             frames: Vec::new(),
             every: 1,
         }
@@ -89,10 +90,11 @@ impl Recording {
 impl Observer for Recording {
     fn row(&mut self, row: &Row) -> io::Result<()> {
         self.envelope.row(row.t, row.columns);
-        self.extremes.row(row.t, row.columns[..self.with_extremes].iter().copied());
+        self.extremes.row(row.t, &row.columns[..self.with_extremes]);
         // No step leads to the first row.
         if row.index > 0 {
-            self.corrections.row(row.t, &[f64::from(row.corrections)]);
+            self.last_corrections = f64::from(row.corrections);
+            self.corrections.row(row.t, &[self.last_corrections]);
         }
         if row.index.is_multiple_of(self.every) {
             if self.frames.len() == MAX_FRAMES {
@@ -110,10 +112,12 @@ impl Observer for Recording {
         Ok(())
     }
 
-    fn finish(&mut self) -> io::Result<()> {
+    fn finish(&mut self, last: &[f64]) -> io::Result<()> {
+        let Some(t) = last.first() else { return Ok(()) };
+        self.envelope.finish(*t, last);
+        self.corrections.finish(*t, &[self.last_corrections]);
         // A motion is shown to its end.
-        let last = self.envelope.last();
-        if self.frames.last().is_some_and(|frame| frame[0] < last[0]) {
+        if self.frames.last().is_some_and(|frame| frame[0] < *t) {
             self.frames.push(last.to_vec());
         }
         Ok(())

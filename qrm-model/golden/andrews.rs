@@ -1094,7 +1094,7 @@ pub fn generalized_forces<R: Scalar>(
 ///
 /// Operations: 30 additions, 41 multiplications, 1 root, 7 sine-cosine pairs.
 #[doc(alias = "T + V")]
-#[inline]
+#[inline(always)]
 pub fn energy<R: Scalar>(m: &Andrews<R>, q: &[R; 7], qd: &[R; 7]) -> [R; 2] {
     let p = &m.parameters;
     let k = &m.constants;
@@ -1142,7 +1142,7 @@ pub fn energy<R: Scalar>(m: &Andrews<R>, q: &[R; 7], qd: &[R; 7]) -> [R; 2] {
 /// Arguments: `t` in s, `q = [beta, Theta, gamma, Phi, delta, Omega, eps]`, `qd = [beta_dot, Theta_dot, gamma_dot, Phi_dot, delta_dot, Omega_dot, eps_dot]`.
 ///
 /// Operations: no operations.
-#[inline]
+#[inline(always)]
 pub fn power<R: Scalar>(_m: &Andrews<R>, _t: R, _q: &[R; 7], _qd: &[R; 7]) -> R {
     R::zero()
 }
@@ -2278,7 +2278,7 @@ impl<R: Scalar> Kernel<R, 7, 6> for Andrews<R> {
 
     const OPERATIONS: usize = 383;
 
-    fn with_values(value: impl Fn(usize) -> R) -> Self {
+    fn with_values(value: &dyn Fn(usize) -> R) -> Self {
         Self::new(Parameters {
             m1: value(0),
             m2: value(1),
@@ -2375,12 +2375,10 @@ impl<R: Scalar> Kernel<R, 7, 6> for Andrews<R> {
         multipliers: &[R; 6],
         outputs: &mut [R],
     ) {
-        for (output, value) in outputs
-            .iter_mut()
-            .zip(&outputs_at(self, position, t, q, qd, qdd, multipliers, angles))
-        {
-            *output = *value;
-        }
+        outputs
+            .copy_from_slice(
+                &outputs_at(self, position, t, q, qd, qdd, multipliers, angles),
+            );
     }
 
     fn event(&self, _t: R, _q: &[R; 7], _qd: &[R; 7]) -> Option<R> {
@@ -2433,14 +2431,17 @@ impl<R: Scalar> Kernel<R, 7, 6> for Andrews<R> {
         mass_matrix(self, q)
     }
 
+    #[inline(always)]
     fn energy(&self, q: &[R; 7], qd: &[R; 7]) -> [R; 2] {
         energy(self, q, qd)
     }
 
+    #[inline(always)]
     fn power(&self, t: R, q: &[R; 7], qd: &[R; 7], _multipliers: &[R; 6]) -> R {
         power(self, t, q, qd)
     }
 
+    #[inline(always)]
     #[allow(unused_variables)]
     fn outputs(
         &self,
@@ -2451,12 +2452,7 @@ impl<R: Scalar> Kernel<R, 7, 6> for Andrews<R> {
         multipliers: &[R; 6],
         outputs: &mut [R],
     ) {
-        for (output, value) in outputs
-            .iter_mut()
-            .zip(&self::outputs(self, t, q, qd, qdd, multipliers))
-        {
-            *output = *value;
-        }
+        outputs.copy_from_slice(&self::outputs(self, t, q, qd, qdd, multipliers));
     }
 }
 

@@ -318,7 +318,7 @@ pub fn generalized_forces<R: Scalar>(
 ///
 /// Operations: 5 additions, 9 multiplications, 2 sine-cosine pairs.
 #[doc(alias = "T + V")]
-#[inline]
+#[inline(always)]
 pub fn energy<R: Scalar>(m: &DoublePendulum<R>, q: &[R; 2], qd: &[R; 2]) -> [R; 2] {
     let k = &m.constants;
     let [a, b] = *q;
@@ -339,7 +339,7 @@ pub fn energy<R: Scalar>(m: &DoublePendulum<R>, q: &[R; 2], qd: &[R; 2]) -> [R; 
 /// Arguments: `t` in s, `q = [a, b]`, `qd = [a_dot, b_dot]`.
 ///
 /// Operations: no operations.
-#[inline]
+#[inline(always)]
 pub fn power<R: Scalar>(_m: &DoublePendulum<R>, _t: R, _q: &[R; 2], _qd: &[R; 2]) -> R {
     R::zero()
 }
@@ -568,7 +568,7 @@ impl<R: Scalar> Kernel<R, 2, 0> for DoublePendulum<R> {
 
     const OPERATIONS: usize = 35;
 
-    fn with_values(value: impl Fn(usize) -> R) -> Self {
+    fn with_values(value: &dyn Fn(usize) -> R) -> Self {
         Self::new(Parameters {
             l: value(0),
             m: value(1),
@@ -627,12 +627,10 @@ impl<R: Scalar> Kernel<R, 2, 0> for DoublePendulum<R> {
         multipliers: &[R; 0],
         outputs: &mut [R],
     ) {
-        for (output, value) in outputs
-            .iter_mut()
-            .zip(&outputs_at(self, position, t, q, qd, qdd, multipliers, angles))
-        {
-            *output = *value;
-        }
+        outputs
+            .copy_from_slice(
+                &outputs_at(self, position, t, q, qd, qdd, multipliers, angles),
+            );
     }
 
     fn event(&self, _t: R, _q: &[R; 2], _qd: &[R; 2]) -> Option<R> {
@@ -670,14 +668,17 @@ impl<R: Scalar> Kernel<R, 2, 0> for DoublePendulum<R> {
         mass_matrix(self, q)
     }
 
+    #[inline(always)]
     fn energy(&self, q: &[R; 2], qd: &[R; 2]) -> [R; 2] {
         energy(self, q, qd)
     }
 
+    #[inline(always)]
     fn power(&self, t: R, q: &[R; 2], qd: &[R; 2], _multipliers: &[R; 0]) -> R {
         power(self, t, q, qd)
     }
 
+    #[inline(always)]
     #[allow(unused_variables)]
     fn outputs(
         &self,
@@ -688,12 +689,7 @@ impl<R: Scalar> Kernel<R, 2, 0> for DoublePendulum<R> {
         multipliers: &[R; 0],
         outputs: &mut [R],
     ) {
-        for (output, value) in outputs
-            .iter_mut()
-            .zip(&self::outputs(self, t, q, qd, qdd, multipliers))
-        {
-            *output = *value;
-        }
+        outputs.copy_from_slice(&self::outputs(self, t, q, qd, qdd, multipliers));
     }
 }
 

@@ -664,7 +664,7 @@ pub fn generalized_forces<R: Scalar>(
 ///
 /// Operations: 22 additions, 28 multiplications, 3 sine-cosine pairs.
 #[doc(alias = "T + V")]
-#[inline]
+#[inline(always)]
 pub fn energy<R: Scalar>(m: &FourBar<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
     let k = &m.constants;
     let [q1, q2, q3] = *q;
@@ -709,7 +709,7 @@ pub fn energy<R: Scalar>(m: &FourBar<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
 /// Arguments: `t` in s, `q = [q1, q2, q3]`, `qd = [q1_dot, q2_dot, q3_dot]`.
 ///
 /// Operations: no operations.
-#[inline]
+#[inline(always)]
 pub fn power<R: Scalar>(_m: &FourBar<R>, _t: R, _q: &[R; 3], _qd: &[R; 3]) -> R {
     R::zero()
 }
@@ -1293,7 +1293,7 @@ impl<R: Scalar> Kernel<R, 3, 2> for FourBar<R> {
 
     const OPERATIONS: usize = 194;
 
-    fn with_values(value: impl Fn(usize) -> R) -> Self {
+    fn with_values(value: &dyn Fn(usize) -> R) -> Self {
         Self::new(Parameters {
             l1: value(0),
             l2: value(1),
@@ -1353,12 +1353,10 @@ impl<R: Scalar> Kernel<R, 3, 2> for FourBar<R> {
         multipliers: &[R; 2],
         outputs: &mut [R],
     ) {
-        for (output, value) in outputs
-            .iter_mut()
-            .zip(&outputs_at(self, position, t, q, qd, qdd, multipliers, angles))
-        {
-            *output = *value;
-        }
+        outputs
+            .copy_from_slice(
+                &outputs_at(self, position, t, q, qd, qdd, multipliers, angles),
+            );
     }
 
     fn event(&self, _t: R, _q: &[R; 3], _qd: &[R; 3]) -> Option<R> {
@@ -1395,14 +1393,17 @@ impl<R: Scalar> Kernel<R, 3, 2> for FourBar<R> {
         mass_matrix(self, q)
     }
 
+    #[inline(always)]
     fn energy(&self, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
         energy(self, q, qd)
     }
 
+    #[inline(always)]
     fn power(&self, t: R, q: &[R; 3], qd: &[R; 3], _multipliers: &[R; 2]) -> R {
         power(self, t, q, qd)
     }
 
+    #[inline(always)]
     #[allow(unused_variables)]
     fn outputs(
         &self,
@@ -1413,12 +1414,7 @@ impl<R: Scalar> Kernel<R, 3, 2> for FourBar<R> {
         multipliers: &[R; 2],
         outputs: &mut [R],
     ) {
-        for (output, value) in outputs
-            .iter_mut()
-            .zip(&self::outputs(self, t, q, qd, qdd, multipliers))
-        {
-            *output = *value;
-        }
+        outputs.copy_from_slice(&self::outputs(self, t, q, qd, qdd, multipliers));
     }
 }
 

@@ -587,7 +587,7 @@ pub fn generalized_forces<R: Scalar>(
 ///
 /// Operations: 12 additions, 18 multiplications, 5 sine-cosine pairs.
 #[doc(alias = "T + V")]
-#[inline]
+#[inline(always)]
 pub fn energy<R: Scalar>(m: &NFourBar2<R>, q: &[R; 5], qd: &[R; 5]) -> [R; 2] {
     let k = &m.constants;
     let [a0, a1, a2, b0, b1] = *q;
@@ -614,7 +614,7 @@ pub fn energy<R: Scalar>(m: &NFourBar2<R>, q: &[R; 5], qd: &[R; 5]) -> [R; 2] {
 /// Arguments: `t` in s, `q = [a0, a1, a2, b0, b1]`, `qd = [a0_dot, a1_dot, a2_dot, b0_dot, b1_dot]`.
 ///
 /// Operations: no operations.
-#[inline]
+#[inline(always)]
 pub fn power<R: Scalar>(_m: &NFourBar2<R>, _t: R, _q: &[R; 5], _qd: &[R; 5]) -> R {
     R::zero()
 }
@@ -1245,7 +1245,7 @@ impl<R: Scalar> Kernel<R, 5, 4> for NFourBar2<R> {
 
     const OPERATIONS: usize = 189;
 
-    fn with_values(value: impl Fn(usize) -> R) -> Self {
+    fn with_values(value: &dyn Fn(usize) -> R) -> Self {
         Self::new(Parameters {
             l: value(0),
             m: value(1),
@@ -1305,12 +1305,10 @@ impl<R: Scalar> Kernel<R, 5, 4> for NFourBar2<R> {
         multipliers: &[R; 4],
         outputs: &mut [R],
     ) {
-        for (output, value) in outputs
-            .iter_mut()
-            .zip(&outputs_at(self, position, t, q, qd, qdd, multipliers, angles))
-        {
-            *output = *value;
-        }
+        outputs
+            .copy_from_slice(
+                &outputs_at(self, position, t, q, qd, qdd, multipliers, angles),
+            );
     }
 
     fn event(&self, _t: R, _q: &[R; 5], _qd: &[R; 5]) -> Option<R> {
@@ -1354,14 +1352,17 @@ impl<R: Scalar> Kernel<R, 5, 4> for NFourBar2<R> {
         mass_matrix(self, q)
     }
 
+    #[inline(always)]
     fn energy(&self, q: &[R; 5], qd: &[R; 5]) -> [R; 2] {
         energy(self, q, qd)
     }
 
+    #[inline(always)]
     fn power(&self, t: R, q: &[R; 5], qd: &[R; 5], _multipliers: &[R; 4]) -> R {
         power(self, t, q, qd)
     }
 
+    #[inline(always)]
     #[allow(unused_variables)]
     fn outputs(
         &self,
@@ -1372,12 +1373,7 @@ impl<R: Scalar> Kernel<R, 5, 4> for NFourBar2<R> {
         multipliers: &[R; 4],
         outputs: &mut [R],
     ) {
-        for (output, value) in outputs
-            .iter_mut()
-            .zip(&self::outputs(self, t, q, qd, qdd, multipliers))
-        {
-            *output = *value;
-        }
+        outputs.copy_from_slice(&self::outputs(self, t, q, qd, qdd, multipliers));
     }
 }
 

@@ -315,7 +315,7 @@ pub fn generalized_forces<R: Scalar>(
 ///
 /// Operations: 1 addition, 4 multiplications.
 #[doc(alias = "T + V")]
-#[inline]
+#[inline(always)]
 pub fn energy<R: Scalar>(m: &Pendulum<R>, q: &[R; 2], qd: &[R; 2]) -> [R; 2] {
     let k = &m.constants;
     let [_, y] = *q;
@@ -330,7 +330,7 @@ pub fn energy<R: Scalar>(m: &Pendulum<R>, q: &[R; 2], qd: &[R; 2]) -> [R; 2] {
 /// Arguments: `t` in s, `q = [x, y]`, `qd = [x_dot, y_dot]`.
 ///
 /// Operations: no operations.
-#[inline]
+#[inline(always)]
 pub fn power<R: Scalar>(_m: &Pendulum<R>, _t: R, _q: &[R; 2], _qd: &[R; 2]) -> R {
     R::zero()
 }
@@ -565,7 +565,7 @@ impl<R: Scalar> Kernel<R, 2, 1> for Pendulum<R> {
 
     const OPERATIONS: usize = 20;
 
-    fn with_values(value: impl Fn(usize) -> R) -> Self {
+    fn with_values(value: &dyn Fn(usize) -> R) -> Self {
         Self::new(Parameters {
             m: value(0),
             l: value(1),
@@ -623,12 +623,10 @@ impl<R: Scalar> Kernel<R, 2, 1> for Pendulum<R> {
         multipliers: &[R; 1],
         outputs: &mut [R],
     ) {
-        for (output, value) in outputs
-            .iter_mut()
-            .zip(&outputs_at(self, position, t, q, qd, qdd, multipliers, angles))
-        {
-            *output = *value;
-        }
+        outputs
+            .copy_from_slice(
+                &outputs_at(self, position, t, q, qd, qdd, multipliers, angles),
+            );
     }
 
     fn event(&self, _t: R, _q: &[R; 2], _qd: &[R; 2]) -> Option<R> {
@@ -665,14 +663,17 @@ impl<R: Scalar> Kernel<R, 2, 1> for Pendulum<R> {
         mass_matrix(self, q)
     }
 
+    #[inline(always)]
     fn energy(&self, q: &[R; 2], qd: &[R; 2]) -> [R; 2] {
         energy(self, q, qd)
     }
 
+    #[inline(always)]
     fn power(&self, t: R, q: &[R; 2], qd: &[R; 2], _multipliers: &[R; 1]) -> R {
         power(self, t, q, qd)
     }
 
+    #[inline(always)]
     #[allow(unused_variables)]
     fn outputs(
         &self,
@@ -683,12 +684,7 @@ impl<R: Scalar> Kernel<R, 2, 1> for Pendulum<R> {
         multipliers: &[R; 1],
         outputs: &mut [R],
     ) {
-        for (output, value) in outputs
-            .iter_mut()
-            .zip(&self::outputs(self, t, q, qd, qdd, multipliers))
-        {
-            *output = *value;
-        }
+        outputs.copy_from_slice(&self::outputs(self, t, q, qd, qdd, multipliers));
     }
 }
 

@@ -619,7 +619,7 @@ pub fn generalized_forces<R: Scalar>(
 ///
 /// Operations: 8 additions, 19 multiplications, 2 sine-cosine pairs.
 #[doc(alias = "T + V")]
-#[inline]
+#[inline(always)]
 pub fn energy<R: Scalar>(m: &QuickReturn<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
     let p = &m.parameters;
     let k = &m.constants;
@@ -649,7 +649,7 @@ pub fn energy<R: Scalar>(m: &QuickReturn<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] 
 /// Arguments: `t` in s, `q = [phi2, phi4, phi5]`, `qd = [phi2_dot, phi4_dot, phi5_dot]`.
 ///
 /// Operations: no operations.
-#[inline]
+#[inline(always)]
 pub fn power<R: Scalar>(_m: &QuickReturn<R>, _t: R, _q: &[R; 3], _qd: &[R; 3]) -> R {
     R::zero()
 }
@@ -1150,7 +1150,7 @@ impl<R: Scalar> Kernel<R, 3, 2> for QuickReturn<R> {
 
     const OPERATIONS: usize = 107;
 
-    fn with_values(value: impl Fn(usize) -> R) -> Self {
+    fn with_values(value: &dyn Fn(usize) -> R) -> Self {
         Self::new(Parameters {
             O2A: value(0),
             O4B: value(1),
@@ -1221,12 +1221,10 @@ impl<R: Scalar> Kernel<R, 3, 2> for QuickReturn<R> {
         multipliers: &[R; 2],
         outputs: &mut [R],
     ) {
-        for (output, value) in outputs
-            .iter_mut()
-            .zip(&outputs_at(self, position, t, q, qd, qdd, multipliers, angles))
-        {
-            *output = *value;
-        }
+        outputs
+            .copy_from_slice(
+                &outputs_at(self, position, t, q, qd, qdd, multipliers, angles),
+            );
     }
 
     #[inline(always)]
@@ -1265,14 +1263,17 @@ impl<R: Scalar> Kernel<R, 3, 2> for QuickReturn<R> {
         mass_matrix(self, q)
     }
 
+    #[inline(always)]
     fn energy(&self, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
         energy(self, q, qd)
     }
 
+    #[inline(always)]
     fn power(&self, t: R, q: &[R; 3], qd: &[R; 3], _multipliers: &[R; 2]) -> R {
         power(self, t, q, qd)
     }
 
+    #[inline(always)]
     #[allow(unused_variables)]
     fn outputs(
         &self,
@@ -1283,12 +1284,7 @@ impl<R: Scalar> Kernel<R, 3, 2> for QuickReturn<R> {
         multipliers: &[R; 2],
         outputs: &mut [R],
     ) {
-        for (output, value) in outputs
-            .iter_mut()
-            .zip(&self::outputs(self, t, q, qd, qdd, multipliers))
-        {
-            *output = *value;
-        }
+        outputs.copy_from_slice(&self::outputs(self, t, q, qd, qdd, multipliers));
     }
 }
 

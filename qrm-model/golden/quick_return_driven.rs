@@ -682,7 +682,7 @@ pub fn generalized_forces<R: Scalar>(
 ///
 /// Operations: 8 additions, 19 multiplications, 2 sine-cosine pairs.
 #[doc(alias = "T + V")]
-#[inline]
+#[inline(always)]
 pub fn energy<R: Scalar>(m: &QuickReturnDriven<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
     let p = &m.parameters;
     let k = &m.constants;
@@ -714,7 +714,7 @@ pub fn energy<R: Scalar>(m: &QuickReturnDriven<R>, q: &[R; 3], qd: &[R; 3]) -> [
 /// Arguments: `t` in s, `q = [phi2, phi4, phi5]`, `qd = [phi2_dot, phi4_dot, phi5_dot]`, `multipliers = [slot, guide, drive]`.
 ///
 /// Operations: 1 addition, 1 multiplication.
-#[inline]
+#[inline(always)]
 pub fn power<R: Scalar>(
     m: &QuickReturnDriven<R>,
     _t: R,
@@ -1326,7 +1326,7 @@ impl<R: Scalar> Kernel<R, 3, 3> for QuickReturnDriven<R> {
 
     const OPERATIONS: usize = 84;
 
-    fn with_values(value: impl Fn(usize) -> R) -> Self {
+    fn with_values(value: &dyn Fn(usize) -> R) -> Self {
         Self::new(Parameters {
             O2A: value(0),
             O4B: value(1),
@@ -1397,12 +1397,10 @@ impl<R: Scalar> Kernel<R, 3, 3> for QuickReturnDriven<R> {
         multipliers: &[R; 3],
         outputs: &mut [R],
     ) {
-        for (output, value) in outputs
-            .iter_mut()
-            .zip(&outputs_at(self, position, t, q, qd, qdd, multipliers, angles))
-        {
-            *output = *value;
-        }
+        outputs
+            .copy_from_slice(
+                &outputs_at(self, position, t, q, qd, qdd, multipliers, angles),
+            );
     }
 
     fn event(&self, _t: R, _q: &[R; 3], _qd: &[R; 3]) -> Option<R> {
@@ -1440,14 +1438,17 @@ impl<R: Scalar> Kernel<R, 3, 3> for QuickReturnDriven<R> {
         mass_matrix(self, q)
     }
 
+    #[inline(always)]
     fn energy(&self, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
         energy(self, q, qd)
     }
 
+    #[inline(always)]
     fn power(&self, t: R, q: &[R; 3], qd: &[R; 3], multipliers: &[R; 3]) -> R {
         power(self, t, q, qd, multipliers)
     }
 
+    #[inline(always)]
     #[allow(unused_variables)]
     fn outputs(
         &self,
@@ -1458,12 +1459,7 @@ impl<R: Scalar> Kernel<R, 3, 3> for QuickReturnDriven<R> {
         multipliers: &[R; 3],
         outputs: &mut [R],
     ) {
-        for (output, value) in outputs
-            .iter_mut()
-            .zip(&self::outputs(self, t, q, qd, qdd, multipliers))
-        {
-            *output = *value;
-        }
+        outputs.copy_from_slice(&self::outputs(self, t, q, qd, qdd, multipliers));
     }
 
     fn linearization(

@@ -792,7 +792,7 @@ pub fn generalized_forces<R: Scalar>(
 ///
 /// Operations: 16 additions, 28 multiplications, 3 sine-cosine pairs.
 #[doc(alias = "T + V")]
-#[inline]
+#[inline(always)]
 pub fn energy<R: Scalar>(m: &QuickReturnLoaded<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
     let p = &m.parameters;
     let k = &m.constants;
@@ -829,7 +829,7 @@ pub fn energy<R: Scalar>(m: &QuickReturnLoaded<R>, q: &[R; 3], qd: &[R; 3]) -> [
 /// Arguments: `t` in s, `q = [phi2, phi4, phi5]`, `qd = [phi2_dot, phi4_dot, phi5_dot]`.
 ///
 /// Operations: 2 additions, 6 multiplications, 2 sine-cosine pairs.
-#[inline]
+#[inline(always)]
 pub fn power<R: Scalar>(m: &QuickReturnLoaded<R>, _t: R, q: &[R; 3], qd: &[R; 3]) -> R {
     let p = &m.parameters;
     let [_, phi4, phi5] = *q;
@@ -1562,7 +1562,7 @@ impl<R: Scalar> Kernel<R, 3, 2> for QuickReturnLoaded<R> {
 
     const OPERATIONS: usize = 129;
 
-    fn with_values(value: impl Fn(usize) -> R) -> Self {
+    fn with_values(value: &dyn Fn(usize) -> R) -> Self {
         Self::new(Parameters {
             O2A: value(0),
             O4B: value(1),
@@ -1640,12 +1640,10 @@ impl<R: Scalar> Kernel<R, 3, 2> for QuickReturnLoaded<R> {
         multipliers: &[R; 2],
         outputs: &mut [R],
     ) {
-        for (output, value) in outputs
-            .iter_mut()
-            .zip(&outputs_at(self, position, t, q, qd, qdd, multipliers, angles))
-        {
-            *output = *value;
-        }
+        outputs
+            .copy_from_slice(
+                &outputs_at(self, position, t, q, qd, qdd, multipliers, angles),
+            );
     }
 
     #[inline(always)]
@@ -1684,14 +1682,17 @@ impl<R: Scalar> Kernel<R, 3, 2> for QuickReturnLoaded<R> {
         mass_matrix(self, q)
     }
 
+    #[inline(always)]
     fn energy(&self, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
         energy(self, q, qd)
     }
 
+    #[inline(always)]
     fn power(&self, t: R, q: &[R; 3], qd: &[R; 3], _multipliers: &[R; 2]) -> R {
         power(self, t, q, qd)
     }
 
+    #[inline(always)]
     #[allow(unused_variables)]
     fn outputs(
         &self,
@@ -1702,12 +1703,7 @@ impl<R: Scalar> Kernel<R, 3, 2> for QuickReturnLoaded<R> {
         multipliers: &[R; 2],
         outputs: &mut [R],
     ) {
-        for (output, value) in outputs
-            .iter_mut()
-            .zip(&self::outputs(self, t, q, qd, qdd, multipliers))
-        {
-            *output = *value;
-        }
+        outputs.copy_from_slice(&self::outputs(self, t, q, qd, qdd, multipliers));
     }
 
     fn linearization(

@@ -878,7 +878,7 @@ pub fn generalized_forces<R: Scalar>(
 ///
 /// Operations: 21 additions, 32 multiplications, 1 root, 3 sine-cosine pairs, 1 other function.
 #[doc(alias = "T + V")]
-#[inline]
+#[inline(always)]
 pub fn energy<R: Scalar>(m: &Shaper<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
     let p = &m.parameters;
     let k = &m.constants;
@@ -917,7 +917,7 @@ pub fn energy<R: Scalar>(m: &Shaper<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
 /// Arguments: `t` in s, `q = [phi2, phi4, phi5]`, `qd = [phi2_dot, phi4_dot, phi5_dot]`.
 ///
 /// Operations: 29 additions, 27 multiplications, 2 sine-cosine pairs, 9 other functions.
-#[inline]
+#[inline(always)]
 pub fn power<R: Scalar>(m: &Shaper<R>, _t: R, q: &[R; 3], qd: &[R; 3]) -> R {
     let p = &m.parameters;
     let k = &m.constants;
@@ -1870,7 +1870,7 @@ impl<R: Scalar> Kernel<R, 3, 2> for Shaper<R> {
 
     const OPERATIONS: usize = 205;
 
-    fn with_values(value: impl Fn(usize) -> R) -> Self {
+    fn with_values(value: &dyn Fn(usize) -> R) -> Self {
         Self::new(Parameters {
             O2A: value(0),
             O4B: value(1),
@@ -1949,12 +1949,10 @@ impl<R: Scalar> Kernel<R, 3, 2> for Shaper<R> {
         multipliers: &[R; 2],
         outputs: &mut [R],
     ) {
-        for (output, value) in outputs
-            .iter_mut()
-            .zip(&outputs_at(self, position, t, q, qd, qdd, multipliers, angles))
-        {
-            *output = *value;
-        }
+        outputs
+            .copy_from_slice(
+                &outputs_at(self, position, t, q, qd, qdd, multipliers, angles),
+            );
     }
 
     #[inline(always)]
@@ -1993,14 +1991,17 @@ impl<R: Scalar> Kernel<R, 3, 2> for Shaper<R> {
         mass_matrix(self, q)
     }
 
+    #[inline(always)]
     fn energy(&self, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
         energy(self, q, qd)
     }
 
+    #[inline(always)]
     fn power(&self, t: R, q: &[R; 3], qd: &[R; 3], _multipliers: &[R; 2]) -> R {
         power(self, t, q, qd)
     }
 
+    #[inline(always)]
     #[allow(unused_variables)]
     fn outputs(
         &self,
@@ -2011,12 +2012,7 @@ impl<R: Scalar> Kernel<R, 3, 2> for Shaper<R> {
         multipliers: &[R; 2],
         outputs: &mut [R],
     ) {
-        for (output, value) in outputs
-            .iter_mut()
-            .zip(&self::outputs(self, t, q, qd, qdd, multipliers))
-        {
-            *output = *value;
-        }
+        outputs.copy_from_slice(&self::outputs(self, t, q, qd, qdd, multipliers));
     }
 
     fn linearization(

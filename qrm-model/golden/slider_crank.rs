@@ -429,7 +429,7 @@ pub fn generalized_forces<R: Scalar>(
 ///
 /// Operations: 9 additions, 15 multiplications, 1 root, 2 sine-cosine pairs.
 #[doc(alias = "T + V")]
-#[inline]
+#[inline(always)]
 pub fn energy<R: Scalar>(m: &SliderCrank<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
     let p = &m.parameters;
     let k = &m.constants;
@@ -461,7 +461,7 @@ pub fn energy<R: Scalar>(m: &SliderCrank<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] 
 /// Arguments: `t` in s, `q = [q, x, p]`, `qd = [q_dot, x_dot, p_dot]`.
 ///
 /// Operations: 12 additions, 23 multiplications, 1 division, 1 root, 2 sine-cosine pairs.
-#[inline]
+#[inline(always)]
 pub fn power<R: Scalar>(m: &SliderCrank<R>, _t: R, q: &[R; 3], qd: &[R; 3]) -> R {
     let p = &m.parameters;
     let k = &m.constants;
@@ -1004,7 +1004,7 @@ impl<R: Scalar> Kernel<R, 3, 2> for SliderCrank<R> {
 
     const OPERATIONS: usize = 87;
 
-    fn with_values(value: impl Fn(usize) -> R) -> Self {
+    fn with_values(value: &dyn Fn(usize) -> R) -> Self {
         Self::new(Parameters {
             a: value(0),
             J1: value(1),
@@ -1067,12 +1067,10 @@ impl<R: Scalar> Kernel<R, 3, 2> for SliderCrank<R> {
         multipliers: &[R; 2],
         outputs: &mut [R],
     ) {
-        for (output, value) in outputs
-            .iter_mut()
-            .zip(&outputs_at(self, position, t, q, qd, qdd, multipliers, angles))
-        {
-            *output = *value;
-        }
+        outputs
+            .copy_from_slice(
+                &outputs_at(self, position, t, q, qd, qdd, multipliers, angles),
+            );
     }
 
     fn event(&self, _t: R, _q: &[R; 3], _qd: &[R; 3]) -> Option<R> {
@@ -1109,14 +1107,17 @@ impl<R: Scalar> Kernel<R, 3, 2> for SliderCrank<R> {
         mass_matrix(self, q)
     }
 
+    #[inline(always)]
     fn energy(&self, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
         energy(self, q, qd)
     }
 
+    #[inline(always)]
     fn power(&self, t: R, q: &[R; 3], qd: &[R; 3], _multipliers: &[R; 2]) -> R {
         power(self, t, q, qd)
     }
 
+    #[inline(always)]
     #[allow(unused_variables)]
     fn outputs(
         &self,
@@ -1127,12 +1128,7 @@ impl<R: Scalar> Kernel<R, 3, 2> for SliderCrank<R> {
         multipliers: &[R; 2],
         outputs: &mut [R],
     ) {
-        for (output, value) in outputs
-            .iter_mut()
-            .zip(&self::outputs(self, t, q, qd, qdd, multipliers))
-        {
-            *output = *value;
-        }
+        outputs.copy_from_slice(&self::outputs(self, t, q, qd, qdd, multipliers));
     }
 
     fn linearization(

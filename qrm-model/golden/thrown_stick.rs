@@ -317,7 +317,7 @@ pub fn generalized_forces<R: Scalar>(
 ///
 /// Operations: 5 additions, 10 multiplications, 1 sine-cosine pair.
 #[doc(alias = "T + V")]
-#[inline]
+#[inline(always)]
 pub fn energy<R: Scalar>(m: &ThrownStick<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
     let k = &m.constants;
     let [_, y, a] = *q;
@@ -338,7 +338,7 @@ pub fn energy<R: Scalar>(m: &ThrownStick<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] 
 /// Arguments: `t` in s, `q = [x, y, a]`, `qd = [x_dot, y_dot, a_dot]`.
 ///
 /// Operations: no operations.
-#[inline]
+#[inline(always)]
 pub fn power<R: Scalar>(_m: &ThrownStick<R>, _t: R, _q: &[R; 3], _qd: &[R; 3]) -> R {
     R::zero()
 }
@@ -573,7 +573,7 @@ impl<R: Scalar> Kernel<R, 3, 0> for ThrownStick<R> {
 
     const OPERATIONS: usize = 25;
 
-    fn with_values(value: impl Fn(usize) -> R) -> Self {
+    fn with_values(value: &dyn Fn(usize) -> R) -> Self {
         Self::new(Parameters {
             l: value(0),
             m: value(1),
@@ -633,12 +633,10 @@ impl<R: Scalar> Kernel<R, 3, 0> for ThrownStick<R> {
         multipliers: &[R; 0],
         outputs: &mut [R],
     ) {
-        for (output, value) in outputs
-            .iter_mut()
-            .zip(&outputs_at(self, position, t, q, qd, qdd, multipliers, angles))
-        {
-            *output = *value;
-        }
+        outputs
+            .copy_from_slice(
+                &outputs_at(self, position, t, q, qd, qdd, multipliers, angles),
+            );
     }
 
     fn event(&self, _t: R, _q: &[R; 3], _qd: &[R; 3]) -> Option<R> {
@@ -676,14 +674,17 @@ impl<R: Scalar> Kernel<R, 3, 0> for ThrownStick<R> {
         mass_matrix(self, q)
     }
 
+    #[inline(always)]
     fn energy(&self, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
         energy(self, q, qd)
     }
 
+    #[inline(always)]
     fn power(&self, t: R, q: &[R; 3], qd: &[R; 3], _multipliers: &[R; 0]) -> R {
         power(self, t, q, qd)
     }
 
+    #[inline(always)]
     #[allow(unused_variables)]
     fn outputs(
         &self,
@@ -694,12 +695,7 @@ impl<R: Scalar> Kernel<R, 3, 0> for ThrownStick<R> {
         multipliers: &[R; 0],
         outputs: &mut [R],
     ) {
-        for (output, value) in outputs
-            .iter_mut()
-            .zip(&self::outputs(self, t, q, qd, qdd, multipliers))
-        {
-            *output = *value;
-        }
+        outputs.copy_from_slice(&self::outputs(self, t, q, qd, qdd, multipliers));
     }
 }
 

@@ -112,14 +112,19 @@ pub(crate) fn write_row(
     checks: [f64; 3],
     numbers: &mut Vec<f64>,
 ) {
-    numbers.clear();
-    numbers.push(t);
-    for i in 0..q.len() {
-        numbers.extend([q[i], qd[i], qdd[i]]);
+    let (n, m) = (q.len(), multipliers.len());
+    numbers.resize(4 + 3 * n + m + outputs.len(), 0.0);
+    let (time, rest) = numbers.split_at_mut(1);
+    let (motion, rest) = rest.split_at_mut(3 * n);
+    let (forces, rest) = rest.split_at_mut(m);
+    let (quantities, last) = rest.split_at_mut(outputs.len());
+    time[0] = t;
+    for (((numbers, q), qd), qdd) in motion.chunks_exact_mut(3).zip(q).zip(qd).zip(qdd) {
+        numbers.copy_from_slice(&[*q, *qd, *qdd]);
     }
-    numbers.extend_from_slice(multipliers);
-    numbers.extend_from_slice(outputs);
-    numbers.extend(checks);
+    forces.copy_from_slice(multipliers);
+    quantities.copy_from_slice(outputs);
+    last.copy_from_slice(&checks);
 }
 
 /// The unit of a rate, or of a rate of a higher order.

@@ -128,7 +128,7 @@ impl Observer for Notes {
         Ok(self.stop_after.is_none_or(|rows| self.times.len() < rows))
     }
 
-    fn finish(&mut self) -> io::Result<()> {
+    fn finish(&mut self, _last: &[f64]) -> io::Result<()> {
         self.finished += 1;
         Ok(())
     }

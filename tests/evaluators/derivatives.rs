@@ -131,7 +131,7 @@ fn by_parameters<X: Generated<N, M>, const N: usize, const M: usize>(values: &[f
     let tape = X::TAPE;
     for i in 0..values.len() {
         let seeded: Vec<D> = values.iter().enumerate().map(|(j, &v)| dual(v, f64::from(u8::from(i == j)))).collect();
-        let kernel = X::Kernel::<D>::with_values(|j| seeded[j]);
+        let kernel = X::Kernel::<D>::with_values(&|j| seeded[j]);
         let (t, q, qd) = (D::from_f64(state.t), state.q.map(D::from_f64), state.qd.map(D::from_f64));
         let angles = Angles::new(&q, X::Kernel::<D>::IS_ANGLE);
         let position = kernel.position(t, &q, &angles);

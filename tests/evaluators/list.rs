@@ -260,7 +260,7 @@ fn kernel<X: Generated<N, M>, R: Number, const N: usize, const M: usize>(
     state: &State<N, M>,
 ) -> Option<Values<DoubleDouble>> {
     let parameters = mechanism.parameters();
-    let kernel = X::Kernel::<R>::with_values(|i| R::from_f64(parameters[i]));
+    let kernel = X::Kernel::<R>::with_values(&|i| R::from_f64(parameters[i]));
     let (t, q, qd) = (R::input(state.t), state.q.map(R::input), state.qd.map(R::input));
     let angles = Angles::new(&q, X::Kernel::<R>::IS_ANGLE);
     let position = kernel.position(t, &q, &angles);

@@ -4,6 +4,7 @@
 //! it gives back is text or bytes. The same input gives the same bytes.
 
 pub mod animation;
+pub mod envelope;
 pub mod figure;
 pub mod gif;
 mod html;

@@ -8,7 +8,7 @@ use quote::{format_ident, quote};
 use super::body::{Body, Operations};
 use super::layout::Argument;
 use super::plain::ident;
-use super::scene_items::{event, fill_outputs, linearization, schedule, start, time_argument};
+use super::scene_items::{event, linearization, schedule, start, time_argument};
 use super::{Writer, struct_name};
 use crate::graph::{Graph, Id, Op, Signed};
 use crate::kernel::{Block, Kernel, Local};
@@ -452,7 +452,7 @@ impl<'a> Emitter<'a> {
             quote!(outputs_at(self, position, t, q, qd, qdd, multipliers, angles)),
             quote!(self::outputs(self, t, q, qd, qdd, multipliers)),
         ]
-        .map(|values| (!scene.outputs.is_empty()).then(|| fill_outputs(&values)));
+        .map(|values| (!scene.outputs.is_empty()).then(|| quote!(outputs.copy_from_slice(&#values);)));
         let (t, at) = time_argument(self.kernel.is_timed);
         let (driven_t, driven_at) = time_argument(scene.is_driven());
         let and_multipliers = scene.is_driven().then(|| quote!(, multipliers));
@@ -464,7 +464,7 @@ impl<'a> Emitter<'a> {
                 const IS_ANGLE: [bool; #n] = [#(#is_angle),*];
                 const OPERATIONS: usize = #operations;
 
-                fn with_values(#value: impl Fn(usize) -> R) -> Self {
+                fn with_values(#value: &dyn Fn(usize) -> R) -> Self {
                     Self::new(Parameters { #(#parameters)* #marker })
                 }
 
@@ -541,14 +541,17 @@ impl<'a> Emitter<'a> {
                     mass_matrix(self, q)
                 }
 
+                #[inline(always)]
                 fn energy(&self, q: &[R; #n], qd: &[R; #n]) -> [R; 2] {
                     energy(self, q, qd)
                 }
 
+                #[inline(always)]
                 fn power(&self, t: R, q: &[R; #n], qd: &[R; #n], #multipliers: &[R; #c]) -> R {
                     power(self, t, q, qd #and_multipliers)
                 }
 
+                #[inline(always)]
                 #[allow(unused_variables)]
                 fn outputs(
                     &self,

@@ -134,15 +134,6 @@ pub(super) fn time_argument(is_needed: bool) -> (proc_macro2::Ident, TokenStream
     if is_needed { (format_ident!("t"), quote!(t,)) } else { (format_ident!("_t"), quote!()) }
 }
 
-/// The statements that fill a slice with the outputs.
-pub(super) fn fill_outputs(values: &TokenStream) -> TokenStream {
-    quote! {
-        for (output, value) in outputs.iter_mut().zip(&#values) {
-            *output = *value;
-        }
-    }
-}
-
 /// Binds `p` if any of the formulae needs it.
 fn with_parameters(values: &[&Value], body: TokenStream) -> TokenStream {
     let is_parameter = |q: &Quantity| matches!(q, Quantity::Parameter(_));

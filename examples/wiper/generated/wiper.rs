@@ -499,7 +499,7 @@ pub fn generalized_forces<R: Scalar>(
 ///
 /// Operations: 4 additions, 10 multiplications, 2 sine-cosine pairs.
 #[doc(alias = "T + V")]
-#[inline]
+#[inline(always)]
 pub fn energy<R: Scalar>(m: &Wiper<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
     let k = &m.constants;
     let [crank, rod, _] = *q;
@@ -524,7 +524,7 @@ pub fn energy<R: Scalar>(m: &Wiper<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
 /// Arguments: `t` in s, `q = [crank, rod, arm]`, `qd = [crank_dot, rod_dot, arm_dot]`.
 ///
 /// Operations: 2 additions, 6 multiplications, 1 other function.
-#[inline]
+#[inline(always)]
 pub fn power<R: Scalar>(m: &Wiper<R>, _t: R, _q: &[R; 3], qd: &[R; 3]) -> R {
     let p = &m.parameters;
     let k = &m.constants;
@@ -921,7 +921,7 @@ impl<R: Scalar> Kernel<R, 3, 2> for Wiper<R> {
 
     const OPERATIONS: usize = 87;
 
-    fn with_values(value: impl Fn(usize) -> R) -> Self {
+    fn with_values(value: &dyn Fn(usize) -> R) -> Self {
         Self::new(Parameters {
             a: value(0),
             b: value(1),
@@ -988,12 +988,10 @@ impl<R: Scalar> Kernel<R, 3, 2> for Wiper<R> {
         multipliers: &[R; 2],
         outputs: &mut [R],
     ) {
-        for (output, value) in outputs
-            .iter_mut()
-            .zip(&outputs_at(self, position, t, q, qd, qdd, multipliers, angles))
-        {
-            *output = *value;
-        }
+        outputs
+            .copy_from_slice(
+                &outputs_at(self, position, t, q, qd, qdd, multipliers, angles),
+            );
     }
 
     fn event(&self, _t: R, _q: &[R; 3], _qd: &[R; 3]) -> Option<R> {
@@ -1030,14 +1028,17 @@ impl<R: Scalar> Kernel<R, 3, 2> for Wiper<R> {
         mass_matrix(self, q)
     }
 
+    #[inline(always)]
     fn energy(&self, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
         energy(self, q, qd)
     }
 
+    #[inline(always)]
     fn power(&self, t: R, q: &[R; 3], qd: &[R; 3], _multipliers: &[R; 2]) -> R {
         power(self, t, q, qd)
     }
 
+    #[inline(always)]
     #[allow(unused_variables)]
     fn outputs(
         &self,
@@ -1048,12 +1049,7 @@ impl<R: Scalar> Kernel<R, 3, 2> for Wiper<R> {
         multipliers: &[R; 2],
         outputs: &mut [R],
     ) {
-        for (output, value) in outputs
-            .iter_mut()
-            .zip(&self::outputs(self, t, q, qd, qdd, multipliers))
-        {
-            *output = *value;
-        }
+        outputs.copy_from_slice(&self::outputs(self, t, q, qd, qdd, multipliers));
     }
 }
 

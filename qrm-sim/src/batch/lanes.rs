@@ -12,7 +12,7 @@ use crate::state::State;
 pub(super) struct LaneSweep<'a> {
     designs: &'a [Box<dyn Mechanism>],
     request: &'a SweepRequest<'a>,
-    batch: Box<dyn SimdBatch>,
+    batch: SimdBatch,
     /// Makes the steps that are no whole ones, and those that lanes cannot make.
     integrator: Integrator,
     /// The next design that waits.
@@ -162,8 +162,8 @@ impl<'a> LaneSweep<'a> {
     }
 
     /// The state of a lane, as the batch reads it into a row.
-    fn state(&mut self, read: impl FnOnce(&dyn SimdBatch, &mut [f64])) -> State {
-        read(&*self.batch, &mut self.row);
+    fn state(&mut self, read: impl FnOnce(&SimdBatch, &mut Vec<f64>)) -> State {
+        read(&self.batch, &mut self.row);
         let mut state = State::zero(self.size.0, self.size.1);
         state.read(&self.row);
         state
@@ -177,8 +177,8 @@ impl<'a> LaneSweep<'a> {
                 continue;
             }
             let (design, end_time) = (*design, rows.end_time);
-            let mut to = self.state(|batch, row| batch.row(LaneRole::Main, lane, row));
-            let from = self.state(|batch, row| batch.row_before(lane, row));
+            let mut to = self.state(|batch, row| batch.read_row(LaneRole::Main, lane, row));
+            let from = self.state(|batch, row| batch.read_row_before(lane, row));
             if !self.batch.is_reliable(lane) {
                 match self.robust_step(design, &from, to.t) {
                     Ok(robust) => {
@@ -242,8 +242,8 @@ impl<'a> LaneSweep<'a> {
                 continue;
             }
             let design = *design;
-            let from = self.state(|batch, row| batch.row_before(lane, row));
-            let main = self.state(|batch, row| batch.row(LaneRole::Main, lane, row));
+            let from = self.state(|batch, row| batch.read_row_before(lane, row));
+            let main = self.state(|batch, row| batch.read_row(LaneRole::Main, lane, row));
             let robust = self.robust_step(design, &from, main.t);
             if let (Err(_), Some(lane)) = (&robust, &mut self.lanes[lane]) {
                 lane.has_companion = false;
@@ -267,7 +267,7 @@ impl<'a> LaneSweep<'a> {
         if !ends_together {
             return Some(difference);
         }
-        let companion = self.state(|batch, row| batch.row(LaneRole::Companion, lane, row));
+        let companion = self.state(|batch, row| batch.read_row(LaneRole::Companion, lane, row));
         let end = self.step_alone(design, &companion, at.t).ok()?;
         Some(end.q.iter().zip(&at.q).fold(difference, |most, (own, q)| most.max((own - q).abs())))
     }

@@ -88,15 +88,6 @@ impl Observer for Balance {
         }
         Ok(())
     }
-
-    fn goes_on(&mut self, _t: f64, _end_time: f64) -> io::Result<bool> {
-        Ok(true)
-    }
-
-    fn finish(&mut self) -> io::Result<()> {
-        *self = self.finished();
-        Ok(())
-    }
 }
 
 #[cfg(test)]
@@ -127,7 +118,7 @@ mod tests {
             let mut balance = Balance::default();
             let h = 1.0 / f64::from(count - 1);
             (0..count).for_each(|i| balance.row(&row(f64::from(i) * h)).expect("kept"));
-            balance.finish().expect("finished");
+            let balance = balance.finished();
             // A line through two rows, a parabola through three, cubics from then on.
             let order =
                 [0.09 * h.powi(2), 0.1 * h.powi(3), 0.1 * h.powi(4)][usize::try_from(count - 2).unwrap_or(2).min(2)];

@@ -25,58 +25,88 @@ const MOST_ITERATIONS: usize = 60;
 /// Of extremes that differ by less than this part of the range, rounding errors would choose: the first one counts.
 const TIE: f64 = 1e-9;
 
+/// Rows that a polynomial goes through.
+const ROWS: usize = 5;
+
 /// Follows columns row by row and looks between the rows with polynomials of degree 4 through five of them.
 #[derive(Clone, Debug)]
 pub struct ExtremesTracker<D = f64> {
-    /// The last five rows: time and values.
-    window: Vec<(D, Vec<D>)>,
-    /// Room for the next row.
-    spare: Vec<D>,
+    /// Rows so far.
+    rows: usize,
+    /// The times of the last five rows; row `k` stands at `k` modulo 5.
+    times: Vec<D>,
+    /// Their values, one row after another.
+    values: Vec<D>,
     found: Vec<Extremes<D>>,
 }
 
 impl<D> Default for ExtremesTracker<D> {
     fn default() -> Self {
-        Self { window: Vec::new(), spare: Vec::new(), found: Vec::new() }
+        Self { rows: 0, times: Vec::new(), values: Vec::new(), found: Vec::new() }
     }
 }
 
 impl<D: Number> ExtremesTracker<D> {
     /// Takes the next row, with as many values as the first one.
-    pub fn row(&mut self, t: D, values: impl Iterator<Item = D>) {
-        let mut row = std::mem::take(&mut self.spare);
-        row.clear();
-        row.extend(values);
-        if self.found.is_empty() {
-            self.found.extend(row.iter().map(|value| Extremes { minimum: (*value, t), maximum: (*value, t) }));
+    pub fn row(&mut self, t: D, values: &[D]) {
+        if self.rows == 0 {
+            self.found = values.iter().map(|value| Extremes { minimum: (*value, t), maximum: (*value, t) }).collect();
+            self.times = vec![t; ROWS];
+            self.values = values.repeat(ROWS);
         }
-        let begin = self.window.first().map(|first| first.0);
-        for (found, value) in self.found.iter_mut().zip(&row) {
-            found.note(t, *value, begin);
+        let begin = (self.rows > 0).then(|| self.time(0));
+        self.times[self.rows % ROWS] = t;
+        let place = self.place(self.rows);
+        self.values[place].copy_from_slice(values);
+        self.rows += 1;
+        if self.window() < ROWS {
+            self.found.iter_mut().zip(values).for_each(|(found, value)| found.note(t, *value, begin));
+            return;
         }
-        if self.window.len() == 5 {
-            self.spare = self.window.remove(0).1;
-        }
-        self.window.push((t, row));
-        if let [begin, before, at, after, _] = &self.window[..] {
-            for column in 0..self.found.len() {
-                if !is_turn([before.1[column], at.1[column], after.1[column]]) {
-                    continue;
-                }
-                if let Some((t, value)) = self.vertex(column, 2, &self.found[column]) {
-                    self.found[column].note(t, value, Some(begin.0));
-                }
+        // The rows around the middle of the window.
+        let first = self.rows - ROWS;
+        let [before, at, after] = [1, 2, 3].map(|i| self.place(first + i).start);
+        for column in 0..values.len() {
+            self.found[column].note(t, values[column], begin);
+            let value = |place: usize| self.values[place + column].re();
+            if is_turn([value(before), value(at), value(after)])
+                && let Some((vertex_time, vertex)) = self.vertex(column, 2, &self.found[column])
+            {
+                let begin = self.time(0);
+                self.found[column].note(vertex_time, vertex, Some(begin));
             }
         }
+    }
+
+    /// The number of rows that are kept.
+    fn window(&self) -> usize {
+        self.rows.min(ROWS)
+    }
+
+    /// The place of the values of a row.
+    fn place(&self, row: usize) -> std::ops::Range<usize> {
+        let count = self.found.len();
+        let begin = row % ROWS * count;
+        begin..begin + count
+    }
+
+    /// The time of a kept row, the oldest first.
+    fn time(&self, i: usize) -> D {
+        self.times[(self.rows - self.window() + i) % ROWS]
+    }
+
+    /// The value of a column in a kept row, the oldest first.
+    fn value(&self, i: usize, column: usize) -> D {
+        self.values[self.place(self.rows - self.window() + i).start + column]
     }
 
     /// The extremes of a column in the rows so far; `None` without rows.
     pub fn extremes(&self, column: usize) -> Option<Extremes<D>> {
         let mut found = *self.found.get(column)?;
         // The ends of the series have no five rows around them.
-        for middle in 1..self.window.len().saturating_sub(1) {
+        for middle in 1..self.window().saturating_sub(1) {
             if let Some((t, value)) = self.vertex(column, middle, &found) {
-                found.note(t, value, self.window.first().map(|first| first.0));
+                found.note(t, value, Some(self.time(0)));
             }
         }
         Some(found)
@@ -84,7 +114,7 @@ impl<D: Number> ExtremesTracker<D> {
 
     /// The vertex near a row that is higher or lower than both its neighbours: time and value.
     fn vertex(&self, column: usize, middle: usize, found: &Extremes<D>) -> Option<(D, D)> {
-        let value = |i: usize| self.window[i].1[column].re();
+        let value = |i: usize| self.value(i, column).re();
         let [before, at, after] = [value(middle - 1), value(middle), value(middle + 1)];
         if !is_turn([before, at, after]) {
             return None;
@@ -99,18 +129,18 @@ impl<D: Number> ExtremesTracker<D> {
 
     /// Searches the vertex near a row; its value differs from that of the row by `reach` at most.
     fn search(&self, column: usize, middle: usize, reach: f64) -> Option<(D, D)> {
-        let row = |i: usize| (self.window[i].0.re(), self.window[i].1[column].re());
+        let row = |i: usize| (self.time(i).re(), self.value(i, column).re());
         // At a corner one row bends alone, and a polynomial through it would overshoot.
         let bend = |i: usize| {
             let slope = |i: usize| (row(i + 1).1 - row(i).1) / (row(i + 1).0 - row(i).0);
             (slope(i) - slope(i - 1)) / (row(i + 1).0 - row(i - 1).0)
         };
         let own = bend(middle);
-        let neighbours = [middle - 1, middle + 1].into_iter().filter(|&i| i >= 1 && i + 1 < self.window.len());
+        let neighbours = [middle - 1, middle + 1].into_iter().filter(|&i| i >= 1 && i + 1 < self.window());
         if neighbours.into_iter().any(|i| bend(i) * own < EVEN * own * own) {
             return None;
         }
-        let points: Vec<(D, D)> = self.window.iter().map(|(t, values)| (*t, values[column])).collect();
+        let points: Vec<(D, D)> = (0..self.window()).map(|i| (self.time(i), self.value(i, column))).collect();
         let polynomial = Polynomial::through(&points);
         let (at, sign) = (row(middle).1, if row(middle).1 >= row(middle - 1).1 { 1.0 } else { -1.0 });
         let (mut low, mut high) = (row(middle - 1).0, row(middle + 1).0);
@@ -145,8 +175,7 @@ impl<D: Number> ExtremesTracker<D> {
 
 /// Whether the second of three values is higher or lower than both others, or as high as one of them.
 #[inline]
-fn is_turn<D: Number>(values: [D; 3]) -> bool {
-    let [before, at, after] = values.map(|value| value.re());
+fn is_turn([before, at, after]: [f64; 3]) -> bool {
     !((at - before) * (after - at) > 0.0 || at == before && at == after)
 }
 
@@ -154,8 +183,7 @@ impl<D: Number> Extremes<D> {
     /// Takes up a value; of values that tie with one from before the time `begin`, that one counts.
     #[inline]
     fn note(&mut self, t: D, value: D, begin: Option<D>) {
-        let is_inside = self.minimum.0.re() <= value.re() && value.re() <= self.maximum.0.re();
-        if is_inside {
+        if self.minimum.0.re() <= value.re() && value.re() <= self.maximum.0.re() {
             return;
         }
         let tie = TIE * (self.maximum.0.re() - self.minimum.0.re());
@@ -215,7 +243,7 @@ mod tests {
     fn finds_the_vertices_between_the_rows() {
         let mut tracker = ExtremesTracker::default();
         let row = |i: i32| 0.05 * f64::from(i);
-        (0..100).map(row).for_each(|t| tracker.row(t, [(1.3 * t).sin()].into_iter()));
+        (0..100).map(row).for_each(|t| tracker.row(t, &[(1.3 * t).sin()]));
         let found = tracker.extremes(0).expect("rows were given");
         assert!((found.maximum.0 - 1.0).abs() < 1e-8, "{found:?}");
         assert!((found.minimum.0 + 1.0).abs() < 1e-8, "{found:?}");
@@ -225,7 +253,7 @@ mod tests {
     #[test]
     fn corners_are_not_overshot() {
         let mut tracker = ExtremesTracker::default();
-        (0..100).for_each(|i| tracker.row(f64::from(i), [f64::from(i - 50).clamp(0.0, 20.0)].into_iter()));
+        (0..100).for_each(|i| tracker.row(f64::from(i), &[f64::from(i - 50).clamp(0.0, 20.0)]));
         let found = tracker.extremes(0).expect("rows were given");
         assert_eq!((found.minimum.0, found.maximum.0), (0.0, 20.0));
     }
@@ -233,7 +261,7 @@ mod tests {
     #[test]
     fn ends_of_the_series_count() {
         let mut tracker = ExtremesTracker::default();
-        [1.0, 2.0, 4.0].iter().enumerate().for_each(|(i, v)| tracker.row(i as f64, [*v].into_iter()));
+        [1.0, 2.0, 4.0].iter().enumerate().for_each(|(i, v)| tracker.row(i as f64, &[*v]));
         let found = tracker.extremes(0).expect("rows were given");
         assert_eq!(found, Extremes { minimum: (1.0, 0.0), maximum: (4.0, 2.0) });
     }

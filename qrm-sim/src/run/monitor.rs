@@ -1,6 +1,6 @@
 //! Rows with their outputs and checks, and what a run remembers of them.
 
-use qrm_core::{Mechanism, RowLayout};
+use qrm_core::{Mechanism, Observation, RowLayout, StateRef};
 
 use super::balance::Balance;
 use super::observer::{Observer, Row};
@@ -15,7 +15,8 @@ use crate::state::State;
 pub(crate) struct RunMonitor {
     layout: RowLayout,
     outputs: Vec<f64>,
-    columns: Vec<f64>,
+    /// The columns of the last row.
+    pub(crate) columns: Vec<f64>,
     constraints: LoopConstraints,
     rates: Vec<f64>,
     /// Rows taken.
@@ -76,20 +77,19 @@ impl RunMonitor {
             let t = row[0];
             let (q, qd, qdd) = (&row[1..=n], &row[1 + n..=2 * n], &row[1 + 2 * n..=3 * n]);
             let multipliers = &row[1 + 3 * n..1 + 3 * n + m];
-            mechanism.outputs(t, q, qd, qdd, multipliers, &mut self.outputs);
-            self.constraints.evaluate(mechanism, t, q);
+            let at = StateRef { t, q, qd, qdd, multipliers };
+            let Observation { energy: [kinetic, potential], power } =
+                mechanism.observe(&at, &mut self.outputs, self.constraints.as_mut());
             let position = largest(&self.constraints.residuals);
             self.constraints.velocity_residual_into(qd, &mut self.rates);
             let velocity = largest(&self.rates);
             self.singularity.note(self.rows, t, &self.constraints.constraint_jacobian);
-            let [kinetic, potential] = mechanism.energy(q, qd);
             let energy = kinetic + potential;
             if let Some(what) = self.undefined(energy) {
                 return Err(Status::NotFinite { t, what });
             }
             self.largest_energy = self.largest_energy.max(energy.abs()).max(potential.abs());
             self.largest_kinetic_energy = self.largest_kinetic_energy.max(kinetic);
-            let power = mechanism.power(t, q, qd, multipliers);
             self.is_conservative &= power == 0.0;
             self.energy_drift = self.energy_drift.max((energy - self.first_energy).abs());
             let worse = |old: (usize, f64), new: (usize, f64)| if new.1 > old.1 { new } else { old };

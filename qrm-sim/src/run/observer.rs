@@ -47,11 +47,11 @@ pub trait Observer {
         Ok(true)
     }
 
-    /// Called once when no more rows follow.
+    /// Called once when no more rows follow, with the columns of the last one; nothing if there was none.
     ///
     /// # Errors
     /// The rows so far cannot be kept.
-    fn finish(&mut self) -> std::io::Result<()> {
+    fn finish(&mut self, _last: &[f64]) -> std::io::Result<()> {
         Ok(())
     }
 }
@@ -72,8 +72,8 @@ impl<A: Observer, B: Observer> Observer for (A, B) {
         Ok(self.0.goes_on(t, end_time)? && self.1.goes_on(t, end_time)?)
     }
 
-    fn finish(&mut self) -> std::io::Result<()> {
-        self.0.finish()?;
-        self.1.finish()
+    fn finish(&mut self, last: &[f64]) -> std::io::Result<()> {
+        self.0.finish(last)?;
+        self.1.finish(last)
     }
 }

@@ -19,8 +19,8 @@ use crate::state::State;
 /// Rows between two calls of the observer.
 const CHUNK: usize = 1024;
 
-/// One of so many steps of the kernel is made again by the plain functions.
-const SAMPLED: usize = 32;
+/// One of so many steps of the kernel is made again by the plain functions: in the first chunk, and in later ones.
+const SAMPLED: [usize; 2] = [32, 128];
 
 /// A run to make.
 pub struct Request<'a> {
@@ -173,7 +173,7 @@ impl Run<'_> {
                 Ok(_) => {}
             }
             if let Some(status) = status {
-                let status = observer.finish().map_or_else(Status::Unwritable, |()| status);
+                let status = observer.finish(&self.monitor.columns).map_or_else(Status::Unwritable, |()| status);
                 return self.outcome(status, end, steps, integration);
             }
             self.buffer.copy_within(made * width..(made + 1) * width, 0);
@@ -247,7 +247,8 @@ impl Run<'_> {
         let Some(sampler) = &mut self.sampler else { return };
         let width = self.layout.width();
         let [from, to] = &mut self.pair;
-        for steps in self.buffer[..rows * width].windows(2 * width).step_by(SAMPLED * width) {
+        let sampled = SAMPLED[usize::from(self.monitor.rows > 0)];
+        for steps in self.buffer[..rows * width].windows(2 * width).step_by(sampled * width) {
             from.read(steps);
             sampler.solver_mut().stats = SolverStats::default();
             // A step that fails here was made by the plain functions already.

@@ -73,12 +73,16 @@ impl LoopConstraints {
 
     /// Evaluates the constraints at a position.
     pub fn evaluate(&mut self, mechanism: &dyn Mechanism, t: f64, q: &[f64]) {
-        let constraints = LoopConstraintsMut {
+        mechanism.loop_constraints(t, q, self.as_mut());
+    }
+
+    /// Room for them.
+    pub(crate) fn as_mut(&mut self) -> LoopConstraintsMut<'_> {
+        LoopConstraintsMut {
             residuals: &mut self.residuals,
             constraint_jacobian: self.constraint_jacobian.entries_mut(),
             constraint_rate: &mut self.constraint_rate,
-        };
-        mechanism.loop_constraints(t, q, constraints);
+        }
     }
 
     /// The rates of the residuals, `C_q qd + C_t`.

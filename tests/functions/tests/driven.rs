@@ -42,14 +42,6 @@ impl Observer for AgainstClosedForm {
         }
         Ok(())
     }
-
-    fn goes_on(&mut self, _t: f64, _end_time: f64) -> io::Result<bool> {
-        Ok(true)
-    }
-
-    fn finish(&mut self) -> io::Result<()> {
-        Ok(())
-    }
 }
 
 fn settings(name: &str, tolerance: f64) -> MethodSettings {

@@ -88,7 +88,7 @@ fn jacobian_against_differences() {
 fn a_parameter_that_is_zero_only_for_now_is_kept() {
     let at = |zero: f64| {
         let values = values("zero", zero);
-        Functions::with_values(|i| values[i]).dynamics(0.3, &Q, &QD).generalized_forces
+        Functions::with_values(&|i| values[i]).dynamics(0.3, &Q, &QD).generalized_forces
     };
     let (without, with) = (at(0.0), at(4.0));
     // load = -m zero = -10 N, along p.
@@ -98,7 +98,7 @@ fn a_parameter_that_is_zero_only_for_now_is_kept() {
 #[test]
 fn start_schedule_and_dependent_parameters() {
     let values = values("m", 4.0);
-    let model = Functions::<f64>::with_values(|i| values[i]);
+    let model = Functions::<f64>::with_values(&|i| values[i]);
     assert_eq!(model.schedule().step, 4e-3);
     assert!((model.schedule().end_time - std::f64::consts::PI / 5.0).abs() < 1e-15);
     assert_eq!(model.start().given, [true, true, false]);

@@ -184,7 +184,8 @@ impl Columns {
             }
             integral.row(at.t.0, output.0);
         }
-        self.extremes.row(at.t.0, self.outputs.iter().map(|output| output.0));
+        let values: Vec<Derived> = self.outputs.iter().map(|output| output.0).collect();
+        self.extremes.row(at.t.0, &values);
         Ok(())
     }
 

@@ -71,7 +71,7 @@ impl Observer for Columns {
     fn row(&mut self, row: &Row) -> io::Result<()> {
         self.integrals.resize_with(row.outputs.len(), Integral::default);
         self.integrals.iter_mut().zip(row.outputs).for_each(|(integral, value)| integral.row(row.t, *value));
-        self.extremes.row(row.t, row.outputs.iter().copied());
+        self.extremes.row(row.t, row.outputs);
         self.outputs.clear();
         self.outputs.extend_from_slice(row.outputs);
         Ok(())

@@ -6,17 +6,15 @@ const SPANS: usize = 1000;
 /// Follows columns row by row. Of long ones it keeps the smallest and the largest value of each of many spans, so that
 /// a picture shows every peak.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Envelope {
+pub struct Envelope {
     /// The spans, each with its range of every column.
     ranges: Vec<Range>,
     /// The number of columns.
     columns: usize,
     /// The first row: time and values.
     first: Option<(f64, Vec<f64>)>,
-    /// The time of the last row.
-    last_time: f64,
-    /// Its values.
-    last: Vec<f64>,
+    /// The last row likewise.
+    last: Option<(f64, Vec<f64>)>,
     /// The number of rows of the last span.
     filled: u64,
     /// The number of rows that each span is to have, less one.
@@ -43,14 +41,11 @@ impl Range {
 
 impl Envelope {
     /// Takes the next row, with as many values as the first one.
-    pub(crate) fn row(&mut self, t: f64, values: &[f64]) {
+    pub fn row(&mut self, t: f64, values: &[f64]) {
         if self.first.is_none() {
             self.first = Some((t, values.to_vec()));
             self.columns = values.len();
         }
-        self.last_time = t;
-        self.last.clear();
-        self.last.extend_from_slice(values);
         if self.filled > 0 && self.filled <= self.width {
             let begin = self.ranges.len() - self.columns;
             for (range, value) in self.ranges[begin..].iter_mut().zip(values) {
@@ -85,13 +80,13 @@ impl Envelope {
         self.width = 2 * self.width + 1;
     }
 
-    /// The values of the last row.
-    pub(crate) fn last(&self) -> &[f64] {
-        &self.last
+    /// Takes the last row once more: its span may show others.
+    pub fn finish(&mut self, t: f64, values: &[f64]) {
+        self.last = Some((t, values.to_vec()));
     }
 
     /// Times and values of a column, in the order of time, from the first row to the last.
-    pub(crate) fn points(&self, column: usize) -> Vec<(f64, f64)> {
+    pub fn points(&self, column: usize) -> Vec<(f64, f64)> {
         let Some((first_time, first)) = &self.first else { return Vec::new() };
         let ranges = || self.ranges.iter().skip(column).step_by(self.columns);
         let mut points: Vec<(f64, f64)> = Vec::with_capacity(2 * ranges().len() + 2);
@@ -103,8 +98,10 @@ impl Envelope {
             points.push(*first);
             points.extend(Some(*second).filter(|second| second.0 > first.0));
         }
-        if points.last().is_some_and(|point| point.0 < self.last_time) {
-            points.push((self.last_time, self.last[column]));
+        if let Some((t, values)) = &self.last
+            && points.last().is_some_and(|point| point.0 < *t)
+        {
+            points.push((*t, values[column]));
         }
         points
     }
@@ -128,6 +125,7 @@ mod tests {
         let count = 1_000_003;
         let peak = |i: usize| if i % 99_991 == 77 { 5.0 } else { (i as f64 * 0.37).sin() };
         (0..count).for_each(|i| envelope.row(i as f64, &[peak(i)]));
+        envelope.finish((count - 1) as f64, &[peak(count - 1)]);
         let points = envelope.points(0);
         assert!(points.len() <= 4 * SPANS + 2, "{}", points.len());
         assert_eq!(points[0], (0.0, peak(0)));
