@@ -34,6 +34,12 @@ impl<R: Scalar, const N: usize> Angles<R, N> {
         angles
     }
 
+    /// The sines and cosines of angles, computed out of line: where that happens once for many steps.
+    #[inline(always)]
+    pub(crate) fn apart(q: &[R; N], is_angle: [bool; N]) -> Self {
+        Self { sin: *q, cos: *q }.refreshed(q, R::from_f64(1.0), 0.0, is_angle)
+    }
+
     /// Those of `to`, which lies a turn `dq` from where these belong: quickest up to an angle of 1/40.
     #[inline(always)]
     #[must_use]

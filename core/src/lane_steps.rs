@@ -254,7 +254,7 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> StepsBy<X, S,
         for k in 0..M {
             multipliers[k] = self.number(place + 1 + 3 * N + k);
         }
-        let angles = Angles::new(&q, X::Kernel::<Lanes<S>>::IS_ANGLE);
+        let angles = Angles::apart(&q, X::Kernel::<Lanes<S>>::IS_ANGLE);
         Motion { t: self.number(place), state: KernelState { q, qd, qdd, multipliers, angles } }
     }
 

@@ -176,7 +176,7 @@ fn read<X: Generated<N, M>, R: Scalar, const N: usize, const M: usize>(row: &[f6
     for k in 0..M {
         multipliers[k] = R::from_f64(row[1 + 3 * N + k]);
     }
-    (row[0], KernelState { q, qd, qdd, multipliers, angles: Angles::new(&q, X::Kernel::<R>::IS_ANGLE) })
+    (row[0], KernelState { q, qd, qdd, multipliers, angles: Angles::apart(&q, X::Kernel::<R>::IS_ANGLE) })
 }
 
 #[inline(always)]
