@@ -1,7 +1,7 @@
 //! What generated code does without, and why.
 
 use crate::term::{Equations, Symbol, Term};
-use qrm_scene::scene::{OutputKind, Scene};
+use qrm_scene::scene::Scene;
 
 /// Each thing that was left out, with the reason.
 pub fn omissions(scene: &Scene, equations: &Equations) -> Vec<String> {
@@ -64,14 +64,7 @@ fn outputs(scene: &Scene) -> Option<String> {
     if scene.outputs.is_empty() {
         return Some("outputs: none is asked for".to_owned());
     }
-    let is_asked = |place: usize| {
-        scene.outputs.iter().any(|output| match output.kind {
-            OutputKind::ReactionForce { constraint, .. } | OutputKind::ReactionMoment { constraint, .. } => {
-                constraint == place
-            }
-            _ => false,
-        })
-    };
+    let is_asked = |place: usize| scene.outputs.iter().any(|output| output.kind.reaction_of() == Some(place));
     let silent: Vec<&str> =
         scene.constraints.iter().enumerate().filter(|(i, _)| !is_asked(*i)).map(|(_, c)| c.name.as_str()).collect();
     (!silent.is_empty()).then(|| format!("reaction forces of {}: not asked for", silent.join(", ")))

@@ -146,9 +146,9 @@ fn second_derivatives(
     scales: &[Vec<f64>],
 ) -> Result<(), String> {
     let Some(place) = expected.iter().position(|(name, _)| *name == "constraint_bias") else { return Ok(()) };
-    let (nearby, curvature) = (sample.nearby(), sample.curvature(scene));
+    let (nearby, quadratic_velocity_term) = (sample.nearby(), sample.quadratic_velocity_term(scene));
     for (k, (hessian, constraint)) in equations.constraint_hessians.iter().zip(&scene.constraints).enumerate() {
-        let (expected, scale) = (curvature[k], scales[place][k]);
+        let (expected, scale) = (quadratic_velocity_term[k], scales[place][k]);
         let contracted = contraction(hessian, sample);
         let difference = (contracted - expected).abs();
         let spread = (contraction(hessian, &nearby) - contracted).abs();

@@ -38,37 +38,6 @@ impl Words<'_> {
 
     /// What a load does.
     pub fn load(&self, load: &LoadKind) -> String {
-        match load {
-            LoadKind::Force { force, at } => format!("force `{}` at `{}`", self.pair(force), self.pair(at)),
-            LoadKind::Torque { torque, angle } => {
-                format!("torque `{}` along the angle `{}`", self.formula(torque), self.formula(angle))
-            }
-            LoadKind::Gravity(field) => format!("gravity `{}`", self.pair(field)),
-            LoadKind::Spring { along, stiffness, rest, damping, potential, force, friction } => {
-                let mut parts = Vec::new();
-                if let Some(stiffness) = stiffness {
-                    let rest =
-                        rest.as_ref().map_or_else(String::new, |rest| format!(", slack at `{}`", self.formula(rest)));
-                    parts.push(format!("spring `{}`{rest}", self.formula(stiffness)));
-                }
-                let said = [("damper", damping), ("potential", potential), ("force", force)];
-                let said = said
-                    .into_iter()
-                    .filter_map(|(what, value)| Some(format!("{what} `{}`", self.formula(value.as_ref()?))));
-                parts.extend(said);
-                parts.extend(friction.as_ref().map(|(size, slip)| {
-                    format!("friction `{}` beyond the speed `{}`", self.formula(size), self.formula(slip))
-                }));
-                let place = self.formula(along);
-                // Between two points their names stand side by side.
-                let between = place
-                    .split_once(',')
-                    .filter(|_| place.starts_with(|c: char| c.is_alphabetic()) && !place.contains('('));
-                match between {
-                    Some(_) => format!("{} between `{}`", parts.join(", "), place.replace(['"', '\''], "")),
-                    None => format!("{} along `{place}`", parts.join(", ")),
-                }
-            }
-        }
+        load.in_words(&|value| self.formula(value), &|pair| self.pair(pair))
     }
 }

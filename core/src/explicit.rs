@@ -4,7 +4,7 @@ use core::ops::Range;
 
 use crate::angles::Angles;
 use crate::kernel::{Kernel, MAX_GROWTH};
-use crate::rk4::{End, largest};
+use crate::rk4::{StepEnd, largest};
 
 /// Stages of a step of an explicit Runge-Kutta method, `k_i = f(t + c_i h, y + h sum_j a_ij k_j)`.
 #[derive(Clone, Debug)]
@@ -64,7 +64,7 @@ pub(crate) fn evaluate<K: Kernel<f64, N, M>, const N: usize, const M: usize>(
         Evaluation::State { state, .. } => (*state.q.as_array()?, *state.qd.as_array()?),
     };
     let from = Angles::new(&q, K::IS_ANGLE);
-    let mut end = End { q, qd, increment: [0.0; N], angles: from, corrections: 0 };
+    let mut end = StepEnd { q, qd, increment: [0.0; N], angles: from, corrections: 0 };
     let mut residual = None;
     let mut stage = match &evaluation {
         Evaluation::Stages { request, .. } => request.stages.start,

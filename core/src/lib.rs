@@ -59,7 +59,7 @@ pub use kernel::{Dynamics, Generated, Kernel, Linearization, LoopConstraints, MA
 #[cfg(feature = "simd")]
 pub use lane_steps::LaneSteps;
 pub use mechanism::{
-    Compiled, DynamicsMut, LinearizationMut, LoopConstraintsMut, Mechanism, Observation, StartMut, StateRef,
+    Compiled, DynamicsMut, LinearizationMut, LoopConstraintsMut, Mechanism, RowQuantities, StartMut, StateRef,
 };
 #[cfg(feature = "simd")]
 pub use model::{Model, Replace};

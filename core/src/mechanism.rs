@@ -56,11 +56,11 @@ pub trait Mechanism: Send + Sync {
     fn outputs(&self, t: f64, q: &[f64], qd: &[f64], qdd: &[f64], multipliers: &[f64], outputs: &mut [f64]);
 
     /// All that is told of a state: outputs, constraints, energy and power, with the sines and cosines that they share.
-    fn observe(&self, at: &StateRef, outputs: &mut [f64], constraints: LoopConstraintsMut) -> Observation {
+    fn row_quantities(&self, at: &StateRef, outputs: &mut [f64], constraints: LoopConstraintsMut) -> RowQuantities {
         let StateRef { t, q, qd, qdd, multipliers } = *at;
         self.outputs(t, q, qd, qdd, multipliers, outputs);
         self.loop_constraints(t, q, constraints);
-        Observation { energy: self.energy(q, qd), power: self.power(t, q, qd, multipliers) }
+        RowQuantities { energy: self.energy(q, qd), power: self.power(t, q, qd, multipliers) }
     }
 
     /// Derivatives of the equations of motion by the state; false, and nothing is written, if the scene does not ask
@@ -116,7 +116,7 @@ pub struct StateRef<'a> {
 
 /// Energy and power in a state.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Observation {
+pub struct RowQuantities {
     /// See [`Mechanism::energy`].
     pub energy: [f64; 2],
     /// See [`Mechanism::power`].
@@ -296,13 +296,13 @@ where
     }
 
     #[inline]
-    fn observe(&self, at: &StateRef, outputs: &mut [f64], constraints: LoopConstraintsMut) -> Observation {
+    fn row_quantities(&self, at: &StateRef, outputs: &mut [f64], constraints: LoopConstraintsMut) -> RowQuantities {
         // Where sines and cosines of these are shared, the compiler must see that what is written leaves them alone.
         let (q, qd): ([f64; N], [f64; N]) = (*array(at.q), *array(at.qd));
         let (qdd, multipliers): ([f64; N], [f64; M]) = (*array(at.qdd), *array(at.multipliers));
         self.outputs(at.t, &q, &qd, &qdd, &multipliers, outputs);
         self.loop_constraints(at.t, &q, constraints);
-        Observation { energy: self.energy(&q, &qd), power: self.power(at.t, &q, &qd, &multipliers) }
+        RowQuantities { energy: self.energy(&q, &qd), power: self.power(at.t, &q, &qd, &multipliers) }
     }
 
     #[inline]

@@ -107,7 +107,7 @@ fn unrolled<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
     let (v3, a3, _, second) = stage(kernel, t, from, half, (&v2, &a2));
     let (v4, a4, near, last) = stage(kernel, t, from, h, (&v3, &a3));
     let growth = kernel.growth_factor(&last).max(kernel.growth_factor(&second).max(kernel.growth_factor(&first)));
-    let mut end = End::new::<K, M>(from, h, [&v2, &v3, &v4], [&a2, &a3, &a4], &near);
+    let mut end = StepEnd::new::<K, M>(from, h, [&v2, &v3, &v4], [&a2, &a3, &a4], &near);
     if M > 0 {
         let open = kernel.residuals(&kernel.position(t + h, &end.q, &end.angles));
         end.project_coordinates_first::<K, M>(from, &kernel.correction(&last, &open));
@@ -128,7 +128,7 @@ fn unrolled<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
 #[inline(always)]
 fn finish<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
     kernel: &K,
-    end: End<R, N>,
+    end: StepEnd<R, N>,
     (qdd, multipliers): ([R; N], [R; M]),
     position: K::Position,
     growth: R,
@@ -152,7 +152,7 @@ fn looped<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
     let half = R::from_f64(0.5) * h;
     let mut slopes = [(from.qd, from.qdd); 4];
     let mut growth = R::zero();
-    let mut end = End { q: from.q, qd: from.qd, increment: from.q, angles: from.angles, corrections: 0 };
+    let mut end = StepEnd { q: from.q, qd: from.qd, increment: from.q, angles: from.angles, corrections: 0 };
     let mut last: Option<K::Position> = None;
     let mut pass = 1;
     loop {
@@ -194,13 +194,13 @@ fn looped<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
         pass += 1;
         if pass == 4 {
             let [_, (v2, a2), (v3, a3), (v4, a4)] = slopes;
-            end = End::new::<K, M>(from, h, [&v2, &v3, &v4], [&a2, &a3, &a4], &end.angles);
+            end = StepEnd::new::<K, M>(from, h, [&v2, &v3, &v4], [&a2, &a3, &a4], &end.angles);
         }
     }
 }
 
 /// The end of a step while it is projected onto the constraints.
-pub(crate) struct End<R, const N: usize> {
+pub(crate) struct StepEnd<R, const N: usize> {
     pub(crate) q: [R; N],
     pub(crate) qd: [R; N],
     /// The change of the coordinates in the step, before the projection.
@@ -209,7 +209,7 @@ pub(crate) struct End<R, const N: usize> {
     pub(crate) corrections: u32,
 }
 
-impl<R: Scalar, const N: usize> End<R, N> {
+impl<R: Scalar, const N: usize> StepEnd<R, N> {
     /// The end by the Runge-Kutta formula; `near` are the angles at its last stage.
     #[inline(always)]
     fn new<K: Kernel<R, N, M>, const M: usize>(

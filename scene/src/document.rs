@@ -2,12 +2,16 @@
 
 mod form;
 mod known;
+mod loads;
+mod outputs;
 mod places;
 mod sections;
 mod table;
 
 use crate::diagnostic::{Diagnostic, Span};
 use crate::parser::{Condition, Formula};
+pub use loads::{Along, LoadSyntax, SpringSyntax};
+pub use outputs::{OutputSyntax, OutputValue};
 use table::Reader;
 
 /// A scene file as written: every formula parsed, no name looked up.
@@ -125,57 +129,6 @@ pub struct ConstraintSyntax {
     pub doc: String,
 }
 
-/// What an entry of `[loads]` says.
-#[derive(Debug)]
-pub enum LoadSyntax {
-    /// A force on a point, or on the centre of mass of a body.
-    Force {
-        /// Its components.
-        force: [Formula; 2],
-        /// The point.
-        target: Target,
-    },
-    /// A torque on a body.
-    Torque {
-        /// Its size, counter-clockwise.
-        torque: Formula,
-        /// The body.
-        body: Identifier,
-    },
-    /// A field of acceleration on every mass.
-    Gravity([Formula; 2]),
-    /// Springs, dampers and what else acts along a length or an angle.
-    Spring(Box<SpringSyntax>),
-}
-
-/// A load that acts along a length or an angle.
-#[derive(Debug)]
-pub struct SpringSyntax {
-    /// The length or angle.
-    pub along: Along,
-    /// Stiffness.
-    pub stiffness: Option<Formula>,
-    /// Where the spring is slack.
-    pub rest: Option<Formula>,
-    /// Damping coefficient.
-    pub damping: Option<Formula>,
-    /// A potential, of the length alone.
-    pub potential: Option<Formula>,
-    /// A force or torque that makes it longer.
-    pub force: Option<Formula>,
-    /// Size of a friction, and the speed at which it has come to three quarters of that.
-    pub friction: Option<(Formula, Formula)>,
-}
-
-/// What springs and dampers act along.
-#[derive(Debug)]
-pub enum Along {
-    /// A length or an angle.
-    Formula(Formula),
-    /// The distance of two points.
-    Between(Identifier, Identifier),
-}
-
 /// What something acts on.
 #[derive(Debug)]
 pub enum Target {
@@ -183,41 +136,6 @@ pub enum Target {
     Point(Identifier),
     /// `on = "body"`
     Body(Identifier),
-}
-
-/// An entry of `[outputs]`.
-#[derive(Debug)]
-pub struct OutputSyntax {
-    /// Its name.
-    pub identifier: Identifier,
-    /// What is computed.
-    pub value: OutputValue,
-    /// Its unit.
-    pub unit: String,
-    /// What it is.
-    pub doc: String,
-}
-
-/// What an output is made of.
-#[derive(Debug)]
-pub enum OutputValue {
-    /// A formula of coordinates.
-    Value(Formula),
-    /// The time derivative of one.
-    Rate(Formula),
-    /// The second time derivative of one.
-    SecondRate(Formula),
-    /// The power of a load, or of a constraint that depends on time.
-    Power(Identifier),
-    /// The physical force of a constraint on a point along a direction, or its moment on a body.
-    Reaction {
-        /// The constraint.
-        constraint: Identifier,
-        /// What the force acts on.
-        target: Target,
-        /// The direction; none for a moment.
-        along: Option<[Formula; 2]>,
-    },
 }
 
 /// What an entry of `[drawing]` says.

@@ -2,6 +2,8 @@
 
 mod drawing;
 mod extreme;
+mod load;
+mod output;
 mod reference;
 
 use std::collections::BTreeSet;
@@ -11,6 +13,8 @@ use crate::expression::Expression;
 use crate::parser::Condition;
 pub use drawing::{Drawn, DrawnKind};
 pub use extreme::Extreme;
+pub use load::LoadKind;
+pub use output::OutputKind;
 pub use reference::{Known, Reference};
 
 /// A formula of a scene.
@@ -171,44 +175,6 @@ pub struct Load {
     pub kind: LoadKind,
 }
 
-/// The kinds of applied loads.
-#[derive(Clone, Debug)]
-pub enum LoadKind {
-    /// A force at a place.
-    Force {
-        /// Its components.
-        force: [Value; 2],
-        /// The place it acts on.
-        at: [Value; 2],
-    },
-    /// A torque that works on an angle.
-    Torque {
-        /// Its size.
-        torque: Value,
-        /// The angle.
-        angle: Value,
-    },
-    /// A field of acceleration that acts on every mass.
-    Gravity([Value; 2]),
-    /// Springs, dampers and what else acts along a length or an angle.
-    Spring {
-        /// The length or angle.
-        along: Value,
-        /// Stiffness.
-        stiffness: Option<Value>,
-        /// Where the spring is slack.
-        rest: Option<Value>,
-        /// Damping coefficient.
-        damping: Option<Value>,
-        /// A potential, of the length alone.
-        potential: Option<Value>,
-        /// A force or torque that makes it longer, of anything.
-        force: Option<Value>,
-        /// Size of a friction, and the speed at which it has come to three quarters of that.
-        friction: Option<(Value, Value)>,
-    },
-}
-
 /// A quantity that is computed for every row of a trajectory.
 #[derive(Clone, Debug)]
 pub struct Output {
@@ -220,44 +186,6 @@ pub struct Output {
     pub doc: String,
     /// How it is computed.
     pub kind: OutputKind,
-}
-
-/// The kinds of outputs.
-#[derive(Clone, Debug)]
-pub enum OutputKind {
-    /// A formula of coordinates.
-    Value(Value),
-    /// Its time derivative.
-    Rate(Value),
-    /// Its second time derivative.
-    SecondRate(Value),
-    /// Force of a constraint on a point, along a direction: -lambda (dC/dP . along).
-    ReactionForce {
-        /// The constraint.
-        constraint: usize,
-        /// The point.
-        point: usize,
-        /// The direction.
-        along: [Value; 2],
-    },
-    /// Power of a load.
-    LoadPower(usize),
-    /// Power of a constraint that depends on time.
-    DrivePower(usize),
-    /// Moment of a constraint on whatever turns with a coordinate: -lambda dC/d(angle).
-    ReactionMoment {
-        /// The constraint.
-        constraint: usize,
-        /// The coordinate that is the body's angle.
-        coordinate: usize,
-    },
-}
-
-impl OutputKind {
-    /// Whether the output is a reaction force or moment.
-    pub fn is_reaction(&self) -> bool {
-        matches!(self, Self::ReactionForce { .. } | Self::ReactionMoment { .. })
-    }
 }
 
 /// How a run begins and ends.

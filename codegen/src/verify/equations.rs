@@ -81,7 +81,7 @@ impl EquationsOfMotion {
         let positions: Vec<Dual2_64> = rows.iter().map(|(row, _)| moving.value(row)).collect();
         let jacobian: Vec<Vec<f64>> = rows.iter().map(|(row, _)| gradients.of(row)).collect();
         let mut mass = vec![0.0; n * n];
-        let mut forces = sample.generalized(gradients, plain);
+        let mut forces = sample.generalized_forces(gradients, plain);
         for (((_, inertia), row), bias) in rows.iter().zip(&jacobian).zip(&positions) {
             // Most rows move with few coordinates of a large mechanism.
             for i in (0..n).filter(|&i| row[i] != 0.0) {

@@ -60,18 +60,18 @@ impl Sample {
 
     /// The derivatives of the closures by time alone.
     pub(super) fn constraint_rates(&self, scene: &Scene) -> Vec<f64> {
-        let state = self.held(scene, Dual64::new(self.t, 1.0));
+        let state = self.state_at(scene, Dual64::new(self.t, 1.0));
         scene.constraints.iter().map(|constraint| state.value(&constraint.residual).eps).collect()
     }
 
     /// The state at a time, coordinates and rates held.
-    pub(super) fn held(&self, scene: &Scene, time: Dual64) -> State<Dual64> {
-        let held = |values: &[f64]| values.iter().map(|&value| Dual64::from(value)).collect();
-        State::new(scene, &self.parameters, time, held(&self.q), held(&self.qd))
+    pub(super) fn state_at(&self, scene: &Scene, time: Dual64) -> State<Dual64> {
+        let fixed = |values: &[f64]| values.iter().map(|&value| Dual64::from(value)).collect();
+        State::new(scene, &self.parameters, time, fixed(&self.q), fixed(&self.qd))
     }
 
     /// How closures curve along the rates while time stands still: `(C_q qd)_q qd`.
-    pub(super) fn curvature(&self, scene: &Scene) -> Vec<f64> {
+    pub(super) fn quadratic_velocity_term(&self, scene: &Scene) -> Vec<f64> {
         let moving = |(q, v): (&f64, &f64)| Dual2_64::new(*q, *v, 0.0);
         let q = self.q.iter().zip(&self.qd).map(moving).collect();
         let qd = self.qd.iter().map(|&v| Dual2_64::from(v)).collect();
@@ -88,15 +88,15 @@ impl Sample {
             OutputKind::Rate(value) => moving.value(value).v1,
             OutputKind::SecondRate(value) => moving.value(value).v2,
             OutputKind::ReactionForce { constraint, point, along } => {
-                let still = self.held(scene, Dual64::from(self.t));
+                let still = self.state_at(scene, Dual64::from(self.t));
                 let [x, y] = still.point(*point);
                 let [ax, ay] = [0, 1].map(|axis| Dual64::new(0.0, still.value(&along[axis]).re));
                 let displaced = still.with_point(*point, [x + ax, y + ay]);
                 -self.multipliers[*constraint] * displaced.value(&scene.constraints[*constraint].residual).eps
             }
             OutputKind::LoadPower(load) => {
-                let efforts = self.efforts(scene, &plain, &scene.loads[*load].kind);
-                efforts.into_iter().map(|(effort, along)| effort * gradients.velocity(along)).sum()
+                let load_forces = self.load_forces(scene, &plain, &scene.loads[*load].kind);
+                load_forces.into_iter().map(|(effort, along)| effort * gradients.velocity(along)).sum()
             }
             OutputKind::DrivePower(k) => self.multipliers[*k] * self.constraint_rates(scene)[*k],
             OutputKind::ReactionMoment { constraint, coordinate } => {

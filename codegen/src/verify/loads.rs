@@ -10,7 +10,7 @@ use qrm_scene::scene::{LoadKind, Quantity, Scene, Value as Formula};
 
 impl Sample {
     /// The forces and torques of a load, each with the displacement that it works along.
-    pub(super) fn efforts<'s>(
+    pub(super) fn load_forces<'s>(
         &self,
         scene: &'s Scene,
         plain: &State<f64>,
@@ -62,7 +62,7 @@ impl Sample {
         let moving = State::along(scene, &self.parameters, self.t, &self.q, &self.qd, &vec![0.0; self.q.len()]);
         let along = moving.value(along);
         let slope = potential.as_ref().map_or(0.0, |potential| {
-            self.held(scene, Dual64::from(self.t))
+            self.state_at(scene, Dual64::from(self.t))
                 .law(potential, [Dual64::new(along.re, 1.0), Dual64::from(f64::NAN)])
                 .eps
         });
@@ -73,10 +73,10 @@ impl Sample {
     }
 
     /// The generalized forces of the loads: effort times derivative of displacement.
-    pub(super) fn generalized(&self, gradients: &Gradients, plain: &State<f64>) -> Vec<f64> {
+    pub(super) fn generalized_forces(&self, gradients: &Gradients, plain: &State<f64>) -> Vec<f64> {
         let scene = gradients.scene;
         let mut forces = vec![0.0; self.q.len()];
-        for (effort, displacement) in scene.loads.iter().flat_map(|load| self.efforts(scene, plain, &load.kind)) {
+        for (effort, displacement) in scene.loads.iter().flat_map(|load| self.load_forces(scene, plain, &load.kind)) {
             for (force, derivative) in forces.iter_mut().zip(gradients.of(displacement)) {
                 *force += effort * derivative;
             }
@@ -115,7 +115,7 @@ impl Sample {
                 LoadKind::Spring { .. } => vec![false],
             };
             for ((effort, displacement), is_constant) in
-                self.efforts(scene, plain, &load.kind).into_iter().zip(is_constant)
+                self.load_forces(scene, plain, &load.kind).into_iter().zip(is_constant)
             {
                 if is_constant && !scene.depends_on_time(displacement) {
                     potential -= effort * plain.value(displacement);

@@ -1,6 +1,6 @@
 //! Rows with their outputs and checks, and what a run remembers of them.
 
-use qrm_core::{Mechanism, Observation, RowLayout, StateRef};
+use qrm_core::{Mechanism, RowLayout, RowQuantities, StateRef};
 
 use super::balance::Balance;
 use super::observer::{Observer, Row};
@@ -78,8 +78,8 @@ impl RunMonitor {
             let (q, qd, qdd) = (&row[1..=n], &row[1 + n..=2 * n], &row[1 + 2 * n..=3 * n]);
             let multipliers = &row[1 + 3 * n..1 + 3 * n + m];
             let at = StateRef { t, q, qd, qdd, multipliers };
-            let Observation { energy: [kinetic, potential], power } =
-                mechanism.observe(&at, &mut self.outputs, self.constraints.as_mut());
+            let RowQuantities { energy: [kinetic, potential], power } =
+                mechanism.row_quantities(&at, &mut self.outputs, self.constraints.as_mut());
             let position = largest(&self.constraints.residuals);
             self.constraints.velocity_residual_into(qd, &mut self.rates);
             let velocity = largest(&self.rates);

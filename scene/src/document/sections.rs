@@ -3,10 +3,11 @@
 use num_rational::BigRational;
 
 use super::known::{extreme, reference, values};
+use super::loads::load;
+use super::outputs::output;
 use super::table::{self, Reader, Table};
 use super::{
-    Along, BodySyntax, ConstraintSyntax, CoordinateSyntax, Document, DrawnSyntax, Identifier, LoadSyntax, OutputSyntax,
-    OutputValue, ParameterSyntax, Position, SpringSyntax, Target,
+    BodySyntax, ConstraintSyntax, CoordinateSyntax, Document, DrawnSyntax, Identifier, ParameterSyntax, Position,
 };
 use crate::chart::Chart;
 use crate::diagnostic::Diagnostic;
@@ -223,107 +224,6 @@ fn constraint(r: &mut Reader, identifier: Identifier, value: table::Value) -> Op
     let (unit, doc) = (table.string(r, "unit"), table.string(r, "doc"));
     table.finish(r);
     Some(ConstraintSyntax { identifier, residual, unit, doc })
-}
-
-fn load(r: &mut Reader, identifier: &Identifier, value: table::Value) -> Option<LoadSyntax> {
-    let table = r.table(&format!("load `{}`", identifier.name), value)?;
-    table.string(r, "doc");
-    let help = "what acts along a length has `along`, what acts between two points `between`, with `spring`, `damper` and others";
-    let kind = match table.is_there("along") || table.is_there("between") {
-        true => table.one_of(r, &["along", "between"], help)?,
-        false => table.one_of(r, &["force", "torque", "gravity", "along", "between"], help)?,
-    };
-    let load = match kind {
-        "force" => {
-            let force = table.required(r, "force").map(|v| r.pair(v))?;
-            let target = table.target(r);
-            target.map(|target| LoadSyntax::Force { force, target })
-        }
-        "torque" => {
-            let torque = table.required(r, "torque").map(|v| r.formula(v))?;
-            let body = table.required(r, "on").and_then(|v| r.text(v));
-            body.map(|body| LoadSyntax::Torque { torque, body })
-        }
-        "gravity" => table.required(r, "gravity").map(|v| LoadSyntax::Gravity(r.pair(v))),
-        _ => {
-            let spring = spring(r, identifier, &table, kind);
-            table.finish(r);
-            return spring;
-        }
-    };
-    table.finish(r);
-    load
-}
-
-/// What acts along a length, an angle or the distance of two points.
-fn spring(r: &mut Reader, identifier: &Identifier, table: &Table, kind: &str) -> Option<LoadSyntax> {
-    let asked = table.required(r, kind)?;
-    let along = if kind == "along" {
-        Some(Along::Formula(r.formula(asked)))
-    } else {
-        let points: Vec<Identifier> = r.array(asked).into_iter().filter_map(|item| r.text(item)).collect();
-        match <[Identifier; 2]>::try_from(points) {
-            Ok([from, to]) => Some(Along::Between(from, to)),
-            Err(_) => {
-                let error = Diagnostic::error("something acts between two points", asked.span(), "not two names");
-                r.findings.push(error.help("name both: `between = [\"P\", \"Q\"]`"));
-                None
-            }
-        }
-    };
-    let mut formula = |key: &str| table.optional(key).map(|v| r.formula(v));
-    let (stiffness, rest, damping) = (formula("spring"), formula("rest"), formula("damper"));
-    let (potential, force) = (formula("potential"), formula("force"));
-    let (friction, slip) = (formula("friction"), formula("slip"));
-    let sizes = [&stiffness, &damping, &potential, &force, &friction];
-    let mut wrong = |title: String, label: &str, help: &str| {
-        r.findings.push(Diagnostic::error(title, identifier.span.clone(), label).help(help));
-    };
-    let name = &identifier.name;
-    if sizes.iter().all(|size| size.is_none()) {
-        let help = "add one or more of `spring`, `damper`, `potential`, `force` and `friction`";
-        wrong(format!("load `{name}` has no size"), "does nothing", help);
-    }
-    if friction.is_some() != slip.is_some() {
-        let help = "friction is `-friction*tanh(s_dot/slip)`: give both, `slip` well below the speeds that matter";
-        wrong(format!("load `{name}` has one of `friction` and `slip`"), "the other is missing", help);
-    }
-    let friction = friction.zip(slip);
-    let spring = |along| SpringSyntax { along, stiffness, rest, damping, potential, force, friction };
-    along.map(|along| LoadSyntax::Spring(Box::new(spring(along))))
-}
-
-fn output(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option<OutputSyntax> {
-    if !value.is_table() {
-        let value = OutputValue::Value(r.formula(value));
-        return Some(OutputSyntax { identifier, value, unit: String::new(), doc: String::new() });
-    }
-    let table = r.table(&format!("output `{}`", identifier.name), value)?;
-    let (unit, doc) = (table.string(r, "unit"), table.string(r, "doc"));
-    let help = "an output is a value, its rate, its second rate, the reaction of a constraint or the power of a load";
-    let kind = table.one_of(r, &["value", "rate", "second_rate", "reaction", "power"], help)?;
-    let asked = table.required(r, kind)?;
-    let value = match kind {
-        "value" => Some(OutputValue::Value(r.formula(asked))),
-        "rate" => Some(OutputValue::Rate(r.formula(asked))),
-        "second_rate" => Some(OutputValue::SecondRate(r.formula(asked))),
-        "power" => r.text(asked).map(OutputValue::Power),
-        _ => {
-            let constraint = r.text(asked);
-            let target = table.target(r);
-            let along = match target {
-                Some(Target::Point(_)) => table.required(r, "along").map(|v| r.pair(v)),
-                _ => table.optional("along").map(|v| {
-                    let error = Diagnostic::error("a moment has no direction", v.span(), "not needed");
-                    r.findings.push(error.help("take `along` out, or ask for the force on a point with `at`"));
-                    r.pair(v)
-                }),
-            };
-            constraint.zip(target).map(|(constraint, target)| OutputValue::Reaction { constraint, target, along })
-        }
-    };
-    table.finish(r);
-    Some(OutputSyntax { identifier, value: value?, unit, doc })
 }
 
 fn drawn(r: &mut Reader, identifier: &Identifier, value: table::Value) -> Option<DrawnSyntax> {

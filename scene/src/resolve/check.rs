@@ -176,13 +176,10 @@ fn loads(scene: &Scene, findings: &mut Vec<Diagnostic>) {
                 }
             }
         }
-        let places: Vec<&Value> = match kind {
-            LoadKind::Force { at, .. } => at.iter().collect(),
-            LoadKind::Torque { angle, .. } => vec![angle],
-            LoadKind::Spring { along, .. } => vec![along],
-            LoadKind::Gravity(_) => continue,
-        };
-        if places.iter().all(|place| Scene::is_known(place) && scene.coordinates_of(place).is_empty()) {
+        let places = kind.places();
+        if !places.is_empty()
+            && places.iter().all(|place| Scene::is_known(place) && scene.coordinates_of(place).is_empty())
+        {
             let span = places.first().map_or(0..0, |place| place.whole_span());
             findings.push(Diagnostic::warning(
                 format!("load `{name}` moves nothing"),

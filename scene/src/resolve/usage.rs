@@ -2,7 +2,7 @@
 
 use crate::diagnostic::Diagnostic;
 use crate::document::Document;
-use crate::scene::{LoadKind, OutputKind, Quantity, Scene, Start, Value};
+use crate::scene::{Quantity, Scene, Start, Value};
 
 /// Coordinates that nothing uses are errors, parameters that nothing uses are warnings.
 pub(super) fn used(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) {
@@ -74,24 +74,7 @@ pub fn motion_values(scene: &Scene) -> Vec<&Value> {
         values.extend(body.com.iter().flatten());
     }
     values.extend(scene.constraints.iter().map(|c| &c.residual));
-    for load in &scene.loads {
-        match &load.kind {
-            LoadKind::Force { force, at } => values.extend(force.iter().chain(at)),
-            LoadKind::Torque { torque, angle } => values.extend([torque, angle]),
-            LoadKind::Gravity(field) => values.extend(field),
-            LoadKind::Spring { along, stiffness, rest, damping, potential, force, friction } => {
-                values.push(along);
-                values.extend([stiffness, rest, damping, potential, force].into_iter().flatten());
-                values.extend(friction.iter().flat_map(|(size, slip)| [size, slip]));
-            }
-        }
-    }
-    for output in &scene.outputs {
-        match &output.kind {
-            OutputKind::Value(v) | OutputKind::Rate(v) | OutputKind::SecondRate(v) => values.push(v),
-            OutputKind::ReactionForce { along, .. } => values.extend(along),
-            OutputKind::ReactionMoment { .. } | OutputKind::LoadPower(_) | OutputKind::DrivePower(_) => {}
-        }
-    }
+    values.extend(scene.loads.iter().flat_map(|load| load.kind.formulae()));
+    values.extend(scene.outputs.iter().flat_map(|output| output.kind.formulae()));
     values
 }

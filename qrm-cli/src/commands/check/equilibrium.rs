@@ -1,7 +1,7 @@
 //! Positions at rest, and the forces that balance the loads there.
 
 use qrm_scene::names::suggestion;
-use qrm_scene::scene::{LoadKind, OutputKind, Quantity, Value};
+use qrm_scene::scene::Quantity;
 use qrm_sim::analysis::{NoEquilibrium, static_equilibrium};
 
 use super::unit_of_force;
@@ -69,13 +69,8 @@ fn value(setup: &Setup, text: &str, part: &str) -> Result<(usize, f64), Error> {
 
 /// A note that loads which depend on time are taken at its beginning.
 pub(super) fn when(setup: &Setup) -> &'static str {
-    let values = setup.scene.loads.iter().flat_map(|load| match &load.kind {
-        LoadKind::Force { force, .. } => force.iter().collect(),
-        LoadKind::Torque { torque, .. } => vec![torque],
-        LoadKind::Spring { force, friction, .. } => force.iter().chain(friction.iter().map(|(size, _)| size)).collect(),
-        LoadKind::Gravity(_) => Vec::new(),
-    });
-    let mut names = values.flat_map(|value: &Value| value.names());
+    let values = setup.scene.loads.iter().flat_map(|load| load.kind.forces());
+    let mut names = values.flat_map(|value| value.names());
     if names.any(|name| *name == Quantity::Time) { " at t = 0" } else { "" }
 }
 
@@ -103,7 +98,7 @@ pub(super) fn text(setup: &Setup, wanted: &[(usize, f64)]) -> Result<String, Err
         line(&name, rest.forces[i], &unit_of_force(coordinate.unit), "beside the loads of the scene, holds it at rest");
     }
     for (output, value) in setup.scene.outputs.iter().zip(&rest.outputs) {
-        if !matches!(output.kind, OutputKind::Rate(_) | OutputKind::SecondRate(_) | OutputKind::LoadPower(_)) {
+        if !output.kind.needs_motion() {
             line(&output.name, *value, &output.unit, &output.doc);
         }
     }

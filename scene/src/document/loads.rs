@@ -1,0 +1,125 @@
+//! Entries of `[loads]`.
+
+use super::table::{self, Reader, Table};
+use super::{Identifier, Target};
+use crate::diagnostic::Diagnostic;
+use crate::parser::Formula;
+
+/// What an entry of `[loads]` says.
+#[derive(Debug)]
+pub enum LoadSyntax {
+    /// A force on a point, or on the centre of mass of a body.
+    Force {
+        /// Its components.
+        force: [Formula; 2],
+        /// The point.
+        target: Target,
+    },
+    /// A torque on a body.
+    Torque {
+        /// Its size, counter-clockwise.
+        torque: Formula,
+        /// The body.
+        body: Identifier,
+    },
+    /// A field of acceleration on every mass.
+    Gravity([Formula; 2]),
+    /// Springs, dampers and what else acts along a length or an angle.
+    Spring(Box<SpringSyntax>),
+}
+
+/// A load that acts along a length or an angle.
+#[derive(Debug)]
+pub struct SpringSyntax {
+    /// The length or angle.
+    pub along: Along,
+    /// Stiffness.
+    pub stiffness: Option<Formula>,
+    /// Where the spring is slack.
+    pub rest: Option<Formula>,
+    /// Damping coefficient.
+    pub damping: Option<Formula>,
+    /// A potential, of the length alone.
+    pub potential: Option<Formula>,
+    /// A force or torque that makes it longer.
+    pub force: Option<Formula>,
+    /// Size of a friction, and the speed at which it has come to three quarters of that.
+    pub friction: Option<(Formula, Formula)>,
+}
+
+/// What springs and dampers act along.
+#[derive(Debug)]
+pub enum Along {
+    /// A length or an angle.
+    Formula(Formula),
+    /// The distance of two points.
+    Between(Identifier, Identifier),
+}
+
+pub(super) fn load(r: &mut Reader, identifier: &Identifier, value: table::Value) -> Option<LoadSyntax> {
+    let table = r.table(&format!("load `{}`", identifier.name), value)?;
+    table.string(r, "doc");
+    let help = "what acts along a length has `along`, what acts between two points `between`, with `spring`, `damper` and others";
+    let kind = match table.is_there("along") || table.is_there("between") {
+        true => table.one_of(r, &["along", "between"], help)?,
+        false => table.one_of(r, &["force", "torque", "gravity", "along", "between"], help)?,
+    };
+    let load = match kind {
+        "force" => {
+            let force = table.required(r, "force").map(|v| r.pair(v))?;
+            let target = table.target(r);
+            target.map(|target| LoadSyntax::Force { force, target })
+        }
+        "torque" => {
+            let torque = table.required(r, "torque").map(|v| r.formula(v))?;
+            let body = table.required(r, "on").and_then(|v| r.text(v));
+            body.map(|body| LoadSyntax::Torque { torque, body })
+        }
+        "gravity" => table.required(r, "gravity").map(|v| LoadSyntax::Gravity(r.pair(v))),
+        _ => {
+            let spring = spring(r, identifier, &table, kind);
+            table.finish(r);
+            return spring;
+        }
+    };
+    table.finish(r);
+    load
+}
+
+/// What acts along a length, an angle or the distance of two points.
+fn spring(r: &mut Reader, identifier: &Identifier, table: &Table, kind: &str) -> Option<LoadSyntax> {
+    let asked = table.required(r, kind)?;
+    let along = if kind == "along" {
+        Some(Along::Formula(r.formula(asked)))
+    } else {
+        let points: Vec<Identifier> = r.array(asked).into_iter().filter_map(|item| r.text(item)).collect();
+        match <[Identifier; 2]>::try_from(points) {
+            Ok([from, to]) => Some(Along::Between(from, to)),
+            Err(_) => {
+                let error = Diagnostic::error("something acts between two points", asked.span(), "not two names");
+                r.findings.push(error.help("name both: `between = [\"P\", \"Q\"]`"));
+                None
+            }
+        }
+    };
+    let mut formula = |key: &str| table.optional(key).map(|v| r.formula(v));
+    let (stiffness, rest, damping) = (formula("spring"), formula("rest"), formula("damper"));
+    let (potential, force) = (formula("potential"), formula("force"));
+    let (friction, slip) = (formula("friction"), formula("slip"));
+    let sizes = [&stiffness, &damping, &potential, &force, &friction];
+    let mut wrong = |title: String, label: &str, help: &str| {
+        r.findings.push(Diagnostic::error(title, identifier.span.clone(), label).help(help));
+    };
+    let name = &identifier.name;
+    if sizes.iter().all(|size| size.is_none()) {
+        let help = "add one or more of `spring`, `damper`, `potential`, `force` and `friction`";
+        wrong(format!("load `{name}` has no size"), "does nothing", help);
+    }
+    if friction.is_some() != slip.is_some() {
+        let help = "friction is `-friction*tanh(s_dot/slip)`: give both, `slip` well below the speeds that matter";
+        wrong(format!("load `{name}` has one of `friction` and `slip`"), "the other is missing", help);
+    }
+    let friction = friction.zip(slip);
+    let spring = |along| SpringSyntax { along, stiffness, rest, damping, potential, force, friction };
+    along.map(|along| LoadSyntax::Spring(Box::new(spring(along))))
+}

@@ -1,0 +1,116 @@
+//! The kinds of loads.
+
+use super::Value;
+
+/// The kinds of applied loads.
+#[derive(Clone, Debug)]
+pub enum LoadKind {
+    /// A force at a place.
+    Force {
+        /// Its components.
+        force: [Value; 2],
+        /// The place it acts on.
+        at: [Value; 2],
+    },
+    /// A torque that works on an angle.
+    Torque {
+        /// Its size.
+        torque: Value,
+        /// The angle.
+        angle: Value,
+    },
+    /// A field of acceleration that acts on every mass.
+    Gravity([Value; 2]),
+    /// Springs, dampers and what else acts along a length or an angle.
+    Spring {
+        /// The length or angle.
+        along: Value,
+        /// Stiffness.
+        stiffness: Option<Value>,
+        /// Where the spring is slack.
+        rest: Option<Value>,
+        /// Damping coefficient.
+        damping: Option<Value>,
+        /// A potential, of the length alone.
+        potential: Option<Value>,
+        /// A force or torque that makes it longer, of anything.
+        force: Option<Value>,
+        /// Size of a friction, and the speed at which it has come to three quarters of that.
+        friction: Option<(Value, Value)>,
+    },
+}
+
+impl LoadKind {
+    /// Its formulae.
+    pub fn formulae(&self) -> Vec<&Value> {
+        self.forces().into_iter().chain(self.places()).chain(self.laws()).collect()
+    }
+
+    /// The forces and torques among its formulae.
+    pub fn forces(&self) -> Vec<&Value> {
+        match self {
+            Self::Force { force, .. } => force.iter().collect(),
+            Self::Torque { torque, .. } => vec![torque],
+            Self::Gravity(_) => Vec::new(),
+            Self::Spring { force, friction, .. } => force.iter().chain(friction.iter().map(|(size, _)| size)).collect(),
+        }
+    }
+
+    /// The places, angles and lengths that it acts along; nothing if it acts on every mass.
+    pub fn places(&self) -> Vec<&Value> {
+        match self {
+            Self::Force { at, .. } => at.iter().collect(),
+            Self::Torque { angle, .. } => vec![angle],
+            Self::Gravity(_) => Vec::new(),
+            Self::Spring { along, .. } => vec![along],
+        }
+    }
+
+    /// Its other formulae: fields, stiffnesses, potentials.
+    fn laws(&self) -> Vec<&Value> {
+        match self {
+            Self::Force { .. } | Self::Torque { .. } => Vec::new(),
+            Self::Gravity(field) => field.iter().collect(),
+            Self::Spring { stiffness, rest, damping, potential, friction, .. } => {
+                let optional = [stiffness, rest, damping, potential].into_iter().flatten();
+                optional.chain(friction.iter().map(|(_, slip)| slip)).collect()
+            }
+        }
+    }
+
+    /// What it does, with formulae as they are printed.
+    pub fn in_words(&self, formula: &dyn Fn(&Value) -> String, pair: &dyn Fn(&[Value; 2]) -> String) -> String {
+        match self {
+            Self::Force { force, at } => format!("force `{}` at `{}`", pair(force), pair(at)),
+            Self::Torque { torque, angle } => {
+                format!("torque `{}` along the angle `{}`", formula(torque), formula(angle))
+            }
+            Self::Gravity(field) => format!("gravity `{}`", pair(field)),
+            Self::Spring { along, stiffness, rest, damping, potential, force, friction } => {
+                let mut parts = Vec::new();
+                if let Some(stiffness) = stiffness {
+                    let rest = rest.as_ref().map_or_else(String::new, |rest| format!(", slack at `{}`", formula(rest)));
+                    parts.push(format!("spring `{}`{rest}", formula(stiffness)));
+                }
+                let said = [("damper", damping), ("potential", potential), ("force", force)];
+                let said =
+                    said.into_iter().filter_map(|(what, value)| Some(format!("{what} `{}`", formula(value.as_ref()?))));
+                parts.extend(said);
+                parts.extend(
+                    friction.as_ref().map(|(size, slip)| {
+                        format!("friction `{}` beyond the speed `{}`", formula(size), formula(slip))
+                    }),
+                );
+                let place = formula(along);
+                // Between two points their names stand side by side.
+                let between = place
+                    .split_once(',')
+                    .filter(|_| place.starts_with(|c: char| c.is_alphabetic()) && !place.contains('('));
+                match between {
+                    Some(_) => format!("{} between `{}`", parts.join(", "), place.replace(['"', '\''], "")),
+                    None => format!("{} along `{place}`", parts.join(", ")),
+                }
+            }
+        }
+    }
+}

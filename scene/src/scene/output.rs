@@ -1,0 +1,63 @@
+//! The kinds of outputs.
+
+use super::Value;
+
+/// The kinds of outputs.
+#[derive(Clone, Debug)]
+pub enum OutputKind {
+    /// A formula of coordinates.
+    Value(Value),
+    /// Its time derivative.
+    Rate(Value),
+    /// Its second time derivative.
+    SecondRate(Value),
+    /// Force of a constraint on a point, along a direction: -lambda (dC/dP . along).
+    ReactionForce {
+        /// The constraint.
+        constraint: usize,
+        /// The point.
+        point: usize,
+        /// The direction.
+        along: [Value; 2],
+    },
+    /// Power of a load.
+    LoadPower(usize),
+    /// Power of a constraint that depends on time.
+    DrivePower(usize),
+    /// Moment of a constraint on whatever turns with a coordinate: -lambda dC/d(angle).
+    ReactionMoment {
+        /// The constraint.
+        constraint: usize,
+        /// The coordinate that is the body's angle.
+        coordinate: usize,
+    },
+}
+
+impl OutputKind {
+    /// Whether the output is a reaction force or moment.
+    pub fn is_reaction(&self) -> bool {
+        self.reaction_of().is_some()
+    }
+
+    /// Its own formulae.
+    pub fn formulae(&self) -> &[Value] {
+        match self {
+            Self::Value(value) | Self::Rate(value) | Self::SecondRate(value) => std::slice::from_ref(value),
+            Self::ReactionForce { along, .. } => along,
+            Self::ReactionMoment { .. } | Self::LoadPower(_) | Self::DrivePower(_) => &[],
+        }
+    }
+
+    /// The constraint whose reaction it is.
+    pub fn reaction_of(&self) -> Option<usize> {
+        match self {
+            Self::ReactionForce { constraint, .. } | Self::ReactionMoment { constraint, .. } => Some(*constraint),
+            _ => None,
+        }
+    }
+
+    /// Whether it is zero in every position at rest.
+    pub fn needs_motion(&self) -> bool {
+        matches!(self, Self::Rate(_) | Self::SecondRate(_) | Self::LoadPower(_))
+    }
+}
