@@ -161,6 +161,23 @@ fn work_of_a_damper_is_balanced() {
 }
 
 #[test]
+fn change_of_energy_is_that_of_the_trajectory() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().to_str().expect("text");
+    // Runs of many rows and of three.
+    for more in [&[][..], &["--step", "0.02", "--end-time", "0.04"]] {
+        let text = check(&[&["shaper"], more].concat());
+        let run = qrm(&["run", "shaper", "--out", out]).args(more).output().expect("the command starts");
+        assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+        let mut table = csv::Reader::from_path(folder.path().join("trajectory.csv")).expect("a table");
+        let place = table.headers().expect("columns").iter().position(|name| name == "energy").expect("energy");
+        let energy: Vec<f64> =
+            table.records().map(|row| row.expect("a row")[place].parse().expect("a number")).collect();
+        near("change", after(&text, "energy   changes by "), energy[energy.len() - 1] - energy[0], 1e-6);
+    }
+}
+
+#[test]
 fn positions_that_cannot_be_asked_for() {
     for (position, said) in [
         ("phi2", "`phi2` has no `=`"),

@@ -34,7 +34,7 @@ impl<R: Scalar, const N: usize> Angles<R, N> {
         angles
     }
 
-    /// The sines and cosines of angles, computed out of line: where that happens once for many steps.
+    /// The sines and cosines of angles, computed out of line: where a block of steps begins.
     #[inline(always)]
     pub(crate) fn apart(q: &[R; N], is_angle: [bool; N]) -> Self {
         Self { sin: *q, cos: *q }.refreshed(q, R::from_f64(1.0), 0.0, is_angle)

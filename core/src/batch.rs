@@ -61,8 +61,6 @@ pub struct BatchRequest {
     pub ranges: bool,
     /// Whether companions estimate errors.
     pub companions: bool,
-    /// Number of outputs.
-    pub outputs: usize,
 }
 
 /// The size of the vectors of a batch.
@@ -82,7 +80,7 @@ pub(crate) struct BatchLayout {
     /// Number of constraints.
     pub(crate) m: usize,
     /// Number of outputs whose ranges are wanted.
-    pub(crate) outputs: usize,
+    pub(crate) output_count: usize,
 }
 
 /// The steps that were made.
@@ -100,13 +98,14 @@ pub(crate) const DIFFERENCE: usize = 8;
 pub(crate) const SIZE: usize = 9;
 /// Not a number if an output was none.
 pub(crate) const DEFINED: usize = 10;
-const ROWS: usize = 11;
+/// The first row.
+const FIRST_ROW: usize = 11;
 
 impl BatchLayout {
     /// The layout for a mechanism of this size.
     #[inline(always)]
-    pub(crate) const fn new(n: usize, m: usize, request: &BatchRequest) -> Self {
-        Self { n, m, outputs: if request.ranges { request.outputs } else { 0 } }
+    pub(crate) const fn new(n: usize, m: usize, outputs: usize, request: &BatchRequest) -> Self {
+        Self { n, m, output_count: if request.ranges { outputs } else { 0 } }
     }
 
     /// The length of a row `[t, q, qd, qdd, multipliers]`.
@@ -118,44 +117,49 @@ impl BatchLayout {
     /// The row of a motion.
     #[inline(always)]
     pub(crate) const fn row(self, role: LaneRole) -> usize {
-        ROWS + role as usize * self.width()
+        FIRST_ROW + role as usize * self.width()
     }
 
     /// The row before the step that is waited for.
     #[inline(always)]
     pub(crate) const fn row_before(self) -> usize {
-        ROWS + 2 * self.width()
+        FIRST_ROW + 2 * self.width()
     }
 
     /// The outputs of the last row.
     #[inline(always)]
     pub(crate) const fn outputs(self) -> usize {
-        ROWS + 3 * self.width()
+        FIRST_ROW + 3 * self.width()
     }
 
     /// The smallest values of the outputs.
     #[inline(always)]
     pub(crate) const fn lowest(self) -> usize {
-        self.outputs() + self.outputs
+        self.outputs() + self.output_count
     }
 
     /// The largest values of the outputs.
     #[inline(always)]
     pub(crate) const fn highest(self) -> usize {
-        self.lowest() + self.outputs
+        self.lowest() + self.output_count
     }
 
     /// The number of places.
     #[inline(always)]
     pub(crate) const fn places(self) -> usize {
-        self.highest() + self.outputs
+        self.highest() + self.output_count
     }
 }
 
 impl SimdBatch {
     /// For a mechanism of this size; a step counts as reliable up to this residual of the constraints.
-    pub(crate) fn new(steps: Box<dyn LaneSteps>, (n, m): (usize, usize), request: BatchRequest, residual: f64) -> Self {
-        Self { steps, layout: BatchLayout::new(n, m, &request), request, residual }
+    pub(crate) fn new(
+        steps: Box<dyn LaneSteps>,
+        (n, m, outputs): (usize, usize, usize),
+        request: BatchRequest,
+        residual: f64,
+    ) -> Self {
+        Self { steps, layout: BatchLayout::new(n, m, outputs, &request), request, residual }
     }
 
     /// The number of lanes.
@@ -243,15 +247,15 @@ impl SimdBatch {
 
     /// Begins the ranges of a lane with these outputs.
     pub fn begin_ranges(&mut self, lane: usize, outputs: &[f64]) {
-        let outputs = &outputs[..self.layout.outputs.min(outputs.len())];
         self.set(lane, DEFINED, &[outputs.iter().map(|value| 0.0 * value).sum()]);
+        let outputs = &outputs[..self.layout.output_count.min(outputs.len())];
         self.set(lane, self.layout.lowest(), outputs);
         self.set(lane, self.layout.highest(), outputs);
     }
 
     /// Replaces the outputs of a lane in the row under way.
     pub fn set_outputs(&mut self, lane: usize, outputs: &[f64]) {
-        self.set(lane, self.layout.outputs(), &outputs[..self.layout.outputs.min(outputs.len())]);
+        self.set(lane, self.layout.outputs(), &outputs[..self.layout.output_count.min(outputs.len())]);
     }
 
     fn get(&self, lane: usize, place: usize) -> f64 {

@@ -65,7 +65,7 @@ pub trait Kernel<R: Scalar, const N: usize, const M: usize>: Copy + Send + Sync 
         angles: &Angles<R, N>,
     ) -> ([R; N], [R; M]);
 
-    /// The outputs at a position that is known; `outputs` has room for all of them.
+    /// The outputs at a position that is known; `outputs` has a place for each.
     #[allow(clippy::too_many_arguments, reason = "a row has these parts")]
     fn outputs_at(
         &self,
@@ -104,7 +104,7 @@ pub trait Kernel<R: Scalar, const N: usize, const M: usize>: Copy + Send + Sync 
     /// The power of the loads that have no potential, and of what drives the constraints, in W.
     fn power(&self, t: R, q: &[R; N], qd: &[R; N], multipliers: &[R; M]) -> R;
 
-    /// The outputs, in the order of the description; `outputs` has room for all of them.
+    /// The outputs, in the order of the description; `outputs` has a place for each.
     fn outputs(&self, t: R, q: &[R; N], qd: &[R; N], qdd: &[R; N], multipliers: &[R; M], outputs: &mut [R]);
 
     /// The derivatives of the equations of motion by the state; `None` if the scene does not ask for them.
@@ -139,8 +139,8 @@ pub trait Generated<const N: usize, const M: usize>: 'static {
 
     /// The mechanism with these values of its parameters, in the order of the description.
     ///
-    /// This method and [`lane_steps`](Self::lane_steps) are compiled with the module of their mechanism, and what they call is
-    /// inline. Where a single mechanism changes, nothing is compiled for the others.
+    /// This method and [`lane_steps`](Self::lane_steps) are compiled with the module of their mechanism, and what they
+    /// call is inline. Where a single mechanism changes, nothing is compiled for the others.
     #[cfg(feature = "std")]
     fn mechanism(values: Vec<f64>) -> Box<dyn Mechanism>
     where

@@ -16,7 +16,8 @@ use crate::lanes::{Lanes, Token};
 use crate::rk4::{KernelState, rk4_step};
 use crate::scalar::{Fused, Scalar};
 
-/// Steps in lanes, whatever the mechanism and the number of lanes.
+/// Steps in lanes, whatever the mechanism and the number of lanes; used by [`SimdBatch`](crate::SimdBatch), which knows
+/// the places of the numbers.
 pub trait LaneSteps {
     /// The number of lanes.
     fn lanes(&self) -> usize;
@@ -112,7 +113,7 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> StepsBy<X, S,
     #[inline]
     fn new(token: S, request: BatchRequest, residual: f64) -> Self {
         let zero = Lanes::zero();
-        let layout = BatchLayout::new(N, M, &request);
+        let layout = BatchLayout::new(N, M, X::DESCRIPTION.outputs.len(), &request);
         Self {
             token,
             request,
@@ -129,7 +130,8 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> StepsBy<X, S,
     fn run(&mut self, wants_refill: bool) -> PauseReason {
         let mut made = self.number(MADE);
         let [last, step, end_time] = [self.number(LAST), self.number(STEP), self.number(END_TIME)];
-        let mut motions = [self.motion(LaneRole::Main), self.motion(LaneRole::Companion)];
+        let main = self.motion(LaneRole::Main);
+        let mut motions = [main, if self.request.companions { self.motion(LaneRole::Companion) } else { main }];
         if self.is_pending {
             self.is_pending = false;
             self.finish_phase(&motions);
@@ -160,8 +162,8 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> StepsBy<X, S,
                     goes_on && (next - last).is_negative() && event.is_negative() && !self.request.waits_each_step;
                 made = next;
                 if self.request.ranges {
-                    let place = self.layout().outputs();
-                    let outputs = &mut self.numbers[place..][..self.request.outputs];
+                    let layout = self.layout();
+                    let outputs = &mut self.numbers[layout.outputs()..][..layout.output_count];
                     let position = &result.position;
                     self.kernel.outputs_at(position, t_next, q, qd, angles, qdd, multipliers, outputs);
                 }
@@ -185,13 +187,15 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> StepsBy<X, S,
         };
         self.set_number(MADE, made);
         self.set_row(self.layout().row(LaneRole::Main), &motions[0]);
-        self.set_row(self.layout().row(LaneRole::Companion), &motions[1]);
+        if self.request.companions {
+            self.set_row(self.layout().row(LaneRole::Companion), &motions[1]);
+        }
         reason
     }
 
     #[inline(always)]
     fn layout(&self) -> BatchLayout {
-        BatchLayout::new(N, M, &self.request)
+        BatchLayout::new(N, M, X::DESCRIPTION.outputs.len(), &self.request)
     }
 
     /// Whose step is under way.
@@ -213,7 +217,7 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> StepsBy<X, S,
             self.set_number(SIZE, size);
         } else {
             let mut defined = self.number(DEFINED);
-            let BatchLayout { outputs: count, .. } = self.layout();
+            let count = self.layout().output_count;
             let place = self.layout().outputs();
             let (outputs, ranges) = self.numbers[place..].split_at_mut(count);
             let (lowest, highest) = ranges.split_at_mut(count);

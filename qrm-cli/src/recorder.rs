@@ -80,7 +80,7 @@ impl Observer for Recorder {
     fn finish(&mut self, last: &[f64]) -> io::Result<()> {
         let Some(trajectory) = &mut self.trajectory else { return Ok(()) };
         // The last row is written even if it is not its turn.
-        if self.is_behind {
+        if self.is_behind && !last.is_empty() {
             trajectory.row(last.iter().copied())?;
         }
         trajectory.flush()

@@ -53,7 +53,6 @@ impl<'a> LaneSweep<'a> {
             waits_each_step: matches!(request.end, Some(SweepEnd::Condition(_))),
             ranges: request.extremes,
             companions: request.estimate_error,
-            outputs: description.outputs.len(),
         };
         let batch = model.batch(width, batch_request, settings.projection_tolerance.residual)?;
         let size = (description.coordinates.len(), description.constraints.len());

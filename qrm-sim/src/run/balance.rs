@@ -88,6 +88,10 @@ impl Observer for Balance {
         }
         Ok(())
     }
+    fn finish(&mut self, _last: &[f64]) -> io::Result<()> {
+        *self = self.finished();
+        Ok(())
+    }
 }
 
 #[cfg(test)]
@@ -118,7 +122,7 @@ mod tests {
             let mut balance = Balance::default();
             let h = 1.0 / f64::from(count - 1);
             (0..count).for_each(|i| balance.row(&row(f64::from(i) * h)).expect("kept"));
-            let balance = balance.finished();
+            balance.finish(&[]).expect("finished");
             // A line through two rows, a parabola through three, cubics from then on.
             let order =
                 [0.09 * h.powi(2), 0.1 * h.powi(3), 0.1 * h.powi(4)][usize::try_from(count - 2).unwrap_or(2).min(2)];

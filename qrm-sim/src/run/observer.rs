@@ -47,7 +47,8 @@ pub trait Observer {
         Ok(true)
     }
 
-    /// Called once when no more rows follow, with the columns of the last one; nothing if there was none.
+    /// Called once when no more rows follow, with the columns of the last one; nothing if there was none, or it
+    /// could not be kept.
     ///
     /// # Errors
     /// The rows so far cannot be kept.
@@ -73,7 +74,7 @@ impl<A: Observer, B: Observer> Observer for (A, B) {
     }
 
     fn finish(&mut self, last: &[f64]) -> std::io::Result<()> {
-        self.0.finish(last)?;
-        self.1.finish(last)
+        let first = self.0.finish(last);
+        self.1.finish(last).and(first)
     }
 }

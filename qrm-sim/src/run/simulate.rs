@@ -173,7 +173,9 @@ impl Run<'_> {
                 Ok(_) => {}
             }
             if let Some(status) = status {
-                let status = observer.finish(&self.monitor.columns).map_or_else(Status::Unwritable, |()| status);
+                let is_kept = !matches!(status, Status::Unwritable(_));
+                let last = if is_kept { &self.monitor.columns[..] } else { &[] };
+                let status = observer.finish(last).map_or_else(Status::Unwritable, |()| status);
                 return self.outcome(status, end, steps, integration);
             }
             self.buffer.copy_within(made * width..(made + 1) * width, 0);

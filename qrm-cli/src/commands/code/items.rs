@@ -1,4 +1,5 @@
-//! The items of a generated module, by its tokens.
+//! The items of a generated module, by its tokens. They are written by the generator: visibility is `pub` or none, an
+//! attribute has one alias.
 
 use ra_ap_rustc_lexer::{DocStyle, FrontmatterAllowed, LiteralKind, TokenKind, tokenize};
 
