@@ -65,7 +65,7 @@ pub trait Kernel<R: Scalar, const N: usize, const M: usize>: Copy + Send + Sync 
         angles: &Angles<R, N>,
     ) -> ([R; N], [R; M]);
 
-    /// The outputs at a position that is known; `outputs` has a place for each.
+    /// The outputs at a position that is known; as far as `outputs` has room.
     #[allow(clippy::too_many_arguments, reason = "a row has these parts")]
     fn outputs_at(
         &self,
@@ -104,7 +104,7 @@ pub trait Kernel<R: Scalar, const N: usize, const M: usize>: Copy + Send + Sync 
     /// The power of the loads that have no potential, and of what drives the constraints, in W.
     fn power(&self, t: R, q: &[R; N], qd: &[R; N], multipliers: &[R; M]) -> R;
 
-    /// The outputs, in the order of the description; `outputs` has a place for each.
+    /// The outputs, in the order of the description; as far as `outputs` has room.
     fn outputs(&self, t: R, q: &[R; N], qd: &[R; N], qdd: &[R; N], multipliers: &[R; M], outputs: &mut [R]);
 
     /// The derivatives of the equations of motion by the state; `None` if the scene does not ask for them.
@@ -156,6 +156,17 @@ pub trait Generated<const N: usize, const M: usize>: 'static {
         Self: Sized,
     {
         lane_steps::<Self, N, M>(width, request, residual)
+    }
+}
+
+/// Copies the outputs of a row, as many as there is room for.
+// Here and not in generated code: a panic there would hold the path of its file.
+#[inline(always)]
+pub fn copy_outputs<R: Copy, const K: usize>(values: &[R; K], outputs: &mut [R]) {
+    for i in 0..K {
+        if let Some(output) = outputs.get_mut(i) {
+            *output = values[i];
+        }
     }
 }
 

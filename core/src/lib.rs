@@ -55,7 +55,9 @@ pub use double_double::DoubleDouble;
 #[cfg(feature = "dual")]
 pub use dual::{Dual, Kind};
 pub use explicit::{ProjectionResult, StageRequest, StateMut};
-pub use kernel::{Dynamics, Generated, Kernel, Linearization, LoopConstraints, MAX_GROWTH, Schedule, Start};
+pub use kernel::{
+    Dynamics, Generated, Kernel, Linearization, LoopConstraints, MAX_GROWTH, Schedule, Start, copy_outputs,
+};
 #[cfg(feature = "simd")]
 pub use lane_steps::LaneSteps;
 pub use mechanism::{

@@ -52,7 +52,7 @@ pub trait Mechanism: Send + Sync {
     /// The power of the loads that have no potential, and of what drives the constraints, in W.
     fn power(&self, t: f64, q: &[f64], qd: &[f64], multipliers: &[f64]) -> f64;
 
-    /// The outputs, in the order of the description; `outputs` has a place for each.
+    /// The outputs, in the order of the description; as far as `outputs` has room.
     fn outputs(&self, t: f64, q: &[f64], qd: &[f64], qdd: &[f64], multipliers: &[f64], outputs: &mut [f64]);
 
     /// All that is told of a state: outputs, constraints, energy and power, with the sines and cosines that they share.

@@ -2375,10 +2375,10 @@ impl<R: Scalar> Kernel<R, 7, 6> for Andrews<R> {
         multipliers: &[R; 6],
         outputs: &mut [R],
     ) {
-        outputs
-            .copy_from_slice(
-                &outputs_at(self, position, t, q, qd, qdd, multipliers, angles),
-            );
+        qrm_core::copy_outputs(
+            &outputs_at(self, position, t, q, qd, qdd, multipliers, angles),
+            outputs,
+        );
     }
 
     fn event(&self, _t: R, _q: &[R; 7], _qd: &[R; 7]) -> Option<R> {
@@ -2452,7 +2452,10 @@ impl<R: Scalar> Kernel<R, 7, 6> for Andrews<R> {
         multipliers: &[R; 6],
         outputs: &mut [R],
     ) {
-        outputs.copy_from_slice(&self::outputs(self, t, q, qd, qdd, multipliers));
+        qrm_core::copy_outputs(
+            &self::outputs(self, t, q, qd, qdd, multipliers),
+            outputs,
+        );
     }
 }
 

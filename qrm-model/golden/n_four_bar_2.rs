@@ -1305,10 +1305,10 @@ impl<R: Scalar> Kernel<R, 5, 4> for NFourBar2<R> {
         multipliers: &[R; 4],
         outputs: &mut [R],
     ) {
-        outputs
-            .copy_from_slice(
-                &outputs_at(self, position, t, q, qd, qdd, multipliers, angles),
-            );
+        qrm_core::copy_outputs(
+            &outputs_at(self, position, t, q, qd, qdd, multipliers, angles),
+            outputs,
+        );
     }
 
     fn event(&self, _t: R, _q: &[R; 5], _qd: &[R; 5]) -> Option<R> {
@@ -1373,7 +1373,10 @@ impl<R: Scalar> Kernel<R, 5, 4> for NFourBar2<R> {
         multipliers: &[R; 4],
         outputs: &mut [R],
     ) {
-        outputs.copy_from_slice(&self::outputs(self, t, q, qd, qdd, multipliers));
+        qrm_core::copy_outputs(
+            &self::outputs(self, t, q, qd, qdd, multipliers),
+            outputs,
+        );
     }
 }
 

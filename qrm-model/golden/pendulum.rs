@@ -623,10 +623,10 @@ impl<R: Scalar> Kernel<R, 2, 1> for Pendulum<R> {
         multipliers: &[R; 1],
         outputs: &mut [R],
     ) {
-        outputs
-            .copy_from_slice(
-                &outputs_at(self, position, t, q, qd, qdd, multipliers, angles),
-            );
+        qrm_core::copy_outputs(
+            &outputs_at(self, position, t, q, qd, qdd, multipliers, angles),
+            outputs,
+        );
     }
 
     fn event(&self, _t: R, _q: &[R; 2], _qd: &[R; 2]) -> Option<R> {
@@ -684,7 +684,10 @@ impl<R: Scalar> Kernel<R, 2, 1> for Pendulum<R> {
         multipliers: &[R; 1],
         outputs: &mut [R],
     ) {
-        outputs.copy_from_slice(&self::outputs(self, t, q, qd, qdd, multipliers));
+        qrm_core::copy_outputs(
+            &self::outputs(self, t, q, qd, qdd, multipliers),
+            outputs,
+        );
     }
 }
 

@@ -1221,10 +1221,10 @@ impl<R: Scalar> Kernel<R, 3, 2> for QuickReturn<R> {
         multipliers: &[R; 2],
         outputs: &mut [R],
     ) {
-        outputs
-            .copy_from_slice(
-                &outputs_at(self, position, t, q, qd, qdd, multipliers, angles),
-            );
+        qrm_core::copy_outputs(
+            &outputs_at(self, position, t, q, qd, qdd, multipliers, angles),
+            outputs,
+        );
     }
 
     #[inline(always)]
@@ -1284,7 +1284,10 @@ impl<R: Scalar> Kernel<R, 3, 2> for QuickReturn<R> {
         multipliers: &[R; 2],
         outputs: &mut [R],
     ) {
-        outputs.copy_from_slice(&self::outputs(self, t, q, qd, qdd, multipliers));
+        qrm_core::copy_outputs(
+            &self::outputs(self, t, q, qd, qdd, multipliers),
+            outputs,
+        );
     }
 }
 

@@ -1640,10 +1640,10 @@ impl<R: Scalar> Kernel<R, 3, 2> for QuickReturnLoaded<R> {
         multipliers: &[R; 2],
         outputs: &mut [R],
     ) {
-        outputs
-            .copy_from_slice(
-                &outputs_at(self, position, t, q, qd, qdd, multipliers, angles),
-            );
+        qrm_core::copy_outputs(
+            &outputs_at(self, position, t, q, qd, qdd, multipliers, angles),
+            outputs,
+        );
     }
 
     #[inline(always)]
@@ -1703,7 +1703,10 @@ impl<R: Scalar> Kernel<R, 3, 2> for QuickReturnLoaded<R> {
         multipliers: &[R; 2],
         outputs: &mut [R],
     ) {
-        outputs.copy_from_slice(&self::outputs(self, t, q, qd, qdd, multipliers));
+        qrm_core::copy_outputs(
+            &self::outputs(self, t, q, qd, qdd, multipliers),
+            outputs,
+        );
     }
 
     fn linearization(

@@ -452,7 +452,7 @@ impl<'a> Emitter<'a> {
             quote!(outputs_at(self, position, t, q, qd, qdd, multipliers, angles)),
             quote!(self::outputs(self, t, q, qd, qdd, multipliers)),
         ]
-        .map(|values| (!scene.outputs.is_empty()).then(|| quote!(outputs.copy_from_slice(&#values);)));
+        .map(|values| (!scene.outputs.is_empty()).then(|| quote!(qrm_core::copy_outputs(&#values, outputs);)));
         let (t, at) = time_argument(self.kernel.is_timed);
         let (driven_t, driven_at) = time_argument(scene.is_driven());
         let and_multipliers = scene.is_driven().then(|| quote!(, multipliers));
