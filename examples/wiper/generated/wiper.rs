@@ -988,10 +988,10 @@ impl<R: Scalar> Kernel<R, 3, 2> for Wiper<R> {
         multipliers: &[R; 2],
         outputs: &mut [R],
     ) {
-        outputs
-            .copy_from_slice(
-                &outputs_at(self, position, t, q, qd, qdd, multipliers, angles),
-            );
+        qrm_core::copy_outputs(
+            &outputs_at(self, position, t, q, qd, qdd, multipliers, angles),
+            outputs,
+        );
     }
 
     fn event(&self, _t: R, _q: &[R; 3], _qd: &[R; 3]) -> Option<R> {
@@ -1049,7 +1049,10 @@ impl<R: Scalar> Kernel<R, 3, 2> for Wiper<R> {
         multipliers: &[R; 2],
         outputs: &mut [R],
     ) {
-        outputs.copy_from_slice(&self::outputs(self, t, q, qd, qdd, multipliers));
+        qrm_core::copy_outputs(
+            &self::outputs(self, t, q, qd, qdd, multipliers),
+            outputs,
+        );
     }
 }
 
