@@ -1,7 +1,9 @@
 //! The step's equations as well as a hand can write them: products of parameters taken out, one independent coordinate,
 //! every quotient computed once.
 
-use qrm_core::{Angles, Description, Dynamics, Generated, Kernel, LoopConstraints, Scalar, Schedule, Start, Tape};
+use qrm_core::{
+    Angles, Description, Dynamics, Generated, Kernel, LoopConstraints, Scalar, Schedule, Start, Tape, copy_outputs,
+};
 use qrm_model::quick_return::{Parameters, QuickReturn};
 
 /// The equations in the order a step needs them.
@@ -197,7 +199,7 @@ impl<R: Scalar> Kernel<R, 3, 2> for KernelByHand<R> {
             slot * angles.sin[1],
             -guide,
         ];
-        outputs.copy_from_slice(&values);
+        copy_outputs(&values, outputs);
     }
 
     fn start(&self) -> Start<R, 3> {

@@ -206,7 +206,7 @@ impl<'a> Writer<'a> {
         };
         let (name, own) = (format_ident!("{}", plan.name), format_ident!("{}", struct_name(&self.scene.name)));
         // What a step calls must not pass its matrices through memory.
-        // What is observed in every row shares its sines and cosines where it is in one place.
+        // The quantities of a row share their sines and cosines where all are in one place.
         let is_inner = ["dynamics", "loop_constraints", "outputs", "energy", "power"].contains(&plan.name);
         let inline = if is_inner { quote!(#[inline(always)]) } else { quote!(#[inline]) };
         let docs = self.doc_lines(plan, cost);

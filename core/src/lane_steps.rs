@@ -309,13 +309,7 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> LaneSteps for
 
     #[inline]
     fn set_parameters(&mut self, values: &[Vec<f64>]) {
-        self.kernel = X::Kernel::<Lanes<S>>::with_values(&|i| {
-            let mut value = Lanes::zero();
-            for (lane, values) in values.iter().enumerate() {
-                value.set(lane, values[i]);
-            }
-            value
-        });
+        self.kernel = X::Kernel::<Lanes<S>>::with_values(&|i| Lanes::from_fn(|lane| values[lane][i]));
     }
 
     #[inline]

@@ -55,12 +55,10 @@ pub trait Mechanism: Send + Sync {
     /// The outputs, in the order of the description; as far as `outputs` has room.
     fn outputs(&self, t: f64, q: &[f64], qd: &[f64], qdd: &[f64], multipliers: &[f64], outputs: &mut [f64]);
 
-    /// All that is told of a state: outputs, constraints, energy and power, with the sines and cosines that they share.
+    /// The quantities of a row of a trajectory: outputs, constraints, energy and power, with the sines and cosines that
+    /// they share.
     fn row_quantities(&self, at: &StateRef, outputs: &mut [f64], constraints: LoopConstraintsMut) -> RowQuantities {
-        let StateRef { t, q, qd, qdd, multipliers } = *at;
-        self.outputs(t, q, qd, qdd, multipliers, outputs);
-        self.loop_constraints(t, q, constraints);
-        RowQuantities { energy: self.energy(q, qd), power: self.power(t, q, qd, multipliers) }
+        row_quantities(self, at, outputs, constraints)
     }
 
     /// Derivatives of the equations of motion by the state; false, and nothing is written, if the scene does not ask
@@ -121,6 +119,20 @@ pub struct RowQuantities {
     pub energy: [f64; 2],
     /// See [`Mechanism::power`].
     pub power: f64,
+}
+
+/// The quantities of a row by the functions of a mechanism, one after another.
+#[inline(always)]
+fn row_quantities<X: Mechanism + ?Sized>(
+    mechanism: &X,
+    at: &StateRef,
+    outputs: &mut [f64],
+    constraints: LoopConstraintsMut,
+) -> RowQuantities {
+    let StateRef { t, q, qd, qdd, multipliers } = *at;
+    mechanism.outputs(t, q, qd, qdd, multipliers, outputs);
+    mechanism.loop_constraints(t, q, constraints);
+    RowQuantities { energy: mechanism.energy(q, qd), power: mechanism.power(t, q, qd, multipliers) }
 }
 
 /// Room for the start of a motion: some values are given, the others are first guesses (rates: unused) until they are
@@ -300,9 +312,8 @@ where
         // Where sines and cosines of these are shared, the compiler must see that what is written leaves them alone.
         let (q, qd): ([f64; N], [f64; N]) = (*array(at.q), *array(at.qd));
         let (qdd, multipliers): ([f64; N], [f64; M]) = (*array(at.qdd), *array(at.multipliers));
-        self.outputs(at.t, &q, &qd, &qdd, &multipliers, outputs);
-        self.loop_constraints(at.t, &q, constraints);
-        RowQuantities { energy: self.energy(&q, &qd), power: self.power(at.t, &q, &qd, &multipliers) }
+        let at = StateRef { t: at.t, q: &q, qd: &qd, qdd: &qdd, multipliers: &multipliers };
+        row_quantities(self, &at, outputs, constraints)
     }
 
     #[inline]

@@ -9,8 +9,8 @@ use qrm_scene::evaluate::State;
 use qrm_scene::scene::{Scene, Value as Formula};
 
 impl Sample {
-    /// What the equations of motion leave at the accelerations and multipliers of the sample; `None` outside the domain
-    /// of the formulae.
+    /// The residual of the equations of motion at the accelerations and multipliers of the sample; `None` outside the
+    /// domain of the formulae.
     pub(super) fn residual(&self, scene: &Scene, equations: &Equations) -> Option<Residual> {
         let gradients = Gradients::new(self, scene);
         let plain = State::plain(scene, &self.parameters, self.t, &self.q, &self.qd);
@@ -53,7 +53,7 @@ impl Sample {
     }
 }
 
-/// What the equations of motion leave: zero in a motion.
+/// The residual of the equations of motion: zero in a motion.
 pub(super) struct Residual {
     /// `Mbar qdd + C_q' lambda - fbar`
     pub(super) forces: Vec<f64>,

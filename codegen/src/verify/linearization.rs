@@ -68,7 +68,7 @@ fn column(scene: &Scene, equations: &Equations, sample: &Sample, by: By, j: usiz
         }
         moved.residual(scene, equations)
     };
-    // What changes by itself stands on the other side.
+    // Derivatives by time are on the right-hand side of the linearized equations.
     let sign = if by == By::Time { -1.0 } else { 1.0 };
     let differences = [4.0, 2.0, 1.0].map(|steps| Some((at(steps)?, at(-steps)?)));
     let [Some(widest), Some(wide), Some(narrow)] = differences else { return None };

@@ -51,7 +51,7 @@ impl Sample {
         }
     }
 
-    /// The same numbers but for their last digits.
+    /// A sample whose numbers differ from these in their last digits.
     pub(super) fn nearby(&self) -> Self {
         let moved = |values: &[f64]| -> Vec<f64> {
             values

@@ -76,7 +76,7 @@ impl LoopConstraints {
         mechanism.loop_constraints(t, q, self.as_mut());
     }
 
-    /// Room for them.
+    /// The buffers as a mechanism fills them.
     pub(crate) fn as_mut(&mut self) -> LoopConstraintsMut<'_> {
         LoopConstraintsMut {
             residuals: &mut self.residuals,

@@ -5,7 +5,7 @@ use super::{Identifier, Target};
 use crate::diagnostic::Diagnostic;
 use crate::parser::Formula;
 
-/// What an entry of `[loads]` says.
+/// An entry of `[loads]`.
 #[derive(Debug)]
 pub enum LoadSyntax {
     /// A force on a point, or on the centre of mass of a body.
@@ -47,7 +47,7 @@ pub struct SpringSyntax {
     pub friction: Option<(Formula, Formula)>,
 }
 
-/// What springs and dampers act along.
+/// The length or angle that springs and dampers act along.
 #[derive(Debug)]
 pub enum Along {
     /// A length or an angle.
@@ -59,7 +59,8 @@ pub enum Along {
 pub(super) fn load(r: &mut Reader, identifier: &Identifier, value: table::Value) -> Option<LoadSyntax> {
     let table = r.table(&format!("load `{}`", identifier.name), value)?;
     table.string(r, "doc");
-    let help = "what acts along a length has `along`, what acts between two points `between`, with `spring`, `damper` and others";
+    let help = "what acts along a length has `along`, what acts between two points `between`, with `spring`, \
+                `damper` and others";
     let kind = match table.is_there("along") || table.is_there("between") {
         true => table.one_of(r, &["along", "between"], help)?,
         false => table.one_of(r, &["force", "torque", "gravity", "along", "between"], help)?,
@@ -86,7 +87,7 @@ pub(super) fn load(r: &mut Reader, identifier: &Identifier, value: table::Value)
     load
 }
 
-/// What acts along a length, an angle or the distance of two points.
+/// Reads a load that acts along a length, an angle or the distance of two points.
 fn spring(r: &mut Reader, identifier: &Identifier, table: &Table, kind: &str) -> Option<LoadSyntax> {
     let asked = table.required(r, kind)?;
     let along = if kind == "along" {

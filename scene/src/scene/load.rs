@@ -41,12 +41,12 @@ pub enum LoadKind {
 }
 
 impl LoadKind {
-    /// Its formulae.
+    /// All formulae of the load.
     pub fn formulae(&self) -> Vec<&Value> {
         self.forces().into_iter().chain(self.places()).chain(self.laws()).collect()
     }
 
-    /// The forces and torques among its formulae.
+    /// The formulae of forces and torques.
     pub fn forces(&self) -> Vec<&Value> {
         match self {
             Self::Force { force, .. } => force.iter().collect(),
@@ -66,7 +66,7 @@ impl LoadKind {
         }
     }
 
-    /// Its other formulae: fields, stiffnesses, potentials.
+    /// The formulae that are neither forces nor places: fields, stiffnesses, potentials.
     fn laws(&self) -> Vec<&Value> {
         match self {
             Self::Force { .. } | Self::Torque { .. } => Vec::new(),
@@ -78,7 +78,7 @@ impl LoadKind {
         }
     }
 
-    /// What it does, with formulae as they are printed.
+    /// A description of the load, with formulae as they are printed.
     pub fn in_words(&self, formula: &dyn Fn(&Value) -> String, pair: &dyn Fn(&[Value; 2]) -> String) -> String {
         match self {
             Self::Force { force, at } => format!("force `{}` at `{}`", pair(force), pair(at)),

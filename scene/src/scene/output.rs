@@ -39,7 +39,7 @@ impl OutputKind {
         self.reaction_of().is_some()
     }
 
-    /// Its own formulae.
+    /// All formulae of the output.
     pub fn formulae(&self) -> &[Value] {
         match self {
             Self::Value(value) | Self::Rate(value) | Self::SecondRate(value) => std::slice::from_ref(value),
@@ -48,7 +48,7 @@ impl OutputKind {
         }
     }
 
-    /// The constraint whose reaction it is.
+    /// The constraint of a reaction; `None` for other outputs.
     pub fn reaction_of(&self) -> Option<usize> {
         match self {
             Self::ReactionForce { constraint, .. } | Self::ReactionMoment { constraint, .. } => Some(*constraint),
@@ -56,7 +56,7 @@ impl OutputKind {
         }
     }
 
-    /// Whether it is zero in every position at rest.
+    /// Whether the output is a rate or a power, which says nothing at rest.
     pub fn needs_motion(&self) -> bool {
         matches!(self, Self::Rate(_) | Self::SecondRate(_) | Self::LoadPower(_))
     }

@@ -111,10 +111,31 @@ mod tests {
 
     #[test]
     fn items_are_found_with_names_aliases_and_lines() {
-        let code = "// A file.\n//! Its text.\nuse a::{b, c};\n\n/// A matrix `{`.\n#[doc(alias = \"T\")]\npub fn matrix<R: Scalar>(\n    \
-                    m: &[R; 2],\n) -> [R; 2] {\n    if a < b { x } else { \"}\" }\n}\n\nimpl<R: Scalar> Kernel<R, 2> for \
-                    Model<R>\nwhere\n    R: Copy,\n{\n    const fn name() {}\n}\n\npub const D: D = D {\n    code: \"a;\",\n};\n\nstruct \
-                    Model<R>(R);\n";
+        let code = r##"// A file.
+//! Its text.
+use a::{b, c};
+
+/// A matrix `{`.
+#[doc(alias = "T")]
+pub fn matrix<R: Scalar>(
+    m: &[R; 2],
+) -> [R; 2] {
+    if a < b { x } else { "}" }
+}
+
+impl<R: Scalar> Kernel<R, 2> for Model<R>
+where
+    R: Copy,
+{
+    const fn name() {}
+}
+
+pub const D: D = D {
+    code: "a;",
+};
+
+struct Model<R>(R);
+"##;
         let found = items(code);
         let names: Vec<&str> = found.iter().map(|item| item.name).collect();
         assert_eq!(names, ["matrix", "Model", "D", "Model"]);
