@@ -59,26 +59,29 @@ fn an_interrupted_sweep_goes_on_where_it_was() {
     let folder = folder.path();
     sweep(&VARY, folder, "whole.csv");
     let whole = String::from_utf8(read(folder, "whole.csv")).expect("text");
-    // What is left of a sweep that was killed in the middle of a row: the title of this sweep, and part of its rows.
-    sweep(&[&VARY[..], &["--shard", "1/2"]].concat(), folder, "other.csv");
     let journal = folder.join("again.csv.under-way");
     fs::write(&journal, "# another sweep\ndesign\n0,done,\n").expect("written");
     let refused = sweep(&VARY, folder, "again.csv");
     assert_eq!(refused.status.code(), Some(2));
     assert!(said(&refused).contains("another sweep"), "{}", said(&refused));
-    let title = title(folder);
-    let cut = whole.len() / 2;
-    fs::write(&journal, format!("{title}\n{}", &whole[..cut])).expect("written");
-    let resumed = sweep(&VARY, folder, "again.csv");
-    assert!(said(&resumed).contains("goes on after"), "{}", said(&resumed));
-    assert_eq!(read(folder, "again.csv"), whole.as_bytes());
-    assert!(!journal.exists());
+    // Wherever a sweep was killed: what stands behind the last whole block is computed again.
+    let rows = under_way(folder);
+    let marks: Vec<usize> = rows.match_indices("\n# ").map(|(place, _)| place + 1).collect();
+    let mid = (marks[0] + rows.len()) / 2;
+    for cut in [0, 5, rows.find('\n').expect("a line") + 9, mid, rows.len() - 1, rows.len()] {
+        fs::write(&journal, &rows[..cut]).expect("written");
+        let resumed = sweep(&VARY, folder, "again.csv");
+        assert!(resumed.status.success(), "cut at {cut}: {}", said(&resumed));
+        assert_eq!(said(&resumed).contains("goes on after"), cut == rows.len(), "{}", said(&resumed));
+        assert_eq!(read(folder, "again.csv"), whole.as_bytes(), "cut at {cut}");
+        assert!(!journal.exists());
+    }
     // Rows that were changed meanwhile are no rows of it.
-    for (from, to) in [("\n1,", "\n7,"), ("\n1,", "\n1,1,"), ("done", "gone"), (",0.", ",NaN")] {
-        fs::write(&journal, format!("{title}\n{}", whole.replacen(from, to, 1))).expect("written");
+    for (from, to) in [("\n1,", "\n7,"), ("\n1,", "\n1,1,"), ("done", "gone"), (",0.1", ",0.2")] {
+        fs::write(&journal, rows.replacen(from, to, 1)).expect("written");
         let refused = sweep(&VARY, folder, "again.csv");
         assert_eq!(refused.status.code(), Some(2), "{to}");
-        assert!(said(&refused).contains("was changed since its sweep was interrupted: in line "), "{}", said(&refused));
+        assert!(said(&refused).contains("was changed in or before line "), "{}", said(&refused));
     }
 }
 
@@ -95,19 +98,44 @@ fn parts_that_are_not_those_of_one_sweep_are_refused() {
         command.output().expect("the command ends")
     };
     assert!(merge(&["1.csv", "2.csv", "3.csv"]).status.success());
+    let units = |name: &str| fs::read_to_string(path(name)).expect("units");
+    assert_eq!(units("all.units.json"), units("1.units.json"));
     let second = fs::read_to_string(path("2.csv")).expect("a part");
-    fs::write(path("cut.csv"), &second[..second.len() - 1]).expect("written");
-    fs::write(path("nan.csv"), second.replacen(",0.", ",NaN", 1)).expect("written");
+    let of_second = fs::read_to_string(path("2.part.json")).expect("its identity");
+    let put = |name: &str, table: &str, part: &str| {
+        fs::write(path(&format!("{name}.csv")), table).expect("written");
+        fs::write(path(&format!("{name}.part.json")), part).expect("written");
+    };
+    put("cut", &second[..second.len() - 1], &of_second);
+    put("changed", &second.replacen("done", "gone", 1), &of_second);
+    put("noise", &second, "{}");
+    fs::write(path("alone.csv"), &second).expect("written");
+    for (vary, name) in [("O2A=0.12:0.28:40", "same"), ("O2A=0.12:0.29:40", "values"), ("O2A=0.12:0.28:41", "count")] {
+        let others = ["--vary", vary, "--vary", "BC=0.3,0.6,0.9", "--shard", "2/3"];
+        sweep(&others, folder.path(), &format!("{name}.csv"));
+    }
+    sweep(&[&VARY[..], &["--shard", "2/3", "--set", "J2=50"]].concat(), folder.path(), "set.csv");
+    assert!(merge(&["1.csv", "same.csv", "3.csv"]).status.success());
+    let all = read(folder.path(), "all.csv");
     for (parts, words) in [
-        (&["2.csv", "3.csv"][..], "instead of 0"),
-        (&["1.csv", "3.csv"], "it is the row of design"),
-        (&["1.csv", "1.csv"], "it is the row of design 0"),
-        (&["1.csv", "cut.csv"], "is cut off"),
-        (&["1.csv", "nan.csv"], "no finite number"),
+        (&["2.csv", "3.csv"][..], "begins with design 40 instead of 0"),
+        (&["1.csv", "3.csv"], "begins with design 80 instead of 40"),
+        (&["1.csv", "1.csv"], "begins with design 0 instead of 40"),
+        (&["1.csv", "2.csv"], "2.csv is not the last part"),
+        (&["1.csv", "cut.csv"], "changed or cut off"),
+        (&["1.csv", "changed.csv"], "changed or cut off"),
+        (&["1.csv", "noise.csv"], "no part of a sweep"),
+        (&["1.csv", "alone.csv"], "keep both together"),
+        (&["1.csv", "values.csv"], "different sweeps"),
+        (&["1.csv", "count.csv"], "different sweeps"),
+        (&["1.csv", "set.csv"], "different sweeps"),
+        (&["1.csv", "2.csv", "all.csv"], "both a part and the table to write"),
+        (&["1.csv", "2.csv", "./all.csv"], "both a part and the table to write"),
     ] {
         let output = merge(parts);
         assert_eq!(output.status.code(), Some(2), "{parts:?}: {}", said(&output));
         assert!(said(&output).contains(words), "{parts:?}: {}", said(&output));
+        assert_eq!(read(folder.path(), "all.csv"), all, "{parts:?}");
     }
 }
 
@@ -122,13 +150,12 @@ fn designs_that_cannot_be_are_rows_with_their_reason() {
     assert!(rows[2].starts_with("1,0.5,done,,1e-12,1,"), "{}", rows[2]);
 }
 
-/// The title that a sweep gives its table under way, seen while it cannot finish: file systems have no names so long
-/// that the table could be written beside its place first.
-fn title(folder: &Path) -> String {
+/// A table under way with all its rows, seen while it cannot be finished: file systems have no names so long that the
+/// table could be written beside its place first.
+fn under_way(folder: &Path) -> String {
     let name = format!("{}.csv", "s".repeat(241));
     assert!(!sweep(&VARY, folder, &name).status.success());
-    let journal = fs::read_to_string(folder.join(format!("{name}.under-way"))).expect("a table under way");
-    journal.lines().next().expect("a title").to_owned()
+    fs::read_to_string(folder.join(format!("{name}.under-way"))).expect("a table under way")
 }
 
 #[test]
@@ -145,6 +172,7 @@ fn wrong_use_is_refused_in_words() {
         (&["--vary", "g=1,2"], "a.csv", "exactly zero"),
         (&["--vary", "O2A=0:1:1000000", "--vary", "J2=1:2:1000000"], "a.csv", "more than"),
         (&["--vary", "O2A=0.1,0.2", "--shard", "3/2"], "a.csv", "is not a part of a whole"),
+        (&["--vary", "O2A=0.1,0.2", "--shard", "1/2"], "a.parquet", "is written as CSV"),
         (&["--vary", "O2A=0.1,0.2"], "a.csv/", "is a folder"),
         (&["--vary", "O2A=0.1,0.2"], "a.txt", "neither `.csv` nor `.parquet`"),
         (&["--vary", "O2A=0.1,0.2", "--until", "phi9 > 1"], "a.csv", "phi9"),

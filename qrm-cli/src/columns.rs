@@ -3,22 +3,32 @@
 use std::path::{Path, PathBuf};
 
 use qrm_sim::columns::Column;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
 use crate::output::{Named, save_json};
 
 /// The unit and the meaning of a column.
-#[derive(Serialize)]
-struct Meaning<'c> {
-    unit: &'c str,
-    doc: &'c str,
+#[derive(Serialize, Deserialize)]
+pub(crate) struct Meaning {
+    unit: String,
+    doc: String,
+}
+
+impl Meaning {
+    pub(crate) fn of<K>(column: &Column<K>) -> Self {
+        Self { unit: column.unit.clone(), doc: column.doc.clone() }
+    }
 }
 
 /// Writes `NAME.units.json` beside the table `NAME.csv`: unit and meaning of each column.
 pub(crate) fn write_units<K>(table: &Path, columns: &[Column<K>]) -> Result<PathBuf, Error> {
+    save_units(table, columns.iter().map(|column| (column.name.clone(), Meaning::of(column))).collect())
+}
+
+/// Writes the units of columns that are known by name.
+pub(crate) fn save_units(table: &Path, columns: Vec<(String, Meaning)>) -> Result<PathBuf, Error> {
     let path = table.with_extension("units.json");
-    let entries = columns.iter().map(|column| (column.name.clone(), Meaning { unit: &column.unit, doc: &column.doc }));
-    save_json(&path, &Named(entries.collect()))?;
+    save_json(&path, &Named(columns))?;
     Ok(path)
 }

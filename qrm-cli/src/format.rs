@@ -1,5 +1,10 @@
 //! Numbers as people read them.
 
+/// A number of things: `1 step`, `2 steps`.
+pub(crate) fn counted(count: u64, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+}
+
 /// A time without the rounding errors of its last digits.
 pub(crate) fn seconds(t: f64) -> String {
     let rounded: f64 = format!("{t:.13e}").parse().unwrap_or(t);

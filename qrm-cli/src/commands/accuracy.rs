@@ -11,6 +11,7 @@ use clap::Args;
 use qrm_core::Model;
 
 use crate::error::Error;
+use crate::format::counted;
 use crate::options::{MethodOptions, OutFolder, SceneOptions, positive};
 use crate::output::{print, save, written};
 use crate::reference::ReferenceKind;
@@ -49,7 +50,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
         recommendations += &format!("  {goal:>6}  {line}\n");
     }
     print(&recommendations);
-    let mut files = vec![format!("{} ({} rows)", csv.display(), study.samples.len())];
+    let mut files = vec![format!("{} ({})", csv.display(), counted(study.samples.len() as u64, "row"))];
     let mut warnings = String::new();
     match study.figure(&setup).svg() {
         Ok(drawn) => {

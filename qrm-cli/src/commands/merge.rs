@@ -7,32 +7,23 @@ use qrm_core::Model;
 
 use super::sweep::join;
 use crate::error::Error;
-use crate::output::{print, save};
+use crate::format::counted;
+use crate::output::print;
 
 #[derive(Args)]
 pub(crate) struct Options {
     /// The table to write, ending in `.csv` or `.parquet`
     #[arg(value_name = "OUT")]
     out: PathBuf,
-    /// The parts in their order, in CSV
+    /// The tables of `qrm sweep --shard K/N`, in CSV, from the first part to the last
     #[arg(value_name = "PART", required = true)]
     parts: Vec<PathBuf>,
 }
 
 /// Joins the parts of a sweep that were computed apart.
 pub(crate) fn run(_models: &'static [Model], options: &Options) -> Result<(), Error> {
-    let rows = join(&options.parts, &options.out)?;
-    let mut files = format!("wrote {} ({rows} designs", options.out.display());
-    let units = options.out.with_extension("units.json");
-    // Parts may have been copied without their units; those of an earlier table would pass for this one's.
-    let found = options.parts.iter().find_map(|part| std::fs::read(part.with_extension("units.json")).ok());
-    match found {
-        Some(text) => {
-            save(&units, &text)?;
-            files += &format!("; units in {}", units.file_name().unwrap_or_default().display());
-        }
-        None => _ = std::fs::remove_file(&units),
-    }
-    print(&(files + ")"));
+    let (rows, units) = join(&options.parts, &options.out)?;
+    let units = units.file_name().unwrap_or_default().display();
+    print(&format!("wrote {} ({}; units in {units})", options.out.display(), counted(rows as u64, "design")));
     Ok(())
 }

@@ -12,6 +12,7 @@ use qrm_core::{Model, Replace};
 use qrm_sim::analysis::{Sensitivity, SensitivityEnd, SensitivityError, SensitivityRequest, sensitivity};
 
 use crate::error::{Error, Message};
+use crate::format::counted;
 use crate::messages::{no_start, step_error};
 use crate::options::{MethodOptions, OutFolder, SceneOptions, check_parameter};
 use crate::output::{print, save};
@@ -48,7 +49,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     let checks = if options.no_check { Vec::new() } else { check::check(&setup, &by, &rows, &options.of) };
     save(&path, &table::csv(&rows, &by)?)?;
     let text = table::text(&setup, &rows, &by) + &check::text(&checks, setup.step());
-    print(&format!("{text}\nwrote {} ({} rows)", path.display(), rows.len()));
+    print(&format!("{text}\nwrote {} ({})", path.display(), counted(rows.len() as u64, "row")));
     check::verdict(&checks)
 }
 

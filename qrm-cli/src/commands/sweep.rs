@@ -2,6 +2,7 @@
 
 mod axes;
 mod journal;
+mod part;
 mod rows;
 mod table;
 
@@ -18,14 +19,17 @@ use qrm_sim::batch::{DesignResult, SweepEnd, SweepRequest, LaneCount, sweep};
 
 use crate::columns::write_units;
 use crate::error::Error;
+use crate::format::counted;
 use crate::options::{MethodOptions, SceneOptions, default_folder};
 use crate::output::print;
 use crate::progress::{DesignProgress, interrupted, watch_interrupts};
 use crate::setup::Setup;
 use axes::Axes;
 use journal::Journal;
+use table::Format;
 use rows::{Field, Row};
-pub(super) use table::join;
+use part::Part;
+pub(super) use part::join;
 
 #[derive(Args)]
 pub(crate) struct Options {
@@ -37,7 +41,7 @@ pub(crate) struct Options {
     /// Compute one part of the designs only, such as `2/8`; `qrm merge` joins the parts
     #[arg(long, value_name = "K/N")]
     shard: Option<String>,
-    /// Leave out the smallest and largest values of the outputs
+    /// Leave out the smallest and largest value of each output in the rows
     #[arg(long)]
     no_extremes: bool,
     /// Skip the second motion, at twice the step, that estimates the error of each design
@@ -81,24 +85,28 @@ const BLOCK: usize = 256;
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
     let plan = Plan::new(models, options)?;
     let (begin, end) = plan.range;
-    let (mut journal, done) = Journal::open(&plan.out, &plan.title(), &plan.columns, begin)?;
+    let (mut journal, done) = Journal::open(&plan.out, &plan.title(), &plan.columns)?;
     if done > 0 {
-        print(&format!("goes on after {done} designs of an interrupted sweep"));
+        print(&format!("goes on after {} of an interrupted sweep", counted(done as u64, "design")));
     }
     watch_interrupts();
     let written = plan.run(&mut journal, done)?;
     if written < end {
-        let (count, all, path) = (written - begin, end - begin, journal.path().display());
-        return Err(Error::run(format!("interrupted after {count} of {all} designs, which stand in {path}"))
+        let (count, all) = (written - begin, counted((end - begin) as u64, "design"));
+        let path = journal.path().display();
+        return Err(Error::run(format!("interrupted after {count} of {all}, which stand in {path}"))
             .help("the same command goes on from there"));
     }
     let (done, failed) = journal.counts();
     journal.finish(&plan.out)?;
+    if options.shard.is_some() {
+        Part::save(&plan.identity(), plan.axes.count(), plan.range, &plan.columns, &plan.out)?;
+    }
     let units = write_units(&plan.out, &plan.columns).map_err(Error::while_running)?;
     print(&format!(
-        "{}: {} designs, {done} done, {failed} failed\n\nwrote {} (units in {})",
+        "{}: {}, {done} done, {failed} failed\n\nwrote {} (units in {})",
         plan.setup.description.name,
-        done + failed,
+        counted((done + failed) as u64, "design"),
         plan.out.display(),
         units.file_name().unwrap_or_default().display()
     ));
@@ -133,7 +141,11 @@ impl<'s> Plan<'s> {
             None => (0, axes.count()),
         };
         let out = options.out.clone().unwrap_or_else(|| default_folder(setup.description).join("sweep.csv"));
-        table::Format::of(&out)?;
+        let format = Format::of(&out)?;
+        if options.shard.is_some() && format != Format::Csv {
+            return Err(Error::usage("a part of a sweep is written as CSV")
+                .help("let `--out` end in `.csv`; `qrm merge OUT.parquet PART...` writes Parquet"));
+        }
         let threads = match options.threads {
             Some(threads) => threads as usize,
             None => std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
@@ -142,14 +154,20 @@ impl<'s> Plan<'s> {
         Ok(Self { options, columns, setup, axes, range, threads, out })
     }
 
-    /// A line that differs between sweeps.
-    fn title(&self) -> String {
-        let Options { scene, vary, shard, no_extremes, no_error_estimate, lanes, .. } = self.options;
+    /// A line that differs between sweeps, and is the same for the parts of one.
+    fn identity(&self) -> String {
+        let Options { scene, vary, no_extremes, no_error_estimate, lanes, .. } = self.options;
         // Four lanes and eight give the same digits.
         let is_single = *lanes == Lanes::One;
-        let asked = format!("{scene:?} {vary:?} {shard:?} {no_extremes} {no_error_estimate} {is_single}");
+        let asked = format!("{scene:?} {vary:?} {no_extremes} {no_error_estimate} {is_single}");
         let Description { name, source, .. } = self.setup.description;
-        format!("# {name} {} {:016x}", env!("CARGO_PKG_VERSION"), digest(source.bytes().chain(asked.bytes())))
+        format!("{name} {} {:016x}", env!("CARGO_PKG_VERSION"), digest(source.bytes().chain(asked.bytes())))
+    }
+
+    /// A line that differs between tables of sweeps.
+    fn title(&self) -> String {
+        let (begin, end) = self.range;
+        format!("{}, designs {begin} to {end}", self.identity())
     }
 
     /// Runs all designs but those that are done; returns the first that was not written.

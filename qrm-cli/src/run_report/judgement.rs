@@ -4,7 +4,7 @@ use qrm_core::Description;
 use qrm_sim::run::Outcome;
 
 use crate::error::Message;
-use crate::format::seconds;
+use crate::format::{counted, seconds};
 
 /// Energy and work must not differ by more than this fraction of the largest kinetic energy.
 const TOLERABLE_IMBALANCE: f64 = 1e-3;
@@ -89,8 +89,8 @@ pub(super) fn warnings(outcome: &Outcome, description: &Description, distrust: &
         warnings.extend(near_singular(outcome, description, SINGULAR));
     }
     if outcome.counts.stability_bound > 0 {
-        let (bound, steps) = (outcome.counts.stability_bound, outcome.counts.accepted);
-        let text = format!("{bound} of {steps} steps were as long as stability allows: the mechanism is stiff");
+        let (bound, steps) = (outcome.counts.stability_bound, counted(outcome.counts.accepted, "step"));
+        let text = format!("{bound} of {steps} were as long as stability allows: the mechanism is stiff");
         let scene = description.name;
         warnings.push(Message::new(text).help(format!(
             "write `stiff = true` under [run] in scenes/{scene}.toml and build again, for implicit steps"
@@ -98,23 +98,26 @@ pub(super) fn warnings(outcome: &Outcome, description: &Description, distrust: &
     }
     if stats.singular_mass > 0 {
         warnings.push(Message::new(format!(
-            "the mass matrix was singular by itself in {} solves; the constraints made up for it",
-            stats.singular_mass
+            "the mass matrix was singular by itself in {}; the constraints made up for it",
+            counted(stats.singular_mass, "solve")
         )));
     }
     if stats.stalled_projections > 0 {
         let constraint = description.constraints[stats.largest_stalled_residual.0];
         warnings.push(Message::new(format!(
-            "after {} steps rounding errors kept constraint `{}` open by up to {:.1e} {}: the mechanism came near a \
+            "after {} rounding errors kept constraint `{}` open by up to {:.1e} {}: the mechanism came near a \
              singular position",
-            stats.stalled_projections, constraint.name, stats.largest_stalled_residual.1, constraint.unit
+            counted(stats.stalled_projections, "step"),
+            constraint.name,
+            stats.largest_stalled_residual.1,
+            constraint.unit
         )));
     }
     if stats.dependent_constraints > 0 {
         let name = stats.constraint.map_or("?", |i| description.constraints[i].name);
         warnings.push(Message::new(format!(
-            "constraint `{name}` depended on the others in {} solves: its multiplier is not unique there",
-            stats.dependent_constraints
+            "constraint `{name}` depended on the others in {}: its multiplier is not unique there",
+            counted(stats.dependent_constraints, "solve")
         )));
     }
     warnings

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::RunReport;
-use crate::format::{decimals, seconds};
+use crate::format::{counted, decimals, seconds};
 use crate::output::written;
 
 impl RunReport {
@@ -49,7 +49,7 @@ impl RunReport {
         let mut files = Vec::new();
         if self.rows > 0 {
             let table = out.join("trajectory.csv");
-            files.push(format!("{} ({} rows; units in trajectory.units.json)", table.display(), self.rows));
+            files.push(format!("{} ({}; units in trajectory.units.json)", table.display(), counted(self.rows, "row")));
         }
         files.extend_from_slice(tables);
         if has_summary {
@@ -64,15 +64,15 @@ impl RunReport {
     }
 
     fn method_line(&self) -> String {
-        let (steps, step, projection) = (self.steps, seconds(self.step), self.projection);
+        let (steps, step, projection) = (counted(self.steps, "step"), seconds(self.step), self.projection);
         let name = self.method.to_uppercase();
         let Some(tolerance) = self.tolerance else {
-            return format!("{name}, {steps} steps of {step}, projection: {projection}");
+            return format!("{name}, {steps} of {step}, projection: {projection}");
         };
         let implicit =
             if self.method == "auto" { format!(" ({} implicit)", self.implicit_steps) } else { String::new() };
         format!(
-            "{name}, {steps} steps{implicit} and {} rejected for a tolerance of {tolerance:e}, rows every {step}, \
+            "{name}, {steps}{implicit} and {} rejected for a tolerance of {tolerance:e}, rows every {step}, \
              projection: {projection}",
             self.rejected_steps
         )

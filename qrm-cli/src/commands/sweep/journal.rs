@@ -1,31 +1,50 @@
 //! The rows of a sweep under way, from which an interrupted sweep goes on.
 
 use std::fs::{File, OpenOptions};
-use std::io::{self, BufRead, BufReader, Seek, SeekFrom, Write};
+use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
+use qrm_core::digest;
 use qrm_sim::columns::Column;
 
 use super::rows::{Field, Row};
-use super::table::{Format, RowReader};
+use super::table::Format;
 use crate::error::Error;
 
-/// A table under way: a line that names the sweep, then rows as CSV.
+/// A table under way: a line that names the sweep, the header, and blocks of rows as CSV, each with a mark behind it.
 pub(super) struct Journal {
     path: PathBuf,
     file: File,
-    /// Designs that came to their end, and those that did not.
-    counts: (usize, usize),
+    mark: Mark,
+}
+
+/// The line behind a block of rows: how many rows there are so far, and a digest of all since the mark before.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Mark {
+    done: usize,
+    failed: usize,
+    line: String,
+}
+
+impl Mark {
+    fn new(before: &str, block: &[u8], done: usize, failed: usize) -> Self {
+        let counts = format!("# {done} done, {failed} failed");
+        let digest = digest(before.bytes().chain(block.iter().copied()).chain(counts.bytes()));
+        Self { done, failed, line: format!("{counts} {digest:016x}\n") }
+    }
+
+    /// The mark that a line is, if it belongs to its block.
+    fn read(line: &str, before: &str, block: &[u8]) -> Option<Self> {
+        let mut words = line.split_whitespace();
+        let counts = [words.nth(1)?, words.nth(1)?].map(str::parse);
+        let mark = Self::new(before, block, counts[0].clone().ok()?, counts[1].clone().ok()?);
+        (mark.line == line).then_some(mark)
+    }
 }
 
 impl Journal {
     /// Opens the table that belongs to `out`; returns it with the number of designs that are in it already.
-    pub(super) fn open(
-        out: &Path,
-        title: &str,
-        columns: &[Column<Field>],
-        first: usize,
-    ) -> Result<(Self, usize), Error> {
+    pub(super) fn open(out: &Path, title: &str, columns: &[Column<Field>]) -> Result<(Self, usize), Error> {
         let mut name = out.file_name().unwrap_or_default().to_owned();
         name.push(".under-way");
         let path = out.with_file_name(name);
@@ -36,26 +55,31 @@ impl Journal {
         if file.try_lock().is_err() {
             return Err(Error::usage(format!("another sweep is writing {}", path.display())));
         }
-        let found = Found::read(&mut file, columns.len(), first).map_err(failed)?;
-        let mut journal = Self { path: path.clone(), file, counts: (found.done, found.failed) };
-        if found.title.is_empty() {
-            journal.file.set_len(0).map_err(failed)?;
-            let header: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
-            writeln!(journal.file, "{title}\n{}", header.join(",")).map_err(failed)?;
-            return Ok((journal, 0));
+        let title = format!("# {title}\n");
+        match Found::read(&mut file, &title).map_err(failed)? {
+            Found::Nothing => {
+                let header: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
+                let header = header.join(",") + "\n";
+                let mark = Mark::new(&title, header.as_bytes(), 0, 0);
+                file.set_len(0).and_then(|()| write!(file, "{title}{header}{}", mark.line)).map_err(failed)?;
+                Ok((Self { path, file, mark }, 0))
+            }
+            Found::Rows { mark, length } => {
+                // A block that was cut off is computed again.
+                file.set_len(length).map_err(failed)?;
+                let count = mark.done + mark.failed;
+                Ok((Self { path, file, mark }, count))
+            }
+            Found::Other => {
+                let text = format!("{} holds the rows of another sweep that was interrupted", path.display());
+                Err(Error::usage(text)
+                    .help("finish that one by the command that began it, remove the file, or choose another --out"))
+            }
+            Found::Changed(line) => {
+                let text = format!("{} was changed in or before line {line}, since its sweep was interrupted", path.display());
+                Err(Error::usage(text).help("remove the file, to begin again"))
+            }
         }
-        if found.title != title {
-            let text = format!("{} holds the rows of another sweep that was interrupted", path.display());
-            return Err(Error::usage(text)
-                .help("finish that one by the command that began it, remove the file, or choose another --out"));
-        }
-        if let Some(why) = found.wrong {
-            let text = format!("{} was changed since its sweep was interrupted: {why}", path.display());
-            return Err(Error::usage(text).help("remove the file, to begin again"));
-        }
-        // A row that was cut off is computed again.
-        journal.file.set_len(found.length).map_err(failed)?;
-        Ok((journal, found.done + found.failed))
     }
 
     pub(super) fn path(&self) -> &Path {
@@ -64,19 +88,19 @@ impl Journal {
 
     /// Designs that came to their end, and those that did not.
     pub(super) fn counts(&self) -> (usize, usize) {
-        self.counts
+        (self.mark.done, self.mark.failed)
     }
 
     pub(super) fn write(&mut self, rows: &[Row]) -> Result<(), Error> {
         let mut writer = csv::Writer::from_writer(Vec::new());
-        let written = rows.iter().try_for_each(|row| writer.write_record(&row.fields));
-        let bytes = written
-            .map_err(io::Error::other)
-            .and_then(|()| writer.into_inner().map_err(|e| io::Error::other(e.to_string())));
-        let written = bytes.and_then(|bytes| self.file.write_all(&bytes));
-        written.map_err(|e| Error::unwritable(&self.path, &e).while_running())?;
+        rows.iter().try_for_each(|row| writer.write_record(&row.fields))?;
+        let mut block = writer.into_inner().map_err(|e| csv::Error::from(e.into_error()))?;
         let done = rows.iter().filter(|row| row.is_done).count();
-        self.counts = (self.counts.0 + done, self.counts.1 + rows.len() - done);
+        let failed = rows.len() - done;
+        let mark = Mark::new(&self.mark.line, &block, self.mark.done + done, self.mark.failed + failed);
+        block.extend(mark.line.bytes());
+        self.file.write_all(&block).map_err(|e| Error::unwritable(&self.path, &e).while_running())?;
+        self.mark = mark;
         Ok(())
     }
 
@@ -84,9 +108,7 @@ impl Journal {
     pub(super) fn finish(self, out: &Path) -> Result<(), Error> {
         let format = Format::of(out)?;
         let written = File::open(&self.path).and_then(|file| {
-            let mut rows = BufReader::new(file);
-            rows.read_line(&mut String::new())?;
-            format.write(&mut rows, out)?;
+            format.write(&mut Rows { lines: BufReader::new(file), line: Vec::new(), place: 0 }, out)?;
             std::fs::remove_file(&self.path)
         });
         written.map_err(|e| Error::unwritable(out, &e).while_running())
@@ -94,47 +116,136 @@ impl Journal {
 }
 
 /// The contents of a table under way.
-struct Found {
-    title: String,
-    done: usize,
-    failed: usize,
-    /// Up to the end of the last whole row.
-    length: u64,
-    /// The mistake in a row.
-    wrong: Option<String>,
+#[derive(Debug, PartialEq, Eq)]
+enum Found {
+    /// Nothing that was finished.
+    Nothing,
+    /// The rows up to a mark, and the length of the file up to there.
+    Rows { mark: Mark, length: u64 },
+    /// Rows of another sweep.
+    Other,
+    /// The number of a line that does not belong to what stands before it.
+    Changed(usize),
 }
 
 impl Found {
-    fn read(file: &mut File, columns: usize, first: usize) -> io::Result<Self> {
+    fn read(file: &mut (impl Read + Seek), title: &str) -> io::Result<Self> {
         file.seek(SeekFrom::Start(0))?;
         let mut reader = BufReader::new(file);
-        let mut found = Self { title: String::new(), done: 0, failed: 0, length: 0, wrong: None };
-        let mut rows = RowReader { columns, next: Some(first) };
-        let mut line = String::new();
-        for number in 0.. {
+        let mut found = Self::Nothing;
+        let (mut before, mut block, mut line) = (title.to_owned(), Vec::new(), Vec::new());
+        let mut length = 0;
+        for number in 1.. {
             line.clear();
-            let count = reader.read_line(&mut line)?;
-            if count == 0 || !line.ends_with('\n') {
+            length += reader.read_until(b'\n', &mut line)? as u64;
+            if line.last() != Some(&b'\n') {
                 break;
             }
-            found.length += count as u64;
-            match number {
-                0 => found.title = line.trim_end().to_owned(),
-                1 => {}
-                _ => match rows.check(&line) {
-                    Ok(true) => found.done += 1,
-                    Ok(false) => found.failed += 1,
-                    Err(why) => {
-                        found.wrong = Some(format!("in line {}, {why}", number + 1));
-                        break;
-                    }
-                },
+            if number == 1 {
+                if line != title.as_bytes() {
+                    return Ok(Self::Other);
+                }
+            } else if line[0] == b'#' {
+                let mark = str::from_utf8(&line).ok().and_then(|line| Mark::read(line, &before, &block));
+                let Some(mark) = mark else { return Ok(Self::Changed(number)) };
+                before.clone_from(&mark.line);
+                block.clear();
+                found = Self::Rows { mark, length };
+            } else {
+                block.extend(&line);
             }
         }
-        // Without its header it is as good as not begun.
-        if found.length <= found.title.len() as u64 + 1 {
-            found.title.clear();
-        }
         Ok(found)
+    }
+}
+
+/// The lines of a table under way that belong to the table.
+struct Rows<R> {
+    lines: R,
+    line: Vec<u8>,
+    place: usize,
+}
+
+impl<R: BufRead> Read for Rows<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        while self.place == self.line.len() {
+            self.place = 0;
+            self.line.clear();
+            if self.lines.read_until(b'\n', &mut self.line)? == 0 {
+                return Ok(0);
+            }
+            if self.line[0] == b'#' {
+                self.line.clear();
+            }
+        }
+        let count = (&self.line[self.place..]).read(buffer)?;
+        self.place += count;
+        Ok(count)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Cursor;
+
+    use super::*;
+
+    const TITLE: &str = "# a sweep\n";
+
+    /// A table under way of three blocks.
+    fn text() -> Vec<u8> {
+        let mut text = TITLE.to_owned();
+        let mut mark = Mark { done: 0, failed: 0, line: TITLE.to_owned() };
+        for (i, block) in ["design,status\n", "0,done\n1,failed\n", "2,done\n"].into_iter().enumerate() {
+            let failed = usize::from(i > 0);
+            mark = Mark::new(&mark.line, block.as_bytes(), i, failed);
+            text += block;
+            text += &mark.line;
+        }
+        text.into_bytes()
+    }
+
+    fn found(text: &[u8]) -> Found {
+        Found::read(&mut Cursor::new(text), TITLE).expect("read")
+    }
+
+    #[test]
+    fn rows_are_those_between_the_marks() {
+        let mut table = String::new();
+        Rows { lines: text().as_slice(), line: Vec::new(), place: 0 }.read_to_string(&mut table).expect("read");
+        assert_eq!(table, "design,status\n0,done\n1,failed\n2,done\n");
+        let Found::Rows { mark, length } = found(&text()) else { panic!("no rows") };
+        assert_eq!((mark.done, mark.failed, length), (2, 1, text().len() as u64));
+    }
+
+    #[test]
+    fn whatever_is_cut_off_is_computed_again() {
+        let whole = text();
+        for length in 0..whole.len() {
+            match found(&whole[..length]) {
+                Found::Nothing => {}
+                Found::Rows { mark, length: kept } => {
+                    assert!(kept as usize <= length);
+                    assert!(whole[..kept as usize].ends_with(mark.line.as_bytes()));
+                }
+                other => panic!("{other:?} at {length}"),
+            }
+        }
+    }
+
+    #[test]
+    fn a_changed_byte_is_never_taken_for_a_row() {
+        let whole = text();
+        for place in 0..whole.len() {
+            for bit in 0..8 {
+                let mut changed = whole.clone();
+                changed[place] ^= 1 << bit;
+                match found(&changed) {
+                    Found::Nothing | Found::Other | Found::Changed(_) => {}
+                    // The change stands behind what is kept.
+                    Found::Rows { length, .. } => assert!(length as usize <= place, "bit {bit} of byte {place}"),
+                }
+            }
+        }
     }
 }
