@@ -269,8 +269,23 @@ fn conditions_and_formulae_on_the_command_line() {
     near("t", timed["end_time"].as_f64().expect("a number"), 0.25, 1e-15);
     let set = run(&["--set", "w0=2*pi+1", "--end-time", "0.01"]).summary();
     near("w0", set["parameters"]["w0"].as_f64().expect("a number"), std::f64::consts::TAU + 1.0, 1e-15);
-    let at_start = run(&["--until", "phi2 >= 0"]);
-    assert_eq!((at_start.status(), &at_start.summary()["steps"]), (0, &0.into()));
+}
+
+#[test]
+fn a_condition_that_holds_at_the_start_is_refused_by_every_command() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for command in ["run", "report", "stability", "animate", "accuracy", "sensitivity", "export-fmu"] {
+        let mut given = qrm(&[command, "quick-return", "--until", "phi2 >= 0"]);
+        if command != "stability" {
+            given.arg("--out").arg(folder.path());
+        }
+        let output = given.output().expect("the command starts");
+        assert_eq!(output.status.code(), Some(2), "{command}: {}", text(&output.stderr));
+        let expected = "error: `phi2 >= 0` holds at the start: there is no motion to compute\n  = help: begin \
+                        elsewhere, or end with another --until or --end-time\n";
+        assert_eq!(text(&output.stderr), expected, "{command}");
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).expect("a folder").count(), 0);
 }
 
 #[test]

@@ -130,11 +130,3 @@ fn stands_alone(page: &str) {
         "needs the network"
     );
 }
-
-#[test]
-fn a_motion_without_a_second_row_cannot_be_shown() {
-    let output = qrm(&["animate", "--until", "phi2 >= -1"]).output().expect("the command starts");
-    let error = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(1));
-    assert!(error.contains("there is no motion to compute"), "{error}");
-}

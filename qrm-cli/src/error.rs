@@ -97,7 +97,12 @@ impl Error {
 
     /// A file that cannot be written.
     pub(crate) fn unwritable(path: &Path, e: &std::io::Error) -> Self {
-        Self::usage(format!("cannot write {}: {e}", path.display())).help("choose another folder with --out DIR")
+        let is_no_folder = |above: &&Path| above.exists() && !above.is_dir();
+        let reason = match path.ancestors().skip(1).find(is_no_folder) {
+            Some(above) => format!("{} is not a folder", above.display()),
+            None => e.to_string(),
+        };
+        Self::usage(format!("cannot write {}: {reason}", path.display())).help("choose another folder with --out DIR")
     }
 
     /// A file that cannot be read.

@@ -24,6 +24,10 @@ pub(crate) fn no_start(reason: &StartError, setup: &Setup) -> Error {
         }
         StartError::ConditionNotFinite => Error::usage("the stop condition has no finite value at the start")
             .help("look for divisions by zero, roots and logarithms in it"),
+        StartError::ConditionHolds => {
+            Error::usage(format!("`{}` holds at the start: there is no motion to compute", setup.until))
+                .help("begin elsewhere, or end with another --until or --end-time")
+        }
         StartError::StepTooShort { step, end_time } => {
             let (step, end) = (seconds(*step), seconds(*end_time));
             Error::usage(format!("a step of {step} is too short for a run of {end}: time would stand still"))
@@ -79,7 +83,6 @@ pub(crate) fn status(status: &Status, end_time: f64, description: &Description, 
     Message::new(match status {
         Status::Completed => format!("reached the end time {t}"),
         Status::Stopped => format!("`{until}` became true at t = {t}"),
-        Status::StoppedAtStart => format!("`{until}` holds at the start: there is no motion to compute"),
         Status::StopNotReached { nearest_time, missing } => {
             let since = if *nearest_time < end_time {
                 "and has moved away since: the mechanism turned back or stalled, or met the condition only between two \

@@ -60,7 +60,7 @@ pub(crate) struct MethodOptions {
     #[arg(long, value_name = "TOLERANCE", allow_hyphen_values = true)]
     pub(crate) closure_tolerance: Option<String>,
     /// Most corrections of position after a step
-    #[arg(long, value_name = "N", default_value_t = 10)]
+    #[arg(long, value_name = "N", default_value_t = 10, allow_negative_numbers = true)]
     pub(crate) closure_iterations: u32,
 }
 

@@ -168,7 +168,7 @@ impl RunReport {
 fn status(outcome: &Outcome) -> &'static str {
     match outcome.status {
         Status::Completed => "completed",
-        Status::Stopped | Status::StoppedAtStart => "stopped",
+        Status::Stopped => "stopped",
         Status::StopNotReached { .. } => "stop_not_reached",
         Status::Interrupted => "interrupted",
         Status::Failed(_) | Status::NotFinite { .. } | Status::Unwritable(_) => "failed",

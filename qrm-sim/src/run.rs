@@ -23,7 +23,7 @@ pub use outcome::{Outcome, StartError, Status, Undefined};
 pub use simulate::{End, Request, StopFunction, simulate};
 pub use singularity::NearestSingularity;
 
-pub(crate) use simulate::{check_step, first_state};
+pub(crate) use simulate::{check_condition, check_step, first_state};
 pub use simulation::Simulation;
 
 pub(crate) use assembly::Dependents;

@@ -66,6 +66,9 @@ pub fn read_condition(scene: &Scene, text: &str) -> Result<Condition<Quantity>, 
     for (i, point) in scene.points.iter().enumerate() {
         scope.declare(&nowhere(&point.name), Kind::Point(i), &mut ignored);
     }
+    for output in &scene.outputs {
+        scope.declare(&nowhere(&output.name), Kind::Output, &mut ignored);
+    }
     let findings = Vec::new();
     let mut resolver =
         Resolver { source: text, scope, findings, lost_names: false, is_whole: true, has_unknown: false };

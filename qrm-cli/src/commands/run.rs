@@ -26,7 +26,8 @@ pub(crate) struct Options {
     #[command(flatten)]
     method: MethodOptions,
     /// Write every Nth row only; the last row is always written
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", default_value_t = 1, allow_negative_numbers = true)]
+    #[arg(value_parser = clap::value_parser!(u64).range(1..))]
     every: u64,
     /// Skip the second run, at twice the step, that estimates the error
     #[arg(long)]

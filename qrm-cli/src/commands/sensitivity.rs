@@ -118,8 +118,6 @@ fn no_sensitivity(setup: &Setup, reason: &SensitivityError) -> Error {
             Message::new(format!("at or after t = {t} s some formula has no value, or no derivative"))
                 .help("look for roots of what becomes zero there, and for powers with exponents below one")
         }
-        SensitivityError::EventAtStart => Message::new("the stop condition holds at the start: there is no motion")
-            .help("end elsewhere with --until or --end-time"),
         SensitivityError::EventNotReached { end_time } => {
             Message::new(format!("the stop condition did not become true up to t = {end_time} s"))
                 .help(format!("`qrm run {name}` says how near it came"))

@@ -48,7 +48,8 @@ pub(crate) struct Options {
     #[arg(long)]
     no_error_estimate: bool,
     /// How many cores to use [default: all]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=4096))]
     threads: Option<u32>,
     /// How many designs a core makes at once
     #[arg(long, value_enum, default_value_t = Lanes::Most)]

@@ -116,8 +116,6 @@ pub enum SensitivityError {
         /// The time.
         t: f64,
     },
-    /// The stop condition holds at the start.
-    EventAtStart,
     /// The stop condition did not become true.
     EventNotReached {
         /// The latest end.

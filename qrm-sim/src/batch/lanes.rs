@@ -4,7 +4,9 @@ use qrm_core::{BatchRequest, LaneRole, LaneSchedule, Mechanism, Model, PauseReas
 
 use super::sweep::{DesignResult, SweepEnd, SweepRequest, run_alone};
 use crate::integrate::{Integrator, MethodSettings, StepError};
-use crate::run::{RICHARDSON_FACTOR, StartError, Status, Undefined, check_step, estimated_error, first_state, locate};
+use crate::run::{
+    RICHARDSON_FACTOR, StartError, Status, Undefined, check_condition, check_step, estimated_error, first_state, locate,
+};
 use crate::solve::largest;
 use crate::state::State;
 
@@ -124,9 +126,7 @@ impl<'a> LaneSweep<'a> {
         let end_time = self.end_time(design);
         check_step(step, end_time)?;
         let first = first_state(mechanism, self.integrator.solver_mut())?;
-        if self.condition(design, &first).is_some_and(|value| !value.is_finite()) {
-            return Err(StartError::ConditionNotFinite);
-        }
+        check_condition(self.condition(design, &first))?;
         let residual = self.integrator.settings.projection_tolerance.residual;
         Ok((RowRequest { origin: 0.0, step, end_time, first: 0, residual, watches_event: true }, first))
     }
@@ -143,9 +143,6 @@ impl<'a> LaneSweep<'a> {
         let outputs = self.outputs(design, first);
         self.batch.begin_ranges(lane, &outputs);
         self.lanes[lane] = Some(Lane { design, rows, has_companion: self.request.estimate_error });
-        if self.condition(design, first).is_some_and(|value| value >= 0.0) {
-            self.finish(lane, Status::StoppedAtStart, first);
-        }
     }
 
     fn outputs(&self, design: usize, at: &State) -> Vec<f64> {

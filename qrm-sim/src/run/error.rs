@@ -60,6 +60,9 @@ impl fmt::Display for SimError {
             Reason::Start(StartError::ConditionNotFinite) => {
                 write!(f, "`{name}` cannot start: its stop condition has no finite value")
             }
+            Reason::Start(StartError::ConditionHolds) => {
+                write!(f, "`{name}` cannot start: its stop condition holds already")
+            }
             Reason::Start(StartError::StepTooShort { step, .. }) => {
                 write!(f, "`{name}` cannot start: a step of {step} s leads nowhere")
             }

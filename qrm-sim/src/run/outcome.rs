@@ -54,8 +54,6 @@ pub enum Status {
     Completed,
     /// The stop condition became true.
     Stopped,
-    /// The stop condition held from the start.
-    StoppedAtStart,
     /// The latest end came before the stop condition became true.
     StopNotReached {
         /// Time at which the condition was nearest to true.
@@ -81,7 +79,7 @@ pub enum Status {
 impl Status {
     /// Whether the run came to its end.
     pub fn is_done(&self) -> bool {
-        matches!(self, Self::Completed | Self::Stopped | Self::StoppedAtStart)
+        matches!(self, Self::Completed | Self::Stopped)
     }
 }
 
@@ -103,6 +101,8 @@ pub enum StartError {
     NotAssembled(NotAssembled),
     /// The stop condition has no finite value at the start.
     ConditionNotFinite,
+    /// The stop condition holds at the start.
+    ConditionHolds,
     /// The accelerations at the start are not determined.
     Step(StepError),
     /// The step is so short that time stands still.

@@ -87,16 +87,23 @@ pub fn simulate(
         nearest: (0.0, f64::NEG_INFINITY),
     };
     let condition = run.condition(&first);
-    if condition.is_some_and(|value| !value.is_finite()) {
-        return Err(StartError::ConditionNotFinite);
-    }
+    check_condition(condition)?;
     run.nearest.1 = condition.unwrap_or(0.0);
-    Ok(run.run(&first, condition.is_some_and(|value| value >= 0.0), observer))
+    Ok(run.run(&first, observer))
 }
 
 /// An error for a step so short that time would stand still.
 pub(crate) fn check_step(step: f64, end_time: f64) -> Result<(), StartError> {
-    if step <= end_time * f64::EPSILON { Err(StartError::StepTooShort { step, end_time }) } else { Ok(()) }
+    if step > end_time * f64::EPSILON { Ok(()) } else { Err(StartError::StepTooShort { step, end_time }) }
+}
+
+/// An error for a stop condition that is true or undefined at the start.
+pub(crate) fn check_condition(value: Option<f64>) -> Result<(), StartError> {
+    match value {
+        Some(value) if !value.is_finite() => Err(StartError::ConditionNotFinite),
+        Some(value) if value >= 0.0 => Err(StartError::ConditionHolds),
+        _ => Ok(()),
+    }
 }
 
 /// The consistent state at the start of a mechanism's motion.
@@ -130,7 +137,7 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    fn run(&mut self, first: &State, is_stopped: bool, observer: &mut dyn Observer) -> Outcome {
+    fn run(&mut self, first: &State, observer: &mut dyn Observer) -> Outcome {
         let width = self.layout.width();
         // A method that chooses its steps must not go beyond a condition that it does not know.
         let knows_condition = self.request.end.as_ref().is_none_or(|end| matches!(end, End::Time(_)));
@@ -138,17 +145,13 @@ impl Run<'_> {
         self.buffer.resize((chunk + 1) * width, 0.0);
         first.write(&mut self.buffer);
         let mut integration = Duration::ZERO;
-        let mut status = is_stopped.then_some(Status::StoppedAtStart);
         let mut end = first.clone();
         let mut steps = 0;
         // The first row belongs to the first block.
         let mut begin = 0;
         loop {
             let begun = Instant::now();
-            let mut made = 0;
-            if status.is_none() {
-                (made, status) = self.block(steps);
-            }
+            let (made, mut status) = self.block(steps);
             integration += begun.elapsed();
             self.sample(made + 1);
             let rows = &self.buffer[begin * width..(made + 1) * width];

@@ -21,6 +21,8 @@ pub(super) enum Kind {
     Coordinate(usize),
     Parameter(usize),
     Point(usize),
+    /// Known, but part of no formula.
+    Output,
 }
 
 impl Kind {
@@ -29,6 +31,7 @@ impl Kind {
             Self::Coordinate(_) => "a coordinate",
             Self::Parameter(_) => "a parameter",
             Self::Point(_) => "a point",
+            Self::Output => "an output",
         }
     }
 }
@@ -194,7 +197,7 @@ impl Scope {
         match declared(name) {
             Some(Kind::Coordinate(i)) => Some(Quantity::Coordinate(i)),
             Some(Kind::Parameter(i)) => Some(Quantity::Parameter(i)),
-            Some(Kind::Point(_)) => None,
+            Some(Kind::Point(_) | Kind::Output) => None,
             None => match declared(name.strip_suffix("_dot")?) {
                 Some(Kind::Coordinate(i)) => Some(Quantity::Rate(i)),
                 _ => None,
@@ -217,6 +220,10 @@ impl Scope {
                 return Diagnostic::error(format!("point `{base}` has no component `{component}`"), span, "not known")
                     .help(format!("write `{base}.x` or `{base}.y`"));
             }
+            Some((_, Kind::Output)) => {
+                return Diagnostic::error(format!("`{base}` is an output"), span, "cannot stand here")
+                    .help("use time, coordinates, their rates, points and parameters");
+            }
             Some((_, kind)) => {
                 return Diagnostic::error(
                     format!("`{base}` is {}, not a point", kind.describe()),
@@ -234,6 +241,7 @@ impl Scope {
                 Kind::Coordinate(_) => candidates.extend([n.clone(), format!("{n}_dot")]),
                 Kind::Parameter(_) => candidates.push(n.clone()),
                 Kind::Point(_) => candidates.extend([format!("{n}.x"), format!("{n}.y")]),
+                Kind::Output => {}
             }
         }
         let help = suggestion(name, candidates.iter().map(String::as_str), || {

@@ -7,7 +7,7 @@ use super::number::{Derived, Number, PARTS, derivatives, has_derivatives, number
 use super::result::{Motion, Output};
 use super::step::{DualState, DualStepper};
 use super::{SensitivityEnd, SensitivityError, SensitivityRequest};
-use crate::run::{Dependents, ExtremesTracker, Integral, StartError, assemble};
+use crate::run::{Dependents, ExtremesTracker, Integral, StartError, assemble, check_condition, check_step};
 use crate::solve::{LoopConstraints, ProjectionTolerance};
 use crate::start::Start;
 
@@ -60,10 +60,7 @@ impl<'a> DualRun<'a> {
             residual: ProjectionTolerance::default().residual,
             watches_event: false,
         };
-        if !(rows.step > rows.end_time * f64::EPSILON) {
-            let (step, end_time) = (rows.step, rows.end_time);
-            return Err(SensitivityError::Start(StartError::StepTooShort { step, end_time }));
-        }
+        check_step(rows.step, rows.end_time).map_err(SensitivityError::Start)?;
         let state = start(&mut stepper)?;
         let condition = Condition { parameters, end: request.end.as_ref() };
         Ok(Self { stepper, condition, rows, end_time, state })
@@ -78,12 +75,7 @@ impl<'a> DualRun<'a> {
         let mut columns = Columns::new(stepper.mechanism.description().outputs.len());
         columns.row(&mut stepper, &state)?;
         let mut value = condition.value(&mut stepper, &state);
-        if value.is_some_and(|value| !value.0.re.is_finite()) {
-            return Err(SensitivityError::Start(StartError::ConditionNotFinite));
-        }
-        if value.is_some_and(|value| value.0.re >= 0.0) {
-            return Err(SensitivityError::EventAtStart);
-        }
+        check_condition(value.map(|value| value.0.re)).map_err(SensitivityError::Start)?;
         let mut row = 0;
         while state.t.0.re < rows.end_time && value.is_none_or(|value| value.0.re < 0.0) {
             row += 1;

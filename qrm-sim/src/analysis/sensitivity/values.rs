@@ -31,7 +31,6 @@ pub(super) fn values(mechanism: &dyn Mechanism, request: &SensitivityRequest) ->
     let t = outcome.end_time;
     match outcome.status {
         Status::Completed | Status::Stopped => {}
-        Status::StoppedAtStart => return Err(SensitivityError::EventAtStart),
         Status::StopNotReached { .. } => return Err(SensitivityError::EventNotReached { end_time: t }),
         Status::Failed(error) => return Err(SensitivityError::Step { t, error }),
         Status::NotFinite { t, .. } => return Err(SensitivityError::NotSmooth { t }),
