@@ -196,3 +196,37 @@ fn positions_that_cannot_be_asked_for() {
     assert_eq!(beyond.status.code(), Some(2), "{error}");
     assert!(error.contains("the mechanism locks at phi2 = 209.27"), "{error}");
 }
+
+#[test]
+fn a_crank_turns_through_change_points() {
+    let text = check(&["n-four-bar-2"]);
+    assert!(text.contains("a0 turns all the way"), "{text}");
+    assert!(text.contains("to another branch: 0.0000 deg, 180.0000 deg\n"), "{text}");
+    assert!(text.contains("dead points  at a0 = 0.0000 deg, 180.0000 deg\n"), "{text}");
+    // The weights of three cranks and two couplers turn the cranks, which stay parallel.
+    near("torque", after(&text, "largest      34"), 3.5 * 9.81 - 34.0, 1e-6);
+    // Four-bars whose shortest and longest links are as long together as the others, and one that misses it by a hair.
+    let four_bar = |lengths: [&str; 4]| {
+        let mut command = qrm(&["check", "four-bar"]);
+        for (i, length) in lengths.into_iter().enumerate() {
+            command.args(["--set".to_owned(), format!("l{}={length}", i + 1)]);
+        }
+        String::from_utf8(command.output().expect("the command starts").stdout).expect("text")
+    };
+    for (lengths, angles) in [
+        (["0.13", "0.24", "0.21", "0.32"], "180.0000 deg"),
+        (["0.11", "0.24", "0.21", "0.34"], "180.0000 deg"),
+        (["0.13", "0.24", "0.13", "0.24"], "180.0000 deg, 0.0000 deg"),
+        (["0.24", "0.13", "0.24", "0.13"], "180.0000 deg, 0.0000 deg"),
+        (["0.2"; 4], "180.0000 deg, 0.0000 deg"),
+    ] {
+        let text = four_bar(lengths);
+        assert!(text.contains("q1 turns all the way"), "{lengths:?}: {text}");
+        assert!(text.contains(&format!("to another branch: {angles}\n")), "{lengths:?}: {text}");
+    }
+    let text = four_bar(["0.1100001", "0.24", "0.21", "0.34"]);
+    // It locks where the second and third rod are in line.
+    let (ground, first, rest) = (0.110_000_1_f64, 0.24_f64, 0.34 - 0.21);
+    let inner = ((ground * ground + first * first - rest * rest) / (2.0 * ground * first)).acos();
+    near("the lock", after(&text, "begins, to "), 180.0 - inner.to_degrees(), 1e-3);
+}

@@ -68,7 +68,7 @@ impl<'m> EnergyIntegral<'m> {
         if qd[driven] == 0.0 {
             return Err(NoEnergyIntegral::TurnsBack);
         }
-        let rates = scaled(&drive.tangent(&begin.q, driven), qd[driven]);
+        let rates = scaled(&drive.tangent(&begin, driven), qd[driven]);
         let energy = mechanism.energy(&begin.q, &rates).iter().sum();
         let rule = gauss_legendre();
         let mut integral = Self { drive, driven, energy, step, panels: vec![Panel { begin, t: (0.0, 0.0) }], rule };
@@ -117,7 +117,7 @@ impl<'m> EnergyIntegral<'m> {
         }
         let at = self.moved(&panel.begin, change)?;
         let rate = self.rate(&at)?;
-        let rates = scaled(&self.drive.tangent(&at.q, self.driven), rate);
+        let rates = scaled(&self.drive.tangent(&at, self.driven), rate);
         Some((at.q, rates))
     }
 
@@ -133,7 +133,7 @@ impl<'m> EnergyIntegral<'m> {
 
     /// The rate of the driven coordinate that the energy leaves at a position; none where the motion cannot get to.
     fn rate(&self, at: &Position) -> Option<f64> {
-        let tangent = self.drive.tangent(&at.q, self.driven);
+        let tangent = self.drive.tangent(at, self.driven);
         let [inertia, potential] = self.drive.mechanism.energy(&at.q, &tangent);
         let square = (self.energy - potential) / inertia;
         (square > 0.0 && square.is_finite()).then(|| square.sqrt() * self.step.signum())
@@ -147,7 +147,7 @@ impl<'m> EnergyIntegral<'m> {
 
     /// Loads without potential would show at some rate.
     fn check(&self, at: &Position, until: f64) -> Result<(), NoEnergyIntegral> {
-        let tangent = self.drive.tangent(&at.q, self.driven);
+        let tangent = self.drive.tangent(at, self.driven);
         let mechanism = self.drive.mechanism;
         let multipliers = vec![0.0; mechanism.description().constraints.len()];
         let works = |t: f64, rate: f64| mechanism.power(t, &at.q, &scaled(&tangent, rate), &multipliers) != 0.0;

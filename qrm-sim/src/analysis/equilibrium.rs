@@ -61,7 +61,7 @@ pub fn static_equilibrium(
     }
     let position = drive
         .move_to(&from, &to)
-        .map_err(|limit| NoEquilibrium::LimitPosition { q: limit.position.q, constraint: limit.constraint })?;
+        .map_err(|limit| NoEquilibrium::LimitPosition { constraint: drive.open_beyond(&limit), q: limit.position.q })?;
     let (multipliers, forces) = drive.balance(&position.q);
     let outputs = drive.outputs(&position.q, &multipliers);
     if !multipliers.iter().chain(&forces).chain(&outputs).all(|value| value.is_finite()) {

@@ -24,6 +24,8 @@ pub struct Position {
     /// The determinant of `C_q` by the coordinates that follow. It is zero where the given ones cannot move the others,
     /// and other units change it by a constant factor.
     pub determinant: f64,
+    /// The derivatives of all coordinates by each of them that is given, the other given ones held, row after row.
+    tangents: Matrix,
 }
 
 /// A limit position: the given coordinates cannot be moved beyond it.
@@ -31,8 +33,8 @@ pub struct Position {
 pub struct LimitPosition {
     /// The last position before.
     pub position: Position,
-    /// The constraint that cannot be closed beyond; `None` if another branch begins there.
-    pub constraint: Option<usize>,
+    /// The coordinates on the way to which it was met; those that are given count.
+    pub target: Vec<f64>,
 }
 
 /// Most corrections of a position that was guessed from its neighbour: where it takes more, the neighbour is too far
@@ -44,8 +46,14 @@ const CLOSED: f64 = 1e-11;
 const LONGEST: f64 = 0.2;
 /// By how much the determinant may change in a step, so that no other branch is reached unnoticed.
 const SMOOTH: f64 = 4.0;
+/// How far angles may be from the linear continuation of a position, for the change of the fastest one.
+pub(super) const CONTINUATION: f64 = 0.1;
+/// How far rounding errors may take an angle near a singular position.
+const ROUNDING: f64 = 1e-12;
 /// Steps shorter than this fraction of the way are not tried.
-const SHORTEST: f64 = 1e-14;
+const SHORTEST: f64 = 1e-10;
+/// Nor are steps of shorter angles: where branches cross, rounding errors join them at about this distance.
+const SHORTEST_ANGLE: f64 = 1e-7;
 
 impl<'m> Drive<'m> {
     /// `None` if the given coordinates do not leave as many as there are constraints.
@@ -68,7 +76,10 @@ impl<'m> Drive<'m> {
                 let size = |i: usize| q[i].abs() + f64::from(u8::from(self.is_angle(i)));
                 let size = |row: &[f64]| row.iter().enumerate().map(|(i, entry)| entry.abs() * size(i)).sum::<f64>();
                 let size = constraints.constraint_jacobian.iter().map(size).fold(0.0, f64::max);
-                return (residual <= CLOSED * size).then_some(Position { q, determinant: lu.determinant });
+                return (residual <= CLOSED * size).then(|| {
+                    let tangents = self.tangents(&constraints.constraint_jacobian, &lu);
+                    Position { q, determinant: lu.determinant, tangents }
+                });
             }
             let step = lu.solve(&constraints.residuals);
             if !step.iter().all(|value| value.is_finite()) {
@@ -82,17 +93,32 @@ impl<'m> Drive<'m> {
         None
     }
 
-    /// The coordinates' derivatives by one that is given, the other given ones held.
-    pub fn tangent(&self, q: &[f64], by: usize) -> Vec<f64> {
-        let jacobian = LoopConstraints::of(self.mechanism, 0.0, q).constraint_jacobian;
-        let column: Vec<f64> = jacobian.iter().map(|row| row[by]).collect();
-        let follow = Lu::new(self.block(&jacobian)).solve(&column);
-        let mut tangent = vec![0.0; q.len()];
-        tangent[by] = 1.0;
-        for (place, value) in self.dependent.iter().zip(follow) {
-            tangent[*place] = -value;
+    fn tangents(&self, jacobian: &Matrix, dependent: &Lu) -> Matrix {
+        let n = self.given.len();
+        let mut tangents = Matrix::zero(n - self.dependent.len(), n);
+        for (row, by) in (0..n).filter(|&i| self.given[i]).enumerate() {
+            let column: Vec<f64> = jacobian.iter().map(|row| row[by]).collect();
+            tangents[row][by] = 1.0;
+            for (place, value) in self.dependent.iter().zip(dependent.solve(&column)) {
+                tangents[row][*place] = -value;
+            }
         }
-        tangent
+        tangents
+    }
+
+    /// The change of all coordinates, to first order, with a change of those that are given.
+    pub fn linear_change(&self, at: &Position, given: impl Fn(usize) -> f64) -> Vec<f64> {
+        let mut change = vec![0.0; at.q.len()];
+        for (tangent, i) in at.tangents.iter().zip((0..at.q.len()).filter(|&i| self.given[i])) {
+            let by = given(i);
+            change.iter_mut().zip(tangent).for_each(|(change, entry)| *change += entry * by);
+        }
+        change
+    }
+
+    /// The derivatives of all coordinates by one that is given, the other given ones held.
+    pub fn tangent(&self, at: &Position, by: usize) -> Vec<f64> {
+        self.linear_change(at, |i| if i == by { 1.0 } else { 0.0 })
     }
 
     /// The position in which the given coordinates have other values, reached without a jump.
@@ -104,11 +130,7 @@ impl<'m> Drive<'m> {
         let mut now = from.clone();
         let (mut done, mut step) = (0.0, 1.0_f64);
         while done < 1.0 {
-            let mut slope = vec![0.0; n];
-            for i in (0..n).filter(|&i| self.given[i]) {
-                let tangent = self.tangent(&now.q, i);
-                (0..n).for_each(|j| slope[j] += tangent[j] * (to[i] - from.q[i]));
-            }
+            let slope = self.linear_change(&now, |i| to[i] - from.q[i]);
             let angles = || (0..n).filter(|&i| self.is_angle(i));
             let fastest = angles().map(|i| slope[i].abs()).fold(0.0, f64::max);
             step = step.min(LONGEST / fastest).max(SHORTEST);
@@ -118,19 +140,25 @@ impl<'m> Drive<'m> {
             for i in (0..n).filter(|&i| self.given[i]) {
                 guess[i] = if next == 1.0 { to[i] } else { from.q[i] + (to[i] - from.q[i]) * next };
             }
+            let missed = |position: &Position| {
+                let missed = angles().map(|i| (position.q[i] - guess[i]).abs()).fold(0.0, f64::max);
+                (missed - ROUNDING).max(0.0) / (fastest * (next - done)).max(f64::MIN_POSITIVE)
+            };
             let is_neighbour = |position: &Position| {
                 let change = position.determinant / now.determinant;
-                let missed = angles().map(|i| (position.q[i] - guess[i]).abs()).fold(0.0, f64::max);
-                change < SMOOTH && change > 1.0 / SMOOTH && missed <= 0.5 * LONGEST
+                change < SMOOTH && change > 1.0 / SMOOTH && missed(position) <= CONTINUATION
             };
             match self.close(guess.clone()).filter(is_neighbour) {
                 Some(position) => {
+                    let missed = missed(&position);
                     (now, done) = (position, next);
-                    step *= 2.0;
+                    // The distance from the linear continuation is of second order.
+                    if missed < 0.4 * CONTINUATION {
+                        step *= 2.0;
+                    }
                 }
-                None if step <= SHORTEST => {
-                    let constraint = self.open_beyond(&now, to);
-                    return Err(LimitPosition { position: now, constraint });
+                None if step <= SHORTEST || step * fastest <= SHORTEST_ANGLE => {
+                    return Err(LimitPosition { position: now, target: to.to_vec() });
                 }
                 None => step *= 0.5,
             }
@@ -138,8 +166,9 @@ impl<'m> Drive<'m> {
         Ok(now)
     }
 
-    /// The constraint that cannot be met a little farther on the way.
-    fn open_beyond(&self, position: &Position, to: &[f64]) -> Option<usize> {
+    /// The constraint that cannot be closed a little beyond a limit position; `None` if another branch begins there.
+    pub fn open_beyond(&self, limit: &LimitPosition) -> Option<usize> {
+        let LimitPosition { position, target: to } = limit;
         let n = to.len();
         let moves = |i: usize| self.given[i] && to[i] != position.q[i];
         let beyond = |i: usize| position.q[i] + if moves(i) { 1e-2 * (to[i] - position.q[i]).signum() } else { 0.0 };

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use qrm_core::Mechanism;
 
-use super::kinematics::{Drive, LimitPosition, Position};
+use super::kinematics::{CONTINUATION, Drive, LimitPosition, Position};
 use crate::run::{NotAssembled, assemble};
 use crate::solve::{Matrix, dot};
 use crate::start::Start;
@@ -23,6 +23,9 @@ pub struct Revolution {
     pub direction: f64,
     /// What keeps it from turning fully.
     pub range: Option<Range>,
+    /// Where branches cross, in the order of the turn: the mechanism may leave such a change point on another branch than the one that
+    /// is followed here.
+    pub change_points: Vec<f64>,
     /// Whether all coordinates come back after a turn, angles up to whole turns.
     pub returns: bool,
     /// The course of each output, without motion.
@@ -96,7 +99,12 @@ pub fn revolution(mechanism: &dyn Mechanism) -> Result<Revolution, NoRevolution>
     let driven = round.driven;
     let description = mechanism.description();
     let mut positions = vec![round.start.clone()];
-    let followed = round.follow(round.direction, SAMPLES, |position| positions.push(position.clone()));
+    let mut change_points = Vec::new();
+    let mut visit = |step| match step {
+        Step::To(position) => positions.push(position),
+        Step::ChangePoint(angle) => change_points.push(angle),
+    };
+    let followed = round.follow(round.direction, SAMPLES, &mut visit);
     let (range, returns) = match followed {
         Ok(end) => {
             let is_periodic = |i: usize| {
@@ -108,12 +116,16 @@ pub fn revolution(mechanism: &dyn Mechanism) -> Result<Revolution, NoRevolution>
         }
         Err(ahead) => {
             let mut behind = Vec::new();
-            let back = round.follow(-round.direction, SAMPLES, |position| behind.push(position.clone())).err();
+            let mut visit = |step| match step {
+                Step::To(position) => behind.push(position),
+                Step::ChangePoint(angle) => change_points.push(angle),
+            };
+            let back = round.follow(-round.direction, SAMPLES, &mut visit).err();
             behind.extend(back.as_ref().map(|limit| limit.position.clone()));
             behind.reverse();
             positions.push(ahead.position.clone());
             positions.splice(0..0, behind);
-            let end = |limit: &LimitPosition| (limit.position.q[driven], limit.constraint);
+            let end = |limit: &LimitPosition| (limit.position.q[driven], round.drive.open_beyond(limit));
             let (ahead, back) = (Some(end(&ahead)), back.as_ref().map(end));
             let (low, high) = if round.direction > 0.0 { (back, ahead) } else { (ahead, back) };
             (Some(Range { low, high }), false)
@@ -122,6 +134,8 @@ pub fn revolution(mechanism: &dyn Mechanism) -> Result<Revolution, NoRevolution>
     // At a lock itself forces have no bounds.
     let inner = if range.is_some() { 1..positions.len() - 1 } else { 0..positions.len() };
     let count = description.outputs.len();
+    // The positions on both sides tell of the same one.
+    change_points.dedup_by(|a, b| (*a - *b).abs() < NEAR);
     Ok(Revolution {
         coordinate: driven,
         start: round.start.q[driven],
@@ -130,14 +144,30 @@ pub fn revolution(mechanism: &dyn Mechanism) -> Result<Revolution, NoRevolution>
         balance: round.course(&positions[inner.clone()], returns, |at| round.drive.balance(&at.q).1[driven]),
         inertia: round.course(&positions[inner], returns, |at| round.inertia(at)),
         range,
+        change_points,
         returns,
     })
 }
 
 /// Whether the driven coordinate can make a full revolution.
 pub fn can_revolve(mechanism: &dyn Mechanism) -> bool {
-    Round::new(mechanism).is_ok_and(|round| round.follow(round.direction, SAMPLES / 4, |_| ()).is_ok())
+    Round::new(mechanism).is_ok_and(|round| round.follow(round.direction, SAMPLES / 8, &mut |_| ()).is_ok())
 }
+
+/// A part of the way around.
+enum Step {
+    /// The next position.
+    To(Position),
+    /// Branches cross before the next position, at this angle.
+    ChangePoint(f64),
+}
+
+/// Angles are the same that are this near to each other.
+const NEAR: f64 = 1e-4;
+/// Between positions whose determinants are this small against the largest one, forces are lost in rounding errors.
+const SINGULAR: f64 = 1e-3;
+/// Limit positions this near to each other are one change point.
+const GAP: f64 = 1e-6;
 
 /// A turn to be made.
 struct Round<'m> {
@@ -169,34 +199,73 @@ impl<'m> Round<'m> {
     }
 
     /// Goes once around, one way or the other, and says where that ends.
-    fn follow(
-        &self,
-        direction: f64,
-        samples: usize,
-        mut visit: impl FnMut(&Position),
-    ) -> Result<Position, LimitPosition> {
+    fn follow(&self, direction: f64, samples: usize, visit: &mut dyn FnMut(Step)) -> Result<Position, LimitPosition> {
         let mut last = [self.start.clone(), self.start.clone(), self.start.clone()];
         // One step more, so that a smallest determinant at the start is between two others as well.
         for i in 1..=samples + 1 {
-            let next = match self.at(&last[2], self.start.q[self.driven] + direction * TAU * i as f64 / samples as f64)
-            {
+            let angle = self.start.q[self.driven] + direction * TAU * i as f64 / samples as f64;
+            let next = match self.at(&last[2], angle) {
                 Ok(next) => next,
                 // The turn is made already.
                 Err(_) if i > samples => return Ok(last[2].clone()),
-                Err(limit) => return Err(limit),
+                Err(limit) => {
+                    let next = self.beyond_change_point(&last, angle, &limit).ok_or_else(|| limit.clone())?;
+                    visit(Step::ChangePoint(limit.position.q[self.driven]));
+                    next
+                }
             };
             last.rotate_left(1);
             last[2] = next;
             let [before, at, after] = [0, 1, 2].map(|k| last[k].determinant.abs());
-            if i > 1 && at <= before && at <= after && at < before.max(after) {
-                // It may lock between two samples.
-                self.vertex(&last[0], &last[2], |position| -position.determinant.abs())?;
+            if i > 1
+                && at <= before
+                && at <= after
+                && at < before.max(after)
+                && let Err(limit) = self.lock_between(&last[0], &last[2])
+            {
+                let angle = limit.position.q[self.driven];
+                if !self.crosses(&last[0], &last[2], angle) {
+                    return Err(limit);
+                }
+                visit(Step::ChangePoint(angle));
             }
             if i <= samples {
-                visit(&last[2]);
+                visit(Step::To(last[2].clone()));
             }
         }
         Ok(last[1].clone())
+    }
+
+    /// A position at or behind an angle, on the branch of the positions before a singular one; `None` if that is a
+    /// limit position, behind which the branch does not go on.
+    fn beyond_change_point(&self, before: &[Position; 3], angle: f64, limit: &LimitPosition) -> Option<Position> {
+        let singular = limit.position.q[self.driven];
+        let spacing = angle - before[2].q[self.driven];
+        // Near the singular position the direction of the branch is lost in rounding errors.
+        let is_apart = |position: &&Position| (singular - position.q[self.driven]) / spacing >= 0.5;
+        let from = before.iter().rev().find(is_apart)?;
+        let change = self.drive.linear_change(from, |_| 2.0 * (singular - from.q[self.driven]));
+        let guess = from.q.iter().zip(&change).map(|(q, change)| q + change).collect();
+        let beyond = self.drive.close(guess).filter(|to| self.crosses(from, to, singular))?;
+        let is_behind = (angle - singular) / spacing >= 0.1;
+        self.at(&beyond, if is_behind { angle } else { singular + 0.5 * spacing }).ok()
+    }
+
+    /// Whether a branch goes on from one position to another through a singular one in between: by its direction, and
+    /// without a gap.
+    fn crosses(&self, from: &Position, to: &Position, singular: f64) -> bool {
+        let change = self.drive.linear_change(from, |i| to.q[i] - from.q[i]);
+        let largest = change.iter().fold(0.0, |most: f64, change| most.max(change.abs()));
+        let missed = from.q.iter().zip(&to.q).zip(&change).map(|((from, to), change)| (to - from - change).abs());
+        let is_continued = missed.fold(0.0, f64::max) <= CONTINUATION * largest;
+        // A gap may be shorter than the way between two positions.
+        let back = || self.at(to, from.q[self.driven]).and_then(|_| self.lock_between(to, from));
+        is_continued && back().err().is_none_or(|limit| (limit.position.q[self.driven] - singular).abs() < GAP)
+    }
+
+    /// An error if the mechanism locks between two positions, around the smallest determinant.
+    fn lock_between(&self, from: &Position, to: &Position) -> Result<(), LimitPosition> {
+        self.vertex(from, to, |position| -position.determinant.abs()).map(|_| ())
     }
 
     fn at(&self, from: &Position, angle: f64) -> Result<Position, LimitPosition> {
@@ -239,6 +308,7 @@ impl<'m> Round<'m> {
         let (low, high) = values.iter().fold((first, first), |(low, high), v| (low.min(*v), high.max(*v)));
         let is_cycle = returns && (last - first).abs() <= 1e-9 * (high - low);
         let count = positions.len();
+        let regular = positions.iter().fold(0.0, |most: f64, position| most.max(position.determinant.abs()));
         for i in 0..count {
             // The end of a cycle is its beginning.
             let (before, after) = match (i, is_cycle) {
@@ -254,16 +324,18 @@ impl<'m> Round<'m> {
             if !(sign * (v - v0) >= 0.0 && sign * (v - v1) >= 0.0 && (v - v0).abs().max((v - v1).abs()) > noise) {
                 continue;
             }
+            let three = [before, i, after].map(|k| &positions[k]);
             let found = match i {
-                0 => self.around_start(&positions[1], |position| sign * value(position)),
-                _ => self.vertex(&positions[before], &positions[after], |position| sign * value(position)),
+                _ if three.iter().any(|position| position.determinant.abs() < SINGULAR * regular) => None,
+                0 => self.around_start(&positions[1], |position| sign * value(position)).ok(),
+                _ => self.vertex(&positions[before], &positions[after], |position| sign * value(position)).ok(),
             };
-            let vertex = found.map_or(Vertex { angle: positions[i].q[self.driven], value: v }, |vertex| Vertex {
-                value: sign * vertex.value,
-                ..vertex
-            });
+            let vertex = found.map_or_else(
+                || parabola(three.map(|position| position.q[self.driven]), [v0, v, v1]),
+                |vertex| Vertex { value: sign * vertex.value, ..vertex },
+            );
             // A vertex that lies on a sample is found from both sides.
-            if course.vertices.last().is_none_or(|before| (before.angle - vertex.angle).abs() > 1e-6) {
+            if course.vertices.last().is_none_or(|before| (before.angle - vertex.angle).abs() > NEAR) {
                 course.vertices.push(vertex);
             }
         }
@@ -283,7 +355,7 @@ impl<'m> Round<'m> {
 
     /// The inertia that a change of the driven coordinate has to move: `t' Mbar t` with its tangent t.
     fn inertia(&self, position: &Position) -> f64 {
-        let tangent = self.drive.tangent(&position.q, self.driven);
+        let tangent = self.drive.tangent(position, self.driven);
         let mut mass_matrix = Matrix::zero(tangent.len(), tangent.len());
         self.drive.mechanism.mass_matrix(&position.q, mass_matrix.entries_mut());
         let momentum: Vec<f64> = mass_matrix.iter().map(|row| dot(row, &tangent)).collect();
@@ -294,6 +366,17 @@ impl<'m> Round<'m> {
         let (multipliers, _) = self.drive.balance(&position.q);
         self.drive.outputs(&position.q, &multipliers)
     }
+}
+
+/// The vertex of the parabola through three points.
+fn parabola([a0, a, a1]: [f64; 3], [v0, v, v1]: [f64; 3]) -> Vertex {
+    let [left, right] = [(v0 - v) / (a0 - a), (v1 - v) / (a1 - a)];
+    let curvature = (right - left) / (a1 - a0);
+    let slope = left - curvature * (a0 - a);
+    if curvature == 0.0 {
+        return Vertex { angle: a, value: v };
+    }
+    Vertex { angle: a - 0.5 * slope / curvature, value: v - 0.25 * slope * slope / curvature }
 }
 
 /// A difference of two values in a unit; of angles without whole turns.

@@ -17,8 +17,13 @@ impl Matrix {
 
     /// A matrix by its entries.
     pub fn from_fn(rows: usize, columns: usize, mut entry: impl FnMut(usize, usize) -> f64) -> Self {
-        let entries = (0..rows).flat_map(|i| (0..columns).map(move |j| (i, j))).map(|(i, j)| entry(i, j)).collect();
-        Self { columns, entries }
+        let mut matrix = Self::zero(rows, columns);
+        for i in 0..rows {
+            for j in 0..columns {
+                matrix[i][j] = entry(i, j);
+            }
+        }
+        matrix
     }
 
     /// The number of rows; zero for a matrix without columns.

@@ -61,13 +61,19 @@ fn turning(setup: &Setup, turn: &Revolution, driven: &QuantityDescription) -> Ve
             format!("{name} locks: it can move from {}, to {}", end(low), end(high))
         }
     };
+    let mut lines = vec![way];
+    let angles: Vec<String> = turn.change_points.iter().map(|angle| place(*angle, turn)).collect();
+    if !angles.is_empty() {
+        lines.push(format!("change points, where the mechanism may go over to another branch: {}", angles.join(", ")));
+    }
     let Series { smallest, largest, .. } = &turn.inertia;
     let at = |(value, angle): (f64, f64)| format!("{} kg m^2 at {}", number(value), place(angle, turn));
     let inertia = match largest.0 - smallest.0 > 1e-9 * largest.0 {
         true => format!("from {} to {}", at(*smallest), at(*largest)),
         false => format!("always {} kg m^2", number(smallest.0)),
     };
-    vec![way, format!("inertia that {name} has to move: {inertia}")]
+    lines.push(format!("inertia that {name} has to move: {inertia}"));
+    lines
 }
 
 /// An angle within one turn, or as it is between locks.
