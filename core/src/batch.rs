@@ -247,8 +247,8 @@ impl SimdBatch {
 
     /// Begins the ranges of a lane with these outputs.
     pub fn begin_ranges(&mut self, lane: usize, outputs: &[f64]) {
-        self.set(lane, DEFINED, &[outputs.iter().map(|value| 0.0 * value).sum()]);
         let outputs = &outputs[..self.layout.output_count.min(outputs.len())];
+        self.set(lane, DEFINED, &[outputs.iter().map(|value| 0.0 * value).sum()]);
         self.set(lane, self.layout.lowest(), outputs);
         self.set(lane, self.layout.highest(), outputs);
     }

@@ -6,6 +6,7 @@ mod text;
 use std::path::Path;
 
 use qrm_core::Description;
+use qrm_scene::files::read_at_most;
 use qrm_sim::columns::Kind;
 use qrm_sim::run::{Outcome, Status};
 use serde::Serialize;
@@ -16,6 +17,9 @@ use crate::output::Named;
 use crate::recording::Recording;
 use crate::setup::Setup;
 pub(crate) use judgement::{accepted_error, distrust};
+
+/// The largest summary that is read, in bytes.
+const MAX_SUMMARY: u64 = 1 << 24;
 
 /// A finished run, in the order of `summary.json`.
 #[derive(Debug, Serialize)]
@@ -153,8 +157,8 @@ impl RunReport {
 
     /// The figures that the summary of an earlier run in a folder lists; none if there is no such summary.
     pub(crate) fn figures_in(folder: &Path) -> Vec<String> {
-        let text = std::fs::read_to_string(folder.join("summary.json")).unwrap_or_default();
-        let summary: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
+        let text = read_at_most(&folder.join("summary.json"), MAX_SUMMARY).unwrap_or_default();
+        let summary: serde_json::Value = serde_json::from_slice(&text).unwrap_or_default();
         let listed = summary["figures"].as_array().cloned().unwrap_or_default();
         let names = listed.iter().filter_map(|figure| figure.as_str());
         // The file may say anything; only figures are removed.

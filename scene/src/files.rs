@@ -1,9 +1,23 @@
-//! Writes files whole or not at all.
+//! Reads and writes small files whole or not at all.
 
 use std::fs::{self, File};
-use std::io::{self, Write};
+use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
+
+/// The bytes of a file of limited size.
+///
+/// # Errors
+/// The file cannot be read, is not a plain file, or has more bytes.
+pub fn read_at_most(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+    // Pipes and devices may never end.
+    if !fs::metadata(path)?.is_file() {
+        return Err(io::Error::other("not a file"));
+    }
+    let mut bytes = Vec::new();
+    File::open(path)?.take(most + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > most { Err(io::Error::other(format!("longer than {most} bytes"))) } else { Ok(bytes) }
+}
 
 /// Writes a file that appears whole or not at all, in a folder that is made if it is not there.
 ///
@@ -76,6 +90,16 @@ mod tests {
         assert_eq!(fs::read(&path).expect("there"), b"first");
         assert_eq!(fs::read_dir(folder.join("below")).expect("a folder").count(), 1);
         fs::remove_dir_all(folder).expect("removed");
+    }
+
+    #[test]
+    fn long_and_endless_files_are_not_read() {
+        let path = folder("long");
+        fs::write(&path, b"12345").expect("written");
+        assert_eq!(read_at_most(&path, 5).expect("read"), b"12345");
+        assert!(read_at_most(&path, 4).is_err());
+        assert!(read_at_most(Path::new("/dev/zero"), 4).is_err() && read_at_most(&std::env::temp_dir(), 4).is_err());
+        fs::remove_file(path).expect("removed");
     }
 
     #[test]

@@ -3,6 +3,10 @@
 use std::path::Path;
 
 use crate::diagnostic::{Diagnostic, Report};
+use crate::files::read_at_most;
+
+/// The largest scene that is read.
+const MAX_BYTES: u64 = 1 << 24;
 
 /// Reads a scene file, which must be UTF-8.
 ///
@@ -10,7 +14,7 @@ use crate::diagnostic::{Diagnostic, Report};
 /// A report that the file cannot be read, or where it stops being text.
 pub fn read_text(path: &Path) -> Result<String, Report> {
     let name = path.display().to_string();
-    let bytes = std::fs::read(path).map_err(|e| {
+    let bytes = read_at_most(path, MAX_BYTES).map_err(|e| {
         let finding = Diagnostic::whole_file(format!("the scene cannot be read: {e}"));
         Report::new(&name, "", vec![finding.help("check the name of the file and its permissions")])
     })?;

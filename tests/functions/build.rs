@@ -2,5 +2,5 @@
 
 fn main() {
     #[cfg(feature = "generate")]
-    qrm_codegen::build::build(&["functions.toml", "driven.toml", "bead.toml", "loads.toml"]);
+    qrm_codegen::build::build(&["functions.toml", "driven.toml", "bead.toml", "loads.toml", "undefined.toml"]);
 }

@@ -41,7 +41,7 @@ pub(crate) struct Options {
     /// Compute one part of the designs only, such as `2/8`; `qrm merge` joins the parts
     #[arg(long, value_name = "K/N")]
     shard: Option<String>,
-    /// Leave out the smallest and largest value of each output in the rows
+    /// Compute no outputs, and leave out their smallest and largest values in the rows
     #[arg(long)]
     no_extremes: bool,
     /// Skip the second motion, at twice the step, that estimates the error of each design

@@ -147,7 +147,8 @@ impl<'a> LaneSweep<'a> {
 
     fn outputs(&self, design: usize, at: &State) -> Vec<f64> {
         let mechanism = &self.designs[design];
-        let mut outputs = vec![0.0; mechanism.description().outputs.len()];
+        let count = if self.request.extremes { mechanism.description().outputs.len() } else { 0 };
+        let mut outputs = vec![0.0; count];
         mechanism.outputs(at.t, &at.q, &at.qd, &at.qdd, &at.multipliers, &mut outputs);
         outputs
     }
@@ -289,7 +290,7 @@ impl<'a> LaneSweep<'a> {
             let [low, high] = self.batch.range(lane, output);
             [low.min(*value), high.max(*value)]
         };
-        let extremes = if self.request.extremes { outputs.iter().enumerate().map(range).collect() } else { Vec::new() };
+        let extremes = outputs.iter().enumerate().map(range).collect();
         self.finished[design] = Some(DesignResult {
             status: Ok(status),
             steps,

@@ -14,7 +14,7 @@ pub struct SweepRequest<'a> {
     pub step: Option<f64>,
     /// The end; the scene's if `None`.
     pub end: Option<SweepEnd<'a>>,
-    /// Whether smallest and largest values of the outputs are wanted.
+    /// Whether smallest and largest values of the outputs are wanted; without them outputs are not computed.
     pub extremes: bool,
     /// Whether a companion motion at twice the step estimates the error.
     pub estimate_error: bool,
@@ -77,7 +77,7 @@ pub fn sweep(model: &Model, designs: &[Replace], request: &SweepRequest, lanes: 
 
 /// Runs a design by itself.
 pub(super) fn run_alone(design: usize, mechanism: &dyn Mechanism, request: &SweepRequest) -> DesignResult {
-    let mut ranges = Ranges::default();
+    let mut ranges = Ranges { wanted: request.extremes, found: Vec::new() };
     let until = |t: f64, q: &[f64], qd: &[f64]| match request.end {
         Some(SweepEnd::Condition(condition)) => condition(design, t, q, qd),
         _ => 0.0,
@@ -87,7 +87,6 @@ pub(super) fn run_alone(design: usize, mechanism: &dyn Mechanism, request: &Swee
         Some(SweepEnd::Time(t)) => Some(End::Time(t)),
         Some(SweepEnd::Condition(_)) => Some(End::Condition(&until)),
     };
-    let wants_extremes = request.extremes;
     let request = Request {
         settings: MethodSettings::default(),
         step: request.step,
@@ -102,25 +101,31 @@ pub(super) fn run_alone(design: usize, mechanism: &dyn Mechanism, request: &Swee
             end_time: outcome.end_time,
             q: outcome.q,
             qd: outcome.qd,
-            extremes: if wants_extremes { ranges.0 } else { Vec::new() },
+            extremes: ranges.found,
             estimated_error: outcome.estimated_error,
         },
     }
 }
 
 /// The smallest and the largest value of each output.
-#[derive(Default)]
-struct Ranges(Vec<[f64; 2]>);
+struct Ranges {
+    wanted: bool,
+    found: Vec<[f64; 2]>,
+}
 
 impl Observer for Ranges {
     fn row(&mut self, row: &Row) -> io::Result<()> {
-        if self.0.is_empty() {
-            self.0 = row.outputs.iter().map(|value| [*value; 2]).collect();
+        if self.found.is_empty() {
+            self.found = row.outputs.iter().map(|value| [*value; 2]).collect();
         }
-        for (range, value) in self.0.iter_mut().zip(row.outputs) {
+        for (range, value) in self.found.iter_mut().zip(row.outputs) {
             *range = [range[0].min(*value), range[1].max(*value)];
         }
         Ok(())
+    }
+
+    fn wants_outputs(&self) -> bool {
+        self.wanted
     }
 }
 

@@ -41,11 +41,11 @@ pub(crate) struct RunMonitor {
 }
 
 impl RunMonitor {
-    pub(crate) fn new(mechanism: &dyn Mechanism, first: &State) -> Self {
+    pub(crate) fn new(mechanism: &dyn Mechanism, first: &State, has_outputs: bool) -> Self {
         let layout = RowLayout { n: first.q.len(), m: first.multipliers.len() };
         Self {
             layout,
-            outputs: vec![0.0; mechanism.description().outputs.len()],
+            outputs: vec![0.0; if has_outputs { mechanism.description().outputs.len() } else { 0 }],
             columns: Vec::new(),
             constraints: LoopConstraints::zero(layout.n, layout.m),
             rates: vec![0.0; layout.m],

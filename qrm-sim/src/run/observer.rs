@@ -39,6 +39,11 @@ pub trait Observer {
     /// The row cannot be kept; the run ends.
     fn row(&mut self, row: &Row) -> std::io::Result<()>;
 
+    /// Whether rows are to have outputs; without them no output can be undefined.
+    fn wants_outputs(&self) -> bool {
+        true
+    }
+
     /// Called between chunks of rows; `false` ends the run.
     ///
     /// # Errors
@@ -67,6 +72,10 @@ impl<A: Observer, B: Observer> Observer for (A, B) {
     fn row(&mut self, row: &Row) -> std::io::Result<()> {
         self.0.row(row)?;
         self.1.row(row)
+    }
+
+    fn wants_outputs(&self) -> bool {
+        self.0.wants_outputs() || self.1.wants_outputs()
     }
 
     fn goes_on(&mut self, t: f64, end_time: f64) -> std::io::Result<bool> {

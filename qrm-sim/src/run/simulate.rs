@@ -82,7 +82,7 @@ pub fn simulate(
             .and_then(Result::ok),
         pair: [first.clone(), first.clone()],
         companion: request.estimate_error.then(|| Companion::new(mechanism, &settings, &first, end_time)).flatten(),
-        monitor: RunMonitor::new(mechanism, &first),
+        monitor: RunMonitor::new(mechanism, &first, observer.wants_outputs()),
         buffer: Vec::new(),
         nearest: (0.0, f64::NEG_INFINITY),
     };

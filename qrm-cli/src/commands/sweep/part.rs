@@ -6,6 +6,7 @@ use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use qrm_core::digest;
+use qrm_scene::files::read_at_most;
 use qrm_sim::columns::Column;
 use serde::{Deserialize, Serialize};
 
@@ -53,11 +54,10 @@ impl Part {
     /// Reads the identity of the part whose table is given.
     fn read(table: &Path) -> Result<Self, Error> {
         let path = table.with_extension("part.json");
-        let text = File::open(&path).and_then(|file| io::read_to_string(file.take(MAX_BYTES)));
-        let text = text.map_err(|e| {
+        let text = read_at_most(&path, MAX_BYTES).map_err(|e| {
             Error::unreadable(&path, &e).help("`qrm sweep --shard K/N` writes it beside its table; keep both together")
         })?;
-        serde_json::from_str(&text).map_err(|e| Error::usage(format!("{} is no part of a sweep: {e}", path.display())))
+        serde_json::from_slice(&text).map_err(|e| Error::usage(format!("{} is no part of a sweep: {e}", path.display())))
     }
 }
 
