@@ -6,6 +6,7 @@
 mod adaptive;
 mod auto;
 mod classical;
+mod dense_output;
 mod dop853;
 mod dopri5;
 mod explicit;
@@ -13,7 +14,6 @@ mod implicit;
 mod integrator;
 mod method;
 mod rodas;
-mod segment;
 mod tableau;
 
 pub use adaptive::{Adaptive, Counts};

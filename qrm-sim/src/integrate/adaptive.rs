@@ -2,8 +2,8 @@
 
 use qrm_core::Mechanism;
 
+use super::dense_output::DenseOutput;
 use super::method::{MethodSettings, StepError};
-use super::segment::Segment;
 use crate::quadrature::GAUSS_3;
 use crate::solve::{Projection, ProjectionTolerance, Solver};
 use crate::state::State;
@@ -13,8 +13,8 @@ pub(super) trait StepFormula: std::fmt::Debug + Send {
     /// Order of the step.
     fn order(&self) -> i32;
 
-    /// Exponent with which the step length heeds the error before the last one.
-    fn memory(&self) -> f64;
+    /// The exponent of the error before the last one in the PI control of the step length.
+    fn beta(&self) -> f64;
 
     /// Makes a step of length `h` from a state, projects its end, and returns its error: 1 is just accepted, and the
     /// end is of no use beyond.
@@ -34,11 +34,16 @@ pub(super) trait StepFormula: std::fmt::Debug + Send {
     /// Takes note of an accepted step.
     fn accepted(&mut self, mechanism: &dyn Mechanism, from: &State, to: &State) -> Accepted;
 
-    /// Computes what the motion inside the last step needs beside its ends.
+    /// Computes the coefficients of the dense output of the last step.
     ///
     /// # Errors
     /// It could not be computed.
-    fn refine(&mut self, mechanism: &dyn Mechanism, segment: &mut Segment, work: &mut Work) -> Result<(), StepError>;
+    fn complete_dense_output(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        dense_output: &mut DenseOutput,
+        work: &mut Work,
+    ) -> Result<(), StepError>;
 
     /// A copy.
     fn boxed_clone(&self) -> Box<dyn StepFormula>;
@@ -90,7 +95,7 @@ pub struct Adaptive {
     formula: Box<dyn StepFormula>,
     task: Task,
     /// The last step.
-    segment: Segment,
+    dense_output: DenseOutput,
     /// The end of the step under way.
     next: State,
     /// Length of the next step.
@@ -151,7 +156,7 @@ impl Adaptive {
         let mut adaptive = Self {
             formula,
             task: Task { tolerance: settings.tolerance, end_time, projection },
-            segment: Segment::new(first.clone(), first.clone()),
+            dense_output: DenseOutput::new(first.clone(), first.clone()),
             next: first.clone(),
             h: 0.0,
             last_error: 1e-4,
@@ -170,8 +175,8 @@ impl Adaptive {
     #[must_use]
     pub(super) fn restarted(&self, from: &State) -> Self {
         let mut again = self.clone();
-        if from.t < self.segment.from.t {
-            again.segment = Segment::new(from.clone(), from.clone());
+        if from.t < self.dense_output.from.t {
+            again.dense_output = DenseOutput::new(from.clone(), from.clone());
         }
         again
     }
@@ -199,9 +204,9 @@ impl Adaptive {
         to: &mut State,
     ) -> Result<(), StepError> {
         self.rows += 1;
-        let (mut checked, mut then) = (self.attempts(), self.segment.to.t);
-        while self.segment.to.t < t {
-            let (attempts, now) = (self.attempts(), self.segment.to.t);
+        let (mut checked, mut then) = (self.attempts(), self.dense_output.to.t);
+        while self.dense_output.to.t < t {
+            let (attempts, now) = (self.attempts(), self.dense_output.to.t);
             if attempts > checked + CHECKED {
                 let is_stuck = now - then < MIN_PROGRESS * (t - then);
                 if is_stuck || attempts > MAX_STEPS + MAX_STEPS_PER_ROW * self.rows {
@@ -211,14 +216,14 @@ impl Adaptive {
             }
             self.step(mechanism, solver)?;
         }
-        if self.segment.to.t == t {
-            to.clone_from(&self.segment.to);
+        if self.dense_output.to.t == t {
+            to.clone_from(&self.dense_output.to);
             return Ok(());
         }
         let mut work = Work { evaluations: &mut self.counts.evaluations, solver };
-        self.formula.refine(mechanism, &mut self.segment, &mut work)?;
+        self.formula.complete_dense_output(mechanism, &mut self.dense_output, &mut work)?;
         to.t = t;
-        self.segment.at(t, &mut to.q, &mut to.qd);
+        self.dense_output.at(t, &mut to.q, &mut to.qd);
         self.counts.evaluations += 1;
         solver.projected(mechanism, self.task.projection, to)
     }
@@ -230,7 +235,7 @@ impl Adaptive {
 
     /// Makes one accepted step.
     fn step(&mut self, mechanism: &dyn Mechanism, solver: &mut Solver) -> Result<(), StepError> {
-        let t = self.segment.to.t;
+        let t = self.dense_output.to.t;
         let left = self.task.end_time - t;
         loop {
             // Two even steps to the end are better than a long and a very short one.
@@ -245,7 +250,7 @@ impl Adaptive {
                 return Err(StepError::StepTooShort { h });
             }
             let mut work = Work { evaluations: &mut self.counts.evaluations, solver };
-            let from = &self.segment.to;
+            let from = &self.dense_output.to;
             let error = match self.formula.attempt(mechanism, from, h, &self.task, &mut work, &mut self.next) {
                 Ok(error) if error <= 1.0 => error,
                 Ok(error) => {
@@ -264,9 +269,9 @@ impl Adaptive {
                     continue;
                 }
             };
-            let (order, memory) = (f64::from(self.formula.order()), self.formula.memory());
+            let (order, beta) = (f64::from(self.formula.order()), self.formula.beta());
             let error = error.max(1e-10);
-            let factor = SAFETY * error.powf(0.75 * memory - 1.0 / order) * self.last_error.powf(memory);
+            let factor = SAFETY * error.powf(0.75 * beta - 1.0 / order) * self.last_error.powf(beta);
             let most = if self.was_rejected { 1.0 } else { GROW };
             self.h = h * factor.clamp(SHRINK, most);
             self.last_error = error.max(1e-4);
@@ -275,7 +280,7 @@ impl Adaptive {
             self.counts.accepted += 1;
             self.counts.implicit += u64::from(accepted.is_implicit);
             self.counts.stability_bound += u64::from(accepted.is_stability_bound);
-            self.segment.go_on(&mut self.next);
+            self.dense_output.go_on(&mut self.next);
             self.balance(mechanism, solver);
             return Ok(());
         }
@@ -284,14 +289,14 @@ impl Adaptive {
     /// Compares the energy at the end of the last step with the work of its loads, whose power is integrated inside the
     /// step.
     fn balance(&mut self, mechanism: &dyn Mechanism, solver: &mut Solver) {
-        let Segment { from, to, .. } = &self.segment;
+        let DenseOutput { from, to, .. } = &self.dense_output;
         if [from, to].iter().any(|at| mechanism.power(at.t, &at.q, &at.qd, &at.multipliers) != 0.0) {
             let half = 0.5 * (to.t - from.t);
             // The end of the next step is not known yet: its room serves.
             let State { q, qd, qdd, multipliers, .. } = &mut self.next;
             for (place, weight) in GAUSS_3 {
                 let t = from.t + half * (1.0 + place);
-                self.segment.at(t, q, qd);
+                self.dense_output.at(t, q, qd);
                 // The multipliers matter where constraints do work.
                 multipliers.fill(0.0);
                 if mechanism.is_driven() {

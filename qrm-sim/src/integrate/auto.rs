@@ -3,12 +3,12 @@
 use qrm_core::Mechanism;
 
 use super::adaptive::{Accepted, StepFormula, Task, Work};
+use super::dense_output::DenseOutput;
 use super::dop853;
 use super::explicit::Explicit;
 use super::implicit::Implicit;
 use super::method::Method;
 use super::method::StepError;
-use super::segment::Segment;
 use crate::analysis::Response;
 use crate::solve::dot;
 use crate::state::State;
@@ -84,7 +84,7 @@ impl StepFormula for Auto {
         if self.is_implicit { Implicit.order() } else { self.explicit.order() }
     }
 
-    fn memory(&self) -> f64 {
+    fn beta(&self) -> f64 {
         0.0
     }
 
@@ -127,8 +127,13 @@ impl StepFormula for Auto {
         Accepted { is_implicit, is_stability_bound: is_decided && !mechanism.has_linearization() }
     }
 
-    fn refine(&mut self, mechanism: &dyn Mechanism, segment: &mut Segment, work: &mut Work) -> Result<(), StepError> {
-        if self.was_implicit { Ok(()) } else { self.explicit.refine(mechanism, segment, work) }
+    fn complete_dense_output(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        dense_output: &mut DenseOutput,
+        work: &mut Work,
+    ) -> Result<(), StepError> {
+        if self.was_implicit { Ok(()) } else { self.explicit.complete_dense_output(mechanism, dense_output, work) }
     }
 
     fn boxed_clone(&self) -> Box<dyn StepFormula> {

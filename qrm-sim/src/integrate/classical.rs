@@ -18,7 +18,7 @@ pub const RK4: &Method = &Method {
 pub(super) static CLASSICAL: Tableau = Tableau {
     stages: 4,
     order: 4,
-    memory: 0.0,
+    beta: 0.0,
     nodes: &[0.0, 0.5, 0.5, 1.0],
     rows: &[&[], &[(0, 0.5)], &[(1, 0.5)], &[(2, 1.0)]],
     weights: &[(0, 1.0 / 6.0), (1, 1.0 / 3.0), (2, 1.0 / 3.0), (3, 1.0 / 6.0)],

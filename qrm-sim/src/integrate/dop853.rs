@@ -19,7 +19,7 @@ pub const DOP853: &Method = &Method {
 pub(super) static TABLEAU: Tableau = Tableau {
     stages: 12,
     order: 8,
-    memory: 0.0,
+    beta: 0.0,
     nodes: &NODES,
     rows: &STAGE_ROWS,
     weights: STAGE_ROWS[12],

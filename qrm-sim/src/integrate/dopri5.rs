@@ -18,7 +18,7 @@ pub const DOPRI5: &Method = &Method {
 pub(super) static TABLEAU: Tableau = Tableau {
     stages: 6,
     order: 5,
-    memory: 0.04,
+    beta: 0.04,
     nodes: &NODES,
     rows: &STAGE_ROWS,
     weights: STAGE_ROWS[6],

@@ -5,8 +5,8 @@ use std::ops::Range;
 use qrm_core::{Mechanism, StageRequest};
 
 use super::adaptive::{Accepted, StepFormula, Task, Work, error_scales};
+use super::dense_output::{DenseOutput, Stages};
 use super::method::StepError;
-use super::segment::{Segment, Stages};
 use super::tableau::{Row, Tableau};
 use crate::solve::{Projection, ProjectionTolerance, Solver};
 use crate::state::State;
@@ -147,8 +147,8 @@ impl StepFormula for Explicit {
         self.tableau.order
     }
 
-    fn memory(&self) -> f64 {
-        self.tableau.memory
+    fn beta(&self) -> f64 {
+        self.tableau.beta
     }
 
     fn attempt(
@@ -178,13 +178,18 @@ impl StepFormula for Explicit {
         Ok(early.unwrap_or_else(|| self.error(mechanism, task.tolerance, from, (&to.q, &to.qd), h)))
     }
 
-    fn refine(&mut self, mechanism: &dyn Mechanism, segment: &mut Segment, work: &mut Work) -> Result<(), StepError> {
-        if !segment.lacks(self.tableau) {
+    fn complete_dense_output(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        dense_output: &mut DenseOutput,
+        work: &mut Work,
+    ) -> Result<(), StepError> {
+        if !dense_output.lacks(self.tableau) {
             return Ok(());
         }
-        let h = segment.to.t - segment.from.t;
-        self.evaluate(mechanism, &segment.from, h, self.tableau.stages + 1..self.tableau.rows.len(), work)?;
-        segment.complete(self.tableau, &self.stages);
+        let h = dense_output.to.t - dense_output.from.t;
+        self.evaluate(mechanism, &dense_output.from, h, self.tableau.stages + 1..self.tableau.rows.len(), work)?;
+        dense_output.complete(self.tableau, &self.stages);
         Ok(())
     }
 

@@ -3,9 +3,9 @@
 use qrm_core::Mechanism;
 
 use super::adaptive::{Accepted, StepFormula, Task, Work, error_scales};
+use super::dense_output::DenseOutput;
 use super::method::StepError;
 use super::rodas::{ARGUMENTS, BY_TIME, GAMMA, INCREMENTS, NODES};
-use super::segment::Segment;
 use crate::solve::{Dynamics, Linearization, Lu, Matrix, dot};
 use crate::state::State;
 
@@ -19,7 +19,7 @@ impl StepFormula for Implicit {
         4
     }
 
-    fn memory(&self) -> f64 {
+    fn beta(&self) -> f64 {
         0.0
     }
 
@@ -92,7 +92,7 @@ impl StepFormula for Implicit {
         Accepted { is_implicit: true, is_stability_bound: false }
     }
 
-    fn refine(&mut self, _: &dyn Mechanism, _: &mut Segment, _: &mut Work) -> Result<(), StepError> {
+    fn complete_dense_output(&mut self, _: &dyn Mechanism, _: &mut DenseOutput, _: &mut Work) -> Result<(), StepError> {
         Ok(())
     }
 

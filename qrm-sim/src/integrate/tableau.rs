@@ -10,8 +10,8 @@ pub(super) struct Tableau {
     pub(super) stages: usize,
     /// Order of the step.
     pub(super) order: i32,
-    /// Exponent with which the step length heeds the error before the last one.
-    pub(super) memory: f64,
+    /// The exponent of the error before the last one in the PI control of the step length.
+    pub(super) beta: f64,
     /// The fraction of the step at which each stage is evaluated.
     pub(super) nodes: &'static [f64],
     /// The coefficients of each stage's argument; rows after the step's own serve the dense output.

@@ -1,4 +1,4 @@
-//! The motion inside a step.
+//! Dense output: the motion inside a step.
 
 use super::tableau::{Row, Tableau};
 use crate::solve::Matrix;
@@ -34,7 +34,7 @@ impl Stages {
 
 /// A step between its projected ends.
 #[derive(Clone, Debug)]
-pub(super) struct Segment {
+pub(super) struct DenseOutput {
     /// Its beginning.
     pub(super) from: State,
     /// Its end.
@@ -43,7 +43,7 @@ pub(super) struct Segment {
     higher: Option<[Matrix; 2]>,
 }
 
-impl Segment {
+impl DenseOutput {
     pub(super) fn new(from: State, to: State) -> Self {
         Self { from, to, higher: None }
     }
