@@ -214,7 +214,7 @@ fn folders_that_cannot_be_written() {
     Assert::new().redact_with(redactions).eq(
         text(&output.stderr),
         str![[r#"
-error: cannot write [PATH]/below/trajectory.csv: Not a directory (os error 20)
+error: cannot write [PATH]/below/trajectory.csv: [PATH] is not a folder
   = help: choose another folder with --out DIR
 
 "#]],

@@ -13,6 +13,7 @@ use qrm_core::{
 use super::dual_run::DualRun;
 use super::number::PARTS;
 use super::{DualCondition, Sensitivity, SensitivityEnd, SensitivityError, SensitivityRequest};
+use crate::run::StartError;
 
 const NONE: TapeFunction = TapeFunction { operations: &[], results: &[] };
 const L: f64 = 0.7;
@@ -208,7 +209,7 @@ fn the_time_of_an_event_moves() {
 fn motions_without_derivatives_are_refused() {
     let unknown = derive(&|_| None, &["k"], None);
     assert_eq!(unknown, Err(SensitivityError::NoParameter { name: "k".to_owned() }));
-    assert_eq!(until(&|_, _, _, _| Dual64::from(0.0)), Err(SensitivityError::EventAtStart));
+    assert_eq!(until(&|_, _, _, _| Dual64::from(0.0)), Err(SensitivityError::Start(StartError::ConditionHolds)));
     assert_eq!(until(&|_, _, _, _| Dual64::from(-1.0)), Err(SensitivityError::EventNotReached { end_time: 2.0 }));
     let touching = until(&|_, t, _, _| -(t - 1.0) * (t - 1.0));
     assert_eq!(touching, Err(SensitivityError::GrazingEvent { t: 1.0 }));
