@@ -31,7 +31,7 @@ fn errors(mechanism: &dyn Mechanism, integral: &EnergyIntegral, settings: Method
         let (exact, _) = integral.state(*t).expect("within the time");
         q.iter().zip(exact).map(|(q, exact)| (q - exact).abs()).fold(0.0, f64::max)
     };
-    (rows.0.iter().map(error).fold(0.0, f64::max), outcome.estimated_error.expect("an estimate"))
+    (rows.0.iter().map(error).fold(0.0, f64::max), outcome.estimated_error().expect("an estimate"))
 }
 
 #[test]

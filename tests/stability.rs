@@ -78,7 +78,7 @@ fn no_extreme_case_is_wrong_in_silence() {
         let expected = if method == "rk4" { ["right", "refused"] } else { ["right", "right"] };
         assert!(expected.contains(&verdict), "{} by {method}: {verdict}", cases.text(row, "case"));
     }
-    assert!(said.contains("rk4      4 right, 6 refused by the run itself, 0 wrong and unnoticed"), "{said}");
+    assert!(said.contains("rk4      3 right, 7 refused by the run itself, 0 wrong and unnoticed"), "{said}");
     assert!(said.contains("Not stiff"), "{said}");
 }
 

@@ -68,7 +68,7 @@ fn assert_same(design: &Design, finished: &DesignResult, end: Option<f64>) {
             for (own, lane) in extremes.0.iter().flatten().zip(finished.extremes.iter().flatten()) {
                 assert_near("extreme", *lane, *own, 1e-9);
             }
-            let (own, lane) = (outcome.estimated_error, finished.estimated_error);
+            let (own, lane) = (outcome.estimated_error(), finished.estimated_error);
             let (own, lane) = (own.expect("known"), lane.expect("known"));
             assert!((own - lane).abs() <= 0.02 * own + 1e-15, "estimate: {lane:e} instead of {own:e}");
         }

@@ -10,7 +10,7 @@ use crate::lane_steps::LaneSteps;
 
 /// Motions in lanes, whatever the mechanism and the number of lanes.
 ///
-/// Two steps of every lane are followed by one step of a companion motion at twice the step, if errors are estimated.
+/// If errors are estimated, three steps of every lane are followed by two longer ones of a companion motion.
 pub struct SimdBatch {
     steps: Box<dyn LaneSteps>,
     layout: BatchLayout,
@@ -34,7 +34,7 @@ pub struct LaneSchedule {
 pub enum LaneRole {
     /// The motion itself.
     Main,
-    /// Its companion at twice the step.
+    /// Its companion at 3/2 of the step.
     Companion,
 }
 
@@ -93,13 +93,10 @@ pub(crate) const END_TIME: usize = 3;
 pub(crate) const EVENT: usize = 4;
 /// Growth factor, residual and check for finite numbers of that step.
 pub(crate) const QUALITY: usize = 5;
-/// The largest difference of a coordinate from the companion, and the largest coordinate.
-pub(crate) const DIFFERENCE: usize = 8;
-pub(crate) const SIZE: usize = 9;
 /// Not a number if an output was none.
-pub(crate) const DEFINED: usize = 10;
-/// The first row.
-const FIRST_ROW: usize = 11;
+pub(crate) const DEFINED: usize = 8;
+/// The largest difference of each coordinate from the companion, then the smallest and the largest value of each.
+pub(crate) const DIFFERENCES: usize = 9;
 
 impl BatchLayout {
     /// The layout for a mechanism of this size.
@@ -114,22 +111,27 @@ impl BatchLayout {
         1 + 3 * self.n + self.m
     }
 
+    #[inline(always)]
+    const fn first_row(self) -> usize {
+        DIFFERENCES + 3 * self.n
+    }
+
     /// The row of a motion.
     #[inline(always)]
     pub(crate) const fn row(self, role: LaneRole) -> usize {
-        FIRST_ROW + role as usize * self.width()
+        self.first_row() + role as usize * self.width()
     }
 
     /// The row before the step that is waited for.
     #[inline(always)]
     pub(crate) const fn row_before(self) -> usize {
-        FIRST_ROW + 2 * self.width()
+        self.first_row() + 2 * self.width()
     }
 
     /// The outputs of the last row.
     #[inline(always)]
     pub(crate) const fn outputs(self) -> usize {
-        FIRST_ROW + 3 * self.width()
+        self.first_row() + 3 * self.width()
     }
 
     /// The smallest values of the outputs.
@@ -176,10 +178,14 @@ impl SimdBatch {
     pub fn place(&mut self, lane: usize, row: &[f64], schedule: &LaneSchedule) {
         self.set_row(LaneRole::Main, lane, row);
         self.set_row(LaneRole::Companion, lane, row);
-        let size = row[1..=self.layout.n].iter().fold(0.0, |size: f64, q| if q.abs() > size { q.abs() } else { size });
         let LaneSchedule { step, last, end_time } = *schedule;
-        let numbers = [(MADE, 0.0), (LAST, last), (STEP, step), (END_TIME, end_time), (DIFFERENCE, 0.0), (SIZE, size)];
+        let numbers = [(MADE, 0.0), (LAST, last), (STEP, step), (END_TIME, end_time)];
         numbers.into_iter().for_each(|(place, number)| self.set(lane, place, &[number]));
+        for (i, q) in row[1..=self.layout.n].iter().enumerate() {
+            [(0, 0.0), (1, *q), (2, *q)]
+                .into_iter()
+                .for_each(|(kind, number)| self.set(lane, DIFFERENCES + kind * self.layout.n + i, &[number]));
+        }
     }
 
     /// Copies the motion of a lane to another one.
@@ -230,9 +236,14 @@ impl SimdBatch {
         growth_factor.abs() <= MAX_GROWTH && residual <= self.residual && finite_check == 0.0
     }
 
-    /// The largest difference of a coordinate between a motion and its companion, and the largest coordinate.
-    pub fn difference(&self, lane: usize) -> [f64; 2] {
-        [self.get(lane, DIFFERENCE), self.get(lane, SIZE)]
+    /// The largest difference of a coordinate between a motion and its companion.
+    pub fn difference(&self, lane: usize, coordinate: usize) -> f64 {
+        self.get(lane, DIFFERENCES + coordinate)
+    }
+
+    /// The smallest and the largest value of a coordinate in the rows that a motion and its companion both have.
+    pub fn coordinate_range(&self, lane: usize, coordinate: usize) -> [f64; 2] {
+        [1, 2].map(|kind| self.get(lane, DIFFERENCES + kind * self.layout.n + coordinate))
     }
 
     /// The smallest and the largest value of an output so far.

@@ -8,8 +8,8 @@ use alloc::vec::Vec;
 
 use crate::angles::Angles;
 use crate::batch::{
-    BatchLayout, BatchRequest, DEFINED, DIFFERENCE, END_TIME, EVENT, LAST, LaneRole, MADE, PauseReason, QUALITY, SIZE,
-    STEP, Width,
+    BatchLayout, BatchRequest, DEFINED, DIFFERENCES, END_TIME, EVENT, LAST, LaneRole, MADE, PauseReason, QUALITY, STEP,
+    Width,
 };
 use crate::kernel::{Generated, Kernel};
 use crate::lanes::{Lanes, Token};
@@ -88,6 +88,12 @@ fn make_eight<X: Generated<N, M>, const N: usize, const M: usize>(
     Some(Box::new(StepsBy::<X, pulp::x86::V4, N, M>::new(token, request, residual)))
 }
 
+/// The sequence of steps where errors are estimated: three steps take as long as two of the companion.
+const SEQUENCE: [LaneRole; 5] = {
+    use LaneRole::{Companion, Main};
+    [Main, Main, Main, Companion, Companion]
+};
+
 /// Steps by one kind of vector.
 struct StepsBy<X: Generated<N, M>, S: Token, const N: usize, const M: usize> {
     token: S,
@@ -96,7 +102,7 @@ struct StepsBy<X: Generated<N, M>, S: Token, const N: usize, const M: usize> {
     kernel: X::Kernel<Lanes<S>>,
     /// At the places of the layout.
     numbers: Vec<Lanes<S>>,
-    /// The place in the sequence of two steps and one of the companions.
+    /// The place in the sequence of steps.
     phase: usize,
     /// Whether something remains to be done of the step that was waited for.
     is_pending: bool,
@@ -145,7 +151,8 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> StepsBy<X, S,
             let next = made + Lanes::from_f64(1.0);
             let t_next = match role {
                 LaneRole::Main => (next - last).choose(0.25, end_time, next * step),
-                LaneRole::Companion => motions[0].t,
+                LaneRole::Companion if self.is_last_phase() => motions[0].t,
+                LaneRole::Companion => (made - Lanes::from_f64(1.5)) * step,
             };
             let Motion { t, state } = &motions[role as usize];
             let result = rk4_step(&self.kernel, *t, t_next - *t, state);
@@ -201,21 +208,27 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> StepsBy<X, S,
     /// Whose step is under way.
     #[inline(always)]
     fn role(&self) -> LaneRole {
-        if self.phase == 2 { LaneRole::Companion } else { LaneRole::Main }
+        SEQUENCE[self.phase]
+    }
+
+    /// Whether motion and companion stand at the same time after the step under way.
+    #[inline(always)]
+    fn is_last_phase(&self) -> bool {
+        self.phase + 1 == SEQUENCE.len()
     }
 
     /// Takes up the outputs of a row, or the differences of the companions, and goes on to the next phase.
     #[inline(always)]
     fn finish_phase(&mut self, [main, companion]: &[Motion<S, N, M>; 2]) {
-        if self.role() == LaneRole::Companion {
-            let (mut difference, mut size) = (self.number(DIFFERENCE), self.number(SIZE));
+        if self.is_last_phase() {
             for i in 0..N {
-                difference = (companion.state.q[i] - main.state.q[i]).abs().max(difference);
-                size = main.state.q[i].abs().max(size);
+                let (own, q) = (companion.state.q[i], main.state.q[i]);
+                let [difference, lowest, highest] = [0, 1, 2].map(|kind| DIFFERENCES + kind * N + i);
+                self.set_number(difference, (own - q).abs().max(self.number(difference)));
+                self.set_number(lowest, q.min(self.number(lowest)));
+                self.set_number(highest, q.max(self.number(highest)));
             }
-            self.set_number(DIFFERENCE, difference);
-            self.set_number(SIZE, size);
-        } else {
+        } else if self.role() == LaneRole::Main {
             let mut defined = self.number(DEFINED);
             let count = self.layout().output_count;
             let place = self.layout().outputs();
@@ -228,11 +241,7 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> StepsBy<X, S,
             }
             self.set_number(DEFINED, defined);
         }
-        self.phase = match self.phase {
-            0 => 1,
-            1 if self.request.companions => 2,
-            _ => 0,
-        };
+        self.phase = if self.request.companions { (self.phase + 1) % SEQUENCE.len() } else { 0 };
     }
 
     #[inline(always)]

@@ -16,7 +16,7 @@ use crate::messages;
 use crate::output::Named;
 use crate::recording::Recording;
 use crate::setup::Setup;
-pub(crate) use judgement::{accepted_error, distrust};
+pub(crate) use judgement::distrust;
 
 /// The largest summary that is read, in bytes.
 const MAX_SUMMARY: u64 = 1 << 24;
@@ -89,7 +89,7 @@ impl RunReport {
     pub(crate) fn new(setup: &Setup, outcome: &Outcome, recording: &Recording) -> Self {
         let description = setup.description;
         let tolerance = setup.settings.tolerance();
-        let distrust = distrust(outcome, description, tolerance);
+        let distrust = distrust(outcome, description);
         let parameters = description.parameters.iter().map(|p| p.name.to_owned());
         Self {
             description,
@@ -110,11 +110,11 @@ impl RunReport {
             end_time: outcome.end_time,
             end_state: end_state(outcome, recording),
             run_seconds: outcome.integration.as_secs_f64(),
-            estimated_error: outcome.estimated_error,
+            estimated_error: outcome.estimated_error(),
             max_residual_position: outcome.residual_position.1,
             max_residual_velocity: outcome.residual_velocity.1,
             max_residual_before_correction: outcome.stats.residual_before_correction,
-            max_correction: outcome.stats.correction,
+            max_correction: outcome.corrections.iter().fold(0.0_f64, |most, correction| most.max(*correction)),
             smallest_singular_value: outcome.nearest_singular.map(|nearest| SingularEntry {
                 value: nearest.value,
                 largest: nearest.most,

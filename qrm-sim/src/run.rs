@@ -7,6 +7,7 @@ mod error_estimate;
 mod event;
 mod extremes;
 mod integral;
+mod judgement;
 mod monitor;
 mod observer;
 mod outcome;
@@ -18,15 +19,17 @@ pub use assembly::{NotAssembled, assemble};
 pub use balance::Balance;
 pub use error::{Explanation, Reason, SimError, readable_size};
 pub use extremes::{Extremes, ExtremesTracker};
+pub use judgement::{Doubt, accepted_fraction};
 pub use observer::{Observer, Row};
 pub use outcome::{Outcome, StartError, Status, Undefined};
 pub use simulate::{End, Request, StopFunction, simulate};
 pub use singularity::NearestSingularity;
 
-pub(crate) use simulate::{check_condition, check_step, first_state};
 pub use simulation::Simulation;
 
 pub(crate) use assembly::Dependents;
-pub(crate) use error_estimate::{RICHARDSON_FACTOR, estimated_error};
+pub(crate) use error_estimate::{COMPANION_STEPS, estimated_errors};
 pub(crate) use event::locate;
 pub(crate) use integral::Integral;
+pub(crate) use judgement::{accepted_errors, is_balanced, worst};
+pub(crate) use simulate::{check_condition, check_step, first_state};

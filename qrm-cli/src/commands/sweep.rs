@@ -44,7 +44,7 @@ pub(crate) struct Options {
     /// Compute no outputs, and leave out their smallest and largest values in the rows
     #[arg(long)]
     no_extremes: bool,
-    /// Skip the second motion, at twice the step, that estimates the error of each design
+    /// Skip the second motion, at 3/2 of the step, that estimates the error of each design
     #[arg(long)]
     no_error_estimate: bool,
     /// How many cores to use [default: all]

@@ -5,60 +5,17 @@ use qrm_sim::run::Outcome;
 
 use crate::error::Message;
 use crate::format::{counted, seconds};
+use crate::messages;
 
-/// Energy and work must not differ by more than this fraction of the largest kinetic energy.
-const TOLERABLE_IMBALANCE: f64 = 1e-3;
-/// Errors of coordinates, in rad or m or relative to larger ones, that a run may have without being asked for less.
-const TOLERABLE_ERROR: f64 = 1e-3;
 /// A smallest singular value that falls below this fraction of its largest explains what else is wrong.
 pub(super) const SUSPECT: f64 = 0.1;
 /// One that falls below this fraction is worth a warning by itself.
 const SINGULAR: f64 = 1e-2;
-/// Errors of a run may be larger than those of its steps by this factor.
-const ACCUMULATION: f64 = 1e4;
-const ACCUMULATION_PER_STEP: f64 = 10.0;
-
-/// The error of a coordinate, in rad or m or relative to larger ones, that an accepted run stays below.
-pub(crate) fn accepted_error(tolerance: Option<f64>, steps: u64) -> f64 {
-    let accumulation = ACCUMULATION.max(ACCUMULATION_PER_STEP * steps as f64);
-    tolerance.map_or(TOLERABLE_ERROR, |tolerance| (accumulation * tolerance).min(TOLERABLE_ERROR))
-}
-
 /// The reasons not to trust the numbers of a run that came to its end.
-pub(crate) fn distrust(outcome: &Outcome, description: &Description, tolerance: Option<f64>) -> Vec<String> {
-    let mut reasons = Vec::new();
-    let imbalance = outcome.energy_imbalance;
-    if imbalance > TOLERABLE_IMBALANCE * outcome.largest_kinetic_energy + 1e-12 * outcome.largest_energy {
-        let against = match outcome.energy_drift {
-            Some(_) => "although every load has a potential",
-            None => "more than the loads without potential did work",
-        };
-        reasons.push(format!("the energy changed by {imbalance:.1e} J {against}"));
-    }
-    let largest = outcome.q.iter().fold(1.0, |most: f64, q| most.max(q.abs()));
-    let accepted = accepted_error(tolerance, outcome.counts.accepted);
-    match outcome.estimated_error {
-        Some(error) if !(error <= accepted * largest) => reasons.push(format!(
-            "the estimated error of {error:.1e} is beyond the {:.0e} that {} stands for",
-            accepted * largest,
-            if tolerance.is_some() { "the tolerance" } else { "a run without a tolerance" }
-        )),
-        None if outcome.companion_failed => reasons.push(match tolerance {
-            Some(_) => "the second run that estimates the error, at a tenth of the tolerance, broke off".to_owned(),
-            None => {
-                "the second run that estimates the error broke off, so the step is near the limit of what is stable"
-                    .to_owned()
-            }
-        }),
-        _ => {}
-    }
-    let moved = outcome.stats.correction;
-    if moved > accepted * largest {
-        reasons.push(format!(
-            "closing the loops after a step moved a coordinate by {moved:.1e}, from residuals up to {:.1e}",
-            outcome.stats.residual_before_correction
-        ));
-    }
+pub(crate) fn distrust(outcome: &Outcome, description: &Description) -> Vec<String> {
+    let doubts = outcome.doubts(description);
+    let mut reasons: Vec<String> =
+        doubts.iter().map(|doubt| messages::doubt(doubt, outcome.tolerance, description)).collect();
     if !reasons.is_empty() {
         reasons.extend(near_singular(outcome, description, SUSPECT).map(|message| message.text));
     }

@@ -5,9 +5,9 @@ use qrm_core::{BatchRequest, LaneRole, LaneSchedule, Mechanism, Model, PauseReas
 use super::sweep::{DesignResult, SweepEnd, SweepRequest, run_alone};
 use crate::integrate::{Integrator, MethodSettings, StepError};
 use crate::run::{
-    RICHARDSON_FACTOR, StartError, Status, Undefined, check_condition, check_step, estimated_error, first_state, locate,
+    COMPANION_STEPS, StartError, Status, Undefined, accepted_errors, check_condition, check_step, estimated_errors,
+    first_state, is_balanced, locate, worst,
 };
-use crate::solve::largest;
 use crate::state::State;
 
 /// A sweep in lanes.
@@ -36,6 +36,7 @@ pub(super) struct LaneSweep<'a> {
 struct Lane {
     design: usize,
     rows: RowRequest,
+    first: State,
     /// Whether the companion goes on.
     has_companion: bool,
 }
@@ -142,7 +143,8 @@ impl<'a> LaneSweep<'a> {
         self.batch.place(lane, &self.row, &LaneSchedule { step: rows.step, last, end_time: rows.end_time });
         let outputs = self.outputs(design, first);
         self.batch.begin_ranges(lane, &outputs);
-        self.lanes[lane] = Some(Lane { design, rows, has_companion: self.request.estimate_error });
+        let first = first.clone();
+        self.lanes[lane] = Some(Lane { design, rows, first, has_companion: self.request.estimate_error });
     }
 
     fn outputs(&self, design: usize, at: &State) -> Vec<f64> {
@@ -251,29 +253,63 @@ impl<'a> LaneSweep<'a> {
         }
     }
 
-    /// The largest difference of a coordinate from the companion in any row that both have; `None` if there is no such
-    /// row, or the companion broke off.
-    fn difference(&mut self, lane: usize, design: usize, has_companion: bool, at: &State) -> Option<f64> {
-        let steps = self.batch.steps(lane);
-        let [difference, _] = self.batch.difference(lane);
-        // The companion has not made the step that ends with the design.
-        let ends_together = steps.is_multiple_of(2) && at.t >= self.end_time(design);
-        if !has_companion || steps < if ends_together { 2 } else { 3 } {
+    /// The largest difference of each coordinate from the companion in any row that both have; `None` if there is no
+    /// such row.
+    fn differences(&mut self, lane: usize, design: usize, at: &State) -> Option<Vec<f64>> {
+        let (steps, [own, its]) = (self.batch.steps(lane), COMPANION_STEPS);
+        let mut differences: Vec<f64> = (0..self.size.0).map(|i| self.batch.difference(lane, i)).collect();
+        // The companion has not made the steps that end with the design.
+        let ends_together = steps.is_multiple_of(own) && at.t >= self.end_time(design);
+        if steps < if ends_together { own } else { own + 1 } {
             return None;
         }
-        if !ends_together {
-            return Some(difference);
+        if ends_together {
+            let mut companion = self.state(|batch, row| batch.read_row(LaneRole::Companion, lane, row));
+            let step = (at.t - companion.t) / its as f64;
+            companion = self.step_alone(design, &companion, at.t - step).ok()?;
+            companion = self.step_alone(design, &companion, at.t).ok()?;
+            for ((difference, own), q) in differences.iter_mut().zip(&companion.q).zip(&at.q) {
+                *difference = difference.max((own - q).abs());
+            }
         }
-        let companion = self.state(|batch, row| batch.read_row(LaneRole::Companion, lane, row));
-        let end = self.step_alone(design, &companion, at.t).ok()?;
-        Some(end.q.iter().zip(&at.q).fold(difference, |most, (own, q)| most.max((own - q).abs())))
+        Some(differences)
+    }
+
+    /// Estimated largest error of each coordinate; `None` where a run of its own is to judge the design.
+    fn errors(&mut self, lane: usize, design: usize, at: &State) -> Option<Vec<f64>> {
+        let steps = self.batch.steps(lane);
+        let differences = self.differences(lane, design, at)?;
+        let range = |i: usize| {
+            let [low, high] = self.batch.coordinate_range(lane, i);
+            [low.min(at.q[i]), high.max(at.q[i])]
+        };
+        let ranges: Vec<[f64; 2]> = (0..self.size.0).map(range).collect();
+        let accepted = accepted_errors(self.designs[design].description(), &ranges, None, steps);
+        let size = ranges.iter().flatten().fold(0.0, |size: f64, q| size.max(q.abs()));
+        let errors = estimated_errors(&differences, size, steps);
+        worst(&errors, &accepted).is_none().then_some(errors)
+    }
+
+    /// Whether the energy at the end is that at the start, if no load without potential works at either.
+    fn is_balanced(&self, design: usize, first: &State, at: &State) -> bool {
+        let mechanism = &*self.designs[design];
+        let power = |at: &State| mechanism.power(at.t, &at.q, &at.qd, &at.multipliers);
+        if power(first) != 0.0 || power(at) != 0.0 {
+            return true;
+        }
+        let [before, after] = [first, at].map(|at| mechanism.energy(&at.q, &at.qd));
+        let imbalance = (after[0] + after[1] - before[0] - before[1]).abs();
+        is_balanced(imbalance, before[0].max(after[0]), before[1].abs().max(after[1].abs()))
     }
 
     /// Takes up the end of a lane's design.
     fn finish(&mut self, lane: usize, status: Status, at: &State) {
-        let Some(Lane { design, has_companion, .. }) = self.lanes[lane].take() else { return };
+        let Some(Lane { design, first, has_companion, .. }) = self.lanes[lane].take() else { return };
         self.wants_refill = true;
-        if !status.is_done() || !self.batch.is_defined(lane) {
+        let estimates = self.request.estimate_error && self.batch.steps(lane) >= COMPANION_STEPS[0];
+        let errors = if estimates && has_companion { self.errors(lane, design, at) } else { None };
+        let is_doubtful = estimates && errors.is_none() || !self.is_balanced(design, &first, at);
+        if !status.is_done() || !self.batch.is_defined(lane) || is_doubtful {
             // A run of its own tells when and what went wrong.
             self.finished[design] = Some(run_alone(design, &*self.designs[design], self.request));
             return;
@@ -284,8 +320,6 @@ impl<'a> LaneSweep<'a> {
             None => status,
         };
         let steps = self.batch.steps(lane);
-        let difference = self.difference(lane, design, has_companion, at).filter(|difference| difference.is_finite());
-        let size = self.batch.difference(lane)[1].max(largest(&at.q).1);
         let range = |(output, value): (usize, &f64)| {
             let [low, high] = self.batch.range(lane, output);
             [low.min(*value), high.max(*value)]
@@ -298,7 +332,8 @@ impl<'a> LaneSweep<'a> {
             q: at.q.clone(),
             qd: at.qd.clone(),
             extremes,
-            estimated_error: difference.map(|difference| estimated_error(difference / RICHARDSON_FACTOR, size, steps)),
+            estimated_error: errors.map(|errors| errors.iter().fold(0.0, |most: f64, error| most.max(*error))),
+            doubts: Vec::new(),
         });
     }
 }

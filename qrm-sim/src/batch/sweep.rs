@@ -6,7 +6,7 @@ use qrm_core::{Mechanism, Model, Replace, Width};
 
 use super::lanes::LaneSweep;
 use crate::integrate::MethodSettings;
-use crate::run::{End, Observer, Request, Row, StartError, Status, simulate};
+use crate::run::{Doubt, End, Observer, Request, Row, StartError, Status, simulate};
 
 /// The settings of every design of a sweep.
 pub struct SweepRequest<'a> {
@@ -16,7 +16,7 @@ pub struct SweepRequest<'a> {
     pub end: Option<SweepEnd<'a>>,
     /// Whether smallest and largest values of the outputs are wanted; without them outputs are not computed.
     pub extremes: bool,
-    /// Whether a companion motion at twice the step estimates the error.
+    /// Whether a companion motion at 3/2 of the step estimates the error.
     pub estimate_error: bool,
 }
 
@@ -48,6 +48,8 @@ pub struct DesignResult {
     pub extremes: Vec<[f64; 2]>,
     /// Estimated largest error of a coordinate in any row.
     pub estimated_error: Option<f64>,
+    /// The reasons not to trust these numbers.
+    pub doubts: Vec<Doubt>,
 }
 
 /// The number of designs in the lanes of a core.
@@ -96,13 +98,14 @@ pub(super) fn run_alone(design: usize, mechanism: &dyn Mechanism, request: &Swee
     match simulate(mechanism, &request, &mut ranges) {
         Err(reason) => DesignResult::not_started(reason),
         Ok(outcome) => DesignResult {
+            doubts: if outcome.status.is_done() { outcome.doubts(mechanism.description()) } else { Vec::new() },
+            estimated_error: outcome.estimated_error(),
             status: Ok(outcome.status),
             steps: outcome.counts.accepted,
             end_time: outcome.end_time,
             q: outcome.q,
             qd: outcome.qd,
             extremes: ranges.found,
-            estimated_error: outcome.estimated_error,
         },
     }
 }
@@ -140,6 +143,7 @@ impl DesignResult {
             qd: Vec::new(),
             extremes: Vec::new(),
             estimated_error: None,
+            doubts: Vec::new(),
         }
     }
 }

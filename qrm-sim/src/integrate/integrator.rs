@@ -86,6 +86,11 @@ impl Integrator {
         &self.solver.stats
     }
 
+    /// The largest correction of each coordinate so far.
+    pub fn corrections(&self) -> &[f64] {
+        &self.solver.corrections
+    }
+
     /// The solver of the linear equations.
     pub(crate) fn solver_mut(&mut self) -> &mut Solver {
         &mut self.solver

@@ -9,12 +9,16 @@ use crate::state::State;
 /// The random walk of rounding errors in a step, in units in the last place of the largest coordinate (measured).
 const ROUNDING_PER_STEP: f64 = 0.2;
 
-/// The ratio of the difference of two runs, one at twice the step, to the error of the finer one: 15 for results of
-/// order 4, 7 for order 3. Long steps do not show the full order; it is taken for 3.5, so that errors are estimated too
-/// large rather than too small.
-pub(crate) const RICHARDSON_FACTOR: f64 = 10.3;
+/// So many steps of a run take as long as so many of its companion. Steps that are no multiples of each other see
+/// different moments of a load, and come differently near to a singular position.
+pub(crate) const COMPANION_STEPS: [u64; 2] = [3, 2];
 
-/// A run at twice the step, or at a tenth of the tolerance, where the difference is the error of the first run itself.
+/// The ratio of the difference of the two to the error of the finer one. It is `(3/2)^p - 1`, 4.06 for order 4, where
+/// errors follow an order; long steps and corners of loads show less.
+const RICHARDSON_FACTOR: f64 = 2.0;
+
+/// A companion run beside a run: with longer steps, or at a tenth of the tolerance, where the difference is the error
+/// of the first run itself.
 #[derive(Debug)]
 pub(crate) struct Companion {
     integrator: Integrator,
@@ -25,8 +29,8 @@ pub(crate) struct Companion {
     row: u64,
     /// Rows under way.
     rows: Vec<f64>,
-    /// Largest difference of a coordinate in any row, and largest coordinate.
-    difference: f64,
+    /// Largest difference of each coordinate in any row, and largest coordinate.
+    differences: Vec<f64>,
     size: f64,
     failed: bool,
 }
@@ -48,7 +52,7 @@ impl Companion {
             next: first.clone(),
             row: 0,
             rows: Vec::new(),
-            difference: 0.0,
+            differences: vec![0.0; layout.n],
             size: 0.0,
             failed: false,
         })
@@ -71,7 +75,7 @@ impl Companion {
         }
     }
 
-    /// Makes one step for two of the run.
+    /// Makes longer steps, up to the last row of the run that one of them ends at.
     fn follow_steps(
         &mut self,
         mechanism: &dyn Mechanism,
@@ -79,17 +83,23 @@ impl Companion {
         rows: &[f64],
         (first, end): (u64, u64),
     ) {
-        let width = self.layout.width();
-        let steps = ((end - 1 - self.row) / 2) as usize;
-        self.rows.resize((steps + 1) * width, 0.0);
+        let (width, [of_run, own]) = (self.layout.width(), COMPANION_STEPS);
+        let steps = (end - 1 - self.row) / of_run * own;
+        let length = (steps as usize + 1) * width;
+        if self.rows.len() < length {
+            // Later blocks may have some steps more.
+            self.rows.resize(length + own as usize * width, 0.0);
+        }
         self.at.write(&mut self.rows);
-        let twice = RowRequest { step: 2.0 * request.step, first: self.row / 2, watches_event: false, ..*request };
-        let block = self.integrator.fill(mechanism, &twice, &mut self.rows);
+        let step = of_run as f64 / own as f64 * request.step;
+        let longer = RowRequest { step, first: self.row / of_run * own, watches_event: false, ..*request };
+        let block = self.integrator.fill(mechanism, &longer, &mut self.rows[..length]);
         self.failed = matches!(block.reason, BlockEnd::Failed(_));
-        for own in self.rows.chunks_exact(width).take(block.made + 1).skip(1) {
-            self.row += 2;
+        let made = &self.rows[..(block.made + 1) * width];
+        for state in made.chunks_exact(width).step_by(own as usize).skip(1) {
+            self.row += of_run;
             let row = &rows[(self.row - first) as usize * width..];
-            compare((&mut self.difference, &mut self.size), &own[1..=self.layout.n], &row[1..=self.layout.n]);
+            compare((&mut self.differences, &mut self.size), &state[1..=self.layout.n], &row[1..=self.layout.n]);
         }
         self.at.read(&self.rows[block.made * width..]);
     }
@@ -105,15 +115,21 @@ impl Companion {
             }
             std::mem::swap(&mut self.at, &mut self.next);
             self.row = number;
-            compare((&mut self.difference, &mut self.size), &self.at.q, &row[1..=self.layout.n]);
+            compare((&mut self.differences, &mut self.size), &self.at.q, &row[1..=self.layout.n]);
         }
     }
 
-    /// The largest error of a coordinate in any row, after so many steps; `None` if the companion broke off or never
+    /// The largest error of each coordinate in any row, after so many steps; `None` if the companion broke off or never
     /// met the run.
-    pub(crate) fn error(&self, steps: u64) -> Option<f64> {
-        let factor = if self.integrator.is_fixed() { RICHARDSON_FACTOR } else { 1.0 };
-        (!self.failed && self.row > 0).then_some(estimated_error(self.difference / factor, self.size, steps))
+    pub(crate) fn errors(&self, steps: u64) -> Option<Vec<f64>> {
+        if self.failed || self.row == 0 {
+            return None;
+        }
+        if self.integrator.is_fixed() {
+            return Some(estimated_errors(&self.differences, self.size, steps));
+        }
+        let rounding = rounding(self.size, steps);
+        Some(self.differences.iter().map(|difference| difference.max(rounding)).collect())
     }
 
     /// Whether it broke off.
@@ -122,15 +138,21 @@ impl Companion {
     }
 }
 
-fn compare((difference, size): (&mut f64, &mut f64), own: &[f64], row: &[f64]) {
-    for (own, q) in own.iter().zip(row) {
+fn compare((differences, size): (&mut [f64], &mut f64), own: &[f64], row: &[f64]) {
+    for ((difference, own), q) in differences.iter_mut().zip(own).zip(row) {
         *difference = difference.max((own - q).abs());
     }
     *size = size.max(largest(row).1);
 }
 
-/// The error of a run of so many steps with coordinates of this size, where the steps by themselves leave `of_steps`.
-pub(crate) fn estimated_error(of_steps: f64, size: f64, steps: u64) -> f64 {
+/// The errors of a run of so many fixed steps, with coordinates up to this size, by the differences from its companion.
+pub(crate) fn estimated_errors(differences: &[f64], size: f64, steps: u64) -> Vec<f64> {
     // The rounding errors of both runs may agree; by themselves they accumulate to this.
-    of_steps.max(ROUNDING_PER_STEP * f64::EPSILON * size * (steps as f64).sqrt())
+    let rounding = rounding(size, steps);
+    differences.iter().map(|difference| (difference / RICHARDSON_FACTOR).max(rounding)).collect()
+}
+
+/// The error that rounding leaves after so many steps with coordinates of this size.
+pub(crate) fn rounding(size: f64, steps: u64) -> f64 {
+    ROUNDING_PER_STEP * f64::EPSILON * size * (steps as f64).sqrt()
 }

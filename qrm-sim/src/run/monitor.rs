@@ -25,6 +25,8 @@ pub(crate) struct RunMonitor {
     pub(crate) residual_position: (usize, f64),
     /// The constraint with the largest rate of its residual in any row, and that rate.
     pub(crate) residual_velocity: (usize, f64),
+    /// The smallest and the largest value of each coordinate in any row.
+    pub(crate) ranges: Vec<[f64; 2]>,
     first_energy: f64,
     /// Largest kinetic energy in any row.
     pub(crate) largest_kinetic_energy: f64,
@@ -52,6 +54,7 @@ impl RunMonitor {
             rows: 0,
             residual_position: (0, 0.0),
             residual_velocity: (0, 0.0),
+            ranges: first.q.iter().map(|q| [*q; 2]).collect(),
             first_energy: mechanism.energy(&first.q, &first.qd).iter().sum(),
             largest_kinetic_energy: 0.0,
             largest_energy: 0.0,
@@ -87,6 +90,9 @@ impl RunMonitor {
             let energy = kinetic + potential;
             if let Some(what) = self.undefined(energy) {
                 return Err(Status::NotFinite { t, what });
+            }
+            for (range, q) in self.ranges.iter_mut().zip(q) {
+                *range = [range[0].min(*q), range[1].max(*q)];
             }
             self.largest_energy = self.largest_energy.max(energy.abs()).max(potential.abs());
             self.largest_kinetic_energy = self.largest_kinetic_energy.max(kinetic);

@@ -39,12 +39,25 @@ pub struct Outcome {
     pub largest_kinetic_energy: f64,
     /// Largest energy in any row, kinetic and potential.
     pub largest_energy: f64,
-    /// Estimated largest error of a coordinate in any row.
-    pub estimated_error: Option<f64>,
-    /// Whether the companion run that estimates the error broke off.
+    /// The tolerance of a method that chooses its steps.
+    pub tolerance: Option<f64>,
+    /// The smallest and the largest value of each coordinate in any row.
+    pub ranges: Vec<[f64; 2]>,
+    /// The largest correction of each coordinate after a step.
+    pub corrections: Vec<f64>,
+    /// Estimated largest error of each coordinate in any row.
+    pub estimated_errors: Option<Vec<f64>>,
+    /// Whether a companion run that estimates the error broke off.
     pub companion_failed: bool,
     /// Statistics of the linear solves.
     pub stats: SolverStats,
+}
+
+impl Outcome {
+    /// Estimated largest error of a coordinate in any row.
+    pub fn estimated_error(&self) -> Option<f64> {
+        self.estimated_errors.as_ref().map(|errors| errors.iter().fold(0.0_f64, |most, error| most.max(*error)))
+    }
 }
 
 /// Why a run ended.

@@ -258,7 +258,7 @@ impl Run<'_> {
             sampler.solver_mut().stats = SolverStats::default();
             // A step that fails here was made by the plain functions already.
             if sampler.advance_by_functions(self.mechanism, from, steps[width], to).is_ok() {
-                self.integrator.solver_mut().stats.take_corrections_of(sampler.stats());
+                self.integrator.solver_mut().take_corrections_of(sampler.solver_mut());
             }
         }
     }
@@ -276,8 +276,11 @@ impl Run<'_> {
         let counts = self.integrator.counts(steps);
         let monitor = &self.monitor;
         Outcome {
-            estimated_error: self.companion.as_ref().and_then(|companion| companion.error(counts.accepted)),
+            tolerance: self.request.settings.tolerance(),
+            estimated_errors: self.companion.as_ref().and_then(|companion| companion.errors(counts.accepted)),
             companion_failed: self.companion.as_ref().is_some_and(Companion::failed),
+            ranges: monitor.ranges.clone(),
+            corrections: self.integrator.corrections().to_vec(),
             status,
             step: self.rows.step,
             counts,
@@ -290,7 +293,12 @@ impl Run<'_> {
             largest_kinetic_energy: monitor.largest_kinetic_energy,
             largest_energy: monitor.largest_energy,
             nearest_singular: monitor.singularity.nearest(),
-            energy_imbalance: self.integrator.imbalance().unwrap_or_else(|| monitor.balance.finished().excess),
+            energy_imbalance: match self.integrator.imbalance() {
+                None => monitor.balance.finished().excess,
+                // Rows between the steps must keep the energy too.
+                Some(of_steps) if monitor.is_conservative => of_steps.max(monitor.energy_drift),
+                Some(of_steps) => of_steps,
+            },
             energy_drift: monitor.is_conservative.then_some(monitor.energy_drift),
             stats: *self.integrator.stats(),
         }

@@ -187,6 +187,8 @@ pub(super) fn subtract_combination(x: &mut [f64], rows: &Matrix, weights: &[f64]
 pub struct Solver {
     /// Statistics of the solves so far.
     pub stats: SolverStats,
+    /// The largest correction of each coordinate so far.
+    pub corrections: Vec<f64>,
     pub(super) saddle: SaddlePoint,
     pub(super) constraints: LoopConstraints,
     /// The factors of `Mbar` that a projection takes for its metric.
@@ -205,6 +207,7 @@ impl Solver {
         let (n, m) = (description.coordinates.len(), description.constraints.len());
         Self {
             stats: SolverStats::default(),
+            corrections: vec![0.0; n],
             saddle: SaddlePoint::zero(n, m),
             constraints: LoopConstraints::zero(n, m),
             metric: Ldl::with_size(n),

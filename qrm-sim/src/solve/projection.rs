@@ -118,7 +118,7 @@ impl Solver {
                 first = residual;
             }
             if is_closed || is_settled {
-                self.stats.take_correction(first, &self.start, q);
+                self.take_correction(first, q);
                 let mut is_regular = is_regular;
                 if has_metric {
                     // Rates belong to the position as it is now, in its own metric.
@@ -142,9 +142,26 @@ impl Solver {
         let Some(projected) = mechanism.project(*t, residual, StateMut { q, qd, qdd, multipliers }) else {
             return false;
         };
-        self.stats.take_correction(projected.residual, &self.start, q);
+        self.take_correction(projected.residual, q);
         state.corrections = projected.corrections;
         true
+    }
+
+    /// Takes up the residual before the coordinates were corrected, and how far they moved.
+    fn take_correction(&mut self, residual: f64, to: &[f64]) {
+        self.stats.residual_before_correction = self.stats.residual_before_correction.max(residual);
+        for ((correction, from), to) in self.corrections.iter_mut().zip(&self.start).zip(to) {
+            *correction = correction.max((to - from).abs());
+        }
+    }
+
+    /// Takes up the corrections of another solver, if they are larger.
+    pub(crate) fn take_corrections_of(&mut self, other: &Self) {
+        self.stats.residual_before_correction =
+            self.stats.residual_before_correction.max(other.stats.residual_before_correction);
+        for (correction, other) in self.corrections.iter_mut().zip(&other.corrections) {
+            *correction = correction.max(*other);
+        }
     }
 
     /// Prepares corrections by the constraint Jacobian; false if the fast factorisation fails.

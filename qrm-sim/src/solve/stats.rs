@@ -19,8 +19,6 @@ pub struct SolverStats {
     pub largest_stalled_residual: (usize, f64),
     /// Largest residual before the coordinates were corrected.
     pub residual_before_correction: f64,
-    /// Largest correction of a coordinate.
-    pub correction: f64,
 }
 
 impl SolverStats {
@@ -39,19 +37,5 @@ impl SolverStats {
             self.dependent_constraints += 1;
             self.constraint = Some(*constraint);
         }
-    }
-
-    /// Takes up the residual before the coordinates were corrected, and how far they moved.
-    pub(super) fn take_correction(&mut self, residual: f64, from: &[f64], to: &[f64]) {
-        self.residual_before_correction = self.residual_before_correction.max(residual);
-        for (from, to) in from.iter().zip(to) {
-            self.correction = self.correction.max((to - from).abs());
-        }
-    }
-
-    /// Takes up the residual and the correction of other statistics, if they are larger.
-    pub(crate) fn take_corrections_of(&mut self, other: &Self) {
-        self.residual_before_correction = self.residual_before_correction.max(other.residual_before_correction);
-        self.correction = self.correction.max(other.correction);
     }
 }

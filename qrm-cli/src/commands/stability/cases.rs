@@ -5,7 +5,7 @@ use std::time::Duration;
 use qrm_scene::evaluate::constant;
 use qrm_scene::scene::{Extreme, Known};
 use qrm_sim::analysis::{Repetitions, Trial, measure, wrap_angle};
-use qrm_sim::run::{Observer, Row};
+use qrm_sim::run::{Observer, Row, accepted_fraction};
 use qrm_core::Model;
 
 use super::TOLERANCE;
@@ -15,7 +15,7 @@ use qrm_sim::integrate::METHODS;
 use crate::options::{MethodOptions, SceneOptions};
 use crate::progress::interrupted;
 use crate::reference::Reference;
-use crate::run_report::{accepted_error, distrust};
+use crate::run_report::distrust;
 use crate::setup::Setup;
 
 /// A variant of a scene.
@@ -172,11 +172,11 @@ fn run_case(variant: &Setup, exact: Option<&Exact>) -> CaseResult {
         return result(steps, Verdict::Refused(reason.text));
     }
     let tolerance = variant.settings.tolerance();
-    let mut distrust = distrust(&outcome, variant.description, tolerance);
+    let mut distrust = distrust(&outcome, variant.description);
     let error = exact.map(|exact| exact.error(variant, &outcome.q, &outcome.qd, &end.outputs));
     let verdict = match (distrust.is_empty(), error, exact) {
         (false, _, _) => Verdict::Refused(distrust.swap_remove(0)),
-        (true, Some(error), Some(exact)) if error <= accepted_error(tolerance, steps) + exact.accuracy => {
+        (true, Some(error), Some(exact)) if error <= accepted_fraction(tolerance, steps) + exact.accuracy => {
             Verdict::Right
         }
         (true, Some(_), _) => Verdict::Unnoticed,

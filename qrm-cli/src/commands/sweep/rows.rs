@@ -119,7 +119,10 @@ pub(super) fn row(
     finished: &DesignResult,
 ) -> Row {
     let reason = match &finished.status {
-        Ok(Status::Completed | Status::Stopped) => String::new(),
+        Ok(Status::Completed | Status::Stopped) => {
+            let doubts = finished.doubts.iter().map(|doubt| messages::doubt(doubt, None, setup.description));
+            doubts.collect::<Vec<_>>().join("; and ")
+        }
         Ok(status) => messages::status(status, finished.end_time, setup.description, &setup.until).text,
         Err(reason) => messages::no_start(reason, setup).message().text,
     };

@@ -1,0 +1,123 @@
+//! The judgement on the numbers of a run that came to its end.
+
+use std::f64::consts::TAU;
+
+use qrm_core::Description;
+
+use super::error_estimate::rounding;
+use super::outcome::Outcome;
+use crate::solve::largest;
+
+/// Energy and work must not differ by more than this fraction of the largest kinetic energy.
+const TOLERABLE_IMBALANCE: f64 = 1e-3;
+/// The error of a coordinate, as a fraction of the range that it moves in, that a run may have without being asked for
+/// less.
+const TOLERABLE_ERROR: f64 = 1e-3;
+/// A range is not taken for less than this fraction of a coordinate, or of a radian.
+const SMALLEST_RANGE: f64 = 1e-6;
+/// Errors of a run may be larger than those of its steps by this factor.
+const ACCUMULATION: f64 = 1e4;
+const ACCUMULATION_PER_STEP: f64 = 10.0;
+/// So many times the rounding errors are always accepted.
+const ROUNDING: f64 = 10.0;
+
+/// A reason not to trust the numbers of a run.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Doubt {
+    /// The energy changed otherwise than by the work of the loads without potential.
+    Energy {
+        /// The largest difference, in J.
+        imbalance: f64,
+        /// Whether there was no such work at all.
+        is_conservative: bool,
+    },
+    /// The estimated error of a coordinate is too large.
+    Error {
+        /// The coordinate.
+        coordinate: usize,
+        /// Its estimated error.
+        error: f64,
+        /// What is accepted.
+        accepted: f64,
+    },
+    /// The companion run that estimates the error broke off.
+    CompanionFailed,
+    /// Closing the loops after a step moved a coordinate too far.
+    Correction {
+        /// The coordinate.
+        coordinate: usize,
+        /// How far it was moved.
+        correction: f64,
+        /// The largest residual before.
+        residual: f64,
+    },
+}
+
+impl Outcome {
+    /// The reasons not to trust the numbers.
+    pub fn doubts(&self, description: &Description) -> Vec<Doubt> {
+        let mut doubts = Vec::new();
+        let imbalance = self.energy_imbalance;
+        if !is_balanced(imbalance, self.largest_kinetic_energy, self.largest_energy) {
+            doubts.push(Doubt::Energy { imbalance, is_conservative: self.energy_drift.is_some() });
+        }
+        let accepted = accepted_errors(description, &self.ranges, self.tolerance, self.counts.accepted);
+        match &self.estimated_errors {
+            Some(errors) => doubts.extend(worst(errors, &accepted).map(|coordinate| Doubt::Error {
+                coordinate,
+                error: errors[coordinate],
+                accepted: accepted[coordinate],
+            })),
+            None if self.companion_failed => doubts.push(Doubt::CompanionFailed),
+            None => {}
+        }
+        let tolerable = accepted_errors(description, &self.ranges, None, self.counts.accepted);
+        doubts.extend(worst(&self.corrections, &tolerable).map(|coordinate| Doubt::Correction {
+            coordinate,
+            correction: self.corrections[coordinate],
+            residual: self.stats.residual_before_correction,
+        }));
+        doubts
+    }
+}
+
+/// The coordinate with the largest error against what is accepted, if any is beyond.
+pub(crate) fn worst(errors: &[f64], accepted: &[f64]) -> Option<usize> {
+    let ratios: Vec<f64> = errors.iter().zip(accepted).map(|(error, accepted)| error / accepted).collect();
+    // Written so that an error that is not a number is beyond.
+    let is_beyond = |i: &usize| !(errors[*i] <= accepted[*i]);
+    (0..ratios.len()).filter(is_beyond).max_by(|a, b| ratios[*a].total_cmp(&ratios[*b]))
+}
+
+/// Whether energy and work agree.
+pub(crate) fn is_balanced(imbalance: f64, largest_kinetic_energy: f64, largest_energy: f64) -> bool {
+    imbalance <= TOLERABLE_IMBALANCE * largest_kinetic_energy + 1e-12 * largest_energy
+}
+
+/// The error of each coordinate that is accepted after so many steps: a fraction of the range that it moves in, of a
+/// turn at most for an angle.
+pub(crate) fn accepted_errors(
+    description: &Description,
+    ranges: &[[f64; 2]],
+    tolerance: Option<f64>,
+    steps: u64,
+) -> Vec<f64> {
+    let fraction = accepted_fraction(tolerance, steps);
+    let sizes: Vec<f64> = ranges.iter().map(|[low, high]| low.abs().max(high.abs())).collect();
+    let rounding = ROUNDING * rounding(largest(&sizes).1, steps);
+    let accepted = |(i, [low, high]): (usize, &[f64; 2])| {
+        let scale = if description.is_angle(i) {
+            (high - low).clamp(SMALLEST_RANGE, TAU)
+        } else {
+            (high - low).max(SMALLEST_RANGE * sizes[i])
+        };
+        fraction * scale + rounding
+    };
+    ranges.iter().enumerate().map(accepted).collect()
+}
+
+/// The fraction of a coordinate's range that an accepted error stays below.
+pub fn accepted_fraction(tolerance: Option<f64>, steps: u64) -> f64 {
+    let accumulation = ACCUMULATION.max(ACCUMULATION_PER_STEP * steps as f64);
+    tolerance.map_or(TOLERABLE_ERROR, |tolerance| (accumulation * tolerance).min(TOLERABLE_ERROR))
+}
