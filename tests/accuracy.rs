@@ -136,6 +136,8 @@ fn methods_are_refused_what_they_do_not_take() {
     for (arguments, said) in [
         (&["run", "--tolerance", "1e-6"][..], "`--tolerance` needs a method that chooses its steps"),
         (&["run", "--method", "dop853", "--tolerance", "0"], "`--tolerance` must be above zero"),
+        (&["run", "--max-step", "0.1"], "`--max-step` needs a method that chooses its steps"),
+        (&["run", "--method", "dop853", "--max-step", "-1"], "`--max-step` must be above zero"),
         (&["accuracy", "--budget", "soon"], "`--budget` needs a number"),
         (&["accuracy", "--at", "-1"], "`--at` must be above zero"),
         (&["accuracy", "--set", "O2A=0.21", "--reference", "scene"], "no values in [reference] that hold"),

@@ -156,7 +156,13 @@ mod tests {
         for method in METHODS {
             for (_, projection) in Projection::ALL {
                 let tolerance = if method.is_adaptive() { 1e-300 } else { MethodSettings::default().tolerance };
-                let token = token(MethodSettings { method, tolerance, projection, projection_tolerance });
+                let token = token(MethodSettings {
+                    method,
+                    tolerance,
+                    projection,
+                    projection_tolerance,
+                    ..MethodSettings::default()
+                });
                 assert_eq!(token.to_string().parse(), Ok(token));
             }
         }

@@ -17,6 +17,7 @@ mod progress;
 mod recorder;
 mod recording;
 mod reference;
+mod resolution;
 mod run_report;
 mod setup;
 mod trajectory;

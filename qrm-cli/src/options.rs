@@ -52,6 +52,9 @@ pub(crate) struct MethodOptions {
     /// [default: 1e-9]
     #[arg(long, value_name = "TOLERANCE", allow_hyphen_values = true)]
     pub(crate) tolerance: Option<String>,
+    /// Longest step of a method that chooses its steps [default: a quarter of the shortest period of a load]
+    #[arg(long, value_name = "H", allow_hyphen_values = true)]
+    pub(crate) max_step: Option<String>,
     /// What is smallest in the correction after each step: nothing is corrected, the change of the coordinates, or
     /// the mass-weighted change [default: mass]
     #[arg(long, value_parser = projection_parser())]
@@ -69,6 +72,7 @@ impl Default for MethodOptions {
         Self {
             method: RK4,
             tolerance: None,
+            max_step: None,
             projection: None,
             closure_tolerance: None,
             closure_iterations: ProjectionTolerance::default().iterations,

@@ -89,7 +89,8 @@ impl RunReport {
     pub(crate) fn new(setup: &Setup, outcome: &Outcome, recording: &Recording) -> Self {
         let description = setup.description;
         let tolerance = setup.settings.tolerance();
-        let distrust = distrust(outcome, description);
+        let mut distrust = distrust(outcome, description);
+        distrust.extend(setup.passed_over(outcome.end_time));
         let parameters = description.parameters.iter().map(|p| p.name.to_owned());
         Self {
             description,

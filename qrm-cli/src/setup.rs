@@ -7,6 +7,7 @@ use qrm_scene::diagnostic::{Diagnostic, Report};
 use qrm_scene::evaluate::{constant, parameter_values};
 use qrm_scene::resolve;
 use qrm_scene::scene::Scene;
+use qrm_scene::time_scales::{TimeScale, time_scales};
 use qrm_sim::integrate::MethodSettings;
 use qrm_sim::run::{End, Observer, Outcome, Request, simulate};
 use qrm_sim::solve::ProjectionTolerance;
@@ -16,6 +17,7 @@ use crate::condition::Condition;
 use crate::error::Error;
 use crate::messages;
 use crate::options::{MethodOptions, SceneOptions, optional_positive, parameters};
+use crate::resolution;
 
 /// A scene with its parameters set, and how it is to be run.
 pub(crate) struct Setup {
@@ -25,6 +27,8 @@ pub(crate) struct Setup {
     /// The scene that the code was generated from.
     pub(crate) scene: Scene,
     pub(crate) settings: MethodSettings,
+    /// How fast its loads and drives change with time.
+    scales: Vec<TimeScale>,
     /// The stop condition as written.
     pub(crate) until: String,
     /// Parameters that the command line changes.
@@ -52,7 +56,13 @@ impl Setup {
             return Err(Error::usage("`--tolerance` needs a method that chooses its steps")
                 .help("add `--method dop853`, or choose `--step` instead"));
         }
+        let max_step = optional_positive("--max-step", how.max_step.as_ref())?;
+        if max_step.is_some() && !how.method.is_adaptive() {
+            return Err(Error::usage("`--max-step` needs a method that chooses its steps")
+                .help("add `--method dop853`, or choose `--step` instead"));
+        }
         let default = MethodSettings::default();
+        let scales = time_scales(&scene, &parameter_values(&scene, replace));
         let settings = MethodSettings {
             method: how.method,
             tolerance: tolerance.unwrap_or(default.tolerance),
@@ -61,11 +71,13 @@ impl Setup {
                 residual: residual.unwrap_or(default.projection_tolerance.residual),
                 iterations: how.closure_iterations,
             },
+            step_bounds: resolution::step_bounds(&scales, max_step),
         };
         let until = options.until.as_deref();
         let condition = until.map(|until| Condition::new(&scene, until)).transpose()?;
         Ok(Self {
             settings,
+            scales,
             until: until.unwrap_or(description.until).to_owned(),
             model,
             description,
@@ -95,6 +107,14 @@ impl Setup {
     /// The values of all parameters of the scene, also of those that the generated code does without.
     pub(crate) fn parameters(&self) -> Vec<f64> {
         parameter_values(&self.scene, self.replace())
+    }
+
+    /// The reason why steps of a fixed length pass over a change of a load with time, in a run to an end time.
+    pub(crate) fn passed_over(&self, end_time: f64) -> Option<String> {
+        if self.settings.method.is_adaptive() {
+            return None;
+        }
+        resolution::passed_over(&self.scales, self.step(), end_time)
     }
 
     /// Whether the command line changes a parameter.

@@ -14,6 +14,7 @@ mod implicit;
 mod integrator;
 mod method;
 mod rodas;
+mod step_bounds;
 mod tableau;
 
 pub use adaptive::{Adaptive, Counts};
@@ -25,3 +26,4 @@ pub(crate) use integrator::BlockEnd;
 pub use integrator::Integrator;
 pub use method::{METHODS, Method, MethodSettings, StepError, method_named};
 pub use rodas::RODAS;
+pub use step_bounds::StepBounds;

@@ -3,7 +3,8 @@
 //! [`source`] reads the text, [`document`] its TOML with the place of every value, [`lexer`] and [`parser`] the
 //! formulae, and [`resolve`] looks up names and checks the rules, which gives a [`scene::Scene`]. All mistakes of a
 //! file are reported together, at their lines and columns ([`diagnostic`]). [`evaluate`] gives formulae values, on
-//! doubles and on dual numbers. [`files`] writes files whole, for whoever works with scenes.
+//! doubles and on dual numbers. [`time_scales`] tells how
+//! fast loads change with time. [`files`] writes files whole, for whoever works with scenes.
 
 pub mod chart;
 pub mod diagnostic;
@@ -18,3 +19,4 @@ pub mod parser;
 pub mod resolve;
 pub mod scene;
 pub mod source;
+pub mod time_scales;

@@ -14,6 +14,7 @@ use std::sync::mpsc;
 use clap::{Args, ValueEnum};
 use qrm_core::{Description, Model, Replace, digest};
 use qrm_scene::evaluate::{constant, parameter_values};
+use qrm_scene::time_scales::time_scales;
 use qrm_sim::columns::Column;
 use qrm_sim::batch::{DesignResult, SweepEnd, SweepRequest, LaneCount, sweep};
 
@@ -22,6 +23,7 @@ use crate::error::Error;
 use crate::format::counted;
 use crate::options::{MethodOptions, SceneOptions, default_folder};
 use crate::output::print;
+use crate::resolution;
 use crate::progress::{DesignProgress, interrupted, watch_interrupts};
 use crate::setup::Setup;
 use axes::Axes;
@@ -243,11 +245,22 @@ impl<'s> Plan<'s> {
         };
         let finished: Vec<DesignResult> = sweep(self.setup.model, &designs, &request, self.options.lanes.count());
         let mut finished = finished.iter();
-        let row = |((design, values), refused): ((usize, &Vec<f64>), &Option<String>)| match refused {
-            Some(reason) => Some(rows::refused(&self.columns, design, values, reason)),
-            None => Some(rows::row(&self.columns, &self.setup, design, values, finished.next()?)),
+        let row = |(i, values): (usize, &Vec<f64>)| match &refused[i] {
+            Some(reason) => Some(rows::refused(&self.columns, begin + i, values, reason)),
+            None => {
+                let finished = finished.next()?;
+                let passed_over = self.passed_over(&parameters[i], finished.end_time);
+                Some(rows::row(&self.columns, &self.setup, begin + i, values, finished, passed_over))
+            }
         };
-        (begin..end).zip(&values).zip(&refused).filter_map(row).collect()
+        values.iter().enumerate().filter_map(row).collect()
+    }
+
+    /// The reason why the steps of a design pass over a change of a load with time.
+    fn passed_over(&self, parameters: &[f64], end_time: f64) -> Option<String> {
+        let scene = &self.setup.scene;
+        let step = self.setup.own_step.unwrap_or_else(|| constant(&scene.run.step, parameters));
+        resolution::passed_over(&time_scales(scene, parameters), step, end_time)
     }
 
     /// The reason why a design cannot be run.

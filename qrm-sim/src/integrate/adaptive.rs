@@ -4,6 +4,7 @@ use qrm_core::Mechanism;
 
 use super::dense_output::DenseOutput;
 use super::method::{MethodSettings, StepError};
+use super::step_bounds::StepBounds;
 use crate::quadrature::GAUSS_3;
 use crate::solve::{Projection, ProjectionTolerance, Solver};
 use crate::state::State;
@@ -64,6 +65,8 @@ pub(super) struct Task {
     pub(super) end_time: f64,
     /// The projection after each step.
     pub(super) projection: (Projection, ProjectionTolerance),
+    /// Bounds of the steps.
+    pub(super) bounds: StepBounds,
 }
 
 impl Task {
@@ -155,7 +158,7 @@ impl Adaptive {
         let projection = (settings.projection, settings.projection_tolerance);
         let mut adaptive = Self {
             formula,
-            task: Task { tolerance: settings.tolerance, end_time, projection },
+            task: Task { tolerance: settings.tolerance, end_time, projection, bounds: settings.step_bounds },
             dense_output: DenseOutput::new(first.clone(), first.clone()),
             next: first.clone(),
             h: 0.0,
@@ -190,6 +193,11 @@ impl Adaptive {
     /// of any step.
     pub(super) fn imbalance(&self) -> f64 {
         self.imbalance
+    }
+
+    /// Whether no load without potential did work so far.
+    pub(super) fn is_conservative(&self) -> bool {
+        self.work == 0.0
     }
 
     /// Moves to the projected state at a time not before the last one that was asked for.
@@ -236,8 +244,10 @@ impl Adaptive {
     /// Makes one accepted step.
     fn step(&mut self, mechanism: &dyn Mechanism, solver: &mut Solver) -> Result<(), StepError> {
         let t = self.dense_output.to.t;
-        let left = self.task.end_time - t;
+        let task = Task { end_time: self.task.end_time.min(self.task.bounds.next_end(t)), ..self.task };
+        let left = task.end_time - t;
         loop {
+            self.h = self.h.min(task.bounds.longest);
             // Two even steps to the end are better than a long and a very short one.
             let h = if self.h >= left {
                 left
@@ -251,7 +261,7 @@ impl Adaptive {
             }
             let mut work = Work { evaluations: &mut self.counts.evaluations, solver };
             let from = &self.dense_output.to;
-            let error = match self.formula.attempt(mechanism, from, h, &self.task, &mut work, &mut self.next) {
+            let error = match self.formula.attempt(mechanism, from, h, &task, &mut work, &mut self.next) {
                 Ok(error) if error <= 1.0 => error,
                 Ok(error) => {
                     let factor = if error.is_finite() {

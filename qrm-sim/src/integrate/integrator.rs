@@ -234,6 +234,14 @@ impl Integrator {
         }
     }
 
+    /// Whether no load without potential did work inside a step, as far as is known.
+    pub(crate) fn is_conservative(&self) -> bool {
+        match &self.steps {
+            Steps::Fixed(_) => true,
+            Steps::Adaptive(adaptive) => adaptive.is_conservative(),
+        }
+    }
+
     /// Whether each row is a step.
     pub fn is_fixed(&self) -> bool {
         matches!(self.steps, Steps::Fixed(_))

@@ -6,6 +6,7 @@ use super::classical::RK4;
 use super::dop853::DOP853;
 use super::dopri5::DOPRI5;
 use super::rodas::RODAS;
+use super::step_bounds::StepBounds;
 use crate::solve::{NotConverged, Projection, ProjectionTolerance, Undetermined};
 
 /// An integration method.
@@ -57,6 +58,8 @@ pub struct MethodSettings {
     pub projection: Projection,
     /// Goal of that projection.
     pub projection_tolerance: ProjectionTolerance,
+    /// Bounds of steps that the method chooses.
+    pub step_bounds: StepBounds,
 }
 
 impl Default for MethodSettings {
@@ -66,6 +69,7 @@ impl Default for MethodSettings {
             tolerance: 1e-9,
             projection: Projection::default(),
             projection_tolerance: ProjectionTolerance::default(),
+            step_bounds: StepBounds::default(),
         }
     }
 }

@@ -275,6 +275,8 @@ impl Run<'_> {
     fn outcome(&mut self, status: Status, end: State, steps: u64, integration: Duration) -> Outcome {
         let counts = self.integrator.counts(steps);
         let monitor = &self.monitor;
+        // A load may be zero in every row, and work between them.
+        let is_conservative = monitor.is_conservative && self.integrator.is_conservative();
         Outcome {
             tolerance: self.request.settings.tolerance(),
             estimated_errors: self.companion.as_ref().and_then(|companion| companion.errors(counts.accepted)),
@@ -296,10 +298,10 @@ impl Run<'_> {
             energy_imbalance: match self.integrator.imbalance() {
                 None => monitor.balance.finished().excess,
                 // Rows between the steps must keep the energy too.
-                Some(of_steps) if monitor.is_conservative => of_steps.max(monitor.energy_drift),
+                Some(of_steps) if is_conservative => of_steps.max(monitor.energy_drift),
                 Some(of_steps) => of_steps,
             },
-            energy_drift: monitor.is_conservative.then_some(monitor.energy_drift),
+            energy_drift: is_conservative.then_some(monitor.energy_drift),
             stats: *self.integrator.stats(),
         }
     }

@@ -117,11 +117,12 @@ pub(super) fn row(
     design: usize,
     values: &[f64],
     finished: &DesignResult,
+    passed_over: Option<String>,
 ) -> Row {
     let reason = match &finished.status {
         Ok(Status::Completed | Status::Stopped) => {
             let doubts = finished.doubts.iter().map(|doubt| messages::doubt(doubt, None, setup.description));
-            doubts.collect::<Vec<_>>().join("; and ")
+            doubts.chain(passed_over).collect::<Vec<_>>().join("; and ")
         }
         Ok(status) => messages::status(status, finished.end_time, setup.description, &setup.until).text,
         Err(reason) => messages::no_start(reason, setup).message().text,

@@ -1,0 +1,40 @@
+//! Steps against the time scales of loads and drives: what a step must not pass over.
+
+use std::f64::consts::FRAC_PI_2;
+
+use qrm_scene::time_scales::TimeScale;
+use qrm_sim::integrate::StepBounds;
+
+use crate::format::seconds;
+
+/// The bounds of steps that a method chooses, so that it sees every change with time that a formula shows.
+pub(crate) fn step_bounds(scales: &[TimeScale], max_step: Option<f64>) -> StepBounds {
+    let longest = |scale: &TimeScale| match scale {
+        TimeScale::Period(rate) => Some(FRAC_PI_2 / rate),
+        TimeScale::Moment { .. } | TimeScale::Corner(_) => None,
+    };
+    let longest = scales.iter().filter_map(longest).chain(max_step).fold(f64::INFINITY, f64::min);
+    let times = scales.iter().flat_map(|scale| match *scale {
+        TimeScale::Period(_) => Vec::new(),
+        TimeScale::Moment { time, width } => vec![time - width, time, time + width],
+        TimeScale::Corner(time) => vec![time],
+    });
+    StepBounds::new(longest, &times.collect::<Vec<_>>())
+}
+
+/// The reason why steps of a fixed length pass over a change with time, in a run to an end time.
+pub(crate) fn passed_over(scales: &[TimeScale], step: f64, end_time: f64) -> Option<String> {
+    scales.iter().find_map(|scale| match *scale {
+        TimeScale::Period(rate) if rate * step > FRAC_PI_2 => Some(format!(
+            "a load or drive turns by {:.2} rad in a step, and steps longer than {:.1e} s do not see how",
+            rate * step,
+            FRAC_PI_2 / rate
+        )),
+        TimeScale::Moment { time, width } if width < step && (0.0..=end_time).contains(&time) => Some(format!(
+            "a load or drive changes within {width:.1e} s around t = {}, and steps of {} pass over it",
+            seconds(time),
+            seconds(step)
+        )),
+        _ => None,
+    })
+}

@@ -1,0 +1,48 @@
+//! Bounds of steps that a method chooses: what a tolerance alone would step over.
+
+/// Most times at which steps are made to end.
+const MOST: usize = 64;
+
+/// The longest step, and times at which a step ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepBounds {
+    /// The longest step, in s.
+    pub longest: f64,
+    /// Rising times, infinite behind the last one.
+    ends: [f64; MOST],
+}
+
+impl Default for StepBounds {
+    fn default() -> Self {
+        Self { longest: f64::INFINITY, ends: [f64::INFINITY; MOST] }
+    }
+}
+
+impl StepBounds {
+    /// Bounds with a longest step, and times of which the first 64 are kept.
+    pub fn new(longest: f64, times: &[f64]) -> Self {
+        let mut times: Vec<f64> = times.iter().copied().filter(|time| time.is_finite()).collect();
+        times.sort_by(f64::total_cmp);
+        let mut bounds = Self { longest, ..Self::default() };
+        bounds.ends.iter_mut().zip(times).for_each(|(end, time)| *end = time);
+        bounds
+    }
+
+    /// The first time after `t` at which a step ends.
+    pub(super) fn next_end(&self, t: f64) -> f64 {
+        // Rounding errors may leave a step just before its end.
+        let after = t + 1e-12 * t.abs();
+        self.ends.iter().copied().find(|end| *end > after).unwrap_or(f64::INFINITY)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ends_come_in_their_order() {
+        let bounds = StepBounds::new(0.1, &[3.0, f64::NAN, 1.0, f64::INFINITY]);
+        assert_eq!([0.0, 1.0, 2.5, 3.0].map(|t| bounds.next_end(t)), [1.0, 3.0, 3.0, f64::INFINITY]);
+    }
+}
