@@ -3,6 +3,7 @@
 mod common;
 
 use std::io::{BufRead, BufReader};
+use std::path::Path;
 use std::process::{Output, Stdio};
 use std::time::{Duration, Instant};
 
@@ -225,12 +226,47 @@ error: cannot write [PATH]/below/trajectory.csv: [PATH] is not a folder
 #[test]
 fn a_full_disk() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    std::os::unix::fs::symlink("/dev/full", folder.path().join("trajectory.csv")).expect("a link");
+    std::os::unix::fs::symlink("/dev/full", folder.path().join("trajectory.csv.under-way")).expect("a link");
     let output = qrm(&["run", "--out"]).arg(folder.path()).output().expect("the command starts");
     let said = text(&output.stderr);
     assert!(said.contains("No space left on device"), "{said}");
     assert!(!said.contains("panicked"), "{said}");
     assert_ne!(output.status.code(), Some(0));
+}
+
+/// Waits until a run has written rows into its folder.
+fn wait_for_rows(folder: &Path) {
+    let path = folder.join("trajectory.csv.under-way");
+    let patience = Instant::now();
+    while std::fs::metadata(&path).map_or(0, |m| m.len()) < 100_000 {
+        assert!(patience.elapsed() < Duration::from_secs(30), "no rows appear");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_result_stays_until_the_next_one_is_complete() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let files = || {
+        let names = ["trajectory.csv", "summary.json", "trajectory.units.json", "figures/x6.svg"];
+        names.map(|name| std::fs::read(folder.path().join(name)).expect("a file"))
+    };
+    assert!(qrm(&["run", "--out"]).arg(folder.path()).output().expect("the command starts").status.success());
+    let first = files();
+    let mut long = qrm(&["run", "--end-time", "1e6", "--out"]);
+    let mut child = long.arg(folder.path()).stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("starts");
+    wait_for_rows(folder.path());
+    // Two runs do not mix their rows.
+    let second = qrm(&["run", "--out"]).arg(folder.path()).output().expect("the command starts");
+    assert_eq!(second.status.code(), Some(2));
+    assert!(text(&second.stderr).starts_with("error: another command is writing "), "{}", text(&second.stderr));
+    child.kill().expect("killed");
+    child.wait().expect("ended");
+    assert_eq!(files(), first);
+    assert!(qrm(&["run", "--out"]).arg(folder.path()).output().expect("the command starts").status.success());
+    assert_eq!(files()[0], first[0]);
+    assert!(!folder.path().join("trajectory.csv.under-way").exists());
 }
 
 #[cfg(unix)]
@@ -240,11 +276,7 @@ fn an_interrupted_run_keeps_its_rows() {
     let mut command = qrm(&["run", "--end-time", "1e6", "--out"]);
     let mut child = command.arg(folder.path()).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("starts");
     let path = folder.path().join("trajectory.csv");
-    let patience = Instant::now();
-    while std::fs::metadata(&path).map_or(0, |m| m.len()) < 100_000 {
-        assert!(patience.elapsed() < Duration::from_secs(30), "no rows appear");
-        std::thread::sleep(Duration::from_millis(20));
-    }
+    wait_for_rows(folder.path());
     let interrupted = std::process::Command::new("kill").args(["-INT", &child.id().to_string()]).status();
     assert!(interrupted.expect("kill runs").success());
     assert_eq!(child.wait().expect("the run ends").code(), Some(1));

@@ -97,6 +97,10 @@ impl Error {
 
     /// A file that cannot be written.
     pub(crate) fn unwritable(path: &Path, e: &std::io::Error) -> Self {
+        if e.kind() == std::io::ErrorKind::WouldBlock {
+            return Self::usage(format!("another command is writing {}", path.display()))
+                .help("wait for its end, or choose another place with --out");
+        }
         let is_no_folder = |above: &&Path| above.exists() && !above.is_dir();
         let reason = match path.ancestors().skip(1).find(is_no_folder) {
             Some(above) => format!("{} is not a folder", above.display()),

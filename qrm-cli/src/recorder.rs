@@ -27,33 +27,31 @@ impl Recorder {
         Self { folder: folder.to_owned(), columns, every, trajectory: None, is_behind: false, unusable: None }
     }
 
-    /// Rows written; after a failed write the whole rows that are left.
-    pub(crate) fn rows(&mut self, failed: bool) -> u64 {
-        match self.trajectory.take() {
-            Some(trajectory) if failed => trajectory.cut(&self.folder.join("trajectory.csv")).unwrap_or(0),
-            Some(trajectory) => trajectory.rows,
-            None => 0,
-        }
-    }
-
-    /// Makes the folder, and removes what else an earlier run left there: it would not belong to the new rows.
-    fn prepare(&self) -> io::Result<()> {
-        std::fs::create_dir_all(&self.folder)?;
+    /// Puts the rows at their place, and returns their number; after a failed write the whole rows that are left.
+    ///
+    /// What else an earlier run left there is removed: it would not belong to the new rows.
+    pub(crate) fn finish_files(&mut self, failed: bool) -> Result<u64, Error> {
+        let Some(trajectory) = self.trajectory.take() else { return Ok(0) };
         let others = ["summary.json", "trajectory.units.json", "trajectory.parquet"].map(str::to_owned);
         for file in RunReport::figures_in(&self.folder).into_iter().chain(others) {
-            match std::fs::remove_file(self.folder.join(file)) {
-                Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(e),
+            let path = self.folder.join(file);
+            match std::fs::remove_file(&path) {
+                Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(Error::unwritable(&path, &e)),
                 _ => {}
             }
         }
-        Ok(())
+        trajectory.finish(failed).map_err(|e| Error::unwritable(&self.path(), &e))
+    }
+
+    fn path(&self) -> PathBuf {
+        self.folder.join("trajectory.csv")
     }
 
     /// Makes the file with the first row: a run that cannot start leaves an earlier trajectory alone.
     fn open(&mut self) -> io::Result<()> {
         if self.trajectory.is_none() {
-            let path = self.folder.join("trajectory.csv");
-            let created = self.prepare().and_then(|()| Trajectory::create(&path, &self.columns));
+            let path = self.path();
+            let created = Trajectory::create(&path, &self.columns);
             self.trajectory = Some(created.inspect_err(|e| self.unusable = Some(Error::unwritable(&path, e)))?);
         }
         Ok(())

@@ -1,31 +1,37 @@
-//! `trajectory.csv`: every row in full precision, on disk while the run goes on.
+//! `trajectory.csv`: every row in full precision, on disk while the run goes on, at its place when the run is over.
 
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, BufWriter, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use qrm_scene::files::{open_alone, under_way};
 use qrm_sim::columns::Column;
 
 /// The time that rows may wait for the disk.
 const PATIENCE: Duration = Duration::from_millis(200);
 
-/// A trajectory under way.
+/// A trajectory under way, in a file beside its place.
 pub(crate) struct Trajectory {
+    path: PathBuf,
     writer: csv::Writer<BufWriter<File>>,
     flushed: Instant,
     text: Vec<u8>,
-    /// Rows written.
-    pub(crate) rows: u64,
+    rows: u64,
 }
 
 impl Trajectory {
     pub(crate) fn create(path: &Path, columns: &[Column]) -> io::Result<Self> {
-        let file = BufWriter::with_capacity(1 << 16, File::create(path)?);
+        let file = open_alone(&under_way(path))?;
+        // A run that was killed left its rows.
+        if file.metadata()?.is_file() {
+            file.set_len(0)?;
+        }
+        let file = BufWriter::with_capacity(1 << 16, file);
         let mut writer = csv::WriterBuilder::new().buffer_capacity(1 << 12).from_writer(file);
         writer.write_record(columns.iter().map(|column| &column.name))?;
         writer.flush()?;
-        Ok(Self { writer, flushed: Instant::now(), text: Vec::new(), rows: 0 })
+        Ok(Self { path: path.to_owned(), writer, flushed: Instant::now(), text: Vec::new(), rows: 0 })
     }
 
     pub(crate) fn row(&mut self, numbers: impl Iterator<Item = f64>) -> io::Result<()> {
@@ -48,26 +54,22 @@ impl Trajectory {
         Ok(())
     }
 
-    /// Cuts off what a failed write left of a row, and counts the whole ones.
-    pub(crate) fn cut(self, path: &Path) -> io::Result<u64> {
-        // What still waits could not be written either, and must not be tried again when the writer goes.
-        std::mem::forget(self.writer);
-        if !std::fs::metadata(path)?.is_file() {
-            return Ok(0);
-        }
-        let mut file = BufReader::new(File::options().read(true).write(true).open(path)?);
-        let (mut lines, mut whole, mut line) = (0, 0, Vec::new());
-        loop {
-            line.clear();
-            let length = file.read_until(b'\n', &mut line)?;
-            if line.last() != Some(&b'\n') {
-                break;
+    /// Puts the rows at their place, and returns their number; after a failed write the whole rows that are left.
+    pub(crate) fn finish(mut self, failed: bool) -> io::Result<u64> {
+        let path = under_way(&self.path);
+        if failed {
+            // What still waits could not be written either, and must not be tried again when the writer goes.
+            std::mem::forget(self.writer);
+            if !std::fs::metadata(&path)?.is_file() {
+                return Ok(0);
             }
-            lines += 1;
-            whole += length as u64;
+            self.rows = cut(&path)?;
+        } else {
+            self.writer.flush()?;
+            self.writer.get_ref().get_ref().sync_all()?;
         }
-        file.into_inner().set_len(whole)?;
-        Ok(u64::saturating_sub(lines, 1))
+        std::fs::rename(path, &self.path)?;
+        Ok(self.rows)
     }
 
     /// Hands all rows to the disk.
@@ -75,4 +77,21 @@ impl Trajectory {
         self.flushed = Instant::now();
         self.writer.flush()
     }
+}
+
+/// Cuts off what a failed write left of a row, and counts the whole ones.
+fn cut(path: &Path) -> io::Result<u64> {
+    let mut file = BufReader::new(File::options().read(true).write(true).open(path)?);
+    let (mut lines, mut whole, mut line) = (0, 0, Vec::new());
+    loop {
+        line.clear();
+        let length = file.read_until(b'\n', &mut line)?;
+        if line.last() != Some(&b'\n') {
+            break;
+        }
+        lines += 1;
+        whole += length as u64;
+    }
+    file.into_inner().set_len(whole)?;
+    Ok(u64::saturating_sub(lines, 1))
 }

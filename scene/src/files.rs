@@ -19,6 +19,50 @@ pub fn read_at_most(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     if bytes.len() as u64 > most { Err(io::Error::other(format!("longer than {most} bytes"))) } else { Ok(bytes) }
 }
 
+/// The path of a file while it is under way, beside its place.
+pub fn under_way(path: &Path) -> PathBuf {
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(".under-way");
+    path.with_file_name(name)
+}
+
+/// Opens a file to append to it, which no other process may do meanwhile; makes it, and its folder, if it is not there.
+///
+/// # Errors
+/// The file cannot be opened; of the kind [`io::ErrorKind::WouldBlock`], if another process has it.
+pub fn open_alone(path: &Path) -> io::Result<File> {
+    path.parent().map_or(Ok(()), fs::create_dir_all)?;
+    loop {
+        let file = File::options().read(true).append(true).create(true).open(path)?;
+        file.try_lock().map_err(|e| match e {
+            fs::TryLockError::WouldBlock => io::Error::from(io::ErrorKind::WouldBlock),
+            fs::TryLockError::Error(e) => e,
+        })?;
+        // The other process may have moved it away before it let it go.
+        if is_at(&file, path) {
+            return Ok(file);
+        }
+    }
+}
+
+/// Whether a path leads to an open file.
+fn is_at(file: &File, path: &Path) -> bool {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::MetadataExt;
+        let place = |data: fs::Metadata| (data.dev(), data.ino());
+        match (file.metadata(), fs::metadata(path)) {
+            (Ok(own), Ok(there)) => place(own) == place(there),
+            _ => false,
+        }
+    }
+    #[cfg(not(unix))]
+    {
+        let _ = file;
+        path.exists()
+    }
+}
+
 /// Writes a file that appears whole or not at all, in a folder that is made if it is not there.
 ///
 /// # Errors
@@ -100,6 +144,19 @@ mod tests {
         assert!(read_at_most(&path, 4).is_err());
         assert!(read_at_most(Path::new("/dev/zero"), 4).is_err() && read_at_most(&std::env::temp_dir(), 4).is_err());
         fs::remove_file(path).expect("removed");
+    }
+
+    #[test]
+    fn a_file_is_opened_by_one_at_a_time() {
+        let path = folder("alone").join("rows");
+        let mut first = open_alone(&path).expect("opened");
+        first.write_all(b"one").expect("written");
+        assert_eq!(open_alone(&path).map_err(|e| e.kind()).err(), Some(io::ErrorKind::WouldBlock));
+        fs::rename(&path, path.with_extension("done")).expect("moved");
+        // The name is free again, though the file is not.
+        let second = open_alone(&path).expect("another file");
+        assert_eq!(second.metadata().expect("there").len(), 0);
+        fs::remove_dir_all(folder("alone")).expect("removed");
     }
 
     #[test]

@@ -54,8 +54,11 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
         return Err(error);
     }
     let mut report = RunReport::new(&setup, &outcome, &recording);
-    report.rows = recorder.rows(matches!(outcome.status, Status::Unwritable(_)));
     let mut problems: Vec<Error> = report.problem().into_iter().collect();
+    match recorder.finish_files(matches!(outcome.status, Status::Unwritable(_))) {
+        Ok(rows) => report.rows = rows,
+        Err(e) => problems.push(e),
+    }
     // A curve takes two rows.
     if !options.no_figures && report.rows > 1 {
         problems.extend(draw(&setup, &outcome, &recording, &out, &mut report));

@@ -1,10 +1,11 @@
 //! The rows of a sweep under way, from which an interrupted sweep goes on.
 
-use std::fs::{File, OpenOptions};
+use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use qrm_core::digest;
+use qrm_scene::files::{open_alone, under_way};
 use qrm_sim::columns::Column;
 
 use super::rows::{Field, Row};
@@ -45,16 +46,9 @@ impl Mark {
 impl Journal {
     /// Opens the table that belongs to `out`; returns it with the number of designs that are in it already.
     pub(super) fn open(out: &Path, title: &str, columns: &[Column<Field>]) -> Result<(Self, usize), Error> {
-        let mut name = out.file_name().unwrap_or_default().to_owned();
-        name.push(".under-way");
-        let path = out.with_file_name(name);
+        let path = under_way(out);
         let failed = |e: io::Error| Error::unwritable(&path, &e);
-        path.parent().map_or(Ok(()), std::fs::create_dir_all).map_err(|e| Error::unwritable(out, &e))?;
-        let mut file = OpenOptions::new().read(true).append(true).create(true).open(&path).map_err(failed)?;
-        // Two at once would mix their rows.
-        if file.try_lock().is_err() {
-            return Err(Error::usage(format!("another sweep is writing {}", path.display())));
-        }
+        let mut file = open_alone(&path).map_err(|e| Error::unwritable(out, &e))?;
         let title = format!("# {title}\n");
         match Found::read(&mut file, &title).map_err(failed)? {
             Found::Nothing => {
