@@ -5,6 +5,8 @@ use core::marker::PhantomData;
 use crate::description::Description;
 use crate::explicit::{Evaluation, ProjectionResult, StageRequest, StateMut, evaluate};
 use crate::kernel::{Generated, Kernel, Schedule};
+#[cfg(feature = "simd")]
+use crate::model::Model;
 use crate::rows::{RowRequest, RowResult, integrate_rk4};
 
 /// The equations of motion of a mechanism with `n` coordinates and `m` constraints, its parameters inside.
@@ -17,6 +19,12 @@ pub trait Mechanism: Send + Sync {
 
     /// The values of the parameters, in the order of the description.
     fn parameters(&self) -> &[f64];
+
+    /// The entry of the generated mechanism, by which it is made with other parameters; `None` if it is not generated.
+    #[cfg(feature = "simd")]
+    fn model(&self) -> Option<Model> {
+        None
+    }
 
     /// Whether constraints depend on time.
     fn is_driven(&self) -> bool;
@@ -234,6 +242,12 @@ where
     #[inline]
     fn parameters(&self) -> &[f64] {
         self.values.as_ref()
+    }
+
+    #[cfg(feature = "simd")]
+    #[inline]
+    fn model(&self) -> Option<Model> {
+        Some(Model::of::<X, N, M>())
     }
 
     #[inline]

@@ -51,7 +51,12 @@ impl Model {
 
     /// The mechanism with some parameters replaced.
     pub fn mechanism(&self, replace: Replace) -> Box<dyn Mechanism> {
-        (self.mechanism)(self.parameter_values(replace))
+        self.mechanism_with(self.parameter_values(replace))
+    }
+
+    /// The mechanism with these values of all parameters, in the order of the description.
+    pub fn mechanism_with(&self, values: Vec<f64>) -> Box<dyn Mechanism> {
+        (self.mechanism)(values)
     }
 
     /// Motions in lanes of that width; `None` where the processor has no such vectors, or the kernel is too large for

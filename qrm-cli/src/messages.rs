@@ -56,6 +56,11 @@ pub(crate) fn not_assembled(reason: &NotAssembled, setup: &Setup) -> Error {
     let constraint = &setup.scene.constraints[reason.constraint];
     let (name, unit, span) = (&constraint.name, &constraint.unit, constraint.span.clone());
     let size = readable_size(reason.residual);
+    if reason.is_other_branch {
+        return Error::usage("these parameters can be assembled only on another branch than those of the scene").help(
+            "on the way to them the mechanism passes a singular position; choose guesses in [initial] on that branch",
+        );
+    }
     let diagnostic = if reason.rates {
         let title =
             format!("the rates at the start cannot be solved for: constraint `{name}` keeps a rate of {size} {unit}/s");

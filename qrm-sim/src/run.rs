@@ -2,6 +2,7 @@
 
 mod assembly;
 mod balance;
+mod continuation;
 mod error;
 mod error_estimate;
 mod event;
@@ -17,6 +18,7 @@ mod singularity;
 
 pub use assembly::{NotAssembled, assemble};
 pub use balance::Balance;
+pub use continuation::assembled;
 pub use error::{Explanation, Reason, SimError, readable_size};
 pub use extremes::{Extremes, ExtremesTracker};
 pub use judgement::{Doubt, accepted_fraction};
@@ -28,6 +30,7 @@ pub use singularity::NearestSingularity;
 pub use simulation::Simulation;
 
 pub(crate) use assembly::Dependents;
+pub(crate) use continuation::Branch;
 pub(crate) use error_estimate::{COMPANION_STEPS, estimated_errors};
 pub(crate) use event::locate;
 pub(crate) use integral::Integral;

@@ -5,7 +5,7 @@ use qrm_core::Mechanism;
 
 use super::kinematics::{Drive, Position};
 use crate::quadrature::{NODES, gauss_legendre};
-use crate::run::assemble;
+use crate::run::assembled;
 use crate::start::Start;
 
 /// Panels in a turn, or in as many units of a length; two numbers, whose results differ by what rounding leaves open.
@@ -62,7 +62,7 @@ impl<'m> EnergyIntegral<'m> {
             return Err(NoEnergyIntegral::DegreesOfFreedom);
         };
         let drive = Drive::new(mechanism, start.given.clone()).ok_or(NoEnergyIntegral::DegreesOfFreedom)?;
-        let (q, qd) = assemble(mechanism, &start).map_err(|_| NoEnergyIntegral::TurnsBack)?;
+        let (q, qd) = assembled(mechanism).map_err(|_| NoEnergyIntegral::TurnsBack)?;
         let begin = drive.close(q).ok_or(NoEnergyIntegral::TurnsBack)?;
         let step = qd[driven].signum() * std::f64::consts::TAU / panels;
         if qd[driven] == 0.0 {

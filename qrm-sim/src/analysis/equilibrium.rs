@@ -3,7 +3,7 @@
 use qrm_core::Mechanism;
 
 use super::kinematics::Drive;
-use crate::run::{NotAssembled, assemble};
+use crate::run::{NotAssembled, assembled};
 use crate::start::Start;
 
 /// A position in static equilibrium.
@@ -53,7 +53,7 @@ pub fn static_equilibrium(
     }
     let start = Start::of(mechanism);
     let drive = Drive::new(mechanism, start.given.clone()).ok_or(NoEquilibrium::Singular)?;
-    let (q, _) = assemble(mechanism, &start).map_err(NoEquilibrium::NotAssembled)?;
+    let (q, _) = assembled(mechanism).map_err(NoEquilibrium::NotAssembled)?;
     let from = drive.close(q).ok_or(NoEquilibrium::Singular)?;
     let mut to = from.q.clone();
     for (coordinate, value) in wanted {

@@ -6,7 +6,7 @@ use qrm_core::{Mechanism, RowLayout, RowRequest};
 
 use super::energy_integral::{EnergyIntegral, NoEnergyIntegral};
 use crate::integrate::{BlockEnd, Counts, Integrator, MethodSettings, StepError};
-use crate::run::{StartError, first_state};
+use crate::run::{Branch, StartError, first_state};
 use crate::solve::{LoopConstraints, Solver, largest};
 use crate::state::State;
 
@@ -71,7 +71,7 @@ pub fn measure(
     times: &[f64],
     repetitions: Repetitions,
 ) -> Result<Measurement, StartError> {
-    let first = first_state(mechanism, &mut Solver::new(mechanism))?;
+    let first = first_state(mechanism, &Branch::of(mechanism), &mut Solver::new(mechanism))?;
     let mut states = Vec::with_capacity(times.len());
     let mut seconds = Vec::new();
     let mut counts = Counts::default();

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use qrm_core::Mechanism;
 
 use super::kinematics::{CONTINUATION, Drive, LimitPosition, Position};
-use crate::run::{NotAssembled, assemble};
+use crate::run::{NotAssembled, assembled};
 use crate::solve::{Matrix, dot};
 use crate::start::Start;
 
@@ -192,7 +192,7 @@ impl<'m> Round<'m> {
             return Err(NoRevolution::NotAnAngle(driven));
         }
         let drive = Drive::new(mechanism, start.given.clone()).ok_or(NoRevolution::Singular)?;
-        let (q, qd) = assemble(mechanism, &start).map_err(NoRevolution::NotAssembled)?;
+        let (q, qd) = assembled(mechanism).map_err(NoRevolution::NotAssembled)?;
         let direction = if qd[driven] < 0.0 { -1.0 } else { 1.0 };
         let start = drive.close(q).filter(|position| position.determinant != 0.0).ok_or(NoRevolution::Singular)?;
         Ok(Self { drive, start, driven, direction })

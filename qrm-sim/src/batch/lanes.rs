@@ -5,8 +5,8 @@ use qrm_core::{BatchRequest, LaneRole, LaneSchedule, Mechanism, Model, PauseReas
 use super::sweep::{DesignResult, SweepEnd, SweepRequest, run_alone};
 use crate::integrate::{Integrator, MethodSettings, StepError};
 use crate::run::{
-    COMPANION_STEPS, StartError, Status, Undefined, accepted_errors, check_condition, check_step, estimated_errors,
-    first_state, is_balanced, locate, worst,
+    Branch, COMPANION_STEPS, StartError, Status, Undefined, accepted_errors, check_condition, check_step,
+    estimated_errors, first_state, is_balanced, locate, worst,
 };
 use crate::state::State;
 
@@ -28,6 +28,8 @@ pub(super) struct LaneSweep<'a> {
     row: Vec<f64>,
     /// Number of coordinates and of constraints.
     size: (usize, usize),
+    /// The branch that designs are assembled on.
+    branch: Branch,
     /// Whether a lane has lost its design.
     wants_refill: bool,
 }
@@ -70,6 +72,7 @@ impl<'a> LaneSweep<'a> {
             parameters: vec![vec![0.0; description.parameters.len()]; batch.lanes()],
             row: vec![0.0; 1 + 3 * size.0 + size.1],
             size,
+            branch: Branch::of(&**designs.first()?),
             batch,
             wants_refill: false,
         })
@@ -126,7 +129,7 @@ impl<'a> LaneSweep<'a> {
         let step = self.request.step.unwrap_or(schedule.step);
         let end_time = self.end_time(design);
         check_step(step, end_time)?;
-        let first = first_state(mechanism, self.integrator.solver_mut())?;
+        let first = first_state(mechanism, &self.branch, self.integrator.solver_mut())?;
         check_condition(self.condition(design, &first))?;
         let residual = self.integrator.settings.projection_tolerance.residual;
         Ok((RowRequest { origin: 0.0, step, end_time, first: 0, residual, watches_event: true }, first))

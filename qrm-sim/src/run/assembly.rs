@@ -16,6 +16,8 @@ pub struct NotAssembled {
     pub q: Vec<f64>,
     /// Whether it is the rates that cannot be solved for.
     pub rates: bool,
+    /// Whether all constraints can be met, but only on another branch than with the scene's own parameters.
+    pub is_other_branch: bool,
 }
 
 /// Most iterations of the search for a position.
@@ -60,7 +62,7 @@ fn blame(mechanism: &dyn Mechanism, start: &Start, found: &[f64], constraints: &
         (largest(&constraints.residuals).1 <= 1e-9).then_some((constraint, residual, q))
     });
     let (constraint, residual, q) = alone.unwrap_or_else(|| (constraint, residual, found.to_vec()));
-    NotAssembled { constraint, residual, q, rates: false }
+    NotAssembled { constraint, residual, q, rates: false, is_other_branch: false }
 }
 
 /// Minimises the weighted residuals over the coordinates that are not given (Levenberg-Marquardt).
@@ -144,7 +146,7 @@ fn rates(constraints: &LoopConstraints, start: &Start, q: &[f64]) -> Result<Vec<
     let (constraint, residual) = largest(&constraints.velocity_residual(&qd));
     let scale = qd.iter().fold(1.0, |most: f64, v| most.max(v.abs()));
     if !(residual <= 1e-9 * scale) {
-        return Err(NotAssembled { constraint, residual, q: q.to_vec(), rates: true });
+        return Err(NotAssembled { constraint, residual, q: q.to_vec(), rates: true, is_other_branch: false });
     }
     Ok(qd)
 }

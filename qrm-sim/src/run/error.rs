@@ -81,7 +81,9 @@ impl fmt::Display for SimError {
 fn not_assembled(reason: &NotAssembled, description: &Description) -> String {
     let constraint = &description.constraints[reason.constraint];
     let (name, unit, open) = (constraint.name, constraint.unit, readable_size(reason.residual));
-    if reason.rates {
+    if reason.is_other_branch {
+        format!("`{}` can be assembled only on another branch than with its own parameters", description.name)
+    } else if reason.rates {
         format!("`{}` cannot start: constraint `{name}` keeps a rate of {open} {unit}/s", description.name)
     } else {
         format!("`{}` cannot be assembled: constraint `{name}` stays {open} {unit} from closed", description.name)

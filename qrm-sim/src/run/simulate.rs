@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use qrm_core::{Mechanism, RowLayout, RowRequest};
 
-use super::assembly::assemble;
+use super::continuation::Branch;
 use super::error_estimate::Companion;
 use super::event::locate;
 use super::monitor::RunMonitor;
@@ -13,7 +13,6 @@ use super::observer::Observer;
 use super::outcome::{Outcome, StartError, Status, Undefined};
 use crate::integrate::{BlockEnd, Integrator, MethodSettings, StepError};
 use crate::solve::{Solver, SolverStats};
-use crate::start::Start;
 use crate::state::State;
 
 /// Rows between two calls of the observer.
@@ -61,7 +60,7 @@ pub fn simulate(
         _ => schedule.end_time,
     };
     check_step(step, end_time)?;
-    let first = first_state(mechanism, &mut Solver::new(mechanism))?;
+    let first = first_state(mechanism, &Branch::of(mechanism), &mut Solver::new(mechanism))?;
     let settings = request.settings;
     let mut run = Run {
         mechanism,
@@ -110,8 +109,12 @@ pub(crate) fn check_condition(value: Option<f64>) -> Result<(), StartError> {
 ///
 /// # Errors
 /// The constraints cannot be met, or the accelerations are not determined.
-pub(crate) fn first_state(mechanism: &dyn Mechanism, solver: &mut Solver) -> Result<State, StartError> {
-    let (q, qd) = assemble(mechanism, &Start::of(mechanism)).map_err(StartError::NotAssembled)?;
+pub(crate) fn first_state(
+    mechanism: &dyn Mechanism,
+    branch: &Branch,
+    solver: &mut Solver,
+) -> Result<State, StartError> {
+    let (q, qd) = branch.assemble(mechanism).map_err(StartError::NotAssembled)?;
     let mut first = State::zero(q.len(), mechanism.description().constraints.len());
     (first.q, first.qd) = (q, qd);
     solver.complete(mechanism, &mut first).map_err(StartError::Step)?;

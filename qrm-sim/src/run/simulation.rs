@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use qrm_core::{Mechanism, Model, Replace, RowLayout, RowRequest};
 
+use super::continuation::Branch;
 use super::error::{Reason, SimError};
 use super::outcome::StartError;
 use super::simulate::first_state;
@@ -80,7 +81,7 @@ impl Simulation {
         if !(step > 0.0) {
             return Err(StartError::StepTooShort { step, end_time: f64::INFINITY });
         }
-        let first = first_state(&*mechanism, &mut Solver::new(&*mechanism))?;
+        let first = first_state(&*mechanism, &Branch::of(&*mechanism), &mut Solver::new(&*mechanism))?;
         Self::from_state(model, mechanism, settings, step, first).map_err(StartError::Step)
     }
 

@@ -5,7 +5,7 @@ use qrm_core::{Mechanism, Scalar, Tape, TapeEvaluator};
 use super::elimination::Elimination;
 use super::{Number, StateAt};
 use crate::integrate::StepError;
-use crate::run::{Dependents, NotAssembled, assemble};
+use crate::run::{Dependents, NotAssembled, assembled};
 use crate::solve::LoopConstraints;
 use crate::start::Start;
 
@@ -58,7 +58,7 @@ impl<'t> Equations<'t> {
     /// The constraints cannot be met.
     pub(super) fn start(&mut self, mechanism: &dyn Mechanism) -> Result<Vec<Number>, NotAssembled> {
         let start = Start::of(mechanism);
-        let (q, qd) = assemble(mechanism, &start)?;
+        let (q, qd) = assembled(mechanism)?;
         let n = q.len();
         let mut y = vec![Number::zero(); 2 * n];
         let (own_q, own_qd) = y.split_at_mut(n);

@@ -7,7 +7,7 @@ use super::number::{Derived, Number, PARTS, derivatives, has_derivatives, number
 use super::result::{Motion, Output};
 use super::step::{DualState, DualStepper};
 use super::{SensitivityEnd, SensitivityError, SensitivityRequest};
-use crate::run::{Dependents, ExtremesTracker, Integral, StartError, assemble, check_condition, check_step};
+use crate::run::{Dependents, ExtremesTracker, Integral, StartError, assembled, check_condition, check_step};
 use crate::solve::{LoopConstraints, ProjectionTolerance};
 use crate::start::Start;
 
@@ -103,7 +103,7 @@ impl<'a> DualRun<'a> {
 fn start(stepper: &mut DualStepper) -> Result<DualState, SensitivityError> {
     let mechanism = stepper.mechanism;
     let given = Start::of(mechanism);
-    let assembled = assemble(mechanism, &given).map_err(|e| SensitivityError::Start(StartError::NotAssembled(e)))?;
+    let assembled = assembled(mechanism).map_err(|e| SensitivityError::Start(StartError::NotAssembled(e)))?;
     let jacobian = LoopConstraints::of(mechanism, 0.0, &assembled.0).constraint_jacobian;
     let zero = |size| vec![Number::zero(); size];
     let (mut q, mut qd) = (zero(given.q.len()), zero(given.q.len()));

@@ -1,0 +1,133 @@
+//! The start of a mechanism with other parameters, on the branch of its scene's own start.
+
+use qrm_core::{Mechanism, Model};
+
+use super::assembly::{NotAssembled, assemble};
+use crate::analysis::{Drive, Position};
+use crate::solve::largest;
+use crate::start::Start;
+
+/// Angles that differ by less than this from the scene's own start are taken for those of its branch.
+const NEAR: f64 = 0.5;
+/// Longest change of an angle in a step of the parameters.
+const LONGEST: f64 = 0.2;
+/// By how much the determinant may change in a step, so that no other branch is reached unnoticed.
+const SMOOTH: f64 = 4.0;
+/// Steps shorter than this part of the way are not tried.
+const SHORTEST: f64 = 1e-6;
+
+/// The branch that a mechanism is assembled on: that of the scene's own parameters.
+///
+/// Where the first guesses of a scene are solved with other parameters, they may lead to a mirrored position, or to
+/// none. Then the parameters are changed little by little from the scene's own values, and the position follows.
+#[derive(Clone, Debug)]
+pub(crate) struct Branch {
+    /// The scene's own start; `None` where the given coordinates do not determine the others, and for mechanisms that
+    /// are not generated.
+    own: Option<Own>,
+}
+
+#[derive(Clone, Debug)]
+struct Own {
+    model: Model,
+    parameters: Vec<f64>,
+    start: Start,
+    position: Position,
+}
+
+impl Own {
+    fn of(mechanism: &dyn Mechanism) -> Option<Self> {
+        let model = mechanism.model()?;
+        let parameters = model.parameter_values(&|_| None);
+        let own = model.mechanism_with(parameters.clone());
+        let start = Start::of(&*own);
+        let position = Drive::new(&*own, start.given.clone())?.close(assemble(&*own, &start).ok()?.0)?;
+        (position.determinant != 0.0).then_some(Self { model, parameters, start, position })
+    }
+}
+
+impl Branch {
+    /// The branch of the scene of a mechanism.
+    pub(crate) fn of(mechanism: &dyn Mechanism) -> Self {
+        Self { own: Own::of(mechanism) }
+    }
+
+    /// Coordinates and rates of a mechanism of this scene at its start.
+    ///
+    /// # Errors
+    /// Some constraint cannot be met, or only on another branch.
+    pub(crate) fn assemble(&self, mechanism: &dyn Mechanism) -> Result<(Vec<f64>, Vec<f64>), NotAssembled> {
+        let mut start = Start::of(mechanism);
+        let direct = assemble(mechanism, &start);
+        let Some(own) = &self.own else { return direct };
+        // Other guesses ask for another branch.
+        let guesses = |start: &Start| -> Vec<f64> {
+            start.q.iter().zip(&start.given).filter(|(_, given)| !**given).map(|(q, _)| *q).collect()
+        };
+        if mechanism.parameters() == own.parameters || guesses(&start) != guesses(&own.start) {
+            return direct;
+        }
+        if let Ok((q, _)) = &direct
+            && let Some(position) = Drive::new(mechanism, start.given.clone()).and_then(|drive| drive.close(q.clone()))
+            && position.determinant * own.position.determinant > 0.0
+            && own.moved(&own.position, &position.q) < NEAR
+        {
+            return direct;
+        }
+        match own.follow(mechanism) {
+            Some(position) => {
+                start.q = position.q;
+                assemble(mechanism, &start)
+            }
+            None => Err(match direct {
+                Err(reason) => reason,
+                Ok((q, _)) => NotAssembled { constraint: 0, residual: 0.0, q, rates: false, is_other_branch: true },
+            }),
+        }
+    }
+}
+
+impl Own {
+    /// The position that the scene's own one becomes when the parameters change to those of a mechanism; `None` if it
+    /// meets a singular position on the way.
+    fn follow(&self, mechanism: &dyn Mechanism) -> Option<Position> {
+        let (mut now, mut done, mut step) = (self.position.clone(), 0.0, 0.125_f64);
+        while done < 1.0 {
+            let next = (done + step).min(1.0);
+            let value = |(own, to): (&f64, &f64)| if next == 1.0 { *to } else { own + (to - own) * next };
+            let values = self.parameters.iter().zip(mechanism.parameters()).map(value).collect();
+            let between = self.model.mechanism_with(values);
+            let start = Start::of(&*between);
+            let guess = (0..now.q.len()).map(|i| if start.given[i] { start.q[i] } else { now.q[i] }).collect();
+            let is_neighbour = |position: &Position| {
+                let change = position.determinant / now.determinant;
+                change < SMOOTH && change > 1.0 / SMOOTH && self.moved(&now, &position.q) < LONGEST
+            };
+            let drive = Drive::new(&*between, start.given.clone())?;
+            match drive.close(guess).filter(is_neighbour) {
+                Some(position) => {
+                    (now, done) = (position, next);
+                    step *= 2.0;
+                }
+                None if step <= SHORTEST => return None,
+                None => step *= 0.5,
+            }
+        }
+        Some(now)
+    }
+
+    /// The largest change of an angle that is not given.
+    fn moved(&self, from: &Position, to: &[f64]) -> f64 {
+        let is_free_angle = |i: &usize| !self.start.given[*i] && self.model.description.is_angle(*i);
+        let changes: Vec<f64> = (0..to.len()).filter(is_free_angle).map(|i| (to[i] - from.q[i]).abs()).collect();
+        largest(&changes).1
+    }
+}
+
+/// Coordinates and rates of a mechanism at its start, on the branch of its scene's own parameters.
+///
+/// # Errors
+/// Some constraint cannot be met, or only on another branch.
+pub fn assembled(mechanism: &dyn Mechanism) -> Result<(Vec<f64>, Vec<f64>), NotAssembled> {
+    Branch::of(mechanism).assemble(mechanism)
+}
