@@ -9,5 +9,6 @@ fn main() {
         "loads.toml",
         "undefined.toml",
         "pulse.toml",
+        "watt.toml",
     ]);
 }
