@@ -112,6 +112,10 @@ impl Observer for Recording {
         Ok(())
     }
 
+    fn between(&mut self, columns: &[f64]) {
+        self.extremes.row(columns[0], &columns[..self.with_extremes]);
+    }
+
     fn finish(&mut self, last: &[f64]) -> io::Result<()> {
         let Some(t) = last.first() else { return Ok(()) };
         self.envelope.finish(*t, last);

@@ -9,6 +9,9 @@ use super::method::{MethodSettings, StepError};
 use crate::solve::{Projection, ProjectionTolerance, Solver, SolverStats};
 use crate::state::State;
 
+/// Most numbers of states between rows that are kept.
+const MOST_INNER: usize = 1 << 20;
+
 /// A method with what it keeps between rows.
 #[derive(Clone, Debug)]
 pub struct Integrator {
@@ -20,6 +23,9 @@ pub struct Integrator {
     pair: [State; 2],
     /// Room for the two rows of a step, as numbers.
     rows: Vec<f64>,
+    /// Whether states inside and between the steps to a row are kept, and those of the last block.
+    keeps_inner: bool,
+    inner: Vec<f64>,
 }
 
 #[derive(Clone, Debug)]
@@ -78,7 +84,17 @@ impl Integrator {
         };
         let pair = [first.clone(), first.clone()];
         let width = RowLayout { n, m: first.multipliers.len() }.width();
-        Ok(Self { settings, solver, steps, pair, rows: vec![0.0; 2 * width] })
+        Ok(Self { settings, solver, steps, pair, rows: vec![0.0; 2 * width], keeps_inner: false, inner: Vec::new() })
+    }
+
+    /// Has states between rows kept, where steps are shorter than these.
+    pub(crate) fn keep_inner_rows(&mut self) {
+        self.keeps_inner = true;
+    }
+
+    /// Takes the states between the rows of the last block, as rows.
+    pub(crate) fn take_inner_rows(&mut self) -> Vec<f64> {
+        std::mem::take(&mut self.inner)
     }
 
     /// Statistics of the linear solves so far.
@@ -140,7 +156,18 @@ impl Integrator {
         let projection = (self.settings.projection, self.settings.projection_tolerance);
         match &mut self.steps {
             Steps::Fixed(formula) => formula.step(mechanism, &mut self.solver, projection, (from, t), to),
-            Steps::Adaptive(adaptive) => adaptive.advance_to(mechanism, t, &mut self.solver, to),
+            Steps::Adaptive(adaptive) => {
+                let inner = &mut self.inner;
+                let mut keep = |state: &State| {
+                    let begin = inner.len();
+                    if begin < MOST_INNER {
+                        inner.resize(begin + self.rows.len() / 2, 0.0);
+                        state.write(&mut inner[begin..]);
+                    }
+                };
+                let keep: Option<&mut dyn FnMut(&State)> = if self.keeps_inner { Some(&mut keep) } else { None };
+                adaptive.advance_to(mechanism, t, &mut self.solver, to, keep)
+            }
         }
     }
 
@@ -154,7 +181,7 @@ impl Integrator {
             Steps::Fixed(_) => self.advance(mechanism, from, t, &mut to)?,
             Steps::Adaptive(adaptive) => {
                 let mut again = adaptive.restarted(from);
-                again.advance_to(mechanism, t, &mut self.solver, &mut to)?;
+                again.advance_to(mechanism, t, &mut self.solver, &mut to, None)?;
             }
         }
         Ok(to)

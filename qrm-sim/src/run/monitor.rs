@@ -65,7 +65,8 @@ impl RunMonitor {
         }
     }
 
-    /// Completes rows by their outputs and checks, and hands them on.
+    /// Completes rows by their outputs and checks, and hands them on; before each row those states between it and the
+    /// row before that are known.
     ///
     /// # Errors
     /// A number of a row is not finite, or the observer cannot keep it.
@@ -73,11 +74,17 @@ impl RunMonitor {
         &mut self,
         mechanism: &dyn Mechanism,
         rows: &[f64],
+        inner: &[f64],
         observer: &mut dyn Observer,
     ) -> Result<(), Status> {
         let RowLayout { n, m } = self.layout;
-        for row in rows.chunks_exact(self.layout.width()) {
+        let width = self.layout.width();
+        let mut inner = inner.chunks_exact(width).peekable();
+        for row in rows.chunks_exact(width) {
             let t = row[0];
+            while let Some(state) = inner.next_if(|state| state[0] < t) {
+                self.between(mechanism, state, observer);
+            }
             let (q, qd, qdd) = (&row[1..=n], &row[1 + n..=2 * n], &row[1 + 2 * n..=3 * n]);
             let multipliers = &row[1 + 3 * n..1 + 3 * n + m];
             let at = StateRef { t, q, qd, qdd, multipliers };
@@ -122,6 +129,18 @@ impl RunMonitor {
             self.rows += 1;
         }
         Ok(())
+    }
+
+    /// Hands on the columns of a state between rows, if they are defined.
+    fn between(&mut self, mechanism: &dyn Mechanism, state: &[f64], observer: &mut dyn Observer) {
+        let RowLayout { n, m } = self.layout;
+        let (t, q, qd, qdd) = (state[0], &state[1..=n], &state[1 + n..=2 * n], &state[1 + 2 * n..=3 * n]);
+        let multipliers = &state[1 + 3 * n..1 + 3 * n + m];
+        mechanism.outputs(t, q, qd, qdd, multipliers, &mut self.outputs);
+        if self.outputs.iter().all(|value| value.is_finite()) {
+            write_row(t, [q, qd, qdd], multipliers, &self.outputs, [0.0; 3], &mut self.columns);
+            observer.between(&self.columns);
+        }
     }
 
     /// Which number of the row under way is not finite.

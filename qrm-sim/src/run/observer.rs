@@ -44,6 +44,10 @@ pub trait Observer {
         true
     }
 
+    /// Takes the columns of a state between rows, where a method makes shorter steps than rows; the columns that are
+    /// checks are zero.
+    fn between(&mut self, _columns: &[f64]) {}
+
     /// Called between chunks of rows; `false` ends the run.
     ///
     /// # Errors
@@ -76,6 +80,11 @@ impl<A: Observer, B: Observer> Observer for (A, B) {
 
     fn wants_outputs(&self) -> bool {
         self.0.wants_outputs() || self.1.wants_outputs()
+    }
+
+    fn between(&mut self, columns: &[f64]) {
+        self.0.between(columns);
+        self.1.between(columns);
     }
 
     fn goes_on(&mut self, t: f64, end_time: f64) -> std::io::Result<bool> {

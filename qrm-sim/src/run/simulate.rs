@@ -85,6 +85,7 @@ pub fn simulate(
         buffer: Vec::new(),
         nearest: (0.0, f64::NEG_INFINITY),
     };
+    run.integrator.keep_inner_rows();
     let condition = run.condition(&first);
     check_condition(condition)?;
     run.nearest.1 = condition.unwrap_or(0.0);
@@ -162,7 +163,8 @@ impl Run<'_> {
                 companion.follow(self.mechanism, &self.rows, rows, steps + begin as u64);
             }
             let before = self.monitor.rows;
-            let taken = self.monitor.take(self.mechanism, rows, observer);
+            let inner = self.integrator.take_inner_rows();
+            let taken = self.monitor.take(self.mechanism, rows, &inner, observer);
             steps += made as u64;
             // A run that cannot go on ends with its last row, however much further the computation had come.
             let kept = if taken.is_err() { (self.monitor.rows - before) as usize } else { made + 1 - begin };
