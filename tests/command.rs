@@ -304,6 +304,22 @@ fn conditions_and_formulae_on_the_command_line() {
 }
 
 #[test]
+fn a_condition_that_is_true_between_rows_only_is_met_there() {
+    // The ram goes 6e-8 m beyond this, for 80 us.
+    for arguments in [
+        &["--step", "1e-2"][..],
+        &["--step", "1e-3"],
+        &["--step", "1e-5"],
+        &["--method", "dop853", "--step", "0.1"],
+        &["--method", "auto", "--step", "10"],
+    ] {
+        let summary = run(&[&["--until", "C.x >= 0.0009131"], arguments].concat()).summary();
+        let t = summary["end_time"].as_f64().expect("a number");
+        near(&format!("{arguments:?}"), t, 0.786_506_784_8, 1e-7);
+    }
+}
+
+#[test]
 fn a_condition_that_holds_at_the_start_is_refused_by_every_command() {
     let folder = tempfile::tempdir().expect("a folder");
     for command in ["run", "report", "stability", "animate", "accuracy", "sensitivity", "export-fmu"] {

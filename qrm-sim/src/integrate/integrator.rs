@@ -92,6 +92,12 @@ impl Integrator {
         self.keeps_inner = true;
     }
 
+    /// A state between the rows of the last block, as a row.
+    pub(crate) fn inner_row(&self, i: usize) -> Option<&[f64]> {
+        let width = self.rows.len() / 2;
+        self.inner.get(i * width..(i + 1) * width)
+    }
+
     /// Takes the states between the rows of the last block, as rows.
     pub(crate) fn take_inner_rows(&mut self) -> Vec<f64> {
         std::mem::take(&mut self.inner)

@@ -2,6 +2,9 @@
 
 use crate::state::State;
 
+/// The part of a step over which slopes are taken, and to which a largest value is located.
+const SHIFT: f64 = 1e-4;
+
 /// The state inside a step at which a value rises through zero, by steps of other lengths from its beginning.
 ///
 /// The method is that of T. R. Chandrupatla, A new hybrid quadratic/bisection algorithm for finding the zero of a
@@ -42,6 +45,55 @@ pub(crate) fn locate<E>(
         part = inverse_quadratic([(a, f_a), (b, f_b), (c, f_c)]).unwrap_or(0.5);
     }
     Ok(found)
+}
+
+/// The state inside a step at which a value that is negative at both ends is largest, if it rises from the beginning and
+/// falls to the end; in the resolution of a golden section search until it is positive.
+pub(crate) fn touched<E>(
+    from: &State,
+    to: &State,
+    value: impl Fn(&State) -> Option<f64>,
+    mut step: impl FnMut(f64) -> Result<State, E>,
+) -> Option<State> {
+    let h = to.t - from.t;
+    // The change of the value along the motion.
+    let slope = |at: &State, h: f64| {
+        let mut moved = at.clone();
+        moved.t += h;
+        for i in 0..at.q.len() {
+            moved.q[i] += h * at.qd[i];
+            moved.qd[i] += h * at.qdd[i];
+        }
+        Some((value(&moved)? - value(at)?) / h)
+    };
+    if !(slope(from, SHIFT * h)? > 0.0 && slope(to, -SHIFT * h)? < 0.0) {
+        return None;
+    }
+    let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
+    let mut at = |t: f64| {
+        let state = step(t).ok()?;
+        Some((value(&state)?, state))
+    };
+    let (mut a, mut b) = (from.t, to.t);
+    let (mut c, mut d) = (b - golden * (b - a), a + golden * (b - a));
+    let (mut at_c, mut at_d) = (at(c)?, at(d)?);
+    while b - a > SHIFT * h {
+        for (value, state) in [&at_c, &at_d] {
+            if *value >= 0.0 {
+                return Some(state.clone());
+            }
+        }
+        if at_c.0 > at_d.0 {
+            (b, d, at_d) = (d, c, at_c);
+            c = b - golden * (b - a);
+            at_c = at(c)?;
+        } else {
+            (a, c, at_c) = (c, d, at_d);
+            d = a + golden * (b - a);
+            at_d = at(d)?;
+        }
+    }
+    Some(if at_c.0 > at_d.0 { at_c.1 } else { at_d.1 })
 }
 
 /// The zero by the inverse quadratic through three points, as a part of the way from the first to the second one;

@@ -98,9 +98,7 @@ impl RunMonitor {
             if let Some(what) = self.undefined(energy) {
                 return Err(Status::NotFinite { t, what });
             }
-            for (range, q) in self.ranges.iter_mut().zip(q) {
-                *range = [range[0].min(*q), range[1].max(*q)];
-            }
+            self.widen(q);
             self.largest_energy = self.largest_energy.max(energy.abs()).max(potential.abs());
             self.largest_kinetic_energy = self.largest_kinetic_energy.max(kinetic);
             self.is_conservative &= power == 0.0;
@@ -136,10 +134,18 @@ impl RunMonitor {
         let RowLayout { n, m } = self.layout;
         let (t, q, qd, qdd) = (state[0], &state[1..=n], &state[1 + n..=2 * n], &state[1 + 2 * n..=3 * n]);
         let multipliers = &state[1 + 3 * n..1 + 3 * n + m];
+        self.widen(q);
         mechanism.outputs(t, q, qd, qdd, multipliers, &mut self.outputs);
         if self.outputs.iter().all(|value| value.is_finite()) {
             write_row(t, [q, qd, qdd], multipliers, &self.outputs, [0.0; 3], &mut self.columns);
             observer.between(&self.columns);
+        }
+    }
+
+    /// Takes coordinates up into their ranges.
+    fn widen(&mut self, q: &[f64]) {
+        for (range, q) in self.ranges.iter_mut().zip(q) {
+            *range = [range[0].min(*q), range[1].max(*q)];
         }
     }
 

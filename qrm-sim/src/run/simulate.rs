@@ -7,7 +7,7 @@ use qrm_core::{Mechanism, RowLayout, RowRequest};
 
 use super::continuation::Branch;
 use super::error_estimate::Companion;
-use super::event::locate;
+use super::event::{locate, touched};
 use super::monitor::RunMonitor;
 use super::observer::Observer;
 use super::outcome::{Outcome, StartError, Status, Undefined};
@@ -20,6 +20,10 @@ const CHUNK: usize = 1024;
 
 /// One of so many steps of the kernel is made again by the plain functions: in the first chunk, and in later ones.
 const SAMPLED: [usize; 2] = [32, 128];
+
+/// A condition may be met between two rows where its distance from true is less than so many of its changes from row to
+/// row.
+const NEAR: f64 = 8.0;
 
 /// A run to make.
 pub struct Request<'a> {
@@ -140,6 +144,15 @@ struct Run<'a> {
     nearest: (f64, f64),
 }
 
+/// A state that the condition is evaluated at.
+#[derive(Clone, Copy)]
+enum Sample {
+    /// A row of the buffer.
+    Row(usize),
+    /// A state between rows.
+    Inner(usize),
+}
+
 impl Run<'_> {
     fn run(&mut self, first: &State, observer: &mut dyn Observer) -> Outcome {
         let width = self.layout.width();
@@ -148,6 +161,7 @@ impl Run<'_> {
         let chunk = if knows_condition || self.integrator.is_fixed() { CHUNK } else { 1 };
         self.buffer.resize((chunk + 1) * width, 0.0);
         first.write(&mut self.buffer);
+        self.buffer[self.layout.event()] = self.nearest.1;
         let mut integration = Duration::ZERO;
         let mut end = first.clone();
         let mut steps = 0;
@@ -210,6 +224,9 @@ impl Run<'_> {
             }
         }
         let has_condition = !matches!(self.request.end, Some(End::Time(_))) && self.has_condition();
+        if has_condition && let Some(row) = self.first_crossing(made) {
+            (made, reason) = (row, BlockEnd::Event);
+        }
         let last = self.buffer[made * width + self.layout.event()];
         let is_crossed = reason == BlockEnd::Event;
         if has_condition {
@@ -239,6 +256,57 @@ impl Run<'_> {
             }
             BlockEnd::End => (made, Some(Status::Completed)),
         }
+    }
+
+    /// The first row of the buffer before which the condition was true inside the step, though it is true in no row
+    /// before; the row becomes the state where it was found true.
+    fn first_crossing(&mut self, made: usize) -> Option<usize> {
+        let (width, event) = (self.layout.width(), self.layout.event());
+        let (mut row, mut inner) = (1, 0);
+        // The last sample, a row of the buffer or a state between rows, with the condition's value there.
+        let (mut last, mut before) = (Sample::Row(0), self.buffer[event]);
+        let mut last_change = 0.0;
+        while row <= made && before < 0.0 {
+            let is_inner = self.integrator.inner_row(inner).is_some_and(|at| at[0] < self.buffer[row * width]);
+            let sample = if is_inner { Sample::Inner(inner) } else { Sample::Row(row) };
+            let value = match sample {
+                Sample::Row(row) => self.buffer[row * width + event],
+                Sample::Inner(_) => self.condition(&self.state(&sample)).unwrap_or(-1.0),
+            };
+            let change = (value - before).abs();
+            let found = if value >= 0.0 {
+                // A row where the condition is true is found without help.
+                is_inner.then(|| self.state(&sample))
+            } else if -before.max(value) <= NEAR * change.max(last_change) {
+                self.touched(&self.state(&last), &self.state(&sample))
+            } else {
+                None
+            };
+            if let Some(found) = found {
+                found.write(&mut self.buffer[row * width..]);
+                self.buffer[row * width + event] = 0.0;
+                return Some(row);
+            }
+            (last, before, last_change) = (sample, value, change);
+            if is_inner { inner += 1 } else { row += 1 }
+        }
+        None
+    }
+
+    /// The state at which the condition is true between two states at which it is not.
+    fn touched(&mut self, from: &State, to: &State) -> Option<State> {
+        let (mechanism, request) = (self.mechanism, self.request);
+        let value = |at: &State| condition(mechanism, request, at);
+        let found = touched(from, to, value, |t| self.integrator.between(mechanism, from, t))?;
+        value(&found).is_some_and(|value| value >= 0.0).then_some(found)
+    }
+
+    fn state(&self, sample: &Sample) -> State {
+        let numbers = match *sample {
+            Sample::Row(row) => &self.buffer[row * self.layout.width()..],
+            Sample::Inner(inner) => self.integrator.inner_row(inner).unwrap_or_default(),
+        };
+        State::from_row(self.layout, numbers)
     }
 
     /// The state in the step to row `made` of the buffer at which the condition becomes true.
