@@ -200,8 +200,8 @@ impl Adaptive {
         self.work == 0.0
     }
 
-    /// Moves to the projected state at a time not before the last one that was asked for; `inner` is given the states in
-    /// the middle and at the end of each step on the way.
+    /// Moves to the projected state at a time not before the last one that was asked for; `inner` is given the state
+    /// at the end of each step on the way.
     ///
     /// # Errors
     /// The motion does not get there.
@@ -225,35 +225,17 @@ impl Adaptive {
                 }
                 (checked, then) = (attempts, now);
             }
-            let last = self.dense_output.to.t;
             self.step(mechanism, solver)?;
-            if let Some(inner) = &mut inner {
-                let end = self.dense_output.to.t;
-                let middle = last + 0.5 * (end - last);
-                if middle < t {
-                    self.inside(mechanism, middle, solver, to)?;
-                    inner(to);
-                }
-                if end < t {
-                    inner(&self.dense_output.to);
-                }
+            if let Some(inner) = &mut inner
+                && self.dense_output.to.t < t
+            {
+                inner(&self.dense_output.to);
             }
         }
         if self.dense_output.to.t == t {
             to.clone_from(&self.dense_output.to);
             return Ok(());
         }
-        self.inside(mechanism, t, solver, to)
-    }
-
-    /// The projected state inside the last step.
-    fn inside(
-        &mut self,
-        mechanism: &dyn Mechanism,
-        t: f64,
-        solver: &mut Solver,
-        to: &mut State,
-    ) -> Result<(), StepError> {
         let mut work = Work { evaluations: &mut self.counts.evaluations, solver };
         self.formula.complete_dense_output(mechanism, &mut self.dense_output, &mut work)?;
         to.t = t;

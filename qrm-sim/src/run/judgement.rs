@@ -13,8 +13,8 @@ const TOLERABLE_IMBALANCE: f64 = 1e-3;
 /// The error of a coordinate, as a fraction of the range that it moves in, that a run may have without being asked for
 /// less.
 const TOLERABLE_ERROR: f64 = 1e-3;
-/// A range is not taken for less than this fraction of a coordinate, or of a radian.
-const SMALLEST_RANGE: f64 = 1e-6;
+/// A range is not taken for less than this fraction of a coordinate, or of a radian: a coordinate may hardly move.
+const SMALLEST_RANGE: f64 = 1e-2;
 /// Errors of a run may be larger than those of its steps by this factor.
 const ACCUMULATION: f64 = 1e4;
 const ACCUMULATION_PER_STEP: f64 = 10.0;
