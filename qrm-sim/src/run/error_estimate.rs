@@ -2,8 +2,8 @@
 
 use qrm_core::{Mechanism, RowLayout, RowRequest};
 
-use crate::integrate::{BlockEnd, Integrator, MethodSettings};
-use crate::solve::largest;
+use crate::integrate::{BlockEnd, Integrator, MethodSettings, StepError};
+use crate::solve::{Solver, largest};
 use crate::state::State;
 
 /// The random walk of rounding errors in a step, in units in the last place of the largest coordinate (measured).
@@ -19,7 +19,7 @@ const RICHARDSON_FACTOR: f64 = 2.0;
 
 /// A companion run beside a run: with longer steps, or at a tenth of the tolerance, where the difference is the error
 /// of the first run itself.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Companion {
     integrator: Integrator,
     layout: RowLayout,
@@ -32,6 +32,8 @@ pub(crate) struct Companion {
     /// Largest difference of each coordinate in any row, and largest coordinate.
     differences: Vec<f64>,
     size: f64,
+    /// Whether it was compared with the run at all.
+    has_met: bool,
     failed: bool,
 }
 
@@ -54,8 +56,34 @@ impl Companion {
             rows: Vec::new(),
             differences: vec![0.0; layout.n],
             size: 0.0,
+            has_met: false,
             failed: false,
         })
+    }
+
+    /// Comes to the state of the run at which the parameters change, and goes on from there with the new ones.
+    pub(crate) fn change(&mut self, [old, new]: [&dyn Mechanism; 2], end: &State) {
+        if !self.failed {
+            self.failed = self.try_change([old, new], end).is_err();
+        }
+    }
+
+    fn try_change(&mut self, [old, new]: [&dyn Mechanism; 2], end: &State) -> Result<(), StepError> {
+        // Two steps where the run may have made one: the same step would show no difference.
+        let middle = 0.5 * (self.at.t + end.t);
+        for t in [middle, end.t] {
+            if t > self.at.t {
+                self.integrator.advance(old, &self.at, t, &mut self.next)?;
+                std::mem::swap(&mut self.at, &mut self.next);
+            }
+        }
+        self.has_met = true;
+        compare((&mut self.differences, &mut self.size), &self.at.q, &end.q);
+        let settings = self.integrator.settings;
+        Solver::new(new).settle(new, &settings, &mut self.at)?;
+        self.integrator = Integrator::new(new, settings, &self.at, f64::INFINITY)?;
+        self.row = 0;
+        Ok(())
     }
 
     /// Follows rows of the run, the first of which has the number `first`; a last one that is no whole step is left
@@ -98,6 +126,7 @@ impl Companion {
         let made = &self.rows[..(block.made + 1) * width];
         for state in made.chunks_exact(width).step_by(own as usize).skip(1) {
             self.row += of_run;
+            self.has_met = true;
             let row = &rows[(self.row - first) as usize * width..];
             compare((&mut self.differences, &mut self.size), &state[1..=self.layout.n], &row[1..=self.layout.n]);
         }
@@ -115,6 +144,7 @@ impl Companion {
             }
             std::mem::swap(&mut self.at, &mut self.next);
             self.row = number;
+            self.has_met = true;
             compare((&mut self.differences, &mut self.size), &self.at.q, &row[1..=self.layout.n]);
         }
     }
@@ -122,7 +152,7 @@ impl Companion {
     /// The largest error of each coordinate in any row, after so many steps; `None` if the companion broke off or never
     /// met the run.
     pub(crate) fn errors(&self, steps: u64) -> Option<Vec<f64>> {
-        if self.failed || self.row == 0 {
+        if self.failed || !self.has_met {
             return None;
         }
         if self.integrator.is_fixed() {

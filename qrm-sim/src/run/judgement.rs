@@ -1,4 +1,4 @@
-//! The judgement on the numbers of a run that came to its end.
+//! The judgement on the numbers of a motion: of a run that came to its end, and of one under way.
 
 use std::f64::consts::TAU;
 
@@ -53,15 +53,33 @@ pub enum Doubt {
     },
 }
 
-impl Outcome {
+/// The numbers of a motion that it is judged by.
+pub(crate) struct Evidence<'a> {
+    pub(crate) energy_imbalance: f64,
+    /// Whether no load without potential did work.
+    pub(crate) is_conservative: bool,
+    pub(crate) largest_kinetic_energy: f64,
+    pub(crate) largest_energy: f64,
+    pub(crate) ranges: &'a [[f64; 2]],
+    pub(crate) tolerance: Option<f64>,
+    /// Steps so far.
+    pub(crate) steps: u64,
+    pub(crate) estimated_errors: Option<Vec<f64>>,
+    pub(crate) companion_failed: bool,
+    pub(crate) corrections: &'a [f64],
+    /// The largest residual before a correction.
+    pub(crate) residual: f64,
+}
+
+impl Evidence<'_> {
     /// The reasons not to trust the numbers.
-    pub fn doubts(&self, description: &Description) -> Vec<Doubt> {
+    pub(crate) fn doubts(&self, description: &Description) -> Vec<Doubt> {
         let mut doubts = Vec::new();
         let imbalance = self.energy_imbalance;
         if !is_balanced(imbalance, self.largest_kinetic_energy, self.largest_energy) {
-            doubts.push(Doubt::Energy { imbalance, is_conservative: self.energy_drift.is_some() });
+            doubts.push(Doubt::Energy { imbalance, is_conservative: self.is_conservative });
         }
-        let accepted = accepted_errors(description, &self.ranges, self.tolerance, self.counts.accepted);
+        let accepted = accepted_errors(description, self.ranges, self.tolerance, self.steps);
         match &self.estimated_errors {
             Some(errors) => doubts.extend(worst(errors, &accepted).map(|coordinate| Doubt::Error {
                 coordinate,
@@ -71,13 +89,70 @@ impl Outcome {
             None if self.companion_failed => doubts.push(Doubt::CompanionFailed),
             None => {}
         }
-        let tolerable = accepted_errors(description, &self.ranges, None, self.counts.accepted);
-        doubts.extend(worst(&self.corrections, &tolerable).map(|coordinate| Doubt::Correction {
+        let tolerable = accepted_errors(description, self.ranges, None, self.steps);
+        doubts.extend(worst(self.corrections, &tolerable).map(|coordinate| Doubt::Correction {
             coordinate,
             correction: self.corrections[coordinate],
-            residual: self.stats.residual_before_correction,
+            residual: self.residual,
         }));
         doubts
+    }
+}
+
+impl Outcome {
+    /// The reasons not to trust the numbers.
+    pub fn doubts(&self, description: &Description) -> Vec<Doubt> {
+        let evidence = Evidence {
+            energy_imbalance: self.energy_imbalance,
+            is_conservative: self.energy_drift.is_some(),
+            largest_kinetic_energy: self.largest_kinetic_energy,
+            largest_energy: self.largest_energy,
+            ranges: &self.ranges,
+            tolerance: self.tolerance,
+            steps: self.counts.accepted,
+            estimated_errors: self.estimated_errors.clone(),
+            companion_failed: self.companion_failed,
+            corrections: &self.corrections,
+            residual: self.stats.residual_before_correction,
+        };
+        evidence.doubts(description)
+    }
+}
+
+impl Doubt {
+    /// The reason in words, with the names of the mechanism.
+    pub fn text(&self, tolerance: Option<f64>, description: &Description) -> String {
+        let coordinate = |i: usize| (description.coordinates[i].name, description.coordinates[i].unit);
+        match *self {
+            Self::Energy { imbalance, is_conservative: true } => {
+                format!("the energy changed by {imbalance:.1e} J although every load has a potential")
+            }
+            Self::Energy { imbalance, is_conservative: false } => {
+                format!("the energy changed by {imbalance:.1e} J more than the loads without potential did work")
+            }
+            Self::Error { coordinate: i, error, accepted } => {
+                let (name, unit) = coordinate(i);
+                let what = if tolerance.is_some() { "the tolerance" } else { "a run without a tolerance" };
+                format!(
+                    "the estimated error of `{name}`, {error:.1e} {unit}, is beyond the {accepted:.0e} that {what} \
+                     stands for"
+                )
+            }
+            Self::CompanionFailed if tolerance.is_some() => {
+                "the second run that estimates the error, at a tenth of the tolerance, broke off".to_owned()
+            }
+            Self::CompanionFailed => {
+                "the second run that estimates the error broke off, so the step is near the limit of what is stable"
+                    .to_owned()
+            }
+            Self::Correction { coordinate: i, correction, residual } => {
+                let (name, unit) = coordinate(i);
+                format!(
+                    "closing the loops after a step moved `{name}` by {correction:.1e} {unit}, from residuals up to \
+                     {residual:.1e}"
+                )
+            }
+        }
     }
 }
 
