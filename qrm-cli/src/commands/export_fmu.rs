@@ -46,6 +46,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     let token = InstantiationToken {
         fixed: roles.fixed().into_iter().map(str::to_owned).collect(),
         computed: roles.computed().into_iter().map(str::to_owned).collect(),
+        masses: roles.masses().into_iter().map(str::to_owned).collect(),
         replaced: setup.set.clone().into_iter().collect(),
         ..InstantiationToken::new(setup.description, setup.settings, outcome.step)
     };

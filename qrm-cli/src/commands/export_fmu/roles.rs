@@ -36,6 +36,11 @@ impl Roles {
         self.masses.contains(&self.roles[place].0)
     }
 
+    /// Masses and moments of inertia.
+    pub(super) fn masses(&self) -> Vec<&'static str> {
+        self.masses.clone()
+    }
+
     /// The parameters that follow from others.
     pub(super) fn computed(&self) -> Vec<&'static str> {
         let computed = self.roles.iter().filter(|(_, role)| matches!(role, Role::Computed { .. }));
