@@ -7,6 +7,7 @@ use qrm_sim::columns::{Column, Kind};
 use qrm_sim::run::{Reason, SimError, Simulation};
 
 use crate::failure::Failure;
+use crate::phase::Phase;
 use crate::token::{InstantiationToken, NotAToken};
 use crate::variables::variables;
 
@@ -15,42 +16,6 @@ const OPEN: f64 = 1e-10;
 
 /// Times that differ by less than this part are the same to an importer that adds up its steps.
 const SAME: f64 = 1e-7;
-
-/// Where in its life an instance is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Phase {
-    /// Parameters can be set.
-    Instantiated,
-    /// The same; values can be asked for.
-    Initializing,
-    /// The motion is under way; the importer steps by the unit.
-    Stepping,
-    /// The motion is under way; the importer deals with an event.
-    Event,
-    /// The motion is under way; the importer integrates.
-    Integrating,
-    /// It is over.
-    Terminated,
-}
-
-impl Phase {
-    /// Whether the motion is under way.
-    fn is_running(self) -> bool {
-        matches!(self, Self::Stepping | Self::Event | Self::Integrating)
-    }
-
-    /// What the interface calls it.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Instantiated => "instantiated",
-            Self::Initializing => "in initialization mode",
-            Self::Stepping => "in step mode",
-            Self::Event => "in event mode",
-            Self::Integrating => "in continuous-time mode",
-            Self::Terminated => "terminated",
-        }
-    }
-}
 
 /// Who integrates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -17,6 +17,7 @@ mod failure;
 mod instance;
 #[allow(unsafe_code, reason = "a C interface is made of pointers")]
 mod interface;
+mod phase;
 mod token;
 mod variables;
 

@@ -10,7 +10,7 @@ use super::outcome::StartError;
 use super::simulate::first_state;
 use super::watch::Watch;
 use crate::integrate::{BlockEnd, Integrator, MethodSettings, StepError};
-use crate::solve::{LoopConstraints, Matrix, Solver, largest};
+use crate::solve::{LoopConstraints, Matrix, Solver, is_positive, largest};
 use crate::state::State;
 
 /// A motion under way. Between the times that are asked for it makes the steps of [`simulate`](crate::run::simulate),
@@ -277,27 +277,4 @@ impl Simulation {
 
 fn error(model: &Model, reason: Reason) -> SimError {
     SimError { reason, description: model.description }
-}
-
-/// Whether a symmetric matrix is positive semidefinite, by elimination from the largest entry of its diagonal on.
-fn is_positive(mut matrix: Matrix) -> bool {
-    let n = matrix.columns();
-    let largest = (0..n).map(|i| matrix[i][i]).fold(f64::NEG_INFINITY, f64::max);
-    let rounding = 1e-12 * largest.max(0.0);
-    for _ in 0..n {
-        if (0..n).any(|i| matrix[i][i] < -rounding) {
-            return false;
-        }
-        let pivot = (0..n).max_by(|&i, &j| matrix[i][i].total_cmp(&matrix[j][j])).unwrap_or(0);
-        let row = matrix[pivot].to_vec();
-        if !(row[pivot] > rounding) {
-            return true;
-        }
-        for i in 0..n {
-            for j in 0..n {
-                matrix[i][j] -= row[i] * row[j] / row[pivot];
-            }
-        }
-    }
-    true
 }
