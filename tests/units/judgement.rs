@@ -1,6 +1,6 @@
 //! A motion under way is judged as a run is.
 
-use qrm_sim::integrate::MethodSettings;
+use qrm_sim::integrate::{METHODS, MethodSettings};
 use qrm_sim::run::{Doubt, End, Request, Simulation, simulate};
 
 use crate::interface::{ERROR, OK, Unit, model, token};
@@ -95,12 +95,24 @@ fn a_unit_off_by_too_much_says_so() {
 
 #[test]
 fn a_method_with_a_tolerance_is_judged_too() {
-    let mut token = token(SCENE);
-    token.settings = MethodSettings::new(qrm_sim::integrate::method_named("dopri5").expect("a method"), 1e-9);
-    let unit = Unit::stepping(&token);
-    assert_eq!(unit.set(&[("J2", 0.0)]), OK);
-    let (t, said) = refused(&unit.begin(0.0), 0.01, |_| ());
-    assert!(t > time(ROWS), "{t} {said}");
+    for method in METHODS.iter().filter(|method| method.is_adaptive()) {
+        // With and without a torque that changes at every row or between them.
+        for (tolerance, torque, step) in [(1e-9, 0.0, 0.01), (1e-9, 5.0, 1e-3), (1e-9, 5.0, 0.0131), (1.0, 0.0, 0.01)] {
+            let mut token = token(SCENE);
+            token.settings = MethodSettings::new(method, tolerance);
+            let unit = Unit::stepping(&token);
+            assert_eq!(unit.set(&[("J2", 0.0)]), OK);
+            let unit = unit.begin(0.0);
+            let (t, said) = refused(&unit, step, |t| {
+                if torque != 0.0 {
+                    assert_eq!(unit.set(&[("T2", torque * (3.0 * t).sin())]), OK);
+                }
+            });
+            let is_good = tolerance < 1e-3;
+            assert_eq!(t > time(ROWS), is_good, "{} {tolerance} {torque} {step}: {t} {said}", method.name);
+            assert!(is_good || said.contains("use a smaller tolerance"), "{said}");
+        }
+    }
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use std::ffi::c_void;
 
 use super::{Status, in_phase, interface, is_there, put, read, room, same_count, with};
-use crate::instance::{Instance, Interface};
+use crate::instance::Interface;
 use crate::phase::Phase::{Event, Initializing, Integrating, Terminated};
 
 interface! {
