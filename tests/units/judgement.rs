@@ -131,3 +131,26 @@ fn inputs_that_change_do_not_hide_errors() {
         assert!(t < time(ROWS) && said.contains("do not trust"), "{t} {said}");
     }
 }
+
+#[test]
+fn a_controlled_motion_is_trusted_however_unstable_it_is_by_itself() {
+    // A spring that pushes outward: what differs by 1e-15 differs by more than a turn after two seconds.
+    for step in [STEP, 5e-3] {
+        let unit = Unit::stepping(&token(SCENE));
+        assert_eq!(unit.set(&[("k", -2e6), ("F6", 0.0), ("w0", 0.0)]), OK);
+        let unit = unit.begin(0.0);
+        let mut farthest = 0.0_f64;
+        for i in 0..(2.0 / step).round() as u32 {
+            let t = f64::from(i) * step;
+            let (angle, rate) = (unit.get("phi2") - 0.05 * (3.0 * t).sin(), unit.get("phi2_dot"));
+            farthest = farthest.max(angle.abs());
+            assert_eq!(unit.set(&[("T2", -2e5 * angle - 8e3 * rate)]), OK);
+            assert_eq!(unit.step(t, step).status, OK, "{}", unit.said());
+        }
+        assert!(farthest < 0.05, "{farthest}");
+        // Without the controller it runs away.
+        assert_eq!(unit.set(&[("T2", 0.0)]), OK);
+        assert_eq!(unit.step(2.0, 0.2).status, OK, "{}", unit.said());
+        assert!((unit.get("phi2") - 0.05 * 6.0_f64.sin()).abs() > 0.2, "{}", unit.get("phi2"));
+    }
+}

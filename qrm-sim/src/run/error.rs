@@ -79,7 +79,7 @@ impl fmt::Display for SimError {
             Reason::Failed { t, error: reason } => {
                 write!(f, "`{name}` breaks off after t = {t} s: {}", reason.explain(description))
             }
-            Reason::NoTime { from, to } => write!(f, "`{name}` has come to t = {from} s and cannot go on to {to} s"),
+            Reason::NoTime { from, to } => write!(f, "`{name}` has come to t = {from} s and cannot go on to {to:?} s"),
             Reason::Doubtful { t, doubts, tolerance } => {
                 let texts: Vec<String> = doubts.iter().map(|doubt| doubt.text(*tolerance, description)).collect();
                 let help = match tolerance {

@@ -3,7 +3,7 @@
 use qrm_core::{Mechanism, RowLayout, RowRequest};
 
 use crate::integrate::{BlockEnd, Integrator, MethodSettings, StepError};
-use crate::solve::{Solver, largest};
+use crate::solve::largest;
 use crate::state::State;
 
 /// The random walk of rounding errors in a step, in units in the last place of the largest coordinate (measured).
@@ -31,6 +31,8 @@ pub(crate) struct Companion {
     rows: Vec<f64>,
     /// Largest difference of each coordinate in any row, and largest coordinate.
     differences: Vec<f64>,
+    /// The differences of parts of the motion that are over, added up.
+    before: Vec<f64>,
     size: f64,
     /// Whether it was compared with the run at all.
     has_met: bool,
@@ -55,20 +57,24 @@ impl Companion {
             row: 0,
             rows: Vec::new(),
             differences: vec![0.0; layout.n],
+            before: vec![0.0; layout.n],
             size: 0.0,
             has_met: false,
             failed: false,
         })
     }
 
-    /// Comes to the state of the run at which the parameters change, and goes on from there with the new ones.
-    pub(crate) fn change(&mut self, [old, new]: [&dyn Mechanism; 2], end: &State) {
+    /// Comes to the state `end` of the run, at which the parameters change, and begins with the run again at `first`.
+    ///
+    /// Differences add up, but are not carried on: whoever changes parameters by what the run does, as a controller
+    /// does, corrects the errors of the run, and would not correct those of another motion.
+    pub(crate) fn change(&mut self, [old, new]: [&dyn Mechanism; 2], [end, first]: [&State; 2]) {
         if !self.failed {
-            self.failed = self.try_change([old, new], end).is_err();
+            self.failed = self.try_change([old, new], [end, first]).is_err();
         }
     }
 
-    fn try_change(&mut self, [old, new]: [&dyn Mechanism; 2], end: &State) -> Result<(), StepError> {
+    fn try_change(&mut self, [old, new]: [&dyn Mechanism; 2], [end, first]: [&State; 2]) -> Result<(), StepError> {
         // Two steps where the run may have made one: the same step would show no difference.
         let middle = 0.5 * (self.at.t + end.t);
         for t in [middle, end.t] {
@@ -79,9 +85,11 @@ impl Companion {
         }
         self.has_met = true;
         compare((&mut self.differences, &mut self.size), &self.at.q, &end.q);
-        let settings = self.integrator.settings;
-        Solver::new(new).settle(new, &settings, &mut self.at)?;
-        self.integrator = Integrator::new(new, settings, &self.at, f64::INFINITY)?;
+        for (before, difference) in self.before.iter_mut().zip(&mut self.differences) {
+            *before += std::mem::take(difference);
+        }
+        self.at.clone_from(first);
+        self.integrator = Integrator::new(new, self.integrator.settings, first, f64::INFINITY)?;
         self.row = 0;
         Ok(())
     }
@@ -155,11 +163,12 @@ impl Companion {
         if self.failed || !self.has_met {
             return None;
         }
+        let differences: Vec<f64> = self.before.iter().zip(&self.differences).map(|(a, b)| a + b).collect();
         if self.integrator.is_fixed() {
-            return Some(estimated_errors(&self.differences, self.size, steps));
+            return Some(estimated_errors(&differences, self.size, steps));
         }
         let rounding = rounding(self.size, steps);
-        Some(self.differences.iter().map(|difference| difference.max(rounding)).collect())
+        Some(differences.iter().map(|difference| difference.max(rounding)).collect())
     }
 
     /// Whether it broke off.

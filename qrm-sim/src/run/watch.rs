@@ -11,8 +11,8 @@ use crate::state::State;
 
 /// What a motion under way shows of its accuracy: the same as a run does, at the same rows.
 ///
-/// Where the parameters change, a new part of the motion begins. Errors and ranges go on; energy and work are compared
-/// within each part, and their differences add up.
+/// Where the parameters change, a new part of the motion begins. Ranges go on; errors are estimated, and energy and
+/// work compared, within each part, and add up.
 #[derive(Clone, Debug)]
 pub(crate) struct Watch {
     monitor: RunMonitor,
@@ -91,7 +91,7 @@ impl Watch {
     ) -> Result<(), StepError> {
         self.take(old, end)?;
         if let Some(companion) = &mut self.companion {
-            companion.change([old, new], end);
+            companion.change([old, new], [end, first]);
         }
         let (imbalance, steps) = (self.imbalance(integrator), integrator.counts(rows).accepted);
         let before = &mut self.before;
