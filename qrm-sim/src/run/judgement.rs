@@ -15,6 +15,8 @@ const TOLERABLE_IMBALANCE: f64 = 1e-3;
 const TOLERABLE_ERROR: f64 = 1e-3;
 /// A range is not taken for less than this fraction of a coordinate, or of a radian.
 const SMALLEST_RANGE: f64 = 1e-6;
+/// A coordinate that moves by less than this fraction of the largest one, or of a radian, is at rest.
+const REST: f64 = 1e-12;
 /// Errors of a run may be larger than those of its steps by this factor.
 const ACCUMULATION: f64 = 1e4;
 const ACCUMULATION_PER_STEP: f64 = 10.0;
@@ -76,7 +78,9 @@ impl Evidence<'_> {
     pub(crate) fn doubts(&self, description: &Description) -> Vec<Doubt> {
         let mut doubts = Vec::new();
         let imbalance = self.energy_imbalance;
-        if !is_balanced(imbalance, self.largest_kinetic_energy, self.largest_energy) {
+        if !is_at_rest(description, self.ranges)
+            && !is_balanced(imbalance, self.largest_kinetic_energy, self.largest_energy)
+        {
             doubts.push(Doubt::Energy { imbalance, is_conservative: self.is_conservative });
         }
         let accepted = accepted_errors(description, self.ranges, self.tolerance, self.steps);
@@ -162,6 +166,15 @@ pub(crate) fn worst(errors: &[f64], accepted: &[f64]) -> Option<usize> {
     // Written so that an error that is not a number is beyond.
     let is_beyond = |i: &usize| !(errors[*i] <= accepted[*i]);
     (0..ratios.len()).filter(is_beyond).max_by(|a, b| ratios[*a].total_cmp(&ratios[*b]))
+}
+
+/// Whether no coordinate has moved by more than rounding errors move it: then there is no kinetic energy to compare
+/// with.
+fn is_at_rest(description: &Description, ranges: &[[f64; 2]]) -> bool {
+    let has_angle = (0..ranges.len()).any(|i| description.is_angle(i));
+    let least = if has_angle { 1.0 } else { 0.0 };
+    let size = ranges.iter().flatten().fold(least, |size: f64, q| size.max(q.abs()));
+    ranges.iter().all(|[low, high]| high - low <= REST * size)
 }
 
 /// Whether energy and work agree.
