@@ -4,8 +4,10 @@ use std::collections::BTreeMap;
 
 use qrm_core::Model;
 use qrm_sim::columns::{Column, Kind};
-use qrm_sim::run::{SimError, Simulation};
+use qrm_sim::run::{Reason, SimError, Simulation};
 
+use crate::failure::Failure;
+use crate::phase::Phase;
 use crate::token::{InstantiationToken, NotAToken};
 use crate::variables::variables;
 
@@ -14,19 +16,6 @@ const OPEN: f64 = 1e-10;
 
 /// Times that differ by less than this part are the same to an importer that adds up its steps.
 const SAME: f64 = 1e-7;
-
-/// Where in its life an instance is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Phase {
-    /// Parameters can be set.
-    Instantiated,
-    /// The same; values can be asked for.
-    Initializing,
-    /// The motion is under way.
-    Running,
-    /// It is over.
-    Terminated,
-}
 
 /// Who integrates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,6 +41,8 @@ pub(crate) struct State {
     pub(crate) phase: Phase,
     /// The importer's time at the start; the scene's is zero.
     origin: f64,
+    /// The importer's last time, if it said so.
+    stop: Option<f64>,
     /// Parameters that were set.
     set: BTreeMap<&'static str, f64>,
     /// Whether some were set since the motion last took them up.
@@ -68,6 +59,7 @@ impl State {
         Self {
             phase: Phase::Instantiated,
             origin: 0.0,
+            stop: None,
             set: BTreeMap::new(),
             is_stale: false,
             placed: None,
@@ -90,23 +82,35 @@ impl Instance {
         self.state = State::new();
     }
 
+    /// What a state must be of to be put into this instance.
+    pub(crate) fn identity(&self) -> String {
+        format!("{:?} of `{}`", self.interface, self.token)
+    }
+
     /// Begins the initialization.
-    pub(crate) fn begin(&mut self, start: f64) -> Result<(), String> {
+    pub(crate) fn begin(&mut self, start: f64, stop: Option<f64>) -> Result<(), Failure> {
         if !start.is_finite() {
-            return Err(format!("{start} is no time to start at"));
+            return Err(format!("{start} is no time to start at").into());
         }
-        self.state.origin = start;
+        if let Some(stop) = stop.filter(|stop| !(*stop >= start)) {
+            return Err(format!("a motion that starts at {start} s cannot stop at {stop} s").into());
+        }
+        (self.state.origin, self.state.stop) = (start, stop);
         self.state.phase = Phase::Initializing;
         Ok(())
     }
 
     /// Refuses what belongs to another interface.
-    pub(crate) fn is_for(&self, interface: Interface) -> Result<(), String> {
-        if self.interface == interface { Ok(()) } else { Err(format!("the instance is one of {:?}", self.interface)) }
+    pub(crate) fn is_for(&self, interface: Interface) -> Result<(), Failure> {
+        if self.interface == interface {
+            Ok(())
+        } else {
+            Err(format!("the instance is one of {:?}", self.interface).into())
+        }
     }
 
     /// The value of a variable.
-    pub(crate) fn get(&mut self, reference: u32) -> Result<f64, String> {
+    pub(crate) fn get(&mut self, reference: u32) -> Result<f64, Failure> {
         let kind = self.variable(reference)?.kind;
         match kind {
             Kind::Parameter(i) => Ok(self.model.parameter_values(&|name| self.value_set(name))[i]),
@@ -118,13 +122,17 @@ impl Instance {
             _ => {
                 let value = kind.in_simulation(self.simulation()?);
                 let name = &self.variables[reference as usize].name;
-                if value.is_finite() { Ok(value) } else { Err(format!("`{name}` is not finite here")) }
+                if value.is_finite() {
+                    return Ok(value);
+                }
+                let message = format!("`{name}` is not finite here");
+                Err(if self.state.placed.is_some() { Failure::Discard(message) } else { Failure::Error(message) })
             }
         }
     }
 
     /// Sets parameters, all or none.
-    pub(crate) fn set(&mut self, references: &[u32], values: &[f64]) -> Result<(), String> {
+    pub(crate) fn set(&mut self, references: &[u32], values: &[f64]) -> Result<(), Failure> {
         let named: Vec<&'static str> =
             references.iter().zip(values).map(|(r, value)| self.settable(*r, *value)).collect::<Result<_, _>>()?;
         self.state.set.extend(named.into_iter().zip(values.iter().copied()));
@@ -142,35 +150,52 @@ impl Instance {
         if self.token.computed.contains(name) {
             return Err(format!("parameter `{name}` follows from others and cannot be set"));
         }
-        if self.state.phase == Phase::Running && self.token.fixed.contains(name) {
+        if self.state.phase.is_running() && self.token.fixed.contains(name) {
             return Err(format!(
                 "parameter `{name}` can be set before the start only: the loops or the start depend on it"
             ));
         }
         if !value.is_finite() {
-            return Err(format!("parameter `{name}` cannot be {value}"));
+            return Err(format!("parameter `{name}` cannot be {value}: it must be finite"));
+        }
+        if value < 0.0 && self.token.masses.contains(name) {
+            return Err(format!("parameter `{name}` cannot be {value}: its smallest value is 0"));
         }
         Ok(self.model.description.parameters[i].name)
     }
 
     /// Ends the initialization.
-    pub(crate) fn start(&mut self) -> Result<(), String> {
+    pub(crate) fn start(&mut self) -> Result<(), Failure> {
         self.simulation()?;
-        self.state.phase = Phase::Running;
+        self.state.phase = match self.interface {
+            Interface::CoSimulation => Phase::Stepping,
+            Interface::ModelExchange => Phase::Event,
+        };
         Ok(())
     }
 
     /// Goes on by a step of the importer.
-    pub(crate) fn advance(&mut self, from: f64, step: f64) -> Result<(), String> {
+    pub(crate) fn advance(&mut self, from: f64, step: f64) -> Result<(), Failure> {
         let now = self.time();
-        if !((from - now).abs() <= SAME * (1.0 + now.abs())) {
-            return Err(format!("a step from t = {from} s was asked for, but the motion has come to {now} s"));
+        let same = SAME * (1.0 + now.abs());
+        if !((from - now).abs() <= same) {
+            return Err(format!("a step from t = {from} s was asked for, but the motion has come to {now} s").into());
         }
         if !(step >= 0.0) {
-            return Err(format!("a step cannot be {step} s long"));
+            return Err(format!("a step cannot be {step} s long").into());
+        }
+        if let Some(stop) = self.state.stop.filter(|stop| from + step > stop + same) {
+            let message = format!("a step from t = {from} s by {step} s leads beyond the stop time, {stop} s");
+            return Err(message.into());
         }
         let t = from + step - self.state.origin;
-        self.simulation()?.advance(t).map(|_| ()).map_err(|e| e.to_string())
+        match self.simulation()?.advance_trusted(t) {
+            Ok(_) => Ok(()),
+            Err(e) if matches!(e.reason, Reason::Doubtful { .. }) => {
+                Err(format!("{e}; step, method and tolerance are options of `qrm export-fmu`").into())
+            }
+            Err(e) => Err(e.to_string().into()),
+        }
     }
 
     /// The importer's time.
@@ -184,14 +209,14 @@ impl Instance {
     }
 
     /// Where the importer's integration has come.
-    pub(crate) fn place(&mut self, t: Option<f64>, states: Option<&[f64]>) -> Result<(), String> {
+    pub(crate) fn place(&mut self, t: Option<f64>, states: Option<&[f64]>) -> Result<(), Failure> {
         let mut now = match self.state.placed.take() {
             Some(placed) => placed,
             None => (self.time(), self.continuous_states()?),
         };
         if !t.is_none_or(f64::is_finite) || !states.unwrap_or_default().iter().all(|state| state.is_finite()) {
             self.state.placed = Some(now);
-            return Err("time or a state is not finite".to_owned());
+            return Err("time or a state is not finite".into());
         }
         if let Some(t) = t {
             now.0 = t;
@@ -205,49 +230,54 @@ impl Instance {
     }
 
     /// Coordinates, then rates.
-    pub(crate) fn continuous_states(&mut self) -> Result<Vec<f64>, String> {
+    pub(crate) fn continuous_states(&mut self) -> Result<Vec<f64>, Failure> {
+        if let Some((_, states)) = &self.state.placed {
+            return Ok(states.clone());
+        }
         let now = self.simulation()?.now();
         Ok([&*now.q, &now.qd].concat())
     }
 
     /// Their derivatives.
-    pub(crate) fn derivatives(&mut self) -> Result<Vec<f64>, String> {
+    pub(crate) fn derivatives(&mut self) -> Result<Vec<f64>, Failure> {
         let now = self.simulation()?.now();
         Ok([&*now.qd, &now.qdd].concat())
     }
 
     /// Whether the importer's integration has opened the loops.
-    pub(crate) fn is_open(&mut self) -> Result<bool, String> {
-        Ok(self.simulation()?.residuals().iter().any(|residual| *residual > OPEN))
+    pub(crate) fn is_open(&mut self) -> Result<bool, Failure> {
+        Ok(self.simulation().map_err(Failure::final_one)?.residuals().iter().any(|residual| *residual > OPEN))
     }
 
     /// Closes the loops again.
-    pub(crate) fn close(&mut self) -> Result<(), String> {
+    pub(crate) fn close(&mut self) -> Result<(), Failure> {
         self.state.is_stale = true;
-        self.simulation()?;
+        self.simulation().map_err(Failure::final_one)?;
         self.state.placed = None;
         Ok(())
     }
 
     /// The motion with the parameters that are set, where the importer put it.
-    fn simulation(&mut self) -> Result<&mut Simulation, String> {
-        let Self { model, token, state, .. } = self;
+    fn simulation(&mut self) -> Result<&mut Simulation, Failure> {
+        let Self { model, token, state, interface, .. } = self;
         let set = &state.set;
         let value = |name: &str| set.get(name).copied().or_else(|| token.value(name));
         let message = |e: SimError| e.to_string();
-        let is_running = state.phase == Phase::Running;
+        let is_running = state.phase.is_running();
         let simulation = match state.simulation.take() {
             Some(simulation) if is_running || !state.is_stale => simulation,
             _ => {
                 state.is_stale = false;
-                Simulation::new(model, &value, token.settings, Some(token.step)).map_err(message)?
+                let new = Simulation::new(model, &value, token.settings, Some(token.step)).map_err(message)?;
+                // An importer that integrates by itself knows its own errors.
+                if *interface == Interface::CoSimulation { new.watched().map_err(message)? } else { new }
             }
         };
         // Whatever fails from here on, the motion is still there.
         let simulation = state.simulation.insert(simulation);
         if let (false, Some((t, states))) = (state.is_placed, &state.placed) {
             let (q, qd) = states.split_at(states.len() / 2);
-            simulation.place(t - state.origin, q, qd).map_err(message)?;
+            simulation.place(t - state.origin, q, qd).map_err(Failure::of_trial)?;
             state.is_placed = true;
         }
         if state.is_stale {

@@ -4,6 +4,8 @@
 //! be a mistake of this library, becomes `fmi3Fatal` instead of passing into the importer.
 
 mod absent;
+mod integration;
+mod kept;
 
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -11,7 +13,9 @@ use std::slice;
 
 use qrm_core::Model;
 
-use crate::instance::{Instance, Interface, Phase, State};
+use crate::failure::Failure;
+use crate::instance::{Instance, Interface};
+use crate::phase::Phase;
 
 /// `fmi3Status`.
 type Status = c_int;
@@ -51,14 +55,18 @@ fn report(log_message: Option<LogMessage>, environment: *mut c_void, status: Sta
 }
 
 /// Does something with an instance.
-fn with(handle: *mut c_void, work: impl FnOnce(&mut Instance) -> Result<(), String>) -> Status {
+fn with(handle: *mut c_void, work: impl FnOnce(&mut Instance) -> Result<(), Failure>) -> Status {
     // SAFETY: the interface hands back what `instantiate` gave, from one thread at a time, until `fmi3FreeInstance`.
     let Some(handle) = (unsafe { handle.cast::<Handle>().as_mut() }) else { return ERROR };
     match catch_unwind(AssertUnwindSafe(|| work(&mut handle.instance))) {
         Ok(Ok(())) => OK,
-        Ok(Err(message)) => {
+        Ok(Err(Failure::Error(message))) => {
             handle.log(ERROR, &message);
             ERROR
+        }
+        Ok(Err(Failure::Discard(message))) => {
+            handle.log(DISCARD, &message);
+            DISCARD
         }
         Err(_) => {
             handle.log(FATAL, "a mistake of this library: please report it with the scene");
@@ -68,10 +76,10 @@ fn with(handle: *mut c_void, work: impl FnOnce(&mut Instance) -> Result<(), Stri
 }
 
 /// The same in a phase.
-fn in_phase(handle: *mut c_void, phases: &[Phase], work: impl FnOnce(&mut Instance) -> Result<(), String>) -> Status {
+fn in_phase(handle: *mut c_void, phases: &[Phase], work: impl FnOnce(&mut Instance) -> Result<(), Failure>) -> Status {
     with(handle, |instance| {
         if !phases.contains(&instance.state.phase) {
-            return Err(format!("not possible while the instance is {:?}", instance.state.phase).to_lowercase());
+            return Err(format!("not possible while the instance is {}", instance.state.phase.name()).into());
         }
         work(instance)
     })
@@ -106,8 +114,13 @@ unsafe fn put<T>(place: *mut T, value: T) {
     }
 }
 
-fn same_count(given: usize, needed: usize) -> Result<(), String> {
-    if given == needed { Ok(()) } else { Err(format!("{given} values were given where there are {needed}")) }
+/// Refuses a null pointer to where the one result of a function belongs.
+fn is_there<T>(place: *mut T) -> Result<(), Failure> {
+    if place.is_null() { Err("there is no place for the result".into()) } else { Ok(()) }
+}
+
+fn same_count(given: usize, needed: usize) -> Result<(), Failure> {
+    if given == needed { Ok(()) } else { Err(format!("{given} values were given where there are {needed}").into()) }
 }
 
 fn instantiate(
@@ -147,7 +160,7 @@ macro_rules! interface {
     };
 }
 
-use Phase::{Initializing, Instantiated, Running, Terminated};
+use Phase::{Event, Initializing, Instantiated, Integrating, Stepping, Terminated};
 use interface;
 
 interface! {
@@ -221,7 +234,7 @@ interface! {
         stop: f64,
     ) -> Status {
         in_phase(handle, &[Instantiated], |instance| {
-            instance.begin(start)
+            instance.begin(start, has_stop.then_some(stop))
         })
     }
 
@@ -229,12 +242,8 @@ interface! {
         in_phase(handle, &[Initializing], Instance::start)
     }
 
-    fn fmi3EnterEventMode(handle: *mut c_void) -> Status {
-        in_phase(handle, &[Running], |instance| instance.is_for(Interface::ModelExchange))
-    }
-
     fn fmi3Terminate(handle: *mut c_void) -> Status {
-        in_phase(handle, &[Running], |instance| {
+        in_phase(handle, &[Stepping, Event, Integrating], |instance| {
             instance.state.phase = Terminated;
             Ok(())
         })
@@ -256,7 +265,7 @@ interface! {
     ) -> Status {
         // SAFETY: the importer says how long its arrays are.
         let (references, values) = unsafe { (read(references, count), room(values, value_count)) };
-        in_phase(handle, &[Initializing, Running, Terminated, Instantiated], |instance| {
+        in_phase(handle, &[Instantiated, Initializing, Stepping, Event, Integrating, Terminated], |instance| {
             same_count(values.len(), references.len())?;
             for (value, reference) in values.iter_mut().zip(references) {
                 *value = instance.get(*reference)?;
@@ -274,167 +283,24 @@ interface! {
     ) -> Status {
         // SAFETY: the importer says how long its arrays are.
         let (references, values) = unsafe { (read(references, count), read(values, value_count)) };
-        in_phase(handle, &[Instantiated, Initializing, Running], |instance| {
+        in_phase(handle, &[Instantiated, Initializing, Stepping, Event, Integrating], |instance| {
             same_count(values.len(), references.len())?;
             instance.set(references, values)
         })
     }
 
     fn fmi3GetFMUState(handle: *mut c_void, state: *mut *mut c_void) -> Status {
-        with(handle, |instance| {
-            if state.is_null() {
-                return Err("there is no place for the state".to_owned());
-            }
-            // SAFETY: the importer gives nothing, or what this function gave it, which is then overwritten.
-            unsafe {
-                match (*state).cast::<State>().as_mut() {
-                    Some(kept) => *kept = instance.state.clone(),
-                    None => *state = Box::into_raw(Box::new(instance.state.clone())).cast(),
-                }
-            }
-            Ok(())
-        })
+        // SAFETY: the importer gives a place for a state, or nothing.
+        with(handle, |instance| unsafe { kept::keep(instance, state) })
     }
 
     fn fmi3SetFMUState(handle: *mut c_void, state: *mut c_void) -> Status {
-        with(handle, |instance| {
-            // SAFETY: it is what `fmi3GetFMUState` gave.
-            let kept = unsafe { state.cast::<State>().as_ref() };
-            instance.state = kept.ok_or("there is no state")?.clone();
-            Ok(())
-        })
+        with(handle, |instance| kept::put_back(instance, state))
     }
 
     fn fmi3FreeFMUState(handle: *mut c_void, state: *mut *mut c_void) -> Status {
-        with(handle, |_| {
-            // SAFETY: it points to what `fmi3GetFMUState` gave, or to nothing.
-            unsafe {
-                if !state.is_null() && !(*state).is_null() {
-                    drop(Box::from_raw((*state).cast::<State>()));
-                    *state = std::ptr::null_mut();
-                }
-            }
-            Ok(())
-        })
-    }
-
-    fn fmi3EvaluateDiscreteStates(handle: *mut c_void) -> Status {
-        with(handle, |_| Ok(()))
-    }
-
-    fn fmi3UpdateDiscreteStates(
-        handle: *mut c_void,
-        needs_update: *mut bool,
-        terminate: *mut bool,
-        nominals_changed: *mut bool,
-        values_changed: *mut bool,
-        has_next_event: *mut bool,
-        next_event: *mut f64,
-    ) -> Status {
-        in_phase(handle, &[Running], |instance| {
-            instance.is_for(Interface::ModelExchange)?;
-            let is_open = instance.is_open()?;
-            if is_open {
-                instance.close()?;
-            }
-            // SAFETY: they point to places of the importer, or to nothing.
-            unsafe {
-                put(needs_update, false);
-                put(terminate, false);
-                put(nominals_changed, false);
-                put(values_changed, is_open);
-                put(has_next_event, false);
-                put(next_event, 0.0);
-            }
-            Ok(())
-        })
-    }
-
-    fn fmi3EnterContinuousTimeMode(handle: *mut c_void) -> Status {
-        in_phase(handle, &[Running], |instance| instance.is_for(Interface::ModelExchange))
-    }
-
-    fn fmi3CompletedIntegratorStep(
-        handle: *mut c_void,
-        no_earlier_state: bool,
-        enter_event_mode: *mut bool,
-        terminate: *mut bool,
-    ) -> Status {
-        in_phase(handle, &[Running], |instance| {
-            instance.is_for(Interface::ModelExchange)?;
-            let is_open = instance.is_open()?;
-            // SAFETY: they point to places of the importer, or to nothing.
-            unsafe {
-                put(enter_event_mode, is_open);
-                put(terminate, false);
-            }
-            Ok(())
-        })
-    }
-
-    fn fmi3SetTime(handle: *mut c_void, time: f64) -> Status {
-        in_phase(handle, &[Running], |instance| {
-            instance.is_for(Interface::ModelExchange)?;
-            instance.place(Some(time), None)
-        })
-    }
-
-    fn fmi3SetContinuousStates(handle: *mut c_void, states: *const f64, count: usize) -> Status {
-        // SAFETY: the importer says how long its array is.
-        let states = unsafe { read(states, count) };
-        in_phase(handle, &[Running], |instance| {
-            instance.is_for(Interface::ModelExchange)?;
-            same_count(states.len(), instance.states())?;
-            instance.place(None, Some(states))
-        })
-    }
-
-    fn fmi3GetContinuousStates(handle: *mut c_void, states: *mut f64, count: usize) -> Status {
-        // SAFETY: the importer says how long its array is.
-        let states = unsafe { room(states, count) };
-        in_phase(handle, &[Initializing, Running, Terminated], |instance| {
-            instance.is_for(Interface::ModelExchange)?;
-            same_count(states.len(), instance.states())?;
-            states.copy_from_slice(&instance.continuous_states()?);
-            Ok(())
-        })
-    }
-
-    fn fmi3GetContinuousStateDerivatives(handle: *mut c_void, derivatives: *mut f64, count: usize) -> Status {
-        // SAFETY: the importer says how long its array is.
-        let derivatives = unsafe { room(derivatives, count) };
-        let status = in_phase(handle, &[Initializing, Running, Terminated], |instance| {
-            instance.is_for(Interface::ModelExchange)?;
-            same_count(derivatives.len(), instance.states())?;
-            derivatives.copy_from_slice(&instance.derivatives()?);
-            Ok(())
-        });
-        // A solver that tried a state which is none shortens its step.
-        if status == ERROR { DISCARD } else { status }
-    }
-
-    fn fmi3GetNominalsOfContinuousStates(handle: *mut c_void, nominals: *mut f64, count: usize) -> Status {
-        // SAFETY: the importer says how long its array is.
-        unsafe { room(nominals, count) }.fill(1.0);
-        with(handle, |_| Ok(()))
-    }
-
-    fn fmi3GetEventIndicators(handle: *mut c_void, indicators: *mut f64, count: usize) -> Status {
-        with(handle, |_| same_count(count, 0))
-    }
-
-    fn fmi3GetNumberOfEventIndicators(handle: *mut c_void, count: *mut usize) -> Status {
-        // SAFETY: it points to a place of the importer, or to nothing.
-        unsafe { put(count, 0) };
-        with(handle, |_| Ok(()))
-    }
-
-    fn fmi3GetNumberOfContinuousStates(handle: *mut c_void, count: *mut usize) -> Status {
-        with(handle, |instance| {
-            // SAFETY: it points to a place of the importer, or to nothing.
-            unsafe { put(count, instance.states()) };
-            Ok(())
-        })
+        // SAFETY: the importer gives a place with a state, or nothing.
+        with(handle, |_| unsafe { kept::free(state) })
     }
 
     fn fmi3DoStep(
@@ -447,8 +313,7 @@ interface! {
         early: *mut bool,
         last: *mut f64,
     ) -> Status {
-        in_phase(handle, &[Running], |instance| {
-            instance.is_for(Interface::CoSimulation)?;
+        in_phase(handle, &[Stepping], |instance| {
             let made = instance.advance(time, step);
             // SAFETY: they point to places of the importer, or to nothing.
             unsafe {

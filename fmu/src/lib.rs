@@ -13,9 +13,11 @@
 //! The functions are written by hand: the crate that exists for them, `fmi-export` 0.3, describes one model at compile
 //! time, by a macro over a struct, and needs libclang to build; see docs/decisions/0013.
 
+mod failure;
 mod instance;
 #[allow(unsafe_code, reason = "a C interface is made of pointers")]
 mod interface;
+mod phase;
 mod token;
 mod variables;
 

@@ -12,7 +12,7 @@ use qrm_sim::solve::{Projection, ProjectionTolerance};
 /// As text it is one line, which an importer hands back to the unit when it makes an instance:
 ///
 /// ```text
-/// qrm SCENE;DIGEST;METHOD[ TOLERANCE];PROJECTION;RESIDUAL;ITERATIONS;STEP;FIXED,...;COMPUTED,...;NAME=VALUE;...
+/// qrm SCENE;DIGEST;METHOD[ TOLERANCE];PROJECTION;RESIDUAL;ITERATIONS;STEP;FIXED,...;COMPUTED,...;MASS,...;NAME=VALUE;...
 /// ```
 ///
 /// Numbers have the digits that read back as the same double; the digest has 16 hexadecimal digits. `TOLERANCE` stands
@@ -31,6 +31,8 @@ pub struct InstantiationToken {
     pub fixed: Vec<String>,
     /// Parameters that follow from others.
     pub computed: Vec<String>,
+    /// Parameters that cannot be below zero: masses and moments of inertia.
+    pub masses: Vec<String>,
     /// Parameters with other values than in the scene.
     pub replaced: Vec<(String, f64)>,
 }
@@ -57,6 +59,7 @@ impl InstantiationToken {
             step,
             fixed: Vec::new(),
             computed: Vec::new(),
+            masses: Vec::new(),
             replaced: Vec::new(),
         }
     }
@@ -81,7 +84,8 @@ impl fmt::Display for InstantiationToken {
         }
         let ProjectionTolerance { residual, iterations } = settings.projection_tolerance;
         write!(f, ";{};{residual:?};{iterations}", settings.projection.name())?;
-        write!(f, ";{:?};{};{}", self.step, self.fixed.join(","), self.computed.join(","))?;
+        write!(f, ";{:?}", self.step)?;
+        [&self.fixed, &self.computed, &self.masses].iter().try_for_each(|names| write!(f, ";{}", names.join(",")))?;
         self.replaced.iter().try_for_each(|(name, value)| write!(f, ";{name}={value:?}"))
     }
 }
@@ -104,13 +108,13 @@ fn parse(text: &str) -> Option<InstantiationToken> {
     settings.projection_tolerance =
         ProjectionTolerance { residual: number(parts.next()?)?, iterations: parts.next()?.parse().ok()? };
     let step = number(parts.next()?)?;
-    let (fixed, computed) = (names(parts.next()?), names(parts.next()?));
+    let (fixed, computed, masses) = (names(parts.next()?), names(parts.next()?), names(parts.next()?));
     let replaced = parts.map(|part| {
         let (name, value) = part.split_once('=')?;
         Some((name.to_owned(), number(value)?))
     });
     let replaced = replaced.collect::<Option<_>>()?;
-    Some(InstantiationToken { scene, digest, settings, step, fixed, computed, replaced })
+    Some(InstantiationToken { scene, digest, settings, step, fixed, computed, masses, replaced })
 }
 
 /// A method by its name, followed by a space and the tolerance if it chooses its steps.
@@ -146,6 +150,7 @@ mod tests {
             step: 1e-3,
             fixed: vec!["O2A".to_owned(), "w0".to_owned()],
             computed: Vec::new(),
+            masses: vec!["m3".to_owned()],
             replaced: vec![("O2A".to_owned(), 0.1 + 0.2), ("g".to_owned(), -1e308)],
         }
     }
@@ -171,7 +176,7 @@ mod tests {
     #[test]
     fn a_line_has_these_bytes() {
         let mut token = token(MethodSettings::default());
-        let rest = "0.001;O2A,w0;;O2A=0.30000000000000004;g=-1e308";
+        let rest = "0.001;O2A,w0;;m3;O2A=0.30000000000000004;g=-1e308";
         assert_eq!(token.to_string(), format!("qrm quick-return;00000000000000ab;rk4;mass;1e-12;10;{rest}"));
         token.settings = MethodSettings::new(method_named("auto").expect("a method"), 0.1);
         assert_eq!(token.to_string(), format!("qrm quick-return;00000000000000ab;auto 0.1;mass;1e-12;10;{rest}"));
@@ -180,9 +185,9 @@ mod tests {
     #[test]
     fn other_texts_are_refused() {
         let short = "qrm a;0;rk4;mass;1e-12;10";
-        let no_tolerance = "qrm a;0;dopri5;mass;1e-12;10;1;;";
+        let no_tolerance = "qrm a;0;dopri5;mass;1e-12;10;1;;;";
         let unknown = "{8c4e810f-3df3-4a00-8276-176fa3c9f9e0}";
-        for wrong in ["", "qrm", unknown, short, no_tolerance, &format!("{short};1;;;x")] {
+        for wrong in ["", "qrm", unknown, short, no_tolerance, &format!("{short};1;;"), &format!("{short};1;;;;x")] {
             assert_eq!(wrong.parse::<InstantiationToken>(), Err(NotAToken), "{wrong}");
         }
     }

@@ -3,7 +3,7 @@
 use qrm_core::Description;
 use qrm_scene::diagnostic::Diagnostic;
 use qrm_sim::integrate::StepError;
-use qrm_sim::run::{Doubt, Explanation, NotAssembled, StartError, Status, Undefined, readable_size};
+use qrm_sim::run::{Explanation, NotAssembled, StartError, Status, Undefined, readable_size};
 
 use crate::error::{Error, Message};
 use crate::format::seconds;
@@ -80,40 +80,6 @@ pub(crate) fn not_assembled(reason: &NotAssembled, setup: &Setup) -> Error {
             .help("check the lengths that occur here, or start from other guesses in [initial]")
     };
     setup.at_place(diagnostic)
-}
-
-/// A reason not to trust the numbers of a run.
-pub(crate) fn doubt(doubt: &Doubt, tolerance: Option<f64>, description: &Description) -> String {
-    let coordinate = |i: usize| (description.coordinates[i].name, description.coordinates[i].unit);
-    match *doubt {
-        Doubt::Energy { imbalance, is_conservative: true } => {
-            format!("the energy changed by {imbalance:.1e} J although every load has a potential")
-        }
-        Doubt::Energy { imbalance, is_conservative: false } => {
-            format!("the energy changed by {imbalance:.1e} J more than the loads without potential did work")
-        }
-        Doubt::Error { coordinate: i, error, accepted } => {
-            let (name, unit) = coordinate(i);
-            let what = if tolerance.is_some() { "the tolerance" } else { "a run without a tolerance" };
-            format!(
-                "the estimated error of `{name}`, {error:.1e} {unit}, is beyond the {accepted:.0e} that {what} stands for"
-            )
-        }
-        Doubt::CompanionFailed if tolerance.is_some() => {
-            "the second run that estimates the error, at a tenth of the tolerance, broke off".to_owned()
-        }
-        Doubt::CompanionFailed => {
-            "the second run that estimates the error broke off, so the step is near the limit of what is stable"
-                .to_owned()
-        }
-        Doubt::Correction { coordinate: i, correction, residual } => {
-            let (name, unit) = coordinate(i);
-            format!(
-                "closing the loops after a step moved `{name}` by {correction:.1e} {unit}, from residuals up to \
-                 {residual:.1e}"
-            )
-        }
-    }
 }
 
 /// The end of a run in a sentence or a few.

@@ -12,9 +12,11 @@ mod judgement;
 mod monitor;
 mod observer;
 mod outcome;
+mod sampler;
 mod simulate;
 mod simulation;
 mod singularity;
+mod watch;
 
 pub use assembly::{NotAssembled, assemble};
 pub use balance::Balance;

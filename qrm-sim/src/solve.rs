@@ -19,3 +19,4 @@ pub use singular::SmallestSingularValue;
 pub use stats::SolverStats;
 
 pub(crate) use accelerations::{SaddlePoint, minv_ct, schur_complement};
+pub(crate) use matrix::is_positive;

@@ -6,7 +6,7 @@ use std::ffi::{c_char, c_int, c_void};
 use super::{Status, interface, with};
 
 fn refuse(handle: *mut c_void, why: &str) -> Status {
-    with(handle, |_| Err(why.to_owned()))
+    with(handle, |_| Err(why.into()))
 }
 
 interface! {
@@ -116,7 +116,7 @@ macro_rules! no_variables {
 }
 
 fn nothing(handle: *mut c_void, count: usize) -> Status {
-    with(handle, |_| if count == 0 { Ok(()) } else { Err("all variables are of the type Float64".to_owned()) })
+    with(handle, |_| if count == 0 { Ok(()) } else { Err("all variables are of the type Float64".into()) })
 }
 
 no_variables! {

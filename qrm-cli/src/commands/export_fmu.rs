@@ -22,6 +22,9 @@ use crate::recording::Recording;
 use crate::run_report::RunReport;
 use crate::setup::Setup;
 
+/// The licences of what the library of a unit contains.
+const THIRD_PARTY: &str = include_str!("../../THIRD-PARTY.txt");
+
 #[derive(Args)]
 pub(crate) struct Options {
     #[command(flatten)]
@@ -46,6 +49,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     let token = InstantiationToken {
         fixed: roles.fixed().into_iter().map(str::to_owned).collect(),
         computed: roles.computed().into_iter().map(str::to_owned).collect(),
+        masses: roles.masses().into_iter().map(str::to_owned).collect(),
         replaced: setup.set.clone().into_iter().collect(),
         ..InstantiationToken::new(setup.description, setup.settings, outcome.step)
     };
@@ -57,6 +61,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     let files = [
         ("modelDescription.xml".to_owned(), xml.into_bytes()),
         (format!("binaries/{}/{identifier}{}", platform(), std::env::consts::DLL_SUFFIX), library),
+        ("documentation/licenses/license.txt".to_owned(), THIRD_PARTY.as_bytes().to_vec()),
         (format!("resources/{}.toml", setup.description.name), setup.description.source.as_bytes().to_vec()),
     ];
     let packed = pack(&files).map_err(|e| Error::run(format!("the unit cannot be packed: {e}")))?;

@@ -5,7 +5,6 @@ use qrm_sim::run::Outcome;
 
 use crate::error::Message;
 use crate::format::{counted, seconds};
-use crate::messages;
 
 /// A smallest singular value that falls below this fraction of its largest explains what else is wrong.
 pub(super) const SUSPECT: f64 = 0.1;
@@ -14,8 +13,7 @@ const SINGULAR: f64 = 1e-2;
 /// The reasons not to trust the numbers of a run that came to its end.
 pub(crate) fn distrust(outcome: &Outcome, description: &Description) -> Vec<String> {
     let doubts = outcome.doubts(description);
-    let mut reasons: Vec<String> =
-        doubts.iter().map(|doubt| messages::doubt(doubt, outcome.tolerance, description)).collect();
+    let mut reasons: Vec<String> = doubts.iter().map(|doubt| doubt.text(outcome.tolerance, description)).collect();
     if !reasons.is_empty() {
         reasons.extend(near_singular(outcome, description, SUSPECT).map(|message| message.text));
     }

@@ -313,6 +313,24 @@ impl Solver {
         if state.is_finite() { Ok(()) } else { Err(StepError::NotFinite) }
     }
 
+    /// Closes the loops of a state under other parameters, if they are to be closed, and completes it.
+    ///
+    /// # Errors
+    /// The projection does not converge, or the accelerations are not determined.
+    pub(crate) fn settle(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        settings: &MethodSettings,
+        state: &mut State,
+    ) -> Result<(), StepError> {
+        if settings.projection != Projection::None {
+            let projection = (settings.projection, settings.projection_tolerance);
+            self.project(mechanism, projection, state.t, &mut state.q, &mut state.qd)?;
+        }
+        state.corrections = 0;
+        self.complete(mechanism, state)
+    }
+
     /// Projects the coordinates and rates of a state, and completes it, by the kernel where the projection allows it.
     ///
     /// # Errors

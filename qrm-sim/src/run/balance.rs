@@ -55,6 +55,18 @@ impl Balance {
         self.excess = self.excess.max(difference - self.uncertainty);
     }
 
+    /// The largest difference as far as rows tell it so far: the work of fewer than four is not known.
+    pub(crate) fn known(&self) -> f64 {
+        let is_known = self.window.len() == 4 || self.window.iter().all(|(_, power, _)| *power == 0.0);
+        if !is_known {
+            0.0
+        } else if self.window.len() == 4 {
+            self.excess
+        } else {
+            self.finished().excess
+        }
+    }
+
     /// The balance after the last row.
     pub(crate) fn finished(&self) -> Self {
         let mut finished = self.clone();

@@ -5,6 +5,7 @@ use std::fmt;
 use qrm_core::Description;
 
 use super::assembly::NotAssembled;
+use super::judgement::Doubt;
 use super::outcome::StartError;
 use crate::integrate::StepError;
 
@@ -35,6 +36,15 @@ pub enum Reason {
         from: f64,
         /// The time that was asked for.
         to: f64,
+    },
+    /// The numbers of the motion cannot be trusted.
+    Doubtful {
+        /// The time up to which it was followed.
+        t: f64,
+        /// Why.
+        doubts: Vec<Doubt>,
+        /// The tolerance of a method that chooses its steps.
+        tolerance: Option<f64>,
     },
     /// Some motion has a negative kinetic energy.
     NegativeMass,
@@ -69,7 +79,16 @@ impl fmt::Display for SimError {
             Reason::Failed { t, error: reason } => {
                 write!(f, "`{name}` breaks off after t = {t} s: {}", reason.explain(description))
             }
-            Reason::NoTime { from, to } => write!(f, "`{name}` has come to t = {from} s and cannot go on to {to} s"),
+            Reason::NoTime { from, to } => write!(f, "`{name}` has come to t = {from} s and cannot go on to {to:?} s"),
+            Reason::Doubtful { t, doubts, tolerance } => {
+                let texts: Vec<String> = doubts.iter().map(|doubt| doubt.text(*tolerance, description)).collect();
+                let help = match tolerance {
+                    Some(_) => "use a smaller tolerance",
+                    None => "use a shorter step, or a method that chooses its steps",
+                };
+                let (text, help) = (format!("do not trust the numbers: {}", texts.join("; and ")), help.to_owned());
+                write!(f, "`{name}` at t = {t} s: {}", Explanation { text, help })
+            }
             Reason::NegativeMass => write!(f, "`{name}` cannot move: some mass or inertia is negative"),
             Reason::Backwards { from, to } => {
                 write!(f, "`{name}` has come to t = {from} s and cannot go back to {to} s")

@@ -2,7 +2,7 @@
 
 use qrm_core::{Mechanism, RowLayout, RowRequest};
 
-use crate::integrate::{BlockEnd, Integrator, MethodSettings};
+use crate::integrate::{BlockEnd, Integrator, MethodSettings, StepError};
 use crate::solve::largest;
 use crate::state::State;
 
@@ -19,7 +19,7 @@ const RICHARDSON_FACTOR: f64 = 2.0;
 
 /// A companion run beside a run: with longer steps, or at a tenth of the tolerance, where the difference is the error
 /// of the first run itself.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Companion {
     integrator: Integrator,
     layout: RowLayout,
@@ -31,7 +31,11 @@ pub(crate) struct Companion {
     rows: Vec<f64>,
     /// Largest difference of each coordinate in any row, and largest coordinate.
     differences: Vec<f64>,
+    /// The differences of parts of the motion that are over, added up.
+    before: Vec<f64>,
     size: f64,
+    /// Whether it was compared with the run at all.
+    has_met: bool,
     failed: bool,
 }
 
@@ -53,9 +57,41 @@ impl Companion {
             row: 0,
             rows: Vec::new(),
             differences: vec![0.0; layout.n],
+            before: vec![0.0; layout.n],
             size: 0.0,
+            has_met: false,
             failed: false,
         })
+    }
+
+    /// Comes to the state `end` of the run, at which the parameters change, and begins with the run again at `first`.
+    ///
+    /// Differences add up, but are not carried on: whoever changes parameters by what the run does, as a controller
+    /// does, corrects the errors of the run, and would not correct those of another motion.
+    pub(crate) fn change(&mut self, [old, new]: [&dyn Mechanism; 2], [end, first]: [&State; 2]) {
+        if !self.failed {
+            self.failed = self.try_change([old, new], [end, first]).is_err();
+        }
+    }
+
+    fn try_change(&mut self, [old, new]: [&dyn Mechanism; 2], [end, first]: [&State; 2]) -> Result<(), StepError> {
+        // Two steps where the run may have made one: the same step would show no difference.
+        let middle = 0.5 * (self.at.t + end.t);
+        for t in [middle, end.t] {
+            if t > self.at.t {
+                self.integrator.advance(old, &self.at, t, &mut self.next)?;
+                std::mem::swap(&mut self.at, &mut self.next);
+            }
+        }
+        self.has_met = true;
+        compare((&mut self.differences, &mut self.size), &self.at.q, &end.q);
+        for (before, difference) in self.before.iter_mut().zip(&mut self.differences) {
+            *before += std::mem::take(difference);
+        }
+        self.at.clone_from(first);
+        self.integrator = Integrator::new(new, self.integrator.settings, first, f64::INFINITY)?;
+        self.row = 0;
+        Ok(())
     }
 
     /// Follows rows of the run, the first of which has the number `first`; a last one that is no whole step is left
@@ -98,6 +134,7 @@ impl Companion {
         let made = &self.rows[..(block.made + 1) * width];
         for state in made.chunks_exact(width).step_by(own as usize).skip(1) {
             self.row += of_run;
+            self.has_met = true;
             let row = &rows[(self.row - first) as usize * width..];
             compare((&mut self.differences, &mut self.size), &state[1..=self.layout.n], &row[1..=self.layout.n]);
         }
@@ -115,6 +152,7 @@ impl Companion {
             }
             std::mem::swap(&mut self.at, &mut self.next);
             self.row = number;
+            self.has_met = true;
             compare((&mut self.differences, &mut self.size), &self.at.q, &row[1..=self.layout.n]);
         }
     }
@@ -122,14 +160,15 @@ impl Companion {
     /// The largest error of each coordinate in any row, after so many steps; `None` if the companion broke off or never
     /// met the run.
     pub(crate) fn errors(&self, steps: u64) -> Option<Vec<f64>> {
-        if self.failed || self.row == 0 {
+        if self.failed || !self.has_met {
             return None;
         }
+        let differences: Vec<f64> = self.before.iter().zip(&self.differences).map(|(a, b)| a + b).collect();
         if self.integrator.is_fixed() {
-            return Some(estimated_errors(&self.differences, self.size, steps));
+            return Some(estimated_errors(&differences, self.size, steps));
         }
         let rounding = rounding(self.size, steps);
-        Some(self.differences.iter().map(|difference| difference.max(rounding)).collect())
+        Some(differences.iter().map(|difference| difference.max(rounding)).collect())
     }
 
     /// Whether it broke off.

@@ -1,4 +1,4 @@
-//! The judgement on the numbers of a run that came to its end.
+//! The judgement on the numbers of a motion: of a run that came to its end, and of one under way.
 
 use std::f64::consts::TAU;
 
@@ -15,6 +15,8 @@ const TOLERABLE_IMBALANCE: f64 = 1e-3;
 const TOLERABLE_ERROR: f64 = 1e-3;
 /// A range is not taken for less than this fraction of a coordinate, or of a radian: a coordinate may hardly move.
 const SMALLEST_RANGE: f64 = 1e-2;
+/// A coordinate that moves by less than this fraction of the largest one, or of a radian, is at rest.
+const REST: f64 = 1e-12;
 /// Errors of a run may be larger than those of its steps by this factor.
 const ACCUMULATION: f64 = 1e4;
 const ACCUMULATION_PER_STEP: f64 = 10.0;
@@ -53,15 +55,35 @@ pub enum Doubt {
     },
 }
 
-impl Outcome {
+/// The numbers of a motion that it is judged by.
+pub(crate) struct Evidence<'a> {
+    pub(crate) energy_imbalance: f64,
+    /// Whether no load without potential did work.
+    pub(crate) is_conservative: bool,
+    pub(crate) largest_kinetic_energy: f64,
+    pub(crate) largest_energy: f64,
+    pub(crate) ranges: &'a [[f64; 2]],
+    pub(crate) tolerance: Option<f64>,
+    /// Steps so far.
+    pub(crate) steps: u64,
+    pub(crate) estimated_errors: Option<Vec<f64>>,
+    pub(crate) companion_failed: bool,
+    pub(crate) corrections: &'a [f64],
+    /// The largest residual before a correction.
+    pub(crate) residual: f64,
+}
+
+impl Evidence<'_> {
     /// The reasons not to trust the numbers.
-    pub fn doubts(&self, description: &Description) -> Vec<Doubt> {
+    pub(crate) fn doubts(&self, description: &Description) -> Vec<Doubt> {
         let mut doubts = Vec::new();
         let imbalance = self.energy_imbalance;
-        if !is_balanced(imbalance, self.largest_kinetic_energy, self.largest_energy) {
-            doubts.push(Doubt::Energy { imbalance, is_conservative: self.energy_drift.is_some() });
+        if !is_at_rest(description, self.ranges)
+            && !is_balanced(imbalance, self.largest_kinetic_energy, self.largest_energy)
+        {
+            doubts.push(Doubt::Energy { imbalance, is_conservative: self.is_conservative });
         }
-        let accepted = accepted_errors(description, &self.ranges, self.tolerance, self.counts.accepted);
+        let accepted = accepted_errors(description, self.ranges, self.tolerance, self.steps);
         match &self.estimated_errors {
             Some(errors) => doubts.extend(worst(errors, &accepted).map(|coordinate| Doubt::Error {
                 coordinate,
@@ -71,13 +93,70 @@ impl Outcome {
             None if self.companion_failed => doubts.push(Doubt::CompanionFailed),
             None => {}
         }
-        let tolerable = accepted_errors(description, &self.ranges, None, self.counts.accepted);
-        doubts.extend(worst(&self.corrections, &tolerable).map(|coordinate| Doubt::Correction {
+        let tolerable = accepted_errors(description, self.ranges, None, self.steps);
+        doubts.extend(worst(self.corrections, &tolerable).map(|coordinate| Doubt::Correction {
             coordinate,
             correction: self.corrections[coordinate],
-            residual: self.stats.residual_before_correction,
+            residual: self.residual,
         }));
         doubts
+    }
+}
+
+impl Outcome {
+    /// The reasons not to trust the numbers.
+    pub fn doubts(&self, description: &Description) -> Vec<Doubt> {
+        let evidence = Evidence {
+            energy_imbalance: self.energy_imbalance,
+            is_conservative: self.energy_drift.is_some(),
+            largest_kinetic_energy: self.largest_kinetic_energy,
+            largest_energy: self.largest_energy,
+            ranges: &self.ranges,
+            tolerance: self.tolerance,
+            steps: self.counts.accepted,
+            estimated_errors: self.estimated_errors.clone(),
+            companion_failed: self.companion_failed,
+            corrections: &self.corrections,
+            residual: self.stats.residual_before_correction,
+        };
+        evidence.doubts(description)
+    }
+}
+
+impl Doubt {
+    /// The reason in words, with the names of the mechanism.
+    pub fn text(&self, tolerance: Option<f64>, description: &Description) -> String {
+        let coordinate = |i: usize| (description.coordinates[i].name, description.coordinates[i].unit);
+        match *self {
+            Self::Energy { imbalance, is_conservative: true } => {
+                format!("the energy changed by {imbalance:.1e} J although every load has a potential")
+            }
+            Self::Energy { imbalance, is_conservative: false } => {
+                format!("the energy changed by {imbalance:.1e} J more than the loads without potential did work")
+            }
+            Self::Error { coordinate: i, error, accepted } => {
+                let (name, unit) = coordinate(i);
+                let what = if tolerance.is_some() { "the tolerance" } else { "a run without a tolerance" };
+                format!(
+                    "the estimated error of `{name}`, {error:.1e} {unit}, is beyond the {accepted:.0e} that {what} \
+                     stands for"
+                )
+            }
+            Self::CompanionFailed if tolerance.is_some() => {
+                "the second run that estimates the error, at a tenth of the tolerance, broke off".to_owned()
+            }
+            Self::CompanionFailed => {
+                "the second run that estimates the error broke off, so the step is near the limit of what is stable"
+                    .to_owned()
+            }
+            Self::Correction { coordinate: i, correction, residual } => {
+                let (name, unit) = coordinate(i);
+                format!(
+                    "closing the loops after a step moved `{name}` by {correction:.1e} {unit}, from residuals up to \
+                     {residual:.1e}"
+                )
+            }
+        }
     }
 }
 
@@ -87,6 +166,15 @@ pub(crate) fn worst(errors: &[f64], accepted: &[f64]) -> Option<usize> {
     // Written so that an error that is not a number is beyond.
     let is_beyond = |i: &usize| !(errors[*i] <= accepted[*i]);
     (0..ratios.len()).filter(is_beyond).max_by(|a, b| ratios[*a].total_cmp(&ratios[*b]))
+}
+
+/// Whether no coordinate has moved by more than rounding errors move it: then there is no kinetic energy to compare
+/// with.
+fn is_at_rest(description: &Description, ranges: &[[f64; 2]]) -> bool {
+    let has_angle = (0..ranges.len()).any(|i| description.is_angle(i));
+    let least = if has_angle { 1.0 } else { 0.0 };
+    let size = ranges.iter().flatten().fold(least, |size: f64, q| size.max(q.abs()));
+    ranges.iter().all(|[low, high]| high - low <= REST * size)
 }
 
 /// Whether energy and work agree.

@@ -11,7 +11,7 @@ use crate::solve::{LoopConstraints, largest};
 use crate::state::State;
 
 /// The observations of all rows of a run.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct RunMonitor {
     layout: RowLayout,
     outputs: Vec<f64>,
@@ -62,6 +62,28 @@ impl RunMonitor {
             is_conservative: true,
             balance: Balance::default(),
             singularity: SingularityMonitor::new(layout.m, layout.n),
+        }
+    }
+
+    /// The number of entries of a row.
+    pub(crate) fn width(&self) -> usize {
+        self.layout.width()
+    }
+
+    /// Compares energy and work anew from a state on, with another mechanism.
+    pub(crate) fn change(&mut self, mechanism: &dyn Mechanism, first: &State) {
+        self.first_energy = mechanism.energy(&first.q, &first.qd).iter().sum();
+        (self.energy_drift, self.is_conservative, self.balance) = (0.0, true, Balance::default());
+    }
+
+    /// The largest difference between energy and work: at the end of any step where a method chooses its steps, or else
+    /// by the rows.
+    pub(crate) fn imbalance(&self, of_steps: Option<f64>, of_rows: f64, is_conservative: bool) -> f64 {
+        match of_steps {
+            None => of_rows,
+            // Rows between the steps must keep the energy too.
+            Some(of_steps) if is_conservative => of_steps.max(self.energy_drift),
+            Some(of_steps) => of_steps,
         }
     }
 

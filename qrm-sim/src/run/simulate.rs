@@ -11,15 +11,13 @@ use super::event::{locate, touched};
 use super::monitor::RunMonitor;
 use super::observer::Observer;
 use super::outcome::{Outcome, StartError, Status, Undefined};
+use super::sampler::Sampler;
 use crate::integrate::{BlockEnd, Integrator, MethodSettings, StepError};
-use crate::solve::{Solver, SolverStats};
+use crate::solve::Solver;
 use crate::state::State;
 
 /// Rows between two calls of the observer.
 const CHUNK: usize = 1024;
-
-/// One of so many steps of the kernel is made again by the plain functions: in the first chunk, and in later ones.
-const SAMPLED: [usize; 2] = [32, 128];
 
 /// A condition may be met between two rows where its distance from true is less than so many of its changes from row to
 /// row.
@@ -79,11 +77,7 @@ pub fn simulate(
             watches_event: request.end.is_none(),
         },
         integrator: Integrator::new(mechanism, settings, &first, end_time).map_err(StartError::Step)?,
-        sampler: settings
-            .is_by_kernel()
-            .then(|| Integrator::new(mechanism, settings, &first, end_time))
-            .and_then(Result::ok),
-        pair: [first.clone(), first.clone()],
+        sampler: Sampler::new(mechanism, &settings, &first, end_time),
         companion: request.estimate_error.then(|| Companion::new(mechanism, &settings, &first, end_time)).flatten(),
         monitor: RunMonitor::new(mechanism, &first, observer.wants_outputs()),
         buffer: Vec::new(),
@@ -133,9 +127,7 @@ struct Run<'a> {
     rows: RowRequest,
     integrator: Integrator,
     /// Makes some of the kernel's steps again.
-    sampler: Option<Integrator>,
-    /// Room for the two rows of such a step.
-    pair: [State; 2],
+    sampler: Option<Sampler>,
     companion: Option<Companion>,
     monitor: RunMonitor,
     /// The last row that was taken, and those after it.
@@ -171,7 +163,10 @@ impl Run<'_> {
             let begun = Instant::now();
             let (made, mut status) = self.block(steps);
             integration += begun.elapsed();
-            self.sample(made + 1);
+            if let Some(sampler) = &mut self.sampler {
+                let rows = &self.buffer[..(made + 1) * width];
+                sampler.follow(self.mechanism, rows, steps, self.integrator.solver_mut());
+            }
             let rows = &self.buffer[begin * width..(made + 1) * width];
             if let Some(companion) = &mut self.companion {
                 companion.follow(self.mechanism, &self.rows, rows, steps + begin as u64);
@@ -319,23 +314,6 @@ impl Run<'_> {
         locate(&from, &beyond, value, |t| self.integrator.between(mechanism, &from, t))
     }
 
-    /// Makes some of a kernel's steps again by the plain functions, which measure what it does not: the residuals
-    /// before the projection, and how far the coordinates were corrected.
-    fn sample(&mut self, rows: usize) {
-        let Some(sampler) = &mut self.sampler else { return };
-        let width = self.layout.width();
-        let [from, to] = &mut self.pair;
-        let sampled = SAMPLED[usize::from(self.monitor.rows > 0)];
-        for steps in self.buffer[..rows * width].windows(2 * width).step_by(sampled * width) {
-            from.read(steps);
-            sampler.solver_mut().stats = SolverStats::default();
-            // A step that fails here was made by the plain functions already.
-            if sampler.advance_by_functions(self.mechanism, from, steps[width], to).is_ok() {
-                self.integrator.solver_mut().take_corrections_of(sampler.solver_mut());
-            }
-        }
-    }
-
     fn has_condition(&self) -> bool {
         self.request.end.is_some() || !self.mechanism.description().until.is_empty()
     }
@@ -368,12 +346,11 @@ impl Run<'_> {
             largest_kinetic_energy: monitor.largest_kinetic_energy,
             largest_energy: monitor.largest_energy,
             nearest_singular: monitor.singularity.nearest(),
-            energy_imbalance: match self.integrator.imbalance() {
-                None => monitor.balance.finished().excess,
-                // Rows between the steps must keep the energy too.
-                Some(of_steps) if is_conservative => of_steps.max(monitor.energy_drift),
-                Some(of_steps) => of_steps,
-            },
+            energy_imbalance: monitor.imbalance(
+                self.integrator.imbalance(),
+                monitor.balance.finished().excess,
+                is_conservative,
+            ),
             energy_drift: is_conservative.then_some(monitor.energy_drift),
             stats: *self.integrator.stats(),
         }

@@ -6,10 +6,12 @@ use qrm_core::{Mechanism, Model, Replace, RowLayout, RowRequest};
 
 use super::continuation::Branch;
 use super::error::{Reason, SimError};
+use super::judgement::Doubt;
 use super::outcome::StartError;
 use super::simulate::first_state;
+use super::watch::Watch;
 use crate::integrate::{BlockEnd, Integrator, MethodSettings, StepError};
-use crate::solve::{LoopConstraints, Matrix, Projection, Solver, largest};
+use crate::solve::{LoopConstraints, Matrix, Solver, is_positive, largest};
 use crate::state::State;
 
 /// A motion under way. Between the times that are asked for it makes the steps of [`simulate`](crate::run::simulate),
@@ -40,6 +42,8 @@ pub struct Simulation {
     row: State,
     /// The state that was asked for last.
     now: State,
+    /// What the motion shows of its accuracy, where it is watched.
+    watch: Option<Box<Watch>>,
 }
 
 /// Most steps on the way to a time.
@@ -102,7 +106,28 @@ impl Simulation {
             rows: 0,
             row: first.clone(),
             now: first,
+            watch: None,
         })
+    }
+
+    /// Watches the motion from here on, so that it can be judged as a run is: see [`doubts`](Self::doubts).
+    ///
+    /// A second motion at 3/2 of the step, or at a tenth of the tolerance, estimates the error. Where the parameters
+    /// change, it begins with this one again, and the errors add up.
+    ///
+    /// # Errors
+    /// The energy is not finite here.
+    pub fn watched(mut self) -> Result<Self, SimError> {
+        let watch = Watch::new(&*self.mechanism, &self.integrator.settings, &self.now);
+        let failed = |reason| error(&self.model, Reason::Failed { t: self.now.t, error: reason });
+        self.watch = Some(Box::new(watch.map_err(failed)?));
+        Ok(self)
+    }
+
+    /// The reasons not to trust the motion since it is [`watched`](Self::watched); none where it is not.
+    pub fn doubts(&self) -> Vec<Doubt> {
+        let doubts = |watch: &Watch| watch.doubts(&*self.mechanism, &self.integrator, self.rows);
+        self.watch.as_deref().map_or_else(Vec::new, doubts)
     }
 
     /// The mechanism.
@@ -134,6 +159,26 @@ impl Simulation {
     /// # Errors
     /// The motion does not get there; the state stays what it was.
     pub fn advance(&mut self, t: f64) -> Result<&State, SimError> {
+        *self = self.advanced(t)?;
+        Ok(&self.now)
+    }
+
+    /// The same, as long as there is no reason to distrust the motion: see [`doubts`](Self::doubts).
+    ///
+    /// # Errors
+    /// The motion does not get there, or its numbers cannot be trusted there; the state stays what it was.
+    pub fn advance_trusted(&mut self, t: f64) -> Result<&State, SimError> {
+        let advanced = self.advanced(t)?;
+        let doubts = advanced.doubts();
+        if !doubts.is_empty() {
+            let tolerance = self.integrator.settings.tolerance();
+            return Err(error(&self.model, Reason::Doubtful { t, doubts, tolerance }));
+        }
+        *self = advanced;
+        Ok(&self.now)
+    }
+
+    fn advanced(&self, t: f64) -> Result<Self, SimError> {
         let from = self.now.t;
         // Not a number is no time that can be reached either.
         if !(t - from <= MAX_STEPS * self.step) {
@@ -142,31 +187,36 @@ impl Simulation {
         if t < from - NEAR * self.step {
             return Err(error(&self.model, Reason::Backwards { from, to: t }));
         }
-        self.advance_to(t).map_err(|reason| error(&self.model, Reason::Failed { t: from, error: reason }))?;
-        Ok(&self.now)
+        let mut advanced = self.clone();
+        match advanced.advance_to(t) {
+            Ok(()) => Ok(advanced),
+            Err(reason) => Err(error(&self.model, Reason::Failed { t: from, error: reason })),
+        }
     }
 
+    /// Makes the steps to a time; where one of them fails, this is of no use any more.
     fn advance_to(&mut self, t: f64) -> Result<(), StepError> {
         // Rows up to this time are made on the way.
         let latest = t + NEAR * self.step;
-        let time = |row: u64| self.origin + row as f64 * self.step;
+        let (origin, step) = (self.origin, self.step);
+        let time = |row: u64| origin + row as f64 * step;
         let mechanism = Arc::clone(&self.mechanism);
-        let (mut integrator, mut rows, mut row) = (self.integrator.clone(), self.rows, self.row.clone());
+        let Self { integrator, rows, row, .. } = self;
         let layout = RowLayout { n: row.q.len(), m: row.multipliers.len() };
         let mut buffer = Vec::new();
-        while time(rows + 1) <= latest {
+        while time(*rows + 1) <= latest {
             // Whole steps of which the last one is not beyond the time that is asked for.
-            let mut steps = (((latest - time(rows)) / self.step) as u64).clamp(1, CHUNK);
-            while time(rows + steps) > latest {
+            let mut steps = (((latest - time(*rows)) / step) as u64).clamp(1, CHUNK);
+            while time(*rows + steps) > latest {
                 steps -= 1;
             }
             buffer.resize((steps + 1) as usize * layout.width(), 0.0);
             row.write(&mut buffer);
             let request = RowRequest {
-                origin: self.origin,
-                step: self.step,
+                origin,
+                step,
                 end_time: f64::INFINITY,
-                first: rows,
+                first: *rows,
                 residual: integrator.settings.projection_tolerance.residual,
                 watches_event: false,
             };
@@ -174,11 +224,13 @@ impl Simulation {
             if let BlockEnd::Failed(reason) = block.reason {
                 return Err(reason);
             }
-            rows += block.made as u64;
+            if let Some(watch) = &mut self.watch {
+                watch.follow(&*mechanism, integrator, &request, &buffer[..(block.made + 1) * layout.width()])?;
+            }
+            *rows += block.made as u64;
             row.read(&buffer[block.made * layout.width()..]);
         }
-        let now = if row.t >= t - NEAR * self.step { row.clone() } else { integrator.between(&*mechanism, &row, t)? };
-        (self.integrator, self.rows, self.row, self.now) = (integrator, rows, row, now);
+        self.now = if row.t >= t - NEAR * step { row.clone() } else { integrator.between(&*mechanism, row, t)? };
         Ok(())
     }
 
@@ -198,17 +250,17 @@ impl Simulation {
     fn changed(&self, mechanism: Arc<dyn Mechanism>) -> Result<Self, StepError> {
         let settings = self.integrator.settings;
         let mut first = self.now.clone();
-        let mut solver = Solver::new(&*mechanism);
-        if settings.projection != Projection::None {
-            let projection = (settings.projection, settings.projection_tolerance);
-            solver.project(&*mechanism, projection, first.t, &mut first.q, &mut first.qd)?;
+        Solver::new(&*mechanism).settle(&*mechanism, &settings, &mut first)?;
+        let mut watch = self.watch.clone();
+        if let Some(watch) = &mut watch {
+            let mechanisms = [&*self.mechanism, &*mechanism];
+            watch.change(mechanisms, &self.integrator, self.rows, [&self.now, &first])?;
         }
-        first.corrections = 0;
-        solver.complete(&*mechanism, &mut first)?;
-        Self::from_state(&self.model, mechanism, settings, self.step, first)
+        let changed = Self::from_state(&self.model, mechanism, settings, self.step, first)?;
+        Ok(Self { watch, ..changed })
     }
 
-    /// Goes on from other coordinates and rates, at another time.
+    /// Goes on from other coordinates and rates, at another time; the motion is not watched any more.
     ///
     /// # Errors
     /// The accelerations are not determined there; then nothing has changed.
@@ -226,27 +278,4 @@ impl Simulation {
 
 fn error(model: &Model, reason: Reason) -> SimError {
     SimError { reason, description: model.description }
-}
-
-/// Whether a symmetric matrix is positive semidefinite, by elimination from the largest entry of its diagonal on.
-fn is_positive(mut matrix: Matrix) -> bool {
-    let n = matrix.columns();
-    let largest = (0..n).map(|i| matrix[i][i]).fold(f64::NEG_INFINITY, f64::max);
-    let rounding = 1e-12 * largest.max(0.0);
-    for _ in 0..n {
-        if (0..n).any(|i| matrix[i][i] < -rounding) {
-            return false;
-        }
-        let pivot = (0..n).max_by(|&i, &j| matrix[i][i].total_cmp(&matrix[j][j])).unwrap_or(0);
-        let row = matrix[pivot].to_vec();
-        if !(row[pivot] > rounding) {
-            return true;
-        }
-        for i in 0..n {
-            for j in 0..n {
-                matrix[i][j] -= row[i] * row[j] / row[pivot];
-            }
-        }
-    }
-    true
 }

@@ -115,6 +115,29 @@ pub fn largest(x: &[f64]) -> (usize, f64) {
     found
 }
 
+/// Whether a symmetric matrix is positive semidefinite, by elimination from the largest entry of its diagonal on.
+pub(crate) fn is_positive(mut matrix: Matrix) -> bool {
+    let n = matrix.columns();
+    let largest = (0..n).map(|i| matrix[i][i]).fold(f64::NEG_INFINITY, f64::max);
+    let rounding = 1e-12 * largest.max(0.0);
+    for _ in 0..n {
+        if (0..n).any(|i| matrix[i][i] < -rounding) {
+            return false;
+        }
+        let pivot = (0..n).max_by(|&i, &j| matrix[i][i].total_cmp(&matrix[j][j])).unwrap_or(0);
+        let row = matrix[pivot].to_vec();
+        if !(row[pivot] > rounding) {
+            return true;
+        }
+        for i in 0..n {
+            for j in 0..n {
+                matrix[i][j] -= row[i] * row[j] / row[pivot];
+            }
+        }
+    }
+    true
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -61,7 +61,13 @@ pub(super) fn xml(
         })?;
         structure(xml, &variables, roles)
     })?;
-    String::from_utf8(xml.into_inner()).map_err(io::Error::other)
+    let text = String::from_utf8(xml.into_inner()).map_err(io::Error::other)?;
+    Ok(text.chars().filter(|character| is_allowed(*character)).collect())
+}
+
+/// Whether XML 1.0 can hold a character at all; a scene's texts may have others, and no escape helps there.
+fn is_allowed(character: char) -> bool {
+    matches!(character, '\t' | '\n' | '\r' | ' '..='\u{d7ff}' | '\u{e000}'..='\u{fffd}' | '\u{10000}'..)
 }
 
 /// A double, in the digits that read back as the same.
@@ -127,7 +133,8 @@ fn write_variable(
     }
     match variable.kind {
         Kind::Parameter(i) => {
-            if roles.is_mass(i) {
+            // A start value below the smallest one would not be valid.
+            if roles.is_mass(i) && !(values[i] < 0.0) {
                 element = element.with_attribute(("min", "0"));
             }
             if initial == Some("exact") || causality == "input" {
@@ -168,4 +175,83 @@ fn structure(xml: &mut Writer<Vec<u8>>, variables: &[Column], roles: &Roles) -> 
         Ok(())
     })?;
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use qrm_core::{ParameterDescription, QuantityDescription};
+    use qrm_sim::integrate::MethodSettings;
+    use quick_xml::Reader;
+
+    use super::super::roles::{Role, Roles};
+    use super::*;
+
+    const UGLY: &str = "a\0b\u{1}c\u{8}\u{b}\u{c}\u{1f}d\u{fffe}\u{ffff}e <&>\"' \u{7f}\u{e9}\u{1f527}";
+    const CLEAN: &str = "abcde <&>\"' \u{7f}\u{e9}\u{1f527}";
+
+    fn written() -> String {
+        let quantity = QuantityDescription { name: "x", unit: "m\u{2}", doc: UGLY };
+        let description = Description {
+            name: "ugly",
+            doc: UGLY,
+            source: "",
+            code: "",
+            derivation: "",
+            coordinates: Vec::leak(vec![quantity]),
+            constraints: &[],
+            outputs: &[],
+            parameters: &[ParameterDescription { name: "m", unit: "kg", doc: UGLY, formula: "1" }],
+            left_out: &[],
+            until: "",
+        };
+        let roles = Roles::of(vec![("m", Role::Tunable)], vec!["m"]);
+        let token = InstantiationToken::new(&description, MethodSettings::default(), 1e-3);
+        xml(&description, "ugly", &token, &roles, &[1.0], 1.0).expect("a text")
+    }
+
+    /// The attributes of all elements, parsed.
+    fn attributes(text: &str) -> Vec<(String, String)> {
+        let mut reader = Reader::from_str(text);
+        reader.config_mut().check_end_names = true;
+        let mut found = Vec::new();
+        loop {
+            match reader.read_event().expect("well-formed") {
+                Event::Start(element) | Event::Empty(element) => {
+                    for attribute in element.attributes() {
+                        let attribute = attribute.expect("an attribute");
+                        let name = attribute.key.as_ref().to_owned();
+                        let value = attribute.normalized_value(quick_xml::XmlVersion::Implicit1_0).expect("a value");
+                        found.push((name, value.into_owned()));
+                    }
+                }
+                Event::Eof => return found,
+                _ => {}
+            }
+        }
+    }
+
+    #[test]
+    fn characters_that_no_xml_can_hold_are_left_out() {
+        let text = written();
+        assert!(text.chars().all(is_allowed), "{text:?}");
+        let attributes = attributes(&text);
+        let values = |name: &str| -> Vec<&str> {
+            attributes.iter().filter(|(own, _)| own == name).map(|(_, value)| &**value).collect()
+        };
+        assert_eq!(values("description").iter().filter(|text| **text == CLEAN).count(), 3, "{attributes:?}");
+        // The name of a unit is the same where it is defined and where it is used.
+        assert!(values("name").contains(&"m") && values("unit").contains(&"m"), "{attributes:?}");
+        assert_eq!(values("min"), ["0"]);
+    }
+
+    #[test]
+    fn allowed_characters_are_those_of_the_standard() {
+        let is = |code: u32| char::from_u32(code).is_some_and(is_allowed);
+        for code in [0x9, 0xa, 0xd, 0x20, 0x7f, 0xd7ff, 0xe000, 0xfffd, 0x1_0000, 0x1f_ffff >> 1, 0x10_ffff] {
+            assert!(is(code), "{code:x}");
+        }
+        for code in (0..9).chain([0xb, 0xc]).chain(0xe..0x20).chain([0xfffe, 0xffff]) {
+            assert!(!is(code), "{code:x}");
+        }
+    }
 }

@@ -31,9 +31,19 @@ pub(super) struct Roles {
 }
 
 impl Roles {
+    /// Parameters with these roles, and which of them are masses.
+    pub(super) fn of(roles: Vec<(&'static str, Role)>, masses: Vec<&'static str>) -> Self {
+        Self { roles, masses }
+    }
+
     /// Whether the parameter in this place is a mass or an inertia.
     pub(super) fn is_mass(&self, place: usize) -> bool {
         self.masses.contains(&self.roles[place].0)
+    }
+
+    /// Masses and moments of inertia.
+    pub(super) fn masses(&self) -> Vec<&'static str> {
+        self.masses.clone()
     }
 
     /// The parameters that follow from others.
@@ -83,10 +93,10 @@ pub(super) fn roles(setup: &Setup, inputs: &[String]) -> Result<Roles, Error> {
             _ => false,
         })
     };
-    let mut roles = Roles {
-        roles: parameters.iter().map(|p| (p.name, role(p.name))).collect(),
-        masses: parameters.iter().map(|p| p.name).filter(|name| is_mass(name)).collect(),
-    };
+    let mut roles = Roles::of(
+        parameters.iter().map(|p| (p.name, role(p.name))).collect(),
+        parameters.iter().map(|p| p.name).filter(|name| is_mass(name)).collect(),
+    );
     for input in inputs {
         let found = roles.roles.iter_mut().find(|(name, _)| name == input);
         match found {

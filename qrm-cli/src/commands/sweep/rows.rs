@@ -121,7 +121,7 @@ pub(super) fn row(
 ) -> Row {
     let reason = match &finished.status {
         Ok(Status::Completed | Status::Stopped) => {
-            let doubts = finished.doubts.iter().map(|doubt| messages::doubt(doubt, None, setup.description));
+            let doubts = finished.doubts.iter().map(|doubt| doubt.text(None, setup.description));
             doubts.chain(passed_over).collect::<Vec<_>>().join("; and ")
         }
         Ok(status) => messages::status(status, finished.end_time, setup.description, &setup.until).text,

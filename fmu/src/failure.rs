@@ -1,0 +1,43 @@
+//! Why something could not be done, as the interface tells it.
+
+use qrm_sim::integrate::StepError;
+use qrm_sim::run::{Reason, SimError};
+
+/// Why something could not be done.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Failure {
+    /// It cannot be done.
+    Error(String),
+    /// It cannot be done at the state that the importer tried; it may be at another one, nearer to the last.
+    Discard(String),
+}
+
+impl From<String> for Failure {
+    fn from(message: String) -> Self {
+        Self::Error(message)
+    }
+}
+
+impl From<&str> for Failure {
+    fn from(message: &str) -> Self {
+        Self::Error(message.to_owned())
+    }
+}
+
+impl Failure {
+    /// The failure of a state that an importer tries.
+    pub(crate) fn of_trial(error: SimError) -> Self {
+        match error.reason {
+            // Formulae that leave their domain at this state have a value at the last one.
+            Reason::Failed { error: StepError::NotFinite, .. } => Self::Discard(error.to_string()),
+            _ => Self::Error(error.to_string()),
+        }
+    }
+
+    /// The same where no other state can be tried.
+    pub(crate) fn final_one(self) -> Self {
+        match self {
+            Self::Error(message) | Self::Discard(message) => Self::Error(message),
+        }
+    }
+}

@@ -1,0 +1,55 @@
+//! Some of a kernel's steps, made again by the plain functions.
+
+use qrm_core::{Mechanism, RowLayout};
+
+use crate::integrate::{Integrator, MethodSettings};
+use crate::solve::{Solver, SolverStats};
+use crate::state::State;
+
+/// One of so many steps is made again: of the first rows, and of later ones.
+const SAMPLED: [u64; 2] = [32, 128];
+/// So many rows are the first ones.
+const FIRST_ROWS: u64 = 1024;
+
+/// Makes some of the kernel's steps again by the plain functions, which measure what it does not: the residuals before
+/// the projection, and how far the coordinates were corrected.
+#[derive(Clone, Debug)]
+pub(crate) struct Sampler {
+    integrator: Integrator,
+    /// Room for the two rows of such a step.
+    pair: [State; 2],
+}
+
+impl Sampler {
+    /// Begins with a run; `None` where no kernel makes its steps.
+    pub(crate) fn new(
+        mechanism: &dyn Mechanism,
+        settings: &MethodSettings,
+        first: &State,
+        end_time: f64,
+    ) -> Option<Self> {
+        let integrator = settings
+            .is_by_kernel()
+            .then(|| Integrator::new(mechanism, *settings, first, end_time))
+            .and_then(Result::ok)?;
+        Some(Self { integrator, pair: [first.clone(), first.clone()] })
+    }
+
+    /// Makes some of the steps between rows again, the first of which has the number `first`; `solver` takes up what
+    /// they show.
+    pub(crate) fn follow(&mut self, mechanism: &dyn Mechanism, rows: &[f64], first: u64, solver: &mut Solver) {
+        let [from, to] = &mut self.pair;
+        let width = RowLayout { n: from.q.len(), m: from.multipliers.len() }.width();
+        for (number, step) in (first..).zip(rows.windows(2 * width).step_by(width)) {
+            if number % SAMPLED[usize::from(number >= FIRST_ROWS)] != 0 {
+                continue;
+            }
+            from.read(step);
+            self.integrator.solver_mut().stats = SolverStats::default();
+            // A step that fails here was made by the plain functions already.
+            if self.integrator.advance_by_functions(mechanism, from, step[width], to).is_ok() {
+                solver.take_corrections_of(self.integrator.solver_mut());
+            }
+        }
+    }
+}

@@ -1,0 +1,148 @@
+//! The numbers by which a motion under way is judged, taken up as its rows are made.
+
+use qrm_core::{Mechanism, RowRequest};
+
+use super::error_estimate::Companion;
+use super::judgement::{Doubt, Evidence};
+use super::monitor::RunMonitor;
+use super::sampler::Sampler;
+use crate::integrate::{Integrator, MethodSettings, StepError};
+use crate::state::State;
+
+/// What a motion under way shows of its accuracy: the same as a run does, at the same rows.
+///
+/// Where the parameters change, a new part of the motion begins. Ranges go on; errors are estimated, and energy and
+/// work compared, within each part, and add up.
+#[derive(Clone, Debug)]
+pub(crate) struct Watch {
+    monitor: RunMonitor,
+    sampler: Option<Sampler>,
+    companion: Option<Companion>,
+    /// Of the parts that are over.
+    before: Before,
+}
+
+/// What the parts of a motion that are over have shown.
+#[derive(Clone, Debug)]
+struct Before {
+    imbalance: f64,
+    is_conservative: bool,
+    corrections: Vec<f64>,
+    residual: f64,
+    steps: u64,
+    rows: u64,
+}
+
+impl Watch {
+    /// Begins at a state.
+    ///
+    /// # Errors
+    /// The energy is not finite there.
+    pub(crate) fn new(mechanism: &dyn Mechanism, settings: &MethodSettings, first: &State) -> Result<Self, StepError> {
+        let mut watch = Self {
+            monitor: RunMonitor::new(mechanism, first, false),
+            sampler: Sampler::new(mechanism, settings, first, f64::INFINITY),
+            companion: Companion::new(mechanism, settings, first, f64::INFINITY),
+            before: Before {
+                imbalance: 0.0,
+                is_conservative: true,
+                corrections: vec![0.0; first.q.len()],
+                residual: 0.0,
+                steps: 0,
+                rows: 0,
+            },
+        };
+        watch.take(mechanism, first)?;
+        Ok(watch)
+    }
+
+    /// Takes up a block of rows. The first one, with the number `request.first`, was taken before.
+    ///
+    /// # Errors
+    /// The energy of a row is not finite.
+    pub(crate) fn follow(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        integrator: &mut Integrator,
+        request: &RowRequest,
+        rows: &[f64],
+    ) -> Result<(), StepError> {
+        if let Some(sampler) = &mut self.sampler {
+            sampler.follow(mechanism, rows, self.before.rows + request.first, integrator.solver_mut());
+        }
+        let new = &rows[self.monitor.width()..];
+        if let Some(companion) = &mut self.companion {
+            companion.follow(mechanism, request, new, request.first + 1);
+        }
+        self.monitor.take(mechanism, new, &[], &mut ()).map_err(|_| StepError::NotFinite)
+    }
+
+    /// Begins a new part of the motion with other parameters, at the state `first`; the last part ended at `end`, after
+    /// so many rows.
+    ///
+    /// # Errors
+    /// The energy is not finite there.
+    pub(crate) fn change(
+        &mut self,
+        [old, new]: [&dyn Mechanism; 2],
+        integrator: &Integrator,
+        rows: u64,
+        [end, first]: [&State; 2],
+    ) -> Result<(), StepError> {
+        self.take(old, end)?;
+        if let Some(companion) = &mut self.companion {
+            companion.change([old, new], [end, first]);
+        }
+        let (imbalance, steps) = (self.imbalance(integrator), integrator.counts(rows).accepted);
+        let before = &mut self.before;
+        before.imbalance = imbalance;
+        before.is_conservative &= self.monitor.is_conservative;
+        before.corrections = larger(&before.corrections, integrator.corrections());
+        before.residual = before.residual.max(integrator.stats().residual_before_correction);
+        before.steps += steps;
+        before.rows += rows;
+        self.sampler = Sampler::new(new, &integrator.settings, first, f64::INFINITY);
+        self.monitor.change(new, first);
+        self.take(new, first)
+    }
+
+    /// The reasons not to trust the motion so far, after so many rows of its last part.
+    pub(crate) fn doubts(&self, mechanism: &dyn Mechanism, integrator: &Integrator, rows: u64) -> Vec<Doubt> {
+        let (before, monitor) = (&self.before, &self.monitor);
+        let steps = before.steps + integrator.counts(rows).accepted;
+        let corrections = larger(&before.corrections, integrator.corrections());
+        let companion = self.companion.as_ref();
+        let evidence = Evidence {
+            energy_imbalance: self.imbalance(integrator),
+            is_conservative: before.is_conservative && monitor.is_conservative,
+            largest_kinetic_energy: monitor.largest_kinetic_energy,
+            largest_energy: monitor.largest_energy,
+            ranges: &monitor.ranges,
+            tolerance: integrator.settings.tolerance(),
+            steps,
+            estimated_errors: companion.and_then(|companion| companion.errors(steps)),
+            companion_failed: companion.is_some_and(Companion::failed),
+            corrections: &corrections,
+            residual: before.residual.max(integrator.stats().residual_before_correction),
+        };
+        evidence.doubts(mechanism.description())
+    }
+
+    /// The largest difference between energy and work, all parts together.
+    fn imbalance(&self, integrator: &Integrator) -> f64 {
+        let is_conservative = self.monitor.is_conservative && integrator.is_conservative();
+        let of_rows = self.monitor.balance.known();
+        self.before.imbalance + self.monitor.imbalance(integrator.imbalance(), of_rows, is_conservative)
+    }
+
+    /// Takes up a state as a row.
+    fn take(&mut self, mechanism: &dyn Mechanism, state: &State) -> Result<(), StepError> {
+        let mut row = vec![0.0; self.monitor.width()];
+        state.write(&mut row);
+        self.monitor.take(mechanism, &row, &[], &mut ()).map_err(|_| StepError::NotFinite)
+    }
+}
+
+fn larger(a: &[f64], b: &[f64]) -> Vec<f64> {
+    a.iter().zip(b).map(|(a, b)| a.max(*b)).collect()
+}
