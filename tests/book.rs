@@ -31,6 +31,26 @@ fn every_page_is_in_the_table_of_contents() {
     assert_eq!(contents.matches(".md)").count(), pages.len() - 1, "a page that is not there");
 }
 
+/// Places and tests of promises, a file and a function each, are there.
+#[test]
+fn promises_are_kept_where_they_say() {
+    let top = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let page = fs::read_to_string(top.join("docs/guarantees.md")).expect("the page");
+    let places: Vec<_> = page.split('`').skip(1).step_by(2).filter_map(|code| code.split_once("::")).collect();
+    for (file, name) in &places {
+        let source = fs::read_to_string(top.join(file)).unwrap_or_else(|e| panic!("{file}: {e}"));
+        let begins = |words: &str| source.match_indices(words).any(|(i, _)| !continues(&source[i + words.len()..]));
+        let kinds = ["fn", "def", "struct"];
+        assert!(kinds.iter().any(|kind| begins(&format!("{kind} {name}"))), "{file} has no `{name}`");
+    }
+    assert!(places.len() > 100, "{} places", places.len());
+}
+
+/// Whether a text begins in the middle of a name.
+fn continues(rest: &str) -> bool {
+    rest.starts_with(|c: char| c.is_alphanumeric() || c == '_')
+}
+
 #[test]
 fn what_is_included_is_there() {
     let mut count = 0;
