@@ -78,7 +78,7 @@ pub fn verify(scene: &Scene, equations: &Equations, file: &syn::File, tape: &Own
         let agrees = agrees(scene, equations, &module, (sample, expected), &scales);
         let wrong = |difference| Unverified::Wrong(format!("scene `{}`: {difference}\nat {sample:?}", scene.name));
         second.map_err(wrong)?;
-        let kernel_agrees = kernel::agrees(scene, &module, (sample, expected));
+        let kernel_agrees = kernel::agrees(scene, equations, &module, (sample, expected));
         agreed += usize::from(agrees.map_err(wrong)?);
         kernel_agrees.map_err(wrong)?;
         tape::agrees(scene, &module, &tape, sample).map_err(wrong)?;
@@ -178,11 +178,13 @@ struct Errors<'a> {
     /// The expected numbers in doubles, and with 32 digits at a state nearby.
     known: OnceCell<[Option<Expected<f64>>; 2]>,
     nearby: OnceCell<Option<Expected<Wide>>>,
+    force_sizes: OnceCell<Vec<Wide>>,
 }
 
 impl<'a> Errors<'a> {
     fn new(scene: &'a Scene, equations: &'a Equations, module: &'a Generated<'a>, sample: &'a Sample) -> Self {
-        Self { scene, equations, module, sample, known: OnceCell::new(), nearby: OnceCell::new() }
+        let (known, nearby, force_sizes) = (OnceCell::new(), OnceCell::new(), OnceCell::new());
+        Self { scene, equations, module, sample, known, nearby, force_sizes }
     }
 
     fn nearby(&self) -> Option<&Expected<Wide>> {
@@ -200,7 +202,17 @@ impl<'a> Errors<'a> {
         };
         let of_expected = error(here, Some(expected)) + error(near, self.nearby().map(|n| n[place].1[i]));
         let of_got = self.rounded(place, i).map_or(0.0, |rounded| size(Wide::from(rounded) - Wide(got)));
-        ROUNDING * (of_expected + of_got)
+        ROUNDING * (of_expected + of_got) + SMALLEST * self.terms(place, i)
+    }
+
+    /// The sum of the sizes of a number's terms, where it is known.
+    fn terms(&self, place: usize, i: usize) -> f64 {
+        let names = self.nearby().map(|nearby| nearby[place].0);
+        if !names.is_some_and(|name| name.ends_with("generalized_forces")) {
+            return 0.0;
+        }
+        let sizes = || self.sample.on::<Wide>().force_sizes(self.scene, self.equations);
+        size(self.force_sizes.get_or_init(sizes)[i])
     }
 
     /// A number of the module in doubles.

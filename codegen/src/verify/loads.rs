@@ -65,6 +65,24 @@ impl<B: Differentiable> Sample<B> {
         forces
     }
 
+    /// The sums of the sizes of the terms of the generalized forces: their rounding errors are relative to these.
+    pub(super) fn force_sizes(&self, scene: &Scene, equations: &Equations) -> Vec<B> {
+        let gradients = Gradients::new(self, scene);
+        let zero = B::from(0.0);
+        let plain = State::plain(scene, &self.parameters, self.t, &self.q, &self.qd);
+        let moving = State::along(scene, &self.parameters, self.t, &self.q, &self.qd, &vec![zero; self.q.len()]);
+        let rows = self.com_rows(scene, equations, &plain).into_iter();
+        let inertial = rows.map(|(row, inertia)| (inertia * moving.value(row).v2, row));
+        let loads = scene.loads.iter().flat_map(|load| self.load_forces(scene, &plain, &load.kind));
+        let mut sizes = vec![zero; self.q.len()];
+        for (effort, displacement) in inertial.chain(loads) {
+            for (size, derivative) in sizes.iter_mut().zip(gradients.of(displacement)) {
+                *size += (effort * derivative).abs();
+            }
+        }
+        sizes
+    }
+
     /// The potential of the loads that have one, and the power of the others.
     pub(super) fn potential_and_power(
         &self,
