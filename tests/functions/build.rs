@@ -2,5 +2,12 @@
 
 fn main() {
     #[cfg(feature = "generate")]
-    qrm_codegen::build::build(&["functions.toml", "driven.toml", "bead.toml", "loads.toml", "undefined.toml"]);
+    qrm_codegen::build::build(&[
+        "functions.toml",
+        "driven.toml",
+        "bead.toml",
+        "loads.toml",
+        "undefined.toml",
+        "stiff.toml",
+    ]);
 }
