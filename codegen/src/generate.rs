@@ -6,7 +6,7 @@ use std::{fs, io};
 use crate::emit::{self, module_name, struct_name};
 use crate::term::Equations;
 use crate::verify::{self, Unverified};
-use crate::{derivation, engine, header};
+use crate::{derivation, engine, header, names};
 use qrm_scene::diagnostic::{Diagnostic, Report};
 use qrm_scene::files;
 use qrm_scene::resolve;
@@ -125,44 +125,15 @@ fn read_all(paths: &[PathBuf]) -> Result<(Vec<Read>, Vec<Report>), Error> {
     if wrong.is_empty() { Ok((read, warnings)) } else { Err(Error::Scenes(wrong)) }
 }
 
-/// Words that a module cannot have as its name, and the list of modules.
-const RESERVED_MODULES: [&str; 6] = ["scenes", "gen", "self", "super", "crate", "twin"];
-/// What every generated module already means by these names.
-const RESERVED_STRUCTS: [&str; 16] = [
-    "Angles",
-    "Constants",
-    "Description",
-    "Dynamics",
-    "Generated",
-    "Kernel",
-    "Linearization",
-    "LoopConstraints",
-    "ParameterDescription",
-    "Parameters",
-    "Position",
-    "QuantityDescription",
-    "Scalar",
-    "Schedule",
-    "Self",
-    "Start",
-];
-
 /// Every scene becomes a module, so no two may have names that make the same one.
 fn same_module(new: &Read, read: &[Read]) -> Option<Report> {
     let module = module_name(&new.scene.name);
     let other = read.iter().find(|r| module_name(&r.scene.name) == module);
-    let mechanism = struct_name(&new.scene.name);
     let title = match other {
         Some(other) => {
             format!("scenes `{}` and `{}` would both become module `{module}`", other.scene.name, new.scene.name)
         }
-        None if RESERVED_MODULES.contains(&module.as_str()) || syn::parse_str::<syn::Ident>(&module).is_err() => {
-            format!("a module cannot be called `{module}`")
-        }
-        None if RESERVED_STRUCTS.contains(&mechanism.as_str()) => {
-            format!("the generated code has another struct `{mechanism}`")
-        }
-        None => return None,
+        None => names::refusal(&new.scene.name)?,
     };
     let label = other.map_or_else(String::new, |other| format!("the other one is in {}", other.path));
     let finding = Diagnostic::error(title, new.scene.name_span.clone(), label).help("give the scene another name");

@@ -27,6 +27,7 @@ pub mod graph;
 pub mod header;
 pub mod kernel;
 pub mod lower;
+pub mod names;
 pub mod omissions;
 pub mod share;
 pub mod term;

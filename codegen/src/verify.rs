@@ -10,18 +10,23 @@ mod linearization;
 mod loads;
 mod sample;
 mod tape;
+mod wide;
 
+use std::cell::OnceCell;
 use std::collections::HashMap;
 
+use num_traits::Signed;
+use qrm_core::DoubleDouble;
 use syn::{ImplItem, Item};
 
 use crate::emit::OwnedTape;
 use crate::term::{Equations, Symbol, Term};
 use expected::Expected;
-use interpret::{Value, run, run_block};
+use interpret::{Number, Value, run, run_block};
 use qrm_scene::evaluate::{State, constant, parameter_values};
 use qrm_scene::scene::{Coordinate, Scene, Start, Value as Formula};
 use sample::Sample;
+use wide::Wide;
 
 /// How many random states are compared; fewer of large mechanisms, whose matrices are mostly zeros.
 const STATES: usize = 40;
@@ -29,15 +34,18 @@ const STATES: usize = 40;
 const NUMBERS: usize = 400;
 /// How many random states may lie outside the domain of the formulae for each that lies inside.
 const PATIENCE: usize = 50;
-/// Largest difference of a number, relative to itself or to a thousandth of its largest value at any state.
-const TOLERANCE: f64 = 1e-9;
-/// Largest difference relative to the largest number of the function: what rounding leaves of terms that cancel.
-const ROUNDING: f64 = 1e-14;
-/// The largest number at a state counts for [`ROUNDING`] up to this size.
-const TYPICAL: f64 = 100.0;
+/// Largest difference of a number, relative to itself or to a thousandth of its largest value at any state. Both sides
+/// are computed with 32 digits, and numbers in the text of a module have 16.
+const TOLERANCE: f64 = 1e-12;
+/// Rounding errors of 32 digits for each of 16 digits: where terms cancel, the latter tell how large the terms were.
+const ROUNDING: f64 = 1e-13;
+/// Rounding errors of 32 digits, relative to the largest number of a function at any state.
+const SMALLEST: f64 = 1e-28;
+/// Numbers of this size have lost the second half of their digits.
+const TINY: f64 = 1e-290;
 /// Where inputs that differ by a few units in the last place change a value by more than this fraction of a difference,
 /// the difference says nothing.
-const CONDITION: f64 = 1e-4;
+const CONDITION: f64 = 0.1;
 
 /// Why a module must not be written.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -60,19 +68,19 @@ pub fn verify(scene: &Scene, equations: &Equations, file: &syn::File, tape: &Own
     let states = (NUMBERS / scene.coordinates.len().max(1)).clamp(STATES / 5, STATES);
     let mut random = fastrand::Rng::with_seed(1);
     let samples = (0..states * PATIENCE).map(|number| Sample::random(scene, number, &mut random));
-    let known = samples.filter_map(|sample| sample.expected(scene, equations).map(|expected| (sample, expected)));
-    let known: Vec<(Sample, Expected)> = known.take(states).collect();
+    let known =
+        samples.filter_map(|sample| sample.on::<Wide>().expected(scene, equations).map(|expected| (sample, expected)));
+    let known: Vec<(Sample, Expected<Wide>)> = known.take(states).collect();
     let scales = scales(&known);
     let mut agreed = 0;
     for (sample, expected) in &known {
-        let second = second_derivatives(scene, equations, sample, expected, &scales);
+        let second = second_derivatives(scene, equations, sample);
         let agrees = agrees(scene, equations, &module, (sample, expected), &scales);
         let wrong = |difference| Unverified::Wrong(format!("scene `{}`: {difference}\nat {sample:?}", scene.name));
         second.map_err(wrong)?;
-        let kernel_agrees = kernel::agrees(scene, &module, (sample, expected));
+        let kernel_agrees = kernel::agrees(scene, equations, &module, (sample, expected));
         agreed += usize::from(agrees.map_err(wrong)?);
         kernel_agrees.map_err(wrong)?;
-        linearization::agrees(scene, equations, &module, sample).map_err(wrong)?;
         tape::agrees(scene, &module, &tape, sample).map_err(wrong)?;
     }
     let problem = if known.len() < states / 4 {
@@ -91,29 +99,52 @@ pub fn verify(scene: &Scene, equations: &Equations, file: &syn::File, tape: &Own
 }
 
 /// The largest size of each number of each function at any state.
-fn scales(known: &[(Sample, Expected)]) -> Vec<Vec<f64>> {
+fn scales(known: &[(Sample, Expected<Wide>)]) -> Vec<Vec<f64>> {
     let Some((_, first)) = known.first() else { return Vec::new() };
     let mut scales: Vec<Vec<f64>> = first.iter().map(|(_, numbers)| vec![0.0; numbers.len()]).collect();
     for (_, expected) in known {
         for (scales, (_, numbers)) in scales.iter_mut().zip(expected) {
-            scales.iter_mut().zip(numbers).for_each(|(scale, number)| *scale = scale.max(number.abs()));
+            scales.iter_mut().zip(numbers).for_each(|(scale, number)| *scale = scale.max(size(*number)));
         }
     }
     scales
 }
 
-/// Whether every function gives what is expected; `false` where rounding errors hide whether it does.
+/// The largest number of each function at any state. The parts of the linearization on one side of the equations come
+/// from the same terms.
+fn largest(expected: &Expected<Wide>, scales: &[Vec<f64>]) -> Vec<f64> {
+    let group = |name: &str| match name.split_once('.') {
+        Some(("linearization", part)) => Some(part.starts_with("constraint")),
+        _ => None,
+    };
+    let own: Vec<f64> =
+        scales.iter().map(|scales| scales.iter().fold(0.0, |most: f64, &scale| most.max(scale))).collect();
+    let of = |(place, (name, _)): (usize, &(&'static str, Vec<Wide>))| match group(name) {
+        None => own[place],
+        side => {
+            let same = expected.iter().zip(&own).filter(|((name, _), _)| group(name) == side);
+            same.fold(0.0, |most: f64, (_, &own)| most.max(own))
+        }
+    };
+    expected.iter().enumerate().map(of).collect()
+}
+
+fn size(number: Wide) -> f64 {
+    number.abs().0.hi()
+}
+
+/// Whether every function gives what is expected; `false` where the numbers of the state are not known well enough to
+/// tell.
 fn agrees(
     scene: &Scene,
     equations: &Equations,
     module: &Generated,
-    (sample, expected): (&Sample, &Expected),
+    (sample, expected): (&Sample, &Expected<Wide>),
     scales: &[Vec<f64>],
 ) -> Result<bool, String> {
     let model = module.model(scene, &sample.parameters)?;
-    let largest = |numbers: &[f64]| numbers.iter().fold(0.0, |most: f64, number| most.max(number.abs()));
-    let inside = sample.largest_in_loads(scene);
-    let overall = expected.iter().fold(0.0, |most: f64, (_, numbers)| most.max(largest(numbers)));
+    let errors = Errors::new(scene, equations, module, sample);
+    let largest = largest(expected, scales);
     let mut all_compared = true;
     let mut last = ("", Value::Nothing);
     for (place, ((function, expected), scales)) in expected.iter().zip(scales).enumerate() {
@@ -122,14 +153,15 @@ fn agrees(
         if whole != last.0 {
             last = (whole, module.value(whole, &sample.arguments(scene, whole, model.clone()))?);
         }
-        let got = if part.is_empty() { last.1.numbers() } else { last.1.field(part)?.numbers() };
-        // Where all terms of a function cancel, its own size says nothing of their rounding errors.
-        let floor = ROUNDING * largest(scales).max(overall.min(TYPICAL)).max(inside);
-        let allowed = |i: usize| (TOLERANCE * expected[i].abs().max(1e-3 * scales[i])).max(floor);
+        let got: Vec<DoubleDouble> = if part.is_empty() { last.1.numbers() } else { last.1.field(part)?.numbers() };
+        let floor = (SMALLEST * largest[place]).max(TINY);
+        let strict = |i: usize| (TOLERANCE * size(expected[i]).max(1e-3 * scales[i])).max(floor);
+        let allowed = |i: usize| {
+            let difference = size(Wide(got[i]) - expected[i]);
+            if difference <= strict(i) { strict(i) } else { errors.of_rounding(place, i, expected[i], got[i]) }
+        };
         let Err((i, difference)) = compare(function, &got, expected, allowed) else { continue };
-        let nearby = sample.nearby().expected(scene, equations);
-        let spread = nearby.map_or(f64::INFINITY, |nearby| (nearby[place].1[i] - expected[i]).abs());
-        if !(spread > CONDITION * (got[i] - expected[i]).abs()) {
+        if got.len() != expected.len() || !errors.hide(place, i, expected[i], got[i]) {
             return Err(format!("generated `{function}` is wrong: {difference}"));
         }
         all_compared = false;
@@ -137,22 +169,77 @@ fn agrees(
     Ok(all_compared)
 }
 
+/// What is known of the errors at a state, computed when it is asked for.
+struct Errors<'a> {
+    scene: &'a Scene,
+    equations: &'a Equations,
+    module: &'a Generated<'a>,
+    sample: &'a Sample,
+    /// The expected numbers in doubles, and with 32 digits at a state nearby.
+    known: OnceCell<[Option<Expected<f64>>; 2]>,
+    nearby: OnceCell<Option<Expected<Wide>>>,
+    force_sizes: OnceCell<Vec<Wide>>,
+}
+
+impl<'a> Errors<'a> {
+    fn new(scene: &'a Scene, equations: &'a Equations, module: &'a Generated<'a>, sample: &'a Sample) -> Self {
+        let (known, nearby, force_sizes) = (OnceCell::new(), OnceCell::new(), OnceCell::new());
+        Self { scene, equations, module, sample, known, nearby, force_sizes }
+    }
+
+    fn nearby(&self) -> Option<&Expected<Wide>> {
+        let nearby = || self.sample.nearby().on::<Wide>().expected(self.scene, self.equations);
+        self.nearby.get_or_init(nearby).as_ref()
+    }
+
+    /// The rounding errors of one number: those of doubles show how large the terms are that cancel in it.
+    fn of_rounding(&self, place: usize, i: usize, expected: Wide, got: DoubleDouble) -> f64 {
+        let samples = || [self.sample.clone(), self.sample.nearby()].map(|s| s.expected(self.scene, self.equations));
+        let [here, near] = self.known.get_or_init(samples);
+        let error = |rounded: &Option<Expected<f64>>, exact: Option<Wide>| match (rounded, exact) {
+            (Some(rounded), Some(exact)) => size(Wide::from(rounded[place].1[i]) - exact),
+            _ => 0.0,
+        };
+        let of_expected = error(here, Some(expected)) + error(near, self.nearby().map(|n| n[place].1[i]));
+        let of_got = self.rounded(place, i).map_or(0.0, |rounded| size(Wide::from(rounded) - Wide(got)));
+        ROUNDING * (of_expected + of_got) + SMALLEST * self.terms(place, i)
+    }
+
+    /// The sum of the sizes of a number's terms, where it is known.
+    fn terms(&self, place: usize, i: usize) -> f64 {
+        let names = self.nearby().map(|nearby| nearby[place].0);
+        if !names.is_some_and(|name| name.ends_with("generalized_forces")) {
+            return 0.0;
+        }
+        let sizes = || self.sample.on::<Wide>().force_sizes(self.scene, self.equations);
+        size(self.force_sizes.get_or_init(sizes)[i])
+    }
+
+    /// A number of the module in doubles.
+    fn rounded(&self, place: usize, i: usize) -> Option<f64> {
+        let (name, _) = self.known.get()?.first()?.as_ref()?[place];
+        let model = self.module.model(self.scene, &self.sample.parameters).ok()?;
+        let arguments = self.sample.arguments(self.scene, name, model);
+        self.module.call(name, &arguments).ok()?.get(i).copied()
+    }
+
+    /// Whether a difference may come from numbers that are rounded to 16 digits in the module.
+    fn hide(&self, place: usize, i: usize, expected: Wide, got: DoubleDouble) -> bool {
+        let spread = self.nearby().map_or(f64::INFINITY, |nearby| size(nearby[place].1[i] - expected));
+        spread > CONDITION * size(Wide(got) - expected)
+    }
+}
+
 /// Compares `C_qq`, which no function computes but the derivation shows, contracted with the rates on both sides.
-fn second_derivatives(
-    scene: &Scene,
-    equations: &Equations,
-    sample: &Sample,
-    expected: &Expected,
-    scales: &[Vec<f64>],
-) -> Result<(), String> {
-    let Some(place) = expected.iter().position(|(name, _)| *name == "constraint_bias") else { return Ok(()) };
-    let (nearby, quadratic_velocity_term) = (sample.nearby(), sample.quadratic_velocity_term(scene));
+fn second_derivatives(scene: &Scene, equations: &Equations, sample: &Sample) -> Result<(), String> {
+    let nearby = sample.nearby();
+    let expected = sample.on::<Wide>().quadratic_velocity_term(scene);
     for (k, (hessian, constraint)) in equations.constraint_hessians.iter().zip(&scene.constraints).enumerate() {
-        let (expected, scale) = (quadratic_velocity_term[k], scales[place][k]);
-        let contracted = contraction(hessian, sample);
+        let expected = expected[k].0.hi();
+        let (contracted, terms) = contraction(hessian, sample);
         let difference = (contracted - expected).abs();
-        let spread = (contraction(hessian, &nearby) - contracted).abs();
-        if !(difference <= 1e-7 * expected.abs().max(scale)) && !(spread > CONDITION * difference) {
+        let spread = (contraction(hessian, &nearby).0 - contracted).abs();
+        if !(difference <= (1e-7 * expected.abs()).max(1e-11 * terms)) && !(spread > 1e-4 * difference) {
             return Err(format!(
                 "the C_qq of the derivation is wrong: that of constraint `{}`, contracted with the rates, is {contracted:e} instead \
                  of {expected:e}",
@@ -163,7 +250,8 @@ fn second_derivatives(
     Ok(())
 }
 
-fn contraction(hessian: &[Vec<Term>], sample: &Sample) -> f64 {
+/// The contraction, and the sum of the sizes of its terms.
+fn contraction(hessian: &[Vec<Term>], sample: &Sample) -> (f64, f64) {
     let value = |symbol: Symbol| match symbol {
         Symbol::Parameter(i) => sample.parameters[i],
         Symbol::Pi => std::f64::consts::PI,
@@ -171,49 +259,59 @@ fn contraction(hessian: &[Vec<Term>], sample: &Sample) -> f64 {
         Symbol::Time => sample.t,
         _ => f64::NAN,
     };
-    let row = |row: &Vec<Term>| {
-        let entries = row.iter().zip(&sample.qd).filter(|(entry, _)| !entry.is_zero());
-        entries.map(|(entry, v)| entry.evaluate(&value) * v).sum::<f64>()
-    };
-    hessian.iter().zip(&sample.qd).map(|(entries, v)| row(entries) * v).sum()
+    let (mut sum, mut sizes) = (0.0, 0.0);
+    for (row, v) in hessian.iter().zip(&sample.qd) {
+        for (entry, w) in row.iter().zip(&sample.qd).filter(|(entry, _)| !entry.is_zero()) {
+            let term = entry.evaluate(&value) * v * w;
+            sum += term;
+            sizes += term.abs();
+        }
+    }
+    (sum, sizes)
 }
 
 /// The first number that differs by more than allowed, and how.
-fn compare(what: &str, got: &[f64], expected: &[f64], allowed: impl Fn(usize) -> f64) -> Result<(), (usize, String)> {
+fn compare(
+    what: &str,
+    got: &[DoubleDouble],
+    expected: &[Wide],
+    allowed: impl Fn(usize) -> f64,
+) -> Result<(), (usize, String)> {
     if got.len() != expected.len() {
         let lengths = format!("{} numbers instead of {}", got.len(), expected.len());
         return Err((0, format!("`{what}` has {lengths}")));
     }
     for (i, (got, expected)) in got.iter().zip(expected).enumerate() {
         // Written so that a difference that is not a number counts as one.
-        if !((got - expected).abs() <= allowed(i)) {
-            return Err((i, format!("number {i} is {got:e} instead of {expected:e}")));
+        if !(size(Wide(*got) - *expected) <= allowed(i)) {
+            return Err((i, format!("number {i} is {:e} instead of {:e}", got.hi(), expected.0.hi())));
         }
     }
     Ok(())
 }
 
 /// Compares numbers that are computed in the same way.
-fn same(what: &str, got: &[f64], expected: &[f64]) -> Result<(), String> {
-    let allowed = |i: usize| 1e-12 * expected[i].abs().max(f64::MIN_POSITIVE);
+fn same(what: &str, got: &[DoubleDouble], expected: &[Wide]) -> Result<(), String> {
+    let allowed = |i: usize| (TOLERANCE * size(expected[i])).max(TINY);
     compare(what, got, expected, allowed)
         .map_err(|(_, difference)| format!("generated `{what}` is wrong: {difference}"))
 }
 
 /// Start, schedule and stop condition, at the scene's own parameters and at a random state.
 fn verify_plain(scene: &Scene, module: &Generated) -> Result<(), String> {
-    let parameters = parameter_values(scene, |_| None);
-    let model = module.model(scene, &parameters)?;
+    let parameters: Vec<Wide> = parameter_values(scene, |_| None);
+    let numbers: Vec<DoubleDouble> = parameters.iter().map(|parameter| parameter.0).collect();
+    let model = module.model_of(scene, &numbers)?;
     let constant = |value: &Formula| constant(value, &parameters);
     let set = module.method("with", &[Value::Nothing])?;
     for (parameter, value) in scene.parameters.iter().zip(&parameters).filter(|(p, _)| !p.left_out) {
         let name = crate::emit::field_name(&parameter.name);
         same(&format!("value of parameter {}", parameter.name), &set.field(&name)?.numbers(), &[*value])?;
     }
-    let starts = |start: fn(&Coordinate) -> &Start| -> Vec<f64> {
+    let starts = |start: fn(&Coordinate) -> &Start| -> Vec<Wide> {
         let value = |coordinate| match start(coordinate) {
             Start::Given(value) | Start::Guess(value) => constant(value),
-            Start::Free => 0.0,
+            Start::Free => Wide::from(0.0),
         };
         scene.coordinates.iter().map(value).collect()
     };
@@ -224,13 +322,17 @@ fn verify_plain(scene: &Scene, module: &Generated) -> Result<(), String> {
     same("schedule", &schedule.field("step")?.numbers(), &[constant(&scene.run.step)])?;
     same("schedule", &schedule.field("end_time")?.numbers(), &[constant(&scene.run.end_time)])?;
     if let Some(condition) = &scene.run.until {
+        let own: Vec<f64> = numbers.iter().map(|number| number.hi()).collect();
+        let model = module.model(scene, &own)?;
         let mut random = fastrand::Rng::with_seed(2);
         for number in 0..PATIENCE {
             let sample = Sample::random(scene, number, &mut random);
-            let state = State::plain(scene, &parameters, sample.t, &sample.q, &sample.qd);
+            let wide = sample.on::<Wide>();
+            let state = State::plain(scene, &own, wide.t, &wide.q, &wide.qd);
             let expected = state.value(&condition.difference) * condition.comparison.sign();
-            let arguments = [model.clone(), Value::Number(sample.t), Value::list(&sample.q), Value::list(&sample.qd)];
-            if expected.is_finite() {
+            let (q, qd) = (Value::list(&sample.q), Value::list(&sample.qd));
+            let arguments = [model.clone(), Value::Number(sample.t.into()), q, qd];
+            if size(expected).is_finite() {
                 same("event", &module.method("event", &arguments)?.numbers(), &[expected])?;
             }
         }
@@ -275,11 +377,15 @@ impl<'f> Generated<'f> {
     }
 
     /// The mechanism with these parameters.
-    fn model(&self, scene: &Scene, parameters: &[f64]) -> Result<Value, String> {
+    fn model<N: Number>(&self, scene: &Scene, parameters: &[f64]) -> Result<Value<N>, String> {
+        let parameters: Vec<N> = parameters.iter().map(|&value| N::from_f64(value)).collect();
+        self.model_of(scene, &parameters)
+    }
+
+    fn model_of<N: Number>(&self, scene: &Scene, parameters: &[N]) -> Result<Value<N>, String> {
         let kept = scene.parameters.iter().zip(parameters).filter(|(p, _)| !p.left_out);
-        let field = |(p, value): (&qrm_scene::scene::Parameter, &f64)| {
-            (crate::emit::field_name(&p.name), Value::Number(*value))
-        };
+        let field =
+            |(p, value): (&qrm_scene::scene::Parameter, &N)| (crate::emit::field_name(&p.name), Value::Number(*value));
         let parameters = Value::Fields(kept.map(field).collect());
         let mut fields = HashMap::from([("parameters".to_owned(), parameters.clone())]);
         if self.methods.contains_key("Constants::new") {
@@ -288,18 +394,18 @@ impl<'f> Generated<'f> {
         Ok(Value::Fields(fields))
     }
 
-    fn value(&self, name: &str, arguments: &[Value]) -> Result<Value, String> {
+    fn value<N: Number>(&self, name: &str, arguments: &[Value<N>]) -> Result<Value<N>, String> {
         let function = self.functions.get(name).ok_or_else(|| format!("no function `{name}` was generated"))?;
         run(function, arguments).map_err(|e| format!("generated `{name}`: {e}"))
     }
 
-    fn call(&self, name: &str, arguments: &[Value]) -> Result<Vec<f64>, String> {
+    fn call<N: Number>(&self, name: &str, arguments: &[Value<N>]) -> Result<Vec<N>, String> {
         let (name, part) = name.split_once('.').unwrap_or((name, ""));
         let value = self.value(name, arguments)?;
         Ok(if part.is_empty() { value.numbers() } else { value.field(part)?.numbers() })
     }
 
-    fn method(&self, name: &str, arguments: &[Value]) -> Result<Value, String> {
+    fn method<N: Number>(&self, name: &str, arguments: &[Value<N>]) -> Result<Value<N>, String> {
         let method = self.methods.get(name).ok_or_else(|| format!("no method `{name}` was generated"))?;
         run_block(&method.sig, &method.block, arguments).map_err(|e| format!("generated `{name}`: {e}"))
     }

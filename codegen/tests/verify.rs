@@ -148,14 +148,28 @@ fn equations() -> Equations {
 }
 
 fn check(equations: &Equations) -> Result<(), verify::Unverified> {
-    let (scene, _) = resolve::read("pendulum.toml", SCENE).expect("the scene is right");
-    let module = emit::module(&scene, equations, SCENE);
+    check_in(SCENE, equations)
+}
+
+fn check_in(text: &str, equations: &Equations) -> Result<(), verify::Unverified> {
+    let (scene, _) = resolve::read("pendulum.toml", text).expect("the scene is right");
+    let module = emit::module(&scene, equations, text);
     verify::verify(&scene, equations, &module.file, &module.tape)
+}
+
+/// The scene with other sizes: as it is, with a rod of steel, on a chip, and with both extremes at once.
+fn scenes() -> [String; 4] {
+    [("2", "100", "3"), ("2", "4e9", "3"), ("1e-12", "0.5", "2e-9"), ("1e-6", "1e12", "1e-3")].map(|(m, k, cd)| {
+        let text = SCENE.replace("m = 2\n", &format!("m = {m}\n")).replace("k = 100\n", &format!("k = {k}\n"));
+        text.replace("cd = 3\n", &format!("cd = {cd}\n"))
+    })
 }
 
 #[test]
 fn right_equations_pass() {
-    assert_eq!(check(&equations()), Ok(()));
+    for text in scenes() {
+        assert_eq!(check_in(&text, &equations()), Ok(()), "{text}");
+    }
 }
 
 #[test]
@@ -188,17 +202,35 @@ fn one_wrong_sign_is_found_wherever_it_is() {
         ("linearization", |e| &mut e.linearization.as_mut().expect("derivatives").constraint_stiffness[0][1]),
         ("linearization", |e| &mut e.linearization.as_mut().expect("derivatives").constraint_damping[0][1]),
     ];
-    for (name, place) in places {
+    for (text, (name, place)) in scenes().iter().flat_map(|text| places.map(|spoil| (text, spoil))) {
         let mut wrong = equations();
         let term = place(&mut wrong);
         *term = product(&[number(-1), term.clone()]);
-        let said = check(&wrong).expect_err(name).to_string();
+        let said = check_in(text, &wrong).expect_err(name).to_string();
         // A Jacobian stands in several functions; the first that shows the mistake is named.
         assert!(said.contains("is wrong: "), "{name}: {said}");
         assert!(
             said.contains(name) || said.contains("dynamics") || said.contains("loop_constraints"),
             "{name}: {said}"
         );
+    }
+}
+
+#[test]
+fn a_wrong_sign_of_a_small_term_is_found_beside_large_ones() {
+    for text in &scenes()[..3] {
+        for (place, factor) in [(0, -1), (0, 2), (2, -1), (2, 2)] {
+            let mut wrong = equations();
+            let Term::Sum(terms) = &mut wrong.generalized_forces[0] else { panic!("not a sum") };
+            // The centrifugal force, or the damper, beside the force of the spring.
+            terms[place] = product(&[number(factor), terms[place].clone()]);
+            assert!(check_in(text, &wrong).is_err(), "term {place} times {factor}\n{text}");
+            let mut wrong = equations();
+            let linearization = wrong.linearization.as_mut().expect("derivatives");
+            let Term::Sum(terms) = &mut linearization.stiffness[0][0] else { panic!("not a sum") };
+            terms[0] = product(&[number(factor), terms[0].clone()]);
+            assert!(check_in(text, &wrong).is_err(), "stiffness times {factor}\n{text}");
+        }
     }
 }
 

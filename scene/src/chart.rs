@@ -28,7 +28,7 @@ impl Chart {
         let ends = (&self.points[0][1] + &self.points[self.points.len() - 1][1]) * &half;
         let number = |formula: &mut Expression<N>, exact: BigRational| {
             let value = to_f64(&exact);
-            let size = formula.push(Node::Number(Number { exact: exact.abs(), value: value.abs() }), span.clone());
+            let size = formula.push(Node::Number(Number::near(exact.abs(), value.abs())), span.clone());
             if value < 0.0 { formula.push(Node::Negate(size), span.clone()) } else { size }
         };
         let mut sum = number(formula, ends);

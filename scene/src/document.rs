@@ -1,5 +1,6 @@
 //! Scene text to a syntax tree with places. The only module that knows TOML.
 
+mod characters;
 mod form;
 mod known;
 mod loads;
@@ -215,6 +216,7 @@ impl Document {
         let mut reader = Reader::new(source);
         let mut document = Self::default();
         let parsed = table::parse(source, &mut reader.findings);
+        reader.findings.extend(characters::findings(source));
         if reader.findings.is_empty() && parsed.is_empty() {
             reader.findings.push(
                 Diagnostic::whole_file("the scene is empty")

@@ -1,5 +1,7 @@
 //! Numbers for formulae: straight from the scene, with automatic differentiation, past the symbolic engine.
 
+use num_dual::Dual2;
+
 use crate::expression::{Expression, Node};
 use crate::function::Differentiable;
 use crate::scene::{Quantity, Scene, Value};
@@ -26,9 +28,14 @@ pub fn evaluate_in<N, D: Differentiable>(
 pub fn constant<D: Differentiable>(value: &Value, parameters: &[D]) -> D {
     evaluate(value, |quantity| match quantity {
         Quantity::Parameter(i) => parameters[*i],
-        Quantity::Pi => D::from(std::f64::consts::PI),
+        Quantity::Pi => pi(),
         _ => D::from(f64::NAN),
     })
+}
+
+/// The ratio of a circle's circumference to its diameter, as close as the number can hold it.
+fn pi<D: Differentiable>() -> D {
+    D::from(std::f64::consts::PI) + 1.224_646_799_147_353_2e-16
 }
 
 /// The value of each operation that rests on names with a known value alone.
@@ -50,7 +57,8 @@ pub fn known_values<N>(expression: &Expression<N>, mut lookup: impl FnMut(&N) ->
 
 fn apply<N, D: Differentiable>(node: &Node<N>, values: &[D], lookup: &mut impl FnMut(&N) -> D) -> D {
     match node {
-        Node::Number(number) => D::from(number.value),
+        // The second part is lost in a double, and none of a double-double number.
+        Node::Number(number) => D::from(number.value) + number.rest,
         Node::Name(name) => lookup(name),
         Node::Negate(a) => -values[*a],
         Node::Add(a, b) => values[*a] + values[*b],
@@ -118,17 +126,6 @@ impl<D: Differentiable> State<D> {
         })
     }
 
-    /// The largest number that comes up while a load's law is evaluated: its rounding errors are of that size.
-    pub fn largest_inside(&self, value: &Value, [stretch, rate]: [D; 2]) -> f64 {
-        let mut inside = Vec::new();
-        evaluate_in(&mut inside, value, &mut |quantity| match quantity {
-            Quantity::Stretch => stretch,
-            Quantity::StretchRate => rate,
-            other => self.quantity(*other),
-        });
-        inside.iter().map(|number| number.re().abs()).filter(|size| size.is_finite()).fold(0.0, f64::max)
-    }
-
     /// The same state with one point moved, everything else held.
     #[must_use]
     pub fn with_point(&self, point: usize, position: [D; 2]) -> Self {
@@ -150,30 +147,30 @@ impl<D: Differentiable> State<D> {
             Quantity::Point(i, axis) => self.points[i][axis],
             Quantity::PointRate(i, axis) => self.point_rates[i][axis],
             Quantity::Time => self.time,
-            Quantity::Pi => D::from(std::f64::consts::PI),
+            Quantity::Pi => pi(),
             // The law of a load binds them itself.
             Quantity::Stretch | Quantity::StretchRate | Quantity::Unknown => D::from(f64::NAN),
         }
     }
 }
 
-impl State<f64> {
+impl<D: Differentiable> State<D> {
     /// A state of plain numbers, in which the rates of points are known too.
-    pub fn plain(scene: &Scene, parameters: &[f64], time: f64, q: &[f64], qd: &[f64]) -> Self {
-        let moving = State::along(scene, parameters, time, q, qd, &vec![0.0; q.len()]);
+    pub fn plain(scene: &Scene, parameters: &[f64], time: D, q: &[D], qd: &[D]) -> Self {
+        let moving = State::along(scene, parameters, time, q, qd, &vec![D::from(0.0); q.len()]);
         let mut state = Self::new(scene, parameters, time, q.to_vec(), qd.to_vec());
         state.point_rates = moving.points.iter().map(|point| point.map(|c| c.v1)).collect();
         state
     }
 }
 
-impl State<num_dual::Dual2_64> {
+impl<D: Differentiable> State<Dual2<D>> {
     /// A state that moves with rates `qd` and accelerations `qdd`: every value carries its first two time derivatives.
-    pub fn along(scene: &Scene, parameters: &[f64], time: f64, q: &[f64], qd: &[f64], qdd: &[f64]) -> Self {
-        let coordinate = |i: usize| num_dual::Dual2_64::new(q[i], qd[i], qdd[i]);
-        let coordinates = (0..q.len()).map(coordinate).collect();
-        let rates = (0..q.len()).map(|i| num_dual::Dual2_64::new(qd[i], qdd[i], 0.0)).collect();
-        Self::new(scene, parameters, num_dual::Dual2_64::new(time, 1.0, 0.0), coordinates, rates)
+    pub fn along(scene: &Scene, parameters: &[f64], time: D, q: &[D], qd: &[D], qdd: &[D]) -> Self {
+        let [zero, one] = [0.0, 1.0].map(D::from);
+        let coordinates = (0..q.len()).map(|i| Dual2::new(q[i], qd[i], qdd[i])).collect();
+        let rates = (0..q.len()).map(|i| Dual2::new(qd[i], qdd[i], zero)).collect();
+        Self::new(scene, parameters, Dual2::new(time, one, zero), coordinates, rates)
     }
 }
 

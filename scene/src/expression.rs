@@ -50,6 +50,8 @@ pub struct Number {
     pub exact: BigRational,
     /// The double nearest to it.
     pub value: f64,
+    /// The double nearest to what that lacks.
+    pub rest: f64,
 }
 
 impl<N> Node<N> {
@@ -81,18 +83,24 @@ impl Number {
             return None;
         }
         if is_zero {
-            return Some(Self { exact: BigRational::from(digits), value });
+            return Some(Self { exact: BigRational::from(digits), value, rest: 0.0 });
         }
         // A double between 5e-324 and 1.8e308 bounds the power by the length of the text.
         let power = exponent.parse::<i64>().ok()? - i64::try_from(fraction.len()).ok()?;
         let scale = BigInt::from(10).pow(u32::try_from(power.unsigned_abs()).ok()?);
         let exact = if power < 0 { BigRational::new(digits, scale) } else { BigRational::from(digits * scale) };
-        Some(Self { exact, value })
+        Some(Self::near(exact, value))
+    }
+
+    /// A number whose nearest double is known.
+    pub(crate) fn near(exact: BigRational, value: f64) -> Self {
+        let rest = BigRational::from_float(value).map_or(0.0, |nearest| to_f64(&(&exact - nearest)));
+        Self { exact, value, rest }
     }
 
     /// A whole number.
     pub fn whole(value: i32) -> Self {
-        Self { exact: BigRational::from(BigInt::from(value)), value: f64::from(value) }
+        Self { exact: BigRational::from(BigInt::from(value)), value: f64::from(value), rest: 0.0 }
     }
 }
 

@@ -3,6 +3,9 @@
 use crate::diagnostic::{Diagnostic, Span};
 use crate::expression::Number;
 
+/// How many characters a number may have. Numbers are kept exactly, and none that a double can tell apart is longer.
+const NUMBER_LENGTH: usize = 100;
+
 /// A piece of a formula.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Token {
@@ -66,6 +69,10 @@ pub fn tokenize(text: &str, offset: usize) -> Result<Vec<(Token, Span)>, Diagnos
                 if decimal.matches('.').count() > 1 || decimal.starts_with('.') || decimal.ends_with('.') {
                     return Err(Diagnostic::error(format!("`{decimal}` is not a number"), span, "malformed number")
                         .help("write a decimal like `0.5` or `1.5e-3`, with digits on both sides of the point"));
+                }
+                if decimal.len() > NUMBER_LENGTH {
+                    return Err(Diagnostic::error("number too long", span, format!("{} characters", decimal.len()))
+                        .help(format!("write at most {NUMBER_LENGTH}: a double holds 17 digits")));
                 }
                 let number = Number::parse(decimal).ok_or_else(|| {
                     Diagnostic::error("number out of range", span, "no double-precision number is near this")

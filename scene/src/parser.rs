@@ -10,6 +10,10 @@ use crate::names::suggestion;
 /// How deep parentheses, signs and powers may nest.
 const DEPTH_LIMIT: usize = 200;
 
+/// How many numbers, names and operations a formula may have. The memory for the text of its code grows with the square:
+/// 200 MB at this limit.
+pub(crate) const OPERATION_LIMIT: usize = 4000;
+
 /// A formula whose names are still text.
 pub type Formula = Expression<String>;
 
@@ -32,7 +36,7 @@ type Parsed<T> = Result<T, Box<Diagnostic>>;
 pub fn parse_formula(text: &str, offset: usize, charts: &[Chart]) -> Result<Formula, Diagnostic> {
     let mut parser = Parser::new(text, offset, charts)?;
     parser.sum().and_then(|_| parser.expect_end()).map_err(|error| *error)?;
-    Ok(parser.formula)
+    parser.finish()
 }
 
 /// Reads a condition that begins at byte `offset` of its file and may call these charts.
@@ -43,7 +47,7 @@ pub fn parse_condition(text: &str, offset: usize, charts: &[Chart]) -> Result<Co
     let mut parser = Parser::new(text, offset, charts)?;
     let (left, comparison, right) = parser.condition().map_err(|error| *error)?;
     parser.formula.push(Node::Subtract(left, right), offset..offset + text.len());
-    Ok(Condition { difference: parser.formula, comparison })
+    Ok(Condition { difference: parser.finish()?, comparison })
 }
 
 struct Parser<'c> {
@@ -64,6 +68,16 @@ impl<'c> Parser<'c> {
         let tokens = tokenize(text, offset)?;
         let end = offset + text.trim_end().len();
         Ok(Self { charts, tokens, at: 0, end, depth: 0, formula: Formula::new() })
+    }
+
+    fn finish(self) -> Result<Formula, Diagnostic> {
+        let length = self.formula.nodes().len();
+        if length <= OPERATION_LIMIT {
+            return Ok(self.formula);
+        }
+        let label = format!("{length} numbers, names and operations");
+        let help = format!("up to {OPERATION_LIMIT} are read; name parts of it as points or parameters");
+        Err(Diagnostic::error("a formula is too long", self.formula.whole_span(), label).help(help))
     }
 
     fn peek(&self) -> Option<&(Token, Span)> {

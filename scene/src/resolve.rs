@@ -3,6 +3,7 @@
 mod check;
 mod drawing;
 mod extremes;
+mod limits;
 mod loads;
 mod outputs;
 mod points;
@@ -39,7 +40,10 @@ pub fn read(path: &str, source: &str) -> Result<(Scene, Report), Report> {
 /// # Errors
 /// A report of everything that is wrong with the scene, or with these values in it.
 pub fn read_with(path: &str, source: &str, replace: &dyn Fn(&str) -> Option<f64>) -> Result<(Scene, Report), Report> {
-    let (document, findings) = Document::parse(source);
+    let (document, mut findings) = Document::parse(source);
+    if limits::are_too_many(&document, &mut findings) {
+        return Err(Report::new(path, source, findings));
+    }
     let lost_names = document.lost_names;
     let is_whole = document.is_whole;
     let has_unknown = !findings.is_empty();
@@ -156,6 +160,7 @@ impl Resolver<'_> {
             check::whole(document, &scene, &mut self.findings);
             if !self.has_unknown {
                 usage::used(document, &scene, &mut self.findings);
+                limits::sizes(&scene, &mut self.findings);
             }
         }
         scene

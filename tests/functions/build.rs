@@ -10,5 +10,6 @@ fn main() {
         "undefined.toml",
         "pulse.toml",
         "watt.toml",
+        "stiff.toml",
     ]);
 }

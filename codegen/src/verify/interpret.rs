@@ -1,29 +1,49 @@
 //! Runs generated functions without compiling them: the syntax that is about to be written is evaluated as it stands.
 
 use std::collections::HashMap;
+use std::fmt::Debug;
 
-use qrm_core::Scalar;
+use qrm_core::{DoubleDouble, Scalar};
 use quote::ToTokens;
 use syn::{BinOp, Expr, ExprLit, FnArg, ItemFn, Lit, Member, Pat, Stmt, UnOp};
 
+/// A number that generated functions can be run on.
+pub(super) trait Number: Scalar + PartialEq + Debug {
+    /// The number that a literal means in the scene: a decimal, whatever a double makes of it.
+    fn literal(digits: &str) -> Option<Self>;
+}
+
+impl Number for f64 {
+    fn literal(digits: &str) -> Option<Self> {
+        digits.parse().ok()
+    }
+}
+
+impl Number for DoubleDouble {
+    fn literal(digits: &str) -> Option<Self> {
+        let number = qrm_scene::expression::Number::parse(digits)?;
+        Some(Self::sum(number.value, number.rest))
+    }
+}
+
 /// A value in a running function.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Value {
-    Number(f64),
+pub(super) enum Value<N> {
+    Number(N),
     Truth(bool),
     /// A closure that gives nothing, and what it gives.
     Nothing,
-    List(Vec<Value>),
-    Fields(HashMap<String, Value>),
+    List(Vec<Value<N>>),
+    Fields(HashMap<String, Value<N>>),
 }
 
-impl Value {
+impl<N: Number> Value<N> {
     pub(super) fn list(numbers: &[f64]) -> Self {
-        Self::List(numbers.iter().map(|&n| Self::Number(n)).collect())
+        Self::List(numbers.iter().map(|&n| Self::Number(N::from_f64(n))).collect())
     }
 
     /// All numbers inside, fields left out.
-    pub(super) fn numbers(&self) -> Vec<f64> {
+    pub(super) fn numbers(&self) -> Vec<N> {
         match self {
             Self::Number(n) => vec![*n],
             Self::Truth(_) | Self::Nothing | Self::Fields(_) => Vec::new(),
@@ -31,21 +51,21 @@ impl Value {
         }
     }
 
-    pub(super) fn field(&self, name: &str) -> Result<&Value, String> {
+    pub(super) fn field(&self, name: &str) -> Result<&Self, String> {
         match self {
             Self::Fields(fields) => fields.get(name).ok_or_else(|| format!("no field `{name}`")),
             _ => Err(format!("`{name}` asked of something without fields")),
         }
     }
 
-    pub(super) fn items(&self) -> Result<Vec<Value>, String> {
+    pub(super) fn items(&self) -> Result<Vec<Self>, String> {
         match self {
             Self::List(items) => Ok(items.clone()),
             other => Err(format!("{other:?} is not a list")),
         }
     }
 
-    fn number(&self) -> Result<f64, String> {
+    fn number(&self) -> Result<N, String> {
         match self {
             Self::Number(n) => Ok(*n),
             other => Err(format!("{other:?} is not a number")),
@@ -54,13 +74,17 @@ impl Value {
 }
 
 /// Runs a function with these arguments, in their order.
-pub(super) fn run(function: &ItemFn, arguments: &[Value]) -> Result<Value, String> {
+pub(super) fn run<N: Number>(function: &ItemFn, arguments: &[Value<N>]) -> Result<Value<N>, String> {
     run_block(&function.sig, &function.block, arguments)
 }
 
 /// Runs the body of a function or method.
-pub(super) fn run_block(signature: &syn::Signature, block: &syn::Block, arguments: &[Value]) -> Result<Value, String> {
-    let mut scope = Scope::default();
+pub(super) fn run_block<N: Number>(
+    signature: &syn::Signature,
+    block: &syn::Block,
+    arguments: &[Value<N>],
+) -> Result<Value<N>, String> {
+    let mut scope = Scope { names: HashMap::new() };
     if signature.inputs.len() != arguments.len() {
         return Err(format!("`{}` takes {} arguments", signature.ident, signature.inputs.len()));
     }
@@ -73,13 +97,12 @@ pub(super) fn run_block(signature: &syn::Signature, block: &syn::Block, argument
     scope.block(block)
 }
 
-#[derive(Default)]
-struct Scope {
-    names: HashMap<String, Value>,
+struct Scope<N> {
+    names: HashMap<String, Value<N>>,
 }
 
-impl Scope {
-    fn block(&mut self, block: &syn::Block) -> Result<Value, String> {
+impl<N: Number> Scope<N> {
+    fn block(&mut self, block: &syn::Block) -> Result<Value<N>, String> {
         for statement in &block.stmts {
             match statement {
                 Stmt::Local(local) => {
@@ -98,7 +121,7 @@ impl Scope {
         Err("a function without a result".to_owned())
     }
 
-    fn bind(&mut self, pattern: &Pat, value: Value) -> Result<(), String> {
+    fn bind(&mut self, pattern: &Pat, value: Value<N>) -> Result<(), String> {
         match (pattern, value) {
             (Pat::Wild(_), _) => {}
             (Pat::Ident(name), value) => {
@@ -127,20 +150,16 @@ impl Scope {
         Ok(())
     }
 
-    fn values<'e>(&self, values: impl IntoIterator<Item = &'e Expr>) -> Result<Vec<Value>, String> {
+    fn values<'e>(&self, values: impl IntoIterator<Item = &'e Expr>) -> Result<Vec<Value<N>>, String> {
         values.into_iter().map(|value| self.value(value)).collect()
     }
 
-    fn value(&self, value: &Expr) -> Result<Value, String> {
+    fn value(&self, value: &Expr) -> Result<Value<N>, String> {
         match value {
             Expr::Paren(inner) => self.value(&inner.expr),
             Expr::Reference(inner) => self.value(&inner.expr),
-            Expr::Lit(ExprLit { lit: Lit::Float(n), .. }) => {
-                n.base10_parse().map(Value::Number).map_err(|e| e.to_string())
-            }
-            Expr::Lit(ExprLit { lit: Lit::Int(n), .. }) => {
-                n.base10_parse().map(Value::Number).map_err(|e| e.to_string())
-            }
+            Expr::Lit(ExprLit { lit: Lit::Float(n), .. }) => literal(n.base10_digits()),
+            Expr::Lit(ExprLit { lit: Lit::Int(n), .. }) => literal(n.base10_digits()),
             // The name of a parameter, for the closure.
             Expr::Lit(ExprLit { lit: Lit::Str(_), .. }) => Ok(Value::Nothing),
             Expr::Lit(ExprLit { lit: Lit::Bool(truth), .. }) => Ok(Value::Truth(truth.value)),
@@ -170,14 +189,14 @@ impl Scope {
                 let place = self.value(&index.index)?.number()?;
                 match self.value(&index.expr)? {
                     Value::List(items) => {
-                        items.get(place as usize).cloned().ok_or_else(|| format!("no element {place}"))
+                        items.get(index_of(place)).cloned().ok_or_else(|| format!("no element {place:?}"))
                     }
                     _ => Err("an index into something that is no list".to_owned()),
                 }
             }
             Expr::Repeat(repeat) => {
                 let count = self.value(&repeat.len)?.number()?;
-                Ok(Value::List(vec![self.value(&repeat.expr)?; count as usize]))
+                Ok(Value::List(vec![self.value(&repeat.expr)?; index_of(count)]))
             }
             Expr::Block(inner) => {
                 let mut scope = Self { names: self.names.clone() };
@@ -207,7 +226,7 @@ impl Scope {
     }
 
     /// A name, or a field of one, where it is: a mechanism with all its parameters is not copied for one of them.
-    fn place(&self, value: &Expr) -> Result<&Value, String> {
+    fn place(&self, value: &Expr) -> Result<&Value<N>, String> {
         match value {
             Expr::Paren(inner) => self.place(&inner.expr),
             Expr::Reference(inner) => self.place(&inner.expr),
@@ -224,12 +243,12 @@ impl Scope {
     }
 
     /// An entry of a list under a name, to be changed.
-    fn entry(&mut self, value: &Expr) -> Result<&mut Value, String> {
+    fn entry(&mut self, value: &Expr) -> Result<&mut Value<N>, String> {
         match value {
             Expr::Index(index) => {
                 let place = self.value(&index.index)?.number()?;
                 match self.entry(&index.expr)? {
-                    Value::List(items) => items.get_mut(place as usize).ok_or_else(|| format!("no element {place}")),
+                    Value::List(items) => items.get_mut(index_of(place)).ok_or_else(|| format!("no element {place:?}")),
                     _ => Err("an index into something that is no list".to_owned()),
                 }
             }
@@ -241,7 +260,7 @@ impl Scope {
         }
     }
 
-    fn call(&self, call: &syn::ExprCall) -> Result<Value, String> {
+    fn call(&self, call: &syn::ExprCall) -> Result<Value<N>, String> {
         let path = match &*call.func {
             Expr::Path(path) => {
                 path.path.segments.iter().map(|part| part.ident.to_string()).collect::<Vec<_>>().join("::")
@@ -251,8 +270,8 @@ impl Scope {
         let mut arguments = self.values(&call.args)?.into_iter();
         match (path.as_str(), arguments.next()) {
             (name, Some(_)) if self.names.get(name) == Some(&Value::Nothing) => Ok(Value::Nothing),
-            ("R::zero", None) => Ok(Value::Number(0.0)),
-            ("R::pi", None) => Ok(Value::Number(std::f64::consts::PI)),
+            ("R::zero", None) => Ok(Value::Number(N::zero())),
+            ("R::pi", None) => Ok(Value::Number(N::pi())),
             ("R::from_f64" | "Some", Some(value)) => Ok(value),
             (path, Some(first)) if path.starts_with("f64::") || path.starts_with("R::") => {
                 let name = path.split("::").nth(1).unwrap_or_default();
@@ -263,16 +282,25 @@ impl Scope {
     }
 }
 
-fn constant(path: &str) -> Result<Value, String> {
+fn literal<N: Number>(digits: &str) -> Result<Value<N>, String> {
+    N::literal(digits).map(Value::Number).ok_or_else(|| format!("`{digits}` is not a number"))
+}
+
+/// A whole number as a place in a list.
+fn index_of<N: Number>(place: N) -> usize {
+    place.to_f64() as usize
+}
+
+fn constant<N: Number>(path: &str) -> Result<Value<N>, String> {
     match path.replace(' ', "").as_str() {
-        "f64::INFINITY" => Ok(Value::Number(f64::INFINITY)),
-        "core::f64::consts::PI" => Ok(Value::Number(std::f64::consts::PI)),
+        "f64::INFINITY" => Ok(Value::Number(N::from_f64(f64::INFINITY))),
+        "core::f64::consts::PI" => Ok(Value::Number(N::pi())),
         "core::marker::PhantomData" => Ok(Value::List(Vec::new())),
         other => Err(format!("unknown name `{other}`")),
     }
 }
 
-fn function(name: &str, receiver: &Value, arguments: &[Value]) -> Result<Value, String> {
+fn function<N: Number>(name: &str, receiver: &Value<N>, arguments: &[Value<N>]) -> Result<Value<N>, String> {
     let x = receiver.number()?;
     let y = arguments.first().map(Value::number).transpose()?;
     let z = arguments.get(1).map(Value::number).transpose()?;
@@ -284,11 +312,11 @@ fn function(name: &str, receiver: &Value, arguments: &[Value]) -> Result<Value, 
     }
     Ok(Value::Number(match (name, y) {
         ("sin_cos", None) => {
-            let (sine, cosine) = Scalar::sin_cos(x);
-            return Ok(Value::list(&[sine, cosine]));
+            let (sine, cosine) = x.sin_cos();
+            return Ok(Value::List(vec![Value::Number(sine), Value::Number(cosine)]));
         }
-        ("sin", None) => Scalar::sin(x),
-        ("cos", None) => Scalar::cos(x),
+        ("sin", None) => x.sin(),
+        ("cos", None) => x.cos(),
         ("tan", None) => x.tan(),
         ("asin", None) => x.asin(),
         ("acos", None) => x.acos(),
@@ -302,12 +330,13 @@ fn function(name: &str, receiver: &Value, arguments: &[Value]) -> Result<Value, 
         ("sqrt", None) => x.sqrt(),
         ("abs", None) => x.abs(),
         ("recip", None) => x.recip(),
-        ("powf" | "pow", Some(y)) => x.powf(y),
-        ("powi", Some(y)) => x.powi(y as i32),
+        ("powf", Some(y)) => x.powf(y.to_f64()),
+        ("pow", Some(y)) => x.pow(y),
+        ("powi", Some(y)) => x.powi(y.to_f64() as i32),
         ("hypot", Some(y)) => x.hypot(y),
         ("atan2", Some(y)) => x.atan2(y),
-        ("min", Some(y)) => Scalar::min(x, y),
-        ("max", Some(y)) => Scalar::max(x, y),
+        ("min", Some(y)) => x.min(y),
+        ("max", Some(y)) => x.max(y),
         _ => return Err(format!("unexpected function `{name}`")),
     }))
 }

@@ -1,19 +1,20 @@
 //! Random states at which generated functions are compared.
 
 use super::between;
-use super::interpret::Value;
+use super::interpret::{Number, Value};
 use qrm_scene::evaluate::constant;
+use qrm_scene::function::Differentiable;
 use qrm_scene::scene::{Scene, Start};
 
 /// A random state and random parameters.
 #[derive(Clone, Debug)]
-pub(super) struct Sample {
+pub(super) struct Sample<B = f64> {
     pub(super) parameters: Vec<f64>,
-    pub(super) t: f64,
-    pub(super) q: Vec<f64>,
-    pub(super) qd: Vec<f64>,
-    pub(super) qdd: Vec<f64>,
-    pub(super) multipliers: Vec<f64>,
+    pub(super) t: B,
+    pub(super) q: Vec<B>,
+    pub(super) qd: Vec<B>,
+    pub(super) qdd: Vec<B>,
+    pub(super) multipliers: Vec<B>,
 }
 
 impl Sample {
@@ -70,9 +71,22 @@ impl Sample {
         }
     }
 
+    /// The same numbers in another type.
+    pub(super) fn on<B: Differentiable>(&self) -> Sample<B> {
+        let all = |values: &[f64]| values.iter().map(|&value| B::from(value)).collect();
+        Sample {
+            parameters: self.parameters.clone(),
+            t: B::from(self.t),
+            q: all(&self.q),
+            qd: all(&self.qd),
+            qdd: all(&self.qdd),
+            multipliers: all(&self.multipliers),
+        }
+    }
+
     /// The arguments of a generated function.
-    pub(super) fn arguments(&self, scene: &Scene, function: &str, model: Value) -> Vec<Value> {
-        let t = Value::Number(self.t);
+    pub(super) fn arguments<N: Number>(&self, scene: &Scene, function: &str, model: Value<N>) -> Vec<Value<N>> {
+        let t = Value::Number(N::from_f64(self.t));
         let (q, qd, multipliers) = (Value::list(&self.q), Value::list(&self.qd), Value::list(&self.multipliers));
         match (function.split('.').next().unwrap_or(function), scene.is_driven()) {
             ("constraint_bias", true) => vec![model, t, q, qd],

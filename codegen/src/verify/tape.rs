@@ -14,14 +14,14 @@ pub(super) fn agrees(scene: &Scene, module: &Generated, tape: &Tape, sample: &Sa
     let kept: Vec<f64> = kept.map(|(_, value)| *value).collect();
     let mut evaluator = TapeEvaluator::new(tape);
     evaluator.set_parameters(|i| Some(kept[i]));
-    let model = module.model(scene, &sample.parameters)?;
+    let model = module.model::<f64>(scene, &sample.parameters)?;
     let Sample { t, q, qd, qdd, multipliers, .. } = sample;
     let printed = |function: &str, parts: &[&str]| -> Result<Vec<f64>, String> {
         let value = module.value(function, &sample.arguments(scene, function, model.clone()))?;
         if parts.is_empty() {
             return Ok(value.numbers());
         }
-        let parts: Result<Vec<&Value>, String> = parts.iter().map(|part| value.field(part)).collect();
+        let parts: Result<Vec<&Value<f64>>, String> = parts.iter().map(|part| value.field(part)).collect();
         Ok(parts?.into_iter().flat_map(Value::numbers).collect())
     };
     let room = |function: &qrm_core::TapeFunction| vec![0.0; function.results.len()];
@@ -62,7 +62,7 @@ pub(super) fn agrees(scene: &Scene, module: &Generated, tape: &Tape, sample: &Sa
 
 /// Compares parameters, start and schedule of the scene itself.
 pub(super) fn agrees_at_start(scene: &Scene, module: &Generated, tape: &Tape) -> Result<(), String> {
-    let model = module.model(scene, &parameter_values(scene, |_| None))?;
+    let model = module.model(scene, &parameter_values::<f64>(scene, |_| None))?;
     let mut evaluator = TapeEvaluator::new(tape);
     let set = module.method("with", &[Value::Nothing])?;
     let kept = scene.parameters.iter().filter(|p| !p.left_out);
@@ -77,7 +77,7 @@ pub(super) fn agrees_at_start(scene: &Scene, module: &Generated, tape: &Tape) ->
     same("start", &q, &start.field("q")?.numbers())?;
     same("start", &qd, &start.field("qd")?.numbers())?;
     let given = |name: &str| start.field(name)?.items();
-    let is_given: Vec<Value> = tape.given.iter().map(|&given| Value::Truth(given)).collect();
+    let is_given: Vec<Value<f64>> = tape.given.iter().map(|&given| Value::Truth(given)).collect();
     if [given("given")?, given("given_rates")?].concat() != is_given {
         return Err("generated tape of `start` is wrong: other values are given".to_owned());
     }

@@ -7,7 +7,7 @@ use toml::Spanned;
 use toml::de::{DeString, DeTable, DeValue};
 
 use super::places::Places;
-use super::{Identifier, Target, form};
+use super::{Identifier, Target, characters, form};
 use crate::chart::Chart;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::expression::Node;
@@ -123,8 +123,13 @@ impl<'t, 's> Table<'t, 's> {
         others.find_map(|key| Some((key, closest(key.get_ref(), keys.iter().copied())?)))
     }
 
-    /// The text under a key, empty if there is none.
+    /// The text under a key, empty if there is none. A unit has one line.
     pub(super) fn string(&self, r: &mut Reader, key: &str) -> String {
+        if let ("unit", Some(value)) = (key, self.get(key))
+            && let DeValue::String(text) = value.0.get_ref()
+        {
+            r.check_characters(value, text, |c| !matches!(c, '\n' | '\r' | '\t'));
+        }
         self.optional(key).and_then(|v| r.text(v)).map(|text| text.name).unwrap_or_default()
     }
 
@@ -262,11 +267,23 @@ impl<'s> Reader<'s> {
 
     pub(super) fn text(&mut self, value: Value) -> Option<Identifier> {
         if let DeValue::String(text) = value.0.get_ref() {
+            self.check_characters(value, text, |c| matches!(c, '\n' | '\r' | '\t'));
             let span = if text.is_empty() { value.span() } else { self.places(value, text).whole() };
             return Some(Identifier { name: text.to_string(), span });
         }
         self.wrong_type(value, "a string");
         None
+    }
+
+    /// Reports characters that cannot be seen, or that turn the text around them: neither Rust nor XML accepts them.
+    fn check_characters(&mut self, value: Value, text: &str, allowed: fn(char) -> bool) {
+        let bad = text.char_indices().find(|(_, c)| !allowed(*c) && characters::is_refused(*c));
+        let Some((at, character)) = bad else { return };
+        let span = self.places(value, text).span(&(at..at + character.len_utf8()));
+        // As such in the file it has been found already.
+        if !self.source[span.clone()].contains(character) || character.is_control() {
+            self.findings.push(characters::refusal(character, span));
+        }
     }
 
     fn places(&self, value: Value, text: &str) -> Places {

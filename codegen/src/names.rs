@@ -1,0 +1,69 @@
+//! Names of scenes that the generated code has no room for.
+
+use crate::emit::{module_name, struct_name};
+
+/// Words that a module cannot have as its name: the list of modules, crates and types that the crate around it names.
+const RESERVED_MODULES: [&str; 30] = [
+    "scenes",
+    "gen",
+    "self",
+    "super",
+    "crate",
+    "twin",
+    "alloc",
+    "core",
+    "proc_macro",
+    "qrm",
+    "qrm_core",
+    "qrm_mechanism",
+    "std",
+    "test",
+    "bool",
+    "char",
+    "f32",
+    "f64",
+    "i8",
+    "i16",
+    "i32",
+    "i64",
+    "i128",
+    "isize",
+    "str",
+    "u8",
+    "u16",
+    "u32",
+    "u64",
+    "usize",
+];
+/// What every generated module already means by these names: its items, and of the prelude what it uses.
+pub const RESERVED_STRUCTS: [&str; 19] = [
+    "Angles",
+    "Constants",
+    "Default",
+    "Description",
+    "Dynamics",
+    "Generated",
+    "Kernel",
+    "Linearization",
+    "LoopConstraints",
+    "Option",
+    "ParameterDescription",
+    "Parameters",
+    "Position",
+    "QuantityDescription",
+    "R",
+    "Scalar",
+    "Schedule",
+    "Self",
+    "Start",
+];
+
+/// Why a scene cannot have this name, if so.
+pub fn refusal(scene: &str) -> Option<String> {
+    let (module, mechanism) = (module_name(scene), struct_name(scene));
+    if RESERVED_MODULES.contains(&module.as_str()) || syn::parse_str::<syn::Ident>(&module).is_err() {
+        return Some(format!("a module cannot be called `{module}`"));
+    }
+    let is_taken = RESERVED_STRUCTS.contains(&mechanism.as_str());
+    is_taken.then(|| format!("the generated code has another type `{mechanism}`"))
+}

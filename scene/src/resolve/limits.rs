@@ -1,0 +1,245 @@
+//! What a scene may ask of the symbolic engine, which multiplies formulae out: their size is counted beforehand, without
+//! multiplying anything.
+
+use crate::diagnostic::Diagnostic;
+use crate::document::{Document, Identifier};
+use crate::evaluate::known_values;
+use crate::expression::Node;
+use crate::function::Function;
+use crate::parser::OPERATION_LIMIT;
+use crate::resolve::motion_values;
+use crate::scene::{LoadKind, Quantity, Scene, Value};
+
+/// Parameters, and points. The generated code is read and compiled as a whole: 2000 take a second to generate.
+const NAMES: usize = 2000;
+/// Numbers, names and operations of a formula in which points are written out.
+const OPERATIONS: f64 = OPERATION_LIMIT as f64;
+/// Terms of a position, an angle or a constraint and of its derivative, multiplied out. The mass matrix holds products
+/// of two of them: 7 s at this limit.
+const TERMS: f64 = 250.0;
+/// The same of loads and outputs.
+const TERMS_OF_LOADS: f64 = 1000.0;
+/// Functions inside functions. Each may double the number of terms of the mass matrix where squares of sines are
+/// replaced. A fraction in a denominator counts for two: each derivative brings another power of it.
+const DEPTH: u32 = 8;
+/// Binary digits of a coefficient. A double has 53; exact numbers are longer, and slower.
+const DIGITS: f64 = 10_000.0;
+
+/// Reports too many parameters or points.
+pub(super) fn are_too_many(document: &Document, findings: &mut Vec<Diagnostic>) -> bool {
+    let before = findings.len();
+    let parameters: Vec<&Identifier> = document.parameters.iter().map(|p| &p.identifier).collect();
+    let points: Vec<&Identifier> = document.points.iter().map(|(identifier, _)| identifier).collect();
+    for (what, names) in [("parameters", parameters), ("points", points)] {
+        if let Some(first) = names.get(NAMES) {
+            let title = format!("too many {what}");
+            let label = format!("number {} of {}", NAMES + 1, names.len());
+            findings.push(
+                Diagnostic::error(title, first.span.clone(), label).help(format!(
+                    "a scene has at most {NAMES} of them; write numbers that nothing changes as numbers"
+                )),
+            );
+        }
+    }
+    findings.len() > before
+}
+
+/// Reports formulae that are too large for the engine once points stand for their formulae.
+pub(super) fn sizes(scene: &Scene, findings: &mut Vec<Diagnostic>) {
+    let mut points: Vec<[Size; 2]> = Vec::with_capacity(scene.points.len());
+    let mut measured = |value: &Value, points: &[[Size; 2]], length: Size, terms: f64| {
+        measure(value, points, length, terms).unwrap_or_else(|finding| {
+            findings.push(*finding);
+            // What only follows from this is not reported.
+            Size::LEAF
+        })
+    };
+    for point in &scene.points {
+        let size = [0, 1].map(|axis| measured(&point.position[axis], &points, Size::LEAF, TERMS));
+        points.push(size);
+    }
+    let laws = scene.loads.iter().filter_map(|load| match &load.kind {
+        LoadKind::Spring { along, potential, force, friction, .. } => {
+            let laws = potential.iter().chain(force).chain(friction.iter().map(|(size, _)| size));
+            Some((along, laws.collect::<Vec<_>>()))
+        }
+        _ => None,
+    });
+    let laws: Vec<(&Value, Vec<&Value>)> = laws.collect();
+    let loads = scene.loads.iter().flat_map(|load| load.kind.formulae());
+    let outputs = scene.outputs.iter().flat_map(|output| output.kind.formulae());
+    let forces: Vec<&Value> = loads.chain(outputs).collect();
+    for value in motion_values(scene) {
+        // The laws of a load are formulae of its length.
+        let is_law = |(_, laws): &&(&Value, Vec<&Value>)| laws.iter().any(|law| std::ptr::eq(*law, value));
+        let along = laws.iter().find(is_law).map(|(along, _)| *along);
+        let length = along.and_then(|along| measure(along, &points, Size::LEAF, TERMS_OF_LOADS).ok());
+        let is_force = forces.iter().any(|force| std::ptr::eq(*force, value));
+        let terms = if is_force { TERMS_OF_LOADS } else { TERMS };
+        measured(value, &points, length.unwrap_or(Size::LEAF), terms);
+    }
+}
+
+/// How large an expression is.
+#[derive(Clone, Copy, Debug)]
+struct Size {
+    /// Operations, with points written out. These counts are doubles, which do not overflow.
+    operations: f64,
+    /// Terms, multiplied out.
+    terms: f64,
+    /// Terms of the derivative, multiplied out.
+    derivative: f64,
+    /// How deep functions are nested.
+    depth: u32,
+    /// Binary digits of the coefficients.
+    digits: f64,
+}
+
+impl Size {
+    const LEAF: Self = Self { operations: 1.0, terms: 1.0, derivative: 1.0, depth: 0, digits: 1.0 };
+
+    fn sum(self, other: Self) -> Self {
+        Self {
+            operations: self.operations + other.operations + 1.0,
+            terms: self.terms + other.terms,
+            derivative: self.derivative + other.derivative,
+            depth: self.depth.max(other.depth),
+            digits: if self.is_constant() && other.is_constant() {
+                self.digits + other.digits
+            } else {
+                self.digits.max(other.digits)
+            },
+        }
+    }
+
+    fn product(self, other: Self) -> Self {
+        Self {
+            operations: self.operations + other.operations + 1.0,
+            terms: self.terms * other.terms,
+            derivative: self.derivative * other.terms + self.terms * other.derivative,
+            depth: self.depth.max(other.depth),
+            digits: self.digits + other.digits,
+        }
+    }
+
+    /// What stands in a denominator is not multiplied out.
+    fn reciprocal(self) -> Self {
+        let is_sum = self.terms > 1.0 && !self.is_constant();
+        Self { terms: 1.0, depth: self.depth + if is_sum { 2 } else { 0 }, ..self }
+    }
+
+    fn power(self, exponent: f64) -> Self {
+        if exponent < 0.0 {
+            return self.power(-exponent).reciprocal();
+        }
+        let n = exponent;
+        let operations = self.operations + 2.0;
+        if n.fract() != 0.0 {
+            let digits = self.digits + 64.0;
+            return Self { operations, terms: 1.0, derivative: self.derivative, digits, ..self };
+        }
+        let derivative = self.derivative * if n == 0.0 { 0.0 } else { multinomial(self.terms, n - 1.0) };
+        let digits = self.digits * n.max(1.0);
+        Self { operations, terms: multinomial(self.terms, n), derivative, digits, ..self }
+    }
+
+    fn call(function: Function, arguments: &[Self]) -> Self {
+        let all = arguments.iter().copied().reduce(Self::sum).unwrap_or(Self::LEAF);
+        let times = match function {
+            Function::Abs | Function::Sign => return all,
+            // Sum, difference, and the sign of that.
+            Function::Min | Function::Max => 2.0,
+            _ => 0.0,
+        };
+        let depth = all.depth + u32::from(times == 0.0 && !all.is_constant());
+        let terms = (times * all.terms).max(1.0);
+        let derivative = all.derivative * times.max(1.0);
+        Self { operations: all.operations * times.max(1.0) + 1.0, terms, derivative, depth, ..all }
+    }
+
+    fn is_constant(self) -> bool {
+        self.derivative == 0.0
+    }
+
+    /// What is too large, how large, and what helps.
+    fn excess(self, most: f64) -> Option<(&'static str, String, String)> {
+        let written = |number: f64, what: &str| match number {
+            large if large > 1e15 => format!("more than 1e15 {what}"),
+            number => format!("{number} {what}"),
+        };
+        if self.operations > OPERATIONS {
+            let help = format!("a formula has at most {OPERATIONS} numbers, names and operations, points written out");
+            return Some(("a formula is too long", written(self.operations, "numbers, names and operations"), help));
+        }
+        if self.digits > DIGITS {
+            let help = format!(
+                "coefficients are exact, up to {DIGITS} binary digits; write the value of a large power as a number"
+            );
+            return Some(("a number in a formula is too long", written(self.digits, "binary digits"), help));
+        }
+        let terms = self.derivative.max(self.terms);
+        if terms > most {
+            let help = format!(
+                "this formula and its derivative have at most {most} terms, multiplied out with points written out; make \
+                 a part of it a coordinate that a constraint holds"
+            );
+            return Some(("a formula is too large to be differentiated", written(terms, "terms"), help));
+        }
+        (self.depth > DEPTH).then(|| {
+            let help = format!(
+                "functions are nested at most {DEPTH} deep, and fractions {}, points written out; make a part of it a \
+                 coordinate that a constraint holds",
+                DEPTH / 2
+            );
+            ("functions nested too deeply", format!("{} deep", self.depth), help)
+        })
+    }
+}
+
+/// The number of terms of a power of a sum: the whole `n`-th power of so many terms.
+fn multinomial(terms: f64, n: f64) -> f64 {
+    let (many, few) = ((terms - 1.0).max(n), (terms - 1.0).min(n));
+    let mut count = 1.0;
+    let mut k = 1.0;
+    // From one on each factor is at least two, so this ends soon.
+    while k <= few && count < 1e300 {
+        count *= (many + k) / k;
+        k += 1.0;
+    }
+    count.round()
+}
+
+/// The size of a formula, or the first part of it that is too large.
+fn measure(value: &Value, points: &[[Size; 2]], length: Size, terms: f64) -> Result<Size, Box<Diagnostic>> {
+    let exponents = known_values(value, |_| None);
+    let mut sizes: Vec<Size> = Vec::with_capacity(value.nodes().len());
+    for (id, node) in value.nodes().iter().enumerate() {
+        let size = match node {
+            Node::Number(number) => {
+                let digits = (number.exact.numer().bits() + number.exact.denom().bits()) as f64;
+                Size { derivative: 0.0, digits, ..Size::LEAF }
+            }
+            Node::Name(Quantity::Point(point, axis)) => points[*point][*axis],
+            Node::Name(Quantity::PointRate(point, axis)) => {
+                let position = points[*point][*axis];
+                Size { terms: position.derivative.max(1.0), ..position }
+            }
+            Node::Name(Quantity::Stretch | Quantity::StretchRate) => length,
+            Node::Name(_) => Size::LEAF,
+            Node::Negate(a) => sizes[*a],
+            Node::Add(a, b) | Node::Subtract(a, b) => sizes[*a].sum(sizes[*b]),
+            Node::Multiply(a, b) => sizes[*a].product(sizes[*b]),
+            Node::Divide(a, b) => sizes[*a].product(sizes[*b].reciprocal()),
+            Node::Power(a, b) => sizes[*a].power(exponents[*b].unwrap_or(1.0)),
+            Node::Call(function, arguments) => {
+                let arguments: Vec<Size> = arguments.iter().map(|&argument| sizes[argument]).collect();
+                Size::call(*function, &arguments)
+            }
+        };
+        if let Some((title, label, help)) = size.excess(terms) {
+            return Err(Box::new(Diagnostic::error(title, value.span(id), label).help(help)));
+        }
+        sizes.push(size);
+    }
+    Ok(sizes.last().copied().unwrap_or(Size::LEAF))
+}
