@@ -71,17 +71,24 @@ pub fn verify(scene: &Scene, equations: &Equations, file: &syn::File, tape: &Own
     let known =
         samples.filter_map(|sample| sample.on::<Wide>().expected(scene, equations).map(|expected| (sample, expected)));
     let known: Vec<(Sample, Expected<Wide>)> = known.take(states).collect();
-    let scales = scales(&known);
+    let mut random = fastrand::Rng::with_seed(3);
+    let of_order_one = (0..states).map(|_| Sample::of_order_one(scene, &mut random));
+    let of_order_one =
+        of_order_one.filter_map(|s| s.on::<Wide>().expected(scene, equations).map(|expected| (s, expected)));
+    let of_order_one: Vec<(Sample, Expected<Wide>)> = of_order_one.take(states / 4).collect();
     let mut agreed = 0;
-    for (sample, expected) in &known {
-        let second = second_derivatives(scene, equations, sample);
-        let agrees = agrees(scene, equations, &module, (sample, expected), &scales);
-        let wrong = |difference| Unverified::Wrong(format!("scene `{}`: {difference}\nat {sample:?}", scene.name));
-        second.map_err(wrong)?;
-        let kernel_agrees = kernel::agrees(scene, equations, &module, (sample, expected));
-        agreed += usize::from(agrees.map_err(wrong)?);
-        kernel_agrees.map_err(wrong)?;
-        tape::agrees(scene, &module, &tape, sample).map_err(wrong)?;
+    for (samples, counts) in [(&known, true), (&of_order_one, false)] {
+        let scales = scales(samples);
+        for (sample, expected) in samples {
+            let second = second_derivatives(scene, equations, sample);
+            let agrees = agrees(scene, equations, &module, (sample, expected), &scales);
+            let wrong = |difference| Unverified::Wrong(format!("scene `{}`: {difference}\nat {sample:?}", scene.name));
+            second.map_err(wrong)?;
+            let kernel_agrees = kernel::agrees(scene, equations, &module, (sample, expected));
+            agreed += usize::from(agrees.map_err(wrong)? && counts);
+            kernel_agrees.map_err(wrong)?;
+            tape::agrees(scene, &module, &tape, sample).map_err(wrong)?;
+        }
     }
     let problem = if known.len() < states / 4 {
         format!("have a value at only {} of {} random states", known.len(), states * PATIENCE)
