@@ -3,7 +3,7 @@
 use crate::emit::{module_name, struct_name};
 
 /// Words that a module cannot have as its name: the list of modules, crates and types that the crate around it names.
-const RESERVED_MODULES: [&str; 30] = [
+const RESERVED_MODULES: [&str; 29] = [
     "scenes",
     "gen",
     "self",
@@ -15,7 +15,6 @@ const RESERVED_MODULES: [&str; 30] = [
     "proc_macro",
     "qrm",
     "qrm_core",
-    "qrm_mechanism",
     "std",
     "test",
     "bool",

@@ -2,8 +2,10 @@
 //! with automatic differentiation that shares nothing with the engine, the graph or the printer.
 
 mod equations;
+mod errors;
 mod expected;
 mod gradients;
+mod hessians;
 mod interpret;
 mod kernel;
 mod linearization;
@@ -12,7 +14,6 @@ mod sample;
 mod tape;
 mod wide;
 
-use std::cell::OnceCell;
 use std::collections::HashMap;
 
 use num_traits::Signed;
@@ -20,8 +21,10 @@ use qrm_core::DoubleDouble;
 use syn::{ImplItem, Item};
 
 use crate::emit::OwnedTape;
-use crate::term::{Equations, Symbol, Term};
+use crate::term::Equations;
+use errors::Errors;
 use expected::Expected;
+use hessians::second_derivatives;
 use interpret::{Number, Value, run, run_block};
 use qrm_scene::evaluate::{State, constant, parameter_values};
 use qrm_scene::scene::{Coordinate, Scene, Start, Value as Formula};
@@ -37,16 +40,10 @@ const PATIENCE: usize = 50;
 /// Largest difference of a number, relative to itself or to a thousandth of its largest value at any state. Both sides
 /// are computed with 32 digits, and numbers in the text of a module have 16.
 const TOLERANCE: f64 = 1e-12;
-/// Rounding errors of 32 digits for each of 16 digits: where terms cancel, the latter tell how large the terms were.
-const ROUNDING: f64 = 1e-13;
 /// Rounding errors of 32 digits, relative to the largest number of a function at any state.
 const SMALLEST: f64 = 1e-28;
 /// Numbers of this size have lost the second half of their digits.
 const TINY: f64 = 1e-290;
-/// Where inputs that differ by a few units in the last place change a value by more than this fraction of a difference,
-/// the difference says nothing.
-const CONDITION: f64 = 0.1;
-
 /// Why a module must not be written.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Unverified {
@@ -71,17 +68,24 @@ pub fn verify(scene: &Scene, equations: &Equations, file: &syn::File, tape: &Own
     let known =
         samples.filter_map(|sample| sample.on::<Wide>().expected(scene, equations).map(|expected| (sample, expected)));
     let known: Vec<(Sample, Expected<Wide>)> = known.take(states).collect();
-    let scales = scales(&known);
+    let mut random = fastrand::Rng::with_seed(3);
+    let of_order_one = (0..states).map(|_| Sample::of_order_one(scene, &mut random));
+    let of_order_one =
+        of_order_one.filter_map(|s| s.on::<Wide>().expected(scene, equations).map(|expected| (s, expected)));
+    let of_order_one: Vec<(Sample, Expected<Wide>)> = of_order_one.take(states / 4).collect();
     let mut agreed = 0;
-    for (sample, expected) in &known {
-        let second = second_derivatives(scene, equations, sample);
-        let agrees = agrees(scene, equations, &module, (sample, expected), &scales);
-        let wrong = |difference| Unverified::Wrong(format!("scene `{}`: {difference}\nat {sample:?}", scene.name));
-        second.map_err(wrong)?;
-        let kernel_agrees = kernel::agrees(scene, equations, &module, (sample, expected));
-        agreed += usize::from(agrees.map_err(wrong)?);
-        kernel_agrees.map_err(wrong)?;
-        tape::agrees(scene, &module, &tape, sample).map_err(wrong)?;
+    for (samples, counts) in [(&known, true), (&of_order_one, false)] {
+        let scales = scales(samples);
+        for (sample, expected) in samples {
+            let second = second_derivatives(scene, equations, sample);
+            let agrees = agrees(scene, equations, &module, (sample, expected), &scales);
+            let wrong = |difference| Unverified::Wrong(format!("scene `{}`: {difference}\nat {sample:?}", scene.name));
+            second.map_err(wrong)?;
+            let kernel_agrees = kernel::agrees(scene, equations, &module, (sample, expected));
+            agreed += usize::from(agrees.map_err(wrong)? && counts);
+            kernel_agrees.map_err(wrong)?;
+            tape::agrees(scene, &module, &tape, sample).map_err(wrong)?;
+        }
     }
     let problem = if known.len() < states / 4 {
         format!("have a value at only {} of {} random states", known.len(), states * PATIENCE)
@@ -167,107 +171,6 @@ fn agrees(
         all_compared = false;
     }
     Ok(all_compared)
-}
-
-/// What is known of the errors at a state, computed when it is asked for.
-struct Errors<'a> {
-    scene: &'a Scene,
-    equations: &'a Equations,
-    module: &'a Generated<'a>,
-    sample: &'a Sample,
-    /// The expected numbers in doubles, and with 32 digits at a state nearby.
-    known: OnceCell<[Option<Expected<f64>>; 2]>,
-    nearby: OnceCell<Option<Expected<Wide>>>,
-    force_sizes: OnceCell<Vec<Wide>>,
-}
-
-impl<'a> Errors<'a> {
-    fn new(scene: &'a Scene, equations: &'a Equations, module: &'a Generated<'a>, sample: &'a Sample) -> Self {
-        let (known, nearby, force_sizes) = (OnceCell::new(), OnceCell::new(), OnceCell::new());
-        Self { scene, equations, module, sample, known, nearby, force_sizes }
-    }
-
-    fn nearby(&self) -> Option<&Expected<Wide>> {
-        let nearby = || self.sample.nearby().on::<Wide>().expected(self.scene, self.equations);
-        self.nearby.get_or_init(nearby).as_ref()
-    }
-
-    /// The rounding errors of one number: those of doubles show how large the terms are that cancel in it.
-    fn of_rounding(&self, place: usize, i: usize, expected: Wide, got: DoubleDouble) -> f64 {
-        let samples = || [self.sample.clone(), self.sample.nearby()].map(|s| s.expected(self.scene, self.equations));
-        let [here, near] = self.known.get_or_init(samples);
-        let error = |rounded: &Option<Expected<f64>>, exact: Option<Wide>| match (rounded, exact) {
-            (Some(rounded), Some(exact)) => size(Wide::from(rounded[place].1[i]) - exact),
-            _ => 0.0,
-        };
-        let of_expected = error(here, Some(expected)) + error(near, self.nearby().map(|n| n[place].1[i]));
-        let of_got = self.rounded(place, i).map_or(0.0, |rounded| size(Wide::from(rounded) - Wide(got)));
-        ROUNDING * (of_expected + of_got) + SMALLEST * self.terms(place, i)
-    }
-
-    /// The sum of the sizes of a number's terms, where it is known.
-    fn terms(&self, place: usize, i: usize) -> f64 {
-        let names = self.nearby().map(|nearby| nearby[place].0);
-        if !names.is_some_and(|name| name.ends_with("generalized_forces")) {
-            return 0.0;
-        }
-        let sizes = || self.sample.on::<Wide>().force_sizes(self.scene, self.equations);
-        size(self.force_sizes.get_or_init(sizes)[i])
-    }
-
-    /// A number of the module in doubles.
-    fn rounded(&self, place: usize, i: usize) -> Option<f64> {
-        let (name, _) = self.known.get()?.first()?.as_ref()?[place];
-        let model = self.module.model(self.scene, &self.sample.parameters).ok()?;
-        let arguments = self.sample.arguments(self.scene, name, model);
-        self.module.call(name, &arguments).ok()?.get(i).copied()
-    }
-
-    /// Whether a difference may come from numbers that are rounded to 16 digits in the module.
-    fn hide(&self, place: usize, i: usize, expected: Wide, got: DoubleDouble) -> bool {
-        let spread = self.nearby().map_or(f64::INFINITY, |nearby| size(nearby[place].1[i] - expected));
-        spread > CONDITION * size(Wide(got) - expected)
-    }
-}
-
-/// Compares `C_qq`, which no function computes but the derivation shows, contracted with the rates on both sides.
-fn second_derivatives(scene: &Scene, equations: &Equations, sample: &Sample) -> Result<(), String> {
-    let nearby = sample.nearby();
-    let expected = sample.on::<Wide>().quadratic_velocity_term(scene);
-    for (k, (hessian, constraint)) in equations.constraint_hessians.iter().zip(&scene.constraints).enumerate() {
-        let expected = expected[k].0.hi();
-        let (contracted, terms) = contraction(hessian, sample);
-        let difference = (contracted - expected).abs();
-        let spread = (contraction(hessian, &nearby).0 - contracted).abs();
-        if !(difference <= (1e-7 * expected.abs()).max(1e-11 * terms)) && !(spread > 1e-4 * difference) {
-            return Err(format!(
-                "the C_qq of the derivation is wrong: that of constraint `{}`, contracted with the rates, is {contracted:e} instead \
-                 of {expected:e}",
-                constraint.name
-            ));
-        }
-    }
-    Ok(())
-}
-
-/// The contraction, and the sum of the sizes of its terms.
-fn contraction(hessian: &[Vec<Term>], sample: &Sample) -> (f64, f64) {
-    let value = |symbol: Symbol| match symbol {
-        Symbol::Parameter(i) => sample.parameters[i],
-        Symbol::Pi => std::f64::consts::PI,
-        Symbol::Coordinate(i) => sample.q[i],
-        Symbol::Time => sample.t,
-        _ => f64::NAN,
-    };
-    let (mut sum, mut sizes) = (0.0, 0.0);
-    for (row, v) in hessian.iter().zip(&sample.qd) {
-        for (entry, w) in row.iter().zip(&sample.qd).filter(|(entry, _)| !entry.is_zero()) {
-            let term = entry.evaluate(&value) * v * w;
-            sum += term;
-            sizes += term.abs();
-        }
-    }
-    (sum, sizes)
 }
 
 /// The first number that differs by more than allowed, and how.

@@ -15,10 +15,10 @@ use qrm_scene::scene::Scene;
 
 /// Where the kernel magnifies rounding errors by more, a step does not rely on it.
 const MAX_GROWTH: f64 = 1e3;
-/// Largest difference relative to the largest number of the function.
-const TOLERANCE: f64 = 1e-9;
-/// What a change of the equations by the last digits of a double changes in the solution, for each unit of growth.
-const SENSITIVITY: f64 = 1e-14;
+/// Largest difference of a number, relative to itself.
+const TOLERANCE: f64 = 1e-12;
+/// Largest difference relative to what changes with the last digits of the sample.
+const SPREAD: f64 = 10.0;
 /// Rounding errors of 32 digits, relative to the terms that cancel.
 const ROUNDING: f64 = 1e-26;
 /// Smallest pivot of equations that are solved.
@@ -57,8 +57,12 @@ pub(super) fn agrees(
     let rates =
         system.velocity_residual(&sample.on::<Wide>().qd).into_iter().zip(known("loop_constraints.constraint_rate"));
     let rates: Vec<Wide> = rates.map(|(along, own)| along + own).collect();
-    compare("residuals", &call("residuals", &[])?, constraints, 0.0)?;
-    compare("velocity_residual", &call("velocity_residual", std::slice::from_ref(&qd))?, &rates, 0.0)?;
+    let compare = |name: &str, got: &[DoubleDouble], expected: &[Wide]| {
+        let largest = expected.iter().map(|number| size(*number)).fold(0.0, f64::max);
+        compare_all(name, got, expected, |_| TOLERANCE * largest)
+    };
+    compare("residuals", &call("residuals", &[])?, constraints)?;
+    compare("velocity_residual", &call("velocity_residual", std::slice::from_ref(&qd))?, &rates)?;
     if !growth_factor.iter().all(|growth_factor| growth_factor.is_within(MAX_GROWTH)) {
         return Ok(());
     }
@@ -66,27 +70,45 @@ pub(super) fn agrees(
     let opened: Vec<f64> = (0..constraints.len()).map(|k| 0.1 * (k as f64 + 1.0)).collect();
     let closing: Vec<Wide> = opened.iter().map(|&r| Wide::from(-r)).collect();
     let none = vec![Wide::from(0.0); sample.q.len()];
+    let forces = known("dynamics.generalized_forces");
     let (Some((accelerations, growth)), Some((correction, _))) =
-        (system.solve(known("dynamics.generalized_forces"), &bias), system.solve(&none, &closing))
+        (system.solve(forces, &bias), system.solve(&none, &closing))
     else {
         return Ok(());
     };
-    let got = call("accelerations", &[t, q, qd, angles])?;
-    compare("accelerations", &got, &accelerations, growth).or_else(|wrong| {
-        // Where forces cancel, what is left of them are rounding errors.
-        let sizes = sample.on::<Wide>().force_sizes(scene, equations);
-        let of_terms = system.solve(&sizes, &bias).map_or(0.0, |(x, _)| x.into_iter().map(size).fold(0.0, f64::max));
-        let differences = got.iter().zip(&accelerations).map(|(got, expected)| size(Wide(*got) - *expected));
-        let largest = differences.fold(0.0, |most: f64, difference| most.max(difference));
-        let is_rounding = got.len() == accelerations.len() && largest <= ROUNDING * growth * of_terms;
-        if is_rounding { Ok(()) } else { Err(wrong) }
-    })?;
-    compare("correction", &call("correction", &[Value::list(&opened)])?, &correction[..sample.q.len()], growth)
+    let n = sample.q.len();
+    // How much the solutions change with the last digits of the sample, and what rounding leaves where forces cancel.
+    let spreads = || {
+        let nearby = sample.nearby().on::<Wide>().expected(scene, equations)?;
+        let known = |name: &str| nearby.iter().find(|(n, _)| *n == name).map_or(&[][..], |(_, numbers)| &numbers[..]);
+        let system = System::new(known("mass_matrix"), known("dynamics.constraint_jacobian"), n);
+        let bias: Vec<Wide> = known("dynamics.constraint_bias").iter().map(|bias| -*bias).collect();
+        let (moved, _) = system.solve(known("dynamics.generalized_forces"), &bias)?;
+        let (moved_correction, _) = system.solve(&none, &closing)?;
+        let (of_terms, _) = system.solve(&sample.on::<Wide>().force_sizes(scene, equations), &bias)?;
+        let rounding = ROUNDING * growth * of_terms.into_iter().map(size).fold(0.0, f64::max);
+        let spread = |moved: Vec<Wide>, from: &[Wide]| -> Vec<f64> {
+            moved.iter().zip(from).map(|(moved, from)| SPREAD * size(*moved - *from) + rounding).collect()
+        };
+        Some([spread(moved, &accelerations), spread(moved_correction, &correction)])
+    };
+    let compare = |name: &str, got: &[DoubleDouble], expected: &[Wide], which: usize| {
+        compare_all(name, got, expected, |i| TOLERANCE * size(expected[i])).or_else(|wrong| {
+            let spreads = spreads().ok_or(wrong)?;
+            compare_all(name, got, expected, |i| TOLERANCE * size(expected[i]) + spreads[which][i])
+        })
+    };
+    compare("accelerations", &call("accelerations", &[t, q, qd, angles])?, &accelerations, 0)?;
+    compare("correction", &call("correction", &[Value::list(&opened)])?, &correction[..n], 1)
 }
 
-fn compare(name: &str, got: &[DoubleDouble], expected: &[Wide], growth: f64) -> Result<(), String> {
-    let largest = expected.iter().fold(super::TINY, |most: f64, number| most.max(number.0.hi().abs()));
-    let allowed = |_| largest * (TOLERANCE + SENSITIVITY * growth);
+fn compare_all(
+    name: &str,
+    got: &[DoubleDouble],
+    expected: &[Wide],
+    allowed: impl Fn(usize) -> f64,
+) -> Result<(), String> {
+    let allowed = |i: usize| allowed(i).max(super::TINY);
     super::compare(name, got, expected, allowed).map_err(|(_, what)| format!("generated `{name}` is wrong: {what}"))
 }
 

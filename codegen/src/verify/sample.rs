@@ -52,6 +52,15 @@ impl Sample {
         }
     }
 
+    /// Random numbers near one, parameters too, whatever their values in the scene: no term is small beside the others.
+    pub(super) fn of_order_one(scene: &Scene, random: &mut fastrand::Rng) -> Self {
+        let mut sample = Self::random(scene, 1, random);
+        for (value, parameter) in sample.parameters.iter_mut().zip(&scene.parameters) {
+            *value = if parameter.left_out { 0.0 } else { between(random, 0.5, 2.0) };
+        }
+        sample
+    }
+
     /// A sample whose numbers differ from these in their last digits.
     pub(super) fn nearby(&self) -> Self {
         let moved = |values: &[f64]| -> Vec<f64> {

@@ -1,0 +1,84 @@
+//! How large the errors of numbers are that are compared.
+
+use std::cell::OnceCell;
+
+use qrm_core::DoubleDouble;
+
+use super::expected::Expected;
+use super::sample::Sample;
+use super::wide::Wide;
+use super::{Generated, SMALLEST, size};
+use crate::term::Equations;
+use qrm_scene::scene::Scene;
+
+/// Rounding errors of 32 digits for each of 16 digits: where terms cancel, the latter tell how large the terms were.
+const ROUNDING: f64 = 1e-13;
+/// Where inputs that differ by a few units in the last place change a value by more than this fraction of a difference,
+/// the difference says nothing.
+const CONDITION: f64 = 0.1;
+
+/// What is known of the errors at a state, computed when it is asked for.
+pub(super) struct Errors<'a> {
+    scene: &'a Scene,
+    equations: &'a Equations,
+    module: &'a Generated<'a>,
+    sample: &'a Sample,
+    /// The expected numbers in doubles, and with 32 digits at a state nearby.
+    known: OnceCell<[Option<Expected<f64>>; 2]>,
+    nearby: OnceCell<Option<Expected<Wide>>>,
+    force_sizes: OnceCell<Vec<Wide>>,
+}
+
+impl<'a> Errors<'a> {
+    pub(super) fn new(
+        scene: &'a Scene,
+        equations: &'a Equations,
+        module: &'a Generated<'a>,
+        sample: &'a Sample,
+    ) -> Self {
+        let (known, nearby, force_sizes) = (OnceCell::new(), OnceCell::new(), OnceCell::new());
+        Self { scene, equations, module, sample, known, nearby, force_sizes }
+    }
+
+    fn nearby(&self) -> Option<&Expected<Wide>> {
+        let nearby = || self.sample.nearby().on::<Wide>().expected(self.scene, self.equations);
+        self.nearby.get_or_init(nearby).as_ref()
+    }
+
+    /// The rounding errors of one number: those of doubles show how large the terms are that cancel in it.
+    pub(super) fn of_rounding(&self, place: usize, i: usize, expected: Wide, got: DoubleDouble) -> f64 {
+        let samples = || [self.sample.clone(), self.sample.nearby()].map(|s| s.expected(self.scene, self.equations));
+        let [here, near] = self.known.get_or_init(samples);
+        let error = |rounded: &Option<Expected<f64>>, exact: Option<Wide>| match (rounded, exact) {
+            (Some(rounded), Some(exact)) => size(Wide::from(rounded[place].1[i]) - exact),
+            _ => 0.0,
+        };
+        let of_expected = error(here, Some(expected)) + error(near, self.nearby().map(|n| n[place].1[i]));
+        let of_got = self.rounded(place, i).map_or(0.0, |rounded| size(Wide::from(rounded) - Wide(got)));
+        ROUNDING * (of_expected + of_got) + SMALLEST * self.terms(place, i)
+    }
+
+    /// The sum of the sizes of a number's terms, where it is known.
+    fn terms(&self, place: usize, i: usize) -> f64 {
+        let names = self.nearby().map(|nearby| nearby[place].0);
+        if !names.is_some_and(|name| name.ends_with("generalized_forces")) {
+            return 0.0;
+        }
+        let sizes = || self.sample.on::<Wide>().force_sizes(self.scene, self.equations);
+        size(self.force_sizes.get_or_init(sizes)[i])
+    }
+
+    /// A number of the module in doubles.
+    fn rounded(&self, place: usize, i: usize) -> Option<f64> {
+        let (name, _) = self.known.get()?.first()?.as_ref()?[place];
+        let model = self.module.model(self.scene, &self.sample.parameters).ok()?;
+        let arguments = self.sample.arguments(self.scene, name, model);
+        self.module.call(name, &arguments).ok()?.get(i).copied()
+    }
+
+    /// Whether a difference may come from numbers that are rounded to 16 digits in the module.
+    pub(super) fn hide(&self, place: usize, i: usize, expected: Wide, got: DoubleDouble) -> bool {
+        let spread = self.nearby().map_or(f64::INFINITY, |nearby| size(nearby[place].1[i] - expected));
+        spread > CONDITION * size(Wide(got) - expected)
+    }
+}
