@@ -304,6 +304,26 @@ fn conditions_and_formulae_on_the_command_line() {
 }
 
 #[test]
+fn a_condition_that_loses_its_value_ends_the_run() {
+    let run = run(&["--until", "sqrt(0.5 - t) <= -1"]);
+    assert_eq!(run.status(), 1);
+    near("last row", run.summary()["end_time"].as_f64().expect("a number"), 0.5, 1e-12);
+    assert_eq!(run.trajectory().rows.len(), 501);
+}
+
+#[test]
+fn a_method_that_needs_jacobians_is_refused_without_them() {
+    wrong_use(
+        &["run", "quick-return", "--method", "rodas"],
+        str![[r#"
+error: the run cannot start: the method needs the Jacobians of forces and constraints, and scene `quick-return` does not ask for them
+  = help: write `stiff = true` under [run] in scenes/quick-return.toml, and build again
+
+"#]],
+    );
+}
+
+#[test]
 fn a_condition_that_is_true_between_rows_only_is_met_there() {
     // The ram goes 6e-8 m beyond this, for 80 us.
     for arguments in [

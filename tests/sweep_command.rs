@@ -150,6 +150,23 @@ fn designs_that_cannot_be_are_rows_with_their_reason() {
     assert!(rows[2].starts_with("1,0.5,done,,1e-12,1,"), "{}", rows[2]);
 }
 
+#[test]
+fn a_design_that_a_run_would_refuse_is_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (arguments, good, reason) in [
+        (&["quick-return-loaded", "--vary", "J2=0,100", "--end-time", "0.5"][..], 1, "the energy changed by "),
+        (&["double-pendulum", "--vary", "a0=2.1,0.1", "--end-time", "30"], 1, "the estimated error of `"),
+    ] {
+        let mut command = qrm(&["sweep"]);
+        command.args(arguments).arg("--out").arg(folder.path().join("a.csv"));
+        let output = command.output().expect("the command starts");
+        assert!(output.status.success(), "{}", said(&output));
+        let table = Table::read(&folder.path().join("a.csv"));
+        assert_eq!([table.text(0, "status"), table.text(good, "status")], ["failed", "done"], "{arguments:?}");
+        assert!(table.text(0, "reason").starts_with(reason), "{arguments:?}: {}", table.text(0, "reason"));
+    }
+}
+
 /// A table under way with all its rows, seen while it cannot be finished: file systems have no names so long that the
 /// table could be written beside its place first.
 fn under_way(folder: &Path) -> String {

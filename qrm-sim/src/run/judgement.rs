@@ -209,3 +209,90 @@ pub fn accepted_fraction(tolerance: Option<f64>, steps: u64) -> f64 {
     let accumulation = ACCUMULATION.max(ACCUMULATION_PER_STEP * steps as f64);
     tolerance.map_or(TOLERABLE_ERROR, |tolerance| (accumulation * tolerance).min(TOLERABLE_ERROR))
 }
+
+#[cfg(test)]
+mod tests {
+    use qrm_core::QuantityDescription;
+
+    use super::*;
+
+    const DESCRIPTION: Description = {
+        const fn coordinate(name: &'static str, unit: &'static str) -> QuantityDescription {
+            QuantityDescription { name, unit, doc: "" }
+        }
+        Description {
+            name: "two",
+            doc: "",
+            source: "",
+            code: "",
+            derivation: "",
+            coordinates: &[coordinate("a", "rad"), coordinate("x", "m")],
+            constraints: &[],
+            outputs: &[],
+            parameters: &[],
+            left_out: &[],
+            until: "",
+        }
+    };
+
+    /// An angle of some turns and a length of 10 um, known well.
+    fn trusted() -> Evidence<'static> {
+        Evidence {
+            energy_imbalance: 0.9e-3,
+            is_conservative: true,
+            largest_kinetic_energy: 1.0,
+            largest_energy: 2.0,
+            ranges: &[[-50.0, 50.0], [2e-5, 3e-5]],
+            tolerance: None,
+            steps: 1000,
+            estimated_errors: Some(vec![0.9e-3 * TAU, 0.9e-8]),
+            companion_failed: false,
+            corrections: &[0.9e-3 * TAU, 0.9e-8],
+            residual: 1e-6,
+        }
+    }
+
+    fn doubts(evidence: &Evidence) -> Vec<Doubt> {
+        evidence.doubts(&DESCRIPTION)
+    }
+
+    #[test]
+    fn each_limit_alone_is_a_reason() {
+        assert_eq!(doubts(&trusted()), []);
+        let energy = Evidence { energy_imbalance: 1.1e-3, ..trusted() };
+        assert_eq!(doubts(&energy), [Doubt::Energy { imbalance: 1.1e-3, is_conservative: true }]);
+        let angle = Evidence { estimated_errors: Some(vec![1.1e-3 * TAU, 0.0]), ..trusted() };
+        assert!(matches!(doubts(&angle)[..], [Doubt::Error { coordinate: 0, .. }]), "however many turns");
+        let length = Evidence { estimated_errors: Some(vec![0.0, 1.1e-8]), ..trusted() };
+        assert!(matches!(doubts(&length)[..], [Doubt::Error { coordinate: 1, .. }]), "however short");
+        let unknown = Evidence { estimated_errors: Some(vec![0.0, f64::NAN]), ..trusted() };
+        assert!(matches!(doubts(&unknown)[..], [Doubt::Error { coordinate: 1, .. }]));
+        let failed = Evidence { estimated_errors: None, companion_failed: true, ..trusted() };
+        assert_eq!(doubts(&failed), [Doubt::CompanionFailed]);
+        assert_eq!(doubts(&Evidence { estimated_errors: None, ..trusted() }), []);
+        let moved = Evidence { corrections: &[0.0, 1.1e-8], ..trusted() };
+        assert!(matches!(doubts(&moved)[..], [Doubt::Correction { coordinate: 1, .. }]));
+    }
+
+    #[test]
+    fn a_tolerance_is_held_to_its_word() {
+        let errors =
+            |error: f64| Evidence { tolerance: Some(1e-9), estimated_errors: Some(vec![0.0, error]), ..trusted() };
+        // 1e4 times the tolerance, of a range of 1e-5 m.
+        assert_eq!(doubts(&errors(0.9e-10)), []);
+        assert!(matches!(doubts(&errors(1.1e-10))[..], [Doubt::Error { coordinate: 1, .. }]));
+        // Many steps accumulate more.
+        assert_eq!(doubts(&Evidence { steps: 10_000, ..errors(9e-10) }), []);
+        assert_eq!(doubts(&Evidence { steps: 10_000, ..errors(1.1e-9) }).len(), 1);
+    }
+
+    #[test]
+    fn what_hardly_moves_is_not_measured_by_its_range() {
+        let ranges = &[[1.0, 1.0], [0.5, 0.5 + 1e-9]];
+        let still =
+            Evidence { ranges, estimated_errors: Some(vec![0.9e-5, 0.9e-5 * 0.5]), corrections: &[], ..trusted() };
+        assert_eq!(doubts(&still), []);
+        let off = Evidence { estimated_errors: Some(vec![1.1e-5, 0.0]), ..still };
+        assert!(matches!(doubts(&off)[..], [Doubt::Error { coordinate: 0, .. }]));
+    }
+}
