@@ -58,6 +58,9 @@ pub(crate) struct RunReport {
     extremes: Named<ExtremesEntry>,
     pub(crate) parameters: Named<f64>,
     pub(crate) figures: Vec<String>,
+    /// Whether a load jumps with the motion.
+    #[serde(skip)]
+    has_jumps: bool,
     /// The reasons not to trust the numbers.
     distrust: Vec<String>,
     pub(crate) warnings: Vec<Message>,
@@ -82,6 +85,9 @@ struct SingularEntry {
     time: f64,
     /// The constraint with the largest part in the combination that vanishes.
     constraint: &'static str,
+    /// Whether it vanishes by itself.
+    #[serde(skip)]
+    is_alone: bool,
 }
 
 impl RunReport {
@@ -122,6 +128,7 @@ impl RunReport {
                 row: nearest.row,
                 time: nearest.t,
                 constraint: description.constraints[nearest.constraint].name,
+                is_alone: nearest.is_alone,
             }),
             careful_solves: outcome.stats.singular_mass + outcome.stats.suspicious_constraints,
             energy_drift: outcome.energy_drift,
@@ -129,6 +136,7 @@ impl RunReport {
             extremes: extremes(recording),
             parameters: Named(parameters.zip(setup.model.parameter_values(&setup.replace())).collect()),
             figures: Vec::new(),
+            has_jumps: setup.has_jumps(),
             warnings: judgement::warnings(outcome, description, &distrust),
             distrust,
         }
@@ -145,9 +153,17 @@ impl RunReport {
             return None;
         }
         let singular = self.smallest_singular_value.as_ref();
-        let help = if singular.is_some_and(|entry| entry.value < judgement::SUSPECT * entry.largest) {
-            "write that constraint in another form, pass the position with other steps or another method, or change the \
-             dimensions"
+        let near = singular.filter(|entry| entry.value < judgement::SUSPECT * entry.largest);
+        let help = if let Some(entry) = near {
+            if entry.is_alone {
+                "write that constraint in another form, pass the position with other steps or another method, or change \
+                 the dimensions"
+            } else {
+                "branches meet at that position: pass it with other steps or another method, begin elsewhere, or change \
+                 the dimensions"
+            }
+        } else if self.tolerance.is_some() && self.has_jumps {
+            "loads with `sign` jump, which no tolerance follows: write `tanh(x/x0)` with a small x0 instead"
         } else if self.tolerance.is_some() {
             "use a smaller --tolerance; motions that are sensitive by nature cannot be followed for ever"
         } else {
