@@ -16,42 +16,33 @@ use qrm_codegen::{emit, engine, verify};
 use qrm_scene::resolve;
 use qrm_scene::scene::Scene;
 
-/// Scenes that are derived together.
-const BATCH: u64 = 20;
-
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [seed, count, folder] = &arguments[..] else { return Err("give a seed, a count and a folder".into()) };
     let (first, count): (u64, u64) = (seed.parse()?, count.parse()?);
-    let (mut verified, mut refused, mut failed) = (0, 0, 0);
-    for begin in (first..first + count).step_by(BATCH as usize) {
-        let texts: Vec<(u64, String)> =
-            (begin..(first + count).min(begin + BATCH)).map(|seed| (seed, scene(seed))).collect();
-        let mut scenes: Vec<(u64, &str, Scene)> = Vec::new();
-        for (seed, text) in &texts {
-            match resolve::read(&format!("random-{seed}.toml"), text) {
-                Ok((scene, _)) => scenes.push((*seed, text, scene)),
-                Err(report) => {
-                    refused += 1;
-                    println!("{seed}: refused: {}", report.diagnostics.first().map_or("", |finding| &finding.title));
-                }
+    let texts: Vec<(u64, String)> = (first..first + count).map(|seed| (seed, scene(seed))).collect();
+    let mut scenes: Vec<(u64, &str, Scene)> = Vec::new();
+    for (seed, text) in &texts {
+        match resolve::read(&format!("random-{seed}.toml"), text) {
+            Ok((scene, _)) => scenes.push((*seed, text, scene)),
+            Err(report) => {
+                println!("{seed}: refused: {}", report.diagnostics.first().map_or("", |finding| &finding.title));
             }
         }
-        let list: Vec<&Scene> = scenes.iter().map(|(_, _, scene)| scene).collect();
-        let equations = engine::derive(&list)?;
-        for ((seed, text, scene), equations) in scenes.iter().zip(&equations) {
-            let module = emit::module(scene, equations, text);
-            match verify::verify(scene, equations, &module.file, &module.tape) {
-                Ok(()) => verified += 1,
-                Err(reason) => {
-                    failed += 1;
-                    println!("{seed}: {reason}");
-                    std::fs::write(Path::new(folder).join(format!("random-{seed}.toml")), text)?;
-                }
-            }
-        }
-        println!("to {}: {verified} agree, {refused} refused, {failed} differ", begin + texts.len() as u64);
     }
+    // The engine is called once in a process.
+    let list: Vec<&Scene> = scenes.iter().map(|(_, _, scene)| scene).collect();
+    let equations = engine::derive(&list)?;
+    let mut failed = 0;
+    for ((seed, text, scene), equations) in scenes.iter().zip(&equations) {
+        let module = emit::module(scene, equations, text);
+        if let Err(reason) = verify::verify(scene, equations, &module.file, &module.tape) {
+            failed += 1;
+            println!("{seed}: {reason}");
+            std::fs::write(Path::new(folder).join(format!("random-{seed}.toml")), text)?;
+        }
+    }
+    println!("{} agree, {} refused, {failed} differ", scenes.len() - failed, texts.len() - scenes.len());
     if failed > 0 { Err(format!("{failed} scenes differ; they are in {folder}").into()) } else { Ok(()) }
 }
 

@@ -40,7 +40,7 @@ const PATIENCE: usize = 50;
 /// Largest difference of a number, relative to itself or to a thousandth of its largest value at any state. Both sides
 /// are computed with 32 digits, and numbers in the text of a module have 16.
 const TOLERANCE: f64 = 1e-12;
-/// Rounding errors of 32 digits, relative to the largest number of a function at any state.
+/// Rounding errors of 32 digits, relative to the largest number of any function at any state.
 const SMALLEST: f64 = 1e-28;
 /// Numbers of this size have lost the second half of their digits.
 const TINY: f64 = 1e-290;
@@ -114,23 +114,11 @@ fn scales(known: &[(Sample, Expected<Wide>)]) -> Vec<Vec<f64>> {
     scales
 }
 
-/// The largest number of each function at any state. The parts of the linearization on one side of the equations come
-/// from the same terms.
-fn largest(expected: &Expected<Wide>, scales: &[Vec<f64>]) -> Vec<f64> {
-    let group = |name: &str| match name.split_once('.') {
-        Some(("linearization", part)) => Some(part.starts_with("constraint")),
-        _ => None,
-    };
-    let own: Vec<f64> =
-        scales.iter().map(|scales| scales.iter().fold(0.0, |most: f64, &scale| most.max(scale))).collect();
-    let of = |(place, (name, _)): (usize, &(&'static str, Vec<Wide>))| match group(name) {
-        None => own[place],
-        side => {
-            let same = expected.iter().zip(&own).filter(|((name, _), _)| group(name) == side);
-            same.fold(0.0, |most: f64, (_, &own)| most.max(own))
-        }
-    };
-    expected.iter().enumerate().map(of).collect()
+/// The largest number of any function but the outputs at any state. What cancels in a number may have come from terms of
+/// any other: those of a pendulum without weight cancel in all of its linearization.
+fn largest(expected: &Expected<Wide>, scales: &[Vec<f64>]) -> f64 {
+    let of_equations = expected.iter().zip(scales).filter(|((name, _), _)| *name != "outputs");
+    of_equations.flat_map(|(_, scales)| scales).fold(0.0, |most: f64, &scale| most.max(scale))
 }
 
 fn size(number: Wide) -> f64 {
@@ -158,7 +146,8 @@ fn agrees(
             last = (whole, module.value(whole, &sample.arguments(scene, whole, model.clone()))?);
         }
         let got: Vec<DoubleDouble> = if part.is_empty() { last.1.numbers() } else { last.1.field(part)?.numbers() };
-        let floor = (SMALLEST * largest[place]).max(TINY);
+        let own = scales.iter().fold(0.0, |most: f64, &scale| most.max(scale));
+        let floor = (SMALLEST * own.max(largest)).max(TINY);
         let strict = |i: usize| (TOLERANCE * size(expected[i]).max(1e-3 * scales[i])).max(floor);
         let allowed = |i: usize| {
             let difference = size(Wide(got[i]) - expected[i]);

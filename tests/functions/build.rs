@@ -11,5 +11,6 @@ fn main() {
         "pulse.toml",
         "watt.toml",
         "stiff.toml",
+        "weightless.toml",
     ]);
 }
