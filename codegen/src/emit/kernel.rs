@@ -162,6 +162,7 @@ impl<'a> Emitter<'a> {
         let solution = self.solution();
         let link = self.link(solution);
         let fields: BTreeSet<String> = names.values().map(ToString::to_string).collect();
+        let nothing = fields.is_empty().then(|| quote!(pub nothing: R,));
         let fields = fields.iter().map(|name| format_ident!("{name}"));
         let tokens = quote! {
             /// What follows from the position alone.
@@ -169,6 +170,7 @@ impl<'a> Emitter<'a> {
             #[allow(missing_docs)]
             pub struct Position<R> {
                 #(pub #fields: R,)*
+                #nothing
             }
             #position
             #(#functions)*
@@ -243,7 +245,11 @@ impl<'a> Emitter<'a> {
         let names: BTreeMap<Id, Ident> = fields.iter().filter_map(name).collect();
         let distinct: BTreeSet<String> = names.values().map(ToString::to_string).collect();
         let distinct = distinct.iter().map(|name| format_ident!("{name}"));
-        let value = quote!(Position { #(#distinct),* });
+        // A struct without a number would have no type.
+        let value = match distinct.len() {
+            0 => quote!(Position { nothing: R::zero() }),
+            _ => quote!(Position { #(#distinct),* }),
+        };
         let doc = "What follows from the position alone: the loops, their Jacobian, the mass matrix, and how the dependent \
                    coordinates follow the others.";
         let arguments: &[Argument] = match self.kernel.is_timed {
