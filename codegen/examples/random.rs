@@ -158,7 +158,7 @@ fn scene(seed: u64) -> String {
             _ => format!("o{i} = {{ value = 'atan(P{j}.y - P{j}.x)', unit = \"rad\" }}\n"),
         };
     }
-    // What is not used anywhere would be a mistake.
+    // A scene with unused parameters is refused.
     let all: Vec<String> = (0..links).flat_map(|i| ["l", "m", "J"].map(|name| format!("{name}{i}"))).collect();
     text += &format!("all = {{ value = 'g + k + c + w + F + {}' }}\n", all.join(" + "));
     text += &format!("\n[run]\nstep = 1e-3\nend_time = 1\nstiff = {}\n", r.bool());

@@ -34,7 +34,7 @@ const RESERVED_MODULES: [&str; 29] = [
     "u64",
     "usize",
 ];
-/// What every generated module already means by these names: its items, and of the prelude what it uses.
+/// The names that every generated module uses itself: its items, and what it takes from the prelude.
 pub const RESERVED_STRUCTS: [&str; 19] = [
     "Angles",
     "Constants",

@@ -114,8 +114,8 @@ fn scales(known: &[(Sample, Expected<Wide>)]) -> Vec<Vec<f64>> {
     scales
 }
 
-/// The largest number of any function but the outputs at any state. What cancels in a number may have come from terms of
-/// any other: those of a pendulum without weight cancel in all of its linearization.
+/// The largest number of any function but the outputs at any state. Terms that cancel in one number may be as large as
+/// the others: those of a pendulum without weight cancel in all of its linearization.
 fn largest(expected: &Expected<Wide>, scales: &[Vec<f64>]) -> f64 {
     let of_equations = expected.iter().zip(scales).filter(|((name, _), _)| *name != "outputs");
     of_equations.flat_map(|(_, scales)| scales).fold(0.0, |most: f64, &scale| most.max(scale))

@@ -34,7 +34,7 @@ impl Failure {
         }
     }
 
-    /// The same where no other state can be tried.
+    /// The failure as an error, where the tool cannot try another state.
     pub(crate) fn final_one(self) -> Self {
         match self {
             Self::Error(message) | Self::Discard(message) => Self::Error(message),

@@ -82,7 +82,7 @@ impl Instance {
         self.state = State::new();
     }
 
-    /// What a state must be of to be put into this instance.
+    /// The interface and the model that a state must belong to if this instance is to take it.
     pub(crate) fn identity(&self) -> String {
         format!("{:?} of `{}`", self.interface, self.token)
     }

@@ -23,7 +23,7 @@ impl Phase {
         matches!(self, Self::Stepping | Self::Event | Self::Integrating)
     }
 
-    /// What the interface calls it.
+    /// The name of the phase in the standard.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Instantiated => "instantiated",

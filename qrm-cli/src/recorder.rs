@@ -29,7 +29,7 @@ impl Recorder {
 
     /// Puts the rows at their place, and returns their number; after a failed write the whole rows that are left.
     ///
-    /// What else an earlier run left there is removed: it would not belong to the new rows.
+    /// Other files of an earlier run are removed: they would not belong to the new rows.
     pub(crate) fn finish_files(&mut self, failed: bool) -> Result<u64, Error> {
         let Some(trajectory) = self.trajectory.take() else { return Ok(0) };
         let others = ["summary.json", "trajectory.units.json", "trajectory.parquet"].map(str::to_owned);

@@ -16,4 +16,5 @@ pub mod solve;
 pub mod start;
 pub mod state;
 
+mod golden_section;
 mod quadrature;

@@ -29,7 +29,8 @@ pub fn time_scales(scene: &Scene, parameters: &[f64]) -> Vec<TimeScale> {
     let constraints = scene.constraints.iter().map(|constraint| &constraint.residual);
     let points = scene.points.iter().flat_map(|point| &point.position);
     let mut scales = Vec::new();
-    for value in loads.chain(constraints).chain(points) {
+    let is_timed = |value: &&Value| value.names().any(|name| *name == Quantity::Time);
+    for value in loads.chain(constraints).chain(points).filter(is_timed) {
         for scale in of_formula(value, parameters) {
             if !scales.contains(&scale) {
                 scales.push(scale);
@@ -135,10 +136,25 @@ mod tests {
 
     fn scales(force: &str) -> Vec<TimeScale> {
         let text = format!(
-            "name = \"one\"\ncoordinates = [{{ name = \"x\", unit = \"m\" }}]\n[parameters]\nm = 1\nw = {{ value = 1e-4, \
-             unit = \"s\" }}\nf = 1000\nz = {{ value = 0, runtime = true }}\n[points]\nP = ['x', '0']\n[bodies]\nb = {{ \
-             mass = 'm', com = \"P\" }}\n[loads]\nF = {{ force = ['{force}', '0'], on = \"b\" }}\n[initial]\ngiven = {{ \
-             x = 0, x_dot = 0 }}\n[run]\nstep = 1e-3\nend_time = 1\n"
+            r#"name = "one"
+coordinates = [{{ name = "x", unit = "m" }}]
+[parameters]
+m = 1
+w = {{ value = 1e-4, unit = "s" }}
+f = 1000
+z = {{ value = 0, runtime = true }}
+[points]
+P = ['x', '0']
+[bodies]
+b = {{ mass = 'm', com = "P" }}
+[loads]
+F = {{ force = ['{force}', '0'], on = "b" }}
+[initial]
+given = {{ x = 0, x_dot = 0 }}
+[run]
+step = 1e-3
+end_time = 1
+"#
         );
         let scene = read("one.toml", &text).unwrap_or_else(|report| panic!("{report}")).0;
         let parameters = crate::evaluate::parameter_values(&scene, |_| None);
@@ -148,9 +164,8 @@ mod tests {
     #[test]
     fn lines_in_time_have_scales_where_functions_bend_them() {
         let near = |a: f64, b: f64| (a - b).abs() <= 1e-12 * b.abs();
-        assert!(
-            matches!(scales("sin(2*pi*f*t)")[..], [TimeScale::Period(rate)] if near(rate, 2000.0 * std::f64::consts::PI))
-        );
+        let turn = scales("sin(2*pi*f*t)");
+        assert!(matches!(turn[..], [TimeScale::Period(rate)] if near(rate, 2000.0 * std::f64::consts::PI)), "{turn:?}");
         let pulse = scales("m*exp(-((t - 0.5)/w)^2)");
         assert!(
             matches!(pulse[..], [TimeScale::Moment { time, width }] if near(time, 0.5) && near(width, 1e-4)),

@@ -17,7 +17,7 @@ const ROUNDING: f64 = 1e-13;
 /// the difference says nothing.
 const CONDITION: f64 = 0.1;
 
-/// What is known of the errors at a state, computed when it is asked for.
+/// The errors of numbers at a state, computed when they are asked for.
 pub(super) struct Errors<'a> {
     scene: &'a Scene,
     equations: &'a Equations,

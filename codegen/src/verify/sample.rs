@@ -80,7 +80,7 @@ impl Sample {
         }
     }
 
-    /// The same numbers in another type.
+    /// The numbers of the sample in another type.
     pub(super) fn on<B: Differentiable>(&self) -> Sample<B> {
         let all = |values: &[f64]| values.iter().map(|&value| B::from(value)).collect();
         Sample {

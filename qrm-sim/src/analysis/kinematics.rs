@@ -28,6 +28,14 @@ pub struct Position {
     tangents: Matrix,
 }
 
+impl Position {
+    /// Whether the determinant is near enough to that of another position that no other branch lies between.
+    pub(crate) fn is_on_branch_of(&self, other: &Self) -> bool {
+        let change = self.determinant / other.determinant;
+        change < SMOOTH && change > 1.0 / SMOOTH
+    }
+}
+
 /// A limit position: the given coordinates cannot be moved beyond it.
 #[derive(Clone, Debug)]
 pub struct LimitPosition {
@@ -144,10 +152,7 @@ impl<'m> Drive<'m> {
                 let missed = angles().map(|i| (position.q[i] - guess[i]).abs()).fold(0.0, f64::max);
                 (missed - ROUNDING).max(0.0) / (fastest * (next - done)).max(f64::MIN_POSITIVE)
             };
-            let is_neighbour = |position: &Position| {
-                let change = position.determinant / now.determinant;
-                change < SMOOTH && change > 1.0 / SMOOTH && missed(position) <= CONTINUATION
-            };
+            let is_neighbour = |position: &Position| position.is_on_branch_of(&now) && missed(position) <= CONTINUATION;
             match self.close(guess.clone()).filter(is_neighbour) {
                 Some(position) => {
                     let missed = missed(&position);

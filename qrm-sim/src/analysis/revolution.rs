@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use qrm_core::Mechanism;
 
 use super::kinematics::{CONTINUATION, Drive, LimitPosition, Position};
+use crate::golden_section::largest_between;
 use crate::run::{NotAssembled, assembled};
 use crate::solve::{Matrix, dot};
 use crate::start::Start;
@@ -23,8 +24,8 @@ pub struct Revolution {
     pub direction: f64,
     /// What keeps it from turning fully.
     pub range: Option<Range>,
-    /// Where branches cross, in the order of the turn: the mechanism may leave such a change point on another branch than the one that
-    /// is followed here.
+    /// The change points, where branches cross, in the order of the turn: the mechanism may leave one on another branch
+    /// than the one that is followed here.
     pub change_points: Vec<f64>,
     /// Whether all coordinates come back after a turn, angles up to whole turns.
     pub returns: bool,
@@ -281,23 +282,10 @@ impl<'m> Round<'m> {
         to: &Position,
         value: impl Fn(&Position) -> f64,
     ) -> Result<Vertex, LimitPosition> {
-        let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
-        let at = |angle: f64| self.at(from, angle).map(|position| value(&position));
-        let (mut a, mut b) = (from.q[self.driven], to.q[self.driven]);
-        let (mut c, mut d) = (b - golden * (b - a), a + golden * (b - a));
-        let (mut at_c, mut at_d) = (at(c)?, at(d)?);
-        while (b - a).abs() > 1e-9 {
-            if at_c > at_d {
-                (b, d, at_d) = (d, c, at_c);
-                c = b - golden * (b - a);
-                at_c = at(c)?;
-            } else {
-                (a, c, at_c) = (c, d, at_d);
-                d = a + golden * (b - a);
-                at_d = at(d)?;
-            }
-        }
-        Ok(if at_c > at_d { Vertex { angle: c, value: at_c } } else { Vertex { angle: d, value: at_d } })
+        let at = |angle: f64| self.at(from, angle).map(|position| (value(&position), ()));
+        let ends = [from.q[self.driven], to.q[self.driven]];
+        let (angle, value, ()) = largest_between(ends, 1e-9, |_| false, at)?;
+        Ok(Vertex { angle, value })
     }
 
     /// How a quantity goes over positions that follow each other.

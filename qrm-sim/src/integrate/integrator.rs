@@ -98,9 +98,9 @@ impl Integrator {
         self.inner.get(i * width..(i + 1) * width)
     }
 
-    /// Takes the states between the rows of the last block, as rows.
-    pub(crate) fn take_inner_rows(&mut self) -> Vec<f64> {
-        std::mem::take(&mut self.inner)
+    /// The states between the rows of the last block, as rows.
+    pub(crate) fn inner_rows(&self) -> &[f64] {
+        &self.inner
     }
 
     /// Statistics of the linear solves so far.
@@ -197,6 +197,7 @@ impl Integrator {
     pub(crate) fn fill(&mut self, mechanism: &dyn Mechanism, request: &RowRequest, rows: &mut [f64]) -> Block {
         let description = mechanism.description();
         let layout = RowLayout { n: description.coordinates.len(), m: description.constraints.len() };
+        self.inner.clear();
         // The rows are borrowed beside the rest of the integrator.
         let mut pair = std::mem::replace(&mut self.pair, [State::zero(0, 0), State::zero(0, 0)]);
         let block = self.fill_with(mechanism, request, layout, rows, &mut pair);
@@ -317,7 +318,7 @@ impl Solver {
     ///
     /// # Errors
     /// The projection does not converge, or the accelerations are not determined.
-    pub(crate) fn settle(
+    pub(crate) fn make_consistent(
         &mut self,
         mechanism: &dyn Mechanism,
         settings: &MethodSettings,

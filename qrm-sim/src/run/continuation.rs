@@ -11,8 +11,6 @@ use crate::start::Start;
 const NEAR: f64 = 0.5;
 /// Longest change of an angle in a step of the parameters.
 const LONGEST: f64 = 0.2;
-/// By how much the determinant may change in a step, so that no other branch is reached unnoticed.
-const SMOOTH: f64 = 4.0;
 /// Steps shorter than this part of the way are not tried.
 const SHORTEST: f64 = 1e-6;
 
@@ -99,10 +97,8 @@ impl Own {
             let between = self.model.mechanism_with(values);
             let start = Start::of(&*between);
             let guess = (0..now.q.len()).map(|i| if start.given[i] { start.q[i] } else { now.q[i] }).collect();
-            let is_neighbour = |position: &Position| {
-                let change = position.determinant / now.determinant;
-                change < SMOOTH && change > 1.0 / SMOOTH && self.moved(&now, &position.q) < LONGEST
-            };
+            let is_neighbour =
+                |position: &Position| position.is_on_branch_of(&now) && self.moved(&now, &position.q) < LONGEST;
             let drive = Drive::new(&*between, start.given.clone())?;
             match drive.close(guess).filter(is_neighbour) {
                 Some(position) => {

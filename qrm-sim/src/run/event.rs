@@ -1,5 +1,6 @@
 //! The location of an event inside a step.
 
+use crate::golden_section::largest_between;
 use crate::state::State;
 
 /// The part of a step over which slopes are taken, and to which a largest value is located.
@@ -69,31 +70,12 @@ pub(crate) fn touched<E>(
     if !(slope(from, SHIFT * h)? > 0.0 && slope(to, -SHIFT * h)? < 0.0) {
         return None;
     }
-    let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
-    let mut at = |t: f64| {
-        let state = step(t).ok()?;
-        Some((value(&state)?, state))
+    let at = |t: f64| {
+        let state = step(t).map_err(|_| ())?;
+        Ok::<_, ()>((value(&state).ok_or(())?, state))
     };
-    let (mut a, mut b) = (from.t, to.t);
-    let (mut c, mut d) = (b - golden * (b - a), a + golden * (b - a));
-    let (mut at_c, mut at_d) = (at(c)?, at(d)?);
-    while b - a > SHIFT * h {
-        for (value, state) in [&at_c, &at_d] {
-            if *value >= 0.0 {
-                return Some(state.clone());
-            }
-        }
-        if at_c.0 > at_d.0 {
-            (b, d, at_d) = (d, c, at_c);
-            c = b - golden * (b - a);
-            at_c = at(c)?;
-        } else {
-            (a, c, at_c) = (c, d, at_d);
-            d = a + golden * (b - a);
-            at_d = at(d)?;
-        }
-    }
-    Some(if at_c.0 > at_d.0 { at_c.1 } else { at_d.1 })
+    let found = largest_between([from.t, to.t], SHIFT * h, |value| value >= 0.0, at);
+    found.ok().map(|(_, _, state)| state)
 }
 
 /// The zero by the inverse quadratic through three points, as a part of the way from the first to the second one;

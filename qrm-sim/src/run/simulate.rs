@@ -172,8 +172,7 @@ impl Run<'_> {
                 companion.follow(self.mechanism, &self.rows, rows, steps + begin as u64);
             }
             let before = self.monitor.rows;
-            let inner = self.integrator.take_inner_rows();
-            let taken = self.monitor.take(self.mechanism, rows, &inner, observer);
+            let taken = self.monitor.take(self.mechanism, rows, self.integrator.inner_rows(), observer);
             steps += made as u64;
             // A run that cannot go on ends with its last row, however much further the computation had come.
             let kept = if taken.is_err() { (self.monitor.rows - before) as usize } else { made + 1 - begin };

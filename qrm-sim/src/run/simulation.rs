@@ -250,7 +250,7 @@ impl Simulation {
     fn changed(&self, mechanism: Arc<dyn Mechanism>) -> Result<Self, StepError> {
         let settings = self.integrator.settings;
         let mut first = self.now.clone();
-        Solver::new(&*mechanism).settle(&*mechanism, &settings, &mut first)?;
+        Solver::new(&*mechanism).make_consistent(&*mechanism, &settings, &mut first)?;
         let mut watch = self.watch.clone();
         if let Some(watch) = &mut watch {
             let mechanisms = [&*self.mechanism, &*mechanism];
