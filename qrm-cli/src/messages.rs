@@ -2,6 +2,7 @@
 
 use qrm_core::Description;
 use qrm_scene::diagnostic::Diagnostic;
+use qrm_scene::scene::{Coordinate, Start};
 use qrm_sim::integrate::StepError;
 use qrm_sim::run::{Explanation, NotAssembled, StartError, Status, Undefined, readable_size};
 
@@ -61,13 +62,20 @@ pub(crate) fn not_assembled(reason: &NotAssembled, setup: &Setup) -> Error {
             "on the way to them the mechanism passes a singular position; choose guesses in [initial] on that branch",
         );
     }
+    let given = |start: fn(&Coordinate) -> &Start| {
+        setup.scene.coordinates.iter().filter(|c| matches!(start(c), Start::Given(_))).count()
+    };
+    let given = if reason.rates { given(|c| &c.rate) } else { given(|c| &c.position) };
+    let has_too_many = given > setup.scene.coordinates.len().saturating_sub(setup.scene.constraints.len());
     let diagnostic = if reason.rates {
         let title =
             format!("the rates at the start cannot be solved for: constraint `{name}` keeps a rate of {size} {unit}/s");
-        Diagnostic::error(title, span, "cannot stay closed with the given rates").help(
+        Diagnostic::error(title, span, "cannot stay closed with the given rates").help(if has_too_many {
+            "leave rates away in `given` of [initial]: they follow from the constraints"
+        } else {
             "the mechanism starts at a dead point for the coordinate that is given: start elsewhere, or give another \
-             rate",
-        )
+             rate"
+        })
     } else if !reason.residual.is_finite() {
         let title = format!("constraint `{name}` has no value at the first guesses");
         Diagnostic::error(title, span, "a root or another function leaves its domain")
@@ -77,7 +85,11 @@ pub(crate) fn not_assembled(reason: &NotAssembled, setup: &Setup) -> Error {
         let found = found.collect::<Vec<_>>().join(", ");
         let title = format!("the mechanism cannot be assembled: constraint `{name}` stays {size} {unit} from closed");
         Diagnostic::error(title, span, format!("not zero anywhere near the first guesses; nearest at {found}"))
-            .help("check the lengths that occur here, or start from other guesses in [initial]")
+            .help(if has_too_many {
+                "move positions from `given` to `solve` in [initial], as first guesses: they follow from the constraints"
+            } else {
+                "check the lengths that occur here, or start from other guesses in [initial]"
+            })
     };
     setup.at_place(diagnostic)
 }

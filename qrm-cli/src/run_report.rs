@@ -8,7 +8,7 @@ use std::path::Path;
 use qrm_core::Description;
 use qrm_scene::files::read_at_most;
 use qrm_sim::columns::Kind;
-use qrm_sim::run::{Outcome, Status};
+use qrm_sim::run::{Outcome, Redundancy, Status};
 use serde::Serialize;
 
 use crate::error::{Error, Message};
@@ -53,6 +53,8 @@ pub(crate) struct RunReport {
     smallest_singular_value: Option<SingularEntry>,
     /// Solves for which the fast factorisation was not enough.
     careful_solves: u64,
+    /// Constraints that repeat others.
+    redundancy: Option<RedundancyEntry>,
     energy_drift: Option<f64>,
     energy_imbalance: f64,
     extremes: Named<ExtremesEntry>,
@@ -88,6 +90,32 @@ struct SingularEntry {
     /// Whether it vanishes by itself.
     #[serde(skip)]
     is_alone: bool,
+}
+
+/// Constraints that repeat others, and what is not unique for it.
+#[derive(Debug, Serialize)]
+struct RedundancyEntry {
+    constraints: usize,
+    /// The rank of C_q.
+    rank: usize,
+    degrees_of_freedom: usize,
+    /// The constraints whose multipliers are not unique.
+    multipliers: Vec<&'static str>,
+    /// The outputs that are not unique.
+    outputs: Vec<&'static str>,
+}
+
+impl RedundancyEntry {
+    fn of(outcome: &Outcome, description: &Description) -> Option<Self> {
+        let Redundancy { rank, multipliers, outputs } = outcome.redundancy.as_ref()?;
+        Some(Self {
+            constraints: description.constraints.len(),
+            rank: *rank,
+            degrees_of_freedom: description.coordinates.len() - rank,
+            multipliers: multipliers.iter().map(|&k| description.constraints[k].name).collect(),
+            outputs: outputs.iter().map(|&i| description.outputs[i].name).collect(),
+        })
+    }
 }
 
 impl RunReport {
@@ -131,6 +159,7 @@ impl RunReport {
                 is_alone: nearest.is_alone,
             }),
             careful_solves: outcome.stats.singular_mass + outcome.stats.suspicious_constraints,
+            redundancy: RedundancyEntry::of(outcome, description),
             energy_drift: outcome.energy_drift,
             energy_imbalance: outcome.energy_imbalance,
             extremes: extremes(recording),

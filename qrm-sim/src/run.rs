@@ -12,6 +12,7 @@ mod judgement;
 mod monitor;
 mod observer;
 mod outcome;
+mod redundancy;
 mod sampler;
 mod simulate;
 mod simulation;
@@ -26,6 +27,7 @@ pub use extremes::{Extremes, ExtremesTracker};
 pub use judgement::{Doubt, accepted_fraction};
 pub use observer::{Observer, Row};
 pub use outcome::{Outcome, StartError, Status, Undefined};
+pub use redundancy::Redundancy;
 pub use simulate::{End, Request, StopFunction, simulate};
 pub use singularity::NearestSingularity;
 

@@ -6,6 +6,7 @@ mod ldl;
 mod lu;
 mod matrix;
 mod projection;
+mod rank;
 mod singular;
 mod stats;
 
@@ -15,8 +16,10 @@ pub use ldl::{Ldl, PivotedLdl};
 pub use lu::Lu;
 pub use matrix::{Matrix, dot, largest};
 pub use projection::{NotConverged, Projection, ProjectionTolerance};
+pub use rank::constraint_rank;
 pub use singular::SmallestSingularValue;
 pub use stats::SolverStats;
 
 pub(crate) use accelerations::{SaddlePoint, minv_ct, schur_complement};
 pub(crate) use matrix::is_positive;
+pub(crate) use rank::row_products;

@@ -12,5 +12,6 @@ fn main() {
         "watt.toml",
         "stiff.toml",
         "weightless.toml",
+        "redundant.toml",
     ]);
 }

@@ -10,8 +10,11 @@ mod table;
 use clap::Args;
 use qrm_core::Model;
 use qrm_sim::integrate::AUTO;
+use qrm_sim::run::assembled;
+use qrm_sim::solve::constraint_rank;
 
 use crate::error::Error;
+use crate::messages;
 use crate::options::{MethodOptions, OutFolder, SceneOptions};
 use crate::output::{print, save, save_json, written};
 use crate::progress::interrupted;
@@ -38,7 +41,9 @@ const TOLERANCE: &str = "1e-9";
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
     let how = MethodOptions { method: AUTO, tolerance: Some(TOLERANCE.to_owned()), ..MethodOptions::default() };
     let setup = Setup::new(models, &options.scene, &how)?;
-    if setup.description.coordinates.len() == setup.description.constraints.len() {
+    let mechanism = setup.mechanism();
+    let (q, _) = assembled(&*mechanism).map_err(|reason| messages::not_assembled(&reason, &setup))?;
+    if constraint_rank(&*mechanism, 0.0, &q) == q.len() {
         return Err(Error::usage(
             "the mechanism has no degree of freedom: its motion follows from the constraints alone, and nothing in it \
              can decay or oscillate",

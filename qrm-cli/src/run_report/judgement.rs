@@ -1,7 +1,7 @@
 //! The judgement on the numbers of a run.
 
 use qrm_core::Description;
-use qrm_sim::run::Outcome;
+use qrm_sim::run::{Outcome, Redundancy};
 
 use crate::error::Message;
 use crate::format::{counted, seconds};
@@ -66,6 +66,21 @@ pub(super) fn warnings(outcome: &Outcome, description: &Description, distrust: &
             constraint.name,
             stats.largest_stalled_residual.1,
             constraint.unit
+        )));
+    }
+    if let Some(Redundancy { rank, multipliers, outputs }) = &outcome.redundancy {
+        let freedoms = match description.coordinates.len() - rank {
+            1 => "1 degree of freedom".to_owned(),
+            freedoms => format!("{freedoms} degrees of freedom"),
+        };
+        let constraints: Vec<&str> = multipliers.iter().map(|&k| description.constraints[k].name).collect();
+        let outputs: Vec<&str> = outputs.iter().map(|&i| description.outputs[i].name).collect();
+        warnings.push(Message::new(format!(
+            "C_q has rank {rank} with {}, which leaves {freedoms}: some constraints repeat others. The motion is \
+             unique. The multipliers of {} are not: those of least norm are given{}",
+            counted(description.constraints.len() as u64, "constraint"),
+            constraints.join(", "),
+            if outputs.is_empty() { String::new() } else { format!(", and {} with them", outputs.join(", ")) },
         )));
     }
     if stats.dependent_constraints > 0 {

@@ -31,6 +31,11 @@ impl RunReport {
         outputs.filter_map(row).collect()
     }
 
+    /// Whether an output does not depend on how redundant constraints share their forces.
+    fn is_unique(&self, output: &str) -> bool {
+        !self.redundancy.as_ref().is_some_and(|redundancy| redundancy.outputs.contains(&output))
+    }
+
     /// The text that a run prints, with the tables that were written beside its own files.
     pub(crate) fn text(&self, out: &Path, tables: &[String], has_summary: bool) -> String {
         let mut text = format!("{}: {}\n\n", self.scene, self.description.doc);
@@ -41,7 +46,9 @@ impl RunReport {
             text += &format!("\n  {:10} {:>14} {:>11} {:>14} {:>11}\n", "", "minimum", "at t", "maximum", "at t");
         }
         for [name, min, at_min, max, at_max, unit] in self.output_extremes() {
-            text += &format!("  {name:10} {min:>14} {at_min:>11} {max:>14} {at_max:>11}  {unit}\n");
+            let row = format!("  {name:10} {min:>14} {at_min:>11} {max:>14} {at_max:>11}  {unit}");
+            let mark = if self.is_unique(&name) { "" } else { "  (not unique)" };
+            text += &format!("{}{mark}\n", row.trim_end());
         }
         for warning in &self.warnings {
             text += &format!("\n{}\n", warning.warning());

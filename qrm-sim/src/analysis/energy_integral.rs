@@ -37,7 +37,7 @@ struct Panel {
 /// Why there is no such integral.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoEnergyIntegral {
-    /// The mechanism has another number of degrees of freedom than one.
+    /// The scene gives another number of coordinates at its start than one.
     DegreesOfFreedom,
     /// Some load does work that is in no potential, or depends on time.
     NotConservative,

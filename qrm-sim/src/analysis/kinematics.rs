@@ -1,9 +1,11 @@
 //! Positions of a mechanism with its given coordinates held: one after another, until it locks.
 
+use std::cmp::Ordering;
+
 use qrm_core::Mechanism;
 
 use crate::run::assemble;
-use crate::solve::{Dynamics, LoopConstraints, Lu, Matrix, largest};
+use crate::solve::{Dynamics, LoopConstraints, Lu, Matrix, PivotedLdl, dot, largest, row_products};
 use crate::start::Start;
 
 /// A mechanism whose given coordinates are moved from outside, the others following from the constraints.
@@ -12,8 +14,17 @@ pub struct Drive<'m> {
     /// The mechanism.
     pub mechanism: &'m dyn Mechanism,
     given: Vec<bool>,
-    /// The coordinates that follow; as many as there are constraints.
+    /// The coordinates that follow; as many as there are independent constraints.
     dependent: Vec<usize>,
+    /// The constraints that they follow from. The others repeat these.
+    independent: Vec<usize>,
+}
+
+/// The coordinates that are given, and the constraints that the others follow from.
+#[derive(Clone, Debug)]
+pub(crate) struct Selection {
+    given: Vec<bool>,
+    independent: Vec<usize>,
 }
 
 /// A closed position.
@@ -64,17 +75,34 @@ const SHORTEST: f64 = 1e-10;
 const SHORTEST_ANGLE: f64 = 1e-7;
 
 impl<'m> Drive<'m> {
-    /// `None` if the given coordinates do not leave as many as there are constraints.
+    /// `None` if the given coordinates do not leave as many as there are independent constraints.
     pub fn new(mechanism: &'m dyn Mechanism, given: Vec<bool>) -> Option<Self> {
         let dependent: Vec<usize> = (0..given.len()).filter(|&i| !given[i]).collect();
         let count = mechanism.description().constraints.len();
-        (dependent.len() == count).then_some(Self { mechanism, given, dependent })
+        let independent = match dependent.len().cmp(&count) {
+            Ordering::Greater => return None,
+            Ordering::Equal => (0..count).collect(),
+            Ordering::Less => independent(mechanism, &dependent)?,
+        };
+        Some(Self { mechanism, given, dependent, independent })
+    }
+
+    /// The given coordinates, and the constraints that the others follow from.
+    pub(crate) fn selection(&self) -> Selection {
+        Selection { given: self.given.clone(), independent: self.independent.clone() }
+    }
+
+    /// The drive of the mechanism with other parameters: its determinants can be compared with those of the first.
+    pub(crate) fn with_selection(mechanism: &'m dyn Mechanism, selection: &Selection) -> Self {
+        let Selection { given, independent } = selection.clone();
+        let dependent = (0..given.len()).filter(|&i| !given[i]).collect();
+        Self { mechanism, given, dependent, independent }
     }
 
     /// The position near a guess, by Newton's method until rounding errors alone are left.
     pub fn close(&self, mut q: Vec<f64>) -> Option<Position> {
         let mut before = f64::INFINITY;
-        let mut constraints = LoopConstraints::zero(q.len(), self.dependent.len());
+        let mut constraints = LoopConstraints::zero(q.len(), self.mechanism.description().constraints.len());
         for _ in 0..=ITERATIONS {
             constraints.evaluate(self.mechanism, 0.0, &q);
             let residual = largest(&constraints.residuals).1;
@@ -89,7 +117,8 @@ impl<'m> Drive<'m> {
                     Position { q, determinant: lu.determinant, tangents }
                 });
             }
-            let step = lu.solve(&constraints.residuals);
+            let residuals: Vec<f64> = self.independent.iter().map(|&k| constraints.residuals[k]).collect();
+            let step = lu.solve(&residuals);
             if !step.iter().all(|value| value.is_finite()) {
                 return None;
             }
@@ -105,7 +134,7 @@ impl<'m> Drive<'m> {
         let n = self.given.len();
         let mut tangents = Matrix::zero(n - self.dependent.len(), n);
         for (row, by) in (0..n).filter(|&i| self.given[i]).enumerate() {
-            let column: Vec<f64> = jacobian.iter().map(|row| row[by]).collect();
+            let column: Vec<f64> = self.independent.iter().map(|&k| jacobian[k][by]).collect();
             tangents[row][by] = 1.0;
             for (place, value) in self.dependent.iter().zip(dependent.solve(&column)) {
                 tangents[row][*place] = -value;
@@ -188,7 +217,7 @@ impl<'m> Drive<'m> {
 
     fn block(&self, jacobian: &Matrix) -> Matrix {
         let m = self.dependent.len();
-        Matrix::from_fn(m, m, |r, c| jacobian[r][self.dependent[c]])
+        Matrix::from_fn(m, m, |r, c| jacobian[self.independent[r]][self.dependent[c]])
     }
 
     fn is_angle(&self, coordinate: usize) -> bool {
@@ -196,14 +225,21 @@ impl<'m> Drive<'m> {
     }
 
     /// Multipliers, and the generalized forces on the given coordinates, that hold a position in static equilibrium:
-    /// with them `C_q' lambda = fbar + force`.
+    /// with them `C_q' lambda = fbar + force`. Where constraints repeat others, the multipliers are the shortest ones.
     pub fn balance(&self, q: &[f64]) -> (Vec<f64>, Vec<f64>) {
-        let (n, m) = (q.len(), self.dependent.len());
+        let n = q.len();
         let dynamics = Dynamics::of(self.mechanism, 0.0, q, &vec![0.0; n]);
         let (jacobian, forces) = (&dynamics.constraint_jacobian, &dynamics.generalized_forces);
-        let transposed = Matrix::from_fn(m, m, |r, c| jacobian[c][self.dependent[r]]);
         let right: Vec<f64> = self.dependent.iter().map(|&i| forces[i]).collect();
-        let multipliers = Lu::new(transposed).solve(&right);
+        let (m, rank) = (jacobian.rows(), self.dependent.len());
+        let multipliers = if rank == m {
+            Lu::new(Matrix::from_fn(m, m, |r, c| jacobian[c][self.dependent[r]])).solve(&right)
+        } else {
+            let block = Matrix::from_fn(m, rank, |r, c| jacobian[r][self.dependent[c]]);
+            let mut multipliers: Vec<f64> = block.iter().map(|row| dot(row, &right)).collect();
+            PivotedLdl::of_rank(&row_products(&block), rank).solve(&mut multipliers);
+            multipliers
+        };
         let held = |i: usize| (0..m).map(|r| jacobian[r][i] * multipliers[r]).sum::<f64>() - forces[i];
         let forces = (0..n).map(|i| if self.given[i] { held(i) } else { 0.0 }).collect();
         (multipliers, forces)
@@ -216,4 +252,15 @@ impl<'m> Drive<'m> {
         self.mechanism.outputs(0.0, q, &zero, &zero, multipliers, &mut outputs);
         outputs
     }
+}
+
+/// Constraints that these coordinates follow from at the start; `None` if they do not follow from any.
+fn independent(mechanism: &dyn Mechanism, dependent: &[usize]) -> Option<Vec<usize>> {
+    let (q, _) = assemble(mechanism, &Start::of(mechanism)).ok()?;
+    let jacobian = LoopConstraints::of(mechanism, 0.0, &q).constraint_jacobian;
+    let block = Matrix::from_fn(jacobian.rows(), dependent.len(), |r, c| jacobian[r][dependent[c]]);
+    let factors = PivotedLdl::of_rank(&row_products(&block), dependent.len());
+    let mut independent = factors.independent().to_vec();
+    independent.sort_unstable();
+    (independent.len() == dependent.len()).then_some(independent)
 }

@@ -71,7 +71,7 @@ pub fn measure(
     times: &[f64],
     repetitions: Repetitions,
 ) -> Result<Measurement, StartError> {
-    let first = first_state(mechanism, &Branch::of(mechanism), &mut Solver::new(mechanism))?;
+    let first = first_state(mechanism, &Branch::of(mechanism))?;
     let mut states = Vec::with_capacity(times.len());
     let mut seconds = Vec::new();
     let mut counts = Counts::default();
@@ -145,7 +145,7 @@ pub fn exact_states(mechanism: &dyn Mechanism, times: &[f64], panels: f64) -> Re
         state.t = *t;
         (state.q, state.qd) = integral.state(*t)?;
         state.qdd = vec![0.0; state.q.len()];
-        Solver::new(mechanism).complete(mechanism, &mut state).ok()?;
+        Solver::at(mechanism, *t, &state.q).complete(mechanism, &mut state).ok()?;
         Some(described(mechanism, &state))
     };
     times.iter().map(at).collect::<Option<Vec<StateAt>>>().ok_or(NoEnergyIntegral::TurnsBack)

@@ -7,7 +7,7 @@ use qrm_core::Mechanism;
 use super::kinematics::{CONTINUATION, Drive, LimitPosition, Position};
 use crate::golden_section::largest_between;
 use crate::run::{NotAssembled, assembled};
-use crate::solve::{Matrix, dot};
+use crate::solve::{Matrix, constraint_rank, dot};
 use crate::start::Start;
 
 /// Positions in a turn.
@@ -81,6 +81,8 @@ pub struct Range {
 pub enum NoRevolution {
     /// The mechanism has this number of degrees of freedom instead of one.
     DegreesOfFreedom(usize),
+    /// The scene gives no coordinate at its start.
+    NothingGiven,
     /// Constraints depend on time.
     Driven,
     /// The start is a singular position.
@@ -185,15 +187,18 @@ impl<'m> Round<'m> {
             return Err(NoRevolution::Driven);
         }
         let start = Start::of(mechanism);
-        let degrees_of_freedom = start.given.iter().filter(|given| **given).count();
-        let (1, Some(driven)) = (degrees_of_freedom, start.given.iter().position(|given| *given)) else {
+        let (q, qd) = assembled(mechanism).map_err(NoRevolution::NotAssembled)?;
+        let degrees_of_freedom = q.len() - constraint_rank(mechanism, 0.0, &q);
+        if degrees_of_freedom != 1 {
             return Err(NoRevolution::DegreesOfFreedom(degrees_of_freedom));
+        }
+        let Some(driven) = start.given.iter().position(|given| *given) else {
+            return Err(NoRevolution::NothingGiven);
         };
         if !mechanism.description().is_angle(driven) {
             return Err(NoRevolution::NotAnAngle(driven));
         }
         let drive = Drive::new(mechanism, start.given.clone()).ok_or(NoRevolution::Singular)?;
-        let (q, qd) = assembled(mechanism).map_err(NoRevolution::NotAssembled)?;
         let direction = if qd[driven] < 0.0 { -1.0 } else { 1.0 };
         let start = drive.close(q).filter(|position| position.determinant != 0.0).ok_or(NoRevolution::Singular)?;
         Ok(Self { drive, start, driven, direction })

@@ -32,7 +32,8 @@ pub fn spectrum(mechanism: &dyn Mechanism, t: f64, q: &[f64], qd: &[f64]) -> Opt
     let (n, m) = (q.len(), mechanism.description().constraints.len());
     let mut at = State::zero(n, m);
     (at.t, at.q, at.qd) = (t, q.to_vec(), qd.to_vec());
-    Solver::new(mechanism).complete(mechanism, &mut at).ok()?;
+    let mut solver = Solver::at(mechanism, t, q);
+    solver.complete(mechanism, &mut at).ok()?;
     let response = Response::new(mechanism, &at);
     let mut matrix = DMatrix::zeros(2 * n, 2 * n);
     let zero = vec![0.0; n];
@@ -54,7 +55,7 @@ pub fn spectrum(mechanism: &dyn Mechanism, t: f64, q: &[f64], qd: &[f64]) -> Opt
             let (mut pull, mut loops) = (Matrix::zero(m, n), Matrix::zero(m, m));
             minv_ct(&mass, jacobian, &mut pull);
             schur_complement(jacobian, &pull, &mut loops);
-            (condition(&dynamics.mass_matrix)?, condition(&loops)?)
+            (condition(&dynamics.mass_matrix, n)?, condition(&loops, solver.rank())?)
         }
         None => (f64::INFINITY, f64::INFINITY),
     };
@@ -65,7 +66,9 @@ pub fn spectrum(mechanism: &dyn Mechanism, t: f64, q: &[f64], qd: &[f64]) -> Opt
         longest_step: eigenvalues.iter().map(|s| longest_step(*s)).fold(f64::INFINITY, f64::min),
         condition_mass,
         condition_loops,
-        smallest_singular_value: SmallestSingularValue::new(m, n).find(jacobian).unwrap_or(f64::INFINITY),
+        smallest_singular_value: SmallestSingularValue::of_rank(m, n, solver.rank())
+            .find(jacobian)
+            .unwrap_or(f64::INFINITY),
     })
 }
 
@@ -84,10 +87,11 @@ fn eigenvalues(mut matrix: DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
     Some(schur.complex_eigenvalues().iter().copied().collect())
 }
 
-/// Ratio of the largest to the smallest eigenvalue of a symmetric matrix that is scaled to ones in its diagonal.
-fn condition(matrix: &Matrix) -> Option<f64> {
+/// Ratio of the largest to the smallest eigenvalue of a symmetric matrix that is scaled to ones in its diagonal, of
+/// so many that are not zero.
+fn condition(matrix: &Matrix, rank: usize) -> Option<f64> {
     let size = matrix.columns();
-    if size == 0 {
+    if rank == 0 {
         return Some(1.0);
     }
     let scaled = DMatrix::from_fn(size, size, |i, j| matrix[i][j] / (matrix[i][i] * matrix[j][j]).sqrt());
@@ -95,7 +99,9 @@ fn condition(matrix: &Matrix) -> Option<f64> {
         return Some(f64::INFINITY);
     }
     let values = nalgebra::SymmetricEigen::try_new(scaled, f64::EPSILON, MOST_ITERATIONS)?.eigenvalues;
-    let (low, high) = (values.min(), values.max());
+    let mut values: Vec<f64> = values.iter().copied().collect();
+    values.sort_by(|a, b| b.total_cmp(a));
+    let (low, high) = (values[rank - 1], values[0]);
     Some(if low > 0.0 { high / low } else { f64::INFINITY })
 }
 
@@ -152,7 +158,7 @@ mod tests {
 
     #[test]
     fn scaled_condition_numbers_do_not_depend_on_units() {
-        let condition = |rows: [[f64; 2]; 2]| condition(&Matrix::from_fn(2, 2, |i, j| rows[i][j]));
+        let condition = |rows: [[f64; 2]; 2]| condition(&Matrix::from_fn(2, 2, |i, j| rows[i][j]), 2);
         assert!((condition([[1e12, 0.0], [0.0, 1e-12]]).expect("found") - 1.0).abs() < 1e-12);
         assert!((condition([[4.0, 1e-3], [1e-3, 1e-6]]).expect("found") - 3.0).abs() < 1e-9);
         assert!(condition([[1.0, 1.0], [1.0, 1.0]]).expect("found") > 1e15);

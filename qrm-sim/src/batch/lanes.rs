@@ -8,6 +8,7 @@ use crate::run::{
     Branch, COMPANION_STEPS, StartError, Status, Undefined, accepted_errors, check_condition, check_step,
     estimated_errors, first_state, is_balanced, locate, worst,
 };
+use crate::solve::{Solver, constraint_rank};
 use crate::state::State;
 
 /// A sweep in lanes.
@@ -61,7 +62,9 @@ impl<'a> LaneSweep<'a> {
         };
         let batch = model.batch(width, batch_request, settings.projection_tolerance.residual)?;
         let size = (description.coordinates.len(), description.constraints.len());
-        let integrator = Integrator::new(&**designs.first()?, settings, &State::zero(size.0, size.1), 0.0).ok()?;
+        let any = &**designs.first()?;
+        let integrator =
+            Integrator::with_solver(any, settings, &State::zero(size.0, size.1), 0.0, Solver::new(any)).ok()?;
         Some(Self {
             designs,
             request,
@@ -72,7 +75,7 @@ impl<'a> LaneSweep<'a> {
             parameters: vec![vec![0.0; description.parameters.len()]; batch.lanes()],
             row: vec![0.0; 1 + 3 * size.0 + size.1],
             size,
-            branch: Branch::of(&**designs.first()?),
+            branch: Branch::of(any),
             batch,
             wants_refill: false,
         })
@@ -100,6 +103,9 @@ impl<'a> LaneSweep<'a> {
                 let design = self.next;
                 self.next += 1;
                 match self.begin(design) {
+                    Ok((_, first)) if self.is_redundant(design, &first) => {
+                        self.finished[design] = Some(run_alone(design, &*self.designs[design], self.request));
+                    }
                     Ok((rows, first)) => self.enter(lane, design, rows, &first),
                     Err(reason) => self.finished[design] = Some(DesignResult::not_started(reason)),
                 }
@@ -129,10 +135,15 @@ impl<'a> LaneSweep<'a> {
         let step = self.request.step.unwrap_or(schedule.step);
         let end_time = self.end_time(design);
         check_step(step, end_time)?;
-        let first = first_state(mechanism, &self.branch, self.integrator.solver_mut())?;
+        let first = first_state(mechanism, &self.branch)?;
         check_condition(self.condition(design, &first))?;
         let residual = self.integrator.settings.projection_tolerance.residual;
         Ok((RowRequest { origin: 0.0, step, end_time, first: 0, residual, watches_event: true }, first))
+    }
+
+    /// Whether constraints of a design repeat others, which lanes do not know.
+    fn is_redundant(&self, design: usize, first: &State) -> bool {
+        constraint_rank(&*self.designs[design], first.t, &first.q) < self.size.1
     }
 
     fn enter(&mut self, lane: usize, design: usize, rows: RowRequest, first: &State) {

@@ -93,7 +93,7 @@ impl Explicit {
         let Tableau { nodes, rows, .. } = self.tableau;
         let request = StageRequest { t: from.t, h, stages: stages.clone(), nodes, rows };
         let (rates, accelerations) = (self.stages.rates.entries_mut(), self.stages.accelerations.entries_mut());
-        if mechanism.stages(&request, &from.q, rates, accelerations) {
+        if !work.solver.is_redundant() && mechanism.stages(&request, &from.q, rates, accelerations) {
             *work.evaluations += stages.len() as u64;
             return Ok(());
         }

@@ -69,7 +69,20 @@ impl Integrator {
         first: &State,
         end_time: f64,
     ) -> Result<Self, StepError> {
-        let mut solver = Solver::new(mechanism);
+        Self::with_solver(mechanism, settings, first, end_time, Solver::at(mechanism, first.t, &first.q))
+    }
+
+    /// Begins at a state with this solver.
+    ///
+    /// # Errors
+    /// The method does not suit the scene, or the accelerations near the start are not determined.
+    pub(crate) fn with_solver(
+        mechanism: &dyn Mechanism,
+        settings: MethodSettings,
+        first: &State,
+        end_time: f64,
+        mut solver: Solver,
+    ) -> Result<Self, StepError> {
         let n = first.q.len();
         let steps = match settings.method.formula {
             None => Steps::Fixed(Explicit::new(&CLASSICAL, n)),
@@ -113,6 +126,11 @@ impl Integrator {
         &self.solver.corrections
     }
 
+    /// The number of constraints that are independent where the motion is not singular.
+    pub(crate) fn rank(&self) -> usize {
+        self.solver.rank()
+    }
+
     /// The solver of the linear equations.
     pub(crate) fn solver_mut(&mut self) -> &mut Solver {
         &mut self.solver
@@ -129,10 +147,14 @@ impl Integrator {
         t: f64,
         to: &mut State,
     ) -> Result<(), StepError> {
-        if self.settings.is_by_kernel() && self.advance_by_kernel(mechanism, from, t, to) {
+        if self.is_by_kernel() && self.advance_by_kernel(mechanism, from, t, to) {
             return Ok(());
         }
         self.advance_by_functions(mechanism, from, t, to)
+    }
+
+    fn is_by_kernel(&self) -> bool {
+        self.settings.is_by_kernel() && !self.solver.is_redundant()
     }
 
     /// Makes a step by the kernel; false if it cannot be relied on.
@@ -217,7 +239,7 @@ impl Integrator {
         from.read(rows);
         let mut made = 0;
         loop {
-            if self.settings.is_by_kernel() {
+            if self.is_by_kernel() {
                 let rest = RowRequest { first: request.first + made as u64, ..*request };
                 let result = mechanism.integrate_rk4(&rest, &mut rows[made * width..]);
                 made += result.made;
@@ -342,7 +364,8 @@ impl Solver {
         (projection, tolerance): (Projection, ProjectionTolerance),
         state: &mut State,
     ) -> Result<(), StepError> {
-        if projection.is_by_kernel(&tolerance) && self.project_by_kernel(mechanism, tolerance.residual, state) {
+        let is_by_kernel = projection.is_by_kernel(&tolerance) && !self.is_redundant();
+        if is_by_kernel && self.project_by_kernel(mechanism, tolerance.residual, state) {
             return Ok(());
         }
         if projection == Projection::Mass {

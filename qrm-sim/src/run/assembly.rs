@@ -2,7 +2,7 @@
 
 use qrm_core::Mechanism;
 
-use crate::solve::{Ldl, LoopConstraints, Matrix, PivotedLdl, dot, largest};
+use crate::solve::{Ldl, LoopConstraints, Matrix, PivotedLdl, largest, row_products};
 use crate::start::Start;
 
 /// The constraints cannot be met with the given values.
@@ -162,8 +162,8 @@ impl Dependents {
     pub(crate) fn new(jacobian: &Matrix, given: &[bool]) -> Self {
         let (m, n) = (jacobian.rows(), jacobian.columns());
         let rows = Matrix::from_fn(m, n, |r, i| if given[i] { 0.0 } else { jacobian[r][i] });
-        let products = Matrix::from_fn(m, m, |i, j| dot(&rows[i], &rows[j]));
-        Self { rows, factors: PivotedLdl::new(&products) }
+        let factors = PivotedLdl::new(&row_products(&rows));
+        Self { rows, factors }
     }
 
     /// Moves `x` by the smallest `dx` with `C_q dx = -residual`.

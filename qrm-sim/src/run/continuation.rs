@@ -3,7 +3,7 @@
 use qrm_core::{Mechanism, Model};
 
 use super::assembly::{NotAssembled, assemble};
-use crate::analysis::{Drive, Position};
+use crate::analysis::{Drive, Position, Selection};
 use crate::solve::largest;
 use crate::start::Start;
 
@@ -31,6 +31,7 @@ struct Own {
     parameters: Vec<f64>,
     start: Start,
     position: Position,
+    selection: Selection,
 }
 
 impl Own {
@@ -39,8 +40,10 @@ impl Own {
         let parameters = model.parameter_values(&|_| None);
         let own = model.mechanism_with(parameters.clone());
         let start = Start::of(&*own);
-        let position = Drive::new(&*own, start.given.clone())?.close(assemble(&*own, &start).ok()?.0)?;
-        (position.determinant != 0.0).then_some(Self { model, parameters, start, position })
+        let drive = Drive::new(&*own, start.given.clone())?;
+        let selection = drive.selection();
+        let position = drive.close(assemble(&*own, &start).ok()?.0)?;
+        (position.determinant != 0.0).then_some(Self { model, parameters, start, position, selection })
     }
 }
 
@@ -66,7 +69,7 @@ impl Branch {
             return direct;
         }
         if let Ok((q, _)) = &direct
-            && let Some(position) = Drive::new(mechanism, start.given.clone()).and_then(|drive| drive.close(q.clone()))
+            && let Some(position) = own.drive(mechanism).close(q.clone())
             && position.determinant * own.position.determinant > 0.0
             && own.moved(&own.position, &position.q) < NEAR
         {
@@ -99,8 +102,7 @@ impl Own {
             let guess = (0..now.q.len()).map(|i| if start.given[i] { start.q[i] } else { now.q[i] }).collect();
             let is_neighbour =
                 |position: &Position| position.is_on_branch_of(&now) && self.moved(&now, &position.q) < LONGEST;
-            let drive = Drive::new(&*between, start.given.clone())?;
-            match drive.close(guess).filter(is_neighbour) {
+            match self.drive(&*between).close(guess).filter(is_neighbour) {
                 Some(position) => {
                     (now, done) = (position, next);
                     step *= 2.0;
@@ -110,6 +112,10 @@ impl Own {
             }
         }
         Some(now)
+    }
+
+    fn drive<'m>(&self, mechanism: &'m dyn Mechanism) -> Drive<'m> {
+        Drive::with_selection(mechanism, &self.selection)
     }
 
     /// The largest change of an angle that is not given.

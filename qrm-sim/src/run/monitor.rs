@@ -7,7 +7,7 @@ use super::observer::{Observer, Row};
 use super::outcome::{Status, Undefined};
 use super::singularity::SingularityMonitor;
 use crate::columns::write_row;
-use crate::solve::{LoopConstraints, largest};
+use crate::solve::{LoopConstraints, constraint_rank, largest};
 use crate::state::State;
 
 /// The observations of all rows of a run.
@@ -45,6 +45,7 @@ pub(crate) struct RunMonitor {
 impl RunMonitor {
     pub(crate) fn new(mechanism: &dyn Mechanism, first: &State, has_outputs: bool) -> Self {
         let layout = RowLayout { n: first.q.len(), m: first.multipliers.len() };
+        let rank = constraint_rank(mechanism, first.t, &first.q);
         Self {
             layout,
             outputs: vec![0.0; if has_outputs { mechanism.description().outputs.len() } else { 0 }],
@@ -61,7 +62,7 @@ impl RunMonitor {
             energy_drift: 0.0,
             is_conservative: true,
             balance: Balance::default(),
-            singularity: SingularityMonitor::new(layout.m, layout.n),
+            singularity: SingularityMonitor::new(layout.m, layout.n, rank),
         }
     }
 

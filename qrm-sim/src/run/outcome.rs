@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use super::assembly::NotAssembled;
+use super::redundancy::Redundancy;
 use super::singularity::NearestSingularity;
 use crate::integrate::{Counts, StepError};
 use crate::solve::SolverStats;
@@ -35,6 +36,8 @@ pub struct Outcome {
     pub energy_imbalance: f64,
     /// The position nearest to a singular one; `None` without constraints.
     pub nearest_singular: Option<NearestSingularity>,
+    /// Constraints that repeat others; `None` if all are independent.
+    pub redundancy: Option<Redundancy>,
     /// Largest kinetic energy in any row.
     pub largest_kinetic_energy: f64,
     /// Largest energy in any row, kinetic and potential.

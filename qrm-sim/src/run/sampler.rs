@@ -31,7 +31,8 @@ impl Sampler {
         let integrator = settings
             .is_by_kernel()
             .then(|| Integrator::new(mechanism, *settings, first, end_time))
-            .and_then(Result::ok)?;
+            .and_then(Result::ok)
+            .filter(|integrator| integrator.rank() == first.multipliers.len())?;
         Some(Self { integrator, pair: [first.clone(), first.clone()] })
     }
 

@@ -11,6 +11,7 @@ use super::event::{locate, touched};
 use super::monitor::RunMonitor;
 use super::observer::Observer;
 use super::outcome::{Outcome, StartError, Status, Undefined};
+use super::redundancy::Redundancy;
 use super::sampler::Sampler;
 use crate::integrate::{BlockEnd, Integrator, MethodSettings, StepError};
 use crate::solve::Solver;
@@ -62,7 +63,7 @@ pub fn simulate(
         _ => schedule.end_time,
     };
     check_step(step, end_time)?;
-    let first = first_state(mechanism, &Branch::of(mechanism), &mut Solver::new(mechanism))?;
+    let first = first_state(mechanism, &Branch::of(mechanism))?;
     let settings = request.settings;
     let mut run = Run {
         mechanism,
@@ -108,15 +109,11 @@ pub(crate) fn check_condition(value: Option<f64>) -> Result<(), StartError> {
 ///
 /// # Errors
 /// The constraints cannot be met, or the accelerations are not determined.
-pub(crate) fn first_state(
-    mechanism: &dyn Mechanism,
-    branch: &Branch,
-    solver: &mut Solver,
-) -> Result<State, StartError> {
+pub(crate) fn first_state(mechanism: &dyn Mechanism, branch: &Branch) -> Result<State, StartError> {
     let (q, qd) = branch.assemble(mechanism).map_err(StartError::NotAssembled)?;
     let mut first = State::zero(q.len(), mechanism.description().constraints.len());
     (first.q, first.qd) = (q, qd);
-    solver.complete(mechanism, &mut first).map_err(StartError::Step)?;
+    Solver::at(mechanism, first.t, &first.q).complete(mechanism, &mut first).map_err(StartError::Step)?;
     Ok(first)
 }
 
@@ -327,6 +324,7 @@ impl Run<'_> {
         let monitor = &self.monitor;
         // A load may be zero in every row, and work between them.
         let is_conservative = monitor.is_conservative && self.integrator.is_conservative();
+        let redundancy = Redundancy::at(self.mechanism, &end);
         Outcome {
             tolerance: self.request.settings.tolerance(),
             estimated_errors: self.companion.as_ref().and_then(|companion| companion.errors(counts.accepted)),
@@ -345,6 +343,7 @@ impl Run<'_> {
             largest_kinetic_energy: monitor.largest_kinetic_energy,
             largest_energy: monitor.largest_energy,
             nearest_singular: monitor.singularity.nearest(),
+            redundancy,
             energy_imbalance: monitor.imbalance(
                 self.integrator.imbalance(),
                 monitor.balance.finished().excess,

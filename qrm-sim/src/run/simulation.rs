@@ -85,7 +85,7 @@ impl Simulation {
         if !(step > 0.0) {
             return Err(StartError::StepTooShort { step, end_time: f64::INFINITY });
         }
-        let first = first_state(&*mechanism, &Branch::of(&*mechanism), &mut Solver::new(&*mechanism))?;
+        let first = first_state(&*mechanism, &Branch::of(&*mechanism))?;
         Self::from_state(model, mechanism, settings, step, first).map_err(StartError::Step)
     }
 
@@ -250,7 +250,7 @@ impl Simulation {
     fn changed(&self, mechanism: Arc<dyn Mechanism>) -> Result<Self, StepError> {
         let settings = self.integrator.settings;
         let mut first = self.now.clone();
-        Solver::new(&*mechanism).make_consistent(&*mechanism, &settings, &mut first)?;
+        Solver::of_rank(&*mechanism, self.integrator.rank()).make_consistent(&*mechanism, &settings, &mut first)?;
         let mut watch = self.watch.clone();
         if let Some(watch) = &mut watch {
             let mechanisms = [&*self.mechanism, &*mechanism];
@@ -268,7 +268,7 @@ impl Simulation {
         let mut first = State::zero(q.len(), self.now.multipliers.len());
         (first.t, first.q, first.qd) = (t, q.to_vec(), qd.to_vec());
         let mechanism = Arc::clone(&self.mechanism);
-        let made = Solver::new(&*mechanism)
+        let made = Solver::of_rank(&*mechanism, self.integrator.rank())
             .complete(&*mechanism, &mut first)
             .and_then(|()| Self::from_state(&self.model, mechanism, self.integrator.settings, self.step, first));
         *self = made.map_err(|reason| error(&self.model, Reason::Failed { t, error: reason }))?;

@@ -1,6 +1,6 @@
 //! The distance of a motion from singular positions.
 
-use crate::solve::{Matrix, SmallestSingularValue, dot};
+use crate::solve::{Matrix, SmallestSingularValue};
 
 /// The smallest singular value of `C_q` in the rows of a run.
 #[derive(Clone, Debug)]
@@ -11,8 +11,6 @@ pub(crate) struct SingularityMonitor {
     jacobian: Matrix,
     /// The smallest of them.
     value: f64,
-    /// Largest length of a row of such a `C_q`.
-    longest: f64,
 }
 
 /// The position at which the constraints are nearest to being dependent.
@@ -41,20 +39,17 @@ impl NearestSingularity {
 
 /// The smallest singular value of a row is found where it may be larger than all others by more than this part.
 const LARGER: f64 = 0.01;
-/// A smallest singular value below this part of the longest row is a rounding error.
-const ROUNDING: f64 = 1e-13;
 /// Parts of other constraints in a combination to which one belongs alone.
 const ALONE: f64 = 0.05;
 
 impl SingularityMonitor {
-    /// For Jacobians of this size.
-    pub(crate) fn new(constraints: usize, coordinates: usize) -> Self {
+    /// For Jacobians of this size and rank.
+    pub(crate) fn new(constraints: usize, coordinates: usize, rank: usize) -> Self {
         Self {
             nearest: None,
-            smallest: SmallestSingularValue::new(constraints, coordinates),
+            smallest: SmallestSingularValue::of_rank(constraints, coordinates, rank),
             jacobian: Matrix::zero(constraints, coordinates),
             value: 0.0,
-            longest: 0.0,
         }
     }
 
@@ -70,7 +65,6 @@ impl SingularityMonitor {
         let Some(value) = self.smallest.find(jacobian) else { return };
         self.jacobian.copy_from(jacobian);
         self.value = value;
-        self.longest = jacobian.iter().fold(self.longest, |longest, row| longest.max(dot(row, row).sqrt()));
         let most = self.nearest.map_or(value, |before| before.most.max(value));
         match &mut self.nearest {
             Some(before) if before.value <= value => before.most = most,
@@ -83,12 +77,9 @@ impl SingularityMonitor {
         }
     }
 
-    /// The position nearest to a singular one; `None` without constraints. Where constraints depend on each other
-    /// everywhere, no position is worse than others.
+    /// The position nearest to a singular one; `None` without independent constraints.
     pub(crate) fn nearest(&self) -> Option<NearestSingularity> {
-        let nearest = self.nearest?;
-        let is_redundant = nearest.most <= ROUNDING * self.longest;
-        Some(if is_redundant { NearestSingularity { most: nearest.value, ..nearest } } else { nearest })
+        self.nearest
     }
 }
 
@@ -102,7 +93,7 @@ mod tests {
 
     #[test]
     fn a_row_that_vanishes_and_rows_that_agree_are_told_apart() {
-        let mut monitor = SingularityMonitor::new(2, 2);
+        let mut monitor = SingularityMonitor::new(2, 2, 2);
         monitor.note(0, 0.0, &matrix([[1.0, 0.0], [0.0, 1.0]]));
         monitor.note(1, 0.1, &matrix([[1.0, 0.0], [0.0, 1e-3]]));
         let nearest = monitor.nearest().expect("two constraints");
@@ -115,7 +106,7 @@ mod tests {
     #[test]
     fn many_constraints_are_looked_at_where_it_matters() {
         // The angle between the last two rows closes and opens again.
-        let mut monitor = SingularityMonitor::new(20, 24);
+        let mut monitor = SingularityMonitor::new(20, 24, 20);
         for row in 0..=200_u32 {
             let angle = 1e-4 + 0.01 * (f64::from(row) - 100.0).abs();
             let mut jacobian = [[0.0; 24]; 20];
@@ -130,7 +121,7 @@ mod tests {
 
     #[test]
     fn a_constraint_said_twice_makes_no_position_singular() {
-        let mut monitor = SingularityMonitor::new(2, 2);
+        let mut monitor = SingularityMonitor::new(2, 2, 1);
         for (row, angle) in [0.1_f64, 0.5, 0.9].into_iter().enumerate() {
             monitor.note(
                 row as u64,

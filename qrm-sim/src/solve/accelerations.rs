@@ -6,6 +6,7 @@ use super::buffers::{Dynamics, LoopConstraints};
 use super::ldl::{Ldl, PivotedLdl};
 use super::matrix::{Matrix, dot, largest};
 use super::projection::{Projection, ProjectionTolerance};
+use super::rank::constraint_rank;
 use super::stats::SolverStats;
 
 /// Products of larger masses overflow.
@@ -37,6 +38,8 @@ pub(crate) struct SaddlePoint {
     pub(super) minv_ct: Matrix,
     pub(super) schur: Matrix,
     pub(super) schur_factors: Ldl,
+    /// The number of constraints that are independent where the motion is not singular.
+    pub(super) rank: usize,
 }
 
 impl SaddlePoint {
@@ -48,7 +51,18 @@ impl SaddlePoint {
             minv_ct: Matrix::zero(m, n),
             schur: Matrix::zero(m, m),
             schur_factors: Ldl::with_size(m),
+            rank: m,
         }
+    }
+
+    /// Whether constraints repeat others wherever the motion goes.
+    pub(super) fn is_redundant(&self) -> bool {
+        self.rank < self.schur.columns()
+    }
+
+    /// The factors of the Schur complement, without the constraints that repeat others.
+    pub(super) fn independent(&self) -> PivotedLdl {
+        PivotedLdl::of_rank(&self.schur, self.rank)
     }
 
     /// Solves the equations; true if the factors of `Mbar` are known afterwards.
@@ -61,7 +75,7 @@ impl SaddlePoint {
         multipliers: &mut [f64],
         stats: &mut SolverStats,
     ) -> Result<bool, Undetermined> {
-        if self.factor() {
+        if !self.is_redundant() && self.factor() {
             self.solve_factored(qdd, multipliers);
             return Ok(true);
         }
@@ -70,7 +84,7 @@ impl SaddlePoint {
 
     /// Factors `Mbar` and the Schur complement; false if one of them is singular, or nearly so.
     pub(crate) fn factor(&mut self) -> bool {
-        let Self { dynamics, mass, minv_ct: pull, schur, schur_factors } = self;
+        let Self { dynamics, mass, minv_ct: pull, schur, schur_factors, .. } = self;
         if !mass.factor(&dynamics.mass_matrix) {
             return false;
         }
@@ -100,7 +114,7 @@ impl SaddlePoint {
         multipliers: &mut [f64],
         stats: &mut SolverStats,
     ) -> Result<bool, Undetermined> {
-        let Self { dynamics, mass, minv_ct: pull, schur, schur_factors } = self;
+        let Self { dynamics, mass, minv_ct: pull, schur, schur_factors, rank } = self;
         let n = qdd.len();
         let terms = dynamics.mass_matrix.entries().iter().chain(dynamics.constraint_jacobian.entries());
         if !terms.chain(&dynamics.generalized_forces).chain(&dynamics.constraint_bias).all(|term| term.is_finite()) {
@@ -136,11 +150,11 @@ impl SaddlePoint {
         mass.solve(qdd);
         minv_ct(mass, jacobian, pull);
         schur_complement(jacobian, pull, schur);
-        if !schur_factors.factor_products(schur) {
-            stats.suspicious_constraints += 1;
-        }
-        let factors = PivotedLdl::new(schur);
-        stats.count_rank(&factors);
+        let factors = PivotedLdl::of_rank(schur, *rank);
+        let is_redundant = *rank < schur.columns();
+        let is_regular = if is_redundant { factors.is_regular(*rank) } else { schur_factors.factor_products(schur) };
+        stats.suspicious_constraints += u64::from(!is_regular);
+        stats.count_rank(&factors, *rank);
         excess(dynamics, qdd, multipliers);
         factors.solve(multipliers);
         subtract_combination(qdd, pull, multipliers);
@@ -218,6 +232,29 @@ impl Solver {
         }
     }
 
+    /// Room for a mechanism that moves from a closed position on: where constraints repeat others, multipliers are the
+    /// shortest that do the same.
+    pub fn at(mechanism: &dyn Mechanism, t: f64, q: &[f64]) -> Self {
+        Self::of_rank(mechanism, constraint_rank(mechanism, t, q))
+    }
+
+    /// Room for a mechanism of which so many constraints are independent.
+    pub fn of_rank(mechanism: &dyn Mechanism, rank: usize) -> Self {
+        let mut solver = Self::new(mechanism);
+        solver.saddle.rank = rank;
+        solver
+    }
+
+    /// Whether constraints repeat others wherever the motion goes; kernels do not know that.
+    pub fn is_redundant(&self) -> bool {
+        self.saddle.is_redundant()
+    }
+
+    /// The number of constraints that are independent where the motion is not singular.
+    pub fn rank(&self) -> usize {
+        self.saddle.rank
+    }
+
     /// Accelerations and multipliers, by the kernel where it suits the position.
     ///
     /// # Errors
@@ -229,7 +266,7 @@ impl Solver {
         (q, qd): (&[f64], &[f64]),
         (qdd, multipliers): (&mut [f64], &mut [f64]),
     ) -> Result<(), Undetermined> {
-        if mechanism.accelerations(t, q, qd, qdd, multipliers) {
+        if !self.is_redundant() && mechanism.accelerations(t, q, qd, qdd, multipliers) {
             return Ok(());
         }
         self.robust_accelerations(mechanism, t, (q, qd), (qdd, multipliers))
@@ -255,7 +292,7 @@ impl Solver {
         self.saddle.dynamics.evaluate(mechanism, t, q, qd);
         self.has_mass = self.saddle.solve(qdd, multipliers, &mut self.stats)?;
         if self.stats.suspicious_constraints != before {
-            let _ = across_singularity(mechanism, t, (q, qd), (qdd, multipliers));
+            let _ = across_singularity(mechanism, self.saddle.rank, t, (q, qd), (qdd, multipliers));
         }
         Ok(())
     }
@@ -284,6 +321,7 @@ impl Solver {
 #[cold]
 fn across_singularity(
     mechanism: &dyn Mechanism,
+    rank: usize,
     t: f64,
     (q, qd): (&[f64], &[f64]),
     (qdd, multipliers): (&mut [f64], &mut [f64]),
@@ -293,7 +331,7 @@ fn across_singularity(
         return None;
     }
     let beside = |distance: f64| {
-        let mut solver = Solver::new(mechanism);
+        let mut solver = Solver::of_rank(mechanism, rank);
         // Constraints that depend on time are met at the time when the motion is there.
         let t = if mechanism.is_driven() { t + distance / speed } else { t };
         let mut position: Vec<f64> = q.iter().zip(qd).map(|(q, v)| q + distance / speed * v).collect();

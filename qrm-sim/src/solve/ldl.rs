@@ -1,6 +1,6 @@
 //! Symmetric systems: a fast factorisation that reports a vanishing pivot, and a robust one that continues past it.
 
-use super::matrix::Matrix;
+use super::matrix::{Matrix, dot};
 
 /// Pivots of products below this part of their diagonal entry, and entries below this part of the largest one, are
 /// suspicious.
@@ -112,6 +112,11 @@ impl PivotedLdl {
 
     /// Factors `a`.
     pub fn new(a: &Matrix) -> Self {
+        Self::of_rank(a, a.columns())
+    }
+
+    /// Factors `a` with this number of pivots at most: others are taken for zero.
+    pub fn of_rank(a: &Matrix, rank: usize) -> Self {
         let n = a.columns();
         let largest = (0..n).fold(0.0, |largest: f64, i| largest.max(a[i][i]));
         let scale: Vec<f64> = (0..n)
@@ -122,7 +127,7 @@ impl PivotedLdl {
             .collect();
         let mut a = Matrix::from_fn(n, n, |i, j| scale[i] * a[i][j] * scale[j]);
         let mut factors = Self { order: (0..n).collect(), scale, l: Matrix::zero(n, n), d: vec![0.0; n], rank: 0 };
-        for j in 0..n {
+        for j in 0..rank {
             let Some(best) = (j..n).max_by(|&x, &y| a[x][x].total_cmp(&a[y][y])) else { break };
             a.swap_rows(j, best);
             a.swap_columns(j, best);
@@ -147,13 +152,17 @@ impl PivotedLdl {
         factors
     }
 
-    /// Solves `A x = b` for a `b` in the range of `A`, in place; unknowns without a pivot are zero.
+    /// Solves `A x = b` for a `b` in the range of `A`, in place: the shortest of the solutions.
     pub fn solve(&self, b: &mut [f64]) {
+        // D L' P' S^-1 x
         let mut y: Vec<f64> = self.order[..self.rank].iter().map(|&i| self.scale[i] * b[i]).collect();
         for i in 0..self.rank {
             for k in 0..i {
                 y[i] -= self.l[i][k] * y[k];
             }
+        }
+        if 0 < self.rank && self.rank < self.order.len() && self.solve_shortest(&y, b) {
+            return;
         }
         for i in (0..self.rank).rev() {
             y[i] /= self.d[i];
@@ -167,6 +176,35 @@ impl PivotedLdl {
         }
     }
 
+    /// The shortest of the solutions, `x = G (G'G)^-1 c` with `A = G G'` and `b = G c`; false, and nothing is written,
+    /// if rounding errors make `G'G` singular.
+    fn solve_shortest(&self, y: &[f64], x: &mut [f64]) -> bool {
+        let mut g = Matrix::zero(x.len(), self.rank);
+        for (row, &place) in self.order.iter().enumerate() {
+            if self.scale[place] > 0.0 {
+                (0..self.rank).for_each(|k| g[place][k] = self.l[row][k] * self.d[k].sqrt() / self.scale[place]);
+            }
+        }
+        let products = Matrix::from_fn(self.rank, self.rank, |i, j| g.iter().map(|row| row[i] * row[j]).sum());
+        let Some(products) = Ldl::new(&products) else { return false };
+        let mut c: Vec<f64> = y.iter().zip(&self.d).map(|(y, d)| y / d.sqrt()).collect();
+        products.solve(&mut c);
+        for (x, row) in x.iter_mut().zip(g.iter()) {
+            *x = dot(row, &c);
+        }
+        true
+    }
+
+    /// Whether the rank is this one, and no pivot suspicious.
+    pub(super) fn is_regular(&self, rank: usize) -> bool {
+        self.rank == rank && self.d[..rank].iter().all(|pivot| *pivot > SUSPICIOUS)
+    }
+
+    /// The unknowns that have a pivot.
+    pub fn independent(&self) -> &[usize] {
+        &self.order[..self.rank]
+    }
+
     /// The unknowns that have no pivot: they depend on others, or on nothing.
     pub fn dependent(&self) -> &[usize] {
         &self.order[self.rank..]
@@ -176,7 +214,6 @@ impl PivotedLdl {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::solve::matrix::dot;
 
     fn a() -> Matrix {
         let rows = [[4.0, 1.0, -2.0], [1.0, 3.0, 0.5], [-2.0, 0.5, 5.0]];
@@ -211,6 +248,9 @@ mod tests {
         factors.solve(&mut x);
         let residual = multiply(&a, &x);
         assert!(residual.iter().zip(b).all(|(r, b)| (r - b).abs() < 1e-13));
+        // The first two rows add up to the third: the shortest solution has no part along [1, 1, -1].
+        assert!((x[0] + x[1] - x[2]).abs() < 1e-14, "{x:?}");
+        assert_eq!(PivotedLdl::of_rank(&a, 1).rank, 1);
     }
 
     #[test]

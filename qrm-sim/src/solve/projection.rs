@@ -2,8 +2,7 @@
 
 use qrm_core::{MAX_CORRECTIONS, Mechanism, StateMut};
 
-use super::accelerations::{Solver, minv_ct, schur_complement, subtract_combination};
-use super::ldl::PivotedLdl;
+use super::accelerations::{SaddlePoint, Solver, minv_ct, schur_complement, subtract_combination};
 use super::matrix::largest;
 use super::stats::SolverStats;
 use crate::state::State;
@@ -174,7 +173,7 @@ impl Solver {
             saddle.minv_ct.copy_from(jacobian);
         }
         schur_complement(jacobian, &saddle.minv_ct, &mut saddle.schur);
-        saddle.schur_factors.factor_products(&saddle.schur)
+        !saddle.is_redundant() && saddle.schur_factors.factor_products(&saddle.schur)
     }
 
     /// Moves `x` by the smallest `dx` with `C_q dx = -residual`; the residuals stand in `weights`.
@@ -182,15 +181,15 @@ impl Solver {
         if is_regular {
             self.saddle.schur_factors.solve(&mut self.weights);
         } else {
-            solve_dependent(&self.saddle.schur, &mut self.weights, &mut self.stats);
+            solve_dependent(&self.saddle, &mut self.weights, &mut self.stats);
         }
         subtract_combination(x, &self.saddle.minv_ct, &self.weights);
     }
 }
 
 #[cold]
-fn solve_dependent(schur: &super::matrix::Matrix, weights: &mut [f64], stats: &mut SolverStats) {
-    let factors = PivotedLdl::new(schur);
-    stats.count_rank(&factors);
+fn solve_dependent(saddle: &SaddlePoint, weights: &mut [f64], stats: &mut SolverStats) {
+    let factors = saddle.independent();
+    stats.count_rank(&factors, saddle.rank);
     factors.solve(weights);
 }

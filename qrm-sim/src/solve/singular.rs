@@ -13,6 +13,8 @@ pub struct SmallestSingularValue {
     products: Matrix,
     factors: Ldl,
     is_tracking: bool,
+    /// The number of smaller ones that are passed over.
+    redundant: usize,
 }
 
 /// Rotations of rows in pairs end far earlier.
@@ -37,7 +39,14 @@ impl SmallestSingularValue {
             products: Matrix::zero(rows, rows),
             factors: Ldl::with_size(rows),
             is_tracking: rows > MANY,
+            redundant: 0,
         }
+    }
+
+    /// Room for matrices of this size and rank; singular values that are zero for the rank do not count.
+    pub fn of_rank(rows: usize, columns: usize, rank: usize) -> Self {
+        let redundant = rows - rank;
+        Self { is_tracking: rows > MANY && redundant == 0, redundant, ..Self::new(rows, columns) }
     }
 
     /// The smallest singular value; `None` without rows.
@@ -84,7 +93,13 @@ impl SmallestSingularValue {
             }
         }
         let length = |k: usize| dot(&rows[k], &rows[k]).sqrt();
-        let place = (0..count).min_by(|&a, &b| length(a).total_cmp(&length(b)))?;
+        let is_shorter = |a: usize, b: usize| length(a).total_cmp(&length(b)).then(a.cmp(&b)).is_lt();
+        let shorter = |place: usize| (0..count).filter(|&other| is_shorter(other, place)).count();
+        let place = if self.redundant == 0 {
+            (0..count).min_by(|&a, &b| length(a).total_cmp(&length(b)))?
+        } else {
+            (0..count).find(|&place| shorter(place) == self.redundant)?
+        };
         self.combination.copy_from_slice(&rotations[place]);
         Some(length(place))
     }

@@ -31,9 +31,11 @@ impl SolverStats {
         }
     }
 
-    /// Counts a solve whose constraints depend on each other.
-    pub(super) fn count_rank(&mut self, factors: &PivotedLdl) {
-        if let Some(constraint) = factors.dependent().first() {
+    /// Counts a solve with fewer independent constraints than elsewhere.
+    pub(super) fn count_rank(&mut self, factors: &PivotedLdl, rank: usize) {
+        if factors.rank < rank
+            && let Some(constraint) = factors.dependent().first()
+        {
             self.dependent_constraints += 1;
             self.constraint = Some(*constraint);
         }

@@ -305,20 +305,11 @@ fn columns(document: &Document, findings: &mut Vec<Diagnostic>) {
     }
 }
 
+/// Constraints may repeat others, so that the mechanism has more degrees of freedom than coordinates less constraints;
+/// the rank of `C_q` tells that only where the mechanism is assembled.
 fn freedoms(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) {
     let (n, m) = (scene.coordinates.len(), scene.constraints.len());
-    let Some(freedoms) = n.checked_sub(m) else {
-        let span = document.coordinates.first().map_or(0..0, |c| c.identifier.span.clone());
-        findings.push(
-            Diagnostic::error(
-                format!("more constraints than coordinates: {} but {}", count(m, "constraint"), count(n, "coordinate")),
-                span,
-                "no freedom is left",
-            )
-            .help("take out constraints that follow from others, or describe the mechanism by more coordinates"),
-        );
-        return;
-    };
+    let freedoms = n.saturating_sub(m);
     let balance = format!("{} - {} = {}", count(n, "coordinate"), count(m, "constraint"), count(freedoms, "freedom"));
     let given = |start: fn(&crate::scene::Coordinate) -> &Start| {
         scene
@@ -329,7 +320,7 @@ fn freedoms(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) 
             .collect::<Vec<_>>()
     };
     for (what, names) in [("position", given(|c| &c.position)), ("rate", given(|c| &c.rate))] {
-        if names.len() != freedoms {
+        if names.len() < freedoms {
             let suffix = if what == "rate" { "_dot" } else { "" };
             let listed = names.iter().map(|name| format!("{name}{suffix}")).collect::<Vec<_>>().join(", ");
             let listed = if names.is_empty() { String::new() } else { format!(" ({listed})") };
@@ -338,20 +329,12 @@ fn freedoms(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) 
                 "{balance}, but {} given",
                 if names.len() == 1 { format!("1 {what} is") } else { format!("{} {what}s are", names.len()) }
             );
-            let help = if names.len() > freedoms {
-                if what == "position" {
-                    "move the others to `solve`, as first guesses".to_owned()
-                } else {
-                    "leave the other rates away: they follow from the constraints".to_owned()
-                }
-            } else {
-                format!("give as many {what}s as there are freedoms, as `NAME{suffix} = ...` in `given`")
-            };
+            let help = format!("give as many {what}s as there are freedoms, as `NAME{suffix} = ...` in `given`");
             findings.push(Diagnostic::error(title, document.given_span.clone(), label).help(help));
         }
     }
     for (coordinate, syntax) in scene.coordinates.iter().zip(&document.coordinates) {
-        if matches!(coordinate.position, Start::Free) && given(|c| &c.position).len() <= freedoms {
+        if matches!(coordinate.position, Start::Free) {
             findings.push(
                 Diagnostic::error(
                     format!("coordinate `{}` has neither a given value nor a first guess", coordinate.name),

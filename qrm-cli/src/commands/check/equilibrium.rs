@@ -38,8 +38,10 @@ fn value(setup: &Setup, text: &str, part: &str) -> Result<(usize, f64), Error> {
     let given: Vec<&str> = (0..coordinates.len()).filter(|&i| is_given[i]).map(|i| coordinates[i].name).collect();
     let wrong = |why: String, help: String| Error::usage(format!("`--static {text}`: {why}")).help(help);
     let Some(first) = given.first() else {
-        let help = "its forces at rest need no `--static`: they are what `qrm run` writes".to_owned();
-        return Err(wrong("the mechanism has no degree of freedom, so it has one position only".to_owned(), help));
+        let help = "move one from `solve` to `given` there; without degree of freedom there is one position only, and \
+                    `qrm run` writes its forces"
+            .to_owned();
+        return Err(wrong("[initial] gives no coordinate that could be held elsewhere".to_owned(), help));
     };
     let Some((name, value)) = part.split_once('=') else {
         return Err(wrong(format!("`{part}` has no `=`"), format!("write `--static {first}=45deg`")));

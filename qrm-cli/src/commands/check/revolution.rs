@@ -20,6 +20,9 @@ pub(super) fn report_lines(setup: &Setup) -> Result<Vec<Topic>, Error> {
     let turn = match revolution(&*setup.mechanism()) {
         Ok(turn) => turn,
         Err(NoRevolution::DegreesOfFreedom(n)) => return not_looked_at(format!("the mechanism has {n} degrees of freedom, not one")),
+        Err(NoRevolution::NothingGiven) => {
+            return not_looked_at("no coordinate is given: move one from `solve` to `given` in [initial]".to_owned());
+        }
         Err(NoRevolution::Driven) => return not_looked_at("a constraint depends on time".to_owned()),
         Err(NoRevolution::NotAnAngle(i)) => {
             return not_looked_at(format!("`{}`, which [initial] gives, is not in rad", coordinates[i].name));

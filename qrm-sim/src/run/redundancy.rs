@@ -1,0 +1,66 @@
+//! Constraints that repeat others, and the forces that they leave open.
+
+use qrm_core::Mechanism;
+
+use crate::solve::{LoopConstraints, PivotedLdl, constraint_rank, largest, row_products};
+use crate::state::State;
+
+/// Constraints that repeat others wherever the motion goes.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Redundancy {
+    /// The rank of `C_q`.
+    pub rank: usize,
+    /// The constraints whose multipliers are not unique: those of a run are the shortest ones that do the same.
+    pub multipliers: Vec<usize>,
+    /// The outputs that depend on what is not unique of the multipliers.
+    pub outputs: Vec<usize>,
+}
+
+/// Parts of a combination of constraints that are rounding errors.
+const ROUNDING: f64 = 1e-6;
+
+impl Redundancy {
+    /// The redundancy of a mechanism at a closed position; `None` if all constraints are independent.
+    pub fn at(mechanism: &dyn Mechanism, at: &State) -> Option<Self> {
+        let count = at.multipliers.len();
+        let rank = constraint_rank(mechanism, at.t, &at.q);
+        if rank == count {
+            return None;
+        }
+        let jacobian = LoopConstraints::of(mechanism, at.t, &at.q).constraint_jacobian;
+        let products = row_products(&jacobian);
+        let factors = PivotedLdl::of_rank(&products, rank);
+        // The part of each multiplier that moves nothing: `C_q'` times it is zero.
+        let idle = |k: usize| {
+            let mut part: Vec<f64> = products.iter().map(|row| row[k]).collect();
+            factors.solve(&mut part);
+            part.iter_mut().for_each(|part| *part = -*part);
+            part[k] += 1.0;
+            part
+        };
+        let idle: Vec<Vec<f64>> = (0..count).map(idle).filter(|part| largest(part).1 > ROUNDING).collect();
+        let multipliers = (0..count).filter(|&k| idle.iter().any(|part| part[k].abs() > ROUNDING)).collect();
+
+        let size = largest(&at.multipliers).1.max(1.0);
+        let outputs = |multipliers: &[f64]| {
+            let mut outputs = vec![0.0; mechanism.description().outputs.len()];
+            mechanism.outputs(at.t, &at.q, &at.qd, &at.qdd, multipliers, &mut outputs);
+            outputs
+        };
+        let own = outputs(&at.multipliers);
+        // The changes of all outputs with the multipliers along a direction.
+        let changes = |direction: &[f64]| -> Vec<f64> {
+            let moved: Vec<f64> = at.multipliers.iter().zip(direction).map(|(own, part)| own + size * part).collect();
+            outputs(&moved).iter().zip(&own).map(|(moved, own)| (moved - own).abs()).collect()
+        };
+        let unit = |k: usize| (0..count).map(|i| f64::from(u8::from(i == k))).collect::<Vec<f64>>();
+        let units: Vec<Vec<f64>> = (0..count).map(|k| changes(&unit(k))).collect();
+        let idle: Vec<Vec<f64>> = idle.iter().map(|part| changes(part)).collect();
+        let is_open = |output: usize| {
+            let by_all: f64 = units.iter().map(|changes| changes[output]).sum();
+            idle.iter().any(|changes| changes[output] > ROUNDING * by_all)
+        };
+        let outputs = (0..own.len()).filter(|&output| is_open(output)).collect();
+        Some(Self { rank, multipliers, outputs })
+    }
+}

@@ -1,0 +1,96 @@
+//! The number of independent constraints.
+
+use qrm_core::Mechanism;
+
+use super::buffers::LoopConstraints;
+use super::ldl::{Ldl, PivotedLdl};
+use super::matrix::{Matrix, dot, largest};
+use super::projection::ProjectionTolerance;
+
+/// How far positions beside a singular one are, in rad, and in the largest length among the coordinates.
+const BESIDE: f64 = 1e-2;
+/// Most corrections of such a position.
+const ITERATIONS: usize = 30;
+/// Parts of a motion of a coordinate that are rounding errors.
+const ROUNDING: f64 = 1e-6;
+
+/// The rank of `C_q` at a position and beside it: the number of constraints that do not repeat others.
+///
+/// Where the rank falls at a singular position alone, that of the positions beside it counts. A mechanism with `n`
+/// coordinates has `n` minus this number degrees of freedom.
+pub fn constraint_rank(mechanism: &dyn Mechanism, t: f64, q: &[f64]) -> usize {
+    let count = mechanism.description().constraints.len();
+    let mut constraints = LoopConstraints::zero(q.len(), count);
+    constraints.evaluate(mechanism, t, q);
+    let products = row_products(&constraints.constraint_jacobian);
+    if Ldl::with_size(count).factor_products(&products) {
+        return count;
+    }
+    let factors = PivotedLdl::new(&products);
+    let here = factors.rank;
+    if here == count {
+        return count;
+    }
+    let description = mechanism.description();
+    let lengths = (0..q.len()).filter(|&i| !description.is_angle(i)).map(|i| q[i].abs()).fold(0.0, f64::max);
+    let length = if lengths > 0.0 { lengths } else { 1.0 };
+    let size = |i: usize| if description.is_angle(i) { 1.0 } else { length };
+    let mut most = here;
+    for motion in motions(&constraints.constraint_jacobian, &factors) {
+        let longest = (0..q.len()).map(|i| motion[i].abs() / size(i)).fold(0.0, f64::max);
+        for distance in [BESIDE, -BESIDE] {
+            let guess: Vec<f64> = q.iter().zip(&motion).map(|(q, part)| q + distance / longest * part).collect();
+            let closed = closed(mechanism, t, &guess, here).or_else(|| closed(mechanism, t, &guess, count));
+            // Residuals vanish, but not `C_q`, where corrections lead back to a singular position.
+            if let Some((position, jacobian)) = closed
+                && (0..q.len()).any(|i| (position[i] - q[i]).abs() > 0.5 * BESIDE * size(i))
+            {
+                most = most.max(PivotedLdl::new(&row_products(&jacobian)).rank);
+            }
+            if most == count {
+                return count;
+            }
+        }
+    }
+    most
+}
+
+/// `C_q C_q'`
+pub(crate) fn row_products(jacobian: &Matrix) -> Matrix {
+    let count = jacobian.rows();
+    Matrix::from_fn(count, count, |i, j| dot(&jacobian[i], &jacobian[j]))
+}
+
+/// Motions of each coordinate that the constraints allow.
+fn motions(jacobian: &Matrix, factors: &PivotedLdl) -> Vec<Vec<f64>> {
+    let (count, n) = (jacobian.rows(), jacobian.columns());
+    let motion = |i: usize| {
+        let mut weights: Vec<f64> = (0..count).map(|k| jacobian[k][i]).collect();
+        factors.solve(&mut weights);
+        let mut motion = vec![0.0; n];
+        motion[i] = 1.0;
+        for (row, weight) in jacobian.iter().zip(weights) {
+            motion.iter_mut().zip(row).for_each(|(part, entry)| *part -= weight * entry);
+        }
+        (largest(&motion).1 > ROUNDING).then_some(motion)
+    };
+    (0..n).filter_map(motion).collect()
+}
+
+/// The closed position near a guess, of whose constraints so many are independent, and `C_q` there.
+fn closed(mechanism: &dyn Mechanism, t: f64, guess: &[f64], rank: usize) -> Option<(Vec<f64>, Matrix)> {
+    let mut q = guess.to_vec();
+    let mut constraints = LoopConstraints::zero(q.len(), mechanism.description().constraints.len());
+    for _ in 0..=ITERATIONS {
+        constraints.evaluate(mechanism, t, &q);
+        if largest(&constraints.residuals).1 <= ProjectionTolerance::default().residual {
+            return Some((q, constraints.constraint_jacobian));
+        }
+        let jacobian = &constraints.constraint_jacobian;
+        PivotedLdl::of_rank(&row_products(jacobian), rank).solve(&mut constraints.residuals);
+        for (row, weight) in jacobian.iter().zip(&constraints.residuals) {
+            q.iter_mut().zip(row).for_each(|(q, entry)| *q -= weight * entry);
+        }
+    }
+    None
+}

@@ -1,0 +1,151 @@
+//! Runs of every scene with random parameters, ends, methods, steps and tolerances: what a run says of its error holds.
+//!
+//! `QRM_RUNS=10000 QRM_SEED=1 cargo test --release --test random_runs -- --nocapture` makes more of them, others with
+//! another seed, and prints what they are like.
+
+use std::{fmt, io};
+
+use fastrand::Rng;
+use qrm_core::{Mechanism, Model};
+use qrm_sim::integrate::{METHODS, MethodSettings, method_named};
+use qrm_sim::run::{End, Observer, Outcome, Request, Row, simulate};
+
+/// How often an error may be larger than what is said of it.
+const FACTOR: f64 = 3.0;
+/// The tolerance of the runs that others are compared with.
+const REFERENCE: f64 = 1e-13;
+
+/// Keeps coordinates.
+#[derive(Default)]
+struct Rows(Vec<Vec<f64>>);
+
+impl Observer for Rows {
+    fn row(&mut self, row: &Row) -> io::Result<()> {
+        self.0.push(row.q.to_vec());
+        Ok(())
+    }
+}
+
+/// A run to be made.
+struct Case {
+    scene: &'static str,
+    parameters: Vec<(&'static str, f64)>,
+    settings: MethodSettings,
+    step: f64,
+    end: f64,
+}
+
+impl fmt::Display for Case {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let Self { scene, parameters, settings, step, end } = self;
+        write!(f, "run {scene} --method {} --step {step:e} --end-time {end}", settings.method.name)?;
+        if let Some(tolerance) = settings.tolerance() {
+            write!(f, " --tolerance {tolerance:e}")?;
+        }
+        parameters.iter().try_for_each(|(name, value)| write!(f, " --set {name}={value}"))
+    }
+}
+
+impl Case {
+    fn random(random: &mut Rng) -> Self {
+        let models = qrm_model::MODELS;
+        let model = models[random.usize(..models.len())];
+        let own = model.mechanism(&|_| None);
+        let spread = [0.01, 0.1, 0.5][random.usize(..3)];
+        let names = model.description.parameters.iter().map(|parameter| parameter.name);
+        let factor = |random: &mut Rng| (spread * (2.0 * random.f64() - 1.0)).exp();
+        let mut parameters: Vec<_> = names.zip(own.parameters()).map(|(name, value)| (name, *value)).collect();
+        parameters.retain(|_| random.bool());
+        parameters.iter_mut().for_each(|(_, value)| *value *= factor(random));
+        let methods: Vec<_> =
+            METHODS.iter().filter(|method| !method.needs_linearization || own.has_linearization()).collect();
+        let method = methods[random.usize(..methods.len())];
+        let tolerance = 10.0_f64.powf(-3.0 - 9.0 * random.f64());
+        let schedule = own.schedule();
+        let step = schedule.step * 2.0_f64.powf(5.0 * random.f64() - 2.0);
+        let end = schedule.end_time * random.f64().max(20.0 * step / schedule.end_time).min(1.0);
+        Self { scene: model.description.name, parameters, settings: MethodSettings::new(method, tolerance), step, end }
+    }
+
+    fn mechanism(&self) -> Box<dyn Mechanism> {
+        let replace = |name: &str| self.parameters.iter().find(|(other, _)| *other == name).map(|(_, value)| *value);
+        model(self.scene).mechanism(&replace)
+    }
+
+    fn run(&self, settings: MethodSettings) -> Option<(Outcome, Vec<Vec<f64>>)> {
+        let mut rows = Rows::default();
+        let request = Request { settings, step: Some(self.step), end: Some(End::Time(self.end)), estimate_error: true };
+        let outcome = simulate(&*self.mechanism(), &request, &mut rows).ok()?;
+        Some((outcome, rows.0))
+    }
+
+    /// The largest error of a coordinate in any row, and what the run says it is; `None` if the run is refused, or no
+    /// other one is more accurate.
+    fn errors(&self, counts: &mut Counts) -> Option<(f64, f64)> {
+        let Some((outcome, rows)) = self.run(self.settings) else {
+            counts.not_begun += 1;
+            return None;
+        };
+        let description = model(self.scene).description;
+        if !outcome.status.is_done() || !outcome.doubts(description).is_empty() {
+            counts.refused += 1;
+            return None;
+        }
+        let stated = outcome.estimated_error()?;
+        let is_stiff = self.mechanism().has_linearization();
+        let method = if is_stiff { "auto" } else { "dop853" };
+        let reference = self.run(MethodSettings::new(method_named(method)?, REFERENCE));
+        let Some((exact, exact_rows)) = reference.filter(|(outcome, _)| outcome.status.is_done()) else {
+            counts.unknown += 1;
+            return None;
+        };
+        let difference = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let error = rows.iter().zip(&exact_rows).map(|(a, b)| difference(a, b)).fold(0.0, f64::max);
+        // Rounding errors are not told from others.
+        let size = rows.iter().flatten().fold(1.0_f64, |size, q| size.max(q.abs()));
+        let rounding = 1e-12 * size;
+        if exact.estimated_error()? > 0.3 * stated.max(rounding) && error > FACTOR * stated {
+            counts.unknown += 1;
+            return None;
+        }
+        counts.compared += 1;
+        Some((error, stated.max(rounding)))
+    }
+}
+
+#[derive(Debug, Default)]
+struct Counts {
+    not_begun: usize,
+    refused: usize,
+    unknown: usize,
+    compared: usize,
+}
+
+fn model(scene: &str) -> &'static Model {
+    qrm_model::MODELS.iter().find(|model| model.description.name == scene).expect("a scene")
+}
+
+fn number(variable: &str, otherwise: u64) -> u64 {
+    std::env::var(variable).map_or(otherwise, |text| text.parse().expect("a number"))
+}
+
+#[test]
+fn no_run_is_wrong_in_silence() {
+    let (seed, runs) = (number("QRM_SEED", 1), number("QRM_RUNS", 300));
+    let mut counts = Counts::default();
+    let mut wrong = Vec::new();
+    let mut ratios = Vec::new();
+    for number in 0..runs {
+        let case = Case::random(&mut Rng::with_seed(seed.wrapping_mul(1_000_003).wrapping_add(number)));
+        let Some((error, stated)) = case.errors(&mut counts) else { continue };
+        ratios.push(error / stated);
+        if error > FACTOR * stated {
+            wrong.push(format!("{number}: {error:.1e} instead of {stated:.1e}: {case}"));
+        }
+    }
+    ratios.sort_by(f64::total_cmp);
+    let at = |part: f64| ratios.get((part * ratios.len() as f64) as usize).copied().unwrap_or(0.0);
+    println!("{counts:?}; true over stated: median {:.2}, 90 % {:.2}, 99 % {:.2}", at(0.5), at(0.9), at(0.99));
+    assert!(counts.compared > counts.unknown, "{counts:?}");
+    assert!(wrong.is_empty(), "{} of {runs}:\n{}", wrong.len(), wrong.join("\n"));
+}
