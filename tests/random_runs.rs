@@ -129,23 +129,51 @@ fn number(variable: &str, otherwise: u64) -> u64 {
     std::env::var(variable).map_or(otherwise, |text| text.parse().expect("a number"))
 }
 
-#[test]
-fn no_run_is_wrong_in_silence() {
-    let (seed, runs) = (number("QRM_SEED", 1), number("QRM_RUNS", 300));
-    let mut counts = Counts::default();
-    let mut wrong = Vec::new();
-    let mut ratios = Vec::new();
-    for number in 0..runs {
+/// What came out of the runs of one thread.
+#[derive(Default)]
+struct Found {
+    counts: Counts,
+    ratios: Vec<f64>,
+    wrong: Vec<(u64, String)>,
+}
+
+fn look(seed: u64, numbers: impl Iterator<Item = u64>) -> Found {
+    let mut found = Found::default();
+    for number in numbers {
         let case = Case::random(&mut Rng::with_seed(seed.wrapping_mul(1_000_003).wrapping_add(number)));
-        let Some((error, stated)) = case.errors(&mut counts) else { continue };
-        ratios.push(error / stated);
+        let Some((error, stated)) = case.errors(&mut found.counts) else { continue };
+        found.ratios.push(error / stated);
         if error > FACTOR * stated {
-            wrong.push(format!("{number}: {error:.1e} instead of {stated:.1e}: {case}"));
+            found.wrong.push((number, format!("{number}: {error:.1e} instead of {stated:.1e}: {case}")));
         }
     }
+    found
+}
+
+#[test]
+fn no_run_is_wrong_in_silence() {
+    let (seed, runs) = (number("QRM_SEED", 1), number("QRM_RUNS", 200));
+    let threads = std::thread::available_parallelism().map_or(1, usize::from) as u64;
+    let all: Vec<Found> = std::thread::scope(|scope| {
+        let begun: Vec<_> = (0..threads)
+            .map(|thread| scope.spawn(move || look(seed, (thread..runs).step_by(threads as usize))))
+            .collect();
+        begun.into_iter().map(|thread| thread.join().expect("no panic")).collect()
+    });
+    let sum = |part: fn(&Counts) -> usize| all.iter().map(|found| part(&found.counts)).sum::<usize>();
+    let counts = Counts {
+        not_begun: sum(|counts| counts.not_begun),
+        refused: sum(|counts| counts.refused),
+        unknown: sum(|counts| counts.unknown),
+        compared: sum(|counts| counts.compared),
+    };
+    let mut ratios: Vec<f64> = all.iter().flat_map(|found| &found.ratios).copied().collect();
     ratios.sort_by(f64::total_cmp);
     let at = |part: f64| ratios.get((part * ratios.len() as f64) as usize).copied().unwrap_or(0.0);
     println!("{counts:?}; true over stated: median {:.2}, 90 % {:.2}, 99 % {:.2}", at(0.5), at(0.9), at(0.99));
     assert!(counts.compared > counts.unknown, "{counts:?}");
+    let mut wrong: Vec<_> = all.into_iter().flat_map(|found| found.wrong).collect();
+    wrong.sort();
+    let wrong: Vec<String> = wrong.into_iter().map(|(_, text)| text).collect();
     assert!(wrong.is_empty(), "{} of {runs}:\n{}", wrong.len(), wrong.join("\n"));
 }

@@ -23,6 +23,8 @@ pub struct Description {
     pub parameters: &'static [ParameterDescription],
     /// Parameters that are exactly zero in the scene, so that the generated code does without them.
     pub left_out: &'static [&'static str],
+    /// Whether a load has a corner or jumps somewhere: steps across it are of a low order.
+    pub has_corners: bool,
     /// The stop condition as written; empty if there is none.
     pub until: &'static str,
 }

@@ -1512,6 +1512,7 @@ pub const DESCRIPTION: Description = Description {
         },
     ],
     left_out: &[],
+    has_corners: false,
     until: "",
 };
 

@@ -1501,6 +1501,7 @@ pub const DESCRIPTION: Description = Description {
         },
     ],
     left_out: &[],
+    has_corners: false,
     until: "",
 };
 

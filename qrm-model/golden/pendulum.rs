@@ -755,6 +755,7 @@ pub const DESCRIPTION: Description = Description {
         },
     ],
     left_out: &[],
+    has_corners: false,
     until: "",
 };
 

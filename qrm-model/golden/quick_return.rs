@@ -1468,6 +1468,7 @@ pub const DESCRIPTION: Description = Description {
         },
     ],
     left_out: &["J3", "T2", "g"],
+    has_corners: false,
     until: "abs(phi2) >= 4*pi",
 };
 

@@ -1658,6 +1658,7 @@ pub const DESCRIPTION: Description = Description {
         },
     ],
     left_out: &[],
+    has_corners: false,
     until: "",
 };
 

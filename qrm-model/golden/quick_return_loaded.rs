@@ -1942,6 +1942,7 @@ pub const DESCRIPTION: Description = Description {
         },
     ],
     left_out: &[],
+    has_corners: false,
     until: "abs(phi2) >= 4*pi",
 };
 

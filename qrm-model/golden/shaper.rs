@@ -2267,6 +2267,7 @@ pub const DESCRIPTION: Description = Description {
         },
     ],
     left_out: &[],
+    has_corners: true,
     until: "phi2 >= 6*pi",
 };
 

@@ -160,6 +160,7 @@ mod tests {
             outputs: const { &[quantity("e"), quantity("f")] },
             parameters: &[],
             left_out: &[],
+            has_corners: false,
             until: "",
         };
         let mut numbers = Vec::new();

@@ -17,6 +17,7 @@ mod rodas;
 mod step_bounds;
 mod tableau;
 
+pub(crate) use adaptive::FINER;
 pub use adaptive::{Adaptive, Counts};
 pub use auto::AUTO;
 pub use classical::RK4;

@@ -29,6 +29,7 @@ static DESCRIPTION: Description = Description {
     outputs: &[X],
     parameters: &[],
     left_out: &[],
+    has_corners: false,
     until: "",
 };
 

@@ -10,6 +10,7 @@ use std::collections::BTreeSet;
 
 use crate::diagnostic::Span;
 use crate::expression::Expression;
+use crate::expression::Node;
 use crate::parser::Condition;
 pub use drawing::{Drawn, DrawnKind};
 pub use extreme::Extreme;
@@ -213,6 +214,13 @@ impl Scene {
     /// The names of the parameters that the generated code does without.
     pub fn left_out(&self) -> impl Iterator<Item = &Parameter> {
         self.parameters.iter().filter(|p| p.left_out)
+    }
+
+    /// Whether a load has a corner or jumps somewhere.
+    pub fn has_corners(&self) -> bool {
+        let is_corner = |node: &Node<Quantity>| matches!(node, Node::Call(function, _) if function.is_piecewise());
+        let formulae = self.loads.iter().flat_map(|load| load.kind.formulae());
+        formulae.flat_map(|formula| formula.nodes()).any(is_corner)
     }
 
     /// Whether all of a formula could be read and looked up.

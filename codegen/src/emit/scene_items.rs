@@ -229,6 +229,7 @@ fn description(scene: &Scene, source: &str) -> TokenStream {
         let (name, unit, doc, formula) = (&p.name, &p.unit, &p.doc, &p.text);
         quote!(ParameterDescription { name: #name, unit: #unit, doc: #doc, formula: #formula })
     });
+    let has_corners = scene.has_corners();
     let left_out = scene.left_out().map(|p| &p.name);
     let until = scene.run.until.as_ref().map_or("", |c| source.get(c.difference.whole_span()).unwrap_or_default());
     let text = raw_string(source);
@@ -246,6 +247,7 @@ fn description(scene: &Scene, source: &str) -> TokenStream {
             outputs: &[#(#outputs),*],
             parameters: &[#(#parameters),*],
             left_out: &[#(#left_out),*],
+            has_corners: #has_corners,
             until: #until,
         };
 

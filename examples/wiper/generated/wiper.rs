@@ -1189,6 +1189,7 @@ pub const DESCRIPTION: Description = Description {
         },
     ],
     left_out: &[],
+    has_corners: false,
     until: "",
 };
 

@@ -298,9 +298,10 @@ impl<'a> LaneSweep<'a> {
             [low.min(at.q[i]), high.max(at.q[i])]
         };
         let ranges: Vec<[f64; 2]> = (0..self.size.0).map(range).collect();
-        let accepted = accepted_errors(self.designs[design].description(), &ranges, None, steps);
+        let description = self.designs[design].description();
+        let accepted = accepted_errors(description, &ranges, None, steps);
         let size = ranges.iter().flatten().fold(0.0, |size: f64, q| size.max(q.abs()));
-        let errors = estimated_errors(&differences, size, steps);
+        let errors = estimated_errors(&differences, size, steps, description.has_corners);
         worst(&errors, &accepted).is_none().then_some(errors)
     }
 

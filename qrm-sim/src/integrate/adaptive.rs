@@ -1,5 +1,7 @@
 //! Steps whose length is chosen by a tolerance, each followed by a projection, with rows at any time.
 
+use std::collections::VecDeque;
+
 use qrm_core::Mechanism;
 
 use super::dense_output::DenseOutput;
@@ -113,6 +115,10 @@ pub struct Adaptive {
     energy: f64,
     work: f64,
     imbalance: f64,
+    /// Begin and end of the accepted steps since they were last forgotten.
+    steps: Vec<[f64; 2]>,
+    /// Steps of another run that those of this one stay below, the first of them under way.
+    others: VecDeque<[f64; 2]>,
 }
 
 /// The numbers of steps and evaluations of a run.
@@ -141,6 +147,8 @@ const MIN_PROGRESS: f64 = 1e-3;
 /// The factors by which a step may shrink and grow at once.
 const SHRINK: f64 = 0.2;
 const GROW: f64 = 6.0;
+/// The part of a step of another run that steps beside it are at most: errors of order 4 fall to an eleventh.
+pub(crate) const FINER: f64 = 0.55;
 
 impl Adaptive {
     /// Begins at a state; the first step is guessed from the derivatives there.
@@ -169,6 +177,8 @@ impl Adaptive {
             energy: mechanism.energy(&first.q, &first.qd).iter().sum(),
             work: 0.0,
             imbalance: 0.0,
+            steps: Vec::new(),
+            others: VecDeque::new(),
         };
         adaptive.h = adaptive.first_step(mechanism, first, solver)?;
         Ok(adaptive)
@@ -187,6 +197,30 @@ impl Adaptive {
     /// The numbers of steps and evaluations so far.
     pub(super) fn counts(&self) -> Counts {
         self.counts
+    }
+
+    /// Begin and end of the accepted steps since they were last forgotten.
+    pub(super) fn steps(&self) -> &[[f64; 2]] {
+        &self.steps
+    }
+
+    /// Forgets the steps so far.
+    pub(super) fn forget_steps(&mut self) {
+        self.steps.clear();
+    }
+
+    /// Keeps steps from now on below those of another run at the same time, of which more are known.
+    pub(super) fn stay_below(&mut self, steps: &[[f64; 2]]) {
+        self.others.extend(steps);
+    }
+
+    /// The longest step from a time on.
+    fn longest(&mut self, t: f64) -> f64 {
+        while self.others.len() > 1 && self.others[0][1] <= t {
+            self.others.pop_front();
+        }
+        let of_other = self.others.front().map_or(f64::INFINITY, |[begin, end]| FINER * (end - begin));
+        self.task.bounds.longest.min(of_other)
     }
 
     /// The largest difference between the change of the energy and the work of the loads without potential, at the end
@@ -254,8 +288,9 @@ impl Adaptive {
         let t = self.dense_output.to.t;
         let task = Task { end_time: self.task.end_time.min(self.task.bounds.next_end(t)), ..self.task };
         let left = task.end_time - t;
+        let longest = self.longest(t);
         loop {
-            self.h = self.h.min(task.bounds.longest);
+            self.h = self.h.min(longest);
             // Two even steps to the end are better than a long and a very short one.
             let h = if self.h >= left {
                 left
@@ -296,6 +331,7 @@ impl Adaptive {
             self.was_rejected = false;
             let accepted = self.formula.accepted(mechanism, from, &self.next);
             self.counts.accepted += 1;
+            self.steps.push([t, self.next.t]);
             self.counts.implicit += u64::from(accepted.is_implicit);
             self.counts.stability_bound += u64::from(accepted.is_stability_bound);
             self.dense_output.go_on(&mut self.next);

@@ -105,6 +105,22 @@ impl Integrator {
         self.keeps_inner = true;
     }
 
+    /// Begin and end of each step of the last block, where they are chosen by a tolerance.
+    pub(crate) fn steps(&self) -> &[[f64; 2]] {
+        match &self.steps {
+            Steps::Fixed(_) => &[],
+            Steps::Adaptive(adaptive) => adaptive.steps(),
+        }
+    }
+
+    /// Keeps steps that are chosen by a tolerance below those of another run at the same time.
+    pub(crate) fn stay_below(&mut self, steps: &[[f64; 2]]) {
+        if let Steps::Adaptive(adaptive) = &mut self.steps {
+            adaptive.forget_steps();
+            adaptive.stay_below(steps);
+        }
+    }
+
     /// A state between the rows of the last block, as a row.
     pub(crate) fn inner_row(&self, i: usize) -> Option<&[f64]> {
         let width = self.rows.len() / 2;
@@ -220,6 +236,9 @@ impl Integrator {
         let description = mechanism.description();
         let layout = RowLayout { n: description.coordinates.len(), m: description.constraints.len() };
         self.inner.clear();
+        if let Steps::Adaptive(adaptive) = &mut self.steps {
+            adaptive.forget_steps();
+        }
         // The rows are borrowed beside the rest of the integrator.
         let mut pair = std::mem::replace(&mut self.pair, [State::zero(0, 0), State::zero(0, 0)]);
         let block = self.fill_with(mechanism, request, layout, rows, &mut pair);

@@ -2,7 +2,7 @@
 
 use qrm_core::{Mechanism, RowLayout, RowRequest};
 
-use crate::integrate::{BlockEnd, Integrator, MethodSettings, StepError};
+use crate::integrate::{BlockEnd, FINER, Integrator, MethodSettings, StepError};
 use crate::solve::largest;
 use crate::state::State;
 
@@ -14,11 +14,16 @@ const ROUNDING_PER_STEP: f64 = 0.2;
 pub(crate) const COMPANION_STEPS: [u64; 2] = [3, 2];
 
 /// The ratio of the difference of the two to the error of the finer one. It is `(3/2)^p - 1`, 4.06 for order 4, where
-/// errors follow an order; long steps and corners of loads show less.
+/// errors follow an order; long steps show less.
 const RICHARDSON_FACTOR: f64 = 2.0;
+/// The same where loads have corners: the errors of both depend on where their steps meet one, and may agree by chance.
+const RATIO_AT_CORNERS: f64 = 0.5;
 
-/// A companion run beside a run: with longer steps, or at a tenth of the tolerance, where the difference is the error
-/// of the first run itself.
+/// Tolerances below this ask for more than double precision has.
+const SMALLEST_TOLERANCE: f64 = 1e-15;
+
+/// A companion run beside a run: with longer steps; or, where a tolerance chooses them, with shorter ones, where the
+/// difference is the error of the first run itself.
 #[derive(Clone, Debug)]
 pub(crate) struct Companion {
     integrator: Integrator,
@@ -37,6 +42,8 @@ pub(crate) struct Companion {
     /// Whether it was compared with the run at all.
     has_met: bool,
     failed: bool,
+    /// Whether loads have corners.
+    has_corners: bool,
 }
 
 impl Companion {
@@ -47,7 +54,8 @@ impl Companion {
         first: &State,
         end_time: f64,
     ) -> Option<Self> {
-        let settings = MethodSettings { tolerance: 0.1 * settings.tolerance, ..*settings };
+        let finer = settings.tolerance * FINER.powi(settings.method.order as i32);
+        let settings = MethodSettings { tolerance: finer.max(SMALLEST_TOLERANCE), ..*settings };
         let layout = RowLayout { n: first.q.len(), m: first.multipliers.len() };
         Some(Self {
             integrator: Integrator::new(mechanism, settings, first, end_time).ok()?,
@@ -61,6 +69,7 @@ impl Companion {
             size: 0.0,
             has_met: false,
             failed: false,
+            has_corners: mechanism.description().has_corners,
         })
     }
 
@@ -94,9 +103,17 @@ impl Companion {
         Ok(())
     }
 
-    /// Follows rows of the run, the first of which has the number `first`; a last one that is no whole step is left
-    /// out.
-    pub(crate) fn follow(&mut self, mechanism: &dyn Mechanism, request: &RowRequest, rows: &[f64], first: u64) {
+    /// Follows rows of the run, the last of its integrator, of which the first has the number `first`; a last one that
+    /// is no whole step is left out.
+    pub(crate) fn follow(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        run: &Integrator,
+        request: &RowRequest,
+        rows: &[f64],
+        first: u64,
+    ) {
+        self.integrator.stay_below(run.steps());
         let width = self.layout.width();
         let count = (rows.len() / width) as u64;
         let is_whole = |row: u64| rows[(row - first) as usize * width] == request.time(row);
@@ -165,7 +182,7 @@ impl Companion {
         }
         let differences: Vec<f64> = self.before.iter().zip(&self.differences).map(|(a, b)| a + b).collect();
         if self.integrator.is_fixed() {
-            return Some(estimated_errors(&differences, self.size, steps));
+            return Some(estimated_errors(&differences, self.size, steps, self.has_corners));
         }
         let rounding = rounding(self.size, steps);
         Some(differences.iter().map(|difference| difference.max(rounding)).collect())
@@ -185,10 +202,11 @@ fn compare((differences, size): (&mut [f64], &mut f64), own: &[f64], row: &[f64]
 }
 
 /// The errors of a run of so many fixed steps, with coordinates up to this size, by the differences from its companion.
-pub(crate) fn estimated_errors(differences: &[f64], size: f64, steps: u64) -> Vec<f64> {
+pub(crate) fn estimated_errors(differences: &[f64], size: f64, steps: u64, has_corners: bool) -> Vec<f64> {
     // The rounding errors of both runs may agree; by themselves they accumulate to this.
     let rounding = rounding(size, steps);
-    differences.iter().map(|difference| (difference / RICHARDSON_FACTOR).max(rounding)).collect()
+    let ratio = if has_corners { RATIO_AT_CORNERS } else { RICHARDSON_FACTOR };
+    differences.iter().map(|difference| (difference / ratio).max(rounding)).collect()
 }
 
 /// The error that rounding leaves after so many steps with coordinates of this size.

@@ -166,7 +166,7 @@ impl Run<'_> {
             }
             let rows = &self.buffer[begin * width..(made + 1) * width];
             if let Some(companion) = &mut self.companion {
-                companion.follow(self.mechanism, &self.rows, rows, steps + begin as u64);
+                companion.follow(self.mechanism, &self.integrator, &self.rows, rows, steps + begin as u64);
             }
             let before = self.monitor.rows;
             let taken = self.monitor.take(self.mechanism, rows, self.integrator.inner_rows(), observer);

@@ -72,7 +72,7 @@ impl Watch {
         }
         let new = &rows[self.monitor.width()..];
         if let Some(companion) = &mut self.companion {
-            companion.follow(mechanism, request, new, request.first + 1);
+            companion.follow(mechanism, integrator, request, new, request.first + 1);
         }
         self.monitor.take(mechanism, new, &[], &mut ()).map_err(|_| StepError::NotFinite)
     }

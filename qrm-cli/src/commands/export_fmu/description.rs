@@ -202,6 +202,7 @@ mod tests {
             outputs: &[],
             parameters: &[ParameterDescription { name: "m", unit: "kg", doc: UGLY, formula: "1" }],
             left_out: &[],
+            has_corners: false,
             until: "",
         };
         let roles = Roles::of(vec![("m", Role::Tunable)], vec!["m"]);

@@ -67,6 +67,7 @@ static DESCRIPTION: Description = Description {
     outputs: &[quantity("y")],
     parameters: &[parameter("l"), parameter("g")],
     left_out: &[],
+    has_corners: false,
     until: "x <= 0",
 };
 
