@@ -2,7 +2,9 @@
 
 mod common;
 
-use common::{Table, near, run};
+use common::{Table, mechanism, near, run};
+use qrm_sim::run::assemble;
+use qrm_sim::start::Start;
 
 const COORDINATES: [&str; 3] = ["phi2", "phi4", "phi5"];
 
@@ -208,4 +210,17 @@ fn stiff_and_extreme_variants() {
             near(&format!("{parameters}: {name}"), got, exact, allowed);
         }
     }
+}
+
+#[test]
+fn rates_that_the_constraints_cannot_meet_are_refused() {
+    let mechanism = mechanism("quick-return", &[]);
+    let mut start = Start::of(&*mechanism);
+    assemble(&*mechanism, &start).expect("the scene's own start");
+    // The rocker follows the crank: it cannot stand still.
+    start.given_rates.fill(true);
+    start.qd[1..].fill(0.0);
+    let refused = assemble(&*mechanism, &start).expect_err("contradicting rates");
+    assert!(refused.rates && refused.residual > 0.1 && refused.residual.is_finite(), "{refused:?}");
+    assert_eq!(mechanism.description().constraints[refused.constraint].name, "slot");
 }

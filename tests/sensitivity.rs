@@ -5,7 +5,8 @@ mod common;
 use std::collections::HashMap;
 use std::path::Path;
 
-use common::qrm;
+use common::{model, qrm};
+use qrm_sim::analysis::{SensitivityEnd, SensitivityRequest};
 
 /// The value and the derivatives of each quantity, by their names in the table.
 type Table = HashMap<(String, String), HashMap<String, f64>>;
@@ -125,4 +126,32 @@ fn what_is_not_there_is_named() {
     assert!(said(&["slider-crank", "--of", "G"]).contains("has no output of this name"));
     assert!(said(&["quick-return", "--set", "BC=0.1"]).contains("cannot be assembled"));
     assert!(said(&["double-pendulum", "--of", "end"]).contains("cannot be relied on"));
+}
+
+#[test]
+fn many_parameters_give_what_each_gives_by_itself() {
+    let model = model("quick-return");
+    let by: Vec<&str> = model.description.parameters.iter().map(|parameter| parameter.name).collect();
+    assert!(by.len() > 8, "{by:?}");
+    let end = || Some(SensitivityEnd::Time(0.3));
+    let derive = |by: &[&str]| {
+        qrm_sim::analysis::sensitivity(model, &|_| None, &SensitivityRequest { by, step: None, end: end() })
+            .expect("smooth")
+    };
+    let all = derive(&by);
+    for (place, name) in by.iter().enumerate() {
+        let alone = derive(&[name]);
+        for (together, alone) in all.q.iter().chain(&all.qd).zip(alone.q.iter().chain(&alone.qd)) {
+            assert_eq!((together.value, together.by[place]), (alone.value, alone.by[0]), "by {name}");
+        }
+    }
+}
+
+#[test]
+fn extremes_that_may_be_replaced_are_said_to_be_not_checked() {
+    // Without torque each extreme occurs twice in two revolutions.
+    let output = qrm(&["sensitivity", "quick-return-loaded", "--by", "T2"]).output().expect("the command starts");
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(said.contains("not checked") && said.contains("time_of_maximum x6_dot"), "{said}");
+    assert!(output.status.success());
 }

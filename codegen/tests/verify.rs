@@ -271,3 +271,23 @@ fn changed_text_is_found() {
         assert!(verify::verify(&scene, &equations, &file, &module.tape).is_err(), "{wrong}");
     }
 }
+
+#[test]
+fn a_scene_without_value_at_almost_any_state_is_refused() {
+    // The output has a value in a strip of a thousandth alone.
+    let text = SCENE.replace("height = 'P.y'", "height = 'P.y'\nroot = 'sqrt(1e-6 - (r - 1.3)^2)'");
+    let r = || {
+        Box::new(sum(&[Term::Symbol(Symbol::Coordinate(0)), Term::Number(BigRational::new((-13).into(), 10.into()))]))
+    };
+    let strip = sum(&[
+        Term::Number(BigRational::new(1.into(), 1_000_000.into())),
+        product(&[number(-1), (*r()).clone(), (*r()).clone()]),
+    ]);
+    let mut equations = equations();
+    equations.outputs.push(Term::Call(Function::Sqrt, Box::new(strip)));
+    let refused = check_in(&text, &equations);
+    assert!(
+        matches!(&refused, Err(verify::Unverified::NoDomain(text)) if text.contains("random states")),
+        "{refused:?}"
+    );
+}

@@ -6,12 +6,14 @@ use qrm_core::{
     Description, DynamicsMut, LinearizationMut, LoopConstraintsMut, Mechanism, QuantityDescription, RowRequest,
     RowResult, RowStop, Schedule, StartMut,
 };
-use qrm_sim::integrate::{MethodSettings, StepError};
+use qrm_sim::integrate::{AUTO, METHODS, MethodSettings, StepError};
 use qrm_sim::run::{End, Observer, Outcome, Request, Row, StartError, Status, Undefined, simulate};
 
-/// A mass on a line with a force that depends on its position: `mass x'' = force(x)`.
+/// A mass on a line with a force that depends on its position: `mass x'' = force(x) - damping x'`.
 struct Line {
     mass: f64,
+    damping: f64,
+    potential: fn(f64) -> f64,
     force: fn(f64) -> f64,
     output: fn(f64) -> f64,
 }
@@ -69,9 +71,9 @@ impl Mechanism for Line {
         None
     }
 
-    fn dynamics(&self, _: f64, q: &[f64], _: &[f64], dynamics: DynamicsMut) {
+    fn dynamics(&self, _: f64, q: &[f64], qd: &[f64], dynamics: DynamicsMut) {
         dynamics.mass_matrix[0] = self.mass;
-        dynamics.generalized_forces[0] = (self.force)(q[0]);
+        dynamics.generalized_forces[0] = (self.force)(q[0]) - self.damping * qd[0];
     }
 
     fn loop_constraints(&self, _: f64, _: &[f64], _: LoopConstraintsMut) {}
@@ -80,8 +82,8 @@ impl Mechanism for Line {
         mass_matrix[0] = self.mass;
     }
 
-    fn energy(&self, _: &[f64], qd: &[f64]) -> [f64; 2] {
-        [0.5 * self.mass * qd[0] * qd[0], 0.0]
+    fn energy(&self, q: &[f64], qd: &[f64]) -> [f64; 2] {
+        [0.5 * self.mass * qd[0] * qd[0], (self.potential)(q[0])]
     }
 
     fn power(&self, _: f64, _: &[f64], _: &[f64], _: &[f64]) -> f64 {
@@ -140,7 +142,7 @@ fn run(line: &Line, end: Option<End>, notes: &mut Notes) -> Result<Outcome, Star
 }
 
 fn line() -> Line {
-    Line { mass: 1.0, force: |_| 0.0, output: |x| x }
+    Line { mass: 1.0, damping: 0.0, potential: |_| 0.0, force: |_| 0.0, output: |x| x }
 }
 
 #[test]
@@ -153,6 +155,42 @@ fn an_output_without_value_ends_the_run_before_its_row() {
     );
     assert_eq!((notes.times.len(), notes.finished), (51, 1));
     assert_eq!((outcome.end_time, outcome.counts.accepted), (notes.times[50], 50));
+}
+
+#[test]
+fn an_energy_without_value_ends_the_run_before_its_row() {
+    let line = Line { potential: |x| if x > 0.995 { f64::INFINITY } else { 0.0 }, ..line() };
+    let mut notes = Notes::default();
+    let outcome = run(&line, None, &mut notes).expect("it begins");
+    assert!(matches!(outcome.status, Status::NotFinite { t, what: Undefined::Energy } if (t - 1.0).abs() < 1e-9));
+    assert_eq!((notes.times.len(), notes.finished), (100, 1));
+    assert!((outcome.end_time - 0.99).abs() < 1e-12);
+}
+
+#[test]
+fn a_tolerance_that_double_precision_cannot_meet_ends_the_run() {
+    let line = Line { force: |x| 1e10 * (1e5 * x).sin(), ..line() };
+    let dop853 = METHODS.iter().find(|method| method.name == "dop853").expect("a method");
+    let settings = MethodSettings::new(dop853, 1e-25);
+    let request = Request { settings, step: None, end: Some(End::Time(1.0)), estimate_error: false };
+    let outcome = simulate(&line, &request, &mut Notes::default()).expect("it begins");
+    assert!(matches!(outcome.status, Status::Failed(StepError::StepTooShort { h }) if h > 0.0), "{:?}", outcome.status);
+}
+
+#[test]
+fn explicit_steps_that_stability_bounds_are_counted() {
+    // The motion has come to rest after a millisecond; steps of 0.01 s would serve, and are unstable.
+    let bound = |damping: f64| {
+        let line = Line { damping, force: |x| -x, ..line() };
+        let settings = MethodSettings::new(AUTO, 1e-6);
+        let request = Request { settings, step: None, end: Some(End::Time(2.0)), estimate_error: false };
+        let outcome = simulate(&line, &request, &mut Notes::default()).expect("it begins");
+        assert!(outcome.status.is_done() && outcome.counts.implicit == 0);
+        (outcome.counts.stability_bound, outcome.counts.accepted)
+    };
+    let (stiff, steps) = bound(1e4);
+    assert!(stiff > steps / 2, "{stiff} of {steps}");
+    assert_eq!(bound(1.0).0, 0);
 }
 
 #[test]

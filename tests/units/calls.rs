@@ -2,6 +2,8 @@
 
 use std::ptr::{null, null_mut};
 
+use qrm_fmu::InstantiationToken;
+
 use crate::interface::*;
 
 /// A call that needs no other argument than the instance.
@@ -209,4 +211,15 @@ fn steps_that_are_none_are_refused() {
     assert_eq!(unit.get("phi2"), before);
     assert_eq!(unit.step(0.1, 0.0).status, OK);
     assert_eq!(unit.step(0.1, 0.1).status, OK, "{}", unit.said());
+}
+
+#[test]
+fn a_description_of_another_scene_or_of_another_text_is_refused() {
+    let own = token("quick-return");
+    let renamed = InstantiationToken { scene: "quick-return-2".to_owned(), ..own.clone() };
+    let edited = InstantiationToken { digest: own.digest ^ 1, ..own };
+    for token in [renamed, edited] {
+        let said = Unit::refused(&token).join("\n");
+        assert!(said.contains(&format!("does not hold the scene `{}`", token.scene)), "{said}");
+    }
 }

@@ -113,6 +113,26 @@ impl Unit {
         Self { handle, names, messages }
     }
 
+    /// What a library says to a token that it refuses.
+    pub(crate) fn refused(token: &InstantiationToken) -> Vec<String> {
+        let text = CString::new(token.to_string()).expect("a text");
+        let messages: *mut Vec<String> = Box::into_raw(Box::default());
+        // SAFETY: text and list live until the end of the call.
+        unsafe {
+            let handle = fmi3InstantiateModelExchange(
+                c"unit".as_ptr(),
+                text.as_ptr(),
+                null(),
+                false,
+                true,
+                messages.cast(),
+                Some(log),
+            );
+            assert!(handle.is_null(), "{token}");
+            *Box::from_raw(messages)
+        }
+    }
+
     /// For co-simulation.
     pub(crate) fn stepping(token: &InstantiationToken) -> Self {
         Self::make(token, |text, environment| unsafe {
