@@ -140,6 +140,34 @@ fn parts_that_are_not_those_of_one_sweep_are_refused() {
 }
 
 #[test]
+fn parts_that_are_cut_off_at_any_byte_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = |name: &str| folder.path().join(name);
+    let vary = ["--vary", "O2A=0.12:0.28:4", "--end-time", "0.05"];
+    for part in ["1/2", "2/2"] {
+        sweep(&[&vary[..], &["--shard", part]].concat(), folder.path(), &format!("{}.csv", &part[..1]));
+    }
+    let merge = || {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_qrm"));
+        command.arg("merge").args(["all.csv", "1.csv", "2.csv"].map(path)).output().expect("the command ends")
+    };
+    assert!(merge().status.success());
+    let all = read(folder.path(), "all.csv");
+    for name in ["2.csv", "2.part.json"] {
+        let whole = read(folder.path(), name);
+        for cut in 0..whole.len() {
+            fs::write(path(name), &whole[..cut]).expect("written");
+            let output = merge();
+            // A line break at the end of a description says nothing.
+            let is_whole = name.ends_with(".json") && whole[cut..].trim_ascii().is_empty();
+            assert_eq!(output.status.success(), is_whole, "{name} cut at {cut}: {}", said(&output));
+            assert_eq!(read(folder.path(), "all.csv"), all, "{name} cut at {cut}");
+        }
+        fs::write(path(name), &whole).expect("written");
+    }
+}
+
+#[test]
 fn designs_that_cannot_be_are_rows_with_their_reason() {
     let folder = tempfile::tempdir().expect("a folder");
     let output = sweep(&["--vary", "m3=-1,0.5", "--end-time", "1e-12"], folder.path(), "a.csv");

@@ -67,7 +67,7 @@ pub fn generate(scenes: &[PathBuf], directory: &Path) -> Result<Generated, Error
     let (read, warnings) = read_all(scenes)?;
     let file = |scene: &Scene| directory.join(format!("{}.rs", module_name(&scene.name)));
     let derivation = |scene: &Scene| file(scene).with_extension("md");
-    let is_done = |r: &&Read| is_current(&file(&r.scene), &r.source) && derivation(&r.scene).is_file();
+    let is_done = |r: &&Read| is_current(&file(&r.scene), &derivation(&r.scene), &r.source);
     let stale: Vec<&Read> = read.iter().filter(|r| !is_done(r)).collect();
     if !stale.is_empty() {
         let scenes: Vec<&Scene> = stale.iter().map(|r| &r.scene).collect();
@@ -75,8 +75,9 @@ pub fn generate(scenes: &[PathBuf], directory: &Path) -> Result<Generated, Error
         for (Read { path, scene, source }, equations) in stale.iter().zip(&equations) {
             let module = text(path, scene, equations, source)?;
             // First: the module includes it, and is the mark of both.
-            write_whole(&derivation(scene), &derivation::markdown(scene, equations, source))?;
-            write_whole(&file(scene), &module)?;
+            let markdown = derivation::markdown(scene, equations, source);
+            write_whole(&derivation(scene), &markdown)?;
+            write_whole(&file(scene), &header::sealed(module, &markdown))?;
         }
     }
     let modules = read.iter().map(|Read { scene, .. }| GeneratedModule {
@@ -213,14 +214,15 @@ fn spaced(text: &str) -> String {
     spaced
 }
 
-/// Whether a file holds what this program would write. A file older than the program is made again.
-fn is_current(path: &Path, source: &str) -> bool {
+/// Whether a module and its derivation hold what this program would write. A file older than the program is made again.
+fn is_current(path: &Path, derivation: &Path, source: &str) -> bool {
     let modified = |path: &Path| fs::metadata(path).and_then(|m| m.modified()).ok();
     let newer = match (modified(path), std::env::current_exe().ok().and_then(|exe| modified(&exe))) {
         (Some(file), Some(program)) => file > program,
         _ => false,
     };
-    newer && fs::read_to_string(path).is_ok_and(|text| header::is_current(&text, source))
+    let derived = || fs::read_to_string(derivation).unwrap_or_default();
+    newer && fs::read_to_string(path).is_ok_and(|text| header::is_current(&text, &derived(), source))
 }
 
 /// Writes a generated file.

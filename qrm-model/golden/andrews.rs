@@ -3096,3 +3096,5 @@ pub static TAPE: qrm_core::Tape = {
         },
     }
 };
+
+// Hash of this file and its derivation: 02dd410c8c7deb14

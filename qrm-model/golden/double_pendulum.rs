@@ -875,3 +875,5 @@ pub static TAPE: qrm_core::Tape = {
         },
     }
 };
+
+// Hash of this file and its derivation: 0cc96d5a515861d8

@@ -1680,3 +1680,5 @@ pub static TAPE: qrm_core::Tape = {
         },
     }
 };
+
+// Hash of this file and its derivation: b1c98bdd38d4f889

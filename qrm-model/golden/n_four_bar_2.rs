@@ -1673,3 +1673,5 @@ pub static TAPE: qrm_core::Tape = {
         },
     }
 };
+
+// Hash of this file and its derivation: 746b04f7c4f7726c

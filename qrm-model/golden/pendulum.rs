@@ -866,3 +866,5 @@ pub static TAPE: qrm_core::Tape = {
         },
     }
 };
+
+// Hash of this file and its derivation: 331047ebf6f815c3

@@ -1656,3 +1656,5 @@ pub static TAPE: qrm_core::Tape = {
         },
     }
 };
+
+// Hash of this file and its derivation: 3f0892790ba08063

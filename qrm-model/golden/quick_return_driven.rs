@@ -1867,3 +1867,5 @@ pub static TAPE: qrm_core::Tape = {
         },
     }
 };
+
+// Hash of this file and its derivation: be63c7227f7a6312

@@ -2270,3 +2270,5 @@ pub static TAPE: qrm_core::Tape = {
         },
     }
 };
+
+// Hash of this file and its derivation: ed13ba12fba906d3

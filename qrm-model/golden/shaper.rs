@@ -2588,3 +2588,5 @@ pub static TAPE: qrm_core::Tape = {
         },
     }
 };
+
+// Hash of this file and its derivation: b1b7e0c4ddc3efe9

@@ -1449,3 +1449,5 @@ pub static TAPE: qrm_core::Tape = {
         },
     }
 };
+
+// Hash of this file and its derivation: 4a2ce9fb66f345db
