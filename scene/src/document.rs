@@ -117,6 +117,15 @@ pub enum Position {
     Pair([Formula; 2]),
 }
 
+/// The side of zero on which a joint would let its residual go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// `<= 0`: the joint keeps the residual from rising, and its multiplier is not negative.
+    Below,
+    /// `>= 0`: the joint keeps the residual from falling, and its multiplier is not positive.
+    Above,
+}
+
 /// An entry of `[constraints]`.
 #[derive(Debug)]
 pub struct ConstraintSyntax {
@@ -126,6 +135,8 @@ pub struct ConstraintSyntax {
     pub residual: Formula,
     /// Unit of the residual.
     pub unit: String,
+    /// The side that the joint does not keep the residual from.
+    pub one_sided: Option<Side>,
     /// What it is.
     pub doc: String,
 }

@@ -243,6 +243,7 @@ impl Resolver<'_> {
                 span: residual.whole_span(),
                 residual,
                 unit: syntax.unit.clone(),
+                one_sided: syntax.one_sided,
                 doc: syntax.doc.clone(),
             });
         }

@@ -9,6 +9,7 @@ mod reference;
 use std::collections::BTreeSet;
 
 use crate::diagnostic::Span;
+use crate::document::Side;
 use crate::expression::Expression;
 use crate::expression::Node;
 use crate::parser::Condition;
@@ -161,6 +162,8 @@ pub struct Constraint {
     pub residual: Value,
     /// Unit of the residual.
     pub unit: String,
+    /// The side on which the joint would let the residual go; `None` if it holds on both.
+    pub one_sided: Option<Side>,
     /// What it is.
     pub doc: String,
     /// Where the formula stands.

@@ -1,15 +1,22 @@
 //! The judgement on the numbers of a run.
 
 use qrm_core::Description;
+use qrm_scene::document::Side;
+use qrm_sim::columns::Kind;
 use qrm_sim::run::{Outcome, Redundancy};
 
 use crate::error::Message;
 use crate::format::{counted, seconds};
+use crate::recording::Recording;
+use crate::setup::Setup;
 
 /// A smallest singular value that falls below this fraction of its largest explains what else is wrong.
 pub(super) const SUSPECT: f64 = 0.1;
 /// One that falls below this fraction is worth a warning by itself.
 const SINGULAR: f64 = 1e-2;
+/// Parts of the largest multiplier that are rounding errors.
+const ROUNDING: f64 = 1e-9;
+
 /// The reasons not to trust the numbers of a run that came to its end.
 pub(crate) fn distrust(outcome: &Outcome, description: &Description) -> Vec<String> {
     let doubts = outcome.doubts(description);
@@ -91,4 +98,42 @@ pub(super) fn warnings(outcome: &Outcome, description: &Description, distrust: &
         )));
     }
     warnings
+}
+
+/// A warning for each joint that the scene calls one-sided and that would have opened.
+pub(super) fn open_joints(setup: &Setup, recording: &Recording) -> Vec<Message> {
+    let joints = setup.scene.constraints.iter().enumerate().filter_map(|(i, joint)| Some((i, joint, joint.one_sided?)));
+    let open = joints.filter_map(|(i, joint, side)| {
+        let t = opening(side, &recording.series(Kind::Multiplier(i)))?;
+        let sign = if side == Side::Below { "negative" } else { "positive" };
+        Some(Message::new(format!(
+            "the reaction of `{0}` changes sign at t = {1}, where `lambda_{0}` becomes {sign}: the joint is one-sided \
+             and would open there, and what follows is another motion",
+            joint.name,
+            seconds(t)
+        )))
+    });
+    open.collect()
+}
+
+/// The first time at which a multiplier has the sign of a joint that pulls.
+fn opening(side: Side, multipliers: &[(f64, f64)]) -> Option<f64> {
+    let sign = if side == Side::Below { 1.0 } else { -1.0 };
+    let largest = multipliers.iter().fold(0.0_f64, |most, (_, value)| most.max(value.abs()));
+    // Rounding errors are no reaction.
+    multipliers.iter().find(|(_, value)| sign * value < -ROUNDING * largest).map(|(t, _)| *t)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_joint_opens_where_it_would_have_to_pull() {
+        let multipliers = [(0.0, 50.0), (0.1, 1e-9), (0.2, -1e-9), (0.3, -2.0), (0.4, 3.0)];
+        assert_eq!(opening(Side::Below, &multipliers), Some(0.3));
+        assert_eq!(opening(Side::Above, &multipliers), Some(0.0));
+        assert_eq!(opening(Side::Below, &multipliers[..3]), None);
+        assert_eq!(opening(Side::Above, &[]), None);
+    }
 }

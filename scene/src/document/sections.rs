@@ -7,7 +7,7 @@ use super::loads::load;
 use super::outputs::output;
 use super::table::{self, Reader, Table};
 use super::{
-    BodySyntax, ConstraintSyntax, CoordinateSyntax, Document, DrawnSyntax, Identifier, ParameterSyntax, Position,
+    BodySyntax, ConstraintSyntax, CoordinateSyntax, Document, DrawnSyntax, Identifier, ParameterSyntax, Position, Side,
 };
 use crate::chart::Chart;
 use crate::diagnostic::Diagnostic;
@@ -222,8 +222,23 @@ fn constraint(r: &mut Reader, identifier: Identifier, value: table::Value) -> Op
     let table = r.table(&format!("constraint `{}`", identifier.name), value)?;
     let residual = table.required(r, "residual").map_or_else(table::placeholder, |v| r.formula(v));
     let (unit, doc) = (table.string(r, "unit"), table.string(r, "doc"));
+    let one_sided = table.optional("one_sided").and_then(|v| r.text(v)).and_then(|text| side(r, &text));
     table.finish(r);
-    Some(ConstraintSyntax { identifier, residual, unit, doc })
+    Some(ConstraintSyntax { identifier, residual, unit, one_sided, doc })
+}
+
+fn side(r: &mut Reader, text: &Identifier) -> Option<Side> {
+    match text.name.replace(' ', "").as_str() {
+        "<=0" => Some(Side::Below),
+        ">=0" => Some(Side::Above),
+        _ => {
+            let error =
+                Diagnostic::error(format!("`{}` is no side of zero", text.name), text.span.clone(), "not a side");
+            r.findings
+                .push(error.help("write `<= 0` for a rope, which gives way below its length, `>= 0` for a support"));
+            None
+        }
+    }
 }
 
 fn drawn(r: &mut Reader, identifier: &Identifier, value: table::Value) -> Option<DrawnSyntax> {
