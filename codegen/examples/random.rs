@@ -1,12 +1,13 @@
 //! Random mechanisms through the generator, which refuses a function that is not what the scene says.
 //!
 //! ```text
-//! cargo run --release -p qrm-codegen --features engine --example random -- SEED COUNT FOLDER
+//! cargo run --release -p qrm-codegen --features engine --example random -- SEED COUNT FOLDER [all]
 //! ```
 //!
 //! Each seed gives one scene: a tree of links with rods, guides, drives and pins that close loops, some of them
 //! redundant, with loads and outputs of every kind. Printed functions, kernel, linearization and tape are compared with
-//! automatic differentiation. A scene that fails is written to the folder.
+//! automatic differentiation. A scene that fails is written to the folder; with
+//! `all` every scene is, to be compiled (`.ci/corpus`).
 
 use std::error::Error;
 use std::path::Path;
@@ -18,7 +19,8 @@ use qrm_scene::scene::Scene;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [seed, count, folder] = &arguments[..] else { return Err("give a seed, a count and a folder".into()) };
+    let [seed, count, folder, rest @ ..] = &arguments[..] else { return Err("give a seed, a count and a folder".into()) };
+    let keeps_all = rest == ["all"];
     let (first, count): (u64, u64) = (seed.parse()?, count.parse()?);
     let texts: Vec<(u64, String)> = (first..first + count).map(|seed| (seed, scene(seed))).collect();
     let mut scenes: Vec<(u64, &str, Scene)> = Vec::new();
@@ -36,10 +38,14 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut failed = 0;
     for ((seed, text, scene), equations) in scenes.iter().zip(&equations) {
         let module = emit::module(scene, equations, text);
+        let write = || std::fs::write(Path::new(folder).join(format!("random-{seed}.toml")), text);
+        if keeps_all {
+            write()?;
+        }
         if let Err(reason) = verify::verify(scene, equations, &module.file, &module.tape) {
             failed += 1;
             println!("{seed}: {reason}");
-            std::fs::write(Path::new(folder).join(format!("random-{seed}.toml")), text)?;
+            write()?;
         }
     }
     println!("{} agree, {} refused, {failed} differ", scenes.len() - failed, texts.len() - scenes.len());
