@@ -6,9 +6,10 @@
 use std::{fmt, io};
 
 use fastrand::Rng;
-use qrm_core::{Mechanism, Model};
+use qrm_core::{Mechanism, Model, Replace};
+use qrm_sim::batch::{LaneCount, SweepEnd, SweepRequest, sweep};
 use qrm_sim::integrate::{METHODS, MethodSettings, method_named};
-use qrm_sim::run::{End, Observer, Outcome, Request, Row, simulate};
+use qrm_sim::run::{End, Observer, Outcome, Request, Row, StartError, Status, simulate};
 
 /// How often an error may be larger than what is said of it.
 const FACTOR: f64 = 3.0;
@@ -79,6 +80,19 @@ impl Case {
         Some((outcome, rows.0))
     }
 
+    /// The same case with other parameters.
+    fn with(&self, parameters: &[(&'static str, f64)]) -> Self {
+        Self { parameters: parameters.to_vec(), ..*self }
+    }
+
+    /// The end of a run that is as accurate as doubles are, its rows, and what it says of its own error.
+    fn reference(&self) -> Option<(Outcome, Vec<Vec<f64>>, f64)> {
+        let method = if self.mechanism().has_linearization() { "auto" } else { "dop853" };
+        let (outcome, rows) = self.run(MethodSettings::new(method_named(method)?, REFERENCE))?;
+        let known = outcome.estimated_error()?;
+        outcome.status.is_done().then_some((outcome, rows, known))
+    }
+
     /// The largest error of a coordinate in any row, and what the run says it is; `None` if the run is refused, or no
     /// other one is more accurate.
     fn errors(&self, counts: &mut Counts) -> Option<(f64, f64)> {
@@ -92,25 +106,25 @@ impl Case {
             return None;
         }
         let stated = outcome.estimated_error()?;
-        let is_stiff = self.mechanism().has_linearization();
-        let method = if is_stiff { "auto" } else { "dop853" };
-        let reference = self.run(MethodSettings::new(method_named(method)?, REFERENCE));
-        let Some((exact, exact_rows)) = reference.filter(|(outcome, _)| outcome.status.is_done()) else {
+        let Some((_, exact_rows, known)) = self.reference() else {
             counts.unknown += 1;
             return None;
         };
-        let difference = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        let error = rows.iter().zip(&exact_rows).map(|(a, b)| difference(a, b)).fold(0.0, f64::max);
+        let error = rows.iter().zip(&exact_rows).map(|(a, b)| distance(a, b)).fold(0.0, f64::max);
         // Rounding errors are not told from others.
         let size = rows.iter().flatten().fold(1.0_f64, |size, q| size.max(q.abs()));
         let rounding = 1e-12 * size;
-        if exact.estimated_error()? > 0.3 * stated.max(rounding) && error > FACTOR * stated {
+        if known > 0.3 * stated.max(rounding) && error > FACTOR * stated {
             counts.unknown += 1;
             return None;
         }
         counts.compared += 1;
         Some((error, stated.max(rounding)))
     }
+}
+
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
 #[derive(Debug, Default)]
@@ -176,4 +190,59 @@ fn no_run_is_wrong_in_silence() {
     wrong.sort();
     let wrong: Vec<String> = wrong.into_iter().map(|(_, text)| text).collect();
     assert!(wrong.is_empty(), "{} of {runs}:\n{}", wrong.len(), wrong.join("\n"));
+}
+
+#[test]
+fn designs_in_lanes_are_what_runs_make_of_them() {
+    let (seed, sweeps) = (number("QRM_SEED", 1), number("QRM_RUNS", 200) / 20);
+    let mut done = 0;
+    for number in 0..sweeps {
+        let random = &mut Rng::with_seed(seed.wrapping_mul(2_000_003).wrapping_add(number));
+        // Scene, step and end of the first case; parameters of twelve.
+        let first = Case::random(random);
+        let model = model(first.scene);
+        let others = (0..12).map(|_| {
+            loop {
+                let case = Case::random(random);
+                if case.scene == first.scene {
+                    return case.parameters;
+                }
+            }
+        });
+        let parameters: Vec<Vec<(&'static str, f64)>> = others.collect();
+        let replace = |parameters: &[(&str, f64)], name: &str| {
+            parameters.iter().find(|(other, _)| *other == name).map(|(_, value)| *value)
+        };
+        let replacements: Vec<_> = parameters.iter().map(|p| move |name: &str| replace(p, name)).collect();
+        let designs: Vec<Replace> = replacements.iter().map(|replace| replace as Replace).collect();
+        let request = SweepRequest {
+            step: Some(first.step),
+            end: Some(SweepEnd::Time(first.end)),
+            extremes: true,
+            estimate_error: true,
+        };
+        let in_lanes = sweep(model, &designs, &request, LaneCount::Most);
+        let alone = sweep(model, &designs, &request, LaneCount::One);
+        for ((lanes, alone), parameters) in in_lanes.iter().zip(&alone).zip(&parameters) {
+            let case = format!("{} step {} end {} {parameters:?}", first.scene, first.step, first.end);
+            let ended = |status: &Result<Status, StartError>| status.as_ref().map(Status::is_done).ok();
+            assert_eq!(ended(&lanes.status), ended(&alone.status), "{case}: {:?} {:?}", lanes.status, alone.status);
+            // Lanes know the errors and the energy at the end; a run knows the corrections and every row.
+            assert!(lanes.doubts.is_empty() || !alone.doubts.is_empty(), "{case}: {:?}", lanes.doubts);
+            let (Some(stated), true) = (alone.estimated_error, alone.doubts.is_empty() && lanes.doubts.is_empty())
+            else {
+                continue;
+            };
+            done += 1;
+            let differences = lanes.q.iter().zip(&alone.q).map(|(a, b)| (a - b).abs());
+            let difference = differences.fold(0.0, f64::max);
+            assert!(difference <= 0.1 * stated + 1e-11, "{case}: {difference:e} beside {stated:e}");
+            let in_lanes = lanes.estimated_error.expect("an estimate");
+            let Some((exact, _, known)) = first.with(parameters).reference() else { continue };
+            let error = distance(&lanes.q, &exact.q);
+            let allowed = FACTOR * in_lanes.max(1e-12);
+            assert!(error <= allowed || known > 0.3 * in_lanes, "{case}: {error:e} instead of {in_lanes:e}");
+        }
+    }
+    assert!(done as u64 > 6 * sweeps, "{done}");
 }

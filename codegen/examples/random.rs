@@ -19,7 +19,9 @@ use qrm_scene::scene::Scene;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [seed, count, folder, rest @ ..] = &arguments[..] else { return Err("give a seed, a count and a folder".into()) };
+    let [seed, count, folder, rest @ ..] = &arguments[..] else {
+        return Err("give a seed, a count and a folder".into());
+    };
     let keeps_all = rest == ["all"];
     let (first, count): (u64, u64) = (seed.parse()?, count.parse()?);
     let texts: Vec<(u64, String)> = (first..first + count).map(|seed| (seed, scene(seed))).collect();

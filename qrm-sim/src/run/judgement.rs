@@ -258,6 +258,14 @@ mod tests {
     }
 
     #[test]
+    fn rest_is_measured_by_the_size_of_the_largest_coordinate() {
+        assert!(is_at_rest(&DESCRIPTION, &[[1000.0, 1000.0 + 5e-10], [0.0, 5e-10]]));
+        assert!(!is_at_rest(&DESCRIPTION, &[[1000.0, 1000.0 + 5e-9], [0.0, 0.0]]));
+        assert!(is_at_rest(&DESCRIPTION, &[[0.0, 5e-13], [0.0, 0.0]]));
+        assert!(!is_at_rest(&DESCRIPTION, &[[0.0, 0.0], [0.0, 5e-12]]));
+    }
+
+    #[test]
     fn each_limit_alone_is_a_reason() {
         assert_eq!(doubts(&trusted()), []);
         let energy = Evidence { energy_imbalance: 1.1e-3, ..trusted() };
