@@ -134,7 +134,7 @@ fn compare(what: &str, got: &Values<DoubleDouble>, reference: &Reference, errors
     worst
 }
 
-/// Whether a scene is one of the random mechanisms of `.ci/corpus`.
+/// Whether a scene is one of the random mechanisms of `.ci/random-mechanisms`.
 fn is_random<X: Generated<N, M>, const N: usize, const M: usize>() -> bool {
     X::DESCRIPTION.name.starts_with("random-")
 }

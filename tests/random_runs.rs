@@ -194,7 +194,7 @@ fn no_run_is_wrong_in_silence() {
 
 #[test]
 fn designs_in_lanes_are_what_runs_make_of_them() {
-    let (seed, sweeps) = (number("QRM_SEED", 1), number("QRM_RUNS", 200) / 20);
+    let (seed, sweeps) = (number("QRM_SEED", 1), number("QRM_RUNS", 200).div_ceil(20));
     let mut done = 0;
     for number in 0..sweeps {
         let random = &mut Rng::with_seed(seed.wrapping_mul(2_000_003).wrapping_add(number));

@@ -7,7 +7,7 @@
 //! Each seed gives one scene: a tree of links with rods, guides, drives and pins that close loops, some of them
 //! redundant, with loads and outputs of every kind. Printed functions, kernel, linearization and tape are compared with
 //! automatic differentiation. A scene that fails is written to the folder; with
-//! `all` every scene is, to be compiled (`.ci/corpus`).
+//! `all` every scene is, to be compiled (`.ci/random-mechanisms`).
 
 use std::error::Error;
 use std::path::Path;
@@ -22,7 +22,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let [seed, count, folder, rest @ ..] = &arguments[..] else {
         return Err("give a seed, a count and a folder".into());
     };
-    let keeps_all = rest == ["all"];
+    let keeps_all = match rest {
+        [] => false,
+        [all] if all == "all" => true,
+        _ => return Err("give a seed, a count, a folder, and `all` or nothing".into()),
+    };
     let (first, count): (u64, u64) = (seed.parse()?, count.parse()?);
     let texts: Vec<(u64, String)> = (first..first + count).map(|seed| (seed, scene(seed))).collect();
     let mut scenes: Vec<(u64, &str, Scene)> = Vec::new();

@@ -77,7 +77,7 @@ pub fn generate(scenes: &[PathBuf], directory: &Path) -> Result<Generated, Error
             // First: the module includes it, and is the mark of both.
             let markdown = derivation::markdown(scene, equations, source);
             write_whole(&derivation(scene), &markdown)?;
-            write_whole(&file(scene), &header::sealed(module, &markdown))?;
+            write_whole(&file(scene), &header::with_checksum(module, &markdown))?;
         }
     }
     let modules = read.iter().map(|Read { scene, .. }| GeneratedModule {

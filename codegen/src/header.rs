@@ -1,4 +1,4 @@
-//! The comment in front of a generated file, and what can be told from it.
+//! The comments around a generated file: what it was made from in front, its checksum at the end.
 
 use std::path::Path;
 
@@ -56,23 +56,24 @@ pub fn hash(source: &str) -> String {
 }
 
 /// A generated file with its last line, by which a file that was cut off or changed is known.
-pub fn sealed(text: String, derivation: &str) -> String {
-    let seal = seal(&text, derivation);
-    text + seal.as_str()
+pub fn with_checksum(text: String, derivation: &str) -> String {
+    let line = checksum_line(&text, derivation);
+    text + line.as_str()
 }
 
-fn seal(text: &str, derivation: &str) -> String {
+/// What stands before the checksum.
+const CHECKSUM: &str = "\n// Hash of this file and its derivation: ";
+
+fn checksum_line(text: &str, derivation: &str) -> String {
     let bytes = text.bytes().chain([0]).chain(derivation.bytes());
-    format!("\n// Hash of this file and its derivation: {:016x}\n", digest(bytes))
+    format!("{CHECKSUM}{:016x}\n", digest(bytes))
 }
 
 /// Whether a generated file and its derivation were made from this scene text by this version, and are whole.
 pub fn is_current(generated: &str, derivation: &str, source: &str) -> bool {
     let line = format!("// {}", hash_line(&hash(source)));
-    let is_sealed =
-        |(text, _): (&str, &str)| generated.len() > text.len() && generated[text.len()..] == seal(text, derivation);
-    generated.lines().take(6).any(|l| l == line)
-        && generated.rsplit_once("\n// Hash of this file").is_some_and(is_sealed)
+    let is_whole = |(text, _): (&str, &str)| generated[text.len()..] == checksum_line(text, derivation);
+    generated.lines().take(6).any(|l| l == line) && generated.rsplit_once(CHECKSUM).is_some_and(is_whole)
 }
 
 fn hash_line(hash: &str) -> String {
@@ -87,7 +88,7 @@ mod tests {
     fn a_file_that_was_cut_off_or_changed_is_not_current() {
         let (source, derivation) = ("name = 'bar'", "# Derivation\n");
         let text = format!("// Generated\n// {}\n\nfn step() {{}}\n", hash_line(&hash(source)));
-        let whole = sealed(text, derivation);
+        let whole = with_checksum(text, derivation);
         assert!(is_current(&whole, derivation, source));
         assert!((0..whole.len()).all(|cut| !is_current(&whole[..cut], derivation, source)));
         assert!((0..derivation.len()).all(|cut| !is_current(&whole, &derivation[..cut], source)));

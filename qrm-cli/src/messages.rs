@@ -2,7 +2,6 @@
 
 use qrm_core::Description;
 use qrm_scene::diagnostic::Diagnostic;
-use qrm_scene::scene::{Coordinate, Start};
 use qrm_sim::integrate::StepError;
 use qrm_sim::run::{Explanation, NotAssembled, StartError, Status, Undefined, readable_size};
 
@@ -62,20 +61,13 @@ pub(crate) fn not_assembled(reason: &NotAssembled, setup: &Setup) -> Error {
             "on the way to them the mechanism passes a singular position; choose guesses in [initial] on that branch",
         );
     }
-    let given = |start: fn(&Coordinate) -> &Start| {
-        setup.scene.coordinates.iter().filter(|c| matches!(start(c), Start::Given(_))).count()
-    };
-    let given = if reason.rates { given(|c| &c.rate) } else { given(|c| &c.position) };
-    let has_too_many = given > setup.scene.coordinates.len().saturating_sub(setup.scene.constraints.len());
     let diagnostic = if reason.rates {
         let title =
             format!("the rates at the start cannot be solved for: constraint `{name}` keeps a rate of {size} {unit}/s");
-        Diagnostic::error(title, span, "cannot stay closed with the given rates").help(if has_too_many {
-            "leave rates away in `given` of [initial]: they follow from the constraints"
-        } else {
-            "the mechanism starts at a dead point for the coordinate that is given: start elsewhere, or give another \
-             rate"
-        })
+        Diagnostic::error(title, span, "cannot stay closed with the given rates").help(
+            "give no more rates in [initial] than there are degrees of freedom; if there are not, the mechanism starts \
+             at a dead point for the coordinate that is given: start elsewhere, or give another rate",
+        )
     } else if !reason.residual.is_finite() {
         let title = format!("constraint `{name}` has no value at the first guesses");
         Diagnostic::error(title, span, "a root or another function leaves its domain")
@@ -84,12 +76,10 @@ pub(crate) fn not_assembled(reason: &NotAssembled, setup: &Setup) -> Error {
         let found = setup.scene.coordinates.iter().zip(&reason.q).map(|(c, q)| format!("{} = {q:.6}", c.name));
         let found = found.collect::<Vec<_>>().join(", ");
         let title = format!("the mechanism cannot be assembled: constraint `{name}` stays {size} {unit} from closed");
-        Diagnostic::error(title, span, format!("not zero anywhere near the first guesses; nearest at {found}"))
-            .help(if has_too_many {
-                "move positions from `given` to `solve` in [initial], as first guesses: they follow from the constraints"
-            } else {
-                "check the lengths that occur here, or start from other guesses in [initial]"
-            })
+        Diagnostic::error(title, span, format!("not zero anywhere near the first guesses; nearest at {found}")).help(
+            "check the lengths that occur here, or start from other guesses in [initial]; give no more positions \
+                 than there are degrees of freedom, and the others as guesses in `solve`",
+        )
     };
     setup.at_place(diagnostic)
 }

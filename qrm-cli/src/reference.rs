@@ -184,7 +184,7 @@ fn no_integral(reason: NoEnergyIntegral) -> Error {
     Error::usage(format!(
         "there is no energy integral: {}",
         match reason {
-            NoEnergyIntegral::DegreesOfFreedom => "the scene does not give exactly one coordinate at its start",
+            NoEnergyIntegral::NotOneGiven => "the scene does not give exactly one coordinate at its start",
             NoEnergyIntegral::Driven => "a constraint depends on time",
             NoEnergyIntegral::NotConservative => "some load has no potential",
             NoEnergyIntegral::TurnsBack => "the motion turns back or stands still on the way, or its path is not found",

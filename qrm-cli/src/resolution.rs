@@ -7,6 +7,9 @@ use qrm_sim::integrate::StepBounds;
 
 use crate::format::seconds;
 
+/// A blow acts at this multiple of its width around its moment.
+const REACH: f64 = 6.0;
+
 /// The bounds of steps that a method chooses, so that it sees every change with time that a formula shows.
 pub(crate) fn step_bounds(scales: &[TimeScale], max_step: Option<f64>) -> StepBounds {
     let longest = |scale: &TimeScale| match scale {
@@ -30,11 +33,15 @@ pub(crate) fn passed_over(scales: &[TimeScale], step: f64, end_time: f64) -> Opt
             rate * step,
             FRAC_PI_2 / rate
         )),
-        TimeScale::Moment { time, width } if width < step && (0.0..=end_time).contains(&time) => Some(format!(
-            "a load or drive changes within {width:.1e} s around t = {}, and steps of {} pass over it",
-            seconds(time),
-            seconds(step)
-        )),
+        TimeScale::Moment { time, width }
+            if width < step && time + REACH * width >= 0.0 && time - REACH * width <= end_time =>
+        {
+            Some(format!(
+                "a load or drive changes within {width:.1e} s around t = {}, and steps of {} pass over it",
+                seconds(time),
+                seconds(step)
+            ))
+        }
         _ => None,
     })
 }

@@ -12,7 +12,7 @@ use qrm_scene::scene::{Quantity, Scene};
 use qrm_scene::time_scales::{TimeScale, time_scales};
 use qrm_sim::integrate::MethodSettings;
 use qrm_sim::run::{End, Observer, Outcome, Request, simulate};
-use qrm_sim::solve::ProjectionTolerance;
+use qrm_sim::solve::{ProjectionTolerance, constraint_rank};
 use qrm_sim::start::Start;
 
 use crate::condition::Condition;
@@ -117,6 +117,19 @@ impl Setup {
             return None;
         }
         resolution::passed_over(&self.scales, self.step(), end_time)
+    }
+
+    /// An error if constraints repeat others at a position of the mechanism.
+    pub(crate) fn refuse_redundant(&self, q: &[f64]) -> Result<(), Error> {
+        let (rank, count) = (constraint_rank(&*self.mechanism(), 0.0, q), self.description.constraints.len());
+        if rank == count {
+            return Ok(());
+        }
+        Err(Error::usage(format!(
+            "C_q has rank {rank} with {count} constraints: some of them repeat others, and this command needs \
+             independent ones"
+        ))
+        .help("take the constraints out that follow from the others; `qrm run` and `qrm check` do with them"))
     }
 
     /// Whether a load has a `sign` in it.

@@ -17,7 +17,7 @@ mod rodas;
 mod step_bounds;
 mod tableau;
 
-pub(crate) use adaptive::FINER;
+pub(crate) use adaptive::COMPANION_STEP_RATIO;
 pub use adaptive::{Adaptive, Counts};
 pub use auto::AUTO;
 pub use classical::RK4;

@@ -1323,3 +1323,5 @@ pub static TAPE: qrm_core::Tape = {
         },
     }
 };
+
+// Hash of this file and its derivation: 15018b328c5740dc

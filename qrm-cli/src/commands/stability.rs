@@ -11,7 +11,6 @@ use clap::Args;
 use qrm_core::Model;
 use qrm_sim::integrate::AUTO;
 use qrm_sim::run::assembled;
-use qrm_sim::solve::constraint_rank;
 
 use crate::error::Error;
 use crate::messages;
@@ -43,7 +42,8 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     let setup = Setup::new(models, &options.scene, &how)?;
     let mechanism = setup.mechanism();
     let (q, _) = assembled(&*mechanism).map_err(|reason| messages::not_assembled(&reason, &setup))?;
-    if constraint_rank(&*mechanism, 0.0, &q) == q.len() {
+    setup.refuse_redundant(&q)?;
+    if q.len() == setup.description.constraints.len() {
         return Err(Error::usage(
             "the mechanism has no degree of freedom: its motion follows from the constraints alone, and nothing in it \
              can decay or oscillate",

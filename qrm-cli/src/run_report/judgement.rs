@@ -104,11 +104,16 @@ pub(super) fn warnings(outcome: &Outcome, description: &Description, distrust: &
 pub(super) fn open_joints(setup: &Setup, recording: &Recording) -> Vec<Message> {
     let joints = setup.scene.constraints.iter().enumerate().filter_map(|(i, joint)| Some((i, joint, joint.one_sided?)));
     let open = joints.filter_map(|(i, joint, side)| {
-        let t = opening(side, &recording.series(Kind::Multiplier(i)))?;
+        let mut series = recording.series(Kind::Multiplier(i));
+        // What the extremes saw between rows.
+        let extremes = recording.extremes(Kind::Multiplier(i));
+        series.extend(extremes.iter().flat_map(|found| [found.minimum, found.maximum]).map(|(value, t)| (t, value)));
+        series.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let t = opening(side, &series)?;
         let sign = if side == Side::Below { "negative" } else { "positive" };
         Some(Message::new(format!(
-            "the reaction of `{0}` changes sign at t = {1}, where `lambda_{0}` becomes {sign}: the joint is one-sided \
-             and would open there, and what follows is another motion",
+            "`lambda_{0}` is {sign} by t = {1}: the joint `{0}` is one-sided and would open there, and what follows is \
+             another motion",
             joint.name,
             seconds(t)
         )))
@@ -116,7 +121,7 @@ pub(super) fn open_joints(setup: &Setup, recording: &Recording) -> Vec<Message> 
     open.collect()
 }
 
-/// The first time at which a multiplier has the sign of a joint that pulls.
+/// The first time at which a joint that is one-sided would have to act on the other side.
 fn opening(side: Side, multipliers: &[(f64, f64)]) -> Option<f64> {
     let sign = if side == Side::Below { 1.0 } else { -1.0 };
     let largest = multipliers.iter().fold(0.0_f64, |most, (_, value)| most.max(value.abs()));
@@ -129,7 +134,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_joint_opens_where_it_would_have_to_pull() {
+    fn a_one_sided_joint_opens_where_it_would_have_to_act_on_the_other_side() {
         let multipliers = [(0.0, 50.0), (0.1, 1e-9), (0.2, -1e-9), (0.3, -2.0), (0.4, 3.0)];
         assert_eq!(opening(Side::Below, &multipliers), Some(0.3));
         assert_eq!(opening(Side::Above, &multipliers), Some(0.0));

@@ -38,7 +38,7 @@ struct Panel {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoEnergyIntegral {
     /// The scene gives another number of coordinates at its start than one.
-    DegreesOfFreedom,
+    NotOneGiven,
     /// Some load does work that is in no potential, or depends on time.
     NotConservative,
     /// Constraints depend on time.
@@ -59,9 +59,9 @@ impl<'m> EnergyIntegral<'m> {
         let start = Start::of(mechanism);
         let mut places = (0..start.given.len()).filter(|&i| start.given[i]);
         let (Some(driven), None) = (places.next(), places.next()) else {
-            return Err(NoEnergyIntegral::DegreesOfFreedom);
+            return Err(NoEnergyIntegral::NotOneGiven);
         };
-        let drive = Drive::new(mechanism, start.given.clone()).ok_or(NoEnergyIntegral::DegreesOfFreedom)?;
+        let drive = Drive::new(mechanism, start.given.clone()).ok_or(NoEnergyIntegral::NotOneGiven)?;
         let (q, qd) = assembled(mechanism).map_err(|_| NoEnergyIntegral::TurnsBack)?;
         let begin = drive.close(q).ok_or(NoEnergyIntegral::TurnsBack)?;
         let step = qd[driven].signum() * std::f64::consts::TAU / panels;

@@ -5,7 +5,7 @@ use std::cmp::Ordering;
 use qrm_core::Mechanism;
 
 use crate::run::assemble;
-use crate::solve::{Dynamics, LoopConstraints, Lu, Matrix, PivotedLdl, dot, largest, row_products};
+use crate::solve::{Dynamics, LoopConstraints, Lu, Matrix, PivotedLdl, constraint_rank, dot, largest, row_products};
 use crate::start::Start;
 
 /// A mechanism whose given coordinates are moved from outside, the others following from the constraints.
@@ -225,7 +225,7 @@ impl<'m> Drive<'m> {
     }
 
     /// Multipliers, and the generalized forces on the given coordinates, that hold a position in static equilibrium:
-    /// with them `C_q' lambda = fbar + force`. Where constraints repeat others, the multipliers are the shortest ones.
+    /// with them `C_q' lambda = fbar + force`. Where constraints repeat others, the multipliers are those of least norm.
     pub fn balance(&self, q: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let n = q.len();
         let dynamics = Dynamics::of(self.mechanism, 0.0, q, &vec![0.0; n]);
@@ -254,9 +254,12 @@ impl<'m> Drive<'m> {
     }
 }
 
-/// Constraints that these coordinates follow from at the start; `None` if they do not follow from any.
+/// Constraints that these coordinates follow from at the start; `None` if there are not as many independent ones.
 fn independent(mechanism: &dyn Mechanism, dependent: &[usize]) -> Option<Vec<usize>> {
     let (q, _) = assemble(mechanism, &Start::of(mechanism)).ok()?;
+    if constraint_rank(mechanism, 0.0, &q) != dependent.len() {
+        return None;
+    }
     let jacobian = LoopConstraints::of(mechanism, 0.0, &q).constraint_jacobian;
     let block = Matrix::from_fn(jacobian.rows(), dependent.len(), |r, c| jacobian[r][dependent[c]]);
     let factors = PivotedLdl::of_rank(&row_products(&block), dependent.len());

@@ -111,6 +111,8 @@ pub struct Adaptive {
     counts: Counts,
     /// Rows that were asked for.
     rows: u64,
+    /// The time of the last of them.
+    asked: f64,
     /// Energy at the start, and work of the loads without potential since.
     energy: f64,
     work: f64,
@@ -118,7 +120,7 @@ pub struct Adaptive {
     /// Begin and end of the accepted steps since they were last forgotten.
     steps: Vec<[f64; 2]>,
     /// Steps of another run that those of this one stay below, the first of them under way.
-    others: VecDeque<[f64; 2]>,
+    run_steps: VecDeque<[f64; 2]>,
 }
 
 /// The numbers of steps and evaluations of a run.
@@ -147,8 +149,10 @@ const MIN_PROGRESS: f64 = 1e-3;
 /// The factors by which a step may shrink and grow at once.
 const SHRINK: f64 = 0.2;
 const GROW: f64 = 6.0;
+/// States between rows are this part of a step apart, if rows are not nearer.
+const SAMPLES: f64 = 8.0;
 /// The part of a step of another run that steps beside it are at most: errors of order 4 fall to an eleventh.
-pub(crate) const FINER: f64 = 0.55;
+pub(crate) const COMPANION_STEP_RATIO: f64 = 0.55;
 
 impl Adaptive {
     /// Begins at a state; the first step is guessed from the derivatives there.
@@ -174,11 +178,12 @@ impl Adaptive {
             was_rejected: false,
             counts: Counts::default(),
             rows: 0,
+            asked: first.t,
             energy: mechanism.energy(&first.q, &first.qd).iter().sum(),
             work: 0.0,
             imbalance: 0.0,
             steps: Vec::new(),
-            others: VecDeque::new(),
+            run_steps: VecDeque::new(),
         };
         adaptive.h = adaptive.first_step(mechanism, first, solver)?;
         Ok(adaptive)
@@ -188,6 +193,7 @@ impl Adaptive {
     #[must_use]
     pub(super) fn restarted(&self, from: &State) -> Self {
         let mut again = self.clone();
+        again.asked = from.t;
         if from.t < self.dense_output.from.t {
             again.dense_output = DenseOutput::new(from.clone(), from.clone());
         }
@@ -210,17 +216,19 @@ impl Adaptive {
     }
 
     /// Keeps steps from now on below those of another run at the same time, of which more are known.
-    pub(super) fn stay_below(&mut self, steps: &[[f64; 2]]) {
-        self.others.extend(steps);
+    pub(super) fn limit_steps_by(&mut self, steps: &[[f64; 2]]) {
+        self.run_steps.extend(steps);
     }
 
     /// The longest step from a time on.
     fn longest(&mut self, t: f64) -> f64 {
-        while self.others.len() > 1 && self.others[0][1] <= t {
-            self.others.pop_front();
+        while self.run_steps.len() > 1 && self.run_steps[0][1] <= t {
+            self.run_steps.pop_front();
         }
-        let of_other = self.others.front().map_or(f64::INFINITY, |[begin, end]| FINER * (end - begin));
-        self.task.bounds.longest.min(of_other)
+        // A step that begins in a long step of the run may end in shorter ones behind it.
+        self.run_steps.iter().fold(self.task.bounds.longest, |longest, [begin, end]| {
+            if *begin < t + longest { longest.min(COMPANION_STEP_RATIO * (end - begin)) } else { longest }
+        })
     }
 
     /// The largest difference between the change of the energy and the work of the loads without potential, at the end
@@ -234,8 +242,8 @@ impl Adaptive {
         self.work == 0.0
     }
 
-    /// Moves to the projected state at a time not before the last one that was asked for; `inner` is given the state
-    /// at the end of each step on the way.
+    /// Moves to the projected state at a time not before the last one that was asked for; `inner` is given the states
+    /// at the ends of the steps on the way, and inside steps that are long against the way.
     ///
     /// # Errors
     /// The motion does not get there.
@@ -250,7 +258,14 @@ impl Adaptive {
         let mut inner = inner;
         self.rows += 1;
         let (mut checked, mut then) = (self.attempts(), self.dense_output.to.t);
-        while self.dense_output.to.t < t {
+        let begin = std::mem::replace(&mut self.asked, t);
+        loop {
+            if let Some(inner) = &mut inner {
+                self.sample(mechanism, [begin, t], solver, *inner)?;
+            }
+            if self.dense_output.to.t >= t {
+                break;
+            }
             let (attempts, now) = (self.attempts(), self.dense_output.to.t);
             if attempts > checked + CHECKED {
                 let is_stuck = now - then < MIN_PROGRESS * (t - then);
@@ -260,11 +275,6 @@ impl Adaptive {
                 (checked, then) = (attempts, now);
             }
             self.step(mechanism, solver)?;
-            if let Some(inner) = &mut inner
-                && self.dense_output.to.t < t
-            {
-                inner(&self.dense_output.to);
-            }
         }
         if self.dense_output.to.t == t {
             to.clone_from(&self.dense_output.to);
@@ -276,6 +286,39 @@ impl Adaptive {
         self.dense_output.at(t, &mut to.q, &mut to.qd);
         self.counts.evaluations += 1;
         solver.projected(mechanism, self.task.projection, to)
+    }
+
+    /// States of the last step between two times, its end among them.
+    ///
+    /// # Errors
+    /// The projection does not converge, or the accelerations are not determined.
+    fn sample(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        [begin, end]: [f64; 2],
+        solver: &mut Solver,
+        inner: &mut dyn FnMut(&State),
+    ) -> Result<(), StepError> {
+        let [from, to] = [self.dense_output.from.t, self.dense_output.to.t];
+        let [first, last] = [from.max(begin), to.min(end)];
+        let spacing = (to - from) / SAMPLES;
+        if last - first > spacing {
+            // These are for whoever observes the motion, and not counted as those of the method.
+            let mut work = Work { evaluations: &mut 0, solver };
+            self.formula.complete_dense_output(mechanism, &mut self.dense_output, &mut work)?;
+            let parts = ((last - first) / spacing).ceil();
+            let mut state = self.dense_output.to.clone();
+            for i in 1..parts as u32 {
+                state.t = first + (last - first) * f64::from(i) / parts;
+                self.dense_output.at(state.t, &mut state.q, &mut state.qd);
+                solver.projected(mechanism, self.task.projection, &mut state)?;
+                inner(&state);
+            }
+        }
+        if begin < to && to < end {
+            inner(&self.dense_output.to);
+        }
+        Ok(())
     }
 
     /// The number of steps that were tried.

@@ -6,7 +6,7 @@ use super::adaptive::{Accepted, StepFormula, Task, Work, error_scales};
 use super::dense_output::DenseOutput;
 use super::method::StepError;
 use super::rodas::{ARGUMENTS, BY_TIME, GAMMA, INCREMENTS, NODES};
-use crate::solve::{Dynamics, Linearization, Lu, Matrix, dot};
+use crate::solve::{Dynamics, Linearization, Lu, Matrix, PivotedLdl, dot, row_products};
 use crate::state::State;
 
 /// RODAS on coordinates and rates, with the exact Jacobian of the accelerations: of the equations `Mbar a + C_q' lambda
@@ -38,7 +38,8 @@ impl StepFormula for Implicit {
             return Err(StepError::NoLinearization);
         }
         let dynamics = Dynamics::of(mechanism, from.t, &from.q, &from.qd);
-        let system = System::new(&dynamics, &linearization, h * GAMMA).ok_or(StepError::NotFinite)?;
+        let system =
+            System::new(&dynamics, &linearization, h * GAMMA, work.solver.rank()).ok_or(StepError::NotFinite)?;
         let mut increments: Vec<(Vec<f64>, Vec<f64>)> = Vec::with_capacity(6);
         let (mut q, mut qd) = (from.q.clone(), from.qd.clone());
         let (mut qdd, mut multipliers) = (from.qdd.clone(), from.multipliers.clone());
@@ -113,6 +114,8 @@ struct System<'a> {
     g: f64,
     /// The lower left part.
     loops: Matrix,
+    /// The constraints that count: those that repeat others are met with them.
+    rows: Vec<usize>,
     /// The multiple of each constraint that is added to the equations above it, which changes no solution and carries
     /// massless coordinates.
     weights: Vec<f64>,
@@ -124,10 +127,15 @@ struct System<'a> {
 
 impl<'a> System<'a> {
     /// `None` if the equations are singular.
-    fn new(dynamics: &'a Dynamics, linearization: &'a Linearization, g: f64) -> Option<Self> {
+    fn new(dynamics: &'a Dynamics, linearization: &'a Linearization, g: f64, rank: usize) -> Option<Self> {
         let Linearization { stiffness, damping, constraint_stiffness, constraint_damping, .. } = linearization;
-        let jacobian = &dynamics.constraint_jacobian;
-        let (n, m) = (stiffness.columns(), dynamics.constraint_bias.len());
+        let rows = if rank < dynamics.constraint_bias.len() {
+            PivotedLdl::of_rank(&row_products(&dynamics.constraint_jacobian), rank).independent().to_vec()
+        } else {
+            (0..rank).collect()
+        };
+        let (n, m) = (stiffness.columns(), rows.len());
+        let jacobian = &chosen(&dynamics.constraint_jacobian, &rows);
         let mut inertia = dynamics.mass_matrix.clone();
         for i in 0..n {
             for j in 0..n {
@@ -135,9 +143,9 @@ impl<'a> System<'a> {
             }
         }
         let mut loops = jacobian.clone();
-        for k in 0..m {
+        for (k, &row) in rows.iter().enumerate() {
             for j in 0..n {
-                loops[k][j] += g * (constraint_damping[k][j] + g * constraint_stiffness[k][j]);
+                loops[k][j] += g * (constraint_damping[row][j] + g * constraint_stiffness[row][j]);
             }
         }
         let scale = (0..n).fold(0.0, |most: f64, i| most.max(inertia[i][i].abs()));
@@ -159,15 +167,17 @@ impl<'a> System<'a> {
         let schur = Lu::new(Matrix::from_fn(m, m, |k, l| dot(&inv_ct[l], &loops[k])));
         let is_regular = |determinant: f64| determinant.is_finite() && determinant != 0.0;
         let is_solvable = is_regular(inertia.determinant) && (m == 0 || is_regular(schur.determinant));
-        is_solvable.then_some(Self { dynamics, linearization, g, loops, weights, inertia, inv_ct, schur })
+        is_solvable.then_some(Self { dynamics, linearization, g, loops, rows, weights, inertia, inv_ct, schur })
     }
 
     /// The increment `(u, w)` of coordinates and rates for `v`, `r` and a part of the derivative by time.
     fn increment(&self, v: &[f64], r: &[f64], by_time: f64) -> (Vec<f64>, Vec<f64>) {
         let (g, jacobian) = (self.g, &self.dynamics.constraint_jacobian);
         let (n, m) = (v.len(), self.weights.len());
-        let closing: Vec<f64> = (0..m)
-            .map(|k| {
+        let closing: Vec<f64> = self
+            .rows
+            .iter()
+            .map(|&k| {
                 let forcing = by_time * self.linearization.constraint_forcing[k];
                 g * (dot(&jacobian[k], r) - g * dot(&self.linearization.constraint_stiffness[k], v) + forcing)
             })
@@ -180,7 +190,7 @@ impl<'a> System<'a> {
             .collect();
         for k in 0..m {
             for i in 0..n {
-                right[i] += self.weights[k] * jacobian[k][i] * closing[k];
+                right[i] += self.weights[k] * jacobian[self.rows[k]][i] * closing[k];
             }
         }
         let mut w = self.inertia.solve(&right);
@@ -193,4 +203,9 @@ impl<'a> System<'a> {
         }
         ((0..n).map(|i| g * (w[i] + v[i])).collect(), w)
     }
+}
+
+/// Some rows of a matrix.
+fn chosen(matrix: &Matrix, rows: &[usize]) -> Matrix {
+    Matrix::from_fn(rows.len(), matrix.columns(), |k, j| matrix[rows[k]][j])
 }

@@ -114,10 +114,10 @@ impl Integrator {
     }
 
     /// Keeps steps that are chosen by a tolerance below those of another run at the same time.
-    pub(crate) fn stay_below(&mut self, steps: &[[f64; 2]]) {
+    pub(crate) fn limit_steps_by(&mut self, steps: &[[f64; 2]]) {
         if let Steps::Adaptive(adaptive) = &mut self.steps {
             adaptive.forget_steps();
-            adaptive.stay_below(steps);
+            adaptive.limit_steps_by(steps);
         }
     }
 

@@ -2,7 +2,7 @@
 
 use qrm_core::{Mechanism, RowLayout, RowRequest};
 
-use crate::integrate::{BlockEnd, FINER, Integrator, MethodSettings, StepError};
+use crate::integrate::{BlockEnd, COMPANION_STEP_RATIO, Integrator, MethodSettings, StepError};
 use crate::solve::largest;
 use crate::state::State;
 
@@ -54,7 +54,7 @@ impl Companion {
         first: &State,
         end_time: f64,
     ) -> Option<Self> {
-        let finer = settings.tolerance * FINER.powi(settings.method.order as i32);
+        let finer = settings.tolerance * COMPANION_STEP_RATIO.powi(settings.method.order as i32);
         let settings = MethodSettings { tolerance: finer.max(SMALLEST_TOLERANCE), ..*settings };
         let layout = RowLayout { n: first.q.len(), m: first.multipliers.len() };
         Some(Self {
@@ -113,12 +113,15 @@ impl Companion {
         rows: &[f64],
         first: u64,
     ) {
-        self.integrator.stay_below(run.steps());
         let width = self.layout.width();
         let count = (rows.len() / width) as u64;
         let is_whole = |row: u64| rows[(row - first) as usize * width] == request.time(row);
         let end = first + count - u64::from(count > 0 && !is_whole(first + count - 1));
-        if self.failed || end <= self.row + 1 {
+        if self.failed {
+            return;
+        }
+        self.integrator.limit_steps_by(run.steps());
+        if end <= self.row + 1 {
             return;
         }
         if self.integrator.is_fixed() {

@@ -143,7 +143,7 @@ impl Doubt {
                 )
             }
             Self::CompanionFailed if tolerance.is_some() => {
-                "the second run that estimates the error, at 0.55 of the steps, broke off".to_owned()
+                "the second run that estimates the error, with shorter steps, broke off".to_owned()
             }
             Self::CompanionFailed => {
                 "the second run that estimates the error broke off, so the step is near the limit of what is stable"

@@ -1,4 +1,4 @@
-//! Constraints that repeat others, and the forces that they leave open.
+//! Constraints that repeat others, and the forces that are then not unique.
 
 use qrm_core::Mechanism;
 
@@ -10,7 +10,7 @@ use crate::state::State;
 pub struct Redundancy {
     /// The rank of `C_q`.
     pub rank: usize,
-    /// The constraints whose multipliers are not unique: those of a run are the shortest ones that do the same.
+    /// The constraints whose multipliers are not unique: those of a run are those of least norm.
     pub multipliers: Vec<usize>,
     /// The outputs that depend on what is not unique of the multipliers.
     pub outputs: Vec<usize>,
@@ -31,15 +31,16 @@ impl Redundancy {
         let products = row_products(&jacobian);
         let factors = PivotedLdl::of_rank(&products, rank);
         // The part of each multiplier that moves nothing: `C_q'` times it is zero.
-        let idle = |k: usize| {
+        let null_direction = |k: usize| {
             let mut part: Vec<f64> = products.iter().map(|row| row[k]).collect();
             factors.solve(&mut part);
             part.iter_mut().for_each(|part| *part = -*part);
             part[k] += 1.0;
             part
         };
-        let idle: Vec<Vec<f64>> = (0..count).map(idle).filter(|part| largest(part).1 > ROUNDING).collect();
-        let multipliers = (0..count).filter(|&k| idle.iter().any(|part| part[k].abs() > ROUNDING)).collect();
+        let null_directions: Vec<Vec<f64>> =
+            (0..count).map(null_direction).filter(|part| largest(part).1 > ROUNDING).collect();
+        let multipliers = (0..count).filter(|&k| null_directions.iter().any(|part| part[k].abs() > ROUNDING)).collect();
 
         let size = largest(&at.multipliers).1.max(1.0);
         let outputs = |multipliers: &[f64]| {
@@ -55,12 +56,12 @@ impl Redundancy {
         };
         let unit = |k: usize| (0..count).map(|i| f64::from(u8::from(i == k))).collect::<Vec<f64>>();
         let units: Vec<Vec<f64>> = (0..count).map(|k| changes(&unit(k))).collect();
-        let idle: Vec<Vec<f64>> = idle.iter().map(|part| changes(part)).collect();
-        let is_open = |output: usize| {
+        let changes_along: Vec<Vec<f64>> = null_directions.iter().map(|part| changes(part)).collect();
+        let is_not_unique = |output: usize| {
             let by_all: f64 = units.iter().map(|changes| changes[output]).sum();
-            idle.iter().any(|changes| changes[output] > ROUNDING * by_all)
+            changes_along.iter().any(|changes| changes[output] > ROUNDING * by_all)
         };
-        let outputs = (0..own.len()).filter(|&output| is_open(output)).collect();
+        let outputs = (0..own.len()).filter(|&output| is_not_unique(output)).collect();
         Some(Self { rank, multipliers, outputs })
     }
 }

@@ -80,6 +80,7 @@ pub fn simulate(
         integrator: Integrator::new(mechanism, settings, &first, end_time).map_err(StartError::Step)?,
         sampler: Sampler::new(mechanism, &settings, &first, end_time),
         companion: request.estimate_error.then(|| Companion::new(mechanism, &settings, &first, end_time)).flatten(),
+        redundancy: Redundancy::at(mechanism, &first),
         monitor: RunMonitor::new(mechanism, &first, observer.wants_outputs()),
         buffer: Vec::new(),
         nearest: (0.0, f64::NEG_INFINITY),
@@ -126,6 +127,7 @@ struct Run<'a> {
     /// Makes some of the kernel's steps again.
     sampler: Option<Sampler>,
     companion: Option<Companion>,
+    redundancy: Option<Redundancy>,
     monitor: RunMonitor,
     /// The last row that was taken, and those after it.
     buffer: Vec<f64>,
@@ -324,7 +326,6 @@ impl Run<'_> {
         let monitor = &self.monitor;
         // A load may be zero in every row, and work between them.
         let is_conservative = monitor.is_conservative && self.integrator.is_conservative();
-        let redundancy = Redundancy::at(self.mechanism, &end);
         Outcome {
             tolerance: self.request.settings.tolerance(),
             estimated_errors: self.companion.as_ref().and_then(|companion| companion.errors(counts.accepted)),
@@ -343,7 +344,7 @@ impl Run<'_> {
             largest_kinetic_energy: monitor.largest_kinetic_energy,
             largest_energy: monitor.largest_energy,
             nearest_singular: monitor.singularity.nearest(),
-            redundancy,
+            redundancy: self.redundancy.take(),
             energy_imbalance: monitor.imbalance(
                 self.integrator.imbalance(),
                 monitor.balance.finished().excess,

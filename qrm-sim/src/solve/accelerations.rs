@@ -12,9 +12,9 @@ use super::stats::SolverStats;
 /// Products of larger masses overflow.
 const LARGEST_MASS: f64 = 1e150;
 
-/// The distance of positions beside a singular one, in rad or m: rounding errors in them are magnified by one over
-/// this, and the interpolation between them is wrong by its fourth power.
-const ASIDE: f64 = 1e-4;
+/// Distances of positions beside a singular one, in rad or m, of which the first that is regular serves: rounding
+/// errors are magnified by one over this, and the interpolation between them is wrong by its fourth power.
+const ASIDE: [f64; 2] = [1e-4, 1e-3];
 
 /// Why the accelerations are not determined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,9 +60,10 @@ impl SaddlePoint {
         self.rank < self.schur.columns()
     }
 
-    /// The factors of the Schur complement, without the constraints that repeat others.
-    pub(super) fn independent(&self) -> PivotedLdl {
-        PivotedLdl::of_rank(&self.schur, self.rank)
+    /// The factors of the Schur complement, without the constraints that repeat others: near a singular position what
+    /// is left of them would be magnified.
+    pub(super) fn robust_factors(&self) -> PivotedLdl {
+        if self.is_redundant() { PivotedLdl::regular(&self.schur, self.rank) } else { PivotedLdl::new(&self.schur) }
     }
 
     /// Solves the equations; true if the factors of `Mbar` are known afterwards.
@@ -152,7 +153,11 @@ impl SaddlePoint {
         schur_complement(jacobian, pull, schur);
         let factors = PivotedLdl::of_rank(schur, *rank);
         let is_redundant = *rank < schur.columns();
-        let is_regular = if is_redundant { factors.is_regular(*rank) } else { schur_factors.factor_products(schur) };
+        let is_regular = if is_redundant {
+            PivotedLdl::regular(schur, *rank).rank == *rank
+        } else {
+            schur_factors.factor_products(schur)
+        };
         stats.suspicious_constraints += u64::from(!is_regular);
         stats.count_rank(&factors, *rank);
         excess(dynamics, qdd, multipliers);
@@ -232,8 +237,8 @@ impl Solver {
         }
     }
 
-    /// Room for a mechanism that moves from a closed position on: where constraints repeat others, multipliers are the
-    /// shortest that do the same.
+    /// Room for a mechanism that moves from a closed position on: where constraints repeat others, multipliers are
+    /// those of least norm.
     pub fn at(mechanism: &dyn Mechanism, t: f64, q: &[f64]) -> Self {
         Self::of_rank(mechanism, constraint_rank(mechanism, t, q))
     }
@@ -292,7 +297,9 @@ impl Solver {
         self.saddle.dynamics.evaluate(mechanism, t, q, qd);
         self.has_mass = self.saddle.solve(qdd, multipliers, &mut self.stats)?;
         if self.stats.suspicious_constraints != before {
-            let _ = across_singularity(mechanism, self.saddle.rank, t, (q, qd), (qdd, multipliers));
+            let _ = ASIDE.into_iter().find_map(|aside| {
+                across_singularity(mechanism, (self.saddle.rank, aside), t, (q, qd), (qdd, multipliers))
+            });
         }
         Ok(())
     }
@@ -321,7 +328,7 @@ impl Solver {
 #[cold]
 fn across_singularity(
     mechanism: &dyn Mechanism,
-    rank: usize,
+    (rank, aside): (usize, f64),
     t: f64,
     (q, qd): (&[f64], &[f64]),
     (qdd, multipliers): (&mut [f64], &mut [f64]),
@@ -344,8 +351,8 @@ fn across_singularity(
         solver.saddle.solve(&mut qdd, &mut multipliers, &mut solver.stats).ok()?;
         (solver.stats.suspicious_constraints == 0).then_some((qdd, multipliers))
     };
-    let (far_before, before) = (beside(-2.0 * ASIDE)?, beside(-ASIDE)?);
-    let (after, far_after) = (beside(ASIDE)?, beside(2.0 * ASIDE)?);
+    let (far_before, before) = (beside(-2.0 * aside)?, beside(-aside)?);
+    let (after, far_after) = (beside(aside)?, beside(2.0 * aside)?);
     // The cubic through all four, in the middle.
     let middle = |outer: f64, inner: f64| (4.0 * inner - outer) / 6.0;
     for (i, value) in qdd.iter_mut().enumerate() {

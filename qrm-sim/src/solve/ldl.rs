@@ -117,11 +117,21 @@ impl PivotedLdl {
 
     /// Factors `a` with this number of pivots at most: others are taken for zero.
     pub fn of_rank(a: &Matrix, rank: usize) -> Self {
+        Self::above(a, rank, [Self::CUTOFF, Self::NOTHING])
+    }
+
+    /// Factors `a` with this number of pivots at most, of which none is suspicious.
+    pub(super) fn regular(a: &Matrix, rank: usize) -> Self {
+        Self::above(a, rank, [SUSPICIOUS; 2])
+    }
+
+    /// Factors `a` with pivots above a part of their diagonal entry, of diagonal entries above a part of the largest.
+    fn above(a: &Matrix, rank: usize, [cutoff, nothing]: [f64; 2]) -> Self {
         let n = a.columns();
         let largest = (0..n).fold(0.0, |largest: f64, i| largest.max(a[i][i]));
         let scale: Vec<f64> = (0..n)
             .map(|i| {
-                let is_nothing = !(a[i][i] > Self::NOTHING * largest);
+                let is_nothing = !(a[i][i] > nothing * largest);
                 if is_nothing { 0.0 } else { a[i][i].sqrt().recip() }
             })
             .collect();
@@ -134,7 +144,7 @@ impl PivotedLdl {
             factors.order.swap(j, best);
             factors.l.swap_rows(j, best);
             let pivot = a[j][j];
-            if !(pivot > Self::CUTOFF) {
+            if !(pivot > cutoff) {
                 break;
             }
             factors.d[j] = pivot;
@@ -152,7 +162,7 @@ impl PivotedLdl {
         factors
     }
 
-    /// Solves `A x = b` for a `b` in the range of `A`, in place: the shortest of the solutions.
+    /// Solves `A x = b` for a `b` in the range of `A`, in place: the solution of least norm.
     pub fn solve(&self, b: &mut [f64]) {
         // D L' P' S^-1 x
         let mut y: Vec<f64> = self.order[..self.rank].iter().map(|&i| self.scale[i] * b[i]).collect();
@@ -161,7 +171,7 @@ impl PivotedLdl {
                 y[i] -= self.l[i][k] * y[k];
             }
         }
-        if 0 < self.rank && self.rank < self.order.len() && self.solve_shortest(&y, b) {
+        if 0 < self.rank && self.rank < self.order.len() && self.solve_least_norm(&y, b) {
             return;
         }
         for i in (0..self.rank).rev() {
@@ -176,9 +186,9 @@ impl PivotedLdl {
         }
     }
 
-    /// The shortest of the solutions, `x = G (G'G)^-1 c` with `A = G G'` and `b = G c`; false, and nothing is written,
+    /// The solution of least norm, `x = G (G'G)^-1 c` with `A = G G'` and `b = G c`; false, and nothing is written,
     /// if rounding errors make `G'G` singular.
-    fn solve_shortest(&self, y: &[f64], x: &mut [f64]) -> bool {
+    fn solve_least_norm(&self, y: &[f64], x: &mut [f64]) -> bool {
         let mut g = Matrix::zero(x.len(), self.rank);
         for (row, &place) in self.order.iter().enumerate() {
             if self.scale[place] > 0.0 {
@@ -193,11 +203,6 @@ impl PivotedLdl {
             *x = dot(row, &c);
         }
         true
-    }
-
-    /// Whether the rank is this one, and no pivot suspicious.
-    pub(super) fn is_regular(&self, rank: usize) -> bool {
-        self.rank == rank && self.d[..rank].iter().all(|pivot| *pivot > SUSPICIOUS)
     }
 
     /// The unknowns that have a pivot.
@@ -248,7 +253,7 @@ mod tests {
         factors.solve(&mut x);
         let residual = multiply(&a, &x);
         assert!(residual.iter().zip(b).all(|(r, b)| (r - b).abs() < 1e-13));
-        // The first two rows add up to the third: the shortest solution has no part along [1, 1, -1].
+        // The first two rows add up to the third: the solution of least norm has no part along [1, 1, -1].
         assert!((x[0] + x[1] - x[2]).abs() < 1e-14, "{x:?}");
         assert_eq!(PivotedLdl::of_rank(&a, 1).rank, 1);
     }

@@ -189,7 +189,7 @@ impl Solver {
 
 #[cold]
 fn solve_dependent(saddle: &SaddlePoint, weights: &mut [f64], stats: &mut SolverStats) {
-    let factors = saddle.independent();
+    let factors = saddle.robust_factors();
     stats.count_rank(&factors, saddle.rank);
     factors.solve(weights);
 }

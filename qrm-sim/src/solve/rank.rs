@@ -9,6 +9,8 @@ use super::projection::ProjectionTolerance;
 
 /// How far positions beside a singular one are, in rad, and in the largest length among the coordinates.
 const BESIDE: f64 = 1e-2;
+/// So many times before and after, each twice as far away, are tried for a mechanism that is driven.
+const LATER: i32 = 12;
 /// Most corrections of such a position.
 const ITERATIONS: usize = 30;
 /// Parts of a motion of a coordinate that are rounding errors.
@@ -36,6 +38,15 @@ pub fn constraint_rank(mechanism: &dyn Mechanism, t: f64, q: &[f64]) -> usize {
     let length = if lengths > 0.0 { lengths } else { 1.0 };
     let size = |i: usize| if description.is_angle(i) { 1.0 } else { length };
     let mut most = here;
+    let beside = |position: &[f64]| (0..q.len()).any(|i| (position[i] - q[i]).abs() > 0.5 * BESIDE * size(i));
+    if mechanism.is_driven() {
+        // What is driven is elsewhere at other times only.
+        let step = mechanism.schedule().step;
+        let times = (0..LATER).flat_map(|k| [1.0, -1.0].map(|sign| t + sign * step * 2.0_f64.powi(k)));
+        let positions = times.filter_map(|t| closed(mechanism, t, q, count));
+        let found = positions.filter(|(position, _)| beside(position)).take(2);
+        return found.fold(here, |most, (_, jacobian)| most.max(PivotedLdl::new(&row_products(&jacobian)).rank));
+    }
     for motion in motions(&constraints.constraint_jacobian, &factors) {
         let longest = (0..q.len()).map(|i| motion[i].abs() / size(i)).fold(0.0, f64::max);
         for distance in [BESIDE, -BESIDE] {
@@ -43,7 +54,7 @@ pub fn constraint_rank(mechanism: &dyn Mechanism, t: f64, q: &[f64]) -> usize {
             let closed = closed(mechanism, t, &guess, here).or_else(|| closed(mechanism, t, &guess, count));
             // Residuals vanish, but not `C_q`, where corrections lead back to a singular position.
             if let Some((position, jacobian)) = closed
-                && (0..q.len()).any(|i| (position[i] - q[i]).abs() > 0.5 * BESIDE * size(i))
+                && beside(&position)
             {
                 most = most.max(PivotedLdl::new(&row_products(&jacobian)).rank);
             }

@@ -1,4 +1,4 @@
-//! Constraints that repeat others: the motion is that of the mechanism without them, forces are the smallest ones.
+//! Constraints that repeat others: the motion is that of the mechanism without them, forces are those of least norm.
 #![cfg(feature = "generate")]
 
 use std::io;
@@ -46,7 +46,7 @@ impl Observer for Compared {
         assert!((a_dot.abs() - speed(a, w0)).abs() < largest.sqrt(), "{a_dot} at {}", row.t);
         // Residuals of 1e-12 leave this open where the cranks lie in the line of the beam.
         assert!(row.q[1].abs() < 1e-6, "{} at {}", row.q[1], row.t);
-        // The shortest multipliers share the moment about the first crank as the distances of the rods from it.
+        // The multipliers of least norm share the moment about the first crank as the distances of the rods from it.
         let [first, second, third] = [0, 1, 2].map(|k| row.multipliers[k]);
         let open = (second - 2.0 * first).abs() + (third - 3.0 * first).abs();
         assert!(open < 1e-6 * (1.0 + first.abs()), "{first} {second} {third} at {}", row.t);
@@ -62,7 +62,7 @@ fn run(settings: MethodSettings, w0: f64, largest: f64) -> Outcome {
 
 #[test]
 fn the_motion_is_that_without_the_constraints_that_repeat() {
-    for method in METHODS.iter().filter(|method| !method.needs_linearization) {
+    for method in METHODS {
         let outcome = run(MethodSettings::new(method, 1e-9), 1e-3, 1e-6);
         assert!(matches!(outcome.status, Status::Completed), "{}: {:?}", method.name, outcome.status);
         assert_eq!(outcome.doubts(model().description), [], "{}", method.name);
@@ -123,4 +123,12 @@ fn designs_and_units_run_as_runs_do() {
     let mut unit = Simulation::new(model(), &replace, MethodSettings::default(), None).expect("it begins");
     let now = unit.advance(expected.end_time).expect("it goes on");
     assert!((now.q[0] - expected.q[0]).abs() < 1e-12);
+}
+
+#[test]
+fn a_drive_repeats_no_constraint() {
+    let driven = qrm_functions::MODELS.iter().find(|model| model.description.name == "driven").expect("a scene");
+    let mechanism = driven.mechanism(&|_| None);
+    let (q, _) = qrm_sim::run::assembled(&*mechanism).expect("a start");
+    assert_eq!(constraint_rank(&*mechanism, 0.0, &q), mechanism.description().constraints.len());
 }
