@@ -66,3 +66,18 @@ fn what_has_no_meaning_for_a_driven_mechanism_is_said() {
     let checked = common::qrm(&["check", "quick-return-driven"]).output().expect("it starts");
     assert!(String::from_utf8_lossy(&checked.stdout).contains("not looked at: a constraint depends on time"));
 }
+
+#[test]
+fn extremes_between_long_steps_are_those_between_short_ones() {
+    let torque = |step: &str| {
+        let run = run(&["quick-return-driven", "--method", "dop853", "--tolerance", "1e-6", "--step", step]);
+        assert_eq!(run.status(), 0, "{}", run.stderr());
+        let torque = &run.summary()["extremes"]["torque"];
+        ["min", "max"].map(|end| torque[end].as_f64().expect("a number"))
+    };
+    let fine = torque("1e-3");
+    // All rows but two are left out.
+    for (coarse, fine) in torque("10").into_iter().zip(fine) {
+        assert!((coarse / fine - 1.0).abs() < 1e-3, "{coarse} instead of {fine}");
+    }
+}
