@@ -166,7 +166,7 @@ fn look(seed: u64, numbers: impl Iterator<Item = u64>) -> Found {
 
 #[test]
 fn no_run_is_wrong_in_silence() {
-    let (seed, runs) = (number("QRM_SEED", 1), number("QRM_RUNS", 200));
+    let (seed, runs) = (number("QRM_SEED", 1), number("QRM_RUNS", 100));
     let threads = std::thread::available_parallelism().map_or(1, usize::from) as u64;
     let all: Vec<Found> = std::thread::scope(|scope| {
         let begun: Vec<_> = (0..threads)
@@ -194,7 +194,7 @@ fn no_run_is_wrong_in_silence() {
 
 #[test]
 fn designs_in_lanes_are_what_runs_make_of_them() {
-    let (seed, sweeps) = (number("QRM_SEED", 1), number("QRM_RUNS", 200).div_ceil(20));
+    let (seed, sweeps) = (number("QRM_SEED", 1), number("QRM_RUNS", 100).div_ceil(20));
     let mut done = 0;
     for number in 0..sweeps {
         let random = &mut Rng::with_seed(seed.wrapping_mul(2_000_003).wrapping_add(number));

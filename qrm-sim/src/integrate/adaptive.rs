@@ -226,9 +226,14 @@ impl Adaptive {
             self.run_steps.pop_front();
         }
         // A step that begins in a long step of the run may end in shorter ones behind it.
-        self.run_steps.iter().fold(self.task.bounds.longest, |longest, [begin, end]| {
-            if *begin < t + longest { longest.min(COMPANION_STEP_RATIO * (end - begin)) } else { longest }
-        })
+        let mut longest = self.task.bounds.longest;
+        for [begin, end] in &self.run_steps {
+            if *begin >= t + longest {
+                break;
+            }
+            longest = longest.min(COMPANION_STEP_RATIO * (end - begin));
+        }
+        longest
     }
 
     /// The largest difference between the change of the energy and the work of the loads without potential, at the end
