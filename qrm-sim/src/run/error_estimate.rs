@@ -54,7 +54,9 @@ impl Companion {
         first: &State,
         end_time: f64,
     ) -> Option<Self> {
-        let finer = settings.tolerance * COMPANION_STEP_RATIO.powi(settings.method.order as i32);
+        // Implicit steps are of order 4.
+        let order = if settings.method.is_for_stiff { 4 } else { settings.method.order };
+        let finer = settings.tolerance * COMPANION_STEP_RATIO.powi(order as i32);
         let settings = MethodSettings { tolerance: finer.max(SMALLEST_TOLERANCE), ..*settings };
         let layout = RowLayout { n: first.q.len(), m: first.multipliers.len() };
         Some(Self {
