@@ -80,7 +80,7 @@ impl Case {
         Some((outcome, rows.0))
     }
 
-    /// The same case with other parameters.
+    /// A copy of the case with other parameters.
     fn with(&self, parameters: &[(&'static str, f64)]) -> Self {
         Self { parameters: parameters.to_vec(), ..*self }
     }
@@ -143,7 +143,7 @@ fn number(variable: &str, otherwise: u64) -> u64 {
     std::env::var(variable).map_or(otherwise, |text| text.parse().expect("a number"))
 }
 
-/// What came out of the runs of one thread.
+/// The results of the runs of one thread.
 #[derive(Default)]
 struct Found {
     counts: Counts,

@@ -61,7 +61,7 @@ pub fn with_checksum(text: String, derivation: &str) -> String {
     text + line.as_str()
 }
 
-/// What stands before the checksum.
+/// The text before the checksum of a generated file.
 const CHECKSUM: &str = "\n// Hash of this file and its derivation: ";
 
 fn checksum_line(text: &str, derivation: &str) -> String {

@@ -186,11 +186,11 @@ impl RunReport {
         let near = singular.filter(|entry| entry.value < judgement::SUSPECT * entry.largest);
         let help = if let Some(entry) = near {
             if entry.is_alone {
-                "write that constraint in another form, pass the position with other steps or another method, or change \
-                 the dimensions"
+                "write that constraint in another form, pass the position with other steps or another method, or \
+                 change the dimensions"
             } else {
-                "branches meet at that position: pass it with other steps or another method, begin elsewhere, or change \
-                 the dimensions"
+                "branches meet at that position: pass it with other steps or another method, begin elsewhere, or \
+                 change the dimensions"
             }
         } else if self.tolerance.is_some() && self.has_jumps {
             "loads with `sign` jump, which no tolerance follows: write `tanh(x/x0)` with a small x0 instead"

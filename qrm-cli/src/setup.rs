@@ -5,10 +5,9 @@ use std::collections::BTreeMap;
 use qrm_core::{Description, Mechanism, Model};
 use qrm_scene::diagnostic::{Diagnostic, Report};
 use qrm_scene::evaluate::{constant, parameter_values};
-use qrm_scene::expression::Node;
 use qrm_scene::function::Function;
 use qrm_scene::resolve;
-use qrm_scene::scene::{Quantity, Scene};
+use qrm_scene::scene::Scene;
 use qrm_scene::time_scales::{TimeScale, time_scales};
 use qrm_sim::integrate::MethodSettings;
 use qrm_sim::run::{End, Observer, Outcome, Request, simulate};
@@ -134,9 +133,7 @@ impl Setup {
 
     /// Whether a load has a `sign` in it.
     pub(crate) fn has_jumps(&self) -> bool {
-        let is_jump = |node: &Node<Quantity>| matches!(node, Node::Call(Function::Sign, _));
-        let formulae = self.scene.loads.iter().flat_map(|load| load.kind.formulae());
-        formulae.flat_map(|formula| formula.nodes()).any(is_jump)
+        self.scene.loads_call(|function| function == Function::Sign)
     }
 
     /// Whether the command line changes a parameter.

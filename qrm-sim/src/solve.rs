@@ -20,6 +20,6 @@ pub use rank::constraint_rank;
 pub use singular::SmallestSingularValue;
 pub use stats::SolverStats;
 
-pub(crate) use accelerations::{SaddlePoint, minv_ct, schur_complement};
+pub(crate) use accelerations::{SaddlePoint, minv_ct, schur_complement, subtract_combination};
 pub(crate) use matrix::is_positive;
 pub(crate) use rank::row_products;

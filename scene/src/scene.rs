@@ -10,8 +10,8 @@ use std::collections::BTreeSet;
 
 use crate::diagnostic::Span;
 use crate::document::Side;
-use crate::expression::Expression;
-use crate::expression::Node;
+use crate::expression::{Expression, Node};
+use crate::function::Function;
 use crate::parser::Condition;
 pub use drawing::{Drawn, DrawnKind};
 pub use extreme::Extreme;
@@ -221,9 +221,14 @@ impl Scene {
 
     /// Whether a load has a corner or jumps somewhere.
     pub fn has_corners(&self) -> bool {
-        let is_corner = |node: &Node<Quantity>| matches!(node, Node::Call(function, _) if function.is_piecewise());
+        self.loads_call(Function::is_piecewise)
+    }
+
+    /// Whether a load calls a function of this kind.
+    pub fn loads_call(&self, is_wanted: impl Fn(Function) -> bool) -> bool {
+        let calls = |node: &Node<Quantity>| matches!(node, Node::Call(function, _) if is_wanted(*function));
         let formulae = self.loads.iter().flat_map(|load| load.kind.formulae());
-        formulae.flat_map(|formula| formula.nodes()).any(is_corner)
+        formulae.flat_map(|formula| formula.nodes()).any(calls)
     }
 
     /// Whether all of a formula could be read and looked up.

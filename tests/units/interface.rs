@@ -113,7 +113,7 @@ impl Unit {
         Self { handle, names, messages }
     }
 
-    /// What a library says to a token that it refuses.
+    /// The messages of a library that refuses a token.
     pub(crate) fn refused(token: &InstantiationToken) -> Vec<String> {
         let text = CString::new(token.to_string()).expect("a text");
         let messages: *mut Vec<String> = Box::into_raw(Box::default());

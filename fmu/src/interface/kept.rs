@@ -55,7 +55,7 @@ pub(super) fn put_back(instance: &mut Instance, state: *mut c_void) -> Result<()
     Ok(())
 }
 
-/// Frees a kept state; does nothing if there is none.
+/// Frees a kept state, if there is one.
 ///
 /// # Safety
 /// `place` is null or points to a pointer.

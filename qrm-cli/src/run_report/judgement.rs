@@ -105,7 +105,7 @@ pub(super) fn open_joints(setup: &Setup, recording: &Recording) -> Vec<Message> 
     let joints = setup.scene.constraints.iter().enumerate().filter_map(|(i, joint)| Some((i, joint, joint.one_sided?)));
     let open = joints.filter_map(|(i, joint, side)| {
         let mut series = recording.series(Kind::Multiplier(i));
-        // What the extremes saw between rows.
+        // The extremes are also those between rows.
         let extremes = recording.extremes(Kind::Multiplier(i));
         series.extend(extremes.iter().flat_map(|found| [found.minimum, found.maximum]).map(|(value, t)| (t, value)));
         series.sort_by(|a, b| a.0.total_cmp(&b.0));

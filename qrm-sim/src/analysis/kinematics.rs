@@ -225,7 +225,8 @@ impl<'m> Drive<'m> {
     }
 
     /// Multipliers, and the generalized forces on the given coordinates, that hold a position in static equilibrium:
-    /// with them `C_q' lambda = fbar + force`. Where constraints repeat others, the multipliers are those of least norm.
+    /// with them `C_q' lambda = fbar + force`. Where constraints repeat others, the multipliers are those of least
+    /// norm.
     pub fn balance(&self, q: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let n = q.len();
         let dynamics = Dynamics::of(self.mechanism, 0.0, q, &vec![0.0; n]);

@@ -2,7 +2,7 @@
 
 use qrm_core::Mechanism;
 
-use crate::solve::{Ldl, LoopConstraints, Matrix, PivotedLdl, largest, row_products};
+use crate::solve::{Ldl, LoopConstraints, Matrix, PivotedLdl, largest, row_products, subtract_combination};
 use crate::start::Start;
 
 /// The constraints cannot be met with the given values.
@@ -170,10 +170,6 @@ impl Dependents {
     pub(crate) fn follow(&self, x: &mut [f64], residual: &[f64]) {
         let mut weights = residual.to_vec();
         self.factors.solve(&mut weights);
-        for (row, weight) in self.rows.iter().zip(weights) {
-            for (x, entry) in x.iter_mut().zip(row) {
-                *x -= weight * entry;
-            }
-        }
+        subtract_combination(x, &self.rows, &weights);
     }
 }

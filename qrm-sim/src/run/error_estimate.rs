@@ -16,7 +16,7 @@ pub(crate) const COMPANION_STEPS: [u64; 2] = [3, 2];
 /// The ratio of the difference of the two to the error of the finer one. It is `(3/2)^p - 1`, 4.06 for order 4, where
 /// errors follow an order; long steps show less.
 const RICHARDSON_FACTOR: f64 = 2.0;
-/// The same where loads have corners: the errors of both depend on where their steps meet one, and may agree by chance.
+/// The ratio of that difference to the error where loads have corners. The errors of both depend on where their steps meet one, and may agree by chance.
 const RATIO_AT_CORNERS: f64 = 0.5;
 
 /// Tolerances below this ask for more than double precision has.

@@ -112,8 +112,8 @@ impl Simulation {
 
     /// Watches the motion from here on, so that it can be judged as a run is: see [`doubts`](Self::doubts).
     ///
-    /// A second motion at 3/2 of the step, or with shorter steps where a tolerance chooses them, estimates the error. Where the parameters
-    /// change, it begins with this one again, and the errors add up.
+    /// A second motion at 3/2 of the step, or with shorter steps where a tolerance chooses them, estimates the error.
+    /// Where the parameters change, it begins with this one again, and the errors add up.
     ///
     /// # Errors
     /// The energy is not finite here.

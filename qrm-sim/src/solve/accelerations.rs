@@ -115,6 +115,7 @@ impl SaddlePoint {
         multipliers: &mut [f64],
         stats: &mut SolverStats,
     ) -> Result<bool, Undetermined> {
+        let is_redundant = self.is_redundant();
         let Self { dynamics, mass, minv_ct: pull, schur, schur_factors, rank } = self;
         let n = qdd.len();
         let terms = dynamics.mass_matrix.entries().iter().chain(dynamics.constraint_jacobian.entries());
@@ -152,7 +153,6 @@ impl SaddlePoint {
         minv_ct(mass, jacobian, pull);
         schur_complement(jacobian, pull, schur);
         let factors = PivotedLdl::of_rank(schur, *rank);
-        let is_redundant = *rank < schur.columns();
         let is_regular = if is_redundant {
             PivotedLdl::regular(schur, *rank).rank == *rank
         } else {
@@ -193,7 +193,7 @@ fn excess(dynamics: &Dynamics, free: &[f64], result: &mut [f64]) {
 }
 
 /// `x -= rows' weights`
-pub(super) fn subtract_combination(x: &mut [f64], rows: &Matrix, weights: &[f64]) {
+pub(crate) fn subtract_combination(x: &mut [f64], rows: &Matrix, weights: &[f64]) {
     for (row, weight) in rows.iter().zip(weights) {
         for (x, entry) in x.iter_mut().zip(row) {
             *x -= weight * entry;

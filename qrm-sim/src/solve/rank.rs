@@ -2,6 +2,7 @@
 
 use qrm_core::Mechanism;
 
+use super::accelerations::subtract_combination;
 use super::buffers::LoopConstraints;
 use super::ldl::{Ldl, PivotedLdl};
 use super::matrix::{Matrix, dot, largest};
@@ -40,7 +41,7 @@ pub fn constraint_rank(mechanism: &dyn Mechanism, t: f64, q: &[f64]) -> usize {
     let mut most = here;
     let beside = |position: &[f64]| (0..q.len()).any(|i| (position[i] - q[i]).abs() > 0.5 * BESIDE * size(i));
     if mechanism.is_driven() {
-        // What is driven is elsewhere at other times only.
+        // A driven mechanism is elsewhere at other times only.
         let step = mechanism.schedule().step;
         let times = (0..LATER).flat_map(|k| [1.0, -1.0].map(|sign| t + sign * step * 2.0_f64.powi(k)));
         let positions = times.filter_map(|t| closed(mechanism, t, q, count));
@@ -80,9 +81,7 @@ fn motions(jacobian: &Matrix, factors: &PivotedLdl) -> Vec<Vec<f64>> {
         factors.solve(&mut weights);
         let mut motion = vec![0.0; n];
         motion[i] = 1.0;
-        for (row, weight) in jacobian.iter().zip(weights) {
-            motion.iter_mut().zip(row).for_each(|(part, entry)| *part -= weight * entry);
-        }
+        subtract_combination(&mut motion, jacobian, &weights);
         (largest(&motion).1 > ROUNDING).then_some(motion)
     };
     (0..n).filter_map(motion).collect()
@@ -99,9 +98,7 @@ fn closed(mechanism: &dyn Mechanism, t: f64, guess: &[f64], rank: usize) -> Opti
         }
         let jacobian = &constraints.constraint_jacobian;
         PivotedLdl::of_rank(&row_products(jacobian), rank).solve(&mut constraints.residuals);
-        for (row, weight) in jacobian.iter().zip(&constraints.residuals) {
-            q.iter_mut().zip(row).for_each(|(q, entry)| *q -= weight * entry);
-        }
+        subtract_combination(&mut q, jacobian, &constraints.residuals);
     }
     None
 }

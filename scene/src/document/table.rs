@@ -123,7 +123,7 @@ impl<'t, 's> Table<'t, 's> {
         others.find_map(|key| Some((key, closest(key.get_ref(), keys.iter().copied())?)))
     }
 
-    /// The text under a key; empty if there is none. Units must not contain line breaks.
+    /// The text under a key, or an empty text. Line breaks in a unit are reported.
     pub(super) fn string(&self, r: &mut Reader, key: &str) -> String {
         if let ("unit", Some(value)) = (key, self.get(key))
             && let DeValue::String(text) = value.0.get_ref()
