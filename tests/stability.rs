@@ -94,6 +94,13 @@ fn singular_positions_are_named() {
     let set = ["O2A=0.31", "BC=2", "BG5=1"].map(|set| ["--set", set]).concat();
     let (_, output) = output(&[&["quick-return-loaded", "--no-extremes"][..], &set].concat());
     let said = String::from_utf8_lossy(&output.stdout);
-    assert_eq!(output.status.code(), Some(1));
     assert!(said.contains("constraint `slot` has no gradient there") && said.contains("phi4 = 3.14"), "{said}");
+}
+
+#[test]
+fn a_motion_that_no_tolerance_follows_is_refused() {
+    let (_, output) = output(&["double-pendulum", "--set", "a0=2.1", "--end-time", "40", "--no-extremes"]);
+    assert_eq!(output.status.code(), Some(1));
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(said.contains("do not trust the numbers: the estimated error of `b`"), "{said}");
 }

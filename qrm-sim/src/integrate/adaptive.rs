@@ -151,6 +151,8 @@ const SHRINK: f64 = 0.2;
 const GROW: f64 = 6.0;
 /// States between rows are this part of a step apart, if rows are not nearer.
 const SAMPLES: f64 = 8.0;
+/// They are no nearer than this part of the step that the scene states: near singular positions steps are tiny.
+const SAMPLES_PER_SCENE_STEP: f64 = 64.0;
 /// The part of a step of another run that steps beside it are at most: errors of order 4 fall to an eleventh.
 pub(crate) const COMPANION_STEP_RATIO: f64 = 0.55;
 
@@ -306,7 +308,7 @@ impl Adaptive {
     ) -> Result<(), StepError> {
         let [from, to] = [self.dense_output.from.t, self.dense_output.to.t];
         let [first, last] = [from.max(begin), to.min(end)];
-        let spacing = (to - from) / SAMPLES;
+        let spacing = ((to - from) / SAMPLES).max(mechanism.schedule().step / SAMPLES_PER_SCENE_STEP);
         if last - first > spacing {
             // These are for whoever observes the motion, and not counted as those of the method.
             let mut work = Work { evaluations: &mut 0, solver };

@@ -16,9 +16,13 @@ pub(crate) const COMPANION_STEPS: [u64; 2] = [3, 2];
 /// The ratio of the difference of the two to the error of the finer one. It is `(3/2)^p - 1`, 4.06 for order 4, where
 /// errors follow an order; long steps show less.
 const RICHARDSON_FACTOR: f64 = 2.0;
-/// The ratio of that difference to the error where loads have corners. The errors of both depend on where their steps meet one, and may agree by chance.
+/// The ratio of that difference to the error where loads have corners. The errors of both depend on where their steps
+/// meet one, and may agree by chance.
 const RATIO_AT_CORNERS: f64 = 0.5;
 
+/// Below this, a companion has the fraction of the tolerance that belongs to order 4: smaller ones may be out of reach
+/// near singular positions.
+const TIGHT: f64 = 1e-8;
 /// Tolerances below this ask for more than double precision has.
 const SMALLEST_TOLERANCE: f64 = 1e-15;
 
@@ -54,10 +58,9 @@ impl Companion {
         first: &State,
         end_time: f64,
     ) -> Option<Self> {
-        // Implicit steps are of order 4.
-        let order = if settings.method.is_for_stiff { 4 } else { settings.method.order };
-        let finer = settings.tolerance * COMPANION_STEP_RATIO.powi(order as i32);
-        let settings = MethodSettings { tolerance: finer.max(SMALLEST_TOLERANCE), ..*settings };
+        let finer = |order: u32| settings.tolerance * COMPANION_STEP_RATIO.powi(order as i32);
+        let tolerance = finer(settings.method.order).max(finer(4).min(TIGHT)).max(SMALLEST_TOLERANCE);
+        let settings = MethodSettings { tolerance, ..*settings };
         let layout = RowLayout { n: first.q.len(), m: first.multipliers.len() };
         Some(Self {
             integrator: Integrator::new(mechanism, settings, first, end_time).ok()?,

@@ -217,6 +217,8 @@ pub struct Solver {
     has_mass: bool,
     pub(super) weights: Vec<f64>,
     pub(super) start: Vec<f64>,
+    /// Solves beside singular positions, where the motion came to one.
+    beside: Option<Box<Solver>>,
 }
 
 impl Solver {
@@ -234,6 +236,7 @@ impl Solver {
             has_mass: false,
             weights: vec![0.0; m],
             start: vec![0.0; n],
+            beside: None,
         }
     }
 
@@ -297,9 +300,11 @@ impl Solver {
         self.saddle.dynamics.evaluate(mechanism, t, q, qd);
         self.has_mass = self.saddle.solve(qdd, multipliers, &mut self.stats)?;
         if self.stats.suspicious_constraints != before {
-            let _ = ASIDE.into_iter().find_map(|aside| {
-                across_singularity(mechanism, (self.saddle.rank, aside), t, (q, qd), (qdd, multipliers))
-            });
+            let rank = self.saddle.rank;
+            let solver = self.beside.get_or_insert_with(|| Box::new(Self::of_rank(mechanism, rank)));
+            let _ = ASIDE
+                .into_iter()
+                .find_map(|aside| across_singularity(mechanism, (solver, aside), t, (q, qd), (qdd, multipliers)));
         }
         Ok(())
     }
@@ -328,7 +333,7 @@ impl Solver {
 #[cold]
 fn across_singularity(
     mechanism: &dyn Mechanism,
-    (rank, aside): (usize, f64),
+    (solver, aside): (&mut Solver, f64),
     t: f64,
     (q, qd): (&[f64], &[f64]),
     (qdd, multipliers): (&mut [f64], &mut [f64]),
@@ -337,8 +342,8 @@ fn across_singularity(
     if !(speed > 0.0 && speed.is_finite()) {
         return None;
     }
-    let beside = |distance: f64| {
-        let mut solver = Solver::of_rank(mechanism, rank);
+    let mut beside = |distance: f64| {
+        solver.stats = SolverStats::default();
         // Constraints that depend on time are met at the time when the motion is there.
         let t = if mechanism.is_driven() { t + distance / speed } else { t };
         let mut position: Vec<f64> = q.iter().zip(qd).map(|(q, v)| q + distance / speed * v).collect();

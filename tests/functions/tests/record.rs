@@ -1,0 +1,286 @@
+//! What every scene computes stays what it computed before: runs by each method, designs in lanes, sensitivities,
+//! motions whose parameters change, positions at rest.
+//!
+//! The record in `record/` says nothing about right or wrong; other tests do. It shows what a change of the code changes
+//! that no accuracy test sees: numbers of steps, estimates, extremes between rows, statistics.
+//!
+//! `QRM_REFRESH=1 cargo test --release --package qrm-functions --test record` writes it anew: read the difference
+//! before keeping it.
+
+use std::fmt::{Debug, Write};
+use std::io;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use num_dual::Dual64;
+use qrm_core::{Model, Replace};
+use qrm_sim::analysis::{
+    EnergyIntegral, SensitivityEnd, SensitivityRequest, revolution, sensitivity, spectrum, static_equilibrium,
+};
+use qrm_sim::batch::{LaneCount, SweepEnd, SweepRequest, sweep};
+use qrm_sim::integrate::{METHODS, MethodSettings};
+use qrm_sim::run::{End, ExtremesTracker, Observer, Request, Row, Simulation, assembled, simulate};
+use qrm_sim::solve::Projection;
+
+const REFRESH: &str = "QRM_REFRESH=1 cargo test --release --package qrm-functions --test record";
+
+/// Numbers are equal up to this part of the larger one: another order of additions, or another processor.
+const RELATIVE: f64 = 1e-6;
+/// Numbers below this are rounding errors.
+const ROUNDING: f64 = 1e-11;
+
+/// Steps of the scene in a run.
+const STEPS: f64 = 400.0;
+const TOLERANCE: f64 = 1e-7;
+
+#[test]
+fn results_are_those_on_record() {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("record");
+    let mut changed = String::new();
+    let models = qrm_model::MODELS.iter();
+    #[cfg(feature = "generate")]
+    let models = models.chain(qrm_functions::MODELS);
+    for model in models {
+        let name = model.description.name;
+        let found = record(model);
+        let path = folder.join(format!("{name}.txt"));
+        if std::env::var_os("QRM_REFRESH").is_some() {
+            std::fs::create_dir_all(&folder).and_then(|()| std::fs::write(&path, &found)).expect("it can be written");
+        }
+        let before = std::fs::read_to_string(&path).unwrap_or_default();
+        let (mut old, mut new) = (before.lines(), found.lines());
+        loop {
+            match (old.next(), new.next()) {
+                (None, None) => break,
+                (old, new) => {
+                    let (old, new) = (old.unwrap_or_default(), new.unwrap_or_default());
+                    if !is_same(old, new) {
+                        writeln!(changed, "{name}\n- {old}\n+ {new}").expect("it is a string");
+                    }
+                }
+            }
+        }
+    }
+    assert!(changed.is_empty(), "other results than before; if that is meant: {REFRESH}\n{changed}");
+}
+
+/// The results of a scene, one in a line.
+fn record(model: &Model) -> String {
+    let mut lines = String::new();
+    runs(model, &mut lines);
+    designs(model, &mut lines);
+    derivatives(model, &mut lines);
+    changes(model, &mut lines);
+    positions(model, &mut lines);
+    lines
+}
+
+/// Adds a line, its numbers to eight digits.
+fn add(lines: &mut String, what: &str, value: &dyn Debug) {
+    let text = format!("{value:?}");
+    let digits = |c: char| c.is_ascii_alphanumeric() || ".+-_".contains(c);
+    lines.push_str(what);
+    lines.push_str(": ");
+    let mut rest = &*text;
+    while !rest.is_empty() {
+        let between = rest.find(digits).unwrap_or(rest.len());
+        lines.push_str(&rest[..between]);
+        rest = &rest[between..];
+        let end = rest.find(|c| !digits(c)).unwrap_or(rest.len());
+        match rest[..end].parse::<f64>() {
+            Ok(number) if rest[..end].contains(['.', 'e']) => write!(lines, "{number:.7e}").expect("it is a string"),
+            _ => lines.push_str(&rest[..end]),
+        }
+        rest = &rest[end..];
+    }
+    lines.push('\n');
+}
+
+/// A value of each column, and the extremes of the outputs.
+#[derive(Debug, Default)]
+struct Rows {
+    count: u64,
+    between: u64,
+    sums: Vec<f64>,
+    extremes: ExtremesTracker,
+}
+
+impl Observer for Rows {
+    fn row(&mut self, row: &Row) -> io::Result<()> {
+        self.count += 1;
+        self.sums.resize(row.qdd.len() + row.multipliers.len() + row.outputs.len(), 0.0);
+        // Weights that differ from row to row, so that no two errors cancel.
+        let weight = (0.1 * row.index as f64).cos();
+        for (sum, value) in self.sums.iter_mut().zip(row.qdd.iter().chain(row.multipliers).chain(row.outputs)) {
+            *sum += weight * value;
+        }
+        self.extremes.row(row.t, row.outputs);
+        Ok(())
+    }
+
+    fn between(&mut self, _columns: &[f64]) {
+        self.between += 1;
+    }
+}
+
+fn runs(model: &Model, lines: &mut String) {
+    let mechanism = model.mechanism(&|_| None);
+    let schedule = mechanism.schedule();
+    let end = schedule.end_time.min(STEPS * schedule.step);
+    let q = assembled(&*mechanism).map(|(q, _)| q).unwrap_or_default();
+    // Half of the way of the first coordinate.
+    let to = middle(model);
+    let until = |_: f64, q: &[f64], _: &[f64]| if q[0] > to { 1.0 } else { -1.0 };
+    let passes = |_: f64, q: &[f64], _: &[f64]| q[0] - to;
+    let mut one = |name: String, settings: MethodSettings, step: Option<f64>, end: End| {
+        let mut rows = Rows::default();
+        let request = Request { settings, step, end: Some(end), estimate_error: true };
+        match simulate(&*mechanism, &request, &mut rows) {
+            Ok(mut outcome) => {
+                outcome.integration = Duration::ZERO;
+                // Which residual is the largest, rounding chooses.
+                outcome.residual_position.0 = 0;
+                outcome.residual_velocity.0 = 0;
+                let doubts = outcome.doubts(model.description);
+                add(lines, &name, &(outcome, doubts, rows.count, rows.between, &rows.sums));
+                let extremes: Vec<_> =
+                    (0..model.description.outputs.len()).map(|i| rows.extremes.extremes(i)).collect();
+                add(lines, &format!("{name}, extremes"), &extremes);
+            }
+            Err(reason) => add(lines, &name, &reason),
+        }
+    };
+    for method in METHODS {
+        let settings = MethodSettings::new(method, TOLERANCE);
+        one(format!("run by {}", method.name), settings, None, End::Time(end));
+        let to = if q.is_empty() { End::Time(end) } else { End::Condition(&passes) };
+        one(format!("run by {} to a condition", method.name), settings, None, to);
+        if method.is_adaptive() {
+            let long = Some(10.0 * schedule.step);
+            one(format!("run by {} with few rows", method.name), settings, long, End::Time(0.77 * end));
+        }
+    }
+    let settings = MethodSettings { projection: Projection::Euclidean, ..MethodSettings::default() };
+    one("run by rk4, euclidean".to_owned(), settings, Some(0.9 * schedule.step), End::Condition(&until));
+}
+
+/// The first coordinate at 0.6 of the end.
+fn middle(model: &Model) -> f64 {
+    let mechanism = model.mechanism(&|_| None);
+    let schedule = mechanism.schedule();
+    let end = 0.6037 * schedule.end_time.min(STEPS * schedule.step);
+    let request =
+        Request { settings: MethodSettings::default(), step: None, end: Some(End::Time(end)), estimate_error: false };
+    simulate(&*mechanism, &request, &mut ()).map_or(0.0, |outcome| outcome.q[0])
+}
+
+/// The parameters that are written as numbers.
+fn numbers(model: &Model) -> impl DoubleEndedIterator<Item = (&'static str, f64)> {
+    let parameters = model.description.parameters.iter();
+    parameters.filter_map(|parameter| Some((parameter.name, parameter.formula.parse().ok()?)))
+}
+
+type Change = Box<dyn Fn(&str) -> Option<f64>>;
+
+fn designs(model: &Model, lines: &mut String) {
+    let schedule = model.mechanism(&|_| None).schedule();
+    let end = schedule.end_time.min(STEPS * schedule.step);
+    let Some((name, value)) = numbers(model).next() else { return };
+    let replaces: Vec<Change> = (0..9)
+        .map(|i| {
+            let value = value * (1.0 + 0.01 * f64::from(i));
+            Box::new(move |other: &str| (other == name).then_some(value)) as _
+        })
+        .collect();
+    let replaces: Vec<Replace> = replaces.iter().map(|replace| &**replace).collect();
+    let to = middle(model);
+    let condition = |_: usize, _: f64, q: &[f64], _: &[f64]| q[0] - to;
+    for (lanes, count) in [(LaneCount::Most, 9), (LaneCount::Four, 3), (LaneCount::One, 1)] {
+        for end in [SweepEnd::Time(end), SweepEnd::Condition(&condition)] {
+            let request = SweepRequest { step: None, end: Some(end), extremes: true, estimate_error: true };
+            for result in sweep(model, &replaces[..count], &request, lanes) {
+                add(lines, &format!("design, {lanes:?}"), &result);
+            }
+        }
+    }
+}
+
+fn derivatives(model: &Model, lines: &mut String) {
+    let schedule = model.mechanism(&|_| None).schedule();
+    let end = schedule.end_time.min(0.5 * STEPS * schedule.step);
+    let by: Vec<&str> = numbers(model).take(3).map(|(name, _)| name).collect();
+    let to = middle(model);
+    let condition = |_: &str, _: Dual64, q: &[Dual64], _: &[Dual64]| q[0] - to;
+    for (by, end) in [
+        (&[][..], SensitivityEnd::Time(end)),
+        (&by, SensitivityEnd::Time(end)),
+        (&by, SensitivityEnd::Condition(&condition)),
+    ] {
+        let request = SensitivityRequest { by, step: None, end: Some(end) };
+        add(lines, "derivatives", &sensitivity(model, &|_| None, &request));
+    }
+}
+
+/// A motion watched, with another parameter on the way.
+fn changes(model: &Model, lines: &mut String) {
+    let schedule = model.mechanism(&|_| None).schedule();
+    let end = schedule.end_time.min(0.5 * STEPS * schedule.step);
+    for method in METHODS {
+        let settings = MethodSettings::new(method, TOLERANCE);
+        let begun = Simulation::new(model, &|_| None, settings, None).and_then(Simulation::watched);
+        let Ok(mut simulation) = begun else {
+            add(lines, "no motion", &begun.err().map(|error| error.reason));
+            continue;
+        };
+        for part in [0.31, 0.62, 1.0] {
+            let result = simulation.advance(part * end).cloned();
+            add(lines, &format!("motion by {}", method.name), &result);
+            add(lines, "watched", &(simulation.doubts(), simulation.outputs(), simulation.residuals()));
+            let last = numbers(model).next_back();
+            let change = |name: &str| last.filter(|last| last.0 == name).map(|last| last.1 * (1.0 + 0.1 * part));
+            if let Err(reason) = simulation.replace(&change) {
+                add(lines, "not replaced", &reason.reason);
+            }
+        }
+    }
+}
+
+fn positions(model: &Model, lines: &mut String) {
+    let mechanism = model.mechanism(&|_| None);
+    if let Ok((q, qd)) = assembled(&*mechanism) {
+        add(lines, "spectrum", &spectrum(&*mechanism, 0.0, &q, &qd));
+    }
+    add(lines, "equilibrium", &static_equilibrium(&*mechanism, &[]));
+    match revolution(&*mechanism) {
+        Ok(found) => {
+            add(lines, "revolution", &(found.start, found.direction, found.range, found.change_points, found.returns));
+            for series in found.outputs.iter().chain([&found.balance, &found.inertia]) {
+                add(lines, "course", series);
+            }
+        }
+        Err(reason) => add(lines, "no revolution", &reason),
+    }
+    let until = 0.2 * mechanism.schedule().end_time;
+    match EnergyIntegral::new(&*mechanism, until, 200.0) {
+        Ok(integral) => add(lines, "energy integral", &integral.state(0.5 * until)),
+        Err(reason) => add(lines, "no energy integral", &reason),
+    }
+}
+
+/// Whether two lines say the same, numbers up to rounding.
+fn is_same(old: &str, new: &str) -> bool {
+    let (old, new): (Vec<&str>, Vec<&str>) = (pieces(old), pieces(new));
+    old.len() == new.len()
+        && old.iter().zip(new).all(|(old, new)| {
+            *old == new
+                || match (old.parse::<f64>(), new.parse::<f64>()) {
+                    (Ok(old), Ok(new)) => (old - new).abs() <= ROUNDING.max(RELATIVE * old.abs().max(new.abs())),
+                    _ => false,
+                }
+        })
+}
+
+/// The numbers of a line and what stands between them.
+fn pieces(line: &str) -> Vec<&str> {
+    line.split([' ', ',', '(', ')', '[', ']', '{', '}']).filter(|piece| !piece.is_empty()).collect()
+}
