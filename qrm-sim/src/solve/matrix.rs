@@ -127,7 +127,8 @@ pub(crate) fn is_positive(mut matrix: Matrix) -> bool {
         let pivot = (0..n).max_by(|&i, &j| matrix[i][i].total_cmp(&matrix[j][j])).unwrap_or(0);
         let row = matrix[pivot].to_vec();
         if !(row[pivot] > rounding) {
-            return true;
+            // Nothing is left in the diagonal: entries beside it belong to pairs of a positive and a negative value.
+            return matrix.entries().iter().all(|entry| entry.abs() <= rounding);
         }
         for i in 0..n {
             for j in 0..n {
@@ -150,6 +151,22 @@ mod tests {
         matrix.swap_columns(0, 2);
         assert_eq!(matrix.entries(), [12.0, 11.0, 10.0, 2.0, 1.0, 0.0]);
         assert_eq!((Matrix::zero(0, 3).rows(), Matrix::zero(3, 0).rows()), (0, 0));
+    }
+
+    #[test]
+    fn positive_matrices_have_no_negative_eigenvalue() {
+        let is_positive = |entries: [[f64; 3]; 3]| is_positive(Matrix::from_fn(3, 3, |i, j| entries[i][j]));
+        assert!(is_positive([[5.0, 2.0, 1.0], [2.0, 3.0, 1.0], [1.0, 1.0, 2.0]]));
+        // Eigenvalues -1, 2, 3.
+        assert!(!is_positive([[0.5, 1.5, 0.0], [1.5, 0.5, 0.0], [0.0, 0.0, 3.0]]));
+        // The first pivot leaves 1 - 3/2 in the diagonal.
+        assert!(!is_positive([[6.0, 3.0, 3.0], [3.0, 1.0, 1.5], [3.0, 1.5, 2.0]]));
+        // Singular, of rank one and two.
+        assert!(is_positive([[4.0, 2.0, 6.0], [2.0, 1.0, 3.0], [6.0, 3.0, 9.0]]));
+        assert!(is_positive([[1.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 2.0]]));
+        assert!(is_positive([[0.0; 3]; 3]));
+        assert!(!is_positive([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]]));
+        assert!(!is_positive([[2.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]]));
     }
 
     #[test]
