@@ -13,13 +13,14 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use num_dual::Dual64;
-use qrm_core::{Model, Replace};
+use qrm_core::{Model, Replace, Schedule};
 use qrm_sim::analysis::{
-    EnergyIntegral, SensitivityEnd, SensitivityRequest, revolution, sensitivity, spectrum, static_equilibrium,
+    EnergyIntegral, SensitivityEnd, SensitivityRequest, reference_states, revolution, sensitivity, spectrum,
+    static_equilibrium,
 };
 use qrm_sim::batch::{LaneCount, SweepEnd, SweepRequest, sweep};
 use qrm_sim::integrate::{METHODS, MethodSettings};
-use qrm_sim::run::{End, ExtremesTracker, Observer, Request, Row, Simulation, assembled, simulate};
+use qrm_sim::run::{End, ExtremesTracker, Observer, Request, Row, Simulation, StopFunction, assembled, simulate};
 use qrm_sim::solve::Projection;
 
 const REFRESH: &str = "QRM_REFRESH=1 cargo test --release --package qrm-functions --test record";
@@ -65,8 +66,8 @@ fn results_are_those_on_record() {
 }
 
 /// Scenes with other parameters: near a singular position, through a change point, to where they lock, with a mass
-/// matrix that is singular, as they cannot be assembled.
-const HARD: [(&str, &[(&str, f64)]); 8] = [
+/// matrix that is singular; and one for longer.
+const HARD: [(&str, &[(&str, f64)]); 9] = [
     ("quick-return-loaded", &[("O2A", 0.295), ("BC", 1.2)]),
     ("quick-return-loaded", &[("O2A", 0.3099)]),
     ("quick-return-loaded", &[("BC", 0.7)]),
@@ -75,6 +76,7 @@ const HARD: [(&str, &[(&str, f64)]); 8] = [
     ("four-bar", &[("l3", 0.2302)]),
     ("shaper", &[("O2A", 0.29)]),
     ("slider-crank", &[("a", 0.97)]),
+    ("pulse", &[]),
 ];
 
 /// The results of a scene, one in a line.
@@ -86,6 +88,7 @@ fn record(model: &Model) -> String {
         let replace = |name: &str| parameters.iter().find(|(other, _)| *other == name).map(|(_, value)| *value);
         runs(model, &replace, 4.0 * STEPS, &mut lines);
     }
+    conditions(model, &mut lines);
     designs(model, &mut lines);
     derivatives(model, &mut lines);
     changes(model, &mut lines);
@@ -192,6 +195,32 @@ fn middle(model: &Model, replace: Replace, steps: f64) -> f64 {
     simulate(&*mechanism, &request, &mut ()).map_or(0.0, |outcome| outcome.q[0])
 }
 
+/// Ends by conditions that become true for less than a step, touch zero, are not numbers, or never become true.
+fn conditions(model: &Model, lines: &mut String) {
+    let mechanism = model.mechanism(&|_| None);
+    let Schedule { step, end_time } = mechanism.schedule();
+    let end = end_time.min(STEPS * step);
+    let at = 0.4021 * end;
+    let short = |t: f64, _: &[f64], _: &[f64]| 0.1 * step - (t - at).abs();
+    let touching = |t: f64, _: &[f64], _: &[f64]| 0.01 - ((t - at) / step).powi(2);
+    let touching_late = |t: f64, _: &[f64], _: &[f64]| 1e-6 - (1.0 - (t / end - 0.93).cos()) * (t - at) / end;
+    let ends = |t: f64, _: &[f64], _: &[f64]| -1.0 - (at - t).sqrt();
+    let never = |t: f64, q: &[f64], _: &[f64]| -1.0 - (t - at).powi(2) - q[0].powi(2);
+    let conditions: [&StopFunction; 5] = [&short, &touching, &touching_late, &ends, &never];
+    for method in METHODS {
+        for (number, condition) in conditions.iter().enumerate() {
+            for rows in [1.0, 7.0] {
+                let settings = MethodSettings::new(method, TOLERANCE);
+                let end = Some(End::Condition(condition));
+                let request = Request { settings, step: Some(rows * step), end, estimate_error: false };
+                let found = simulate(&*mechanism, &request, &mut ());
+                let found = found.map(|outcome| (outcome.status, outcome.end_time));
+                add(lines, &format!("condition {number} by {}", method.name), &found);
+            }
+        }
+    }
+}
+
 /// The parameters that are written as numbers.
 fn numbers(model: &Model) -> impl DoubleEndedIterator<Item = (&'static str, f64)> {
     let parameters = model.description.parameters.iter();
@@ -273,12 +302,14 @@ fn positions(model: &Model, lines: &mut String) {
         Ok(found) => {
             add(lines, "revolution", &(found.start, found.direction, found.range, found.change_points, found.returns));
             for series in found.outputs.iter().chain([&found.balance, &found.inertia]) {
-                add(lines, "course", series);
+                add(lines, "course", &(series, series.is_periodic()));
             }
         }
         Err(reason) => add(lines, "no revolution", &reason),
     }
     let until = 0.2 * mechanism.schedule().end_time;
+    let times = [0.01, 0.02].map(|part| part * until);
+    add(lines, "reference", &reference_states(model, &|_| None, &times, 1e-18));
     match EnergyIntegral::new(&*mechanism, until, 200.0) {
         Ok(integral) => add(lines, "energy integral", &integral.state(0.5 * until)),
         Err(reason) => add(lines, "no energy integral", &reason),
