@@ -15,13 +15,15 @@ use std::time::Duration;
 use num_dual::Dual64;
 use qrm_core::{Model, Replace, Schedule};
 use qrm_sim::analysis::{
-    EnergyIntegral, SensitivityEnd, SensitivityRequest, reference_states, revolution, sensitivity, spectrum,
-    static_equilibrium,
+    EnergyIntegral, SensitivityEnd, SensitivityRequest, exact_states, reference_states, revolution, sensitivity,
+    spectrum, static_equilibrium,
 };
 use qrm_sim::batch::{LaneCount, SweepEnd, SweepRequest, sweep};
 use qrm_sim::integrate::{METHODS, MethodSettings};
 use qrm_sim::run::{End, ExtremesTracker, Observer, Request, Row, Simulation, StopFunction, assembled, simulate};
 use qrm_sim::solve::Projection;
+use qrm_sim::start::Start;
+use qrm_sim::state::State;
 
 const REFRESH: &str = "QRM_REFRESH=1 cargo test --release --package qrm-functions --test record";
 
@@ -120,6 +122,8 @@ fn add(lines: &mut String, what: &str, value: &dyn Debug) {
 /// A value of each column, and the extremes of the outputs.
 #[derive(Debug, Default)]
 struct Rows {
+    /// Rows after which the run is interrupted; no interruption if zero.
+    most: u64,
     count: u64,
     between: u64,
     sums: Vec<f64>,
@@ -137,6 +141,10 @@ impl Observer for Rows {
         }
         self.extremes.row(row.t, row.outputs);
         Ok(())
+    }
+
+    fn goes_on(&mut self, _t: f64, _end_time: f64) -> io::Result<bool> {
+        Ok(self.most == 0 || self.count < self.most)
     }
 
     fn between(&mut self, _columns: &[f64]) {
@@ -181,8 +189,12 @@ fn runs(model: &Model, replace: Replace, steps: f64, lines: &mut String) {
             one(format!("run by {} with few rows", method.name), settings, long, End::Time(0.77 * end));
         }
     }
+    let mut rows = Rows { most: 1, ..Rows::default() };
+    let request = Request { settings: MethodSettings::default(), step: None, end: None, estimate_error: true };
+    let interrupted = simulate(&*mechanism, &request, &mut rows).map(|outcome| (outcome.status, outcome.end_time));
     let settings = MethodSettings { projection: Projection::Euclidean, ..MethodSettings::default() };
     one("run by rk4, euclidean".to_owned(), settings, Some(0.9 * schedule.step), End::Condition(&until));
+    add(lines, "interrupted", &(interrupted, rows.count));
 }
 
 /// The first coordinate at 0.6 of the end.
@@ -242,8 +254,10 @@ fn designs(model: &Model, lines: &mut String) {
     let replaces: Vec<Replace> = replaces.iter().map(|replace| &**replace).collect();
     let to = middle(model, &|_| None, STEPS);
     let condition = |_: usize, _: f64, q: &[f64], _: &[f64]| q[0] - to;
-    for (lanes, count) in [(LaneCount::Most, 9), (LaneCount::Four, 3), (LaneCount::One, 1)] {
-        for end in [SweepEnd::Time(end), SweepEnd::Condition(&condition)] {
+    for (lanes, count) in [(LaneCount::Most, 9), (LaneCount::Four, 2), (LaneCount::One, 1)] {
+        // The companion ends with a design where its steps are three times some.
+        let thrice = 3.0 * (end / schedule.step / 3.0).floor() * schedule.step;
+        for end in [SweepEnd::Time(end), SweepEnd::Time(thrice), SweepEnd::Condition(&condition)] {
             let request = SweepRequest { step: None, end: Some(end), extremes: true, estimate_error: true };
             for result in sweep(model, &replaces[..count], &request, lanes) {
                 add(lines, &format!("design, {lanes:?}"), &result);
@@ -272,9 +286,12 @@ fn derivatives(model: &Model, lines: &mut String) {
 fn changes(model: &Model, lines: &mut String) {
     let schedule = model.mechanism(&|_| None).schedule();
     let end = schedule.end_time.min(0.5 * STEPS * schedule.step);
-    for method in METHODS {
-        let settings = MethodSettings::new(method, TOLERANCE);
-        let begun = Simulation::new(model, &|_| None, settings, None).and_then(Simulation::watched);
+    // With long steps and loose tolerances the estimates are reasons for doubts, and can be read.
+    let all = METHODS.into_iter().flat_map(|method| [(method, 1.0, TOLERANCE), (method, 25.0, 1e-3)]);
+    for (method, longer, tolerance) in all {
+        let settings = MethodSettings::new(method, tolerance);
+        let begun =
+            Simulation::new(model, &|_| None, settings, Some(longer * schedule.step)).and_then(Simulation::watched);
         let Ok(mut simulation) = begun else {
             add(lines, "no motion", &begun.err().map(|error| error.reason));
             continue;
@@ -285,10 +302,19 @@ fn changes(model: &Model, lines: &mut String) {
             add(lines, "watched", &(simulation.doubts(), simulation.outputs(), simulation.residuals()));
             let last = numbers(model).next_back();
             let change = |name: &str| last.filter(|last| last.0 == name).map(|last| last.1 * (1.0 + 0.1 * part));
+            let nowhere =
+                [0.5 * part * end, f64::NAN, 1e30].map(|t| simulation.advance(t).err().map(|error| error.reason));
+            add(lines, "no such time", &nowhere);
             if let Err(reason) = simulation.replace(&change) {
                 add(lines, "not replaced", &reason.reason);
             }
         }
+        let State { t, q, qd, .. } = simulation.now().clone();
+        if let Err(reason) = simulation.place(2.0 * t, &q, &qd) {
+            add(lines, "not placed", &reason.reason);
+        }
+        let placed = simulation.advance_trusted(2.0 * t + 0.1 * end).map_err(|error| error.reason);
+        add(lines, "placed", &placed);
     }
 }
 
@@ -297,7 +323,13 @@ fn positions(model: &Model, lines: &mut String) {
     if let Ok((q, qd)) = assembled(&*mechanism) {
         add(lines, "spectrum", &spectrum(&*mechanism, 0.0, &q, &qd));
     }
-    add(lines, "equilibrium", &static_equilibrium(&*mechanism, &[]));
+    let start = Start::of(&*mechanism);
+    if let Some(first) = start.given.iter().position(|given| *given) {
+        for way in [0.0, 0.2, -0.7, 3.0, -20.0] {
+            let wanted = [(first, start.q[first] + way)];
+            add(lines, &format!("equilibrium {way} farther"), &static_equilibrium(&*mechanism, &wanted));
+        }
+    }
     match revolution(&*mechanism) {
         Ok(found) => {
             add(lines, "revolution", &(found.start, found.direction, found.range, found.change_points, found.returns));
@@ -311,9 +343,10 @@ fn positions(model: &Model, lines: &mut String) {
     let times = [0.01, 0.02].map(|part| part * until);
     add(lines, "reference", &reference_states(model, &|_| None, &times, 1e-18));
     match EnergyIntegral::new(&*mechanism, until, 200.0) {
-        Ok(integral) => add(lines, "energy integral", &integral.state(0.5 * until)),
+        Ok(integral) => add(lines, "energy integral", &(integral.state(0.5 * until), integral.state(1.5 * until))),
         Err(reason) => add(lines, "no energy integral", &reason),
     }
+    add(lines, "exact", &exact_states(&*mechanism, &times, 50.0));
 }
 
 /// Whether two lines say the same, numbers up to rounding.
