@@ -45,8 +45,8 @@ impl SmallestSingularValue {
 
     /// Room for matrices of this size and rank; singular values that are zero for the rank do not count.
     pub fn of_rank(rows: usize, columns: usize, rank: usize) -> Self {
-        let redundant = rows - rank;
-        Self { is_tracking: rows > MANY && redundant == 0, redundant, ..Self::new(rows, columns) }
+        let room = Self::new(rows, columns);
+        Self { is_tracking: room.is_tracking && rank == rows, redundant: rows - rank, ..room }
     }
 
     /// The smallest singular value; `None` without rows.
