@@ -114,7 +114,21 @@ mod tests {
     fn a_smooth_zero_takes_few_steps() {
         let (t, count) = zero_of(|t| t.exp() - 3.0);
         assert!((t - 3.0_f64.ln()).abs() <= 4.0 * f64::EPSILON, "{t}");
-        assert!(count <= 12, "{count} evaluations");
+        assert!(count <= 10, "{count} evaluations");
+    }
+
+    #[test]
+    fn zeros_of_many_kinds_take_few_steps() {
+        let functions: [fn(f64) -> f64; 6] = [
+            |t| t * t - 0.5,
+            |t| (20.0 * (t - 0.3)).tanh(),
+            |t| (t - 0.1).powi(3) + 0.01 * (t - 0.1),
+            |t| 1.0 - 1.9 / (t + 1e-3),
+            |t| t.powi(20) - 1e-3,
+            |t| (t - 1.1).cbrt(),
+        ];
+        let counts = functions.map(|f| zero_of(f).1);
+        assert!(counts.iter().sum::<u32>() <= 116, "{counts:?}");
     }
 
     #[test]
