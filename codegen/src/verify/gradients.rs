@@ -29,6 +29,16 @@ impl<'s, B: Differentiable> Gradients<'s, B> {
         gradient
     }
 
+    /// How far each coordinate moves any point at most, by its derivative.
+    pub(super) fn levers(&self) -> Vec<B> {
+        let larger = |most: B, moved: B| if moved.re() > most.re() { moved } else { most };
+        let lever = |state: &State<Dual<B>>| {
+            let moved = (0..self.scene.points.len()).flat_map(|point| state.point(point)).map(|place| place.eps.abs());
+            moved.fold(B::from(0.0), larger)
+        };
+        self.states.iter().map(lever).collect()
+    }
+
     /// The rate of a displacement that the coordinates bring.
     pub(super) fn velocity(&self, displacement: &Formula) -> B {
         self.of(displacement).iter().zip(self.qd).map(|(s, v)| *s * *v).sum()

@@ -85,16 +85,7 @@ pub(super) fn agrees(
         let bias: Vec<Wide> = known("dynamics.constraint_bias").iter().map(|bias| -*bias).collect();
         let (moved, _) = system.solve(known("dynamics.generalized_forces"), &bias)?;
         let (moved_correction, _) = system.solve(&none, &closing)?;
-        // Inside a force terms may cancel too: the rounding errors of doubles show how large they are.
-        let mut sizes = sample.on::<Wide>().force_sizes(scene, equations);
-        for (at, exact) in [(sample, forces), (&sample.nearby(), known("generalized_forces"))] {
-            let rounded = at.expected(scene, equations)?;
-            let (_, rounded) = rounded.iter().find(|(name, _)| *name == "generalized_forces")?;
-            for ((terms, rounded), exact) in sizes.iter_mut().zip(rounded).zip(exact) {
-                *terms += Wide::from(size(Wide::from(*rounded) - *exact) / f64::EPSILON);
-            }
-        }
-        let (of_terms, _) = system.solve(&sizes, &bias)?;
+        let (of_terms, _) = system.solve(&sample.on::<Wide>().force_sizes(scene, equations), &bias)?;
         let rounding = ROUNDING * growth * of_terms.into_iter().map(size).fold(0.0, f64::max);
         let spread = |moved: Vec<Wide>, from: &[Wide]| -> Vec<f64> {
             moved.iter().zip(from).map(|(moved, from)| SPREAD * size(*moved - *from) + rounding).collect()

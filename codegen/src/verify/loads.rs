@@ -74,10 +74,12 @@ impl<B: Differentiable> Sample<B> {
         let rows = self.com_rows(scene, equations, &plain).into_iter();
         let inertial = rows.map(|(row, inertia)| (inertia * moving.value(row).v2, row));
         let loads = scene.loads.iter().flat_map(|load| self.load_forces(scene, &plain, &load.kind));
+        let levers = gradients.levers();
         let mut sizes = vec![zero; self.q.len()];
         for (effort, displacement) in inertial.chain(loads) {
-            for (size, derivative) in sizes.iter_mut().zip(gradients.of(displacement)) {
-                *size += (effort * derivative).abs();
+            for ((size, derivative), lever) in sizes.iter_mut().zip(gradients.of(displacement)).zip(&levers) {
+                // Inside a derivative terms cancel too: a spring from a pivot to its own link does no work.
+                *size += effort.abs() * (derivative.abs() + *lever);
             }
         }
         sizes

@@ -349,6 +349,7 @@ impl<'a> LaneSweep<'a> {
             extremes,
             estimated_error: errors.map(|errors| errors.iter().fold(0.0, |most: f64, error| most.max(*error))),
             doubts: Vec::new(),
+            is_alone: false,
         });
     }
 }

@@ -50,6 +50,8 @@ pub struct DesignResult {
     pub estimated_error: Option<f64>,
     /// The reasons not to trust these numbers.
     pub doubts: Vec<Doubt>,
+    /// Whether it was run by itself: no lanes, or something in its lane asked for a closer look.
+    pub is_alone: bool,
 }
 
 /// The number of designs in the lanes of a core.
@@ -106,6 +108,7 @@ pub(super) fn run_alone(design: usize, mechanism: &dyn Mechanism, request: &Swee
             q: outcome.q,
             qd: outcome.qd,
             extremes: ranges.found,
+            is_alone: true,
         },
     }
 }
@@ -144,6 +147,7 @@ impl DesignResult {
             extremes: Vec::new(),
             estimated_error: None,
             doubts: Vec::new(),
+            is_alone: true,
         }
     }
 }
