@@ -1,13 +1,18 @@
 //! How fast loads and drives change with time by themselves: what steps must not pass over.
 
+mod course;
+
+use std::f64::consts::FRAC_PI_2;
+
 use crate::expression::{Node, NodeId};
 use crate::function::Function;
 use crate::scene::{Quantity, Scene, Value};
+use course::{Course, Courses};
 
 /// A change with time that a formula shows by itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TimeScale {
-    /// A sine, cosine or tangent turns with time, at so many radians a second.
+    /// A sine, cosine or tangent turns with time, at so many radians a second; or a function of one changes as fast.
     Period(f64),
     /// Something happens around a time: the argument of a function is zero there, and changes by one within the width.
     Moment {
@@ -22,16 +27,17 @@ pub enum TimeScale {
 
 /// The time scales of the loads, drives and points of a scene with these values of its parameters.
 ///
-/// A time scale is found where a function is applied to `a + b*t`, with any factors of constants; arguments that depend
-/// on time otherwise, or on the motion as well, have none.
+/// A time scale is found where a function is applied to `a + b*t`, to the size of that, or to `a + b*sin(c*t + d)`, with
+/// any factors of constants; points and driven coordinates with such a course count as what they are. Arguments that
+/// depend on time otherwise, or on the motion as well, have none.
 pub fn time_scales(scene: &Scene, parameters: &[f64]) -> Vec<TimeScale> {
+    let courses = Courses::new(scene, parameters);
     let loads = scene.loads.iter().flat_map(|load| load.kind.formulae());
     let constraints = scene.constraints.iter().map(|constraint| &constraint.residual);
     let points = scene.points.iter().flat_map(|point| &point.position);
     let mut scales = Vec::new();
-    let is_timed = |value: &&Value| value.names().any(|name| *name == Quantity::Time);
-    for value in loads.chain(constraints).chain(points).filter(is_timed) {
-        for scale in of_formula(value, parameters) {
+    for value in loads.chain(constraints).chain(points) {
+        for scale in of_formula(value, &courses.of(value)) {
             if !scales.contains(&scale) {
                 scales.push(scale);
             }
@@ -40,22 +46,16 @@ pub fn time_scales(scene: &Scene, parameters: &[f64]) -> Vec<TimeScale> {
     scales
 }
 
-/// A value that is a line in time: at zero, and its rate.
-type Line = (f64, f64);
-
-fn of_formula(value: &Value, parameters: &[f64]) -> Vec<TimeScale> {
-    let mut lines: Vec<Option<Line>> = Vec::new();
+fn of_formula(value: &Value, courses: &[Option<Course>]) -> Vec<TimeScale> {
     let mut scales: Vec<Vec<TimeScale>> = Vec::new();
-    for node in value.nodes() {
-        let line = line_of(node, parameters, &lines);
+    for (node, course) in value.nodes().iter().zip(courses) {
         // What is multiplied by zero does not matter, and a line has no scale.
-        let of_node = if line.is_some() {
+        let of_node = if matches!(course, Some(Course::Line { .. })) {
             Vec::new()
         } else {
             let of_operands = node.operands().into_iter().flat_map(|operand| scales[operand].clone());
-            of_operands.chain(own_scales(node, &lines)).collect()
+            of_operands.chain(own_scales(node, courses)).collect()
         };
-        lines.push(line);
         scales.push(of_node);
     }
     let mut scales = scales.pop().unwrap_or_default();
@@ -67,66 +67,64 @@ fn of_formula(value: &Value, parameters: &[f64]) -> Vec<TimeScale> {
     scales
 }
 
-/// The time scales of an operation on lines.
-fn own_scales(node: &Node<Quantity>, lines: &[Option<Line>]) -> Vec<TimeScale> {
-    let moves = |id: &NodeId| lines[*id].filter(|(_, rate)| *rate != 0.0);
+/// The time scales of an operation on values whose course is known.
+fn own_scales(node: &Node<Quantity>, courses: &[Option<Course>]) -> Vec<TimeScale> {
+    let moves = |id: &NodeId| courses[*id].filter(|course| course.fixed().is_none());
+    let smooth = |id: &NodeId| moves(id).into_iter().flat_map(of_smooth).collect();
     match node {
-        Node::Call(function @ (Function::Min | Function::Max), arguments) => {
+        Node::Call(Function::Min | Function::Max, arguments) => {
             // Where the two are the same, the other one becomes the smaller or larger one.
-            let [Some(a), Some(b)] = [0, 1].map(|i| lines[arguments[i]]) else { return Vec::new() };
-            let difference = (a.0 - b.0, a.1 - b.1);
-            if difference.1 == 0.0 { Vec::new() } else { vec![of_function(*function, difference)] }
+            let [Some(a), Some(b)] = [0, 1].map(|i| courses[arguments[i]]) else { return Vec::new() };
+            let difference = a.plus(b.scaled(-1.0, 0.0)).filter(|course| course.fixed().is_none());
+            difference.into_iter().flat_map(of_corner).collect()
         }
-        Node::Call(function, arguments) => {
-            arguments.iter().filter_map(moves).map(|line| of_function(*function, line)).collect()
-        }
-        Node::Power(a, _) | Node::Divide(_, a) => moves(a).into_iter().map(moment).collect(),
-        Node::Multiply(a, b) if moves(a).is_some() => moves(b).into_iter().map(moment).collect(),
+        Node::Call(Function::Abs | Function::Sign, arguments) => moves(&arguments[0]).map_or_else(Vec::new, of_corner),
+        Node::Call(Function::Sin | Function::Cos | Function::Tan, arguments) => match moves(&arguments[0]) {
+            Some(Course::Line { rate, .. }) => vec![TimeScale::Period(rate.abs())],
+            Some(course) => of_smooth(course),
+            None => Vec::new(),
+        },
+        Node::Call(_, arguments) => arguments.iter().filter_map(moves).flat_map(of_smooth).collect(),
+        // A square of a sine is smooth in its period, and other powers nearly so.
+        Node::Power(a, _) if !matches!(moves(a), Some(Course::Turning { .. })) => smooth(a),
+        Node::Divide(_, a) => smooth(a),
+        Node::Multiply(a, b) if moves(a).is_some() && moves(a) == moves(b) => smooth(b),
         _ => Vec::new(),
     }
 }
 
-fn of_function(function: Function, (at_zero, rate): Line) -> TimeScale {
-    match function {
-        Function::Sin | Function::Cos | Function::Tan => TimeScale::Period(rate.abs()),
-        Function::Abs | Function::Sign | Function::Min | Function::Max => TimeScale::Corner(-at_zero / rate),
-        _ => moment((at_zero, rate)),
+/// The time scales of a smooth function: its argument passes zero, and changes by one there.
+fn of_smooth(course: Course) -> Vec<TimeScale> {
+    match course {
+        Course::Line { at_zero, rate } => vec![TimeScale::Moment { time: -at_zero / rate, width: rate.abs().recip() }],
+        Course::Bent { rate, time, .. } => vec![TimeScale::Moment { time, width: rate.abs().recip() }],
+        Course::Turning { middle, amplitude, rate } => {
+            let slope = rate * (amplitude * amplitude - middle * middle).max(0.0).sqrt();
+            let bend = amplitude.abs() * rate * rate;
+            vec![each(2.0 / (slope + (slope * slope + 2.0 * bend).sqrt()))]
+        }
     }
 }
 
-fn moment((at_zero, rate): Line) -> TimeScale {
-    TimeScale::Moment { time: -at_zero / rate, width: rate.abs().recip() }
+/// The corners of a function that has one where its argument is zero.
+fn of_corner(course: Course) -> Vec<TimeScale> {
+    match course {
+        Course::Line { at_zero, rate } => vec![TimeScale::Corner(-at_zero / rate)],
+        Course::Bent { value, rate, time } => {
+            let apart = -value / rate;
+            if apart >= 0.0 { [time - apart, time, time + apart].map(TimeScale::Corner).into() } else { Vec::new() }
+        }
+        Course::Turning { middle, amplitude, rate } => {
+            // The shorter one of the times between two zeros.
+            let between = 2.0 * (middle / amplitude).abs().acos() / rate;
+            if between > 0.0 { vec![each(0.5 * between)] } else { Vec::new() }
+        }
+    }
 }
 
-/// The value of a node as a line in time, if it is one.
-fn line_of(node: &Node<Quantity>, parameters: &[f64], lines: &[Option<Line>]) -> Option<Line> {
-    let line = |id: &NodeId| lines[*id];
-    let fixed = |id: &NodeId| line(id).filter(|(_, rate)| *rate == 0.0).map(|(value, _)| value);
-    Some(match node {
-        Node::Number(number) => (number.value, 0.0),
-        Node::Name(Quantity::Time) => (0.0, 1.0),
-        Node::Name(Quantity::Parameter(i)) => (parameters[*i], 0.0),
-        Node::Name(Quantity::Pi) => (std::f64::consts::PI, 0.0),
-        Node::Name(_) => return None,
-        Node::Negate(a) => line(a).map(|(value, rate)| (-value, -rate))?,
-        Node::Add(a, b) => line(a).zip(line(b)).map(|(a, b)| (a.0 + b.0, a.1 + b.1))?,
-        Node::Subtract(a, b) => line(a).zip(line(b)).map(|(a, b)| (a.0 - b.0, a.1 - b.1))?,
-        Node::Multiply(a, b) => match (fixed(a), fixed(b)) {
-            (Some(0.0), _) | (_, Some(0.0)) => (0.0, 0.0),
-            (Some(factor), _) => line(b).map(|(value, rate)| (factor * value, factor * rate))?,
-            (_, Some(factor)) => line(a).map(|(value, rate)| (factor * value, factor * rate))?,
-            _ => return None,
-        },
-        Node::Divide(a, b) => {
-            let divisor = fixed(b)?;
-            line(a).map(|(value, rate)| (value / divisor, rate / divisor))?
-        }
-        Node::Power(a, b) => (fixed(a)?.powf(fixed(b)?), 0.0),
-        Node::Call(function, arguments) => {
-            let values = arguments.iter().map(fixed).collect::<Option<Vec<f64>>>()?;
-            (function.evaluate(&values), 0.0)
-        }
-    })
+/// What happens within such a time, again and again.
+fn each(width: f64) -> TimeScale {
+    TimeScale::Period(FRAC_PI_2 / width)
 }
 
 #[cfg(test)]
@@ -175,6 +173,76 @@ end_time = 1
         assert_eq!(scales("max(t, 0.25)"), [TimeScale::Corner(0.25)]);
         assert_eq!(scales("tanh(4*(t - 2))"), [TimeScale::Moment { time: 2.0, width: 0.25 }]);
         assert_eq!(scales("1/(1 + ((t - 0.5)*4)*((t - 0.5)*4))"), [TimeScale::Moment { time: 0.5, width: 0.25 }]);
+    }
+
+    /// The longest step for what happens again and again.
+    fn width(force: &str) -> f64 {
+        let rates = scales(force).into_iter().map(|scale| match scale {
+            TimeScale::Period(rate) => rate,
+            other => panic!("{force}: {other:?}"),
+        });
+        FRAC_PI_2 / rates.fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn triangles_are_as_wide_as_they_are() {
+        let triangle = scales("max(0, 1 - abs(t - 0.5)/w)");
+        let [TimeScale::Corner(middle), TimeScale::Corner(begin), TimeScale::Corner(end)] = triangle[..] else {
+            panic!("{triangle:?}")
+        };
+        assert!(middle == 0.5 && (begin - 0.4999).abs() < 1e-12 && (end - 0.5001).abs() < 1e-12, "{triangle:?}");
+        assert_eq!(scales("max(0, -1 - abs(t - 0.5)/w)"), [TimeScale::Corner(0.5)]);
+        assert!(matches!(scales("exp(-abs(t - 0.5)/w)")[..], [_, TimeScale::Moment { time: 0.5, .. }]));
+    }
+
+    #[test]
+    fn functions_of_sines_may_be_narrower_than_a_period() {
+        let near = |a: f64, b: f64| assert!((a - b).abs() <= 1e-2 * b.abs(), "{a} and {b}");
+        // exp(-p sin^2(t/2)) falls to 1/e at 2/sqrt(p).
+        near(width("exp(-1e8*sin(t/2)^2)"), 2e-4);
+        near(width("exp(-(sin(3*t)/(3*w))^2)"), 1e-4);
+        // The cosine is above 1 - w^2/2 for 2 w, which is to be two steps.
+        near(width("max(cos(t) - 1 + w^2/2, 0)"), 1e-4);
+        near(width("tanh(100*sin(t))"), 0.01);
+        // A function that is wider than the sine has the sine's own scale.
+        near(width("exp(0.1*sin(t))"), FRAC_PI_2);
+        near(width("sin(t)^2"), FRAC_PI_2);
+    }
+
+    #[test]
+    fn what_names_time_counts_as_time() {
+        let text = r#"
+name = "one"
+coordinates = [{ name = "x", unit = "m" }, { name = "s", unit = "m" }]
+[parameters]
+m = 1
+w = 1e-4
+[points]
+P = ['x', '0']
+C = ['(t - 0.5)/w', '0']
+[bodies]
+b = { mass = 'm', com = "P" }
+[constraints]
+clock = { residual = 's - 2*t', unit = "m" }
+[loads]
+one = { force = ['exp(-C.x^2)', '0'], on = "b" }
+two = { force = ['exp(-((s - 1.5)/w)^2)', '0'], on = "b" }
+[initial]
+given = { x = 0, x_dot = 0 }
+solve = { s = 0 }
+[run]
+step = 1e-3
+end_time = 1
+"#;
+        let scene = read("one.toml", text).unwrap_or_else(|report| panic!("{report}")).0;
+        let scales = time_scales(&scene, &[1.0, 1e-4]);
+        let moment = |at: f64, wide: f64| {
+            scales.iter().any(|scale| {
+                matches!(scale, TimeScale::Moment { time, width }
+                    if (time - at).abs() < 1e-9 && (width / wide - 1.0).abs() < 1e-9)
+            })
+        };
+        assert!(moment(0.5, 1e-4) && moment(0.75, 0.5e-4), "{scales:?}");
     }
 
     #[test]

@@ -48,6 +48,9 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     // An earlier table would pass for this one's. If it cannot be removed, writing will fail too.
     let _ = std::fs::remove_file(&path);
     let found = derive(&setup, &by, &setup.replace(), setup.step())?;
+    if let Some(reason) = setup.passed_over(found.end_time.value) {
+        return Err(Error::run(reason).help("use a shorter --step"));
+    }
     let rows = quantities(&setup, &found, &options.of);
     let checks = if options.no_check { Vec::new() } else { check::check(&setup, &by, &rows, &options.of) };
     save(&path, &table::csv(&rows, &by)?)?;

@@ -158,9 +158,9 @@ fn runs(model: &Model, replace: Replace, steps: f64, lines: &mut String) {
     let end = schedule.end_time.min(steps * schedule.step);
     let q = assembled(&*mechanism).map(|(q, _)| q).unwrap_or_default();
     // Half of the way of the first coordinate.
-    let to = middle(model, replace, steps);
-    let until = |_: f64, q: &[f64], _: &[f64]| if q[0] > to { 1.0 } else { -1.0 };
-    let passes = |_: f64, q: &[f64], _: &[f64]| q[0] - to;
+    let (to, way) = middle(model, replace, steps);
+    let until = |_: f64, q: &[f64], _: &[f64]| if way * (q[0] - to) > 0.0 { 1.0 } else { -1.0 };
+    let passes = |_: f64, q: &[f64], _: &[f64]| way * (q[0] - to);
     let mut one = |name: String, settings: MethodSettings, step: Option<f64>, end: End| {
         let mut rows = Rows::default();
         let request = Request { settings, step, end: Some(end), estimate_error: true };
@@ -197,14 +197,16 @@ fn runs(model: &Model, replace: Replace, steps: f64, lines: &mut String) {
     add(lines, "interrupted", &(interrupted, rows.count));
 }
 
-/// The first coordinate at 0.6 of the end.
-fn middle(model: &Model, replace: Replace, steps: f64) -> f64 {
+/// The first coordinate at 0.6 of the end, and the direction in which it gets there.
+fn middle(model: &Model, replace: Replace, steps: f64) -> (f64, f64) {
     let mechanism = model.mechanism(replace);
     let schedule = mechanism.schedule();
     let end = 0.6037 * schedule.end_time.min(steps * schedule.step);
     let request =
         Request { settings: MethodSettings::default(), step: None, end: Some(End::Time(end)), estimate_error: false };
-    simulate(&*mechanism, &request, &mut ()).map_or(0.0, |outcome| outcome.q[0])
+    let to = simulate(&*mechanism, &request, &mut ()).map_or(0.0, |outcome| outcome.q[0]);
+    let start = assembled(&*mechanism).map_or(0.0, |(q, _)| q[0]);
+    (to, (to - start).signum())
 }
 
 /// Ends by conditions that become true for less than a step, touch zero, are not numbers, or never become true.
@@ -252,8 +254,8 @@ fn designs(model: &Model, lines: &mut String) {
         })
         .collect();
     let replaces: Vec<Replace> = replaces.iter().map(|replace| &**replace).collect();
-    let to = middle(model, &|_| None, STEPS);
-    let condition = |_: usize, _: f64, q: &[f64], _: &[f64]| q[0] - to;
+    let (to, way) = middle(model, &|_| None, STEPS);
+    let condition = |_: usize, _: f64, q: &[f64], _: &[f64]| way * (q[0] - to);
     for (lanes, count) in [(LaneCount::Most, 9), (LaneCount::Four, 2), (LaneCount::One, 1)] {
         // The companion ends with a design where its steps are three times some.
         let thrice = 3.0 * (end / schedule.step / 3.0).floor() * schedule.step;
@@ -270,8 +272,8 @@ fn derivatives(model: &Model, lines: &mut String) {
     let schedule = model.mechanism(&|_| None).schedule();
     let end = schedule.end_time.min(0.5 * STEPS * schedule.step);
     let by: Vec<&str> = numbers(model).take(3).map(|(name, _)| name).collect();
-    let to = middle(model, &|_| None, STEPS);
-    let condition = |_: &str, _: Dual64, q: &[Dual64], _: &[Dual64]| q[0] - to;
+    let (to, way) = middle(model, &|_| None, STEPS);
+    let condition = |_: &str, _: Dual64, q: &[Dual64], _: &[Dual64]| (q[0] - to) * way;
     for (by, end) in [
         (&[][..], SensitivityEnd::Time(end)),
         (&by, SensitivityEnd::Time(end)),

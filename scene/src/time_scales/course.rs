@@ -1,0 +1,150 @@
+//! Values that depend on time alone, in the forms whose changes are known without computing them.
+
+use crate::expression::{Node, NodeId};
+use crate::function::Function;
+use crate::scene::{Quantity, Scene, Value};
+
+/// The course of a value with time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Course {
+    /// `at_zero + rate*t`
+    Line { at_zero: f64, rate: f64 },
+    /// `value + rate*abs(t - time)`
+    Bent { value: f64, rate: f64, time: f64 },
+    /// `middle + amplitude*sin(rate*t + phase)`
+    Turning { middle: f64, amplitude: f64, rate: f64 },
+}
+
+impl Course {
+    /// The value of a constant.
+    pub(super) fn fixed(self) -> Option<f64> {
+        if let Self::Line { at_zero, rate: 0.0 } = self { Some(at_zero) } else { None }
+    }
+
+    /// `shift + factor*self`
+    pub(super) fn scaled(self, factor: f64, shift: f64) -> Self {
+        if factor == 0.0 {
+            return Self::Line { at_zero: shift, rate: 0.0 };
+        }
+        match self {
+            Self::Line { at_zero, rate } => Self::Line { at_zero: shift + factor * at_zero, rate: factor * rate },
+            Self::Bent { value, rate, time } => Self::Bent { value: shift + factor * value, rate: factor * rate, time },
+            Self::Turning { middle, amplitude, rate } => {
+                Self::Turning { middle: shift + factor * middle, amplitude: factor * amplitude, rate }
+            }
+        }
+    }
+
+    /// The sum, where it has a course.
+    pub(super) fn plus(self, other: Self) -> Option<Self> {
+        match (self, other) {
+            (Self::Line { at_zero: a, rate: r }, Self::Line { at_zero: b, rate: s }) => {
+                Some(Self::Line { at_zero: a + b, rate: r + s })
+            }
+            _ => match (self.fixed(), other.fixed()) {
+                (Some(shift), _) => Some(other.scaled(1.0, shift)),
+                (_, Some(shift)) => Some(self.scaled(1.0, shift)),
+                _ => None,
+            },
+        }
+    }
+
+    /// The square of a sine is a cosine of twice the angle.
+    fn squared(self) -> Option<Self> {
+        match self {
+            Self::Turning { middle: 0.0, amplitude, rate } => {
+                let half = 0.5 * amplitude * amplitude;
+                Some(Self::Turning { middle: half, amplitude: half, rate: 2.0 * rate })
+            }
+            _ => None,
+        }
+    }
+}
+
+/// The courses of what formulae name.
+pub(super) struct Courses<'a> {
+    parameters: &'a [f64],
+    coordinates: Vec<Option<Course>>,
+    points: Vec<[Option<Course>; 2]>,
+}
+
+impl<'a> Courses<'a> {
+    /// Those of a scene with these values of its parameters.
+    pub(super) fn new(scene: &Scene, parameters: &'a [f64]) -> Self {
+        let mut courses = Self { parameters, coordinates: vec![None; scene.coordinates.len()], points: Vec::new() };
+        for constraint in &scene.constraints {
+            courses.drive(&constraint.residual);
+        }
+        for point in &scene.points {
+            let position = point.position.each_ref().map(|value| courses.of(value).last().copied().flatten());
+            courses.points.push(position);
+        }
+        courses
+    }
+
+    /// Takes up a drive, `q - f(t)` or `f(t) - q`.
+    fn drive(&mut self, residual: &Value) {
+        let nodes = residual.nodes();
+        let Some(Node::Subtract(a, b)) = nodes.last() else { return };
+        let courses = self.of(residual);
+        for (driven, by) in [(a, b), (b, a)] {
+            if let (Node::Name(Quantity::Coordinate(i)), Some(course)) = (&nodes[*driven], courses[*by]) {
+                self.coordinates[*i] = Some(course);
+            }
+        }
+    }
+
+    /// The courses of the nodes of a formula.
+    pub(super) fn of(&self, value: &Value) -> Vec<Option<Course>> {
+        let mut courses = Vec::new();
+        for node in value.nodes() {
+            courses.push(self.of_node(node, &courses));
+        }
+        courses
+    }
+
+    fn of_node(&self, node: &Node<Quantity>, courses: &[Option<Course>]) -> Option<Course> {
+        let course = |id: &NodeId| courses[*id];
+        let fixed = |id: &NodeId| course(id).and_then(Course::fixed);
+        let constant = |value: f64| Some(Course::Line { at_zero: value, rate: 0.0 });
+        match node {
+            Node::Number(number) => constant(number.value),
+            Node::Name(Quantity::Time) => Some(Course::Line { at_zero: 0.0, rate: 1.0 }),
+            Node::Name(Quantity::Parameter(i)) => constant(self.parameters[*i]),
+            Node::Name(Quantity::Pi) => constant(std::f64::consts::PI),
+            Node::Name(Quantity::Coordinate(i)) => self.coordinates[*i],
+            Node::Name(Quantity::Point(i, axis)) => self.points.get(*i)?[*axis],
+            Node::Name(_) => None,
+            Node::Negate(a) => Some(course(a)?.scaled(-1.0, 0.0)),
+            Node::Add(a, b) => course(a)?.plus(course(b)?),
+            Node::Subtract(a, b) => course(a)?.plus(course(b)?.scaled(-1.0, 0.0)),
+            Node::Multiply(a, b) => match (fixed(a), fixed(b)) {
+                // What is multiplied by zero does not matter.
+                (Some(0.0), _) | (_, Some(0.0)) => constant(0.0),
+                (Some(factor), _) => Some(course(b)?.scaled(factor, 0.0)),
+                (_, Some(factor)) => Some(course(a)?.scaled(factor, 0.0)),
+                _ if course(a) == course(b) => course(a)?.squared(),
+                _ => None,
+            },
+            Node::Divide(a, b) => Some(course(a)?.scaled(fixed(b)?.recip(), 0.0)),
+            Node::Power(a, b) => match (fixed(a), fixed(b)?) {
+                (Some(base), exponent) => constant(base.powf(exponent)),
+                (None, 2.0) => course(a)?.squared(),
+                _ => None,
+            },
+            Node::Call(function, arguments) => {
+                let values: Option<Vec<f64>> = arguments.iter().map(fixed).collect();
+                match (values, function, course(arguments.first()?)?) {
+                    (Some(values), ..) => constant(function.evaluate(&values)),
+                    (None, Function::Abs, Course::Line { at_zero, rate }) => {
+                        Some(Course::Bent { value: 0.0, rate: rate.abs(), time: -at_zero / rate })
+                    }
+                    (None, Function::Sin | Function::Cos, Course::Line { rate, .. }) => {
+                        Some(Course::Turning { middle: 0.0, amplitude: 1.0, rate: rate.abs() })
+                    }
+                    _ => None,
+                }
+            }
+        }
+    }
+}
