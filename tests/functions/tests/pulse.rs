@@ -5,6 +5,7 @@ use qrm_core::Mechanism;
 use qrm_scene::evaluate::parameter_values;
 use qrm_scene::resolve::read;
 use qrm_scene::time_scales::{TimeScale, time_scales};
+use qrm_sim::analysis::{EnergyIntegral, NoEnergyIntegral};
 use qrm_sim::integrate::{MethodSettings, StepBounds, method_named};
 use qrm_sim::run::{Outcome, Request, simulate};
 
@@ -19,6 +20,15 @@ fn run(mechanism: &dyn Mechanism, settings: MethodSettings, step: Option<f64>) -
     let outcome = simulate(mechanism, &request, &mut ()).expect("the run starts");
     assert!(outcome.status.is_done(), "{outcome:?}");
     outcome
+}
+
+#[test]
+fn a_blow_is_no_potential() {
+    let mechanism = mechanism(1e-4);
+    let found = EnergyIntegral::new(&*mechanism, 1.0, 96.0).err();
+    assert_eq!(found, Some(NoEnergyIntegral::NotConservative));
+    // Until then nothing happens.
+    assert!(EnergyIntegral::new(&*mechanism, 0.2, 96.0).is_ok());
 }
 
 #[test]
