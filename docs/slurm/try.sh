@@ -13,7 +13,12 @@ cleanup() {
         [ -f "$work/$daemon.pid" ] && kill "$(cat "$work/$daemon.pid")" 2>/dev/null || true
     done
     [ -n "${munged:-}" ] && kill "$munged" 2>/dev/null || true
-    rm -rf "$work"
+    # The daemons write their state before they end.
+    for _ in $(seq 20); do
+        rm -rf "$work" 2>/dev/null && return
+        sleep 0.5
+    done
+    echo "left behind: $work" >&2
 }
 trap cleanup EXIT
 
