@@ -1,13 +1,13 @@
 //! How fast loads and drives change with time by themselves: what steps must not pass over.
 
-mod course;
+mod time_function;
 
 use std::f64::consts::FRAC_PI_2;
 
 use crate::expression::{Node, NodeId};
 use crate::function::Function;
 use crate::scene::{Quantity, Scene, Value};
-use course::{Course, Courses};
+use time_function::{TimeFunction, TimeFunctions};
 
 /// A change with time that a formula shows by itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,11 +27,11 @@ pub enum TimeScale {
 
 /// The time scales of the loads, drives and points of a scene with these values of its parameters.
 ///
-/// A time scale is found where a function is applied to `a + b*t`, to the size of that, or to `a + b*sin(c*t + d)`, with
-/// any factors of constants; points and driven coordinates with such a course count as what they are. Arguments that
-/// depend on time otherwise, or on the motion as well, have none.
+/// A time scale is found where a function is applied to `a + b*t`, to the size of that, or to `a + b*sin(c*t + d)`,
+/// with any factors of constants; points and driven coordinates that are such functions of time count as what they are.
+/// Arguments that depend on time otherwise, or on the motion as well, have none.
 pub fn time_scales(scene: &Scene, parameters: &[f64]) -> Vec<TimeScale> {
-    let courses = Courses::new(scene, parameters);
+    let courses = TimeFunctions::new(scene, parameters);
     let loads = scene.loads.iter().flat_map(|load| load.kind.formulae());
     let constraints = scene.constraints.iter().map(|constraint| &constraint.residual);
     let points = scene.points.iter().flat_map(|point| &point.position);
@@ -46,11 +46,11 @@ pub fn time_scales(scene: &Scene, parameters: &[f64]) -> Vec<TimeScale> {
     scales
 }
 
-fn of_formula(value: &Value, courses: &[Option<Course>]) -> Vec<TimeScale> {
+fn of_formula(value: &Value, courses: &[Option<TimeFunction>]) -> Vec<TimeScale> {
     let mut scales: Vec<Vec<TimeScale>> = Vec::new();
     for (node, course) in value.nodes().iter().zip(courses) {
         // What is multiplied by zero does not matter, and a line has no scale.
-        let of_node = if matches!(course, Some(Course::Line { .. })) {
+        let of_node = if matches!(course, Some(TimeFunction::Line { .. })) {
             Vec::new()
         } else {
             let of_operands = node.operands().into_iter().flat_map(|operand| scales[operand].clone());
@@ -67,8 +67,8 @@ fn of_formula(value: &Value, courses: &[Option<Course>]) -> Vec<TimeScale> {
     scales
 }
 
-/// The time scales of an operation on values whose course is known.
-fn own_scales(node: &Node<Quantity>, courses: &[Option<Course>]) -> Vec<TimeScale> {
+/// The time scales of an operation on known functions of time.
+fn own_scales(node: &Node<Quantity>, courses: &[Option<TimeFunction>]) -> Vec<TimeScale> {
     let moves = |id: &NodeId| courses[*id].filter(|course| course.fixed().is_none());
     let smooth = |id: &NodeId| moves(id).into_iter().flat_map(of_smooth).collect();
     match node {
@@ -80,13 +80,13 @@ fn own_scales(node: &Node<Quantity>, courses: &[Option<Course>]) -> Vec<TimeScal
         }
         Node::Call(Function::Abs | Function::Sign, arguments) => moves(&arguments[0]).map_or_else(Vec::new, of_corner),
         Node::Call(Function::Sin | Function::Cos | Function::Tan, arguments) => match moves(&arguments[0]) {
-            Some(Course::Line { rate, .. }) => vec![TimeScale::Period(rate.abs())],
+            Some(TimeFunction::Line { rate, .. }) => vec![TimeScale::Period(rate.abs())],
             Some(course) => of_smooth(course),
             None => Vec::new(),
         },
         Node::Call(_, arguments) => arguments.iter().filter_map(moves).flat_map(of_smooth).collect(),
         // A square of a sine is smooth in its period, and other powers nearly so.
-        Node::Power(a, _) if !matches!(moves(a), Some(Course::Turning { .. })) => smooth(a),
+        Node::Power(a, _) if !matches!(moves(a), Some(TimeFunction::Turning { .. })) => smooth(a),
         Node::Divide(_, a) => smooth(a),
         Node::Multiply(a, b) if moves(a).is_some() && moves(a) == moves(b) => smooth(b),
         _ => Vec::new(),
@@ -94,11 +94,13 @@ fn own_scales(node: &Node<Quantity>, courses: &[Option<Course>]) -> Vec<TimeScal
 }
 
 /// The time scales of a smooth function: its argument passes zero, and changes by one there.
-fn of_smooth(course: Course) -> Vec<TimeScale> {
+fn of_smooth(course: TimeFunction) -> Vec<TimeScale> {
     match course {
-        Course::Line { at_zero, rate } => vec![TimeScale::Moment { time: -at_zero / rate, width: rate.abs().recip() }],
-        Course::Bent { rate, time, .. } => vec![TimeScale::Moment { time, width: rate.abs().recip() }],
-        Course::Turning { middle, amplitude, rate } => {
+        TimeFunction::Line { at_zero, rate } => {
+            vec![TimeScale::Moment { time: -at_zero / rate, width: rate.abs().recip() }]
+        }
+        TimeFunction::Bent { rate, time, .. } => vec![TimeScale::Moment { time, width: rate.abs().recip() }],
+        TimeFunction::Turning { middle, amplitude, rate } => {
             let slope = rate * (amplitude * amplitude - middle * middle).max(0.0).sqrt();
             let bend = amplitude.abs() * rate * rate;
             vec![each(2.0 / (slope + (slope * slope + 2.0 * bend).sqrt()))]
@@ -107,14 +109,14 @@ fn of_smooth(course: Course) -> Vec<TimeScale> {
 }
 
 /// The corners of a function that has one where its argument is zero.
-fn of_corner(course: Course) -> Vec<TimeScale> {
+fn of_corner(course: TimeFunction) -> Vec<TimeScale> {
     match course {
-        Course::Line { at_zero, rate } => vec![TimeScale::Corner(-at_zero / rate)],
-        Course::Bent { value, rate, time } => {
+        TimeFunction::Line { at_zero, rate } => vec![TimeScale::Corner(-at_zero / rate)],
+        TimeFunction::Bent { value, rate, time } => {
             let apart = -value / rate;
             if apart >= 0.0 { [time - apart, time, time + apart].map(TimeScale::Corner).into() } else { Vec::new() }
         }
-        Course::Turning { middle, amplitude, rate } => {
+        TimeFunction::Turning { middle, amplitude, rate } => {
             // The shorter one of the times between two zeros.
             let between = 2.0 * (middle / amplitude).abs().acos() / rate;
             if between > 0.0 { vec![each(0.5 * between)] } else { Vec::new() }
@@ -122,7 +124,7 @@ fn of_corner(course: Course) -> Vec<TimeScale> {
     }
 }
 
-/// What happens within such a time, again and again.
+/// The time scale of changes that come again and again, each within such a time.
 fn each(width: f64) -> TimeScale {
     TimeScale::Period(FRAC_PI_2 / width)
 }

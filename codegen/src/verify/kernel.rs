@@ -51,7 +51,7 @@ pub(super) fn agrees(
         let arguments = [&[model.clone(), position.clone()], more].concat();
         module.value(name, &arguments).map(|value| value.numbers())
     };
-    let known = |name: &str| expected.iter().find(|(n, _)| *n == name).map_or(&[][..], |(_, numbers)| &numbers[..]);
+    let known = |name: &str| numbers(expected, name);
     let system = System::new(known("mass_matrix"), known("dynamics.constraint_jacobian"), sample.q.len());
     let constraints = known("loop_constraints.residuals");
 
@@ -81,7 +81,7 @@ pub(super) fn agrees(
     // How much the solutions change with the last digits of the sample, and what rounding leaves where forces cancel.
     let spreads = || {
         let nearby = sample.nearby().on::<Wide>().expected(scene, equations)?;
-        let known = |name: &str| nearby.iter().find(|(n, _)| *n == name).map_or(&[][..], |(_, numbers)| &numbers[..]);
+        let known = |name: &str| numbers(&nearby, name);
         let system = System::new(known("mass_matrix"), known("dynamics.constraint_jacobian"), n);
         let bias: Vec<Wide> = known("dynamics.constraint_bias").iter().map(|bias| -*bias).collect();
         let (moved, _) = system.solve(known("dynamics.generalized_forces"), &bias)?;
@@ -89,11 +89,9 @@ pub(super) fn agrees(
         // In the bias of a drive terms cancel too: the rounding errors of doubles show how large they are.
         let mut bias_sizes: Vec<Wide> = bias.iter().map(Signed::abs).collect();
         for (at, exact) in [(sample, expected), (&sample.nearby(), &nearby)] {
-            let bias_of = |name: &&str| *name == "dynamics.constraint_bias";
-            let rounded = at.expected(scene, equations)?;
-            let rounded = rounded.iter().filter(|(name, _)| bias_of(name)).flat_map(|(_, numbers)| numbers);
-            let exact = exact.iter().filter(|(name, _)| bias_of(name)).flat_map(|(_, numbers)| numbers);
-            for ((terms, rounded), exact) in bias_sizes.iter_mut().zip(rounded).zip(exact) {
+            let (rounded, bias) = (at.expected(scene, equations)?, "dynamics.constraint_bias");
+            let pairs = numbers(&rounded, bias).iter().zip(numbers(exact, bias));
+            for (terms, (rounded, exact)) in bias_sizes.iter_mut().zip(pairs) {
                 *terms += Wide::from(size(Wide::from(*rounded) - *exact) / f64::EPSILON);
             }
         }
@@ -112,6 +110,11 @@ pub(super) fn agrees(
     };
     compare("accelerations", &call("accelerations", &[t, q, qd, angles])?, &accelerations, 0)?;
     compare("correction", &call("correction", &[Value::list(&opened)])?, &correction[..n], 1)
+}
+
+/// The numbers of one function; none if it is not among them.
+fn numbers<'e, B>(expected: &'e Expected<B>, name: &str) -> &'e [B] {
+    expected.iter().find(|(other, _)| *other == name).map_or(&[], |(_, numbers)| numbers)
 }
 
 fn compare_all(

@@ -1,8 +1,8 @@
-//! What every scene computes stays what it computed before: runs by each method, designs in lanes, sensitivities,
+//! The results of every scene stay what they were: runs by each method, designs in lanes, sensitivities,
 //! motions whose parameters change, positions at rest.
 //!
-//! The record in `record/` says nothing about right or wrong; other tests do. It shows what a change of the code changes
-//! that no accuracy test sees: numbers of steps, estimates, extremes between rows, statistics.
+//! The record in `record/` says nothing about right or wrong; other tests do. It shows what a change of the code
+//! changes that no accuracy test sees: numbers of steps, estimates, extremes between rows, statistics.
 //!
 //! `QRM_REFRESH=1 cargo test --release --package qrm-functions --test record` writes it anew: read the difference
 //! before keeping it.
@@ -167,7 +167,7 @@ fn runs(model: &Model, replace: Replace, steps: f64, lines: &mut String) {
         match simulate(&*mechanism, &request, &mut rows) {
             Ok(mut outcome) => {
                 outcome.integration = Duration::ZERO;
-                // Which residual is the largest, rounding chooses.
+                // Rounding chooses which residual is the largest.
                 outcome.residual_position.0 = 0;
                 outcome.residual_velocity.0 = 0;
                 let doubts = outcome.doubts(model.description);

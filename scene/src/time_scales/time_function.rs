@@ -4,9 +4,9 @@ use crate::expression::{Node, NodeId};
 use crate::function::Function;
 use crate::scene::{Quantity, Scene, Value};
 
-/// The course of a value with time.
+/// A value as a function of time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Course {
+pub(super) enum TimeFunction {
     /// `at_zero + rate*t`
     Line { at_zero: f64, rate: f64 },
     /// `value + rate*abs(t - time)`
@@ -15,7 +15,7 @@ pub(super) enum Course {
     Turning { middle: f64, amplitude: f64, rate: f64 },
 }
 
-impl Course {
+impl TimeFunction {
     /// The value of a constant.
     pub(super) fn fixed(self) -> Option<f64> {
         if let Self::Line { at_zero, rate: 0.0 } = self { Some(at_zero) } else { None }
@@ -35,7 +35,7 @@ impl Course {
         }
     }
 
-    /// The sum, where it has a course.
+    /// The sum, where it is such a function too.
     pub(super) fn plus(self, other: Self) -> Option<Self> {
         match (self, other) {
             (Self::Line { at_zero: a, rate: r }, Self::Line { at_zero: b, rate: s }) => {
@@ -61,15 +61,15 @@ impl Course {
     }
 }
 
-/// The courses of what formulae name.
-pub(super) struct Courses<'a> {
+/// The functions of time of what formulae name.
+pub(super) struct TimeFunctions<'a> {
     parameters: &'a [f64],
-    coordinates: Vec<Option<Course>>,
-    points: Vec<[Option<Course>; 2]>,
+    coordinates: Vec<Option<TimeFunction>>,
+    points: Vec<[Option<TimeFunction>; 2]>,
 }
 
-impl<'a> Courses<'a> {
-    /// Those of a scene with these values of its parameters.
+impl<'a> TimeFunctions<'a> {
+    /// The functions of time of points and driven coordinates of a scene with these values of its parameters.
     pub(super) fn new(scene: &Scene, parameters: &'a [f64]) -> Self {
         let mut courses = Self { parameters, coordinates: vec![None; scene.coordinates.len()], points: Vec::new() };
         for constraint in &scene.constraints {
@@ -94,8 +94,8 @@ impl<'a> Courses<'a> {
         }
     }
 
-    /// The courses of the nodes of a formula.
-    pub(super) fn of(&self, value: &Value) -> Vec<Option<Course>> {
+    /// The functions of time of the nodes of a formula.
+    pub(super) fn of(&self, value: &Value) -> Vec<Option<TimeFunction>> {
         let mut courses = Vec::new();
         for node in value.nodes() {
             courses.push(self.of_node(node, &courses));
@@ -103,13 +103,13 @@ impl<'a> Courses<'a> {
         courses
     }
 
-    fn of_node(&self, node: &Node<Quantity>, courses: &[Option<Course>]) -> Option<Course> {
+    fn of_node(&self, node: &Node<Quantity>, courses: &[Option<TimeFunction>]) -> Option<TimeFunction> {
         let course = |id: &NodeId| courses[*id];
-        let fixed = |id: &NodeId| course(id).and_then(Course::fixed);
-        let constant = |value: f64| Some(Course::Line { at_zero: value, rate: 0.0 });
+        let fixed = |id: &NodeId| course(id).and_then(TimeFunction::fixed);
+        let constant = |value: f64| Some(TimeFunction::Line { at_zero: value, rate: 0.0 });
         match node {
             Node::Number(number) => constant(number.value),
-            Node::Name(Quantity::Time) => Some(Course::Line { at_zero: 0.0, rate: 1.0 }),
+            Node::Name(Quantity::Time) => Some(TimeFunction::Line { at_zero: 0.0, rate: 1.0 }),
             Node::Name(Quantity::Parameter(i)) => constant(self.parameters[*i]),
             Node::Name(Quantity::Pi) => constant(std::f64::consts::PI),
             Node::Name(Quantity::Coordinate(i)) => self.coordinates[*i],
@@ -119,7 +119,7 @@ impl<'a> Courses<'a> {
             Node::Add(a, b) => course(a)?.plus(course(b)?),
             Node::Subtract(a, b) => course(a)?.plus(course(b)?.scaled(-1.0, 0.0)),
             Node::Multiply(a, b) => match (fixed(a), fixed(b)) {
-                // What is multiplied by zero does not matter.
+                // A product with zero is constant, whatever the other factor.
                 (Some(0.0), _) | (_, Some(0.0)) => constant(0.0),
                 (Some(factor), _) => Some(course(b)?.scaled(factor, 0.0)),
                 (_, Some(factor)) => Some(course(a)?.scaled(factor, 0.0)),
@@ -136,11 +136,11 @@ impl<'a> Courses<'a> {
                 let values: Option<Vec<f64>> = arguments.iter().map(fixed).collect();
                 match (values, function, course(arguments.first()?)?) {
                     (Some(values), ..) => constant(function.evaluate(&values)),
-                    (None, Function::Abs, Course::Line { at_zero, rate }) => {
-                        Some(Course::Bent { value: 0.0, rate: rate.abs(), time: -at_zero / rate })
+                    (None, Function::Abs, TimeFunction::Line { at_zero, rate }) => {
+                        Some(TimeFunction::Bent { value: 0.0, rate: rate.abs(), time: -at_zero / rate })
                     }
-                    (None, Function::Sin | Function::Cos, Course::Line { rate, .. }) => {
-                        Some(Course::Turning { middle: 0.0, amplitude: 1.0, rate: rate.abs() })
+                    (None, Function::Sin | Function::Cos, TimeFunction::Line { rate, .. }) => {
+                        Some(TimeFunction::Turning { middle: 0.0, amplitude: 1.0, rate: rate.abs() })
                     }
                     _ => None,
                 }
