@@ -1,7 +1,7 @@
 //! Designs are assembled on the branch of their scene, where its first guesses would lead to a mirrored position.
 #![cfg(feature = "generate")]
 
-use qrm_core::{Model, Replace};
+use qrm_core::{Mechanism, Model, Replace};
 use qrm_sim::batch::{LaneCount, SweepEnd, SweepRequest, sweep};
 use qrm_sim::run::{Status, assemble, assembled};
 use qrm_sim::start::Start;
@@ -10,14 +10,27 @@ fn model() -> &'static Model {
     qrm_functions::MODELS.iter().find(|model| model.description.name == "watt").expect("a generated scene")
 }
 
-/// The start with a length of the rocker, by Newton's method from the start with a length that is a little shorter.
-fn followed(length: f64) -> Vec<f64> {
-    let mut start = Start::of(&*model().mechanism(&|_| None));
+/// The scene with other parameters.
+fn with(parameters: &[(&str, f64)]) -> Box<dyn Mechanism> {
+    model().mechanism(&|name| parameters.iter().find(|(other, _)| *other == name).map(|(_, value)| *value))
+}
+
+/// The start with other parameters, by Newton's method from the start with parameters that differ a little less from
+/// those of the scene.
+fn followed(parameters: &[(&str, f64)]) -> Vec<f64> {
+    let own = with(&[]);
+    let mut start = Start::of(&*own);
     let steps = 1000;
     for i in 0..=steps {
-        let now = 0.7 + (length - 0.7) * f64::from(i) / f64::from(steps);
-        let mechanism = model().mechanism(&|name| (name == "l3").then_some(now));
-        start.q = assemble(&*mechanism, &start).expect("it can be assembled").0;
+        let now: Vec<(&str, f64)> = parameters
+            .iter()
+            .map(|(name, value)| {
+                let place = model().description.parameters.iter().position(|other| other.name == *name);
+                let own = own.parameters()[place.expect("a parameter")];
+                (*name, own + (value - own) * f64::from(i) / f64::from(steps))
+            })
+            .collect();
+        start.q = assemble(&*with(&now), &start).expect("it can be assembled").0;
     }
     start.q
 }
@@ -26,8 +39,8 @@ fn followed(length: f64) -> Vec<f64> {
 fn a_start_stays_on_its_branch() {
     let mut mirrored = 0;
     for length in [0.72, 1.0, 1.4, 1.5, 1.58] {
-        let mechanism = model().mechanism(&|name| (name == "l3").then_some(length));
-        let expected = followed(length);
+        let mechanism = with(&[("l3", length)]);
+        let expected = followed(&[("l3", length)]);
         let near = |q: &[f64]| q.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-9);
         let found = assembled(&*mechanism).expect("it can be assembled").0;
         assert!(near(&found), "{length}: {found:?} instead of {expected:?}");
@@ -43,6 +56,18 @@ fn a_start_stays_on_its_branch() {
         assert!(result.q.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-7), "{length}: {:?}", result.q);
     }
     assert!(mirrored > 0, "the guesses lead to the branch by themselves");
-    let beyond = model().mechanism(&|name| (name == "l3").then_some(1.61));
-    assert!(assembled(&*beyond).is_err());
+    assert!(assembled(&*with(&[("l3", 1.61)])).is_err());
+}
+
+/// Two mirrored loops leave the sign of the determinant as it is.
+#[test]
+fn two_mirrored_loops_are_another_branch() {
+    let parameters = [("l3", 0.24), ("xs", 0.95), ("ys", -0.04)];
+    let expected = followed(&parameters);
+    let mechanism = with(&parameters);
+    let near = |q: &[f64]| q.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-9);
+    let direct = assemble(&*mechanism, &Start::of(&*mechanism)).expect("it can be assembled").0;
+    assert!(!near(&direct), "the guesses lead to the branch by themselves");
+    let found = assembled(&*mechanism).expect("it can be assembled").0;
+    assert!(near(&found), "{found:?} instead of {expected:?}");
 }
