@@ -284,6 +284,13 @@ mod tests {
     }
 
     #[test]
+    fn only_steps_of_a_length_of_their_own_can_be_too_long() {
+        let text = |tolerance| Doubt::CompanionFailed.text(tolerance, &DESCRIPTION);
+        assert!(text(None).contains("the limit of what is stable"), "{}", text(None));
+        assert!(text(Some(1e-9)).contains("shorter steps"), "{}", text(Some(1e-9)));
+    }
+
+    #[test]
     fn a_tolerance_is_held_to_its_word() {
         let errors =
             |error: f64| Evidence { tolerance: Some(1e-9), estimated_errors: Some(vec![0.0, error]), ..trusted() };
