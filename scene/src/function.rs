@@ -134,7 +134,7 @@ impl Function {
             Self::Log => x.ln(),
             Self::Sinh => x.sinh(),
             Self::Cosh => x.cosh(),
-            Self::Tanh => x.tanh(),
+            Self::Tanh => tanh(x),
             Self::Hypot => (x * x + arguments[1] * arguments[1]).sqrt(),
             Self::Atan2 => x.atan2(arguments[1]),
             Self::Abs => {
@@ -158,6 +158,38 @@ impl Function {
                 } else {
                     x
                 }
+            }
+        }
+    }
+}
+
+fn tanh<D: Differentiable>(x: D) -> D {
+    let is_negative = x.re() < 0.0;
+    let size = if is_negative { -x } else { x };
+    if size.re() < 1.0 {
+        return x.tanh();
+    }
+    // `DualNum::tanh` divides sinh by cosh, which overflow.
+    let exp = (size * -2.0).exp();
+    let value = (-exp + 1.0) / (exp + 1.0);
+    if is_negative { -value } else { value }
+}
+
+#[cfg(test)]
+mod tests {
+    use num_dual::Dual2_64;
+
+    use super::*;
+
+    #[test]
+    fn tanh_and_its_derivatives_do_not_overflow() {
+        for x in [-1e4_f64, -1.5, -0.5, 0.0, 0.99, 1.0, 3.0, 800.0] {
+            let value = Function::Tanh.evaluate(&[Dual2_64::from_re(x).derivative()]);
+            let tanh = x.tanh();
+            let slope = 1.0 - tanh * tanh;
+            let expected = [tanh, slope, -2.0 * tanh * slope];
+            for (found, expected) in [value.re, value.v1, value.v2].into_iter().zip(expected) {
+                assert!((found - expected).abs() < 1e-15, "{x}: {found} instead of {expected}");
             }
         }
     }

@@ -6,7 +6,7 @@ use super::gradients::Gradients;
 use super::sample::Sample;
 use crate::term::Equations;
 use qrm_scene::evaluate::State;
-use qrm_scene::function::Differentiable;
+use qrm_scene::function::{Differentiable, Function};
 use qrm_scene::scene::{LoadKind, Quantity, Scene, Value as Formula};
 
 impl<B: Differentiable> Sample<B> {
@@ -48,7 +48,8 @@ impl<B: Differentiable> Sample<B> {
             self.state_at(scene, Dual::new(self.t, zero)).law(potential, [stretch, Dual::from(f64::NAN)]).eps
         });
         let law = |value: &Formula| plain.law(value, [along.re, along.v1]);
-        let friction = friction.as_ref().map_or(zero, |(size, slip)| law(size) * (along.v1 / plain.value(slip)).tanh());
+        let slip = |slip: &Formula| Function::Tanh.evaluate(&[along.v1 / plain.value(slip)]);
+        let friction = friction.as_ref().map_or(zero, |(size, speed)| law(size) * slip(speed));
         let loss = force.as_ref().map_or(zero, law) - friction - optional(damping) * along.v1;
         [-optional(stiffness) * (along.re - optional(rest)) - slope, loss]
     }
