@@ -19,11 +19,14 @@ impl Default for StepBounds {
 }
 
 impl StepBounds {
-    /// Bounds with a longest step, and times of which the first 64 are kept.
+    /// Bounds with a longest step, and times. Steps end at the first 64 of them; all steps are as short as the shortest
+    /// interval between the others.
     pub fn new(longest: f64, times: &[f64]) -> Self {
         let mut times: Vec<f64> = times.iter().copied().filter(|time| time.is_finite()).collect();
         times.sort_by(f64::total_cmp);
-        let mut bounds = Self { longest, ..Self::default() };
+        times.dedup();
+        let intervals = times.get(MOST - 1..).unwrap_or_default().windows(2).map(|pair| pair[1] - pair[0]);
+        let mut bounds = Self { longest: intervals.fold(longest, f64::min), ..Self::default() };
         bounds.ends.iter_mut().zip(times).for_each(|(end, time)| *end = time);
         bounds
     }
@@ -44,5 +47,13 @@ mod tests {
     fn ends_come_in_their_order() {
         let bounds = StepBounds::new(0.1, &[3.0, f64::NAN, 1.0, f64::INFINITY]);
         assert_eq!([0.0, 1.0, 2.5, 3.0].map(|t| bounds.next_end(t)), [1.0, 3.0, 3.0, f64::INFINITY]);
+    }
+
+    #[test]
+    fn too_many_ends_shorten_every_step() {
+        let times: Vec<f64> = (1..=MOST).map(|i| i as f64).collect();
+        assert_eq!(StepBounds::new(10.0, &times).longest, 10.0);
+        let more: Vec<f64> = times.iter().copied().chain([MOST as f64 + 0.25, MOST as f64]).collect();
+        assert_eq!(StepBounds::new(10.0, &more).longest, 0.25);
     }
 }
