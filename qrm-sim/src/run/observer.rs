@@ -96,3 +96,33 @@ impl<A: Observer, B: Observer> Observer for (A, B) {
         self.1.finish(last).and(first)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::io::{Error, Result};
+
+    use super::*;
+
+    /// Counts ends, and fails at some.
+    struct Ends(usize, bool);
+
+    impl Observer for Ends {
+        fn row(&mut self, _: &Row) -> Result<()> {
+            Ok(())
+        }
+
+        fn finish(&mut self, _: &[f64]) -> Result<()> {
+            self.0 += 1;
+            if self.1 { Err(Error::other("full")) } else { Ok(()) }
+        }
+    }
+
+    #[test]
+    fn both_of_a_pair_finish() {
+        for (fails, others) in [(false, false), (true, false), (false, true)] {
+            let mut pair = (Ends(0, fails), Ends(0, others));
+            assert_eq!(pair.finish(&[]).is_err(), fails || others);
+            assert_eq!((pair.0.0, pair.1.0), (1, 1));
+        }
+    }
+}

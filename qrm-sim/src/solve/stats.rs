@@ -41,3 +41,17 @@ impl SolverStats {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_largest_residual_is_kept() {
+        let mut stats = SolverStats::default();
+        [(0, 1e-9), (2, 3e-9), (1, 2e-9)]
+            .into_iter()
+            .for_each(|(constraint, size)| stats.count_stalled(constraint, size));
+        assert_eq!((stats.stalled_projections, stats.largest_stalled_residual), (3, (2, 3e-9)));
+    }
+}
