@@ -376,3 +376,16 @@ fn parabola([a0, a, a1]: [f64; 3], [v0, v, v1]: [f64; 3]) -> Vertex {
 pub fn wrap_angle(difference: f64, unit: &str) -> f64 {
     if unit == "rad" { difference - TAU * (difference / TAU).round() } else { difference }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whole_turns_are_no_difference() {
+        for (difference, wrapped) in [(7.0, 7.0 - TAU), (-4.0, TAU - 4.0), (3.0, 3.0), (-3.0, -3.0)] {
+            assert!((wrap_angle(difference, "rad") - wrapped).abs() < 1e-15);
+            assert_eq!(wrap_angle(difference, "m"), difference);
+        }
+    }
+}

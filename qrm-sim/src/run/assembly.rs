@@ -173,3 +173,19 @@ impl Dependents {
         subtract_combination(x, &self.rows, &weights);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn residuals_of_long_links_are_rounding_errors() {
+        let constraints = LoopConstraints {
+            residuals: vec![1e-8],
+            constraint_jacobian: Matrix::from_fn(1, 2, |_, i| [1.0, -1.0][i]),
+            constraint_rate: vec![0.0],
+        };
+        assert!(is_closed(&constraints, &[1e6, 1e6]));
+        assert!(!is_closed(&constraints, &[1.0, 1.0]));
+    }
+}

@@ -103,12 +103,16 @@ mod tests {
 
     use super::*;
 
-    /// Counts ends, and fails at some.
+    /// Counts ends, and fails at some; wants outputs if it does not fail.
     struct Ends(usize, bool);
 
     impl Observer for Ends {
         fn row(&mut self, _: &Row) -> Result<()> {
             Ok(())
+        }
+
+        fn wants_outputs(&self) -> bool {
+            !self.1
         }
 
         fn finish(&mut self, _: &[f64]) -> Result<()> {
@@ -118,9 +122,10 @@ mod tests {
     }
 
     #[test]
-    fn both_of_a_pair_finish() {
-        for (fails, others) in [(false, false), (true, false), (false, true)] {
+    fn both_of_a_pair_are_asked() {
+        for (fails, others) in [(false, false), (true, false), (false, true), (true, true)] {
             let mut pair = (Ends(0, fails), Ends(0, others));
+            assert_eq!(pair.wants_outputs(), !fails || !others);
             assert_eq!(pair.finish(&[]).is_err(), fails || others);
             assert_eq!((pair.0.0, pair.1.0), (1, 1));
         }
