@@ -25,7 +25,7 @@ const RATIO_OF_LONG_STEPS: f64 = 1.26;
 const LONG: f64 = 1e-5;
 /// The ratio of that difference to the error where loads have corners. The errors of both depend on where their steps
 /// meet one, and may agree by chance.
-const RATIO_AT_CORNERS: f64 = 0.5;
+const RATIO_AT_CORNERS: f64 = 1.0 / 3.0;
 
 /// Below this, a companion has the fraction of the tolerance that belongs to order 4: smaller ones may be out of reach
 /// near singular positions.
@@ -49,7 +49,8 @@ pub(crate) struct Companion {
     differences: Vec<f64>,
     /// The differences of parts of the motion that are over, added up.
     before: Vec<f64>,
-    size: f64,
+    /// The smallest and the largest value of each coordinate.
+    ranges: Vec<[f64; 2]>,
     /// Whether it was compared with the run at all.
     has_met: bool,
     failed: bool,
@@ -78,7 +79,7 @@ impl Companion {
             rows: Vec::new(),
             differences: vec![0.0; layout.n],
             before: vec![0.0; layout.n],
-            size: 0.0,
+            ranges: first.q.iter().map(|q| [*q; 2]).collect(),
             has_met: false,
             failed: false,
             has_corners: mechanism.description().has_corners,
@@ -105,7 +106,7 @@ impl Companion {
             }
         }
         self.has_met = true;
-        compare((&mut self.differences, &mut self.size), &self.at.q, &end.q);
+        compare((&mut self.differences, &mut self.ranges), &self.at.q, &end.q);
         for (before, difference) in self.before.iter_mut().zip(&mut self.differences) {
             *before += std::mem::take(difference);
         }
@@ -168,7 +169,7 @@ impl Companion {
             self.row += of_run;
             self.has_met = true;
             let row = &rows[(self.row - first) as usize * width..];
-            compare((&mut self.differences, &mut self.size), &state[1..=self.layout.n], &row[1..=self.layout.n]);
+            compare((&mut self.differences, &mut self.ranges), &state[1..=self.layout.n], &row[1..=self.layout.n]);
         }
         self.at.read(&self.rows[block.made * width..]);
     }
@@ -185,7 +186,7 @@ impl Companion {
             std::mem::swap(&mut self.at, &mut self.next);
             self.row = number;
             self.has_met = true;
-            compare((&mut self.differences, &mut self.size), &self.at.q, &row[1..=self.layout.n]);
+            compare((&mut self.differences, &mut self.ranges), &self.at.q, &row[1..=self.layout.n]);
         }
     }
 
@@ -196,11 +197,15 @@ impl Companion {
             return None;
         }
         let differences: Vec<f64> = self.before.iter().zip(&self.differences).map(|(a, b)| a + b).collect();
+        let size = self.ranges.iter().flatten().fold(0.0, |size: f64, q| size.max(q.abs()));
         if self.integrator.is_fixed() {
-            return Some(estimated_errors(&differences, self.size, steps, self.has_corners));
+            return Some(estimated_errors(&differences, size, steps, self.has_corners));
         }
-        let rounding = rounding(self.size, steps);
-        Some(differences.iter().map(|difference| difference.max(rounding)).collect())
+        // Both may be off by what the companion tolerates.
+        let tolerated = |[low, high]: &[f64; 2]| self.integrator.settings.tolerance * (high - low).min(1.0);
+        let error =
+            |(difference, range): (&f64, &[f64; 2])| difference.max(tolerated(range)).max(rounding(size, steps));
+        Some(differences.iter().zip(&self.ranges).map(error).collect())
     }
 
     /// Whether it broke off.
@@ -209,11 +214,11 @@ impl Companion {
     }
 }
 
-fn compare((differences, size): (&mut [f64], &mut f64), own: &[f64], row: &[f64]) {
-    for ((difference, own), q) in differences.iter_mut().zip(own).zip(row) {
-        *difference = difference.max((own - q).abs());
+fn compare((differences, ranges): (&mut [f64], &mut [[f64; 2]]), own: &[f64], row: &[f64]) {
+    for i in 0..row.len() {
+        differences[i] = differences[i].max((own[i] - row[i]).abs());
+        ranges[i] = [ranges[i][0].min(row[i]), ranges[i][1].max(row[i])];
     }
-    *size = size.max(largest(row).1);
 }
 
 /// The errors of a run of so many fixed steps, with coordinates up to this size, by the differences from its companion.
