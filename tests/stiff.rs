@@ -83,6 +83,17 @@ fn the_implicit_method_takes_few_steps_where_dampers_are_stiff() {
 }
 
 #[test]
+fn auto_stays_with_implicit_steps_as_long_as_a_damper_holds_the_motion() {
+    let arguments = ["quick-return-loaded", "--method", "auto", "--tolerance", "1e-9", "--step", "0.5"];
+    let more = ["--end-time", "60", "--no-error-estimate", "--set", "cd=1e7"];
+    let run = run(&[&arguments[..], &more[..]].concat());
+    assert_eq!(run.status(), 0, "{}", run.stderr());
+    let [steps, implicit] = ["steps", "implicit_steps"].map(|name| run.summary()[name].as_u64().expect("a number"));
+    // Explicit ones begin, until it is noticed.
+    assert!(implicit > 20 && steps < implicit + 55, "{implicit} of {steps} steps");
+}
+
+#[test]
 fn steps_that_end_at_a_singular_position_go_on() {
     // All rods in line, exactly (Gonzalez and others 2006; the cranks stay parallel, so the motion is that of a
     // pendulum).
