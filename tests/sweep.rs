@@ -93,6 +93,19 @@ fn each_design_ends_as_it_does_alone() {
 }
 
 #[test]
+fn a_companion_that_never_met_its_design_says_nothing() {
+    // Designs that stop in their third step, where the companion is not compared with them, and in the fourth one.
+    let stop = |design: usize, t: f64, _: &[f64], _: &[f64]| t - if design == 0 { 2.5e-3 } else { 3.5e-3 };
+    let end = || Some(SweepEnd::Condition(&stop));
+    for width in [LaneCount::Most, LaneCount::One] {
+        let request = SweepRequest { step: None, end: end(), extremes: false, estimate_error: true };
+        let finished = sweep(&designs(2), &request, width);
+        let known: Vec<bool> = finished.iter().map(|finished| finished.estimated_error.is_some()).collect();
+        assert_eq!(known, [false, true], "{width:?}");
+    }
+}
+
+#[test]
 fn a_design_does_not_depend_on_neighbours_in_trouble() {
     // Cranks without inertia, designs that cannot close or stall, steps near the limit: some lanes leave the fast way
     // at every step, hold numbers that are none, or end early.
