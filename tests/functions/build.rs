@@ -13,5 +13,6 @@ fn main() {
         "stiff.toml",
         "weightless.toml",
         "redundant.toml",
+        "arm.toml",
     ]);
 }
