@@ -48,8 +48,8 @@ impl<B: Differentiable> Sample<B> {
             self.state_at(scene, Dual::new(self.t, zero)).law(potential, [stretch, Dual::from(f64::NAN)]).eps
         });
         let law = |value: &Formula| plain.law(value, [along.re, along.v1]);
-        let slip = |slip: &Formula| Function::Tanh.evaluate(&[along.v1 / plain.value(slip)]);
-        let friction = friction.as_ref().map_or(zero, |(size, speed)| law(size) * slip(speed));
+        let sliding = |slip: &Formula| Function::Tanh.evaluate(&[along.v1 / plain.value(slip)]);
+        let friction = friction.as_ref().map_or(zero, |(size, slip)| law(size) * sliding(slip));
         let loss = force.as_ref().map_or(zero, law) - friction - optional(damping) * along.v1;
         [-optional(stiffness) * (along.re - optional(rest)) - slope, loss]
     }
