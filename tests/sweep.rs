@@ -8,7 +8,7 @@ use common::{mechanism, model};
 use qrm_core::Replace;
 use qrm_sim::batch::{DesignResult, LaneCount, SweepEnd, SweepRequest};
 use qrm_sim::integrate::MethodSettings;
-use qrm_sim::run::{End, Observer, Request, Row, StartError, Status, simulate};
+use qrm_sim::run::{Doubt, End, Observer, Request, Row, StartError, Status, simulate};
 
 /// The parameters of a design.
 type Design = Vec<(&'static str, f64)>;
@@ -89,6 +89,18 @@ fn each_design_ends_as_it_does_alone() {
             let failed = finished.iter().filter(|f| f.status.is_err()).count();
             assert!((1..30).contains(&failed), "{failed} of {} designs cannot start", designs.len());
         }
+    }
+}
+
+#[test]
+fn a_small_swing_is_judged_by_its_range() {
+    // Off by more than 1e-3 of a range of 1e-2 rad, with the energy kept.
+    let replace = |name: &str| (name == "a0").then_some(5e-3);
+    let request =
+        SweepRequest { step: Some(0.05), end: Some(SweepEnd::Time(60.0)), extremes: false, estimate_error: true };
+    for width in [LaneCount::Most, LaneCount::One] {
+        let finished = &qrm_sim::batch::sweep(model("double-pendulum"), &[&replace], &request, width)[0];
+        assert!(matches!(finished.doubts[..], [Doubt::Error { .. }]), "{width:?}: {finished:?}");
     }
 }
 

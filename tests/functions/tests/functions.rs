@@ -103,6 +103,6 @@ fn start_schedule_and_dependent_parameters() {
     assert!((model.schedule().end_time - std::f64::consts::PI / 5.0).abs() < 1e-15);
     assert_eq!(model.start().given, [true, true, false]);
     assert_eq!(model.start().given_rates, [true, true, false]);
-    assert_eq!(values, [3.0, 4.0, 8.0 + 2.0_f64.sqrt(), 1e250, 1e-250, 0.0, -0.0]);
+    assert_eq!(values, [3.0, 4.0, 8.0 + 2.0_f64.sqrt(), 1e250, 1e-250, 64.0, 0.0, -0.0]);
     assert_eq!(Functions::<f64>::DESCRIPTION.left_out, ["off"]);
 }
