@@ -1,6 +1,7 @@
 //! What a motion that is asked for its state says of itself.
 #![cfg(feature = "generate")]
 
+use qrm_sim::columns::columns;
 use qrm_sim::integrate::MethodSettings;
 use qrm_sim::run::Simulation;
 use qrm_sim::solve::Projection;
@@ -17,4 +18,12 @@ fn residuals_are_those_of_the_state() {
     let [position, rate] = residuals(Projection::None);
     assert!((1e-9..1e-2).contains(&position) && (1e-9..1.0).contains(&rate), "{position:e} {rate:e}");
     assert!(residuals(Projection::Mass).iter().all(|residual| *residual < 1e-13));
+}
+
+#[test]
+fn multipliers_of_lengths_are_forces() {
+    let model = qrm_functions::MODELS.iter().find(|model| model.description.name == "watt").expect("a generated scene");
+    let columns = columns(model.description);
+    let column = columns.iter().find(|column| column.name == "lambda_bx").expect("a column");
+    assert_eq!(column.unit, "N");
 }
