@@ -65,7 +65,7 @@ impl Algebra<'_> {
             let place = self.names.borrow().len();
             let slope = |(i, entry): (usize, &Atom)| match entry.as_view() {
                 AtomView::Num(number) if !is_root || number.is_zero() => entry.clone(),
-                // What vanishes after all has no symbol.
+                // A derivative that vanishes once it is simplified has no symbol.
                 _ if is_root && self.simplify(entry).is_zero() => Atom::num(0),
                 _ => self.symbol(Symbol::NamedSlope(place, i)),
             };

@@ -8,7 +8,7 @@ use crate::run::{
     Branch, COMPANION_STEPS, StartError, Status, Undefined, accepted_errors, check_condition, check_step,
     estimated_errors, first_state, is_balanced, locate, worst,
 };
-use crate::solve::{Solver, constraint_rank};
+use crate::solve::{Solver, constraint_rank, largest};
 use crate::state::State;
 
 /// A sweep in lanes.
@@ -300,7 +300,7 @@ impl<'a> LaneSweep<'a> {
         let ranges: Vec<[f64; 2]> = (0..self.size.0).map(range).collect();
         let description = self.designs[design].description();
         let accepted = accepted_errors(description, &ranges, None, steps);
-        let size = ranges.iter().flatten().fold(0.0, |size: f64, q| size.max(q.abs()));
+        let size = largest(ranges.as_flattened()).1;
         let errors = estimated_errors(&differences, size, steps, description.has_corners);
         worst(&errors, &accepted).is_none().then_some(errors)
     }
@@ -347,7 +347,7 @@ impl<'a> LaneSweep<'a> {
             q: at.q.clone(),
             qd: at.qd.clone(),
             extremes,
-            estimated_error: errors.map(|errors| errors.iter().fold(0.0, |most: f64, error| most.max(*error))),
+            estimated_error: errors.map(|errors| largest(&errors).1),
             doubts: Vec::new(),
             is_alone: false,
         });

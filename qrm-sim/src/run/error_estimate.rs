@@ -197,7 +197,7 @@ impl Companion {
             return None;
         }
         let differences: Vec<f64> = self.before.iter().zip(&self.differences).map(|(a, b)| a + b).collect();
-        let size = self.ranges.iter().flatten().fold(0.0, |size: f64, q| size.max(q.abs()));
+        let size = largest(self.ranges.as_flattened()).1;
         if self.integrator.is_fixed() {
             return Some(estimated_errors(&differences, size, steps, self.has_corners));
         }

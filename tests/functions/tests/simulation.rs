@@ -1,17 +1,21 @@
-//! What a motion that is asked for its state says of itself.
+//! The residuals of a motion under way, and the units of its columns.
 #![cfg(feature = "generate")]
 
+use qrm_core::Model;
 use qrm_sim::columns::columns;
 use qrm_sim::integrate::MethodSettings;
 use qrm_sim::run::Simulation;
 use qrm_sim::solve::Projection;
 
+fn model() -> &'static Model {
+    qrm_functions::MODELS.iter().find(|model| model.description.name == "watt").expect("a generated scene")
+}
+
 #[test]
 fn residuals_are_those_of_the_state() {
-    let model = qrm_functions::MODELS.iter().find(|model| model.description.name == "watt").expect("a generated scene");
     let residuals = |projection| {
         let settings = MethodSettings { projection, ..MethodSettings::default() };
-        let mut simulation = Simulation::new(model, &|_| None, settings, Some(0.02)).expect("a start");
+        let mut simulation = Simulation::new(model(), &|_| None, settings, Some(0.02)).expect("a start");
         simulation.advance(0.5).expect("a motion");
         simulation.residuals()
     };
@@ -22,8 +26,7 @@ fn residuals_are_those_of_the_state() {
 
 #[test]
 fn multipliers_of_lengths_are_forces() {
-    let model = qrm_functions::MODELS.iter().find(|model| model.description.name == "watt").expect("a generated scene");
-    let columns = columns(model.description);
+    let columns = columns(model().description);
     let column = columns.iter().find(|column| column.name == "lambda_bx").expect("a column");
     assert_eq!(column.unit, "N");
 }
