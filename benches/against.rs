@@ -40,9 +40,11 @@ const RUN: [(&str, Measure); 5] = [
     ("one run, dual numbers at run time", |n| one(&Twin::<ByDualNumbers>::new(), n)),
 ];
 
-const SWEEP: [(&str, Measure); 6] = [
+const SWEEP: [(&str, Measure); 8] = [
     ("sweep, most lanes, end states", |_| many(LaneCount::Most, false, false)),
     ("sweep, four lanes, end states", |_| many(LaneCount::Four, false, false)),
+    ("sweep by dop853, tolerance 1e-9", |_| by_tolerance(1e-9)),
+    ("sweep by dop853, tolerance 1e-12", |_| by_tolerance(1e-12)),
     ("sweep, most lanes, with extremes", |_| many(LaneCount::Most, true, false)),
     ("sweep, four lanes, with extremes", |_| many(LaneCount::Four, true, false)),
     ("sweep, most lanes, with extremes and error estimates", |_| many(LaneCount::Most, true, true)),
@@ -63,12 +65,20 @@ fn one(mechanism: &dyn Mechanism, runs: usize) -> (f64, f64) {
     (times[runs / 2], steps)
 }
 
+fn by_tolerance(tolerance: f64) -> (f64, f64) {
+    designs_by(LaneCount::Most, false, false, MethodSettings::new(qrm_sim::integrate::DOP853, tolerance))
+}
+
 /// A whole sweep.
 fn many(lanes: LaneCount, extremes: bool, estimate_error: bool) -> (f64, f64) {
+    designs_by(lanes, extremes, estimate_error, MethodSettings::default())
+}
+
+fn designs_by(lanes: LaneCount, extremes: bool, estimate_error: bool, settings: MethodSettings) -> (f64, f64) {
     let crank = |i: usize| 0.15 + 0.1 * i as f64 / DESIGNS as f64;
     let replacements: Vec<_> = (0..DESIGNS).map(|i| move |name: &str| (name == "O2A").then_some(crank(i))).collect();
     let designs: Vec<Replace> = replacements.iter().map(|replace| replace as Replace).collect();
-    let request = SweepRequest { step: None, end: None, extremes, estimate_error };
+    let request = SweepRequest { settings, extremes, estimate_error, ..SweepRequest::default() };
     let begun = Instant::now();
     let finished = sweep(&GENERATED, black_box(&designs), &request, lanes);
     (begun.elapsed().as_secs_f64() * 1e9, finished.iter().map(|finished| finished.steps).sum::<u64>() as f64)

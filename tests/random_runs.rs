@@ -215,12 +215,8 @@ fn designs_in_lanes_are_what_runs_make_of_them() {
         };
         let replacements: Vec<_> = parameters.iter().map(|p| move |name: &str| replace(p, name)).collect();
         let designs: Vec<Replace> = replacements.iter().map(|replace| replace as Replace).collect();
-        let request = SweepRequest {
-            step: Some(first.step),
-            end: Some(SweepEnd::Time(first.end)),
-            extremes: true,
-            estimate_error: true,
-        };
+        let request =
+            SweepRequest { step: Some(first.step), end: Some(SweepEnd::Time(first.end)), ..SweepRequest::default() };
         let in_lanes = sweep(model, &designs, &request, LaneCount::Most);
         let alone = sweep(model, &designs, &request, LaneCount::One);
         for ((lanes, alone), parameters) in in_lanes.iter().zip(&alone).zip(&parameters) {

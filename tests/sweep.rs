@@ -81,7 +81,7 @@ fn assert_same(design: &Design, finished: &DesignResult, end: Option<f64>) {
 fn each_design_ends_as_it_does_alone() {
     let designs = designs(60);
     for end in [None, Some(0.3004)] {
-        let request = SweepRequest { step: None, end: end.map(SweepEnd::Time), extremes: true, estimate_error: true };
+        let request = SweepRequest { end: end.map(SweepEnd::Time), ..SweepRequest::default() };
         for width in [LaneCount::Most, LaneCount::Four, LaneCount::One] {
             let finished = sweep(&designs, &request, width);
             assert_eq!(finished.len(), designs.len());
@@ -96,8 +96,8 @@ fn each_design_ends_as_it_does_alone() {
 fn a_small_swing_is_judged_by_its_range() {
     // Off by more than 1e-3 of a range of 1e-2 rad, with the energy kept.
     let replace = |name: &str| (name == "a0").then_some(5e-3);
-    let request =
-        SweepRequest { step: Some(0.05), end: Some(SweepEnd::Time(60.0)), extremes: false, estimate_error: true };
+    let end = Some(SweepEnd::Time(60.0));
+    let request = SweepRequest { step: Some(0.05), end, extremes: false, ..SweepRequest::default() };
     for width in [LaneCount::Most, LaneCount::One] {
         let finished = &qrm_sim::batch::sweep(model("double-pendulum"), &[&replace], &request, width)[0];
         assert!(matches!(finished.doubts[..], [Doubt::Error { .. }]), "{width:?}: {finished:?}");
@@ -108,11 +108,10 @@ fn a_small_swing_is_judged_by_its_range() {
 fn a_companion_that_never_met_its_design_says_nothing() {
     // Designs that stop in their third step, where the companion is not compared with them, and in the fourth one.
     let stop = |design: usize, t: f64, _: &[f64], _: &[f64]| t - if design == 0 { 2.5e-3 } else { 3.5e-3 };
-    let end = || Some(SweepEnd::Condition(&stop));
+    let designs = designs(2);
+    let request = SweepRequest { end: Some(SweepEnd::Condition(&stop)), ..SweepRequest::default() };
     for width in [LaneCount::Most, LaneCount::One] {
-        let request = SweepRequest { step: None, end: end(), extremes: false, estimate_error: true };
-        let finished = sweep(&designs(2), &request, width);
-        let known: Vec<bool> = finished.iter().map(|finished| finished.estimated_error.is_some()).collect();
+        let known: Vec<bool> = sweep(&designs, &request, width).iter().map(|f| f.estimated_error.is_some()).collect();
         assert_eq!(known, [false, true], "{width:?}");
     }
 }
@@ -130,7 +129,7 @@ fn a_design_does_not_depend_on_neighbours_in_trouble() {
     let designs: Vec<Design> = (0..60).map(design).collect();
     for (step, end) in [(2e-2, None), (1e-2, Some(3.0)), (5e-3, None)] {
         let end = || end.map(SweepEnd::Time);
-        let request = SweepRequest { step: Some(step), end: end(), extremes: true, estimate_error: true };
+        let request = SweepRequest { step: Some(step), end: end(), ..SweepRequest::default() };
         let show = |finished: &DesignResult| format!("{finished:?}");
         let together: Vec<String> = sweep(&designs, &request, LaneCount::Most).iter().map(show).collect();
         let four: Vec<String> = sweep(&designs, &request, LaneCount::Four).iter().map(show).collect();
@@ -149,7 +148,7 @@ fn a_design_does_not_depend_on_neighbours_in_trouble() {
 #[test]
 fn a_design_does_not_depend_on_its_neighbours() {
     let designs = designs(23);
-    let request = SweepRequest { step: None, end: None, extremes: true, estimate_error: true };
+    let request = SweepRequest::default();
     for width in [LaneCount::Most, LaneCount::Four, LaneCount::One] {
         let together = sweep(&designs, &request, width);
         for (i, design) in designs.iter().enumerate() {
@@ -171,8 +170,7 @@ fn designs_that_break_off_do_not_stop_the_others() {
     // The rod of every second design is too short for a full turn: the crank never gets there.
     let design = |i: usize| if i % 2 == 1 { vec![("BC", 0.37)] } else { Vec::new() };
     let designs: Vec<Design> = (0..9).map(design).collect();
-    let finished =
-        sweep(&designs, &SweepRequest { step: None, end: None, extremes: true, estimate_error: true }, LaneCount::Most);
+    let finished = sweep(&designs, &SweepRequest::default(), LaneCount::Most);
     for (i, finished) in finished.iter().enumerate() {
         let stopped = matches!(finished.status, Ok(Status::Stopped));
         assert_eq!(stopped, i % 2 == 0, "design {i}: {:?}", finished.status);
@@ -187,7 +185,7 @@ fn errors_are_estimated_as_alone_however_few_the_steps() {
         let t = 0.02 * (f64::from(count) - 0.5);
         let between = |_: usize, now: f64, _: &[f64], _: &[f64]| now - t;
         for end in [at_row, SweepEnd::Condition(&between)] {
-            let request = SweepRequest { step: Some(0.02), end: Some(end), extremes: false, estimate_error: true };
+            let request = SweepRequest { step: Some(0.02), end: Some(end), extremes: false, ..SweepRequest::default() };
             let [lanes, alone] = [LaneCount::Most, LaneCount::One].map(|lanes| sweep(&designs, &request, lanes));
             for (lanes, alone) in lanes.iter().zip(&alone) {
                 match (lanes.estimated_error, alone.estimated_error) {

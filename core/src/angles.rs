@@ -1,5 +1,8 @@
 //! Sines and cosines that follow turns.
 
+#[cfg(feature = "simd")]
+use core::f64::consts::FRAC_PI_4;
+
 use crate::scalar::Scalar;
 
 /// Sines and cosines of the coordinates that are angles; the places of others hold nothing of use.
@@ -52,6 +55,21 @@ impl<R: Scalar, const N: usize> Angles<R, N> {
         }
         let size = largest(dq, is_angle);
         if size.is_within(SHORT) { turned } else { turned.refreshed(to, size, SHORT, is_angle) }
+    }
+
+    /// The same, quickest for turns up to an eighth of a revolution.
+    #[cfg(feature = "simd")]
+    #[inline(always)]
+    #[must_use]
+    pub(crate) fn turned_far(&self, to: &[R; N], dq: &[R; N], is_angle: [bool; N]) -> Self {
+        let mut turned = *self;
+        for i in 0..N {
+            if is_angle[i] {
+                (turned.sin[i], turned.cos[i]) = crate::sine::turned(self.sin[i], self.cos[i], dq[i]);
+            }
+        }
+        let size = largest(dq, is_angle);
+        if size.is_within(FRAC_PI_4) { turned } else { turned.refreshed(to, size, FRAC_PI_4, is_angle) }
     }
 
     /// The same, quickest for turns up to 6e-6.

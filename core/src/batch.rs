@@ -6,7 +6,7 @@ use alloc::boxed::Box;
 use alloc::vec::Vec;
 
 use crate::kernel::MAX_GROWTH;
-use crate::lane_steps::LaneSteps;
+use crate::lane_steps::{LaneSteps, PARTS};
 
 /// Motions in lanes, whatever the mechanism and the number of lanes.
 ///
@@ -34,7 +34,8 @@ pub struct LaneSchedule {
 pub enum LaneRole {
     /// The motion itself.
     Main,
-    /// Its companion at 3/2 of the step.
+    /// Its companion at 3/2 of the step; where lanes choose their steps, the state of the motion at the last number of
+    /// steps that was a power of two.
     Companion,
 }
 
@@ -51,7 +52,7 @@ pub enum PauseReason {
 }
 
 /// What every lane of a batch is asked to do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BatchRequest {
     /// Whether the scene's event ends a motion.
     pub watches_event: bool,
@@ -59,8 +60,10 @@ pub struct BatchRequest {
     pub waits_each_step: bool,
     /// Whether the ranges of outputs are wanted.
     pub ranges: bool,
-    /// Whether companions estimate errors.
+    /// Whether companions estimate errors, where steps have a fixed length.
     pub companions: bool,
+    /// Whether each lane chooses its steps by a tolerance.
+    pub is_adaptive: bool,
 }
 
 /// The size of the vectors of a batch.
@@ -95,8 +98,16 @@ pub(crate) const EVENT: usize = 4;
 pub(crate) const QUALITY: usize = 5;
 /// Not a number if an output was none.
 pub(crate) const DEFINED: usize = 8;
+/// The tolerance and the longest step of a lane that chooses its steps.
+pub(crate) const TOLERANCE: usize = 9;
+pub(crate) const LONGEST: usize = 10;
+/// The number of the step after which a lane that chooses its steps keeps its state next.
+pub(crate) const CHECKPOINT: usize = 11;
 /// The largest difference of each coordinate from the companion, then the smallest and the largest value of each.
-pub(crate) const DIFFERENCES: usize = 9;
+pub(crate) const DIFFERENCES: usize = 12;
+
+/// A lane waits when the steps that it chooses become shorter than this part of its end time.
+pub(crate) const SHORTEST: f64 = 1e-12;
 
 impl BatchLayout {
     /// The layout for a mechanism of this size.
@@ -146,10 +157,28 @@ impl BatchLayout {
         self.lowest() + self.output_count
     }
 
+    /// The smallest values of the outputs in the last step of a length that a lane chose.
+    #[inline(always)]
+    pub(crate) const fn step_lowest(self) -> usize {
+        self.highest() + self.output_count
+    }
+
+    /// The largest values of the outputs in that step.
+    #[inline(always)]
+    pub(crate) const fn step_highest(self) -> usize {
+        self.step_lowest() + self.output_count
+    }
+
+    /// The outputs at the end of a part of that step, from the first part on.
+    #[inline(always)]
+    pub(crate) const fn sample(self, part: usize) -> usize {
+        self.step_highest() + part * self.output_count
+    }
+
     /// The number of places.
     #[inline(always)]
     pub(crate) const fn places(self) -> usize {
-        self.highest() + self.output_count
+        self.sample(1 + PARTS)
     }
 }
 
@@ -179,7 +208,7 @@ impl SimdBatch {
         self.set_row(LaneRole::Main, lane, row);
         self.set_row(LaneRole::Companion, lane, row);
         let LaneSchedule { step, last, end_time } = *schedule;
-        let numbers = [(MADE, 0.0), (LAST, last), (STEP, step), (END_TIME, end_time)];
+        let numbers = [(MADE, 0.0), (LAST, last), (STEP, step), (END_TIME, end_time), (CHECKPOINT, 1.0)];
         numbers.into_iter().for_each(|(place, number)| self.set(lane, place, &[number]));
         for (i, q) in row[1..=self.layout.n].iter().enumerate() {
             [(0, 0.0), (1, *q), (2, *q)]
@@ -194,7 +223,9 @@ impl SimdBatch {
         self.read_row(LaneRole::Main, from, &mut row);
         self.set_row(LaneRole::Main, to, &row);
         self.set_row(LaneRole::Companion, to, &row);
-        [MADE, LAST, STEP, END_TIME].into_iter().for_each(|place| self.set(to, place, &[self.get(from, place)]));
+        [MADE, LAST, STEP, END_TIME, TOLERANCE, LONGEST]
+            .into_iter()
+            .for_each(|place| self.set(to, place, &[self.get(from, place)]));
     }
 
     /// Replaces the state of a lane, or of its companion.
@@ -212,6 +243,35 @@ impl SimdBatch {
         self.read(self.layout.row_before(), lane, row);
     }
 
+    /// Sets the tolerance by which a lane chooses its steps, and the longest one.
+    pub fn set_tolerance(&mut self, lane: usize, tolerance: f64, longest: f64) {
+        self.set(lane, TOLERANCE, &[tolerance]);
+        self.set(lane, LONGEST, &[longest]);
+    }
+
+    /// Sets the time that the steps of a lane do not go beyond, and the length of the next one.
+    pub fn set_end(&mut self, lane: usize, end_time: f64, step: f64) {
+        self.set(lane, END_TIME, &[end_time]);
+        self.set(lane, STEP, &[step]);
+    }
+
+    /// Takes the last step of a lane back: puts it at a row with these outputs.
+    pub fn take_back(&mut self, lane: usize, row: &[f64], outputs: &[f64]) {
+        self.set_row(LaneRole::Main, lane, row);
+        self.set_outputs(lane, outputs);
+        self.begin_step_ranges(lane, outputs);
+    }
+
+    /// Whether the steps of a lane have become too short.
+    pub fn stands_still(&self, lane: usize) -> bool {
+        self.get(lane, STEP) <= SHORTEST * self.get(lane, END_TIME)
+    }
+
+    /// The length of the next step of a lane.
+    pub fn next_step(&self, lane: usize) -> f64 {
+        self.get(lane, STEP)
+    }
+
     /// Makes steps until some lane cannot simply go on.
     pub fn advance(&mut self, wants_refill: bool) -> PauseReason {
         self.steps.advance(wants_refill)
@@ -226,6 +286,8 @@ impl SimdBatch {
     pub fn goes_on(&self, lane: usize) -> bool {
         !self.request.waits_each_step
             && self.get(lane, MADE) < self.get(lane, LAST)
+            && self.get(lane, self.layout.row(LaneRole::Main)) < self.get(lane, END_TIME)
+            && !self.stands_still(lane)
             && self.get(lane, EVENT) < 0.0
             && self.is_reliable(lane)
     }
@@ -248,7 +310,9 @@ impl SimdBatch {
 
     /// The smallest and the largest value of an output so far.
     pub fn range(&self, lane: usize, output: usize) -> [f64; 2] {
-        [self.get(lane, self.layout.lowest() + output), self.get(lane, self.layout.highest() + output)]
+        let get = |place: usize| self.get(lane, place + output);
+        let [low, high] = [get(self.layout.step_lowest()), get(self.layout.step_highest())];
+        [get(self.layout.lowest()).min(low), get(self.layout.highest()).max(high)]
     }
 
     /// Whether all outputs of a lane were numbers so far.
@@ -262,6 +326,14 @@ impl SimdBatch {
         self.set(lane, DEFINED, &[outputs.iter().map(|value| 0.0 * value).sum()]);
         self.set(lane, self.layout.lowest(), outputs);
         self.set(lane, self.layout.highest(), outputs);
+        self.begin_step_ranges(lane, outputs);
+    }
+
+    /// Begins the ranges of a step of a lane with these outputs.
+    fn begin_step_ranges(&mut self, lane: usize, outputs: &[f64]) {
+        let outputs = &outputs[..self.layout.output_count.min(outputs.len())];
+        self.set(lane, self.layout.step_lowest(), outputs);
+        self.set(lane, self.layout.step_highest(), outputs);
     }
 
     /// Replaces the outputs of a lane in the row under way.

@@ -215,6 +215,10 @@ impl<S: Token> Scalar for Lanes<S> {
         }
         (sin, cos)
     }
+    #[inline(never)]
+    fn out_of_line<T>(f: impl FnOnce() -> T) -> T {
+        S::again().vectorize(f)
+    }
     #[cold]
     #[inline(never)]
     fn sin_cos_apart(self) -> (Self, Self) {

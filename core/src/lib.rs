@@ -27,6 +27,8 @@ mod angles;
 mod batch;
 mod description;
 mod digest;
+#[cfg(feature = "simd")]
+pub mod dop853;
 mod double_double;
 #[cfg(feature = "dual")]
 mod dual;

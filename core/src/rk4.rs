@@ -32,6 +32,24 @@ impl<R: Scalar, const N: usize, const M: usize> KernelState<R, N, M> {
         Self { q, qd, qdd, multipliers, angles }
     }
 
+    /// This state, or another one number by number, as a function chooses from the other's number and this one's.
+    #[cfg(feature = "simd")]
+    #[inline(always)]
+    pub(crate) fn replaced(&self, other: &Self, choose: impl Fn(R, R) -> R) -> Self {
+        let mut state = *self;
+        for i in 0..N {
+            state.q[i] = choose(other.q[i], self.q[i]);
+            state.qd[i] = choose(other.qd[i], self.qd[i]);
+            state.qdd[i] = choose(other.qdd[i], self.qdd[i]);
+            state.angles.sin[i] = choose(other.angles.sin[i], self.angles.sin[i]);
+            state.angles.cos[i] = choose(other.angles.cos[i], self.angles.cos[i]);
+        }
+        for k in 0..M {
+            state.multipliers[k] = choose(other.multipliers[k], self.multipliers[k]);
+        }
+        state
+    }
+
     /// Zero, but not a number (in some lane) where one of the state's is not finite.
     #[inline(always)]
     pub fn finite_check(&self) -> R {
@@ -126,7 +144,7 @@ fn unrolled<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
 
 /// The result of a step.
 #[inline(always)]
-fn finish<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
+pub(crate) fn finish<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
     kernel: &K,
     end: StepEnd<R, N>,
     (qdd, multipliers): ([R; N], [R; M]),
@@ -229,7 +247,7 @@ impl<R: Scalar, const N: usize> StepEnd<R, N> {
 
     /// The first correction, by Jacobian and mass matrix of the last stage, which lies near enough.
     #[inline(always)]
-    fn project_coordinates_first<K: Kernel<R, N, M>, const M: usize>(
+    pub(crate) fn project_coordinates_first<K: Kernel<R, N, M>, const M: usize>(
         &mut self,
         from: &KernelState<R, N, M>,
         correction: &[R; N],

@@ -111,6 +111,11 @@ pub trait Scalar:
     fn sin_cos_far(self) -> (Self, Self);
     /// Sine and cosine out of line.
     fn sin_cos_apart(self) -> (Self, Self);
+    /// Calls a function that is compiled out of line, with the instructions that belong to these numbers.
+    #[inline(never)]
+    fn out_of_line<T>(f: impl FnOnce() -> T) -> T {
+        f()
+    }
 }
 
 /// A double whose products and sums are rounded together, for processors that do so.

@@ -75,3 +75,20 @@ fn near<R: Scalar>(x: R) -> (R, R) {
     let cosine = most + (((number(1.0) - most) - half) + (z * series - y * tail));
     shifted.quarter_turns(sine, cosine)
 }
+
+/// `sin(x + d)` and `cos(x + d)` from those of `x`, for turns `d` up to an eighth of a revolution.
+#[cfg(feature = "simd")]
+#[inline(always)]
+pub(crate) fn turned<R: Scalar>(sin: R, cos: R, d: R) -> (R, R) {
+    let number = R::from_f64;
+    let z = d * d;
+    let (z2, cube) = (z * z, z * d);
+    let pair = |[a, b]: [f64; 2]| z.mul_add(number(b), number(a));
+    let [s1, s2, s3, s4, s5, s6] = SINE;
+    let series = (z2 * z2).mul_add(pair([s5, s6]), z2.mul_add(pair([s3, s4]), pair([s1, s2])));
+    let sin_d = cube.mul_add(series, d);
+    let [c1, c2, c3, c4, c5, c6] = COSINE;
+    let series = (z2 * z2).mul_add(pair([c5, c6]), z2.mul_add(pair([c3, c4]), pair([c1, c2])));
+    let cos_d_less_one = z2.mul_add(series, z * number(-0.5));
+    (sin + cos.mul_add(sin_d, sin * cos_d_less_one), cos + sin.neg_mul_add(sin_d, cos * cos_d_less_one))
+}

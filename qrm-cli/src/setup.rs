@@ -9,7 +9,7 @@ use qrm_scene::function::Function;
 use qrm_scene::resolve;
 use qrm_scene::scene::Scene;
 use qrm_scene::time_scales::{TimeScale, time_scales};
-use qrm_sim::integrate::MethodSettings;
+use qrm_sim::integrate::{MethodSettings, StepBounds};
 use qrm_sim::run::{End, Observer, Outcome, Request, simulate};
 use qrm_sim::solve::{ProjectionTolerance, constraint_rank};
 use qrm_sim::start::Start;
@@ -36,6 +36,8 @@ pub(crate) struct Setup {
     pub(crate) set: BTreeMap<String, f64>,
     /// Step of the command line.
     pub(crate) own_step: Option<f64>,
+    /// Longest step of the command line.
+    max_step: Option<f64>,
     /// End time of the command line.
     pub(crate) end_time: Option<f64>,
     /// Stop condition of the command line.
@@ -85,9 +87,15 @@ impl Setup {
             scene,
             set,
             own_step,
+            max_step,
             end_time,
             condition,
         })
+    }
+
+    /// The bounds of steps that a method chooses, with these values of the scene's parameters.
+    pub(crate) fn step_bounds(&self, parameters: &[f64]) -> StepBounds {
+        resolution::step_bounds(&time_scales(&self.scene, parameters), self.max_step)
     }
 
     /// The value that the command line gives a parameter.

@@ -21,6 +21,7 @@ pub(crate) use adaptive::COMPANION_STEP_RATIO;
 pub use adaptive::{Adaptive, Counts};
 pub use auto::AUTO;
 pub use classical::RK4;
+pub(crate) use dense_output::quintic;
 pub use dop853::DOP853;
 pub use dopri5::DOPRI5;
 pub(crate) use integrator::BlockEnd;

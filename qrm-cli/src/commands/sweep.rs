@@ -16,7 +16,7 @@ use qrm_core::{Description, Model, Replace, digest};
 use qrm_scene::evaluate::{constant, parameter_values};
 use qrm_scene::time_scales::time_scales;
 use qrm_sim::columns::Column;
-use qrm_sim::batch::{DesignResult, SweepEnd, SweepRequest, LaneCount, sweep};
+use qrm_sim::batch::{DesignResult, LaneCount, SweepEnd, SweepRequest, sweep};
 
 use crate::columns::write_units;
 use crate::error::Error;
@@ -37,6 +37,8 @@ pub(super) use part::join;
 pub(crate) struct Options {
     #[command(flatten)]
     scene: SceneOptions,
+    #[command(flatten)]
+    how: MethodOptions,
     /// Vary a parameter: `NAME=FROM:TO:COUNT` or `NAME=VALUE,VALUE,...`; may be repeated, for every combination
     #[arg(long, value_name = "NAME=VALUES", required = true, allow_hyphen_values = true)]
     vary: Vec<String>,
@@ -46,7 +48,7 @@ pub(crate) struct Options {
     /// Compute no outputs, and leave out their smallest and largest values in the rows
     #[arg(long)]
     no_extremes: bool,
-    /// Skip the second motion, at 3/2 of the step, that estimates the error of each design
+    /// Skip the second motion, by other steps, that estimates the error of each design
     #[arg(long)]
     no_error_estimate: bool,
     /// How many cores to use [default: all]
@@ -133,7 +135,7 @@ struct Plan<'s> {
 
 impl<'s> Plan<'s> {
     fn new(models: &'static [Model], options: &'s Options) -> Result<Self, Error> {
-        let setup = Setup::new(models, &options.scene, &MethodOptions::default())?;
+        let setup = Setup::new(models, &options.scene, &options.how)?;
         let axes = Axes::new(setup.description, &options.vary)?;
         if let Some(name) = axes.names().find(|name| setup.set.contains_key(*name)) {
             return Err(Error::usage(format!("`{name}` is both set and varied"))
@@ -159,10 +161,13 @@ impl<'s> Plan<'s> {
 
     /// A line that differs between sweeps, and is the same for the parts of one.
     fn identity(&self) -> String {
-        let Options { scene, vary, no_extremes, no_error_estimate, lanes, .. } = self.options;
+        let Options { scene, how, vary, no_extremes, no_error_estimate, lanes, .. } = self.options;
         // Four lanes and eight give the same digits.
         let is_single = *lanes == Lanes::One;
-        let asked = format!("{scene:?} {vary:?} {no_extremes} {no_error_estimate} {is_single}");
+        let MethodOptions { method, tolerance, max_step, projection, closure_tolerance, closure_iterations } = how;
+        let name = method.name;
+        let how = (name, tolerance, max_step, projection, closure_tolerance, closure_iterations);
+        let asked = format!("{scene:?} {how:?} {vary:?} {no_extremes} {no_error_estimate} {is_single}");
         let Description { name, source, .. } = self.setup.description;
         format!("{name} {} {:016x}", env!("CARGO_PKG_VERSION"), digest(source.bytes().chain(asked.bytes())))
     }
@@ -237,7 +242,10 @@ impl<'s> Plan<'s> {
             (None, Some(_)) => Some(SweepEnd::Condition(&until)),
             (None, None) => None,
         };
+        let step_bounds = |design: usize| self.setup.step_bounds(&parameters[kept[design]]);
         let request = SweepRequest {
+            settings: self.setup.settings,
+            step_bounds: Some(&step_bounds),
             step: self.setup.own_step,
             end: stop,
             extremes: !self.options.no_extremes,
@@ -258,6 +266,9 @@ impl<'s> Plan<'s> {
 
     /// The reason why the steps of a design pass over a change of a load with time.
     fn passed_over(&self, parameters: &[f64], end_time: f64) -> Option<String> {
+        if self.setup.settings.method.is_adaptive() {
+            return None;
+        }
         let scene = &self.setup.scene;
         let step = self.setup.own_step.unwrap_or_else(|| constant(&scene.run.step, parameters));
         resolution::passed_over(&time_scales(scene, parameters), step, end_time)

@@ -1,14 +1,16 @@
 //! Designs in lanes: each lane makes the steps of one design until that ends, and then takes the next.
 
+mod adaptive;
+
 use qrm_core::{BatchRequest, LaneRole, LaneSchedule, Mechanism, Model, PauseReason, RowRequest, SimdBatch, Width};
 
 use super::sweep::{DesignResult, SweepEnd, SweepRequest, run_alone};
-use crate::integrate::{Integrator, MethodSettings, StepError};
+use crate::integrate::{DOP853, Integrator, RK4, StepError};
 use crate::run::{
     Branch, COMPANION_STEPS, StartError, Status, Undefined, accepted_errors, check_condition, check_step,
     estimated_errors, first_state, is_balanced, locate, worst,
 };
-use crate::solve::{Solver, constraint_rank, largest};
+use crate::solve::{Projection, Solver, constraint_rank, largest};
 use crate::state::State;
 
 /// A sweep in lanes.
@@ -42,6 +44,10 @@ struct Lane {
     first: State,
     /// Whether the companion goes on.
     has_companion: bool,
+    /// Whether the step under way is to end where the stop condition becomes true.
+    is_landing: bool,
+    /// The end of the design, while its companion runs in the lane.
+    main: Option<adaptive::Main>,
 }
 
 impl<'a> LaneSweep<'a> {
@@ -52,13 +58,21 @@ impl<'a> LaneSweep<'a> {
         request: &'a SweepRequest<'a>,
         width: Width,
     ) -> Option<Self> {
-        let settings = MethodSettings::default();
-        let description = model.description;
+        let (settings, description) = (request.settings, model.description);
+        let is_adaptive = settings.method == DOP853;
+        if settings.method != RK4 && !is_adaptive || settings.projection != Projection::default() {
+            return None;
+        }
+        // Lanes do not know where loads have corners.
+        if is_adaptive && description.has_corners {
+            return None;
+        }
         let batch_request = BatchRequest {
             watches_event: request.end.is_none(),
             waits_each_step: matches!(request.end, Some(SweepEnd::Condition(_))),
             ranges: request.extremes,
             companions: request.estimate_error,
+            is_adaptive,
         };
         let batch = model.batch(width, batch_request, settings.projection_tolerance.residual)?;
         let size = (description.coordinates.len(), description.constraints.len());
@@ -87,6 +101,7 @@ impl<'a> LaneSweep<'a> {
         // All lanes may lose their designs at once while others wait.
         while self.next < self.designs.len() || self.lanes.iter().any(Option::is_some) {
             match self.batch.advance(self.wants_refill) {
+                PauseReason::Step if self.is_adaptive() => self.resolve_adaptive_step(),
                 PauseReason::Step => self.resolve_step(),
                 PauseReason::Companion => self.resolve_companion(),
                 PauseReason::Refill => self.refill(),
@@ -119,6 +134,10 @@ impl<'a> LaneSweep<'a> {
             }
         }
         self.batch.set_parameters(&self.parameters);
+    }
+
+    fn is_adaptive(&self) -> bool {
+        self.request.settings.method.is_adaptive()
     }
 
     /// The latest end of a design.
@@ -157,8 +176,13 @@ impl<'a> LaneSweep<'a> {
         self.batch.place(lane, &self.row, &LaneSchedule { step: rows.step, last, end_time: rows.end_time });
         let outputs = self.outputs(design, first);
         self.batch.begin_ranges(lane, &outputs);
+        self.batch.set_outputs(lane, &outputs);
         let first = first.clone();
-        self.lanes[lane] = Some(Lane { design, rows, first, has_companion: self.request.estimate_error });
+        let has_companion = self.request.estimate_error;
+        self.lanes[lane] = Some(Lane { design, rows, first, has_companion, is_landing: false, main: None });
+        if self.is_adaptive() {
+            self.choose_steps(lane, 1.0);
+        }
     }
 
     fn outputs(&self, design: usize, at: &State) -> Vec<f64> {
@@ -293,16 +317,21 @@ impl<'a> LaneSweep<'a> {
     fn errors(&mut self, lane: usize, design: usize, at: &State) -> Option<Vec<f64>> {
         let steps = self.batch.steps(lane);
         let differences = self.differences(lane, design, at)?;
-        let range = |i: usize| {
-            let [low, high] = self.batch.coordinate_range(lane, i);
-            [low.min(at.q[i]), high.max(at.q[i])]
-        };
-        let ranges: Vec<[f64; 2]> = (0..self.size.0).map(range).collect();
+        let ranges = self.ranges(lane, at);
         let description = self.designs[design].description();
         let accepted = accepted_errors(description, &ranges, None, steps);
         let size = largest(ranges.as_flattened()).1;
         let errors = estimated_errors(&differences, size, steps, description.has_corners);
         worst(&errors, &accepted).is_none().then_some(errors)
+    }
+
+    /// The smallest and the largest value of each coordinate.
+    fn ranges(&self, lane: usize, at: &State) -> Vec<[f64; 2]> {
+        let range = |i: usize| {
+            let [low, high] = self.batch.coordinate_range(lane, i);
+            [low.min(at.q[i]), high.max(at.q[i])]
+        };
+        (0..self.size.0).map(range).collect()
     }
 
     /// Whether the energy at the end is that at the start, if no load without potential works at either.
@@ -329,6 +358,12 @@ impl<'a> LaneSweep<'a> {
             self.finished[design] = Some(run_alone(design, &*self.designs[design], self.request));
             return;
         }
+        let estimated_error = errors.map(|errors| largest(&errors).1);
+        self.finished[design] = Some(DesignResult { estimated_error, ..self.result(lane, design, status, at) });
+    }
+
+    /// The end of a design in a lane.
+    fn result(&self, lane: usize, design: usize, status: Status, at: &State) -> DesignResult {
         let outputs = self.outputs(design, at);
         let status = match outputs.iter().position(|value| !value.is_finite()) {
             Some(output) => Status::NotFinite { t: at.t, what: Undefined::Output(output) },
@@ -340,17 +375,17 @@ impl<'a> LaneSweep<'a> {
             [low.min(*value), high.max(*value)]
         };
         let extremes = outputs.iter().enumerate().map(range).collect();
-        self.finished[design] = Some(DesignResult {
+        DesignResult {
             status: Ok(status),
             steps,
             end_time: at.t,
             q: at.q.clone(),
             qd: at.qd.clone(),
             extremes,
-            estimated_error: errors.map(|errors| largest(&errors).1),
+            estimated_error: None,
             doubts: Vec::new(),
             is_alone: false,
-        });
+        }
     }
 }
 

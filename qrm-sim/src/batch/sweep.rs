@@ -5,19 +5,39 @@ use std::io;
 use qrm_core::{Mechanism, Model, Replace, Width};
 
 use super::lanes::LaneSweep;
-use crate::integrate::MethodSettings;
+use crate::integrate::{MethodSettings, StepBounds};
 use crate::run::{Doubt, End, Observer, Request, Row, StartError, Status, simulate};
 
 /// The settings of every design of a sweep.
 pub struct SweepRequest<'a> {
-    /// Length of the steps; the scene's if `None`.
+    /// The method. Lanes make the steps of `rk4` and `dop853`; by others designs are run one by one.
+    pub settings: MethodSettings,
+    /// The bounds of the steps that a method chooses for a design, by its number; those of the settings if `None`.
+    pub step_bounds: Option<&'a (dyn Fn(usize) -> StepBounds + Sync)>,
+    /// Length of the steps, or of the rows if the method chooses its steps; the scene's if `None`.
     pub step: Option<f64>,
     /// The end; the scene's if `None`.
     pub end: Option<SweepEnd<'a>>,
     /// Whether smallest and largest values of the outputs are wanted; without them outputs are not computed.
     pub extremes: bool,
-    /// Whether a companion motion at 3/2 of the step estimates the error.
+    /// Whether a companion motion estimates the error: at 3/2 of the step, or by a tolerance of its own.
     pub estimate_error: bool,
+}
+
+impl Default for SweepRequest<'_> {
+    /// By the method, the step and to the end of the scene, with extremes and estimates.
+    fn default() -> Self {
+        let settings = MethodSettings::default();
+        Self { settings, step_bounds: None, step: None, end: None, extremes: true, estimate_error: true }
+    }
+}
+
+impl SweepRequest<'_> {
+    /// The settings for a design.
+    pub(super) fn settings_of(&self, design: usize) -> MethodSettings {
+        let step_bounds = self.step_bounds.map_or(self.settings.step_bounds, |of| of(design));
+        MethodSettings { step_bounds, ..self.settings }
+    }
 }
 
 /// The end of the designs.
@@ -92,7 +112,7 @@ pub(super) fn run_alone(design: usize, mechanism: &dyn Mechanism, request: &Swee
         Some(SweepEnd::Condition(_)) => Some(End::Condition(&until)),
     };
     let request = Request {
-        settings: MethodSettings::default(),
+        settings: request.settings_of(design),
         step: request.step,
         end,
         estimate_error: request.estimate_error,

@@ -1,6 +1,8 @@
 //! Dense output: the motion inside a step.
 
-use super::tableau::{Row, Tableau};
+use qrm_core::dop853::Row;
+
+use super::tableau::Tableau;
 use crate::solve::Matrix;
 use crate::state::State;
 
@@ -104,6 +106,15 @@ fn seventh(
         let inner = higher[0][i] + s * (higher[1][i] + r * (higher[2][i] + s * higher[3][i]));
         *value = x0[i] + s * (change + r * (bend + s * (twist + r * inner)));
     }
+}
+
+/// The state inside a step by the polynomial of degree 5, without accelerations and multipliers.
+pub(crate) fn quintic(from: &State, to: &State, t: f64) -> State {
+    let mut at = from.clone();
+    let h = to.t - from.t;
+    fifth((t - from.t) / h, h, from, to, &mut at.q, &mut at.qd);
+    at.t = t;
+    at
 }
 
 /// The polynomial of degree 5 through coordinates, rates and accelerations at both ends, and its derivative.

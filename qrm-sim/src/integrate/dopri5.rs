@@ -1,8 +1,10 @@
 //! The pair of order 5 with an estimate of order 4.
 
+use qrm_core::dop853::Row;
+
 use super::explicit::Explicit;
 use super::method::Method;
-use super::tableau::{Row, Tableau};
+use super::tableau::Tableau;
 
 /// The Dormand-Prince pair of order 5.
 pub const DOPRI5: &Method = &Method {

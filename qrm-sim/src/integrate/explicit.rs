@@ -2,12 +2,13 @@
 
 use std::ops::Range;
 
+use qrm_core::dop853::Row;
 use qrm_core::{Mechanism, StageRequest};
 
 use super::adaptive::{Accepted, StepFormula, Task, Work, error_scales};
 use super::dense_output::{DenseOutput, Stages};
 use super::method::StepError;
-use super::tableau::{Row, Tableau};
+use super::tableau::Tableau;
 use crate::solve::{Projection, ProjectionTolerance, Solver};
 use crate::state::State;
 

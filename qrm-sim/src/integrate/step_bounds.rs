@@ -32,7 +32,7 @@ impl StepBounds {
     }
 
     /// The first time after `t` at which a step ends.
-    pub(super) fn next_end(&self, t: f64) -> f64 {
+    pub(crate) fn next_end(&self, t: f64) -> f64 {
         // Rounding errors may leave a step just before its end.
         let after = t + 1e-12 * t.abs();
         self.ends.iter().copied().find(|end| *end > after).unwrap_or(f64::INFINITY)

@@ -1,7 +1,6 @@
 //! The coefficients of an explicit Runge-Kutta method.
 
-/// Stages and their coefficients, zeros left out.
-pub(super) type Row = &'static [(usize, f64)];
+use qrm_core::dop853::Row;
 
 /// An explicit Runge-Kutta method, with an error estimate and dense output where it has them.
 #[derive(Debug)]

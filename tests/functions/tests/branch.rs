@@ -49,8 +49,12 @@ fn a_start_stays_on_its_branch() {
         // The branch ends at a length of 1.6, where links are in line.
         let replace = |name: &str| (name == "l3").then_some(length);
         let designs: [Replace; 1] = [&replace];
-        let request =
-            SweepRequest { step: None, end: Some(SweepEnd::Time(1e-9)), extremes: false, estimate_error: false };
+        let request = SweepRequest {
+            end: Some(SweepEnd::Time(1e-9)),
+            extremes: false,
+            estimate_error: false,
+            ..SweepRequest::default()
+        };
         let result = &sweep(model(), &designs, &request, LaneCount::Most)[0];
         assert!(matches!(result.status, Ok(Status::Completed)), "{:?}", result.status);
         assert!(result.q.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-7), "{length}: {:?}", result.q);

@@ -260,7 +260,7 @@ fn designs(model: &Model, lines: &mut String) {
         // The companion ends with a design where its steps are three times some.
         let thrice = 3.0 * (end / schedule.step / 3.0).floor() * schedule.step;
         for end in [SweepEnd::Time(end), SweepEnd::Time(thrice), SweepEnd::Condition(&condition)] {
-            let request = SweepRequest { step: None, end: Some(end), extremes: true, estimate_error: true };
+            let request = SweepRequest { end: Some(end), ..SweepRequest::default() };
             for result in sweep(model, &replaces[..count], &request, lanes) {
                 add(lines, &format!("design, {lanes:?}"), &result);
             }

@@ -115,7 +115,7 @@ fn analyses_know_the_rank() {
 fn designs_and_units_run_as_runs_do() {
     let expected = run(MethodSettings::default(), 1e-3, 1e-6);
     let replace = |_: &str| None;
-    let request = SweepRequest { step: None, end: None, extremes: false, estimate_error: true };
+    let request = SweepRequest { extremes: false, ..SweepRequest::default() };
     for lanes in [LaneCount::Most, LaneCount::One] {
         let results = sweep(model(), &[&replace as &_, &replace as &_], &request, lanes);
         assert!(results.iter().all(|result| result.q == expected.q && result.doubts.is_empty()), "{results:?}");

@@ -22,7 +22,7 @@ fn a_row_with_an_undefined_output_ends_its_design() {
     let designs: Vec<Replace> = replacements.iter().map(|replace| replace as Replace).collect();
     for lanes in [LaneCount::Most, LaneCount::Four, LaneCount::One] {
         for extremes in [true, false] {
-            let request = SweepRequest { step: None, end: None, extremes, estimate_error: true };
+            let request = SweepRequest { extremes, ..SweepRequest::default() };
             for (i, result) in sweep(model(), &designs, &request, lanes).into_iter().enumerate() {
                 let expected = match i % 4 {
                     // Without extremes outputs are not computed.

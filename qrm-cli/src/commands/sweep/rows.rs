@@ -119,9 +119,10 @@ pub(super) fn row(
     finished: &DesignResult,
     passed_over: Option<String>,
 ) -> Row {
+    let tolerance = setup.settings.tolerance();
     let reason = match &finished.status {
         Ok(Status::Completed | Status::Stopped) => {
-            let doubts = finished.doubts.iter().map(|doubt| doubt.text(None, setup.description));
+            let doubts = finished.doubts.iter().map(|doubt| doubt.text(tolerance, setup.description));
             doubts.chain(passed_over).collect::<Vec<_>>().join("; and ")
         }
         Ok(status) => messages::status(status, finished.end_time, setup.description, &setup.until).text,

@@ -1,0 +1,232 @@
+//! A step of order 8 with its error estimate by a kernel, and the projection of its end onto the constraints.
+//!
+//! The step is written for any number: vectors in lanes make several steps at once, each of a length of its own.
+
+mod coefficients;
+
+pub use coefficients::{DENSE, ERROR_3, ERROR_5, NODES, ROWS, Row};
+
+use crate::angles::Angles;
+use crate::kernel::Kernel;
+use crate::rk4::{KernelState, StepEnd, StepResult, finish};
+use crate::scalar::Scalar;
+
+/// Stages of a step; the end of the step is the stage after them.
+const STAGES: usize = 12;
+
+/// A step of order 8.
+pub(crate) struct Dop853Step<R, P, const N: usize, const M: usize> {
+    /// Its projected end.
+    pub(crate) result: StepResult<R, P, N, M>,
+    /// Its estimated error against the tolerance: 1 if just as large.
+    pub(crate) error: R,
+    slopes: Slopes<R, N>,
+}
+
+/// Rates and accelerations at the stages, at the end of the step, and at the stages of the dense output.
+struct Slopes<R, const N: usize> {
+    rates: [[R; N]; ROWS.len()],
+    accelerations: [[R; N]; ROWS.len()],
+}
+
+/// One step of length `h` from time `t` by the pair of Dormand and Prince of order 8, its end projected onto the
+/// constraints in the mass metric.
+///
+/// Errors are measured against `scale` times `1 + |x|`, or `scale` for an angle, as the code DOP853 does. The work is
+/// bounded: 13 evaluations of the accelerations and four corrections of the coordinates.
+#[inline(always)]
+pub(crate) fn dop853_step<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
+    kernel: &K,
+    (t, h): (R, R),
+    from: &KernelState<R, N, M>,
+    (is_length, scale): ([bool; N], R),
+) -> Dop853Step<R, K::Position, N, M> {
+    let mut slopes = Slopes { rates: [from.qd; _], accelerations: [from.qdd; _] };
+    let mut growth = R::zero();
+    macro_rules! stages {
+        ($($stage:literal),*) => {
+            $(slopes.evaluate::<K, M, $stage>(kernel, (t, h), from, &mut growth);)*
+        };
+    }
+    stages!(1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11);
+    let (rate, acceleration) = slopes.sums(ROWS[STAGES]);
+    let (mut q, mut qd, mut increment) = (from.q, from.qd, from.q);
+    for i in 0..N {
+        increment[i] = h * rate[i];
+        q[i] = from.q[i] + increment[i];
+        qd[i] = h.mul_add(acceleration[i], from.qd[i]);
+    }
+    let error = slopes.error(h, from, (&q, &qd), (is_length, scale));
+    let mut end = StepEnd { q, qd, increment, angles: Angles::new(&q, K::IS_ANGLE), corrections: 0 };
+    let t = t + h;
+    if M > 0 {
+        let position = kernel.position(t, &end.q, &end.angles);
+        let correction = kernel.correction(&position, &kernel.residuals(&position));
+        end.project_coordinates_first::<K, M>(from, &correction);
+    }
+    let position = loop {
+        let position = kernel.position(t, &end.q, &end.angles);
+        if !end.project_coordinates::<K, M>(kernel, &position) {
+            break position;
+        }
+    };
+    end.project_rates(kernel, &position);
+    let dynamics = kernel.accelerations(&position, t, &end.q, &end.qd, &end.angles);
+    let growth = kernel.growth_factor(&position).max(growth);
+    let result = finish(kernel, end, dynamics, position, growth);
+    slopes.rates[STAGES] = result.end.qd;
+    slopes.accelerations[STAGES] = result.end.qdd;
+    Dop853Step { result, error, slopes }
+}
+
+impl<R: Scalar, P, const N: usize, const M: usize> Dop853Step<R, P, N, M> {
+    /// The higher coefficients of coordinates and of rates in the dense output of order 7, by three more evaluations of
+    /// the accelerations.
+    #[inline(always)]
+    pub(crate) fn dense_output<K: Kernel<R, N, M>>(
+        &mut self,
+        kernel: &K,
+        (t, h): (R, R),
+        from: &KernelState<R, N, M>,
+    ) -> DenseOutput<R, N> {
+        let mut growth = R::zero();
+        self.slopes.evaluate::<K, M, 13>(kernel, (t, h), from, &mut growth);
+        self.slopes.evaluate::<K, M, 14>(kernel, (t, h), from, &mut growth);
+        self.slopes.evaluate::<K, M, 15>(kernel, (t, h), from, &mut growth);
+        let end = &self.result.end;
+        let sums = DENSE.map(|row| self.slopes.sums(row));
+        DenseOutput {
+            q: coefficients(h, (&from.q, &from.qd), (&end.q, &end.qd), sums.map(|(rate, _)| rate)),
+            qd: coefficients(h, (&from.qd, &from.qdd), (&end.qd, &end.qdd), sums.map(|(_, acceleration)| acceleration)),
+        }
+    }
+}
+
+/// A step between its projected ends: coefficients of coordinates and of rates.
+pub(crate) struct DenseOutput<R, const N: usize> {
+    q: [[R; N]; 8],
+    qd: [[R; N]; 8],
+}
+
+impl<R: Scalar, const N: usize> DenseOutput<R, N> {
+    /// Coordinates and rates after a part of the step.
+    #[inline(always)]
+    pub(crate) fn at(&self, part: f64) -> ([R; N], [R; N]) {
+        let (s, r) = (R::from_f64(part), R::from_f64(1.0 - part));
+        let (mut q, mut qd) = (self.q[7], self.qd[7]);
+        for i in 0..N {
+            for (k, factor) in [(6, s), (5, r), (4, s), (3, r), (2, s), (1, r), (0, s)] {
+                q[i] = factor.mul_add(q[i], self.q[k][i]);
+                qd[i] = factor.mul_add(qd[i], self.qd[k][i]);
+            }
+        }
+        (q, qd)
+    }
+}
+
+/// The coefficients of the polynomial through both ends of a step of length `h`, with their derivatives, from its higher
+/// coefficients.
+#[inline(always)]
+fn coefficients<R: Scalar, const N: usize>(
+    h: R,
+    (x0, d0): (&[R; N], &[R; N]),
+    (x1, d1): (&[R; N], &[R; N]),
+    higher: [[R; N]; 4],
+) -> [[R; N]; 8] {
+    let mut all = [*x0; 8];
+    for i in 0..N {
+        let change = x1[i] - x0[i];
+        let bend = h * d0[i] - change;
+        all[1][i] = change;
+        all[2][i] = bend;
+        all[3][i] = change - h * d1[i] - bend;
+        for k in 0..4 {
+            all[4 + k][i] = h * higher[k][i];
+        }
+    }
+    all
+}
+
+impl<R: Scalar, const N: usize> Slopes<R, N> {
+    /// Evaluates the accelerations at a stage.
+    #[inline(always)]
+    fn evaluate<K: Kernel<R, N, M>, const M: usize, const STAGE: usize>(
+        &mut self,
+        kernel: &K,
+        (t, h): (R, R),
+        from: &KernelState<R, N, M>,
+        growth: &mut R,
+    ) {
+        let (rate, acceleration) = self.sums(const { ROWS[STAGE] });
+        let (mut dq, mut q, mut qd) = (rate, from.q, from.qd);
+        for i in 0..N {
+            dq[i] = h * rate[i];
+            q[i] = from.q[i] + dq[i];
+            qd[i] = h.mul_add(acceleration[i], from.qd[i]);
+        }
+        let at = h.mul_add(R::from_f64(NODES[STAGE]), t);
+        self.rates[STAGE] = qd;
+        self.accelerations[STAGE] = accelerations(kernel, at, from, (&q, &dq, &qd), growth);
+    }
+
+    /// The sums of rates and accelerations over the stages of a row.
+    #[inline(always)]
+    fn sums(&self, row: Row) -> ([R; N], [R; N]) {
+        let (mut rate, mut acceleration) = ([R::zero(); N], [R::zero(); N]);
+        for &(stage, weight) in row {
+            let weight = R::from_f64(weight);
+            for i in 0..N {
+                rate[i] = weight.mul_add(self.rates[stage][i], rate[i]);
+                acceleration[i] = weight.mul_add(self.accelerations[stage][i], acceleration[i]);
+            }
+        }
+        (rate, acceleration)
+    }
+
+    /// The estimated error of a step against the tolerance.
+    #[inline(always)]
+    fn error<const M: usize>(
+        &self,
+        h: R,
+        from: &KernelState<R, N, M>,
+        (q, qd): (&[R; N], &[R; N]),
+        (is_length, scale): ([bool; N], R),
+    ) -> R {
+        let number = R::from_f64;
+        let mut squares = [R::zero(); 2];
+        let (fifth, third) = (self.sums(ERROR_5), self.sums(ERROR_3));
+        for i in 0..N {
+            let one = number(1.0);
+            let of_q = if is_length[i] { one / (one + from.q[i].abs().max(q[i].abs())) } else { one };
+            let of_qd = one / (one + from.qd[i].abs().max(qd[i].abs()));
+            for (sum, (rate, acceleration)) in squares.iter_mut().zip([&fifth, &third]) {
+                let (rate, acceleration) = (rate[i] * of_q, acceleration[i] * of_qd);
+                *sum = acceleration.mul_add(acceleration, rate.mul_add(rate, *sum));
+            }
+        }
+        let [fifth, third] = squares;
+        let tiny = number(f64::MIN_POSITIVE);
+        let denominator = number(0.01).mul_add(third, fifth).max(tiny) * number(2.0 * N as f64);
+        h.abs() * fifth / (denominator.sqrt() * scale)
+    }
+}
+
+/// The accelerations at a stage, out of line: large kernels stay in the processor's cache, and compile once.
+#[inline(always)]
+fn accelerations<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
+    kernel: &K,
+    t: R,
+    from: &KernelState<R, N, M>,
+    (q, dq, qd): (&[R; N], &[R; N], &[R; N]),
+    growth: &mut R,
+) -> [R; N] {
+    R::out_of_line(
+        #[inline(always)]
+        || {
+            let angles = from.angles.turned_far(q, dq, K::IS_ANGLE);
+            let position = kernel.position(t, q, &angles);
+            *growth = kernel.growth_factor(&position).max(*growth);
+            kernel.accelerations(&position, t, q, qd, &angles).0
+        },
+    )
+}

@@ -1,0 +1,105 @@
+//! Steps of order 8, each lane with a length of its own, chosen by a tolerance of its own.
+
+use super::{Motion, StepsBy};
+use crate::batch::{
+    CHECKPOINT, DIFFERENCES, END_TIME, EVENT, LONGEST, LaneRole, MADE, PauseReason, QUALITY, SHORTEST, STEP, TOLERANCE,
+};
+use crate::dop853::dop853_step;
+use crate::kernel::{Generated, Kernel, MAX_GROWTH};
+use crate::lanes::{Lanes, Token};
+use crate::scalar::Scalar;
+
+/// Steps with a larger error are made again: it is not worth it for those that are a little too large.
+pub(super) const REJECTED: f64 = 4.0;
+/// Steps aim at an error that is smaller than the tolerance.
+const SAFETY: f64 = 0.8;
+/// The change of the length from one step to the next.
+const CHANGES: [f64; 2] = [0.3, 3.0];
+
+impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> StepsBy<X, S, N, M> {
+    /// Makes steps until some lane cannot simply go on: see [`LaneSteps::advance`](super::LaneSteps::advance).
+    #[inline(always)]
+    pub(super) fn run_adaptive(&mut self, wants_refill: bool) -> PauseReason {
+        if wants_refill {
+            return PauseReason::Refill;
+        }
+        let number = Lanes::from_f64;
+        let layout = self.layout();
+        let is_length = core::array::from_fn(|i| !X::DESCRIPTION.is_angle(i));
+        let [mut made, mut step] = [self.number(MADE), self.number(STEP)];
+        let [longest, end_time, tolerance] = [LONGEST, END_TIME, TOLERANCE].map(|place| self.number(place));
+        let mut motion = self.motion(LaneRole::Main);
+        loop {
+            let left = end_time - motion.t;
+            let h = step.min(longest).min(left);
+            let time = (motion.t, h);
+            let mut attempt = dop853_step(&self.kernel, time, &motion.state, (is_length, tolerance));
+            let error = attempt.error;
+            let chosen = |accepted, rejected| error.choose(REJECTED, accepted, rejected);
+            let eighth_root = error.max(number(1e-30)).sqrt().sqrt().sqrt();
+            let change = (number(SAFETY) / eighth_root).min(number(CHANGES[1])).max(number(CHANGES[0]));
+            // An error that is not a number is within no bound.
+            step = h * error.choose(f64::MAX, change, number(CHANGES[0]));
+            let t = chosen((h - left).choose(0.0, end_time, motion.t + h), motion.t);
+            let end = motion.state.replaced(&attempt.result.end, chosen);
+            let mut event = number(-1.0);
+            if self.request.watches_event
+                && let Some(value) = self.kernel.event(t, &end.q, &end.qd)
+            {
+                event = value;
+            }
+            if self.request.ranges {
+                self.accept_ranges();
+                self.find_ranges(time, &motion.state, &mut attempt);
+            }
+            let result = &attempt.result;
+            let before = motion;
+            motion = Motion { t, state: end };
+            made = made + chosen(number(1.0), Lanes::zero());
+            for i in 0..N {
+                let [lowest, highest] = [1, 2].map(|kind| DIFFERENCES + kind * N + i);
+                let q = motion.state.q[i];
+                self.set_number(lowest, q.min(self.number(lowest)));
+                self.set_number(highest, q.max(self.number(highest)));
+            }
+            if self.request.companions {
+                self.keep(made, &motion);
+            }
+            let mut quality = [result.growth_factor, result.residual, result.end.finite_check()];
+            for number in &mut quality {
+                *number = chosen(*number, Lanes::zero());
+            }
+            let goes_on = (t - end_time).max(event).max(number(SHORTEST) * end_time - step).is_negative()
+                && quality[0].is_within(MAX_GROWTH)
+                && quality[1].is_within(self.residual)
+                && quality[2].is_within(0.0)
+                && !self.request.waits_each_step;
+            if !goes_on {
+                self.set_row(layout.row_before(), &before);
+                self.set_row(layout.row(LaneRole::Main), &motion);
+                for (place, value) in [(MADE, made), (STEP, step), (EVENT, event)] {
+                    self.set_number(place, value);
+                }
+                for i in 0..3 {
+                    self.set_number(QUALITY + i, quality[i]);
+                }
+                return PauseReason::Step;
+            }
+        }
+    }
+
+    /// Keeps the motion in lanes whose number of steps is the next power of two.
+    #[inline(always)]
+    fn keep(&mut self, made: Lanes<S>, motion: &Motion<S, N, M>) {
+        let next = self.number(CHECKPOINT);
+        let chosen = |kept, other| (next - made).choose(0.0, kept, other);
+        let row = self.layout().row(LaneRole::Companion);
+        self.set_number(CHECKPOINT, chosen(next + next, next));
+        self.set_number(row, chosen(motion.t, self.number(row)));
+        for i in 0..N {
+            let [q, qd] = [row + 1 + i, row + 1 + N + i];
+            self.set_number(q, chosen(motion.state.q[i], self.number(q)));
+            self.set_number(qd, chosen(motion.state.qd[i], self.number(qd)));
+        }
+    }
+}

@@ -1,0 +1,208 @@
+//! Designs in lanes that choose their steps by a tolerance.
+//!
+//! `QRM_RUNS=100000 QRM_SEED=1 cargo test --release --test adaptive_sweep -- --nocapture` makes so many random designs,
+//! others with another seed, and prints what they are like.
+
+mod common;
+
+use common::{mechanism, model};
+use fastrand::Rng;
+use qrm_core::{Model, Replace};
+use qrm_sim::batch::{DesignResult, LaneCount, SweepEnd, SweepRequest};
+use qrm_sim::integrate::{DOP853, MethodSettings, StepBounds};
+use qrm_sim::run::{Request, Status, simulate};
+
+/// The parameters of a design.
+type Design = Vec<(&'static str, f64)>;
+
+fn sweep(model: &Model, designs: &[Design], request: &SweepRequest, lanes: LaneCount) -> Vec<DesignResult> {
+    let value = |design: &Design, name: &str| design.iter().find(|(own, _)| *own == name).map(|(_, value)| *value);
+    let replacements: Vec<_> = designs.iter().map(|design| move |name: &str| value(design, name)).collect();
+    let replacements: Vec<Replace> = replacements.iter().map(|replace| replace as Replace).collect();
+    qrm_sim::batch::sweep(model, &replacements, request, lanes)
+}
+
+fn by_tolerance(tolerance: f64) -> SweepRequest<'static> {
+    SweepRequest { settings: MethodSettings::new(DOP853, tolerance), ..SweepRequest::default() }
+}
+
+/// Quick-returns of some lengths, inertias and speeds, one in ten of which cannot close.
+fn quick_returns(count: usize) -> Vec<Design> {
+    let mut random = Rng::with_seed(7);
+    let mut between = |low: f64, high: f64| low + (high - low) * random.f64();
+    let design = |_| {
+        let (crank, inertia, speed) = (between(0.1, 0.28), between(20.0, 200.0), between(6.0, 10.0));
+        let rod = if between(0.0, 1.0) < 0.1 { 0.2 } else { between(0.5, 0.8) };
+        vec![("O2A", crank), ("J2", inertia), ("w0", speed), ("BC", rod)]
+    };
+    (0..count).map(design).collect()
+}
+
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+#[test]
+fn a_stop_condition_is_met_where_a_run_meets_it() {
+    let designs = quick_returns(60);
+    for tolerance in [1e-6, 1e-9, 1e-12] {
+        let finished = sweep(model("quick-return"), &designs, &by_tolerance(tolerance), LaneCount::Most);
+        let mut stopped = 0;
+        for (design, finished) in designs.iter().zip(&finished) {
+            let request =
+                Request { settings: MethodSettings::new(DOP853, 1e-13), step: None, end: None, estimate_error: false };
+            let Ok(exact) = simulate(&*mechanism("quick-return", design), &request, &mut ()) else {
+                assert!(finished.status.is_err(), "{design:?}: {:?}", finished.status);
+                continue;
+            };
+            let is_same =
+                matches!(&finished.status, Ok(s) if std::mem::discriminant(s) == std::mem::discriminant(&exact.status));
+            assert!(is_same, "{design:?}: {:?} instead of {:?}", finished.status, exact.status);
+            if !matches!(exact.status, Status::Stopped) {
+                continue;
+            }
+            stopped += usize::from(!finished.is_alone);
+            assert!((finished.q[0].abs() - 4.0 * std::f64::consts::PI).abs() < 1e-13, "{:e}", finished.q[0]);
+            // All coordinates follow from the one that the condition gives; their error is one of time.
+            let late = (finished.end_time - exact.end_time).abs() * exact.qd[0].abs();
+            let stated = finished.estimated_error.expect("an estimate");
+            assert!(late < stated, "{design:?}: {late:e} instead of {stated:e}");
+            assert!(distance(&finished.qd, &exact.qd) < 100.0 * stated, "{design:?}");
+        }
+        assert!(stopped > 40, "{stopped}");
+    }
+}
+
+#[test]
+fn extremes_are_found_inside_steps() {
+    let designs = quick_returns(20);
+    let finished = sweep(model("quick-return"), &designs, &by_tolerance(1e-9), LaneCount::Most);
+    // Rows of a run alone, which are many.
+    let alone = sweep(
+        model("quick-return"),
+        &designs,
+        &SweepRequest { step: Some(2e-5), ..by_tolerance(1e-11) },
+        LaneCount::One,
+    );
+    let mut compared = 0;
+    for (design, (finished, alone)) in designs.iter().zip(finished.iter().zip(&alone)) {
+        // A run by itself takes extremes from its rows.
+        if finished.is_alone {
+            continue;
+        }
+        for (output, (found, rows)) in finished.extremes.iter().zip(&alone.extremes).enumerate() {
+            let range = rows[1] - rows[0];
+            compared += 1;
+            for k in 0..2 {
+                let difference = (found[k] - rows[k]).abs();
+                assert!(difference < 3e-6 * range, "{design:?}, output {output}: {found:?} instead of {rows:?}");
+            }
+        }
+    }
+    assert!(compared > 50, "{compared}");
+}
+
+#[test]
+fn a_design_does_not_depend_on_its_neighbours() {
+    // Cranks without inertia, designs that cannot close or stall: some lanes are left, or hold numbers that are none.
+    let design = |i: usize| {
+        let crank = 0.15 + 0.2 * (i % 29) as f64 / 28.0;
+        let inertia = [0.0, 1e-3, 1.0, 20.0, 100.0, 1000.0][i % 6];
+        let speed = [15.0, 1.0, -1.0, 7.0][i % 4];
+        vec![("O2A", crank), ("J2", inertia), ("w0", speed)]
+    };
+    let designs: Vec<Design> = (0..40).map(design).collect();
+    let show = |finished: &DesignResult| format!("{finished:?}");
+    for end in [None, Some(0.8)] {
+        let request = SweepRequest { end: end.map(SweepEnd::Time), ..by_tolerance(1e-8) };
+        let together = sweep(model("quick-return"), &designs, &request, LaneCount::Most);
+        let four = sweep(model("quick-return"), &designs, &request, LaneCount::Four);
+        assert!(
+            together.iter().any(|finished| finished.is_alone) && together.iter().any(|finished| !finished.is_alone)
+        );
+        for (i, design) in designs.iter().enumerate() {
+            let alone = &sweep(model("quick-return"), std::slice::from_ref(design), &request, LaneCount::Most)[0];
+            assert_eq!(show(&together[i]), show(alone), "design {i}");
+            assert_eq!(show(&together[i]), show(&four[i]), "design {i}");
+        }
+    }
+}
+
+#[test]
+fn no_step_is_longer_or_later_than_its_bounds() {
+    let designs = quick_returns(8);
+    let bounds = |design: usize| StepBounds::new(if design == 0 { 1e-3 } else { f64::INFINITY }, &[0.1, 0.2, 0.3]);
+    let request = SweepRequest { step_bounds: Some(&bounds), end: Some(SweepEnd::Time(1.0)), ..by_tolerance(1e-6) };
+    let finished = sweep(model("quick-return"), &designs, &request, LaneCount::Most);
+    let steps: Vec<u64> = finished.iter().filter(|finished| !finished.is_alone).map(|f| f.steps).collect();
+    assert!(steps[0] >= 1000 && (20..100).contains(&steps[1]), "{steps:?}");
+}
+
+#[test]
+fn what_a_design_says_of_its_error_holds() {
+    let number = |variable: &str, otherwise: u64| {
+        std::env::var(variable).map_or(otherwise, |text| text.parse().expect("a number"))
+    };
+    let (seed, runs) = (number("QRM_SEED", 1), number("QRM_RUNS", 480));
+    const DESIGNS: u64 = 24;
+    let (mut ratios, mut wrong, mut alone, mut refused) = (Vec::new(), Vec::new(), 0, 0);
+    for round in 0..runs / DESIGNS {
+        let mut random = Rng::with_seed(seed.wrapping_mul(1_000_003).wrapping_add(round));
+        // Where loads have corners designs are run one by one; through singular positions no reference is quick.
+        let is_tried = |model: &&Model| !model.description.has_corners && model.description.name != "n-four-bar-2";
+        let models: Vec<&Model> = qrm_model::MODELS.iter().filter(is_tried).collect();
+        let model = models[random.usize(..models.len())];
+        let own = model.mechanism(&|_| None);
+        let names: Vec<&'static str> = model.description.parameters.iter().map(|parameter| parameter.name).collect();
+        let spread = [0.01, 0.1, 0.5][random.usize(..3)];
+        let mut designs: Vec<Design> = Vec::new();
+        for _ in 0..DESIGNS {
+            let values = names.iter().copied().zip(own.parameters().iter().copied());
+            let mut design: Design = values.filter(|_| random.bool()).collect();
+            design.iter_mut().for_each(|(_, value)| *value *= (spread * (2.0 * random.f64() - 1.0)).exp());
+            designs.push(design);
+        }
+        let end = own.schedule().end_time * random.f64().max(0.05);
+        let tolerance = 10.0_f64.powf(-3.0 - 8.0 * random.f64());
+        let request =
+            |tolerance| SweepRequest { end: Some(SweepEnd::Time(end)), extremes: false, ..by_tolerance(tolerance) };
+        let finished = sweep(model, &designs, &request(tolerance), LaneCount::Most);
+        let exact = sweep(model, &designs, &request((1e-4 * tolerance).max(1e-13)), LaneCount::Most);
+        for ((design, finished), exact) in designs.iter().zip(&finished).zip(&exact) {
+            let is_done =
+                |result: &DesignResult| matches!(result.status, Ok(Status::Completed)) && result.doubts.is_empty();
+            if !is_done(finished) || !is_done(exact) {
+                refused += 1;
+                continue;
+            }
+            if finished.is_alone {
+                alone += 1;
+                continue;
+            }
+            let (Some(stated), Some(known)) = (finished.estimated_error, exact.estimated_error) else { continue };
+            let error = distance(&finished.q, &exact.q);
+            let size = finished.q.iter().fold(1.0, |size: f64, q| size.max(q.abs()));
+            let stated = stated.max(1e-12 * size);
+            ratios.push(error / stated);
+            if error > 4.0 * stated && known < 0.1 * error {
+                let scene = model.description.name;
+                wrong.push(format!(
+                    "{error:.1e} instead of {stated:.1e}: {scene} to {end} by {tolerance:.1e}, {design:?}"
+                ));
+            }
+        }
+    }
+    ratios.sort_by(f64::total_cmp);
+    let at = |part: f64| ratios.get((part * ratios.len() as f64) as usize).copied().unwrap_or(0.0);
+    println!(
+        "{} compared, {alone} alone, {refused} refused; true over stated: 1 % {:.3}, median {:.2}, 99 % {:.2}, 99.9 % {:.2}, most {:.2}",
+        ratios.len(),
+        at(0.01),
+        at(0.5),
+        at(0.99),
+        at(0.999),
+        ratios.last().copied().unwrap_or(0.0)
+    );
+    assert!(ratios.len() as u64 > runs / 3, "{} of {runs}", ratios.len());
+    assert!(wrong.is_empty(), "{} of {runs}:\n{}", wrong.len(), wrong.join("\n"));
+}
