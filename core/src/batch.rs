@@ -10,7 +10,7 @@ use crate::lane_steps::{LaneSteps, PARTS};
 
 /// Motions in lanes, whatever the mechanism and the number of lanes.
 ///
-/// If errors are estimated, three steps of every lane are followed by two longer ones of a companion motion.
+/// Each lane chooses its steps by a tolerance of its own.
 pub struct SimdBatch {
     steps: Box<dyn LaneSteps>,
     layout: BatchLayout,
@@ -21,38 +21,20 @@ pub struct SimdBatch {
 /// The steps of a lane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LaneSchedule {
-    /// Length of the steps.
-    pub step: f64,
-    /// Number of the last step.
-    pub last: f64,
-    /// Its end.
+    /// The error that a step may have, as DOP853 measures it.
+    pub tolerance: f64,
+    /// Longest step.
+    pub longest: f64,
+    /// The time that steps do not go beyond.
     pub end_time: f64,
-}
-
-/// A motion in a lane.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LaneRole {
-    /// The motion itself.
-    Main,
-    /// Its companion at 3/2 of the step; where lanes choose their steps, the state of the motion at the last number of
-    /// steps that was a power of two.
-    Companion,
-}
-
-/// Why a batch of motions waits.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PauseReason {
-    /// A step was made that some lane cannot simply go on from: it is the last one, the event occurred in it or has to
-    /// be looked for, or it cannot be relied on.
-    Step,
-    /// A companion's step cannot be relied on.
-    Companion,
-    /// A lane may take another design now.
-    Refill,
+    /// Length of the next step.
+    pub step: f64,
+    /// The number of steps after which the lane waits.
+    pub most_steps: f64,
 }
 
 /// What every lane of a batch is asked to do.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BatchRequest {
     /// Whether the scene's event ends a motion.
     pub watches_event: bool,
@@ -60,10 +42,8 @@ pub struct BatchRequest {
     pub waits_each_step: bool,
     /// Whether the ranges of outputs are wanted.
     pub ranges: bool,
-    /// Whether companions estimate errors, where steps have a fixed length.
-    pub companions: bool,
-    /// Whether each lane chooses its steps by a tolerance.
-    pub is_adaptive: bool,
+    /// Whether the state is kept after each number of steps that is a power of two.
+    pub checkpoints: bool,
 }
 
 /// The size of the vectors of a batch.
@@ -88,23 +68,22 @@ pub(crate) struct BatchLayout {
 
 /// The steps that were made.
 pub(crate) const MADE: usize = 0;
-/// The number of the last step, the length of the steps and the end of the last one.
-pub(crate) const LAST: usize = 1;
-pub(crate) const STEP: usize = 2;
-pub(crate) const END_TIME: usize = 3;
+/// A lane's [`LaneSchedule`].
+pub(crate) const STEP: usize = 1;
+pub(crate) const END_TIME: usize = 2;
+pub(crate) const TOLERANCE: usize = 3;
+pub(crate) const LONGEST: usize = 4;
+pub(crate) const MOST_STEPS: usize = 5;
 /// The value of the scene's event after the step that is waited for.
-pub(crate) const EVENT: usize = 4;
+pub(crate) const EVENT: usize = 6;
 /// Growth factor, residual and check for finite numbers of that step.
-pub(crate) const QUALITY: usize = 5;
+pub(crate) const QUALITY: usize = 7;
 /// Not a number if an output was none.
-pub(crate) const DEFINED: usize = 8;
-/// The tolerance and the longest step of a lane that chooses its steps.
-pub(crate) const TOLERANCE: usize = 9;
-pub(crate) const LONGEST: usize = 10;
-/// The number of the step after which a lane that chooses its steps keeps its state next.
-pub(crate) const CHECKPOINT: usize = 11;
-/// The largest difference of each coordinate from the companion, then the smallest and the largest value of each.
-pub(crate) const DIFFERENCES: usize = 12;
+pub(crate) const DEFINED: usize = 10;
+/// The number of the step after which the state is kept next.
+pub(crate) const CHECKPOINT_STEP: usize = 11;
+/// The smallest, then the largest value of each coordinate.
+pub(crate) const COORDINATE_RANGES: usize = 12;
 
 /// A lane waits when the steps that it chooses become shorter than this part of its end time.
 pub(crate) const SHORTEST: f64 = 1e-12;
@@ -124,13 +103,19 @@ impl BatchLayout {
 
     #[inline(always)]
     const fn first_row(self) -> usize {
-        DIFFERENCES + 3 * self.n
+        COORDINATE_RANGES + 2 * self.n
     }
 
-    /// The row of a motion.
+    /// The row of the motion.
     #[inline(always)]
-    pub(crate) const fn row(self, role: LaneRole) -> usize {
-        self.first_row() + role as usize * self.width()
+    pub(crate) const fn row(self) -> usize {
+        self.first_row()
+    }
+
+    /// The row of the motion at its checkpoint.
+    #[inline(always)]
+    pub(crate) const fn checkpoint(self) -> usize {
+        self.first_row() + self.width()
     }
 
     /// The row before the step that is waited for.
@@ -157,7 +142,7 @@ impl BatchLayout {
         self.lowest() + self.output_count
     }
 
-    /// The smallest values of the outputs in the last step of a length that a lane chose.
+    /// The smallest values of the outputs in the last step.
     #[inline(always)]
     pub(crate) const fn step_lowest(self) -> usize {
         self.highest() + self.output_count
@@ -203,78 +188,76 @@ impl SimdBatch {
         self.steps.set_parameters(values);
     }
 
-    /// Puts a motion and its companion at a row `[t, q, qd, qdd, multipliers]`, with its steps still to make.
+    /// Puts a motion at a row `[t, q, qd, qdd, multipliers]`, with its steps still to make.
     pub fn place(&mut self, lane: usize, row: &[f64], schedule: &LaneSchedule) {
-        self.set_row(LaneRole::Main, lane, row);
-        self.set_row(LaneRole::Companion, lane, row);
-        let LaneSchedule { step, last, end_time } = *schedule;
-        let numbers = [(MADE, 0.0), (LAST, last), (STEP, step), (END_TIME, end_time), (CHECKPOINT, 1.0)];
-        numbers.into_iter().for_each(|(place, number)| self.set(lane, place, &[number]));
-        for (i, q) in row[1..=self.layout.n].iter().enumerate() {
-            [(0, 0.0), (1, *q), (2, *q)]
-                .into_iter()
-                .for_each(|(kind, number)| self.set(lane, DIFFERENCES + kind * self.layout.n + i, &[number]));
-        }
+        self.set_row(lane, row);
+        self.set(lane, self.layout.checkpoint(), &row[..self.layout.width()]);
+        [(MADE, 0.0), (CHECKPOINT_STEP, 1.0)].into_iter().for_each(|(place, number)| self.set(lane, place, &[number]));
+        self.set_schedule(lane, schedule);
+        let n = self.layout.n;
+        [0, 1].into_iter().for_each(|kind| self.set(lane, COORDINATE_RANGES + kind * n, &row[1..=n]));
     }
 
     /// Copies the motion of a lane to another one.
     pub fn copy(&mut self, from: usize, to: usize) {
         let mut row = Vec::new();
-        self.read_row(LaneRole::Main, from, &mut row);
-        self.set_row(LaneRole::Main, to, &row);
-        self.set_row(LaneRole::Companion, to, &row);
-        [MADE, LAST, STEP, END_TIME, TOLERANCE, LONGEST]
-            .into_iter()
-            .for_each(|place| self.set(to, place, &[self.get(from, place)]));
+        self.read_row(from, &mut row);
+        let schedule = self.schedule(from);
+        self.place(to, &row, &schedule);
     }
 
-    /// Replaces the state of a lane, or of its companion.
-    pub fn set_row(&mut self, role: LaneRole, lane: usize, row: &[f64]) {
-        self.set(lane, self.layout.row(role), &row[..self.layout.width()]);
+    /// Replaces the state of a lane.
+    fn set_row(&mut self, lane: usize, row: &[f64]) {
+        self.set(lane, self.layout.row(), &row[..self.layout.width()]);
     }
 
-    /// The state of a lane, or of its companion, as a row.
-    pub fn read_row(&self, role: LaneRole, lane: usize, row: &mut Vec<f64>) {
-        self.read(self.layout.row(role), lane, row);
+    /// The state of a lane as a row.
+    pub fn read_row(&self, lane: usize, row: &mut Vec<f64>) {
+        self.read(self.layout.row(), lane, row);
     }
 
-    /// The state of a lane, or of its companion, before the last step, as a row.
+    /// The state of a lane before the last step, as a row.
     pub fn read_row_before(&self, lane: usize, row: &mut Vec<f64>) {
         self.read(self.layout.row_before(), lane, row);
     }
 
-    /// Sets the tolerance by which a lane chooses its steps, and the longest one.
-    pub fn set_tolerance(&mut self, lane: usize, tolerance: f64, longest: f64) {
-        self.set(lane, TOLERANCE, &[tolerance]);
-        self.set(lane, LONGEST, &[longest]);
+    /// The state of a lane after the last number of steps that was a power of two, as a row without `qdd` and
+    /// multipliers.
+    pub fn read_checkpoint(&self, lane: usize, row: &mut Vec<f64>) {
+        self.read(self.layout.checkpoint(), lane, row);
     }
 
-    /// Sets the time that the steps of a lane do not go beyond, and the length of the next one.
-    pub fn set_end(&mut self, lane: usize, end_time: f64, step: f64) {
-        self.set(lane, END_TIME, &[end_time]);
-        self.set(lane, STEP, &[step]);
+    /// The steps that a lane is to make.
+    pub fn schedule(&self, lane: usize) -> LaneSchedule {
+        let [tolerance, longest, end_time, step, most_steps] =
+            [TOLERANCE, LONGEST, END_TIME, STEP, MOST_STEPS].map(|place| self.get(lane, place));
+        LaneSchedule { tolerance, longest, end_time, step, most_steps }
+    }
+
+    /// Replaces the steps that a lane is to make.
+    pub fn set_schedule(&mut self, lane: usize, schedule: &LaneSchedule) {
+        let LaneSchedule { tolerance, longest, end_time, step, most_steps } = *schedule;
+        [(TOLERANCE, tolerance), (LONGEST, longest), (END_TIME, end_time), (STEP, step), (MOST_STEPS, most_steps)]
+            .into_iter()
+            .for_each(|(place, number)| self.set(lane, place, &[number]));
     }
 
     /// Takes the last step of a lane back: puts it at a row with these outputs.
     pub fn take_back(&mut self, lane: usize, row: &[f64], outputs: &[f64]) {
-        self.set_row(LaneRole::Main, lane, row);
-        self.set_outputs(lane, outputs);
-        self.begin_step_ranges(lane, outputs);
+        self.set_row(lane, row);
+        let outputs = &outputs[..self.layout.output_count.min(outputs.len())];
+        self.begin_step(lane, outputs);
     }
 
-    /// Whether the steps of a lane have become too short.
-    pub fn stands_still(&self, lane: usize) -> bool {
-        self.get(lane, STEP) <= SHORTEST * self.get(lane, END_TIME)
-    }
-
-    /// The length of the next step of a lane.
-    pub fn next_step(&self, lane: usize) -> f64 {
-        self.get(lane, STEP)
+    /// Whether the steps of a lane have become too short, or too many.
+    pub fn is_stuck(&self, lane: usize) -> bool {
+        let LaneSchedule { end_time, step, most_steps, .. } = self.schedule(lane);
+        step <= SHORTEST * end_time || self.get(lane, MADE) >= most_steps
     }
 
     /// Makes steps until some lane cannot simply go on.
-    pub fn advance(&mut self, wants_refill: bool) -> PauseReason {
-        self.steps.advance(wants_refill)
+    pub fn advance(&mut self) {
+        self.steps.advance();
     }
 
     /// The number of steps that a lane has made.
@@ -285,27 +268,21 @@ impl SimdBatch {
     /// Whether a lane can simply go on after the step that is waited for.
     pub fn goes_on(&self, lane: usize) -> bool {
         !self.request.waits_each_step
-            && self.get(lane, MADE) < self.get(lane, LAST)
-            && self.get(lane, self.layout.row(LaneRole::Main)) < self.get(lane, END_TIME)
-            && !self.stands_still(lane)
+            && self.get(lane, self.layout.row()) < self.get(lane, END_TIME)
+            && !self.is_stuck(lane)
             && self.get(lane, EVENT) < 0.0
             && self.is_reliable(lane)
     }
 
-    /// Whether the last step of a lane, or of its companion, can be relied on.
+    /// Whether the last step of a lane can be relied on.
     pub fn is_reliable(&self, lane: usize) -> bool {
         let [growth_factor, residual, finite_check] = [0, 1, 2].map(|i| self.get(lane, QUALITY + i));
         growth_factor.abs() <= MAX_GROWTH && residual <= self.residual && finite_check == 0.0
     }
 
-    /// The largest difference of a coordinate between a motion and its companion.
-    pub fn difference(&self, lane: usize, coordinate: usize) -> f64 {
-        self.get(lane, DIFFERENCES + coordinate)
-    }
-
-    /// The smallest and the largest value of a coordinate in the rows that a motion and its companion both have.
+    /// The smallest and the largest value of a coordinate after any step.
     pub fn coordinate_range(&self, lane: usize, coordinate: usize) -> [f64; 2] {
-        [1, 2].map(|kind| self.get(lane, DIFFERENCES + kind * self.layout.n + coordinate))
+        [0, 1].map(|kind| self.get(lane, COORDINATE_RANGES + kind * self.layout.n + coordinate))
     }
 
     /// The smallest and the largest value of an output so far.
@@ -326,32 +303,29 @@ impl SimdBatch {
         self.set(lane, DEFINED, &[outputs.iter().map(|value| 0.0 * value).sum()]);
         self.set(lane, self.layout.lowest(), outputs);
         self.set(lane, self.layout.highest(), outputs);
-        self.begin_step_ranges(lane, outputs);
+        self.begin_step(lane, outputs);
     }
 
     /// Begins the ranges of a step of a lane with these outputs.
-    fn begin_step_ranges(&mut self, lane: usize, outputs: &[f64]) {
-        let outputs = &outputs[..self.layout.output_count.min(outputs.len())];
-        self.set(lane, self.layout.step_lowest(), outputs);
-        self.set(lane, self.layout.step_highest(), outputs);
-    }
-
-    /// Replaces the outputs of a lane in the row under way.
-    pub fn set_outputs(&mut self, lane: usize, outputs: &[f64]) {
-        self.set(lane, self.layout.outputs(), &outputs[..self.layout.output_count.min(outputs.len())]);
+    fn begin_step(&mut self, lane: usize, outputs: &[f64]) {
+        [self.layout.outputs(), self.layout.step_lowest(), self.layout.step_highest()]
+            .into_iter()
+            .for_each(|place| self.set(lane, place, outputs));
     }
 
     fn get(&self, lane: usize, place: usize) -> f64 {
-        self.steps.get(place, lane)
+        let mut number = [0.0];
+        self.steps.read(place, lane, &mut number);
+        number[0]
     }
 
     /// Sets the numbers of a lane from a place on.
     fn set(&mut self, lane: usize, place: usize, numbers: &[f64]) {
-        numbers.iter().enumerate().for_each(|(i, number)| self.steps.set(place + i, lane, *number));
+        self.steps.write(place, lane, numbers);
     }
 
     fn read(&self, place: usize, lane: usize, row: &mut Vec<f64>) {
-        row.clear();
-        row.extend((0..self.layout.width()).map(|i| self.get(lane, place + i)));
+        row.resize(self.layout.width(), 0.0);
+        self.steps.read(place, lane, row);
     }
 }

@@ -1,8 +1,7 @@
 //! Steps of one mechanism in the lanes of vectors: the part of a batch that is compiled for each scene.
 
-mod adaptive;
-mod fixed;
 mod ranges;
+mod step_control;
 
 extern crate alloc;
 
@@ -13,7 +12,7 @@ use alloc::vec::Vec;
 pub(crate) use ranges::PARTS;
 
 use crate::angles::Angles;
-use crate::batch::{BatchLayout, BatchRequest, LaneRole, PauseReason, Width};
+use crate::batch::{BatchLayout, BatchRequest, Width};
 use crate::kernel::{Generated, Kernel};
 use crate::lanes::{Lanes, Token};
 use crate::rk4::KernelState;
@@ -25,17 +24,17 @@ pub trait LaneSteps {
     /// The number of lanes.
     fn lanes(&self) -> usize;
 
-    /// The number of a lane at a place of the batch.
-    fn get(&self, place: usize, lane: usize) -> f64;
+    /// The numbers of a lane from a place of the batch on.
+    fn read(&self, place: usize, lane: usize, numbers: &mut [f64]);
 
-    /// Replaces the number of a lane at a place of the batch.
-    fn set(&mut self, place: usize, lane: usize, number: f64);
+    /// Replaces the numbers of a lane from a place of the batch on.
+    fn write(&mut self, place: usize, lane: usize, numbers: &[f64]);
 
     /// Gives lanes their parameters.
     fn set_parameters(&mut self, values: &[Vec<f64>]);
 
     /// Makes steps until some lane cannot simply go on.
-    fn advance(&mut self, wants_refill: bool) -> PauseReason;
+    fn advance(&mut self);
 }
 
 /// Kernels of more operations are not compiled for lanes.
@@ -99,10 +98,6 @@ struct StepsBy<X: Generated<N, M>, S: Token, const N: usize, const M: usize> {
     kernel: X::Kernel<Lanes<S>>,
     /// At the places of the layout.
     numbers: Vec<Lanes<S>>,
-    /// The place in the sequence of steps.
-    phase: usize,
-    /// Whether something remains to be done of the step that was waited for.
-    is_pending: bool,
 }
 
 /// A motion in each lane.
@@ -123,14 +118,12 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> StepsBy<X, S,
             residual,
             kernel: X::Kernel::<Lanes<S>>::with_values(&|_| zero),
             numbers: vec![zero; layout.places()],
-            phase: 0,
-            is_pending: false,
         }
     }
 
     #[inline(always)]
-    fn motion(&self, role: LaneRole) -> Motion<S, N, M> {
-        Motion::read::<X::Kernel<Lanes<S>>>(&self.numbers[self.layout().row(role)..])
+    fn motion(&self) -> Motion<S, N, M> {
+        Motion::read::<X::Kernel<Lanes<S>>>(&self.numbers[self.layout().row()..])
     }
 
     #[inline(always)]
@@ -188,22 +181,15 @@ impl<S: Token, const N: usize, const M: usize> Motion<S, N, M> {
     }
 }
 
-/// Gives the run the instructions of the token.
-struct Run<'a, X: Generated<N, M>, S: Token, const N: usize, const M: usize> {
-    steps: &'a mut StepsBy<X, S, N, M>,
-    wants_refill: bool,
-}
+/// Makes steps with the instructions of the token.
+struct MakeSteps<'a, X: Generated<N, M>, S: Token, const N: usize, const M: usize>(&'a mut StepsBy<X, S, N, M>);
 
-impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> pulp::NullaryFnOnce for Run<'_, X, S, N, M> {
-    type Output = PauseReason;
+impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> pulp::NullaryFnOnce for MakeSteps<'_, X, S, N, M> {
+    type Output = ();
 
     #[inline(always)]
-    fn call(self) -> PauseReason {
-        if self.steps.request.is_adaptive {
-            self.steps.run_adaptive(self.wants_refill)
-        } else {
-            self.steps.run_fixed(self.wants_refill)
-        }
+    fn call(self) {
+        self.0.make_steps();
     }
 }
 
@@ -214,13 +200,13 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> LaneSteps for
     }
 
     #[inline]
-    fn get(&self, place: usize, lane: usize) -> f64 {
-        self.numbers[place].get(lane)
+    fn read(&self, place: usize, lane: usize, numbers: &mut [f64]) {
+        numbers.iter_mut().zip(&self.numbers[place..]).for_each(|(number, lanes)| *number = lanes.get(lane));
     }
 
     #[inline]
-    fn set(&mut self, place: usize, lane: usize, number: f64) {
-        self.numbers[place].set(lane, number);
+    fn write(&mut self, place: usize, lane: usize, numbers: &[f64]) {
+        self.numbers[place..].iter_mut().zip(numbers).for_each(|(lanes, number)| lanes.set(lane, *number));
     }
 
     #[inline]
@@ -229,8 +215,8 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> LaneSteps for
     }
 
     #[inline]
-    fn advance(&mut self, wants_refill: bool) -> PauseReason {
+    fn advance(&mut self) {
         let token = self.token;
-        token.vectorize(Run { steps: self, wants_refill })
+        token.vectorize(MakeSteps(self));
     }
 }

@@ -9,7 +9,7 @@ use qrm_scene::diagnostic::Report;
 use qrm_scene::evaluate::evaluate;
 use qrm_scene::names::suggestion;
 use qrm_scene::parser::parse_formula;
-use qrm_sim::integrate::{Method, RK4};
+use qrm_sim::integrate::Method;
 use qrm_sim::solve::{Projection, ProjectionTolerance};
 
 use crate::error::Error;
@@ -45,9 +45,9 @@ pub(crate) struct SceneOptions {
 /// An integration method with its projection.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct MethodOptions {
-    /// Integration method
-    #[arg(long, value_parser = method_parser(), default_value = RK4.name)]
-    pub(crate) method: &'static Method,
+    /// Integration method [default: rk4; dop853 of sweeps]
+    #[arg(long, value_parser = method_parser())]
+    pub(crate) method: Option<&'static Method>,
     /// Largest error of a step of a method that chooses its steps, in the unit of each coordinate and rate
     /// [default: 1e-9]
     #[arg(long, value_name = "TOLERANCE", allow_hyphen_values = true)]
@@ -70,7 +70,7 @@ pub(crate) struct MethodOptions {
 impl Default for MethodOptions {
     fn default() -> Self {
         Self {
-            method: RK4,
+            method: None,
             tolerance: None,
             max_step: None,
             projection: None,

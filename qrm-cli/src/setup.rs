@@ -9,7 +9,7 @@ use qrm_scene::function::Function;
 use qrm_scene::resolve;
 use qrm_scene::scene::Scene;
 use qrm_scene::time_scales::{TimeScale, time_scales};
-use qrm_sim::integrate::{MethodSettings, StepBounds};
+use qrm_sim::integrate::{MethodSettings, RK4, StepBounds};
 use qrm_sim::run::{End, Observer, Outcome, Request, simulate};
 use qrm_sim::solve::{ProjectionTolerance, constraint_rank};
 use qrm_sim::start::Start;
@@ -55,19 +55,20 @@ impl Setup {
         let end_time = optional_positive("--end-time", options.end_time.as_ref())?;
         let residual = optional_positive("--closure-tolerance", how.closure_tolerance.as_ref())?;
         let tolerance = optional_positive("--tolerance", how.tolerance.as_ref())?;
-        if tolerance.is_some() && !how.method.is_adaptive() {
+        let method = how.method.unwrap_or(RK4);
+        if tolerance.is_some() && !method.is_adaptive() {
             return Err(Error::usage("`--tolerance` needs a method that chooses its steps")
                 .help("add `--method dop853`, or choose `--step` instead"));
         }
         let max_step = optional_positive("--max-step", how.max_step.as_ref())?;
-        if max_step.is_some() && !how.method.is_adaptive() {
+        if max_step.is_some() && !method.is_adaptive() {
             return Err(Error::usage("`--max-step` needs a method that chooses its steps")
                 .help("add `--method dop853`, or choose `--step` instead"));
         }
         let default = MethodSettings::default();
         let scales = time_scales(&scene, &parameter_values(&scene, replace));
         let settings = MethodSettings {
-            method: how.method,
+            method,
             tolerance: tolerance.unwrap_or(default.tolerance),
             projection: how.projection.unwrap_or(default.projection),
             projection_tolerance: ProjectionTolerance {

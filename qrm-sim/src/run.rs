@@ -35,7 +35,7 @@ pub use simulation::Simulation;
 
 pub(crate) use assembly::Dependents;
 pub(crate) use continuation::Branch;
-pub(crate) use error_estimate::{COMPANION_STEPS, estimated_errors, rounding};
+pub(crate) use error_estimate::rounding;
 pub(crate) use event::locate;
 pub(crate) use integral::Integral;
 pub(crate) use judgement::{accepted_errors, is_balanced, worst};

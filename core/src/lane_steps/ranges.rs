@@ -1,7 +1,7 @@
 //! The smallest and the largest values of outputs, inside steps too.
 
 use super::StepsBy;
-use super::adaptive::REJECTED;
+use super::step_control::REJECTED;
 use crate::batch::DEFINED;
 use crate::dop853::{DenseOutput, Dop853Step};
 use crate::kernel::{Generated, Kernel};

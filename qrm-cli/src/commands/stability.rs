@@ -38,7 +38,7 @@ const TOLERANCE: &str = "1e-9";
 /// Prints how fast a mechanism reacts along its motion, what that asks of methods, and what becomes of them in extreme
 /// cases.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
-    let how = MethodOptions { method: AUTO, tolerance: Some(TOLERANCE.to_owned()), ..MethodOptions::default() };
+    let how = MethodOptions { method: Some(AUTO), tolerance: Some(TOLERANCE.to_owned()), ..MethodOptions::default() };
     let setup = Setup::new(models, &options.scene, &how)?;
     let mechanism = setup.mechanism();
     let (q, _) = assembled(&*mechanism).map_err(|reason| messages::not_assembled(&reason, &setup))?;

@@ -16,6 +16,7 @@ use qrm_core::{Description, Model, Replace, digest};
 use qrm_scene::evaluate::{constant, parameter_values};
 use qrm_scene::time_scales::time_scales;
 use qrm_sim::columns::Column;
+use qrm_sim::integrate::DOP853;
 use qrm_sim::batch::{DesignResult, LaneCount, SweepEnd, SweepRequest, sweep};
 
 use crate::columns::write_units;
@@ -135,7 +136,8 @@ struct Plan<'s> {
 
 impl<'s> Plan<'s> {
     fn new(models: &'static [Model], options: &'s Options) -> Result<Self, Error> {
-        let setup = Setup::new(models, &options.scene, &options.how)?;
+        let how = MethodOptions { method: options.how.method.or(Some(DOP853)), ..options.how.clone() };
+        let setup = Setup::new(models, &options.scene, &how)?;
         let axes = Axes::new(setup.description, &options.vary)?;
         if let Some(name) = axes.names().find(|name| setup.set.contains_key(*name)) {
             return Err(Error::usage(format!("`{name}` is both set and varied"))
@@ -164,8 +166,8 @@ impl<'s> Plan<'s> {
         let Options { scene, how, vary, no_extremes, no_error_estimate, lanes, .. } = self.options;
         // Four lanes and eight give the same digits.
         let is_single = *lanes == Lanes::One;
-        let MethodOptions { method, tolerance, max_step, projection, closure_tolerance, closure_iterations } = how;
-        let name = method.name;
+        let MethodOptions { method: _, tolerance, max_step, projection, closure_tolerance, closure_iterations } = how;
+        let name = self.setup.settings.method.name;
         let how = (name, tolerance, max_step, projection, closure_tolerance, closure_iterations);
         let asked = format!("{scene:?} {how:?} {vary:?} {no_extremes} {no_error_estimate} {is_single}");
         let Description { name, source, .. } = self.setup.description;

@@ -1,25 +1,30 @@
-//! Designs in lanes: each lane makes the steps of one design until that ends, and then takes the next.
+//! Designs in lanes: each lane makes the steps of one design until that ends, then those of its companion, and then takes
+//! the next design.
 
-mod adaptive;
+mod companion;
+mod landing;
 
-use qrm_core::{BatchRequest, LaneRole, LaneSchedule, Mechanism, Model, PauseReason, RowRequest, SimdBatch, Width};
+use qrm_core::{BatchRequest, LaneSchedule, Mechanism, Model, SimdBatch, Width};
 
 use super::sweep::{DesignResult, SweepEnd, SweepRequest, run_alone};
-use crate::integrate::{DOP853, Integrator, RK4, StepError};
-use crate::run::{
-    Branch, COMPANION_STEPS, StartError, Status, Undefined, accepted_errors, check_condition, check_step,
-    estimated_errors, first_state, is_balanced, locate, worst,
-};
-use crate::solve::{Projection, Solver, constraint_rank, largest};
+use crate::integrate::{AUTO, DOP853};
+use crate::run::{Branch, StartError, Status, Undefined, check_condition, check_step, first_state, is_balanced};
+use crate::solve::{Projection, constraint_rank, largest};
 use crate::state::State;
+use companion::Companion;
+
+/// The largest tolerance: errors of longer steps do not follow the tolerance.
+const LOOSEST: f64 = 3e-8;
+/// Fewer steps may be the same for a design and its companion.
+const FEWEST_STEPS: u64 = 10;
+/// More steps may be for want of an implicit method, where there is one.
+const MOST_STEPS: f64 = 2000.0;
 
 /// A sweep in lanes.
 pub(super) struct LaneSweep<'a> {
     designs: &'a [Box<dyn Mechanism>],
     request: &'a SweepRequest<'a>,
     batch: SimdBatch,
-    /// Makes the steps that are no whole ones, and those that lanes cannot make.
-    integrator: Integrator,
     /// The next design that waits.
     next: usize,
     finished: Vec<Option<DesignResult>>,
@@ -33,25 +38,22 @@ pub(super) struct LaneSweep<'a> {
     size: (usize, usize),
     /// The branch that designs are assembled on.
     branch: Branch,
-    /// Whether a lane has lost its design.
-    wants_refill: bool,
 }
 
 /// A design in a lane.
 struct Lane {
     design: usize,
-    rows: RowRequest,
     first: State,
-    /// Whether the companion goes on.
-    has_companion: bool,
+    /// The latest end.
+    end_time: f64,
     /// Whether the step under way is to end where the stop condition becomes true.
     is_landing: bool,
-    /// The end of the design, while its companion runs in the lane.
-    main: Option<adaptive::Main>,
+    /// The companion under way, after the end of the design.
+    companion: Option<Companion>,
 }
 
 impl<'a> LaneSweep<'a> {
-    /// `None` where the processor or the mechanism has no lanes of this width.
+    /// `None` where the processor or the mechanism has no lanes of this width, or the method makes other steps.
     pub(super) fn new(
         model: &Model,
         designs: &'a [Box<dyn Mechanism>],
@@ -59,69 +61,63 @@ impl<'a> LaneSweep<'a> {
         width: Width,
     ) -> Option<Self> {
         let (settings, description) = (request.settings, model.description);
-        let is_adaptive = settings.method == DOP853;
-        if settings.method != RK4 && !is_adaptive || settings.projection != Projection::default() {
-            return None;
-        }
         // Lanes do not know where loads have corners.
-        if is_adaptive && description.has_corners {
+        let is_explicit = settings.method == DOP853 || settings.method == AUTO;
+        if !is_explicit || settings.projection != Projection::default() || description.has_corners {
             return None;
         }
         let batch_request = BatchRequest {
             watches_event: request.end.is_none(),
             waits_each_step: matches!(request.end, Some(SweepEnd::Condition(_))),
             ranges: request.extremes,
-            companions: request.estimate_error,
-            is_adaptive,
+            checkpoints: request.estimate_error,
         };
         let batch = model.batch(width, batch_request, settings.projection_tolerance.residual)?;
         let size = (description.coordinates.len(), description.constraints.len());
-        let any = &**designs.first()?;
-        let integrator =
-            Integrator::with_solver(any, settings, &State::zero(size.0, size.1), 0.0, Solver::new(any)).ok()?;
         Some(Self {
             designs,
             request,
-            integrator,
             next: 0,
             finished: designs.iter().map(|_| None).collect(),
             lanes: (0..batch.lanes()).map(|_| None).collect(),
             parameters: vec![vec![0.0; description.parameters.len()]; batch.lanes()],
             row: vec![0.0; 1 + 3 * size.0 + size.1],
             size,
-            branch: Branch::of(any),
+            branch: Branch::of(&**designs.first()?),
             batch,
-            wants_refill: false,
         })
     }
 
     /// Runs all designs.
     pub(super) fn run(mut self) -> Vec<DesignResult> {
         self.refill();
-        // All lanes may lose their designs at once while others wait.
-        while self.next < self.designs.len() || self.lanes.iter().any(Option::is_some) {
-            match self.batch.advance(self.wants_refill) {
-                PauseReason::Step if self.is_adaptive() => self.resolve_adaptive_step(),
-                PauseReason::Step => self.resolve_step(),
-                PauseReason::Companion => self.resolve_companion(),
-                PauseReason::Refill => self.refill(),
+        while self.lanes.iter().any(Option::is_some) {
+            self.batch.advance();
+            for lane in 0..self.lanes.len() {
+                if self.lanes[lane].is_some() && !self.batch.goes_on(lane) {
+                    self.resolve_step(lane);
+                }
             }
+            self.refill();
         }
         self.finished.into_iter().flatten().collect()
     }
 
     /// Gives waiting designs to lanes without one; where none waits, such a lane follows another.
     fn refill(&mut self) {
-        self.wants_refill = false;
+        if self.lanes.iter().all(Option::is_some) {
+            return;
+        }
         for lane in 0..self.lanes.len() {
             while self.lanes[lane].is_none() && self.next < self.designs.len() {
                 let design = self.next;
                 self.next += 1;
-                match self.begin(design) {
-                    Ok((_, first)) if self.is_redundant(design, &first) => {
+                match self.first_state(design) {
+                    // Lanes do not know of constraints that repeat others.
+                    Ok(first) if constraint_rank(&*self.designs[design], first.t, &first.q) < self.size.1 => {
                         self.finished[design] = Some(run_alone(design, &*self.designs[design], self.request));
                     }
-                    Ok((rows, first)) => self.enter(lane, design, rows, &first),
+                    Ok(first) => self.enter(lane, design, first),
                     Err(reason) => self.finished[design] = Some(DesignResult::not_started(reason)),
                 }
             }
@@ -136,8 +132,12 @@ impl<'a> LaneSweep<'a> {
         self.batch.set_parameters(&self.parameters);
     }
 
-    fn is_adaptive(&self) -> bool {
-        self.request.settings.method.is_adaptive()
+    fn first_state(&self, design: usize) -> Result<State, StartError> {
+        let mechanism = &*self.designs[design];
+        check_step(self.request.step.unwrap_or(mechanism.schedule().step), self.end_time(design))?;
+        let first = first_state(mechanism, &self.branch)?;
+        check_condition(self.condition(design, &first))?;
+        Ok(first)
     }
 
     /// The latest end of a design.
@@ -148,41 +148,70 @@ impl<'a> LaneSweep<'a> {
         }
     }
 
-    fn begin(&mut self, design: usize) -> Result<(RowRequest, State), StartError> {
-        let mechanism = &*self.designs[design];
-        let schedule = mechanism.schedule();
-        let step = self.request.step.unwrap_or(schedule.step);
-        let end_time = self.end_time(design);
-        check_step(step, end_time)?;
-        let first = first_state(mechanism, &self.branch)?;
-        check_condition(self.condition(design, &first))?;
-        let residual = self.integrator.settings.projection_tolerance.residual;
-        Ok((RowRequest { origin: 0.0, step, end_time, first: 0, residual, watches_event: true }, first))
-    }
-
-    /// Whether constraints of a design repeat others, which lanes do not know.
-    fn is_redundant(&self, design: usize, first: &State) -> bool {
-        constraint_rank(&*self.designs[design], first.t, &first.q) < self.size.1
-    }
-
-    fn enter(&mut self, lane: usize, design: usize, rows: RowRequest, first: &State) {
-        self.parameters[lane] = self.designs[design].parameters().to_vec();
-        // The first row stands at zero, however near the end is.
-        let mut last = (rows.end_time / rows.step).floor().max(1.0);
-        while rows.time(last as u64) < rows.end_time {
-            last += 1.0;
-        }
-        first.write(&mut self.row);
-        self.batch.place(lane, &self.row, &LaneSchedule { step: rows.step, last, end_time: rows.end_time });
-        let outputs = self.outputs(design, first);
+    fn enter(&mut self, lane: usize, design: usize, first: State) {
+        self.parameters[lane].copy_from_slice(self.designs[design].parameters());
+        let outputs = self.outputs(design, &first);
         self.batch.begin_ranges(lane, &outputs);
-        self.batch.set_outputs(lane, &outputs);
-        let first = first.clone();
-        let has_companion = self.request.estimate_error;
-        self.lanes[lane] = Some(Lane { design, rows, first, has_companion, is_landing: false, main: None });
-        if self.is_adaptive() {
-            self.choose_steps(lane, 1.0);
+        let end_time = self.end_time(design);
+        self.lanes[lane] = Some(Lane { design, first, end_time, is_landing: false, companion: None });
+        self.begin(lane, 1.0);
+    }
+
+    /// Begins with a design or its companion, by this multiple of the tolerance.
+    fn begin(&mut self, lane: usize, looser: f64) {
+        let Some(Lane { design, first, end_time, .. }) = &self.lanes[lane] else { return };
+        let settings = self.request.settings_of(*design);
+        let tolerance = looser * settings.tolerance.min(LOOSEST);
+        let rate = largest(&first.qd).1.max(largest(&first.qdd).1.sqrt()).max(1.0 / end_time);
+        first.write(&mut self.row);
+        let schedule = LaneSchedule {
+            tolerance,
+            longest: settings.step_bounds.longest,
+            end_time: self.next_end(lane, first.t),
+            step: tolerance.powf(0.125) / rate,
+            most_steps: if settings.method == AUTO { MOST_STEPS } else { f64::INFINITY },
+        };
+        self.batch.place(lane, &self.row, &schedule);
+    }
+
+    /// The next time that a step of a lane is to end at.
+    fn next_end(&self, lane: usize, t: f64) -> f64 {
+        let Some(Lane { design, end_time, companion, .. }) = &self.lanes[lane] else { return f64::INFINITY };
+        let end_time = self.request.settings_of(*design).step_bounds.next_end(t).min(*end_time);
+        let checkpoint = companion.as_ref().map(Companion::checkpoint_time).filter(|checkpoint| *checkpoint > t);
+        checkpoint.map_or(end_time, |checkpoint| end_time.min(checkpoint))
+    }
+
+    /// Lets a lane go on up to the next time that a step is to end at.
+    fn go_on(&mut self, lane: usize, t: f64) {
+        let schedule = LaneSchedule { end_time: self.next_end(lane, t), ..self.batch.schedule(lane) };
+        self.batch.set_schedule(lane, &schedule);
+    }
+
+    /// Takes up a step after which a lane cannot simply go on.
+    fn resolve_step(&mut self, lane: usize) {
+        let to = self.state(|batch, row| batch.read_row(lane, row));
+        let Some(Lane { design, end_time, is_landing, companion, .. }) = &mut self.lanes[lane] else { return };
+        let (design, end_time, is_landing) = (*design, *end_time, *is_landing);
+        if !self.batch.is_reliable(lane) {
+            return self.leave(lane);
         }
+        if let Some(companion) = companion {
+            companion.compare(&to);
+            if to.t >= end_time {
+                return self.finish_companion(lane);
+            }
+        } else {
+            match self.condition(design, &to) {
+                Some(value) if value.is_nan() => return self.leave(lane),
+                Some(value) if is_landing || value >= 0.0 => return self.land(lane, &to, value),
+                // A run of its own tells how near the design came.
+                Some(_) if to.t >= end_time => return self.leave(lane),
+                None if to.t >= end_time => return self.finish(lane, Status::Completed, &to),
+                _ => {}
+            }
+        }
+        if self.batch.is_stuck(lane) { self.leave(lane) } else { self.go_on(lane, to.t) }
     }
 
     fn outputs(&self, design: usize, at: &State) -> Vec<f64> {
@@ -195,7 +224,11 @@ impl<'a> LaneSweep<'a> {
 
     /// The distance of the stop condition from true (negative), if there is one.
     fn condition(&self, design: usize, at: &State) -> Option<f64> {
-        condition_value(self.request, &*self.designs[design], design, at)
+        match self.request.end {
+            Some(SweepEnd::Time(_)) => None,
+            Some(SweepEnd::Condition(condition)) => Some(condition(design, at.t, &at.q, &at.qd)),
+            None => self.designs[design].event(at.t, &at.q, &at.qd),
+        }
     }
 
     /// The state of a lane, as the batch reads it into a row.
@@ -206,132 +239,22 @@ impl<'a> LaneSweep<'a> {
         state
     }
 
-    /// Takes up a step of which not every lane can simply go on.
-    fn resolve_step(&mut self) {
-        for lane in 0..self.lanes.len() {
-            let Some(Lane { design, rows, .. }) = &self.lanes[lane] else { continue };
-            if self.batch.goes_on(lane) {
-                continue;
-            }
-            let (design, end_time) = (*design, rows.end_time);
-            let mut to = self.state(|batch, row| batch.read_row(LaneRole::Main, lane, row));
-            let from = self.state(|batch, row| batch.read_row_before(lane, row));
-            if !self.batch.is_reliable(lane) {
-                match self.robust_step(design, &from, to.t) {
-                    Ok(robust) => {
-                        robust.write(&mut self.row);
-                        self.batch.set_row(LaneRole::Main, lane, &self.row);
-                        let outputs = self.outputs(design, &robust);
-                        self.batch.set_outputs(lane, &outputs);
-                        to = robust;
-                    }
-                    Err(reason) => {
-                        self.finish(lane, Status::Failed(reason), &from);
-                        continue;
-                    }
-                }
-            }
-            let condition = self.condition(design, &to);
-            match condition {
-                Some(value) if value.is_nan() => {
-                    let status = Status::NotFinite { t: to.t, what: Undefined::Condition };
-                    self.finish(lane, status, &from);
-                }
-                Some(value) if value >= 0.0 => {
-                    let (request, mechanism) = (self.request, &*self.designs[design]);
-                    let value = |at: &State| condition_value(request, mechanism, design, at).unwrap_or(0.0);
-                    match locate(&from, &to, value, |t| self.step_alone(design, &from, t)) {
-                        Ok(at) => self.finish(lane, Status::Stopped, &at),
-                        Err(reason) => self.finish(lane, Status::Failed(reason), &from),
-                    }
-                }
-                _ if to.t >= end_time => {
-                    let status = match condition {
-                        Some(missing) => Status::StopNotReached { nearest_time: to.t, missing: -missing },
-                        None => Status::Completed,
-                    };
-                    self.finish(lane, status, &to);
-                }
-                _ => {}
-            }
+    /// Takes up the end of a lane's design.
+    fn finish(&mut self, lane: usize, status: Status, at: &State) {
+        let Some(Lane { design, first, .. }) = &self.lanes[lane] else { return };
+        let design = *design;
+        let has_few_steps = self.request.estimate_error && self.batch.steps(lane) < FEWEST_STEPS;
+        if has_few_steps || !self.batch.is_defined(lane) || !self.is_balanced(design, first, at) {
+            self.leave(lane);
+            return;
         }
-    }
-
-    /// A step of a design by the plain functions.
-    fn robust_step(&mut self, design: usize, from: &State, t: f64) -> Result<State, StepError> {
-        let mut to = from.clone();
-        self.integrator.advance_by_functions(&*self.designs[design], from, t, &mut to)?;
-        Ok(to)
-    }
-
-    /// A step of a design by itself.
-    fn step_alone(&mut self, design: usize, from: &State, t: f64) -> Result<State, StepError> {
-        let mut to = from.clone();
-        self.integrator.advance(&*self.designs[design], from, t, &mut to)?;
-        Ok(to)
-    }
-
-    /// Takes up a step of the companions that cannot be relied on.
-    fn resolve_companion(&mut self) {
-        for lane in 0..self.lanes.len() {
-            let Some(Lane { design, has_companion, .. }) = &self.lanes[lane] else { continue };
-            if self.batch.is_reliable(lane) || !has_companion {
-                continue;
-            }
-            let design = *design;
-            let from = self.state(|batch, row| batch.read_row_before(lane, row));
-            let main = self.state(|batch, row| batch.read_row(LaneRole::Main, lane, row));
-            let robust = self.robust_step(design, &from, main.t);
-            if let (Err(_), Some(lane)) = (&robust, &mut self.lanes[lane]) {
-                lane.has_companion = false;
-            }
-            // Without a companion any state serves that makes no trouble.
-            robust.unwrap_or(main).write(&mut self.row);
-            self.batch.set_row(LaneRole::Companion, lane, &self.row);
+        let result = self.result(lane, design, status, at);
+        if self.request.estimate_error {
+            self.begin_companion(lane, result, at);
+        } else {
+            self.lanes[lane] = None;
+            self.finished[design] = Some(result);
         }
-    }
-
-    /// The largest difference of each coordinate from the companion in any row that both have; `None` if there is no
-    /// such row.
-    fn differences(&mut self, lane: usize, design: usize, at: &State) -> Option<Vec<f64>> {
-        let (steps, [own, its]) = (self.batch.steps(lane), COMPANION_STEPS);
-        let mut differences: Vec<f64> = (0..self.size.0).map(|i| self.batch.difference(lane, i)).collect();
-        // The companion has not made the steps that end with the design.
-        let ends_together = steps.is_multiple_of(own) && at.t >= self.end_time(design);
-        if steps < if ends_together { own } else { own + 1 } {
-            return None;
-        }
-        if ends_together {
-            let mut companion = self.state(|batch, row| batch.read_row(LaneRole::Companion, lane, row));
-            let step = (at.t - companion.t) / its as f64;
-            companion = self.step_alone(design, &companion, at.t - step).ok()?;
-            companion = self.step_alone(design, &companion, at.t).ok()?;
-            for ((difference, own), q) in differences.iter_mut().zip(&companion.q).zip(&at.q) {
-                *difference = difference.max((own - q).abs());
-            }
-        }
-        Some(differences)
-    }
-
-    /// Estimated largest error of each coordinate; `None` where a run of its own is to judge the design.
-    fn errors(&mut self, lane: usize, design: usize, at: &State) -> Option<Vec<f64>> {
-        let steps = self.batch.steps(lane);
-        let differences = self.differences(lane, design, at)?;
-        let ranges = self.ranges(lane, at);
-        let description = self.designs[design].description();
-        let accepted = accepted_errors(description, &ranges, None, steps);
-        let size = largest(ranges.as_flattened()).1;
-        let errors = estimated_errors(&differences, size, steps, description.has_corners);
-        worst(&errors, &accepted).is_none().then_some(errors)
-    }
-
-    /// The smallest and the largest value of each coordinate.
-    fn ranges(&self, lane: usize, at: &State) -> Vec<[f64; 2]> {
-        let range = |i: usize| {
-            let [low, high] = self.batch.coordinate_range(lane, i);
-            [low.min(at.q[i]), high.max(at.q[i])]
-        };
-        (0..self.size.0).map(range).collect()
     }
 
     /// Whether the energy at the end is that at the start, if no load without potential works at either.
@@ -346,20 +269,13 @@ impl<'a> LaneSweep<'a> {
         is_balanced(imbalance, before[0].max(after[0]), before[1].abs().max(after[1].abs()))
     }
 
-    /// Takes up the end of a lane's design.
-    fn finish(&mut self, lane: usize, status: Status, at: &State) {
-        let Some(Lane { design, first, has_companion, .. }) = self.lanes[lane].take() else { return };
-        self.wants_refill = true;
-        let estimates = self.request.estimate_error && self.batch.steps(lane) >= COMPANION_STEPS[0];
-        let errors = if estimates && has_companion { self.errors(lane, design, at) } else { None };
-        let is_doubtful = estimates && errors.is_none() || !self.is_balanced(design, &first, at);
-        if !status.is_done() || !self.batch.is_defined(lane) || is_doubtful {
-            // A run of its own tells when and what went wrong.
-            self.finished[design] = Some(run_alone(design, &*self.designs[design], self.request));
-            return;
-        }
-        let estimated_error = errors.map(|errors| largest(&errors).1);
-        self.finished[design] = Some(DesignResult { estimated_error, ..self.result(lane, design, status, at) });
+    /// The smallest and the largest value of each coordinate.
+    fn ranges(&self, lane: usize, at: &State) -> Vec<[f64; 2]> {
+        let range = |i: usize| {
+            let [low, high] = self.batch.coordinate_range(lane, i);
+            [low.min(at.q[i]), high.max(at.q[i])]
+        };
+        (0..self.size.0).map(range).collect()
     }
 
     /// The end of a design in a lane.
@@ -369,31 +285,26 @@ impl<'a> LaneSweep<'a> {
             Some(output) => Status::NotFinite { t: at.t, what: Undefined::Output(output) },
             None => status,
         };
-        let steps = self.batch.steps(lane);
         let range = |(output, value): (usize, &f64)| {
             let [low, high] = self.batch.range(lane, output);
             [low.min(*value), high.max(*value)]
         };
-        let extremes = outputs.iter().enumerate().map(range).collect();
         DesignResult {
             status: Ok(status),
-            steps,
+            steps: self.batch.steps(lane),
             end_time: at.t,
             q: at.q.clone(),
             qd: at.qd.clone(),
-            extremes,
+            extremes: outputs.iter().enumerate().map(range).collect(),
             estimated_error: None,
             doubts: Vec::new(),
             is_alone: false,
         }
     }
-}
 
-/// The distance of the stop condition of a design from true (negative), if there is one.
-fn condition_value(request: &SweepRequest, mechanism: &dyn Mechanism, design: usize, at: &State) -> Option<f64> {
-    match request.end {
-        Some(SweepEnd::Time(_)) => None,
-        Some(SweepEnd::Condition(condition)) => Some(condition(design, at.t, &at.q, &at.qd)),
-        None => mechanism.event(at.t, &at.q, &at.qd),
+    /// Lets a design leave its lane for a run of its own, which tells when and what went wrong.
+    fn leave(&mut self, lane: usize) {
+        let Some(Lane { design, .. }) = self.lanes[lane].take() else { return };
+        self.finished[design] = Some(run_alone(design, &*self.designs[design], self.request));
     }
 }

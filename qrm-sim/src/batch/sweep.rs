@@ -5,12 +5,12 @@ use std::io;
 use qrm_core::{Mechanism, Model, Replace, Width};
 
 use super::lanes::LaneSweep;
-use crate::integrate::{MethodSettings, StepBounds};
+use crate::integrate::{DOP853, MethodSettings, StepBounds};
 use crate::run::{Doubt, End, Observer, Request, Row, StartError, Status, simulate};
 
 /// The settings of every design of a sweep.
 pub struct SweepRequest<'a> {
-    /// The method. Lanes make the steps of `rk4` and `dop853`; by others designs are run one by one.
+    /// The method. Lanes make the steps of `dop853`, and of `auto` while nothing is stiff; by others designs are run one by one.
     pub settings: MethodSettings,
     /// The bounds of the steps that a method chooses for a design, by its number; those of the settings if `None`.
     pub step_bounds: Option<&'a (dyn Fn(usize) -> StepBounds + Sync)>,
@@ -20,14 +20,14 @@ pub struct SweepRequest<'a> {
     pub end: Option<SweepEnd<'a>>,
     /// Whether smallest and largest values of the outputs are wanted; without them outputs are not computed.
     pub extremes: bool,
-    /// Whether a companion motion estimates the error: at 3/2 of the step, or by a tolerance of its own.
+    /// Whether a companion motion estimates the error.
     pub estimate_error: bool,
 }
 
 impl Default for SweepRequest<'_> {
-    /// By the method, the step and to the end of the scene, with extremes and estimates.
+    /// By `dop853` to the end of the scene, with extremes and estimates.
     fn default() -> Self {
-        let settings = MethodSettings::default();
+        let settings = MethodSettings { method: DOP853, ..MethodSettings::default() };
         Self { settings, step_bounds: None, step: None, end: None, extremes: true, estimate_error: true }
     }
 }

@@ -69,21 +69,8 @@ impl Integrator {
         first: &State,
         end_time: f64,
     ) -> Result<Self, StepError> {
-        Self::with_solver(mechanism, settings, first, end_time, Solver::at(mechanism, first.t, &first.q))
-    }
-
-    /// Begins at a state with this solver.
-    ///
-    /// # Errors
-    /// The method does not suit the scene, or the accelerations near the start are not determined.
-    pub(crate) fn with_solver(
-        mechanism: &dyn Mechanism,
-        settings: MethodSettings,
-        first: &State,
-        end_time: f64,
-        mut solver: Solver,
-    ) -> Result<Self, StepError> {
         let n = first.q.len();
+        let mut solver = Solver::at(mechanism, first.t, &first.q);
         let steps = match settings.method.formula {
             None => Steps::Fixed(Explicit::new(&CLASSICAL, n)),
             Some(_) if settings.method.needs_linearization && !mechanism.has_linearization() => {

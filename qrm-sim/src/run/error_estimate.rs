@@ -13,7 +13,7 @@ const ROUNDING_PER_STEP: f64 = 0.2;
 
 /// So many steps of a run take as long as so many of its companion. Steps that are no multiples of each other see
 /// different moments of a load, and come differently near to a singular position.
-pub(crate) const COMPANION_STEPS: [u64; 2] = [3, 2];
+const COMPANION_STEPS: [u64; 2] = [3, 2];
 
 /// The ratio of the difference of the two to the error of the finer one. It is `(3/2)^p - 1`, 4.06 for order 4, where
 /// errors follow an order; long steps show less.
@@ -222,7 +222,7 @@ fn compare((differences, ranges): (&mut [f64], &mut [[f64; 2]]), own: &[f64], ro
 }
 
 /// The errors of a run of so many fixed steps, with coordinates up to this size, by the differences from its companion.
-pub(crate) fn estimated_errors(differences: &[f64], size: f64, steps: u64, has_corners: bool) -> Vec<f64> {
+fn estimated_errors(differences: &[f64], size: f64, steps: u64, has_corners: bool) -> Vec<f64> {
     // The rounding errors of both runs may agree; by themselves they accumulate to this.
     let rounding = rounding(size, steps);
     let ratio = if has_corners {

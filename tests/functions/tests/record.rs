@@ -257,9 +257,7 @@ fn designs(model: &Model, lines: &mut String) {
     let (to, way) = middle(model, &|_| None, STEPS);
     let condition = |_: usize, _: f64, q: &[f64], _: &[f64]| way * (q[0] - to);
     for (lanes, count) in [(LaneCount::Most, 9), (LaneCount::Four, 2), (LaneCount::One, 1)] {
-        // The companion ends with a design where its steps are three times some.
-        let thrice = 3.0 * (end / schedule.step / 3.0).floor() * schedule.step;
-        for end in [SweepEnd::Time(end), SweepEnd::Time(thrice), SweepEnd::Condition(&condition)] {
+        for end in [SweepEnd::Time(end), SweepEnd::Condition(&condition)] {
             let request = SweepRequest { end: Some(end), ..SweepRequest::default() };
             for result in sweep(model, &replaces[..count], &request, lanes) {
                 add(lines, &format!("design, {lanes:?}"), &result);

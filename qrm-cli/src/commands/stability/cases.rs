@@ -89,7 +89,7 @@ fn case(
             return Ok(None);
         }
         let tolerance = method.is_adaptive().then(|| TOLERANCE.to_owned());
-        let how = MethodOptions { method, tolerance, ..MethodOptions::default() };
+        let how = MethodOptions { method: Some(method), tolerance, ..MethodOptions::default() };
         let variant = Setup::new(models, &varied, &how)?;
         let exact = exact.get_or_insert_with(|| Exact::find(&variant, extreme, &parameters, setup.is_changed()));
         case.results.push(run_case(&variant, exact.as_ref().ok()));

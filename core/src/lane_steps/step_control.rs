@@ -2,7 +2,7 @@
 
 use super::{Motion, StepsBy};
 use crate::batch::{
-    CHECKPOINT, DIFFERENCES, END_TIME, EVENT, LONGEST, LaneRole, MADE, PauseReason, QUALITY, SHORTEST, STEP, TOLERANCE,
+    CHECKPOINT_STEP, COORDINATE_RANGES, END_TIME, EVENT, LONGEST, MADE, MOST_STEPS, QUALITY, SHORTEST, STEP, TOLERANCE,
 };
 use crate::dop853::dop853_step;
 use crate::kernel::{Generated, Kernel, MAX_GROWTH};
@@ -19,16 +19,14 @@ const CHANGES: [f64; 2] = [0.3, 3.0];
 impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> StepsBy<X, S, N, M> {
     /// Makes steps until some lane cannot simply go on: see [`LaneSteps::advance`](super::LaneSteps::advance).
     #[inline(always)]
-    pub(super) fn run_adaptive(&mut self, wants_refill: bool) -> PauseReason {
-        if wants_refill {
-            return PauseReason::Refill;
-        }
+    pub(super) fn make_steps(&mut self) {
         let number = Lanes::from_f64;
         let layout = self.layout();
         let is_length = core::array::from_fn(|i| !X::DESCRIPTION.is_angle(i));
         let [mut made, mut step] = [self.number(MADE), self.number(STEP)];
-        let [longest, end_time, tolerance] = [LONGEST, END_TIME, TOLERANCE].map(|place| self.number(place));
-        let mut motion = self.motion(LaneRole::Main);
+        let [longest, end_time, tolerance, most_steps] =
+            [LONGEST, END_TIME, TOLERANCE, MOST_STEPS].map(|place| self.number(place));
+        let mut motion = self.motion();
         loop {
             let left = end_time - motion.t;
             let h = step.min(longest).min(left);
@@ -57,33 +55,34 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> StepsBy<X, S,
             motion = Motion { t, state: end };
             made = made + chosen(number(1.0), Lanes::zero());
             for i in 0..N {
-                let [lowest, highest] = [1, 2].map(|kind| DIFFERENCES + kind * N + i);
+                let [lowest, highest] = [0, 1].map(|kind| COORDINATE_RANGES + kind * N + i);
                 let q = motion.state.q[i];
                 self.set_number(lowest, q.min(self.number(lowest)));
                 self.set_number(highest, q.max(self.number(highest)));
             }
-            if self.request.companions {
+            if self.request.checkpoints {
                 self.keep(made, &motion);
             }
             let mut quality = [result.growth_factor, result.residual, result.end.finite_check()];
             for number in &mut quality {
                 *number = chosen(*number, Lanes::zero());
             }
-            let goes_on = (t - end_time).max(event).max(number(SHORTEST) * end_time - step).is_negative()
+            let is_stuck = (number(SHORTEST) * end_time - step).max(made - most_steps);
+            let goes_on = (t - end_time).max(event).max(is_stuck).is_negative()
                 && quality[0].is_within(MAX_GROWTH)
                 && quality[1].is_within(self.residual)
                 && quality[2].is_within(0.0)
                 && !self.request.waits_each_step;
             if !goes_on {
                 self.set_row(layout.row_before(), &before);
-                self.set_row(layout.row(LaneRole::Main), &motion);
+                self.set_row(layout.row(), &motion);
                 for (place, value) in [(MADE, made), (STEP, step), (EVENT, event)] {
                     self.set_number(place, value);
                 }
                 for i in 0..3 {
                     self.set_number(QUALITY + i, quality[i]);
                 }
-                return PauseReason::Step;
+                return;
             }
         }
     }
@@ -91,10 +90,10 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> StepsBy<X, S,
     /// Keeps the motion in lanes whose number of steps is the next power of two.
     #[inline(always)]
     fn keep(&mut self, made: Lanes<S>, motion: &Motion<S, N, M>) {
-        let next = self.number(CHECKPOINT);
+        let next = self.number(CHECKPOINT_STEP);
         let chosen = |kept, other| (next - made).choose(0.0, kept, other);
-        let row = self.layout().row(LaneRole::Companion);
-        self.set_number(CHECKPOINT, chosen(next + next, next));
+        let row = self.layout().checkpoint();
+        self.set_number(CHECKPOINT_STEP, chosen(next + next, next));
         self.set_number(row, chosen(motion.t, self.number(row)));
         for i in 0..N {
             let [q, qd] = [row + 1 + i, row + 1 + N + i];

@@ -1,0 +1,93 @@
+//! The companion of a design: the same motion by a looser tolerance, whose difference is the error stated.
+
+use qrm_core::Description;
+
+use super::super::sweep::DesignResult;
+use super::{Lane, LaneSweep};
+use crate::run::{accepted_errors, rounding, worst};
+use crate::solve::largest;
+use crate::state::State;
+
+/// The tolerance of a companion as a multiple of that of its design.
+const LOOSER: f64 = 100.0;
+
+/// A companion under way, with the end of its design.
+pub(super) struct Companion {
+    result: DesignResult,
+    /// The design after a number of steps that is a power of two, where the companion is compared first.
+    checkpoint: State,
+    /// The smallest and the largest value of each coordinate.
+    ranges: Vec<[f64; 2]>,
+    /// The largest rate of change of a coordinate at both ends, as a multiple of its range.
+    rate: f64,
+    /// The largest difference of each coordinate so far.
+    differences: Vec<f64>,
+}
+
+impl LaneSweep<'_> {
+    /// Begins with the companion of a design that has come to its end.
+    pub(super) fn begin_companion(&mut self, lane: usize, result: DesignResult, at: &State) {
+        let checkpoint = self.state(|batch, row| batch.read_checkpoint(lane, row));
+        let ranges = self.ranges(lane, at);
+        let Some(Lane { design, first, end_time, is_landing, companion }) = &mut self.lanes[lane] else { return };
+        let rate = rate(self.designs[*design].description(), &ranges, [first, at]);
+        (*end_time, *is_landing) = (at.t, false);
+        *companion = Some(Companion { result, checkpoint, ranges, rate, differences: vec![0.0; self.size.0] });
+        self.begin(lane, LOOSER);
+    }
+
+    /// Takes up the end of a companion.
+    pub(super) fn finish_companion(&mut self, lane: usize) {
+        let Some(Lane { design, companion: Some(companion), .. }) = &self.lanes[lane] else { return };
+        let (design, Companion { result, ranges, differences, .. }) = (*design, companion);
+        let tolerance = Some(LOOSER * self.request.settings.tolerance);
+        let accepted = accepted_errors(self.designs[design].description(), ranges, tolerance, result.steps);
+        let rounding = rounding(largest(ranges.as_flattened()).1, result.steps);
+        let errors: Vec<f64> = differences.iter().map(|difference| difference.max(rounding)).collect();
+        if worst(&errors, &accepted).is_some() {
+            self.leave(lane);
+            return;
+        }
+        let Some(Lane { companion: Some(companion), .. }) = self.lanes[lane].take() else { return };
+        let estimated_error = Some(largest(&errors).1);
+        self.finished[design] = Some(DesignResult { estimated_error, ..companion.result });
+    }
+}
+
+impl Companion {
+    /// The time of the first comparison.
+    pub(super) fn checkpoint_time(&self) -> f64 {
+        self.checkpoint.t
+    }
+
+    /// Compares the companion with its design where both stand at the same time.
+    ///
+    /// A coordinate may agree by chance where its rate does not.
+    pub(super) fn compare(&mut self, at: &State) {
+        let (q, qd) = if at.t == self.checkpoint.t {
+            (&self.checkpoint.q, &self.checkpoint.qd)
+        } else if at.t == self.result.end_time {
+            (&self.result.q, &self.result.qd)
+        } else {
+            return;
+        };
+        for (i, largest) in self.differences.iter_mut().enumerate() {
+            let of_rate = (qd[i] - at.qd[i]).abs() / self.rate;
+            *largest = largest.max((q[i] - at.q[i]).abs()).max(of_rate);
+        }
+    }
+}
+
+/// The largest rate of change of a coordinate in some states, as a multiple of its range, or of an angle up to 1.
+fn rate<const K: usize>(description: &Description, ranges: &[[f64; 2]], states: [&State; K]) -> f64 {
+    let mut rate = f64::MIN_POSITIVE;
+    for (i, [low, high]) in ranges.iter().enumerate() {
+        let range = if description.is_angle(i) { (high - low).min(1.0) } else { high - low };
+        if range > 0.0 {
+            for state in states {
+                rate = rate.max(state.qd[i].abs() / range).max((state.qdd[i].abs() / range).sqrt());
+            }
+        }
+    }
+    rate
+}

@@ -1,0 +1,71 @@
+//! The end of a design in a lane where its stop condition becomes true.
+
+use std::convert::Infallible;
+
+use qrm_core::LaneSchedule;
+
+use super::LaneSweep;
+use crate::integrate::quintic;
+use crate::run::{Status, locate};
+use crate::state::State;
+
+/// Longest change of time, as a part of the step, by which a state is moved along its Taylor series of order 2.
+const NEAR: f64 = 1e-5;
+
+impl LaneSweep<'_> {
+    /// Ends a design where its stop condition becomes true, near the end of a step; or makes a step to there.
+    pub(super) fn land(&mut self, lane: usize, to: &State, value: f64) {
+        let Some(design) = self.lanes[lane].as_ref().map(|lane| lane.design) else { return };
+        let from = self.state(|batch, row| batch.read_row_before(lane, row));
+        let h = to.t - from.t;
+        let condition = |at: &State| self.condition(design, at).unwrap_or(f64::NAN);
+        let dt = zero(value, NEAR * h, |dt| condition(&along(to, dt)));
+        if dt.abs() <= NEAR * h {
+            return self.finish(lane, Status::Stopped, &along(to, dt));
+        }
+        // The step is made again, to the time at which a polynomial through its ends meets the condition.
+        let (begin, end_time) = if value >= 0.0 {
+            let Ok(at) = locate(&from, to, condition, |t| Ok::<_, Infallible>(quintic(&from, to, t)));
+            from.write(&mut self.row);
+            let outputs = self.outputs(design, &from);
+            self.batch.take_back(lane, &self.row, &outputs);
+            (from.t, at.t)
+        } else {
+            (to.t, to.t + dt)
+        };
+        if !(end_time > begin) {
+            return self.leave(lane);
+        }
+        let schedule = self.batch.schedule(lane);
+        self.batch.set_schedule(lane, &LaneSchedule { end_time, step: end_time - begin, ..schedule });
+        if let Some(lane) = &mut self.lanes[lane] {
+            lane.is_landing = true;
+        }
+    }
+}
+
+/// A state along its Taylor series of order 2.
+fn along(from: &State, dt: f64) -> State {
+    let mut at = from.clone();
+    at.t += dt;
+    for i in 0..at.q.len() {
+        at.q[i] += dt * (from.qd[i] + 0.5 * dt * from.qdd[i]);
+        at.qd[i] += dt * from.qdd[i];
+    }
+    at
+}
+
+/// The zero of a function near zero, where it has the given value, by the secant method from a distance on.
+fn zero(value: f64, distance: f64, f: impl Fn(f64) -> f64) -> f64 {
+    let (mut x, mut f_x) = (0.0, value);
+    let (mut other, mut f_other) = (-distance, f(-distance));
+    for _ in 0..4 {
+        let next = x - f_x * (x - other) / (f_x - f_other);
+        if !next.is_finite() {
+            break;
+        }
+        (other, f_other) = (x, f_x);
+        (x, f_x) = (next, f(next));
+    }
+    x
+}
