@@ -249,12 +249,6 @@ impl SimdBatch {
         self.begin_step(lane, outputs);
     }
 
-    /// Whether the steps of a lane have become too short, or too many.
-    pub fn is_stuck(&self, lane: usize) -> bool {
-        let LaneSchedule { end_time, step, most_steps, .. } = self.schedule(lane);
-        step <= SHORTEST * end_time || self.get(lane, MADE) >= most_steps
-    }
-
     /// Makes steps until some lane cannot simply go on.
     pub fn advance(&mut self) {
         self.steps.advance();
@@ -267,17 +261,30 @@ impl SimdBatch {
 
     /// Whether a lane can simply go on after the step that is waited for.
     pub fn goes_on(&self, lane: usize) -> bool {
+        let numbers = self.numbers(lane);
+        let t = self.get(lane, self.layout.row());
         !self.request.waits_each_step
-            && self.get(lane, self.layout.row()) < self.get(lane, END_TIME)
-            && !self.is_stuck(lane)
-            && self.get(lane, EVENT) < 0.0
-            && self.is_reliable(lane)
+            && t < numbers[END_TIME]
+            && !is_stuck(&numbers)
+            && numbers[EVENT] < 0.0
+            && is_reliable(&numbers, self.residual)
+    }
+
+    /// Whether the steps of a lane have become too short, or too many.
+    pub fn is_stuck(&self, lane: usize) -> bool {
+        is_stuck(&self.numbers(lane))
     }
 
     /// Whether the last step of a lane can be relied on.
     pub fn is_reliable(&self, lane: usize) -> bool {
-        let [growth_factor, residual, finite_check] = [0, 1, 2].map(|i| self.get(lane, QUALITY + i));
-        growth_factor.abs() <= MAX_GROWTH && residual <= self.residual && finite_check == 0.0
+        is_reliable(&self.numbers(lane), self.residual)
+    }
+
+    /// The numbers of a lane before [`DEFINED`].
+    fn numbers(&self, lane: usize) -> [f64; DEFINED] {
+        let mut numbers = [0.0; DEFINED];
+        self.steps.read(0, lane, &mut numbers);
+        numbers
     }
 
     /// The smallest and the largest value of a coordinate after any step.
@@ -328,4 +335,13 @@ impl SimdBatch {
         row.resize(self.layout.width(), 0.0);
         self.steps.read(place, lane, row);
     }
+}
+
+fn is_stuck(numbers: &[f64; DEFINED]) -> bool {
+    numbers[STEP] <= SHORTEST * numbers[END_TIME] || numbers[MADE] >= numbers[MOST_STEPS]
+}
+
+fn is_reliable(numbers: &[f64; DEFINED], tolerance: f64) -> bool {
+    let [growth_factor, residual, finite_check] = [0, 1, 2].map(|i| numbers[QUALITY + i]);
+    growth_factor.abs() <= MAX_GROWTH && residual <= tolerance && finite_check == 0.0
 }

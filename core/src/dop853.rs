@@ -94,10 +94,14 @@ impl<R: Scalar, P, const N: usize, const M: usize> Dop853Step<R, P, N, M> {
         self.slopes.evaluate::<K, M, 14>(kernel, (t, h), from, &mut growth);
         self.slopes.evaluate::<K, M, 15>(kernel, (t, h), from, &mut growth);
         let end = &self.result.end;
-        let sums = DENSE.map(|row| self.slopes.sums(row));
+        // Closures would be compiled without the instructions of vectors.
+        let (mut of_q, mut of_qd) = ([from.q; DENSE.len()], [from.qd; DENSE.len()]);
+        for k in 0..DENSE.len() {
+            (of_q[k], of_qd[k]) = self.slopes.sums(DENSE[k]);
+        }
         DenseOutput {
-            q: coefficients(h, (&from.q, &from.qd), (&end.q, &end.qd), sums.map(|(rate, _)| rate)),
-            qd: coefficients(h, (&from.qd, &from.qdd), (&end.qd, &end.qdd), sums.map(|(_, acceleration)| acceleration)),
+            q: coefficients(h, (&from.q, &from.qd), (&end.q, &end.qd), of_q),
+            qd: coefficients(h, (&from.qd, &from.qdd), (&end.qd, &end.qdd), of_qd),
         }
     }
 }
@@ -131,7 +135,7 @@ fn coefficients<R: Scalar, const N: usize>(
     h: R,
     (x0, d0): (&[R; N], &[R; N]),
     (x1, d1): (&[R; N], &[R; N]),
-    higher: [[R; N]; 4],
+    higher: [[R; N]; DENSE.len()],
 ) -> [[R; N]; 8] {
     let mut all = [*x0; 8];
     for i in 0..N {
@@ -140,7 +144,7 @@ fn coefficients<R: Scalar, const N: usize>(
         all[1][i] = change;
         all[2][i] = bend;
         all[3][i] = change - h * d1[i] - bend;
-        for k in 0..4 {
+        for k in 0..DENSE.len() {
             all[4 + k][i] = h * higher[k][i];
         }
     }

@@ -43,10 +43,20 @@ impl Model {
     /// The values of the parameters, some of them replaced, in the order of the description; those that the scene
     /// computes from others follow.
     pub fn parameter_values(&self, replace: Replace) -> Vec<f64> {
-        // By the tape, so that a changed number compiles no function anew.
-        let mut evaluator = TapeEvaluator::new(self.tape);
+        self.parameter_values_by(&mut TapeEvaluator::new(self.tape), replace)
+    }
+
+    /// The values by the tape, so that a changed number compiles no function anew.
+    fn parameter_values_by(&self, evaluator: &mut TapeEvaluator<Vec<f64>>, replace: Replace) -> Vec<f64> {
         evaluator.set_parameters(|i| replace(self.description.parameters[i].name));
         evaluator.parameters().to_vec()
+    }
+
+    /// The mechanism once for each of these replacements.
+    pub fn mechanisms(&self, replacements: &[Replace]) -> Vec<Box<dyn Mechanism>> {
+        let mut evaluator = TapeEvaluator::new(self.tape);
+        let values = replacements.iter().map(|replace| self.parameter_values_by(&mut evaluator, *replace));
+        values.map(|values| self.mechanism_with(values)).collect()
     }
 
     /// The mechanism with some parameters replaced.

@@ -39,4 +39,4 @@ pub(crate) use error_estimate::rounding;
 pub(crate) use event::locate;
 pub(crate) use integral::Integral;
 pub(crate) use judgement::{accepted_errors, is_balanced, worst};
-pub(crate) use simulate::{check_condition, check_step, first_state};
+pub(crate) use simulate::{check_condition, check_step, first_position, first_state};

@@ -24,8 +24,8 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> StepsBy<X, S,
         let layout = self.layout();
         let is_length = core::array::from_fn(|i| !X::DESCRIPTION.is_angle(i));
         let [mut made, mut step] = [self.number(MADE), self.number(STEP)];
-        let [longest, end_time, tolerance, most_steps] =
-            [LONGEST, END_TIME, TOLERANCE, MOST_STEPS].map(|place| self.number(place));
+        let [longest, end_time] = [self.number(LONGEST), self.number(END_TIME)];
+        let [tolerance, most_steps] = [self.number(TOLERANCE), self.number(MOST_STEPS)];
         let mut motion = self.motion();
         loop {
             let left = end_time - motion.t;
@@ -55,7 +55,7 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> StepsBy<X, S,
             motion = Motion { t, state: end };
             made = made + chosen(number(1.0), Lanes::zero());
             for i in 0..N {
-                let [lowest, highest] = [0, 1].map(|kind| COORDINATE_RANGES + kind * N + i);
+                let [lowest, highest] = [COORDINATE_RANGES + i, COORDINATE_RANGES + N + i];
                 let q = motion.state.q[i];
                 self.set_number(lowest, q.min(self.number(lowest)));
                 self.set_number(highest, q.max(self.number(highest)));

@@ -1,5 +1,5 @@
-//! Designs in lanes: each lane makes the steps of one design until that ends, then those of its companion, and then takes
-//! the next design.
+//! Designs in lanes: each lane makes the steps of one design until that ends, and then takes the next. Their companions
+//! follow in the same way.
 
 mod companion;
 mod landing;
@@ -8,10 +8,10 @@ use qrm_core::{BatchRequest, LaneSchedule, Mechanism, Model, SimdBatch, Width};
 
 use super::sweep::{DesignResult, SweepEnd, SweepRequest, run_alone};
 use crate::integrate::{AUTO, DOP853};
-use crate::run::{Branch, StartError, Status, Undefined, check_condition, check_step, first_state, is_balanced};
-use crate::solve::{Projection, constraint_rank, largest};
+use crate::run::{Branch, StartError, Status, Undefined, check_condition, check_step, first_position, is_balanced};
+use crate::solve::{Projection, Solver, largest};
 use crate::state::State;
-use companion::Companion;
+use companion::{Companion, LOOSER};
 
 /// The largest tolerance: errors of longer steps do not follow the tolerance.
 const LOOSEST: f64 = 3e-8;
@@ -25,8 +25,12 @@ pub(super) struct LaneSweep<'a> {
     designs: &'a [Box<dyn Mechanism>],
     request: &'a SweepRequest<'a>,
     batch: SimdBatch,
+    /// The batch of companions, if errors are estimated.
+    companions: Option<SimdBatch>,
     /// The next design that waits.
     next: usize,
+    /// Companions that wait.
+    waiting: Vec<Lane>,
     finished: Vec<Option<DesignResult>>,
     /// The design of each lane; `None` in lanes that follow another for want of one.
     lanes: Vec<Option<Lane>>,
@@ -38,6 +42,8 @@ pub(super) struct LaneSweep<'a> {
     size: (usize, usize),
     /// The branch that designs are assembled on.
     branch: Branch,
+    /// Computes the first accelerations; it does not know of constraints that repeat others, and nor do lanes.
+    solver: Solver,
 }
 
 /// A design in a lane.
@@ -48,7 +54,7 @@ struct Lane {
     end_time: f64,
     /// Whether the step under way is to end where the stop condition becomes true.
     is_landing: bool,
-    /// The companion under way, after the end of the design.
+    /// What the companion of a design is compared with, where that is under way.
     companion: Option<Companion>,
 }
 
@@ -72,24 +78,39 @@ impl<'a> LaneSweep<'a> {
             ranges: request.extremes,
             checkpoints: request.estimate_error,
         };
-        let batch = model.batch(width, batch_request, settings.projection_tolerance.residual)?;
+        let residual = settings.projection_tolerance.residual;
+        let batch = model.batch(width, batch_request, residual)?;
+        let plain = BatchRequest { watches_event: false, waits_each_step: false, ranges: false, checkpoints: false };
+        let companions = if request.estimate_error { Some(model.batch(width, plain, residual)?) } else { None };
         let size = (description.coordinates.len(), description.constraints.len());
         Some(Self {
             designs,
             request,
+            companions,
             next: 0,
+            waiting: Vec::new(),
             finished: designs.iter().map(|_| None).collect(),
             lanes: (0..batch.lanes()).map(|_| None).collect(),
             parameters: vec![vec![0.0; description.parameters.len()]; batch.lanes()],
             row: vec![0.0; 1 + 3 * size.0 + size.1],
             size,
             branch: Branch::of(&**designs.first()?),
+            solver: Solver::of_rank(&**designs.first()?, size.1),
             batch,
         })
     }
 
-    /// Runs all designs.
+    /// Runs all designs, and then their companions.
     pub(super) fn run(mut self) -> Vec<DesignResult> {
+        self.run_batch();
+        if let Some(companions) = self.companions.take() {
+            self.batch = companions;
+            self.run_batch();
+        }
+        self.finished.into_iter().flatten().collect()
+    }
+
+    fn run_batch(&mut self) {
         self.refill();
         while self.lanes.iter().any(Option::is_some) {
             self.batch.advance();
@@ -100,7 +121,6 @@ impl<'a> LaneSweep<'a> {
             }
             self.refill();
         }
-        self.finished.into_iter().flatten().collect()
     }
 
     /// Gives waiting designs to lanes without one; where none waits, such a lane follows another.
@@ -109,17 +129,8 @@ impl<'a> LaneSweep<'a> {
             return;
         }
         for lane in 0..self.lanes.len() {
-            while self.lanes[lane].is_none() && self.next < self.designs.len() {
-                let design = self.next;
-                self.next += 1;
-                match self.first_state(design) {
-                    // Lanes do not know of constraints that repeat others.
-                    Ok(first) if constraint_rank(&*self.designs[design], first.t, &first.q) < self.size.1 => {
-                        self.finished[design] = Some(run_alone(design, &*self.designs[design], self.request));
-                    }
-                    Ok(first) => self.enter(lane, design, first),
-                    Err(reason) => self.finished[design] = Some(DesignResult::not_started(reason)),
-                }
+            if self.lanes[lane].is_none() {
+                self.take_next(lane);
             }
         }
         let Some(leader) = self.lanes.iter().position(Option::is_some) else { return };
@@ -132,12 +143,40 @@ impl<'a> LaneSweep<'a> {
         self.batch.set_parameters(&self.parameters);
     }
 
-    fn first_state(&self, design: usize) -> Result<State, StartError> {
+    /// Gives a lane the next design that can begin, or the next companion.
+    fn take_next(&mut self, lane: usize) {
+        while self.next < self.designs.len() {
+            let design = self.next;
+            self.next += 1;
+            match self.first_state(design) {
+                Ok(Some(first)) => {
+                    let outputs = self.outputs(design, &first);
+                    self.batch.begin_ranges(lane, &outputs);
+                    let end_time = self.end_time(design);
+                    let next = Lane { design, first, end_time, is_landing: false, companion: None };
+                    return self.begin(lane, next, 1.0);
+                }
+                Ok(None) => self.run_alone(design),
+                Err(reason) => self.finished[design] = Some(DesignResult::not_started(reason)),
+            }
+        }
+        if self.companions.is_none()
+            && let Some(next) = self.waiting.pop()
+        {
+            self.begin(lane, next, LOOSER);
+        }
+    }
+
+    /// The first state of a design; `None` if a run of its own is to find it.
+    fn first_state(&mut self, design: usize) -> Result<Option<State>, StartError> {
         let mechanism = &*self.designs[design];
         check_step(self.request.step.unwrap_or(mechanism.schedule().step), self.end_time(design))?;
-        let first = first_state(mechanism, &self.branch)?;
+        let mut first = first_position(mechanism, &self.branch)?;
+        if self.solver.complete(mechanism, &mut first).is_err() {
+            return Ok(None);
+        }
         check_condition(self.condition(design, &first))?;
-        Ok(first)
+        Ok(Some(first))
     }
 
     /// The latest end of a design.
@@ -148,35 +187,27 @@ impl<'a> LaneSweep<'a> {
         }
     }
 
-    fn enter(&mut self, lane: usize, design: usize, first: State) {
-        self.parameters[lane].copy_from_slice(self.designs[design].parameters());
-        let outputs = self.outputs(design, &first);
-        self.batch.begin_ranges(lane, &outputs);
-        let end_time = self.end_time(design);
-        self.lanes[lane] = Some(Lane { design, first, end_time, is_landing: false, companion: None });
-        self.begin(lane, 1.0);
-    }
-
     /// Begins with a design or its companion, by this multiple of the tolerance.
-    fn begin(&mut self, lane: usize, looser: f64) {
-        let Some(Lane { design, first, end_time, .. }) = &self.lanes[lane] else { return };
-        let settings = self.request.settings_of(*design);
+    fn begin(&mut self, lane: usize, next: Lane, looser: f64) {
+        self.parameters[lane].copy_from_slice(self.designs[next.design].parameters());
+        let settings = self.request.settings_of(next.design);
         let tolerance = looser * settings.tolerance.min(LOOSEST);
-        let rate = largest(&first.qd).1.max(largest(&first.qdd).1.sqrt()).max(1.0 / end_time);
+        let first = &next.first;
+        let rate = largest(&first.qd).1.max(largest(&first.qdd).1.sqrt()).max(1.0 / next.end_time);
         first.write(&mut self.row);
         let schedule = LaneSchedule {
             tolerance,
             longest: settings.step_bounds.longest,
-            end_time: self.next_end(lane, first.t),
+            end_time: self.next_end(&next, first.t),
             step: tolerance.powf(0.125) / rate,
             most_steps: if settings.method == AUTO { MOST_STEPS } else { f64::INFINITY },
         };
         self.batch.place(lane, &self.row, &schedule);
+        self.lanes[lane] = Some(next);
     }
 
     /// The next time that a step of a lane is to end at.
-    fn next_end(&self, lane: usize, t: f64) -> f64 {
-        let Some(Lane { design, end_time, companion, .. }) = &self.lanes[lane] else { return f64::INFINITY };
+    fn next_end(&self, Lane { design, end_time, companion, .. }: &Lane, t: f64) -> f64 {
         let end_time = self.request.settings_of(*design).step_bounds.next_end(t).min(*end_time);
         let checkpoint = companion.as_ref().map(Companion::checkpoint_time).filter(|checkpoint| *checkpoint > t);
         checkpoint.map_or(end_time, |checkpoint| end_time.min(checkpoint))
@@ -184,7 +215,8 @@ impl<'a> LaneSweep<'a> {
 
     /// Lets a lane go on up to the next time that a step is to end at.
     fn go_on(&mut self, lane: usize, t: f64) {
-        let schedule = LaneSchedule { end_time: self.next_end(lane, t), ..self.batch.schedule(lane) };
+        let Some(of_lane) = &self.lanes[lane] else { return };
+        let schedule = LaneSchedule { end_time: self.next_end(of_lane, t), ..self.batch.schedule(lane) };
         self.batch.set_schedule(lane, &schedule);
     }
 
@@ -250,7 +282,7 @@ impl<'a> LaneSweep<'a> {
         }
         let result = self.result(lane, design, status, at);
         if self.request.estimate_error {
-            self.begin_companion(lane, result, at);
+            self.await_companion(lane, result, at);
         } else {
             self.lanes[lane] = None;
             self.finished[design] = Some(result);
@@ -304,7 +336,12 @@ impl<'a> LaneSweep<'a> {
 
     /// Lets a design leave its lane for a run of its own, which tells when and what went wrong.
     fn leave(&mut self, lane: usize) {
-        let Some(Lane { design, .. }) = self.lanes[lane].take() else { return };
+        if let Some(Lane { design, .. }) = self.lanes[lane].take() {
+            self.run_alone(design);
+        }
+    }
+
+    fn run_alone(&mut self, design: usize) {
         self.finished[design] = Some(run_alone(design, &*self.designs[design], self.request));
     }
 }

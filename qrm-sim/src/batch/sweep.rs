@@ -87,7 +87,7 @@ pub enum LaneCount {
 
 /// Runs designs, each with some parameters replaced, and returns their ends in their order.
 pub fn sweep(model: &Model, designs: &[Replace], request: &SweepRequest, lanes: LaneCount) -> Vec<DesignResult> {
-    let designs: Vec<Box<dyn Mechanism>> = designs.iter().map(|replace| model.mechanism(*replace)).collect();
+    let designs = model.mechanisms(designs);
     let widths: &[Width] = match lanes {
         LaneCount::Most => &[Width::Eight, Width::Four],
         LaneCount::Four => &[Width::Four],

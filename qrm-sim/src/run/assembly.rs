@@ -41,6 +41,13 @@ pub fn assemble(mechanism: &dyn Mechanism, start: &Start) -> Result<(Vec<f64>, V
     Ok((found, qd))
 }
 
+/// Coordinates at t = 0 that meet the constraints, and rates; `None` if some constraint is not met.
+pub(crate) fn completed(mechanism: &dyn Mechanism, start: &Start, q: Vec<f64>) -> Option<(Vec<f64>, Vec<f64>)> {
+    let constraints = LoopConstraints::of(mechanism, 0.0, &q);
+    let qd = is_closed(&constraints, &q).then(|| rates(&constraints, start, &q).ok())??;
+    Some((q, qd))
+}
+
 /// Whether every residual is at the size of rounding errors, of its own or of the terms it is the difference of.
 fn is_closed(constraints: &LoopConstraints, q: &[f64]) -> bool {
     let terms = |row: &[f64]| row.iter().zip(q).map(|(derivative, q)| (derivative * q).abs()).sum::<f64>();

@@ -2,7 +2,7 @@
 
 use qrm_core::{Mechanism, Model};
 
-use super::assembly::{NotAssembled, assemble};
+use super::assembly::{NotAssembled, assemble, completed};
 use crate::analysis::{Drive, Position, Selection};
 use crate::solve::largest;
 use crate::start::Start;
@@ -59,15 +59,18 @@ impl Branch {
     /// Some constraint cannot be met, or only on another branch.
     pub(crate) fn assemble(&self, mechanism: &dyn Mechanism) -> Result<(Vec<f64>, Vec<f64>), NotAssembled> {
         let mut start = Start::of(mechanism);
-        let direct = assemble(mechanism, &start);
-        let Some(own) = &self.own else { return direct };
         // Other guesses ask for another branch.
         let guesses = |start: &Start| -> Vec<f64> {
             start.q.iter().zip(&start.given).filter(|(_, given)| !**given).map(|(q, _)| *q).collect()
         };
-        if mechanism.parameters() == own.parameters || guesses(&start) != guesses(&own.start) {
-            return direct;
+        let is_other = |own: &&Own| mechanism.parameters() != own.parameters && guesses(&start) == guesses(&own.start);
+        let Some(own) = self.own.as_ref().filter(is_other) else { return assemble(mechanism, &start) };
+        if let Some(position) = own.neighbour(mechanism, &own.position)
+            && let Some(found) = completed(mechanism, &start, position.q)
+        {
+            return Ok(found);
         }
+        let direct = assemble(mechanism, &start);
         if let Ok((q, _)) = &direct
             && let Some(position) = own.drive(mechanism).close(q.clone())
             && position.determinant * own.position.determinant > 0.0
@@ -98,11 +101,7 @@ impl Own {
             let value = |(own, to): (&f64, &f64)| if next == 1.0 { *to } else { own + (to - own) * next };
             let values = self.parameters.iter().zip(mechanism.parameters()).map(value).collect();
             let between = self.model.mechanism_with(values);
-            let start = Start::of(&*between);
-            let guess = (0..now.q.len()).map(|i| if start.given[i] { start.q[i] } else { now.q[i] }).collect();
-            let is_neighbour =
-                |position: &Position| position.is_on_branch_of(&now) && self.moved(&now, &position.q) < LONGEST;
-            match self.drive(&*between).close(guess).filter(is_neighbour) {
+            match self.neighbour(&*between, &now) {
                 Some(position) => {
                     (now, done) = (position, next);
                     step *= 2.0;
@@ -112,6 +111,14 @@ impl Own {
             }
         }
         Some(now)
+    }
+
+    /// The position that another one becomes when the parameters change a little to those of a mechanism.
+    fn neighbour(&self, mechanism: &dyn Mechanism, from: &Position) -> Option<Position> {
+        let start = Start::of(mechanism);
+        let guess = (0..from.q.len()).map(|i| if start.given[i] { start.q[i] } else { from.q[i] }).collect();
+        let position = self.drive(mechanism).close(guess)?;
+        (position.is_on_branch_of(from) && self.moved(from, &position.q) < LONGEST).then_some(position)
     }
 
     fn drive<'m>(&self, mechanism: &'m dyn Mechanism) -> Drive<'m> {

@@ -111,10 +111,16 @@ pub(crate) fn check_condition(value: Option<f64>) -> Result<(), StartError> {
 /// # Errors
 /// The constraints cannot be met, or the accelerations are not determined.
 pub(crate) fn first_state(mechanism: &dyn Mechanism, branch: &Branch) -> Result<State, StartError> {
+    let mut first = first_position(mechanism, branch)?;
+    Solver::at(mechanism, first.t, &first.q).complete(mechanism, &mut first).map_err(StartError::Step)?;
+    Ok(first)
+}
+
+/// The first state without accelerations and multipliers.
+pub(crate) fn first_position(mechanism: &dyn Mechanism, branch: &Branch) -> Result<State, StartError> {
     let (q, qd) = branch.assemble(mechanism).map_err(StartError::NotAssembled)?;
     let mut first = State::zero(q.len(), mechanism.description().constraints.len());
     (first.q, first.qd) = (q, qd);
-    Solver::at(mechanism, first.t, &first.q).complete(mechanism, &mut first).map_err(StartError::Step)?;
     Ok(first)
 }
 

@@ -9,9 +9,9 @@ use crate::solve::largest;
 use crate::state::State;
 
 /// The tolerance of a companion as a multiple of that of its design.
-const LOOSER: f64 = 100.0;
+pub(super) const LOOSER: f64 = 100.0;
 
-/// A companion under way, with the end of its design.
+/// What a companion is compared with: its design.
 pub(super) struct Companion {
     result: DesignResult,
     /// The design after a number of steps that is a power of two, where the companion is compared first.
@@ -25,15 +25,15 @@ pub(super) struct Companion {
 }
 
 impl LaneSweep<'_> {
-    /// Begins with the companion of a design that has come to its end.
-    pub(super) fn begin_companion(&mut self, lane: usize, result: DesignResult, at: &State) {
+    /// Lets a design that has come to its end wait for its companion.
+    pub(super) fn await_companion(&mut self, lane: usize, result: DesignResult, at: &State) {
         let checkpoint = self.state(|batch, row| batch.read_checkpoint(lane, row));
         let ranges = self.ranges(lane, at);
-        let Some(Lane { design, first, end_time, is_landing, companion }) = &mut self.lanes[lane] else { return };
-        let rate = rate(self.designs[*design].description(), &ranges, [first, at]);
-        (*end_time, *is_landing) = (at.t, false);
-        *companion = Some(Companion { result, checkpoint, ranges, rate, differences: vec![0.0; self.size.0] });
-        self.begin(lane, LOOSER);
+        let Some(Lane { design, first, .. }) = self.lanes[lane].take() else { return };
+        let rate = rate(self.designs[design].description(), &ranges, [&first, at]);
+        let differences = vec![0.0; self.size.0];
+        let companion = Some(Companion { result, checkpoint, ranges, rate, differences });
+        self.waiting.push(Lane { design, first, end_time: at.t, is_landing: false, companion });
     }
 
     /// Takes up the end of a companion.

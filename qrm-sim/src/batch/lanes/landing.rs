@@ -19,9 +19,14 @@ impl LaneSweep<'_> {
         let from = self.state(|batch, row| batch.read_row_before(lane, row));
         let h = to.t - from.t;
         let condition = |at: &State| self.condition(design, at).unwrap_or(f64::NAN);
-        let dt = zero(value, NEAR * h, |dt| condition(&along(to, dt)));
+        let mut at = to.clone();
+        let dt = zero(value, NEAR * h, |dt| {
+            move_along(&mut at, to, dt);
+            condition(&at)
+        });
         if dt.abs() <= NEAR * h {
-            return self.finish(lane, Status::Stopped, &along(to, dt));
+            move_along(&mut at, to, dt);
+            return self.finish(lane, Status::Stopped, &at);
         }
         // The step is made again, to the time at which a polynomial through its ends meets the condition.
         let (begin, end_time) = if value >= 0.0 {
@@ -44,19 +49,17 @@ impl LaneSweep<'_> {
     }
 }
 
-/// A state along its Taylor series of order 2.
-fn along(from: &State, dt: f64) -> State {
-    let mut at = from.clone();
-    at.t += dt;
+/// Moves a state to `dt` after another one along the Taylor series of order 2.
+fn move_along(at: &mut State, from: &State, dt: f64) {
+    at.t = from.t + dt;
     for i in 0..at.q.len() {
-        at.q[i] += dt * (from.qd[i] + 0.5 * dt * from.qdd[i]);
-        at.qd[i] += dt * from.qdd[i];
+        at.q[i] = from.q[i] + dt * (from.qd[i] + 0.5 * dt * from.qdd[i]);
+        at.qd[i] = from.qd[i] + dt * from.qdd[i];
     }
-    at
 }
 
 /// The zero of a function near zero, where it has the given value, by the secant method from a distance on.
-fn zero(value: f64, distance: f64, f: impl Fn(f64) -> f64) -> f64 {
+fn zero(value: f64, distance: f64, mut f: impl FnMut(f64) -> f64) -> f64 {
     let (mut x, mut f_x) = (0.0, value);
     let (mut other, mut f_other) = (-distance, f(-distance));
     for _ in 0..4 {
