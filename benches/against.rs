@@ -24,7 +24,7 @@ use twin::{ByDualNumbers, ByHand, HandWritten, Twin};
 const RUNS: usize = 200;
 const DESIGNS: usize = 256;
 
-/// What is measured: a name, and how to get nanoseconds and the number of steps or designs that took them.
+/// What is measured: a name, and how to get the nanoseconds of so many steps, or the microseconds of so many designs.
 type Measure = fn(usize) -> (f64, f64);
 
 /// The mechanism with its generated kernel.
@@ -74,7 +74,7 @@ fn designs(lanes: LaneCount, tolerance: f64, extremes: bool, estimate_error: boo
     let request = SweepRequest { settings, extremes, estimate_error, ..SweepRequest::default() };
     let begun = Instant::now();
     let finished = sweep(&GENERATED, black_box(&designs), &request, lanes);
-    (begun.elapsed().as_secs_f64() * 1e9, black_box(finished).len() as f64)
+    (begun.elapsed().as_secs_f64() * 1e6, black_box(finished).len() as f64)
 }
 
 /// The program by hand, compiled; `None` without a C compiler.
@@ -115,14 +115,19 @@ fn main() -> ExitCode {
         return ExitCode::FAILURE;
     }
     println!("{:52} {:>22}  {:>24} {:>13}", "", "ns a step", "of C by hand", "instructions");
-    for (i, ((what, _), time)) in ours.iter().zip(&times).enumerate() {
+    let (runs, sweeps) = times[..ours.len()].split_at(RUN.len());
+    for (i, ((what, run), time)) in RUN.iter().zip(runs).enumerate() {
         let ratio = other.map_or_else(String::new, |other| time.over(other).show(3));
-        let counted = RUN.get(i).and_then(|(_, run)| Some((measure::instructions(i, 2)?, run(1).1)));
+        let counted = measure::instructions(i, 2).map(|count| (count, run(1).1));
         let counted = counted.map_or_else(String::new, |(count, steps)| format!("{:.0}", count / steps));
         println!("{what:52} {:>22}  {ratio:>24} {counted:>13}", time.show(1));
     }
     if let Some(other) = other {
         println!("{:52} {:>22}", "C by hand", other.show(1));
+    }
+    println!("\n{:52} {:>22}", "", "us a design");
+    for ((what, _), time) in SWEEP.iter().zip(sweeps) {
+        println!("{what:52} {:>22}", time.show(2));
     }
     println!("medians of {} rounds in turn, with the smallest and the largest", measure::ROUNDS);
     ExitCode::SUCCESS

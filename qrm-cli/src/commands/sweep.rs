@@ -138,6 +138,10 @@ impl<'s> Plan<'s> {
     fn new(models: &'static [Model], options: &'s Options) -> Result<Self, Error> {
         let how = MethodOptions { method: options.how.method.or(Some(DOP853)), ..options.how.clone() };
         let setup = Setup::new(models, &options.scene, &how)?;
+        if setup.own_step.is_some() && setup.settings.method.is_adaptive() {
+            return Err(Error::usage("`--step` needs a method of fixed steps")
+                .help("add `--method rk4`, or choose `--tolerance` instead"));
+        }
         let axes = Axes::new(setup.description, &options.vary)?;
         if let Some(name) = axes.names().find(|name| setup.set.contains_key(*name)) {
             return Err(Error::usage(format!("`{name}` is both set and varied"))
