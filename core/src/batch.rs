@@ -85,6 +85,9 @@ pub(crate) const CHECKPOINT_STEP: usize = 11;
 /// The smallest, then the largest value of each coordinate.
 pub(crate) const COORDINATE_RANGES: usize = 12;
 
+/// The number of checkpoints that a lane keeps.
+pub const CHECKPOINTS: usize = 2;
+
 /// A lane waits when the steps that it chooses become shorter than this part of its end time.
 pub(crate) const SHORTEST: f64 = 1e-12;
 
@@ -112,22 +115,22 @@ impl BatchLayout {
         self.first_row()
     }
 
-    /// The row of the motion at its checkpoint.
+    /// The row of the motion at its last checkpoint (0), or at the one before (1).
     #[inline(always)]
-    pub(crate) const fn checkpoint(self) -> usize {
-        self.first_row() + self.width()
+    pub(crate) const fn checkpoint(self, age: usize) -> usize {
+        self.first_row() + (1 + age) * self.width()
     }
 
     /// The row before the step that is waited for.
     #[inline(always)]
     pub(crate) const fn row_before(self) -> usize {
-        self.first_row() + 2 * self.width()
+        self.first_row() + (1 + CHECKPOINTS) * self.width()
     }
 
     /// The outputs of the last row.
     #[inline(always)]
     pub(crate) const fn outputs(self) -> usize {
-        self.first_row() + 3 * self.width()
+        self.first_row() + (2 + CHECKPOINTS) * self.width()
     }
 
     /// The smallest values of the outputs.
@@ -191,7 +194,7 @@ impl SimdBatch {
     /// Puts a motion at a row `[t, q, qd, qdd, multipliers]`, with its steps still to make.
     pub fn place(&mut self, lane: usize, row: &[f64], schedule: &LaneSchedule) {
         self.set_row(lane, row);
-        self.set(lane, self.layout.checkpoint(), &row[..self.layout.width()]);
+        (0..CHECKPOINTS).for_each(|age| self.set(lane, self.layout.checkpoint(age), &row[..self.layout.width()]));
         [(MADE, 0.0), (CHECKPOINT_STEP, 1.0)].into_iter().for_each(|(place, number)| self.set(lane, place, &[number]));
         self.set_schedule(lane, schedule);
         let n = self.layout.n;
@@ -221,10 +224,10 @@ impl SimdBatch {
         self.read(self.layout.row_before(), lane, row);
     }
 
-    /// The state of a lane after the last number of steps that was a power of two, as a row without `qdd` and
-    /// multipliers.
-    pub fn read_checkpoint(&self, lane: usize, row: &mut Vec<f64>) {
-        self.read(self.layout.checkpoint(), lane, row);
+    /// The state of a lane after the last number of steps that was a power of two (`age` 0), or after the one before (1),
+    /// as a row without `qdd` and multipliers.
+    pub fn read_checkpoint(&self, age: usize, lane: usize, row: &mut Vec<f64>) {
+        self.read(self.layout.checkpoint(age), lane, row);
     }
 
     /// The steps that a lane is to make.

@@ -50,7 +50,7 @@ mod tape;
 
 pub use angles::Angles;
 #[cfg(feature = "simd")]
-pub use batch::{BatchRequest, LaneSchedule, SimdBatch, Width};
+pub use batch::{BatchRequest, CHECKPOINTS, LaneSchedule, SimdBatch, Width};
 pub use description::{Description, ParameterDescription, QuantityDescription};
 pub use digest::digest;
 pub use double_double::DoubleDouble;

@@ -92,8 +92,12 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> StepsBy<X, S,
     fn keep(&mut self, made: Lanes<S>, motion: &Motion<S, N, M>) {
         let next = self.number(CHECKPOINT_STEP);
         let chosen = |kept, other| (next - made).choose(0.0, kept, other);
-        let row = self.layout().checkpoint();
+        let [row, before] = [self.layout().checkpoint(0), self.layout().checkpoint(1)];
         self.set_number(CHECKPOINT_STEP, chosen(next + next, next));
+        for i in 0..=2 * N {
+            let (last, kept) = (self.number(row + i), self.number(before + i));
+            self.set_number(before + i, chosen(last, kept));
+        }
         self.set_number(row, chosen(motion.t, self.number(row)));
         for i in 0..N {
             let [q, qd] = [row + 1 + i, row + 1 + N + i];

@@ -40,6 +40,16 @@ pub struct Position {
 }
 
 impl Position {
+    /// The change of all coordinates, to first order, with a change of those that are given.
+    pub(crate) fn linear_change(&self, is_given: &[bool], change: impl Fn(usize) -> f64) -> Vec<f64> {
+        let mut changes = vec![0.0; self.q.len()];
+        for (tangent, i) in self.tangents.iter().zip((0..self.q.len()).filter(|&i| is_given[i])) {
+            let by = change(i);
+            changes.iter_mut().zip(tangent).for_each(|(change, entry)| *change += entry * by);
+        }
+        changes
+    }
+
     /// Whether the determinant is near enough to that of another position that no other branch lies between.
     pub(crate) fn is_on_branch_of(&self, other: &Self) -> bool {
         let change = self.determinant / other.determinant;
@@ -103,10 +113,12 @@ impl<'m> Drive<'m> {
     pub fn close(&self, mut q: Vec<f64>) -> Option<Position> {
         let mut before = f64::INFINITY;
         let mut constraints = LoopConstraints::zero(q.len(), self.mechanism.description().constraints.len());
+        let count = self.dependent.len();
+        let (mut lu, mut residuals, mut step) = (Lu::with_size(count), vec![0.0; count], vec![0.0; count]);
         for _ in 0..=ITERATIONS {
             constraints.evaluate(self.mechanism, 0.0, &q);
             let residual = largest(&constraints.residuals).1;
-            let lu = Lu::new(self.block(&constraints.constraint_jacobian));
+            lu.factor_of(|r, c| constraints.constraint_jacobian[self.independent[r]][self.dependent[c]]);
             if residual == 0.0 || residual > 0.5 * before {
                 // A whole angle counts, however small it is at the moment.
                 let size = |i: usize| q[i].abs() + f64::from(u8::from(self.is_angle(i)));
@@ -117,12 +129,12 @@ impl<'m> Drive<'m> {
                     Position { q, determinant: lu.determinant, tangents }
                 });
             }
-            let residuals: Vec<f64> = self.independent.iter().map(|&k| constraints.residuals[k]).collect();
-            let step = lu.solve(&residuals);
+            residuals.iter_mut().zip(&self.independent).for_each(|(own, &k)| *own = constraints.residuals[k]);
+            lu.solve_into(&residuals, &mut step);
             if !step.iter().all(|value| value.is_finite()) {
                 return None;
             }
-            for (place, value) in self.dependent.iter().zip(step) {
+            for (place, value) in self.dependent.iter().zip(&step) {
                 q[*place] -= value;
             }
             before = residual;
@@ -145,12 +157,7 @@ impl<'m> Drive<'m> {
 
     /// The change of all coordinates, to first order, with a change of those that are given.
     pub fn linear_change(&self, at: &Position, given: impl Fn(usize) -> f64) -> Vec<f64> {
-        let mut change = vec![0.0; at.q.len()];
-        for (tangent, i) in at.tangents.iter().zip((0..at.q.len()).filter(|&i| self.given[i])) {
-            let by = given(i);
-            change.iter_mut().zip(tangent).for_each(|(change, entry)| *change += entry * by);
-        }
-        change
+        at.linear_change(&self.given, given)
     }
 
     /// The derivatives of all coordinates by one that is given, the other given ones held.
@@ -213,11 +220,6 @@ impl<'m> Drive<'m> {
             given_rates: vec![false; n],
         };
         assemble(self.mechanism, &start).err().map(|reason| reason.constraint)
-    }
-
-    fn block(&self, jacobian: &Matrix) -> Matrix {
-        let m = self.dependent.len();
-        Matrix::from_fn(m, m, |r, c| jacobian[self.independent[r]][self.dependent[c]])
     }
 
     fn is_angle(&self, coordinate: usize) -> bool {

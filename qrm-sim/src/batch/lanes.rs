@@ -14,7 +14,7 @@ use crate::state::State;
 use companion::{Companion, LOOSER};
 
 /// The largest tolerance: errors of longer steps do not follow the tolerance.
-const LOOSEST: f64 = 3e-8;
+const LOOSEST: f64 = 3e-9;
 /// Fewer steps may be the same for a design and its companion.
 const FEWEST_STEPS: u64 = 10;
 /// More steps may be for want of an implicit method, where there is one.
@@ -36,8 +36,11 @@ pub(super) struct LaneSweep<'a> {
     lanes: Vec<Option<Lane>>,
     /// The parameters of each lane.
     parameters: Vec<Vec<f64>>,
-    /// Room for a row.
+    /// Room for a row, for the states at both ends of a step, and for another one near its end.
     row: Vec<f64>,
+    from: State,
+    to: State,
+    near: State,
     /// Number of coordinates and of constraints.
     size: (usize, usize),
     /// The branch that designs are assembled on.
@@ -93,6 +96,9 @@ impl<'a> LaneSweep<'a> {
             lanes: (0..batch.lanes()).map(|_| None).collect(),
             parameters: vec![vec![0.0; description.parameters.len()]; batch.lanes()],
             row: vec![0.0; 1 + 3 * size.0 + size.1],
+            from: State::default(),
+            to: State::default(),
+            near: State::default(),
             size,
             branch: Branch::of(&**designs.first()?),
             solver: Solver::of_rank(&**designs.first()?, size.1),
@@ -209,7 +215,7 @@ impl<'a> LaneSweep<'a> {
     /// The next time that a step of a lane is to end at.
     fn next_end(&self, Lane { design, end_time, companion, .. }: &Lane, t: f64) -> f64 {
         let end_time = self.request.settings_of(*design).step_bounds.next_end(t).min(*end_time);
-        let checkpoint = companion.as_ref().map(Companion::checkpoint_time).filter(|checkpoint| *checkpoint > t);
+        let checkpoint = companion.as_ref().and_then(|companion| companion.next_checkpoint(t));
         checkpoint.map_or(end_time, |checkpoint| end_time.min(checkpoint))
     }
 
@@ -222,24 +228,30 @@ impl<'a> LaneSweep<'a> {
 
     /// Takes up a step after which a lane cannot simply go on.
     fn resolve_step(&mut self, lane: usize) {
-        let to = self.state(|batch, row| batch.read_row(lane, row));
+        let mut to = std::mem::take(&mut self.to);
+        self.read(&mut to, |batch, row| batch.read_row(lane, row));
+        self.resolve(lane, &to);
+        self.to = to;
+    }
+
+    fn resolve(&mut self, lane: usize, to: &State) {
         let Some(Lane { design, end_time, is_landing, companion, .. }) = &mut self.lanes[lane] else { return };
         let (design, end_time, is_landing) = (*design, *end_time, *is_landing);
         if !self.batch.is_reliable(lane) {
             return self.leave(lane);
         }
         if let Some(companion) = companion {
-            companion.compare(&to);
+            companion.compare(to);
             if to.t >= end_time {
                 return self.finish_companion(lane);
             }
         } else {
-            match self.condition(design, &to) {
+            match self.condition(design, to) {
                 Some(value) if value.is_nan() => return self.leave(lane),
-                Some(value) if is_landing || value >= 0.0 => return self.land(lane, &to, value),
+                Some(value) if is_landing || value >= 0.0 => return self.land(lane, to, value),
                 // A run of its own tells how near the design came.
                 Some(_) if to.t >= end_time => return self.leave(lane),
-                None if to.t >= end_time => return self.finish(lane, Status::Completed, &to),
+                None if to.t >= end_time => return self.finish(lane, Status::Completed, to),
                 _ => {}
             }
         }
@@ -263,12 +275,14 @@ impl<'a> LaneSweep<'a> {
         }
     }
 
-    /// The state of a lane, as the batch reads it into a row.
-    fn state(&mut self, read: impl FnOnce(&SimdBatch, &mut Vec<f64>)) -> State {
+    /// Reads a state of a lane, as the batch reads it into a row.
+    fn read(&mut self, state: &mut State, read: impl FnOnce(&SimdBatch, &mut Vec<f64>)) {
         read(&self.batch, &mut self.row);
-        let mut state = State::zero(self.size.0, self.size.1);
+        state.q.resize(self.size.0, 0.0);
+        state.qd.resize(self.size.0, 0.0);
+        state.qdd.resize(self.size.0, 0.0);
+        state.multipliers.resize(self.size.1, 0.0);
         state.read(&self.row);
-        state
     }
 
     /// Takes up the end of a lane's design.

@@ -2,6 +2,7 @@
 
 use qrm_core::Mechanism;
 
+use crate::analysis::Position;
 use crate::solve::{Ldl, LoopConstraints, Matrix, PivotedLdl, largest, row_products, subtract_combination};
 use crate::start::Start;
 
@@ -41,11 +42,18 @@ pub fn assemble(mechanism: &dyn Mechanism, start: &Start) -> Result<(Vec<f64>, V
     Ok((found, qd))
 }
 
-/// Coordinates at t = 0 that meet the constraints, and rates; `None` if some constraint is not met.
-pub(crate) fn completed(mechanism: &dyn Mechanism, start: &Start, q: Vec<f64>) -> Option<(Vec<f64>, Vec<f64>)> {
-    let constraints = LoopConstraints::of(mechanism, 0.0, &q);
-    let qd = is_closed(&constraints, &q).then(|| rates(&constraints, start, &q).ok())??;
-    Some((q, qd))
+/// The coordinates of a closed position, and rates; `None` if they do not meet the constraints.
+pub(crate) fn completed(mechanism: &dyn Mechanism, start: &Start, position: Position) -> Option<(Vec<f64>, Vec<f64>)> {
+    let constraints = LoopConstraints::of(mechanism, 0.0, &position.q);
+    if !is_closed(&constraints, &position.q) {
+        return None;
+    }
+    let qd = if start.given == start.given_rates && !mechanism.is_driven() {
+        position.linear_change(&start.given, |i| start.qd[i])
+    } else {
+        rates(&constraints, start, &position.q).ok()?
+    };
+    Some((position.q, qd))
 }
 
 /// Whether every residual is at the size of rounding errors, of its own or of the terms it is the difference of.

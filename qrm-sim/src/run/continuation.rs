@@ -66,7 +66,7 @@ impl Branch {
         let is_other = |own: &&Own| mechanism.parameters() != own.parameters && guesses(&start) == guesses(&own.start);
         let Some(own) = self.own.as_ref().filter(is_other) else { return assemble(mechanism, &start) };
         if let Some(position) = own.neighbour(mechanism, &own.position)
-            && let Some(found) = completed(mechanism, &start, position.q)
+            && let Some(found) = completed(mechanism, &start, position)
         {
             return Ok(found);
         }

@@ -14,18 +14,42 @@ pub struct Lu {
 impl Lu {
     /// Factors a matrix.
     pub fn new(matrix: Matrix) -> Self {
-        let n = matrix.columns();
-        let mut factors = matrix;
-        let mut order: Vec<usize> = (0..n).collect();
-        let mut determinant = 1.0;
+        let mut lu = Self { order: Vec::with_capacity(matrix.columns()), factors: matrix, determinant: 1.0 };
+        lu.factor();
+        lu
+    }
+
+    /// Room for a matrix of this size.
+    pub(crate) fn with_size(n: usize) -> Self {
+        Self { factors: Matrix::zero(n, n), order: Vec::with_capacity(n), determinant: 1.0 }
+    }
+
+    /// Factors the matrix with these entries.
+    pub(crate) fn factor_of(&mut self, entry: impl Fn(usize, usize) -> f64) {
+        let n = self.factors.columns();
+        for i in 0..n {
+            for j in 0..n {
+                self.factors[i][j] = entry(i, j);
+            }
+        }
+        self.factor();
+    }
+
+    /// Replaces the matrix by its factors.
+    fn factor(&mut self) {
+        let Self { factors, order, determinant } = self;
+        let n = factors.columns();
+        order.clear();
+        order.extend(0..n);
+        *determinant = 1.0;
         for k in 0..n {
             let pivot = (k..n).max_by(|&a, &b| factors[a][k].abs().total_cmp(&factors[b][k].abs())).unwrap_or(k);
             if pivot != k {
                 factors.swap_rows(pivot, k);
                 order.swap(pivot, k);
-                determinant = -determinant;
+                *determinant = -*determinant;
             }
-            determinant *= factors[k][k];
+            *determinant *= factors[k][k];
             if factors[k][k] == 0.0 {
                 break;
             }
@@ -38,13 +62,19 @@ impl Lu {
                 }
             }
         }
-        Self { factors, order, determinant }
     }
 
     /// The solution for a right-hand side; not finite if the matrix is singular.
     pub fn solve(&self, right: &[f64]) -> Vec<f64> {
+        let mut x = vec![0.0; right.len()];
+        self.solve_into(right, &mut x);
+        x
+    }
+
+    /// The same without an allocation.
+    pub(crate) fn solve_into(&self, right: &[f64], x: &mut [f64]) {
         let n = self.order.len();
-        let mut x: Vec<f64> = self.order.iter().map(|&i| right[i]).collect();
+        x.iter_mut().zip(&self.order).for_each(|(x, &i)| *x = right[i]);
         for i in 0..n {
             for j in 0..i {
                 x[i] -= self.factors[i][j] * x[j];
@@ -56,7 +86,6 @@ impl Lu {
             }
             x[i] /= self.factors[i][i];
         }
-        x
     }
 }
 

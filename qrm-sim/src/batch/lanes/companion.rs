@@ -1,6 +1,6 @@
 //! The companion of a design: the same motion by a looser tolerance, whose difference is the error stated.
 
-use qrm_core::Description;
+use qrm_core::{CHECKPOINTS, Description};
 
 use super::super::sweep::DesignResult;
 use super::{Lane, LaneSweep};
@@ -14,8 +14,9 @@ pub(super) const LOOSER: f64 = 100.0;
 /// What a companion is compared with: its design.
 pub(super) struct Companion {
     result: DesignResult,
-    /// The design after a number of steps that is a power of two, where the companion is compared first.
-    checkpoint: State,
+    /// The design after the last two numbers of steps that are powers of two, where the companion is compared too: the
+    /// later one first.
+    checkpoints: [State; CHECKPOINTS],
     /// The smallest and the largest value of each coordinate.
     ranges: Vec<[f64; 2]>,
     /// The largest rate of change of a coordinate at both ends, as a multiple of its range.
@@ -27,12 +28,15 @@ pub(super) struct Companion {
 impl LaneSweep<'_> {
     /// Lets a design that has come to its end wait for its companion.
     pub(super) fn await_companion(&mut self, lane: usize, result: DesignResult, at: &State) {
-        let checkpoint = self.state(|batch, row| batch.read_checkpoint(lane, row));
+        let mut checkpoints: [State; CHECKPOINTS] = Default::default();
+        for (age, checkpoint) in checkpoints.iter_mut().enumerate() {
+            self.read(checkpoint, |batch, row| batch.read_checkpoint(age, lane, row));
+        }
         let ranges = self.ranges(lane, at);
         let Some(Lane { design, first, .. }) = self.lanes[lane].take() else { return };
         let rate = rate(self.designs[design].description(), &ranges, [&first, at]);
         let differences = vec![0.0; self.size.0];
-        let companion = Some(Companion { result, checkpoint, ranges, rate, differences });
+        let companion = Some(Companion { result, checkpoints, ranges, rate, differences });
         self.waiting.push(Lane { design, first, end_time: at.t, is_landing: false, companion });
     }
 
@@ -55,19 +59,19 @@ impl LaneSweep<'_> {
 }
 
 impl Companion {
-    /// The time of the first comparison.
-    pub(super) fn checkpoint_time(&self) -> f64 {
-        self.checkpoint.t
+    /// The next time of a comparison with a checkpoint.
+    pub(super) fn next_checkpoint(&self, t: f64) -> Option<f64> {
+        self.checkpoints.iter().rev().map(|checkpoint| checkpoint.t).find(|next| *next > t)
     }
 
     /// Compares the companion with its design where both stand at the same time.
     ///
     /// A coordinate may agree by chance where its rate does not.
     pub(super) fn compare(&mut self, at: &State) {
-        let (q, qd) = if at.t == self.checkpoint.t {
-            (&self.checkpoint.q, &self.checkpoint.qd)
-        } else if at.t == self.result.end_time {
+        let (q, qd) = if at.t == self.result.end_time {
             (&self.result.q, &self.result.qd)
+        } else if let Some(checkpoint) = self.checkpoints.iter().find(|checkpoint| at.t == checkpoint.t) {
+            (&checkpoint.q, &checkpoint.qd)
         } else {
             return;
         };

@@ -15,24 +15,30 @@ const NEAR: f64 = 1e-5;
 impl LaneSweep<'_> {
     /// Ends a design where its stop condition becomes true, near the end of a step; or makes a step to there.
     pub(super) fn land(&mut self, lane: usize, to: &State, value: f64) {
+        let (mut from, mut near) = (std::mem::take(&mut self.from), std::mem::take(&mut self.near));
+        self.read(&mut from, |batch, row| batch.read_row_before(lane, row));
+        near.clone_from(to);
+        self.land_between(lane, (&from, to, value), &mut near);
+        (self.from, self.near) = (from, near);
+    }
+
+    fn land_between(&mut self, lane: usize, (from, to, value): (&State, &State, f64), at: &mut State) {
         let Some(design) = self.lanes[lane].as_ref().map(|lane| lane.design) else { return };
-        let from = self.state(|batch, row| batch.read_row_before(lane, row));
         let h = to.t - from.t;
         let condition = |at: &State| self.condition(design, at).unwrap_or(f64::NAN);
-        let mut at = to.clone();
         let dt = zero(value, NEAR * h, |dt| {
-            move_along(&mut at, to, dt);
-            condition(&at)
+            move_along(at, to, dt);
+            condition(at)
         });
         if dt.abs() <= NEAR * h {
-            move_along(&mut at, to, dt);
-            return self.finish(lane, Status::Stopped, &at);
+            move_along(at, to, dt);
+            return self.finish(lane, Status::Stopped, at);
         }
         // The step is made again, to the time at which a polynomial through its ends meets the condition.
         let (begin, end_time) = if value >= 0.0 {
-            let Ok(at) = locate(&from, to, condition, |t| Ok::<_, Infallible>(quintic(&from, to, t)));
+            let Ok(at) = locate(from, to, condition, |t| Ok::<_, Infallible>(quintic(from, to, t)));
             from.write(&mut self.row);
-            let outputs = self.outputs(design, &from);
+            let outputs = self.outputs(design, from);
             self.batch.take_back(lane, &self.row, &outputs);
             (from.t, at.t)
         } else {
