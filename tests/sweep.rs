@@ -273,3 +273,28 @@ fn what_a_design_says_of_its_error_holds() {
     assert!(ratios.len() as u64 > runs / 3, "{} of {runs}", ratios.len());
     assert!(wrong.is_empty(), "{} of {runs}:\n{}", wrong.len(), wrong.join("\n"));
 }
+
+#[test]
+fn a_landing_that_is_rejected_is_made_again() {
+    let lengths = (0..40).map(|i| vec![("l", 0.5 + 2.5 * f64::from(i) / 39.0)]);
+    let designs: Vec<Design> = lengths.collect();
+    let below = |_: usize, _: f64, q: &[f64], _: &[f64]| -q[0];
+    let request = SweepRequest { end: Some(SweepEnd::Condition(&below)), ..by_tolerance(1e-13) };
+    for lanes in [LaneCount::Most, LaneCount::Four] {
+        for finished in sweep(model("pendulum"), &designs, &request, lanes) {
+            assert!(matches!(finished.status, Ok(Status::Stopped)) && finished.q[0].abs() < 1e-12, "{finished:?}");
+        }
+    }
+}
+
+#[test]
+fn extremes_of_a_run_by_itself_lie_between_rows_too() {
+    let design = vec![("l3", 0.225789473684211)];
+    let by = |step| SweepRequest { step: Some(step), ..by_tolerance(1e-12) };
+    let [coarse, fine] = [1e-2, 2e-4].map(|step| {
+        sweep(model("four-bar"), std::slice::from_ref(&design), &by(step), LaneCount::One).remove(0).extremes
+    });
+    for (coarse, fine) in coarse.iter().flatten().zip(fine.iter().flatten()) {
+        assert!((coarse - fine).abs() < 1e-4 * fine.abs(), "{coarse} instead of {fine}");
+    }
+}

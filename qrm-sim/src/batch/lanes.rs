@@ -11,7 +11,7 @@ use crate::integrate::{AUTO, DOP853};
 use crate::run::{Branch, StartError, Status, Undefined, check_condition, check_step, first_position, is_balanced};
 use crate::solve::{Projection, Solver, largest};
 use crate::state::State;
-use companion::{Companion, LOOSER};
+use companion::{COMPANION_STEP_RATIO, Companion, LOOSER};
 
 /// The largest tolerance: errors of longer steps do not follow the tolerance.
 const LOOSEST: f64 = 3e-9;
@@ -198,12 +198,15 @@ impl<'a> LaneSweep<'a> {
         self.parameters[lane].copy_from_slice(self.designs[next.design].parameters());
         let settings = self.request.settings_of(next.design);
         let tolerance = looser * settings.tolerance.min(LOOSEST);
+        // The companion makes other steps where their bound is their length, too.
+        let ratio = if next.companion.is_some() { COMPANION_STEP_RATIO } else { 1.0 };
+        let longest = ratio * settings.step_bounds.longest;
         let first = &next.first;
         let rate = largest(&first.qd).1.max(largest(&first.qdd).1.sqrt()).max(1.0 / next.end_time);
         first.write(&mut self.row);
         let schedule = LaneSchedule {
             tolerance,
-            longest: settings.step_bounds.longest,
+            longest,
             end_time: self.next_end(&next, first.t),
             step: tolerance.powf(0.125) / rate,
             most_steps: if settings.method == AUTO { MOST_STEPS } else { f64::INFINITY },
@@ -246,9 +249,12 @@ impl<'a> LaneSweep<'a> {
                 return self.finish_companion(lane);
             }
         } else {
+            let has_landed = is_landing && to.t >= self.batch.schedule(lane).end_time;
             match self.condition(design, to) {
                 Some(value) if value.is_nan() => return self.leave(lane),
-                Some(value) if is_landing || value >= 0.0 => return self.land(lane, to, value),
+                Some(value) if has_landed || value >= 0.0 => return self.land(lane, to, value),
+                // The step was rejected, or is made in several.
+                Some(_) if is_landing && !self.batch.is_stuck(lane) => return,
                 // A run of its own tells how near the design came.
                 Some(_) if to.t >= end_time => return self.leave(lane),
                 None if to.t >= end_time => return self.finish(lane, Status::Completed, to),

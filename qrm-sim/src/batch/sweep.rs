@@ -1,16 +1,19 @@
 //! A sweep: designs of a mechanism, each with parameters of its own.
 
 use std::io;
+use std::ops::Range;
 
-use qrm_core::{Mechanism, Model, Replace, Width};
+use qrm_core::{Description, Mechanism, Model, Replace, Width};
 
 use super::lanes::LaneSweep;
+use crate::columns::{Kind, columns};
 use crate::integrate::{DOP853, MethodSettings, StepBounds};
-use crate::run::{Doubt, End, Observer, Request, Row, StartError, Status, simulate};
+use crate::run::{Doubt, End, ExtremesTracker, Observer, Request, Row, StartError, Status, simulate};
 
 /// The settings of every design of a sweep.
 pub struct SweepRequest<'a> {
-    /// The method. Lanes make the steps of `dop853`, and of `auto` while nothing is stiff; by others designs are run one by one.
+    /// The method. Lanes make the steps of `dop853`, and of `auto` while nothing is stiff; by others designs are run one
+    /// by one.
     pub settings: MethodSettings,
     /// The bounds of the steps that a method chooses for a design, by its number; those of the settings if `None`.
     pub step_bounds: Option<&'a (dyn Fn(usize) -> StepBounds + Sync)>,
@@ -101,7 +104,7 @@ pub fn sweep(model: &Model, designs: &[Replace], request: &SweepRequest, lanes: 
 
 /// Runs a design by itself.
 pub(super) fn run_alone(design: usize, mechanism: &dyn Mechanism, request: &SweepRequest) -> DesignResult {
-    let mut ranges = Ranges { wanted: request.extremes, found: Vec::new() };
+    let mut ranges = Ranges::new(mechanism.description(), request.extremes);
     let until = |t: f64, q: &[f64], qd: &[f64]| match request.end {
         Some(SweepEnd::Condition(condition)) => condition(design, t, q, qd),
         _ => 0.0,
@@ -127,31 +130,47 @@ pub(super) fn run_alone(design: usize, mechanism: &dyn Mechanism, request: &Swee
             end_time: outcome.end_time,
             q: outcome.q,
             qd: outcome.qd,
-            extremes: ranges.found,
+            extremes: ranges.found(),
             is_alone: true,
         },
     }
 }
 
-/// The smallest and the largest value of each output.
+/// The smallest and the largest value of each output, between rows too.
 struct Ranges {
-    wanted: bool,
-    found: Vec<[f64; 2]>,
+    is_wanted: bool,
+    /// The places of the outputs in the columns.
+    places: Range<usize>,
+    tracker: ExtremesTracker,
+}
+
+impl Ranges {
+    fn new(description: &Description, is_wanted: bool) -> Self {
+        let begin = columns(description).iter().position(|column| matches!(column.kind, Kind::Output(_))).unwrap_or(0);
+        let places = begin..begin + description.outputs.len();
+        Self { is_wanted, places, tracker: ExtremesTracker::default() }
+    }
+
+    fn found(&self) -> Vec<[f64; 2]> {
+        let found = (0..self.places.len()).map_while(|output| self.tracker.extremes(output));
+        found.map(|found| [found.minimum.0, found.maximum.0]).collect()
+    }
 }
 
 impl Observer for Ranges {
     fn row(&mut self, row: &Row) -> io::Result<()> {
-        if self.found.is_empty() {
-            self.found = row.outputs.iter().map(|value| [*value; 2]).collect();
-        }
-        for (range, value) in self.found.iter_mut().zip(row.outputs) {
-            *range = [range[0].min(*value), range[1].max(*value)];
-        }
+        self.tracker.row(row.t, row.outputs);
         Ok(())
     }
 
+    fn between(&mut self, columns: &[f64]) {
+        if self.is_wanted {
+            self.tracker.row(columns[0], &columns[self.places.clone()]);
+        }
+    }
+
     fn wants_outputs(&self) -> bool {
-        self.wanted
+        self.is_wanted
     }
 }
 

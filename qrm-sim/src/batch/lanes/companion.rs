@@ -11,6 +11,9 @@ use crate::state::State;
 /// The tolerance of a companion as a multiple of that of its design.
 pub(super) const LOOSER: f64 = 100.0;
 
+/// The longest step of a companion as a multiple of that of its design.
+pub(super) const COMPANION_STEP_RATIO: f64 = 1.5;
+
 /// What a companion is compared with: its design.
 pub(super) struct Companion {
     result: DesignResult,

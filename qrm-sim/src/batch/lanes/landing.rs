@@ -25,6 +25,9 @@ impl LaneSweep<'_> {
     fn land_between(&mut self, lane: usize, (from, to, value): (&State, &State, f64), at: &mut State) {
         let Some(design) = self.lanes[lane].as_ref().map(|lane| lane.design) else { return };
         let h = to.t - from.t;
+        if !(h > 0.0) {
+            return self.leave(lane);
+        }
         let condition = |at: &State| self.condition(design, at).unwrap_or(f64::NAN);
         let dt = zero(value, NEAR * h, |dt| {
             move_along(at, to, dt);
