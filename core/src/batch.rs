@@ -104,33 +104,28 @@ impl BatchLayout {
         1 + 3 * self.n + self.m
     }
 
-    #[inline(always)]
-    const fn first_row(self) -> usize {
-        COORDINATE_RANGES + 2 * self.n
-    }
-
     /// The row of the motion.
     #[inline(always)]
     pub(crate) const fn row(self) -> usize {
-        self.first_row()
+        COORDINATE_RANGES + 2 * self.n
     }
 
     /// The row of the motion at its last checkpoint (0), or at the one before (1).
     #[inline(always)]
     pub(crate) const fn checkpoint(self, age: usize) -> usize {
-        self.first_row() + (1 + age) * self.width()
+        self.row() + (1 + age) * self.width()
     }
 
     /// The row before the step that is waited for.
     #[inline(always)]
     pub(crate) const fn row_before(self) -> usize {
-        self.first_row() + (1 + CHECKPOINTS) * self.width()
+        self.row() + (1 + CHECKPOINTS) * self.width()
     }
 
     /// The outputs of the last row.
     #[inline(always)]
     pub(crate) const fn outputs(self) -> usize {
-        self.first_row() + (2 + CHECKPOINTS) * self.width()
+        self.row() + (2 + CHECKPOINTS) * self.width()
     }
 
     /// The smallest values of the outputs.
@@ -224,8 +219,8 @@ impl SimdBatch {
         self.read(self.layout.row_before(), lane, row);
     }
 
-    /// The state of a lane after the last number of steps that was a power of two (`age` 0), or after the one before (1),
-    /// as a row without `qdd` and multipliers.
+    /// The state of a lane after the last number of steps that was a power of two (`age` 0), or after the one before
+    /// (1), as a row without `qdd` and multipliers.
     pub fn read_checkpoint(&self, age: usize, lane: usize, row: &mut Vec<f64>) {
         self.read(self.layout.checkpoint(age), lane, row);
     }

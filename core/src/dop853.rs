@@ -8,7 +8,7 @@ pub use coefficients::{DENSE, ERROR_3, ERROR_5, NODES, ROWS, Row};
 
 use crate::angles::Angles;
 use crate::kernel::Kernel;
-use crate::rk4::{KernelState, StepEnd, StepResult, finish};
+use crate::rk4::{KernelState, StepEnd, StepResult, along, finish, scaled, sum};
 use crate::scalar::Scalar;
 
 /// Stages of a step; the end of the step is the stage after them.
@@ -50,12 +50,8 @@ pub(crate) fn dop853_step<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M
     }
     stages!(1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11);
     let (rate, acceleration) = slopes.sums(ROWS[STAGES]);
-    let (mut q, mut qd, mut increment) = (from.q, from.qd, from.q);
-    for i in 0..N {
-        increment[i] = h * rate[i];
-        q[i] = from.q[i] + increment[i];
-        qd[i] = h.mul_add(acceleration[i], from.qd[i]);
-    }
+    let (increment, qd) = (scaled(h, &rate), along(&from.qd, h, &acceleration));
+    let q = sum(&from.q, &increment);
     let error = slopes.error(h, from, (&q, &qd), (is_length, scale));
     let mut end = StepEnd { q, qd, increment, angles: Angles::new(&q, K::IS_ANGLE), corrections: 0 };
     let t = t + h;
@@ -128,8 +124,8 @@ impl<R: Scalar, const N: usize> DenseOutput<R, N> {
     }
 }
 
-/// The coefficients of the polynomial through both ends of a step of length `h`, with their derivatives, from its higher
-/// coefficients.
+/// The coefficients of the polynomial through both ends of a step of length `h`, with their derivatives, from its
+/// higher coefficients.
 #[inline(always)]
 fn coefficients<R: Scalar, const N: usize>(
     h: R,
@@ -162,12 +158,8 @@ impl<R: Scalar, const N: usize> Slopes<R, N> {
         growth: &mut R,
     ) {
         let (rate, acceleration) = self.sums(const { ROWS[STAGE] });
-        let (mut dq, mut q, mut qd) = (rate, from.q, from.qd);
-        for i in 0..N {
-            dq[i] = h * rate[i];
-            q[i] = from.q[i] + dq[i];
-            qd[i] = h.mul_add(acceleration[i], from.qd[i]);
-        }
+        let (dq, qd) = (scaled(h, &rate), along(&from.qd, h, &acceleration));
+        let q = sum(&from.q, &dq);
         let at = h.mul_add(R::from_f64(NODES[STAGE]), t);
         self.rates[STAGE] = qd;
         self.accelerations[STAGE] = accelerations(kernel, at, from, (&q, &dq, &qd), growth);

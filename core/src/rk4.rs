@@ -326,7 +326,7 @@ fn mean<R: Scalar, const N: usize>(sixth: R, k: [&[R; N]; 4]) -> [R; N] {
 
 /// `x + h v`
 #[inline(always)]
-fn along<R: Scalar, const N: usize>(x: &[R; N], h: R, v: &[R; N]) -> [R; N] {
+pub(crate) fn along<R: Scalar, const N: usize>(x: &[R; N], h: R, v: &[R; N]) -> [R; N] {
     let mut end = *x;
     for i in 0..N {
         end[i] = h.mul_add(v[i], x[i]);
@@ -335,7 +335,7 @@ fn along<R: Scalar, const N: usize>(x: &[R; N], h: R, v: &[R; N]) -> [R; N] {
 }
 
 #[inline(always)]
-fn scaled<R: Scalar, const N: usize>(h: R, v: &[R; N]) -> [R; N] {
+pub(crate) fn scaled<R: Scalar, const N: usize>(h: R, v: &[R; N]) -> [R; N] {
     let mut scaled = *v;
     for i in 0..N {
         scaled[i] = h * v[i];
@@ -344,7 +344,7 @@ fn scaled<R: Scalar, const N: usize>(h: R, v: &[R; N]) -> [R; N] {
 }
 
 #[inline(always)]
-fn sum<R: Scalar, const N: usize>(x: &[R; N], y: &[R; N]) -> [R; N] {
+pub(crate) fn sum<R: Scalar, const N: usize>(x: &[R; N], y: &[R; N]) -> [R; N] {
     let mut sum = *x;
     for i in 0..N {
         sum[i] = x[i] + y[i];

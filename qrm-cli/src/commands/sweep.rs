@@ -15,9 +15,9 @@ use clap::{Args, ValueEnum};
 use qrm_core::{Description, Model, Replace, digest};
 use qrm_scene::evaluate::{constant, parameter_values};
 use qrm_scene::time_scales::time_scales;
+use qrm_sim::batch::{DesignResult, LaneCount, SweepEnd, SweepRequest, sweep};
 use qrm_sim::columns::Column;
 use qrm_sim::integrate::DOP853;
-use qrm_sim::batch::{DesignResult, LaneCount, SweepEnd, SweepRequest, sweep};
 
 use crate::columns::write_units;
 use crate::error::Error;

@@ -7,11 +7,11 @@ mod landing;
 use qrm_core::{BatchRequest, LaneSchedule, Mechanism, Model, SimdBatch, Width};
 
 use super::sweep::{DesignResult, SweepEnd, SweepRequest, run_alone};
-use crate::integrate::{AUTO, DOP853};
+use crate::integrate::{AUTO, DOP853, StepBounds};
 use crate::run::{Branch, StartError, Status, Undefined, check_condition, check_step, first_position, is_balanced};
 use crate::solve::{Projection, Solver, largest};
 use crate::state::State;
-use companion::{COMPANION_STEP_RATIO, Companion, LOOSER};
+use companion::{Companion, LONGER, LOOSER};
 
 /// The largest tolerance: errors of longer steps do not follow the tolerance.
 const LOOSEST: f64 = 3e-9;
@@ -53,12 +53,23 @@ pub(super) struct LaneSweep<'a> {
 struct Lane {
     design: usize,
     first: State,
+    /// Bounds of its steps, which take long to find.
+    bounds: StepBounds,
     /// The latest end.
     end_time: f64,
     /// Whether the step under way is to end where the stop condition becomes true.
     is_landing: bool,
-    /// What the companion of a design is compared with, where that is under way.
+    /// The comparison of the companion with its design, where the companion is under way.
     companion: Option<Companion>,
+}
+
+impl Lane {
+    /// The next time that a step is to end at.
+    fn next_end(&self, t: f64) -> f64 {
+        let end_time = self.bounds.next_end(t).min(self.end_time);
+        let checkpoint = self.companion.as_ref().and_then(|companion| companion.next_checkpoint(t));
+        checkpoint.map_or(end_time, |checkpoint| end_time.min(checkpoint))
+    }
 }
 
 impl<'a> LaneSweep<'a> {
@@ -158,9 +169,9 @@ impl<'a> LaneSweep<'a> {
                 Ok(Some(first)) => {
                     let outputs = self.outputs(design, &first);
                     self.batch.begin_ranges(lane, &outputs);
-                    let end_time = self.end_time(design);
-                    let next = Lane { design, first, end_time, is_landing: false, companion: None };
-                    return self.begin(lane, next, 1.0);
+                    let (bounds, end_time) = (self.request.bounds_of(design), self.end_time(design));
+                    let next = Lane { design, first, bounds, end_time, is_landing: false, companion: None };
+                    return self.begin(lane, next);
                 }
                 Ok(None) => self.run_alone(design),
                 Err(reason) => self.finished[design] = Some(DesignResult::not_started(reason)),
@@ -169,7 +180,7 @@ impl<'a> LaneSweep<'a> {
         if self.companions.is_none()
             && let Some(next) = self.waiting.pop()
         {
-            self.begin(lane, next, LOOSER);
+            self.begin(lane, next);
         }
     }
 
@@ -193,21 +204,19 @@ impl<'a> LaneSweep<'a> {
         }
     }
 
-    /// Begins with a design or its companion, by this multiple of the tolerance.
-    fn begin(&mut self, lane: usize, next: Lane, looser: f64) {
+    /// Begins with a design or its companion.
+    fn begin(&mut self, lane: usize, next: Lane) {
         self.parameters[lane].copy_from_slice(self.designs[next.design].parameters());
-        let settings = self.request.settings_of(next.design);
+        let [looser, longer] = if next.companion.is_some() { [LOOSER, LONGER] } else { [1.0, 1.0] };
+        let settings = self.request.settings;
         let tolerance = looser * settings.tolerance.min(LOOSEST);
-        // The companion makes other steps where their bound is their length, too.
-        let ratio = if next.companion.is_some() { COMPANION_STEP_RATIO } else { 1.0 };
-        let longest = ratio * settings.step_bounds.longest;
         let first = &next.first;
         let rate = largest(&first.qd).1.max(largest(&first.qdd).1.sqrt()).max(1.0 / next.end_time);
         first.write(&mut self.row);
         let schedule = LaneSchedule {
             tolerance,
-            longest,
-            end_time: self.next_end(&next, first.t),
+            longest: longer * next.bounds.longest,
+            end_time: next.next_end(first.t),
             step: tolerance.powf(0.125) / rate,
             most_steps: if settings.method == AUTO { MOST_STEPS } else { f64::INFINITY },
         };
@@ -215,17 +224,10 @@ impl<'a> LaneSweep<'a> {
         self.lanes[lane] = Some(next);
     }
 
-    /// The next time that a step of a lane is to end at.
-    fn next_end(&self, Lane { design, end_time, companion, .. }: &Lane, t: f64) -> f64 {
-        let end_time = self.request.settings_of(*design).step_bounds.next_end(t).min(*end_time);
-        let checkpoint = companion.as_ref().and_then(|companion| companion.next_checkpoint(t));
-        checkpoint.map_or(end_time, |checkpoint| end_time.min(checkpoint))
-    }
-
     /// Lets a lane go on up to the next time that a step is to end at.
     fn go_on(&mut self, lane: usize, t: f64) {
         let Some(of_lane) = &self.lanes[lane] else { return };
-        let schedule = LaneSchedule { end_time: self.next_end(of_lane, t), ..self.batch.schedule(lane) };
+        let schedule = LaneSchedule { end_time: of_lane.next_end(t), ..self.batch.schedule(lane) };
         self.batch.set_schedule(lane, &schedule);
     }
 

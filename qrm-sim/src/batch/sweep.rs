@@ -36,10 +36,9 @@ impl Default for SweepRequest<'_> {
 }
 
 impl SweepRequest<'_> {
-    /// The settings for a design.
-    pub(super) fn settings_of(&self, design: usize) -> MethodSettings {
-        let step_bounds = self.step_bounds.map_or(self.settings.step_bounds, |of| of(design));
-        MethodSettings { step_bounds, ..self.settings }
+    /// The bounds of the steps of a design.
+    pub(super) fn bounds_of(&self, design: usize) -> StepBounds {
+        self.step_bounds.map_or(self.settings.step_bounds, |of| of(design))
     }
 }
 
@@ -115,7 +114,7 @@ pub(super) fn run_alone(design: usize, mechanism: &dyn Mechanism, request: &Swee
         Some(SweepEnd::Condition(_)) => Some(End::Condition(&until)),
     };
     let request = Request {
-        settings: request.settings_of(design),
+        settings: MethodSettings { step_bounds: request.bounds_of(design), ..request.settings },
         step: request.step,
         end,
         estimate_error: request.estimate_error,

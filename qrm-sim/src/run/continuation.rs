@@ -65,7 +65,7 @@ impl Branch {
         };
         let is_other = |own: &&Own| mechanism.parameters() != own.parameters && guesses(&start) == guesses(&own.start);
         let Some(own) = self.own.as_ref().filter(is_other) else { return assemble(mechanism, &start) };
-        if let Some(position) = own.neighbour(mechanism, &own.position)
+        if let Some(position) = own.neighbour(mechanism, &start, &own.position)
             && let Some(found) = completed(mechanism, &start, position)
         {
             return Ok(found);
@@ -101,7 +101,7 @@ impl Own {
             let value = |(own, to): (&f64, &f64)| if next == 1.0 { *to } else { own + (to - own) * next };
             let values = self.parameters.iter().zip(mechanism.parameters()).map(value).collect();
             let between = self.model.mechanism_with(values);
-            match self.neighbour(&*between, &now) {
+            match self.neighbour(&*between, &Start::of(&*between), &now) {
                 Some(position) => {
                     (now, done) = (position, next);
                     step *= 2.0;
@@ -114,8 +114,7 @@ impl Own {
     }
 
     /// The position that another one becomes when the parameters change a little to those of a mechanism.
-    fn neighbour(&self, mechanism: &dyn Mechanism, from: &Position) -> Option<Position> {
-        let start = Start::of(mechanism);
+    fn neighbour(&self, mechanism: &dyn Mechanism, start: &Start, from: &Position) -> Option<Position> {
         let guess = (0..from.q.len()).map(|i| if start.given[i] { start.q[i] } else { from.q[i] }).collect();
         let position = self.drive(mechanism).close(guess)?;
         (position.is_on_branch_of(from) && self.moved(from, &position.q) < LONGEST).then_some(position)

@@ -71,7 +71,7 @@ impl Lu {
         x
     }
 
-    /// The same without an allocation.
+    /// The solution for a right-hand side, written to `x`; not finite if the matrix is singular.
     pub(crate) fn solve_into(&self, right: &[f64], x: &mut [f64]) {
         let n = self.order.len();
         x.iter_mut().zip(&self.order).for_each(|(x, &i)| *x = right[i]);

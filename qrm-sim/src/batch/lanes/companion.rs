@@ -11,10 +11,11 @@ use crate::state::State;
 /// The tolerance of a companion as a multiple of that of its design.
 pub(super) const LOOSER: f64 = 100.0;
 
-/// The longest step of a companion as a multiple of that of its design.
-pub(super) const COMPANION_STEP_RATIO: f64 = 1.5;
+/// The longest step of a companion as a multiple of that of its design: where this bound is their length, steps differ
+/// too.
+pub(super) const LONGER: f64 = 1.5;
 
-/// What a companion is compared with: its design.
+/// The comparison of a companion with its design.
 pub(super) struct Companion {
     result: DesignResult,
     /// The design after the last two numbers of steps that are powers of two, where the companion is compared too: the
@@ -36,11 +37,11 @@ impl LaneSweep<'_> {
             self.read(checkpoint, |batch, row| batch.read_checkpoint(age, lane, row));
         }
         let ranges = self.ranges(lane, at);
-        let Some(Lane { design, first, .. }) = self.lanes[lane].take() else { return };
+        let Some(Lane { design, first, bounds, .. }) = self.lanes[lane].take() else { return };
         let rate = rate(self.designs[design].description(), &ranges, [&first, at]);
         let differences = vec![0.0; self.size.0];
         let companion = Some(Companion { result, checkpoints, ranges, rate, differences });
-        self.waiting.push(Lane { design, first, end_time: at.t, is_landing: false, companion });
+        self.waiting.push(Lane { design, first, bounds, end_time: at.t, is_landing: false, companion });
     }
 
     /// Takes up the end of a companion.
