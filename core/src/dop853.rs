@@ -8,7 +8,7 @@ pub use coefficients::{DENSE, ERROR_3, ERROR_5, NODES, ROWS, Row};
 
 use crate::angles::Angles;
 use crate::kernel::Kernel;
-use crate::rk4::{KernelState, StepEnd, StepResult, along, finish, scaled, sum};
+use crate::rk4::{KernelState, StepEnd, StepResult, along, finish, largest, scaled, sum};
 use crate::scalar::Scalar;
 
 /// Stages of a step; the end of the step is the stage after them.
@@ -20,13 +20,25 @@ pub(crate) struct Dop853Step<R, P, const N: usize, const M: usize> {
     pub(crate) result: StepResult<R, P, N, M>,
     /// Its estimated error against the tolerance: 1 if just as large.
     pub(crate) error: R,
+    /// The end before its projection.
+    pub(crate) unprojected: Unprojected<R, N>,
     slopes: Slopes<R, N>,
+}
+
+/// The end of a step before its projection.
+pub(crate) struct Unprojected<R, const N: usize> {
+    /// Coordinates.
+    pub(crate) q: [R; N],
+    /// Largest residual of a constraint, in its unit.
+    pub(crate) residual: R,
 }
 
 /// Rates and accelerations at the stages, at the end of the step, and at the stages of the dense output.
 struct Slopes<R, const N: usize> {
     rates: [[R; N]; ROWS.len()],
     accelerations: [[R; N]; ROWS.len()],
+    /// Coordinates at the stage evaluated last.
+    q: [R; N],
 }
 
 /// One step of length `h` from time `t` by the pair of Dormand and Prince of order 8, its end projected onto the
@@ -41,7 +53,7 @@ pub(crate) fn dop853_step<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M
     from: &KernelState<R, N, M>,
     (is_length, scale): ([bool; N], R),
 ) -> Dop853Step<R, K::Position, N, M> {
-    let mut slopes = Slopes { rates: [from.qd; _], accelerations: [from.qdd; _] };
+    let mut slopes = Slopes { rates: [from.qd; _], accelerations: [from.qdd; _], q: from.q };
     let mut growth = R::zero();
     macro_rules! stages {
         ($($stage:literal),*) => {
@@ -54,11 +66,13 @@ pub(crate) fn dop853_step<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M
     let q = sum(&from.q, &increment);
     let error = slopes.error(h, from, (&q, &qd), (is_length, scale));
     let mut end = StepEnd { q, qd, increment, angles: Angles::new(&q, K::IS_ANGLE), corrections: 0 };
+    let mut unprojected = Unprojected { q, residual: R::zero() };
     let t = t + h;
     if M > 0 {
         let position = kernel.position(t, &end.q, &end.angles);
-        let correction = kernel.correction(&position, &kernel.residuals(&position));
-        end.project_coordinates_first::<K, M>(from, &correction);
+        let open = kernel.residuals(&position);
+        unprojected.residual = largest(&open);
+        end.project_coordinates_first::<K, M>(from, &kernel.correction(&position, &open));
     }
     let position = loop {
         let position = kernel.position(t, &end.q, &end.angles);
@@ -72,10 +86,27 @@ pub(crate) fn dop853_step<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M
     let result = finish(kernel, end, dynamics, position, growth);
     slopes.rates[STAGES] = result.end.qd;
     slopes.accelerations[STAGES] = result.end.qdd;
-    Dop853Step { result, error, slopes }
+    Dop853Step { result, error, unprojected, slopes }
 }
 
 impl<R: Scalar, P, const N: usize, const M: usize> Dop853Step<R, P, N, M> {
+    /// The fastest rate of the motion times the length `h` of the step, from the distance between the last stage and
+    /// the end of the step and the difference of their derivatives (Hairer, Wanner II, IV.2); rates count for what they
+    /// change in a step. The dense output must not have been asked for.
+    #[inline(always)]
+    pub(crate) fn stiffness(&self, h: R) -> R {
+        let (slopes, end) = (&self.slopes, &self.result.end);
+        let (mut apart, mut differ) = (R::from_f64(f64::MIN_POSITIVE), R::zero());
+        for i in 0..N {
+            let dq = end.q[i] - slopes.q[i];
+            let dv = h * (end.qd[i] - slopes.rates[STAGES - 1][i]);
+            let da = h * h * (end.qdd[i] - slopes.accelerations[STAGES - 1][i]);
+            apart = dv.mul_add(dv, dq.mul_add(dq, apart));
+            differ = da.mul_add(da, dv.mul_add(dv, differ));
+        }
+        (differ / apart).sqrt()
+    }
+
     /// The higher coefficients of coordinates and of rates in the dense output of order 7, by three more evaluations of
     /// the accelerations.
     #[inline(always)]
@@ -104,8 +135,8 @@ impl<R: Scalar, P, const N: usize, const M: usize> Dop853Step<R, P, N, M> {
 
 /// A step between its projected ends: coefficients of coordinates and of rates.
 pub(crate) struct DenseOutput<R, const N: usize> {
-    q: [[R; N]; 8],
-    qd: [[R; N]; 8],
+    pub(crate) q: [[R; N]; 8],
+    pub(crate) qd: [[R; N]; 8],
 }
 
 impl<R: Scalar, const N: usize> DenseOutput<R, N> {
@@ -161,6 +192,7 @@ impl<R: Scalar, const N: usize> Slopes<R, N> {
         let (dq, qd) = (scaled(h, &rate), along(&from.qd, h, &acceleration));
         let q = sum(&from.q, &dq);
         let at = h.mul_add(R::from_f64(NODES[STAGE]), t);
+        self.q = q;
         self.rates[STAGE] = qd;
         self.accelerations[STAGE] = accelerations(kernel, at, from, (&q, &dq, &qd), growth);
     }

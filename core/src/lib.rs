@@ -32,7 +32,6 @@ pub mod dop853;
 mod double_double;
 #[cfg(feature = "dual")]
 mod dual;
-mod explicit;
 mod kernel;
 #[cfg(feature = "simd")]
 mod lane_steps;
@@ -42,6 +41,8 @@ mod math;
 mod mechanism;
 #[cfg(feature = "simd")]
 mod model;
+mod one_step;
+mod projection;
 mod rk4;
 mod rows;
 mod scalar;
@@ -56,7 +57,6 @@ pub use digest::digest;
 pub use double_double::DoubleDouble;
 #[cfg(feature = "dual")]
 pub use dual::{Dual, Kind};
-pub use explicit::{ProjectionResult, StageRequest, StateMut};
 pub use kernel::{
     Dynamics, Generated, Kernel, Linearization, LoopConstraints, MAX_GROWTH, Schedule, Start, copy_outputs,
 };
@@ -67,6 +67,8 @@ pub use mechanism::{
 };
 #[cfg(feature = "simd")]
 pub use model::{Model, Replace};
+pub use one_step::{StepEstimate, StepMut, StepRequest};
+pub use projection::{ProjectionResult, StateMut};
 pub use rk4::{KernelState, MAX_CORRECTIONS, StepResult, rk4_step};
 pub use rows::{RowLayout, RowRequest, RowResult, RowStop};
 pub use scalar::{Fused, Scalar};

@@ -3,11 +3,16 @@
 use core::marker::PhantomData;
 
 use crate::description::Description;
-use crate::explicit::{Evaluation, ProjectionResult, StageRequest, StateMut, evaluate};
 use crate::kernel::{Generated, Kernel, Schedule};
 #[cfg(feature = "simd")]
 use crate::model::Model;
+#[cfg(feature = "simd")]
+use crate::one_step::fused;
+use crate::one_step::{StepEstimate, StepMut, StepRequest};
+use crate::projection::{ProjectionResult, StateMut, complete};
 use crate::rows::{RowRequest, RowResult, integrate_rk4};
+#[cfg(feature = "simd")]
+use crate::scalar::Fused;
 
 /// The equations of motion of a mechanism with `n` coordinates and `m` constraints, its parameters inside.
 ///
@@ -85,18 +90,19 @@ pub trait Mechanism: Send + Sync {
     /// finite.
     fn accelerations(&self, t: f64, q: &[f64], qd: &[f64], qdd: &mut [f64], multipliers: &mut [f64]) -> bool;
 
-    /// Rates and accelerations at stages of a step from `q` by the kernel; `n` numbers for each stage, those of the
-    /// beginning first. False where the kernel does not suit a position, or a number is not finite.
-    fn stages(&self, request: &StageRequest, q: &[f64], rates: &mut [f64], accelerations: &mut [f64]) -> bool {
-        let _ = (request, q, rates, accelerations);
-        false
-    }
-
     /// Projects coordinates and rates onto the constraints at time `t` in the mass metric by the kernel, up to a
     /// `residual`, and completes the state by its accelerations and multipliers. `None`, and nothing is written, where
     /// the kernel does not suit the position, does not get there, or a number is not finite.
     fn project(&self, t: f64, residual: f64, state: StateMut) -> Option<ProjectionResult> {
         let _ = (t, residual, state);
+        None
+    }
+
+    /// A step of the Dormand-Prince pair of order 8 from a state on the constraints, its end projected onto them in the
+    /// mass metric. `None` where the kernel does not suit a position, or a number is not finite, or the processor has
+    /// no fused products.
+    fn dop853_step(&self, request: &StepRequest, from: &StateRef, step: StepMut) -> Option<StepEstimate> {
+        let _ = (request, from, step);
         None
     }
 
@@ -202,6 +208,8 @@ pub struct LinearizationMut<'a> {
 #[derive(Debug)]
 pub struct Compiled<X: Generated<N, M>, const N: usize, const M: usize, V> {
     kernel: X::Kernel<f64>,
+    #[cfg(feature = "simd")]
+    fused: X::Kernel<Fused>,
     values: V,
     generated: PhantomData<fn() -> X>,
 }
@@ -211,7 +219,13 @@ impl<X: Generated<N, M>, const N: usize, const M: usize, V: AsRef<[f64]>> Compil
     #[inline]
     pub fn new(values: V) -> Self {
         let kernel = X::Kernel::<f64>::with_values(&|i| values.as_ref()[i]);
-        Self { kernel, values, generated: PhantomData }
+        Self {
+            kernel,
+            #[cfg(feature = "simd")]
+            fused: X::Kernel::<Fused>::with_values(&|i| Fused(values.as_ref()[i])),
+            values,
+            generated: PhantomData,
+        }
     }
 }
 
@@ -355,17 +369,18 @@ where
     fn accelerations(&self, t: f64, q: &[f64], qd: &[f64], qdd: &mut [f64], multipliers: &mut [f64]) -> bool {
         let (mut q, mut qd) = (*array::<N>(q), *array::<N>(qd));
         let state = StateMut { q: &mut q, qd: &mut qd, qdd, multipliers };
-        evaluate(&self.kernel, Evaluation::State { t, tolerance: None, state }).is_some()
-    }
-
-    #[inline]
-    fn stages(&self, request: &StageRequest, q: &[f64], rates: &mut [f64], accelerations: &mut [f64]) -> bool {
-        evaluate(&self.kernel, Evaluation::Stages { request, q: array(q), rates, accelerations }).is_some()
+        complete(&self.kernel, t, None, state).is_some()
     }
 
     #[inline]
     fn project(&self, t: f64, residual: f64, state: StateMut) -> Option<ProjectionResult> {
-        evaluate(&self.kernel, Evaluation::State { t, tolerance: Some(residual), state })
+        complete(&self.kernel, t, Some(residual), state)
+    }
+
+    #[cfg(feature = "simd")]
+    #[inline]
+    fn dop853_step(&self, request: &StepRequest, from: &StateRef, step: StepMut) -> Option<StepEstimate> {
+        fused::dop853::<X, N, M>(&self.fused, request, from, step)
     }
 
     #[inline]

@@ -316,6 +316,15 @@ impl Scalar for Fused {
         let (sin, cos) = self.0.quarter_turns(sin.0, cos.0);
         (Self(sin), Self(cos))
     }
+    #[cfg(all(feature = "simd", target_arch = "x86_64"))]
+    #[inline(never)]
+    fn out_of_line<T>(f: impl FnOnce() -> T) -> T {
+        // A function out of line has the processor's own instructions only if it says so.
+        match pulp::x86::V3::try_new() {
+            Some(simd) => simd.vectorize(f),
+            None => f(),
+        }
+    }
     #[inline(always)]
     fn sin_cos_far(self) -> (Self, Self) {
         let (sin, cos) = self.0.sin_cos_far();

@@ -112,6 +112,10 @@ impl Observer for Recording {
         Ok(())
     }
 
+    fn wants_states_between(&self) -> bool {
+        true
+    }
+
     fn between(&mut self, columns: &[f64]) {
         self.extremes.row(columns[0], &columns[..self.with_extremes]);
     }

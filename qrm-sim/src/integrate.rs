@@ -17,8 +17,8 @@ mod rodas;
 mod step_bounds;
 mod tableau;
 
-pub(crate) use adaptive::COMPANION_STEP_RATIO;
 pub use adaptive::{Adaptive, Counts};
+pub(crate) use adaptive::{COMPANION_STEP_RATIO, InnerRows};
 pub use auto::AUTO;
 pub use classical::RK4;
 pub(crate) use dense_output::quintic;

@@ -1,6 +1,6 @@
 //! The state of a motion at one time.
 
-use qrm_core::RowLayout;
+use qrm_core::{RowLayout, StateRef};
 
 /// A state on the constraints, with the accelerations and multipliers that belong to it.
 #[derive(Debug, Default, PartialEq)]
@@ -81,6 +81,12 @@ impl State {
         if let Some(corrections) = row.get_mut(end) {
             *corrections = f64::from(self.corrections);
         }
+    }
+
+    /// The state as a mechanism takes it.
+    pub(crate) fn as_ref(&self) -> StateRef<'_> {
+        let Self { t, q, qd, qdd, multipliers, .. } = self;
+        StateRef { t: *t, q, qd, qdd, multipliers }
     }
 
     /// Whether all numbers are finite.

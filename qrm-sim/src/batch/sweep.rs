@@ -162,14 +162,16 @@ impl Observer for Ranges {
         Ok(())
     }
 
-    fn between(&mut self, columns: &[f64]) {
-        if self.is_wanted {
-            self.tracker.row(columns[0], &columns[self.places.clone()]);
-        }
-    }
-
     fn wants_outputs(&self) -> bool {
         self.is_wanted
+    }
+
+    fn wants_states_between(&self) -> bool {
+        self.is_wanted
+    }
+
+    fn between(&mut self, columns: &[f64]) {
+        self.tracker.row(columns[0], &columns[self.places.clone()]);
     }
 }
 

@@ -48,6 +48,54 @@ pub(super) trait StepFormula: std::fmt::Debug + Send {
         work: &mut Work,
     ) -> Result<(), StepError>;
 
+    /// Makes the projected state at the time of `to` inside the last step.
+    ///
+    /// # Errors
+    /// It could not be computed.
+    fn state_inside(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        step: &mut DenseOutput,
+        task: &Task,
+        work: &mut Work,
+        to: &mut State,
+    ) -> Result<(), StepError> {
+        self.complete_dense_output(mechanism, step, work)?;
+        step.at(to.t, &mut to.q, &mut to.qd);
+        *work.evaluations += 1;
+        work.solver.projected(mechanism, task.projection, to)
+    }
+
+    /// The work of the loads without potential in the last step; there is `room` for a state.
+    ///
+    /// # Errors
+    /// A state inside it could not be computed.
+    fn work(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        step: &mut DenseOutput,
+        work: &mut Work,
+        room: &mut State,
+    ) -> Result<f64, StepError> {
+        self.complete_dense_output(mechanism, step, work)?;
+        let half = 0.5 * (step.to.t - step.from.t);
+        let mut sum = 0.0;
+        for (place, weight) in GAUSS_3 {
+            let State { q, qd, qdd, multipliers, .. } = room;
+            let t = step.from.t + half * (1.0 + place);
+            step.at(t, q, qd);
+            // The multipliers matter where constraints do work.
+            multipliers.fill(0.0);
+            if mechanism.is_driven() {
+                let stats = work.solver.stats;
+                work.solver.accelerations(mechanism, t, (q, qd), (qdd, multipliers))?;
+                work.solver.stats = stats;
+            }
+            sum += half * weight * mechanism.power(t, q, qd, multipliers);
+        }
+        Ok(sum)
+    }
+
     /// A copy.
     fn boxed_clone(&self) -> Box<dyn StepFormula>;
 }
@@ -65,6 +113,8 @@ pub(super) struct Task {
     pub(super) tolerance: f64,
     /// Steps that reach this time end there exactly.
     pub(super) end_time: f64,
+    /// States inside steps that go beyond this time are asked for.
+    pub(super) dense_from: f64,
     /// The projection after each step.
     pub(super) projection: (Projection, ProjectionTolerance),
     /// Bounds of the steps.
@@ -75,6 +125,11 @@ impl Task {
     /// The end of a step that begins at `t`.
     pub(super) fn end_of_step(&self, t: f64, h: f64) -> f64 {
         if t + h >= self.end_time { self.end_time } else { t + h }
+    }
+
+    /// Whether kernels make steps with this projection, in the current state of a solver.
+    pub(super) fn is_by_kernel(&self, solver: &Solver) -> bool {
+        self.projection.0.is_by_kernel(&self.projection.1) && !solver.is_redundant()
     }
 }
 
@@ -92,6 +147,15 @@ pub(super) struct Accepted {
     pub(super) is_implicit: bool,
     /// Whether stability bound its length.
     pub(super) is_stability_bound: bool,
+}
+
+/// Which states between rows are kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum InnerRows {
+    /// Those at the ends of steps.
+    StepEnds,
+    /// Those at the ends of steps, and some inside steps that are long against the time between rows.
+    Samples,
 }
 
 /// A motion under way with steps of its own choice.
@@ -117,6 +181,8 @@ pub struct Adaptive {
     energy: f64,
     work: f64,
     imbalance: f64,
+    /// Whether such a load had power in any step.
+    has_power: bool,
     /// Begin and end of the accepted steps since they were last forgotten.
     steps: Vec<[f64; 2]>,
     /// Steps of another run that those of this one stay below, the first of them under way.
@@ -172,7 +238,13 @@ impl Adaptive {
         let projection = (settings.projection, settings.projection_tolerance);
         let mut adaptive = Self {
             formula,
-            task: Task { tolerance: settings.tolerance, end_time, projection, bounds: settings.step_bounds },
+            task: Task {
+                tolerance: settings.tolerance,
+                end_time,
+                dense_from: end_time,
+                projection,
+                bounds: settings.step_bounds,
+            },
             dense_output: DenseOutput::new(first.clone(), first.clone()),
             next: first.clone(),
             h: 0.0,
@@ -184,6 +256,7 @@ impl Adaptive {
             energy: mechanism.energy(&first.q, &first.qd).iter().sum(),
             work: 0.0,
             imbalance: 0.0,
+            has_power: false,
             steps: Vec::new(),
             run_steps: VecDeque::new(),
         };
@@ -246,11 +319,11 @@ impl Adaptive {
 
     /// Whether no load without potential did work so far.
     pub(super) fn is_conservative(&self) -> bool {
-        self.work == 0.0
+        !self.has_power
     }
 
-    /// Moves to the projected state at a time not before the last one that was asked for; `inner` is given the states
-    /// at the ends of the steps on the way, and inside steps that are long against the way.
+    /// Moves to the projected state at a time not before the last one that was asked for; `inner` is given states on
+    /// the way.
     ///
     /// # Errors
     /// The motion does not get there.
@@ -260,15 +333,22 @@ impl Adaptive {
         t: f64,
         solver: &mut Solver,
         to: &mut State,
-        inner: Option<&mut dyn FnMut(&State)>,
+        mut inner: Option<(InnerRows, &mut dyn FnMut(&State))>,
     ) -> Result<(), StepError> {
-        let mut inner = inner;
         self.rows += 1;
         let (mut checked, mut then) = (self.attempts(), self.dense_output.to.t);
         let begin = std::mem::replace(&mut self.asked, t);
+        let is_sampled = matches!(inner, Some((InnerRows::Samples, _)));
+        self.task.dense_from = if is_sampled || self.has_power { f64::NEG_INFINITY } else { t };
         loop {
-            if let Some(inner) = &mut inner {
-                self.sample(mechanism, [begin, t], solver, *inner)?;
+            if let Some((which, inner)) = &mut inner {
+                if *which == InnerRows::Samples {
+                    self.sample(mechanism, [begin, t], solver, *inner)?;
+                }
+                let end = &self.dense_output.to;
+                if begin < end.t && end.t < t {
+                    inner(end);
+                }
             }
             if self.dense_output.to.t >= t {
                 break;
@@ -288,14 +368,11 @@ impl Adaptive {
             return Ok(());
         }
         let mut work = Work { evaluations: &mut self.counts.evaluations, solver };
-        self.formula.complete_dense_output(mechanism, &mut self.dense_output, &mut work)?;
         to.t = t;
-        self.dense_output.at(t, &mut to.q, &mut to.qd);
-        self.counts.evaluations += 1;
-        solver.projected(mechanism, self.task.projection, to)
+        self.formula.state_inside(mechanism, &mut self.dense_output, &self.task, &mut work, to)
     }
 
-    /// States of the last step between two times, its end among them.
+    /// States inside the last step, between two times.
     ///
     /// # Errors
     /// The projection does not converge, or the accelerations are not determined.
@@ -312,18 +389,13 @@ impl Adaptive {
         if last - first > spacing {
             // These are for whoever observes the motion, and not counted as those of the method.
             let mut work = Work { evaluations: &mut 0, solver };
-            self.formula.complete_dense_output(mechanism, &mut self.dense_output, &mut work)?;
             let parts = ((last - first) / spacing).ceil();
             let mut state = self.dense_output.to.clone();
             for i in 1..parts as u32 {
                 state.t = first + (last - first) * f64::from(i) / parts;
-                self.dense_output.at(state.t, &mut state.q, &mut state.qd);
-                solver.projected(mechanism, self.task.projection, &mut state)?;
+                self.formula.state_inside(mechanism, &mut self.dense_output, &self.task, &mut work, &mut state)?;
                 inner(&state);
             }
-        }
-        if begin < to && to < end {
-            inner(&self.dense_output.to);
         }
         Ok(())
     }
@@ -385,36 +457,24 @@ impl Adaptive {
             self.counts.implicit += u64::from(accepted.is_implicit);
             self.counts.stability_bound += u64::from(accepted.is_stability_bound);
             self.dense_output.go_on(&mut self.next);
-            self.balance(mechanism, solver);
-            return Ok(());
+            return self.balance(mechanism, solver);
         }
     }
 
     /// Compares the energy at the end of the last step with the work of its loads, whose power is integrated inside the
     /// step.
-    fn balance(&mut self, mechanism: &dyn Mechanism, solver: &mut Solver) {
-        let DenseOutput { from, to, .. } = &self.dense_output;
-        if [from, to].iter().any(|at| mechanism.power(at.t, &at.q, &at.qd, &at.multipliers) != 0.0) {
-            let half = 0.5 * (to.t - from.t);
-            // The end of the next step is not known yet: its room serves.
-            let State { q, qd, qdd, multipliers, .. } = &mut self.next;
-            for (place, weight) in GAUSS_3 {
-                let t = from.t + half * (1.0 + place);
-                self.dense_output.at(t, q, qd);
-                // The multipliers matter where constraints do work.
-                multipliers.fill(0.0);
-                if mechanism.is_driven() {
-                    let stats = solver.stats;
-                    if solver.accelerations(mechanism, t, (q, qd), (qdd, multipliers)).is_err() {
-                        multipliers.fill(f64::NAN);
-                    }
-                    solver.stats = stats;
-                }
-                self.work += half * weight * mechanism.power(t, q, qd, multipliers);
-            }
+    fn balance(&mut self, mechanism: &dyn Mechanism, solver: &mut Solver) -> Result<(), StepError> {
+        let step = &mut self.dense_output;
+        let power = |at: &State| mechanism.power(at.t, &at.q, &at.qd, &at.multipliers);
+        if power(&step.from) != 0.0 || power(&step.to) != 0.0 {
+            // This is for whoever observes the motion, and the end of the next step is not known yet: its room serves.
+            let mut work = Work { evaluations: &mut 0, solver };
+            self.work += self.formula.work(mechanism, step, &mut work, &mut self.next)?;
+            self.has_power = true;
         }
-        let energy: f64 = mechanism.energy(&to.q, &to.qd).iter().sum();
+        let energy: f64 = mechanism.energy(&step.to.q, &step.to.qd).iter().sum();
         self.imbalance = self.imbalance.max((energy - self.energy - self.work).abs());
+        Ok(())
     }
 
     fn reject(&mut self, h: f64) {

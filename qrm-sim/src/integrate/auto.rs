@@ -4,8 +4,7 @@ use qrm_core::Mechanism;
 
 use super::adaptive::{Accepted, StepFormula, Task, Work};
 use super::dense_output::DenseOutput;
-use super::dop853;
-use super::explicit::Explicit;
+use super::dop853::Dop853;
 use super::implicit::Implicit;
 use super::method::Method;
 use super::method::StepError;
@@ -33,7 +32,7 @@ const NOT_STIFF: f64 = 2.0;
 /// Both methods, and what favours a change.
 #[derive(Clone, Debug)]
 pub(super) struct Auto {
-    explicit: Explicit,
+    explicit: Dop853,
     is_implicit: bool,
     /// Whether the last accepted step was implicit.
     was_implicit: bool,
@@ -50,7 +49,7 @@ impl Auto {
         // Any direction serves that is not orthogonal to the fastest one by chance.
         let start: Vec<f64> = (0..n).map(|i| 1.0 / (1.0 + i as f64)).collect();
         Self {
-            explicit: Explicit::new(&dop853::TABLEAU, n),
+            explicit: Dop853::new(n),
             is_implicit: false,
             was_implicit: false,
             favours_change: 0,

@@ -41,37 +41,42 @@ pub(super) struct DenseOutput {
     pub(super) from: State,
     /// Its end.
     pub(super) to: State,
-    /// The higher coefficients of coordinates and rates, once they were asked for.
-    higher: Option<[Matrix; 2]>,
+    /// The higher coefficients, those of the coordinates and then those of the rates, once they were asked for.
+    higher: Vec<f64>,
 }
 
 impl DenseOutput {
     pub(super) fn new(from: State, to: State) -> Self {
-        Self { from, to, higher: None }
+        Self { from, to, higher: Vec::new() }
     }
 
     /// Goes on to the step that begins where this one ends.
     pub(super) fn go_on(&mut self, to: &mut State) {
         std::mem::swap(&mut self.from, &mut self.to);
         std::mem::swap(&mut self.to, to);
-        self.higher = None;
+        self.higher.clear();
     }
 
-    /// Whether the dense output of a method lacks its higher coefficients.
+    /// Whether the higher coefficients of the dense output of a method are missing.
     pub(super) fn lacks(&self, tableau: &Tableau) -> bool {
-        !tableau.dense.is_empty() && self.higher.is_none()
+        !tableau.dense.is_empty() && self.higher.is_empty()
     }
 
     /// Takes the higher coefficients from complete stages.
-    pub(super) fn complete(&mut self, tableau: &Tableau, stages: &Stages) {
+    pub(super) fn complete_by(&mut self, tableau: &Tableau, stages: &Stages) {
         let (h, n) = (self.to.t - self.from.t, self.from.q.len());
-        let mut higher = [Matrix::zero(tableau.dense.len(), n), Matrix::zero(tableau.dense.len(), n)];
-        for (k, row) in tableau.dense.iter().enumerate() {
-            let [of_q, of_qd] = &mut higher;
-            stages.sum(row, &mut of_q[k], &mut of_qd[k]);
-            of_q[k].iter_mut().chain(&mut of_qd[k]).for_each(|x| *x *= h);
+        self.higher.resize(2 * tableau.dense.len() * n, 0.0);
+        let (of_q, of_qd) = self.higher.split_at_mut(tableau.dense.len() * n);
+        for (row, (q, qd)) in tableau.dense.iter().zip(of_q.chunks_exact_mut(n).zip(of_qd.chunks_exact_mut(n))) {
+            stages.sum(row, q, qd);
         }
-        self.higher = Some(higher);
+        self.higher.iter_mut().for_each(|x| *x *= h);
+    }
+
+    /// Takes the higher coefficients.
+    pub(super) fn complete(&mut self, higher: &[f64]) {
+        self.higher.clear();
+        self.higher.extend_from_slice(higher);
     }
 
     /// Coordinates and rates at a time inside.
@@ -79,31 +84,24 @@ impl DenseOutput {
         let (a, b) = (&self.from, &self.to);
         let h = b.t - a.t;
         let s = (t - a.t) / h;
-        match &self.higher {
-            Some([of_q, of_qd]) => {
-                seventh(s, h, (&a.q, &a.qd), (&b.q, &b.qd), of_q, q);
-                seventh(s, h, (&a.qd, &a.qdd), (&b.qd, &b.qdd), of_qd, qd);
-            }
-            None => fifth(s, h, a, b, q, qd),
+        if self.higher.is_empty() {
+            fifth(s, h, a, b, q, qd);
+        } else {
+            let (of_q, of_qd) = self.higher.split_at(self.higher.len() / 2);
+            seventh(s, h, (&a.q, &a.qd), (&b.q, &b.qd), of_q, q);
+            seventh(s, h, (&a.qd, &a.qdd), (&b.qd, &b.qdd), of_qd, qd);
         }
     }
 }
 
 /// The polynomial of degree 7 through both ends with their derivatives, its other coefficients given.
-fn seventh(
-    s: f64,
-    h: f64,
-    (x0, d0): (&[f64], &[f64]),
-    (x1, d1): (&[f64], &[f64]),
-    higher: &Matrix,
-    result: &mut [f64],
-) {
-    let r = 1.0 - s;
+fn seventh(s: f64, h: f64, (x0, d0): (&[f64], &[f64]), (x1, d1): (&[f64], &[f64]), higher: &[f64], result: &mut [f64]) {
+    let (r, n) = (1.0 - s, x0.len());
     for (i, value) in result.iter_mut().enumerate() {
         let change = x1[i] - x0[i];
         let bend = h * d0[i] - change;
         let twist = change - h * d1[i] - bend;
-        let inner = higher[0][i] + s * (higher[1][i] + r * (higher[2][i] + s * higher[3][i]));
+        let inner = higher[i] + s * (higher[n + i] + r * (higher[2 * n + i] + s * higher[3 * n + i]));
         *value = x0[i] + s * (change + r * (bend + s * (twist + r * inner)));
     }
 }

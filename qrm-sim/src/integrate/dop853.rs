@@ -1,10 +1,14 @@
 //! The pair of order 8 with estimates of order 5 and 3, and its dense output of order 7.
 
 use qrm_core::dop853::{DENSE, ERROR_3, ERROR_5, NODES, ROWS};
+use qrm_core::{Mechanism, StateMut, StepEstimate, StepMut, StepRequest};
 
+use super::adaptive::{Accepted, StepFormula, Task, Work};
+use super::dense_output::DenseOutput;
 use super::explicit::Explicit;
-use super::method::Method;
+use super::method::{Method, StepError};
 use super::tableau::Tableau;
+use crate::state::State;
 
 /// The Dormand-Prince pair of order 8.
 pub const DOP853: &Method = &Method {
@@ -13,7 +17,7 @@ pub const DOP853: &Method = &Method {
     order: 8,
     is_for_stiff: false,
     needs_linearization: false,
-    formula: Some(|n| Box::new(Explicit::new(&TABLEAU, n))),
+    formula: Some(|n| Box::new(Dop853::new(n))),
 };
 
 /// Dormand and Prince's method of order 8, with the error estimates and the dense output of E. Hairer, S. P. Nørsett
@@ -32,3 +36,112 @@ pub(super) static TABLEAU: Tableau = Tableau {
         if denominator > 0.0 { h.abs() * fifth / (denominator * count).sqrt() } else { 0.0 }
     },
 };
+
+/// Steps by the kernel, and by the plain functions where it cannot make them.
+#[derive(Clone, Debug)]
+pub(super) struct Dop853 {
+    plain: Explicit,
+    /// The last step of the kernel; `None` if the plain functions made it.
+    by_kernel: Option<(StepRequest, StepEstimate)>,
+    /// Room for the higher coefficients of its dense output.
+    dense: Vec<f64>,
+    /// Whether they are known.
+    is_dense: bool,
+}
+
+impl Dop853 {
+    pub(super) fn new(n: usize) -> Self {
+        let dense = vec![0.0; 2 * DENSE.len() * n];
+        Self { plain: Explicit::new(&TABLEAU, n), by_kernel: None, dense, is_dense: false }
+    }
+
+    /// The fastest rate of the motion times the length of the last step, roughly.
+    pub(super) fn stiffness(&self, from: &State, to: &State) -> f64 {
+        self.by_kernel.map_or_else(|| self.plain.stiffness(from, to), |(_, estimate)| estimate.stiffness)
+    }
+
+    /// Makes a step by the kernel; `None` if it cannot.
+    fn attempt_by_kernel(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        from: &State,
+        request: StepRequest,
+        work: &mut Work,
+        to: &mut State,
+    ) -> Option<StepEstimate> {
+        let dense = if self.is_dense { &mut self.dense[..] } else { &mut [] };
+        let end = StateMut { q: &mut to.q, qd: &mut to.qd, qdd: &mut to.qdd, multipliers: &mut to.multipliers };
+        let step = StepMut { end, corrections: &mut work.solver.corrections, dense };
+        let estimate = mechanism.dop853_step(&request, &from.as_ref(), step)?;
+        *work.evaluations += 12;
+        Some(estimate)
+    }
+}
+
+impl StepFormula for Dop853 {
+    fn order(&self) -> i32 {
+        self.plain.order()
+    }
+
+    fn beta(&self) -> f64 {
+        self.plain.beta()
+    }
+
+    fn attempt(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        from: &State,
+        h: f64,
+        task: &Task,
+        work: &mut Work,
+        to: &mut State,
+    ) -> Result<f64, StepError> {
+        let request = StepRequest { h, tolerance: task.tolerance, residual: task.projection.1.residual };
+        self.is_dense = from.t + h > task.dense_from;
+        self.by_kernel = None;
+        if task.is_by_kernel(work.solver)
+            && let Some(estimate) = self.attempt_by_kernel(mechanism, from, request, work, to)
+        {
+            to.t = task.end_of_step(from.t, h);
+            to.corrections = estimate.corrections;
+            if estimate.error <= 1.0 {
+                work.solver.stats.take_residual(estimate.residual);
+            }
+            self.by_kernel = Some((request, estimate));
+            return Ok(estimate.error);
+        }
+        self.plain.attempt(mechanism, from, h, task, work, to)
+    }
+
+    fn complete_dense_output(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        dense_output: &mut DenseOutput,
+        work: &mut Work,
+    ) -> Result<(), StepError> {
+        let Some((request, _)) = self.by_kernel else {
+            return self.plain.complete_dense_output(mechanism, dense_output, work);
+        };
+        if !dense_output.lacks(&TABLEAU) {
+            return Ok(());
+        }
+        if !self.is_dense {
+            // Once more, to the same end.
+            self.is_dense = true;
+            let mut to = dense_output.to.clone();
+            self.attempt_by_kernel(mechanism, &dense_output.from, request, work, &mut to)
+                .ok_or(StepError::NotFinite)?;
+        }
+        *work.evaluations += 3;
+        dense_output.complete(&self.dense);
+        Ok(())
+    }
+
+    fn accepted(&mut self, _: &dyn Mechanism, _: &State, _: &State) -> Accepted {
+        Accepted::default()
+    }
+
+    fn boxed_clone(&self) -> Box<dyn StepFormula> {
+        Box::new(self.clone())
+    }
+}

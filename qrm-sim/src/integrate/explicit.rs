@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
+use qrm_core::Mechanism;
 use qrm_core::dop853::Row;
-use qrm_core::{Mechanism, StageRequest};
 
 use super::adaptive::{Accepted, StepFormula, Task, Work, error_scales};
 use super::dense_output::{DenseOutput, Stages};
@@ -82,7 +82,7 @@ impl Explicit {
         to.qd.copy_from_slice(&self.qd);
     }
 
-    /// Evaluates stages, by the kernel where it suits all of them.
+    /// Evaluates stages.
     fn evaluate(
         &mut self,
         mechanism: &dyn Mechanism,
@@ -91,16 +91,9 @@ impl Explicit {
         stages: Range<usize>,
         work: &mut Work,
     ) -> Result<(), StepError> {
-        let Tableau { nodes, rows, .. } = self.tableau;
-        let request = StageRequest { t: from.t, h, stages: stages.clone(), nodes, rows };
-        let (rates, accelerations) = (self.stages.rates.entries_mut(), self.stages.accelerations.entries_mut());
-        if !work.solver.is_redundant() && mechanism.stages(&request, &from.q, rates, accelerations) {
-            *work.evaluations += stages.len() as u64;
-            return Ok(());
-        }
         for stage in stages {
-            self.argument(from, h, rows[stage]);
-            let t = from.t + nodes[stage] * h;
+            self.argument(from, h, self.tableau.rows[stage]);
+            let t = from.t + self.tableau.nodes[stage] * h;
             let qdd = &mut self.stages.accelerations[stage];
             work.solver.accelerations(mechanism, t, (&self.q, &self.qd), (qdd, &mut self.multipliers))?;
             self.stages.rates[stage].copy_from_slice(&self.qd);
@@ -190,7 +183,7 @@ impl StepFormula for Explicit {
         }
         let h = dense_output.to.t - dense_output.from.t;
         self.evaluate(mechanism, &dense_output.from, h, self.tableau.stages + 1..self.tableau.rows.len(), work)?;
-        dense_output.complete(self.tableau, &self.stages);
+        dense_output.complete_by(self.tableau, &self.stages);
         Ok(())
     }
 

@@ -2,7 +2,7 @@
 
 use qrm_core::{Mechanism, RowLayout, RowRequest, RowStop};
 
-use super::adaptive::{Adaptive, Counts};
+use super::adaptive::{Adaptive, Counts, InnerRows};
 use super::classical::CLASSICAL;
 use super::explicit::Explicit;
 use super::method::{MethodSettings, StepError};
@@ -23,8 +23,8 @@ pub struct Integrator {
     pair: [State; 2],
     /// Room for the two rows of a step, as numbers.
     rows: Vec<f64>,
-    /// Whether states inside and between the steps to a row are kept, and those of the last block.
-    keeps_inner: bool,
+    /// Which states between rows are kept, and those of the last block.
+    keeps_inner: Option<InnerRows>,
     inner: Vec<f64>,
 }
 
@@ -84,12 +84,12 @@ impl Integrator {
         };
         let pair = [first.clone(), first.clone()];
         let width = RowLayout { n, m: first.multipliers.len() }.width();
-        Ok(Self { settings, solver, steps, pair, rows: vec![0.0; 2 * width], keeps_inner: false, inner: Vec::new() })
+        Ok(Self { settings, solver, steps, pair, rows: vec![0.0; 2 * width], keeps_inner: None, inner: Vec::new() })
     }
 
     /// Has states between rows kept, where steps are shorter than these.
-    pub(crate) fn keep_inner_rows(&mut self) {
-        self.keeps_inner = true;
+    pub(crate) fn keep_inner_rows(&mut self, which: InnerRows) {
+        self.keeps_inner = Some(which);
     }
 
     /// Begin and end of each step of the last block, where they are chosen by a tolerance.
@@ -196,8 +196,8 @@ impl Integrator {
                         state.write(&mut inner[begin..]);
                     }
                 };
-                let keep: Option<&mut dyn FnMut(&State)> = if self.keeps_inner { Some(&mut keep) } else { None };
-                adaptive.advance_to(mechanism, t, &mut self.solver, to, keep)
+                let inner = self.keeps_inner.map(|which| (which, &mut keep as &mut dyn FnMut(&State)));
+                adaptive.advance_to(mechanism, t, &mut self.solver, to, inner)
             }
         }
     }

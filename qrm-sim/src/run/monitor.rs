@@ -152,12 +152,15 @@ impl RunMonitor {
         Ok(())
     }
 
-    /// Hands on the columns of a state between rows, if they are defined.
+    /// Takes up a state between rows, and hands on its columns where they are of use and defined.
     fn between(&mut self, mechanism: &dyn Mechanism, state: &[f64], observer: &mut dyn Observer) {
         let RowLayout { n, m } = self.layout;
         let (t, q, qd, qdd) = (state[0], &state[1..=n], &state[1 + n..=2 * n], &state[1 + 2 * n..=3 * n]);
         let multipliers = &state[1 + 3 * n..1 + 3 * n + m];
         self.widen(q);
+        if !observer.wants_states_between() {
+            return;
+        }
         mechanism.outputs(t, q, qd, qdd, multipliers, &mut self.outputs);
         if self.outputs.iter().all(|value| value.is_finite()) {
             write_row(t, [q, qd, qdd], multipliers, &self.outputs, [0.0; 3], &mut self.columns);

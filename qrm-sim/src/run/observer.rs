@@ -44,6 +44,11 @@ pub trait Observer {
         true
     }
 
+    /// Whether states between rows are of use.
+    fn wants_states_between(&self) -> bool {
+        false
+    }
+
     /// Takes the columns of a state between rows, where a method makes shorter steps than rows; the columns that are
     /// checks are zero.
     fn between(&mut self, _columns: &[f64]) {}
@@ -80,6 +85,10 @@ impl<A: Observer, B: Observer> Observer for (A, B) {
 
     fn wants_outputs(&self) -> bool {
         self.0.wants_outputs() || self.1.wants_outputs()
+    }
+
+    fn wants_states_between(&self) -> bool {
+        self.0.wants_states_between() || self.1.wants_states_between()
     }
 
     fn between(&mut self, columns: &[f64]) {

@@ -13,7 +13,7 @@ use super::observer::Observer;
 use super::outcome::{Outcome, StartError, Status, Undefined};
 use super::redundancy::Redundancy;
 use super::sampler::Sampler;
-use crate::integrate::{BlockEnd, Integrator, MethodSettings, StepError};
+use crate::integrate::{BlockEnd, InnerRows, Integrator, MethodSettings, StepError};
 use crate::solve::Solver;
 use crate::state::State;
 
@@ -85,9 +85,10 @@ pub fn simulate(
         buffer: Vec::new(),
         nearest: (0.0, f64::NEG_INFINITY),
     };
-    run.integrator.keep_inner_rows();
     let condition = run.condition(&first);
     check_condition(condition)?;
+    let is_sampled = condition.is_some() || observer.wants_states_between();
+    run.integrator.keep_inner_rows(if is_sampled { InnerRows::Samples } else { InnerRows::StepEnds });
     run.nearest.1 = condition.unwrap_or(0.0);
     Ok(run.run(&first, observer))
 }

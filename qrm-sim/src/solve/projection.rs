@@ -148,7 +148,7 @@ impl Solver {
 
     /// Takes up the residual before the coordinates were corrected, and how far they moved.
     fn take_correction(&mut self, residual: f64, to: &[f64]) {
-        self.stats.residual_before_correction = self.stats.residual_before_correction.max(residual);
+        self.stats.take_residual(residual);
         for ((correction, from), to) in self.corrections.iter_mut().zip(&self.start).zip(to) {
             *correction = correction.max((to - from).abs());
         }
@@ -156,8 +156,7 @@ impl Solver {
 
     /// Takes up the corrections of another solver, if they are larger.
     pub(crate) fn take_corrections_of(&mut self, other: &Self) {
-        self.stats.residual_before_correction =
-            self.stats.residual_before_correction.max(other.stats.residual_before_correction);
+        self.stats.take_residual(other.stats.residual_before_correction);
         for (correction, other) in self.corrections.iter_mut().zip(&other.corrections) {
             *correction = correction.max(*other);
         }

@@ -31,6 +31,11 @@ impl SolverStats {
         }
     }
 
+    /// Takes up the residual before a correction.
+    pub(crate) fn take_residual(&mut self, residual: f64) {
+        self.residual_before_correction = self.residual_before_correction.max(residual);
+    }
+
     /// Counts a solve with fewer independent constraints than elsewhere.
     pub(super) fn count_rank(&mut self, factors: &PivotedLdl, rank: usize) {
         if factors.rank < rank

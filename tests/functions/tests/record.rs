@@ -147,6 +147,10 @@ impl Observer for Rows {
         Ok(self.most == 0 || self.count < self.most)
     }
 
+    fn wants_states_between(&self) -> bool {
+        true
+    }
+
     fn between(&mut self, _columns: &[f64]) {
         self.between += 1;
     }

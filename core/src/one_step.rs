@@ -1,0 +1,42 @@
+//! A step of one motion by a kernel, with the instructions of the processor at hand.
+
+#[cfg(feature = "simd")]
+pub(crate) mod fused;
+
+use crate::projection::StateMut;
+
+/// A step to make.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepRequest {
+    /// Length of the step.
+    pub h: f64,
+    /// Largest error of a rate or of an angle; that of `x` is `1 + |x|` times as large, unless `x` is an angle.
+    pub tolerance: f64,
+    /// Largest residual of a constraint at the end.
+    pub residual: f64,
+}
+
+/// Room for what a step gives.
+#[derive(Debug)]
+pub struct StepMut<'a> {
+    /// Its projected end, the time left out.
+    pub end: StateMut<'a>,
+    /// The largest correction of each coordinate by projections so far, `n`.
+    pub corrections: &'a mut [f64],
+    /// The higher coefficients of the dense output, those of the coordinates and then those of the rates, `4 n` each;
+    /// empty if they are not asked for. What is given for a step with an error above 1 is of no use.
+    pub dense: &'a mut [f64],
+}
+
+/// What is known of a step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StepEstimate {
+    /// Its estimated error: 1 is just accepted, and the end is of no use beyond.
+    pub error: f64,
+    /// The fastest rate of the motion times the length of the step, roughly.
+    pub stiffness: f64,
+    /// Largest residual of a constraint before the projection, in its unit.
+    pub residual: f64,
+    /// How often the projection corrected the coordinates.
+    pub corrections: u32,
+}

@@ -1,0 +1,76 @@
+//! Projection and accelerations of a state by a kernel.
+
+use crate::angles::Angles;
+use crate::kernel::{Kernel, MAX_GROWTH};
+use crate::rk4::{StepEnd, largest};
+
+/// Room for a state.
+#[derive(Debug)]
+pub struct StateMut<'a> {
+    /// Coordinates.
+    pub q: &'a mut [f64],
+    /// Rates.
+    pub qd: &'a mut [f64],
+    /// Accelerations.
+    pub qdd: &'a mut [f64],
+    /// Multipliers.
+    pub multipliers: &'a mut [f64],
+}
+
+/// The projection of a state.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ProjectionResult {
+    /// Largest residual of a constraint before it, in its unit.
+    pub residual: f64,
+    /// How often the coordinates were corrected.
+    pub corrections: u32,
+}
+
+/// Completes a state at time `t` by its accelerations and multipliers; before them projects it up to a residual, if
+/// there is a `tolerance`. `None` where the kernel does not suit the position, or a number is not finite.
+#[inline]
+pub(crate) fn complete<K: Kernel<f64, N, M>, const N: usize, const M: usize>(
+    kernel: &K,
+    t: f64,
+    tolerance: Option<f64>,
+    state: StateMut,
+) -> Option<ProjectionResult> {
+    let (q, qd) = (*state.q.as_array()?, *state.qd.as_array()?);
+    let angles = Angles::new(&q, K::IS_ANGLE);
+    let mut end = StepEnd { q, qd, increment: [0.0; N], angles, corrections: 0 };
+    let mut residual = None;
+    loop {
+        let position = kernel.position(t, &end.q, &end.angles);
+        if let Some(tolerance) = tolerance {
+            let open = largest(&kernel.residuals(&position));
+            residual.get_or_insert(open);
+            if end.project_coordinates::<K, M>(kernel, &position) {
+                continue;
+            }
+            if !(open <= tolerance) {
+                return None;
+            }
+            end.project_rates(kernel, &position);
+        }
+        let (qdd, multipliers) = kernel.accelerations(&position, t, &end.q, &end.qd, &end.angles);
+        let is_finite = are_finite(&qdd) && are_finite(&multipliers) && are_finite(&end.q) && are_finite(&end.qd);
+        if !(kernel.growth_factor(&position) <= MAX_GROWTH && is_finite) {
+            return None;
+        }
+        state.q.copy_from_slice(&end.q);
+        state.qd.copy_from_slice(&end.qd);
+        state.qdd.copy_from_slice(&qdd);
+        state.multipliers.copy_from_slice(&multipliers);
+        return Some(ProjectionResult { residual: residual.unwrap_or(0.0), corrections: end.corrections });
+    }
+}
+
+#[inline]
+fn are_finite(numbers: &[f64]) -> bool {
+    // Zero times a number that is not finite is not a number.
+    let mut sum = 0.0;
+    for number in numbers {
+        sum += number * 0.0;
+    }
+    sum == 0.0
+}
