@@ -38,7 +38,7 @@ pub trait LaneSteps {
 }
 
 /// Kernels of more operations are not compiled for lanes.
-const MAX_LANE_OPERATIONS: usize = 2000;
+pub(crate) const MAX_LANE_OPERATIONS: usize = 2000;
 
 /// The steps of a generated mechanism in lanes; `None` where the processor has no vectors of that width, or the kernel
 /// is too large for them.

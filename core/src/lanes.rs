@@ -56,6 +56,12 @@ impl<S: Token> Lanes<S> {
         lanes
     }
 
+    /// As many numbers as there are lanes.
+    #[inline(always)]
+    pub(crate) fn load(numbers: &[f64]) -> Self {
+        Self(bytemuck::pod_read_unaligned(bytemuck::cast_slice(&numbers[..Self::COUNT])))
+    }
+
     /// The value of a lane.
     #[inline(always)]
     pub(crate) fn get(&self, lane: usize) -> f64 {

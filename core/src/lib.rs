@@ -32,6 +32,8 @@ pub mod dop853;
 mod double_double;
 #[cfg(feature = "dual")]
 mod dual;
+#[cfg(feature = "simd")]
+mod gauss;
 mod kernel;
 #[cfg(feature = "simd")]
 mod lane_steps;
@@ -57,6 +59,8 @@ pub use digest::digest;
 pub use double_double::DoubleDouble;
 #[cfg(feature = "dual")]
 pub use dual::{Dual, Kind};
+#[cfg(feature = "simd")]
+pub use gauss::{GAUSS_NODES, GaussEstimate, GaussRequest, GaussSteps};
 pub use kernel::{
     Dynamics, Generated, Kernel, Linearization, LoopConstraints, MAX_GROWTH, Schedule, Start, copy_outputs,
 };

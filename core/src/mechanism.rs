@@ -1,8 +1,17 @@
 //! The face of a mechanism to a simulator: plain functions over slices, whatever its size.
 
+#[cfg(feature = "simd")]
+extern crate alloc;
+
+#[cfg(feature = "simd")]
+use alloc::boxed::Box;
 use core::marker::PhantomData;
 
+#[cfg(feature = "simd")]
+use crate::batch::Width;
 use crate::description::Description;
+#[cfg(feature = "simd")]
+use crate::gauss::GaussSteps;
 use crate::kernel::{Generated, Kernel, Schedule};
 #[cfg(feature = "simd")]
 use crate::model::Model;
@@ -103,6 +112,13 @@ pub trait Mechanism: Send + Sync {
     /// no fused products.
     fn dop853_step(&self, request: &StepRequest, from: &StateRef, step: StepMut) -> Option<StepEstimate> {
         let _ = (request, from, step);
+        None
+    }
+
+    /// Steps of the Gauss method by vectors of that width; `None` where there is no kernel for them.
+    #[cfg(feature = "simd")]
+    fn gauss_steps(&self, width: Width) -> Option<Box<dyn GaussSteps>> {
+        let _ = width;
         None
     }
 
@@ -381,6 +397,12 @@ where
     #[inline]
     fn dop853_step(&self, request: &StepRequest, from: &StateRef, step: StepMut) -> Option<StepEstimate> {
         fused::dop853::<X, N, M>(&self.fused, request, from, step)
+    }
+
+    #[cfg(all(feature = "simd", target_arch = "x86_64"))]
+    #[inline]
+    fn gauss_steps(&self, width: Width) -> Option<Box<dyn GaussSteps>> {
+        crate::gauss::gauss_steps::<X, N, M>(self.values.as_ref(), width)
     }
 
     #[inline]

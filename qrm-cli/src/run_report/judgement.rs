@@ -58,6 +58,16 @@ pub(super) fn warnings(outcome: &Outcome, description: &Description, distrust: &
             "write `stiff = true` under [run] in scenes/{scene}.toml and build again, for implicit steps"
         )));
     }
+    if outcome.counts.replaced > 0 {
+        let (replaced, steps) = (outcome.counts.replaced, counted(outcome.counts.accepted, "step"));
+        warnings.push(
+            Message::new(format!("{replaced} of {steps} were made by `auto`: the chosen method does not suit them"))
+                .help(
+                    "the Gauss method needs a motion that is not stiff, independent constraints, and a processor \
+                       with AVX2; `--method auto` suits every scene",
+                ),
+        );
+    }
     if stats.singular_mass > 0 {
         warnings.push(Message::new(format!(
             "the mass matrix was singular by itself in {}; the constraints made up for it",

@@ -76,10 +76,13 @@ impl RunReport {
         let Some(tolerance) = self.tolerance else {
             return format!("{name}, {steps} of {step}, projection: {projection}");
         };
-        let implicit =
-            if self.method == "auto" { format!(" ({} implicit)", self.implicit_steps) } else { String::new() };
+        let of_them = match self.method {
+            "auto" => format!(" ({} implicit)", self.implicit_steps),
+            _ if self.replaced_steps > 0 => format!(" ({} of them by auto)", self.replaced_steps),
+            _ => String::new(),
+        };
         format!(
-            "{name}, {steps}{implicit} and {} rejected for a tolerance of {tolerance:e}, rows every {step}, \
+            "{name}, {steps}{of_them} and {} rejected for a tolerance of {tolerance:e}, rows every {step}, \
              projection: {projection}",
             self.rejected_steps
         )

@@ -122,6 +122,17 @@ pub(super) struct Task {
 }
 
 impl Task {
+    /// Steps up to a time.
+    pub(super) fn new(settings: &MethodSettings, end_time: f64) -> Self {
+        Self {
+            tolerance: settings.tolerance,
+            end_time,
+            dense_from: end_time,
+            projection: (settings.projection, settings.projection_tolerance),
+            bounds: settings.step_bounds,
+        }
+    }
+
     /// The end of a step that begins at `t`.
     pub(super) fn end_of_step(&self, t: f64, h: f64) -> f64 {
         if t + h >= self.end_time { self.end_time } else { t + h }
@@ -147,6 +158,8 @@ pub(super) struct Accepted {
     pub(super) is_implicit: bool,
     /// Whether stability bound its length.
     pub(super) is_stability_bound: bool,
+    /// Whether it was made by `auto` in place of the chosen method.
+    pub(super) is_replaced: bool,
 }
 
 /// Which states between rows are kept.
@@ -202,6 +215,8 @@ pub struct Counts {
     pub implicit: u64,
     /// Explicit steps whose length stability bound, though accuracy would have allowed more.
     pub stability_bound: u64,
+    /// Steps by `auto`, where the chosen method does not suit.
+    pub replaced: u64,
 }
 
 /// The step is aimed at this part of the tolerance.
@@ -230,21 +245,13 @@ impl Adaptive {
     pub(super) fn new(
         mechanism: &dyn Mechanism,
         formula: Box<dyn StepFormula>,
-        settings: &MethodSettings,
+        task: Task,
         first: &State,
-        end_time: f64,
         solver: &mut Solver,
     ) -> Result<Self, StepError> {
-        let projection = (settings.projection, settings.projection_tolerance);
         let mut adaptive = Self {
             formula,
-            task: Task {
-                tolerance: settings.tolerance,
-                end_time,
-                dense_from: end_time,
-                projection,
-                bounds: settings.step_bounds,
-            },
+            task,
             dense_output: DenseOutput::new(first.clone(), first.clone()),
             next: first.clone(),
             h: 0.0,
@@ -456,6 +463,7 @@ impl Adaptive {
             self.steps.push([t, self.next.t]);
             self.counts.implicit += u64::from(accepted.is_implicit);
             self.counts.stability_bound += u64::from(accepted.is_stability_bound);
+            self.counts.replaced += u64::from(accepted.is_replaced);
             self.dense_output.go_on(&mut self.next);
             return self.balance(mechanism, solver);
         }

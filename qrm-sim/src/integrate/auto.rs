@@ -19,7 +19,7 @@ pub const AUTO: &Method = &Method {
     order: 8,
     is_for_stiff: true,
     needs_linearization: false,
-    formula: Some(|n| Box::new(Auto::new(n))),
+    formula: Some(|mechanism| Box::new(Auto::new(mechanism.description().coordinates.len()))),
 };
 
 /// Steps of the explicit pair with a larger product of fastest rate and length are bound by stability.
@@ -123,7 +123,8 @@ impl StepFormula for Auto {
         if is_decided && mechanism.has_linearization() {
             (self.is_implicit, self.favours_change, self.quiet) = (!is_implicit, 0, 0);
         }
-        Accepted { is_implicit, is_stability_bound: is_decided && !mechanism.has_linearization() }
+        let is_stability_bound = is_decided && !mechanism.has_linearization();
+        Accepted { is_implicit, is_stability_bound, ..Accepted::default() }
     }
 
     fn complete_dense_output(

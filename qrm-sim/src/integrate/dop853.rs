@@ -17,7 +17,7 @@ pub const DOP853: &Method = &Method {
     order: 8,
     is_for_stiff: false,
     needs_linearization: false,
-    formula: Some(|n| Box::new(Dop853::new(n))),
+    formula: Some(|mechanism| Box::new(Dop853::new(mechanism.description().coordinates.len()))),
 };
 
 /// Dormand and Prince's method of order 8, with the error estimates and the dense output of E. Hairer, S. P. Nørsett

@@ -13,7 +13,7 @@ pub const DOPRI5: &Method = &Method {
     order: 5,
     is_for_stiff: false,
     needs_linearization: false,
-    formula: Some(|n| Box::new(Explicit::new(&TABLEAU, n))),
+    formula: Some(|mechanism| Box::new(Explicit::new(&TABLEAU, mechanism.description().coordinates.len()))),
 };
 
 /// J. R. Dormand and P. J. Prince, A family of embedded Runge-Kutta formulae, J. Comp. Appl. Math. 6 (1980) 19-26.

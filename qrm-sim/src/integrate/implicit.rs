@@ -90,7 +90,7 @@ impl StepFormula for Implicit {
     }
 
     fn accepted(&mut self, _: &dyn Mechanism, _: &State, _: &State) -> Accepted {
-        Accepted { is_implicit: true, is_stability_bound: false }
+        Accepted { is_implicit: true, ..Accepted::default() }
     }
 
     fn complete_dense_output(&mut self, _: &dyn Mechanism, _: &mut DenseOutput, _: &mut Work) -> Result<(), StepError> {

@@ -2,7 +2,7 @@
 
 use qrm_core::{Mechanism, RowLayout, RowRequest, RowStop};
 
-use super::adaptive::{Adaptive, Counts, InnerRows};
+use super::adaptive::{Adaptive, Counts, InnerRows, Task};
 use super::classical::CLASSICAL;
 use super::explicit::Explicit;
 use super::method::{MethodSettings, StepError};
@@ -77,8 +77,8 @@ impl Integrator {
                 return Err(StepError::NoLinearization);
             }
             Some(formula) => {
-                let formula = formula(n);
-                let adaptive = Adaptive::new(mechanism, formula, &settings, first, end_time, &mut solver)?;
+                let formula = formula(mechanism);
+                let adaptive = Adaptive::new(mechanism, formula, Task::new(&settings, end_time), first, &mut solver)?;
                 Steps::Adaptive(Box::new(adaptive))
             }
         };

@@ -1,10 +1,13 @@
 //! The table of integration methods.
 
+use qrm_core::Mechanism;
+
 use super::adaptive::StepFormula;
 use super::auto::AUTO;
 use super::classical::RK4;
 use super::dop853::DOP853;
 use super::dopri5::DOPRI5;
+use super::gauss::GAUSS;
 use super::rodas::RODAS;
 use super::step_bounds::StepBounds;
 use crate::solve::{NotConverged, Projection, ProjectionTolerance, Undetermined};
@@ -22,12 +25,12 @@ pub struct Method {
     pub is_for_stiff: bool,
     /// Whether the scene must give the derivatives of its equations of motion (`stiff = true`).
     pub needs_linearization: bool,
-    /// The formula of a method that chooses its steps, for a number of coordinates; `None` for steps of a fixed length.
-    pub(super) formula: Option<fn(usize) -> Box<dyn StepFormula>>,
+    /// The formula of a method that chooses its steps; `None` for steps of a fixed length.
+    pub(super) formula: Option<fn(&dyn Mechanism) -> Box<dyn StepFormula>>,
 }
 
 /// Every method; the first is the default.
-pub static METHODS: [&Method; 5] = [RK4, DOPRI5, DOP853, RODAS, AUTO];
+pub static METHODS: [&Method; 6] = [RK4, DOPRI5, DOP853, GAUSS, RODAS, AUTO];
 
 /// The method of this name.
 pub fn method_named(name: &str) -> Option<&'static Method> {

@@ -68,9 +68,13 @@ fn a_bead_on_a_turning_rod() {
     let request = Request { settings: settings("rk4", 1e-9), step: None, end: None, estimate_error: false };
     simulate(&Plain(model("bead").mechanism(&|_| None)), &request, &mut observer).expect("a start");
     assert!(observer.off < 1e-10, "by the plain functions: {:e}", observer.off);
-    for (name, tolerance, allowed) in
-        [("dopri5", 1e-10, 1e-8), ("dop853", 1e-12, 1e-9), ("rodas", 1e-9, 1e-7), ("auto", 1e-10, 1e-8)]
-    {
+    for (name, tolerance, allowed) in [
+        ("dopri5", 1e-10, 1e-8),
+        ("dop853", 1e-12, 1e-9),
+        ("gauss", 1e-11, 1e-9),
+        ("rodas", 1e-9, 1e-7),
+        ("auto", 1e-10, 1e-8),
+    ] {
         let off = off(settings(name, tolerance), None);
         assert!(off < allowed, "{name} is off by {off:e}");
     }
@@ -86,7 +90,9 @@ fn every_method_finds_the_same_driven_motion() {
     };
     let (exact, _) = end("dop853", 1e-13);
     let off = |q: &[f64]| q.iter().zip(&exact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-    for (name, tolerance, allowed) in [("rk4", 1e-9, 1e-9), ("dopri5", 1e-11, 1e-9), ("auto", 1e-11, 1e-9)] {
+    for (name, tolerance, allowed) in
+        [("rk4", 1e-9, 1e-9), ("dopri5", 1e-11, 1e-9), ("gauss", 1e-10, 1e-9), ("auto", 1e-11, 1e-9)]
+    {
         let (state, _) = end(name, tolerance);
         assert!(off(&state) < allowed, "{name}: off by {:e}", off(&state));
     }

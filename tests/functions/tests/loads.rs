@@ -15,6 +15,7 @@ fn friction_a_stop_and_a_table() {
         ("rk4", 1e-9, 1e-6),
         ("dopri5", 1e-9, 1e-6),
         ("dop853", 1e-10, 1e-7),
+        ("gauss", 1e-10, 1e-7),
         ("rodas", 1e-8, 1e-6),
         ("auto", 1e-10, 1e-7),
     ] {

@@ -1,0 +1,69 @@
+//! Steps of the Gauss method of order 16 by a kernel, its eight nodes in the lanes of vectors.
+
+#[cfg(target_arch = "x86_64")]
+mod coefficients;
+#[cfg(target_arch = "x86_64")]
+mod steps;
+
+extern crate alloc;
+
+use alloc::boxed::Box;
+
+#[cfg(target_arch = "x86_64")]
+pub(crate) use steps::gauss_steps;
+
+use crate::mechanism::StateRef;
+
+/// Nodes of a step.
+pub const GAUSS_NODES: usize = 8;
+
+/// Steps of one motion by the Gauss method: collocation at the zeros of the Legendre polynomial of degree 8, solved by
+/// fixed-point iteration, all nodes at once.
+///
+/// A step begins its iteration from the polynomial of the step before.
+pub trait GaussSteps: core::fmt::Debug + Send {
+    /// A step from a state to its end, which is not projected. `None` where the kernel does not suit a position, or a
+    /// number is not finite.
+    fn step(&mut self, request: &GaussRequest, from: &StateRef, q: &mut [f64], qd: &mut [f64])
+    -> Option<GaussEstimate>;
+
+    /// A shorter step from the same state as the last one, which the next step goes on from all the same.
+    fn step_inside(
+        &mut self,
+        request: &GaussRequest,
+        from: &StateRef,
+        q: &mut [f64],
+        qd: &mut [f64],
+    ) -> Option<GaussEstimate>;
+
+    /// A copy.
+    fn boxed_clone(&self) -> Box<dyn GaussSteps>;
+}
+
+impl Clone for Box<dyn GaussSteps> {
+    fn clone(&self) -> Self {
+        self.boxed_clone()
+    }
+}
+
+/// A step of the Gauss method to make.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GaussRequest {
+    /// Length of the step.
+    pub h: f64,
+    /// Largest error of a rate or of an angle; that of `x` is `1 + |x|` times as large, unless `x` is an angle.
+    pub tolerance: f64,
+}
+
+/// What is known of a step of the Gauss method.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GaussEstimate {
+    /// Its estimated error: 1 is just accepted, and the end is of no use beyond.
+    pub error: f64,
+    /// Whether the iteration converged.
+    pub has_converged: bool,
+    /// How often all nodes were evaluated.
+    pub iterations: u32,
+    /// The work of the loads that have no potential, and of what drives the constraints, in J.
+    pub work: f64,
+}

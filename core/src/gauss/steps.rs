@@ -1,0 +1,371 @@
+//! Steps of the Gauss method for one kernel and one kind of vector.
+
+extern crate alloc;
+
+use alloc::boxed::Box;
+
+use super::coefficients::{BARYCENTRIC, Column, Columns, NODES, ONCE, TWICE, WHOLE};
+use super::{GAUSS_NODES, GaussEstimate, GaussRequest, GaussSteps};
+use crate::angles::Angles;
+use crate::batch::Width;
+use crate::kernel::{Generated, Kernel, MAX_GROWTH};
+use crate::lane_steps::MAX_LANE_OPERATIONS;
+use crate::lanes::{Lanes, Token};
+use crate::mechanism::StateRef;
+use crate::scalar::{Fused, Scalar};
+
+/// The largest coefficient of a Legendre polynomial of degree 7, against the root of the tolerance: what the method
+/// leaves out at the end of a step is about the square of what the polynomial leaves out inside.
+const MODES: f64 = 4.0;
+/// Tolerances above this one are taken for it: iterations in longer steps often do not converge.
+const LOOSEST: f64 = 1e-6;
+/// Changes in an iteration, against the tolerance, below which it ends.
+const CONVERGED: f64 = 0.3;
+/// The part of a change that is left after the next iteration, at least.
+const FASTEST: f64 = 0.1;
+/// An iteration that leaves a larger part of the change does not converge.
+const SLOWEST: f64 = 0.5;
+/// Most iterations of a step.
+const MOST_ITERATIONS: u32 = 20;
+/// Iterations after which a step is given up that is far too long.
+const EARLY: u32 = 2;
+/// The error then.
+const FAR_TOO_LONG: f64 = 30.0;
+/// The error that is stated for a step whose iteration does not converge: it is made again, half as long.
+const NOT_CONVERGED: f64 = 50.0;
+/// Changes of this size, against all of the increment, are rounding errors.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
+
+/// The weight of the coefficients of degree 6 against those of degree 7.
+const SIXTH: f64 = 0.3;
+
+/// Numbers at all nodes; one vector of eight lanes, or two of four.
+type AtNodes<S> = [Lanes<S>; 2];
+
+/// The steps of a generated mechanism; `None` where the processor has no vectors of that width, or the kernel is too
+/// large for them.
+#[inline]
+pub(crate) fn gauss_steps<X: Generated<N, M>, const N: usize, const M: usize>(
+    values: &[f64],
+    width: Width,
+) -> Option<Box<dyn GaussSteps>> {
+    // Constants, so that what is not used is not compiled.
+    type Make = fn(&[f64]) -> Option<Box<dyn GaussSteps>>;
+    let four: Option<Make> =
+        const { if X::Kernel::<f64>::OPERATIONS <= Fused::INLINE_LIMIT { Some(make_four::<X, N, M>) } else { None } };
+    let eight: Option<Make> =
+        const { if X::Kernel::<f64>::OPERATIONS <= MAX_LANE_OPERATIONS { Some(make_eight::<X, N, M>) } else { None } };
+    match width {
+        Width::Eight => eight?(values),
+        Width::Four => four?(values),
+    }
+}
+
+#[inline]
+fn make_four<X: Generated<N, M>, const N: usize, const M: usize>(values: &[f64]) -> Option<Box<dyn GaussSteps>> {
+    Some(Box::new(Steps::<X, pulp::x86::V3, N, M>::new(pulp::x86::V3::try_new()?, values)))
+}
+
+#[inline]
+fn make_eight<X: Generated<N, M>, const N: usize, const M: usize>(values: &[f64]) -> Option<Box<dyn GaussSteps>> {
+    Some(Box::new(Steps::<X, pulp::x86::V4, N, M>::new(pulp::x86::V4::try_new()?, values)))
+}
+
+/// Steps by one kind of vector.
+struct Steps<X: Generated<N, M>, S: Token, const N: usize, const M: usize> {
+    token: S,
+    kernel: X::Kernel<Lanes<S>>,
+    /// The accelerations of the last step, and of the one that it went on from.
+    last: Polynomials<S, N>,
+    before: Polynomials<S, N>,
+}
+
+/// Polynomials of degree 7 in a step, by their values at the nodes.
+#[derive(Clone, Copy)]
+struct Polynomials<S: Token, const N: usize> {
+    t: f64,
+    h: f64,
+    values: [AtNodes<S>; N],
+}
+
+impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> Steps<X, S, N, M> {
+    #[inline]
+    fn new(token: S, values: &[f64]) -> Self {
+        let none = Polynomials { t: f64::INFINITY, h: 0.0, values: [[Lanes::zero(); 2]; N] };
+        let kernel = X::Kernel::<Lanes<S>>::with_values(&|i| Lanes::from_f64(values[i]));
+        Self { token, kernel, last: none, before: none }
+    }
+
+    /// Accelerations at the nodes to begin with: those of the polynomials, or those at the beginning where these lie
+    /// elsewhere.
+    #[inline(always)]
+    fn first_values(known: &Polynomials<S, N>, (t, h): (f64, f64), qdd: &[f64; N]) -> [AtNodes<S>; N] {
+        let mut values = [[Lanes::zero(); 2]; N];
+        let part = (t - known.t) / known.h;
+        if part >= 0.0 && part < 1.0 + 1e-9 {
+            let lagrange = lagrange_polynomials::<S>(part, h / known.h);
+            for i in 0..N {
+                values[i] = sums_by(&lagrange, &known.values[i]);
+            }
+        } else {
+            for i in 0..N {
+                values[i] = [Lanes::from_f64(qdd[i]); 2];
+            }
+        }
+        values
+    }
+
+    /// Solves for the accelerations at the nodes; coordinates, rates and the estimate at the end.
+    #[inline(always)]
+    fn solve(
+        &self,
+        request: &GaussRequest,
+        (t, q, qd): (f64, &[f64; N], &[f64; N]),
+        values: &mut [AtNodes<S>; N],
+    ) -> Option<([f64; N], [f64; N], GaussEstimate)> {
+        let number = Lanes::from_f64;
+        let GaussRequest { h, tolerance } = *request;
+        let nodes = column(&NODES);
+        let mut at = [number(t); 2];
+        let (mut drift, mut scales) = ([[number(0.0); 2]; N], [[1.0; 2]; N]);
+        for g in 0..groups::<S>() {
+            at[g] = nodes[g].mul_add(number(h), number(t));
+        }
+        for i in 0..N {
+            for g in 0..groups::<S>() {
+                drift[i][g] = nodes[g].mul_add(number(h * qd[i]), number(q[i]));
+            }
+            let of_q = if X::DESCRIPTION.is_angle(i) { 1.0 } else { 1.0 / (1.0 + q[i].abs()) };
+            scales[i] = [of_q, 1.0 / (1.0 + qd[i].abs())];
+        }
+        let tolerance = Scalar::min(tolerance, LOOSEST);
+        let modes = MODES * tolerance.sqrt();
+        let mut estimate = GaussEstimate { error: NOT_CONVERGED, has_converged: false, iterations: 0, work: 0.0 };
+        let mut change_before = f64::INFINITY;
+        let (mut rates, mut power) = (*values, [number(0.0); 2]);
+        loop {
+            // Coordinates and rates at the nodes, accelerations there, and how far they differ from those before.
+            let mut coordinates = rates;
+            for i in 0..N {
+                let (once, twice) = (sums(&ONCE, &values[i]), sums(&TWICE, &values[i]));
+                for g in 0..groups::<S>() {
+                    rates[i][g] = once[g].mul_add(number(h), number(qd[i]));
+                    coordinates[i][g] = twice[g].mul_add(number(h * h), drift[i][g]);
+                }
+            }
+            let (mut change, mut size, mut growth) = (number(0.0), number(0.0), number(0.0));
+            for g in 0..groups::<S>() {
+                let (mut q, mut qd) = ([number(0.0); N], [number(0.0); N]);
+                for i in 0..N {
+                    q[i] = coordinates[i][g];
+                    qd[i] = rates[i][g];
+                }
+                let angles = Angles::new(&q, X::Kernel::<Lanes<S>>::IS_ANGLE);
+                let position = self.kernel.position(at[g], &q, &angles);
+                growth = self.kernel.growth_factor(&position).max(growth);
+                let (qdd, multipliers) = self.kernel.accelerations(&position, at[g], &q, &qd, &angles);
+                power[g] = self.kernel.power(at[g], &q, &qd, &multipliers);
+                for i in 0..N {
+                    let scale = number(scales[i][1]);
+                    change = change.max((qdd[i] - values[i][g]).abs() * scale);
+                    size = size.max(qdd[i].abs() * scale);
+                    values[i][g] = qdd[i];
+                }
+            }
+            estimate.iterations += 1;
+            let (change, size) = (h * largest(change), h * largest(size));
+            if !(growth.is_within(MAX_GROWTH) && change.is_finite()) {
+                return None;
+            }
+            if estimate.iterations == EARLY {
+                let error = error(values, &rates, h, &scales) / modes;
+                if error > FAR_TOO_LONG {
+                    estimate.error = error;
+                    return Some((*q, *qd, estimate));
+                }
+            }
+            let part = (change / change_before).max(FASTEST);
+            let is_first = estimate.iterations == 1;
+            let goal = (CONVERGED * tolerance).max(ROUNDING * size);
+            if change <= goal || !is_first && part < SLOWEST && change * part <= goal {
+                break;
+            }
+            if estimate.iterations == MOST_ITERATIONS || estimate.iterations > EARLY && part > SLOWEST {
+                return Some((*q, *qd, estimate));
+            }
+            change_before = change;
+        }
+        let (mut end_q, mut end_qd) = (*q, *qd);
+        for i in 0..N {
+            let whole = sums(&WHOLE, &values[i])[0];
+            end_q[i] += h * (qd[i] + h * whole.get(1));
+            end_qd[i] += h * whole.get(0);
+        }
+        estimate.has_converged = true;
+        estimate.error = error(values, &rates, h, &scales) / modes;
+        estimate.work = h * sums(&WHOLE, &power)[0].get(0);
+        Some((end_q, end_qd, estimate))
+    }
+}
+
+/// The largest coefficients of the Legendre polynomials of degree 7 and 6 of rates and coordinates in a step.
+#[inline(always)]
+fn error<S: Token, const N: usize>(
+    accelerations: &[AtNodes<S>; N],
+    rates: &[AtNodes<S>; N],
+    h: f64,
+    scales: &[[f64; 2]; N],
+) -> f64 {
+    let mut largest = 0.0;
+    for i in 0..N {
+        let [of_q, of_qd] = scales[i];
+        for (scale, values) in [(of_q, &rates[i]), (of_qd, &accelerations[i])] {
+            let whole = sums(&WHOLE, values)[0];
+            largest = Scalar::max(scale * Scalar::max(whole.get(2).abs(), SIXTH * whole.get(3).abs()), largest);
+        }
+    }
+    h * largest
+}
+
+/// The vectors of numbers at all nodes.
+#[inline(always)]
+const fn groups<S: Token>() -> usize {
+    GAUSS_NODES / S::F64_LANES
+}
+
+#[inline(always)]
+fn column<S: Token>(column: &Column) -> AtNodes<S> {
+    let mut at = [Lanes::zero(); 2];
+    for g in 0..groups::<S>() {
+        at[g] = Lanes::load(&column[g * S::F64_LANES..]);
+    }
+    at
+}
+
+/// The product of a matrix and numbers at the nodes.
+#[inline(always)]
+fn sums<S: Token>(columns: &Columns, values: &AtNodes<S>) -> AtNodes<S> {
+    let mut vectors = [[Lanes::zero(); 2]; GAUSS_NODES];
+    for j in 0..GAUSS_NODES {
+        vectors[j] = column(&columns.0[j]);
+    }
+    sums_by(&vectors, values)
+}
+
+/// The same with vectors as columns.
+#[inline(always)]
+fn sums_by<S: Token>(columns: &[AtNodes<S>; GAUSS_NODES], values: &AtNodes<S>) -> AtNodes<S> {
+    let mut sums = [Lanes::zero(); 2];
+    for g in 0..groups::<S>() {
+        // Two sums, so that fewer products wait for each other.
+        let mut parts = [Lanes::zero(); 2];
+        for j in 0..GAUSS_NODES {
+            let value = Lanes::from_f64(values[j / S::F64_LANES].get(j % S::F64_LANES));
+            parts[j % 2] = columns[j][g].mul_add(value, parts[j % 2]);
+        }
+        sums[g] = parts[0] + parts[1];
+    }
+    sums
+}
+
+/// The Lagrange polynomials of the nodes at the nodes of another step, which begins after a part of the step and is
+/// `ratio` times as long; a polynomial after another.
+#[inline(always)]
+fn lagrange_polynomials<S: Token>(part: f64, ratio: f64) -> [AtNodes<S>; GAUSS_NODES] {
+    let nodes = column::<S>(&NODES);
+    let mut polynomials = [[Lanes::zero(); 2]; GAUSS_NODES];
+    for g in 0..groups::<S>() {
+        let at = nodes[g].mul_add(Lanes::from_f64(ratio), Lanes::from_f64(part));
+        // Products of the distances from the nodes before each node, then from those after it.
+        let mut product = Lanes::from_f64(1.0);
+        for j in 0..GAUSS_NODES {
+            polynomials[j][g] = product * Lanes::from_f64(BARYCENTRIC[j]);
+            product = product * (at - Lanes::from_f64(NODES[j]));
+        }
+        let mut product = Lanes::from_f64(1.0);
+        for j in 0..GAUSS_NODES {
+            let j = GAUSS_NODES - 1 - j;
+            polynomials[j][g] = polynomials[j][g] * product;
+            product = product * (at - Lanes::from_f64(NODES[j]));
+        }
+    }
+    polynomials
+}
+
+/// The largest lane.
+#[inline(always)]
+fn largest<S: Token>(lanes: Lanes<S>) -> f64 {
+    let mut largest = lanes.get(0);
+    for i in 1..S::F64_LANES {
+        largest = Scalar::max(lanes.get(i), largest);
+    }
+    largest
+}
+
+/// Solves with the instructions of the token.
+struct Solve<'a, X: Generated<N, M>, S: Token, const N: usize, const M: usize> {
+    steps: &'a mut Steps<X, S, N, M>,
+    request: &'a GaussRequest,
+    from: &'a StateRef<'a>,
+    end: (&'a mut [f64], &'a mut [f64]),
+    is_inside: bool,
+}
+
+impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> pulp::NullaryFnOnce for Solve<'_, X, S, N, M> {
+    type Output = Option<GaussEstimate>;
+
+    #[inline(always)]
+    fn call(self) -> Self::Output {
+        let Self { steps, request, from, end: (end_q, end_qd), is_inside } = self;
+        let (t, h) = (from.t, request.h);
+        let (q, qd, qdd) = (from.q.as_array()?, from.qd.as_array()?, from.qdd.as_array()?);
+        if !is_inside && t > steps.last.t {
+            steps.before = steps.last;
+        }
+        let known = if is_inside { &steps.last } else { &steps.before };
+        let mut values = Steps::<X, S, N, M>::first_values(known, (t, h), qdd);
+        let (q, qd, estimate) = steps.solve(request, (t, q, qd), &mut values)?;
+        end_q.copy_from_slice(&q);
+        end_qd.copy_from_slice(&qd);
+        if !is_inside {
+            steps.last = Polynomials { t, h, values };
+        }
+        Some(estimate)
+    }
+}
+
+impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> GaussSteps for Steps<X, S, N, M> {
+    #[inline]
+    fn step(
+        &mut self,
+        request: &GaussRequest,
+        from: &StateRef,
+        q: &mut [f64],
+        qd: &mut [f64],
+    ) -> Option<GaussEstimate> {
+        self.token.vectorize(Solve { steps: self, request, from, end: (q, qd), is_inside: false })
+    }
+
+    #[inline]
+    fn step_inside(
+        &mut self,
+        request: &GaussRequest,
+        from: &StateRef,
+        q: &mut [f64],
+        qd: &mut [f64],
+    ) -> Option<GaussEstimate> {
+        self.token.vectorize(Solve { steps: self, request, from, end: (q, qd), is_inside: true })
+    }
+
+    #[inline]
+    fn boxed_clone(&self) -> Box<dyn GaussSteps> {
+        let Self { token, kernel, last, before } = self;
+        Box::new(Self { token: *token, kernel: *kernel, last: *last, before: *before })
+    }
+}
+
+impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> core::fmt::Debug for Steps<X, S, N, M> {
+    fn fmt(&self, f: &mut core::fmt::Formatter) -> core::fmt::Result {
+        f.debug_struct("Steps").field("t", &self.last.t).field("h", &self.last.h).finish_non_exhaustive()
+    }
+}

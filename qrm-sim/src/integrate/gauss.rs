@@ -1,0 +1,159 @@
+//! The Gauss method of order 16, its nodes in the lanes of vectors.
+
+use qrm_core::{GAUSS_NODES, GaussRequest, GaussSteps, Mechanism, Width};
+
+use super::adaptive::{Accepted, Adaptive, StepFormula, Task, Work};
+use super::auto::Auto;
+use super::dense_output::DenseOutput;
+use super::method::{Method, StepError};
+use crate::state::State;
+
+/// The Gauss method of order 16.
+pub const GAUSS: &Method = &Method {
+    name: "gauss",
+    doc: "Gauss method of order 16 for a single run, not for stiff scenes; steps chosen by --tolerance",
+    order: 16,
+    is_for_stiff: false,
+    needs_linearization: false,
+    formula: Some(|mechanism| Box::new(Gauss::new(mechanism))),
+};
+
+/// An attempt whose iteration does not converge counts as much against the method as so many steps for it. Where the
+/// motion is stiff, that happens every few steps.
+const FAILURE: u32 = 8;
+/// The method is given up when attempts count so much against it.
+const GIVEN_UP: u32 = 80;
+
+/// Steps of the Gauss method, and by `auto` where it does not suit.
+#[derive(Clone, Debug)]
+struct Gauss {
+    /// `None` where the method does not suit the scene, the processor or the motion.
+    steps: Option<Box<dyn GaussSteps>>,
+    other: Auto,
+    /// The work of the loads without potential in the last step; `None` if `other` made it.
+    work: Option<f64>,
+    /// What counts against the method.
+    failures: u32,
+}
+
+impl Gauss {
+    fn new(mechanism: &dyn Mechanism) -> Self {
+        // The nodes of a step are accurate where the motion is smooth.
+        let is_smooth = !mechanism.description().has_corners;
+        Self {
+            steps: [Width::Eight, Width::Four]
+                .into_iter()
+                .find_map(|width| mechanism.gauss_steps(width))
+                .filter(|_| is_smooth),
+            other: Auto::new(mechanism.description().coordinates.len()),
+            work: None,
+            failures: 0,
+        }
+    }
+}
+
+impl StepFormula for Gauss {
+    fn order(&self) -> i32 {
+        // Both errors that steps are chosen by are of this order: the Gauss method's is that of its polynomials.
+        8
+    }
+
+    fn beta(&self) -> f64 {
+        0.0
+    }
+
+    fn attempt(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        from: &State,
+        h: f64,
+        task: &Task,
+        work: &mut Work,
+        to: &mut State,
+    ) -> Result<f64, StepError> {
+        self.work = None;
+        if let Some(steps) = &mut self.steps
+            && !work.solver.is_redundant()
+        {
+            let request = GaussRequest { h, tolerance: task.tolerance };
+            if let Some(estimate) = steps.step(&request, &from.as_ref(), &mut to.q, &mut to.qd) {
+                *work.evaluations += u64::from(estimate.iterations) * GAUSS_NODES as u64;
+                if !estimate.has_converged {
+                    self.failures += FAILURE;
+                    if self.failures >= GIVEN_UP {
+                        self.steps = None;
+                    }
+                    return Ok(estimate.error);
+                }
+                if estimate.error <= 1.0 {
+                    self.failures = self.failures.saturating_sub(1);
+                    self.work = Some(estimate.work);
+                    to.t = task.end_of_step(from.t, h);
+                    *work.evaluations += 1;
+                    work.solver.projected(mechanism, task.projection, to)?;
+                }
+                return Ok(estimate.error);
+            }
+        }
+        self.other.attempt(mechanism, from, h, task, work, to)
+    }
+
+    fn complete_dense_output(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        dense_output: &mut DenseOutput,
+        work: &mut Work,
+    ) -> Result<(), StepError> {
+        self.other.complete_dense_output(mechanism, dense_output, work)
+    }
+
+    fn state_inside(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        step: &mut DenseOutput,
+        task: &Task,
+        work: &mut Work,
+        to: &mut State,
+    ) -> Result<(), StepError> {
+        let (Some(_), Some(steps)) = (self.work, &mut self.steps) else {
+            return self.other.state_inside(mechanism, step, task, work, to);
+        };
+        // The polynomials of the step are less accurate inside than its end: a shorter step it is.
+        let from = &step.from;
+        let request = GaussRequest { h: to.t - from.t, tolerance: task.tolerance };
+        if let Some(estimate) = steps.step_inside(&request, &from.as_ref(), &mut to.q, &mut to.qd) {
+            *work.evaluations += u64::from(estimate.iterations) * GAUSS_NODES as u64 + 1;
+            if estimate.has_converged {
+                return work.solver.projected(mechanism, task.projection, to);
+            }
+        }
+        // Some node lies where the kernel does not suit: those of `auto` lie elsewhere.
+        let task = Task { end_time: to.t, ..*task };
+        let mut other = Adaptive::new(mechanism, Box::new(self.other.clone()), task, from, work.solver)?;
+        other.advance_to(mechanism, task.end_time, work.solver, to, None)?;
+        *work.evaluations += other.counts().evaluations;
+        Ok(())
+    }
+
+    fn work(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        step: &mut DenseOutput,
+        work: &mut Work,
+        room: &mut State,
+    ) -> Result<f64, StepError> {
+        self.work.map_or_else(|| self.other.work(mechanism, step, work, room), Ok)
+    }
+
+    fn accepted(&mut self, mechanism: &dyn Mechanism, from: &State, to: &State) -> Accepted {
+        if self.work.is_some() {
+            Accepted::default()
+        } else {
+            Accepted { is_replaced: true, ..self.other.accepted(mechanism, from, to) }
+        }
+    }
+
+    fn boxed_clone(&self) -> Box<dyn StepFormula> {
+        Box::new(self.clone())
+    }
+}
