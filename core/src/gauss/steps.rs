@@ -102,7 +102,7 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> Steps<X, S, N
     fn first_values(known: &Polynomials<S, N>, (t, h): (f64, f64), qdd: &[f64; N]) -> [AtNodes<S>; N] {
         let mut values = [[Lanes::zero(); 2]; N];
         let part = (t - known.t) / known.h;
-        if part >= 0.0 && part < 1.0 + 1e-9 {
+        if (0.0..1.0 + 1e-9).contains(&part) {
             let lagrange = lagrange_polynomials::<S>(part, h / known.h);
             for i in 0..N {
                 values[i] = sums_by(&lagrange, &known.values[i]);

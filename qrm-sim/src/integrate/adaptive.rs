@@ -162,6 +162,9 @@ pub(super) struct Accepted {
     pub(super) is_replaced: bool,
 }
 
+/// Keeps a state between rows.
+type KeepState<'a> = dyn FnMut(&State) + 'a;
+
 /// Which states between rows are kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum InnerRows {
@@ -340,7 +343,7 @@ impl Adaptive {
         t: f64,
         solver: &mut Solver,
         to: &mut State,
-        mut inner: Option<(InnerRows, &mut dyn FnMut(&State))>,
+        mut inner: Option<(InnerRows, &mut KeepState)>,
     ) -> Result<(), StepError> {
         self.rows += 1;
         let (mut checked, mut then) = (self.attempts(), self.dense_output.to.t);

@@ -12,6 +12,9 @@ use super::rodas::RODAS;
 use super::step_bounds::StepBounds;
 use crate::solve::{NotConverged, Projection, ProjectionTolerance, Undetermined};
 
+/// Makes the formula of a method for a mechanism.
+type NewFormula = fn(&dyn Mechanism) -> Box<dyn StepFormula>;
+
 /// An integration method.
 #[derive(Debug)]
 pub struct Method {
@@ -26,7 +29,7 @@ pub struct Method {
     /// Whether the scene must give the derivatives of its equations of motion (`stiff = true`).
     pub needs_linearization: bool,
     /// The formula of a method that chooses its steps; `None` for steps of a fixed length.
-    pub(super) formula: Option<fn(&dyn Mechanism) -> Box<dyn StepFormula>>,
+    pub(super) formula: Option<NewFormula>,
 }
 
 /// Every method; the first is the default.
