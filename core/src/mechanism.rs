@@ -21,7 +21,7 @@ use crate::one_step::{StepEstimate, StepMut, StepRequest};
 use crate::projection::{ProjectionResult, StateMut, complete};
 use crate::rows::{RowRequest, RowResult, integrate_rk4};
 #[cfg(feature = "simd")]
-use crate::scalar::Fused;
+use crate::scalar::{Fused, Scalar};
 
 /// The equations of motion of a mechanism with `n` coordinates and `m` constraints, its parameters inside.
 ///
@@ -396,7 +396,10 @@ where
     #[cfg(feature = "simd")]
     #[inline]
     fn dop853_step(&self, request: &StepRequest, from: &StateRef, step: StepMut) -> Option<StepEstimate> {
-        fused::dop853::<X, N, M>(&self.fused, request, from, step)
+        Fused::vectorize(
+            #[inline(always)]
+            || fused::dop853::<X, N, M>(&self.fused, request, from, step),
+        )?
     }
 
     #[cfg(all(feature = "simd", target_arch = "x86_64"))]
@@ -407,6 +410,16 @@ where
 
     #[inline]
     fn integrate_rk4(&self, request: &RowRequest, rows: &mut [f64]) -> RowResult {
-        integrate_rk4::<X, N, M>(self.values.as_ref(), request, rows)
+        // Straight-line steps of a large kernel would be compiled twice.
+        #[cfg(feature = "simd")]
+        if const { X::Kernel::<f64>::OPERATIONS <= Fused::INLINE_LIMIT }
+            && let Some(result) = Fused::vectorize(
+                #[inline(always)]
+                || integrate_rk4(&self.fused, request, rows),
+            )
+        {
+            return result;
+        }
+        integrate_rk4(&self.kernel, request, rows)
     }
 }

@@ -1,10 +1,8 @@
-//! Blocks of rows by steps of a fixed length, with the instructions of the processor at hand.
+//! Blocks of rows by steps of a fixed length.
 
 use crate::angles::Angles;
-use crate::kernel::{Generated, Kernel};
+use crate::kernel::Kernel;
 use crate::rk4::{KernelState, rk4_step};
-#[cfg(feature = "simd")]
-use crate::scalar::Fused;
 use crate::scalar::Scalar;
 
 /// The layout of a row: `t`, `q`, `qd`, `qdd`, `multipliers`, the number of corrections of the coordinates in the step
@@ -87,65 +85,23 @@ pub enum RowStop {
 }
 
 /// Makes rows: see [`Mechanism::integrate_rk4`](crate::Mechanism::integrate_rk4).
-#[inline]
-pub(crate) fn integrate_rk4<X: Generated<N, M>, const N: usize, const M: usize>(
-    values: &[f64],
-    request: &RowRequest,
-    rows: &mut [f64],
-) -> RowResult {
-    // Each set of instructions is compiled by itself.
-    #[cfg(feature = "simd")]
-    if const { X::Kernel::<f64>::OPERATIONS <= Fused::INLINE_LIMIT } {
-        return pulp::Arch::new().dispatch(Dispatched::<X, N, M> {
-            values,
-            request,
-            rows,
-            generated: core::marker::PhantomData,
-        });
-    }
-    steps::<X, f64, N, M>(values, request, rows)
-}
-
-#[cfg(feature = "simd")]
-struct Dispatched<'a, X, const N: usize, const M: usize> {
-    values: &'a [f64],
-    request: &'a RowRequest,
-    rows: &'a mut [f64],
-    generated: core::marker::PhantomData<X>,
-}
-
-#[cfg(feature = "simd")]
-impl<X: Generated<N, M>, const N: usize, const M: usize> pulp::WithSimd for Dispatched<'_, X, N, M> {
-    type Output = RowResult;
-
-    #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) -> RowResult {
-        if S::IS_SCALAR {
-            steps::<X, f64, N, M>(self.values, self.request, self.rows)
-        } else {
-            steps::<X, Fused, N, M>(self.values, self.request, self.rows)
-        }
-    }
-}
-
 #[inline(always)]
-fn steps<X: Generated<N, M>, R: Scalar, const N: usize, const M: usize>(
-    values: &[f64],
+pub(crate) fn integrate_rk4<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
+    kernel: &K,
     request: &RowRequest,
     rows: &mut [f64],
 ) -> RowResult {
     let layout = RowLayout { n: N, m: M };
-    let kernel = X::Kernel::<R>::with_values(&|i| R::from_f64(values[i]));
     let mut rows = rows.chunks_exact_mut(layout.width());
     let Some(first) = rows.next() else { return RowResult { made: 0, reason: RowStop::Full } };
-    let (mut t, mut state) = read::<X, R, N, M>(first);
+    let (mut t, mut state) = read::<K, R, N, M>(first);
     let mut made = 0;
     for row in rows {
         if t >= request.end_time {
             return RowResult { made, reason: RowStop::End };
         }
         let next = request.time(request.first + made as u64 + 1);
-        let result = rk4_step(&kernel, R::from_f64(t), R::from_f64(next - t), &state);
+        let result = rk4_step(kernel, R::from_f64(t), R::from_f64(next - t), &state);
         if !result.is_good(request.residual) {
             return RowResult { made, reason: RowStop::Unreliable };
         }
@@ -166,7 +122,7 @@ fn steps<X: Generated<N, M>, R: Scalar, const N: usize, const M: usize>(
 }
 
 #[inline(always)]
-fn read<X: Generated<N, M>, R: Scalar, const N: usize, const M: usize>(row: &[f64]) -> (f64, KernelState<R, N, M>) {
+fn read<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(row: &[f64]) -> (f64, KernelState<R, N, M>) {
     let (mut q, mut qd, mut qdd, mut multipliers) = ([R::zero(); N], [R::zero(); N], [R::zero(); N], [R::zero(); M]);
     for i in 0..N {
         q[i] = R::from_f64(row[1 + i]);
@@ -176,7 +132,7 @@ fn read<X: Generated<N, M>, R: Scalar, const N: usize, const M: usize>(row: &[f6
     for k in 0..M {
         multipliers[k] = R::from_f64(row[1 + 3 * N + k]);
     }
-    (row[0], KernelState { q, qd, qdd, multipliers, angles: Angles::apart(&q, X::Kernel::<R>::IS_ANGLE) })
+    (row[0], KernelState { q, qd, qdd, multipliers, angles: Angles::apart(&q, K::IS_ANGLE) })
 }
 
 #[inline(always)]

@@ -244,6 +244,18 @@ impl Scalar for f64 {
     }
 }
 
+#[cfg(feature = "simd")]
+impl Fused {
+    /// Calls a function with the instructions of fused products; `None` where the processor has none.
+    #[inline(always)]
+    pub(crate) fn vectorize<T>(f: impl FnOnce() -> T) -> Option<T> {
+        #[cfg(target_arch = "x86_64")]
+        return Some(pulp::x86::V3::try_new()?.vectorize(f));
+        #[cfg(not(target_arch = "x86_64"))]
+        Some(f())
+    }
+}
+
 impl Scalar for Fused {
     #[inline(always)]
     fn from_f64(value: f64) -> Self {

@@ -9,67 +9,46 @@ use crate::rk4::KernelState;
 use crate::scalar::{Fused, Scalar};
 
 /// Makes a step: see [`Mechanism::dop853_step`](crate::Mechanism::dop853_step).
-#[inline]
+#[inline(always)]
 pub(crate) fn dop853<X: Generated<N, M>, const N: usize, const M: usize>(
     kernel: &X::Kernel<Fused>,
     request: &StepRequest,
     from: &StateRef,
     step: StepMut,
 ) -> Option<StepEstimate> {
-    let task = Dop853::<X, N, M> { kernel, request, from, step };
-    #[cfg(target_arch = "x86_64")]
-    return pulp::x86::V3::try_new()?.vectorize(task);
-    #[cfg(not(target_arch = "x86_64"))]
-    pulp::NullaryFnOnce::call(task)
-}
-
-struct Dop853<'a, X: Generated<N, M>, const N: usize, const M: usize> {
-    kernel: &'a X::Kernel<Fused>,
-    request: &'a StepRequest,
-    from: &'a StateRef<'a>,
-    step: StepMut<'a>,
-}
-
-impl<X: Generated<N, M>, const N: usize, const M: usize> pulp::NullaryFnOnce for Dop853<'_, X, N, M> {
-    type Output = Option<StepEstimate>;
-
-    #[inline(always)]
-    fn call(self) -> Self::Output {
-        let Self { kernel, request, from, step } = self;
-        let is_length = core::array::from_fn(|i| !X::DESCRIPTION.is_angle(i));
-        let [t, h, tolerance] = [from.t, request.h, request.tolerance].map(Fused);
-        let from = state::<X::Kernel<Fused>, N, M>(from)?;
-        let mut made = dop853_step(kernel, (t, h), &from, (is_length, tolerance));
-        let result = &made.result;
-        if made.error.is_within(1.0) && !result.is_good(request.residual)
-            || !(result.growth_factor.is_within(MAX_GROWTH) && made.error.is_within(f64::MAX))
-        {
-            return None;
-        }
-        write(step.end.q, &result.end.q);
-        write(step.end.qd, &result.end.qd);
-        write(step.end.qdd, &result.end.qdd);
-        write(step.end.multipliers, &result.end.multipliers);
-        let estimate = StepEstimate {
-            error: made.error.0,
-            stiffness: made.stiffness(h).0,
-            residual: made.unprojected.residual.0,
-            corrections: result.corrections,
-        };
-        if estimate.error > 1.0 {
-            return Some(estimate);
-        }
-        for (i, largest) in step.corrections.iter_mut().enumerate().take(N) {
-            *largest = largest.max((result.end.q[i] - made.unprojected.q[i]).abs().0);
-        }
-        if !step.dense.is_empty() {
-            let dense = made.dense_output(kernel, (t, h), &from);
-            for (k, room) in step.dense.chunks_exact_mut(N).enumerate().take(8) {
-                write(room, if k < 4 { &dense.q[4 + k] } else { &dense.qd[k] });
-            }
-        }
-        Some(estimate)
+    let is_length = core::array::from_fn(|i| !X::DESCRIPTION.is_angle(i));
+    let [t, h, tolerance] = [from.t, request.h, request.tolerance].map(Fused);
+    let from = state::<X::Kernel<Fused>, N, M>(from)?;
+    let mut made = dop853_step(kernel, (t, h), &from, (is_length, tolerance));
+    let result = &made.result;
+    if made.error.is_within(1.0) && !result.is_good(request.residual)
+        || !(result.growth_factor.is_within(MAX_GROWTH) && made.error.is_within(f64::MAX))
+    {
+        return None;
     }
+    write(step.end.q, &result.end.q);
+    write(step.end.qd, &result.end.qd);
+    write(step.end.qdd, &result.end.qdd);
+    write(step.end.multipliers, &result.end.multipliers);
+    let estimate = StepEstimate {
+        error: made.error.0,
+        stiffness: made.stiffness(h).0,
+        residual: made.unprojected.residual.0,
+        corrections: result.corrections,
+    };
+    if estimate.error > 1.0 {
+        return Some(estimate);
+    }
+    for (i, largest) in step.corrections.iter_mut().enumerate().take(N) {
+        *largest = largest.max((result.end.q[i] - made.unprojected.q[i]).abs().0);
+    }
+    if !step.dense.is_empty() {
+        let dense = made.dense_output(kernel, (t, h), &from);
+        for (k, room) in step.dense.chunks_exact_mut(N).enumerate().take(8) {
+            write(room, if k < 4 { &dense.q[4 + k] } else { &dense.qd[k] });
+        }
+    }
+    Some(estimate)
 }
 
 /// A state with the sines and cosines of its angles.
