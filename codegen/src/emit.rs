@@ -144,12 +144,9 @@ impl<'a> Writer<'a> {
         }
         writer.name_constants();
         let is_new = |value: &Signed| !graph.is_constant(value.id) && !graph.op(value.id).is_leaf() && !value.negative;
-        for (place, point) in layout.points.iter().enumerate() {
-            for (axis, value) in point.iter().enumerate().filter(|(_, value)| is_new(value)) {
-                let name = format!("{}_{}", scene.points[place].name.to_lowercase(), ["x", "y"][axis]);
-                writer.hints.entry(value.id).or_insert(name);
-                writer.points.insert(value.id);
-            }
+        for (name, value) in layout.points.iter().filter(|(_, value)| is_new(value)) {
+            writer.hints.entry(value.id).or_insert_with(|| name.clone());
+            writer.points.insert(value.id);
         }
         for (name, value) in layout.names.iter().filter(|(_, value)| is_new(value)) {
             writer.hints.entry(value.id).or_insert_with(|| name.clone());

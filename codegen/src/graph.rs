@@ -17,6 +17,14 @@ pub struct Signed {
     pub id: Id,
 }
 
+impl Signed {
+    /// The value with the other sign.
+    #[must_use]
+    pub fn negated(self) -> Self {
+        Self { negative: !self.negative, ..self }
+    }
+}
+
 /// One operation; operands are places before it.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Op {

@@ -10,7 +10,7 @@ use std::collections::{HashMap, HashSet};
 use crate::graph::{Id, Signed};
 use crate::lower::Lowering;
 use crate::term::{Equations, Named, NamedKind, Push, Root, Symbol, Term};
-use algebra::{Matrix, Value, negated};
+use algebra::{Matrix, Value};
 use elimination::Elimination;
 use qrm_scene::scene::Scene;
 use range_space::RangeSpace;
@@ -208,14 +208,14 @@ impl Builder<'_> {
         self.named_rates(&e.names);
         let bias = (0..m).map(|k| {
             let name = format!("{}_bias", constraints[k]);
-            self.named(Block::Bias, &name, &e.constraint_bias[k]).map(negated)
+            self.named(Block::Bias, &name, &e.constraint_bias[k]).map(Signed::negated)
         });
         let bias: Vec<Value> = bias.collect();
         let forces = self.forces(&e.pushes, &coordinates);
         let particular = elimination.particular(&mut self, &bias, Block::Accelerations, "closing");
         let accelerations = elimination.free(&mut self, &particular, Some(&forces), Block::Accelerations, "ddot");
         let multipliers = elimination.multipliers(&mut self, &forces, &accelerations);
-        let residual = |k: usize| Some(negated(self.lowering.graph.input(Symbol::Residual(k))));
+        let residual = |k: usize| Some(self.lowering.graph.input(Symbol::Residual(k)).negated());
         let asked: Vec<Value> = (0..m).map(residual).collect();
         let particular = elimination.particular(&mut self, &asked, Block::Correction, "closing");
         let correction = elimination.free(&mut self, &particular, None, Block::Correction, "correction");

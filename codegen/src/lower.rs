@@ -8,6 +8,7 @@ use num_traits::{Signed as _, ToPrimitive};
 use crate::graph::{Graph, Id, Op, Signed};
 use crate::term::{Named, Symbol, Term};
 use qrm_scene::expression::to_f64;
+use qrm_scene::function::Function;
 
 /// Builds a graph from terms.
 #[derive(Debug, Default)]
@@ -19,6 +20,10 @@ pub struct Lowering {
     pub bound: HashMap<Symbol, Signed>,
     /// Reciprocals built before.
     pub inverses: HashMap<Id, Id>,
+    /// Whether sines and cosines of sums of coordinates follow from those of the coordinates.
+    adds_angles: bool,
+    /// The sums whose sine and cosine were made so.
+    angle_sums: BTreeMap<Id, [Signed; 2]>,
 }
 
 /// A product in a sum.
@@ -29,9 +34,10 @@ struct Monomial {
 }
 
 impl Lowering {
-    /// Goes on with a graph, and knows nothing of what its values stand for.
-    pub fn onto(graph: Graph) -> Self {
-        Self { graph, ..Self::default() }
+    /// Goes on with a graph, and knows nothing of what its values stand for. A kernel is given the sines and cosines of
+    /// the coordinates: those of their sums follow.
+    pub fn of_kernel(graph: Graph) -> Self {
+        Self { graph, adds_angles: true, ..Self::default() }
     }
 
     /// The value of a term.
@@ -50,7 +56,12 @@ impl Lowering {
             Term::Call(function, argument) => {
                 let argument = self.term(argument);
                 let argument = self.positive(argument);
-                Signed { negative: false, id: self.graph.add(Op::Call(*function, argument)) }
+                let sum = self.adds_angles.then(|| self.sine_and_cosine_of_sum(argument)).flatten();
+                match (function, sum) {
+                    (Function::Sin, Some([sine, _])) => sine,
+                    (Function::Cos, Some([_, cosine])) => cosine,
+                    _ => Signed { negative: false, id: self.graph.add(Op::Call(*function, argument)) },
+                }
             }
         };
         self.done.insert(term.clone(), value);
@@ -65,6 +76,63 @@ impl Lowering {
                 self.bound.insert(symbol, value);
             }
         }
+    }
+
+    /// Sine and cosine of a sum of coordinates by those of the coordinates; `None` for other values.
+    fn sine_and_cosine_of_sum(&mut self, angle: Id) -> Option<[Signed; 2]> {
+        if let Some(sum) = self.angle_sums.get(&angle) {
+            return Some(*sum);
+        }
+        let Op::Sum(terms) = self.graph.op(angle).clone() else { return None };
+        let is_coordinate = |term: &Signed| matches!(self.graph.op(term.id), Op::Input(Symbol::Coordinate(_)));
+        if !terms.iter().all(is_coordinate) {
+            return None;
+        }
+        let mut sum: Option<[Signed; 2]> = None;
+        for term in terms {
+            let [sine, cosine] = [Function::Sin, Function::Cos].map(|f| self.graph.add(Op::Call(f, term.id)));
+            let own = [Signed { negative: term.negative, id: sine }, Signed { negative: false, id: cosine }];
+            sum = Some(match sum {
+                None => own,
+                Some([sine, cosine]) => {
+                    let sines = [self.product(sine, own[1]), self.product(cosine, own[0])];
+                    let cosines = [self.product(cosine, own[1]), self.product(sine, own[0]).negated()];
+                    [self.graph.sum(sines.to_vec()), self.graph.sum(cosines.to_vec())]
+                }
+            });
+        }
+        sum.inspect(|sum| {
+            self.angle_sums.insert(angle, *sum);
+        })
+    }
+
+    /// The sines and cosines of sums of coordinates, with names such as `sin_a_plus_b`.
+    pub fn angle_sums(&self, name_of: impl Fn(usize) -> String) -> Vec<(String, Signed)> {
+        let name_of_sum = |angle: Id| {
+            let Op::Sum(terms) = self.graph.op(angle) else { return String::new() };
+            let terms = terms.iter().enumerate().map(|(place, term)| {
+                let sign = match (place, term.negative) {
+                    (0, false) => "",
+                    (0, true) => "minus_",
+                    (_, false) => "_plus_",
+                    (_, true) => "_minus_",
+                };
+                let name = match self.graph.op(term.id) {
+                    Op::Input(Symbol::Coordinate(i)) => name_of(*i),
+                    _ => String::new(),
+                };
+                format!("{sign}{name}")
+            });
+            terms.collect::<String>()
+        };
+        let named = self.angle_sums.iter().flat_map(|(angle, sum)| {
+            ["sin", "cos"].into_iter().zip(sum).map(|(what, value)| (format!("{what}_{}", name_of_sum(*angle)), *value))
+        });
+        named.collect()
+    }
+
+    fn product(&mut self, a: Signed, b: Signed) -> Signed {
+        Signed { negative: a.negative ^ b.negative, id: self.graph.product(vec![a.id, b.id]) }
     }
 
     fn symbol(&mut self, symbol: Symbol) -> Signed {
@@ -115,7 +183,7 @@ impl Lowering {
         let base = if is_root {
             let radicand = self.term(base);
             let radicand = self.positive(radicand);
-            self.graph.add(Op::Call(qrm_scene::function::Function::Sqrt, radicand))
+            self.graph.add(Op::Call(Function::Sqrt, radicand))
         } else {
             let value = self.term(base);
             monomial.negative ^= value.negative && (halves / 2) % 2 != 0;

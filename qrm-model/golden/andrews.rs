@@ -17,17 +17,17 @@
 //     outputs              5 additions, 6 multiplications, 1 root, 1 sine-cosine pair
 //     dynamics             92 additions, 123 multiplications, 1 division, 1 root, 7 sine-cosine pairs
 //     loop_constraints     39 additions, 14 multiplications, 7 sine-cosine pairs
-//     position             73 additions, 106 multiplications, 8 divisions, 1 root, 3 sine-cosine pairs
+//     position             76 additions, 118 multiplications, 8 divisions, 1 root
 //     residuals            no operations
 //     velocity_residual    15 additions, 14 multiplications
 //     correction           23 additions, 27 multiplications
-//     accelerations        93 additions, 128 multiplications
+//     accelerations        92 additions, 133 multiplications
 //     outputs_at           no operations
 //
 // Accelerations and multipliers, from sines and cosines on:
 //      4438 operations  with full matrices, as the method is written down
 //      1920 operations  by the function `dynamics` and one full system
-//       383 operations  by the kernel: 147 additions, 227 multiplications, 8 divisions, 1 root, 3 sine-cosine pairs
+//       403 operations  by the kernel: 150 additions, 244 multiplications, 8 divisions, 1 root
 //
 // Left out:
 //     117 of the 147 entries of T, 36 of the 49 entries of Mbar, 20 of the 42 entries of C_q: zero by structure
@@ -1477,16 +1477,14 @@ pub fn loop_constraints<R: Scalar>(
 #[derive(Clone, Copy, Debug)]
 #[allow(missing_docs)]
 pub struct Position<R> {
-    pub cos_v13: R,
-    pub cos_v3: R,
-    pub cos_v6: R,
-    pub d_cos_v3: R,
-    pub d_sin_v3: R,
+    pub cos_beta_plus_theta: R,
+    pub cos_delta_plus_phi: R,
+    pub cos_eps_plus_omega: R,
+    pub d_cos_beta_plus_theta: R,
+    pub d_sin_beta_plus_theta: R,
     pub delta_per_beta: R,
-    pub e_cos_v6: R,
-    pub e_minus_ea_cos_v6: R,
-    pub e_minus_ea_sin_v6: R,
-    pub e_sin_v6: R,
+    pub e_cos_delta_plus_phi: R,
+    pub e_sin_delta_plus_phi: R,
     pub eps_per_beta: R,
     pub g1_over_g2_theta: R,
     pub g1_residual: R,
@@ -1527,51 +1525,48 @@ pub struct Position<R> {
     pub p_x: R,
     pub p_y: R,
     pub phi_per_beta_2: R,
-    pub r_x: R,
-    pub r_y: R,
-    pub sin_v13: R,
-    pub sin_v3: R,
-    pub sin_v6: R,
+    pub sin_beta_plus_theta: R,
+    pub sin_delta_plus_phi: R,
+    pub sin_eps_plus_omega: R,
     pub theta_per_beta: R,
-    pub v10: R,
-    pub v11: R,
+    pub v12: R,
     pub v14: R,
-    pub v15: R,
     pub v16: R,
     pub v17: R,
+    pub v18: R,
     pub v19: R,
-    pub v20: R,
+    pub v22: R,
     pub v23: R,
     pub v24: R,
-    pub v29: R,
+    pub v25: R,
+    pub v3: R,
     pub v30: R,
     pub v31: R,
     pub v32: R,
+    pub v33: R,
     pub v4: R,
-    pub v5: R,
-    pub v7: R,
-    pub v8: R,
+    pub v6: R,
+    pub v9: R,
     pub w: R,
-    pub zf_cos_v13: R,
-    pub zf_minus_fa_cos_v13: R,
-    pub zf_minus_fa_sin_v13: R,
-    pub zf_sin_v13: R,
+    pub zf_cos_eps_plus_omega: R,
+    pub zf_sin_eps_plus_omega: R,
 }
 
 /// What follows from the position alone: the loops, their Jacobian, the mass matrix, and how the dependent coordinates follow the others.
 ///
-/// Operations: 73 additions, 106 multiplications, 8 divisions, 1 root, 3 sine-cosine pairs.
+/// Operations: 76 additions, 118 multiplications, 8 divisions, 1 root.
 #[inline(always)]
 pub fn position<R: Scalar>(
     m: &Andrews<R>,
-    q: &[R; 7],
+    _q: &[R; 7],
     angles: &Angles<R, 7>,
 ) -> Position<R> {
     let p = &m.parameters;
     let k = &m.constants;
-    let [beta, Theta, _, Phi, delta, Omega, eps] = *q;
-    let [sin_beta, _, sin_gamma, _, sin_delta, _, sin_eps] = angles.sin;
-    let [cos_beta, _, cos_gamma, _, cos_delta, _, cos_eps] = angles.cos;
+    let [sin_beta, sin_Theta, sin_gamma, sin_Phi, sin_delta, sin_Omega, sin_eps] = angles
+        .sin;
+    let [cos_beta, cos_Theta, cos_gamma, cos_Phi, cos_delta, cos_Omega, cos_eps] = angles
+        .cos;
 
     // Lengths, and their derivatives.
     let v1 = p.sd.mul_add(cos_gamma, p.sc.mul_add(sin_gamma, k.xb_minus_xc));
@@ -1582,107 +1577,108 @@ pub fn position<R: Scalar>(
     let w_gamma = k.k12.mul_add(cos_gamma, k.k11 * sin_gamma) * inv_w;
 
     // The residuals of the constraints: C.
-    let r_x = p.rr * cos_beta;
-    let v3 = beta + Theta;
-    let (sin_v3, cos_v3) = v3.sin_cos();
-    let v4 = p.ss * sin_gamma;
-    let d_cos_v3 = p.d * cos_v3;
-    let p_x = r_x - d_cos_v3;
-    let g1_residual = p_x - p.xb - v4;
-    let r_y = p.rr * sin_beta;
-    let v5 = p.ss * cos_gamma;
-    let d_sin_v3 = p.d * sin_v3;
-    let p_y = r_y - d_sin_v3;
-    let g2_residual = v5 - p.yb + p_y;
-    let v6 = delta + Phi;
-    let (sin_v6, cos_v6) = v6.sin_cos();
-    let v7 = p.zt * cos_delta;
-    let e_sin_v6 = p.e * sin_v6;
-    let v8 = v7 + e_sin_v6;
-    let v9 = p.xa - p_x;
-    let g3_residual = -v8 - v9;
-    let v10 = p.zt * sin_delta;
-    let e_cos_v6 = p.e * cos_v6;
-    let v11 = v10 - e_cos_v6;
-    let v12 = p.ya - p_y;
-    let g4_residual = -v11 - v12;
-    let v13 = eps + Omega;
-    let (sin_v13, cos_v13) = v13.sin_cos();
-    let v14 = p.u * sin_eps;
-    let zf_cos_v13 = p.zf * cos_v13;
-    let v15 = v14 + zf_cos_v13;
-    let g5_residual = -v15 - v9;
-    let v16 = p.u * cos_eps;
-    let zf_sin_v13 = p.zf * sin_v13;
-    let v17 = v16 - zf_sin_v13;
-    let g6_residual = v17 - v12;
+    let v3 = p.ss * sin_gamma;
+    let cos_beta_plus_theta = sin_beta.neg_mul_add(sin_Theta, cos_beta * cos_Theta);
+    let d_cos_beta_plus_theta = p.d * cos_beta_plus_theta;
+    let p_x = p.rr.mul_add(cos_beta, -d_cos_beta_plus_theta);
+    let g1_residual = p_x - p.xb - v3;
+    let v4 = p.ss * cos_gamma;
+    let sin_beta_plus_theta = cos_beta.mul_add(sin_Theta, sin_beta * cos_Theta);
+    let d_sin_beta_plus_theta = p.d * sin_beta_plus_theta;
+    let p_y = p.rr.mul_add(sin_beta, -d_sin_beta_plus_theta);
+    let g2_residual = v4 - p.yb + p_y;
+    let v5 = p.zt * cos_delta;
+    let sin_delta_plus_phi = cos_delta.mul_add(sin_Phi, sin_delta * cos_Phi);
+    let e_sin_delta_plus_phi = p.e * sin_delta_plus_phi;
+    let v6 = v5 + e_sin_delta_plus_phi;
+    let v7 = p.xa - p_x;
+    let g3_residual = -v6 - v7;
+    let v8 = p.zt * sin_delta;
+    let cos_delta_plus_phi = sin_delta.neg_mul_add(sin_Phi, cos_delta * cos_Phi);
+    let e_cos_delta_plus_phi = p.e * cos_delta_plus_phi;
+    let v9 = v8 - e_cos_delta_plus_phi;
+    let v10 = p.ya - p_y;
+    let g4_residual = -v9 - v10;
+    let v11 = p.u * sin_eps;
+    let cos_eps_plus_omega = sin_eps.neg_mul_add(sin_Omega, cos_eps * cos_Omega);
+    let zf_cos_eps_plus_omega = p.zf * cos_eps_plus_omega;
+    let v12 = v11 + zf_cos_eps_plus_omega;
+    let g5_residual = -v12 - v7;
+    let v13 = p.u * cos_eps;
+    let sin_eps_plus_omega = cos_eps.mul_add(sin_Omega, sin_eps * cos_Omega);
+    let zf_sin_eps_plus_omega = p.zf * sin_eps_plus_omega;
+    let v14 = v13 - zf_sin_eps_plus_omega;
+    let g6_residual = v14 - v10;
 
     // The reduced mass matrix Mbar.
-    let v18 = sin_beta.mul_add(sin_v3, cos_beta * cos_v3);
-    let mass_beta_beta = k.twice_rr_da_m2.neg_mul_add(v18, k.k1);
-    let mass_beta_theta = k.rr_da_m2.neg_mul_add(v18, k.i2_plus_da_sq_m2);
-    let e_minus_ea_sin_v6 = k.e_minus_ea * sin_v6;
-    let e_minus_ea_cos_v6 = k.e_minus_ea * cos_v6;
-    let v19 = v10 - e_minus_ea_cos_v6;
-    let v20 = v7 + e_minus_ea_sin_v6;
+    let v15 = sin_beta.mul_add(sin_beta_plus_theta, cos_beta * cos_beta_plus_theta);
+    let mass_beta_beta = k.twice_rr_da_m2.neg_mul_add(v15, k.k1);
+    let mass_beta_theta = k.rr_da_m2.neg_mul_add(v15, k.i2_plus_da_sq_m2);
+    let v16 = k.e_minus_ea * sin_delta_plus_phi;
+    let v17 = v5 + v16;
+    let v18 = k.e_minus_ea * cos_delta_plus_phi;
+    let v19 = v8 - v18;
     let mass_phi_delta = k
         .m4_times_e_minus_ea
-        .mul_add(cos_v6.neg_mul_add(v19, sin_v6 * v20), p.I4);
-    let v21 = p.tb.neg_mul_add(sin_delta, p.ta * cos_delta);
-    let v22 = p.ta.mul_add(sin_delta, p.tb * cos_delta);
+        .mul_add(cos_delta_plus_phi.neg_mul_add(v19, sin_delta_plus_phi * v17), p.I4);
+    let v20 = p.tb.neg_mul_add(sin_delta, p.ta * cos_delta);
+    let v21 = p.ta.mul_add(sin_delta, p.tb * cos_delta);
     let mass_delta_delta = p
         .m4
         .mul_add(
-            v20.mul_add(v20, v19 * v19),
-            p.m5.mul_add(v21.mul_add(v21, v22 * v22), k.i4_plus_i5),
+            v19.mul_add(v19, v17 * v17),
+            p.m5.mul_add(v20.mul_add(v20, v21 * v21), k.i4_plus_i5),
         );
-    let zf_minus_fa_cos_v13 = k.zf_minus_fa * cos_v13;
-    let zf_minus_fa_sin_v13 = k.zf_minus_fa * sin_v13;
-    let v23 = v16 - zf_minus_fa_sin_v13;
-    let v24 = v14 + zf_minus_fa_cos_v13;
+    let v22 = k.zf_minus_fa * sin_eps_plus_omega;
+    let v23 = v13 - v22;
+    let v24 = k.zf_minus_fa * cos_eps_plus_omega;
+    let v25 = v11 + v24;
     let mass_omega_eps = k
         .m6_times_zf_minus_fa
-        .mul_add(sin_v13.neg_mul_add(v23, cos_v13 * v24), p.I6);
-    let v25 = p.ub.neg_mul_add(cos_eps, p.ua * sin_eps);
-    let v26 = p.ua.mul_add(cos_eps, p.ub * sin_eps);
+        .neg_mul_add(
+            cos_eps_plus_omega.neg_mul_add(v25, sin_eps_plus_omega * v23),
+            p.I6,
+        );
+    let v26 = p.ub.neg_mul_add(cos_eps, p.ua * sin_eps);
+    let v27 = p.ua.mul_add(cos_eps, p.ub * sin_eps);
     let mass_eps_eps = p
         .m6
         .mul_add(
-            v24.mul_add(v24, v23 * v23),
-            p.m7.mul_add(v25.mul_add(v25, v26 * v26), k.i6_plus_i7),
+            v23.mul_add(v23, v25 * v25),
+            p.m7.mul_add(v26.mul_add(v26, v27 * v27), k.i6_plus_i7),
         );
 
     // How dependent coordinates follow the others: C_q T = 0.
-    let inv_g1 = v5.recip();
-    let g1_theta_share = inv_g1 * d_sin_v3;
-    let g2_theta_left = v4.mul_add(g1_theta_share, d_cos_v3);
+    let inv_g1 = v4.recip();
+    let g1_theta_share = d_sin_beta_plus_theta * inv_g1;
+    let g2_theta_left = v3.mul_add(g1_theta_share, d_cos_beta_plus_theta);
     let inv_g2 = g2_theta_left.recip();
-    let inv_g3 = e_cos_v6.recip();
-    let g3_delta_share = v11 * inv_g3;
-    let g4_delta_left = e_sin_v6.mul_add(g3_delta_share, v8);
+    let inv_g3 = e_cos_delta_plus_phi.recip();
+    let g3_delta_share = v9 * inv_g3;
+    let g4_delta_left = e_sin_delta_plus_phi.mul_add(g3_delta_share, v6);
     let inv_g4 = g4_delta_left.recip();
-    let inv_g5 = zf_sin_v13.recip();
-    let g5_eps_share = v17 * inv_g5;
-    let g6_eps_left = zf_cos_v13.mul_add(g5_eps_share, v15);
+    let inv_g5 = zf_sin_eps_plus_omega.recip();
+    let g5_eps_share = v14 * inv_g5;
+    let g6_eps_left = zf_cos_eps_plus_omega.mul_add(g5_eps_share, v12);
     let inv_g6 = g6_eps_left.recip();
-    let gamma_per_beta = inv_g1 * p_y;
-    let theta_per_beta = v4.mul_add(gamma_per_beta, p_x) * inv_g2;
-    let v27 = d_sin_v3.neg_mul_add(theta_per_beta, p_y);
-    let phi_per_beta = inv_g3 * v27;
-    let v28 = d_cos_v3.neg_mul_add(theta_per_beta, p_x);
-    let delta_per_beta = inv_g4 * e_sin_v6.mul_add(phi_per_beta, v28);
-    let omega_per_beta = inv_g5 * v27;
-    let eps_per_beta = inv_g6 * zf_cos_v13.neg_mul_add(omega_per_beta, v28);
+    let gamma_per_beta = p_y * inv_g1;
+    let theta_per_beta = v3.mul_add(gamma_per_beta, p_x) * inv_g2;
+    let v28 = d_sin_beta_plus_theta.neg_mul_add(theta_per_beta, p_y);
+    let phi_per_beta = inv_g3 * v28;
+    let v29 = d_cos_beta_plus_theta.neg_mul_add(theta_per_beta, p_x);
+    let delta_per_beta = inv_g4 * e_sin_delta_plus_phi.mul_add(phi_per_beta, v29);
+    let omega_per_beta = inv_g5 * v28;
+    let eps_per_beta = inv_g6 * zf_cos_eps_plus_omega.neg_mul_add(omega_per_beta, v29);
     let omega_per_beta_2 = g5_eps_share.mul_add(eps_per_beta, omega_per_beta);
     let phi_per_beta_2 = g3_delta_share.neg_mul_add(delta_per_beta, phi_per_beta);
     let gamma_per_beta_2 = g1_theta_share.neg_mul_add(theta_per_beta, gamma_per_beta);
-    let g2_over_g1_gamma = v4 * inv_g1;
-    let g1_over_g2_theta = d_sin_v3 * inv_g2;
-    let g4_over_g2_theta = d_cos_v3 * inv_g2;
-    let g4_over_g3_phi = e_sin_v6 * inv_g3;
-    let g3_over_g4_delta = v11 * inv_g4;
-    let g6_over_g5_omega = zf_cos_v13 * inv_g5;
-    let g5_over_g6_eps = v17 * inv_g6;
+    let g2_over_g1_gamma = v3 * inv_g1;
+    let g1_over_g2_theta = d_sin_beta_plus_theta * inv_g2;
+    let g4_over_g2_theta = d_cos_beta_plus_theta * inv_g2;
+    let g4_over_g3_phi = e_sin_delta_plus_phi * inv_g3;
+    let g3_over_g4_delta = v9 * inv_g4;
+    let g6_over_g5_omega = zf_cos_eps_plus_omega * inv_g5;
+    let g5_over_g6_eps = v14 * inv_g6;
 
     // What moves with the others: Mbar T, and T' Mbar T.
     let momentum_beta_beta = mass_beta_theta.mul_add(theta_per_beta, mass_beta_beta);
@@ -1722,21 +1718,19 @@ pub fn position<R: Scalar>(
                 ),
         );
     let inv_inertia_beta = inertia_beta.recip();
-    let v29 = cos_beta * sin_v3;
-    let v30 = sin_beta * cos_v3;
-    let v31 = v29 - v30;
-    let v32 = p.c0 * (p.l0 - w) * w_gamma;
+    let v30 = cos_beta * sin_beta_plus_theta;
+    let v31 = sin_beta * cos_beta_plus_theta;
+    let v32 = v30 - v31;
+    let v33 = p.c0 * (p.l0 - w) * w_gamma;
     Position {
-        cos_v13,
-        cos_v3,
-        cos_v6,
-        d_cos_v3,
-        d_sin_v3,
+        cos_beta_plus_theta,
+        cos_delta_plus_phi,
+        cos_eps_plus_omega,
+        d_cos_beta_plus_theta,
+        d_sin_beta_plus_theta,
         delta_per_beta,
-        e_cos_v6,
-        e_minus_ea_cos_v6,
-        e_minus_ea_sin_v6,
-        e_sin_v6,
+        e_cos_delta_plus_phi,
+        e_sin_delta_plus_phi,
         eps_per_beta,
         g1_over_g2_theta,
         g1_residual,
@@ -1777,35 +1771,31 @@ pub fn position<R: Scalar>(
         p_x,
         p_y,
         phi_per_beta_2,
-        r_x,
-        r_y,
-        sin_v13,
-        sin_v3,
-        sin_v6,
+        sin_beta_plus_theta,
+        sin_delta_plus_phi,
+        sin_eps_plus_omega,
         theta_per_beta,
-        v10,
-        v11,
+        v12,
         v14,
-        v15,
         v16,
         v17,
+        v18,
         v19,
-        v20,
+        v22,
         v23,
         v24,
-        v29,
+        v25,
+        v3,
         v30,
         v31,
         v32,
+        v33,
         v4,
-        v5,
-        v7,
-        v8,
+        v6,
+        v9,
         w,
-        zf_cos_v13,
-        zf_minus_fa_cos_v13,
-        zf_minus_fa_sin_v13,
-        zf_sin_v13,
+        zf_cos_eps_plus_omega,
+        zf_sin_eps_plus_omega,
     }
 }
 
@@ -1837,31 +1827,31 @@ pub fn velocity_residual<R: Scalar>(
 ) -> [R; 6] {
     let [beta_dot, Theta_dot, gamma_dot, Phi_dot, delta_dot, Omega_dot, eps_dot] = *qd;
     let Position {
-        d_cos_v3,
-        d_sin_v3,
-        e_cos_v6,
-        e_sin_v6,
+        d_cos_beta_plus_theta,
+        d_sin_beta_plus_theta,
+        e_cos_delta_plus_phi,
+        e_sin_delta_plus_phi,
         p_x,
         p_y,
-        v11,
-        v15,
-        v17,
+        v12,
+        v14,
+        v3,
         v4,
-        v5,
-        v8,
-        zf_cos_v13,
-        zf_sin_v13,
+        v6,
+        v9,
+        zf_cos_eps_plus_omega,
+        zf_sin_eps_plus_omega,
         ..
     } = *position;
-    let v1 = Theta_dot.neg_mul_add(d_sin_v3, beta_dot * p_y);
-    let v2 = Theta_dot.neg_mul_add(d_cos_v3, beta_dot * p_x);
+    let v1 = Theta_dot.neg_mul_add(d_sin_beta_plus_theta, beta_dot * p_y);
+    let v2 = Theta_dot.neg_mul_add(d_cos_beta_plus_theta, beta_dot * p_x);
     [
-        -gamma_dot.mul_add(v5, v1),
-        gamma_dot.neg_mul_add(v4, v2),
-        -delta_dot.neg_mul_add(v11, Phi_dot.mul_add(e_cos_v6, v1)),
-        delta_dot.neg_mul_add(v8, Phi_dot.neg_mul_add(e_sin_v6, v2)),
-        -eps_dot.mul_add(v17, Omega_dot.neg_mul_add(zf_sin_v13, v1)),
-        eps_dot.neg_mul_add(v15, Omega_dot.neg_mul_add(zf_cos_v13, v2)),
+        -gamma_dot.mul_add(v4, v1),
+        gamma_dot.neg_mul_add(v3, v2),
+        -delta_dot.neg_mul_add(v9, Phi_dot.mul_add(e_cos_delta_plus_phi, v1)),
+        delta_dot.neg_mul_add(v6, Phi_dot.neg_mul_add(e_sin_delta_plus_phi, v2)),
+        -eps_dot.mul_add(v14, Omega_dot.neg_mul_add(zf_sin_eps_plus_omega, v1)),
+        eps_dot.neg_mul_add(v12, Omega_dot.neg_mul_add(zf_cos_eps_plus_omega, v2)),
     ]
 }
 
@@ -1876,10 +1866,10 @@ pub fn correction<R: Scalar>(
 ) -> [R; 7] {
     let [g1_open, g2_open, g3_open, g4_open, g5_open, g6_open] = *residuals;
     let Position {
-        d_cos_v3,
-        d_sin_v3,
+        d_cos_beta_plus_theta,
+        d_sin_beta_plus_theta,
         delta_per_beta,
-        e_sin_v6,
+        e_sin_delta_plus_phi,
         eps_per_beta,
         g1_theta_share,
         g3_delta_share,
@@ -1901,20 +1891,22 @@ pub fn correction<R: Scalar>(
         omega_per_beta_2,
         phi_per_beta_2,
         theta_per_beta,
-        v4,
-        zf_cos_v13,
+        v3,
+        zf_cos_eps_plus_omega,
         ..
     } = *position;
 
     // The correction: no motion that the loops allow is part of it.
     let gamma_closing = g1_open * inv_g1;
-    let theta_closing = v4.neg_mul_add(gamma_closing, g2_open) * inv_g2;
-    let v1 = d_sin_v3 * theta_closing;
+    let theta_closing = v3.neg_mul_add(gamma_closing, g2_open) * inv_g2;
+    let v1 = d_sin_beta_plus_theta * theta_closing;
     let phi_closing = inv_g3 * (g3_open + v1);
-    let v2 = d_cos_v3 * theta_closing;
-    let delta_closing = inv_g4 * e_sin_v6.neg_mul_add(phi_closing, g4_open - v2);
+    let v2 = d_cos_beta_plus_theta * theta_closing;
+    let delta_closing = inv_g4
+        * e_sin_delta_plus_phi.neg_mul_add(phi_closing, g4_open - v2);
     let omega_closing = inv_g5 * (g5_open + v1);
-    let eps_closing = inv_g6 * zf_cos_v13.mul_add(omega_closing, g6_open - v2);
+    let eps_closing = inv_g6
+        * zf_cos_eps_plus_omega.mul_add(omega_closing, g6_open - v2);
     let omega_closing_2 = g5_eps_share.neg_mul_add(eps_closing, omega_closing);
     let phi_closing_2 = g3_delta_share.mul_add(delta_closing, phi_closing);
     let gamma_closing_2 = g1_theta_share.mul_add(theta_closing, gamma_closing);
@@ -1959,7 +1951,7 @@ pub fn correction<R: Scalar>(
 
 /// `qdd`, and the multipliers.
 ///
-/// Operations: 93 additions, 128 multiplications.
+/// Operations: 92 additions, 133 multiplications.
 #[inline(always)]
 pub fn accelerations<R: Scalar>(
     m: &Andrews<R>,
@@ -1973,15 +1965,13 @@ pub fn accelerations<R: Scalar>(
     let k = &m.constants;
     let [beta_dot, Theta_dot, gamma_dot, Phi_dot, delta_dot, Omega_dot, eps_dot] = *qd;
     let Position {
-        cos_v13,
-        cos_v3,
-        cos_v6,
-        d_cos_v3,
-        d_sin_v3,
+        cos_beta_plus_theta,
+        cos_delta_plus_phi,
+        cos_eps_plus_omega,
+        d_cos_beta_plus_theta,
+        d_sin_beta_plus_theta,
         delta_per_beta,
-        e_minus_ea_cos_v6,
-        e_minus_ea_sin_v6,
-        e_sin_v6,
+        e_sin_delta_plus_phi,
         eps_per_beta,
         g1_theta_share,
         g3_delta_share,
@@ -2006,113 +1996,111 @@ pub fn accelerations<R: Scalar>(
         momentum_phi_beta,
         momentum_theta_beta,
         omega_per_beta_2,
+        p_x,
+        p_y,
         phi_per_beta_2,
-        r_x,
-        r_y,
-        sin_v13,
-        sin_v3,
-        sin_v6,
+        sin_beta_plus_theta,
+        sin_delta_plus_phi,
+        sin_eps_plus_omega,
         theta_per_beta,
-        v10,
+        v12,
         v14,
         v16,
+        v17,
+        v18,
         v19,
-        v20,
+        v22,
         v23,
         v24,
-        v29,
+        v25,
+        v3,
         v30,
         v31,
         v32,
+        v33,
         v4,
-        v5,
-        v7,
-        zf_cos_v13,
-        zf_minus_fa_cos_v13,
-        zf_minus_fa_sin_v13,
+        v6,
+        v9,
+        zf_cos_eps_plus_omega,
         ..
     } = *position;
 
     // Convective terms of the loops: (C_q qd)_q qd.
-    let beta_dot_sq = beta_dot * beta_dot;
+    let Theta_dot_sq = Theta_dot * Theta_dot;
     let gamma_dot_sq = gamma_dot * gamma_dot;
-    let v1 = beta_dot
-        .mul_add(
-            k.twice_d.mul_add(Theta_dot, p.d * beta_dot),
-            p.d * Theta_dot * Theta_dot,
+    let twice_d_Theta_dot = k.twice_d * Theta_dot;
+    let v1 = Theta_dot_sq
+        .neg_mul_add(
+            d_cos_beta_plus_theta,
+            beta_dot * twice_d_Theta_dot.neg_mul_add(cos_beta_plus_theta, beta_dot * p_x),
         );
-    let v2 = v1.neg_mul_add(cos_v3, beta_dot_sq * r_x);
-    let g1_bias = v4.neg_mul_add(gamma_dot_sq, v2);
-    let v3 = v1.neg_mul_add(sin_v3, beta_dot_sq * r_y);
-    let g2_bias = v5.mul_add(gamma_dot_sq, v3);
-    let delta_dot_sq = delta_dot * delta_dot;
-    let v4_2 = p
-        .e
-        .mul_add(
-            Phi_dot.mul_add(Phi_dot, delta_dot_sq),
-            k.twice_e * Phi_dot * delta_dot,
+    let g1_bias = v3.mul_add(gamma_dot_sq, -v1);
+    let v2 = Theta_dot_sq
+        .neg_mul_add(
+            d_sin_beta_plus_theta,
+            beta_dot * twice_d_Theta_dot.neg_mul_add(sin_beta_plus_theta, beta_dot * p_y),
         );
-    let g3_bias = v4_2.neg_mul_add(sin_v6, delta_dot_sq.neg_mul_add(v7, v2));
-    let g4_bias = v4_2.mul_add(cos_v6, delta_dot_sq.neg_mul_add(v10, v3));
-    let eps_dot_sq = eps_dot * eps_dot;
-    let v5_2 = p
-        .zf
-        .mul_add(
-            Omega_dot.mul_add(Omega_dot, eps_dot_sq),
-            k.twice_zf * Omega_dot * eps_dot,
+    let g2_bias = v4.mul_add(gamma_dot_sq, v2);
+    let v3_2 = Phi_dot * sin_delta_plus_phi;
+    let e_Phi_dot = p.e * Phi_dot;
+    let g3_bias = delta_dot
+        .neg_mul_add(
+            delta_dot.mul_add(v6, k.twice_e * v3_2),
+            e_Phi_dot.neg_mul_add(v3_2, v1),
         );
-    let g5_bias = v5_2.neg_mul_add(cos_v13, eps_dot_sq.neg_mul_add(v14, v2));
-    let g6_bias = v5_2.neg_mul_add(sin_v13, eps_dot_sq.mul_add(v16, v3));
+    let v4_2 = Phi_dot * cos_delta_plus_phi;
+    let g4_bias = delta_dot
+        .neg_mul_add(
+            k.twice_e.neg_mul_add(v4_2, delta_dot * v9),
+            e_Phi_dot.mul_add(v4_2, v2),
+        );
+    let v5 = Omega_dot * cos_eps_plus_omega;
+    let zf_Omega_dot = p.zf * Omega_dot;
+    let g5_bias = eps_dot
+        .neg_mul_add(
+            eps_dot.mul_add(v12, k.twice_zf * v5),
+            zf_Omega_dot.neg_mul_add(v5, v1),
+        );
+    let v6_2 = Omega_dot * sin_eps_plus_omega;
+    let g6_bias = eps_dot
+        .mul_add(
+            k.twice_zf.neg_mul_add(v6_2, eps_dot * v14),
+            zf_Omega_dot.neg_mul_add(v6_2, v2),
+        );
 
     // The reduced forces fbar.
-    let v6 = Phi_dot * (Phi_dot + delta_dot);
+    let v7 = Phi_dot * (Phi_dot + delta_dot);
     let load_k4_x = p.m4
-        * delta_dot
-            .mul_add(
-                delta_dot.mul_add(v20, Phi_dot * e_minus_ea_sin_v6),
-                v6 * e_minus_ea_sin_v6,
-            );
+        * delta_dot.mul_add(delta_dot.mul_add(v17, Phi_dot * v16), v7 * v16);
     let load_k4_y = p.m4
-        * delta_dot
-            .mul_add(
-                delta_dot.neg_mul_add(v19, Phi_dot * e_minus_ea_cos_v6),
-                v6 * e_minus_ea_cos_v6,
-            );
-    let v7_2 = Omega_dot * (Omega_dot + eps_dot);
+        * delta_dot.mul_add(delta_dot.neg_mul_add(v19, Phi_dot * v18), v7 * v18);
+    let v8 = Omega_dot * (Omega_dot + eps_dot);
     let load_k6_x = p.m6
-        * eps_dot
-            .mul_add(
-                eps_dot.mul_add(v24, Omega_dot * zf_minus_fa_cos_v13),
-                v7_2 * zf_minus_fa_cos_v13,
-            );
+        * eps_dot.mul_add(eps_dot.mul_add(v25, Omega_dot * v24), v8 * v24);
     let load_k6_y = p.m6
-        * eps_dot
-            .mul_add(
-                eps_dot.neg_mul_add(v23, Omega_dot * zf_minus_fa_sin_v13),
-                v7_2 * zf_minus_fa_sin_v13,
-            );
-    let v8_2 = k.rr_da_m2.mul_add(Theta_dot, k.twice_rr_da_m2 * beta_dot);
-    let force_beta = Theta_dot.neg_mul_add(v8_2.neg_mul_add(v30, v8_2 * v29), p.mom);
-    let force_theta = k.rr_da_m2 * beta_dot_sq * v31;
-    let force_phi = e_minus_ea_sin_v6
-        .neg_mul_add(load_k4_y, e_minus_ea_cos_v6 * load_k4_x);
-    let force_delta = v20.mul_add(load_k4_y, v19 * load_k4_x);
-    let force_omega = zf_minus_fa_cos_v13
-        .neg_mul_add(load_k6_y, zf_minus_fa_sin_v13 * load_k6_x);
-    let force_eps = v24.mul_add(load_k6_y, v23 * load_k6_x);
+        * eps_dot.mul_add(eps_dot.neg_mul_add(v23, Omega_dot * v22), v8 * v22);
+    let v9_2 = k.rr_da_m2.mul_add(Theta_dot, k.twice_rr_da_m2 * beta_dot);
+    let force_beta = Theta_dot.neg_mul_add(v9_2.neg_mul_add(v31, v9_2 * v30), p.mom);
+    let force_theta = k.rr_da_m2 * beta_dot * beta_dot * v32;
+    let force_phi = v16.neg_mul_add(load_k4_y, v18 * load_k4_x);
+    let force_delta = v17.mul_add(load_k4_y, v19 * load_k4_x);
+    let force_omega = v24.neg_mul_add(load_k6_y, v22 * load_k6_x);
+    let force_eps = v25.mul_add(load_k6_y, v23 * load_k6_x);
 
     // Accelerations.
     let gamma_closing = inv_g1 * g1_bias;
-    let theta_closing = v4.neg_mul_add(gamma_closing, g2_bias) * inv_g2;
-    let v9 = d_sin_v3 * theta_closing;
-    let phi_closing = inv_g3 * (g3_bias + v9);
-    let v10_2 = d_cos_v3 * theta_closing;
-    let delta_closing = inv_g4 * e_sin_v6.neg_mul_add(phi_closing, g4_bias - v10_2);
-    let omega_closing = inv_g5 * (g5_bias + v9);
-    let eps_closing = inv_g6 * zf_cos_v13.mul_add(omega_closing, g6_bias - v10_2);
+    let theta_closing = v3.mul_add(gamma_closing, g2_bias) * inv_g2;
+    let v10 = d_sin_beta_plus_theta * theta_closing;
+    let phi_closing = inv_g3 * (g3_bias + v10);
+    let v11 = d_cos_beta_plus_theta * theta_closing;
+    let delta_closing = inv_g4
+        * e_sin_delta_plus_phi.neg_mul_add(phi_closing, g4_bias - v11);
+    let omega_closing = inv_g5 * (g5_bias + v10);
+    let eps_closing = inv_g6
+        * zf_cos_eps_plus_omega.mul_add(omega_closing, g6_bias - v11);
     let omega_closing_2 = g5_eps_share.neg_mul_add(eps_closing, omega_closing);
     let phi_closing_2 = g3_delta_share.mul_add(delta_closing, phi_closing);
-    let gamma_closing_2 = g1_theta_share.mul_add(theta_closing, gamma_closing);
+    let gamma_closing_2 = g1_theta_share.neg_mul_add(theta_closing, gamma_closing);
     let drive_beta_ddot = eps_closing
         .mul_add(
             momentum_eps_beta,
@@ -2138,14 +2126,14 @@ pub fn accelerations<R: Scalar>(
                                                                 .neg_mul_add(
                                                                     delta_per_beta,
                                                                     gamma_closing_2
-                                                                        .neg_mul_add(
+                                                                        .mul_add(
                                                                             momentum_gamma_beta,
                                                                             theta_closing
                                                                                 .mul_add(
                                                                                     momentum_theta_beta,
-                                                                                    v32
+                                                                                    gamma_per_beta_2
                                                                                         .mul_add(
-                                                                                            gamma_per_beta_2,
+                                                                                            v33,
                                                                                             force_theta.mul_add(theta_per_beta, force_beta),
                                                                                         ),
                                                                                 ),
@@ -2160,14 +2148,14 @@ pub fn accelerations<R: Scalar>(
         );
     let beta_ddot = inv_inertia_beta * drive_beta_ddot;
     let theta_ddot = theta_per_beta.neg_mul_add(beta_ddot, theta_closing);
-    let gamma_ddot = gamma_per_beta_2.mul_add(beta_ddot, gamma_closing_2);
+    let gamma_ddot = gamma_per_beta_2.neg_mul_add(beta_ddot, gamma_closing_2);
     let phi_ddot = phi_per_beta_2.mul_add(beta_ddot, phi_closing_2);
     let delta_ddot = delta_per_beta.neg_mul_add(beta_ddot, delta_closing);
     let omega_ddot = omega_per_beta_2.mul_add(beta_ddot, omega_closing_2);
     let eps_ddot = eps_per_beta.neg_mul_add(beta_ddot, eps_closing);
 
     // Multipliers.
-    let excess_gamma = k.i3_plus_m3_times_sa_sq_plus_sb_sq.neg_mul_add(gamma_ddot, v32);
+    let excess_gamma = k.i3_plus_m3_times_sa_sq_plus_sb_sq.mul_add(gamma_ddot, v33);
     let excess_phi = mass_phi_delta
         .mul_add(delta_ddot, k.k2.mul_add(phi_ddot, force_phi));
     let excess_omega = mass_omega_eps
@@ -2179,7 +2167,7 @@ pub fn accelerations<R: Scalar>(
                 mass_eps_eps
                     .mul_add(eps_ddot, mass_omega_eps.neg_mul_add(omega_ddot, force_eps)),
             );
-    let lambda_g5 = inv_g5 * zf_cos_v13.mul_add(lambda_g6, excess_omega);
+    let lambda_g5 = inv_g5 * zf_cos_eps_plus_omega.mul_add(lambda_g6, excess_omega);
     let lambda_g4 = inv_g4
         * g3_delta_share
             .neg_mul_add(
@@ -2190,18 +2178,18 @@ pub fn accelerations<R: Scalar>(
                         mass_phi_delta.neg_mul_add(phi_ddot, force_delta),
                     ),
             );
-    let lambda_g3 = inv_g3 * e_sin_v6.mul_add(lambda_g4, excess_phi);
+    let lambda_g3 = inv_g3 * e_sin_delta_plus_phi.mul_add(lambda_g4, excess_phi);
     let lambda_g2 = inv_g2
-        * d_sin_v3
+        * d_sin_beta_plus_theta
             .mul_add(
                 lambda_g5,
-                d_sin_v3
+                d_sin_beta_plus_theta
                     .mul_add(
                         lambda_g3,
-                        d_cos_v3
+                        d_cos_beta_plus_theta
                             .neg_mul_add(
                                 lambda_g6,
-                                d_cos_v3
+                                d_cos_beta_plus_theta
                                     .mul_add(
                                         lambda_g4,
                                         g1_theta_share
@@ -2218,12 +2206,12 @@ pub fn accelerations<R: Scalar>(
                             ),
                     ),
             );
-    let lambda_g1 = inv_g1 * v4.mul_add(lambda_g2, excess_gamma);
+    let lambda_g1 = inv_g1 * v3.mul_add(lambda_g2, excess_gamma);
     (
         [
             beta_ddot,
             -theta_ddot,
-            -gamma_ddot,
+            gamma_ddot,
             -phi_ddot,
             -delta_ddot,
             omega_ddot,
@@ -2274,9 +2262,9 @@ pub fn growth_factor<R: Scalar>(position: &Position<R>) -> R {
 
 impl<R: Scalar> Kernel<R, 7, 6> for Andrews<R> {
     type Position = Position<R>;
-    const IS_ANGLE: [bool; 7] = [true, false, true, false, true, false, true];
+    const IS_ANGLE: [bool; 7] = [true, true, true, true, true, true, true];
 
-    const OPERATIONS: usize = 383;
+    const OPERATIONS: usize = 403;
 
     fn with_values(value: &dyn Fn(usize) -> R) -> Self {
         Self::new(Parameters {
@@ -3097,4 +3085,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: 02dd410c8c7deb14
+// Hash of this file and its derivation: c2eccb0036dad805

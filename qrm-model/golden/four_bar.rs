@@ -17,17 +17,17 @@
 //     outputs              2 additions
 //     dynamics             74 additions, 96 multiplications, 3 sine-cosine pairs
 //     loop_constraints     12 additions, 6 multiplications, 3 sine-cosine pairs
-//     position             46 additions, 56 multiplications, 3 divisions, 2 sine-cosine pairs
+//     position             50 additions, 68 multiplications, 3 divisions
 //     residuals            no operations
 //     velocity_residual    5 additions, 6 multiplications
 //     correction           7 additions, 9 multiplications
-//     accelerations        38 additions, 56 multiplications
+//     accelerations        46 additions, 68 multiplications
 //     outputs_at           2 additions
 //
 // Accelerations and multipliers, from sines and cosines on:
 //       486 operations  with full matrices, as the method is written down
 //       285 operations  by the function `dynamics` and one full system
-//       194 operations  by the kernel: 81 additions, 110 multiplications, 3 divisions, 2 sine-cosine pairs
+//       230 operations  by the kernel: 93 additions, 134 multiplications, 3 divisions
 //
 // Left out:
 //     9 of the 27 entries of T: zero by structure
@@ -891,21 +891,14 @@ pub fn loop_constraints<R: Scalar>(
 #[derive(Clone, Copy, Debug)]
 #[allow(missing_docs)]
 pub struct Position<R> {
-    pub b_y: R,
     pub close_x_over_close_y_q3: R,
     pub close_x_q3_share: R,
     pub close_x_residual: R,
     pub close_y_over_close_x_q2: R,
     pub close_y_residual: R,
-    pub cos_v1: R,
-    pub cos_v3: R,
-    pub half_l4_cos_v3: R,
-    pub half_l4_sin_v3: R,
     pub inv_close_x: R,
     pub inv_close_y: R,
     pub inv_inertia_q1: R,
-    pub l4_cos_v3: R,
-    pub l4_sin_v3: R,
     pub mass_q1_q2: R,
     pub mass_q1_q3: R,
     pub mass_q2_q2: R,
@@ -914,15 +907,22 @@ pub struct Position<R> {
     pub momentum_q3_q1: R,
     pub q2_per_q1_2: R,
     pub q3_per_q1: R,
-    pub sin_v1: R,
-    pub sin_v3: R,
+    pub twice_l3_cos_q1_plus_q2: R,
+    pub twice_l3_sin_q1_plus_q2: R,
     pub v10: R,
     pub v11: R,
     pub v12: R,
-    pub v16: R,
-    pub v17: R,
+    pub v13: R,
+    pub v14: R,
     pub v18: R,
+    pub v19: R,
     pub v2: R,
+    pub v20: R,
+    pub v21: R,
+    pub v22: R,
+    pub v23: R,
+    pub v24: R,
+    pub v3: R,
     pub v4: R,
     pub v5: R,
     pub v6: R,
@@ -931,51 +931,51 @@ pub struct Position<R> {
 
 /// What follows from the position alone: the loops, their Jacobian, the mass matrix, and how the dependent coordinates follow the others.
 ///
-/// Operations: 46 additions, 56 multiplications, 3 divisions, 2 sine-cosine pairs.
+/// Operations: 50 additions, 68 multiplications, 3 divisions.
 #[inline(always)]
 pub fn position<R: Scalar>(
     m: &FourBar<R>,
-    q: &[R; 3],
+    _q: &[R; 3],
     angles: &Angles<R, 3>,
 ) -> Position<R> {
     let p = &m.parameters;
     let k = &m.constants;
-    let [q1, q2, q3] = *q;
-    let [sin_q1, _, _] = angles.sin;
-    let [cos_q1, _, _] = angles.cos;
+    let [sin_q1, sin_q2, sin_q3] = angles.sin;
+    let [cos_q1, cos_q2, cos_q3] = angles.cos;
 
     // The residuals of the constraints: C.
-    let v1 = q1 + q2;
-    let (sin_v1, cos_v1) = v1.sin_cos();
-    let v2 = p.l2 * cos_q1;
-    let v3 = q3 + v1;
-    let (sin_v3, cos_v3) = v3.sin_cos();
-    let l3_cos_v1 = p.l3 * cos_v1;
-    let l4_cos_v3 = p.l4 * cos_v3;
-    let v4 = l3_cos_v1 + l4_cos_v3;
-    let v5 = v2 + v4;
-    let close_x_residual = p.l1 + v5;
+    let v1 = p.l2 * cos_q1;
+    let cos_q1_plus_q2 = sin_q1.neg_mul_add(sin_q2, cos_q1 * cos_q2);
+    let l3_cos_q1_plus_q2 = p.l3 * cos_q1_plus_q2;
+    let sin_q1_plus_q2 = cos_q1.mul_add(sin_q2, sin_q1 * cos_q2);
+    let cos_q1_plus_q2_plus_q3 = sin_q3
+        .neg_mul_add(sin_q1_plus_q2, cos_q3 * cos_q1_plus_q2);
+    let v2 = p.l4 * cos_q1_plus_q2_plus_q3;
+    let v3 = l3_cos_q1_plus_q2 + v2;
+    let v4 = v1 + v3;
+    let close_x_residual = p.l1 + v4;
     let b_y = p.l2 * sin_q1;
-    let l3_sin_v1 = p.l3 * sin_v1;
-    let l4_sin_v3 = p.l4 * sin_v3;
-    let v6 = l3_sin_v1 + l4_sin_v3;
+    let l3_sin_q1_plus_q2 = p.l3 * sin_q1_plus_q2;
+    let sin_q1_plus_q2_plus_q3 = sin_q3.mul_add(cos_q1_plus_q2, cos_q3 * sin_q1_plus_q2);
+    let v5 = p.l4 * sin_q1_plus_q2_plus_q3;
+    let v6 = l3_sin_q1_plus_q2 + v5;
     let close_y_residual = b_y + v6;
 
     // The reduced mass matrix Mbar.
-    let half_l3_cos_v1 = k.half_l3 * cos_v1;
-    let half_l3_sin_v1 = k.half_l3 * sin_v1;
-    let v7 = b_y + half_l3_sin_v1;
-    let half_l4_cos_v3 = k.half_l4 * cos_v3;
-    let half_l4_sin_v3 = k.half_l4 * sin_v3;
-    let v8 = v2 + half_l3_cos_v1;
-    let v9 = l3_sin_v1 + half_l4_sin_v3;
-    let v10 = l3_cos_v1 + half_l4_cos_v3;
-    let v11 = b_y + v9;
-    let v12 = v2 + v10;
+    let half_l3_cos_q1_plus_q2 = k.half_l3 * cos_q1_plus_q2;
+    let v7 = v1 + half_l3_cos_q1_plus_q2;
+    let half_l3_sin_q1_plus_q2 = k.half_l3 * sin_q1_plus_q2;
+    let v8 = b_y + half_l3_sin_q1_plus_q2;
+    let v9 = k.half_l4 * cos_q1_plus_q2_plus_q3;
+    let v10 = l3_cos_q1_plus_q2 + v9;
+    let v11 = v1 + v10;
+    let v12 = k.half_l4 * sin_q1_plus_q2_plus_q3;
+    let v13 = l3_sin_q1_plus_q2 + v12;
+    let v14 = b_y + v13;
     let mass_q1_q1 = k
         .l4_rho
         .mul_add(
-            v12.mul_add(v12, v11 * v11),
+            v14.mul_add(v14, v11 * v11),
             k
                 .l3_rho
                 .mul_add(
@@ -983,47 +983,54 @@ pub fn position<R: Scalar>(
                     k.k2.mul_add(sin_q1.mul_add(sin_q1, cos_q1 * cos_q1), k.k1),
                 ),
         );
-    let v13 = k.half_l2 * cos_q1;
-    let v14 = k.half_l2 * sin_q1;
+    let v15 = k.half_l2 * cos_q1;
+    let v16 = k.half_l2 * sin_q1;
     let mass_q1_q2 = k
         .l4_rho
         .mul_add(
-            v10.mul_add(v12, v9 * v11),
+            v13.mul_add(v14, v10 * v11),
             k
                 .l3_sq_rho
                 .mul_add(
-                    sin_v1
+                    cos_q1_plus_q2
                         .mul_add(
-                            k.k4.mul_add(sin_v1, v14),
-                            cos_v1 * k.k4.mul_add(cos_v1, v13),
+                            k.k4.mul_add(cos_q1_plus_q2, v15),
+                            sin_q1_plus_q2 * k.k4.mul_add(sin_q1_plus_q2, v16),
                         ),
                     k.k3,
                 ),
         );
-    let v15 = sin_v1.mul_add(sin_v3, cos_v1 * cos_v3);
-    let mass_q2_q2 = k.l3_l4_sq_rho.mul_add(v15, k.k7);
+    let v17 = cos_q1_plus_q2
+        .mul_add(cos_q1_plus_q2_plus_q3, sin_q1_plus_q2 * sin_q1_plus_q2_plus_q3);
+    let mass_q2_q2 = k.l3_l4_sq_rho.mul_add(v17, k.k7);
     let mass_q1_q3 = k
         .l4_sq_rho
         .mul_add(
-            sin_v3
+            cos_q1_plus_q2_plus_q3
                 .mul_add(
-                    k.k6.mul_add(sin_v3, v14 + half_l3_sin_v1),
-                    cos_v3 * k.k6.mul_add(cos_v3, v13 + half_l3_cos_v1),
+                    k.k6.mul_add(cos_q1_plus_q2_plus_q3, v15 + half_l3_cos_q1_plus_q2),
+                    sin_q1_plus_q2_plus_q3
+                        * k
+                            .k6
+                            .mul_add(
+                                sin_q1_plus_q2_plus_q3,
+                                v16 + half_l3_sin_q1_plus_q2,
+                            ),
                 ),
             k.k5,
         );
-    let mass_q2_q3 = k.half_l3_l4_sq_rho.mul_add(v15, k.k8);
+    let mass_q2_q3 = k.half_l3_l4_sq_rho.mul_add(v17, k.k8);
 
     // How dependent coordinates follow the others: C_q T = 0.
     let inv_close_x = v6.recip();
-    let close_x_q3_share = l4_sin_v3 * inv_close_x;
-    let close_y_q3_left = v4.neg_mul_add(close_x_q3_share, l4_cos_v3);
+    let close_x_q3_share = v5 * inv_close_x;
+    let close_y_q3_left = v3.neg_mul_add(close_x_q3_share, v2);
     let inv_close_y = close_y_q3_left.recip();
     let q2_per_q1 = close_y_residual * inv_close_x;
-    let q3_per_q1 = v4.neg_mul_add(q2_per_q1, v5) * inv_close_y;
+    let q3_per_q1 = v3.neg_mul_add(q2_per_q1, v4) * inv_close_y;
     let q2_per_q1_2 = close_x_q3_share.neg_mul_add(q3_per_q1, q2_per_q1);
-    let close_y_over_close_x_q2 = v4 * inv_close_x;
-    let close_x_over_close_y_q3 = l4_sin_v3 * inv_close_y;
+    let close_y_over_close_x_q2 = v3 * inv_close_x;
+    let close_x_over_close_y_q3 = v5 * inv_close_y;
 
     // What moves with the others: Mbar T, and T' Mbar T.
     let momentum_q1_q1 = mass_q1_q2
@@ -1038,25 +1045,24 @@ pub fn position<R: Scalar>(
             q2_per_q1_2.neg_mul_add(momentum_q2_q1, momentum_q1_q1),
         );
     let inv_inertia_q1 = inertia_q1.recip();
-    let v16 = cos_q1 * sin_v1;
-    let v17 = sin_q1 * cos_v1;
-    let v18 = v16 - v17;
+    let twice_l3_cos_q1_plus_q2 = k.twice_l3 * cos_q1_plus_q2;
+    let v18 = k.twice_l4 * cos_q1_plus_q2_plus_q3;
+    let v19 = twice_l3_cos_q1_plus_q2 + v18;
+    let twice_l3_sin_q1_plus_q2 = k.twice_l3 * sin_q1_plus_q2;
+    let v20 = k.twice_l4 * sin_q1_plus_q2_plus_q3;
+    let v21 = twice_l3_sin_q1_plus_q2 + v20;
+    let v22 = cos_q1 * sin_q1_plus_q2;
+    let v23 = sin_q1 * cos_q1_plus_q2;
+    let v24 = v22 - v23;
     Position {
-        b_y,
         close_x_over_close_y_q3,
         close_x_q3_share,
         close_x_residual,
         close_y_over_close_x_q2,
         close_y_residual,
-        cos_v1,
-        cos_v3,
-        half_l4_cos_v3,
-        half_l4_sin_v3,
         inv_close_x,
         inv_close_y,
         inv_inertia_q1,
-        l4_cos_v3,
-        l4_sin_v3,
         mass_q1_q2,
         mass_q1_q3,
         mass_q2_q2,
@@ -1065,15 +1071,22 @@ pub fn position<R: Scalar>(
         momentum_q3_q1,
         q2_per_q1_2,
         q3_per_q1,
-        sin_v1,
-        sin_v3,
+        twice_l3_cos_q1_plus_q2,
+        twice_l3_sin_q1_plus_q2,
         v10,
         v11,
         v12,
-        v16,
-        v17,
+        v13,
+        v14,
         v18,
+        v19,
         v2,
+        v20,
+        v21,
+        v22,
+        v23,
+        v24,
+        v3,
         v4,
         v5,
         v6,
@@ -1100,10 +1113,10 @@ pub fn velocity_residual<R: Scalar>(
     qd: &[R; 3],
 ) -> [R; 2] {
     let [q1_dot, q2_dot, q3_dot] = *qd;
-    let Position { close_y_residual, l4_cos_v3, l4_sin_v3, v4, v5, v6, .. } = *position;
+    let Position { close_y_residual, v2, v3, v4, v5, v6, .. } = *position;
     [
-        -q1_dot.mul_add(close_y_residual, q2_dot.mul_add(v6, q3_dot * l4_sin_v3)),
-        q1_dot.mul_add(v5, q2_dot.mul_add(v4, q3_dot * l4_cos_v3)),
+        -q1_dot.mul_add(close_y_residual, q2_dot.mul_add(v6, q3_dot * v5)),
+        q1_dot.mul_add(v4, q2_dot.mul_add(v3, q3_dot * v2)),
     ]
 }
 
@@ -1126,13 +1139,13 @@ pub fn correction<R: Scalar>(
         momentum_q3_q1,
         q2_per_q1_2,
         q3_per_q1,
-        v4,
+        v3,
         ..
     } = *position;
 
     // The correction: no motion that the loops allow is part of it.
     let q2_closing = close_x_open * inv_close_x;
-    let q3_closing = v4.mul_add(q2_closing, close_y_open) * inv_close_y;
+    let q3_closing = v3.mul_add(q2_closing, close_y_open) * inv_close_y;
     let q2_closing_2 = close_x_q3_share.mul_add(q3_closing, q2_closing);
     let drive_q1_correction = q3_closing
         .neg_mul_add(momentum_q3_q1, q2_closing_2 * momentum_q2_q1);
@@ -1144,7 +1157,7 @@ pub fn correction<R: Scalar>(
 
 /// `qdd`, and the multipliers.
 ///
-/// Operations: 38 additions, 56 multiplications.
+/// Operations: 46 additions, 68 multiplications.
 #[inline(always)]
 pub fn accelerations<R: Scalar>(
     m: &FourBar<R>,
@@ -1154,16 +1167,11 @@ pub fn accelerations<R: Scalar>(
     qd: &[R; 3],
     _angles: &Angles<R, 3>,
 ) -> ([R; 3], [R; 2]) {
-    let p = &m.parameters;
     let k = &m.constants;
     let [q1_dot, q2_dot, q3_dot] = *qd;
     let Position {
-        b_y,
         close_x_q3_share,
-        cos_v1,
-        cos_v3,
-        half_l4_cos_v3,
-        half_l4_sin_v3,
+        close_y_residual,
         inv_close_x,
         inv_close_y,
         inv_inertia_q1,
@@ -1175,52 +1183,74 @@ pub fn accelerations<R: Scalar>(
         momentum_q3_q1,
         q2_per_q1_2,
         q3_per_q1,
-        sin_v1,
-        sin_v3,
+        twice_l3_cos_q1_plus_q2,
+        twice_l3_sin_q1_plus_q2,
         v10,
         v11,
         v12,
-        v16,
-        v17,
+        v13,
+        v14,
         v18,
+        v19,
         v2,
+        v20,
+        v21,
+        v22,
+        v23,
+        v24,
+        v3,
         v4,
+        v5,
+        v6,
         v9,
         ..
     } = *position;
 
     // Convective terms of the loops: (C_q qd)_q qd.
-    let q1_dot_sq = q1_dot * q1_dot;
-    let v1 = q2_dot.mul_add(q2_dot, q1_dot_sq);
-    let v2_2 = q1_dot.mul_add(q2_dot + q3_dot, q2_dot * q3_dot);
-    let v3 = q3_dot.mul_add(q3_dot, v1);
-    let v4_2 = k.twice_l4.mul_add(v2_2, p.l4 * v3);
-    let v5_2 = p.l3.mul_add(v1, k.twice_l3 * q1_dot * q2_dot);
-    let v6_2 = v5_2.mul_add(cos_v1, q1_dot_sq * v2);
-    let close_x_bias = v4_2.mul_add(cos_v3, v6_2);
-    let v7 = v5_2.mul_add(sin_v1, q1_dot_sq * b_y);
-    let close_y_bias = v4_2.mul_add(sin_v3, v7);
+    let q3_dot_sq = q3_dot * q3_dot;
+    let v1 = q3_dot * v18;
+    let close_x_bias = q1_dot
+        .mul_add(
+            q1_dot.mul_add(v4, q2_dot.mul_add(v19, v1)),
+            q2_dot.mul_add(q2_dot.mul_add(v3, v1), q3_dot_sq * v2),
+        );
+    let v2_2 = q3_dot * v20;
+    let close_y_bias = q1_dot
+        .mul_add(
+            q1_dot.mul_add(close_y_residual, q2_dot.mul_add(v21, v2_2)),
+            q2_dot.mul_add(q2_dot.mul_add(v6, v2_2), q3_dot_sq * v5),
+        );
 
     // The reduced forces fbar.
-    let v8 = k.half_l4.mul_add(v3, p.l4 * v2_2);
-    let load_rod4_x = k.l4_rho * v8.mul_add(cos_v3, v6_2);
-    let load_rod4_y = k.l4_rho * v8.mul_add(sin_v3, v7);
-    let v9_2 = k.half_l2_l3_sq_rho.mul_add(q2_dot, k.l2_l3_sq_rho * q1_dot);
-    let force_q1 = v12
+    let v3_2 = q2_dot + q3_dot;
+    let load_rod4_x = k.l4_rho
+        * q1_dot
+            .mul_add(
+                q1_dot.mul_add(v11, v3_2.mul_add(v2, q2_dot * twice_l3_cos_q1_plus_q2)),
+                q2_dot.mul_add(q2_dot.mul_add(v10, q3_dot * v2), q3_dot_sq * v9),
+            );
+    let load_rod4_y = k.l4_rho
+        * q1_dot
+            .mul_add(
+                q1_dot.mul_add(v14, v3_2.mul_add(v5, q2_dot * twice_l3_sin_q1_plus_q2)),
+                q2_dot.mul_add(q2_dot.mul_add(v13, q3_dot * v5), q3_dot_sq * v12),
+            );
+    let v4_2 = k.half_l2_l3_sq_rho.mul_add(q2_dot, k.l2_l3_sq_rho * q1_dot);
+    let force_q1 = v11
         .mul_add(
             load_rod4_y,
-            v11.neg_mul_add(load_rod4_x, q2_dot * v9_2.neg_mul_add(v17, v9_2 * v16)),
+            v14.neg_mul_add(load_rod4_x, q2_dot * v4_2.neg_mul_add(v23, v4_2 * v22)),
         );
     let force_q2 = v10
         .neg_mul_add(
             load_rod4_y,
-            v9.mul_add(load_rod4_x, k.half_l2_l3_sq_rho * q1_dot_sq * v18),
+            v13.mul_add(load_rod4_x, k.half_l2_l3_sq_rho * q1_dot * q1_dot * v24),
         );
-    let force_q3 = half_l4_cos_v3.neg_mul_add(load_rod4_y, half_l4_sin_v3 * load_rod4_x);
+    let force_q3 = v9.neg_mul_add(load_rod4_y, v12 * load_rod4_x);
 
     // Accelerations.
-    let q2_closing = close_x_bias * inv_close_x;
-    let q3_closing = v4.mul_add(q2_closing, close_y_bias) * inv_close_y;
+    let q2_closing = inv_close_x * close_x_bias;
+    let q3_closing = v3.mul_add(q2_closing, close_y_bias) * inv_close_y;
     let q2_closing_2 = close_x_q3_share.mul_add(q3_closing, q2_closing);
     let drive_q1_ddot = q3_closing
         .neg_mul_add(
@@ -1253,7 +1283,7 @@ pub fn accelerations<R: Scalar>(
                             .neg_mul_add(q2_ddot, mass_q1_q3.mul_add(q1_ddot, force_q3)),
                     ),
             );
-    let lambda_close_x = inv_close_x * v4.neg_mul_add(lambda_close_y, excess_q2);
+    let lambda_close_x = inv_close_x * v3.neg_mul_add(lambda_close_y, excess_q2);
     ([q1_ddot, -q2_ddot, q3_ddot], [lambda_close_x, -lambda_close_y])
 }
 
@@ -1289,9 +1319,9 @@ pub fn growth_factor<R: Scalar>(position: &Position<R>) -> R {
 
 impl<R: Scalar> Kernel<R, 3, 2> for FourBar<R> {
     type Position = Position<R>;
-    const IS_ANGLE: [bool; 3] = [true, false, false];
+    const IS_ANGLE: [bool; 3] = [true, true, true];
 
-    const OPERATIONS: usize = 194;
+    const OPERATIONS: usize = 230;
 
     fn with_values(value: &dyn Fn(usize) -> R) -> Self {
         Self::new(Parameters {
@@ -1681,4 +1711,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: b1c98bdd38d4f889
+// Hash of this file and its derivation: 5553375ab8bf002d

@@ -1,8 +1,10 @@
 //! What the generated file contains: which functions, of what, in which shape.
 
 use super::formulae;
+use std::collections::HashSet;
+
 use crate::formula::{Style, Writer};
-use crate::graph::{Graph, Signed};
+use crate::graph::{Graph, Id, Signed};
 use crate::kernel::Kernel;
 use crate::lower::Lowering;
 use crate::share::share_pairs;
@@ -84,7 +86,7 @@ pub(super) struct Layout {
     pub(super) graph: Graph,
     pub(super) plans: Vec<Plan<Signed>>,
     /// Values that are the coordinates of named points.
-    pub(super) points: Vec<[Signed; 2]>,
+    pub(super) points: Vec<(String, Signed)>,
     /// Values of other named quantities and of their derivatives.
     pub(super) names: Vec<(String, Signed)>,
     pub(super) kernel: Kernel,
@@ -111,23 +113,38 @@ impl Layout {
         let symbols: Vec<(&Named, Symbol)> = symbols.collect();
         roots.extend(symbols.iter().map(|(_, symbol)| lowering.bound[symbol]));
         // In a kernel names stand for other values.
-        let mut lowering = Lowering::onto(lowering.graph);
+        let mut lowering = Lowering::of_kernel(lowering.graph);
         let mut kernel = Kernel::new(scene, equations, &mut lowering);
+        let angle_sums = lowering.angle_sums(|i| scene.coordinates[i].name.to_lowercase());
+        let point_names = scene.points.iter().flat_map(|point| ["x", "y"].map(|axis| format!("{}_{axis}", point.name)));
+        let point_names: Vec<String> = point_names.map(|name| name.to_lowercase()).collect();
+        let mut lowering = Lowering::of_kernel(lowering.graph);
+        lowering.define(&equations.names);
+        let points = equations.points.iter().flatten().map(|term| lowering.term(term));
+        let points: Vec<(String, Signed)> = point_names.iter().cloned().zip(points).collect();
         let (mut graph, roots) = share_pairs(&lowering.graph, &roots);
         // What pays in a kernel is another thing than what pays in the plain functions.
         let kernel_roots: Vec<Signed> = kernel.values().copied().collect();
         let (step, outputs) = kernel_roots.split_at(kernel_roots.len() - kernel.outputs.len());
-        let mut shared = Vec::new();
-        for roots in [step, outputs] {
-            let (part, roots) = share_pairs(&lowering.graph, roots);
-            let places = graph.absorb(&part);
-            shared.extend(roots.into_iter().map(|root| Signed { id: places[root.id], ..root }));
+        let (mut shared, mut named) = (Vec::new(), Vec::new());
+        for part in [step, outputs] {
+            // Values that have a name only because angles are added are kept whole.
+            let reachable: HashSet<Id> =
+                lowering.graph.reachable(part.iter().map(|root| root.id)).into_iter().collect();
+            let is_kept = |(_, value): &&(String, Signed)| !angle_sums.is_empty() && reachable.contains(&value.id);
+            let kept: Vec<&(String, Signed)> = points.iter().chain(&angle_sums).filter(is_kept).collect();
+            let roots: Vec<Signed> = part.iter().copied().chain(kept.iter().map(|(_, value)| *value)).collect();
+            let (own, roots) = share_pairs(&lowering.graph, &roots);
+            let places = graph.absorb(&own);
+            let mut roots = roots.into_iter().map(|root| Signed { id: places[root.id], ..root });
+            shared.extend(roots.by_ref().take(part.len()));
+            named.extend(kept.iter().map(|(name, _)| name.clone()).zip(roots));
         }
         kernel.values_mut().zip(shared).for_each(|(value, place)| *value = place);
         let plans = lowered.iter().map(|plan| plan.map(&mut |&i| roots[i])).collect();
         let names = symbols.iter().map(|(named, symbol)| named.symbol_name(*symbol, scene).to_lowercase());
         let names = names.zip(roots[name_place..].iter().copied()).collect();
-        let points = roots[point_place..name_place].chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect();
+        let points = point_names.into_iter().zip(roots[point_place..name_place].iter().copied()).chain(named).collect();
         Self { graph, plans, points, names, kernel }
     }
 }

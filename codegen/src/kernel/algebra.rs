@@ -12,11 +12,6 @@ pub(super) type Value = Option<Signed>;
 /// A matrix, as rows.
 pub(super) type Matrix = Vec<Vec<Value>>;
 
-/// The value with the other sign.
-pub(super) fn negated(value: Signed) -> Signed {
-    Signed { negative: !value.negative, ..value }
-}
-
 impl Builder<'_> {
     /// The value of a term.
     pub(super) fn value(&mut self, term: &Term) -> Value {
@@ -79,7 +74,7 @@ impl Builder<'_> {
     }
 
     pub(super) fn difference(&mut self, a: Value, b: Value) -> Value {
-        let terms = a.into_iter().chain(b.map(negated)).collect();
+        let terms = a.into_iter().chain(b.map(Signed::negated)).collect();
         self.sum(terms)
     }
 

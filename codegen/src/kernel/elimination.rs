@@ -3,7 +3,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::algebra::{Matrix, Value, negated};
+use super::algebra::{Matrix, Value};
 use super::{Block, Builder};
 use crate::graph::{Op, Signed};
 use crate::term::{Equations, Symbol, Term};
@@ -79,7 +79,8 @@ impl Elimination {
             let (row, column) = self.pivots[k];
             for i in k..m {
                 let (other, _) = self.pivots[i];
-                let known = (0..k).filter_map(|j| builder.multiply(self.lower[i][j], self.upper[j][k])).map(negated);
+                let known =
+                    (0..k).filter_map(|j| builder.multiply(self.lower[i][j], self.upper[j][k])).map(Signed::negated);
                 let terms: Vec<Signed> = jacobian[other][column].into_iter().chain(known.collect::<Vec<_>>()).collect();
                 let sum = builder.sum(terms);
                 let name = format!("{}_{}_left", builder.scene.constraints[other].name, self.name(builder, column));
@@ -90,7 +91,8 @@ impl Elimination {
             self.inverses.push(builder.keep(Block::Tangents, &format!("inv_{constraint}"), inverse));
             for j in k + 1..m {
                 let (_, other) = self.pivots[j];
-                let known = (0..k).filter_map(|i| builder.multiply(self.lower[k][i], self.upper[i][j])).map(negated);
+                let known =
+                    (0..k).filter_map(|i| builder.multiply(self.lower[k][i], self.upper[i][j])).map(Signed::negated);
                 let terms: Vec<Signed> = jacobian[row][other].into_iter().chain(known.collect::<Vec<_>>()).collect();
                 let sum = builder.sum(terms);
                 let ratio = builder.multiply(sum, self.inverses[k]);
@@ -111,7 +113,7 @@ impl Elimination {
         let mut x: Vec<Value> = vec![None; m];
         for k in 0..m {
             let mut sum: Vec<Signed> = right[self.pivots[k].0].into_iter().collect();
-            sum.extend((0..k).filter_map(|j| builder.multiply(self.lower[k][j], x[j])).map(negated));
+            sum.extend((0..k).filter_map(|j| builder.multiply(self.lower[k][j], x[j])).map(Signed::negated));
             let sum = builder.sum(sum);
             x[k] = builder.multiply(sum, self.inverses[k]);
             // Only what is taken up again needs to stand by itself.
@@ -121,7 +123,7 @@ impl Elimination {
         }
         for k in (0..m).rev() {
             let mut sum: Vec<Signed> = x[k].into_iter().collect();
-            sum.extend((k + 1..m).filter_map(|j| builder.multiply(self.upper[k][j], x[j])).map(negated));
+            sum.extend((k + 1..m).filter_map(|j| builder.multiply(self.upper[k][j], x[j])).map(Signed::negated));
             let sum = builder.sum(sum);
             x[k] = keep(builder, k, sum);
         }
@@ -132,7 +134,7 @@ impl Elimination {
         let one = builder.lowering.graph.number(1.0);
         for place in 0..self.independent.len() {
             let by = self.independent[place];
-            let right: Vec<Value> = jacobian.iter().map(|row| row[by].map(negated)).collect();
+            let right: Vec<Value> = jacobian.iter().map(|row| row[by].map(Signed::negated)).collect();
             let by_name = self.name(builder, by);
             let solved = self.solve(builder, &right, |builder, k, value| {
                 let name = format!("{}_per_{by_name}", self.name(builder, self.pivots[k].1));
@@ -167,7 +169,8 @@ impl Elimination {
             let name = self.name(builder, self.independent[i]);
             for j in 0..i {
                 let entry = builder.dot(&self.tangents[i], &self.momenta[j]);
-                let known = (0..j).filter_map(|k| builder.multiply(scaled[i][k], self.factors[j][k])).map(negated);
+                let known =
+                    (0..j).filter_map(|k| builder.multiply(scaled[i][k], self.factors[j][k])).map(Signed::negated);
                 let terms = entry.into_iter().chain(known.collect::<Vec<_>>()).collect();
                 let sum = builder.sum(terms);
                 let other = self.name(builder, self.independent[j]);
@@ -177,7 +180,7 @@ impl Elimination {
             }
             let whole = builder.dot(&self.tangents[i], &self.momenta[i]);
             let whole = builder.keep(Block::Inertia, &format!("inertia_{name}"), whole);
-            let known = (0..i).filter_map(|k| builder.multiply(scaled[i][k], self.factors[i][k])).map(negated);
+            let known = (0..i).filter_map(|k| builder.multiply(scaled[i][k], self.factors[i][k])).map(Signed::negated);
             let terms: Vec<Signed> = whole.into_iter().chain(known.collect::<Vec<_>>()).collect();
             let is_whole = terms.len() == 1;
             let pivot = builder.sum(terms);
@@ -252,9 +255,14 @@ impl Elimination {
                 terms.extend(self.tangents[place].iter().zip(forces).filter_map(|(t, f)| builder.multiply(*t, *f)));
             }
             terms.extend(
-                self.momenta[place].iter().zip(particular).filter_map(|(u, p)| builder.multiply(*u, *p)).map(negated),
+                self.momenta[place]
+                    .iter()
+                    .zip(particular)
+                    .filter_map(|(u, p)| builder.multiply(*u, *p))
+                    .map(Signed::negated),
             );
-            terms.extend((0..place).filter_map(|k| builder.multiply(self.factors[place][k], y[k])).map(negated));
+            terms
+                .extend((0..place).filter_map(|k| builder.multiply(self.factors[place][k], y[k])).map(Signed::negated));
             let sum = builder.sum(terms);
             let name = self.name(builder, self.independent[place]);
             y.push(builder.keep(block, &format!("drive_{name}_{what}"), sum));
@@ -262,7 +270,8 @@ impl Elimination {
         let mut a: Vec<Value> = vec![None; f];
         for place in (0..f).rev() {
             let own = builder.multiply(y[place], self.inverse_inertia[place]);
-            let others = (place + 1..f).filter_map(|k| builder.multiply(self.factors[k][place], a[k])).map(negated);
+            let others =
+                (place + 1..f).filter_map(|k| builder.multiply(self.factors[k][place], a[k])).map(Signed::negated);
             let terms = own.into_iter().chain(others.collect::<Vec<_>>()).collect();
             let sum = builder.sum(terms);
             let name = format!("{}_{what}", self.name(builder, self.independent[place]));
@@ -287,14 +296,18 @@ impl Elimination {
         let excess = |builder: &mut Builder, i: usize| {
             let mut terms: Vec<Signed> = forces[i].into_iter().collect();
             terms.extend(
-                self.mass[i].iter().zip(accelerations).filter_map(|(m, a)| builder.multiply(*m, *a)).map(negated),
+                self.mass[i]
+                    .iter()
+                    .zip(accelerations)
+                    .filter_map(|(m, a)| builder.multiply(*m, *a))
+                    .map(Signed::negated),
             );
             terms
         };
         let mut x: Vec<Value> = vec![None; m];
         for k in 0..m {
             let mut terms = excess(builder, self.pivots[k].1);
-            terms.extend((0..k).filter_map(|j| builder.multiply(self.upper[j][k], x[j])).map(negated));
+            terms.extend((0..k).filter_map(|j| builder.multiply(self.upper[j][k], x[j])).map(Signed::negated));
             let sum = builder.sum(terms);
             x[k] = if (k + 1..m).any(|j| self.upper[k][j].is_some()) {
                 builder.keep(Block::Multipliers, &format!("excess_{}", self.name(builder, self.pivots[k].1)), sum)
@@ -306,7 +319,7 @@ impl Elimination {
         for k in (0..m).rev() {
             let mut terms: Vec<Signed> = x[k].into_iter().collect();
             let (row, _) = self.pivots[k];
-            terms.extend((k + 1..m).filter_map(|i| builder.multiply(self.lower[i][k], x[i])).map(negated));
+            terms.extend((k + 1..m).filter_map(|i| builder.multiply(self.lower[i][k], x[i])).map(Signed::negated));
             let sum = builder.sum(terms);
             let value = builder.multiply(sum, self.inverses[k]);
             let name = format!("lambda_{}", builder.scene.constraints[row].name);

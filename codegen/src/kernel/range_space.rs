@@ -2,7 +2,7 @@
 //! that are as sparse as the mechanism. Where bodies have coordinates of their own, this grows with their number, and
 //! what is left of freedoms does not matter.
 
-use super::algebra::{Matrix, Value, negated};
+use super::algebra::{Matrix, Value};
 use super::{Block, Builder};
 use crate::graph::Signed;
 
@@ -70,7 +70,8 @@ impl RangeSpace {
             })
             .collect();
         let multipliers = self.loops.solve(builder, Block::Multipliers, &open, "lambda");
-        let qdd = self.moved(builder, &free, &multipliers.iter().map(|value| value.map(negated)).collect::<Vec<_>>());
+        let qdd =
+            self.moved(builder, &free, &multipliers.iter().map(|value| value.map(Signed::negated)).collect::<Vec<_>>());
         let named = qdd
             .into_iter()
             .enumerate()
@@ -124,7 +125,8 @@ impl Triangles {
             let row = factors.order[i];
             for j in 0..i {
                 let own = matrix[row][factors.order[j]];
-                let known = (0..j).filter_map(|k| builder.multiply(scaled[i][k], factors.lower[j][k])).map(negated);
+                let known =
+                    (0..j).filter_map(|k| builder.multiply(scaled[i][k], factors.lower[j][k])).map(Signed::negated);
                 let terms = own.into_iter().chain(known.collect::<Vec<_>>()).collect();
                 let sum = builder.sum(terms);
                 let (above, name) = (&names[factors.order[j]], &names[row]);
@@ -133,7 +135,7 @@ impl Triangles {
                 factors.lower[i][j] = builder.keep(block, &format!("share_{above}_{name}"), ratio);
             }
             let whole = matrix[row][row]?;
-            let known = (0..i).filter_map(|k| builder.multiply(scaled[i][k], factors.lower[i][k])).map(negated);
+            let known = (0..i).filter_map(|k| builder.multiply(scaled[i][k], factors.lower[i][k])).map(Signed::negated);
             let terms: Vec<Signed> = std::iter::once(whole).chain(known.collect::<Vec<_>>()).collect();
             let is_whole = terms.len() == 1;
             let pivot = builder.sum(terms);
@@ -154,14 +156,15 @@ impl Triangles {
         let mut y: Vec<Value> = Vec::new();
         for i in 0..n {
             let mut terms: Vec<Signed> = right[self.order[i]].into_iter().collect();
-            terms.extend((0..i).filter_map(|k| builder.multiply(self.lower[i][k], y[k])).map(negated));
+            terms.extend((0..i).filter_map(|k| builder.multiply(self.lower[i][k], y[k])).map(Signed::negated));
             let sum = builder.sum(terms);
             y.push(builder.keep(block, &format!("{what}_{}_down", self.names[self.order[i]]), sum));
         }
         let mut x: Vec<Value> = vec![None; n];
         for i in (0..n).rev() {
             let mut terms: Vec<Signed> = builder.multiply(y[i], self.inverse_pivots[i]).into_iter().collect();
-            let later = (i + 1..n).filter_map(|k| builder.multiply(self.lower[k][i], x[self.order[k]])).map(negated);
+            let later =
+                (i + 1..n).filter_map(|k| builder.multiply(self.lower[k][i], x[self.order[k]])).map(Signed::negated);
             terms.extend(later.collect::<Vec<_>>());
             let sum = builder.sum(terms);
             x[self.order[i]] = builder.keep(block, &format!("{what}_{}", self.names[self.order[i]]), sum);
