@@ -1,6 +1,7 @@
 """Draws error against run time from peers.csv and ours.csv, and prints the times at three errors as a table.
 
-figure.py [FOLDER] writes peers-run.svg and peers-sweep.svg to the folder, by default docs/images.
+figure.py [FOLDER] writes peers-run.svg and peers-sweep.svg to the folder, by default docs/images, and the table to
+qrm-cli/src/commands/report/peers.csv, for the reports of scenes.
 """
 import csv, math, os, sys
 import matplotlib
@@ -52,7 +53,10 @@ def curves(table, kind):
 
 
 def at(points, error):
-    """Time at an error on the line between measured points in logarithms, or None where it is not reached."""
+    """Time at an error on the line between measured points in logarithms; that of the first point where it is more
+    accurate; None where the error is not reached."""
+    if points and points[0][0] <= error:
+        return points[0][1]
     for (e0, t0), (e1, t1) in zip(points, points[1:]):
         if e1 <= error <= e0:
             s = math.log(error / e0) / math.log(e1 / e0)
@@ -130,11 +134,24 @@ def table(found, kind):
         print(f'| {text} | ' + ' | '.join(cells) + ' |')
 
 
+def times(found, kind):
+    """Rows of the table for reports: problem, kind, tool and method, times."""
+    for name in (p.NAME for p in PROBLEMS if p.NAME in found):
+        for text in order(found):
+            values = [number(at(found[name].get(text, []), e)) for e in ERRORS]
+            if any(values):
+                yield [name, kind, text, *values]
+
+
 if __name__ == '__main__':
     folder = sys.argv[1] if len(sys.argv) > 1 else os.path.join(HERE, '../../docs/images')
     plt.rcParams.update({'svg.hashsalt': 'peers', 'svg.fonttype': 'none', 'font.size': 9, 'font.family': 'sans-serif'})
     data = rows()
-    for kind in TITLES:
-        if found := curves(data, kind):
-            draw(found, kind, os.path.join(folder, f'peers-{kind}.svg'))
-            table(found, kind)
+    with open(os.path.join(HERE, '../../qrm-cli/src/commands/report/peers.csv'), 'w', newline='') as file:
+        write = csv.writer(file, lineterminator='\n')
+        write.writerow(['problem', 'kind', 'method', *(f'1e-{-math.log10(error):.0f}' for error in ERRORS)])
+        for kind in TITLES:
+            if found := curves(data, kind):
+                draw(found, kind, os.path.join(folder, f'peers-{kind}.svg'))
+                table(found, kind)
+                write.writerows(times(found, kind))

@@ -1,5 +1,7 @@
 //! `qrm report`
 
+mod peers;
+
 use std::time::{Duration, Instant};
 
 use clap::Args;
@@ -58,6 +60,10 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     sections.push(section("Mechanism", vec![Content::Facts(topics)]));
     if !options.no_accuracy {
         sections.push(section("Error against run time", accuracy(&setup)));
+    }
+    let peers = peers::tables(setup.description.name);
+    if !peers.is_empty() {
+        sections.push(section("Beside other programs", peers));
     }
     sections.push(section("Parameters", vec![parameters(&setup, &report)]));
     let mut derivation = Vec::new();
