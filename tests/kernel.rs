@@ -96,7 +96,7 @@ fn end_of_pair(mechanism: &dyn Mechanism, t: f64) -> Vec<f64> {
 }
 
 #[test]
-fn stages_by_kernels_are_those_by_the_plain_functions() {
+fn steps_of_order_8_by_kernels_are_those_by_the_plain_functions() {
     for model in qrm_model::MODELS {
         let mechanism = || model.mechanism(&|_| None);
         let t = 10.0 * mechanism().schedule().step;

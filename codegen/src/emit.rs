@@ -103,8 +103,8 @@ struct Writer<'a> {
     /// The inputs' names as they are bound in a function.
     inputs: HashMap<Symbol, Ident>,
     hints: HashMap<Id, String>,
-    /// The coordinates of named points.
-    points: HashSet<Id>,
+    /// Coordinates of points, and sines and cosines of sums of coordinates.
+    named_values: HashSet<Id>,
     constants: Vec<(Ident, Id)>,
 }
 
@@ -118,7 +118,7 @@ impl<'a> Writer<'a> {
             outside: HashMap::new(),
             inputs: HashMap::new(),
             hints: HashMap::new(),
-            points: HashSet::new(),
+            named_values: HashSet::new(),
             constants: Vec::new(),
         };
         for (id, op) in graph.ops().iter().enumerate() {
@@ -144,9 +144,9 @@ impl<'a> Writer<'a> {
         }
         writer.name_constants();
         let is_new = |value: &Signed| !graph.is_constant(value.id) && !graph.op(value.id).is_leaf() && !value.negative;
-        for (name, value) in layout.points.iter().filter(|(_, value)| is_new(value)) {
+        for (name, value) in layout.named_values.iter().filter(|(_, value)| is_new(value)) {
             writer.hints.entry(value.id).or_insert_with(|| name.clone());
-            writer.points.insert(value.id);
+            writer.named_values.insert(value.id);
         }
         for (name, value) in layout.names.iter().filter(|(_, value)| is_new(value)) {
             writer.hints.entry(value.id).or_insert_with(|| name.clone());
@@ -179,7 +179,7 @@ impl<'a> Writer<'a> {
         let mut taken: HashSet<String> = RESERVED.map(str::to_owned).into();
         taken.insert("t".to_owned());
         taken.extend(self.inputs.values().map(ToString::to_string));
-        let mut body = Body::new(self.graph, &self.outside, &self.hints, &self.points, taken, &roots);
+        let mut body = Body::new(self.graph, &self.outside, &self.hints, &self.named_values, taken, &roots);
         let fields: Vec<TokenStream> = plan.parts.iter().map(|(_, shape)| result(&mut body, shape)).collect();
         let used: Vec<Id> = self.outside.keys().copied().filter(|&id| body.needs(id)).collect();
         let (statements, cost) = body.finish();

@@ -96,7 +96,8 @@ impl<R: Scalar, P, const N: usize, const M: usize> Dop853Step<R, P, N, M> {
     #[inline(always)]
     pub(crate) fn stiffness(&self, h: R) -> R {
         let (slopes, end) = (&self.slopes, &self.result.end);
-        let (mut apart, mut differ) = (R::from_f64(f64::MIN_POSITIVE), R::zero());
+        // Distances below rounding errors tell nothing.
+        let (mut apart, mut differ) = (R::from_f64(f64::EPSILON * f64::EPSILON), R::zero());
         for i in 0..N {
             let dq = end.q[i] - slopes.q[i];
             let dv = h * (end.qd[i] - slopes.rates[STAGES - 1][i]);
@@ -108,7 +109,7 @@ impl<R: Scalar, P, const N: usize, const M: usize> Dop853Step<R, P, N, M> {
     }
 
     /// The higher coefficients of coordinates and of rates in the dense output of order 7, by three more evaluations of
-    /// the accelerations.
+    /// the accelerations, whose growth of rounding errors counts as that of the step.
     #[inline(always)]
     pub(crate) fn dense_output<K: Kernel<R, N, M>>(
         &mut self,
@@ -116,10 +117,10 @@ impl<R: Scalar, P, const N: usize, const M: usize> Dop853Step<R, P, N, M> {
         (t, h): (R, R),
         from: &KernelState<R, N, M>,
     ) -> DenseOutput<R, N> {
-        let mut growth = R::zero();
-        self.slopes.evaluate::<K, M, 13>(kernel, (t, h), from, &mut growth);
-        self.slopes.evaluate::<K, M, 14>(kernel, (t, h), from, &mut growth);
-        self.slopes.evaluate::<K, M, 15>(kernel, (t, h), from, &mut growth);
+        let growth = &mut self.result.growth_factor;
+        self.slopes.evaluate::<K, M, 13>(kernel, (t, h), from, growth);
+        self.slopes.evaluate::<K, M, 14>(kernel, (t, h), from, growth);
+        self.slopes.evaluate::<K, M, 15>(kernel, (t, h), from, growth);
         let end = &self.result.end;
         // Closures would be compiled without the instructions of vectors.
         let (mut of_q, mut of_qd) = ([from.q; DENSE.len()], [from.qd; DENSE.len()]);
@@ -140,6 +141,18 @@ pub(crate) struct DenseOutput<R, const N: usize> {
 }
 
 impl<R: Scalar, const N: usize> DenseOutput<R, N> {
+    /// Zero, but not a number (in some lane) where a coefficient is not finite.
+    #[inline(always)]
+    pub(crate) fn finite_check(&self) -> R {
+        let mut sum = R::zero();
+        for k in 0..self.q.len() {
+            for i in 0..N {
+                sum = sum + self.q[k][i] + self.qd[k][i];
+            }
+        }
+        sum * R::zero()
+    }
+
     /// Coordinates and rates after a part of the step.
     #[inline(always)]
     pub(crate) fn at(&self, part: f64) -> ([R; N], [R; N]) {

@@ -27,7 +27,8 @@ pub trait GaussSteps: core::fmt::Debug + Send {
     fn step(&mut self, request: &GaussRequest, from: &StateRef, q: &mut [f64], qd: &mut [f64])
     -> Option<GaussEstimate>;
 
-    /// A shorter step from the same state as the last one, which the next step goes on from all the same.
+    /// A shorter step from the same state as the last one, directly after it; the next step goes on from the last one
+    /// all the same.
     fn step_inside(
         &mut self,
         request: &GaussRequest,
@@ -51,8 +52,19 @@ impl Clone for Box<dyn GaussSteps> {
 pub struct GaussRequest {
     /// Length of the step.
     pub h: f64,
-    /// Largest error of a rate or of an angle; that of `x` is `1 + |x|` times as large, unless `x` is an angle.
+    /// Largest error of a step: of an angle itself, of a length or a rate `x` relative to `1 + |x|`.
     pub tolerance: f64,
+}
+
+/// How an iteration ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Convergence {
+    /// It converged.
+    Converged,
+    /// It was given up early: the error is far too large.
+    TooLong,
+    /// It did not converge, or too slowly.
+    Diverged,
 }
 
 /// What is known of a step of the Gauss method.
@@ -60,8 +72,8 @@ pub struct GaussRequest {
 pub struct GaussEstimate {
     /// Its estimated error: 1 is just accepted, and the end is of no use beyond.
     pub error: f64,
-    /// Whether the iteration converged.
-    pub has_converged: bool,
+    /// How the iteration ended.
+    pub convergence: Convergence,
     /// How often all nodes were evaluated.
     pub iterations: u32,
     /// The work of the loads that have no potential, and of what drives the constraints, in J.

@@ -43,12 +43,12 @@ mod math;
 mod mechanism;
 #[cfg(feature = "simd")]
 mod model;
-mod one_step;
 mod projection;
 mod rk4;
 mod rows;
 mod scalar;
 mod sine;
+mod single_step;
 mod tape;
 
 pub use angles::Angles;
@@ -60,7 +60,7 @@ pub use double_double::DoubleDouble;
 #[cfg(feature = "dual")]
 pub use dual::{Dual, Kind};
 #[cfg(feature = "simd")]
-pub use gauss::{GAUSS_NODES, GaussEstimate, GaussRequest, GaussSteps};
+pub use gauss::{Convergence, GAUSS_NODES, GaussEstimate, GaussRequest, GaussSteps};
 pub use kernel::{
     Dynamics, Generated, Kernel, Linearization, LoopConstraints, MAX_GROWTH, Schedule, Start, copy_outputs,
 };
@@ -71,12 +71,12 @@ pub use mechanism::{
 };
 #[cfg(feature = "simd")]
 pub use model::{Model, Replace};
-pub use one_step::{StepEstimate, StepMut, StepRequest};
 pub use projection::{ProjectionResult, StateMut};
 pub use rk4::{KernelState, MAX_CORRECTIONS, StepResult, rk4_step};
 pub use rows::{RowLayout, RowRequest, RowResult, RowStop};
 pub use scalar::{Fused, Scalar};
 pub use sine::sin_cos;
+pub use single_step::{StepEstimate, StepMut, StepRequest};
 pub use tape::{Operation, Tape, TapeEvaluator, TapeFunction};
 
 /// Lists generated mechanisms, `MODULE::MECHANISM, COORDINATES, CONSTRAINTS;` each, as a program's `MODELS`; nothing

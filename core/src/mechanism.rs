@@ -15,13 +15,13 @@ use crate::gauss::GaussSteps;
 use crate::kernel::{Generated, Kernel, Schedule};
 #[cfg(feature = "simd")]
 use crate::model::Model;
-#[cfg(feature = "simd")]
-use crate::one_step::fused;
-use crate::one_step::{StepEstimate, StepMut, StepRequest};
 use crate::projection::{ProjectionResult, StateMut, complete};
 use crate::rows::{RowRequest, RowResult, integrate_rk4};
 #[cfg(feature = "simd")]
 use crate::scalar::{Fused, Scalar};
+#[cfg(feature = "simd")]
+use crate::single_step::fused;
+use crate::single_step::{StepEstimate, StepMut, StepRequest};
 
 /// The equations of motion of a mechanism with `n` coordinates and `m` constraints, its parameters inside.
 ///

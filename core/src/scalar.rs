@@ -252,7 +252,7 @@ impl Fused {
         #[cfg(target_arch = "x86_64")]
         return Some(pulp::x86::V3::try_new()?.vectorize(f));
         #[cfg(not(target_arch = "x86_64"))]
-        Some(f())
+        if cfg!(any(target_arch = "aarch64", target_feature = "fma")) { Some(f()) } else { None }
     }
 }
 

@@ -1,8 +1,8 @@
 //! What the generated file contains: which functions, of what, in which shape.
 
-use super::formulae;
 use std::collections::HashSet;
 
+use super::formulae;
 use crate::formula::{Style, Writer};
 use crate::graph::{Graph, Id, Signed};
 use crate::kernel::Kernel;
@@ -85,8 +85,8 @@ impl<T> Plan<T> {
 pub(super) struct Layout {
     pub(super) graph: Graph,
     pub(super) plans: Vec<Plan<Signed>>,
-    /// Values that are the coordinates of named points.
-    pub(super) points: Vec<(String, Signed)>,
+    /// Values with a name of their own: coordinates of points, and sines and cosines of sums of coordinates.
+    pub(super) named_values: Vec<(String, Signed)>,
     /// Values of other named quantities and of their derivatives.
     pub(super) names: Vec<(String, Signed)>,
     pub(super) kernel: Kernel,
@@ -128,7 +128,7 @@ impl Layout {
         let (step, outputs) = kernel_roots.split_at(kernel_roots.len() - kernel.outputs.len());
         let (mut shared, mut named) = (Vec::new(), Vec::new());
         for part in [step, outputs] {
-            // Values that have a name only because angles are added are kept whole.
+            // Otherwise pairs would be shared across the parts of values that have a name.
             let reachable: HashSet<Id> =
                 lowering.graph.reachable(part.iter().map(|root| root.id)).into_iter().collect();
             let is_kept = |(_, value): &&(String, Signed)| !angle_sums.is_empty() && reachable.contains(&value.id);
@@ -144,8 +144,9 @@ impl Layout {
         let plans = lowered.iter().map(|plan| plan.map(&mut |&i| roots[i])).collect();
         let names = symbols.iter().map(|(named, symbol)| named.symbol_name(*symbol, scene).to_lowercase());
         let names = names.zip(roots[name_place..].iter().copied()).collect();
-        let points = point_names.into_iter().zip(roots[point_place..name_place].iter().copied()).chain(named).collect();
-        Self { graph, plans, points, names, kernel }
+        let named_values =
+            point_names.into_iter().zip(roots[point_place..name_place].iter().copied()).chain(named).collect();
+        Self { graph, plans, named_values, names, kernel }
     }
 }
 

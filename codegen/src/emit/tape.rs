@@ -99,7 +99,7 @@ impl Writer<'_> {
             let mut section = Section::new(&known, first);
             let needed = self.graph.reachable(roots.iter().map(|root| root.id));
             let needed: Vec<Id> = needed.into_iter().filter(|id| !self.graph.is_constant(*id)).collect();
-            let divisors = section::divisors(self.graph, &needed, roots, &self.points);
+            let divisors = section::divisors(self.graph, &needed, roots, &self.named_values);
             section.graph(self.graph, &needed, &divisors);
             let results = roots.iter().map(|root| section.root(*root)).collect();
             functions.insert(*name, Function { operations: section.operations, results });

@@ -35,7 +35,7 @@ pub(super) const BARYCENTRIC: Column = [
 
 /// The matrix `a_ij`, column after column: what the values at the nodes contribute to integrals from the beginning of the
 /// step up to each node.
-pub(super) static ONCE: Columns = Columns([
+pub(super) static A: Columns = Columns([
     [
         0.025307134072594065,
         0.05475932176755432,
@@ -119,7 +119,7 @@ pub(super) static ONCE: Columns = Columns([
 ]);
 
 /// The square of that matrix, column after column: their contributions to integrals of integrals.
-pub(super) static TWICE: Columns = Columns([
+pub(super) static A_SQUARED: Columns = Columns([
     [
         0.0003040757480778956,
         0.004035514064142186,
@@ -204,7 +204,7 @@ pub(super) static TWICE: Columns = Columns([
 
 /// What the value at each node contributes to the integral over the step, `b_j`; to the integral of the integral,
 /// `b_j (1 - c_j)`; and to the coefficients of the Legendre polynomials of degree 7 and 6.
-pub(super) static WHOLE: Columns = Columns([
+pub(super) static END_AND_MODES: Columns = Columns([
     [0.05061426814518813, 0.04960931821952933, -0.11769245644771356, 0.2098921910670323, 0.0, 0.0, 0.0, 0.0],
     [0.11119051722668724, 0.09988613745373567, 0.3778969370845921, -0.5591073831433646, 0.0, 0.0, 0.0, 0.0],
     [0.15685332293894363, 0.11964241387321545, -0.6317745531190048, 0.6166048635025358, 0.0, 0.0, 0.0, 0.0],
@@ -232,18 +232,18 @@ mod tests {
         for power in 0..16 {
             let values = NODES.map(|c| c.powi(power));
             let next = f64::from(power) + 1.0;
-            let [once, twice, ..] = product(&WHOLE, values);
+            let [once, twice, ..] = product(&END_AND_MODES, values);
             assert_near(once, 1.0 / next);
             if power < 15 {
                 assert_near(twice, 1.0 / (next * (next + 1.0)));
             }
             if power < 8 {
-                for (integral, c) in product(&ONCE, values).iter().zip(NODES) {
+                for (integral, c) in product(&A, values).iter().zip(NODES) {
                     assert_near(*integral, c.powi(power + 1) / next);
                 }
             }
             if power < 7 {
-                for (integral, c) in product(&TWICE, values).iter().zip(NODES) {
+                for (integral, c) in product(&A_SQUARED, values).iter().zip(NODES) {
                     assert_near(*integral, c.powi(power + 2) / (next * (next + 1.0)));
                 }
             }
@@ -255,10 +255,10 @@ mod tests {
         // The leading coefficients of the polynomials of degree 7 and 6 on [-1, 1].
         let leading = [429.0 / 16.0, 231.0 / 16.0];
         let powers = |power: i32| NODES.map(|c| (2.0 * c - 1.0).powi(power));
-        let [_, _, seventh, sixth, ..] = product(&WHOLE, powers(7));
+        let [_, _, seventh, sixth, ..] = product(&END_AND_MODES, powers(7));
         assert_near(seventh, 1.0 / leading[0]);
         assert_near(sixth, 0.0);
-        let [_, _, seventh, sixth, ..] = product(&WHOLE, powers(6));
+        let [_, _, seventh, sixth, ..] = product(&END_AND_MODES, powers(6));
         assert_near(seventh, 0.0);
         assert_near(sixth, 1.0 / leading[1]);
     }

@@ -4,8 +4,8 @@ extern crate alloc;
 
 use alloc::boxed::Box;
 
-use super::coefficients::{BARYCENTRIC, Column, Columns, NODES, ONCE, TWICE, WHOLE};
-use super::{GAUSS_NODES, GaussEstimate, GaussRequest, GaussSteps};
+use super::coefficients::{A, A_SQUARED, BARYCENTRIC, Column, Columns, END_AND_MODES, NODES};
+use super::{Convergence, GAUSS_NODES, GaussEstimate, GaussRequest, GaussSteps};
 use crate::angles::Angles;
 use crate::batch::Width;
 use crate::kernel::{Generated, Kernel, MAX_GROWTH};
@@ -14,30 +14,32 @@ use crate::lanes::{Lanes, Token};
 use crate::mechanism::StateRef;
 use crate::scalar::{Fused, Scalar};
 
-/// The largest coefficient of a Legendre polynomial of degree 7, against the root of the tolerance: what the method
+/// The largest coefficient of P7 in the Legendre expansion of a step, against the root of the tolerance: what the method
 /// leaves out at the end of a step is about the square of what the polynomial leaves out inside.
-const MODES: f64 = 4.0;
+const HIGHEST_MODE: f64 = 4.0;
+/// The weight of the coefficient of P6 against that of P7.
+const WEIGHT_OF_P6: f64 = 0.3;
 /// Tolerances above this one are taken for it: iterations in longer steps often do not converge.
 const LOOSEST: f64 = 1e-6;
-/// Changes in an iteration, against the tolerance, below which it ends.
+/// The change that is expected of the next iteration, against the tolerance, below which an iteration is the last one.
 const CONVERGED: f64 = 0.3;
-/// The part of a change that is left after the next iteration, at least.
+/// The contraction, the part of a change that is left after the next iteration, is expected to be at least this.
 const FASTEST: f64 = 0.1;
-/// An iteration that leaves a larger part of the change does not converge.
+/// An iteration with a larger contraction does not converge.
 const SLOWEST: f64 = 0.5;
+/// The contraction of a step that is just accepted. Fast oscillations are within the order of the method up to there,
+/// however small they are against the rest of the motion.
+const RESOLVED: f64 = 0.15;
 /// Most iterations of a step.
 const MOST_ITERATIONS: u32 = 20;
 /// Iterations after which a step is given up that is far too long.
 const EARLY: u32 = 2;
 /// The error then.
 const FAR_TOO_LONG: f64 = 30.0;
-/// The error that is stated for a step whose iteration does not converge: it is made again, half as long.
-const NOT_CONVERGED: f64 = 50.0;
+/// The polynomials of a step are not extrapolated further than to so many times its length.
+const FURTHEST: f64 = 4.0;
 /// Changes of this size, against all of the increment, are rounding errors.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
-
-/// The weight of the coefficients of degree 6 against those of degree 7.
-const SIXTH: f64 = 0.3;
 
 /// Numbers at all nodes; one vector of eight lanes, or two of four.
 type AtNodes<S> = [Lanes<S>; 2];
@@ -75,7 +77,7 @@ fn make_eight<X: Generated<N, M>, const N: usize, const M: usize>(values: &[f64]
 struct Steps<X: Generated<N, M>, S: Token, const N: usize, const M: usize> {
     token: S,
     kernel: X::Kernel<Lanes<S>>,
-    /// The accelerations of the last step, and of the one that it went on from.
+    /// The accelerations of the last step whose iteration converged, and of the one that it went on from.
     last: Polynomials<S, N>,
     before: Polynomials<S, N>,
 }
@@ -101,9 +103,9 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> Steps<X, S, N
     #[inline(always)]
     fn first_values(known: &Polynomials<S, N>, (t, h): (f64, f64), qdd: &[f64; N]) -> [AtNodes<S>; N] {
         let mut values = [[Lanes::zero(); 2]; N];
-        let part = (t - known.t) / known.h;
-        if (0.0..1.0 + 1e-9).contains(&part) {
-            let lagrange = lagrange_polynomials::<S>(part, h / known.h);
+        let (part, ratio) = ((t - known.t) / known.h, h / known.h);
+        if (0.0..1.0 + 1e-9).contains(&part) && part + ratio <= FURTHEST {
+            let lagrange = lagrange_polynomials::<S>(part, ratio);
             for i in 0..N {
                 values[i] = sums_by(&lagrange, &known.values[i]);
             }
@@ -127,7 +129,7 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> Steps<X, S, N
         let GaussRequest { h, tolerance } = *request;
         let nodes = column(&NODES);
         let mut at = [number(t); 2];
-        let (mut drift, mut scales) = ([[number(0.0); 2]; N], [[1.0; 2]; N]);
+        let (mut drift, mut scales, mut of_change) = ([[number(0.0); 2]; N], [[1.0; 2]; N], [number(0.0); N]);
         for g in 0..groups::<S>() {
             at[g] = nodes[g].mul_add(number(h), number(t));
         }
@@ -136,24 +138,29 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> Steps<X, S, N
                 drift[i][g] = nodes[g].mul_add(number(h * qd[i]), number(q[i]));
             }
             let of_q = if X::DESCRIPTION.is_angle(i) { 1.0 } else { 1.0 / (1.0 + q[i].abs()) };
-            scales[i] = [of_q, 1.0 / (1.0 + qd[i].abs())];
+            let of_qd = 1.0 / (1.0 + qd[i].abs());
+            scales[i] = [of_q, of_qd];
+            // An error of the rates is one of the coordinates too.
+            of_change[i] = number(Scalar::max(0.5 * h * of_q, of_qd));
         }
         let tolerance = Scalar::min(tolerance, LOOSEST);
-        let modes = MODES * tolerance.sqrt();
-        let mut estimate = GaussEstimate { error: NOT_CONVERGED, has_converged: false, iterations: 0, work: 0.0 };
+        let highest = HIGHEST_MODE * tolerance.sqrt();
+        let convergence = Convergence::Diverged;
+        let mut estimate = GaussEstimate { error: f64::INFINITY, convergence, iterations: 0, work: 0.0 };
         let mut change_before = f64::INFINITY;
         let (mut rates, mut power) = (*values, [number(0.0); 2]);
-        loop {
+        let slowness = loop {
             // Coordinates and rates at the nodes, accelerations there, and how far they differ from those before.
             let mut coordinates = rates;
             for i in 0..N {
-                let (once, twice) = (sums(&ONCE, &values[i]), sums(&TWICE, &values[i]));
+                let (once, twice) = (sums(&A, &values[i]), sums(&A_SQUARED, &values[i]));
                 for g in 0..groups::<S>() {
                     rates[i][g] = once[g].mul_add(number(h), number(qd[i]));
                     coordinates[i][g] = twice[g].mul_add(number(h * h), drift[i][g]);
                 }
             }
-            let (mut change, mut size, mut growth) = (number(0.0), number(0.0), number(0.0));
+            let (mut change, mut size, mut growth) = (number(0.0), number(0.0), number(1.0));
+            let mut sum = number(0.0);
             for g in 0..groups::<S>() {
                 let (mut q, mut qd) = ([number(0.0); N], [number(0.0); N]);
                 for i in 0..N {
@@ -162,48 +169,55 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> Steps<X, S, N
                 }
                 let angles = Angles::new(&q, X::Kernel::<Lanes<S>>::IS_ANGLE);
                 let position = self.kernel.position(at[g], &q, &angles);
-                growth = self.kernel.growth_factor(&position).max(growth);
+                let own_growth = self.kernel.growth_factor(&position);
+                growth = own_growth.max(growth);
+                sum = sum + own_growth;
                 let (qdd, multipliers) = self.kernel.accelerations(&position, at[g], &q, &qd, &angles);
                 power[g] = self.kernel.power(at[g], &q, &qd, &multipliers);
+                sum = sum + power[g];
                 for i in 0..N {
-                    let scale = number(scales[i][1]);
-                    change = change.max((qdd[i] - values[i][g]).abs() * scale);
-                    size = size.max(qdd[i].abs() * scale);
+                    change = change.max((qdd[i] - values[i][g]).abs() * of_change[i]);
+                    size = size.max(qdd[i].abs() * of_change[i]);
                     values[i][g] = qdd[i];
+                    sum = sum + qdd[i];
                 }
             }
             estimate.iterations += 1;
             let (change, size) = (h * largest(change), h * largest(size));
-            if !(growth.is_within(MAX_GROWTH) && change.is_finite()) {
+            // A maximum may pass over what is not a number. Zero times a number that is not finite is not a number.
+            if !(growth.is_within(MAX_GROWTH) && (sum * number(0.0)).is_within(0.0)) {
                 return None;
             }
             if estimate.iterations == EARLY {
-                let error = error(values, &rates, h, &scales) / modes;
+                let error = error(values, &rates, h, &scales) / highest;
                 if error > FAR_TOO_LONG {
-                    estimate.error = error;
+                    (estimate.error, estimate.convergence) = (error, Convergence::TooLong);
                     return Some((*q, *qd, estimate));
                 }
             }
-            let part = (change / change_before).max(FASTEST);
-            let is_first = estimate.iterations == 1;
-            let goal = (CONVERGED * tolerance).max(ROUNDING * size);
-            if change <= goal || !is_first && part < SLOWEST && change * part <= goal {
-                break;
+            let contraction = change / change_before;
+            let expected = change * contraction.max(FASTEST);
+            let (is_first, rounding) = (estimate.iterations == 1, ROUNDING * largest(growth) * size);
+            let goal = (CONVERGED * tolerance).max(rounding);
+            if change <= goal || !is_first && contraction < SLOWEST && expected <= goal {
+                estimate.convergence = Convergence::Converged;
+                let is_measured = !is_first && change > 4.0 * rounding;
+                // The contraction goes with the square of the length, the error with its eighth power.
+                break if is_measured { (contraction / RESOLVED).powi(4) } else { 0.0 };
             }
-            if estimate.iterations == MOST_ITERATIONS || estimate.iterations > EARLY && part > SLOWEST {
+            if estimate.iterations == MOST_ITERATIONS || estimate.iterations > EARLY && contraction > SLOWEST {
                 return Some((*q, *qd, estimate));
             }
             change_before = change;
-        }
+        };
         let (mut end_q, mut end_qd) = (*q, *qd);
         for i in 0..N {
-            let whole = sums(&WHOLE, &values[i])[0];
+            let whole = sums(&END_AND_MODES, &values[i])[0];
             end_q[i] += h * (qd[i] + h * whole.get(1));
             end_qd[i] += h * whole.get(0);
         }
-        estimate.has_converged = true;
-        estimate.error = error(values, &rates, h, &scales) / modes;
-        estimate.work = h * sums(&WHOLE, &power)[0].get(0);
+        estimate.error = Scalar::max(error(values, &rates, h, &scales) / highest, slowness);
+        estimate.work = h * sums(&END_AND_MODES, &power)[0].get(0);
         Some((end_q, end_qd, estimate))
     }
 }
@@ -220,8 +234,8 @@ fn error<S: Token, const N: usize>(
     for i in 0..N {
         let [of_q, of_qd] = scales[i];
         for (scale, values) in [(of_q, &rates[i]), (of_qd, &accelerations[i])] {
-            let whole = sums(&WHOLE, values)[0];
-            largest = Scalar::max(scale * Scalar::max(whole.get(2).abs(), SIXTH * whole.get(3).abs()), largest);
+            let whole = sums(&END_AND_MODES, values)[0];
+            largest = Scalar::max(scale * Scalar::max(whole.get(2).abs(), WEIGHT_OF_P6 * whole.get(3).abs()), largest);
         }
     }
     h * largest
@@ -327,7 +341,7 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> pulp::Nullary
         let (q, qd, estimate) = steps.solve(request, (t, q, qd), &mut values)?;
         end_q.copy_from_slice(&q);
         end_qd.copy_from_slice(&qd);
-        if !is_inside {
+        if !is_inside && estimate.convergence == Convergence::Converged {
             steps.last = Polynomials { t, h, values };
         }
         Some(estimate)

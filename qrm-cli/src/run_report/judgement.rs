@@ -58,14 +58,13 @@ pub(super) fn warnings(outcome: &Outcome, description: &Description, distrust: &
             "write `stiff = true` under [run] in scenes/{scene}.toml and build again, for implicit steps"
         )));
     }
-    if outcome.counts.replaced > 0 {
-        let (replaced, steps) = (outcome.counts.replaced, counted(outcome.counts.accepted, "step"));
+    if outcome.counts.fallback > 0 {
+        let (fallback, steps) = (outcome.counts.fallback, counted(outcome.counts.accepted, "step"));
         warnings.push(
-            Message::new(format!("{replaced} of {steps} were made by `auto`: the chosen method does not suit them"))
-                .help(
-                    "the Gauss method needs a motion that is not stiff, independent constraints, and a processor \
-                       with AVX2; `--method auto` suits every scene",
-                ),
+            Message::new(format!("`auto` made {fallback} of {steps}, where the Gauss method does not apply")).help(
+                "it needs smooth loads, a motion that is not stiff, independent constraints, positions and a size that \
+                 suit a kernel in vectors, and a processor with AVX2; `--method auto` suits every scene",
+            ),
         );
     }
     if stats.singular_mass > 0 {

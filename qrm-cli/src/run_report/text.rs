@@ -78,7 +78,7 @@ impl RunReport {
         };
         let of_them = match self.method {
             "auto" => format!(" ({} implicit)", self.implicit_steps),
-            _ if self.replaced_steps > 0 => format!(" ({} of them by auto)", self.replaced_steps),
+            _ if self.fallback_steps > 0 => format!(" ({} of them by auto)", self.fallback_steps),
             _ => String::new(),
         };
         format!(

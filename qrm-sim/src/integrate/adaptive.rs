@@ -37,16 +37,20 @@ pub(super) trait StepFormula: std::fmt::Debug + Send {
     /// Takes note of an accepted step.
     fn accepted(&mut self, mechanism: &dyn Mechanism, from: &State, to: &State) -> Accepted;
 
-    /// Computes the coefficients of the dense output of the last step.
+    /// Computes the higher coefficients of the dense output of the last step, where a polynomial of degree 5 does not
+    /// suffice.
     ///
     /// # Errors
-    /// It could not be computed.
+    /// They could not be computed.
     fn complete_dense_output(
         &mut self,
-        mechanism: &dyn Mechanism,
-        dense_output: &mut DenseOutput,
-        work: &mut Work,
-    ) -> Result<(), StepError>;
+        _mechanism: &dyn Mechanism,
+        _step: &mut DenseOutput,
+        _task: &Task,
+        _work: &mut Work,
+    ) -> Result<(), StepError> {
+        Ok(())
+    }
 
     /// Makes the projected state at the time of `to` inside the last step.
     ///
@@ -60,7 +64,7 @@ pub(super) trait StepFormula: std::fmt::Debug + Send {
         work: &mut Work,
         to: &mut State,
     ) -> Result<(), StepError> {
-        self.complete_dense_output(mechanism, step, work)?;
+        self.complete_dense_output(mechanism, step, task, work)?;
         step.at(to.t, &mut to.q, &mut to.qd);
         *work.evaluations += 1;
         work.solver.projected(mechanism, task.projection, to)
@@ -70,14 +74,15 @@ pub(super) trait StepFormula: std::fmt::Debug + Send {
     ///
     /// # Errors
     /// A state inside it could not be computed.
-    fn work(
+    fn load_work(
         &mut self,
         mechanism: &dyn Mechanism,
         step: &mut DenseOutput,
+        task: &Task,
         work: &mut Work,
         room: &mut State,
     ) -> Result<f64, StepError> {
-        self.complete_dense_output(mechanism, step, work)?;
+        self.complete_dense_output(mechanism, step, task, work)?;
         let half = 0.5 * (step.to.t - step.from.t);
         let mut sum = 0.0;
         for (place, weight) in GAUSS_3 {
@@ -113,7 +118,7 @@ pub(super) struct Task {
     pub(super) tolerance: f64,
     /// Steps that reach this time end there exactly.
     pub(super) end_time: f64,
-    /// States inside steps that go beyond this time are asked for.
+    /// Steps that end after this time have their dense output computed at once.
     pub(super) dense_from: f64,
     /// The projection after each step.
     pub(super) projection: (Projection, ProjectionTolerance),
@@ -159,7 +164,7 @@ pub(super) struct Accepted {
     /// Whether stability bound its length.
     pub(super) is_stability_bound: bool,
     /// Whether it was made by `auto` in place of the chosen method.
-    pub(super) is_replaced: bool,
+    pub(super) is_fallback: bool,
 }
 
 /// Keeps a state between rows.
@@ -219,7 +224,7 @@ pub struct Counts {
     /// Explicit steps whose length stability bound, though accuracy would have allowed more.
     pub stability_bound: u64,
     /// Steps by `auto`, where the chosen method does not suit.
-    pub replaced: u64,
+    pub fallback: u64,
 }
 
 /// The step is aimed at this part of the tolerance.
@@ -466,26 +471,29 @@ impl Adaptive {
             self.steps.push([t, self.next.t]);
             self.counts.implicit += u64::from(accepted.is_implicit);
             self.counts.stability_bound += u64::from(accepted.is_stability_bound);
-            self.counts.replaced += u64::from(accepted.is_replaced);
+            self.counts.fallback += u64::from(accepted.is_fallback);
             self.dense_output.go_on(&mut self.next);
-            return self.balance(mechanism, solver);
+            self.balance(mechanism, solver);
+            return Ok(());
         }
     }
 
     /// Compares the energy at the end of the last step with the work of its loads, whose power is integrated inside the
     /// step.
-    fn balance(&mut self, mechanism: &dyn Mechanism, solver: &mut Solver) -> Result<(), StepError> {
+    fn balance(&mut self, mechanism: &dyn Mechanism, solver: &mut Solver) {
         let step = &mut self.dense_output;
         let power = |at: &State| mechanism.power(at.t, &at.q, &at.qd, &at.multipliers);
         if power(&step.from) != 0.0 || power(&step.to) != 0.0 {
             // This is for whoever observes the motion, and the end of the next step is not known yet: its room serves.
             let mut work = Work { evaluations: &mut 0, solver };
-            self.work += self.formula.work(mechanism, step, &mut work, &mut self.next)?;
+            let found = self.formula.load_work(mechanism, step, &self.task, &mut work, &mut self.next);
+            // Where the power inside is not known, that at the ends is.
+            let by_ends = 0.5 * (step.to.t - step.from.t) * (power(&step.from) + power(&step.to));
+            self.work += found.ok().filter(|work| work.is_finite()).unwrap_or(by_ends);
             self.has_power = true;
         }
         let energy: f64 = mechanism.energy(&step.to.q, &step.to.qd).iter().sum();
         self.imbalance = self.imbalance.max((energy - self.energy - self.work).abs());
-        Ok(())
     }
 
     fn reject(&mut self, h: f64) {

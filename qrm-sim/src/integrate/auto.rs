@@ -131,9 +131,14 @@ impl StepFormula for Auto {
         &mut self,
         mechanism: &dyn Mechanism,
         dense_output: &mut DenseOutput,
+        task: &Task,
         work: &mut Work,
     ) -> Result<(), StepError> {
-        if self.was_implicit { Ok(()) } else { self.explicit.complete_dense_output(mechanism, dense_output, work) }
+        if self.was_implicit {
+            Ok(())
+        } else {
+            self.explicit.complete_dense_output(mechanism, dense_output, task, work)
+        }
     }
 
     fn boxed_clone(&self) -> Box<dyn StepFormula> {

@@ -42,7 +42,7 @@ pub(super) static TABLEAU: Tableau = Tableau {
 pub(super) struct Dop853 {
     plain: Explicit,
     /// The last step of the kernel; `None` if the plain functions made it.
-    by_kernel: Option<(StepRequest, StepEstimate)>,
+    by_kernel: Option<StepEstimate>,
     /// Room for the higher coefficients of its dense output.
     dense: Vec<f64>,
     /// Whether they are known.
@@ -57,22 +57,27 @@ impl Dop853 {
 
     /// The fastest rate of the motion times the length of the last step, roughly.
     pub(super) fn stiffness(&self, from: &State, to: &State) -> f64 {
-        self.by_kernel.map_or_else(|| self.plain.stiffness(from, to), |(_, estimate)| estimate.stiffness)
+        self.by_kernel.map_or_else(|| self.plain.stiffness(from, to), |estimate| estimate.stiffness)
     }
 
     /// Makes a step by the kernel; `None` if it cannot.
     fn attempt_by_kernel(
         &mut self,
         mechanism: &dyn Mechanism,
-        from: &State,
-        request: StepRequest,
+        (from, h): (&State, f64),
+        task: &Task,
         work: &mut Work,
         to: &mut State,
     ) -> Option<StepEstimate> {
+        if !task.is_by_kernel(work.solver) {
+            return None;
+        }
+        let request = StepRequest { h, tolerance: task.tolerance, residual: task.projection.1.residual };
         let dense = if self.is_dense { &mut self.dense[..] } else { &mut [] };
         let end = StateMut { q: &mut to.q, qd: &mut to.qd, qdd: &mut to.qdd, multipliers: &mut to.multipliers };
         let step = StepMut { end, corrections: &mut work.solver.corrections, dense };
         let estimate = mechanism.dop853_step(&request, &from.as_ref(), step)?;
+        self.is_dense &= estimate.error <= 1.0;
         *work.evaluations += 12;
         Some(estimate)
     }
@@ -96,45 +101,44 @@ impl StepFormula for Dop853 {
         work: &mut Work,
         to: &mut State,
     ) -> Result<f64, StepError> {
-        let request = StepRequest { h, tolerance: task.tolerance, residual: task.projection.1.residual };
         self.is_dense = from.t + h > task.dense_from;
-        self.by_kernel = None;
-        if task.is_by_kernel(work.solver)
-            && let Some(estimate) = self.attempt_by_kernel(mechanism, from, request, work, to)
-        {
-            to.t = task.end_of_step(from.t, h);
-            to.corrections = estimate.corrections;
-            if estimate.error <= 1.0 {
-                work.solver.stats.take_residual(estimate.residual);
-            }
-            self.by_kernel = Some((request, estimate));
-            return Ok(estimate.error);
+        self.by_kernel = self.attempt_by_kernel(mechanism, (from, h), task, work, to);
+        let Some(estimate) = self.by_kernel else {
+            return self.plain.attempt(mechanism, from, h, task, work, to);
+        };
+        to.t = task.end_of_step(from.t, h);
+        to.corrections = estimate.corrections;
+        if estimate.error <= 1.0 {
+            work.solver.stats.take_residual(estimate.residual);
         }
-        self.plain.attempt(mechanism, from, h, task, work, to)
+        Ok(estimate.error)
     }
 
     fn complete_dense_output(
         &mut self,
         mechanism: &dyn Mechanism,
         dense_output: &mut DenseOutput,
+        task: &Task,
         work: &mut Work,
     ) -> Result<(), StepError> {
-        let Some((request, _)) = self.by_kernel else {
-            return self.plain.complete_dense_output(mechanism, dense_output, work);
-        };
-        if !dense_output.lacks(&TABLEAU) {
-            return Ok(());
+        if self.by_kernel.is_some() && dense_output.lacks(&TABLEAU) {
+            if !self.is_dense {
+                // Once more, to the same end.
+                let h = dense_output.to.t - dense_output.from.t;
+                let mut to = dense_output.to.clone();
+                self.is_dense = true;
+                self.by_kernel = self.attempt_by_kernel(mechanism, (&dense_output.from, h), task, work, &mut to);
+                if self.by_kernel.is_none() {
+                    self.plain.attempt(mechanism, &dense_output.from, h, task, work, &mut to)?;
+                }
+            }
+            if self.is_dense && self.by_kernel.is_some() {
+                *work.evaluations += 3;
+                dense_output.complete(&self.dense);
+            }
         }
-        if !self.is_dense {
-            // Once more, to the same end.
-            self.is_dense = true;
-            let mut to = dense_output.to.clone();
-            self.attempt_by_kernel(mechanism, &dense_output.from, request, work, &mut to)
-                .ok_or(StepError::NotFinite)?;
-        }
-        *work.evaluations += 3;
-        dense_output.complete(&self.dense);
-        Ok(())
+        // What the kernel has not completed the plain functions do.
+        self.plain.complete_dense_output(mechanism, dense_output, task, work)
     }
 
     fn accepted(&mut self, _: &dyn Mechanism, _: &State, _: &State) -> Accepted {

@@ -124,7 +124,8 @@ impl Explicit {
         let (last, n) = (self.tableau.stages - 1, from.q.len());
         let (mut rate, mut acceleration) = (vec![0.0; n], vec![0.0; n]);
         self.stages.sum(self.tableau.rows[last], &mut rate, &mut acceleration);
-        let (mut apart, mut differ) = (0.0, 0.0);
+        // Distances below rounding errors tell nothing.
+        let (mut apart, mut differ) = (f64::EPSILON * f64::EPSILON, 0.0);
         for i in 0..n {
             let dq = to.q[i] - (from.q[i] + h * rate[i]);
             let dv = h * (to.qd[i] - (from.qd[i] + h * acceleration[i]));
@@ -132,7 +133,7 @@ impl Explicit {
             apart += dq * dq + dv * dv;
             differ += dv * dv + da * da;
         }
-        if apart > 0.0 { (differ / apart).sqrt() } else { 0.0 }
+        (differ / apart).sqrt()
     }
 }
 
@@ -176,6 +177,7 @@ impl StepFormula for Explicit {
         &mut self,
         mechanism: &dyn Mechanism,
         dense_output: &mut DenseOutput,
+        _task: &Task,
         work: &mut Work,
     ) -> Result<(), StepError> {
         if !dense_output.lacks(self.tableau) {

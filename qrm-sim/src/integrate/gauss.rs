@@ -1,6 +1,6 @@
 //! The Gauss method of order 16, its nodes in the lanes of vectors.
 
-use qrm_core::{GAUSS_NODES, GaussRequest, GaussSteps, Mechanism, Width};
+use qrm_core::{Convergence, GAUSS_NODES, GaussRequest, GaussSteps, Mechanism, Width};
 
 use super::adaptive::{Accepted, Adaptive, StepFormula, Task, Work};
 use super::auto::Auto;
@@ -21,6 +21,8 @@ pub const GAUSS: &Method = &Method {
 /// An attempt whose iteration does not converge counts as much against the method as so many steps for it. Where the
 /// motion is stiff, that happens every few steps.
 const FAILURE: u32 = 8;
+/// The error of such an attempt: the step is made again, half as long.
+const DIVERGED: f64 = 50.0;
 /// The method is given up when attempts count so much against it.
 const GIVEN_UP: u32 = 80;
 
@@ -29,8 +31,10 @@ const GIVEN_UP: u32 = 80;
 struct Gauss {
     /// `None` where the method does not suit the scene, the processor or the motion.
     steps: Option<Box<dyn GaussSteps>>,
-    other: Auto,
-    /// The work of the loads without potential in the last step; `None` if `other` made it.
+    fallback: Auto,
+    /// The work of the loads without potential in the last attempt; `None` if `auto` made it.
+    attempted: Option<f64>,
+    /// The same for the last step.
     work: Option<f64>,
     /// What counts against the method.
     failures: u32,
@@ -38,14 +42,12 @@ struct Gauss {
 
 impl Gauss {
     fn new(mechanism: &dyn Mechanism) -> Self {
-        // The nodes of a step are accurate where the motion is smooth.
-        let is_smooth = !mechanism.description().has_corners;
+        let steps = || [Width::Eight, Width::Four].into_iter().find_map(|width| mechanism.gauss_steps(width));
         Self {
-            steps: [Width::Eight, Width::Four]
-                .into_iter()
-                .find_map(|width| mechanism.gauss_steps(width))
-                .filter(|_| is_smooth),
-            other: Auto::new(mechanism.description().coordinates.len()),
+            // The order of the method is lost where the motion is not smooth.
+            steps: if mechanism.description().has_corners { None } else { steps() },
+            fallback: Auto::new(mechanism.description().coordinates.len()),
+            attempted: None,
             work: None,
             failures: 0,
         }
@@ -54,8 +56,8 @@ impl Gauss {
 
 impl StepFormula for Gauss {
     fn order(&self) -> i32 {
-        // Both errors that steps are chosen by are of this order: the Gauss method's is that of its polynomials.
-        8
+        // Steps of the Gauss method are chosen by the error of their polynomials.
+        if self.attempted.is_some() { 8 } else { self.fallback.order() }
     }
 
     fn beta(&self) -> f64 {
@@ -71,23 +73,23 @@ impl StepFormula for Gauss {
         work: &mut Work,
         to: &mut State,
     ) -> Result<f64, StepError> {
-        self.work = None;
+        self.attempted = None;
         if let Some(steps) = &mut self.steps
             && !work.solver.is_redundant()
         {
             let request = GaussRequest { h, tolerance: task.tolerance };
             if let Some(estimate) = steps.step(&request, &from.as_ref(), &mut to.q, &mut to.qd) {
                 *work.evaluations += u64::from(estimate.iterations) * GAUSS_NODES as u64;
-                if !estimate.has_converged {
+                self.attempted = Some(estimate.work);
+                if estimate.convergence == Convergence::Diverged {
                     self.failures += FAILURE;
                     if self.failures >= GIVEN_UP {
                         self.steps = None;
                     }
-                    return Ok(estimate.error);
+                    return Ok(DIVERGED);
                 }
                 if estimate.error <= 1.0 {
                     self.failures = self.failures.saturating_sub(1);
-                    self.work = Some(estimate.work);
                     to.t = task.end_of_step(from.t, h);
                     *work.evaluations += 1;
                     work.solver.projected(mechanism, task.projection, to)?;
@@ -95,16 +97,7 @@ impl StepFormula for Gauss {
                 return Ok(estimate.error);
             }
         }
-        self.other.attempt(mechanism, from, h, task, work, to)
-    }
-
-    fn complete_dense_output(
-        &mut self,
-        mechanism: &dyn Mechanism,
-        dense_output: &mut DenseOutput,
-        work: &mut Work,
-    ) -> Result<(), StepError> {
-        self.other.complete_dense_output(mechanism, dense_output, work)
+        self.fallback.attempt(mechanism, from, h, task, work, to)
     }
 
     fn state_inside(
@@ -116,40 +109,42 @@ impl StepFormula for Gauss {
         to: &mut State,
     ) -> Result<(), StepError> {
         let (Some(_), Some(steps)) = (self.work, &mut self.steps) else {
-            return self.other.state_inside(mechanism, step, task, work, to);
+            return self.fallback.state_inside(mechanism, step, task, work, to);
         };
         // The polynomials of the step are less accurate inside than its end: a shorter step it is.
         let from = &step.from;
         let request = GaussRequest { h: to.t - from.t, tolerance: task.tolerance };
         if let Some(estimate) = steps.step_inside(&request, &from.as_ref(), &mut to.q, &mut to.qd) {
             *work.evaluations += u64::from(estimate.iterations) * GAUSS_NODES as u64 + 1;
-            if estimate.has_converged {
+            if estimate.convergence == Convergence::Converged {
                 return work.solver.projected(mechanism, task.projection, to);
             }
         }
         // Some node lies where the kernel does not suit: those of `auto` lie elsewhere.
         let task = Task { end_time: to.t, ..*task };
-        let mut other = Adaptive::new(mechanism, Box::new(self.other.clone()), task, from, work.solver)?;
+        let mut other = Adaptive::new(mechanism, Box::new(self.fallback.clone()), task, from, work.solver)?;
         other.advance_to(mechanism, task.end_time, work.solver, to, None)?;
         *work.evaluations += other.counts().evaluations;
         Ok(())
     }
 
-    fn work(
+    fn load_work(
         &mut self,
         mechanism: &dyn Mechanism,
         step: &mut DenseOutput,
+        task: &Task,
         work: &mut Work,
         room: &mut State,
     ) -> Result<f64, StepError> {
-        self.work.map_or_else(|| self.other.work(mechanism, step, work, room), Ok)
+        self.work.map_or_else(|| self.fallback.load_work(mechanism, step, task, work, room), Ok)
     }
 
     fn accepted(&mut self, mechanism: &dyn Mechanism, from: &State, to: &State) -> Accepted {
+        self.work = self.attempted;
         if self.work.is_some() {
             Accepted::default()
         } else {
-            Accepted { is_replaced: true, ..self.other.accepted(mechanism, from, to) }
+            Accepted { is_fallback: true, ..self.fallback.accepted(mechanism, from, to) }
         }
     }
 

@@ -3,7 +3,6 @@
 use qrm_core::Mechanism;
 
 use super::adaptive::{Accepted, StepFormula, Task, Work, error_scales};
-use super::dense_output::DenseOutput;
 use super::method::StepError;
 use super::rodas::{ARGUMENTS, BY_TIME, GAMMA, INCREMENTS, NODES};
 use crate::solve::{Dynamics, Linearization, Lu, Matrix, PivotedLdl, dot, row_products};
@@ -91,10 +90,6 @@ impl StepFormula for Implicit {
 
     fn accepted(&mut self, _: &dyn Mechanism, _: &State, _: &State) -> Accepted {
         Accepted { is_implicit: true, ..Accepted::default() }
-    }
-
-    fn complete_dense_output(&mut self, _: &dyn Mechanism, _: &mut DenseOutput, _: &mut Work) -> Result<(), StepError> {
-        Ok(())
     }
 
     fn boxed_clone(&self) -> Box<dyn StepFormula> {

@@ -44,7 +44,7 @@ pub trait Observer {
         true
     }
 
-    /// Whether states between rows are of use.
+    /// Whether states between rows are of use: only then is [`between`](Self::between) called.
     fn wants_states_between(&self) -> bool {
         false
     }
@@ -92,8 +92,12 @@ impl<A: Observer, B: Observer> Observer for (A, B) {
     }
 
     fn between(&mut self, columns: &[f64]) {
-        self.0.between(columns);
-        self.1.between(columns);
+        if self.0.wants_states_between() {
+            self.0.between(columns);
+        }
+        if self.1.wants_states_between() {
+            self.1.between(columns);
+        }
     }
 
     fn goes_on(&mut self, t: f64, end_time: f64) -> std::io::Result<bool> {

@@ -2,7 +2,7 @@
 
 use super::{StepEstimate, StepMut, StepRequest};
 use crate::angles::Angles;
-use crate::dop853::dop853_step;
+use crate::dop853::{DENSE, dop853_step};
 use crate::kernel::{Generated, Kernel, MAX_GROWTH};
 use crate::mechanism::StateRef;
 use crate::rk4::KernelState;
@@ -20,33 +20,38 @@ pub(crate) fn dop853<X: Generated<N, M>, const N: usize, const M: usize>(
     let [t, h, tolerance] = [from.t, request.h, request.tolerance].map(Fused);
     let from = state::<X::Kernel<Fused>, N, M>(from)?;
     let mut made = dop853_step(kernel, (t, h), &from, (is_length, tolerance));
-    let result = &made.result;
-    if made.error.is_within(1.0) && !result.is_good(request.residual)
-        || !(result.growth_factor.is_within(MAX_GROWTH) && made.error.is_within(f64::MAX))
-    {
+    let is_suited = made.result.growth_factor.is_within(MAX_GROWTH) && made.error.is_within(f64::MAX);
+    let is_accepted = made.error.is_within(1.0);
+    if !is_suited || is_accepted && !made.result.is_good(request.residual) {
         return None;
     }
-    write(step.end.q, &result.end.q);
-    write(step.end.qd, &result.end.qd);
-    write(step.end.qdd, &result.end.qdd);
-    write(step.end.multipliers, &result.end.multipliers);
     let estimate = StepEstimate {
         error: made.error.0,
         stiffness: made.stiffness(h).0,
         residual: made.unprojected.residual.0,
-        corrections: result.corrections,
+        corrections: made.result.corrections,
     };
-    if estimate.error > 1.0 {
+    if !is_accepted {
         return Some(estimate);
-    }
-    for (i, largest) in step.corrections.iter_mut().enumerate().take(N) {
-        *largest = largest.max((result.end.q[i] - made.unprojected.q[i]).abs().0);
     }
     if !step.dense.is_empty() {
         let dense = made.dense_output(kernel, (t, h), &from);
-        for (k, room) in step.dense.chunks_exact_mut(N).enumerate().take(8) {
-            write(room, if k < 4 { &dense.q[4 + k] } else { &dense.qd[k] });
+        if !(made.result.growth_factor.is_within(MAX_GROWTH) && dense.finite_check().is_within(0.0)) {
+            return None;
         }
+        let (of_q, of_qd) = step.dense.split_at_mut(DENSE.len() * N);
+        for k in 0..DENSE.len() {
+            write(&mut of_q[k * N..][..N], &dense.q[4 + k])?;
+            write(&mut of_qd[k * N..][..N], &dense.qd[4 + k])?;
+        }
+    }
+    let end = &made.result.end;
+    write(step.end.q, &end.q)?;
+    write(step.end.qd, &end.qd)?;
+    write(step.end.qdd, &end.qdd)?;
+    write(step.end.multipliers, &end.multipliers)?;
+    for (i, largest) in step.corrections.iter_mut().enumerate().take(N) {
+        *largest = largest.max((end.q[i] - made.unprojected.q[i]).abs().0);
     }
     Some(estimate)
 }
@@ -71,8 +76,10 @@ fn numbers<const K: usize>(x: &[f64]) -> Option<[Fused; K]> {
 }
 
 #[inline(always)]
-fn write<const K: usize>(room: &mut [f64], numbers: &[Fused; K]) {
-    for (place, number) in room.iter_mut().zip(numbers) {
-        *place = number.0;
+fn write<const K: usize>(room: &mut [f64], numbers: &[Fused; K]) -> Option<()> {
+    let room: &mut [f64; K] = room.as_mut_array()?;
+    for i in 0..K {
+        room[i] = numbers[i].0;
     }
+    Some(())
 }

@@ -10,7 +10,7 @@ use crate::projection::StateMut;
 pub struct StepRequest {
     /// Length of the step.
     pub h: f64,
-    /// Largest error of a rate or of an angle; that of `x` is `1 + |x|` times as large, unless `x` is an angle.
+    /// Largest error of the step: of an angle itself, of a length or a rate `x` relative to `1 + |x|`.
     pub tolerance: f64,
     /// Largest residual of a constraint at the end.
     pub residual: f64,
