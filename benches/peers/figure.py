@@ -92,7 +92,8 @@ def draw(found, kind, path):
     lines = -(-len(names) // columns)
     labels = order(found)
     style = styles(labels)
-    legend = 0.19 * -(-len(labels) // 4) + 0.15
+    across = 4 if columns == 3 else 3
+    legend = 0.19 * -(-len(labels) // across) + 0.15
     height = 2.8 * lines + legend + 0.4
     figure, axes = plt.subplots(lines, columns, figsize=(max(3.4 * columns, 8), height), squeeze=False)
     handles = {}
@@ -111,7 +112,7 @@ def draw(found, kind, path):
     for line in axes:
         line[0].set_ylabel('microseconds' + (' per design' if kind == 'sweep' else ''))
     figure.suptitle(TITLES[kind] + ': error against time (processor time, one core; down and right is better)', fontsize=11)
-    figure.legend([handles[n] for n in labels], labels, loc='lower center', ncol=4, frameon=False, fontsize=8)
+    figure.legend([handles[n] for n in labels], labels, loc='lower center', ncol=across, frameon=False, fontsize=8)
     figure.tight_layout(rect=(0, legend / height, 1, 1))
     figure.savefig(path, metadata={'Date': None, 'Creator': None}, facecolor='white')
     plt.close(figure)
