@@ -152,7 +152,7 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> Steps<X, S, N
         let slowness = loop {
             // Coordinates and rates at the nodes, accelerations there, and how far they differ from those before.
             let mut coordinates = rates;
-            for i in 0..N {
+            for i in 0..rolled(N) {
                 let (once, twice) = (sums(&A, &values[i]), sums(&A_SQUARED, &values[i]));
                 for g in 0..groups::<S>() {
                     rates[i][g] = once[g].mul_add(number(h), number(qd[i]));
@@ -161,7 +161,7 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> Steps<X, S, N
             }
             let (mut change, mut size, mut growth) = (number(0.0), number(0.0), number(1.0));
             let mut sum = number(0.0);
-            for g in 0..groups::<S>() {
+            for g in 0..if groups::<S>() > 1 { rolled(groups::<S>()) } else { 1 } {
                 let (mut q, mut qd) = ([number(0.0); N], [number(0.0); N]);
                 for i in 0..N {
                     q[i] = coordinates[i][g];
@@ -231,7 +231,7 @@ fn error<S: Token, const N: usize>(
     scales: &[[f64; 2]; N],
 ) -> f64 {
     let mut largest = 0.0;
-    for i in 0..N {
+    for i in 0..rolled(N) {
         let [of_q, of_qd] = scales[i];
         for (scale, values) in [(of_q, &rates[i]), (of_qd, &accelerations[i])] {
             let whole = sums(&END_AND_MODES, values)[0];
@@ -239,6 +239,12 @@ fn error<S: Token, const N: usize>(
         }
     }
     h * largest
+}
+
+/// A number of passes that the compiler does not know: a loop whose body stands once compiles in a fraction of the time.
+#[inline(always)]
+fn rolled(count: usize) -> usize {
+    core::hint::black_box(count).min(count)
 }
 
 /// The vectors of numbers at all nodes.

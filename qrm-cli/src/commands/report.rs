@@ -61,7 +61,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     if !options.no_accuracy {
         sections.push(section("Error against run time", accuracy(&setup)));
     }
-    let peers = peers::tables(setup.description.name);
+    let peers = if setup.is_changed() { Vec::new() } else { peers::tables(setup.description.name) };
     if !peers.is_empty() {
         sections.push(section("Beside other programs", peers));
     }

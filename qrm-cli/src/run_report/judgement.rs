@@ -58,7 +58,8 @@ pub(super) fn warnings(outcome: &Outcome, description: &Description, distrust: &
             "write `stiff = true` under [run] in scenes/{scene}.toml and build again, for implicit steps"
         )));
     }
-    if outcome.counts.fallback > 0 {
+    // A few positions that do not suit a kernel are no reason for another method.
+    if outcome.counts.fallback > outcome.counts.accepted / 50 {
         let (fallback, steps) = (outcome.counts.fallback, counted(outcome.counts.accepted, "step"));
         warnings.push(
             Message::new(format!("`auto` made {fallback} of {steps}, where the Gauss method does not apply")).help(

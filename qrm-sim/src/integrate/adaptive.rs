@@ -372,7 +372,7 @@ impl Adaptive {
             if attempts > checked + CHECKED {
                 let is_stuck = now - then < MIN_PROGRESS * (t - then);
                 if is_stuck || attempts > MAX_STEPS + MAX_STEPS_PER_ROW * self.rows {
-                    return Err(StepError::TooManySteps { attempts, h: self.h });
+                    return Err(StepError::TooManySteps { attempts, h: self.h.min(self.task.bounds.longest) });
                 }
                 (checked, then) = (attempts, now);
             }
