@@ -5,8 +5,8 @@ use core::ops::{Add, Div, Mul, Neg, Sub};
 use crate::scalar::Scalar;
 use pulp::Simd;
 
-/// A vector of doubles. It stands in this crate alone, and in it alone below [`pulp::Arch::dispatch`]: the processor
-/// has the instructions of `S` wherever there is one.
+/// A vector of doubles. It stands in this crate alone, and in it in what is made with a token of `S` alone (`lane_steps`,
+/// `gauss`): the processor has the instructions of `S` wherever there is one.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Lanes<S: Token>(S::Register);
 
@@ -15,7 +15,7 @@ pub(crate) trait Token: Simd {
     /// A vector as the processor has it: the compiler takes `f64s` apart in places and loads it piece by piece.
     type Register: bytemuck::Pod + core::fmt::Debug + Send + Sync;
 
-    /// The evidence once more, where [`pulp::Arch::dispatch`] has given it already.
+    /// The evidence once more, where `try_new` has given it already.
     fn again() -> Self;
 }
 
@@ -29,8 +29,8 @@ macro_rules! token {
             #[allow(unsafe_code)]
             #[inline(always)]
             fn again() -> Self {
-                // SAFETY: called by operations on `Lanes` alone, which exist only inside `Arch::dispatch` with this
-                // token.
+                // SAFETY: called by operations on `Lanes` alone. These exist only in `StepsBy` and `Steps`, whose `new`
+                // takes this token, which `try_new` gave.
                 unsafe { Self::new_unchecked() }
             }
         }
