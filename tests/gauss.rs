@@ -138,12 +138,12 @@ fn vectors_of_four_and_eight_make_the_same_steps() {
         let step = |width| {
             let mut steps = mechanism.gauss_steps(width)?;
             let (mut q, mut qd) = (q.clone(), qd.clone());
-            let request = GaussRequest { h: mechanism.schedule().step, tolerance: 1e-13 };
+            let request = GaussRequest { h: mechanism.schedule().step, tolerance: 1e-13, is_inside: false };
             let whole = steps.step(&request, &from, &mut q, &mut qd)?;
             assert!(whole.convergence == Convergence::Converged && whole.error < 1.0, "{name}: {whole:?}");
             let end = q.clone();
-            let half = GaussRequest { h: 0.5 * request.h, ..request };
-            let inside = steps.step_inside(&half, &from, &mut q, &mut qd)?;
+            let half = GaussRequest { h: 0.5 * request.h, is_inside: true, ..request };
+            let inside = steps.step(&half, &from, &mut q, &mut qd)?;
             assert!(
                 inside.convergence == Convergence::Converged && inside.iterations < whole.iterations,
                 "{name}: {inside:?} {whole:?}"

@@ -57,7 +57,8 @@ impl<R: Scalar, const N: usize> Angles<R, N> {
         if size.is_within(SHORT) { turned } else { turned.refreshed(to, size, SHORT, is_angle) }
     }
 
-    /// Those of `to`, which lies a turn `dq` from where these belong: quickest up to an eighth of a revolution.
+    /// The sines and cosines of `to`, which lies a turn `dq` from where these belong: quickest up to an eighth of a
+    /// revolution.
     #[cfg(feature = "simd")]
     #[inline(always)]
     #[must_use]

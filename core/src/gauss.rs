@@ -27,16 +27,6 @@ pub trait GaussSteps: core::fmt::Debug + Send {
     fn step(&mut self, request: &GaussRequest, from: &StateRef, q: &mut [f64], qd: &mut [f64])
     -> Option<GaussEstimate>;
 
-    /// A shorter step from the same state as the last one, directly after it; the next step goes on from the last one
-    /// all the same.
-    fn step_inside(
-        &mut self,
-        request: &GaussRequest,
-        from: &StateRef,
-        q: &mut [f64],
-        qd: &mut [f64],
-    ) -> Option<GaussEstimate>;
-
     /// A copy.
     fn boxed_clone(&self) -> Box<dyn GaussSteps>;
 }
@@ -54,6 +44,9 @@ pub struct GaussRequest {
     pub h: f64,
     /// Largest error of a step: of an angle itself, of a length or a rate `x` relative to `1 + |x|`.
     pub tolerance: f64,
+    /// Whether it is a shorter step from the same state as the last one, directly after it. The next step goes on from
+    /// the last one all the same.
+    pub is_inside: bool,
 }
 
 /// How an iteration ended.
@@ -67,7 +60,7 @@ pub enum Convergence {
     Diverged,
 }
 
-/// What is known of a step of the Gauss method.
+/// The error of a step of the Gauss method, and how it was found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GaussEstimate {
     /// Its estimated error: 1 is just accepted, and the end is of no use beyond.

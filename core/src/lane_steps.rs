@@ -16,7 +16,9 @@ use crate::batch::{BatchLayout, BatchRequest, Width};
 use crate::kernel::{Generated, Kernel};
 use crate::lanes::{Lanes, Token};
 use crate::rk4::KernelState;
-use crate::scalar::{Fused, Scalar};
+#[cfg(target_arch = "x86_64")]
+use crate::scalar::Fused;
+use crate::scalar::Scalar;
 
 /// Steps in lanes, whatever the mechanism and the number of lanes; used by [`SimdBatch`](crate::SimdBatch), which knows
 /// the places of the numbers.
@@ -37,8 +39,14 @@ pub trait LaneSteps {
     fn advance(&mut self);
 }
 
-/// Kernels of more operations are not compiled for lanes.
-pub(crate) const MAX_LANE_OPERATIONS: usize = 2000;
+/// Whether kernels of so many operations are compiled for vectors of that width.
+#[cfg(target_arch = "x86_64")]
+pub(crate) const fn suits(width: Width, operations: usize) -> bool {
+    match width {
+        Width::Four => operations <= Fused::INLINE_LIMIT,
+        Width::Eight => operations <= 2000,
+    }
+}
 
 /// The steps of a generated mechanism in lanes; `None` where the processor has no vectors of that width, or the kernel
 /// is too large for them.
@@ -52,11 +60,10 @@ pub(crate) fn lane_steps<X: Generated<N, M>, const N: usize, const M: usize>(
     {
         // Constants, so that what is not used is not compiled.
         type Make = fn(BatchRequest, f64) -> Option<Box<dyn LaneSteps>>;
-        let four: Option<Make> = const {
-            if X::Kernel::<f64>::OPERATIONS <= Fused::INLINE_LIMIT { Some(make_four::<X, N, M>) } else { None }
-        };
+        let four: Option<Make> =
+            const { if suits(Width::Four, X::Kernel::<f64>::OPERATIONS) { Some(make_four::<X, N, M>) } else { None } };
         let eight: Option<Make> = const {
-            if X::Kernel::<f64>::OPERATIONS <= MAX_LANE_OPERATIONS { Some(make_eight::<X, N, M>) } else { None }
+            if suits(Width::Eight, X::Kernel::<f64>::OPERATIONS) { Some(make_eight::<X, N, M>) } else { None }
         };
         match width {
             Width::Eight => eight?(request, residual),
@@ -65,7 +72,7 @@ pub(crate) fn lane_steps<X: Generated<N, M>, const N: usize, const M: usize>(
     }
     #[cfg(not(target_arch = "x86_64"))]
     {
-        let _ = (width, request, residual, MAX_LANE_OPERATIONS);
+        let _ = (width, request, residual);
         None
     }
 }

@@ -224,8 +224,9 @@ pub struct LinearizationMut<'a> {
 #[derive(Debug)]
 pub struct Compiled<X: Generated<N, M>, const N: usize, const M: usize, V> {
     kernel: X::Kernel<f64>,
+    /// The kernel on numbers with fused products, once steps need it.
     #[cfg(feature = "simd")]
-    fused: X::Kernel<Fused>,
+    fused: std::sync::OnceLock<X::Kernel<Fused>>,
     values: V,
     generated: PhantomData<fn() -> X>,
 }
@@ -238,10 +239,16 @@ impl<X: Generated<N, M>, const N: usize, const M: usize, V: AsRef<[f64]>> Compil
         Self {
             kernel,
             #[cfg(feature = "simd")]
-            fused: X::Kernel::<Fused>::with_values(&|i| Fused(values.as_ref()[i])),
+            fused: std::sync::OnceLock::new(),
             values,
             generated: PhantomData,
         }
+    }
+
+    #[cfg(feature = "simd")]
+    #[inline]
+    fn fused(&self) -> &X::Kernel<Fused> {
+        self.fused.get_or_init(|| X::Kernel::<Fused>::with_values(&|i| Fused(self.values.as_ref()[i])))
     }
 }
 
@@ -398,7 +405,7 @@ where
     fn dop853_step(&self, request: &StepRequest, from: &StateRef, step: StepMut) -> Option<StepEstimate> {
         Fused::vectorize(
             #[inline(always)]
-            || fused::dop853::<X, N, M>(&self.fused, request, from, step),
+            || fused::dop853::<X, N, M>(self.fused(), request, from, step),
         )?
     }
 
@@ -415,7 +422,7 @@ where
         if const { X::Kernel::<f64>::OPERATIONS <= Fused::INLINE_LIMIT }
             && let Some(result) = Fused::vectorize(
                 #[inline(always)]
-                || integrate_rk4(&self.fused, request, rows),
+                || integrate_rk4(self.fused(), request, rows),
             )
         {
             return result;

@@ -28,7 +28,7 @@ pub struct StepMut<'a> {
     pub dense: &'a mut [f64],
 }
 
-/// What is known of a step.
+/// The error of a step, and what its projection corrected.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StepEstimate {
     /// Its estimated error: 1 is just accepted, and the end is of no use beyond.

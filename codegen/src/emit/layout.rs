@@ -118,10 +118,14 @@ impl Layout {
         let angle_sums = lowering.angle_sums(|i| scene.coordinates[i].name.to_lowercase());
         let point_names = scene.points.iter().flat_map(|point| ["x", "y"].map(|axis| format!("{}_{axis}", point.name)));
         let point_names: Vec<String> = point_names.map(|name| name.to_lowercase()).collect();
-        let mut lowering = Lowering::of_kernel(lowering.graph);
-        lowering.define(&equations.names);
-        let points = equations.points.iter().flatten().map(|term| lowering.term(term));
-        let points: Vec<(String, Signed)> = point_names.iter().cloned().zip(points).collect();
+        let mut own_names = angle_sums;
+        if !own_names.is_empty() {
+            // The points that depend on such sums are other values than in the plain functions.
+            lowering = Lowering::of_kernel(lowering.graph);
+            lowering.define(&equations.names);
+            let points = equations.points.iter().flatten().map(|term| lowering.term(term));
+            own_names.splice(0..0, point_names.iter().cloned().zip(points));
+        }
         let (mut graph, roots) = share_pairs(&lowering.graph, &roots);
         // What pays in a kernel is another thing than what pays in the plain functions.
         let kernel_roots: Vec<Signed> = kernel.values().copied().collect();
@@ -131,8 +135,8 @@ impl Layout {
             // Otherwise pairs would be shared across the parts of values that have a name.
             let reachable: HashSet<Id> =
                 lowering.graph.reachable(part.iter().map(|root| root.id)).into_iter().collect();
-            let is_kept = |(_, value): &&(String, Signed)| !angle_sums.is_empty() && reachable.contains(&value.id);
-            let kept: Vec<&(String, Signed)> = points.iter().chain(&angle_sums).filter(is_kept).collect();
+            let kept: Vec<&(String, Signed)> =
+                own_names.iter().filter(|(_, value)| reachable.contains(&value.id)).collect();
             let roots: Vec<Signed> = part.iter().copied().chain(kept.iter().map(|(_, value)| *value)).collect();
             let (own, roots) = share_pairs(&lowering.graph, &roots);
             let places = graph.absorb(&own);

@@ -33,8 +33,8 @@ pub(super) const BARYCENTRIC: Column = [
     403.92051052855294,
 ];
 
-/// The matrix `a_ij`, column after column: what the values at the nodes contribute to integrals from the beginning of the
-/// step up to each node.
+/// The matrix `a_ij`, column after column: what the values at the nodes contribute to integrals from the beginning of
+/// the step up to each node.
 pub(super) static A: Columns = Columns([
     [
         0.025307134072594065,
@@ -202,7 +202,7 @@ pub(super) static A_SQUARED: Columns = Columns([
     ],
 ]);
 
-/// What the value at each node contributes to the integral over the step, `b_j`; to the integral of the integral,
+/// The contributions of the value at each node to the integral over the step, `b_j`; to the integral of the integral,
 /// `b_j (1 - c_j)`; and to the coefficients of the Legendre polynomials of degree 7 and 6.
 pub(super) static END_AND_MODES: Columns = Columns([
     [0.05061426814518813, 0.04960931821952933, -0.11769245644771356, 0.2098921910670323, 0.0, 0.0, 0.0, 0.0],

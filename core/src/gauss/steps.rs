@@ -9,13 +9,13 @@ use super::{Convergence, GAUSS_NODES, GaussEstimate, GaussRequest, GaussSteps};
 use crate::angles::Angles;
 use crate::batch::Width;
 use crate::kernel::{Generated, Kernel, MAX_GROWTH};
-use crate::lane_steps::MAX_LANE_OPERATIONS;
+use crate::lane_steps::suits;
 use crate::lanes::{Lanes, Token};
 use crate::mechanism::StateRef;
-use crate::scalar::{Fused, Scalar};
+use crate::scalar::Scalar;
 
-/// The largest coefficient of P7 in the Legendre expansion of a step, against the root of the tolerance: what the method
-/// leaves out at the end of a step is about the square of what the polynomial leaves out inside.
+/// The largest coefficient of P7 in the Legendre expansion of a step, against the root of the tolerance: what the
+/// method leaves out at the end of a step is about the square of what the polynomial leaves out inside.
 const HIGHEST_MODE: f64 = 4.0;
 /// The weight of the coefficient of P6 against that of P7.
 const WEIGHT_OF_P6: f64 = 0.3;
@@ -54,9 +54,9 @@ pub(crate) fn gauss_steps<X: Generated<N, M>, const N: usize, const M: usize>(
     // Constants, so that what is not used is not compiled.
     type Make = fn(&[f64]) -> Option<Box<dyn GaussSteps>>;
     let four: Option<Make> =
-        const { if X::Kernel::<f64>::OPERATIONS <= Fused::INLINE_LIMIT { Some(make_four::<X, N, M>) } else { None } };
+        const { if suits(Width::Four, X::Kernel::<f64>::OPERATIONS) { Some(make_four::<X, N, M>) } else { None } };
     let eight: Option<Make> =
-        const { if X::Kernel::<f64>::OPERATIONS <= MAX_LANE_OPERATIONS { Some(make_eight::<X, N, M>) } else { None } };
+        const { if suits(Width::Eight, X::Kernel::<f64>::OPERATIONS) { Some(make_eight::<X, N, M>) } else { None } };
     match width {
         Width::Eight => eight?(values),
         Width::Four => four?(values),
@@ -126,7 +126,7 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> Steps<X, S, N
         values: &mut [AtNodes<S>; N],
     ) -> Option<([f64; N], [f64; N], GaussEstimate)> {
         let number = Lanes::from_f64;
-        let GaussRequest { h, tolerance } = *request;
+        let GaussRequest { h, tolerance, .. } = *request;
         let nodes = column(&NODES);
         let mut at = [number(t); 2];
         let (mut drift, mut scales, mut of_change) = ([[number(0.0); 2]; N], [[1.0; 2]; N], [number(0.0); N]);
@@ -241,7 +241,8 @@ fn error<S: Token, const N: usize>(
     h * largest
 }
 
-/// A number of passes that the compiler does not know: a loop whose body stands once compiles in a fraction of the time.
+/// A number of passes that the compiler does not know: a loop whose body stands once compiles in a fraction of the
+/// time.
 #[inline(always)]
 fn rolled(count: usize) -> usize {
     core::hint::black_box(count).min(count)
@@ -272,7 +273,7 @@ fn sums<S: Token>(columns: &Columns, values: &AtNodes<S>) -> AtNodes<S> {
     sums_by(&vectors, values)
 }
 
-/// The same with vectors as columns.
+/// The product of a matrix, its columns vectors, and numbers at the nodes.
 #[inline(always)]
 fn sums_by<S: Token>(columns: &[AtNodes<S>; GAUSS_NODES], values: &AtNodes<S>) -> AtNodes<S> {
     let mut sums = [Lanes::zero(); 2];
@@ -328,7 +329,6 @@ struct Solve<'a, X: Generated<N, M>, S: Token, const N: usize, const M: usize> {
     request: &'a GaussRequest,
     from: &'a StateRef<'a>,
     end: (&'a mut [f64], &'a mut [f64]),
-    is_inside: bool,
 }
 
 impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> pulp::NullaryFnOnce for Solve<'_, X, S, N, M> {
@@ -336,8 +336,8 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> pulp::Nullary
 
     #[inline(always)]
     fn call(self) -> Self::Output {
-        let Self { steps, request, from, end: (end_q, end_qd), is_inside } = self;
-        let (t, h) = (from.t, request.h);
+        let Self { steps, request, from, end: (end_q, end_qd) } = self;
+        let (t, h, is_inside) = (from.t, request.h, request.is_inside);
         let (q, qd, qdd) = (from.q.as_array()?, from.qd.as_array()?, from.qdd.as_array()?);
         if !is_inside && t > steps.last.t {
             steps.before = steps.last;
@@ -363,18 +363,7 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> GaussSteps fo
         q: &mut [f64],
         qd: &mut [f64],
     ) -> Option<GaussEstimate> {
-        self.token.vectorize(Solve { steps: self, request, from, end: (q, qd), is_inside: false })
-    }
-
-    #[inline]
-    fn step_inside(
-        &mut self,
-        request: &GaussRequest,
-        from: &StateRef,
-        q: &mut [f64],
-        qd: &mut [f64],
-    ) -> Option<GaussEstimate> {
-        self.token.vectorize(Solve { steps: self, request, from, end: (q, qd), is_inside: true })
+        self.token.vectorize(Solve { steps: self, request, from, end: (q, qd) })
     }
 
     #[inline]

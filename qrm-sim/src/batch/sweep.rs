@@ -12,8 +12,8 @@ use crate::run::{Doubt, End, ExtremesTracker, Observer, Request, Row, StartError
 
 /// The settings of every design of a sweep.
 pub struct SweepRequest<'a> {
-    /// The method. Lanes make the steps of `dop853`, and of `auto` while nothing is stiff; by others designs are run one
-    /// by one.
+    /// The method. Lanes make the steps of `dop853`, and of `auto` while nothing is stiff; by others designs are run
+    /// one by one.
     pub settings: MethodSettings,
     /// The bounds of the steps that a method chooses for a design, by its number; those of the settings if `None`.
     pub step_bounds: Option<&'a (dyn Fn(usize) -> StepBounds + Sync)>,

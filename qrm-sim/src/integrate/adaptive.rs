@@ -142,11 +142,6 @@ impl Task {
     pub(super) fn end_of_step(&self, t: f64, h: f64) -> f64 {
         if t + h >= self.end_time { self.end_time } else { t + h }
     }
-
-    /// Whether kernels make steps with this projection, in the current state of a solver.
-    pub(super) fn is_by_kernel(&self, solver: &Solver) -> bool {
-        self.projection.0.is_by_kernel(&self.projection.1) && !solver.is_redundant()
-    }
 }
 
 /// Solver and counter of a step.
@@ -170,12 +165,12 @@ pub(super) struct Accepted {
 /// Keeps a state between rows.
 type KeepState<'a> = dyn FnMut(&State) + 'a;
 
-/// Which states between rows are kept.
+/// The states between rows that are kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum InnerRows {
-    /// Those at the ends of steps.
+    /// The states at the ends of steps.
     StepEnds,
-    /// Those at the ends of steps, and some inside steps that are long against the time between rows.
+    /// The states at the ends of steps, and some inside steps that are long against the time between rows.
     Samples,
 }
 

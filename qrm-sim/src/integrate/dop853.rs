@@ -69,7 +69,7 @@ impl Dop853 {
         work: &mut Work,
         to: &mut State,
     ) -> Option<StepEstimate> {
-        if !task.is_by_kernel(work.solver) {
+        if !work.solver.projects_by_kernel(task.projection) {
             return None;
         }
         let request = StepRequest { h, tolerance: task.tolerance, residual: task.projection.1.residual };

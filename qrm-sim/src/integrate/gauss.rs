@@ -77,7 +77,7 @@ impl StepFormula for Gauss {
         if let Some(steps) = &mut self.steps
             && !work.solver.is_redundant()
         {
-            let request = GaussRequest { h, tolerance: task.tolerance };
+            let request = GaussRequest { h, tolerance: task.tolerance, is_inside: false };
             if let Some(estimate) = steps.step(&request, &from.as_ref(), &mut to.q, &mut to.qd) {
                 *work.evaluations += u64::from(estimate.iterations) * GAUSS_NODES as u64;
                 self.attempted = Some(estimate.work);
@@ -113,8 +113,8 @@ impl StepFormula for Gauss {
         };
         // The polynomials of the step are less accurate inside than its end: a shorter step it is.
         let from = &step.from;
-        let request = GaussRequest { h: to.t - from.t, tolerance: task.tolerance };
-        if let Some(estimate) = steps.step_inside(&request, &from.as_ref(), &mut to.q, &mut to.qd) {
+        let request = GaussRequest { h: to.t - from.t, tolerance: task.tolerance, is_inside: true };
+        if let Some(estimate) = steps.step(&request, &from.as_ref(), &mut to.q, &mut to.qd) {
             *work.evaluations += u64::from(estimate.iterations) * GAUSS_NODES as u64 + 1;
             if estimate.convergence == Convergence::Converged {
                 return work.solver.projected(mechanism, task.projection, to);

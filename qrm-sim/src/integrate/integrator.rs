@@ -370,14 +370,20 @@ impl Solver {
         (projection, tolerance): (Projection, ProjectionTolerance),
         state: &mut State,
     ) -> Result<(), StepError> {
-        let is_by_kernel = projection.is_by_kernel(&tolerance) && !self.is_redundant();
-        if is_by_kernel && self.project_by_kernel(mechanism, tolerance.residual, state) {
+        if self.projects_by_kernel((projection, tolerance))
+            && self.project_by_kernel(mechanism, tolerance.residual, state)
+        {
             return Ok(());
         }
         if projection == Projection::Mass {
             self.factor_mass(mechanism, &state.q);
         }
         self.projected_by_functions(mechanism, (projection, tolerance), state)
+    }
+
+    /// Whether kernels make this projection, and steps with it: not where constraints repeat others.
+    pub(super) fn projects_by_kernel(&self, (projection, tolerance): (Projection, ProjectionTolerance)) -> bool {
+        projection.is_by_kernel(&tolerance) && !self.is_redundant()
     }
 
     /// Projects and completes a state by the plain functions, in the metric that is known.

@@ -21,8 +21,8 @@ pub(super) fn tables(scene: &str) -> Vec<Content<'static>> {
     });
     let mut contents: Vec<Content> = tables.collect();
     if !contents.is_empty() {
-        let note = "All programs were measured in turn on one machine, on the scene as it is published: they compare with \
-                    each other, not with the times above. How each is set up, and what it leaves out, is in \
+        let note = "All programs were measured in turn on one machine, on the scene as it is published: they compare \
+                    with each other, not with the times above. How each is set up, and what it leaves out, is in \
                     `benches/peers/README.md`.";
         contents.insert(0, Content::Markdown(note));
     }
@@ -38,7 +38,8 @@ mod tests {
         for line in TIMES.lines().skip(1) {
             let cells: Vec<&str> = line.split(',').collect();
             assert!(cells.len() == 6 && ["run", "sweep"].contains(&cells[1]), "{line}");
-            assert!(cells[3..].iter().all(|cell| cell.is_empty() || cell.parse::<f64>().is_ok_and(|t| t > 0.0)), "{line}");
+            let is_time = |cell: &&str| cell.is_empty() || cell.parse::<f64>().is_ok_and(|t| t > 0.0);
+            assert!(cells[3..].iter().all(is_time), "{line}");
         }
         assert_eq!(tables("quick-return").len(), 3);
         assert_eq!(tables("pendulum").len(), 2);
