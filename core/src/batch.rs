@@ -3,8 +3,10 @@
 extern crate alloc;
 
 use alloc::boxed::Box;
+use alloc::vec;
 use alloc::vec::Vec;
 
+use crate::description::Description;
 use crate::kernel::MAX_GROWTH;
 use crate::lane_steps::{LaneSteps, PARTS};
 
@@ -62,6 +64,8 @@ pub(crate) struct BatchLayout {
     pub(crate) n: usize,
     /// Number of constraints.
     pub(crate) m: usize,
+    /// Number of parameters.
+    pub(crate) parameter_count: usize,
     /// Number of outputs whose ranges are wanted.
     pub(crate) output_count: usize,
 }
@@ -92,10 +96,15 @@ pub const CHECKPOINTS: usize = 2;
 pub(crate) const SHORTEST: f64 = 1e-12;
 
 impl BatchLayout {
-    /// The layout for a mechanism of this size.
+    /// The layout for this mechanism.
     #[inline(always)]
-    pub(crate) const fn new(n: usize, m: usize, outputs: usize, request: &BatchRequest) -> Self {
-        Self { n, m, output_count: if request.ranges { outputs } else { 0 } }
+    pub(crate) const fn new(mechanism: &Description, request: &BatchRequest) -> Self {
+        Self {
+            n: mechanism.coordinates.len(),
+            m: mechanism.constraints.len(),
+            parameter_count: mechanism.parameters.len(),
+            output_count: if request.ranges { mechanism.outputs.len() } else { 0 },
+        }
     }
 
     /// The length of a row `[t, q, qd, qdd, multipliers]`.
@@ -158,22 +167,28 @@ impl BatchLayout {
         self.step_highest() + part * self.output_count
     }
 
+    /// The parameters.
+    #[inline(always)]
+    pub(crate) const fn parameters(self) -> usize {
+        self.sample(1 + PARTS)
+    }
+
     /// The number of places.
     #[inline(always)]
     pub(crate) const fn places(self) -> usize {
-        self.sample(1 + PARTS)
+        self.parameters() + self.parameter_count
     }
 }
 
 impl SimdBatch {
-    /// For a mechanism of this size; a step counts as reliable up to this residual of the constraints.
+    /// For this mechanism; a step counts as reliable up to this residual of the constraints.
     pub(crate) fn new(
         steps: Box<dyn LaneSteps>,
-        (n, m, outputs): (usize, usize, usize),
+        mechanism: &Description,
         request: BatchRequest,
         residual: f64,
     ) -> Self {
-        Self { steps, layout: BatchLayout::new(n, m, outputs, &request), request, residual }
+        Self { steps, layout: BatchLayout::new(mechanism, &request), request, residual }
     }
 
     /// The number of lanes.
@@ -181,9 +196,9 @@ impl SimdBatch {
         self.steps.lanes()
     }
 
-    /// Gives lanes their parameters.
-    pub fn set_parameters(&mut self, values: &[Vec<f64>]) {
-        self.steps.set_parameters(values);
+    /// Gives a lane its parameters.
+    pub fn set_parameters(&mut self, lane: usize, values: &[f64]) {
+        self.set(lane, self.layout.parameters(), values);
     }
 
     /// Puts a motion at a row `[t, q, qd, qdd, multipliers]`, with its steps still to make.
@@ -198,10 +213,9 @@ impl SimdBatch {
 
     /// Copies the motion of a lane to another one.
     pub fn copy(&mut self, from: usize, to: usize) {
-        let mut row = Vec::new();
-        self.read_row(from, &mut row);
-        let schedule = self.schedule(from);
-        self.place(to, &row, &schedule);
+        let mut numbers = vec![0.0; self.layout.places()];
+        self.steps.read(0, from, &mut numbers);
+        self.steps.write(0, to, &numbers);
     }
 
     /// Replaces the state of a lane.

@@ -15,14 +15,14 @@ use crate::scalar::Scalar;
 const STAGES: usize = 12;
 
 /// A step of order 8.
-pub(crate) struct Dop853Step<R, P, const N: usize, const M: usize> {
+pub(crate) struct Dop853Step<'a, R, P, const N: usize, const M: usize> {
     /// Its projected end.
     pub(crate) result: StepResult<R, P, N, M>,
     /// Its estimated error against the tolerance: 1 if just as large.
     pub(crate) error: R,
     /// The end before its projection.
     pub(crate) unprojected: Unprojected<R, N>,
-    slopes: Slopes<R, N>,
+    slopes: &'a mut Slopes<R, N>,
 }
 
 /// The end of a step before its projection.
@@ -34,7 +34,7 @@ pub(crate) struct Unprojected<R, const N: usize> {
 }
 
 /// Rates and accelerations at the stages, at the end of the step, and at the stages of the dense output.
-struct Slopes<R, const N: usize> {
+pub(crate) struct Slopes<R, const N: usize> {
     rates: [[R; N]; ROWS.len()],
     accelerations: [[R; N]; ROWS.len()],
     /// Coordinates at the stage evaluated last.
@@ -45,15 +45,17 @@ struct Slopes<R, const N: usize> {
 /// constraints in the mass metric.
 ///
 /// Errors are measured against `scale` times `1 + |x|`, or `scale` for an angle, as the code DOP853 does. The work is
-/// bounded: 13 evaluations of the accelerations and four corrections of the coordinates.
+/// bounded: 13 evaluations of the accelerations and four corrections of the coordinates. The slopes of the step before
+/// are replaced.
 #[inline(always)]
-pub(crate) fn dop853_step<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
+pub(crate) fn dop853_step<'a, K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
     kernel: &K,
     (t, h): (R, R),
     from: &KernelState<R, N, M>,
     (is_length, scale): ([bool; N], R),
-) -> Dop853Step<R, K::Position, N, M> {
-    let mut slopes = Slopes { rates: [from.qd; _], accelerations: [from.qdd; _], q: from.q };
+    slopes: &'a mut Slopes<R, N>,
+) -> Dop853Step<'a, R, K::Position, N, M> {
+    (slopes.rates[0], slopes.accelerations[0]) = (from.qd, from.qdd);
     let mut growth = R::zero();
     macro_rules! stages {
         ($($stage:literal),*) => {
@@ -83,13 +85,14 @@ pub(crate) fn dop853_step<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M
     end.project_rates(kernel, &position);
     let dynamics = kernel.accelerations(&position, t, &end.q, &end.qd, &end.angles);
     let growth = kernel.growth_factor(&position).max(growth);
-    let result = finish(kernel, end, dynamics, position, growth);
+    let angles = end.angles;
+    let result = finish(kernel, (end, angles), dynamics, position, growth);
     slopes.rates[STAGES] = result.end.qd;
     slopes.accelerations[STAGES] = result.end.qdd;
     Dop853Step { result, error, unprojected, slopes }
 }
 
-impl<R: Scalar, P, const N: usize, const M: usize> Dop853Step<R, P, N, M> {
+impl<R: Scalar, P, const N: usize, const M: usize> Dop853Step<'_, R, P, N, M> {
     /// The fastest rate of the motion times the length `h` of the step, from the distance between the last stage and
     /// the end of the step and the difference of their derivatives (Hairer, Wanner II, IV.2); rates count for what they
     /// change in a step. The dense output must not have been asked for.
@@ -192,6 +195,13 @@ fn coefficients<R: Scalar, const N: usize>(
 }
 
 impl<R: Scalar, const N: usize> Slopes<R, N> {
+    /// Room for the slopes of a step.
+    #[inline(always)]
+    pub(crate) fn zero() -> Self {
+        let zero = [R::zero(); N];
+        Self { rates: [zero; _], accelerations: [zero; _], q: zero }
+    }
+
     /// Evaluates the accelerations at a stage.
     #[inline(always)]
     fn evaluate<K: Kernel<R, N, M>, const M: usize, const STAGE: usize>(

@@ -32,9 +32,6 @@ pub trait LaneSteps {
     /// Replaces the numbers of a lane from a place of the batch on.
     fn write(&mut self, place: usize, lane: usize, numbers: &[f64]);
 
-    /// Gives lanes their parameters.
-    fn set_parameters(&mut self, values: &[Vec<f64>]);
-
     /// Makes steps until some lane cannot simply go on.
     fn advance(&mut self);
 }
@@ -118,7 +115,7 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> StepsBy<X, S,
     #[inline]
     fn new(token: S, request: BatchRequest, residual: f64) -> Self {
         let zero = Lanes::zero();
-        let layout = BatchLayout::new(N, M, X::DESCRIPTION.outputs.len(), &request);
+        let layout = BatchLayout::new(&X::DESCRIPTION, &request);
         Self {
             token,
             request,
@@ -140,7 +137,14 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> StepsBy<X, S,
 
     #[inline(always)]
     fn layout(&self) -> BatchLayout {
-        BatchLayout::new(N, M, X::DESCRIPTION.outputs.len(), &self.request)
+        BatchLayout::new(&X::DESCRIPTION, &self.request)
+    }
+
+    /// The mechanism with the parameters of each lane.
+    #[inline(always)]
+    fn set_kernel(&mut self) {
+        let parameters = &self.numbers[self.layout().parameters()..];
+        self.kernel = X::Kernel::with_values(&|i| parameters[i]);
     }
 
     #[inline(always)]
@@ -214,11 +218,6 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> LaneSteps for
     #[inline]
     fn write(&mut self, place: usize, lane: usize, numbers: &[f64]) {
         self.numbers[place..].iter_mut().zip(numbers).for_each(|(lanes, number)| lanes.set(lane, *number));
-    }
-
-    #[inline]
-    fn set_parameters(&mut self, values: &[Vec<f64>]) {
-        self.kernel = X::Kernel::<Lanes<S>>::with_values(&|i| Lanes::from_fn(|lane| values[lane][i]));
     }
 
     #[inline]

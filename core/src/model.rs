@@ -74,9 +74,7 @@ impl Model {
     ///
     /// A step counts as reliable up to this `residual` of the constraints.
     pub fn batch(&self, width: Width, request: BatchRequest, residual: f64) -> Option<SimdBatch> {
-        let Description { coordinates, constraints, outputs, .. } = self.description;
-        let size = (coordinates.len(), constraints.len(), outputs.len());
         let steps = (self.lane_steps)(width, request, residual)?;
-        Some(SimdBatch::new(steps, size, request, residual))
+        Some(SimdBatch::new(steps, self.description, request, residual))
     }
 }

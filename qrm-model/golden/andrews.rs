@@ -286,6 +286,7 @@ pub struct Andrews<R = f64> {
 
 impl<R: Scalar> Andrews<R> {
     /// The mechanism with these parameters.
+    #[inline(always)]
     pub fn new(parameters: Parameters<R>) -> Self {
         Self {
             constants: Constants::new(&parameters),
@@ -379,6 +380,7 @@ pub struct Constants<R = f64> {
 }
 
 impl<R: Scalar> Constants<R> {
+    #[inline(always)]
     fn new(p: &Parameters<R>) -> Self {
         let e_minus_ea = p.e - p.ea;
         let zf_minus_fa = p.zf - p.fa;
@@ -2266,6 +2268,7 @@ impl<R: Scalar> Kernel<R, 7, 6> for Andrews<R> {
 
     const OPERATIONS: usize = 403;
 
+    #[inline(always)]
     fn with_values(value: &dyn Fn(usize) -> R) -> Self {
         Self::new(Parameters {
             m1: value(0),
@@ -3085,4 +3088,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: c2eccb0036dad805
+// Hash of this file and its derivation: 9d1785cf416d2b55

@@ -97,6 +97,7 @@ pub struct DoublePendulum<R = f64> {
 
 impl<R: Scalar> DoublePendulum<R> {
     /// The mechanism with these parameters.
+    #[inline(always)]
     pub fn new(parameters: Parameters<R>) -> Self {
         Self {
             constants: Constants::new(&parameters),
@@ -138,6 +139,7 @@ pub struct Constants<R = f64> {
 }
 
 impl<R: Scalar> Constants<R> {
+    #[inline(always)]
     fn new(p: &Parameters<R>) -> Self {
         let l_m = p.l * p.m;
         let l_sq_m = p.l * l_m;
@@ -568,6 +570,7 @@ impl<R: Scalar> Kernel<R, 2, 0> for DoublePendulum<R> {
 
     const OPERATIONS: usize = 35;
 
+    #[inline(always)]
     fn with_values(value: &dyn Fn(usize) -> R) -> Self {
         Self::new(Parameters {
             l: value(0),
@@ -876,4 +879,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: 0cc96d5a515861d8
+// Hash of this file and its derivation: 947797d5bd29dfe8

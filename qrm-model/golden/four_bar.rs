@@ -111,6 +111,7 @@ pub struct FourBar<R = f64> {
 
 impl<R: Scalar> FourBar<R> {
     /// The mechanism with these parameters.
+    #[inline(always)]
     pub fn new(parameters: Parameters<R>) -> Self {
         Self {
             constants: Constants::new(&parameters),
@@ -190,6 +191,7 @@ pub struct Constants<R = f64> {
 }
 
 impl<R: Scalar> Constants<R> {
+    #[inline(always)]
     fn new(p: &Parameters<R>) -> Self {
         let half_l2 = R::from_f64(0.5) * p.l2;
         let half_l3 = R::from_f64(0.5) * p.l3;
@@ -1323,6 +1325,7 @@ impl<R: Scalar> Kernel<R, 3, 2> for FourBar<R> {
 
     const OPERATIONS: usize = 230;
 
+    #[inline(always)]
     fn with_values(value: &dyn Fn(usize) -> R) -> Self {
         Self::new(Parameters {
             l1: value(0),
@@ -1711,4 +1714,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: 5553375ab8bf002d
+// Hash of this file and its derivation: 0a1ad8ed03afdcdd

@@ -122,6 +122,7 @@ pub struct NFourBar2<R = f64> {
 
 impl<R: Scalar> NFourBar2<R> {
     /// The mechanism with these parameters.
+    #[inline(always)]
     pub fn new(parameters: Parameters<R>) -> Self {
         Self {
             constants: Constants::new(&parameters),
@@ -167,6 +168,7 @@ pub struct Constants<R = f64> {
 }
 
 impl<R: Scalar> Constants<R> {
+    #[inline(always)]
     fn new(p: &Parameters<R>) -> Self {
         let l_m = p.l * p.m;
         let l_sq_m = p.l * l_m;
@@ -1245,6 +1247,7 @@ impl<R: Scalar> Kernel<R, 5, 4> for NFourBar2<R> {
 
     const OPERATIONS: usize = 189;
 
+    #[inline(always)]
     fn with_values(value: &dyn Fn(usize) -> R) -> Self {
         Self::new(Parameters {
             l: value(0),
@@ -1674,4 +1677,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: 746b04f7c4f7726c
+// Hash of this file and its derivation: 107ffd1c04e74e58

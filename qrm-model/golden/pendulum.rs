@@ -101,6 +101,7 @@ pub struct Pendulum<R = f64> {
 
 impl<R: Scalar> Pendulum<R> {
     /// The mechanism with these parameters.
+    #[inline(always)]
     pub fn new(parameters: Parameters<R>) -> Self {
         Self {
             constants: Constants::new(&parameters),
@@ -136,6 +137,7 @@ pub struct Constants<R = f64> {
 }
 
 impl<R: Scalar> Constants<R> {
+    #[inline(always)]
     fn new(p: &Parameters<R>) -> Self {
         let inv_l = p.l.recip();
         Self {
@@ -565,6 +567,7 @@ impl<R: Scalar> Kernel<R, 2, 1> for Pendulum<R> {
 
     const OPERATIONS: usize = 20;
 
+    #[inline(always)]
     fn with_values(value: &dyn Fn(usize) -> R) -> Self {
         Self::new(Parameters {
             m: value(0),
@@ -867,4 +870,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: 331047ebf6f815c3
+// Hash of this file and its derivation: ab98a5b155eb552f

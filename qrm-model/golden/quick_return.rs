@@ -174,6 +174,7 @@ pub struct QuickReturn<R = f64> {
 
 impl<R: Scalar> QuickReturn<R> {
     /// The mechanism with these parameters.
+    #[inline(always)]
     pub fn new(parameters: Parameters<R>) -> Self {
         Self {
             constants: Constants::new(&parameters),
@@ -235,6 +236,7 @@ pub struct Constants<R = f64> {
 }
 
 impl<R: Scalar> Constants<R> {
+    #[inline(always)]
     fn new(p: &Parameters<R>) -> Self {
         let o2a_sq = p.O2A * p.O2A;
         let o4o2_sq = p.O4O2 * p.O4O2;
@@ -1150,6 +1152,7 @@ impl<R: Scalar> Kernel<R, 3, 2> for QuickReturn<R> {
 
     const OPERATIONS: usize = 107;
 
+    #[inline(always)]
     fn with_values(value: &dyn Fn(usize) -> R) -> Self {
         Self::new(Parameters {
             O2A: value(0),
@@ -1657,4 +1660,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: 3f0892790ba08063
+// Hash of this file and its derivation: 9edd0ab7e0aa002b

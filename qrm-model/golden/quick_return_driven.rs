@@ -168,6 +168,7 @@ pub struct QuickReturnDriven<R = f64> {
 
 impl<R: Scalar> QuickReturnDriven<R> {
     /// The mechanism with these parameters.
+    #[inline(always)]
     pub fn new(parameters: Parameters<R>) -> Self {
         Self {
             constants: Constants::new(&parameters),
@@ -249,6 +250,7 @@ pub struct Constants<R = f64> {
 }
 
 impl<R: Scalar> Constants<R> {
+    #[inline(always)]
     fn new(p: &Parameters<R>) -> Self {
         let o2a_sq = p.O2A * p.O2A;
         let o4o2_sq = p.O4O2 * p.O4O2;
@@ -1326,6 +1328,7 @@ impl<R: Scalar> Kernel<R, 3, 3> for QuickReturnDriven<R> {
 
     const OPERATIONS: usize = 84;
 
+    #[inline(always)]
     fn with_values(value: &dyn Fn(usize) -> R) -> Self {
         Self::new(Parameters {
             O2A: value(0),
@@ -1868,4 +1871,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: be63c7227f7a6312
+// Hash of this file and its derivation: d9c2af854098cca2

@@ -203,6 +203,7 @@ pub struct QuickReturnLoaded<R = f64> {
 
 impl<R: Scalar> QuickReturnLoaded<R> {
     /// The mechanism with these parameters.
+    #[inline(always)]
     pub fn new(parameters: Parameters<R>) -> Self {
         Self {
             constants: Constants::new(&parameters),
@@ -344,6 +345,7 @@ pub struct Constants<R = f64> {
 }
 
 impl<R: Scalar> Constants<R> {
+    #[inline(always)]
     fn new(p: &Parameters<R>) -> Self {
         let o2a_sq = p.O2A * p.O2A;
         let o4o2_sq = p.O4O2 * p.O4O2;
@@ -1562,6 +1564,7 @@ impl<R: Scalar> Kernel<R, 3, 2> for QuickReturnLoaded<R> {
 
     const OPERATIONS: usize = 129;
 
+    #[inline(always)]
     fn with_values(value: &dyn Fn(usize) -> R) -> Self {
         Self::new(Parameters {
             O2A: value(0),
@@ -2271,4 +2274,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: ed13ba12fba906d3
+// Hash of this file and its derivation: 7d6fd6380d67eda3

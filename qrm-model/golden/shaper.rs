@@ -207,6 +207,7 @@ pub struct Shaper<R = f64> {
 
 impl<R: Scalar> Shaper<R> {
     /// The mechanism with these parameters.
+    #[inline(always)]
     pub fn new(parameters: Parameters<R>) -> Self {
         Self {
             constants: Constants::new(&parameters),
@@ -390,6 +391,7 @@ pub struct Constants<R = f64> {
 }
 
 impl<R: Scalar> Constants<R> {
+    #[inline(always)]
     fn new(p: &Parameters<R>) -> Self {
         let o2a_sq = p.O2A * p.O2A;
         let o4o2_sq = p.O4O2 * p.O4O2;
@@ -1870,6 +1872,7 @@ impl<R: Scalar> Kernel<R, 3, 2> for Shaper<R> {
 
     const OPERATIONS: usize = 205;
 
+    #[inline(always)]
     fn with_values(value: &dyn Fn(usize) -> R) -> Self {
         Self::new(Parameters {
             O2A: value(0),
@@ -2589,4 +2592,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: b1b7e0c4ddc3efe9
+// Hash of this file and its derivation: 6eb33ab1c4035cb9

@@ -127,6 +127,7 @@ pub struct SliderCrank<R = f64> {
 
 impl<R: Scalar> SliderCrank<R> {
     /// The mechanism with these parameters.
+    #[inline(always)]
     pub fn new(parameters: Parameters<R>) -> Self {
         Self {
             constants: Constants::new(&parameters),
@@ -180,6 +181,7 @@ pub struct Constants<R = f64> {
 }
 
 impl<R: Scalar> Constants<R> {
+    #[inline(always)]
     fn new(p: &Parameters<R>) -> Self {
         let v1 = p.a * R::from_f64(0.25);
         let a_c = p.a * p.c;
@@ -1004,6 +1006,7 @@ impl<R: Scalar> Kernel<R, 3, 2> for SliderCrank<R> {
 
     const OPERATIONS: usize = 87;
 
+    #[inline(always)]
     fn with_values(value: &dyn Fn(usize) -> R) -> Self {
         Self::new(Parameters {
             a: value(0),
@@ -1450,4 +1453,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: 4a2ce9fb66f345db
+// Hash of this file and its derivation: c639e798f26646df

@@ -101,6 +101,7 @@ pub struct ThrownStick<R = f64> {
 
 impl<R: Scalar> ThrownStick<R> {
     /// The mechanism with these parameters.
+    #[inline(always)]
     pub fn new(parameters: Parameters<R>) -> Self {
         Self {
             constants: Constants::new(&parameters),
@@ -144,6 +145,7 @@ pub struct Constants<R = f64> {
 }
 
 impl<R: Scalar> Constants<R> {
+    #[inline(always)]
     fn new(p: &Parameters<R>) -> Self {
         let l_m = p.l * p.m;
         let half_l_m = R::from_f64(0.5) * l_m;
@@ -573,6 +575,7 @@ impl<R: Scalar> Kernel<R, 3, 0> for ThrownStick<R> {
 
     const OPERATIONS: usize = 25;
 
+    #[inline(always)]
     fn with_values(value: &dyn Fn(usize) -> R) -> Self {
         Self::new(Parameters {
             l: value(0),
@@ -899,4 +902,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: 307971df6ee733c3
+// Hash of this file and its derivation: 8522a3f69e809f9f

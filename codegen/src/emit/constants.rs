@@ -134,6 +134,7 @@ impl Writer<'_> {
             }
 
             impl<R: Scalar> Constants<R> {
+                #[inline(always)]
                 fn new(p: &Parameters<R>) -> Self {
                     #(#statements)*
                     Self { #(#fields),* }

@@ -470,6 +470,7 @@ impl<'a> Emitter<'a> {
                 const IS_ANGLE: [bool; #n] = [#(#is_angle),*];
                 const OPERATIONS: usize = #operations;
 
+                #[inline(always)]
                 fn with_values(#value: &dyn Fn(usize) -> R) -> Self {
                     Self::new(Parameters { #(#parameters)* #marker })
                 }

@@ -22,6 +22,7 @@ pub(super) fn own_struct(scene: &Scene, has_constants: bool, source: &str) -> To
 
         impl<R: Scalar> #own<R> {
             /// The mechanism with these parameters.
+            #[inline(always)]
             pub fn new(parameters: Parameters<R>) -> Self {
                 Self { #value parameters }
             }

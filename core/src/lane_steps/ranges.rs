@@ -10,7 +10,9 @@ use crate::rk4::KernelState;
 use crate::scalar::Scalar;
 
 /// Outputs are computed at the end of each of so many equal parts of a step.
-pub(crate) const PARTS: usize = 8;
+pub(crate) const PARTS: usize = 4;
+/// Fourth differences of a smooth output are at most this part of the second ones.
+const SMOOTH: f64 = 0.5;
 
 type Position<X, S, const N: usize, const M: usize> =
     <<X as Generated<N, M>>::Kernel<Lanes<S>> as Kernel<Lanes<S>, N, M>>::Position;
@@ -30,14 +32,14 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> StepsBy<X, S,
 
     /// Finds the ranges of outputs in a step, in lanes with an error that is accepted.
     ///
-    /// Outputs are computed at the end of each part of the step; a cubic polynomial near each tells an extreme between
+    /// Outputs are computed at the end of each part of the step; the polynomial through them tells an extreme between
     /// them.
     #[inline(always)]
     pub(super) fn find_ranges(
         &mut self,
         (t, h): (Lanes<S>, Lanes<S>),
         from: &KernelState<Lanes<S>, N, M>,
-        step: &mut Dop853Step<Lanes<S>, Position<X, S, N, M>, N, M>,
+        step: &mut Dop853Step<'_, Lanes<S>, Position<X, S, N, M>, N, M>,
     ) {
         let error = step.error;
         let chosen = |accepted, rejected| error.choose(REJECTED, accepted, rejected);
@@ -95,30 +97,38 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> StepsBy<X, S,
     }
 }
 
-/// The smallest and the largest value between values at equal distances.
+/// The smallest and the largest value between five values at equal distances, by the polynomial through them.
 ///
-/// Where second differences change much, the output has a corner or jumps, and values are taken as they are.
+/// Where fourth differences are not small against second ones, the output has a corner or jumps, and values are taken
+/// as they are.
 #[inline(always)]
 fn range<S: Token>(values: &[Lanes<S>; PARTS + 1]) -> [Lanes<S>; 2] {
     let number = Lanes::<S>::from_f64;
-    let mut second = [Lanes::zero(); PARTS];
-    for k in 1..PARTS {
-        second[k] = (values[k - 1] - values[k]) + (values[k + 1] - values[k]);
-    }
-    let (mut low, mut high) = (values[0].min(values[PARTS]), values[0].max(values[PARTS]));
-    for k in 1..PARTS {
-        let [before, after] = [second[k] - second[(k - 1).max(1)], second[(k + 1).min(PARTS - 1)] - second[k]];
-        let third = (before + after) * number(if (2..PARTS - 1).contains(&k) { 0.5 } else { 1.0 });
-        // Stirling's formula y + p s + p^2 b / 2 + p (p^2 - 1) t / 6, and where it is stationary.
-        let (slope, bend) = ((values[k + 1] - values[k - 1]) * number(0.5), second[k]);
-        let part = slope / bend;
-        let cubic = |p: Lanes<S>| third * number(1.0 / 6.0) * p.mul_add(p, number(-1.0));
-        let p =
-            Lanes::zero() - part - third * number(1.0 / 6.0) * (number(3.0) * part).mul_add(part, number(-1.0)) / bend;
-        let stationary = p.mul_add((p * bend).mul_add(number(0.5), slope) + cubic(p), values[k]);
+    let [v0, v1, v2, v3, v4] = *values;
+    let [before, at, after] = [(v0 - v1) + (v2 - v1), (v1 - v2) + (v3 - v2), (v2 - v3) + (v4 - v3)];
+    // The derivatives in the middle, by Stirling's formula.
+    let d4 = (before - at) + (after - at);
+    let d3 = (after - before) * number(0.5);
+    let d2 = d4.mul_add(number(-1.0 / 12.0), at);
+    let d1 = d3.mul_add(number(-1.0 / 6.0), (v3 - v1) * number(0.5));
+    let taylor = |s: Lanes<S>, [d1, d2, d3]: [Lanes<S>; 3]| {
+        let third = d4.mul_add(s, d3);
+        let second = (d4 * number(0.5)).mul_add(s, d3).mul_add(s, d2);
+        let first = (d4 * number(1.0 / 3.0)).mul_add(s, d3).mul_add(s * number(0.5), d2).mul_add(s, d1);
+        [first, second, third]
+    };
+    let roughness = d4 / before.abs().max(at.abs()).max(after.abs());
+    let (mut low, mut high) = (v0.min(v4), v0.max(v4));
+    for (value, place) in [(v1, -1.0), (v2, 0.0), (v3, 1.0)] {
+        let here = taylor(number(place), [d1, d2, d3]);
+        // Newton's method, from here on, for the place where the polynomial is stationary.
+        let near = Lanes::zero() - here[0] / here[1];
+        let [slope, bend, _] = taylor(near, here);
+        let s = near - slope / bend;
+        let cubic = (d4 * number(0.25)).mul_add(s, here[2]) * number(1.0 / 3.0);
+        let stationary = cubic.mul_add(s, here[1]).mul_add(s * number(0.5), here[0]).mul_add(s, value);
         // Quotients that are not numbers are within no bound.
-        let is_smooth = (before.abs().max(after.abs()) / bend) * number(2.0);
-        let extreme = p.choose(1.0, is_smooth.choose(1.0, stationary, values[k]), values[k]);
+        let extreme = s.choose(1.0, roughness.choose(SMOOTH, stationary, value), value);
         low = low.min(extreme);
         high = high.max(extreme);
     }

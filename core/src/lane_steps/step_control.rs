@@ -4,7 +4,7 @@ use super::{Motion, StepsBy};
 use crate::batch::{
     CHECKPOINT_STEP, COORDINATE_RANGES, END_TIME, EVENT, LONGEST, MADE, MOST_STEPS, QUALITY, SHORTEST, STEP, TOLERANCE,
 };
-use crate::dop853::dop853_step;
+use crate::dop853::{Slopes, dop853_step};
 use crate::kernel::{Generated, Kernel, MAX_GROWTH};
 use crate::lanes::{Lanes, Token};
 use crate::scalar::Scalar;
@@ -22,16 +22,18 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> StepsBy<X, S,
     pub(super) fn make_steps(&mut self) {
         let number = Lanes::from_f64;
         let layout = self.layout();
+        self.set_kernel();
         let is_length = core::array::from_fn(|i| !X::DESCRIPTION.is_angle(i));
         let [mut made, mut step] = [self.number(MADE), self.number(STEP)];
         let [longest, end_time] = [self.number(LONGEST), self.number(END_TIME)];
         let [tolerance, most_steps] = [self.number(TOLERANCE), self.number(MOST_STEPS)];
         let mut motion = self.motion();
+        let mut slopes = Slopes::zero();
         loop {
             let left = end_time - motion.t;
             let h = step.min(longest).min(left);
             let time = (motion.t, h);
-            let mut attempt = dop853_step(&self.kernel, time, &motion.state, (is_length, tolerance));
+            let mut attempt = dop853_step(&self.kernel, time, &motion.state, (is_length, tolerance), &mut slopes);
             let error = attempt.error;
             let chosen = |accepted, rejected| error.choose(REJECTED, accepted, rejected);
             let eighth_root = error.max(number(1e-30)).sqrt().sqrt().sqrt();

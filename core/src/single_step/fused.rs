@@ -2,7 +2,7 @@
 
 use super::{StepEstimate, StepMut, StepRequest};
 use crate::angles::Angles;
-use crate::dop853::{DENSE, dop853_step};
+use crate::dop853::{DENSE, Slopes, dop853_step};
 use crate::kernel::{Generated, Kernel, MAX_GROWTH};
 use crate::mechanism::StateRef;
 use crate::rk4::KernelState;
@@ -19,7 +19,8 @@ pub(crate) fn dop853<X: Generated<N, M>, const N: usize, const M: usize>(
     let is_length = core::array::from_fn(|i| !X::DESCRIPTION.is_angle(i));
     let [t, h, tolerance] = [from.t, request.h, request.tolerance].map(Fused);
     let from = state::<X::Kernel<Fused>, N, M>(from)?;
-    let mut made = dop853_step(kernel, (t, h), &from, (is_length, tolerance));
+    let mut slopes = Slopes::zero();
+    let mut made = dop853_step(kernel, (t, h), &from, (is_length, tolerance), &mut slopes);
     let is_suited = made.result.growth_factor.is_within(MAX_GROWTH) && made.error.is_within(f64::MAX);
     let is_accepted = made.error.is_within(1.0);
     if !is_suited || is_accepted && !made.result.is_good(request.residual) {

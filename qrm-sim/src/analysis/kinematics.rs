@@ -1,5 +1,6 @@
 //! Positions of a mechanism with its given coordinates held: one after another, until it locks.
 
+use std::borrow::Cow;
 use std::cmp::Ordering;
 
 use qrm_core::Mechanism;
@@ -13,17 +14,16 @@ use crate::start::Start;
 pub struct Drive<'m> {
     /// The mechanism.
     pub mechanism: &'m dyn Mechanism,
-    given: Vec<bool>,
-    /// The coordinates that follow; as many as there are independent constraints.
-    dependent: Vec<usize>,
-    /// The constraints that they follow from. The others repeat these.
-    independent: Vec<usize>,
+    selection: Cow<'m, Selection>,
 }
 
-/// The coordinates that are given, and the constraints that the others follow from.
+/// The coordinates that are given, those that follow, and the constraints that they follow from.
 #[derive(Clone, Debug)]
 pub(crate) struct Selection {
     given: Vec<bool>,
+    /// As many coordinates as there are independent constraints.
+    dependent: Vec<usize>,
+    /// The other constraints repeat these.
     independent: Vec<usize>,
 }
 
@@ -35,21 +35,13 @@ pub struct Position {
     /// The determinant of `C_q` by the coordinates that follow. It is zero where the given ones cannot move the others,
     /// and other units change it by a constant factor.
     pub determinant: f64,
-    /// The derivatives of all coordinates by each of them that is given, the other given ones held, row after row.
-    tangents: Matrix,
+    /// The constraints there.
+    pub(crate) constraints: LoopConstraints,
+    /// The factors of the block of `C_q` whose determinant that is.
+    block: Lu,
 }
 
 impl Position {
-    /// The change of all coordinates, to first order, with a change of those that are given.
-    pub(crate) fn linear_change(&self, is_given: &[bool], change: impl Fn(usize) -> f64) -> Vec<f64> {
-        let mut changes = vec![0.0; self.q.len()];
-        for (tangent, i) in self.tangents.iter().zip((0..self.q.len()).filter(|&i| is_given[i])) {
-            let by = change(i);
-            changes.iter_mut().zip(tangent).for_each(|(change, entry)| *change += entry * by);
-        }
-        changes
-    }
-
     /// Whether the determinant is near enough to that of another position that no other branch lies between.
     pub(crate) fn is_on_branch_of(&self, other: &Self) -> bool {
         let change = self.determinant / other.determinant;
@@ -94,47 +86,44 @@ impl<'m> Drive<'m> {
             Ordering::Equal => (0..count).collect(),
             Ordering::Less => independent(mechanism, &dependent)?,
         };
-        Some(Self { mechanism, given, dependent, independent })
+        Some(Self { mechanism, selection: Cow::Owned(Selection { given, dependent, independent }) })
     }
 
     /// The given coordinates, and the constraints that the others follow from.
-    pub(crate) fn selection(&self) -> Selection {
-        Selection { given: self.given.clone(), independent: self.independent.clone() }
+    pub(crate) fn into_selection(self) -> Selection {
+        self.selection.into_owned()
     }
 
     /// The drive of the mechanism with other parameters: its determinants can be compared with those of the first.
-    pub(crate) fn with_selection(mechanism: &'m dyn Mechanism, selection: &Selection) -> Self {
-        let Selection { given, independent } = selection.clone();
-        let dependent = (0..given.len()).filter(|&i| !given[i]).collect();
-        Self { mechanism, given, dependent, independent }
+    pub(crate) fn with_selection(mechanism: &'m dyn Mechanism, selection: &'m Selection) -> Self {
+        Self { mechanism, selection: Cow::Borrowed(selection) }
     }
 
     /// The position near a guess, by Newton's method until rounding errors alone are left.
     pub fn close(&self, mut q: Vec<f64>) -> Option<Position> {
+        let Selection { dependent, independent, .. } = &*self.selection;
         let mut before = f64::INFINITY;
         let mut constraints = LoopConstraints::zero(q.len(), self.mechanism.description().constraints.len());
-        let count = self.dependent.len();
-        let (mut lu, mut residuals, mut step) = (Lu::with_size(count), vec![0.0; count], vec![0.0; count]);
+        let count = dependent.len();
+        let (mut block, mut residuals, mut step) = (Lu::with_size(count), vec![0.0; count], vec![0.0; count]);
         for _ in 0..=ITERATIONS {
             constraints.evaluate(self.mechanism, 0.0, &q);
             let residual = largest(&constraints.residuals).1;
-            lu.factor_of(|r, c| constraints.constraint_jacobian[self.independent[r]][self.dependent[c]]);
+            block.factor_of(|r, c| constraints.constraint_jacobian[independent[r]][dependent[c]]);
             if residual == 0.0 || residual > 0.5 * before {
                 // A whole angle counts, however small it is at the moment.
                 let size = |i: usize| q[i].abs() + f64::from(u8::from(self.is_angle(i)));
                 let size = |row: &[f64]| row.iter().enumerate().map(|(i, entry)| entry.abs() * size(i)).sum::<f64>();
                 let size = constraints.constraint_jacobian.iter().map(size).fold(0.0, f64::max);
-                return (residual <= CLOSED * size).then(|| {
-                    let tangents = self.tangents(&constraints.constraint_jacobian, &lu);
-                    Position { q, determinant: lu.determinant, tangents }
-                });
+                let is_closed = residual <= CLOSED * size;
+                return is_closed.then_some(Position { q, determinant: block.determinant, constraints, block });
             }
-            residuals.iter_mut().zip(&self.independent).for_each(|(own, &k)| *own = constraints.residuals[k]);
-            lu.solve_into(&residuals, &mut step);
+            residuals.iter_mut().zip(independent).for_each(|(own, &k)| *own = constraints.residuals[k]);
+            block.solve_into(&residuals, &mut step);
             if !step.iter().all(|value| value.is_finite()) {
                 return None;
             }
-            for (place, value) in self.dependent.iter().zip(&step) {
+            for (place, value) in dependent.iter().zip(&step) {
                 q[*place] -= value;
             }
             before = residual;
@@ -142,24 +131,14 @@ impl<'m> Drive<'m> {
         None
     }
 
-    fn tangents(&self, jacobian: &Matrix, dependent: &Lu) -> Matrix {
-        let n = self.given.len();
-        let mut tangents = Matrix::zero(n - self.dependent.len(), n);
-        for (row, by) in (0..n).filter(|&i| self.given[i]).enumerate() {
-            let column: Vec<f64> = self.independent.iter().map(|&k| jacobian[k][by]).collect();
-            tangents[row][by] = 1.0;
-            for (place, value) in self.dependent.iter().zip(dependent.solve(&column)) {
-                tangents[row][*place] = -value;
-            }
-        }
-        tangents
-    }
-
     /// The change of all coordinates, to first order, with a change of those that are given.
     pub fn linear_change(&self, at: &Position, given: impl Fn(usize) -> f64) -> Vec<f64> {
-        at.linear_change(&self.given, given)
+        let Selection { given: is_given, dependent, independent } = &*self.selection;
+        let mut change: Vec<f64> = (0..is_given.len()).map(|i| if is_given[i] { given(i) } else { 0.0 }).collect();
+        let right: Vec<f64> = independent.iter().map(|&k| dot(&at.constraints.constraint_jacobian[k], &change)).collect();
+        dependent.iter().zip(at.block.solve(&right)).for_each(|(&i, value)| change[i] = -value);
+        change
     }
-
     /// The derivatives of all coordinates by one that is given, the other given ones held.
     pub fn tangent(&self, at: &Position, by: usize) -> Vec<f64> {
         self.linear_change(at, |i| if i == by { 1.0 } else { 0.0 })
@@ -181,7 +160,7 @@ impl<'m> Drive<'m> {
             let next = (done + step).min(1.0);
             let mut guess: Vec<f64> = (0..n).map(|i| now.q[i] + slope[i] * (next - done)).collect();
             // The given coordinates take their values to the last digit.
-            for i in (0..n).filter(|&i| self.given[i]) {
+            for i in (0..n).filter(|&i| self.selection.given[i]) {
                 guess[i] = if next == 1.0 { to[i] } else { from.q[i] + (to[i] - from.q[i]) * next };
             }
             let missed = |position: &Position| {
@@ -211,11 +190,11 @@ impl<'m> Drive<'m> {
     pub fn open_beyond(&self, limit: &LimitPosition) -> Option<usize> {
         let LimitPosition { position, target: to } = limit;
         let n = to.len();
-        let moves = |i: usize| self.given[i] && to[i] != position.q[i];
+        let moves = |i: usize| self.selection.given[i] && to[i] != position.q[i];
         let beyond = |i: usize| position.q[i] + if moves(i) { 1e-2 * (to[i] - position.q[i]).signum() } else { 0.0 };
         let start = Start {
             q: (0..n).map(beyond).collect(),
-            given: self.given.clone(),
+            given: self.selection.given.clone(),
             qd: vec![0.0; n],
             given_rates: vec![false; n],
         };
@@ -233,18 +212,18 @@ impl<'m> Drive<'m> {
         let n = q.len();
         let dynamics = Dynamics::of(self.mechanism, 0.0, q, &vec![0.0; n]);
         let (jacobian, forces) = (&dynamics.constraint_jacobian, &dynamics.generalized_forces);
-        let right: Vec<f64> = self.dependent.iter().map(|&i| forces[i]).collect();
-        let (m, rank) = (jacobian.rows(), self.dependent.len());
+        let right: Vec<f64> = self.selection.dependent.iter().map(|&i| forces[i]).collect();
+        let (m, rank) = (jacobian.rows(), self.selection.dependent.len());
         let multipliers = if rank == m {
-            Lu::new(Matrix::from_fn(m, m, |r, c| jacobian[c][self.dependent[r]])).solve(&right)
+            Lu::new(Matrix::from_fn(m, m, |r, c| jacobian[c][self.selection.dependent[r]])).solve(&right)
         } else {
-            let block = Matrix::from_fn(m, rank, |r, c| jacobian[r][self.dependent[c]]);
+            let block = Matrix::from_fn(m, rank, |r, c| jacobian[r][self.selection.dependent[c]]);
             let mut multipliers: Vec<f64> = block.iter().map(|row| dot(row, &right)).collect();
             PivotedLdl::of_rank(&row_products(&block), rank).solve(&mut multipliers);
             multipliers
         };
         let held = |i: usize| (0..m).map(|r| jacobian[r][i] * multipliers[r]).sum::<f64>() - forces[i];
-        let forces = (0..n).map(|i| if self.given[i] { held(i) } else { 0.0 }).collect();
+        let forces = (0..n).map(|i| if self.selection.given[i] { held(i) } else { 0.0 }).collect();
         (multipliers, forces)
     }
 

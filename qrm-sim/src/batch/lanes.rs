@@ -34,8 +34,6 @@ pub(super) struct LaneSweep<'a> {
     finished: Vec<Option<DesignResult>>,
     /// The design of each lane; `None` in lanes that follow another for want of one.
     lanes: Vec<Option<Lane>>,
-    /// The parameters of each lane.
-    parameters: Vec<Vec<f64>>,
     /// Room for a row, for the states at both ends of a step, and for another one near its end.
     row: Vec<f64>,
     from: State,
@@ -105,7 +103,6 @@ impl<'a> LaneSweep<'a> {
             waiting: Vec::new(),
             finished: designs.iter().map(|_| None).collect(),
             lanes: (0..batch.lanes()).map(|_| None).collect(),
-            parameters: vec![vec![0.0; description.parameters.len()]; batch.lanes()],
             row: vec![0.0; 1 + 3 * size.0 + size.1],
             from: State::default(),
             to: State::default(),
@@ -153,11 +150,9 @@ impl<'a> LaneSweep<'a> {
         let Some(leader) = self.lanes.iter().position(Option::is_some) else { return };
         for lane in 0..self.lanes.len() {
             if self.lanes[lane].is_none() {
-                self.parameters[lane] = self.parameters[leader].clone();
                 self.batch.copy(leader, lane);
             }
         }
-        self.batch.set_parameters(&self.parameters);
     }
 
     /// Gives a lane the next design that can begin, or the next companion.
@@ -206,7 +201,7 @@ impl<'a> LaneSweep<'a> {
 
     /// Begins with a design or its companion.
     fn begin(&mut self, lane: usize, next: Lane) {
-        self.parameters[lane].copy_from_slice(self.designs[next.design].parameters());
+        self.batch.set_parameters(lane, self.designs[next.design].parameters());
         let [looser, longer] = if next.companion.is_some() { [LOOSER, LONGER] } else { [1.0, 1.0] };
         let settings = self.request.settings;
         let tolerance = looser * settings.tolerance.min(LOOSEST);

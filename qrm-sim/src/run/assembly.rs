@@ -2,7 +2,7 @@
 
 use qrm_core::Mechanism;
 
-use crate::analysis::Position;
+use crate::analysis::{Drive, Position};
 use crate::solve::{Ldl, LoopConstraints, Matrix, PivotedLdl, largest, row_products, subtract_combination};
 use crate::start::Start;
 
@@ -43,15 +43,14 @@ pub fn assemble(mechanism: &dyn Mechanism, start: &Start) -> Result<(Vec<f64>, V
 }
 
 /// The coordinates of a closed position, and rates; `None` if they do not meet the constraints.
-pub(crate) fn completed(mechanism: &dyn Mechanism, start: &Start, position: Position) -> Option<(Vec<f64>, Vec<f64>)> {
-    let constraints = LoopConstraints::of(mechanism, 0.0, &position.q);
-    if !is_closed(&constraints, &position.q) {
+pub(crate) fn completed(drive: &Drive, start: &Start, position: Position) -> Option<(Vec<f64>, Vec<f64>)> {
+    if !is_closed(&position.constraints, &position.q) {
         return None;
     }
-    let qd = if start.given == start.given_rates && !mechanism.is_driven() {
-        position.linear_change(&start.given, |i| start.qd[i])
+    let qd = if start.given == start.given_rates && !drive.mechanism.is_driven() {
+        drive.linear_change(&position, |i| start.qd[i])
     } else {
-        rates(&constraints, start, &position.q).ok()?
+        rates(&position.constraints, start, &position.q).ok()?
     };
     Some((position.q, qd))
 }

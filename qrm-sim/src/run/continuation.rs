@@ -4,7 +4,6 @@ use qrm_core::{Mechanism, Model};
 
 use super::assembly::{NotAssembled, assemble, completed};
 use crate::analysis::{Drive, Position, Selection};
-use crate::solve::largest;
 use crate::start::Start;
 
 /// Angles that differ by less than this from the scene's own start are taken for those of its branch.
@@ -41,8 +40,8 @@ impl Own {
         let own = model.mechanism_with(parameters.clone());
         let start = Start::of(&*own);
         let drive = Drive::new(&*own, start.given.clone())?;
-        let selection = drive.selection();
         let position = drive.close(assemble(&*own, &start).ok()?.0)?;
+        let selection = drive.into_selection();
         (position.determinant != 0.0).then_some(Self { model, parameters, start, position, selection })
     }
 }
@@ -60,19 +59,19 @@ impl Branch {
     pub(crate) fn assemble(&self, mechanism: &dyn Mechanism) -> Result<(Vec<f64>, Vec<f64>), NotAssembled> {
         let mut start = Start::of(mechanism);
         // Other guesses ask for another branch.
-        let guesses = |start: &Start| -> Vec<f64> {
-            start.q.iter().zip(&start.given).filter(|(_, given)| !**given).map(|(q, _)| *q).collect()
-        };
-        let is_other = |own: &&Own| mechanism.parameters() != own.parameters && guesses(&start) == guesses(&own.start);
+        let has_guesses_of =
+            |own: &Own| (0..start.q.len()).all(|i| start.given[i] || start.q[i] == own.start.q[i]);
+        let is_other = |own: &&Own| mechanism.parameters() != own.parameters && has_guesses_of(own);
         let Some(own) = self.own.as_ref().filter(is_other) else { return assemble(mechanism, &start) };
-        if let Some(position) = own.neighbour(mechanism, &start, &own.position)
-            && let Some(found) = completed(mechanism, &start, position)
+        let drive = own.drive(mechanism);
+        if let Some(position) = own.neighbour(&drive, &start, &own.position)
+            && let Some(found) = completed(&drive, &start, position)
         {
             return Ok(found);
         }
         let direct = assemble(mechanism, &start);
         if let Ok((q, _)) = &direct
-            && let Some(position) = own.drive(mechanism).close(q.clone())
+            && let Some(position) = drive.close(q.clone())
             && position.determinant * own.position.determinant > 0.0
             && own.moved(&own.position, &position.q) < NEAR
         {
@@ -101,7 +100,7 @@ impl Own {
             let value = |(own, to): (&f64, &f64)| if next == 1.0 { *to } else { own + (to - own) * next };
             let values = self.parameters.iter().zip(mechanism.parameters()).map(value).collect();
             let between = self.model.mechanism_with(values);
-            match self.neighbour(&*between, &Start::of(&*between), &now) {
+            match self.neighbour(&self.drive(&*between), &Start::of(&*between), &now) {
                 Some(position) => {
                     (now, done) = (position, next);
                     step *= 2.0;
@@ -113,22 +112,21 @@ impl Own {
         Some(now)
     }
 
-    /// The position that another one becomes when the parameters change a little to those of a mechanism.
-    fn neighbour(&self, mechanism: &dyn Mechanism, start: &Start, from: &Position) -> Option<Position> {
+    /// The position that another one becomes when the parameters change a little to those of a driven mechanism.
+    fn neighbour(&self, drive: &Drive, start: &Start, from: &Position) -> Option<Position> {
         let guess = (0..from.q.len()).map(|i| if start.given[i] { start.q[i] } else { from.q[i] }).collect();
-        let position = self.drive(mechanism).close(guess)?;
+        let position = drive.close(guess)?;
         (position.is_on_branch_of(from) && self.moved(from, &position.q) < LONGEST).then_some(position)
     }
 
-    fn drive<'m>(&self, mechanism: &'m dyn Mechanism) -> Drive<'m> {
+    fn drive<'m>(&'m self, mechanism: &'m dyn Mechanism) -> Drive<'m> {
         Drive::with_selection(mechanism, &self.selection)
     }
 
     /// The largest change of an angle that is not given.
     fn moved(&self, from: &Position, to: &[f64]) -> f64 {
         let is_free_angle = |i: &usize| !self.start.given[*i] && self.model.description.is_angle(*i);
-        let changes: Vec<f64> = (0..to.len()).filter(is_free_angle).map(|i| (to[i] - from.q[i]).abs()).collect();
-        largest(&changes).1
+        (0..to.len()).filter(is_free_angle).map(|i| (to[i] - from.q[i]).abs()).fold(0.0, f64::max)
     }
 }
 
