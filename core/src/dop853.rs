@@ -6,7 +6,6 @@ mod coefficients;
 
 pub use coefficients::{DENSE, ERROR_3, ERROR_5, NODES, ROWS, Row};
 
-use crate::angles::Angles;
 use crate::kernel::Kernel;
 use crate::rk4::{KernelState, StepEnd, StepResult, along, finish, largest, scaled, sum};
 use crate::scalar::Scalar;
@@ -67,7 +66,8 @@ pub(crate) fn dop853_step<'a, K: Kernel<R, N, M>, R: Scalar, const N: usize, con
     let (increment, qd) = (scaled(h, &rate), along(&from.qd, h, &acceleration));
     let q = sum(&from.q, &increment);
     let error = slopes.error(h, from, (&q, &qd), (is_length, scale));
-    let mut end = StepEnd { q, qd, increment, angles: Angles::new(&q, K::IS_ANGLE), corrections: 0 };
+    let angles = from.angles.turned_far(&q, &increment, K::IS_ANGLE);
+    let mut end = StepEnd { q, qd, increment, angles, corrections: 0 };
     let mut unprojected = Unprojected { q, residual: R::zero() };
     let t = t + h;
     if M > 0 {
@@ -85,8 +85,7 @@ pub(crate) fn dop853_step<'a, K: Kernel<R, N, M>, R: Scalar, const N: usize, con
     end.project_rates(kernel, &position);
     let dynamics = kernel.accelerations(&position, t, &end.q, &end.qd, &end.angles);
     let growth = kernel.growth_factor(&position).max(growth);
-    let angles = end.angles;
-    let result = finish(kernel, (end, angles), dynamics, position, growth);
+    let result = finish(kernel, end, dynamics, position, growth);
     slopes.rates[STAGES] = result.end.qd;
     slopes.accelerations[STAGES] = result.end.qdd;
     Dop853Step { result, error, unprojected, slopes }
@@ -217,7 +216,9 @@ impl<R: Scalar, const N: usize> Slopes<R, N> {
         let at = h.mul_add(R::from_f64(NODES[STAGE]), t);
         self.q = q;
         self.rates[STAGE] = qd;
-        self.accelerations[STAGE] = accelerations(kernel, at, from, (&q, &dq, &qd), growth);
+        let (accelerations, own_growth) = accelerations(kernel, at, from, (&q, &dq, &qd));
+        self.accelerations[STAGE] = accelerations;
+        *growth = own_growth.max(*growth);
     }
 
     /// The sums of rates and accelerations over the stages of a row.
@@ -269,15 +270,13 @@ fn accelerations<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
     t: R,
     from: &KernelState<R, N, M>,
     (q, dq, qd): (&[R; N], &[R; N], &[R; N]),
-    growth: &mut R,
-) -> [R; N] {
+) -> ([R; N], R) {
     R::out_of_line(
         #[inline(always)]
         || {
             let angles = from.angles.turned_far(q, dq, K::IS_ANGLE);
             let position = kernel.position(t, q, &angles);
-            *growth = kernel.growth_factor(&position).max(*growth);
-            kernel.accelerations(&position, t, q, qd, &angles).0
+            (kernel.accelerations(&position, t, q, qd, &angles).0, kernel.growth_factor(&position))
         },
     )
 }

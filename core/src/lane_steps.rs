@@ -115,7 +115,7 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> StepsBy<X, S,
     #[inline]
     fn new(token: S, request: BatchRequest, residual: f64) -> Self {
         let zero = Lanes::zero();
-        let layout = BatchLayout::new(&X::DESCRIPTION, &request);
+        let layout = BatchLayout::new(X::DESCRIPTION, &request);
         Self {
             token,
             request,
@@ -137,7 +137,7 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> StepsBy<X, S,
 
     #[inline(always)]
     fn layout(&self) -> BatchLayout {
-        BatchLayout::new(&X::DESCRIPTION, &self.request)
+        BatchLayout::new(X::DESCRIPTION, &self.request)
     }
 
     /// The mechanism with the parameters of each lane.

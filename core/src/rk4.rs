@@ -139,21 +139,21 @@ fn unrolled<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
     end.project_rates(kernel, &position);
     let (qdd, multipliers) = kernel.accelerations(&position, t + h, &end.q, &end.qd, &end.angles);
     let growth = kernel.growth_factor(&position).max(growth);
-    let angles = Angles::new(&end.q, K::IS_ANGLE);
-    finish(kernel, (end, angles), (qdd, multipliers), position, growth)
+    finish(kernel, end, (qdd, multipliers), position, growth)
 }
 
-/// The result of a step, with fresh sines and cosines at its end: rounding errors of rotations made one after another
-/// would add up.
+/// The result of a step.
 #[inline(always)]
 pub(crate) fn finish<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
     kernel: &K,
-    (end, angles): (StepEnd<R, N>, Angles<R, N>),
+    end: StepEnd<R, N>,
     (qdd, multipliers): ([R; N], [R; M]),
     position: K::Position,
     growth: R,
 ) -> StepResult<R, K::Position, N, M> {
     let residual = largest(&kernel.residuals(&position));
+    // Fresh sines and cosines: rounding errors of rotations made one after another would add up.
+    let angles = Angles::new(&end.q, K::IS_ANGLE);
     let state = KernelState { q: end.q, qd: end.qd, qdd, multipliers, angles };
     StepResult { end: state, position, growth_factor: growth, residual, corrections: end.corrections }
 }
@@ -203,8 +203,7 @@ fn looped<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
         growth = kernel.growth_factor(&position).max(growth);
         let (qdd, multipliers) = kernel.accelerations(&position, at, &end.q, &end.qd, &end.angles);
         if pass == 5 {
-            let angles = Angles::new(&end.q, K::IS_ANGLE);
-            return finish(kernel, (end, angles), (qdd, multipliers), position, growth);
+            return finish(kernel, end, (qdd, multipliers), position, growth);
         }
         if let Some(slope) = slopes.get_mut(pass) {
             *slope = (end.qd, qdd);

@@ -135,7 +135,8 @@ impl<'m> Drive<'m> {
     pub fn linear_change(&self, at: &Position, given: impl Fn(usize) -> f64) -> Vec<f64> {
         let Selection { given: is_given, dependent, independent } = &*self.selection;
         let mut change: Vec<f64> = (0..is_given.len()).map(|i| if is_given[i] { given(i) } else { 0.0 }).collect();
-        let right: Vec<f64> = independent.iter().map(|&k| dot(&at.constraints.constraint_jacobian[k], &change)).collect();
+        let right: Vec<f64> =
+            independent.iter().map(|&k| dot(&at.constraints.constraint_jacobian[k], &change)).collect();
         dependent.iter().zip(at.block.solve(&right)).for_each(|(&i, value)| change[i] = -value);
         change
     }

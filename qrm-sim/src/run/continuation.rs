@@ -59,8 +59,7 @@ impl Branch {
     pub(crate) fn assemble(&self, mechanism: &dyn Mechanism) -> Result<(Vec<f64>, Vec<f64>), NotAssembled> {
         let mut start = Start::of(mechanism);
         // Other guesses ask for another branch.
-        let has_guesses_of =
-            |own: &Own| (0..start.q.len()).all(|i| start.given[i] || start.q[i] == own.start.q[i]);
+        let has_guesses_of = |own: &Own| (0..start.q.len()).all(|i| start.given[i] || start.q[i] == own.start.q[i]);
         let is_other = |own: &&Own| mechanism.parameters() != own.parameters && has_guesses_of(own);
         let Some(own) = self.own.as_ref().filter(is_other) else { return assemble(mechanism, &start) };
         let drive = own.drive(mechanism);

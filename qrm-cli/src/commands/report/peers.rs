@@ -13,7 +13,7 @@ pub(super) fn tables(scene: &str) -> Vec<Content<'static>> {
         own.map(|row| row[2..].iter().map(|cell| if cell.is_empty() { "-".to_owned() } else { cell.clone() }).collect())
             .collect()
     };
-    let kinds = [("run", "One run"), ("sweep", "A design in sweeps of eight")];
+    let kinds = [("run", "One run"), ("sweep", "A design in sweeps")];
     let measured = kinds.map(|(kind, title)| (title, of_kind(kind)));
     let tables = measured.into_iter().filter(|(_, rows)| !rows.is_empty()).map(|(title, rows)| {
         let head = [&format!("{title}, us for an error of"), "1e-6", "1e-9", "1e-12"].map(str::to_owned).to_vec();
