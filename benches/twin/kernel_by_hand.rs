@@ -244,4 +244,7 @@ impl Generated<3, 2> for HandWritten {
 
     const DESCRIPTION: &'static Description = QuickReturn::<f64>::DESCRIPTION;
     const TAPE: &'static Tape<'static> = QuickReturn::<f64>::TAPE;
+    const LANE_STEPS: qrm_core::LaneStepsTable = LANE_STEPS;
 }
+
+qrm_core::lane_steps!(HandWritten, 3, 2);

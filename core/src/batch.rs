@@ -2,19 +2,18 @@
 
 extern crate alloc;
 
-use alloc::boxed::Box;
 use alloc::vec;
 use alloc::vec::Vec;
 
 use crate::description::Description;
 use crate::kernel::MAX_GROWTH;
-use crate::lane_steps::{LaneSteps, PARTS};
+use crate::lane_steps::{BoxedLaneSteps, PARTS};
 
 /// Motions in lanes, whatever the mechanism and the number of lanes.
 ///
 /// Each lane chooses its steps by a tolerance of its own.
 pub struct SimdBatch {
-    steps: Box<dyn LaneSteps>,
+    steps: BoxedLaneSteps,
     layout: BatchLayout,
     request: BatchRequest,
     residual: f64,
@@ -182,12 +181,7 @@ impl BatchLayout {
 
 impl SimdBatch {
     /// For this mechanism; a step counts as reliable up to this residual of the constraints.
-    pub(crate) fn new(
-        steps: Box<dyn LaneSteps>,
-        mechanism: &Description,
-        request: BatchRequest,
-        residual: f64,
-    ) -> Self {
+    pub(crate) fn new(steps: BoxedLaneSteps, mechanism: &Description, request: BatchRequest, residual: f64) -> Self {
         Self { steps, layout: BatchLayout::new(mechanism, &request), request, residual }
     }
 

@@ -271,7 +271,7 @@ fn accelerations<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
     from: &KernelState<R, N, M>,
     (q, dq, qd): (&[R; N], &[R; N], &[R; N]),
 ) -> ([R; N], R) {
-    R::out_of_line(
+    K::out_of_line(
         #[inline(always)]
         || {
             let angles = from.angles.turned_far(q, dq, K::IS_ANGLE);

@@ -7,11 +7,7 @@ extern crate alloc;
 use alloc::{boxed::Box, vec::Vec};
 
 use crate::angles::Angles;
-#[cfg(feature = "simd")]
-use crate::batch::{BatchRequest, Width};
 use crate::description::Description;
-#[cfg(feature = "simd")]
-use crate::lane_steps::{LaneSteps, lane_steps};
 #[cfg(feature = "std")]
 use crate::mechanism::{Compiled, Mechanism};
 use crate::scalar::Scalar;
@@ -38,6 +34,14 @@ pub trait Kernel<R: Scalar, const N: usize, const M: usize>: Copy + Send + Sync 
 
     /// The mechanism with these values of its parameters, in the order of the description.
     fn with_values(value: &dyn Fn(usize) -> R) -> Self;
+
+    /// Calls a function out of line, with the instructions that belong to `R`.
+    ///
+    /// A function of another type would be compiled with those of all mechanisms, whenever one of them changes.
+    #[inline(never)]
+    fn out_of_line<T>(f: impl FnOnce() -> T) -> T {
+        R::vectorized(f)
+    }
 
     /// What follows from the position `q` at time `t`.
     fn position(&self, t: R, q: &[R; N], angles: &Angles<R, N>) -> Self::Position;
@@ -137,25 +141,19 @@ pub trait Generated<const N: usize, const M: usize>: 'static {
     /// Whether constraints depend on time.
     const IS_DRIVEN: bool = false;
 
+    /// Its steps in four and in eight lanes: see [`lane_steps!`](crate::lane_steps).
+    const LANE_STEPS: crate::LaneStepsTable;
+
     /// The mechanism with these values of its parameters, in the order of the description.
     ///
-    /// This method and [`lane_steps`](Self::lane_steps) are compiled with the module of their mechanism, and what they
-    /// call is inline. Where a single mechanism changes, nothing is compiled for the others.
+    /// This method is compiled with the module of its mechanism, and what it calls is inline. Where a single mechanism
+    /// changes, nothing is compiled for the others.
     #[cfg(feature = "std")]
     fn mechanism(values: Vec<f64>) -> Box<dyn Mechanism>
     where
         Self: Sized,
     {
         Box::new(Compiled::<Self, N, M, Vec<f64>>::new(values))
-    }
-
-    /// Steps in lanes: see [`Model::batch`](crate::Model::batch).
-    #[cfg(feature = "simd")]
-    fn lane_steps(width: Width, request: BatchRequest, residual: f64) -> Option<Box<dyn LaneSteps>>
-    where
-        Self: Sized,
-    {
-        lane_steps::<Self, N, M>(width, request, residual)
     }
 }
 

@@ -45,53 +45,42 @@ pub(crate) const fn suits(width: Width, operations: usize) -> bool {
     }
 }
 
-/// The steps of a generated mechanism in lanes; `None` where the processor has no vectors of that width, or the kernel
-/// is too large for them.
+/// [`LaneSteps`] whose type is not known.
+pub type BoxedLaneSteps = Box<dyn LaneSteps>;
+
+/// Makes the steps of a mechanism in four and in eight lanes, up to a residual of the constraints; `None` where the
+/// processor has no vectors of that width, or the kernel is too large for them.
+pub type LaneStepsTable = [fn(BatchRequest, f64) -> Option<BoxedLaneSteps>; 2];
+
+/// The steps of a generated mechanism in four lanes: see [`LaneStepsTable`].
 #[inline]
-pub(crate) fn lane_steps<X: Generated<N, M>, const N: usize, const M: usize>(
-    width: Width,
+pub fn four_lanes<X: Generated<N, M>, const N: usize, const M: usize>(
     request: BatchRequest,
     residual: f64,
-) -> Option<Box<dyn LaneSteps>> {
+) -> Option<BoxedLaneSteps> {
+    // A constant, so that what is not used is not compiled.
     #[cfg(target_arch = "x86_64")]
-    {
-        // Constants, so that what is not used is not compiled.
-        type Make = fn(BatchRequest, f64) -> Option<Box<dyn LaneSteps>>;
-        let four: Option<Make> =
-            const { if suits(Width::Four, X::Kernel::<f64>::OPERATIONS) { Some(make_four::<X, N, M>) } else { None } };
-        let eight: Option<Make> = const {
-            if suits(Width::Eight, X::Kernel::<f64>::OPERATIONS) { Some(make_eight::<X, N, M>) } else { None }
-        };
-        match width {
-            Width::Eight => eight?(request, residual),
-            Width::Four => four?(request, residual),
-        }
+    if const { suits(Width::Four, X::Kernel::<f64>::OPERATIONS) } {
+        let token = pulp::x86::V3::try_new()?;
+        return Some(Box::new(StepsBy::<X, pulp::x86::V3, N, M>::new(token, request, residual)));
     }
-    #[cfg(not(target_arch = "x86_64"))]
-    {
-        let _ = (width, request, residual);
-        None
-    }
+    let _ = (request, residual);
+    None
 }
 
-#[cfg(target_arch = "x86_64")]
+/// The steps of a generated mechanism in eight lanes: see [`LaneStepsTable`].
 #[inline]
-fn make_four<X: Generated<N, M>, const N: usize, const M: usize>(
+pub fn eight_lanes<X: Generated<N, M>, const N: usize, const M: usize>(
     request: BatchRequest,
     residual: f64,
-) -> Option<Box<dyn LaneSteps>> {
-    let token = pulp::x86::V3::try_new()?;
-    Some(Box::new(StepsBy::<X, pulp::x86::V3, N, M>::new(token, request, residual)))
-}
-
-#[cfg(target_arch = "x86_64")]
-#[inline]
-fn make_eight<X: Generated<N, M>, const N: usize, const M: usize>(
-    request: BatchRequest,
-    residual: f64,
-) -> Option<Box<dyn LaneSteps>> {
-    let token = pulp::x86::V4::try_new()?;
-    Some(Box::new(StepsBy::<X, pulp::x86::V4, N, M>::new(token, request, residual)))
+) -> Option<BoxedLaneSteps> {
+    #[cfg(target_arch = "x86_64")]
+    if const { suits(Width::Eight, X::Kernel::<f64>::OPERATIONS) } {
+        let token = pulp::x86::V4::try_new()?;
+        return Some(Box::new(StepsBy::<X, pulp::x86::V4, N, M>::new(token, request, residual)));
+    }
+    let _ = (request, residual);
+    None
 }
 
 /// Steps by one kind of vector.

@@ -221,8 +221,8 @@ impl<S: Token> Scalar for Lanes<S> {
         }
         (sin, cos)
     }
-    #[inline(never)]
-    fn out_of_line<T>(f: impl FnOnce() -> T) -> T {
+    #[inline(always)]
+    fn vectorized<T>(f: impl FnOnce() -> T) -> T {
         S::again().vectorize(f)
     }
     #[cold]

@@ -65,7 +65,7 @@ pub use kernel::{
     Dynamics, Generated, Kernel, Linearization, LoopConstraints, MAX_GROWTH, Schedule, Start, copy_outputs,
 };
 #[cfg(feature = "simd")]
-pub use lane_steps::LaneSteps;
+pub use lane_steps::{BoxedLaneSteps, LaneSteps, LaneStepsTable, eight_lanes, four_lanes};
 pub use mechanism::{
     Compiled, DynamicsMut, LinearizationMut, LoopConstraintsMut, Mechanism, RowQuantities, StartMut, StateRef,
 };
@@ -78,6 +78,10 @@ pub use scalar::{Fused, Scalar};
 pub use sine::sin_cos;
 pub use single_step::{StepEstimate, StepMut, StepRequest};
 pub use tape::{Operation, Tape, TapeEvaluator, TapeFunction};
+
+/// What makes steps in lanes; nothing without `simd`.
+#[cfg(not(feature = "simd"))]
+pub type LaneStepsTable = ();
 
 /// Lists generated mechanisms, `MODULE::MECHANISM, COORDINATES, CONSTRAINTS;` each, as a program's `MODELS`; nothing
 /// without `simd`.
@@ -95,4 +99,37 @@ macro_rules! models {
 #[macro_export]
 macro_rules! models {
     ($($mechanism:ty, $n:literal, $m:literal;)*) => {};
+}
+
+/// The steps in lanes of a generated mechanism as `LANE_STEPS`: `lane_steps!(MECHANISM, COORDINATES, CONSTRAINTS)` beside
+/// it; nothing without `simd`.
+///
+/// Each number of lanes is compiled in a module, and so in a codegen unit, of its own: at the same time as the others.
+#[cfg(feature = "simd")]
+#[macro_export]
+macro_rules! lane_steps {
+    ($mechanism:ident, $n:literal, $m:literal) => {
+        mod four_lanes {
+            pub(super) fn steps(request: $crate::BatchRequest, residual: f64) -> Option<$crate::BoxedLaneSteps> {
+                $crate::four_lanes::<super::$mechanism, $n, $m>(request, residual)
+            }
+        }
+
+        mod eight_lanes {
+            pub(super) fn steps(request: $crate::BatchRequest, residual: f64) -> Option<$crate::BoxedLaneSteps> {
+                $crate::eight_lanes::<super::$mechanism, $n, $m>(request, residual)
+            }
+        }
+
+        const LANE_STEPS: $crate::LaneStepsTable = [four_lanes::steps, eight_lanes::steps];
+    };
+}
+
+/// The steps in lanes of a generated mechanism; nothing without `simd`.
+#[cfg(not(feature = "simd"))]
+#[macro_export]
+macro_rules! lane_steps {
+    ($mechanism:ident, $n:literal, $m:literal) => {
+        const LANE_STEPS: $crate::LaneStepsTable = ();
+    };
 }

@@ -420,7 +420,7 @@ where
         // Straight-line steps of a large kernel would be compiled twice.
         #[cfg(feature = "simd")]
         if const { X::Kernel::<f64>::OPERATIONS <= Fused::INLINE_LIMIT }
-            && let Some(result) = Fused::vectorize(
+            && let Some(result) = Fused::vectorize_widest(
                 #[inline(always)]
                 || integrate_rk4(self.fused(), request, rows),
             )

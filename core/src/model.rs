@@ -8,7 +8,7 @@ use alloc::vec::Vec;
 use crate::batch::{BatchRequest, SimdBatch, Width};
 use crate::description::Description;
 use crate::kernel::Generated;
-use crate::lane_steps::LaneSteps;
+use crate::lane_steps::LaneStepsTable;
 use crate::mechanism::Mechanism;
 use crate::tape::{Tape, TapeEvaluator};
 
@@ -25,7 +25,7 @@ pub struct Model {
     /// The functions as data, for any kind of number.
     pub tape: &'static Tape<'static>,
     mechanism: fn(Vec<f64>) -> Box<dyn Mechanism>,
-    lane_steps: fn(Width, BatchRequest, f64) -> Option<Box<dyn LaneSteps>>,
+    lane_steps: LaneStepsTable,
 }
 
 impl Model {
@@ -36,7 +36,7 @@ impl Model {
             operations: <X::Kernel<f64> as crate::kernel::Kernel<f64, N, M>>::OPERATIONS,
             tape: X::TAPE,
             mechanism: X::mechanism,
-            lane_steps: X::lane_steps,
+            lane_steps: X::LANE_STEPS,
         }
     }
 
@@ -74,7 +74,12 @@ impl Model {
     ///
     /// A step counts as reliable up to this `residual` of the constraints.
     pub fn batch(&self, width: Width, request: BatchRequest, residual: f64) -> Option<SimdBatch> {
-        let steps = (self.lane_steps)(width, request, residual)?;
+        let [four, eight] = self.lane_steps;
+        let new = match width {
+            Width::Four => four,
+            Width::Eight => eight,
+        };
+        let steps = new(request, residual)?;
         Some(SimdBatch::new(steps, self.description, request, residual))
     }
 }

@@ -111,9 +111,9 @@ pub trait Scalar:
     fn sin_cos_far(self) -> (Self, Self);
     /// Sine and cosine out of line.
     fn sin_cos_apart(self) -> (Self, Self);
-    /// Calls a function that is compiled out of line, with the instructions that belong to these numbers.
-    #[inline(never)]
-    fn out_of_line<T>(f: impl FnOnce() -> T) -> T {
+    /// Calls a function with the instructions that belong to these numbers, for where it is compiled out of line.
+    #[inline(always)]
+    fn vectorized<T>(f: impl FnOnce() -> T) -> T {
         f()
     }
 }
@@ -246,6 +246,17 @@ impl Scalar for f64 {
 
 #[cfg(feature = "simd")]
 impl Fused {
+    /// Calls a function with all registers of the processor for fused products; `None` where it has none. The function
+    /// is compiled once for each number of registers.
+    #[inline(always)]
+    pub(crate) fn vectorize_widest<T>(f: impl FnOnce() -> T) -> Option<T> {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(simd) = pulp::x86::V4::try_new() {
+            return Some(simd.vectorize(f));
+        }
+        Self::vectorize(f)
+    }
+
     /// Calls a function with the instructions of fused products; `None` where the processor has none.
     #[inline(always)]
     pub(crate) fn vectorize<T>(f: impl FnOnce() -> T) -> Option<T> {
@@ -329,8 +340,8 @@ impl Scalar for Fused {
         (Self(sin), Self(cos))
     }
     #[cfg(all(feature = "simd", target_arch = "x86_64"))]
-    #[inline(never)]
-    fn out_of_line<T>(f: impl FnOnce() -> T) -> T {
+    #[inline(always)]
+    fn vectorized<T>(f: impl FnOnce() -> T) -> T {
         // A function out of line has the processor's own instructions only if it says so.
         match pulp::x86::V3::try_new() {
             Some(simd) => simd.vectorize(f),

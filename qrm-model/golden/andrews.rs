@@ -2458,8 +2458,11 @@ impl Generated<7, 6> for Andrews {
         &STORED
     };
     const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
+
+    const LANE_STEPS: qrm_core::LaneStepsTable = LANE_STEPS;
 }
 
+qrm_core::lane_steps!(Andrews, 7, 6);
 /// Names, units and meanings.
 pub const DESCRIPTION: Description = Description {
     name: "andrews",
@@ -3088,4 +3091,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: 9d1785cf416d2b55
+// Hash of this file and its derivation: 322b484ae5847517

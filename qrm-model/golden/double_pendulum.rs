@@ -707,8 +707,11 @@ impl Generated<2, 0> for DoublePendulum {
         &STORED
     };
     const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
+
+    const LANE_STEPS: qrm_core::LaneStepsTable = LANE_STEPS;
 }
 
+qrm_core::lane_steps!(DoublePendulum, 2, 0);
 /// Names, units and meanings.
 pub const DESCRIPTION: Description = Description {
     name: "double-pendulum",
@@ -879,4 +882,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: 947797d5bd29dfe8
+// Hash of this file and its derivation: a2fb2788d1bf4c0c

@@ -1462,8 +1462,11 @@ impl Generated<3, 2> for FourBar {
         &STORED
     };
     const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
+
+    const LANE_STEPS: qrm_core::LaneStepsTable = LANE_STEPS;
 }
 
+qrm_core::lane_steps!(FourBar, 3, 2);
 /// Names, units and meanings.
 pub const DESCRIPTION: Description = Description {
     name: "four-bar",
@@ -1714,4 +1717,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: 0a1ad8ed03afdcdd
+// Hash of this file and its derivation: 85135b79b2ab510a

@@ -1391,8 +1391,11 @@ impl Generated<5, 4> for NFourBar2 {
         &STORED
     };
     const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
+
+    const LANE_STEPS: qrm_core::LaneStepsTable = LANE_STEPS;
 }
 
+qrm_core::lane_steps!(NFourBar2, 5, 4);
 /// Names, units and meanings.
 pub const DESCRIPTION: Description = Description {
     name: "n-four-bar-2",
@@ -1677,4 +1680,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: 107ffd1c04e74e58
+// Hash of this file and its derivation: 849f1a41e97228d1

@@ -702,8 +702,11 @@ impl Generated<2, 1> for Pendulum {
         &STORED
     };
     const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
+
+    const LANE_STEPS: qrm_core::LaneStepsTable = LANE_STEPS;
 }
 
+qrm_core::lane_steps!(Pendulum, 2, 1);
 /// Names, units and meanings.
 pub const DESCRIPTION: Description = Description {
     name: "pendulum",
@@ -870,4 +873,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: ab98a5b155eb552f
+// Hash of this file and its derivation: a0466bbde57d81a1

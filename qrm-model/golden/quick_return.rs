@@ -1302,8 +1302,11 @@ impl Generated<3, 2> for QuickReturn {
         &STORED
     };
     const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
+
+    const LANE_STEPS: qrm_core::LaneStepsTable = LANE_STEPS;
 }
 
+qrm_core::lane_steps!(QuickReturn, 3, 2);
 /// Names, units and meanings.
 pub const DESCRIPTION: Description = Description {
     name: "quick-return",
@@ -1660,4 +1663,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: 9edd0ab7e0aa002b
+// Hash of this file and its derivation: cef5971eca680aea

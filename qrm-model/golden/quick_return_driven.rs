@@ -1492,8 +1492,11 @@ impl Generated<3, 3> for QuickReturnDriven {
     const HAS_LINEARIZATION: bool = true;
 
     const IS_DRIVEN: bool = true;
+
+    const LANE_STEPS: qrm_core::LaneStepsTable = LANE_STEPS;
 }
 
+qrm_core::lane_steps!(QuickReturnDriven, 3, 3);
 /// Names, units and meanings.
 pub const DESCRIPTION: Description = Description {
     name: "quick-return-driven",
@@ -1871,4 +1874,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: d9c2af854098cca2
+// Hash of this file and its derivation: d317db481c2164fe

@@ -1734,8 +1734,11 @@ impl Generated<3, 2> for QuickReturnLoaded {
     const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
 
     const HAS_LINEARIZATION: bool = true;
+
+    const LANE_STEPS: qrm_core::LaneStepsTable = LANE_STEPS;
 }
 
+qrm_core::lane_steps!(QuickReturnLoaded, 3, 2);
 /// Names, units and meanings.
 pub const DESCRIPTION: Description = Description {
     name: "quick-return-loaded",
@@ -2274,4 +2277,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: 7d6fd6380d67eda3
+// Hash of this file and its derivation: 430e03717c8b04af

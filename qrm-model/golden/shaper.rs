@@ -2043,8 +2043,11 @@ impl Generated<3, 2> for Shaper {
     const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
 
     const HAS_LINEARIZATION: bool = true;
+
+    const LANE_STEPS: qrm_core::LaneStepsTable = LANE_STEPS;
 }
 
+qrm_core::lane_steps!(Shaper, 3, 2);
 /// Names, units and meanings.
 pub const DESCRIPTION: Description = Description {
     name: "shaper",
@@ -2592,4 +2595,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: 6eb33ab1c4035cb9
+// Hash of this file and its derivation: 272a481cab68bb4a

@@ -1159,8 +1159,11 @@ impl Generated<3, 2> for SliderCrank {
     const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
 
     const HAS_LINEARIZATION: bool = true;
+
+    const LANE_STEPS: qrm_core::LaneStepsTable = LANE_STEPS;
 }
 
+qrm_core::lane_steps!(SliderCrank, 3, 2);
 /// Names, units and meanings.
 pub const DESCRIPTION: Description = Description {
     name: "slider-crank",
@@ -1453,4 +1456,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: c639e798f26646df
+// Hash of this file and its derivation: d2e1fe25d763c177

@@ -713,8 +713,11 @@ impl Generated<3, 0> for ThrownStick {
         &STORED
     };
     const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
+
+    const LANE_STEPS: qrm_core::LaneStepsTable = LANE_STEPS;
 }
 
+qrm_core::lane_steps!(ThrownStick, 3, 0);
 /// Names, units and meanings.
 pub const DESCRIPTION: Description = Description {
     name: "thrown-stick",
@@ -902,4 +905,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: 8522a3f69e809f9f
+// Hash of this file and its derivation: 956c7444366a7bab

@@ -125,7 +125,11 @@ fn link(scene: &Scene) -> TokenStream {
             #has_linearization
 
             #is_driven
+
+            const LANE_STEPS: qrm_core::LaneStepsTable = LANE_STEPS;
         }
+
+        qrm_core::lane_steps!(#own, #n, #m);
     }
 }
 

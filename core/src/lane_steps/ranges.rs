@@ -78,7 +78,7 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> StepsBy<X, S,
     ) {
         let (kernel, layout) = (self.kernel, self.layout());
         let outputs = &mut self.numbers[layout.sample(part)..][..layout.output_count];
-        Lanes::<S>::out_of_line(
+        X::Kernel::<Lanes<S>>::out_of_line(
             #[inline(always)]
             || {
                 let part = part as f64 / PARTS as f64;

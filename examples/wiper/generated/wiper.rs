@@ -150,6 +150,7 @@ pub struct Wiper<R = f64> {
 
 impl<R: Scalar> Wiper<R> {
     /// The mechanism with these parameters.
+    #[inline(always)]
     pub fn new(parameters: Parameters<R>) -> Self {
         Self {
             constants: Constants::new(&parameters),
@@ -203,6 +204,7 @@ pub struct Constants<R = f64> {
 }
 
 impl<R: Scalar> Constants<R> {
+    #[inline(always)]
     fn new(p: &Parameters<R>) -> Self {
         let j_plus_a_sq_m = p.J + p.a * p.a * p.m;
         let b_m = p.b * p.m;
@@ -921,6 +923,7 @@ impl<R: Scalar> Kernel<R, 3, 2> for Wiper<R> {
 
     const OPERATIONS: usize = 87;
 
+    #[inline(always)]
     fn with_values(value: &dyn Fn(usize) -> R) -> Self {
         Self::new(Parameters {
             a: value(0),
@@ -1064,8 +1067,11 @@ impl Generated<3, 2> for Wiper {
         &STORED
     };
     const TAPE: &'static qrm_core::Tape<'static> = &TAPE;
+
+    const LANE_STEPS: qrm_core::LaneStepsTable = LANE_STEPS;
 }
 
+qrm_core::lane_steps!(Wiper, 3, 2);
 /// Names, units and meanings.
 pub const DESCRIPTION: Description = Description {
     name: "wiper",
@@ -1324,4 +1330,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: 15018b328c5740dc
+// Hash of this file and its derivation: 4c686dc7fcf745df
