@@ -4,10 +4,11 @@
 
 mod coefficients;
 
+use coefficients::END_3;
 pub use coefficients::{DENSE, ERROR_3, ERROR_5, NODES, ROWS, Row};
 
 use crate::kernel::Kernel;
-use crate::rk4::{KernelState, StepEnd, StepResult, along, finish, largest, scaled, sum};
+use crate::rk4::{KernelState, StepEnd, StepResult, along, difference, finish, largest, scaled, sum};
 use crate::scalar::Scalar;
 
 /// Stages of a step; the end of the step is the stage after them.
@@ -65,7 +66,7 @@ pub(crate) fn dop853_step<'a, K: Kernel<R, N, M>, R: Scalar, const N: usize, con
     let (rate, acceleration) = slopes.sums(ROWS[STAGES]);
     let (increment, qd) = (scaled(h, &rate), along(&from.qd, h, &acceleration));
     let q = sum(&from.q, &increment);
-    let error = slopes.error(h, from, (&q, &qd), (is_length, scale));
+    let error = slopes.error(h, from, (&q, &qd), (&rate, &acceleration), (is_length, scale));
     let angles = from.angles.turned_far(&q, &increment, K::IS_ANGLE);
     let mut end = StepEnd { q, qd, increment, angles, corrections: 0 };
     let mut unprojected = Unprojected { q, residual: R::zero() };
@@ -235,18 +236,20 @@ impl<R: Scalar, const N: usize> Slopes<R, N> {
         (rate, acceleration)
     }
 
-    /// The estimated error of a step against the tolerance.
+    /// The estimated error of a step against the tolerance; `rate` and `acceleration` are the sums of its end.
     #[inline(always)]
     fn error<const M: usize>(
         &self,
         h: R,
         from: &KernelState<R, N, M>,
         (q, qd): (&[R; N], &[R; N]),
+        (rate, acceleration): (&[R; N], &[R; N]),
         (is_length, scale): ([bool; N], R),
     ) -> R {
         let number = R::from_f64;
         let mut squares = [R::zero(); 2];
-        let (fifth, third) = (self.sums(ERROR_5), self.sums(ERROR_3));
+        let (fifth, (rate_3, acceleration_3)) = (self.sums(ERROR_5), self.sums(END_3));
+        let third = (difference(rate, &rate_3), difference(acceleration, &acceleration_3));
         for i in 0..N {
             let one = number(1.0);
             let of_q = if is_length[i] { one / (one + from.q[i].abs().max(q[i].abs())) } else { one };
@@ -279,4 +282,19 @@ fn accelerations<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
             (kernel.accelerations(&position, t, q, qd, &angles).0, kernel.growth_factor(&position))
         },
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_error_of_order_3_is_the_difference_of_two_ends() {
+        let weight =
+            |row: Row, stage: usize| row.iter().find(|(own, _)| *own == stage).map_or(0.0, |(_, weight)| *weight);
+        for stage in 0..STAGES {
+            let difference = weight(ROWS[STAGES], stage) - weight(END_3, stage);
+            assert!((difference - weight(ERROR_3, stage)).abs() < 1e-15, "stage {stage}");
+        }
+    }
 }

@@ -353,7 +353,7 @@ pub(crate) fn sum<R: Scalar, const N: usize>(x: &[R; N], y: &[R; N]) -> [R; N] {
 }
 
 #[inline(always)]
-fn difference<R: Scalar, const N: usize>(x: &[R; N], y: &[R; N]) -> [R; N] {
+pub(crate) fn difference<R: Scalar, const N: usize>(x: &[R; N], y: &[R; N]) -> [R; N] {
     let mut difference = *x;
     for i in 0..N {
         difference[i] = x[i] - y[i];

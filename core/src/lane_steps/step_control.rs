@@ -56,13 +56,13 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> StepsBy<X, S,
             let before = motion;
             motion = Motion { t, state: end };
             made = made + chosen(number(1.0), Lanes::zero());
-            for i in 0..N {
-                let [lowest, highest] = [COORDINATE_RANGES + i, COORDINATE_RANGES + N + i];
-                let q = motion.state.q[i];
-                self.set_number(lowest, q.min(self.number(lowest)));
-                self.set_number(highest, q.max(self.number(highest)));
-            }
             if self.request.checkpoints {
+                for i in 0..N {
+                    let [lowest, highest] = [COORDINATE_RANGES + i, COORDINATE_RANGES + N + i];
+                    let q = motion.state.q[i];
+                    self.set_number(lowest, q.min(self.number(lowest)));
+                    self.set_number(highest, q.max(self.number(highest)));
+                }
                 self.keep(made, &motion);
             }
             let mut quality = [result.growth_factor, result.residual, result.end.finite_check()];
