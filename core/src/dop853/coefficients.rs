@@ -54,7 +54,7 @@ pub const ERROR_5: Row = &[(0, 0.01312004499419488), (5, -1.2251564463762044), (
 
 /// The end of order 3: that of order 8 less this one is the error estimate of order 3.
 pub(super) const END_3: Row =
-    &[(0, 0.244_094_488_188_976_4), (8, 0.733_846_688_281_611_9), (11, 0.022_058_823_529_411_766)];
+    &[(0, 0.244_094_488_188_976_4), (8, 0.733_846_688_281_611_8), (11, 0.022_058_823_529_411_766)];
 
 /// The error estimate of order 3.
 #[rustfmt::skip]
