@@ -109,6 +109,22 @@ fn a_stop_condition_is_met_where_a_run_meets_it() {
 }
 
 #[test]
+fn a_condition_that_is_true_within_a_step_only_is_met() {
+    // True for a third of a step's turn.
+    let below = |_: usize, _: f64, q: &[f64], _: &[f64]| -0.5 - (20.0 * q[0]).sin();
+    let first = (1.5 * std::f64::consts::PI - 0.5_f64.acos()) / 20.0;
+    let designs = quick_returns(24);
+    let request = SweepRequest { end: Some(SweepEnd::Condition(&below)), ..by_tolerance(1e-9) };
+    for lanes in [LaneCount::Most, LaneCount::Four] {
+        let finished = sweep(model("quick-return"), &designs, &request, lanes);
+        let ended = finished.iter().filter(|finished| matches!(finished.status, Ok(Status::Stopped)));
+        let late = ended.map(|finished| (finished.q[0].abs() - first).abs() / first);
+        let late: Vec<f64> = late.collect();
+        assert!(late.len() > 12 && late.iter().all(|late| *late < 1e-9), "{late:?}");
+    }
+}
+
+#[test]
 fn extremes_are_found_inside_steps() {
     let designs = quick_returns(20);
     let finished = sweep(model("quick-return"), &designs, &by_tolerance(1e-9), LaneCount::Most);

@@ -139,7 +139,7 @@ impl<'s> Plan<'s> {
         let how = MethodOptions { method: options.how.method.or(Some(DOP853)), ..options.how.clone() };
         let setup = Setup::new(models, &options.scene, &how)?;
         if setup.own_step.is_some() && setup.settings.method.is_adaptive() {
-            return Err(Error::usage("`--step` needs a method of fixed steps")
+            return Err(Error::usage("`--step` needs a method of fixed steps, as a sweep writes no rows")
                 .help("add `--method rk4`, or choose `--tolerance` instead"));
         }
         let axes = Axes::new(setup.description, &options.vary)?;

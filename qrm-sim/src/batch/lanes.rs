@@ -249,6 +249,7 @@ impl<'a> LaneSweep<'a> {
             let has_landed = is_landing && to.t >= self.batch.schedule(lane).end_time;
             match self.condition(design, to) {
                 Some(value) if value.is_nan() => return self.leave(lane),
+                Some(_) if !is_landing && self.is_custom_end() && self.lands_inside(lane, to) => return,
                 Some(value) if has_landed || value >= 0.0 => return self.land(lane, to, value),
                 // The step was rejected, or is made in several.
                 Some(_) if is_landing && !self.batch.is_stuck(lane) => return,
@@ -259,6 +260,11 @@ impl<'a> LaneSweep<'a> {
             }
         }
         if self.batch.is_stuck(lane) { self.leave(lane) } else { self.go_on(lane, to.t) }
+    }
+
+    /// Whether the end is a condition of the caller, which may become true more than once.
+    fn is_custom_end(&self) -> bool {
+        matches!(self.request.end, Some(SweepEnd::Condition(_)))
     }
 
     fn outputs(&self, design: usize, at: &State) -> Vec<f64> {

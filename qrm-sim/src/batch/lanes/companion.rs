@@ -15,6 +15,11 @@ pub(super) const LOOSER: f64 = 100.0;
 /// too.
 pub(super) const LONGER: f64 = 1.5;
 
+/// With fewer steps, the difference of a companion may be small by chance.
+const FEW_STEPS: u64 = 32;
+/// The estimate is then so many times the difference.
+const CHANCE: f64 = 4.0;
+
 /// The comparison of a companion with its design.
 pub(super) struct Companion {
     result: DesignResult,
@@ -57,8 +62,9 @@ impl LaneSweep<'_> {
             return;
         }
         let Some(Lane { companion: Some(companion), .. }) = self.lanes[lane].take() else { return };
-        let estimated_error = Some(largest(&errors).1);
-        self.finished[design] = Some(DesignResult { estimated_error, ..companion.result });
+        let result = companion.result;
+        let margin = if result.steps < FEW_STEPS { CHANCE } else { 1.0 };
+        self.finished[design] = Some(DesignResult { estimated_error: Some(margin * largest(&errors).1), ..result });
     }
 }
 

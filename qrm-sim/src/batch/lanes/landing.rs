@@ -11,6 +11,8 @@ use crate::state::State;
 
 /// Longest change of time, as a part of the step, by which a state is moved along its Taylor series of order 2.
 const NEAR: f64 = 1e-5;
+/// A condition of the caller is looked at after each of so many equal parts of a step.
+const PARTS: usize = 4;
 
 impl LaneSweep<'_> {
     /// Ends a design where its stop condition becomes true, near the end of a step; or makes a step to there.
@@ -28,7 +30,7 @@ impl LaneSweep<'_> {
         if !(h > 0.0) {
             return self.leave(lane);
         }
-        let condition = |at: &State| self.condition(design, at).unwrap_or(f64::NAN);
+        let condition = |at: &State| self.condition_value(design, at);
         let dt = zero(value, NEAR * h, |dt| {
             move_along(at, to, dt);
             condition(at)
@@ -37,16 +39,37 @@ impl LaneSweep<'_> {
             move_along(at, to, dt);
             return self.finish(lane, Status::Stopped, at);
         }
-        // The step is made again, to the time at which a polynomial through its ends meets the condition.
-        let (begin, end_time) = if value >= 0.0 {
-            let Ok(at) = locate(from, to, condition, |t| Ok::<_, Infallible>(quintic(from, to, t)));
-            from.write(&mut self.row);
-            let outputs = self.outputs(design, from);
-            self.batch.take_back(lane, &self.row, &outputs);
-            (from.t, at.t)
-        } else {
-            (to.t, to.t + dt)
-        };
+        if value >= 0.0 { self.step_again(lane, from, to) } else { self.step_on(lane, to.t, to.t + dt) }
+    }
+
+    /// Makes the last step of a lane again if the stop condition is true somewhere inside it; returns whether it is.
+    pub(super) fn lands_inside(&mut self, lane: usize, to: &State) -> bool {
+        let Some(design) = self.lanes[lane].as_ref().map(|lane| lane.design) else { return false };
+        let mut from = std::mem::take(&mut self.from);
+        self.read(&mut from, |batch, row| batch.read_row_before(lane, row));
+        let inner = |k: usize| quintic(&from, to, from.t + k as f64 / PARTS as f64 * (to.t - from.t));
+        let met = (1..PARTS).map(inner).find(|at| self.condition_value(design, at) >= 0.0);
+        if let Some(at) = &met {
+            self.step_again(lane, &from, at);
+        }
+        self.from = from;
+        met.is_some()
+    }
+
+    /// Makes the last step of a lane again, to the time at which a polynomial through its begin and a later state meets
+    /// the condition.
+    fn step_again(&mut self, lane: usize, from: &State, to: &State) {
+        let Some(design) = self.lanes[lane].as_ref().map(|lane| lane.design) else { return };
+        let condition = |at: &State| self.condition_value(design, at);
+        let Ok(at) = locate(from, to, condition, |t| Ok::<_, Infallible>(quintic(from, to, t)));
+        from.write(&mut self.row);
+        let outputs = self.outputs(design, from);
+        self.batch.take_back(lane, &self.row, &outputs);
+        self.step_on(lane, from.t, at.t);
+    }
+
+    /// Makes a step that is to end where the condition becomes true.
+    fn step_on(&mut self, lane: usize, begin: f64, end_time: f64) {
         if !(end_time > begin) {
             return self.leave(lane);
         }
@@ -55,6 +78,11 @@ impl LaneSweep<'_> {
         if let Some(lane) = &mut self.lanes[lane] {
             lane.is_landing = true;
         }
+    }
+
+    /// The distance of the stop condition from true; not a number without one.
+    fn condition_value(&self, design: usize, at: &State) -> f64 {
+        self.condition(design, at).unwrap_or(f64::NAN)
     }
 }
 
