@@ -22,7 +22,8 @@ pub struct SimdBatch {
 /// The steps of a lane.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LaneSchedule {
-    /// The error that a step may have, as DOP853 measures it.
+    /// Steps aim at 0.8 of this error, of an angle itself, of a length or a rate `x` relative to `1 + |x|`. Those with
+    /// more than four times this error are made again.
     pub tolerance: f64,
     /// Longest step.
     pub longest: f64,
@@ -81,7 +82,7 @@ pub(crate) const MOST_STEPS: usize = 5;
 pub(crate) const EVENT: usize = 6;
 /// Growth factor, residual and check for finite numbers of that step.
 pub(crate) const QUALITY: usize = 7;
-/// Not a number if an output was none.
+/// Zero, or not a number once an output was not finite.
 pub(crate) const DEFINED: usize = 10;
 /// The number of the step after which the state is kept next.
 pub(crate) const CHECKPOINT_STEP: usize = 11;
@@ -160,7 +161,7 @@ impl BatchLayout {
         self.step_lowest() + self.output_count
     }
 
-    /// The outputs at the end of a part of that step, from the first part on.
+    /// The outputs at the end of a part of that step; `part` counts from 1.
     #[inline(always)]
     pub(crate) const fn sample(self, part: usize) -> usize {
         self.step_highest() + part * self.output_count
@@ -255,7 +256,7 @@ impl SimdBatch {
         self.begin_step(lane, outputs);
     }
 
-    /// Makes steps until some lane cannot simply go on.
+    /// Makes steps until some lane needs its caller: see [`goes_on`](Self::goes_on).
     pub fn advance(&mut self) {
         self.steps.advance();
     }
@@ -293,7 +294,7 @@ impl SimdBatch {
         numbers
     }
 
-    /// The smallest and the largest value of a coordinate after any step.
+    /// The smallest and the largest value of a coordinate after any step, where checkpoints are kept.
     pub fn coordinate_range(&self, lane: usize, coordinate: usize) -> [f64; 2] {
         [0, 1].map(|kind| self.get(lane, COORDINATE_RANGES + kind * self.layout.n + coordinate))
     }

@@ -45,7 +45,7 @@ pub(crate) struct Slopes<R, const N: usize> {
 /// constraints in the mass metric.
 ///
 /// Errors are measured against `scale` times `1 + |x|`, or `scale` for an angle, as the code DOP853 does. The work is
-/// bounded: 13 evaluations of the accelerations and four corrections of the coordinates. The slopes of the step before
+/// bounded: 12 evaluations of the accelerations and four corrections of the coordinates. The slopes of the step before
 /// are replaced.
 #[inline(always)]
 pub(crate) fn dop853_step<'a, K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(

@@ -35,9 +35,10 @@ pub trait Kernel<R: Scalar, const N: usize, const M: usize>: Copy + Send + Sync 
     /// The mechanism with these values of its parameters, in the order of the description.
     fn with_values(value: &dyn Fn(usize) -> R) -> Self;
 
-    /// Calls a function out of line, with the instructions that belong to `R`.
+    /// Calls a function from a place that is never inlined, with the instructions that belong to `R`.
     ///
-    /// A function of another type would be compiled with those of all mechanisms, whenever one of them changes.
+    /// This is a method of the mechanism, so that rustc compiles it in the codegen unit of the mechanism's module. A
+    /// function would be compiled with those of all mechanisms, whenever one of them changes.
     #[inline(never)]
     fn out_of_line<T>(f: impl FnOnce() -> T) -> T {
         R::vectorized(f)

@@ -32,11 +32,13 @@ pub trait LaneSteps {
     /// Replaces the numbers of a lane from a place of the batch on.
     fn write(&mut self, place: usize, lane: usize, numbers: &[f64]);
 
-    /// Makes steps until some lane cannot simply go on.
+    /// Makes steps in all lanes until one needs its caller: it is at its end time or its event, its steps became too
+    /// short, too many or unreliable, or each step is waited for.
     fn advance(&mut self);
 }
 
-/// Whether kernels of so many operations are compiled for vectors of that width.
+/// Whether kernels of so many operations are compiled for vectors of that width: large ones for the widest alone, and
+/// none of those whose code leaves the processor's cache.
 #[cfg(target_arch = "x86_64")]
 pub(crate) const fn suits(width: Width, operations: usize) -> bool {
     match width {
@@ -48,8 +50,8 @@ pub(crate) const fn suits(width: Width, operations: usize) -> bool {
 /// [`LaneSteps`] whose type is not known.
 pub type BoxedLaneSteps = Box<dyn LaneSteps>;
 
-/// Makes the steps of a mechanism in four and in eight lanes, up to a residual of the constraints; `None` where the
-/// processor has no vectors of that width, or the kernel is too large for them.
+/// Constructors of [`LaneSteps`] for four and for eight lanes, with the largest residual of a constraint after a reliable
+/// step; `None` where the processor has no vectors of that width, or the kernel is too large for them.
 pub type LaneStepsTable = [fn(BatchRequest, f64) -> Option<BoxedLaneSteps>; 2];
 
 /// The steps of a generated mechanism in four lanes: see [`LaneStepsTable`].

@@ -5,8 +5,8 @@ use core::ops::{Add, Div, Mul, Neg, Sub};
 use crate::scalar::Scalar;
 use pulp::Simd;
 
-/// A vector of doubles. It stands in this crate alone, and in it in what is made with a token of `S` alone
-/// (`lane_steps`, `gauss`): the processor has the instructions of `S` wherever there is one.
+/// A vector of doubles. Only `StepsBy` (`lane_steps`) and `Steps` (`gauss`) make values of it, and their constructors take
+/// a token of `S`: wherever there is such a value, the processor has the instructions of `S`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Lanes<S: Token>(S::Register);
 

@@ -101,10 +101,11 @@ macro_rules! models {
     ($($mechanism:ty, $n:literal, $m:literal;)*) => {};
 }
 
-/// The steps in lanes of a generated mechanism as `LANE_STEPS`: `lane_steps!(MECHANISM, COORDINATES, CONSTRAINTS)` beside
-/// it; nothing without `simd`.
+/// Defines `LANE_STEPS`, which [`Generated::LANE_STEPS`] is, in the module of a mechanism:
+/// `lane_steps!(MECHANISM, COORDINATES, CONSTRAINTS)`. Without `simd` it is `()`.
 ///
-/// Each number of lanes is compiled in a module, and so in a codegen unit, of its own: at the same time as the others.
+/// The steps of each number of lanes stand in a module of their own. rustc makes codegen units of modules, so they are
+/// compiled at the same time as the rest of the mechanism.
 #[cfg(feature = "simd")]
 #[macro_export]
 macro_rules! lane_steps {
@@ -125,7 +126,7 @@ macro_rules! lane_steps {
     };
 }
 
-/// The steps in lanes of a generated mechanism; nothing without `simd`.
+/// Defines `LANE_STEPS` as `()`.
 #[cfg(not(feature = "simd"))]
 #[macro_export]
 macro_rules! lane_steps {

@@ -1,7 +1,7 @@
 //! The classical Runge-Kutta step of order 4 by a kernel, with the projection of coordinates and rates onto the
 //! constraints.
 //!
-//! The step is written for any number: vectors in lanes make several steps at once.
+//! What a step begins and ends with is that of DOP853's step too.
 
 use crate::angles::Angles;
 use crate::kernel::{Kernel, MAX_GROWTH};

@@ -23,5 +23,5 @@ pub use sensitivity::{
 };
 pub use spectrum::{Spectrum, longest_step, spectrum};
 
-pub(crate) use kinematics::Selection;
+pub(crate) use kinematics::CoordinatePartition;
 pub(crate) use response::Response;

@@ -18,7 +18,8 @@ type Position<X, S, const N: usize, const M: usize> =
     <<X as Generated<N, M>>::Kernel<Lanes<S>> as Kernel<Lanes<S>, N, M>>::Position;
 
 impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> StepsBy<X, S, N, M> {
-    /// Takes the ranges of outputs in the step before into those of the motion.
+    /// Merges the ranges of outputs in the step before into those of the motion. They stand apart for one step, so that it
+    /// can be taken back.
     #[inline(always)]
     pub(super) fn accept_ranges(&mut self) {
         let layout = self.layout();
@@ -97,7 +98,8 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> StepsBy<X, S,
     }
 }
 
-/// The smallest and the largest value between five values at equal distances, by the polynomial through them.
+/// The smallest and the largest value over the span of five values at equal distances, by the polynomial through them.
+/// It is searched for an extreme up to one distance from each inner value.
 ///
 /// Where fourth differences are not small against second ones, the output has a corner or jumps, and values are taken
 /// as they are.

@@ -9,11 +9,11 @@ use crate::kernel::{Generated, Kernel, MAX_GROWTH};
 use crate::lanes::{Lanes, Token};
 use crate::scalar::Scalar;
 
-/// Steps with a larger error are made again: it is not worth it for those that are a little too large.
+/// Steps with an error above this multiple of the tolerance are made again: a lower limit costs more than it gains.
 pub(super) const REJECTED: f64 = 4.0;
-/// Steps aim at an error that is smaller than the tolerance.
+/// The error that steps aim at, as a part of the tolerance.
 const SAFETY: f64 = 0.8;
-/// The change of the length from one step to the next.
+/// The smallest and the largest ratio of a step's length to that of the step before.
 const CHANGES: [f64; 2] = [0.3, 3.0];
 
 impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> StepsBy<X, S, N, M> {

@@ -14,12 +14,12 @@ use crate::start::Start;
 pub struct Drive<'m> {
     /// The mechanism.
     pub mechanism: &'m dyn Mechanism,
-    selection: Cow<'m, Selection>,
+    partition: Cow<'m, CoordinatePartition>,
 }
 
 /// The coordinates that are given, those that follow, and the constraints that they follow from.
 #[derive(Clone, Debug)]
-pub(crate) struct Selection {
+pub(crate) struct CoordinatePartition {
     given: Vec<bool>,
     /// As many coordinates as there are independent constraints.
     dependent: Vec<usize>,
@@ -86,22 +86,22 @@ impl<'m> Drive<'m> {
             Ordering::Equal => (0..count).collect(),
             Ordering::Less => independent(mechanism, &dependent)?,
         };
-        Some(Self { mechanism, selection: Cow::Owned(Selection { given, dependent, independent }) })
+        Some(Self { mechanism, partition: Cow::Owned(CoordinatePartition { given, dependent, independent }) })
     }
 
     /// The given coordinates, and the constraints that the others follow from.
-    pub(crate) fn into_selection(self) -> Selection {
-        self.selection.into_owned()
+    pub(crate) fn into_partition(self) -> CoordinatePartition {
+        self.partition.into_owned()
     }
 
     /// The drive of the mechanism with other parameters: its determinants can be compared with those of the first.
-    pub(crate) fn with_selection(mechanism: &'m dyn Mechanism, selection: &'m Selection) -> Self {
-        Self { mechanism, selection: Cow::Borrowed(selection) }
+    pub(crate) fn with_partition(mechanism: &'m dyn Mechanism, partition: &'m CoordinatePartition) -> Self {
+        Self { mechanism, partition: Cow::Borrowed(partition) }
     }
 
     /// The position near a guess, by Newton's method until rounding errors alone are left.
     pub fn close(&self, mut q: Vec<f64>) -> Option<Position> {
-        let Selection { dependent, independent, .. } = &*self.selection;
+        let CoordinatePartition { dependent, independent, .. } = &*self.partition;
         let mut before = f64::INFINITY;
         let mut constraints = LoopConstraints::zero(q.len(), self.mechanism.description().constraints.len());
         let count = dependent.len();
@@ -133,13 +133,14 @@ impl<'m> Drive<'m> {
 
     /// The change of all coordinates, to first order, with a change of those that are given.
     pub fn linear_change(&self, at: &Position, given: impl Fn(usize) -> f64) -> Vec<f64> {
-        let Selection { given: is_given, dependent, independent } = &*self.selection;
+        let CoordinatePartition { given: is_given, dependent, independent } = &*self.partition;
         let mut change: Vec<f64> = (0..is_given.len()).map(|i| if is_given[i] { given(i) } else { 0.0 }).collect();
         let right: Vec<f64> =
             independent.iter().map(|&k| dot(&at.constraints.constraint_jacobian[k], &change)).collect();
         dependent.iter().zip(at.block.solve(&right)).for_each(|(&i, value)| change[i] = -value);
         change
     }
+
     /// The derivatives of all coordinates by one that is given, the other given ones held.
     pub fn tangent(&self, at: &Position, by: usize) -> Vec<f64> {
         self.linear_change(at, |i| if i == by { 1.0 } else { 0.0 })
@@ -161,7 +162,7 @@ impl<'m> Drive<'m> {
             let next = (done + step).min(1.0);
             let mut guess: Vec<f64> = (0..n).map(|i| now.q[i] + slope[i] * (next - done)).collect();
             // The given coordinates take their values to the last digit.
-            for i in (0..n).filter(|&i| self.selection.given[i]) {
+            for i in (0..n).filter(|&i| self.partition.given[i]) {
                 guess[i] = if next == 1.0 { to[i] } else { from.q[i] + (to[i] - from.q[i]) * next };
             }
             let missed = |position: &Position| {
@@ -191,11 +192,11 @@ impl<'m> Drive<'m> {
     pub fn open_beyond(&self, limit: &LimitPosition) -> Option<usize> {
         let LimitPosition { position, target: to } = limit;
         let n = to.len();
-        let moves = |i: usize| self.selection.given[i] && to[i] != position.q[i];
+        let moves = |i: usize| self.partition.given[i] && to[i] != position.q[i];
         let beyond = |i: usize| position.q[i] + if moves(i) { 1e-2 * (to[i] - position.q[i]).signum() } else { 0.0 };
         let start = Start {
             q: (0..n).map(beyond).collect(),
-            given: self.selection.given.clone(),
+            given: self.partition.given.clone(),
             qd: vec![0.0; n],
             given_rates: vec![false; n],
         };
@@ -213,18 +214,18 @@ impl<'m> Drive<'m> {
         let n = q.len();
         let dynamics = Dynamics::of(self.mechanism, 0.0, q, &vec![0.0; n]);
         let (jacobian, forces) = (&dynamics.constraint_jacobian, &dynamics.generalized_forces);
-        let right: Vec<f64> = self.selection.dependent.iter().map(|&i| forces[i]).collect();
-        let (m, rank) = (jacobian.rows(), self.selection.dependent.len());
+        let right: Vec<f64> = self.partition.dependent.iter().map(|&i| forces[i]).collect();
+        let (m, rank) = (jacobian.rows(), self.partition.dependent.len());
         let multipliers = if rank == m {
-            Lu::new(Matrix::from_fn(m, m, |r, c| jacobian[c][self.selection.dependent[r]])).solve(&right)
+            Lu::new(Matrix::from_fn(m, m, |r, c| jacobian[c][self.partition.dependent[r]])).solve(&right)
         } else {
-            let block = Matrix::from_fn(m, rank, |r, c| jacobian[r][self.selection.dependent[c]]);
+            let block = Matrix::from_fn(m, rank, |r, c| jacobian[r][self.partition.dependent[c]]);
             let mut multipliers: Vec<f64> = block.iter().map(|row| dot(row, &right)).collect();
             PivotedLdl::of_rank(&row_products(&block), rank).solve(&mut multipliers);
             multipliers
         };
         let held = |i: usize| (0..m).map(|r| jacobian[r][i] * multipliers[r]).sum::<f64>() - forces[i];
-        let forces = (0..n).map(|i| if self.selection.given[i] { held(i) } else { 0.0 }).collect();
+        let forces = (0..n).map(|i| if self.partition.given[i] { held(i) } else { 0.0 }).collect();
         (multipliers, forces)
     }
 

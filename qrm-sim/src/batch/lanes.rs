@@ -15,9 +15,9 @@ use companion::{Companion, LONGER, LOOSER};
 
 /// The largest tolerance: errors of longer steps do not follow the tolerance.
 const LOOSEST: f64 = 3e-9;
-/// Fewer steps may be the same for a design and its companion.
+/// With fewer steps, a design and its companion may make the same ones.
 const FEWEST_STEPS: u64 = 10;
-/// More steps may be for want of an implicit method, where there is one.
+/// A design of `auto` with more steps leaves its lane: it may be stiff.
 const MOST_STEPS: f64 = 2000.0;
 
 /// A sweep in lanes.
@@ -43,7 +43,7 @@ pub(super) struct LaneSweep<'a> {
     size: (usize, usize),
     /// The branch that designs are assembled on.
     branch: Branch,
-    /// Computes the first accelerations; it does not know of constraints that repeat others, and nor do lanes.
+    /// Computes the first accelerations; it does not know of constraints that repeat others, nor do lanes.
     solver: Solver,
 }
 
@@ -275,7 +275,7 @@ impl<'a> LaneSweep<'a> {
         outputs
     }
 
-    /// The distance of the stop condition from true (negative), if there is one.
+    /// The value of the stop condition, negative until it is true; `None` without one.
     fn condition(&self, design: usize, at: &State) -> Option<f64> {
         match self.request.end {
             Some(SweepEnd::Time(_)) => None,

@@ -60,15 +60,15 @@ pub struct DesignResult {
     pub status: Result<Status, StartError>,
     /// Steps made.
     pub steps: u64,
-    /// Time of the last row.
+    /// Time of the end.
     pub end_time: f64,
     /// Coordinates there.
     pub q: Vec<f64>,
     /// Rates there.
     pub qd: Vec<f64>,
-    /// Smallest and largest value of each output in any row, if they are wanted.
+    /// Smallest and largest value of each output during the motion, if they are wanted.
     pub extremes: Vec<[f64; 2]>,
-    /// Estimated largest error of a coordinate in any row.
+    /// Estimated largest error of a coordinate: in lanes at the end and at two times before, alone in any row.
     pub estimated_error: Option<f64>,
     /// The reasons not to trust these numbers.
     pub doubts: Vec<Doubt>,

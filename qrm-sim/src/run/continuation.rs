@@ -3,7 +3,7 @@
 use qrm_core::{Mechanism, Model};
 
 use super::assembly::{NotAssembled, assemble, completed};
-use crate::analysis::{Drive, Position, Selection};
+use crate::analysis::{CoordinatePartition, Drive, Position};
 use crate::start::Start;
 
 /// Angles that differ by less than this from the scene's own start are taken for those of its branch.
@@ -21,19 +21,19 @@ const SHORTEST: f64 = 1e-6;
 pub(crate) struct Branch {
     /// The scene's own start; `None` where the given coordinates do not determine the others, and for mechanisms that
     /// are not generated.
-    own: Option<Own>,
+    own: Option<SceneStart>,
 }
 
 #[derive(Clone, Debug)]
-struct Own {
+struct SceneStart {
     model: Model,
     parameters: Vec<f64>,
     start: Start,
     position: Position,
-    selection: Selection,
+    partition: CoordinatePartition,
 }
 
-impl Own {
+impl SceneStart {
     fn of(mechanism: &dyn Mechanism) -> Option<Self> {
         let model = mechanism.model()?;
         let parameters = model.parameter_values(&|_| None);
@@ -41,15 +41,15 @@ impl Own {
         let start = Start::of(&*own);
         let drive = Drive::new(&*own, start.given.clone())?;
         let position = drive.close(assemble(&*own, &start).ok()?.0)?;
-        let selection = drive.into_selection();
-        (position.determinant != 0.0).then_some(Self { model, parameters, start, position, selection })
+        let partition = drive.into_partition();
+        (position.determinant != 0.0).then_some(Self { model, parameters, start, position, partition })
     }
 }
 
 impl Branch {
     /// The branch of the scene of a mechanism.
     pub(crate) fn of(mechanism: &dyn Mechanism) -> Self {
-        Self { own: Own::of(mechanism) }
+        Self { own: SceneStart::of(mechanism) }
     }
 
     /// Coordinates and rates of a mechanism of this scene at its start.
@@ -59,8 +59,9 @@ impl Branch {
     pub(crate) fn assemble(&self, mechanism: &dyn Mechanism) -> Result<(Vec<f64>, Vec<f64>), NotAssembled> {
         let mut start = Start::of(mechanism);
         // Other guesses ask for another branch.
-        let has_guesses_of = |own: &Own| (0..start.q.len()).all(|i| start.given[i] || start.q[i] == own.start.q[i]);
-        let is_other = |own: &&Own| mechanism.parameters() != own.parameters && has_guesses_of(own);
+        let has_guesses_of =
+            |own: &SceneStart| (0..start.q.len()).all(|i| start.given[i] || start.q[i] == own.start.q[i]);
+        let is_other = |own: &&SceneStart| mechanism.parameters() != own.parameters && has_guesses_of(own);
         let Some(own) = self.own.as_ref().filter(is_other) else { return assemble(mechanism, &start) };
         let drive = own.drive(mechanism);
         if let Some(position) = own.neighbour(&drive, &start, &own.position)
@@ -89,7 +90,7 @@ impl Branch {
     }
 }
 
-impl Own {
+impl SceneStart {
     /// The position that the scene's own one becomes when the parameters change to those of a mechanism; `None` if it
     /// meets a singular position on the way.
     fn follow(&self, mechanism: &dyn Mechanism) -> Option<Position> {
@@ -111,7 +112,7 @@ impl Own {
         Some(now)
     }
 
-    /// The position that another one becomes when the parameters change a little to those of a driven mechanism.
+    /// The position that another one becomes when the parameters change a little to those of another mechanism.
     fn neighbour(&self, drive: &Drive, start: &Start, from: &Position) -> Option<Position> {
         let guess = (0..from.q.len()).map(|i| if start.given[i] { start.q[i] } else { from.q[i] }).collect();
         let position = drive.close(guess)?;
@@ -119,7 +120,7 @@ impl Own {
     }
 
     fn drive<'m>(&'m self, mechanism: &'m dyn Mechanism) -> Drive<'m> {
-        Drive::with_selection(mechanism, &self.selection)
+        Drive::with_partition(mechanism, &self.partition)
     }
 
     /// The largest change of an angle that is not given.

@@ -1,4 +1,5 @@
-//! The companion of a design: the same motion by a looser tolerance, whose difference is the error stated.
+//! The companion of a design: the same motion by a looser tolerance, whose difference is the error stated. Runs by
+//! themselves have a companion of another kind (`run/error_estimate.rs`).
 
 use qrm_core::{CHECKPOINTS, Description};
 
@@ -92,7 +93,8 @@ impl Companion {
     }
 }
 
-/// The largest rate of change of a coordinate in some states, as a multiple of its range, or of an angle up to 1.
+/// The largest `|qd|/range` and `sqrt(|qdd|/range)` of a coordinate in some states; the range of an angle counts as 1
+/// at most.
 fn rate<const K: usize>(description: &Description, ranges: &[[f64; 2]], states: [&State; K]) -> f64 {
     let mut rate = f64::MIN_POSITIVE;
     for (i, [low, high]) in ranges.iter().enumerate() {

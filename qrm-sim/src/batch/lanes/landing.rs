@@ -80,7 +80,7 @@ impl LaneSweep<'_> {
         }
     }
 
-    /// The distance of the stop condition from true; not a number without one.
+    /// The value of the stop condition, negative until it is true; not a number without one.
     fn condition_value(&self, design: usize, at: &State) -> f64 {
         self.condition(design, at).unwrap_or(f64::NAN)
     }
@@ -95,7 +95,8 @@ fn move_along(at: &mut State, from: &State, dt: f64) {
     }
 }
 
-/// The zero of a function near zero, where it has the given value, by the secant method from a distance on.
+/// The zero of a function near zero, where it has the given value, by the secant method from a distance on. It may not
+/// have converged.
 fn zero(value: f64, distance: f64, mut f: impl FnMut(f64) -> f64) -> f64 {
     let (mut x, mut f_x) = (0.0, value);
     let (mut other, mut f_other) = (-distance, f(-distance));
