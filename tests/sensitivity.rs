@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use common::{model, qrm};
-use qrm_sim::analysis::{SensitivityEnd, SensitivityRequest};
+use qrm_sim::analysis::{SensitivityEnd, SensitivityError, SensitivityRequest};
 
 /// The value and the derivatives of each quantity, by their names in the table.
 type Table = HashMap<(String, String), HashMap<String, f64>>;
@@ -135,8 +135,12 @@ fn many_parameters_give_what_each_gives_by_itself() {
     assert!(by.len() > 8, "{by:?}");
     let end = || Some(SensitivityEnd::Time(0.3));
     let derive = |by: &[&str]| {
-        qrm_sim::analysis::sensitivity(model, &|_| None, &SensitivityRequest { by, step: None, end: end() })
-            .expect("smooth")
+        qrm_sim::analysis::sensitivity(
+            model,
+            &|_| None,
+            &SensitivityRequest { by, step: None, end: end(), goes_on: None },
+        )
+        .expect("smooth")
     };
     let all = derive(&by);
     for (place, name) in by.iter().enumerate() {
@@ -154,4 +158,15 @@ fn extremes_that_may_be_replaced_are_said_to_be_not_checked() {
     let said = String::from_utf8_lossy(&output.stdout);
     assert!(said.contains("not checked") && said.contains("time_of_maximum x6_dot"), "{said}");
     assert!(output.status.success());
+}
+
+#[test]
+fn an_interrupted_motion_says_so() {
+    let goes_on = |t: f64, _: f64| t < 0.1;
+    for by in [&["k"][..], &[]] {
+        let end = Some(SensitivityEnd::Time(500.0));
+        let request = SensitivityRequest { by, step: None, end, goes_on: Some(&goes_on) };
+        let found = qrm_sim::analysis::sensitivity(model("slider-crank"), &|_| None, &request);
+        assert!(matches!(found, Err(SensitivityError::Interrupted { t }) if t >= 0.1), "{found:?}");
+    }
 }

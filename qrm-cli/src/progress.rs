@@ -1,5 +1,6 @@
 //! Shows that a long command goes on, and lets the user end it.
 
+use std::cell::{Cell, OnceCell};
 use std::io::{self, IsTerminal};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -71,6 +72,46 @@ impl Observer for Progress {
 impl Drop for Progress {
     fn drop(&mut self) {
         if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+/// The progress of several motions, one after the other.
+pub(crate) struct MotionProgress {
+    begun: Instant,
+    count: u32,
+    /// Motions that have ended, and the time of the one under way.
+    done: Cell<(u32, f64)>,
+    bar: OnceCell<ProgressBar>,
+}
+
+impl MotionProgress {
+    pub(crate) fn new(count: usize) -> Self {
+        watch_interrupts();
+        let count = u32::try_from(count).unwrap_or(u32::MAX);
+        Self { begun: Instant::now(), count, done: Cell::default(), bar: OnceCell::new() }
+    }
+
+    /// Shows the progress of the motion under way; false once the user wants the command to end.
+    pub(crate) fn goes_on(&self, t: f64, end_time: f64) -> bool {
+        let (done, last) = self.done.get();
+        // Time begins anew with each motion.
+        let done = if t < last { done + 1 } else { done };
+        self.done.set((done, t));
+        if self.begun.elapsed() > SILENCE {
+            let bar = self.bar.get_or_init(|| bar(10_000, "{bar:40} {msg}, {eta} left"));
+            let part = (f64::from(done) + t / end_time) / f64::from(self.count);
+            bar.set_position((1e4 * part) as u64);
+            bar.set_message(format!("motion {} of {}", done + 1, self.count));
+        }
+        !interrupted()
+    }
+}
+
+impl Drop for MotionProgress {
+    fn drop(&mut self) {
+        if let Some(bar) = self.bar.get() {
             bar.finish_and_clear();
         }
     }

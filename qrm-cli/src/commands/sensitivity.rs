@@ -17,6 +17,7 @@ use crate::format::counted;
 use crate::messages::{no_start, not_assembled, step_error};
 use crate::options::{MethodOptions, OutFolder, SceneOptions, check_parameter};
 use crate::output::{print, save};
+use crate::progress::{MotionProgress, interrupted};
 use crate::setup::Setup;
 use quantities::quantities;
 
@@ -47,15 +48,21 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     let path = options.out.of(setup.description).join("sensitivity.csv");
     // An earlier table would pass for this one's. If it cannot be removed, writing will fail too.
     let _ = std::fs::remove_file(&path);
-    let found = derive(&setup, &by, &setup.replace(), setup.step())?;
+    let checking = if options.no_check { 0 } else { check::motions(by.len()) };
+    let progress = MotionProgress::new(SensitivityRequest::motions(by.len()) + checking);
+    let found = derive((&setup, &progress), &by, &setup.replace(), setup.step())?;
     if let Some(reason) = setup.passed_over(found.end_time.value) {
         return Err(Error::run(reason).help("use a shorter --step"));
     }
     let rows = quantities(&setup, &found, &options.of);
-    let checks = if options.no_check { Vec::new() } else { check::check(&setup, &by, &rows, &options.of) };
+    let checks = if options.no_check { Vec::new() } else { check::check((&setup, &progress), &by, &rows, &options.of) };
+    drop(progress);
     save(&path, &table::csv(&rows, &by)?)?;
     let text = table::text(&setup, &rows, &by) + &check::text(&checks, setup.step());
     print(&format!("{text}\nwrote {} ({})", path.display(), counted(rows.len() as u64, "row")));
+    if interrupted() {
+        return Err(Error::run("interrupted: the derivatives are written, but not all of them are checked"));
+    }
     check::verdict(&checks)
 }
 
@@ -83,7 +90,7 @@ fn check_outputs(setup: &Setup, asked: &[String]) -> Result<(), Error> {
 }
 
 /// The derivatives where parameters have other values, or steps another length.
-fn derive(setup: &Setup, by: &[&str], replace: Replace, step: f64) -> Result<Sensitivity, Error> {
+fn derive((setup, progress): (&Setup, &MotionProgress), by: &[&str], replace: Replace, step: f64) -> Result<Sensitivity, Error> {
     let condition = |seeded: &str, t: Dual64, q: &[Dual64], qd: &[Dual64]| {
         let number = |name: &str| replace(name).map(Dual64::from);
         let value = |name: &str| if name == seeded { seed(setup, replace, name) } else { number(name) };
@@ -96,7 +103,8 @@ fn derive(setup: &Setup, by: &[&str], replace: Replace, step: f64) -> Result<Sen
         (None, Some(_)) => Some(SensitivityEnd::Condition(&condition)),
         (None, None) => None,
     };
-    let request = SensitivityRequest { by, step: Some(step), end };
+    let goes_on = |t, end_time| progress.goes_on(t, end_time);
+    let request = SensitivityRequest { by, step: Some(step), end, goes_on: Some(&goes_on) };
     sensitivity(setup.model, replace, &request).map_err(|reason| no_sensitivity(setup, &reason))
 }
 
@@ -133,6 +141,7 @@ fn no_sensitivity(setup: &Setup, reason: &SensitivityError) -> Error {
              parameter may move the end far, so it has no derivative"
         ))
         .help("end elsewhere with --until or --end-time"),
+        SensitivityError::Interrupted { t } => Message::new(format!("interrupted at t = {t} s")),
         SensitivityError::NoParameter { name: parameter } => {
             Message::new(format!("scene `{name}` has no parameter `{parameter}`"))
         }

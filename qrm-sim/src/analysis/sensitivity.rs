@@ -41,7 +41,7 @@ use number::PARTS;
 /// # use qrm_core::Model;
 /// # use qrm_sim::analysis::{SensitivityError, SensitivityRequest, sensitivity};
 /// # fn by(model: &Model) -> Result<(), SensitivityError> {
-/// let request = SensitivityRequest { by: &["k", "c"], step: None, end: None };
+/// let request = SensitivityRequest { by: &["k", "c"], step: None, end: None, goes_on: None };
 /// let found = sensitivity(model, &|_| None, &request)?;
 /// let [largest, _] = &found.outputs[0].maximum;
 /// println!("the largest output {} and its derivatives {:?}", largest.value, largest.by);
@@ -76,6 +76,16 @@ pub struct SensitivityRequest<'a> {
     pub step: Option<f64>,
     /// The end; the scene's if `None`.
     pub end: Option<SensitivityEnd<'a>>,
+    /// Asked after some steps, with the time and the latest end of the motion under way; nothing more is computed where
+    /// it says false.
+    pub goes_on: Option<&'a dyn Fn(f64, f64) -> bool>,
+}
+
+impl SensitivityRequest<'_> {
+    /// The number of motions that give the derivatives by so many parameters.
+    pub fn motions(parameters: usize) -> usize {
+        parameters.div_ceil(PARTS).max(1)
+    }
 }
 
 /// The end of the motion.
@@ -124,6 +134,11 @@ pub enum SensitivityError {
     /// The condition touches zero without crossing it: a small change of a parameter may move the end far.
     GrazingEvent {
         /// The time.
+        t: f64,
+    },
+    /// The caller wanted no more.
+    Interrupted {
+        /// The time of the motion under way.
         t: f64,
     },
     /// There is no parameter of this name.

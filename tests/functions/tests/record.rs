@@ -281,7 +281,7 @@ fn derivatives(model: &Model, lines: &mut String) {
         (&by, SensitivityEnd::Time(end)),
         (&by, SensitivityEnd::Condition(&condition)),
     ] {
-        let request = SensitivityRequest { by, step: None, end: Some(end) };
+        let request = SensitivityRequest { by, step: None, end: Some(end), goes_on: None };
         add(lines, "derivatives", &sensitivity(model, &|_| None, &request));
     }
 }

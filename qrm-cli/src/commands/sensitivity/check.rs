@@ -2,12 +2,17 @@
 
 use std::collections::BTreeSet;
 
+use qrm_sim::analysis::SensitivityRequest;
+
 use super::quantities::{Quantity, quantities};
 use crate::error::Error;
+use crate::progress::{MotionProgress, interrupted};
 use crate::setup::Setup;
 
 /// Parameters are changed by this part of their value, or by this where they are zero.
 const CHANGE: f64 = 1e-4;
+/// The difference quotient of order 4: places and weights.
+const QUOTIENT: [(f64, f64); 4] = [(-2.0, 1.0), (-1.0, -8.0), (1.0, 8.0), (2.0, -1.0)];
 /// Derivatives below this part of a size that matters, over the parameter, count as that.
 const SMALL: f64 = 1e-2;
 /// From this difference on, relative to the derivative, something is wrong.
@@ -26,10 +31,20 @@ pub(super) struct Check {
     jumps: Vec<String>,
 }
 
-/// Takes every derivative in two other ways.
-pub(super) fn check(setup: &Setup, by: &[&'static str], exact: &[Quantity], of: &[String]) -> Vec<Check> {
+/// The number of motions that check derivatives by so many parameters.
+pub(super) fn motions(parameters: usize) -> usize {
+    SensitivityRequest::motions(parameters) + QUOTIENT.len() * parameters
+}
+
+/// Takes every derivative in two other ways, until it is interrupted.
+pub(super) fn check(
+    (setup, progress): (&Setup, &MotionProgress),
+    by: &[&'static str],
+    exact: &[Quantity],
+    of: &[String],
+) -> Vec<Check> {
     // Steps twice as long may lead nowhere, where these do.
-    let coarse = super::derive(setup, by, &setup.replace(), 2.0 * setup.step()).ok();
+    let coarse = super::derive((setup, progress), by, &setup.replace(), 2.0 * setup.step()).ok();
     let coarse = coarse.as_ref().map(|coarse| quantities(setup, coarse, of));
     let values = setup.model.parameter_values(&setup.replace());
     let mut checks = Vec::new();
@@ -38,11 +53,10 @@ pub(super) fn check(setup: &Setup, by: &[&'static str], exact: &[Quantity], of: 
         let change = CHANGE * if at == 0.0 { 1.0 } else { at.abs() };
         let mut quotients = vec![0.0; exact.len()];
         let mut has_jumped = vec![false; exact.len()];
-        // The formula of order 4.
-        for (steps, weight) in [(-2.0, 1.0), (-1.0, -8.0), (1.0, 8.0), (2.0, -1.0)] {
+        for (steps, weight) in QUOTIENT {
             let own = setup.replace();
             let replace = |name: &str| if name == *parameter { Some(at + steps * change) } else { own(name) };
-            let Ok(moved) = super::derive(setup, &[], &replace, setup.step()) else {
+            let Ok(moved) = super::derive((setup, progress), &[], &replace, setup.step()) else {
                 quotients.clear();
                 break;
             };
@@ -51,6 +65,9 @@ pub(super) fn check(setup: &Setup, by: &[&'static str], exact: &[Quantity], of: 
                 let expected = exact[i].value.value + exact[i].value.by[place] * steps * change;
                 has_jumped[i] |= row.what.starts_with("time") && (row.value.value - expected).abs() > setup.step();
             }
+        }
+        if interrupted() {
+            break;
         }
         let scale = if at == 0.0 { 1.0 } else { at.abs() };
         let jumps_at = |i: usize| {

@@ -13,7 +13,7 @@ use crate::error::Error;
 use crate::messages;
 use qrm_sim::integrate::METHODS;
 use crate::options::{MethodOptions, SceneOptions};
-use crate::progress::interrupted;
+use crate::progress::{Spinner, interrupted};
 use crate::reference::Reference;
 use crate::run_report::distrust;
 use crate::setup::Setup;
@@ -57,9 +57,9 @@ const PATIENCE: Repetitions = Repetitions { least: 3, time: Duration::from_milli
 
 /// Tries every method on every variant; those that an interrupt leaves unfinished are left out.
 pub(super) fn cases(models: &'static [Model], options: &SceneOptions, setup: &Setup) -> Result<Vec<Case>, Error> {
-    let mut cases = Vec::new();
+    let (mut cases, spinner) = (Vec::new(), Spinner::new());
     for extreme in &setup.scene.extremes {
-        cases.extend(case(models, options, setup, extreme)?);
+        cases.extend(case(models, options, setup, extreme, &spinner)?);
     }
     Ok(cases)
 }
@@ -69,6 +69,7 @@ fn case(
     options: &SceneOptions,
     setup: &Setup,
     extreme: &Extreme,
+    spinner: &Spinner,
 ) -> Result<Option<Case>, Error> {
     let parameters = setup.parameters();
     let set = |(place, value): &(usize, _)| {
@@ -88,6 +89,7 @@ fn case(
         if interrupted() {
             return Ok(None);
         }
+        spinner.show(format!("{} by {}", extreme.name, method.name));
         let tolerance = method.is_adaptive().then(|| TOLERANCE.to_owned());
         let how = MethodOptions { method: Some(method), tolerance, ..MethodOptions::default() };
         let variant = Setup::new(models, &varied, &how)?;
@@ -155,6 +157,10 @@ impl Observer for Last {
         self.outputs.clear();
         self.outputs.extend_from_slice(row.outputs);
         Ok(())
+    }
+
+    fn goes_on(&mut self, _t: f64, _end_time: f64) -> std::io::Result<bool> {
+        Ok(!interrupted())
     }
 }
 

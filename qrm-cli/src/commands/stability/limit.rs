@@ -7,7 +7,7 @@ use qrm_sim::run::{End, Observer, Request, Row, Status, simulate};
 
 use super::survey::Survey;
 use crate::error::Error;
-use crate::progress::interrupted;
+use crate::progress::{Spinner, interrupted};
 use crate::setup::Setup;
 
 /// The longest steps of RK4.
@@ -58,7 +58,11 @@ impl Limit {
         if !predicted.is_finite() || survey.problem.is_some() {
             return limit;
         }
-        let holds = |h: f64| h < until && holds(setup, survey, h, until.min(MAX_STEPS * h));
+        let spinner = Spinner::new();
+        let holds = |h: f64| {
+            spinner.show(format!("steps of {h:.2e} s by trial"));
+            h < until && holds(setup, survey, h, until.min(MAX_STEPS * h))
+        };
         // Downward to one that holds, upward to the first that does not.
         let Some(start) = (1..TRIALS).map(|k| predicted * 0.5_f64.powi(k)).find(|h| holds(*h)) else { return limit };
         let Some(end) = (1..TRIALS).map(|k| start * FACTOR.powi(k)).find(|h| !holds(*h)) else { return limit };

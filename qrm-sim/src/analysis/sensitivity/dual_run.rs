@@ -19,6 +19,7 @@ pub(super) struct DualRun<'a> {
     /// The end of the rows, and its derivatives.
     end_time: Number,
     state: DualState,
+    goes_on: Option<&'a dyn Fn(f64, f64) -> bool>,
 }
 
 impl<'a> DualRun<'a> {
@@ -63,15 +64,15 @@ impl<'a> DualRun<'a> {
         check_step(rows.step, rows.end_time).map_err(SensitivityError::Start)?;
         let state = start(&mut stepper)?;
         let condition = Condition { parameters, end: request.end.as_ref() };
-        Ok(Self { stepper, condition, rows, end_time, state })
+        Ok(Self { stepper, condition, rows, end_time, state, goes_on: request.goes_on })
     }
 
     /// Follows the motion to its end.
     ///
     /// # Errors
-    /// It does not come to its end, or has no derivative.
+    /// It does not come to its end, has no derivative, or is interrupted.
     pub(super) fn run(self) -> Result<Motion, SensitivityError> {
-        let Self { mut stepper, condition, rows, end_time, mut state } = self;
+        let Self { mut stepper, condition, rows, end_time, mut state, goes_on } = self;
         let mut columns = Columns::new(stepper.mechanism.description().outputs.len());
         columns.row(&mut stepper, &state)?;
         let mut value = condition.value(&mut stepper, &state);
@@ -90,6 +91,10 @@ impl<'a> DualRun<'a> {
             }
             state = next;
             columns.row(&mut stepper, &state)?;
+            let t = state.t.0.re;
+            if goes_on.is_some_and(|goes_on| !goes_on(t, rows.end_time)) {
+                return Err(SensitivityError::Interrupted { t });
+            }
         }
         if value.is_some_and(|value| value.0.re < 0.0) {
             return Err(SensitivityError::EventNotReached { end_time: rows.end_time });

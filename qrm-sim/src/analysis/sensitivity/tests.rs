@@ -150,7 +150,7 @@ impl Mechanism for Pendulum {
 
 fn derive(replace: Replace, by: &[&str], end: Option<SensitivityEnd>) -> Result<Sensitivity, SensitivityError> {
     let pendulum = Pendulum::new(replace);
-    let request = SensitivityRequest { by, step: None, end };
+    let request = SensitivityRequest { by, step: None, end, goes_on: None };
     let mut all = Sensitivity::default();
     for parameters in by.chunks(PARTS) {
         all.push(DualRun::new(&pendulum, &TAPE, replace, parameters, &request)?.run()?, parameters.len());

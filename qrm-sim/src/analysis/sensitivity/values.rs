@@ -13,7 +13,7 @@ use crate::run::{End, ExtremesTracker, Integral, Observer, Request, Row, Status,
 /// The values whose derivatives are not asked for, by the steps of the kernel.
 ///
 /// # Errors
-/// The motion does not come to its end.
+/// The motion does not come to its end, or is interrupted.
 pub(super) fn values(mechanism: &dyn Mechanism, request: &SensitivityRequest) -> Result<Sensitivity, SensitivityError> {
     let until = |t: f64, q: &[f64], qd: &[f64]| match request.end {
         Some(SensitivityEnd::Condition(condition)) => value_alone(condition, t, q, qd),
@@ -25,7 +25,7 @@ pub(super) fn values(mechanism: &dyn Mechanism, request: &SensitivityRequest) ->
         Some(SensitivityEnd::Condition(_)) => Some(End::Condition(&until)),
     };
     let settings = MethodSettings::default();
-    let mut columns = Columns::default();
+    let mut columns = Columns { goes_on: request.goes_on, ..Columns::default() };
     let run = Request { settings, step: request.step, end, estimate_error: false };
     let outcome = simulate(mechanism, &run, &mut columns).map_err(SensitivityError::Start)?;
     let t = outcome.end_time;
@@ -35,7 +35,7 @@ pub(super) fn values(mechanism: &dyn Mechanism, request: &SensitivityRequest) ->
         Status::Failed(error) => return Err(SensitivityError::Step { t, error }),
         Status::NotFinite { t, .. } => return Err(SensitivityError::NotSmooth { t }),
         // The columns take every row.
-        Status::Interrupted | Status::Unwritable(_) => {}
+        Status::Interrupted | Status::Unwritable(_) => return Err(SensitivityError::Interrupted { t }),
     }
     let value = |value: f64| Derivatives { value, by: Vec::new() };
     let outputs = columns.outputs.iter().zip(&columns.integrals).enumerate();
@@ -59,14 +59,15 @@ pub(super) fn values(mechanism: &dyn Mechanism, request: &SensitivityRequest) ->
 
 /// The columns of the outputs.
 #[derive(Default)]
-struct Columns {
+struct Columns<'a> {
+    goes_on: Option<&'a dyn Fn(f64, f64) -> bool>,
     extremes: ExtremesTracker,
     integrals: Vec<Integral<f64>>,
     /// The last row.
     outputs: Vec<f64>,
 }
 
-impl Observer for Columns {
+impl Observer for Columns<'_> {
     fn row(&mut self, row: &Row) -> io::Result<()> {
         self.integrals.resize_with(row.outputs.len(), Integral::default);
         self.integrals.iter_mut().zip(row.outputs).for_each(|(integral, value)| integral.row(row.t, *value));
@@ -74,5 +75,9 @@ impl Observer for Columns {
         self.outputs.clear();
         self.outputs.extend_from_slice(row.outputs);
         Ok(())
+    }
+
+    fn goes_on(&mut self, t: f64, end_time: f64) -> io::Result<bool> {
+        Ok(self.goes_on.is_none_or(|goes_on| goes_on(t, end_time)))
     }
 }
