@@ -394,3 +394,28 @@ fn the_same_input_gives_the_same_bytes() {
     let bytes = || std::fs::read(run(&["--end-time", "0.2"]).path("trajectory.csv")).expect("a trajectory");
     assert_eq!(bytes(), bytes());
 }
+
+#[test]
+fn new_scenes_begin_with_others_that_can_be_read() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let new = |arguments: &[&str]| {
+        let output =
+            qrm(&[&["new"], arguments].concat()).current_dir(folder.path()).output().expect("the command starts");
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let templates = qrm_model::MODELS.iter().map(|model| model.description.name).chain(["empty"]);
+    for (k, from) in templates.enumerate() {
+        let name = format!("own-{k}");
+        assert_eq!(new(&[&name, "--from", from]).0, Some(0), "{from}");
+        let path = folder.path().join(&name).with_extension("toml");
+        let text = std::fs::read_to_string(path).expect("a scene");
+        let (scene, _) = qrm_scene::resolve::read("own", &text).expect("a scene that can be read");
+        assert_eq!(scene.name, name);
+        assert!(scene.references.is_empty() && scene.extremes.is_empty(), "{from}");
+    }
+    assert_eq!(new(&["own-0"]).0, Some(2), "a file is replaced");
+    let (status, said) = new(&["other", "--from", "slider-crnak"]);
+    assert!(status == Some(2) && said.contains("did you mean `slider-crank`?"), "{said}");
+    let (status, said) = new(&["../x"]);
+    assert!(status == Some(2) && said.contains("cannot be the name of a scene"), "{said}");
+}

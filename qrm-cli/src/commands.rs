@@ -58,4 +58,6 @@ commands! {
     Derive: derive,
     /// List the scenes and their parameters
     List: list,
+    /// Write a scene to begin with: NAME.toml
+    New: new,
 }

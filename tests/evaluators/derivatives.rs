@@ -4,7 +4,7 @@
 use num_dual::Dual64;
 use qrm_core::{Angles, DoubleDouble, Dual, Generated, Kernel, Scalar, Tape, TapeEvaluator};
 
-use crate::list::{MAX_GROWTH, State, by_tape, function, solved};
+use crate::list::{State, WELL_CONDITIONED_GROWTH, by_tape, function, solved};
 use crate::number::{Number, dual};
 use crate::{is_random, parameter_values, states};
 
@@ -135,7 +135,7 @@ fn by_parameters<X: Generated<N, M>, const N: usize, const M: usize>(values: &[f
         let (t, q, qd) = (D::from_f64(state.t), state.q.map(D::from_f64), state.qd.map(D::from_f64));
         let angles = Angles::new(&q, X::Kernel::<D>::IS_ANGLE);
         let position = kernel.position(t, &q, &angles);
-        if !(kernel.growth_factor(&position).0.re < MAX_GROWTH) {
+        if !(kernel.growth_factor(&position).0.re < WELL_CONDITIONED_GROWTH) {
             return false;
         }
         let (qdd, multipliers) = kernel.accelerations(&position, t, &q, &qd, &angles);

@@ -252,7 +252,7 @@ fn solver<const N: usize, const M: usize>(x: &dyn Mechanism, s: &State<N, M>) ->
 pub(crate) const OUTPUTS_AT: &str = "outputs at a known position";
 
 /// Where a kernel magnifies rounding errors by more, its results are not compared.
-pub(crate) const MAX_GROWTH: f64 = 20.0;
+pub(crate) const WELL_CONDITIONED_GROWTH: f64 = 20.0;
 
 fn kernel<X: Generated<N, M>, R: Number, const N: usize, const M: usize>(
     mechanism: &dyn Mechanism,
@@ -264,7 +264,7 @@ fn kernel<X: Generated<N, M>, R: Number, const N: usize, const M: usize>(
     let (t, q, qd) = (R::input(state.t), state.q.map(R::input), state.qd.map(R::input));
     let angles = Angles::new(&q, X::Kernel::<R>::IS_ANGLE);
     let position = kernel.position(t, &q, &angles);
-    if !(kernel.growth_factor(&position).value().hi() < MAX_GROWTH) {
+    if !(kernel.growth_factor(&position).value().hi() < WELL_CONDITIONED_GROWTH) {
         return None;
     }
     let (qdd, multipliers) = kernel.accelerations(&position, t, &q, &qd, &angles);

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use num_traits::Signed;
-use qrm_core::{DoubleDouble, Scalar};
+use qrm_core::{DoubleDouble, MAX_GROWTH, Scalar};
 
 use super::Generated;
 use super::expected::Expected;
@@ -14,8 +14,6 @@ use super::wide::Wide;
 use crate::term::Equations;
 use qrm_scene::scene::Scene;
 
-/// Where the kernel magnifies rounding errors by more, a step does not rely on it.
-const MAX_GROWTH: f64 = 1e3;
 /// Largest difference of a number, relative to itself.
 const TOLERANCE: f64 = 1e-12;
 /// Largest difference relative to what changes with the last digits of the sample.

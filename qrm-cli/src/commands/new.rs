@@ -1,0 +1,90 @@
+//! `qrm new`
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use qrm_core::Model;
+use qrm_scene::names::suggestion;
+use qrm_scene::resolve;
+
+use crate::error::Error;
+use crate::output::{print, save};
+
+#[derive(Args)]
+pub(crate) struct Options {
+    /// Name of the scene, as `my-crank`
+    name: String,
+    /// Begin with a copy of this scene, or with `empty`: a block on a spring
+    #[arg(long, value_name = "SCENE", default_value = EMPTY)]
+    from: String,
+    /// The file [default: NAME.toml, in `scenes` if there is such a folder]
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+const EMPTY: &str = "empty";
+
+/// Writes a scene to begin with.
+pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
+    let Options { name, from, out } = options;
+    let is_name = name.starts_with(|c: char| c.is_ascii_lowercase())
+        && name.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-');
+    if !is_name {
+        return Err(Error::usage(format!("`{name}` cannot be the name of a scene"))
+            .help("use small letters, digits and `-`, beginning with a letter, as in `my-crank`"));
+    }
+    let path = out.clone().unwrap_or_else(|| {
+        let folder = if Path::new("scenes").is_dir() { Path::new("scenes") } else { Path::new("") };
+        folder.join(name).with_extension("toml")
+    });
+    if path.exists() {
+        return Err(Error::usage(format!("{} is there already", path.display()))
+            .help("choose another name, or another file by --out"));
+    }
+    let text = renamed(template(models, from)?, from, name);
+    // What is written can be read.
+    resolve::read(&path.display().to_string(), &text)?;
+    save(&path, text.as_bytes())?;
+    print(&format!(
+        "wrote {}, {}\n\nIn a clone of qrm, with the file in `scenes`, build and run it:\n\n    \
+         QRM_SCENES={name} cargo run --release -- run {name}",
+        path.display(),
+        if from == EMPTY { "a block on a spring".to_owned() } else { format!("a copy of `{from}`") }
+    ));
+    Ok(())
+}
+
+/// The text that a new scene begins with.
+fn template(models: &'static [Model], from: &str) -> Result<&'static str, Error> {
+    if from == EMPTY {
+        return Ok(include_str!("new/empty.toml"));
+    }
+    let names = || models.iter().map(|model| model.description.name).chain([EMPTY]);
+    let found = models.iter().find(|model| model.description.name == from);
+    found.map(|model| model.description.source).ok_or_else(|| {
+        let help = suggestion(from, names(), || format!("there are: {}", names().collect::<Vec<_>>().join(", ")));
+        Error::usage(format!("`--from {from}`: there is no such scene")).help(help)
+    })
+}
+
+/// A scene under another name, without the values and cases that belong to the first one alone.
+fn renamed(text: &str, from: &str, name: &str) -> String {
+    let mut lines: Vec<String> = Vec::new();
+    let mut is_kept = true;
+    for line in text.lines() {
+        if line.starts_with('[') {
+            is_kept = !line.starts_with("[reference") && !line.starts_with("[[extreme");
+            // Comments before a table belong to it.
+            while !is_kept && lines.last().is_some_and(|line| line.is_empty() || line.starts_with('#')) {
+                lines.pop();
+            }
+            if is_kept && lines.last().is_some_and(|line| !line.is_empty() && !line.starts_with('#')) {
+                lines.push(String::new());
+            }
+        }
+        if is_kept {
+            lines.push(line.replace(&format!("name = \"{from}\""), &format!("name = \"{name}\"")));
+        }
+    }
+    lines.join("\n") + "\n"
+}
