@@ -50,8 +50,8 @@ pub(crate) const fn suits(width: Width, operations: usize) -> bool {
 /// [`LaneSteps`] whose type is not known.
 pub type BoxedLaneSteps = Box<dyn LaneSteps>;
 
-/// Constructors of [`LaneSteps`] for four and for eight lanes, with the largest residual of a constraint after a reliable
-/// step; `None` where the processor has no vectors of that width, or the kernel is too large for them.
+/// Constructors of [`LaneSteps`] for four and for eight lanes, with the largest residual of a constraint after a
+/// reliable step; `None` where the processor has no vectors of that width, or the kernel is too large for them.
 pub type LaneStepsTable = [fn(BatchRequest, f64) -> Option<BoxedLaneSteps>; 2];
 
 /// The steps of a generated mechanism in four lanes: see [`LaneStepsTable`].

@@ -5,8 +5,8 @@ use core::ops::{Add, Div, Mul, Neg, Sub};
 use crate::scalar::Scalar;
 use pulp::Simd;
 
-/// A vector of doubles. Only `StepsBy` (`lane_steps`) and `Steps` (`gauss`) make values of it, and their constructors take
-/// a token of `S`: wherever there is such a value, the processor has the instructions of `S`.
+/// A vector of doubles. Only `StepsBy` (`lane_steps`) and `Steps` (`gauss`) make values of it, and their constructors
+/// take a token of `S`: wherever there is such a value, the processor has the instructions of `S`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Lanes<S: Token>(S::Register);
 

@@ -79,7 +79,7 @@ pub use sine::sin_cos;
 pub use single_step::{StepEstimate, StepMut, StepRequest};
 pub use tape::{Operation, Tape, TapeEvaluator, TapeFunction};
 
-/// What makes steps in lanes; nothing without `simd`.
+/// The constructors of steps in lanes; none without `simd`.
 #[cfg(not(feature = "simd"))]
 pub type LaneStepsTable = ();
 

@@ -1,7 +1,7 @@
 //! The classical Runge-Kutta step of order 4 by a kernel, with the projection of coordinates and rates onto the
 //! constraints.
 //!
-//! What a step begins and ends with is that of DOP853's step too.
+//! The states at both ends of a step, and the projection between them, serve the step of DOP853 too.
 
 use crate::angles::Angles;
 use crate::kernel::{Kernel, MAX_GROWTH};

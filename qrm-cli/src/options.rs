@@ -103,13 +103,18 @@ pub(crate) fn default_folder(description: &Description) -> PathBuf {
 impl SceneName {
     /// The model of this scene.
     pub(crate) fn find(&self, models: &'static [Model]) -> Result<&'static Model, Error> {
-        let name = &self.scene;
-        models.iter().find(|model| model.description.name == name).ok_or_else(|| {
-            let names: Vec<&str> = models.iter().map(|model| model.description.name).collect();
-            let help = suggestion(name, names.iter().copied(), || format!("scenes: {}", names.join(", ")));
-            Error::usage(format!("there is no scene `{name}`")).help(help)
-        })
+        model_named(models, &self.scene, &[])
     }
+}
+
+/// The model of a scene, where `others` are names that would do as well.
+pub(crate) fn model_named(models: &'static [Model], name: &str, others: &[&str]) -> Result<&'static Model, Error> {
+    models.iter().find(|model| model.description.name == name).ok_or_else(|| {
+        let own = models.iter().map(|model| model.description.name);
+        let names: Vec<&str> = own.chain(others.iter().copied()).collect();
+        let help = suggestion(name, names.iter().copied(), || format!("scenes: {}", names.join(", ")));
+        Error::usage(format!("there is no scene `{name}`")).help(help)
+    })
 }
 
 /// The parameters that `--set` changes.

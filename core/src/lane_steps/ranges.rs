@@ -18,8 +18,8 @@ type Position<X, S, const N: usize, const M: usize> =
     <<X as Generated<N, M>>::Kernel<Lanes<S>> as Kernel<Lanes<S>, N, M>>::Position;
 
 impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> StepsBy<X, S, N, M> {
-    /// Merges the ranges of outputs in the step before into those of the motion. They stand apart for one step, so that it
-    /// can be taken back.
+    /// Merges the ranges of outputs in the step before into those of the motion. They stand apart for one step, so that
+    /// it can be taken back.
     #[inline(always)]
     pub(super) fn accept_ranges(&mut self) {
         let layout = self.layout();

@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use qrm_core::Model;
-use qrm_scene::names::suggestion;
 use qrm_scene::resolve;
 
 use crate::error::Error;
+use crate::options::model_named;
 use crate::output::{print, save};
 
 #[derive(Args)]
@@ -42,7 +42,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
             .help("choose another name, or another file by --out"));
     }
     let text = renamed(template(models, from)?, from, name);
-    // What is written can be read.
+    // A mistake in the new text is reported instead of written.
     resolve::read(&path.display().to_string(), &text)?;
     save(&path, text.as_bytes())?;
     print(&format!(
@@ -59,16 +59,12 @@ fn template(models: &'static [Model], from: &str) -> Result<&'static str, Error>
     if from == EMPTY {
         return Ok(include_str!("new/empty.toml"));
     }
-    let names = || models.iter().map(|model| model.description.name).chain([EMPTY]);
-    let found = models.iter().find(|model| model.description.name == from);
-    found.map(|model| model.description.source).ok_or_else(|| {
-        let help = suggestion(from, names(), || format!("there are: {}", names().collect::<Vec<_>>().join(", ")));
-        Error::usage(format!("`--from {from}`: there is no such scene")).help(help)
-    })
+    Ok(model_named(models, from, &[EMPTY])?.description.source)
 }
 
 /// A scene under another name, without the values and cases that belong to the first one alone.
 fn renamed(text: &str, from: &str, name: &str) -> String {
+    let text = text.replacen(&format!("name = \"{from}\""), &format!("name = \"{name}\""), 1);
     let mut lines: Vec<String> = Vec::new();
     let mut is_kept = true;
     for line in text.lines() {
@@ -83,7 +79,7 @@ fn renamed(text: &str, from: &str, name: &str) -> String {
             }
         }
         if is_kept {
-            lines.push(line.replace(&format!("name = \"{from}\""), &format!("name = \"{name}\"")));
+            lines.push(line.to_owned());
         }
     }
     lines.join("\n") + "\n"
