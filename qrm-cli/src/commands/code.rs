@@ -4,8 +4,8 @@ mod items;
 
 use anstyle::{AnsiColor, Style};
 use clap::Args;
-use qrm_scene::names::suggestion;
 use qrm_core::Model;
+use qrm_scene::names::suggestion;
 use ra_ap_rustc_lexer::{FrontmatterAllowed, LiteralKind, TokenKind, tokenize};
 
 use crate::error::Error;

@@ -5,8 +5,8 @@ mod peers;
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use qrm_core::ParameterDescription;
 use qrm_core::Model;
+use qrm_core::ParameterDescription;
 use qrm_view::report::{Content, Report, Section, page};
 
 use super::accuracy::Study;

@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use qrm_core::Model;
 use qrm_sim::columns::columns;
 use qrm_sim::run::{Outcome, Status};
-use qrm_core::Model;
 
 use crate::columns::write_units;
 use crate::error::{Error, Message};
@@ -88,13 +88,7 @@ fn write_tables(options: &Options, recording: &Recording, out: &Path) -> Result<
 }
 
 /// Draws the figures of a run and lists them in its report.
-fn draw(
-    setup: &Setup,
-    outcome: &Outcome,
-    recording: &Recording,
-    out: &Path,
-    report: &mut RunReport,
-) -> Vec<Error> {
+fn draw(setup: &Setup, outcome: &Outcome, recording: &Recording, out: &Path, report: &mut RunReport) -> Vec<Error> {
     let mut problems = Vec::new();
     for (name, figure) in figures(setup, outcome, recording) {
         let file = format!("figures/{name}.svg");

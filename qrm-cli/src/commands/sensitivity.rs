@@ -6,9 +6,9 @@ mod table;
 
 use clap::Args;
 use num_dual::Dual64;
+use qrm_core::{Model, Replace};
 use qrm_scene::evaluate::parameter_values;
 use qrm_scene::names::suggestion;
-use qrm_core::{Model, Replace};
 use qrm_sim::analysis::{Sensitivity, SensitivityEnd, SensitivityError, SensitivityRequest, sensitivity};
 use qrm_sim::run::assembled;
 
@@ -90,7 +90,12 @@ fn check_outputs(setup: &Setup, asked: &[String]) -> Result<(), Error> {
 }
 
 /// The derivatives where parameters have other values, or steps another length.
-fn derive((setup, progress): (&Setup, &MotionProgress), by: &[&str], replace: Replace, step: f64) -> Result<Sensitivity, Error> {
+fn derive(
+    (setup, progress): (&Setup, &MotionProgress),
+    by: &[&str],
+    replace: Replace,
+    step: f64,
+) -> Result<Sensitivity, Error> {
     let condition = |seeded: &str, t: Dual64, q: &[Dual64], qd: &[Dual64]| {
         let number = |name: &str| replace(name).map(Dual64::from);
         let value = |name: &str| if name == seeded { seed(setup, replace, name) } else { number(name) };

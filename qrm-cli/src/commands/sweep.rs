@@ -24,15 +24,15 @@ use crate::error::Error;
 use crate::format::counted;
 use crate::options::{MethodOptions, SceneOptions, default_folder};
 use crate::output::print;
-use crate::resolution;
 use crate::progress::{DesignProgress, interrupted, watch_interrupts};
+use crate::resolution;
 use crate::setup::Setup;
 use axes::Axes;
 use journal::Journal;
-use table::Format;
-use rows::{Field, Row};
 use part::Part;
 pub(super) use part::join;
+use rows::{Field, Row};
+use table::Format;
 
 #[derive(Args)]
 pub(crate) struct Options {
@@ -282,9 +282,12 @@ impl<'s> Plan<'s> {
 
     /// The reason why a design cannot be run.
     fn refused(&self, parameters: &[f64]) -> Option<String> {
-        let parts = self.setup.scene.bodies.iter().flat_map(|body| {
-            [(&body.name, "mass", &body.mass), (&body.name, "inertia", &body.inertia)]
-        });
+        let parts = self
+            .setup
+            .scene
+            .bodies
+            .iter()
+            .flat_map(|body| [(&body.name, "mass", &body.mass), (&body.name, "inertia", &body.inertia)]);
         let mut values =
             parts.filter_map(|(name, what, value)| Some((name, what, constant(value.as_ref()?, parameters))));
         let (name, what, value) = values.find(|(_, _, value)| !(*value >= 0.0 && value.is_finite()))?;

@@ -207,8 +207,7 @@ impl Series {
             Setting::Tolerance(tolerance) => (tolerance, setup.step()),
             Setting::Step(step) => (setup.settings.tolerance, step),
         };
-        let settings =
-            MethodSettings { method: self.method, tolerance, projection: self.projection, ..setup.settings };
+        let settings = MethodSettings { method: self.method, tolerance, projection: self.projection, ..setup.settings };
         let trial = Trial { settings, step };
         let times = reference.times();
         let measured = measure(&*setup.mechanism(), &trial, &times, PATIENCE);

@@ -111,8 +111,10 @@ fn no_equilibrium(setup: &Setup, reason: &NoEquilibrium) -> Error {
     let description = setup.description;
     match reason {
         NoEquilibrium::NotAssembled(reason) => messages::not_assembled(reason, setup),
-        NoEquilibrium::Singular => Error::usage("the start is singular: it does not determine which way the mechanism goes")
-            .help("give another start in [initial]"),
+        NoEquilibrium::Singular => {
+            Error::usage("the start is singular: it does not determine which way the mechanism goes")
+                .help("give another start in [initial]")
+        }
         NoEquilibrium::Driven => {
             Error::usage("a constraint depends on time: there is no position that the mechanism could be held in")
                 .help("leave the constraint out to see what balances the loads at rest")
@@ -121,8 +123,7 @@ fn no_equilibrium(setup: &Setup, reason: &NoEquilibrium) -> Error {
             .help("the position is a limit of the mechanism, or a formula leaves its domain"),
         NoEquilibrium::LimitPosition { q, constraint } => {
             let coordinates = description.coordinates.iter().zip(q);
-            let at: Vec<String> =
-                coordinates.map(|(c, q)| format!("{} = {}", c.name, quantity(*q, c.unit))).collect();
+            let at: Vec<String> = coordinates.map(|(c, q)| format!("{} = {}", c.name, quantity(*q, c.unit))).collect();
             let at = at.join(", ");
             let why = constraint.map_or_else(
                 || "another branch begins there".to_owned(),

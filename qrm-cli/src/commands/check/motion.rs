@@ -3,12 +3,12 @@
 use std::f64::consts::TAU;
 
 use qrm_scene::scene::{Output, OutputKind};
-use qrm_sim::run::Balance;
+use qrm_sim::analysis::wrap_angle;
 use qrm_sim::columns::Kind;
+use qrm_sim::run::Balance;
+use qrm_sim::run::End;
 use qrm_sim::run::Extremes;
 use qrm_sim::run::Status;
-use qrm_sim::run::End;
-use qrm_sim::analysis::wrap_angle;
 
 use super::Topic;
 use crate::error::Error;

@@ -19,7 +19,9 @@ pub(super) fn report_lines(setup: &Setup) -> Result<Vec<Topic>, Error> {
     let not_looked_at = |why: String| Ok(vec![Topic::new("turn", [format!("not looked at: {why}")])]);
     let turn = match revolution(&*setup.mechanism()) {
         Ok(turn) => turn,
-        Err(NoRevolution::DegreesOfFreedom(n)) => return not_looked_at(format!("the mechanism has {n} degrees of freedom, not one")),
+        Err(NoRevolution::DegreesOfFreedom(n)) => {
+            return not_looked_at(format!("the mechanism has {n} degrees of freedom, not one"));
+        }
         Err(NoRevolution::NothingGiven) => {
             return not_looked_at("no coordinate is given: move one from `solve` to `given` in [initial]".to_owned());
         }

@@ -111,14 +111,19 @@ pub(super) fn roles(setup: &Setup, inputs: &[String]) -> Result<Roles, Error> {
 fn no_input(setup: &Setup, input: &str, role: Option<Role>) -> Error {
     let name = setup.description.name;
     let (why, help) = match role {
-        None => {
-            (format!("scene `{name}` has no parameter `{input}`"), format!("`qrm list` shows the parameters of \
-             `{name}`"))
-        }
-        Some(Role::Computed { .. }) => {
-            (format!("parameter `{input}` follows from others"), "connect one of those, or give it a value with \
-             --set".to_owned())
-        }
+        None => (
+            format!("scene `{name}` has no parameter `{input}`"),
+            format!(
+                "`qrm list` shows the parameters of \
+             `{name}`"
+            ),
+        ),
+        Some(Role::Computed { .. }) => (
+            format!("parameter `{input}` follows from others"),
+            "connect one of those, or give it a value with \
+             --set"
+                .to_owned(),
+        ),
         Some(_) => (
             format!("parameter `{input}` is settled when the motion begins"),
             "masses, springs and loads can be inputs; lengths that shape the loops, and what the start alone depends \

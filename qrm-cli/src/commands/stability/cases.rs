@@ -2,21 +2,21 @@
 
 use std::time::Duration;
 
+use qrm_core::Model;
 use qrm_scene::evaluate::constant;
 use qrm_scene::scene::{Extreme, Known};
 use qrm_sim::analysis::{Repetitions, Trial, measure, wrap_angle};
 use qrm_sim::run::{Observer, Row, accepted_fraction};
-use qrm_core::Model;
 
 use super::TOLERANCE;
 use crate::error::Error;
 use crate::messages;
-use qrm_sim::integrate::METHODS;
 use crate::options::{MethodOptions, SceneOptions};
 use crate::progress::{Spinner, interrupted};
 use crate::reference::Reference;
 use crate::run_report::distrust;
 use crate::setup::Setup;
+use qrm_sim::integrate::METHODS;
 
 /// A variant of a scene.
 pub(super) struct Case {

@@ -1,7 +1,7 @@
 //! `stability.svg`
 
-use qrm_view::figure::{Abscissa, Curve, Figure, Panel, Scale};
 use qrm_sim::analysis::Spectrum;
+use qrm_view::figure::{Abscissa, Curve, Figure, Panel, Scale};
 
 use super::limit::Limit;
 use super::survey::Survey;

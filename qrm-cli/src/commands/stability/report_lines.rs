@@ -7,9 +7,9 @@ use qrm_sim::analysis::Spectrum;
 use super::TOLERANCE;
 use super::limit::Limit;
 use super::survey::{Sample, Survey};
-use crate::setup::Setup;
 use crate::error::Error;
 use crate::format::{seconds, wrapped};
+use crate::setup::Setup;
 
 /// Singular values below this part of their largest are reported.
 const NEAR: f64 = 0.1;

@@ -1,7 +1,7 @@
 //! The linearized equations along a motion.
 
-use qrm_sim::columns::Kind;
 use qrm_sim::analysis::{Spectrum, spectrum};
+use qrm_sim::columns::Kind;
 use qrm_sim::run::{End, Outcome, Status};
 
 use crate::error::Error;

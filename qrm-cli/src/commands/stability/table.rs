@@ -77,8 +77,7 @@ pub(super) fn verdicts(cases: &[Case]) -> String {
     methods.sort_unstable();
     methods.dedup();
     for method in methods {
-        let count =
-            |is: fn(&Verdict) -> bool| results().filter(|r| r.method == method && is(&r.verdict)).count();
+        let count = |is: fn(&Verdict) -> bool| results().filter(|r| r.method == method && is(&r.verdict)).count();
         let right = count(|v| *v == Verdict::Right);
         let refused = count(|v| matches!(v, Verdict::Refused(_)));
         let unnoticed = count(|v| *v == Verdict::Unnoticed);

@@ -70,7 +70,8 @@ impl Journal {
                     .help("finish that one by the command that began it, remove the file, or choose another --out"))
             }
             Found::Changed(line) => {
-                let text = format!("{} was changed in or before line {line}, since its sweep was interrupted", path.display());
+                let text =
+                    format!("{} was changed in or before line {line}, since its sweep was interrupted", path.display());
                 Err(Error::usage(text).help("remove the file, to begin again"))
             }
         }

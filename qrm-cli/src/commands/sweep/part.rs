@@ -57,7 +57,8 @@ impl Part {
         let text = read_at_most(&path, MAX_BYTES).map_err(|e| {
             Error::unreadable(&path, &e).help("`qrm sweep --shard K/N` writes it beside its table; keep both together")
         })?;
-        serde_json::from_slice(&text).map_err(|e| Error::usage(format!("{} is no part of a sweep: {e}", path.display())))
+        serde_json::from_slice(&text)
+            .map_err(|e| Error::usage(format!("{} is no part of a sweep: {e}", path.display())))
     }
 }
 
@@ -113,8 +114,9 @@ fn check(path: &Path, part: &Part, before: Option<&(&PathBuf, Part)>) -> Result<
     }
     let digest = digest_of(path).map_err(|e| Error::unreadable(path, &e))?;
     if digest != part.digest {
-        return Err(Error::usage(format!("{name} was changed or cut off since it was written"))
-            .help("compute this part again"));
+        return Err(
+            Error::usage(format!("{name} was changed or cut off since it was written")).help("compute this part again")
+        );
     }
     Ok(())
 }

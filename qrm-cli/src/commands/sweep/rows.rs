@@ -1,9 +1,9 @@
 //! The rows of a sweep, one for each design.
 
 use qrm_core::QuantityDescription;
+use qrm_sim::batch::DesignResult;
 use qrm_sim::columns::{self, Column};
 use qrm_sim::run::Status;
-use qrm_sim::batch::DesignResult;
 
 use super::axes::Axes;
 use crate::format::full;

@@ -21,8 +21,10 @@ impl Format {
     pub(super) fn of(path: &Path) -> Result<Self, Error> {
         let name = path.display();
         if path.is_dir() || path.as_os_str().to_string_lossy().ends_with(std::path::is_separator) {
-            return Err(Error::usage(format!("`{name}` is a folder")).help("name the file that the table is written \
-             to"));
+            return Err(Error::usage(format!("`{name}` is a folder")).help(
+                "name the file that the table is written \
+             to",
+            ));
         }
         match path.extension().and_then(|e| e.to_str()) {
             Some(ending) if ending.eq_ignore_ascii_case("csv") => Ok(Self::Csv),
