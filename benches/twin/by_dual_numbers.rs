@@ -5,7 +5,7 @@ use num_dual::{Derivative, Dual2_64, DualNum, DualSVec64};
 use qrm_core::{Dynamics, LoopConstraints};
 use qrm_model::quick_return::Parameters;
 
-use super::Equations;
+use super::PlainFunctions;
 
 /// The equations by dual numbers at run time.
 #[derive(Clone, Copy, Debug)]
@@ -37,7 +37,7 @@ fn gradient(value: &DualSVec64<3>) -> [f64; 3] {
     value.eps.unwrap_generic(Const::<3>, Const::<1>).into()
 }
 
-impl Equations for ByDualNumbers {
+impl PlainFunctions for ByDualNumbers {
     fn new(parameters: Parameters) -> Self {
         Self(parameters)
     }

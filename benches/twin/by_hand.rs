@@ -8,7 +8,7 @@ use qrm_core::{Dynamics, LoopConstraints, sin_cos};
 
 use qrm_model::quick_return::Parameters;
 
-use super::Equations;
+use super::PlainFunctions;
 
 /// The equations by hand.
 #[derive(Clone, Copy, Debug)]
@@ -119,7 +119,7 @@ impl ByHand {
     }
 }
 
-impl Equations for ByHand {
+impl PlainFunctions for ByHand {
     fn new(p: Parameters) -> Self {
         Self {
             parameters: p,

@@ -2,7 +2,8 @@
 //! every quotient computed once.
 
 use qrm_core::{
-    Angles, Description, Dynamics, Generated, Kernel, LoopConstraints, Scalar, Schedule, Start, Tape, copy_outputs,
+    Angles, Description, Dynamics, Equations, Generated, Kernel, LoopConstraints, Scalar, Schedule, Start, Tape,
+    copy_outputs,
 };
 use qrm_model::quick_return::{Parameters, QuickReturn};
 
@@ -62,24 +63,21 @@ impl<R: Scalar> KernelByHand<R> {
 impl<R: Scalar> Kernel<R, 3, 2> for KernelByHand<R> {
     type Position = Place<R>;
 
-    const IS_ANGLE: [bool; 3] = [true; 3];
     const OPERATIONS: usize = 107;
 
-    fn with_values(value: &dyn Fn(usize) -> R) -> Self {
-        let generated = QuickReturn::with_values(value);
-        let p = *generated.parameters();
-        let product = p.O2A * p.O4O2;
-        Self {
-            generated,
-            p,
-            m11: p.J2 + p.m3 * p.O2A * p.O2A,
-            m22: p.J4 + p.m4 * p.O4G4 * p.O4G4 + p.m5 * p.O4B * p.O4B,
-            m33: p.J5 + p.m5 * p.BG5 * p.BG5,
-            m23: p.m5 * p.O4B * p.BG5,
-            square: p.O2A * p.O2A + p.O4O2 * p.O4O2,
-            product,
-            twice: product + product,
-        }
+    #[inline(always)]
+    fn has_angle(&self) -> [bool; 3] {
+        [true; 3]
+    }
+
+    #[inline(always)]
+    fn is_length(&self) -> [bool; 3] {
+        [false; 3]
+    }
+
+    #[inline(always)]
+    fn set_values(&mut self, value: &dyn Fn(usize) -> R) {
+        *self = Self::with_values(value);
     }
 
     #[inline(always)]
@@ -202,6 +200,29 @@ impl<R: Scalar> Kernel<R, 3, 2> for KernelByHand<R> {
         copy_outputs(&values, outputs);
     }
 
+    fn power(&self, t: R, q: &[R; 3], qd: &[R; 3], multipliers: &[R; 2]) -> R {
+        self.generated.power(t, q, qd, multipliers)
+    }
+}
+
+impl<R: Scalar> Equations<R, 3, 2> for KernelByHand<R> {
+    fn with_values(value: &dyn Fn(usize) -> R) -> Self {
+        let generated = QuickReturn::with_values(value);
+        let p = *generated.parameters();
+        let product = p.O2A * p.O4O2;
+        Self {
+            generated,
+            p,
+            m11: p.J2 + p.m3 * p.O2A * p.O2A,
+            m22: p.J4 + p.m4 * p.O4G4 * p.O4G4 + p.m5 * p.O4B * p.O4B,
+            m33: p.J5 + p.m5 * p.BG5 * p.BG5,
+            m23: p.m5 * p.O4B * p.BG5,
+            square: p.O2A * p.O2A + p.O4O2 * p.O4O2,
+            product,
+            twice: product + product,
+        }
+    }
+
     fn start(&self) -> Start<R, 3> {
         self.generated.start()
     }
@@ -224,10 +245,6 @@ impl<R: Scalar> Kernel<R, 3, 2> for KernelByHand<R> {
 
     fn energy(&self, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
         self.generated.energy(q, qd)
-    }
-
-    fn power(&self, t: R, q: &[R; 3], qd: &[R; 3], multipliers: &[R; 2]) -> R {
-        self.generated.power(t, q, qd, multipliers)
     }
 
     fn outputs(&self, t: R, q: &[R; 3], qd: &[R; 3], qdd: &[R; 3], multipliers: &[R; 2], outputs: &mut [R]) {

@@ -6,7 +6,7 @@ mod by_hand;
 mod kernel_by_hand;
 
 use qrm_core::{
-    Description, Dynamics, DynamicsMut, Kernel, LinearizationMut, LoopConstraints, LoopConstraintsMut, Mechanism,
+    Description, Dynamics, DynamicsMut, Equations, LinearizationMut, LoopConstraints, LoopConstraintsMut, Mechanism,
     Model, Replace, RowRequest, RowResult, RowStop, Schedule, StartMut,
 };
 
@@ -17,7 +17,7 @@ pub(crate) use kernel_by_hand::{HandWritten, KernelByHand};
 use qrm_model::quick_return::{Parameters, QuickReturn};
 
 /// The parts of the equations of motion, from any source.
-pub(crate) trait Equations: Copy + Send + Sync {
+pub(crate) trait PlainFunctions: Copy + Send + Sync {
     /// The equations with these parameters.
     fn new(parameters: Parameters) -> Self;
 
@@ -29,19 +29,19 @@ pub(crate) trait Equations: Copy + Send + Sync {
 }
 
 /// The generated functions, without their kernel.
-impl Equations for QuickReturn {
+impl PlainFunctions for QuickReturn {
     fn new(parameters: Parameters) -> Self {
         Self::new(parameters)
     }
 
     #[inline(always)]
     fn dynamics(&self, q: &[f64; 3], qd: &[f64; 3]) -> Dynamics<f64, 3, 2> {
-        Kernel::dynamics(self, 0.0, q, qd)
+        Equations::dynamics(self, 0.0, q, qd)
     }
 
     #[inline(always)]
     fn loop_constraints(&self, q: &[f64; 3]) -> LoopConstraints<f64, 3, 2> {
-        Kernel::loop_constraints(self, 0.0, q)
+        Equations::loop_constraints(self, 0.0, q)
     }
 }
 
@@ -51,7 +51,7 @@ pub(crate) struct Twin<E> {
     equations: E,
 }
 
-impl<E: Equations> Twin<E> {
+impl<E: PlainFunctions> Twin<E> {
     /// The mechanism with the scene's parameters.
     pub(crate) fn new() -> Self {
         Self::with_parameters(&|_| None)
@@ -64,7 +64,7 @@ impl<E: Equations> Twin<E> {
     }
 }
 
-impl<E: Equations> Mechanism for Twin<E> {
+impl<E: PlainFunctions> Mechanism for Twin<E> {
     fn description(&self) -> &'static Description {
         self.generated.description()
     }

@@ -5,7 +5,7 @@
 use std::error::Error;
 use std::time::{Duration, Instant};
 
-use qrm_codegen::{derivation, emit, engine, header, verify};
+use qrm_codegen::{derivation, emit, engine, header, tape, verify};
 use qrm_scene::{resolve, source};
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -33,7 +33,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     println!("code          {} lines, {} kB", code.lines().count(), code.len() / 1000);
     println!("derivation    {} lines, {} kB", derivation.lines().count(), derivation.len() / 1000);
-    let (tape, text) = (module.tape.tape(), module.tape.text());
+    let (tape, text) = (module.tape.tape(), tape::text(&module.tape.tape()));
     let operations = tape.constants.len() + tape.functions().map(|f| f.operations.len()).sum::<usize>();
     println!("tape          {operations} operations, {} kB, {} places", text.len() / 1000, tape.places());
     for (function, operations) in &module.operations {

@@ -10,21 +10,21 @@ mod own_struct;
 mod piece;
 mod plain;
 mod scene_items;
-mod tape;
 
 use std::collections::{HashMap, HashSet};
 
 use proc_macro2::{Ident, TokenStream};
+use qrm_core::OwnedTape;
 use quote::{format_ident, quote};
 
 use crate::graph::{Graph, Id, Op, Signed};
+use crate::tape;
 use crate::term::{Equations, Symbol};
 use body::Body;
 pub use body::Operations;
 use layout::{Argument, Layout, Plan, Shape};
 use plain::ident;
 use qrm_scene::scene::Scene;
-pub use tape::OwnedTape;
 
 /// Writes the module of a scene. The result has no header yet, and has been parsed once: it is Rust.
 ///
@@ -47,7 +47,7 @@ pub fn module(scene: &Scene, equations: &Equations, source: &str) -> Module {
     let parameter_description = has_parameters.then(|| quote!(ParameterDescription,));
     let tokens = quote! {
         use qrm_core::{
-            Angles, Description, Dynamics, Generated, Kernel, #linearization LoopConstraints, #parameter_description
+            Angles, Description, Dynamics, Equations, Generated, Kernel, #linearization LoopConstraints, #parameter_description
             QuantityDescription, Scalar, Schedule, Start,
         };
         #parameters
@@ -60,7 +60,9 @@ pub fn module(scene: &Scene, equations: &Equations, source: &str) -> Module {
     };
     let file =
         syn::parse2(tokens.clone()).unwrap_or_else(|e| panic!("the generated module is not Rust: {e}\n{tokens}"));
-    Module { file, tape: writer.tape(), operations, solution: kernel_solution }
+    let tape = tape::of_module(scene, &file, kernel_solution.sum())
+        .unwrap_or_else(|e| panic!("the generated module cannot be run: {e}"));
+    Module { file, tape, operations, solution: kernel_solution }
 }
 
 /// A generated module.

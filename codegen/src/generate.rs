@@ -6,7 +6,7 @@ use std::{fs, io};
 use crate::emit::{self, module_name, struct_name};
 use crate::term::Equations;
 use crate::verify::{self, Unverified};
-use crate::{derivation, engine, header, names};
+use crate::{derivation, engine, header, names, tape};
 use qrm_scene::diagnostic::{Diagnostic, Report};
 use qrm_scene::files;
 use qrm_scene::resolve;
@@ -186,7 +186,7 @@ fn text(path: &str, scene: &Scene, equations: &Equations, source: &str) -> Resul
     verify::verify(scene, equations, &module.file, &module.tape).map_err(Error::Unverified)?;
     // The printer drops comments of this kind, so the header is joined afterwards.
     let header = header::header(path, scene, equations, &module, &header::hash(source));
-    Ok(format!("{header}\n{}{}", spaced(&prettyplease::unparse(&module.file)), module.tape.text()))
+    Ok(format!("{header}\n{}{}", spaced(&prettyplease::unparse(&module.file)), tape::text(&module.tape.tape())))
 }
 
 /// Sets a blank line between items and between methods, and makes comments of the documentation of statements.

@@ -11,7 +11,7 @@
 //! and the crate includes the result by `include!(concat!(env!("OUT_DIR"), "/scenes.rs"));`.
 //!
 //! The phases, each with plain data for the next: `qrm_scene` (text to [`Scene`](qrm_scene::scene::Scene)), `engine`
-//! (scene to [`term`]s), [`lower`] and [`share`] (terms to a [`graph`]), [`emit`] (graph to Rust), [`verify`] (Rust
+//! (scene to [`term`]s), [`lower`] and [`share`] (terms to a [`graph`]), [`emit`] (graph to Rust), [`tape`] (Rust to operations), [`verify`] (Rust
 //! against the scene), `generate` (files in, files out).
 
 #[cfg(feature = "engine")]
@@ -25,11 +25,13 @@ pub mod formula;
 pub mod generate;
 pub mod graph;
 pub mod header;
+mod interpret;
 pub mod kernel;
 pub mod lower;
 pub mod names;
 pub mod omissions;
 pub mod share;
+pub mod tape;
 pub mod term;
 pub mod verify;
 pub mod words;

@@ -35,12 +35,13 @@ const RESERVED_MODULES: [&str; 29] = [
     "usize",
 ];
 /// The names that every generated module uses itself: its items, and what it takes from the prelude.
-pub const RESERVED_STRUCTS: [&str; 19] = [
+pub const RESERVED_STRUCTS: [&str; 20] = [
     "Angles",
     "Constants",
     "Default",
     "Description",
     "Dynamics",
+    "Equations",
     "Generated",
     "Kernel",
     "Linearization",

@@ -6,7 +6,6 @@ mod errors;
 mod expected;
 mod gradients;
 mod hessians;
-mod interpret;
 mod kernel;
 mod linearization;
 mod loads;
@@ -14,18 +13,14 @@ mod sample;
 mod tape;
 mod wide;
 
-use std::collections::HashMap;
-
 use num_traits::Signed;
-use qrm_core::DoubleDouble;
-use syn::{ImplItem, Item};
+use qrm_core::{DoubleDouble, OwnedTape};
 
-use crate::emit::OwnedTape;
+use crate::interpret::{GeneratedModule, Value};
 use crate::term::Equations;
 use errors::Errors;
 use expected::Expected;
 use hessians::second_derivatives;
-use interpret::{Number, Value, run, run_block};
 use qrm_scene::evaluate::{State, constant, parameter_values};
 use qrm_scene::scene::{Coordinate, Scene, Start, Value as Formula};
 use sample::Sample;
@@ -61,7 +56,7 @@ pub enum Unverified {
 /// Which function differs, by how much, and where; or that the scene has no value to compare with.
 pub fn verify(scene: &Scene, equations: &Equations, file: &syn::File, tape: &OwnedTape) -> Result<(), Unverified> {
     let tape = tape.tape();
-    let module = Generated::new(file).map_err(Unverified::Wrong)?;
+    let module = GeneratedModule::new(file).map_err(Unverified::Wrong)?;
     let states = (NUMBERS / scene.coordinates.len().max(1)).clamp(STATES / 5, STATES);
     let mut random = fastrand::Rng::with_seed(1);
     let samples = (0..states * PATIENCE).map(|number| Sample::random(scene, number, &mut random));
@@ -130,7 +125,7 @@ fn size(number: Wide) -> f64 {
 fn agrees(
     scene: &Scene,
     equations: &Equations,
-    module: &Generated,
+    module: &GeneratedModule,
     (sample, expected): (&Sample, &Expected<Wide>),
     scales: &[Vec<f64>],
 ) -> Result<bool, String> {
@@ -190,7 +185,7 @@ fn same(what: &str, got: &[DoubleDouble], expected: &[Wide]) -> Result<(), Strin
 }
 
 /// Start, schedule and stop condition, at the scene's own parameters and at a random state.
-fn verify_plain(scene: &Scene, module: &Generated) -> Result<(), String> {
+fn verify_plain(scene: &Scene, module: &GeneratedModule) -> Result<(), String> {
     let parameters: Vec<Wide> = parameter_values(scene, |_| None);
     let numbers: Vec<DoubleDouble> = parameters.iter().map(|parameter| parameter.0).collect();
     let model = module.model_of(scene, &numbers)?;
@@ -230,77 +225,6 @@ fn verify_plain(scene: &Scene, module: &Generated) -> Result<(), String> {
         }
     }
     Ok(())
-}
-
-/// The functions of a module, ready to be run.
-struct Generated<'f> {
-    functions: HashMap<String, &'f syn::ItemFn>,
-    methods: HashMap<String, &'f syn::ImplItemFn>,
-}
-
-impl<'f> Generated<'f> {
-    fn new(file: &'f syn::File) -> Result<Self, String> {
-        let mut generated = Self { functions: HashMap::new(), methods: HashMap::new() };
-        for item in &file.items {
-            match item {
-                Item::Fn(function) => {
-                    generated.functions.insert(function.sig.ident.to_string(), function);
-                }
-                Item::Impl(block) => {
-                    let owner = match &*block.self_ty {
-                        syn::Type::Path(path) => path.path.segments.last().map(|s| s.ident.to_string()),
-                        _ => None,
-                    };
-                    let owner = owner.ok_or("an impl of something without a name")?;
-                    for item in &block.items {
-                        let ImplItem::Fn(method) = item else { continue };
-                        let name = if owner == "Constants" {
-                            "Constants::new".to_owned()
-                        } else {
-                            method.sig.ident.to_string()
-                        };
-                        generated.methods.entry(name).or_insert(method);
-                    }
-                }
-                _ => {}
-            }
-        }
-        Ok(generated)
-    }
-
-    /// The mechanism with these parameters.
-    fn model<N: Number>(&self, scene: &Scene, parameters: &[f64]) -> Result<Value<N>, String> {
-        let parameters: Vec<N> = parameters.iter().map(|&value| N::from_f64(value)).collect();
-        self.model_of(scene, &parameters)
-    }
-
-    fn model_of<N: Number>(&self, scene: &Scene, parameters: &[N]) -> Result<Value<N>, String> {
-        let kept = scene.parameters.iter().zip(parameters).filter(|(p, _)| !p.left_out);
-        let field =
-            |(p, value): (&qrm_scene::scene::Parameter, &N)| (crate::emit::field_name(&p.name), Value::Number(*value));
-        let parameters = Value::Fields(kept.map(field).collect());
-        let mut fields = HashMap::from([("parameters".to_owned(), parameters.clone())]);
-        if self.methods.contains_key("Constants::new") {
-            fields.insert("constants".to_owned(), self.method("Constants::new", &[parameters])?);
-        }
-        Ok(Value::Fields(fields))
-    }
-
-    fn value<N: Number>(&self, name: &str, arguments: &[Value<N>]) -> Result<Value<N>, String> {
-        let function = self.functions.get(name).ok_or_else(|| format!("no function `{name}` was generated"))?;
-        run(function, arguments).map_err(|e| format!("generated `{name}`: {e}"))
-    }
-
-    fn call<N: Number>(&self, name: &str, arguments: &[Value<N>]) -> Result<Vec<N>, String> {
-        let (name, part) = name.split_once('.').unwrap_or((name, ""));
-        let value = self.value(name, arguments)?;
-        Ok(if part.is_empty() { value.numbers() } else { value.field(part)?.numbers() })
-    }
-
-    fn method<N: Number>(&self, name: &str, arguments: &[Value<N>]) -> Result<Value<N>, String> {
-        let method = self.methods.get(name).ok_or_else(|| format!("no method `{name}` was generated"))?;
-        run_block(&method.sig, &method.block, arguments).map_err(|e| format!("generated `{name}`: {e}"))
-    }
 }
 
 /// A random number between two others.

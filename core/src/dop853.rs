@@ -52,7 +52,7 @@ pub(crate) fn dop853_step<'a, K: Kernel<R, N, M>, R: Scalar, const N: usize, con
     kernel: &K,
     (t, h): (R, R),
     from: &KernelState<R, N, M>,
-    (is_length, scale): ([bool; N], R),
+    scale: R,
     slopes: &'a mut Slopes<R, N>,
 ) -> Dop853Step<'a, R, K::Position, N, M> {
     (slopes.rates[0], slopes.accelerations[0]) = (from.qd, from.qdd);
@@ -66,8 +66,8 @@ pub(crate) fn dop853_step<'a, K: Kernel<R, N, M>, R: Scalar, const N: usize, con
     let (rate, acceleration) = slopes.sums(ROWS[STAGES]);
     let (increment, qd) = (scaled(h, &rate), along(&from.qd, h, &acceleration));
     let q = sum(&from.q, &increment);
-    let error = slopes.error(h, from, (&q, &qd), (&rate, &acceleration), (is_length, scale));
-    let angles = from.angles.turned_far(&q, &increment, K::IS_ANGLE);
+    let error = slopes.error(kernel, h, from, (&q, &qd), (&rate, &acceleration), scale);
+    let angles = from.angles.turned_far(&q, &increment, kernel.has_angle());
     let mut end = StepEnd { q, qd, increment, angles, corrections: 0 };
     let mut unprojected = Unprojected { q, residual: R::zero() };
     let t = t + h;
@@ -75,7 +75,7 @@ pub(crate) fn dop853_step<'a, K: Kernel<R, N, M>, R: Scalar, const N: usize, con
         let position = kernel.position(t, &end.q, &end.angles);
         let open = kernel.residuals(&position);
         unprojected.residual = largest(&open);
-        end.project_coordinates_first::<K, M>(from, &kernel.correction(&position, &open));
+        end.project_coordinates_first(kernel, from, &kernel.correction(&position, &open));
     }
     let position = loop {
         let position = kernel.position(t, &end.q, &end.angles);
@@ -238,15 +238,17 @@ impl<R: Scalar, const N: usize> Slopes<R, N> {
 
     /// The estimated error of a step against the tolerance; `rate` and `acceleration` are the sums of its end.
     #[inline(always)]
-    fn error<const M: usize>(
+    fn error<K: Kernel<R, N, M>, const M: usize>(
         &self,
+        kernel: &K,
         h: R,
         from: &KernelState<R, N, M>,
         (q, qd): (&[R; N], &[R; N]),
         (rate, acceleration): (&[R; N], &[R; N]),
-        (is_length, scale): ([bool; N], R),
+        scale: R,
     ) -> R {
         let number = R::from_f64;
+        let ([n, _], is_length) = (kernel.sizes(), kernel.is_length());
         let mut squares = [R::zero(); 2];
         let (fifth, (rate_3, acceleration_3)) = (self.sums(ERROR_5), self.sums(END_3));
         let third = (difference(rate, &rate_3), difference(acceleration, &acceleration_3));
@@ -261,7 +263,7 @@ impl<R: Scalar, const N: usize> Slopes<R, N> {
         }
         let [fifth, third] = squares;
         let tiny = number(f64::MIN_POSITIVE);
-        let denominator = number(0.01).mul_add(third, fifth).max(tiny) * number(2.0 * N as f64);
+        let denominator = number(0.01).mul_add(third, fifth).max(tiny) * number(2.0 * n as f64);
         h.abs() * fifth / (denominator.sqrt() * scale)
     }
 }
@@ -277,9 +279,9 @@ fn accelerations<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
     K::out_of_line(
         #[inline(always)]
         || {
-            let angles = from.angles.turned_far(q, dq, K::IS_ANGLE);
+            let angles = from.angles.turned_far(q, dq, kernel.has_angle());
             let position = kernel.position(t, q, &angles);
-            (kernel.accelerations(&position, t, q, qd, &angles).0, kernel.growth_factor(&position))
+            (kernel.stage_accelerations(&position, t, q, qd, &angles), kernel.growth_factor(&position))
         },
     )
 }

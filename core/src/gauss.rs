@@ -10,7 +10,7 @@ extern crate alloc;
 use alloc::boxed::Box;
 
 #[cfg(target_arch = "x86_64")]
-pub(crate) use steps::gauss_steps;
+pub(crate) use steps::{Steps, gauss_steps};
 
 use crate::mechanism::StateRef;
 

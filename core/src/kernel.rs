@@ -13,27 +13,36 @@ use crate::mechanism::{Compiled, Mechanism};
 use crate::scalar::Scalar;
 use crate::tape::Tape;
 
-/// The equations of motion of a mechanism with `N` coordinates and `M` constraints, on numbers `R`, its parameters
-/// inside.
+/// What steps need of the equations of motion of a mechanism with `N` coordinates and `M` constraints, on numbers `R`,
+/// its parameters inside.
 ///
-/// The first functions are in the order in which a step needs them: what follows from the position alone is computed
-/// once, and serves accelerations as well as corrections. The constraints `C_q qdd + bias = 0` are solved for `M`
-/// coordinates that depend on the others; the motion of those follows from `T' (Mbar qdd - fbar) = 0` with the tangents
-/// `T`, `C_q T = 0`. The other functions take nothing for granted and hold at every position.
+/// What follows from the position alone is computed once, and serves accelerations as well as corrections. The
+/// constraints `C_q qdd + bias = 0` are solved for `M` coordinates that depend on the others; the motion of those follows
+/// from `T' (Mbar qdd - fbar) = 0` with the tangents `T`, `C_q T = 0`.
 ///
 /// All numbers are in SI units, angles in radians.
-pub trait Kernel<R: Scalar, const N: usize, const M: usize>: Copy + Send + Sync + 'static {
-    /// What follows from the position alone.
+pub trait Kernel<R: Scalar, const N: usize, const M: usize> {
+    /// What follows from the position alone. It may be used until the second call of [`position`](Self::position) after
+    /// the one that gave it.
     type Position: Copy;
-
-    /// Which coordinates need a sine or cosine.
-    const IS_ANGLE: [bool; N];
 
     /// The number of operations of accelerations and multipliers. Large kernels are compiled into fewer places.
     const OPERATIONS: usize;
 
-    /// The mechanism with these values of its parameters, in the order of the description.
-    fn with_values(value: &dyn Fn(usize) -> R) -> Self;
+    /// The numbers of coordinates and of constraints; where they are smaller than `N` and `M`, what lies beyond is zero.
+    #[inline(always)]
+    fn sizes(&self) -> [usize; 2] {
+        [N, M]
+    }
+
+    /// Which coordinates need a sine or cosine.
+    fn has_angle(&self) -> [bool; N];
+
+    /// Which coordinates are lengths, not angles.
+    fn is_length(&self) -> [bool; N];
+
+    /// Gives the parameters these values, in the order of the description.
+    fn set_values(&mut self, value: &dyn Fn(usize) -> R);
 
     /// Calls a function from a place that is never inlined, with the instructions that belong to `R`.
     ///
@@ -60,7 +69,7 @@ pub trait Kernel<R: Scalar, const N: usize, const M: usize>: Copy + Send + Sync 
     /// The change of coordinates that is least in the metric of `Mbar` among those with `C_q dq = -residuals`.
     fn correction(&self, position: &Self::Position, residuals: &[R; M]) -> [R; N];
 
-    /// The accelerations `qdd` and the multipliers.
+    /// The accelerations `qdd` and the multipliers; time, coordinates and angles are those of the position.
     fn accelerations(
         &self,
         position: &Self::Position,
@@ -69,6 +78,19 @@ pub trait Kernel<R: Scalar, const N: usize, const M: usize>: Copy + Send + Sync 
         qd: &[R; N],
         angles: &Angles<R, N>,
     ) -> ([R; N], [R; M]);
+
+    /// The accelerations alone.
+    #[inline(always)]
+    fn stage_accelerations(
+        &self,
+        position: &Self::Position,
+        t: R,
+        q: &[R; N],
+        qd: &[R; N],
+        angles: &Angles<R, N>,
+    ) -> [R; N] {
+        self.accelerations(position, t, q, qd, angles).0
+    }
 
     /// The outputs at a position that is known; as far as `outputs` has room.
     #[allow(clippy::too_many_arguments, reason = "a row has these parts")]
@@ -84,9 +106,20 @@ pub trait Kernel<R: Scalar, const N: usize, const M: usize>: Copy + Send + Sync 
         outputs: &mut [R],
     );
 
+    /// The power of the loads that have no potential, and of what drives the constraints, in W.
+    fn power(&self, t: R, q: &[R; N], qd: &[R; N], multipliers: &[R; M]) -> R;
+
     /// A value that rises through zero when the scene's stop condition becomes true; `None` if it has no such
     /// condition.
     fn event(&self, t: R, q: &[R; N], qd: &[R; N]) -> Option<R>;
+}
+
+/// The equations of motion of a mechanism with `N` coordinates and `M` constraints, at any position, on numbers `R`.
+///
+/// All numbers are in SI units, angles in radians.
+pub trait Equations<R: Scalar, const N: usize, const M: usize>: Kernel<R, N, M> {
+    /// The mechanism with these values of its parameters, in the order of the description.
+    fn with_values(value: &dyn Fn(usize) -> R) -> Self;
 
     /// The start of the motion.
     fn start(&self) -> Start<R, N>;
@@ -105,9 +138,6 @@ pub trait Kernel<R: Scalar, const N: usize, const M: usize>: Copy + Send + Sync 
 
     /// The kinetic energy, and the potential of the conservative loads, in J.
     fn energy(&self, q: &[R; N], qd: &[R; N]) -> [R; 2];
-
-    /// The power of the loads that have no potential, and of what drives the constraints, in W.
-    fn power(&self, t: R, q: &[R; N], qd: &[R; N], multipliers: &[R; M]) -> R;
 
     /// The outputs, in the order of the description; as far as `outputs` has room.
     fn outputs(&self, t: R, q: &[R; N], qd: &[R; N], qdd: &[R; N], multipliers: &[R; M], outputs: &mut [R]);
@@ -128,7 +158,7 @@ pub trait Kernel<R: Scalar, const N: usize, const M: usize>: Copy + Send + Sync 
 /// A generated mechanism, whatever the numbers that it is evaluated on.
 pub trait Generated<const N: usize, const M: usize>: 'static {
     /// Its equations of motion.
-    type Kernel<R: Scalar>: Kernel<R, N, M>;
+    type Kernel<R: Scalar>: Equations<R, N, M> + Copy + Send + Sync + 'static;
 
     /// Names, units and meanings.
     const DESCRIPTION: &'static Description;
@@ -136,7 +166,7 @@ pub trait Generated<const N: usize, const M: usize>: 'static {
     /// The functions as data, for any kind of number.
     const TAPE: &'static Tape<'static>;
 
-    /// Whether [`Kernel::linearization`] gives derivatives.
+    /// Whether [`Equations::linearization`] gives derivatives.
     const HAS_LINEARIZATION: bool = false;
 
     /// Whether constraints depend on time.

@@ -13,7 +13,8 @@ pub(crate) use ranges::PARTS;
 
 use crate::angles::Angles;
 use crate::batch::{BatchLayout, BatchRequest, Width};
-use crate::kernel::{Generated, Kernel};
+use crate::description::Description;
+use crate::kernel::{Equations, Generated, Kernel};
 use crate::lanes::{Lanes, Token};
 use crate::rk4::KernelState;
 #[cfg(target_arch = "x86_64")]
@@ -64,7 +65,8 @@ pub fn four_lanes<X: Generated<N, M>, const N: usize, const M: usize>(
     #[cfg(target_arch = "x86_64")]
     if const { suits(Width::Four, X::Kernel::<f64>::OPERATIONS) } {
         let token = pulp::x86::V3::try_new()?;
-        return Some(Box::new(StepsBy::<X, pulp::x86::V3, N, M>::new(token, request, residual)));
+        let kernel = X::Kernel::<Lanes<pulp::x86::V3>>::with_values(&|_| Lanes::zero());
+        return Some(Box::new(StepsBy::new(token, kernel, X::DESCRIPTION, request, residual)));
     }
     let _ = (request, residual);
     None
@@ -79,18 +81,20 @@ pub fn eight_lanes<X: Generated<N, M>, const N: usize, const M: usize>(
     #[cfg(target_arch = "x86_64")]
     if const { suits(Width::Eight, X::Kernel::<f64>::OPERATIONS) } {
         let token = pulp::x86::V4::try_new()?;
-        return Some(Box::new(StepsBy::<X, pulp::x86::V4, N, M>::new(token, request, residual)));
+        let kernel = X::Kernel::<Lanes<pulp::x86::V4>>::with_values(&|_| Lanes::zero());
+        return Some(Box::new(StepsBy::new(token, kernel, X::DESCRIPTION, request, residual)));
     }
     let _ = (request, residual);
     None
 }
 
 /// Steps by one kind of vector.
-struct StepsBy<X: Generated<N, M>, S: Token, const N: usize, const M: usize> {
+pub(crate) struct StepsBy<K, S: Token, const N: usize, const M: usize> {
     token: S,
+    layout: BatchLayout,
     request: BatchRequest,
     residual: f64,
-    kernel: X::Kernel<Lanes<S>>,
+    kernel: K,
     /// At the places of the layout.
     numbers: Vec<Lanes<S>>,
 }
@@ -102,40 +106,36 @@ struct Motion<S: Token, const N: usize, const M: usize> {
     state: KernelState<Lanes<S>, N, M>,
 }
 
-impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> StepsBy<X, S, N, M> {
+impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> StepsBy<K, S, N, M> {
+    /// Steps by a kernel, whose parameters are yet to be set.
     #[inline]
-    fn new(token: S, request: BatchRequest, residual: f64) -> Self {
-        let zero = Lanes::zero();
-        let layout = BatchLayout::new(X::DESCRIPTION, &request);
-        Self {
-            token,
-            request,
-            residual,
-            kernel: X::Kernel::<Lanes<S>>::with_values(&|_| zero),
-            numbers: vec![zero; layout.places()],
-        }
+    pub(crate) fn new(token: S, kernel: K, mechanism: &Description, request: BatchRequest, residual: f64) -> Self {
+        let layout = BatchLayout::new(mechanism, &request);
+        Self { token, layout, request, residual, kernel, numbers: vec![Lanes::zero(); layout.places()] }
     }
 
     #[inline(always)]
     fn motion(&self) -> Motion<S, N, M> {
-        Motion::read::<X::Kernel<Lanes<S>>>(&self.numbers[self.layout().row()..])
+        Motion::read(&self.kernel, &self.numbers[self.layout().row()..])
     }
 
     #[inline(always)]
     fn set_row(&mut self, place: usize, motion: &Motion<S, N, M>) {
-        motion.write(&mut self.numbers[place..]);
+        motion.write(self.kernel.sizes(), &mut self.numbers[place..]);
     }
 
     #[inline(always)]
     fn layout(&self) -> BatchLayout {
-        BatchLayout::new(X::DESCRIPTION, &self.request)
+        // Where the sizes are known to the compiler, most places are.
+        let [n, m] = self.kernel.sizes();
+        BatchLayout { n, m, ..self.layout }
     }
 
     /// The mechanism with the parameters of each lane.
     #[inline(always)]
     fn set_kernel(&mut self) {
-        let parameters = &self.numbers[self.layout().parameters()..];
-        self.kernel = X::Kernel::with_values(&|i| parameters[i]);
+        let parameters = &self.numbers[self.layout.parameters()..];
+        self.kernel.set_values(&|i| parameters[i]);
     }
 
     #[inline(always)]
@@ -152,41 +152,45 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> StepsBy<X, S,
 impl<S: Token, const N: usize, const M: usize> Motion<S, N, M> {
     /// From the places of a row.
     #[inline(always)]
-    fn read<K: Kernel<Lanes<S>, N, M>>(row: &[Lanes<S>]) -> Self {
-        let zero = Lanes::zero();
+    fn read<K: Kernel<Lanes<S>, N, M>>(kernel: &K, row: &[Lanes<S>]) -> Self {
+        let ([n, m], zero) = (kernel.sizes(), Lanes::zero());
         let (mut q, mut qd, mut qdd, mut multipliers) = ([zero; N], [zero; N], [zero; N], [zero; M]);
-        for i in 0..N {
+        for i in 0..n {
             q[i] = row[1 + i];
-            qd[i] = row[1 + N + i];
-            qdd[i] = row[1 + 2 * N + i];
+            qd[i] = row[1 + n + i];
+            qdd[i] = row[1 + 2 * n + i];
         }
-        for k in 0..M {
-            multipliers[k] = row[1 + 3 * N + k];
+        for k in 0..m {
+            multipliers[k] = row[1 + 3 * n + k];
         }
-        let angles = Angles::apart(&q, K::IS_ANGLE);
+        let angles = Angles::apart(&q, kernel.has_angle());
         Self { t: row[0], state: KernelState { q, qd, qdd, multipliers, angles } }
     }
 
     /// To the places of a row.
     #[inline(always)]
-    fn write(&self, row: &mut [Lanes<S>]) {
+    fn write(&self, [n, m]: [usize; 2], row: &mut [Lanes<S>]) {
         let Self { t, state } = self;
         row[0] = *t;
-        for i in 0..N {
+        for i in 0..n {
             row[1 + i] = state.q[i];
-            row[1 + N + i] = state.qd[i];
-            row[1 + 2 * N + i] = state.qdd[i];
+            row[1 + n + i] = state.qd[i];
+            row[1 + 2 * n + i] = state.qdd[i];
         }
-        for k in 0..M {
-            row[1 + 3 * N + k] = state.multipliers[k];
+        for k in 0..m {
+            row[1 + 3 * n + k] = state.multipliers[k];
         }
     }
 }
 
 /// Makes steps with the instructions of the token.
-struct MakeSteps<'a, X: Generated<N, M>, S: Token, const N: usize, const M: usize>(&'a mut StepsBy<X, S, N, M>);
+struct MakeSteps<'a, K, S: Token, const N: usize, const M: usize>(&'a mut StepsBy<K, S, N, M>);
 
-impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> pulp::NullaryFnOnce for MakeSteps<'_, X, S, N, M> {
+impl<K, S, const N: usize, const M: usize> pulp::NullaryFnOnce for MakeSteps<'_, K, S, N, M>
+where
+    K: Kernel<Lanes<S>, N, M>,
+    S: Token,
+{
     type Output = ();
 
     #[inline(always)]
@@ -195,7 +199,7 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> pulp::Nullary
     }
 }
 
-impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> LaneSteps for StepsBy<X, S, N, M> {
+impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> LaneSteps for StepsBy<K, S, N, M> {
     #[inline]
     fn lanes(&self) -> usize {
         Lanes::<S>::COUNT

@@ -5,8 +5,8 @@ use core::ops::{Add, Div, Mul, Neg, Sub};
 use crate::scalar::Scalar;
 use pulp::Simd;
 
-/// A vector of doubles. Only `StepsBy` (`lane_steps`) and `Steps` (`gauss`) make values of it, and their constructors
-/// take a token of `S`: wherever there is such a value, the processor has the instructions of `S`.
+/// A vector of doubles. Only `StepsBy` (`lane_steps`), `Steps` (`gauss`) and the kernels made for them have values of
+/// it, and their constructors take a token of `S`, or are called where there is one: wherever there is such a value, the processor has the instructions of `S`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Lanes<S: Token>(S::Register);
 
@@ -29,8 +29,8 @@ macro_rules! token {
             #[allow(unsafe_code)]
             #[inline(always)]
             fn again() -> Self {
-                // SAFETY: called by operations on `Lanes` alone. These exist only in `StepsBy` and `Steps`, whose `new`
-                // takes this token, which `try_new` gave.
+                // SAFETY: called by operations on `Lanes` alone. These exist only where `try_new` gave this token: see
+                // `Lanes`.
                 unsafe { Self::new_unchecked() }
             }
         }

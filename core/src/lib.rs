@@ -36,6 +36,8 @@ mod dual;
 mod gauss;
 mod kernel;
 #[cfg(feature = "simd")]
+mod interpreted;
+#[cfg(feature = "simd")]
 mod lane_steps;
 #[cfg(feature = "simd")]
 mod lanes;
@@ -62,7 +64,7 @@ pub use dual::{Dual, Kind};
 #[cfg(feature = "simd")]
 pub use gauss::{Convergence, GAUSS_NODES, GaussEstimate, GaussRequest, GaussSteps};
 pub use kernel::{
-    Dynamics, Generated, Kernel, Linearization, LoopConstraints, MAX_GROWTH, Schedule, Start, copy_outputs,
+    Dynamics, Equations, Generated, Kernel, Linearization, LoopConstraints, MAX_GROWTH, Schedule, Start, copy_outputs,
 };
 #[cfg(feature = "simd")]
 pub use lane_steps::{BoxedLaneSteps, LaneSteps, LaneStepsTable, eight_lanes, four_lanes};
@@ -77,7 +79,9 @@ pub use rows::{RowLayout, RowRequest, RowResult, RowStop};
 pub use scalar::{Fused, Scalar};
 pub use sine::sin_cos;
 pub use single_step::{StepEstimate, StepMut, StepRequest};
-pub use tape::{Operation, Tape, TapeEvaluator, TapeFunction};
+#[cfg(feature = "std")]
+pub use tape::{OwnedFunction, OwnedKernel, OwnedTape};
+pub use tape::{Operation, Tape, TapeEvaluator, TapeFunction, TapeKernel};
 
 /// The constructors of steps in lanes; none without `simd`.
 #[cfg(not(feature = "simd"))]

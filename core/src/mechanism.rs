@@ -12,7 +12,7 @@ use crate::batch::Width;
 use crate::description::Description;
 #[cfg(feature = "simd")]
 use crate::gauss::GaussSteps;
-use crate::kernel::{Generated, Kernel, Schedule};
+use crate::kernel::{Equations, Generated, Kernel, Schedule};
 #[cfg(feature = "simd")]
 use crate::model::Model;
 use crate::projection::{ProjectionResult, StateMut, complete};
@@ -405,7 +405,7 @@ where
     fn dop853_step(&self, request: &StepRequest, from: &StateRef, step: StepMut) -> Option<StepEstimate> {
         Fused::vectorize(
             #[inline(always)]
-            || fused::dop853::<X, N, M>(self.fused(), request, from, step),
+            || fused::dop853(self.fused(), request, from, step),
         )?
     }
 

@@ -1,4 +1,4 @@
-//! A generated mechanism as an entry in a program's list.
+//! A mechanism as an entry in a program's list.
 
 extern crate alloc;
 
@@ -8,6 +8,7 @@ use alloc::vec::Vec;
 use crate::batch::{BatchRequest, SimdBatch, Width};
 use crate::description::Description;
 use crate::kernel::Generated;
+use crate::interpreted;
 use crate::lane_steps::LaneStepsTable;
 use crate::mechanism::Mechanism;
 use crate::tape::{Tape, TapeEvaluator};
@@ -15,15 +16,19 @@ use crate::tape::{Tape, TapeEvaluator};
 /// New values for parameters, by their names.
 pub type Replace<'a> = &'a dyn Fn(&str) -> Option<f64>;
 
-/// A generated mechanism, whatever its size: plain functions, compiled once for each scene.
+/// A mechanism, whatever its size: its functions as data, and compiled ones if there are any.
 #[derive(Clone, Copy, Debug)]
 pub struct Model {
     /// Names, units and meanings.
     pub description: &'static Description,
-    /// Number of operations of accelerations and multipliers by the kernel.
-    pub operations: usize,
     /// The functions as data, for any kind of number.
     pub tape: &'static Tape<'static>,
+    compiled: Option<CompiledFunctions>,
+}
+
+/// Plain functions, compiled once for each scene.
+#[derive(Clone, Copy, Debug)]
+struct CompiledFunctions {
     mechanism: fn(Vec<f64>) -> Box<dyn Mechanism>,
     lane_steps: LaneStepsTable,
 }
@@ -33,11 +38,30 @@ impl Model {
     pub const fn of<X: Generated<N, M>, const N: usize, const M: usize>() -> Self {
         Self {
             description: X::DESCRIPTION,
-            operations: <X::Kernel<f64> as crate::kernel::Kernel<f64, N, M>>::OPERATIONS,
             tape: X::TAPE,
-            mechanism: X::mechanism,
-            lane_steps: X::LANE_STEPS,
+            compiled: Some(CompiledFunctions { mechanism: X::mechanism, lane_steps: X::LANE_STEPS }),
         }
+    }
+
+    /// The entry of a mechanism whose tape is interpreted.
+    pub const fn interpreted(description: &'static Description, tape: &'static Tape<'static>) -> Self {
+        Self { description, tape, compiled: None }
+    }
+
+    /// The same mechanism with its tape interpreted.
+    #[must_use]
+    pub const fn without_compiled_functions(self) -> Self {
+        Self { compiled: None, ..self }
+    }
+
+    /// Whether its tape is interpreted.
+    pub const fn is_interpreted(&self) -> bool {
+        self.compiled.is_none()
+    }
+
+    /// The number of operations of accelerations and multipliers by the kernel.
+    pub const fn operations(&self) -> usize {
+        self.tape.kernel.operations
     }
 
     /// The values of the parameters, some of them replaced, in the order of the description; those that the scene
@@ -66,7 +90,10 @@ impl Model {
 
     /// The mechanism with these values of all parameters, in the order of the description.
     pub fn mechanism_with(&self, values: Vec<f64>) -> Box<dyn Mechanism> {
-        (self.mechanism)(values)
+        match self.compiled {
+            Some(compiled) => (compiled.mechanism)(values),
+            None => interpreted::mechanism(*self, values),
+        }
     }
 
     /// Motions in lanes of that width; `None` where the processor has no such vectors, or the kernel is too large for
@@ -74,12 +101,13 @@ impl Model {
     ///
     /// A step counts as reliable up to this `residual` of the constraints.
     pub fn batch(&self, width: Width, request: BatchRequest, residual: f64) -> Option<SimdBatch> {
-        let [four, eight] = self.lane_steps;
-        let new = match width {
-            Width::Four => four,
-            Width::Eight => eight,
-        };
-        let steps = new(request, residual)?;
+        let steps = match self.compiled {
+            Some(CompiledFunctions { lane_steps: [four, eight], .. }) => match width {
+                Width::Four => four(request, residual),
+                Width::Eight => eight(request, residual),
+            },
+            None => interpreted::lane_steps(self, width, request, residual),
+        }?;
         Some(SimdBatch::new(steps, self.description, request, residual))
     }
 }

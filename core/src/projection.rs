@@ -3,6 +3,7 @@
 use crate::angles::Angles;
 use crate::kernel::{Kernel, MAX_GROWTH};
 use crate::rk4::{StepEnd, largest};
+use crate::scalar::Scalar;
 
 /// Room for a state.
 #[derive(Debug)]
@@ -35,8 +36,9 @@ pub(crate) fn complete<K: Kernel<f64, N, M>, const N: usize, const M: usize>(
     tolerance: Option<f64>,
     state: StateMut,
 ) -> Option<ProjectionResult> {
-    let (q, qd) = (*state.q.as_array()?, *state.qd.as_array()?);
-    let angles = Angles::new(&q, K::IS_ANGLE);
+    let [n, m] = kernel.sizes();
+    let (q, qd) = (padded(state.q, n)?, padded(state.qd, n)?);
+    let angles = Angles::new(&q, kernel.has_angle());
     let mut end = StepEnd { q, qd, increment: [0.0; N], angles, corrections: 0 };
     let mut residual = None;
     loop {
@@ -57,12 +59,25 @@ pub(crate) fn complete<K: Kernel<f64, N, M>, const N: usize, const M: usize>(
         if !(kernel.growth_factor(&position) <= MAX_GROWTH && is_finite) {
             return None;
         }
-        state.q.copy_from_slice(&end.q);
-        state.qd.copy_from_slice(&end.qd);
-        state.qdd.copy_from_slice(&qdd);
-        state.multipliers.copy_from_slice(&multipliers);
+        state.q.copy_from_slice(&end.q[..n]);
+        state.qd.copy_from_slice(&end.qd[..n]);
+        state.qdd.copy_from_slice(&qdd[..n]);
+        state.multipliers.copy_from_slice(&multipliers[..m]);
         return Some(ProjectionResult { residual: residual.unwrap_or(0.0), corrections: end.corrections });
     }
+}
+
+/// `count` numbers with zeros behind; `None` if there are not so many.
+#[inline(always)]
+pub(crate) fn padded<R: Scalar, const K: usize>(numbers: &[f64], count: usize) -> Option<[R; K]> {
+    if numbers.len() != count || count > K {
+        return None;
+    }
+    let mut padded = [R::zero(); K];
+    for i in 0..count {
+        padded[i] = R::from_f64(numbers[i]);
+    }
+    Some(padded)
 }
 
 #[inline]

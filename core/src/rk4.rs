@@ -26,7 +26,7 @@ impl<R: Scalar, const N: usize, const M: usize> KernelState<R, N, M> {
     /// The state at time `t` with these coordinates and rates, which fulfil the constraints.
     #[inline]
     pub fn new<K: Kernel<R, N, M>>(kernel: &K, t: R, q: [R; N], qd: [R; N]) -> Self {
-        let angles = Angles::new(&q, K::IS_ANGLE);
+        let angles = Angles::new(&q, kernel.has_angle());
         let position = kernel.position(t, &q, &angles);
         let (qdd, multipliers) = kernel.accelerations(&position, t, &q, &qd, &angles);
         Self { q, qd, qdd, multipliers, angles }
@@ -125,10 +125,10 @@ fn unrolled<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
     let (v3, a3, _, second) = stage(kernel, t, from, half, (&v2, &a2));
     let (v4, a4, near, last) = stage(kernel, t, from, h, (&v3, &a3));
     let growth = kernel.growth_factor(&last).max(kernel.growth_factor(&second).max(kernel.growth_factor(&first)));
-    let mut end = StepEnd::new::<K, M>(from, h, [&v2, &v3, &v4], [&a2, &a3, &a4], &near);
+    let mut end = StepEnd::new(kernel, from, h, [&v2, &v3, &v4], [&a2, &a3, &a4], &near);
     if M > 0 {
         let open = kernel.residuals(&kernel.position(t + h, &end.q, &end.angles));
-        end.project_coordinates_first::<K, M>(from, &kernel.correction(&last, &open));
+        end.project_coordinates_first(kernel, from, &kernel.correction(&last, &open));
     }
     let position = loop {
         let position = kernel.position(t + h, &end.q, &end.angles);
@@ -153,7 +153,7 @@ pub(crate) fn finish<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usi
 ) -> StepResult<R, K::Position, N, M> {
     let residual = largest(&kernel.residuals(&position));
     // Fresh sines and cosines: rounding errors of rotations made one after another would add up.
-    let angles = Angles::new(&end.q, K::IS_ANGLE);
+    let angles = Angles::new(&end.q, kernel.has_angle());
     let state = KernelState { q: end.q, qd: end.qd, qdd, multipliers, angles };
     StepResult { end: state, position, growth_factor: growth, residual, corrections: end.corrections }
 }
@@ -181,7 +181,7 @@ fn looped<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
             let dq = scaled(part, &v);
             end.q = sum(&from.q, &dq);
             end.qd = along(&from.qd, part, &a);
-            end.angles = from.angles.turned(&end.q, &dq, K::IS_ANGLE);
+            end.angles = from.angles.turned(&end.q, &dq, kernel.has_angle());
         }
         let at = if pass < 3 { t + half } else { t + h };
         let position = kernel.position(at, &end.q, &end.angles);
@@ -190,7 +190,8 @@ fn looped<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
             if M > 0
                 && let Some(last) = &last
             {
-                end.project_coordinates_first::<K, M>(from, &kernel.correction(last, &kernel.residuals(&position)));
+                let correction = kernel.correction(last, &kernel.residuals(&position));
+                end.project_coordinates_first(kernel, from, &correction);
                 continue;
             }
         }
@@ -212,7 +213,7 @@ fn looped<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
         pass += 1;
         if pass == 4 {
             let [_, (v2, a2), (v3, a3), (v4, a4)] = slopes;
-            end = StepEnd::new::<K, M>(from, h, [&v2, &v3, &v4], [&a2, &a3, &a4], &end.angles);
+            end = StepEnd::new(kernel, from, h, [&v2, &v3, &v4], [&a2, &a3, &a4], &end.angles);
         }
     }
 }
@@ -231,6 +232,7 @@ impl<R: Scalar, const N: usize> StepEnd<R, N> {
     /// The end by the Runge-Kutta formula; `near` are the angles at its last stage.
     #[inline(always)]
     fn new<K: Kernel<R, N, M>, const M: usize>(
+        kernel: &K,
         from: &KernelState<R, N, M>,
         h: R,
         v: [&[R; N]; 3],
@@ -241,7 +243,7 @@ impl<R: Scalar, const N: usize> StepEnd<R, N> {
         let increment = mean(sixth, [&from.qd, v[0], v[1], v[2]]);
         let qd = sum(&from.qd, &mean(sixth, [&from.qdd, a[0], a[1], a[2]]));
         let q = sum(&from.q, &increment);
-        let angles = near.nudged(&q, &along(&increment, -h, v[1]), K::IS_ANGLE);
+        let angles = near.nudged(&q, &along(&increment, -h, v[1]), kernel.has_angle());
         Self { q, qd, increment, angles, corrections: 0 }
     }
 
@@ -249,13 +251,14 @@ impl<R: Scalar, const N: usize> StepEnd<R, N> {
     #[inline(always)]
     pub(crate) fn project_coordinates_first<K: Kernel<R, N, M>, const M: usize>(
         &mut self,
+        kernel: &K,
         from: &KernelState<R, N, M>,
         correction: &[R; N],
     ) {
         self.q = sum(&from.q, &sum(&self.increment, correction));
         // The correction as the coordinates took it up, rounding included.
         let moved = difference(&difference(&self.q, &from.q), &self.increment);
-        self.angles = self.angles.corrected(&self.q, &moved, K::IS_ANGLE);
+        self.angles = self.angles.corrected(&self.q, &moved, kernel.has_angle());
         self.corrections = 1;
     }
 
@@ -283,7 +286,7 @@ impl<R: Scalar, const N: usize> StepEnd<R, N> {
         for i in 0..N {
             self.q[i] = self.q[i] + size.choose(ROUNDING, R::zero(), correction[i]);
         }
-        self.angles = self.angles.refreshed(&self.q, size, ROUNDING, K::IS_ANGLE);
+        self.angles = self.angles.refreshed(&self.q, size, ROUNDING, kernel.has_angle());
         self.corrections += 1;
         true
     }
@@ -308,7 +311,7 @@ fn stage<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
 ) -> ([R; N], [R; N], Angles<R, N>, K::Position) {
     let (dq, qd) = (scaled(part, v), along(&from.qd, part, a));
     let q = sum(&from.q, &dq);
-    let angles = from.angles.turned(&q, &dq, K::IS_ANGLE);
+    let angles = from.angles.turned(&q, &dq, kernel.has_angle());
     let position = kernel.position(t + part, &q, &angles);
     let (qdd, _) = kernel.accelerations(&position, t + part, &q, &qd, &angles);
     (qd, qdd, angles, position)

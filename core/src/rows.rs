@@ -91,10 +91,11 @@ pub(crate) fn integrate_rk4<K: Kernel<R, N, M>, R: Scalar, const N: usize, const
     request: &RowRequest,
     rows: &mut [f64],
 ) -> RowResult {
-    let layout = RowLayout { n: N, m: M };
+    let [n, m] = kernel.sizes();
+    let layout = RowLayout { n, m };
     let mut rows = rows.chunks_exact_mut(layout.width());
     let Some(first) = rows.next() else { return RowResult { made: 0, reason: RowStop::Full } };
-    let (mut t, mut state) = read::<K, R, N, M>(first);
+    let (mut t, mut state) = read(kernel, layout, first);
     let mut made = 0;
     for row in rows {
         if t >= request.end_time {
@@ -111,7 +112,7 @@ pub(crate) fn integrate_rk4<K: Kernel<R, N, M>, R: Scalar, const N: usize, const
             Some(value) if request.watches_event => value.to_f64(),
             _ => -1.0,
         };
-        write(row, t, &state, result.corrections, event);
+        write(row, layout, t, &state, result.corrections, event);
         made += 1;
         // Written so that a value that is not a number ends the steps too.
         if !(event < 0.0) {
@@ -122,36 +123,41 @@ pub(crate) fn integrate_rk4<K: Kernel<R, N, M>, R: Scalar, const N: usize, const
 }
 
 #[inline(always)]
-fn read<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(row: &[f64]) -> (f64, KernelState<R, N, M>) {
+fn read<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
+    kernel: &K,
+    RowLayout { n, m }: RowLayout,
+    row: &[f64],
+) -> (f64, KernelState<R, N, M>) {
     let (mut q, mut qd, mut qdd, mut multipliers) = ([R::zero(); N], [R::zero(); N], [R::zero(); N], [R::zero(); M]);
-    for i in 0..N {
+    for i in 0..n {
         q[i] = R::from_f64(row[1 + i]);
-        qd[i] = R::from_f64(row[1 + N + i]);
-        qdd[i] = R::from_f64(row[1 + 2 * N + i]);
+        qd[i] = R::from_f64(row[1 + n + i]);
+        qdd[i] = R::from_f64(row[1 + 2 * n + i]);
     }
-    for k in 0..M {
-        multipliers[k] = R::from_f64(row[1 + 3 * N + k]);
+    for k in 0..m {
+        multipliers[k] = R::from_f64(row[1 + 3 * n + k]);
     }
-    (row[0], KernelState { q, qd, qdd, multipliers, angles: Angles::apart(&q, K::IS_ANGLE) })
+    (row[0], KernelState { q, qd, qdd, multipliers, angles: Angles::apart(&q, kernel.has_angle()) })
 }
 
 #[inline(always)]
 fn write<R: Scalar, const N: usize, const M: usize>(
     row: &mut [f64],
+    RowLayout { n, m }: RowLayout,
     t: f64,
     state: &KernelState<R, N, M>,
     corrections: u32,
     event: f64,
 ) {
     row[0] = t;
-    for i in 0..N {
+    for i in 0..n {
         row[1 + i] = state.q[i].to_f64();
-        row[1 + N + i] = state.qd[i].to_f64();
-        row[1 + 2 * N + i] = state.qdd[i].to_f64();
+        row[1 + n + i] = state.qd[i].to_f64();
+        row[1 + 2 * n + i] = state.qdd[i].to_f64();
     }
-    for k in 0..M {
-        row[1 + 3 * N + k] = state.multipliers[k].to_f64();
+    for k in 0..m {
+        row[1 + 3 * n + k] = state.multipliers[k].to_f64();
     }
-    row[1 + 3 * N + M] = f64::from(corrections);
-    row[2 + 3 * N + M] = event;
+    row[1 + 3 * n + m] = f64::from(corrections);
+    row[2 + 3 * n + m] = event;
 }

@@ -1,13 +1,20 @@
 //! The functions of a mechanism as data: operations on numbered places.
 
 mod evaluator;
+mod execute;
+#[cfg(feature = "std")]
+mod owned;
 
 pub use evaluator::TapeEvaluator;
+#[cfg(feature = "std")]
+pub use owned::{OwnedFunction, OwnedKernel, OwnedTape};
+pub(crate) use execute::execute;
 
 /// One operation on values; operands are places that hold a value already.
 ///
 /// The result has the next free place. [`SinCos`](Self::SinCos) has two results: the sine, then the cosine.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[allow(missing_docs, reason = "the names say what they compute")]
 pub enum Operation {
     Number(f64),
@@ -43,22 +50,69 @@ pub enum Operation {
     PowF(u32, f64),
     /// A power with any exponent.
     Pow(u32, u32),
+    /// The product of the first two values and the third one, added.
+    MulAdd(u32, u32, u32),
+    /// The product of the first two values, subtracted from the third one.
+    NegMulAdd(u32, u32, u32),
+}
+
+impl Operation {
+    /// The operation with its operands replaced, in their order.
+    #[must_use]
+    pub fn map(self, mut f: impl FnMut(u32) -> u32) -> Self {
+        match self {
+            Self::Number(_) | Self::Pi => self,
+            Self::Neg(a) => Self::Neg(f(a)),
+            Self::Add(a, b) => Self::Add(f(a), f(b)),
+            Self::Sub(a, b) => Self::Sub(f(a), f(b)),
+            Self::Mul(a, b) => Self::Mul(f(a), f(b)),
+            Self::Div(a, b) => Self::Div(f(a), f(b)),
+            Self::Recip(a) => Self::Recip(f(a)),
+            Self::Sqrt(a) => Self::Sqrt(f(a)),
+            Self::Sin(a) => Self::Sin(f(a)),
+            Self::Cos(a) => Self::Cos(f(a)),
+            Self::SinCos(a) => Self::SinCos(f(a)),
+            Self::Tan(a) => Self::Tan(f(a)),
+            Self::Asin(a) => Self::Asin(f(a)),
+            Self::Acos(a) => Self::Acos(f(a)),
+            Self::Atan(a) => Self::Atan(f(a)),
+            Self::Exp(a) => Self::Exp(f(a)),
+            Self::Ln(a) => Self::Ln(f(a)),
+            Self::Sinh(a) => Self::Sinh(f(a)),
+            Self::Cosh(a) => Self::Cosh(f(a)),
+            Self::Tanh(a) => Self::Tanh(f(a)),
+            Self::Abs(a) => Self::Abs(f(a)),
+            Self::Sign(a) => Self::Sign(f(a)),
+            Self::Min(a, b) => Self::Min(f(a), f(b)),
+            Self::Max(a, b) => Self::Max(f(a), f(b)),
+            Self::Hypot(a, b) => Self::Hypot(f(a), f(b)),
+            Self::Atan2(a, b) => Self::Atan2(f(a), f(b)),
+            Self::PowI(a, exponent) => Self::PowI(f(a), exponent),
+            Self::PowF(a, exponent) => Self::PowF(f(a), exponent),
+            Self::Pow(a, b) => Self::Pow(f(a), f(b)),
+            Self::MulAdd(a, b, c) => Self::MulAdd(f(a), f(b), f(c)),
+            Self::NegMulAdd(a, b, c) => Self::NegMulAdd(f(a), f(b), f(c)),
+        }
+    }
 }
 
 /// The functions of a mechanism with `n` coordinates and `m` constraints, as operations on any number.
 ///
-/// Values have places: parameters come first, then the arguments `t`, `q`, `qd`, `qdd` (`n` each) and the multipliers
-/// (`m`), then the constants. The values of each function follow, in the same places for all functions.
+/// Values have places: parameters come first, then the arguments: `t`, `q`, `qd`, `qdd` (`n` each) and the multipliers
+/// (`m`), then sines and cosines of `q` (`n` each) and residuals (`m`) for the kernel. The constants come next. The values
+/// of each function follow, in the same places for all functions; those of the kernel stand one after another.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tape<'a> {
     /// The number of coordinates, `n`.
     pub coordinates: u32,
     /// The number of constraints, `m`.
     pub constraints: u32,
+    /// Whether constraints depend on time.
+    pub is_driven: bool,
     /// The values of the parameters, in the order of the description. A parameter follows from those before it, by the
     /// operations up to its result.
     pub parameters: TapeFunction<'a>,
-    /// Values that depend on parameters alone.
+    /// Values that depend on parameters alone, and numbers.
     pub constants: &'a [Operation],
     /// Mass matrix (`n` by `n`), generalized forces (`n`), constraint Jacobian (`m` by `n`) and constraint bias (`m`).
     pub dynamics: TapeFunction<'a>,
@@ -82,6 +136,29 @@ pub struct Tape<'a> {
     pub given: &'a [bool],
     /// Step and end time, in s.
     pub schedule: TapeFunction<'a>,
+    /// What steps need: see [`Kernel`](crate::Kernel).
+    pub kernel: TapeKernel<'a>,
+}
+
+/// The functions of a kernel. Those that take a position need its values in their places.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TapeKernel<'a> {
+    /// The number of operations of accelerations and multipliers.
+    pub operations: usize,
+    /// Which coordinates need a sine or cosine (`n`).
+    pub has_angle: &'a [bool],
+    /// What follows from the position: the growth factor, and the residuals (`m`).
+    pub position: TapeFunction<'a>,
+    /// `C_q qd + C_t` (`m`).
+    pub velocity_residual: TapeFunction<'a>,
+    /// The correction (`n`) for given residuals.
+    pub correction: TapeFunction<'a>,
+    /// Accelerations (`n`).
+    pub accelerations: TapeFunction<'a>,
+    /// Multipliers (`m`), directly after accelerations.
+    pub multipliers: TapeFunction<'a>,
+    /// Outputs.
+    pub outputs: TapeFunction<'a>,
 }
 
 /// Operations, and the places of their results; matrices row by row.
@@ -97,10 +174,11 @@ impl<'a> Tape<'a> {
     /// The number of values that an evaluator holds.
     pub fn places(&self) -> usize {
         let longest = self.functions().map(|function| places(function.operations)).max();
-        self.first_free() + longest.unwrap_or(0)
+        let kernel: usize = self.kernel.functions().iter().map(|function| places(function.operations)).sum();
+        self.arguments().end + longest.unwrap_or(0).max(kernel)
     }
 
-    /// Every function.
+    /// Every function but those of the kernel.
     pub fn functions(&self) -> impl Iterator<Item = TapeFunction<'a>> {
         let dynamics = [self.dynamics, self.loop_constraints, self.mass_matrix];
         let rows = [self.energy, self.power, self.outputs];
@@ -110,40 +188,81 @@ impl<'a> Tape<'a> {
 
     /// Mass matrix, generalized forces, constraint Jacobian and constraint bias in the results of `dynamics`.
     pub fn split_dynamics<'r, R>(&self, results: &'r [R]) -> [&'r [R]; 4] {
-        let (n, m) = self.sizes();
+        let [n, m] = self.sizes();
         split(results, [n * n, n, m * n, m])
     }
 
     /// `C`, `C_q` and `C_t` in the results of `loop_constraints`.
     pub fn split_loop_constraints<'r, R>(&self, results: &'r [R]) -> [&'r [R]; 3] {
-        let (n, m) = self.sizes();
+        let [n, m] = self.sizes();
         split(results, [m, m * n, m])
     }
 
     /// The parts of [`Linearization`](crate::Linearization) in the results of `linearization`.
     pub fn split_linearization<'r, R>(&self, results: &'r [R]) -> [&'r [R]; 6] {
-        let (n, m) = self.sizes();
+        let [n, m] = self.sizes();
         split(results, [n * n, n * n, m * n, m * n, n, m])
     }
 
-    fn sizes(&self) -> (usize, usize) {
-        (self.coordinates as usize, self.constraints as usize)
+    /// The numbers of coordinates and of constraints.
+    pub(crate) fn sizes(&self) -> [usize; 2] {
+        [self.coordinates as usize, self.constraints as usize]
     }
 
-    /// The place of time, after the parameters.
-    fn first_argument(&self) -> usize {
-        self.parameters.results.len()
+    /// The place of the first value of each function of the kernel.
+    #[cfg(feature = "simd")]
+    pub(crate) fn kernel_places(&self) -> [usize; TapeKernel::FUNCTIONS] {
+        let mut next = self.arguments().end;
+        self.kernel.functions().map(|function| {
+            let first = next;
+            next += places(function.operations);
+            first
+        })
     }
 
-    /// The place of the first constant.
-    fn first_constant(&self) -> usize {
-        let (n, m) = self.sizes();
-        self.first_argument() + 1 + 3 * n + m
+    /// The places of the arguments.
+    pub(crate) fn arguments(&self) -> Arguments {
+        let [n, m] = self.sizes();
+        let t = self.parameters.results.len();
+        let [q, qd, qdd, multipliers] = [0, 1, 2, 3].map(|k| t + 1 + k * n);
+        let sin = multipliers + m;
+        let (cos, residuals) = (sin + n, sin + 2 * n);
+        let constants = residuals + m;
+        let end = constants + places(self.constants);
+        Arguments { t, q, qd, qdd, multipliers, sin, cos, residuals, constants, end }
     }
+}
 
-    /// The place of the first value of a function.
-    fn first_free(&self) -> usize {
-        self.first_constant() + places(self.constants)
+/// The places of arguments, and of what follows them.
+#[derive(Clone, Copy, Debug)]
+#[cfg_attr(not(feature = "simd"), allow(dead_code))]
+pub(crate) struct Arguments {
+    pub(crate) t: usize,
+    pub(crate) q: usize,
+    pub(crate) qd: usize,
+    pub(crate) qdd: usize,
+    pub(crate) multipliers: usize,
+    pub(crate) sin: usize,
+    pub(crate) cos: usize,
+    pub(crate) residuals: usize,
+    pub(crate) constants: usize,
+    /// The first value of a function.
+    pub(crate) end: usize,
+}
+
+impl<'a> TapeKernel<'a> {
+    pub(crate) const FUNCTIONS: usize = 6;
+
+    /// Every function, in the order of the places of their values.
+    pub fn functions(&self) -> [TapeFunction<'a>; TapeKernel::FUNCTIONS] {
+        [
+            self.position,
+            self.velocity_residual,
+            self.correction,
+            self.accelerations,
+            self.multipliers,
+            self.outputs,
+        ]
     }
 }
 
@@ -154,7 +273,7 @@ fn places(operations: &[Operation]) -> usize {
 }
 
 /// Consecutive parts of these lengths.
-fn split<R, const N: usize>(mut values: &[R], lengths: [usize; N]) -> [&[R]; N] {
+pub(crate) fn split<R, const N: usize>(mut values: &[R], lengths: [usize; N]) -> [&[R]; N] {
     lengths.map(|length| {
         let (part, rest) = values.split_at(length);
         values = rest;

@@ -40,7 +40,7 @@
 //     Jacobians of forces and constraint forces: the scene asks for no implicit method (`stiff`)
 
 use qrm_core::{
-    Angles, Description, Dynamics, Generated, Kernel, LoopConstraints,
+    Angles, Description, Dynamics, Equations, Generated, Kernel, LoopConstraints,
     ParameterDescription, QuantityDescription, Scalar, Schedule, Start,
 };
 
@@ -2264,56 +2264,21 @@ pub fn growth_factor<R: Scalar>(position: &Position<R>) -> R {
 
 impl<R: Scalar> Kernel<R, 7, 6> for Andrews<R> {
     type Position = Position<R>;
-    const IS_ANGLE: [bool; 7] = [true, true, true, true, true, true, true];
-
     const OPERATIONS: usize = 403;
 
     #[inline(always)]
-    fn with_values(value: &dyn Fn(usize) -> R) -> Self {
-        Self::new(Parameters {
-            m1: value(0),
-            m2: value(1),
-            m3: value(2),
-            m4: value(3),
-            m5: value(4),
-            m6: value(5),
-            m7: value(6),
-            I1: value(7),
-            I2: value(8),
-            I3: value(9),
-            I4: value(10),
-            I5: value(11),
-            I6: value(12),
-            I7: value(13),
-            xa: value(14),
-            ya: value(15),
-            xb: value(16),
-            yb: value(17),
-            xc: value(18),
-            yc: value(19),
-            c0: value(20),
-            l0: value(21),
-            d: value(22),
-            da: value(23),
-            e: value(24),
-            ea: value(25),
-            rr: value(26),
-            ra: value(27),
-            ss: value(28),
-            sa: value(29),
-            sb: value(30),
-            sc: value(31),
-            sd: value(32),
-            ta: value(33),
-            tb: value(34),
-            u: value(35),
-            ua: value(36),
-            ub: value(37),
-            zf: value(38),
-            zt: value(39),
-            fa: value(40),
-            mom: value(41),
-        })
+    fn has_angle(&self) -> [bool; 7] {
+        [true, true, true, true, true, true, true]
+    }
+
+    #[inline(always)]
+    fn is_length(&self) -> [bool; 7] {
+        [false, false, false, false, false, false, false]
+    }
+
+    #[inline(always)]
+    fn set_values(&mut self, value: &dyn Fn(usize) -> R) {
+        *self = Self::with_values(value);
     }
 
     #[inline(always)]
@@ -2376,6 +2341,61 @@ impl<R: Scalar> Kernel<R, 7, 6> for Andrews<R> {
         None
     }
 
+    #[inline(always)]
+    fn power(&self, t: R, q: &[R; 7], qd: &[R; 7], _multipliers: &[R; 6]) -> R {
+        power(self, t, q, qd)
+    }
+}
+
+impl<R: Scalar> Equations<R, 7, 6> for Andrews<R> {
+    #[inline(always)]
+    fn with_values(value: &dyn Fn(usize) -> R) -> Self {
+        Self::new(Parameters {
+            m1: value(0),
+            m2: value(1),
+            m3: value(2),
+            m4: value(3),
+            m5: value(4),
+            m6: value(5),
+            m7: value(6),
+            I1: value(7),
+            I2: value(8),
+            I3: value(9),
+            I4: value(10),
+            I5: value(11),
+            I6: value(12),
+            I7: value(13),
+            xa: value(14),
+            ya: value(15),
+            xb: value(16),
+            yb: value(17),
+            xc: value(18),
+            yc: value(19),
+            c0: value(20),
+            l0: value(21),
+            d: value(22),
+            da: value(23),
+            e: value(24),
+            ea: value(25),
+            rr: value(26),
+            ra: value(27),
+            ss: value(28),
+            sa: value(29),
+            sb: value(30),
+            sc: value(31),
+            sd: value(32),
+            ta: value(33),
+            tb: value(34),
+            u: value(35),
+            ua: value(36),
+            ub: value(37),
+            zf: value(38),
+            zt: value(39),
+            fa: value(40),
+            mom: value(41),
+        })
+    }
+
     fn start(&self) -> Start<R, 7> {
         Start {
             q: [
@@ -2425,11 +2445,6 @@ impl<R: Scalar> Kernel<R, 7, 6> for Andrews<R> {
     #[inline(always)]
     fn energy(&self, q: &[R; 7], qd: &[R; 7]) -> [R; 2] {
         energy(self, q, qd)
-    }
-
-    #[inline(always)]
-    fn power(&self, t: R, q: &[R; 7], qd: &[R; 7], _multipliers: &[R; 6]) -> R {
-        power(self, t, q, qd)
     }
 
     #[inline(always)]
@@ -2932,163 +2947,273 @@ end_time = 0.03
 /// The functions as operations, for any kind of number.
 pub static TAPE: qrm_core::Tape = {
     use qrm_core::Operation::*;
-    use qrm_core::TapeFunction;
+    use qrm_core::{TapeFunction, TapeKernel};
     qrm_core::Tape {
         coordinates: 7,
         constraints: 6,
+        is_driven: false,
         parameters: TapeFunction {
             operations: &[
                 Number(0.04325), Number(0.00365), Number(0.02373), Number(0.00706), Number(0.0705), Number(0.05498),
                 Number(2.194e-6), Number(4.41e-7), Number(5.255e-6), Number(5.667e-7), Number(1.169e-5),
-                Number(1.912e-5), Number(0.06934), Neg(184), Number(0.00227), Neg(186), Number(0.03635), Neg(188),
-                Number(0.03273), Number(0.014), Number(0.072), Number(4530.0), Number(0.07785), Number(0.028),
-                Number(0.0115), Number(0.02), Number(0.01421), Number(0.007), Number(0.00092), Number(0.035),
-                Number(0.01874), Number(0.01043), Number(0.018), Number(0.02308), Number(0.00916), Number(0.04),
-                Number(0.01228), Number(0.00449), Number(0.033),
+                Number(1.912e-5), Number(-0.06934), Number(-0.00227), Number(-0.03635), Number(0.03273), Number(0.014),
+                Number(0.072), Number(4530.0), Number(0.07785), Number(0.028), Number(0.0115), Number(0.02),
+                Number(0.01421), Number(0.007), Number(0.00092), Number(0.035), Number(0.01874), Number(0.01043),
+                Number(0.018), Number(0.02308), Number(0.00916), Number(0.04), Number(0.01228), Number(0.00449),
+                Number(0.033),
             ],
             results: &[
-                172, 173, 174, 175, 176, 175, 177, 178, 179, 180, 181, 182, 181, 183, 185, 187, 189, 190, 191, 192,
-                193, 194, 195, 196, 197, 198, 199, 200, 201, 202, 203, 204, 197, 205, 206, 207, 208, 209, 197, 207,
-                198, 210,
+                214, 215, 216, 217, 218, 217, 219, 220, 221, 222, 223, 224, 223, 225, 226, 227, 228, 229, 230, 231,
+                232, 233, 234, 235, 236, 237, 238, 239, 240, 241, 242, 243, 236, 244, 245, 246, 247, 248, 236, 246,
+                237, 249,
             ],
         },
         constants: &[
-            Sub(24, 25), Sub(38, 40), Number(0.0), Number(2.0), Mul(73, 22), Mul(24, 73), Mul(38, 73), Mul(23, 23),
-            Mul(26, 26), Add(77, 78), Mul(1, 79), Mul(27, 27), Mul(81, 0), Add(7, 8), Add(83, 80), Add(84, 82),
-            Mul(23, 1), Mul(26, 86), Mul(73, 87), Mul(23, 86), Add(8, 89), Mul(29, 29), Mul(30, 30), Add(91, 92),
-            Mul(2, 93), Add(9, 94), Mul(25, 73), Sub(24, 96), Mul(24, 97), Mul(25, 25), Add(98, 99), Mul(3, 100),
-            Add(10, 101), Mul(70, 3), Add(10, 11), Mul(40, 73), Sub(38, 105), Mul(38, 106), Mul(40, 40), Add(107, 108),
-            Mul(5, 109), Add(12, 110), Mul(71, 5), Add(12, 13), Mul(72, 2), Sub(16, 18), Sub(17, 19), Mul(39, 103),
-            Mul(73, 117), Mul(35, 112), Mul(73, 119), Number(0.5), Mul(85, 121), Mul(24, 24), Mul(39, 39),
-            Add(99, 123), Add(125, 124), Mul(3, 126), Mul(33, 33), Mul(34, 34), Add(128, 129), Mul(4, 130),
-            Add(127, 131), Add(132, 104), Mul(121, 133), Mul(24, 25), Mul(135, 3), Sub(134, 136), Mul(35, 35),
-            Mul(38, 38), Add(108, 138), Add(140, 139), Mul(5, 141), Mul(36, 36), Mul(37, 37), Add(143, 144),
-            Mul(6, 145), Add(142, 146), Add(147, 113), Mul(121, 148), Mul(38, 40), Mul(150, 5), Sub(149, 151),
-            Mul(90, 121), Mul(95, 121), Mul(24, 121), Sub(25, 155), Mul(24, 156), Mul(121, 99), Sub(157, 158),
-            Mul(3, 159), Mul(10, 121), Sub(160, 161), Mul(38, 121), Sub(40, 163), Mul(38, 164), Mul(121, 108),
-            Sub(165, 166), Mul(5, 167), Mul(12, 121), Sub(168, 169), Mul(20, 121),
+            Sub(24, 25), Sub(38, 40), Add(7, 8), Mul(23, 23), Mul(26, 26), Add(93, 94), Mul(1, 95), Add(92, 96),
+            Mul(27, 27), Mul(98, 0), Add(97, 99), Mul(23, 1), Mul(26, 101), Mul(23, 101), Add(8, 103), Mul(29, 29),
+            Mul(30, 30), Add(105, 106), Mul(2, 107), Add(9, 108), Mul(25, 25), Mul(90, 3), Add(10, 11), Mul(40, 40),
+            Mul(91, 5), Add(12, 13), Mul(39, 111), Mul(35, 114), Number(2.0), Mul(118, 22), Mul(24, 118), Mul(38, 118),
+            Mul(118, 102), Mul(25, 118), Sub(24, 123), Mul(24, 124), Add(125, 110), Mul(3, 126), Add(10, 127),
+            Mul(40, 118), Sub(38, 129), Mul(38, 130), Add(131, 113), Mul(5, 132), Add(12, 133), Number(0.0),
+            Mul(135, 2), Sub(16, 18), Sub(17, 19), Mul(118, 116), Mul(118, 117), Number(0.5), Mul(100, 141),
+            Mul(24, 24), Add(110, 143), Mul(39, 39), Add(144, 145), Mul(3, 146), Mul(33, 33), Mul(34, 34),
+            Add(148, 149), Mul(4, 150), Add(147, 151), Add(152, 112), Mul(141, 153), Mul(24, 25), Mul(155, 3),
+            Sub(154, 156), Mul(35, 35), Add(113, 158), Mul(38, 38), Add(159, 160), Mul(5, 161), Mul(36, 36),
+            Mul(37, 37), Add(163, 164), Mul(6, 165), Add(162, 166), Add(167, 115), Mul(141, 168), Mul(38, 40),
+            Mul(170, 5), Sub(169, 171), Mul(104, 141), Mul(109, 141), Mul(24, 141), Sub(25, 175), Mul(24, 176),
+            Mul(141, 110), Sub(177, 178), Mul(3, 179), Mul(10, 141), Sub(180, 181), Mul(38, 141), Sub(40, 183),
+            Mul(38, 184), Mul(141, 113), Sub(185, 186), Mul(5, 187), Mul(12, 141), Sub(188, 189), Mul(20, 141),
+            Mul(16, 32), Mul(31, 19), Add(192, 193), Mul(17, 31), Sub(194, 195), Mul(18, 32), Sub(196, 197),
+            Mul(18, 31), Mul(32, 19), Add(199, 200), Mul(16, 31), Sub(201, 202), Mul(17, 32), Sub(203, 204),
+            Number(-0.06171389001427645), Number(0.45528), Number(0.222668), Number(0.487365), Number(-0.222668),
+            Number(1.230547), Number(1e-5), Number(0.03),
         ],
         dynamics: TapeFunction {
             operations: &[
-                SinCos(43), Mul(26, 173), Add(43, 44), SinCos(175), Mul(26, 172), SinCos(45), Mul(29, 179),
-                Mul(30, 180), Add(181, 182), Mul(30, 179), Mul(29, 180), Sub(184, 185), Add(47, 46), SinCos(187),
-                Mul(70, 188), SinCos(47), Mul(39, 192), Mul(70, 189), Mul(39, 191), Mul(33, 192), Mul(34, 191),
-                Sub(196, 197), Mul(34, 192), Mul(33, 191), Add(199, 200), Add(49, 48), SinCos(202), Mul(71, 204),
-                SinCos(49), Mul(35, 206), Mul(71, 203), Mul(35, 207), Mul(36, 206), Mul(37, 207), Sub(211, 212),
-                Mul(37, 206), Mul(36, 207), Add(214, 215), Sub(195, 194), Add(193, 190), Sub(210, 209), Add(208, 205),
-                Mul(50, 50), Mul(51, 51), Mul(221, 174), Mul(221, 178), Mul(52, 52), Mul(186, 225), Mul(54, 54),
-                Mul(56, 56), Mul(28, 179), Mul(22, 177), Sub(174, 230), Mul(28, 180), Mul(22, 176), Sub(178, 233),
-                Mul(24, 188), Mul(24, 189), Mul(38, 204), Mul(38, 203), Sub(195, 236), Add(193, 235), Sub(210, 238),
-                Add(208, 237), Mul(225, 229), Mul(22, 50), Mul(74, 51), Add(244, 245), Mul(50, 246), Mul(22, 222),
-                Add(247, 248), Mul(177, 249), Sub(223, 250), Sub(251, 243), Mul(225, 232), Mul(176, 249),
-                Sub(224, 254), Add(253, 255), Mul(53, 53), Add(257, 227), Mul(24, 258), Mul(75, 53), Mul(260, 54),
-                Add(259, 261), Mul(188, 262), Mul(227, 193), Sub(251, 263), Sub(265, 264), Mul(189, 262),
-                Mul(227, 195), Sub(267, 268), Add(269, 255), Mul(55, 55), Add(271, 228), Mul(38, 272), Mul(76, 55),
-                Mul(274, 56), Add(273, 275), Mul(204, 276), Mul(228, 208), Sub(251, 277), Sub(279, 278), Mul(203, 276),
-                Mul(228, 210), Sub(282, 281), Add(283, 255), Mul(173, 177), Mul(172, 176), Add(285, 286), Mul(88, 287),
-                Sub(85, 288), Mul(87, 287), Sub(90, 290), Mul(188, 218), Mul(189, 217), Sub(292, 293), Mul(103, 294),
-                Add(10, 295), Mul(217, 217), Mul(218, 218), Add(297, 298), Mul(3, 299), Mul(201, 201), Mul(198, 198),
-                Add(301, 302), Mul(4, 303), Add(104, 300), Add(305, 304), Mul(204, 220), Mul(203, 219), Sub(307, 308),
-                Mul(112, 309), Add(12, 310), Mul(219, 219), Mul(220, 220), Add(312, 313), Mul(5, 314), Mul(216, 216),
-                Mul(213, 213), Add(316, 317), Mul(6, 318), Add(113, 315), Add(320, 319), Mul(88, 50), Mul(87, 51),
-                Add(322, 323), Mul(173, 176), Mul(324, 325), Mul(172, 177), Mul(324, 327), Sub(326, 328), Mul(51, 329),
-                Sub(41, 330), Sub(325, 327), Mul(87, 332), Mul(333, 221), Mul(114, 183), Mul(335, 226), Mul(31, 179),
-                Mul(32, 180), Add(337, 338), Add(115, 339), Mul(340, 340), Mul(32, 179), Mul(31, 180), Sub(342, 343),
-                Add(116, 344), Mul(345, 345), Add(341, 346), Sqrt(347), Sub(21, 348), Mul(340, 344), Mul(345, 339),
-                Sub(350, 351), Mul(20, 349), Mul(353, 352), Div(354, 348), Sub(336, 355), Mul(192, 189), Mul(188, 191),
-                Add(357, 358), Mul(117, 359), Mul(360, 227), Mul(117, 53), Mul(118, 54), Add(362, 363), Mul(364, 357),
-                Mul(364, 358), Add(365, 366), Mul(53, 367), Mul(206, 203), Mul(204, 207), Add(369, 370), Mul(119, 371),
-                Mul(372, 228), Mul(119, 55), Mul(120, 56), Add(374, 375), Mul(376, 369), Mul(376, 370), Add(377, 378),
-                Mul(55, 379), Neg(368), Neg(373), Neg(234), Neg(232), Neg(230), Neg(229), Neg(234), Neg(236), Neg(230),
-                Neg(235), Neg(240), Neg(234), Neg(241), Neg(230), Neg(237), Neg(242), Neg(252), Neg(256), Neg(266),
-                Neg(270), Neg(280), Neg(284),
+                SinCos(43), SinCos(45), SinCos(47), SinCos(49), Mul(26, 215), Add(43, 44), SinCos(223), Mul(26, 214),
+                Add(47, 46), SinCos(227), Mul(39, 219), Mul(39, 218), Mul(33, 219), Mul(34, 218), Sub(232, 233),
+                Mul(34, 219), Mul(33, 218), Add(235, 236), Add(49, 48), SinCos(238), Mul(35, 220), Mul(35, 221),
+                Mul(36, 220), Mul(37, 221), Sub(243, 244), Mul(37, 220), Mul(36, 221), Add(246, 247), Mul(90, 229),
+                Sub(231, 249), Mul(90, 228), Add(230, 251), Mul(91, 239), Sub(242, 253), Mul(91, 240), Add(241, 255),
+                Mul(50, 50), Mul(52, 52), Mul(54, 54), Mul(56, 56), Mul(28, 216), Mul(22, 225), Sub(222, 262),
+                Mul(28, 217), Mul(22, 224), Sub(226, 265), Mul(24, 228), Mul(24, 229), Mul(38, 240), Mul(38, 239),
+                Mul(22, 50), Mul(119, 51), Add(271, 272), Mul(50, 273), Mul(51, 51), Mul(22, 275), Add(274, 276),
+                Mul(257, 222), Mul(225, 277), Sub(278, 279), Mul(257, 226), Mul(224, 277), Sub(281, 282), Mul(53, 53),
+                Add(284, 259), Mul(24, 285), Mul(120, 53), Mul(287, 54), Add(286, 288), Mul(55, 55), Add(290, 260),
+                Mul(38, 291), Mul(121, 55), Mul(293, 56), Add(292, 294), Mul(215, 225), Mul(214, 224), Add(296, 297),
+                Mul(102, 298), Sub(104, 299), Mul(228, 252), Mul(229, 250), Sub(301, 302), Mul(111, 303), Add(10, 304),
+                Mul(240, 256), Mul(239, 254), Sub(306, 307), Mul(114, 308), Add(12, 309), Mul(122, 50), Mul(102, 51),
+                Add(311, 312), Mul(215, 224), Mul(214, 225), Mul(31, 216), Mul(32, 217), Add(316, 317), Add(137, 318),
+                Mul(32, 216), Mul(31, 217), Sub(320, 321), Add(138, 322), Mul(319, 319), Mul(323, 323), Add(324, 325),
+                Sqrt(326), Mul(219, 229), Mul(228, 218), Mul(116, 53), Mul(139, 54), Add(330, 331), Mul(220, 239),
+                Mul(240, 221), Mul(117, 55), Mul(140, 56), Add(335, 336), Mul(122, 298), Sub(100, 338), Mul(250, 250),
+                Mul(252, 252), Add(340, 341), Mul(3, 342), Add(112, 343), Mul(237, 237), Mul(234, 234), Add(345, 346),
+                Mul(4, 347), Add(344, 348), Mul(254, 254), Mul(256, 256), Add(350, 351), Mul(5, 352), Add(115, 353),
+                Mul(248, 248), Mul(245, 245), Add(355, 356), Mul(6, 357), Add(354, 358), Mul(313, 314), Mul(313, 315),
+                Sub(360, 361), Mul(51, 362), Sub(41, 363), Sub(314, 315), Mul(102, 365), Mul(366, 257), Mul(29, 216),
+                Mul(30, 217), Add(368, 369), Mul(136, 370), Mul(30, 216), Mul(29, 217), Sub(372, 373), Mul(374, 258),
+                Mul(371, 375), Sub(21, 327), Mul(20, 377), Mul(319, 322), Mul(323, 318), Sub(379, 380), Mul(378, 381),
+                Div(382, 327), Sub(376, 383), Add(328, 329), Mul(116, 385), Mul(386, 259), Mul(332, 328),
+                Mul(332, 329), Add(388, 389), Mul(53, 390), Neg(391), Add(333, 334), Mul(117, 393), Mul(394, 260),
+                Neg(395), Mul(337, 333), Mul(337, 334), Add(397, 398), Mul(55, 399), Neg(266), Neg(264), Neg(262),
+                Neg(261), Neg(268), Sub(231, 268), Neg(267), Add(230, 267), Neg(408), Sub(242, 270), Neg(410),
+                Neg(269), Add(241, 269), Neg(413), Mul(258, 261), Sub(280, 415), Neg(416), Mul(258, 264),
+                Add(418, 283), Neg(419), Mul(228, 289), Sub(280, 421), Mul(259, 230), Sub(422, 423), Neg(424),
+                Mul(229, 289), Mul(259, 231), Sub(426, 427), Add(428, 283), Neg(429), Mul(240, 295), Sub(280, 431),
+                Mul(260, 241), Sub(432, 433), Neg(434), Mul(260, 242), Mul(239, 295), Sub(436, 437), Add(438, 283),
+                Neg(439),
             ],
             results: &[
-                289, 291, 72, 72, 72, 72, 72, 291, 90, 72, 72, 72, 72, 72, 72, 72, 95, 72, 72, 72, 72, 72, 72, 72, 102,
-                296, 72, 72, 72, 72, 72, 296, 306, 72, 72, 72, 72, 72, 72, 72, 111, 311, 72, 72, 72, 72, 72, 311, 321,
-                331, 334, 356, 361, 381, 382, 380, 383, 233, 384, 72, 72, 72, 72, 231, 385, 386, 72, 72, 72, 72, 387,
-                233, 72, 388, 239, 72, 72, 231, 389, 72, 390, 391, 72, 72, 392, 233, 72, 72, 72, 238, 393, 231, 394,
-                72, 72, 72, 395, 396, 397, 398, 399, 400, 401, 402,
+                339, 300, 135, 135, 135, 135, 135, 300, 104, 135, 135, 135, 135, 135, 135, 135, 109, 135, 135, 135,
+                135, 135, 135, 135, 128, 305, 135, 135, 135, 135, 135, 305, 349, 135, 135, 135, 135, 135, 135, 135,
+                134, 310, 135, 135, 135, 135, 135, 310, 359, 364, 367, 384, 387, 392, 396, 400, 401, 265, 402, 135,
+                135, 135, 135, 263, 403, 404, 135, 135, 135, 135, 401, 265, 135, 405, 406, 135, 135, 263, 403, 135,
+                407, 409, 135, 135, 401, 265, 135, 135, 135, 270, 411, 263, 403, 135, 135, 135, 412, 414, 417, 420,
+                425, 430, 435, 440,
             ],
         },
         loop_constraints: TapeFunction {
             operations: &[
-                SinCos(43), Mul(26, 173), Add(43, 44), SinCos(175), Mul(26, 172), SinCos(45), Add(47, 46), SinCos(181),
-                SinCos(47), Mul(39, 185), Add(14, 186), Mul(39, 184), Add(15, 188), Add(49, 48), SinCos(190),
-                SinCos(49), Mul(35, 193), Add(14, 195), Mul(35, 194), Sub(15, 197), Mul(28, 179), Mul(22, 177),
-                Sub(174, 200), Sub(201, 16), Sub(202, 199), Mul(28, 180), Mul(22, 176), Sub(178, 205), Sub(204, 17),
-                Add(207, 206), Mul(24, 182), Sub(201, 209), Sub(210, 187), Mul(24, 183), Add(212, 206), Sub(213, 189),
-                Mul(38, 192), Sub(201, 215), Sub(216, 196), Mul(38, 191), Sub(206, 218), Sub(219, 198), Sub(188, 212),
-                Add(186, 209), Sub(197, 218), Add(195, 215), Neg(206), Neg(204), Neg(200), Neg(199), Neg(206),
-                Neg(212), Neg(200), Neg(209), Neg(222), Neg(206), Neg(223), Neg(200), Neg(215), Neg(224),
+                SinCos(43), SinCos(45), SinCos(47), SinCos(49), Mul(26, 215), Add(43, 44), SinCos(223), Mul(26, 214),
+                Add(47, 46), SinCos(227), Mul(39, 219), Mul(39, 218), Add(49, 48), SinCos(232), Mul(35, 220),
+                Mul(35, 221), Mul(28, 216), Mul(22, 225), Sub(222, 238), Mul(28, 217), Mul(22, 224), Sub(226, 241),
+                Mul(24, 228), Mul(24, 229), Mul(38, 234), Mul(38, 233), Neg(242), Neg(240), Neg(238), Neg(237),
+                Neg(244), Sub(231, 244), Neg(243), Add(230, 243), Neg(254), Sub(236, 246), Neg(256), Neg(245),
+                Add(235, 245), Neg(259), Add(14, 230), Add(15, 231), Add(14, 235), Sub(15, 236), Sub(239, 16),
+                Sub(265, 237), Sub(240, 17), Add(267, 242), Sub(239, 243), Sub(269, 261), Add(244, 242), Sub(271, 262),
+                Sub(239, 245), Sub(273, 263), Sub(242, 246), Sub(275, 264),
             ],
             results: &[
-                203, 208, 211, 214, 217, 220, 225, 205, 226, 72, 72, 72, 72, 201, 227, 228, 72, 72, 72, 72, 229, 205,
-                72, 230, 221, 72, 72, 201, 231, 72, 232, 233, 72, 72, 234, 205, 72, 72, 72, 218, 235, 201, 236, 72, 72,
-                72, 237, 238, 72, 72, 72, 72, 72, 72,
+                266, 268, 270, 272, 274, 276, 247, 241, 248, 135, 135, 135, 135, 239, 249, 250, 135, 135, 135, 135,
+                247, 241, 135, 251, 252, 135, 135, 239, 249, 135, 253, 255, 135, 135, 247, 241, 135, 135, 135, 246,
+                257, 239, 249, 135, 135, 135, 258, 260, 135, 135, 135, 135, 135, 135,
             ],
         },
         mass_matrix: TapeFunction {
             operations: &[
-                SinCos(43), Add(43, 44), SinCos(174), Add(47, 46), SinCos(177), Mul(70, 178), SinCos(47), Mul(39, 182),
-                Mul(70, 179), Mul(39, 181), Mul(33, 182), Mul(34, 181), Sub(186, 187), Mul(34, 182), Mul(33, 181),
-                Add(189, 190), Add(49, 48), SinCos(192), Mul(71, 194), SinCos(49), Mul(35, 196), Mul(71, 193),
-                Mul(35, 197), Mul(36, 196), Mul(37, 197), Sub(201, 202), Mul(37, 196), Mul(36, 197), Add(204, 205),
-                Sub(185, 184), Add(183, 180), Sub(200, 199), Add(198, 195), Mul(173, 176), Mul(172, 175),
-                Add(211, 212), Mul(88, 213), Sub(85, 214), Mul(87, 213), Sub(90, 216), Mul(178, 208), Mul(179, 207),
-                Sub(218, 219), Mul(103, 220), Add(10, 221), Mul(207, 207), Mul(208, 208), Add(223, 224), Mul(3, 225),
-                Mul(191, 191), Mul(188, 188), Add(227, 228), Mul(4, 229), Add(104, 226), Add(231, 230), Mul(194, 210),
-                Mul(193, 209), Sub(233, 234), Mul(112, 235), Add(12, 236), Mul(209, 209), Mul(210, 210), Add(238, 239),
-                Mul(5, 240), Mul(206, 206), Mul(203, 203), Add(242, 243), Mul(6, 244), Add(113, 241), Add(246, 245),
+                SinCos(43), SinCos(47), SinCos(49), Add(43, 44), SinCos(220), Add(47, 46), SinCos(223), Mul(39, 217),
+                Mul(39, 216), Mul(33, 217), Mul(34, 216), Sub(228, 229), Mul(34, 217), Mul(33, 216), Add(231, 232),
+                Add(49, 48), SinCos(234), Mul(35, 218), Mul(35, 219), Mul(36, 218), Mul(37, 219), Sub(239, 240),
+                Mul(37, 218), Mul(36, 219), Add(242, 243), Mul(90, 225), Sub(227, 245), Mul(90, 224), Add(226, 247),
+                Mul(91, 235), Sub(238, 249), Mul(91, 236), Add(237, 251), Mul(215, 222), Mul(214, 221), Add(253, 254),
+                Mul(102, 255), Sub(104, 256), Mul(224, 248), Mul(225, 246), Sub(258, 259), Mul(111, 260), Add(10, 261),
+                Mul(236, 252), Mul(235, 250), Sub(263, 264), Mul(114, 265), Add(12, 266), Mul(122, 255), Sub(100, 268),
+                Mul(246, 246), Mul(248, 248), Add(270, 271), Mul(3, 272), Add(112, 273), Mul(233, 233), Mul(230, 230),
+                Add(275, 276), Mul(4, 277), Add(274, 278), Mul(250, 250), Mul(252, 252), Add(280, 281), Mul(5, 282),
+                Add(115, 283), Mul(244, 244), Mul(241, 241), Add(285, 286), Mul(6, 287), Add(284, 288),
             ],
             results: &[
-                215, 217, 72, 72, 72, 72, 72, 217, 90, 72, 72, 72, 72, 72, 72, 72, 95, 72, 72, 72, 72, 72, 72, 72, 102,
-                222, 72, 72, 72, 72, 72, 222, 232, 72, 72, 72, 72, 72, 72, 72, 111, 237, 72, 72, 72, 72, 72, 237, 247,
+                269, 257, 135, 135, 135, 135, 135, 257, 104, 135, 135, 135, 135, 135, 135, 135, 109, 135, 135, 135,
+                135, 135, 135, 135, 128, 262, 135, 135, 135, 135, 135, 262, 279, 135, 135, 135, 135, 135, 135, 135,
+                134, 267, 135, 135, 135, 135, 135, 267, 289,
             ],
         },
         energy: TapeFunction {
             operations: &[
-                SinCos(43), Add(43, 44), SinCos(174), SinCos(45), Add(47, 46), SinCos(179), SinCos(47), Add(49, 48),
-                SinCos(184), SinCos(49), Mul(51, 51), Mul(52, 52), Add(53, 54), Add(55, 56), Mul(53, 53), Mul(55, 55),
-                Mul(173, 176), Mul(172, 175), Mul(31, 177), Mul(32, 178), Add(197, 198), Add(115, 199), Mul(200, 200),
-                Mul(32, 177), Mul(31, 178), Sub(202, 203), Add(116, 204), Mul(205, 205), Add(201, 206), Sqrt(207),
-                Sub(21, 208), Add(50, 51), Mul(210, 195), Mul(210, 196), Add(211, 212), Mul(87, 213), Mul(122, 50),
-                Mul(90, 51), Sub(214, 215), Sub(217, 216), Mul(50, 218), Mul(183, 180), Mul(220, 191), Mul(182, 181),
-                Mul(222, 191), Sub(221, 223), Mul(117, 224), Mul(102, 53), Mul(137, 54), Add(225, 226), Add(228, 227),
-                Mul(54, 229), Mul(187, 186), Mul(231, 192), Mul(188, 185), Mul(233, 192), Sub(232, 234), Mul(119, 235),
-                Mul(111, 55), Mul(152, 56), Add(236, 237), Add(239, 238), Mul(56, 240), Mul(153, 189), Mul(154, 190),
-                Mul(162, 193), Mul(170, 194), Sub(219, 230), Sub(246, 241), Sub(247, 242), Sub(248, 243),
-                Add(249, 244), Add(250, 245), Mul(41, 43), Mul(171, 209), Mul(253, 209), Sub(252, 254), Neg(251),
-                Neg(255),
+                SinCos(43), SinCos(45), SinCos(47), SinCos(49), Add(43, 44), SinCos(222), Add(47, 46), SinCos(225),
+                Add(49, 48), SinCos(228), Mul(52, 52), Mul(51, 51), Mul(53, 53), Mul(55, 55), Mul(215, 224),
+                Mul(214, 223), Mul(31, 216), Mul(32, 217), Add(237, 238), Add(137, 239), Mul(32, 216), Mul(31, 217),
+                Sub(241, 242), Add(138, 243), Mul(240, 240), Mul(244, 244), Add(245, 246), Sqrt(247), Sub(21, 248),
+                Add(53, 54), Add(55, 56), Add(50, 51), Mul(252, 235), Mul(252, 236), Add(253, 254), Mul(102, 255),
+                Mul(142, 50), Sub(256, 257), Mul(104, 51), Sub(258, 259), Mul(50, 260), Mul(219, 226), Mul(262, 250),
+                Mul(218, 227), Mul(264, 250), Sub(263, 265), Mul(116, 266), Mul(128, 53), Add(267, 268), Mul(157, 54),
+                Add(269, 270), Mul(54, 271), Sub(261, 272), Mul(220, 230), Mul(274, 251), Mul(221, 229), Mul(276, 251),
+                Sub(275, 277), Mul(117, 278), Mul(134, 55), Add(279, 280), Mul(172, 56), Add(281, 282), Mul(56, 283),
+                Sub(273, 284), Mul(173, 232), Sub(285, 286), Mul(174, 231), Sub(287, 288), Mul(182, 233),
+                Add(289, 290), Mul(190, 234), Add(291, 292), Neg(293), Mul(41, 43), Mul(191, 249), Mul(296, 249),
+                Sub(295, 297), Neg(298),
             ],
-            results: &[256, 257],
+            results: &[294, 299],
         },
         power: TapeFunction {
             operations: &[],
-            results: &[72],
+            results: &[135],
         },
         outputs: TapeFunction {
             operations: &[
-                SinCos(45), Mul(31, 172), Mul(32, 173), Add(174, 175), Add(115, 176), Mul(177, 177), Mul(32, 172),
-                Mul(31, 173), Sub(179, 180), Add(116, 181), Mul(182, 182), Add(178, 183), Sqrt(184),
+                SinCos(45), Mul(31, 214), Mul(32, 215), Add(216, 217), Add(137, 218), Mul(32, 214), Mul(31, 215),
+                Sub(220, 221), Add(138, 222), Mul(219, 219), Mul(223, 223), Add(224, 225), Sqrt(226),
             ],
-            results: &[185],
+            results: &[227],
         },
         linearization: None,
         event: None,
         start: TapeFunction {
-            operations: &[
-                Number(0.06171389001427645), Neg(172), Number(0.0), Number(0.45528), Number(0.222668),
-                Number(0.487365), Neg(176), Number(1.230547),
-            ],
-            results: &[173, 174, 175, 176, 177, 178, 179, 174, 174, 174, 174, 174, 174, 174],
+            operations: &[],
+            results: &[206, 135, 207, 208, 209, 210, 211, 135, 135, 135, 135, 135, 135, 135],
         },
         given: &[true, false, false, false, false, false, false, true, false, false, false, false, false, false],
         schedule: TapeFunction {
-            operations: &[Number(1e-5), Number(0.03)],
-            results: &[172, 173],
+            operations: &[],
+            results: &[212, 213],
+        },
+        kernel: TapeKernel {
+            operations: 403,
+            has_angle: &[true, true, true, true, true, true, true],
+            position: TapeFunction {
+            operations: &[
+                MulAdd(31, 72, 137), MulAdd(32, 79, 214), MulAdd(32, 72, 138), NegMulAdd(31, 79, 216), Mul(215, 215),
+                MulAdd(217, 217, 218), Sqrt(219), Recip(219), Mul(221, 220), Mul(198, 72), MulAdd(205, 79, 223),
+                Mul(224, 222), Mul(28, 72), Mul(77, 78), NegMulAdd(70, 71, 227), Mul(22, 228), Neg(229),
+                MulAdd(26, 77, 230), Sub(231, 16), Sub(232, 226), Mul(28, 79), Mul(70, 78), MulAdd(77, 71, 235),
+                Mul(22, 236), Neg(237), MulAdd(26, 70, 238), Sub(234, 17), Add(240, 239), Mul(39, 81), Mul(74, 80),
+                MulAdd(81, 73, 243), Mul(24, 244), Add(242, 245), Sub(14, 231), Neg(246), Sub(248, 247), Mul(39, 74),
+                Mul(81, 80), NegMulAdd(74, 73, 251), Mul(24, 252), Sub(250, 253), Sub(15, 239), Neg(254),
+                Sub(256, 255), Mul(35, 76), Mul(83, 82), NegMulAdd(76, 75, 259), Mul(38, 260), Add(258, 261), Neg(262),
+                Sub(263, 247), Mul(35, 83), Mul(76, 82), MulAdd(83, 75, 266), Mul(38, 267), Sub(265, 268),
+                Sub(269, 255), Mul(77, 228), MulAdd(70, 236, 271), NegMulAdd(122, 272, 100), NegMulAdd(102, 272, 104),
+                Mul(90, 244), Add(242, 275), Mul(90, 252), Sub(250, 277), Mul(244, 276), NegMulAdd(252, 278, 279),
+                MulAdd(111, 280, 10), Mul(33, 81), NegMulAdd(34, 74, 282), Mul(34, 81), MulAdd(33, 74, 284),
+                Mul(276, 276), MulAdd(278, 278, 286), Mul(285, 285), MulAdd(283, 283, 288), MulAdd(4, 289, 112),
+                MulAdd(3, 287, 290), Mul(91, 267), Sub(265, 292), Mul(91, 260), Add(258, 294), Mul(267, 293),
+                NegMulAdd(260, 295, 296), NegMulAdd(114, 297, 12), Mul(36, 76), NegMulAdd(37, 83, 299), Mul(37, 76),
+                MulAdd(36, 83, 301), Mul(295, 295), MulAdd(293, 293, 303), Mul(302, 302), MulAdd(300, 300, 305),
+                MulAdd(6, 306, 115), MulAdd(5, 304, 307), Recip(234), Mul(237, 309), MulAdd(226, 310, 229), Recip(311),
+                Recip(253), Mul(254, 313), MulAdd(245, 314, 246), Recip(315), Recip(268), Mul(269, 317),
+                MulAdd(261, 318, 262), Recip(319), Mul(239, 309), MulAdd(226, 321, 231), Mul(322, 312),
+                NegMulAdd(237, 323, 239), Mul(313, 324), NegMulAdd(229, 323, 231), MulAdd(245, 325, 326),
+                Mul(316, 327), Mul(317, 324), NegMulAdd(261, 329, 326), Mul(320, 330), MulAdd(318, 331, 329),
+                NegMulAdd(314, 328, 325), NegMulAdd(310, 323, 321), Mul(226, 309), Mul(237, 312), Mul(229, 312),
+                Mul(245, 313), Mul(254, 316), Mul(261, 317), Mul(269, 320), MulAdd(274, 323, 273),
+                MulAdd(104, 323, 274), Mul(109, 334), Mul(128, 333), NegMulAdd(281, 328, 345), Mul(281, 333),
+                NegMulAdd(291, 328, 347), Mul(298, 331), MulAdd(134, 332, 349), Mul(308, 331), MulAdd(298, 332, 351),
+                MulAdd(323, 343, 342), MulAdd(334, 344, 353), MulAdd(333, 346, 354), NegMulAdd(328, 348, 355),
+                MulAdd(332, 350, 356), MulAdd(331, 352, 357), Recip(358), Mul(77, 236), Mul(70, 228), Sub(360, 361),
+                Sub(21, 220), Mul(20, 363), Mul(364, 225), Abs(323), Abs(334), Max(366, 367), Abs(333), Max(368, 369),
+                Abs(328), Max(370, 371), Abs(332), Max(372, 373), Abs(331), Max(374, 375), Abs(335), Max(376, 377),
+                Abs(336), Max(378, 379), Abs(337), Max(380, 381), Abs(338), Max(382, 383), Abs(339), Max(384, 385),
+                Abs(340), Max(386, 387), Abs(341), Max(388, 389),
+            ],
+            results: &[390, 233, 241, 249, 257, 264, 270],
+        },
+            velocity_residual: TapeFunction {
+            operations: &[
+                Mul(50, 239), NegMulAdd(51, 237, 391), Mul(50, 231), NegMulAdd(51, 229, 393), MulAdd(52, 234, 392),
+                Neg(395), NegMulAdd(52, 226, 394), MulAdd(53, 253, 392), NegMulAdd(54, 254, 398), Neg(399),
+                NegMulAdd(53, 245, 394), NegMulAdd(54, 246, 401), NegMulAdd(55, 268, 392), MulAdd(56, 269, 403),
+                Neg(404), NegMulAdd(55, 261, 394), NegMulAdd(56, 262, 406),
+            ],
+            results: &[396, 397, 400, 402, 405, 407],
+        },
+            correction: TapeFunction {
+            operations: &[
+                Mul(84, 309), NegMulAdd(226, 408, 85), Mul(409, 312), Mul(237, 410), Add(86, 411), Mul(313, 412),
+                Mul(229, 410), Sub(87, 414), NegMulAdd(245, 413, 415), Mul(316, 416), Add(88, 411), Mul(317, 418),
+                Sub(89, 414), MulAdd(261, 419, 420), Mul(320, 421), NegMulAdd(318, 422, 419), MulAdd(314, 417, 413),
+                MulAdd(310, 410, 408), Mul(410, 343), NegMulAdd(425, 344, 426), NegMulAdd(424, 346, 427),
+                NegMulAdd(417, 348, 428), NegMulAdd(423, 350, 429), MulAdd(422, 352, 430), Mul(431, 359),
+                NegMulAdd(323, 432, 410), MulAdd(334, 432, 425), MulAdd(333, 432, 424), NegMulAdd(328, 432, 417),
+                MulAdd(332, 432, 423), NegMulAdd(331, 432, 422), Neg(432), Neg(437),
+            ],
+            results: &[439, 433, 434, 435, 436, 440, 438],
+        },
+            accelerations: TapeFunction {
+            operations: &[
+                Mul(52, 52), Mul(119, 51), Mul(51, 51), Mul(122, 50), Add(53, 54), Add(55, 56), Mul(50, 239),
+                Mul(50, 231), NegMulAdd(442, 228, 448), Mul(50, 449), NegMulAdd(443, 229, 450), Neg(451),
+                MulAdd(226, 441, 452), NegMulAdd(442, 236, 447), Mul(50, 454), NegMulAdd(443, 237, 455),
+                MulAdd(234, 441, 456), Mul(53, 244), Mul(24, 53), Mul(120, 458), MulAdd(54, 246, 460),
+                NegMulAdd(459, 458, 451), NegMulAdd(54, 461, 462), Mul(53, 252), Mul(54, 254),
+                NegMulAdd(120, 464, 465), MulAdd(459, 464, 456), NegMulAdd(54, 466, 467), Mul(55, 260), Mul(38, 55),
+                Mul(121, 469), MulAdd(56, 262, 471), NegMulAdd(470, 469, 451), NegMulAdd(56, 472, 473), Mul(55, 267),
+                Mul(56, 269), NegMulAdd(121, 475, 476), NegMulAdd(470, 475, 456), MulAdd(56, 477, 478), Mul(53, 445),
+                Mul(53, 275), MulAdd(54, 276, 481), Mul(480, 275), MulAdd(54, 482, 483), Mul(3, 484), Mul(53, 277),
+                NegMulAdd(54, 278, 486), Mul(480, 277), MulAdd(54, 487, 488), Mul(3, 489), Mul(55, 446), Mul(55, 294),
+                MulAdd(56, 295, 492), Mul(491, 294), MulAdd(56, 493, 494), Mul(5, 495), Mul(55, 292),
+                NegMulAdd(56, 293, 497), Mul(491, 292), MulAdd(56, 498, 499), Mul(5, 500), MulAdd(102, 51, 444),
+                Mul(502, 360), NegMulAdd(502, 361, 503), NegMulAdd(51, 504, 41), Mul(102, 50), Mul(506, 50),
+                Mul(507, 362), Mul(277, 485), NegMulAdd(275, 490, 509), Mul(278, 485), MulAdd(276, 490, 511),
+                Mul(292, 496), NegMulAdd(294, 501, 513), Mul(293, 496), MulAdd(295, 501, 515), Mul(309, 453),
+                MulAdd(226, 517, 457), Mul(518, 312), Mul(237, 519), Add(463, 520), Mul(313, 521), Mul(229, 519),
+                Sub(468, 523), NegMulAdd(245, 522, 524), Mul(316, 525), Add(474, 520), Mul(317, 527), Sub(479, 523),
+                MulAdd(261, 528, 529), Mul(320, 530), NegMulAdd(318, 531, 528), MulAdd(314, 526, 522),
+                NegMulAdd(310, 519, 517), MulAdd(508, 323, 505), MulAdd(334, 365, 535), MulAdd(519, 343, 536),
+                MulAdd(534, 344, 537), NegMulAdd(512, 328, 538), MulAdd(516, 331, 539), NegMulAdd(510, 333, 540),
+                NegMulAdd(514, 332, 541), NegMulAdd(533, 346, 542), NegMulAdd(526, 348, 543), NegMulAdd(532, 350, 544),
+                MulAdd(531, 352, 545), Mul(359, 546), NegMulAdd(323, 547, 519), NegMulAdd(334, 547, 534),
+                MulAdd(333, 547, 533), NegMulAdd(328, 547, 526), MulAdd(332, 547, 532), NegMulAdd(331, 547, 531),
+                Neg(548), Neg(550), Neg(551), Neg(553),
+            ],
+            results: &[547, 554, 549, 555, 556, 552, 557],
+        },
+            multipliers: TapeFunction {
+            operations: &[
+                MulAdd(109, 549, 365), MulAdd(128, 550, 510), MulAdd(281, 551, 559), MulAdd(134, 552, 514),
+                NegMulAdd(298, 553, 561), NegMulAdd(298, 552, 516), MulAdd(308, 553, 563), NegMulAdd(318, 562, 564),
+                Mul(320, 565), MulAdd(261, 566, 562), Mul(317, 567), NegMulAdd(281, 550, 512),
+                NegMulAdd(291, 551, 569), NegMulAdd(314, 560, 570), Mul(316, 571), MulAdd(245, 572, 560),
+                Mul(313, 573), NegMulAdd(274, 547, 508), MulAdd(104, 548, 575), NegMulAdd(310, 558, 576),
+                MulAdd(229, 572, 577), NegMulAdd(229, 566, 578), MulAdd(237, 574, 579), MulAdd(237, 568, 580),
+                Mul(312, 581), MulAdd(226, 582, 558), Mul(309, 583), Neg(582), Neg(574), Neg(568), Neg(566),
+            ],
+            results: &[584, 585, 586, 572, 587, 588],
+        },
+            outputs: TapeFunction {
+            operations: &[],
+            results: &[220],
+        },
         },
     }
 };
 
-// Hash of this file and its derivation: 322b484ae5847517
+// Hash of this file and its derivation: 3802b5146a0ec1ea

@@ -33,7 +33,7 @@
 //     Jacobians of forces and constraint forces: the scene asks for no implicit method (`stiff`)
 
 use qrm_core::{
-    Angles, Description, Dynamics, Generated, Kernel, LoopConstraints,
+    Angles, Description, Dynamics, Equations, Generated, Kernel, LoopConstraints,
     ParameterDescription, QuantityDescription, Scalar, Schedule, Start,
 };
 
@@ -566,18 +566,21 @@ pub fn growth_factor<R: Scalar>(position: &Position<R>) -> R {
 
 impl<R: Scalar> Kernel<R, 2, 0> for DoublePendulum<R> {
     type Position = Position<R>;
-    const IS_ANGLE: [bool; 2] = [true, true];
-
     const OPERATIONS: usize = 35;
 
     #[inline(always)]
-    fn with_values(value: &dyn Fn(usize) -> R) -> Self {
-        Self::new(Parameters {
-            l: value(0),
-            m: value(1),
-            g: value(2),
-            a0: value(3),
-        })
+    fn has_angle(&self) -> [bool; 2] {
+        [true, true]
+    }
+
+    #[inline(always)]
+    fn is_length(&self) -> [bool; 2] {
+        [false, false]
+    }
+
+    #[inline(always)]
+    fn set_values(&mut self, value: &dyn Fn(usize) -> R) {
+        *self = Self::with_values(value);
     }
 
     #[inline(always)]
@@ -640,6 +643,23 @@ impl<R: Scalar> Kernel<R, 2, 0> for DoublePendulum<R> {
         None
     }
 
+    #[inline(always)]
+    fn power(&self, t: R, q: &[R; 2], qd: &[R; 2], _multipliers: &[R; 0]) -> R {
+        power(self, t, q, qd)
+    }
+}
+
+impl<R: Scalar> Equations<R, 2, 0> for DoublePendulum<R> {
+    #[inline(always)]
+    fn with_values(value: &dyn Fn(usize) -> R) -> Self {
+        Self::new(Parameters {
+            l: value(0),
+            m: value(1),
+            g: value(2),
+            a0: value(3),
+        })
+    }
+
     fn start(&self) -> Start<R, 2> {
         let p = &self.parameters;
         Start {
@@ -674,11 +694,6 @@ impl<R: Scalar> Kernel<R, 2, 0> for DoublePendulum<R> {
     #[inline(always)]
     fn energy(&self, q: &[R; 2], qd: &[R; 2]) -> [R; 2] {
         energy(self, q, qd)
-    }
-
-    #[inline(always)]
-    fn power(&self, t: R, q: &[R; 2], qd: &[R; 2], _multipliers: &[R; 0]) -> R {
-        power(self, t, q, qd)
     }
 
     #[inline(always)]
@@ -824,62 +839,98 @@ end_time = 10
 /// The functions as operations, for any kind of number.
 pub static TAPE: qrm_core::Tape = {
     use qrm_core::Operation::*;
-    use qrm_core::TapeFunction;
+    use qrm_core::{TapeFunction, TapeKernel};
     qrm_core::Tape {
         coordinates: 2,
         constraints: 0,
+        is_driven: false,
         parameters: TapeFunction {
-            operations: &[Number(1.0), Number(9.81), Pi, Number(2.0), Mul(23, 22), Number(3.0), Div(24, 25)],
-            results: &[20, 20, 21, 26],
+            operations: &[Number(1.0), Number(9.81), Number(2.0), Pi, Mul(30, 31), Number(3.0), Div(32, 33)],
+            results: &[28, 28, 29, 34],
         },
         constants: &[
-            Number(0.0), Number(2.0), Mul(0, 1), Mul(0, 13), Mul(12, 14), Mul(2, 13), Mul(12, 16), Number(0.5),
-            Mul(18, 14),
+            Number(2.0), Mul(0, 1), Mul(0, 16), Mul(15, 17), Mul(2, 16), Mul(15, 19), Number(0.5), Mul(21, 17),
+            Recip(18), Mul(1, 2), Number(0.0), Number(0.001), Number(10.0),
         ],
         dynamics: TapeFunction {
             operations: &[
-                SinCos(5), SinCos(6), Mul(7, 7), Mul(20, 24), Mul(21, 24), Mul(8, 8), Mul(22, 27), Mul(23, 27),
-                Mul(20, 22), Mul(21, 23), Add(30, 31), Mul(14, 32), Mul(14, 29), Add(17, 34), Mul(20, 35), Mul(14, 21),
-                Mul(37, 28), Sub(36, 38), Mul(14, 26), Add(16, 40), Mul(22, 41), Mul(14, 23), Mul(43, 25), Sub(42, 44),
-                Neg(39), Neg(45),
+                SinCos(5), SinCos(6), Mul(7, 7), Mul(8, 8), Mul(28, 30), Mul(29, 31), Add(34, 35), Mul(17, 36),
+                Mul(31, 33), Mul(17, 38), Add(20, 39), Mul(28, 40), Mul(17, 29), Mul(30, 33), Mul(42, 43), Sub(41, 44),
+                Neg(45), Mul(29, 32), Mul(17, 47), Add(19, 48), Mul(30, 49), Mul(17, 31), Mul(28, 32), Mul(51, 52),
+                Sub(50, 53), Neg(54),
             ],
-            results: &[15, 33, 33, 14, 46, 47],
+            results: &[18, 37, 37, 17, 46, 55],
         },
         loop_constraints: TapeFunction {
             operations: &[],
             results: &[],
         },
         mass_matrix: TapeFunction {
-            operations: &[SinCos(5), SinCos(6), Mul(20, 22), Mul(21, 23), Add(24, 25), Mul(14, 26)],
-            results: &[15, 27, 27, 14],
+            operations: &[SinCos(5), SinCos(6), Mul(28, 30), Mul(29, 31), Add(32, 33), Mul(17, 34)],
+            results: &[18, 35, 35, 17],
         },
         energy: TapeFunction {
             operations: &[
-                SinCos(5), SinCos(6), Mul(8, 8), Mul(20, 22), Mul(21, 23), Add(25, 26), Mul(8, 27), Add(7, 28),
-                Mul(14, 7), Mul(30, 29), Mul(19, 24), Add(31, 32), Mul(17, 21), Mul(16, 23), Add(34, 35), Neg(36),
+                SinCos(5), SinCos(6), Mul(8, 8), Mul(28, 30), Mul(29, 31), Add(33, 34), Mul(17, 7), Mul(8, 35),
+                Add(7, 37), Mul(36, 38), Mul(22, 32), Add(39, 40), Mul(20, 29), Mul(19, 31), Add(42, 43), Neg(44),
             ],
-            results: &[33, 37],
+            results: &[41, 45],
         },
         power: TapeFunction {
             operations: &[],
-            results: &[11],
+            results: &[25],
         },
         outputs: TapeFunction {
-            operations: &[SinCos(5), SinCos(6), Add(20, 22), Mul(0, 24), Add(21, 23), Mul(0, 26), Neg(27)],
-            results: &[25, 28],
+            operations: &[SinCos(5), SinCos(6), Add(28, 30), Mul(0, 32), Add(29, 31), Mul(0, 34), Neg(35)],
+            results: &[33, 36],
         },
         linearization: None,
         event: None,
         start: TapeFunction {
-            operations: &[Number(0.0)],
-            results: &[3, 3, 20, 20],
+            operations: &[],
+            results: &[3, 3, 25, 25],
         },
         given: &[true, true, true, true],
         schedule: TapeFunction {
-            operations: &[Number(0.001), Number(10.0)],
-            results: &[20, 21],
+            operations: &[],
+            results: &[26, 27],
+        },
+        kernel: TapeKernel {
+            operations: 35,
+            has_angle: &[true, true],
+            position: TapeFunction {
+            operations: &[
+                Mul(11, 12), MulAdd(13, 14, 28), Mul(17, 29), Mul(23, 30), NegMulAdd(30, 31, 17), Recip(32),
+                Mul(17, 33), Add(11, 12), Mul(0, 35), Add(13, 14), Mul(0, 37), Mul(19, 11), Abs(34),
+            ],
+            results: &[40],
+        },
+            velocity_residual: TapeFunction {
+            operations: &[],
+            results: &[],
+        },
+            correction: TapeFunction {
+            operations: &[],
+            results: &[25, 25],
+        },
+            accelerations: TapeFunction {
+            operations: &[
+                Mul(7, 7), Mul(8, 8), Mul(11, 41), MulAdd(12, 42, 43), Mul(16, 44), Mul(13, 41), MulAdd(14, 42, 46),
+                MulAdd(16, 47, 24), Mul(0, 45), Mul(0, 48), NegMulAdd(13, 49, 39), MulAdd(11, 50, 51), Mul(14, 49),
+                NegMulAdd(12, 50, 53), MulAdd(31, 52, 54), Mul(33, 55), Mul(23, 52), MulAdd(31, 56, 57), Neg(58),
+            ],
+            results: &[59, 56],
+        },
+            multipliers: TapeFunction {
+            operations: &[],
+            results: &[],
+        },
+            outputs: TapeFunction {
+            operations: &[Neg(38)],
+            results: &[36, 60],
+        },
         },
     }
 };
 
-// Hash of this file and its derivation: a2fb2788d1bf4c0c
+// Hash of this file and its derivation: 5cb865b7d540472c

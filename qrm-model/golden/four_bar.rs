@@ -39,7 +39,7 @@
 //     Jacobians of forces and constraint forces: the scene asks for no implicit method (`stiff`)
 
 use qrm_core::{
-    Angles, Description, Dynamics, Generated, Kernel, LoopConstraints,
+    Angles, Description, Dynamics, Equations, Generated, Kernel, LoopConstraints,
     ParameterDescription, QuantityDescription, Scalar, Schedule, Start,
 };
 
@@ -1321,19 +1321,21 @@ pub fn growth_factor<R: Scalar>(position: &Position<R>) -> R {
 
 impl<R: Scalar> Kernel<R, 3, 2> for FourBar<R> {
     type Position = Position<R>;
-    const IS_ANGLE: [bool; 3] = [true, true, true];
-
     const OPERATIONS: usize = 230;
 
     #[inline(always)]
-    fn with_values(value: &dyn Fn(usize) -> R) -> Self {
-        Self::new(Parameters {
-            l1: value(0),
-            l2: value(1),
-            l3: value(2),
-            l4: value(3),
-            rho: value(4),
-        })
+    fn has_angle(&self) -> [bool; 3] {
+        [true, true, true]
+    }
+
+    #[inline(always)]
+    fn is_length(&self) -> [bool; 3] {
+        [false, false, false]
+    }
+
+    #[inline(always)]
+    fn set_values(&mut self, value: &dyn Fn(usize) -> R) {
+        *self = Self::with_values(value);
     }
 
     #[inline(always)]
@@ -1396,6 +1398,24 @@ impl<R: Scalar> Kernel<R, 3, 2> for FourBar<R> {
         None
     }
 
+    #[inline(always)]
+    fn power(&self, t: R, q: &[R; 3], qd: &[R; 3], _multipliers: &[R; 2]) -> R {
+        power(self, t, q, qd)
+    }
+}
+
+impl<R: Scalar> Equations<R, 3, 2> for FourBar<R> {
+    #[inline(always)]
+    fn with_values(value: &dyn Fn(usize) -> R) -> Self {
+        Self::new(Parameters {
+            l1: value(0),
+            l2: value(1),
+            l3: value(2),
+            l4: value(3),
+            rho: value(4),
+        })
+    }
+
     fn start(&self) -> Start<R, 3> {
         Start {
             q: [R::from_f64(2.1), R::from_f64(0.67), R::from_f64(2.53)],
@@ -1429,11 +1449,6 @@ impl<R: Scalar> Kernel<R, 3, 2> for FourBar<R> {
     #[inline(always)]
     fn energy(&self, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
         energy(self, q, qd)
-    }
-
-    #[inline(always)]
-    fn power(&self, t: R, q: &[R; 3], qd: &[R; 3], _multipliers: &[R; 2]) -> R {
-        power(self, t, q, qd)
     }
 
     #[inline(always)]
@@ -1610,111 +1625,184 @@ end_time = 20
 /// The functions as operations, for any kind of number.
 pub static TAPE: qrm_core::Tape = {
     use qrm_core::Operation::*;
-    use qrm_core::TapeFunction;
+    use qrm_core::{TapeFunction, TapeKernel};
     qrm_core::Tape {
         coordinates: 3,
         constraints: 2,
+        is_driven: false,
         parameters: TapeFunction {
             operations: &[Number(0.13), Number(0.24), Number(0.21), Number(0.34), Number(997.0)],
-            results: &[77, 78, 79, 80, 81],
+            results: &[93, 94, 95, 96, 97],
         },
         constants: &[
-            Number(0.5), Mul(17, 1), Mul(17, 2), Mul(17, 3), Number(0.0), Number(2.0), Mul(2, 22), Mul(3, 22),
-            Mul(1, 1), Mul(1, 25), Mul(2, 2), Mul(2, 27), Mul(3, 3), Mul(3, 29), Add(28, 30), Add(26, 31),
-            Number(0.08333333333333333), Mul(4, 33), Mul(32, 34), Number(0.25), Mul(4, 36), Mul(37, 26), Mul(2, 4),
-            Mul(3, 4), Mul(31, 34), Mul(2, 39), Mul(2, 36), Mul(30, 34), Mul(4, 29), Mul(3, 36),
-            Number(0.3333333333333333), Mul(2, 47), Add(3, 48), Mul(49, 27), Mul(47, 30), Add(50, 51), Mul(4, 52),
-            Mul(29, 39), Mul(4, 51), Mul(17, 54), Add(19, 3), Mul(1, 57), Mul(58, 39), Mul(18, 45), Add(2, 3),
-            Mul(61, 25), Mul(3, 27), Add(62, 63), Mul(17, 64), Number(0.16666666666666666), Mul(32, 66), Add(65, 67),
-            Mul(4, 68), Mul(2, 66), Add(20, 70), Mul(71, 27), Mul(66, 30), Add(72, 73), Mul(4, 74), Mul(4, 73),
+            Number(0.5), Mul(25, 1), Mul(25, 2), Mul(25, 3), Mul(1, 1), Mul(1, 29), Mul(2, 2), Mul(3, 3), Mul(3, 32),
+            Mul(2, 31), Add(34, 33), Add(30, 35), Number(0.08333333333333333), Mul(4, 37), Mul(2, 4), Mul(2, 39),
+            Mul(4, 32), Number(0.3333333333333333), Mul(42, 33), Mul(32, 39), Number(0.16666666666666666), Mul(45, 33),
+            Number(2.0), Mul(2, 47), Mul(3, 47), Mul(36, 38), Number(0.25), Mul(4, 51), Mul(52, 30), Mul(3, 4),
+            Mul(35, 38), Mul(2, 51), Mul(33, 38), Mul(3, 51), Mul(2, 42), Add(3, 59), Mul(60, 31), Add(61, 43),
+            Mul(4, 62), Mul(4, 43), Mul(25, 44), Add(27, 3), Mul(1, 66), Mul(67, 39), Mul(26, 41), Add(2, 3),
+            Mul(70, 29), Mul(3, 31), Add(71, 72), Mul(25, 73), Mul(36, 45), Add(74, 75), Mul(4, 76), Mul(2, 45),
+            Add(28, 78), Mul(79, 31), Add(80, 46), Mul(4, 81), Mul(4, 46), Mul(1, 40), Mul(40, 26), Number(0.0),
+            Number(2.1), Number(0.67), Number(2.53), Number(0.2), Number(0.01), Number(20.0),
         ],
         dynamics: TapeFunction {
             operations: &[
-                SinCos(6), Mul(18, 78), Mul(18, 77), Add(6, 7), SinCos(81), Mul(19, 83), Mul(1, 78), Mul(1, 77),
-                Mul(19, 82), Add(86, 87), Add(8, 81), SinCos(89), Mul(20, 91), Mul(2, 83), Add(85, 93), Mul(20, 90),
-                Mul(2, 82), Add(86, 96), Add(95, 97), Add(85, 84), Add(96, 95), Add(92, 94), Add(93, 92), Mul(9, 9),
-                Mul(10, 10), Add(103, 104), Mul(19, 105), Mul(9, 10), Mul(2, 107), Add(106, 108), Mul(83, 109),
-                Mul(103, 85), Add(110, 111), Mul(82, 109), Mul(103, 86), Add(113, 114), Add(10, 11), Mul(9, 116),
-                Mul(10, 11), Add(117, 118), Mul(3, 119), Mul(11, 11), Add(121, 105), Mul(20, 122), Add(120, 123),
-                Mul(91, 124), Mul(2, 105), Mul(23, 107), Add(126, 127), Mul(83, 128), Add(111, 129), Add(125, 130),
-                Mul(90, 124), Mul(82, 128), Add(114, 133), Add(132, 134), Mul(3, 91), Add(136, 94), Mul(3, 90),
-                Add(138, 97), Add(96, 138), Add(93, 136), Mul(3, 122), Mul(24, 119), Add(142, 143), Mul(91, 144),
-                Add(145, 130), Mul(90, 144), Add(147, 134), Mul(78, 78), Mul(77, 77), Add(149, 150), Mul(38, 151),
-                Mul(88, 88), Mul(99, 99), Add(153, 154), Mul(39, 155), Mul(98, 98), Mul(101, 101), Add(157, 158),
-                Mul(40, 159), Add(35, 152), Add(161, 156), Add(162, 160), Mul(98, 100), Mul(101, 102), Add(164, 165),
-                Mul(40, 166), Mul(43, 83), Add(79, 168), Mul(83, 169), Mul(43, 82), Add(80, 171), Mul(82, 172),
-                Add(170, 173), Mul(42, 174), Add(41, 167), Add(176, 175), Mul(46, 91), Add(79, 84), Add(179, 178),
-                Mul(91, 180), Mul(46, 90), Add(80, 87), Add(183, 182), Mul(90, 184), Add(181, 185), Mul(45, 186),
-                Add(44, 187), Mul(83, 91), Mul(82, 90), Add(189, 190), Mul(54, 191), Add(53, 192), Mul(56, 191),
-                Add(55, 194), Mul(88, 112), Mul(99, 115), Sub(196, 197), Mul(39, 198), Mul(98, 131), Mul(101, 135),
-                Sub(200, 201), Mul(40, 202), Add(199, 203), Mul(59, 82), Mul(60, 90), Add(205, 206), Mul(78, 207),
-                Mul(59, 83), Mul(60, 91), Add(209, 210), Mul(77, 211), Sub(208, 212), Mul(9, 213), Mul(83, 90),
-                Mul(82, 91), Sub(215, 216), Mul(54, 11), Mul(218, 217), Sub(214, 219), Mul(9, 220), Mul(54, 10),
-                Mul(56, 11), Add(222, 223), Mul(224, 215), Mul(224, 216), Sub(225, 226), Mul(11, 227), Sub(221, 228),
-                Mul(60, 77), Mul(56, 82), Add(230, 231), Mul(91, 232), Mul(60, 78), Mul(56, 83), Add(234, 235),
-                Mul(90, 236), Sub(233, 237), Mul(9, 238), Mul(217, 222), Sub(239, 240), Mul(9, 241), Mul(56, 217),
-                Mul(243, 104), Sub(242, 244), Neg(204), Neg(229), Neg(139), Neg(140), Neg(138), Neg(146), Neg(148),
+                SinCos(6), Mul(26, 94), Mul(26, 93), Add(6, 7), SinCos(97), Mul(27, 99), Mul(1, 94), Mul(1, 93),
+                Mul(27, 98), Add(102, 103), Add(8, 97), SinCos(105), Mul(28, 107), Mul(2, 99), Add(101, 109),
+                Mul(28, 106), Mul(2, 98), Add(102, 112), Add(111, 113), Add(101, 100), Add(108, 110), Mul(9, 9),
+                Mul(10, 10), Add(117, 118), Mul(9, 10), Mul(27, 119), Mul(2, 120), Add(121, 122), Mul(117, 101),
+                Mul(117, 102), Add(10, 11), Mul(9, 126), Mul(10, 11), Add(127, 128), Mul(11, 11), Add(130, 119),
+                Mul(3, 129), Mul(28, 131), Add(132, 133), Mul(2, 119), Mul(48, 120), Add(135, 136), Mul(99, 137),
+                Add(124, 138), Mul(98, 137), Add(125, 140), Mul(3, 107), Mul(3, 106), Add(143, 113), Mul(3, 131),
+                Mul(49, 129), Add(145, 146), Add(112, 111), Mul(114, 148), Add(109, 108), Mul(116, 150), Add(149, 151),
+                Mul(54, 152), Add(55, 153), Mul(56, 99), Add(95, 155), Mul(99, 156), Mul(56, 98), Add(96, 158),
+                Mul(98, 159), Add(157, 160), Mul(40, 161), Add(154, 162), Add(95, 100), Mul(58, 107), Add(164, 165),
+                Mul(107, 166), Add(96, 103), Mul(58, 106), Add(168, 169), Mul(106, 170), Add(167, 171), Mul(41, 172),
+                Add(57, 173), Mul(99, 107), Mul(98, 106), Add(175, 176), Mul(65, 177), Add(64, 178), Mul(99, 106),
+                Mul(98, 107), Sub(180, 181), Mul(44, 10), Mul(65, 11), Add(183, 184), Mul(94, 94), Mul(93, 93),
+                Add(186, 187), Mul(53, 188), Add(50, 189), Mul(104, 104), Mul(115, 115), Add(191, 192), Mul(39, 193),
+                Add(190, 194), Mul(114, 114), Mul(116, 116), Add(196, 197), Mul(54, 198), Add(195, 199), Mul(44, 177),
+                Add(63, 201), Mul(99, 123), Add(203, 124), Mul(104, 204), Mul(98, 123), Add(206, 125), Mul(115, 207),
+                Sub(205, 208), Mul(39, 209), Mul(107, 134), Add(211, 139), Mul(114, 212), Mul(106, 134), Add(214, 141),
+                Mul(116, 215), Sub(213, 216), Mul(54, 217), Add(210, 218), Neg(219), Mul(68, 98), Mul(69, 106),
+                Add(221, 222), Mul(94, 223), Mul(68, 99), Mul(69, 107), Add(225, 226), Mul(93, 227), Sub(224, 228),
+                Mul(9, 229), Mul(44, 11), Mul(231, 182), Sub(230, 232), Mul(9, 233), Mul(185, 180), Mul(185, 181),
+                Sub(235, 236), Mul(11, 237), Sub(234, 238), Neg(239), Mul(69, 93), Mul(65, 98), Add(241, 242),
+                Mul(107, 243), Mul(69, 94), Mul(65, 99), Add(245, 246), Mul(106, 247), Sub(244, 248), Mul(9, 249),
+                Mul(182, 183), Sub(250, 251), Mul(9, 252), Mul(65, 182), Mul(254, 118), Sub(253, 255), Neg(144),
+                Add(112, 143), Neg(258), Neg(143), Add(142, 110), Add(109, 142), Mul(107, 147), Add(263, 139),
+                Neg(264), Mul(106, 147), Add(266, 141), Neg(267),
             ],
             results: &[
-                163, 177, 188, 177, 193, 195, 188, 195, 55, 246, 247, 245, 248, 249, 250, 137, 141, 136, 251, 252,
+                200, 163, 174, 163, 202, 179, 174, 179, 64, 220, 240, 256, 257, 259, 260, 261, 262, 142, 265, 268,
             ],
         },
         loop_constraints: TapeFunction {
             operations: &[
-                SinCos(6), Add(6, 7), SinCos(79), Mul(1, 78), Mul(1, 77), Add(8, 79), SinCos(84), Mul(2, 81),
-                Add(82, 87), Mul(2, 80), Add(83, 89), Mul(3, 86), Add(91, 88), Add(0, 92), Mul(3, 85), Add(94, 90),
-                Add(89, 94), Add(87, 91), Neg(95), Neg(96), Neg(94),
+                SinCos(6), Add(6, 7), SinCos(95), Mul(1, 94), Mul(1, 93), Add(8, 95), SinCos(100), Mul(2, 97),
+                Add(98, 103), Mul(2, 96), Add(99, 105), Mul(3, 102), Mul(3, 101), Add(108, 106), Neg(109),
+                Add(105, 108), Neg(111), Neg(108), Add(107, 104), Add(103, 107), Add(0, 114),
             ],
-            results: &[93, 95, 98, 99, 100, 92, 97, 91, 21, 21],
+            results: &[116, 109, 110, 112, 113, 114, 115, 107, 86, 86],
         },
         mass_matrix: TapeFunction {
             operations: &[
-                SinCos(6), Mul(18, 78), Mul(18, 77), Add(6, 7), SinCos(81), Mul(19, 83), Mul(1, 78), Mul(1, 77),
-                Mul(19, 82), Add(86, 87), Add(8, 81), SinCos(89), Mul(20, 91), Mul(2, 83), Add(85, 93), Mul(20, 90),
-                Mul(2, 82), Add(86, 96), Add(95, 97), Add(85, 84), Add(96, 95), Add(92, 94), Add(93, 92), Mul(78, 78),
-                Mul(77, 77), Add(103, 104), Mul(38, 105), Mul(88, 88), Mul(99, 99), Add(107, 108), Mul(39, 109),
-                Mul(98, 98), Mul(101, 101), Add(111, 112), Mul(40, 113), Add(35, 106), Add(115, 110), Add(116, 114),
-                Mul(98, 100), Mul(101, 102), Add(118, 119), Mul(40, 120), Mul(43, 83), Add(79, 122), Mul(83, 123),
-                Mul(43, 82), Add(80, 125), Mul(82, 126), Add(124, 127), Mul(42, 128), Add(41, 121), Add(130, 129),
-                Mul(46, 91), Add(79, 84), Add(133, 132), Mul(91, 134), Mul(46, 90), Add(80, 87), Add(137, 136),
-                Mul(90, 138), Add(135, 139), Mul(45, 140), Add(44, 141), Mul(83, 91), Mul(82, 90), Add(143, 144),
-                Mul(54, 145), Add(53, 146), Mul(56, 145), Add(55, 148),
+                SinCos(6), Mul(26, 94), Mul(26, 93), Add(6, 7), SinCos(97), Mul(27, 99), Mul(1, 94), Mul(1, 93),
+                Mul(27, 98), Add(102, 103), Add(8, 97), SinCos(105), Mul(28, 107), Mul(2, 99), Add(101, 109),
+                Mul(28, 106), Mul(2, 98), Add(102, 112), Add(111, 113), Add(101, 100), Add(108, 110), Add(112, 111),
+                Mul(114, 117), Add(109, 108), Mul(116, 119), Add(118, 120), Mul(54, 121), Add(55, 122), Mul(56, 99),
+                Add(95, 124), Mul(99, 125), Mul(56, 98), Add(96, 127), Mul(98, 128), Add(126, 129), Mul(40, 130),
+                Add(123, 131), Add(95, 100), Mul(58, 107), Add(133, 134), Mul(107, 135), Add(96, 103), Mul(58, 106),
+                Add(137, 138), Mul(106, 139), Add(136, 140), Mul(41, 141), Add(57, 142), Mul(99, 107), Mul(98, 106),
+                Add(144, 145), Mul(65, 146), Add(64, 147), Mul(94, 94), Mul(93, 93), Add(149, 150), Mul(53, 151),
+                Add(50, 152), Mul(104, 104), Mul(115, 115), Add(154, 155), Mul(39, 156), Add(153, 157), Mul(114, 114),
+                Mul(116, 116), Add(159, 160), Mul(54, 161), Add(158, 162), Mul(44, 146), Add(63, 164),
             ],
-            results: &[117, 131, 142, 131, 147, 149, 142, 149, 55],
+            results: &[163, 132, 143, 132, 165, 148, 143, 148, 64],
         },
         energy: TapeFunction {
             operations: &[
-                SinCos(6), Add(6, 7), SinCos(79), Add(8, 79), SinCos(82), Add(10, 11), Mul(11, 11), Mul(81, 84),
-                Mul(80, 83), Add(87, 88), Mul(54, 89), Add(53, 90), Mul(56, 89), Mul(59, 80), Mul(60, 83), Add(93, 94),
-                Mul(59, 81), Mul(60, 84), Add(96, 97), Mul(60, 77), Mul(56, 80), Add(99, 100), Mul(60, 78),
-                Mul(56, 81), Add(102, 103), Mul(78, 98), Mul(77, 95), Add(105, 106), Add(92, 69), Add(108, 107),
-                Mul(9, 109), Add(91, 107), Mul(10, 111), Mul(84, 104), Mul(83, 101), Add(55, 113), Add(115, 114),
-                Mul(11, 116), Add(110, 112), Add(118, 117), Mul(9, 119), Mul(85, 87), Mul(85, 88), Add(121, 122),
-                Mul(56, 123), Mul(75, 10), Mul(55, 11), Add(124, 125), Add(127, 126), Mul(10, 128), Mul(76, 86),
-                Add(120, 129), Add(131, 130),
+                SinCos(6), Add(6, 7), SinCos(95), Add(8, 95), SinCos(98), Add(10, 11), Mul(11, 11), Mul(97, 100),
+                Mul(96, 99), Add(103, 104), Mul(65, 105), Mul(44, 105), Add(63, 107), Mul(68, 96), Mul(69, 99),
+                Add(109, 110), Mul(68, 97), Mul(69, 100), Add(112, 113), Mul(69, 93), Mul(65, 96), Add(115, 116),
+                Mul(69, 94), Mul(65, 97), Add(118, 119), Mul(94, 114), Mul(93, 111), Add(121, 122), Add(106, 77),
+                Add(124, 123), Mul(9, 125), Add(108, 123), Mul(10, 127), Add(126, 128), Mul(100, 120), Add(64, 130),
+                Mul(99, 117), Add(131, 132), Mul(11, 133), Add(129, 134), Mul(9, 135), Mul(101, 103), Mul(101, 104),
+                Add(137, 138), Mul(65, 139), Mul(82, 10), Add(140, 141), Mul(64, 11), Add(142, 143), Mul(10, 144),
+                Add(136, 145), Mul(83, 102), Add(146, 147),
             ],
-            results: &[132, 21],
+            results: &[148, 86],
         },
         power: TapeFunction {
             operations: &[],
-            results: &[21],
+            results: &[86],
         },
         outputs: TapeFunction {
             operations: &[Neg(15), Neg(16)],
-            results: &[77, 78],
+            results: &[93, 94],
         },
         linearization: None,
         event: None,
         start: TapeFunction {
-            operations: &[Number(2.1), Number(0.67), Number(2.53), Number(0.2), Number(0.0)],
-            results: &[77, 78, 79, 80, 81, 81],
+            operations: &[],
+            results: &[87, 88, 89, 90, 86, 86],
         },
         given: &[true, false, false, true, false, false],
         schedule: TapeFunction {
-            operations: &[Number(0.01), Number(20.0)],
-            results: &[77, 78],
+            operations: &[],
+            results: &[91, 92],
+        },
+        kernel: TapeKernel {
+            operations: 230,
+            has_angle: &[true, true, true],
+            position: TapeFunction {
+            operations: &[
+                Mul(1, 20), Mul(20, 21), NegMulAdd(17, 18, 94), Mul(2, 95), Mul(17, 21), MulAdd(20, 18, 97),
+                Mul(22, 95), NegMulAdd(19, 98, 99), Mul(3, 100), Add(96, 101), Add(93, 102), Add(0, 103), Mul(1, 17),
+                Mul(2, 98), Mul(22, 98), MulAdd(19, 95, 107), Mul(3, 108), Add(106, 109), Add(105, 110), Mul(27, 95),
+                Add(93, 112), Mul(27, 98), Add(105, 114), Mul(28, 100), Add(96, 116), Add(93, 117), Mul(28, 108),
+                Add(106, 119), Add(105, 120), Mul(118, 118), MulAdd(121, 121, 122), Mul(113, 113),
+                MulAdd(115, 115, 124), Mul(20, 20), MulAdd(17, 17, 126), MulAdd(53, 127, 50), MulAdd(39, 125, 128),
+                MulAdd(54, 123, 129), Mul(26, 20), Mul(26, 17), Mul(117, 118), MulAdd(120, 121, 133),
+                MulAdd(56, 95, 131), MulAdd(56, 98, 132), Mul(98, 136), MulAdd(95, 135, 137), MulAdd(40, 138, 55),
+                MulAdd(54, 134, 139), Mul(98, 108), MulAdd(95, 100, 141), MulAdd(44, 142, 63), Add(131, 112),
+                MulAdd(58, 100, 144), Add(132, 114), MulAdd(58, 108, 146), Mul(108, 147), MulAdd(100, 145, 148),
+                MulAdd(41, 149, 57), MulAdd(65, 142, 64), Recip(110), Mul(109, 152), NegMulAdd(102, 153, 101),
+                Recip(154), Mul(111, 152), NegMulAdd(102, 156, 103), Mul(157, 155), NegMulAdd(153, 158, 156),
+                Mul(102, 152), Mul(109, 155), NegMulAdd(150, 158, 130), NegMulAdd(140, 159, 162),
+                NegMulAdd(151, 158, 140), NegMulAdd(143, 159, 164), NegMulAdd(64, 158, 150), NegMulAdd(151, 159, 166),
+                NegMulAdd(159, 165, 163), NegMulAdd(158, 167, 168), Recip(169), Mul(48, 95), Mul(49, 100),
+                Add(171, 172), Mul(48, 98), Mul(49, 108), Add(174, 175), Mul(20, 98), Mul(17, 95), Sub(177, 178),
+                Abs(159), Abs(158), Max(180, 181), Abs(160), Max(182, 183), Abs(161), Max(184, 185),
+            ],
+            results: &[186, 104, 111],
+        },
+            velocity_residual: TapeFunction {
+            operations: &[
+                Mul(11, 109), MulAdd(10, 110, 187), MulAdd(9, 111, 188), Neg(189), Mul(11, 101), MulAdd(10, 102, 191),
+                MulAdd(9, 103, 192),
+            ],
+            results: &[190, 193],
+        },
+            correction: TapeFunction {
+            operations: &[
+                Mul(23, 152), MulAdd(102, 194, 24), Mul(195, 155), MulAdd(153, 196, 194), Mul(197, 165),
+                NegMulAdd(196, 167, 198), Mul(199, 170), MulAdd(159, 200, 197), NegMulAdd(158, 200, 196), Neg(200),
+                Neg(202),
+            ],
+            results: &[203, 201, 204],
+        },
+            accelerations: TapeFunction {
+            operations: &[
+                Add(10, 11), Mul(11, 11), Mul(11, 109), Mul(11, 101), Mul(11, 172), MulAdd(10, 173, 209),
+                MulAdd(9, 103, 210), MulAdd(10, 102, 209), Mul(206, 101), MulAdd(10, 212, 213), MulAdd(9, 211, 214),
+                Mul(11, 175), MulAdd(10, 176, 216), MulAdd(9, 111, 217), MulAdd(10, 110, 216), Mul(206, 109),
+                MulAdd(10, 219, 220), MulAdd(9, 218, 221), Mul(10, 171), MulAdd(205, 101, 223), MulAdd(9, 118, 224),
+                MulAdd(10, 117, 208), Mul(206, 116), MulAdd(10, 226, 227), MulAdd(9, 225, 228), Mul(54, 229),
+                Mul(10, 174), MulAdd(205, 109, 231), MulAdd(9, 121, 232), MulAdd(10, 120, 207), Mul(206, 119),
+                MulAdd(10, 234, 235), MulAdd(9, 233, 236), Mul(54, 237), Mul(84, 9), MulAdd(85, 10, 239),
+                Mul(240, 177), NegMulAdd(240, 178, 241), Mul(10, 242), NegMulAdd(121, 230, 243), MulAdd(118, 238, 244),
+                Mul(85, 9), Mul(246, 9), Mul(247, 179), MulAdd(120, 230, 248), NegMulAdd(117, 238, 249), Mul(119, 230),
+                NegMulAdd(116, 238, 251), Mul(152, 215), MulAdd(102, 253, 222), Mul(254, 155), MulAdd(153, 255, 253),
+                MulAdd(252, 158, 245), MulAdd(250, 159, 257), MulAdd(256, 165, 258), NegMulAdd(255, 167, 259),
+                Mul(260, 170), MulAdd(159, 261, 256), NegMulAdd(158, 261, 255), Neg(262),
+            ],
+            results: &[261, 264, 263],
+        },
+            multipliers: TapeFunction {
+            operations: &[
+                MulAdd(140, 261, 250), NegMulAdd(143, 262, 265), MulAdd(151, 263, 266), MulAdd(150, 261, 252),
+                NegMulAdd(151, 262, 268), MulAdd(64, 263, 269), NegMulAdd(153, 267, 270), Mul(155, 271),
+                NegMulAdd(102, 272, 267), Mul(152, 273), Neg(272),
+            ],
+            results: &[274, 275],
+        },
+            outputs: TapeFunction {
+            operations: &[Neg(15), Neg(16)],
+            results: &[276, 277],
+        },
         },
     }
 };
 
-// Hash of this file and its derivation: 85135b79b2ab510a
+// Hash of this file and its derivation: 9f0f71493743aac6

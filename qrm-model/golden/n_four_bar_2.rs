@@ -40,7 +40,7 @@
 //     Jacobians of forces and constraint forces: the scene asks for no implicit method (`stiff`)
 
 use qrm_core::{
-    Angles, Description, Dynamics, Generated, Kernel, LoopConstraints,
+    Angles, Description, Dynamics, Equations, Generated, Kernel, LoopConstraints,
     ParameterDescription, QuantityDescription, Scalar, Schedule, Start,
 };
 
@@ -1243,19 +1243,21 @@ pub fn growth_factor<R: Scalar>(position: &Position<R>) -> R {
 
 impl<R: Scalar> Kernel<R, 5, 4> for NFourBar2<R> {
     type Position = Position<R>;
-    const IS_ANGLE: [bool; 5] = [true, true, true, true, true];
-
     const OPERATIONS: usize = 189;
 
     #[inline(always)]
-    fn with_values(value: &dyn Fn(usize) -> R) -> Self {
-        Self::new(Parameters {
-            l: value(0),
-            m: value(1),
-            J: value(2),
-            g: value(3),
-            v0: value(4),
-        })
+    fn has_angle(&self) -> [bool; 5] {
+        [true, true, true, true, true]
+    }
+
+    #[inline(always)]
+    fn is_length(&self) -> [bool; 5] {
+        [false, false, false, false, false]
+    }
+
+    #[inline(always)]
+    fn set_values(&mut self, value: &dyn Fn(usize) -> R) {
+        *self = Self::with_values(value);
     }
 
     #[inline(always)]
@@ -1318,6 +1320,24 @@ impl<R: Scalar> Kernel<R, 5, 4> for NFourBar2<R> {
         None
     }
 
+    #[inline(always)]
+    fn power(&self, t: R, q: &[R; 5], qd: &[R; 5], _multipliers: &[R; 4]) -> R {
+        power(self, t, q, qd)
+    }
+}
+
+impl<R: Scalar> Equations<R, 5, 4> for NFourBar2<R> {
+    #[inline(always)]
+    fn with_values(value: &dyn Fn(usize) -> R) -> Self {
+        Self::new(Parameters {
+            l: value(0),
+            m: value(1),
+            J: value(2),
+            g: value(3),
+            v0: value(4),
+        })
+    }
+
     fn start(&self) -> Start<R, 5> {
         let p = &self.parameters;
         Start {
@@ -1358,11 +1378,6 @@ impl<R: Scalar> Kernel<R, 5, 4> for NFourBar2<R> {
     #[inline(always)]
     fn energy(&self, q: &[R; 5], qd: &[R; 5]) -> [R; 2] {
         energy(self, q, qd)
-    }
-
-    #[inline(always)]
-    fn power(&self, t: R, q: &[R; 5], qd: &[R; 5], _multipliers: &[R; 4]) -> R {
-        power(self, t, q, qd)
     }
 
     #[inline(always)]
@@ -1590,94 +1605,167 @@ end_time = 10
 /// The functions as operations, for any kind of number.
 pub static TAPE: qrm_core::Tape = {
     use qrm_core::Operation::*;
-    use qrm_core::TapeFunction;
+    use qrm_core::{TapeFunction, TapeKernel};
     qrm_core::Tape {
         coordinates: 5,
         constraints: 4,
+        is_driven: false,
         parameters: TapeFunction {
-            operations: &[Number(1.0), PowI(0, 2), Mul(1, 49), Number(12.0), Div(50, 51), Number(9.81)],
-            results: &[48, 48, 52, 53, 48],
+            operations: &[Number(1.0), PowI(0, 2), Mul(1, 71), Number(12.0), Div(72, 73), Number(9.81)],
+            results: &[70, 70, 74, 75, 70],
         },
         constants: &[
-            Number(0.5), Number(1.0), Number(0.0), Number(1.25), Mul(0, 1), Mul(0, 29), Mul(28, 30), Add(2, 31),
-            Mul(25, 30), Number(0.25), Mul(34, 30), Add(2, 35), Number(1.5), Mul(3, 29), Mul(37, 38), Mul(25, 38),
-            Mul(25, 2), Number(0.125), Mul(42, 30), Add(41, 43), Number(0.625), Mul(45, 30), Add(41, 46),
+            Number(1.0), Number(2.0), Mul(0, 1), Mul(0, 41), Mul(3, 41), Number(0.5), Mul(44, 2), Number(1.25),
+            Mul(46, 42), Add(2, 47), Mul(44, 42), Number(0.25), Mul(50, 42), Add(2, 51), Number(1.5), Mul(53, 43),
+            Mul(44, 43), Number(0.125), Mul(56, 42), Add(45, 57), Number(0.625), Mul(59, 42), Add(45, 60), Number(0.0),
+            Pi, Div(63, 40), Neg(4), Div(65, 0), Number(0.001), Number(10.0), Neg(43),
         ],
         dynamics: TapeFunction {
             operations: &[
-                SinCos(6), SinCos(7), SinCos(8), Mul(0, 49), SinCos(9), Mul(0, 48), SinCos(10), Mul(0, 50), Mul(0, 51),
-                Mul(11, 11), Mul(49, 62), Mul(48, 62), Mul(12, 12), Mul(51, 65), Mul(50, 65), Mul(13, 13), Mul(14, 14),
-                Mul(56, 69), Mul(55, 69), Mul(15, 15), Mul(59, 72), Mul(58, 72), Mul(0, 55), Mul(0, 56), Mul(0, 52),
-                Mul(0, 58), Mul(0, 53), Mul(0, 59), Sub(63, 66), Add(81, 70), Mul(0, 82), Sub(64, 67), Add(84, 71),
-                Mul(0, 85), Mul(53, 68), Sub(66, 87), Add(88, 73), Mul(0, 89), Mul(52, 68), Sub(67, 91), Add(92, 74),
-                Mul(0, 93), Mul(49, 56), Mul(48, 55), Add(95, 96), Mul(33, 97), Mul(51, 59), Mul(50, 58), Add(99, 100),
-                Mul(33, 101), Mul(33, 71), Sub(39, 103), Mul(49, 104), Mul(33, 48), Mul(106, 70), Add(105, 107),
-                Mul(33, 74), Sub(39, 109), Mul(51, 110), Mul(33, 50), Mul(112, 73), Add(111, 113), Mul(40, 53),
-                Mul(33, 64), Sub(40, 116), Mul(56, 117), Mul(33, 55), Mul(119, 63), Add(118, 120), Mul(33, 67),
-                Sub(40, 122), Mul(59, 123), Mul(33, 58), Mul(125, 66), Add(124, 126), Neg(108), Neg(114), Neg(115),
-                Neg(121), Neg(127), Neg(57), Neg(75), Neg(61), Neg(60), Neg(78), Neg(79), Neg(83), Neg(86), Neg(90),
-                Neg(94),
+                SinCos(6), SinCos(7), SinCos(8), SinCos(9), SinCos(10), Mul(0, 71), Mul(0, 70), Mul(0, 72), Mul(0, 73),
+                Mul(11, 11), Mul(71, 84), Mul(70, 84), Mul(12, 12), Mul(73, 87), Mul(72, 87), Mul(13, 13), Mul(14, 14),
+                Mul(77, 91), Mul(76, 91), Mul(15, 15), Mul(79, 94), Mul(78, 94), Mul(0, 74), Mul(71, 77), Mul(70, 76),
+                Add(98, 99), Mul(49, 100), Mul(73, 79), Mul(72, 78), Add(102, 103), Mul(49, 104), Mul(49, 93),
+                Sub(54, 106), Mul(71, 107), Mul(49, 70), Mul(109, 92), Add(108, 110), Neg(111), Mul(49, 96),
+                Sub(54, 113), Mul(73, 114), Mul(49, 72), Mul(116, 95), Add(115, 117), Neg(118), Mul(55, 75), Neg(120),
+                Mul(49, 86), Sub(55, 122), Mul(77, 123), Mul(49, 76), Mul(125, 85), Add(124, 126), Neg(127),
+                Mul(49, 89), Sub(55, 129), Mul(79, 130), Mul(49, 78), Mul(132, 88), Add(131, 133), Neg(134), Neg(81),
+                Mul(0, 76), Neg(137), Neg(83), Mul(0, 77), Neg(82), Mul(0, 78), Neg(142), Mul(0, 75), Neg(144),
+                Mul(0, 79), Sub(85, 88), Add(147, 92), Mul(0, 148), Neg(149), Sub(86, 89), Add(151, 93), Mul(0, 152),
+                Neg(153), Mul(75, 90), Sub(88, 155), Add(156, 95), Mul(0, 157), Neg(158), Mul(74, 90), Sub(89, 160),
+                Add(161, 96), Mul(0, 162), Neg(163),
             ],
             results: &[
-                32, 27, 27, 98, 27, 27, 32, 27, 27, 102, 27, 27, 36, 27, 27, 98, 27, 27, 36, 27, 27, 102, 27, 27, 36,
-                128, 129, 130, 131, 132, 133, 60, 27, 134, 27, 54, 135, 27, 76, 27, 27, 136, 77, 27, 137, 27, 61, 138,
-                27, 80, 139, 140, 141, 142,
+                48, 62, 62, 101, 62, 62, 48, 62, 62, 105, 62, 62, 52, 62, 62, 101, 62, 62, 52, 62, 62, 105, 62, 62, 52,
+                112, 119, 121, 128, 135, 136, 82, 62, 138, 62, 80, 139, 62, 140, 62, 62, 141, 97, 62, 143, 62, 83, 145,
+                62, 146, 150, 154, 159, 164,
             ],
         },
         loop_constraints: TapeFunction {
             operations: &[
-                SinCos(6), SinCos(7), SinCos(8), Mul(0, 49), SinCos(9), Mul(0, 48), Add(26, 51), SinCos(10),
-                Mul(0, 50), Mul(0, 51), Add(49, 56), Sub(63, 58), Mul(0, 64), Sub(48, 50), Add(66, 55), Mul(0, 67),
-                Sub(26, 51), Add(69, 53), Sub(70, 60), Mul(0, 71), Sub(50, 52), Add(73, 59), Mul(0, 74), Mul(0, 55),
-                Mul(0, 56), Mul(0, 52), Mul(0, 59), Mul(0, 53), Mul(0, 60), Neg(72), Neg(57), Neg(76), Neg(62),
-                Neg(61), Neg(79), Neg(80),
+                SinCos(6), SinCos(7), SinCos(8), SinCos(9), SinCos(10), Mul(0, 71), Mul(0, 70), Mul(0, 72), Mul(0, 73),
+                Mul(0, 74), Neg(81), Mul(0, 76), Neg(86), Neg(83), Mul(0, 77), Neg(82), Mul(0, 78), Neg(91),
+                Mul(0, 75), Neg(93), Mul(0, 79), Add(71, 77), Add(39, 73), Sub(96, 97), Mul(0, 98), Sub(70, 72),
+                Add(100, 76), Mul(0, 101), Sub(39, 73), Add(103, 75), Sub(104, 79), Mul(0, 105), Neg(106), Sub(72, 74),
+                Add(108, 78), Mul(0, 109),
             ],
             results: &[
-                65, 68, 82, 75, 83, 61, 27, 84, 27, 54, 85, 27, 77, 27, 27, 86, 78, 27, 87, 27, 62, 88, 27, 81, 27, 27,
-                27, 27,
+                99, 102, 107, 110, 85, 82, 62, 87, 62, 80, 88, 62, 89, 62, 62, 90, 84, 62, 92, 62, 83, 94, 62, 95, 62,
+                62, 62, 62,
             ],
         },
         mass_matrix: TapeFunction {
             operations: &[
-                SinCos(6), SinCos(7), SinCos(9), SinCos(10), Mul(49, 53), Mul(48, 52), Add(56, 57), Mul(33, 58),
-                Mul(51, 55), Mul(50, 54), Add(60, 61), Mul(33, 62),
+                SinCos(6), SinCos(7), SinCos(9), SinCos(10), Mul(71, 75), Mul(70, 74), Add(78, 79), Mul(49, 80),
+                Mul(73, 77), Mul(72, 76), Add(82, 83), Mul(49, 84),
             ],
             results: &[
-                32, 27, 27, 59, 27, 27, 32, 27, 27, 63, 27, 27, 36, 27, 27, 59, 27, 27, 36, 27, 27, 63, 27, 27, 36,
+                48, 62, 62, 81, 62, 62, 48, 62, 62, 85, 62, 62, 52, 62, 62, 81, 62, 62, 52, 62, 62, 85, 62, 62, 52,
             ],
         },
         energy: TapeFunction {
             operations: &[
-                SinCos(6), SinCos(7), Sin(8), SinCos(9), SinCos(10), Mul(11, 11), Mul(12, 12), Mul(13, 13),
-                Mul(14, 14), Mul(15, 15), Mul(49, 54), Mul(48, 53), Add(62, 63), Mul(51, 56), Mul(50, 55), Add(65, 66),
-                Mul(11, 14), Mul(68, 64), Mul(12, 15), Mul(70, 67), Add(69, 71), Mul(33, 72), Add(59, 60), Add(74, 61),
-                Mul(44, 75), Add(57, 58), Mul(47, 77), Add(73, 76), Add(79, 78), Add(52, 53), Add(81, 55), Mul(40, 82),
-                Add(48, 50), Mul(39, 84), Add(83, 85),
+                SinCos(6), SinCos(7), SinCos(9), SinCos(10), Mul(11, 11), Mul(12, 12), Mul(13, 13), Mul(14, 14),
+                Mul(15, 15), Mul(71, 75), Mul(70, 74), Add(83, 84), Mul(73, 77), Mul(72, 76), Add(86, 87), Sin(8),
+                Mul(11, 14), Mul(90, 85), Mul(12, 15), Mul(92, 88), Add(91, 93), Mul(49, 94), Add(80, 81), Add(96, 82),
+                Mul(58, 97), Add(95, 98), Add(78, 79), Mul(61, 100), Add(99, 101), Add(89, 74), Add(103, 76),
+                Mul(55, 104), Add(70, 72), Mul(54, 106), Add(105, 107),
             ],
-            results: &[80, 86],
+            results: &[102, 108],
         },
         power: TapeFunction {
             operations: &[],
-            results: &[27],
+            results: &[62],
         },
         outputs: TapeFunction {
-            operations: &[SinCos(6), Mul(0, 49), Mul(0, 48), Mul(11, 51), Mul(11, 50), Neg(52)],
-            results: &[50, 51, 54, 53],
+            operations: &[SinCos(6), Mul(0, 71), Mul(0, 70), Mul(11, 73), Neg(74), Mul(11, 72)],
+            results: &[72, 73, 75, 76],
         },
         linearization: None,
         event: None,
         start: TapeFunction {
-            operations: &[
-                Pi, Number(2.0), Div(48, 49), Pi, Div(51, 49), Pi, Div(53, 49), Number(0.0), Neg(4), Div(56, 0),
-            ],
-            results: &[50, 52, 54, 55, 55, 57, 55, 55, 55, 55],
+            operations: &[],
+            results: &[64, 64, 64, 62, 62, 66, 62, 62, 62, 62],
         },
         given: &[true, false, false, false, false, true, false, false, false, false],
         schedule: TapeFunction {
-            operations: &[Number(0.001), Number(10.0)],
-            results: &[48, 49],
+            operations: &[],
+            results: &[67, 68],
+        },
+        kernel: TapeKernel {
+            operations: 189,
+            has_angle: &[true, true, true, true, true],
+            position: TapeFunction {
+            operations: &[
+                Sub(30, 39), Sub(70, 31), Add(71, 33), Mul(0, 72), Sub(25, 26), Add(74, 28), Mul(0, 75), Sub(39, 31),
+                Add(77, 32), Sub(78, 34), Mul(0, 79), Sub(26, 27), Add(81, 29), Mul(0, 82), Mul(0, 25), Mul(0, 26),
+                Mul(0, 28), Mul(0, 30), Mul(0, 31), Mul(0, 33), Mul(0, 27), Mul(0, 29), Mul(0, 32), Mul(0, 34),
+                Mul(30, 33), MulAdd(25, 28, 94), Mul(49, 95), Mul(31, 34), MulAdd(26, 29, 97), Mul(49, 98), Recip(89),
+                Mul(88, 100), NegMulAdd(86, 101, 85), Recip(102), Recip(90), Mul(91, 104), NegMulAdd(92, 105, 93),
+                Recip(106), Mul(87, 100), NegMulAdd(86, 108, 84), Mul(109, 103), Mul(85, 104), Mul(111, 110),
+                Mul(88, 110), NegMulAdd(92, 112, 113), Mul(107, 114), NegMulAdd(105, 115, 112),
+                NegMulAdd(101, 110, 108), Mul(86, 100), Mul(88, 103), Mul(85, 103), Mul(92, 104), Mul(91, 107),
+                NegMulAdd(96, 117, 48), Mul(48, 110), NegMulAdd(99, 115, 124), Mul(52, 116), NegMulAdd(52, 117, 96),
+                Mul(99, 110), NegMulAdd(52, 115, 128), NegMulAdd(117, 127, 123), MulAdd(110, 125, 130),
+                NegMulAdd(115, 129, 131), MulAdd(116, 126, 132), Recip(133), Mul(55, 32), Mul(55, 30), Mul(55, 31),
+                Abs(110), Abs(116), Max(138, 139), Abs(117), Max(140, 141), Abs(115), Max(142, 143), Abs(118),
+                Max(144, 145), Abs(119), Max(146, 147), Abs(120), Max(148, 149), Abs(121), Max(150, 151), Abs(122),
+                Max(152, 153), Neg(80),
+            ],
+            results: &[154, 73, 76, 155, 83],
+        },
+            velocity_residual: TapeFunction {
+            operations: &[
+                Mul(12, 85), Mul(12, 88), Neg(156), MulAdd(11, 84, 158), MulAdd(14, 86, 159), Neg(160), Neg(157),
+                MulAdd(11, 87, 162), MulAdd(14, 89, 163), NegMulAdd(13, 90, 156), MulAdd(15, 91, 165), Neg(166),
+                NegMulAdd(13, 92, 157), MulAdd(15, 93, 168),
+            ],
+            results: &[161, 164, 167, 169],
+        },
+            correction: TapeFunction {
+            operations: &[
+                Mul(36, 100), MulAdd(86, 170, 35), Mul(171, 103), MulAdd(85, 172, 37), Mul(104, 173),
+                NegMulAdd(88, 172, 38), MulAdd(92, 174, 175), Mul(107, 176), MulAdd(105, 177, 174),
+                MulAdd(101, 172, 170), Mul(179, 127), MulAdd(172, 125, 180), MulAdd(129, 177, 181),
+                MulAdd(126, 178, 182), Mul(183, 134), NegMulAdd(110, 184, 172), NegMulAdd(116, 184, 178),
+                MulAdd(117, 184, 179), MulAdd(115, 184, 177), Neg(185), Neg(186), Neg(187), Neg(188),
+            ],
+            results: &[184, 189, 190, 191, 192],
+        },
+            accelerations: TapeFunction {
+            operations: &[
+                Mul(11, 11), Mul(12, 12), Mul(13, 13), Mul(14, 14), Mul(15, 15), Mul(30, 193), Mul(31, 194),
+                Mul(33, 196), Sub(198, 199), Add(201, 200), Mul(0, 202), Mul(25, 193), Mul(26, 194), Mul(28, 196),
+                Sub(204, 205), Add(207, 206), Mul(0, 208), Mul(34, 197), Add(199, 210), NegMulAdd(32, 195, 211),
+                Mul(0, 212), Mul(29, 197), Add(205, 214), NegMulAdd(27, 195, 215), Mul(0, 216), MulAdd(49, 206, 69),
+                Mul(49, 25), Mul(219, 200), NegMulAdd(30, 218, 220), Add(136, 221), MulAdd(49, 214, 69), Mul(49, 26),
+                Mul(224, 210), NegMulAdd(31, 223, 225), Add(137, 226), NegMulAdd(49, 204, 55), Mul(49, 28),
+                Mul(229, 198), MulAdd(33, 228, 230), NegMulAdd(49, 205, 55), Mul(49, 29), Mul(233, 199),
+                MulAdd(34, 232, 234), Mul(209, 100), MulAdd(86, 236, 203), Mul(237, 103), MulAdd(85, 238, 213),
+                Mul(104, 239), NegMulAdd(88, 238, 217), MulAdd(92, 240, 241), Mul(107, 242), MulAdd(105, 243, 240),
+                MulAdd(101, 238, 236), MulAdd(227, 110, 222), NegMulAdd(231, 117, 246), MulAdd(245, 127, 247),
+                NegMulAdd(235, 115, 248), MulAdd(135, 116, 249), MulAdd(238, 125, 250), MulAdd(129, 243, 251),
+                MulAdd(126, 244, 252), Mul(134, 253), NegMulAdd(110, 254, 238), NegMulAdd(116, 254, 244),
+                MulAdd(117, 254, 245), MulAdd(115, 254, 243), Neg(254),
+            ],
+            results: &[259, 255, 256, 257, 258],
+        },
+            multipliers: TapeFunction {
+            operations: &[
+                NegMulAdd(96, 254, 231), MulAdd(52, 257, 260), MulAdd(52, 256, 135), MulAdd(99, 255, 235),
+                MulAdd(52, 258, 263), MulAdd(105, 262, 264), Mul(107, 265), MulAdd(92, 266, 262), Mul(104, 267),
+                MulAdd(48, 255, 227), MulAdd(99, 258, 269), MulAdd(101, 261, 270), NegMulAdd(88, 266, 271),
+                MulAdd(85, 268, 272), Mul(103, 273), MulAdd(86, 274, 261), Mul(100, 275), Neg(274), Neg(276), Neg(268),
+                Neg(266),
+            ],
+            results: &[277, 278, 279, 280],
+        },
+            outputs: TapeFunction {
+            operations: &[Mul(11, 84), Neg(281), Mul(11, 87)],
+            results: &[87, 84, 282, 283],
+        },
         },
     }
 };
 
-// Hash of this file and its derivation: 849f1a41e97228d1
+// Hash of this file and its derivation: 0346706cc3f99b4d

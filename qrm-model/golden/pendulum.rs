@@ -39,7 +39,7 @@
 //     Jacobians of forces and constraint forces: the scene asks for no implicit method (`stiff`)
 
 use qrm_core::{
-    Angles, Description, Dynamics, Generated, Kernel, LoopConstraints,
+    Angles, Description, Dynamics, Equations, Generated, Kernel, LoopConstraints,
     ParameterDescription, QuantityDescription, Scalar, Schedule, Start,
 };
 
@@ -563,17 +563,21 @@ pub fn growth_factor<R: Scalar>(position: &Position<R>) -> R {
 
 impl<R: Scalar> Kernel<R, 2, 1> for Pendulum<R> {
     type Position = Position<R>;
-    const IS_ANGLE: [bool; 2] = [false, false];
-
     const OPERATIONS: usize = 20;
 
     #[inline(always)]
-    fn with_values(value: &dyn Fn(usize) -> R) -> Self {
-        Self::new(Parameters {
-            m: value(0),
-            l: value(1),
-            g: value(2),
-        })
+    fn has_angle(&self) -> [bool; 2] {
+        [false, false]
+    }
+
+    #[inline(always)]
+    fn is_length(&self) -> [bool; 2] {
+        [true, true]
+    }
+
+    #[inline(always)]
+    fn set_values(&mut self, value: &dyn Fn(usize) -> R) {
+        *self = Self::with_values(value);
     }
 
     #[inline(always)]
@@ -636,6 +640,22 @@ impl<R: Scalar> Kernel<R, 2, 1> for Pendulum<R> {
         None
     }
 
+    #[inline(always)]
+    fn power(&self, t: R, q: &[R; 2], qd: &[R; 2], _multipliers: &[R; 1]) -> R {
+        power(self, t, q, qd)
+    }
+}
+
+impl<R: Scalar> Equations<R, 2, 1> for Pendulum<R> {
+    #[inline(always)]
+    fn with_values(value: &dyn Fn(usize) -> R) -> Self {
+        Self::new(Parameters {
+            m: value(0),
+            l: value(1),
+            g: value(2),
+        })
+    }
+
     fn start(&self) -> Start<R, 2> {
         Start {
             q: [R::from_f64(1.0), R::from_f64(0.0)],
@@ -669,11 +689,6 @@ impl<R: Scalar> Kernel<R, 2, 1> for Pendulum<R> {
     #[inline(always)]
     fn energy(&self, q: &[R; 2], qd: &[R; 2]) -> [R; 2] {
         energy(self, q, qd)
-    }
-
-    #[inline(always)]
-    fn power(&self, t: R, q: &[R; 2], qd: &[R; 2], _multipliers: &[R; 1]) -> R {
-        power(self, t, q, qd)
     }
 
     #[inline(always)]
@@ -823,54 +838,92 @@ end_time = 100
 /// The functions as operations, for any kind of number.
 pub static TAPE: qrm_core::Tape = {
     use qrm_core::Operation::*;
-    use qrm_core::TapeFunction;
+    use qrm_core::{TapeFunction, TapeKernel};
     qrm_core::Tape {
         coordinates: 2,
         constraints: 1,
+        is_driven: false,
         parameters: TapeFunction {
             operations: &[Number(1.0), Number(9.81)],
-            results: &[19, 19, 20],
+            results: &[28, 28, 29],
         },
-        constants: &[Number(0.0), Recip(1), Number(0.5), Mul(1, 1), Mul(14, 13), Mul(0, 2), Mul(13, 0), Mul(12, 12)],
+        constants: &[
+            Number(1.0), Recip(1), Mul(1, 1), Number(0.5), Mul(18, 19), Mul(0, 2), Mul(19, 0), Mul(17, 17),
+            Number(0.0), Neg(21), Number(0.001), Number(100.0),
+        ],
         dynamics: TapeFunction {
-            operations: &[Mul(12, 4), Mul(12, 5), Mul(6, 6), Mul(7, 7), Add(21, 22), Mul(12, 23), Neg(16)],
-            results: &[0, 11, 11, 0, 11, 25, 19, 20, 24],
+            operations: &[Mul(17, 4), Mul(17, 5), Mul(6, 6), Mul(7, 7), Add(30, 31), Mul(17, 32)],
+            results: &[0, 24, 24, 0, 24, 25, 28, 29, 33],
         },
         loop_constraints: TapeFunction {
             operations: &[
-                Mul(4, 4), Mul(5, 5), Add(19, 20), Mul(13, 21), Sub(15, 22), Mul(12, 23), Mul(12, 4), Mul(12, 5),
-                Neg(24),
+                Mul(17, 4), Mul(17, 5), Mul(4, 4), Mul(5, 5), Add(30, 31), Mul(19, 32), Sub(20, 33), Mul(17, 34),
+                Neg(35),
             ],
-            results: &[27, 25, 26, 11],
+            results: &[36, 28, 29, 24],
         },
         mass_matrix: TapeFunction {
             operations: &[],
-            results: &[0, 11, 11, 0],
+            results: &[0, 24, 24, 0],
         },
         energy: TapeFunction {
-            operations: &[Mul(6, 6), Mul(7, 7), Add(19, 20), Mul(17, 21), Mul(16, 5)],
-            results: &[22, 23],
+            operations: &[Mul(6, 6), Mul(7, 7), Add(28, 29), Mul(22, 30), Mul(21, 5)],
+            results: &[31, 32],
         },
         power: TapeFunction {
             operations: &[],
-            results: &[11],
+            results: &[24],
         },
         outputs: TapeFunction {
-            operations: &[Mul(4, 4), Mul(5, 5), Add(19, 20), Mul(18, 21), Mul(22, 10)],
-            results: &[23],
+            operations: &[Mul(4, 4), Mul(5, 5), Add(28, 29), Mul(23, 30), Mul(31, 10)],
+            results: &[32],
         },
         linearization: None,
         event: None,
         start: TapeFunction {
-            operations: &[Number(1.0), Number(0.0)],
-            results: &[19, 20, 20, 20],
+            operations: &[],
+            results: &[16, 24, 24, 24],
         },
         given: &[false, true, false, true],
         schedule: TapeFunction {
-            operations: &[Number(0.001), Number(100.0)],
-            results: &[19, 20],
+            operations: &[],
+            results: &[26, 27],
+        },
+        kernel: TapeKernel {
+            operations: 20,
+            has_angle: &[false, false],
+            position: TapeFunction {
+            operations: &[
+                Mul(17, 4), Mul(17, 5), Mul(4, 4), MulAdd(5, 5, 30), NegMulAdd(19, 31, 20), Mul(17, 32), Recip(28),
+                Mul(29, 34), Mul(0, 35), MulAdd(35, 36, 0), Recip(37), Abs(35), Neg(33),
+            ],
+            results: &[39, 40],
+        },
+            velocity_residual: TapeFunction {
+            operations: &[Mul(6, 28), MulAdd(7, 29, 41)],
+            results: &[42],
+        },
+            correction: TapeFunction {
+            operations: &[Mul(15, 34), Mul(43, 36), Mul(44, 38), NegMulAdd(35, 45, 43), Neg(46), Neg(45)],
+            results: &[47, 48],
+        },
+            accelerations: TapeFunction {
+            operations: &[
+                Mul(6, 6), MulAdd(7, 7, 49), Mul(17, 50), Mul(51, 34), MulAdd(52, 36, 21), Mul(53, 38),
+                NegMulAdd(35, 54, 52), Neg(55), Neg(54),
+            ],
+            results: &[56, 57],
+        },
+            multipliers: TapeFunction {
+            operations: &[Mul(0, 34), Mul(58, 55)],
+            results: &[59],
+        },
+            outputs: TapeFunction {
+            operations: &[Mul(23, 10), Mul(60, 31)],
+            results: &[61],
+        },
         },
     }
 };
 
-// Hash of this file and its derivation: a0466bbde57d81a1
+// Hash of this file and its derivation: 597c2734c0624b97

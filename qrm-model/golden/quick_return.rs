@@ -44,7 +44,7 @@
 //     Jacobians of forces and constraint forces: the scene asks for no implicit method (`stiff`)
 
 use qrm_core::{
-    Angles, Description, Dynamics, Generated, Kernel, LoopConstraints,
+    Angles, Description, Dynamics, Equations, Generated, Kernel, LoopConstraints,
     ParameterDescription, QuantityDescription, Scalar, Schedule, Start,
 };
 
@@ -1148,30 +1148,21 @@ pub fn growth_factor<R: Scalar>(position: &Position<R>) -> R {
 
 impl<R: Scalar> Kernel<R, 3, 2> for QuickReturn<R> {
     type Position = Position<R>;
-    const IS_ANGLE: [bool; 3] = [true, true, true];
-
     const OPERATIONS: usize = 107;
 
     #[inline(always)]
-    fn with_values(value: &dyn Fn(usize) -> R) -> Self {
-        Self::new(Parameters {
-            O2A: value(0),
-            O4B: value(1),
-            BC: value(2),
-            O4O2: value(3),
-            O4G4: value(4),
-            BG5: value(5),
-            yC: value(6),
-            m3: value(7),
-            m4: value(8),
-            m5: value(9),
-            m6: value(10),
-            J2: value(11),
-            J4: value(12),
-            J5: value(13),
-            F6: value(14),
-            w0: value(15),
-        })
+    fn has_angle(&self) -> [bool; 3] {
+        [true, true, true]
+    }
+
+    #[inline(always)]
+    fn is_length(&self) -> [bool; 3] {
+        [false, false, false]
+    }
+
+    #[inline(always)]
+    fn set_values(&mut self, value: &dyn Fn(usize) -> R) {
+        *self = Self::with_values(value);
     }
 
     #[inline(always)]
@@ -1235,6 +1226,35 @@ impl<R: Scalar> Kernel<R, 3, 2> for QuickReturn<R> {
         Some(R::abs(q[0]) - R::from_f64(4.0) * R::pi())
     }
 
+    #[inline(always)]
+    fn power(&self, t: R, q: &[R; 3], qd: &[R; 3], _multipliers: &[R; 2]) -> R {
+        power(self, t, q, qd)
+    }
+}
+
+impl<R: Scalar> Equations<R, 3, 2> for QuickReturn<R> {
+    #[inline(always)]
+    fn with_values(value: &dyn Fn(usize) -> R) -> Self {
+        Self::new(Parameters {
+            O2A: value(0),
+            O4B: value(1),
+            BC: value(2),
+            O4O2: value(3),
+            O4G4: value(4),
+            BG5: value(5),
+            yC: value(6),
+            m3: value(7),
+            m4: value(8),
+            m5: value(9),
+            m6: value(10),
+            J2: value(11),
+            J4: value(12),
+            J5: value(13),
+            F6: value(14),
+            w0: value(15),
+        })
+    }
+
     fn start(&self) -> Start<R, 3> {
         let p = &self.parameters;
         Start {
@@ -1269,11 +1289,6 @@ impl<R: Scalar> Kernel<R, 3, 2> for QuickReturn<R> {
     #[inline(always)]
     fn energy(&self, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
         energy(self, q, qd)
-    }
-
-    #[inline(always)]
-    fn power(&self, t: R, q: &[R; 3], qd: &[R; 3], _multipliers: &[R; 2]) -> R {
-        power(self, t, q, qd)
     }
 
     #[inline(always)]
@@ -1573,94 +1588,152 @@ max_time = 10
 /// The functions as operations, for any kind of number.
 pub static TAPE: qrm_core::Tape = {
     use qrm_core::Operation::*;
-    use qrm_core::TapeFunction;
+    use qrm_core::{TapeFunction, TapeKernel};
     qrm_core::Tape {
         coordinates: 3,
         constraints: 2,
+        is_driven: false,
         parameters: TapeFunction {
             operations: &[
                 Number(0.2), Number(0.7), Number(0.6), Number(0.3), Number(0.4), Number(0.9), Number(0.5), Number(6.0),
-                Number(4.0), Number(2.0), Number(100.0), Number(10.0), Number(1000.0), Pi, Number(150.0), Mul(75, 74),
-                Number(60.0), Div(76, 77),
+                Number(4.0), Number(2.0), Number(100.0), Number(10.0), Number(1000.0), Number(150.0), Pi, Mul(89, 90),
+                Number(60.0), Div(91, 92),
             ],
-            results: &[61, 62, 63, 64, 65, 64, 66, 67, 68, 69, 70, 71, 72, 68, 73, 78],
+            results: &[76, 77, 78, 79, 80, 79, 81, 82, 83, 84, 85, 86, 87, 83, 88, 93],
         },
         constants: &[
-            Number(0.0), Mul(0, 0), Mul(3, 3), Add(29, 30), Number(2.0), Mul(0, 3), Mul(32, 33), Mul(29, 30),
-            Mul(7, 29), Add(11, 36), Mul(1, 1), Mul(9, 38), Mul(4, 4), Mul(40, 8), Add(12, 39), Add(42, 41),
-            Mul(10, 38), Mul(5, 9), Mul(1, 45), Mul(2, 10), Add(47, 45), Mul(1, 48), Mul(5, 45), Add(13, 50),
-            Mul(2, 47), Mul(1, 14), Mul(2, 14), Number(0.5), Mul(55, 44), Mul(43, 55), Mul(51, 55), Mul(55, 52),
-            Mul(37, 55),
+            Number(0.5), Number(4.0), Number(2.0), Number(10.0), Pi, Number(0.0), Mul(0, 0), Mul(3, 3), Mul(0, 3),
+            Mul(7, 42), Add(11, 45), Mul(1, 1), Mul(9, 47), Add(12, 48), Mul(4, 4), Mul(50, 8), Add(49, 51),
+            Mul(10, 47), Mul(5, 9), Mul(2, 10), Mul(5, 54), Add(13, 56), Mul(2, 55), Add(42, 43), Mul(38, 44),
+            Mul(42, 43), Mul(1, 54), Add(55, 54), Mul(1, 63), Mul(1, 14), Mul(2, 14), Mul(36, 53), Mul(52, 36),
+            Mul(57, 36), Mul(36, 58), Mul(46, 36), Mul(37, 40), Number(1.0), Number(2.6), Number(0.001),
         ],
         dynamics: TapeFunction {
             operations: &[
-                SinCos(17), Mul(0, 61), SinCos(18), Mul(1, 65), SinCos(19), Mul(1, 64), Mul(2, 68), Mul(2, 67),
-                Mul(21, 21), Mul(65, 72), Mul(22, 22), Mul(68, 74), Mul(72, 69), Mul(34, 61), Add(31, 77), Sqrt(78),
-                Recip(79), Mul(65, 80), Mul(33, 62), Mul(82, 81), Add(63, 83), Mul(64, 79), Mul(62, 80), Mul(35, 80),
-                Mul(87, 81), Mul(88, 86), Sub(0, 89), Mul(20, 90), Mul(64, 21), Mul(34, 80), Mul(93, 92), Sub(91, 94),
-                Mul(62, 95), Mul(33, 20), Mul(61, 81), Mul(98, 97), Sub(96, 99), Mul(20, 100), Mul(79, 73),
-                Sub(101, 102), Mul(74, 71), Add(76, 104), Mul(44, 64), Mul(106, 64), Add(43, 107), Mul(46, 65),
-                Mul(68, 109), Mul(49, 67), Mul(64, 111), Add(110, 112), Mul(67, 67), Mul(52, 114), Add(51, 115),
-                Mul(44, 73), Mul(49, 75), Add(53, 117), Add(119, 118), Mul(64, 120), Mul(67, 74), Mul(122, 109),
-                Sub(121, 123), Mul(49, 73), Mul(52, 75), Add(54, 125), Add(127, 126), Mul(67, 128), Mul(46, 64),
-                Mul(130, 68), Mul(131, 72), Sub(129, 132), Neg(124), Neg(133), Neg(84), Neg(103), Neg(105),
+                SinCos(17), SinCos(18), SinCos(19), Mul(1, 79), Mul(1, 78), Mul(21, 21), Mul(79, 84), Mul(22, 22),
+                Mul(81, 86), Mul(60, 76), Add(59, 88), Sqrt(89), Recip(90), Mul(79, 91), Mul(62, 79), Mul(81, 93),
+                Mul(64, 80), Mul(78, 95), Add(94, 96), Mul(53, 78), Mul(98, 78), Add(52, 99), Mul(80, 80),
+                Mul(58, 101), Add(57, 102), Mul(53, 85), Add(65, 104), Mul(64, 87), Add(105, 106), Mul(78, 107),
+                Mul(80, 86), Mul(109, 93), Sub(108, 110), Neg(111), Mul(64, 85), Add(66, 113), Mul(58, 87),
+                Add(114, 115), Mul(80, 116), Mul(62, 78), Mul(118, 81), Mul(119, 84), Sub(117, 120), Neg(121),
+                Mul(0, 76), Mul(44, 77), Mul(124, 92), Add(123, 125), Neg(126), Mul(78, 90), Mul(2, 81), Mul(61, 91),
+                Mul(130, 92), Mul(77, 91), Mul(131, 132), Sub(0, 133), Mul(20, 134), Mul(60, 91), Mul(78, 21),
+                Mul(136, 137), Sub(135, 138), Mul(77, 139), Mul(76, 92), Mul(44, 20), Mul(141, 142), Sub(140, 143),
+                Mul(20, 144), Mul(90, 85), Sub(145, 146), Neg(147), Mul(84, 83), Mul(2, 80), Mul(86, 150),
+                Add(149, 151), Neg(152),
             ],
-            results: &[37, 28, 28, 28, 108, 113, 28, 113, 116, 28, 134, 135, 136, 85, 28, 28, 66, 70, 137, 138],
+            results: &[46, 41, 41, 41, 100, 97, 41, 97, 103, 41, 112, 122, 127, 128, 41, 41, 82, 129, 148, 153],
         },
         loop_constraints: TapeFunction {
             operations: &[
-                SinCos(17), Mul(0, 62), Mul(0, 61), SinCos(18), Mul(1, 66), SinCos(19), Mul(1, 65), Mul(2, 69),
-                Mul(2, 68), Mul(34, 61), Add(31, 73), Sqrt(74), Mul(66, 75), Sub(63, 76), Add(70, 72), Sub(78, 6),
-                Div(66, 75), Mul(33, 62), Mul(81, 80), Add(64, 82), Mul(65, 75), Neg(83),
+                SinCos(17), SinCos(18), SinCos(19), Mul(1, 79), Mul(1, 78), Mul(60, 76), Add(59, 84), Sqrt(85),
+                Mul(0, 76), Mul(44, 77), Mul(78, 86), Mul(2, 81), Mul(2, 80), Mul(0, 77), Add(83, 91), Mul(79, 86),
+                Sub(92, 94), Sub(93, 6), Div(79, 86), Mul(88, 97), Add(87, 98), Neg(99),
             ],
-            results: &[77, 79, 85, 84, 28, 28, 67, 71, 28, 28],
+            results: &[95, 96, 100, 89, 41, 41, 82, 90, 41, 41],
         },
         mass_matrix: TapeFunction {
             operations: &[
-                SinCos(18), SinCos(19), Mul(44, 61), Mul(65, 61), Add(43, 66), Mul(46, 62), Mul(64, 68), Mul(49, 63),
-                Mul(61, 70), Add(69, 71), Mul(63, 63), Mul(52, 73), Add(51, 74),
+                SinCos(18), SinCos(19), Mul(62, 77), Mul(79, 80), Mul(64, 78), Mul(76, 82), Add(81, 83), Mul(53, 76),
+                Mul(85, 76), Add(52, 86), Mul(78, 78), Mul(58, 88), Add(57, 89),
             ],
-            results: &[37, 28, 28, 28, 67, 72, 28, 72, 75],
+            results: &[46, 41, 41, 41, 87, 84, 41, 84, 90],
         },
         energy: TapeFunction {
             operations: &[
-                SinCos(18), Mul(1, 62), SinCos(19), Mul(2, 65), Add(63, 66), Mul(20, 20), Mul(22, 22), Mul(61, 21),
-                Mul(46, 62), Mul(65, 71), Mul(49, 64), Mul(64, 64), Mul(56, 70), Mul(22, 73), Add(75, 76), Mul(61, 77),
-                Mul(22, 72), Mul(57, 21), Add(78, 79), Add(81, 80), Mul(21, 82), Mul(59, 74), Add(58, 84), Mul(85, 69),
-                Mul(60, 68), Add(83, 86), Add(88, 87), Mul(14, 67), Neg(90),
+                SinCos(18), SinCos(19), Mul(1, 77), Mul(22, 22), Mul(62, 77), Mul(79, 82), Mul(64, 78), Mul(78, 78),
+                Mul(2, 79), Mul(76, 21), Add(80, 86), Mul(67, 87), Mul(22, 84), Add(89, 90), Mul(76, 91), Mul(22, 83),
+                Add(92, 93), Mul(68, 21), Add(94, 95), Mul(21, 96), Mul(70, 85), Add(69, 98), Mul(99, 81),
+                Add(97, 100), Mul(20, 20), Mul(71, 102), Add(101, 103), Mul(14, 88), Neg(105),
             ],
-            results: &[89, 91],
+            results: &[104, 106],
         },
         power: TapeFunction {
             operations: &[],
-            results: &[28],
+            results: &[41],
         },
         outputs: TapeFunction {
             operations: &[
-                SinCos(17), Mul(0, 62), Mul(0, 61), Add(3, 64), SinCos(18), Mul(1, 67), SinCos(19), Mul(1, 66),
-                Mul(2, 70), Add(68, 72), Mul(2, 69), Mul(21, 21), Mul(67, 75), Mul(22, 22), Mul(70, 77), Mul(34, 61),
-                Add(31, 79), Sqrt(80), Recip(81), Mul(67, 82), Mul(62, 82), Mul(33, 20), Mul(21, 71), Mul(22, 74),
-                Add(86, 87), Mul(66, 24), Add(76, 89), Mul(1, 90), Mul(69, 25), Add(78, 92), Mul(2, 93), Add(91, 94),
-                Mul(84, 85), Mul(66, 63), Mul(65, 67), Sub(97, 98), Mul(99, 83), Sub(66, 100), Mul(26, 101), Neg(88),
-                Neg(95), Neg(27),
+                SinCos(17), SinCos(18), SinCos(19), Mul(1, 79), Mul(1, 78), Mul(21, 21), Mul(79, 84), Mul(22, 22),
+                Mul(81, 86), Mul(60, 76), Add(59, 88), Sqrt(89), Recip(90), Mul(79, 91), Mul(0, 76), Mul(2, 81),
+                Mul(77, 91), Mul(44, 20), Mul(2, 80), Mul(0, 77), Add(82, 94), Add(3, 93), Mul(21, 83), Mul(22, 97),
+                Add(101, 102), Neg(103), Mul(78, 24), Add(85, 105), Mul(1, 106), Mul(80, 25), Add(87, 108),
+                Mul(2, 109), Add(107, 110), Neg(111), Mul(95, 96), Mul(78, 98), Mul(100, 79), Sub(114, 115),
+                Mul(116, 92), Sub(78, 117), Mul(26, 118), Neg(27),
             ],
-            results: &[73, 103, 104, 96, 102, 105],
+            results: &[99, 104, 112, 113, 119, 120],
         },
         linearization: None,
         event: Some(TapeFunction {
-            operations: &[Abs(17), Pi, Number(4.0), Mul(63, 62), Sub(61, 64)],
-            results: &[65],
+            operations: &[Abs(17), Sub(76, 72)],
+            results: &[77],
         }),
         start: TapeFunction {
-            operations: &[Number(0.0), Number(1.0), Number(2.6)],
-            results: &[61, 62, 63, 15, 61, 61],
+            operations: &[],
+            results: &[41, 73, 74, 15, 41, 41],
         },
         given: &[true, false, false, true, false, false],
         schedule: TapeFunction {
-            operations: &[Number(0.001), Number(10.0)],
-            results: &[61, 62],
+            operations: &[],
+            results: &[75, 39],
+        },
+        kernel: TapeKernel {
+            operations: 107,
+            has_angle: &[true, true, true],
+            position: TapeFunction {
+            operations: &[
+                MulAdd(60, 28, 59), Sqrt(76), Recip(76), Mul(78, 77), Mul(44, 31), Mul(80, 79), Mul(0, 31),
+                NegMulAdd(32, 77, 82), Mul(1, 29), Mul(2, 30), Sub(84, 6), Add(86, 85), Mul(0, 28), MulAdd(32, 81, 88),
+                Mul(29, 77), Mul(1, 32), Mul(2, 33), Mul(53, 29), MulAdd(93, 29, 52), Mul(64, 29), Mul(62, 32),
+                Mul(96, 33), MulAdd(95, 30, 97), Mul(58, 30), MulAdd(99, 30, 57), Recip(29), Mul(101, 79), Recip(92),
+                Mul(102, 89), Mul(91, 103), Mul(105, 104), Mul(91, 102), Mul(94, 104), NegMulAdd(98, 106, 108),
+                Mul(98, 104), NegMulAdd(100, 106, 110), MulAdd(104, 109, 46), NegMulAdd(106, 111, 112), Recip(113),
+                Add(91, 92), Mul(32, 30), NegMulAdd(29, 33, 116), Mul(62, 117), Add(3, 88), Mul(82, 29),
+                NegMulAdd(32, 119, 120), Mul(32, 121), NegMulAdd(122, 79, 29), Abs(104), Abs(106), Max(124, 125),
+                Abs(107), Max(126, 127),
+            ],
+            results: &[128, 83, 87],
+        },
+            velocity_residual: TapeFunction {
+            operations: &[Mul(20, 89), NegMulAdd(21, 90, 129), Neg(130), Mul(21, 91), MulAdd(22, 92, 132)],
+            results: &[131, 133],
+        },
+            correction: TapeFunction {
+            operations: &[
+                Mul(34, 102), NegMulAdd(91, 134, 35), Mul(103, 135), Mul(134, 109), MulAdd(136, 111, 137),
+                Mul(138, 114), NegMulAdd(104, 139, 134), MulAdd(106, 139, 136), Neg(140), Neg(141),
+            ],
+            results: &[139, 142, 143],
+        },
+            accelerations: TapeFunction {
+            operations: &[
+                Mul(21, 21), Mul(22, 22), Mul(20, 20), Mul(20, 81), Mul(44, 28), Mul(148, 146), MulAdd(147, 147, 149),
+                Mul(79, 150), MulAdd(144, 77, 151), Mul(38, 29), Mul(153, 21), Mul(82, 146), NegMulAdd(154, 147, 155),
+                NegMulAdd(32, 152, 156), Mul(144, 84), MulAdd(85, 145, 158), Mul(144, 91), MulAdd(145, 92, 160),
+                MulAdd(10, 161, 14), Mul(145, 118), NegMulAdd(84, 162, 163), Mul(144, 118), MulAdd(85, 162, 165),
+                Mul(102, 157), NegMulAdd(91, 167, 159), Mul(103, 168), Mul(164, 104), MulAdd(166, 106, 170),
+                NegMulAdd(109, 167, 171), NegMulAdd(111, 169, 172), Mul(114, 173), MulAdd(104, 174, 167),
+                NegMulAdd(106, 174, 169),
+            ],
+            results: &[174, 175, 176],
+        },
+            multipliers: TapeFunction {
+            operations: &[
+                MulAdd(98, 175, 166), MulAdd(100, 176, 177), Mul(103, 178), NegMulAdd(94, 175, 164),
+                NegMulAdd(98, 176, 180), MulAdd(91, 179, 181), Mul(102, 182), Neg(179),
+            ],
+            results: &[183, 184],
+        },
+            outputs: TapeFunction {
+            operations: &[
+                Neg(27), Mul(84, 21), MulAdd(85, 22, 186), Neg(187), Mul(33, 22), Mul(30, 25), MulAdd(189, 22, 190),
+                Mul(32, 21), Mul(29, 24), MulAdd(192, 21, 193), Mul(1, 194), MulAdd(2, 191, 195), Neg(196),
+                Mul(80, 20), Mul(198, 79), Mul(26, 123),
+            ],
+            results: &[115, 188, 197, 199, 200, 185],
+        },
         },
     }
 };
 
-// Hash of this file and its derivation: cef5971eca680aea
+// Hash of this file and its derivation: 290e312e34a94a77

@@ -40,8 +40,8 @@
 //     time in the forces: no load depends on it
 
 use qrm_core::{
-    Angles, Description, Dynamics, Generated, Kernel, Linearization, LoopConstraints,
-    ParameterDescription, QuantityDescription, Scalar, Schedule, Start,
+    Angles, Description, Dynamics, Equations, Generated, Kernel, Linearization,
+    LoopConstraints, ParameterDescription, QuantityDescription, Scalar, Schedule, Start,
 };
 
 /// The numbers of the scene that can be changed, under their names in the scene.
@@ -1324,30 +1324,21 @@ pub fn growth_factor<R: Scalar>(position: &Position<R>) -> R {
 
 impl<R: Scalar> Kernel<R, 3, 3> for QuickReturnDriven<R> {
     type Position = Position<R>;
-    const IS_ANGLE: [bool; 3] = [true, true, true];
-
     const OPERATIONS: usize = 84;
 
     #[inline(always)]
-    fn with_values(value: &dyn Fn(usize) -> R) -> Self {
-        Self::new(Parameters {
-            O2A: value(0),
-            O4B: value(1),
-            BC: value(2),
-            O4O2: value(3),
-            O4G4: value(4),
-            BG5: value(5),
-            yC: value(6),
-            m3: value(7),
-            m4: value(8),
-            m5: value(9),
-            m6: value(10),
-            J2: value(11),
-            J4: value(12),
-            J5: value(13),
-            F6: value(14),
-            w: value(15),
-        })
+    fn has_angle(&self) -> [bool; 3] {
+        [true, true, true]
+    }
+
+    #[inline(always)]
+    fn is_length(&self) -> [bool; 3] {
+        [false, false, false]
+    }
+
+    #[inline(always)]
+    fn set_values(&mut self, value: &dyn Fn(usize) -> R) {
+        *self = Self::with_values(value);
     }
 
     #[inline(always)]
@@ -1410,6 +1401,35 @@ impl<R: Scalar> Kernel<R, 3, 3> for QuickReturnDriven<R> {
         None
     }
 
+    #[inline(always)]
+    fn power(&self, t: R, q: &[R; 3], qd: &[R; 3], multipliers: &[R; 3]) -> R {
+        power(self, t, q, qd, multipliers)
+    }
+}
+
+impl<R: Scalar> Equations<R, 3, 3> for QuickReturnDriven<R> {
+    #[inline(always)]
+    fn with_values(value: &dyn Fn(usize) -> R) -> Self {
+        Self::new(Parameters {
+            O2A: value(0),
+            O4B: value(1),
+            BC: value(2),
+            O4O2: value(3),
+            O4G4: value(4),
+            BG5: value(5),
+            yC: value(6),
+            m3: value(7),
+            m4: value(8),
+            m5: value(9),
+            m6: value(10),
+            J2: value(11),
+            J4: value(12),
+            J5: value(13),
+            F6: value(14),
+            w: value(15),
+        })
+    }
+
     fn start(&self) -> Start<R, 3> {
         Start {
             q: [R::from_f64(0.0), R::from_f64(1.0), R::from_f64(2.6)],
@@ -1444,11 +1464,6 @@ impl<R: Scalar> Kernel<R, 3, 3> for QuickReturnDriven<R> {
     #[inline(always)]
     fn energy(&self, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
         energy(self, q, qd)
-    }
-
-    #[inline(always)]
-    fn power(&self, t: R, q: &[R; 3], qd: &[R; 3], multipliers: &[R; 3]) -> R {
-        power(self, t, q, qd, multipliers)
     }
 
     #[inline(always)]
@@ -1753,125 +1768,180 @@ stiff = true
 /// The functions as operations, for any kind of number.
 pub static TAPE: qrm_core::Tape = {
     use qrm_core::Operation::*;
-    use qrm_core::TapeFunction;
+    use qrm_core::{TapeFunction, TapeKernel};
     qrm_core::Tape {
         coordinates: 3,
         constraints: 3,
+        is_driven: true,
         parameters: TapeFunction {
             operations: &[
                 Number(0.2), Number(0.7), Number(0.6), Number(0.3), Number(0.4), Number(0.9), Number(0.5), Number(6.0),
-                Number(4.0), Number(2.0), Number(100.0), Number(10.0), Number(1000.0), Pi, Number(150.0), Mul(89, 88),
-                Number(60.0), Div(90, 91),
+                Number(4.0), Number(2.0), Number(100.0), Number(10.0), Number(1000.0), Number(150.0), Pi,
+                Mul(103, 104), Number(60.0), Div(105, 106),
             ],
-            results: &[75, 76, 77, 78, 79, 78, 80, 81, 82, 83, 84, 85, 86, 82, 87, 92],
+            results: &[90, 91, 92, 93, 94, 93, 95, 96, 97, 98, 99, 100, 101, 97, 102, 107],
         },
         constants: &[
-            Number(1.0), Number(0.0), Mul(0, 0), Mul(3, 3), Add(31, 32), Number(2.0), Mul(0, 3), Mul(34, 35),
-            Mul(31, 32), Mul(7, 31), Add(11, 38), Mul(1, 1), Mul(9, 40), Mul(4, 4), Mul(42, 8), Add(12, 41),
-            Add(44, 43), Mul(10, 40), Mul(5, 9), Mul(1, 47), Mul(2, 10), Add(49, 47), Mul(1, 50), Mul(5, 47),
-            Add(13, 52), Mul(2, 49), Mul(1, 14), Mul(2, 14), Number(0.5), Mul(57, 46), Mul(45, 57), Mul(53, 57),
-            Mul(57, 54), Mul(39, 57), Mul(1, 34), Mul(1, 10), Mul(64, 63), Mul(34, 54), Mul(63, 47), Mul(50, 63),
-            Number(3.0), Mul(69, 37), Mul(35, 70), Mul(34, 37), Mul(0, 34), Mul(2, 34),
+            Number(0.5), Number(2.0), Pi, Mul(0, 0), Mul(3, 3), Mul(0, 3), Mul(41, 42), Mul(7, 41), Add(11, 45),
+            Mul(1, 1), Mul(9, 47), Add(12, 48), Mul(4, 4), Mul(50, 8), Add(49, 51), Mul(10, 47), Mul(5, 9), Mul(2, 10),
+            Add(55, 54), Mul(5, 54), Add(13, 57), Mul(2, 55), Mul(1, 39), Number(3.0), Mul(61, 44), Add(41, 42),
+            Mul(39, 43), Mul(1, 54), Mul(1, 56), Mul(1, 14), Mul(2, 14), Mul(38, 53), Mul(52, 38), Mul(58, 38),
+            Mul(38, 59), Mul(46, 38), Mul(1, 10), Mul(74, 60), Mul(39, 59), Mul(60, 54), Mul(56, 60), Mul(43, 62),
+            Mul(39, 44), Mul(0, 39), Mul(2, 39), Number(0.0), Number(1.0), Neg(15), Number(2.6), Number(0.001),
+            Mul(39, 40), Div(88, 15),
         ],
         dynamics: TapeFunction {
             operations: &[
-                SinCos(17), Mul(0, 75), SinCos(18), Mul(1, 79), SinCos(19), Mul(2, 82), Mul(21, 21), Mul(79, 84),
-                Mul(78, 84), Mul(22, 22), Mul(82, 87), Mul(1, 86), Mul(81, 87), Mul(36, 75), Add(33, 91), Sqrt(92),
-                Recip(93), Mul(76, 94), Mul(35, 95), Mul(79, 96), Add(77, 97), Mul(78, 93), Mul(79, 94), Mul(94, 95),
-                Mul(37, 101), Mul(100, 102), Sub(0, 103), Mul(20, 104), Mul(78, 21), Mul(36, 106), Mul(94, 107),
-                Sub(105, 108), Mul(76, 109), Mul(75, 20), Mul(100, 111), Mul(35, 112), Sub(110, 113), Mul(20, 114),
-                Mul(93, 85), Sub(115, 116), Mul(2, 90), Add(89, 118), Mul(46, 78), Mul(120, 78), Add(45, 121),
-                Mul(48, 82), Mul(79, 123), Mul(51, 78), Mul(125, 81), Add(124, 126), Mul(81, 81), Mul(54, 128),
-                Add(53, 129), Mul(46, 85), Mul(51, 88), Add(55, 131), Add(133, 132), Mul(78, 134), Mul(79, 81),
-                Mul(48, 136), Mul(87, 137), Sub(135, 138), Mul(51, 85), Mul(54, 88), Add(56, 140), Add(142, 141),
-                Mul(81, 143), Mul(86, 123), Sub(144, 145), Neg(139), Neg(146), Neg(98), Neg(117), Neg(119),
+                SinCos(17), SinCos(18), SinCos(19), Mul(1, 93), Mul(21, 21), Mul(93, 97), Mul(92, 97), Mul(22, 22),
+                Mul(95, 100), Mul(64, 90), Add(63, 102), Sqrt(103), Recip(104), Mul(91, 105), Mul(93, 105),
+                Mul(65, 95), Mul(93, 108), Mul(66, 92), Mul(110, 94), Add(109, 111), Mul(53, 92), Mul(113, 92),
+                Add(52, 114), Mul(94, 94), Mul(59, 116), Add(58, 117), Mul(53, 98), Add(67, 119), Mul(66, 101),
+                Add(120, 121), Mul(92, 122), Mul(93, 94), Mul(65, 124), Mul(100, 125), Sub(123, 126), Neg(127),
+                Mul(66, 98), Add(68, 129), Mul(59, 101), Add(130, 131), Mul(94, 132), Mul(99, 108), Sub(133, 134),
+                Neg(135), Mul(0, 90), Mul(43, 106), Mul(93, 138), Add(137, 139), Neg(140), Mul(92, 104), Mul(2, 95),
+                Mul(105, 106), Mul(44, 144), Mul(107, 145), Sub(0, 146), Mul(20, 147), Mul(92, 21), Mul(64, 149),
+                Mul(105, 150), Sub(148, 151), Mul(91, 152), Mul(90, 20), Mul(107, 154), Mul(43, 155), Sub(153, 156),
+                Mul(20, 157), Mul(104, 98), Sub(158, 159), Neg(160), Mul(1, 99), Mul(94, 100), Mul(2, 163),
+                Add(162, 164), Neg(165),
             ],
             results: &[
-                39, 30, 30, 30, 122, 127, 30, 127, 130, 30, 147, 148, 149, 99, 30, 30, 80, 83, 29, 30, 30, 150, 151,
-                30,
+                46, 83, 83, 83, 115, 112, 83, 112, 118, 83, 128, 136, 141, 142, 83, 83, 96, 143, 84, 83, 83, 161, 166,
+                83,
             ],
         },
         loop_constraints: TapeFunction {
             operations: &[
-                SinCos(17), Mul(0, 76), Mul(0, 75), SinCos(18), Mul(1, 80), SinCos(19), Mul(1, 79), Mul(2, 83),
-                Mul(2, 82), Mul(36, 75), Add(33, 87), Sqrt(88), Mul(80, 89), Sub(77, 90), Add(84, 86), Sub(92, 6),
-                Mul(15, 16), Sub(17, 94), Div(76, 89), Mul(35, 96), Mul(80, 97), Add(78, 98), Mul(79, 89), Neg(99),
-                Neg(15),
+                SinCos(17), SinCos(18), SinCos(19), Mul(1, 93), Mul(64, 90), Add(63, 97), Sqrt(98), Mul(0, 90),
+                Mul(92, 99), Mul(2, 95), Mul(0, 91), Mul(1, 92), Mul(2, 94), Add(104, 105), Mul(93, 99), Sub(103, 107),
+                Sub(106, 6), Mul(15, 16), Sub(17, 110), Div(91, 99), Mul(43, 112), Mul(93, 113), Add(100, 114),
+                Neg(115),
             ],
-            results: &[91, 93, 95, 101, 100, 30, 30, 81, 85, 29, 30, 30, 30, 30, 102],
+            results: &[108, 109, 111, 116, 101, 83, 83, 96, 102, 84, 83, 83, 83, 83, 85],
         },
         mass_matrix: TapeFunction {
             operations: &[
-                SinCos(18), SinCos(19), Mul(46, 75), Mul(79, 75), Add(45, 80), Mul(48, 78), Mul(76, 82), Mul(51, 75),
-                Mul(84, 77), Add(83, 85), Mul(77, 77), Mul(54, 87), Add(53, 88),
+                SinCos(18), SinCos(19), Mul(65, 93), Mul(91, 94), Mul(66, 90), Mul(96, 92), Add(95, 97), Mul(53, 90),
+                Mul(99, 90), Add(52, 100), Mul(92, 92), Mul(59, 102), Add(58, 103),
             ],
-            results: &[39, 30, 30, 30, 81, 86, 30, 86, 89],
+            results: &[46, 83, 83, 83, 101, 98, 83, 98, 104],
         },
         energy: TapeFunction {
             operations: &[
-                SinCos(18), Mul(1, 76), SinCos(19), Mul(2, 79), Add(77, 80), Mul(20, 20), Mul(22, 22), Mul(75, 21),
-                Mul(48, 79), Mul(76, 85), Mul(78, 78), Mul(58, 84), Mul(78, 22), Mul(51, 89), Add(88, 90), Mul(75, 91),
-                Mul(22, 86), Mul(59, 21), Add(92, 93), Add(95, 94), Mul(21, 96), Mul(61, 87), Add(60, 98), Mul(99, 83),
-                Mul(62, 82), Add(97, 100), Add(102, 101), Mul(14, 81), Neg(104),
+                SinCos(18), SinCos(19), Mul(1, 91), Mul(22, 22), Mul(65, 93), Mul(91, 96), Mul(92, 92), Mul(2, 93),
+                Mul(90, 21), Add(94, 99), Mul(69, 100), Mul(92, 22), Mul(66, 103), Add(102, 104), Mul(90, 105),
+                Mul(22, 97), Add(106, 107), Mul(70, 21), Add(108, 109), Mul(21, 110), Mul(72, 98), Add(71, 112),
+                Mul(113, 95), Add(111, 114), Mul(20, 20), Mul(73, 116), Add(115, 117), Mul(14, 101), Neg(119),
             ],
-            results: &[103, 105],
+            results: &[118, 120],
         },
         power: TapeFunction {
-            operations: &[Mul(15, 28), Neg(75)],
-            results: &[76],
+            operations: &[Mul(15, 28), Neg(90)],
+            results: &[91],
         },
         outputs: TapeFunction {
             operations: &[
-                SinCos(17), Mul(0, 76), Mul(0, 75), Add(3, 78), SinCos(18), Mul(1, 81), SinCos(19), Mul(2, 84),
-                Add(82, 85), Mul(36, 75), Add(33, 87), Sqrt(88), Div(81, 89), Mul(80, 21), Mul(83, 22), Mul(1, 91),
-                Mul(2, 92), Add(93, 94), Mul(80, 77), Mul(79, 81), Sub(96, 97), Mul(98, 90), Sub(80, 99), Mul(26, 100),
-                Neg(28), Neg(95), Neg(27),
+                SinCos(17), SinCos(18), SinCos(19), Mul(1, 93), Mul(64, 90), Add(63, 97), Sqrt(98), Mul(0, 90),
+                Mul(2, 95), Mul(92, 21), Mul(0, 91), Add(96, 101), Mul(94, 22), Add(3, 100), Neg(28), Mul(1, 102),
+                Mul(2, 105), Add(108, 109), Neg(110), Mul(92, 103), Mul(106, 93), Sub(112, 113), Div(93, 99),
+                Mul(114, 115), Sub(92, 116), Mul(26, 117), Neg(27),
             ],
-            results: &[102, 86, 103, 101, 104],
+            results: &[107, 104, 111, 118, 119],
         },
         linearization: Some(TapeFunction {
             operations: &[
-                SinCos(17), Mul(0, 75), SinCos(18), SinCos(19), Mul(20, 20), Mul(82, 77), Mul(21, 21), Mul(79, 84),
-                Mul(78, 84), Mul(22, 22), Mul(81, 87), Mul(80, 87), Mul(36, 75), Add(33, 90), Sqrt(91), Mul(79, 92),
-                Recip(92), Mul(76, 94), Mul(35, 95), Mul(79, 94), Mul(94, 95), Mul(37, 98), Mul(97, 99), Sub(0, 100),
-                Mul(78, 21), Mul(36, 102), Mul(94, 103), Mul(75, 20), Mul(97, 105), Mul(48, 81), Mul(79, 107),
-                Mul(51, 78), Mul(109, 80), Add(108, 110), Mul(79, 80), Mul(48, 112), Mul(80, 22), Mul(76, 101),
-                Mul(35, 75), Mul(97, 116), Sub(115, 117), Mul(26, 118), Mul(78, 26), Mul(120, 96), Mul(80, 25),
-                Add(88, 122), Mul(51, 123), Mul(78, 24), Mul(65, 125), Mul(92, 26), Add(55, 124), Add(128, 126),
-                Add(129, 127), Mul(79, 130), Mul(81, 25), Sub(132, 89), Mul(48, 133), Mul(65, 86), Mul(1, 27),
-                Add(134, 135), Add(137, 136), Mul(78, 138), Mul(46, 84), Sub(131, 139), Add(141, 140), Mul(111, 87),
-                Mul(78, 81), Mul(51, 144), Sub(113, 145), Mul(25, 146), Add(143, 147), Mul(111, 84), Mul(51, 112),
-                Mul(48, 144), Sub(150, 151), Mul(24, 152), Sub(149, 153), Mul(79, 24), Sub(155, 86), Mul(48, 156),
-                Mul(66, 133), Mul(2, 27), Sub(157, 158), Add(160, 159), Mul(80, 161), Add(85, 125), Mul(51, 163),
-                Add(56, 164), Mul(81, 165), Mul(54, 87), Sub(162, 166), Sub(168, 167), Mul(65, 79), Mul(170, 102),
-                Mul(67, 112), Mul(68, 144), Sub(172, 173), Mul(22, 174), Mul(68, 112), Mul(67, 144), Sub(176, 177),
-                Mul(21, 178), Mul(66, 81), Mul(180, 114), Mul(71, 95), Mul(182, 95), Mul(70, 75), Add(183, 184),
-                Mul(94, 94), Mul(186, 185), Sub(35, 187), Mul(188, 82), Mul(35, 84), Add(189, 190), Mul(79, 191),
-                Mul(20, 95), Mul(21, 193), Mul(72, 94), Mul(195, 194), Mul(35, 24), Sub(196, 197), Mul(78, 198),
-                Sub(192, 199), Mul(76, 200), Mul(105, 103), Sub(201, 202), Mul(94, 203), Mul(118, 23), Add(83, 204),
-                Sub(206, 205), Mul(82, 99), Mul(35, 23), Sub(208, 209), Mul(76, 210), Mul(82, 116), Add(211, 212),
-                Mul(94, 213), Mul(92, 84), Add(214, 215), Mul(78, 216), Mul(36, 194), Mul(92, 24), Add(218, 219),
-                Mul(79, 220), Sub(217, 221), Mul(1, 163), Mul(2, 123), Mul(72, 97), Mul(225, 98), Sub(73, 226),
-                Mul(20, 227), Sub(104, 228), Mul(76, 229), Mul(36, 106), Add(230, 231), Mul(36, 78), Mul(233, 193),
-                Mul(34, 21), Mul(235, 93), Add(234, 236), Mul(63, 102), Mul(74, 114), Neg(119), Neg(148), Neg(154),
-                Neg(169), Neg(175), Neg(222), Neg(223), Neg(224), Neg(238), Neg(239),
+                SinCos(17), SinCos(18), SinCos(19), Mul(21, 21), Mul(93, 96), Mul(92, 96), Mul(22, 22), Mul(95, 99),
+                Mul(64, 90), Add(63, 101), Sqrt(102), Recip(103), Mul(91, 104), Mul(93, 104), Mul(65, 95),
+                Mul(93, 107), Mul(66, 92), Mul(109, 94), Add(108, 110), Mul(93, 94), Mul(65, 112), Mul(0, 90),
+                Mul(43, 105), Mul(104, 105), Mul(44, 116), Mul(106, 117), Sub(0, 118), Mul(92, 21), Mul(64, 120),
+                Mul(104, 121), Mul(90, 20), Mul(106, 123), Mul(94, 99), Mul(93, 103), Mul(94, 22), Mul(20, 20),
+                Mul(43, 90), Mul(91, 119), Mul(106, 129), Sub(130, 131), Mul(92, 26), Mul(133, 115), Mul(94, 25),
+                Add(100, 135), Mul(92, 24), Mul(95, 25), Sub(138, 125), Mul(92, 95), Add(97, 137), Mul(20, 105),
+                Mul(21, 142), Mul(26, 132), Neg(144), Mul(66, 136), Add(67, 146), Mul(75, 137), Add(147, 148),
+                Mul(103, 26), Add(149, 150), Mul(93, 151), Mul(65, 139), Mul(75, 98), Add(153, 154), Mul(1, 27),
+                Add(155, 156), Mul(92, 157), Sub(152, 158), Mul(53, 96), Add(159, 160), Mul(111, 99), Mul(66, 140),
+                Sub(113, 163), Mul(25, 164), Add(162, 165), Neg(166), Mul(111, 96), Mul(66, 112), Mul(65, 140),
+                Sub(169, 170), Mul(24, 171), Sub(168, 172), Neg(173), Mul(93, 24), Sub(175, 98), Mul(65, 176),
+                Mul(76, 139), Sub(177, 178), Mul(2, 27), Add(179, 180), Mul(94, 181), Mul(66, 141), Add(68, 183),
+                Mul(95, 184), Sub(182, 185), Mul(59, 99), Sub(186, 187), Neg(188), Mul(75, 93), Mul(190, 120),
+                Mul(77, 112), Mul(78, 140), Sub(192, 193), Mul(22, 194), Neg(195), Mul(78, 112), Mul(77, 140),
+                Sub(197, 198), Mul(21, 199), Mul(76, 95), Mul(201, 127), Mul(128, 114), Mul(104, 104), Mul(79, 105),
+                Mul(205, 105), Mul(62, 90), Add(206, 207), Mul(204, 208), Sub(43, 209), Mul(210, 128), Mul(43, 96),
+                Add(211, 212), Mul(93, 213), Mul(80, 104), Mul(215, 143), Mul(43, 24), Sub(216, 217), Mul(92, 218),
+                Sub(214, 219), Mul(91, 220), Mul(123, 121), Sub(221, 222), Mul(104, 223), Add(203, 224), Mul(132, 23),
+                Sub(225, 226), Mul(128, 117), Mul(43, 23), Sub(228, 229), Mul(91, 230), Mul(128, 129), Add(231, 232),
+                Mul(104, 233), Mul(103, 96), Add(234, 235), Mul(92, 236), Mul(64, 143), Mul(103, 24), Add(238, 239),
+                Mul(93, 240), Sub(237, 241), Neg(242), Mul(1, 141), Neg(244), Mul(2, 136), Neg(246), Mul(80, 106),
+                Mul(248, 116), Sub(81, 249), Mul(20, 250), Sub(122, 251), Mul(91, 252), Mul(64, 124), Add(253, 254),
+                Mul(64, 92), Mul(256, 142), Mul(39, 21), Mul(258, 126), Add(257, 259), Mul(60, 120), Neg(261),
+                Mul(82, 127), Neg(263),
             ],
             results: &[
-                240, 121, 30, 121, 142, 241, 30, 242, 243, 30, 30, 30, 30, 171, 244, 30, 179, 181, 207, 245, 30, 30,
-                246, 247, 30, 30, 30, 232, 237, 30, 30, 248, 249, 30, 30, 30, 30, 30, 30, 30, 30, 30,
+                145, 134, 83, 134, 161, 167, 83, 174, 189, 83, 83, 83, 83, 191, 196, 83, 200, 202, 227, 243, 83, 83,
+                245, 247, 83, 83, 83, 255, 260, 83, 83, 262, 264, 83, 83, 83, 83, 83, 83, 83, 83, 83,
             ],
         }),
         event: None,
         start: TapeFunction {
-            operations: &[Number(0.0), Number(1.0), Number(2.6)],
-            results: &[75, 76, 77, 75, 75, 75],
+            operations: &[],
+            results: &[83, 84, 86, 83, 83, 83],
         },
         given: &[false, false, false, false, false, false],
         schedule: TapeFunction {
-            operations: &[Number(0.001), Pi, Number(2.0), Mul(77, 76), Div(78, 15)],
-            results: &[75, 79],
+            operations: &[],
+            results: &[87, 89],
+        },
+        kernel: TapeKernel {
+            operations: 84,
+            has_angle: &[true, true, true],
+            position: TapeFunction {
+            operations: &[
+                MulAdd(64, 29, 63), Sqrt(90), Recip(90), Mul(92, 91), Mul(43, 32), Mul(94, 93), Mul(0, 32),
+                NegMulAdd(33, 91, 96), Mul(1, 30), Mul(2, 31), Sub(98, 6), Add(100, 99), NegMulAdd(15, 16, 17),
+                Mul(0, 29), MulAdd(33, 95, 103), Mul(30, 91), Mul(1, 33), Mul(2, 34), Mul(53, 30), MulAdd(108, 30, 52),
+                Mul(66, 30), Mul(65, 33), Mul(111, 34), MulAdd(110, 31, 112), Mul(59, 31), MulAdd(114, 31, 58),
+                Recip(107), Mul(106, 116), Recip(30), Mul(118, 93), Mul(119, 104), Mul(106, 119), Add(106, 107),
+                Mul(33, 31), NegMulAdd(30, 34, 123), Mul(65, 124), Add(3, 103), Mul(96, 30), NegMulAdd(33, 126, 127),
+                Mul(33, 128), NegMulAdd(129, 93, 30), Abs(121), Abs(104), Max(131, 132),
+            ],
+            results: &[133, 97, 101, 102],
+        },
+            velocity_residual: TapeFunction {
+            operations: &[
+                Mul(20, 104), NegMulAdd(21, 105, 134), Neg(135), Mul(21, 106), MulAdd(22, 107, 137), Sub(20, 15),
+            ],
+            results: &[136, 138, 139],
+        },
+            correction: TapeFunction {
+            operations: &[
+                Mul(35, 119), MulAdd(37, 120, 140), Mul(36, 116), NegMulAdd(117, 141, 142), Neg(37), Neg(141),
+                Neg(143),
+            ],
+            results: &[144, 145, 146],
+        },
+            accelerations: TapeFunction {
+            operations: &[
+                Mul(21, 21), Mul(22, 22), Mul(20, 20), Mul(20, 95), Mul(43, 29), Mul(151, 149), MulAdd(150, 150, 152),
+                Mul(93, 153), MulAdd(147, 91, 154), Mul(39, 30), Mul(156, 21), Mul(96, 149), NegMulAdd(157, 150, 158),
+                NegMulAdd(33, 155, 159), Mul(147, 98), MulAdd(99, 148, 161), Mul(119, 160), Mul(162, 116),
+                NegMulAdd(117, 163, 164),
+            ],
+            results: &[83, 163, 165],
+        },
+            multipliers: TapeFunction {
+            operations: &[
+                Mul(147, 106), MulAdd(148, 107, 166), MulAdd(10, 167, 14), Mul(148, 125), NegMulAdd(98, 168, 169),
+                Mul(147, 125), MulAdd(99, 168, 171), MulAdd(113, 163, 172), MulAdd(115, 165, 173),
+                NegMulAdd(109, 163, 170), NegMulAdd(113, 165, 175), MulAdd(117, 174, 176), Mul(120, 177),
+                Mul(119, 177), Mul(116, 174), Neg(180),
+            ],
+            results: &[179, 181, 178],
+        },
+            outputs: TapeFunction {
+            operations: &[Neg(28), Neg(27), Mul(98, 21), MulAdd(99, 22, 184), Neg(185), Mul(26, 130)],
+            results: &[182, 122, 186, 187, 183],
+        },
         },
     }
 };
 
-// Hash of this file and its derivation: d317db481c2164fe
+// Hash of this file and its derivation: 18ed10e34cf39c81

@@ -40,8 +40,8 @@
 //     time in the forces: no load depends on it
 
 use qrm_core::{
-    Angles, Description, Dynamics, Generated, Kernel, Linearization, LoopConstraints,
-    ParameterDescription, QuantityDescription, Scalar, Schedule, Start,
+    Angles, Description, Dynamics, Equations, Generated, Kernel, Linearization,
+    LoopConstraints, ParameterDescription, QuantityDescription, Scalar, Schedule, Start,
 };
 
 /// The numbers of the scene that can be changed, under their names in the scene.
@@ -1560,37 +1560,21 @@ pub fn growth_factor<R: Scalar>(position: &Position<R>) -> R {
 
 impl<R: Scalar> Kernel<R, 3, 2> for QuickReturnLoaded<R> {
     type Position = Position<R>;
-    const IS_ANGLE: [bool; 3] = [true, true, true];
-
     const OPERATIONS: usize = 129;
 
     #[inline(always)]
-    fn with_values(value: &dyn Fn(usize) -> R) -> Self {
-        Self::new(Parameters {
-            O2A: value(0),
-            O4B: value(1),
-            BC: value(2),
-            O4O2: value(3),
-            O4G4: value(4),
-            BG5: value(5),
-            yC: value(6),
-            m3: value(7),
-            m4: value(8),
-            m5: value(9),
-            m6: value(10),
-            J2: value(11),
-            J3: value(12),
-            J4: value(13),
-            J5: value(14),
-            F6: value(15),
-            T2: value(16),
-            g: value(17),
-            k: value(18),
-            cd: value(19),
-            w0: value(20),
-            OA0: value(21),
-            x6_0: value(22),
-        })
+    fn has_angle(&self) -> [bool; 3] {
+        [true, true, true]
+    }
+
+    #[inline(always)]
+    fn is_length(&self) -> [bool; 3] {
+        [false, false, false]
+    }
+
+    #[inline(always)]
+    fn set_values(&mut self, value: &dyn Fn(usize) -> R) {
+        *self = Self::with_values(value);
     }
 
     #[inline(always)]
@@ -1654,6 +1638,42 @@ impl<R: Scalar> Kernel<R, 3, 2> for QuickReturnLoaded<R> {
         Some(R::abs(q[0]) - R::from_f64(4.0) * R::pi())
     }
 
+    #[inline(always)]
+    fn power(&self, t: R, q: &[R; 3], qd: &[R; 3], _multipliers: &[R; 2]) -> R {
+        power(self, t, q, qd)
+    }
+}
+
+impl<R: Scalar> Equations<R, 3, 2> for QuickReturnLoaded<R> {
+    #[inline(always)]
+    fn with_values(value: &dyn Fn(usize) -> R) -> Self {
+        Self::new(Parameters {
+            O2A: value(0),
+            O4B: value(1),
+            BC: value(2),
+            O4O2: value(3),
+            O4G4: value(4),
+            BG5: value(5),
+            yC: value(6),
+            m3: value(7),
+            m4: value(8),
+            m5: value(9),
+            m6: value(10),
+            J2: value(11),
+            J3: value(12),
+            J4: value(13),
+            J5: value(14),
+            F6: value(15),
+            T2: value(16),
+            g: value(17),
+            k: value(18),
+            cd: value(19),
+            w0: value(20),
+            OA0: value(21),
+            x6_0: value(22),
+        })
+    }
+
     fn start(&self) -> Start<R, 3> {
         let p = &self.parameters;
         Start {
@@ -1688,11 +1708,6 @@ impl<R: Scalar> Kernel<R, 3, 2> for QuickReturnLoaded<R> {
     #[inline(always)]
     fn energy(&self, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
         energy(self, q, qd)
-    }
-
-    #[inline(always)]
-    fn power(&self, t: R, q: &[R; 3], qd: &[R; 3], _multipliers: &[R; 2]) -> R {
-        power(self, t, q, qd)
     }
 
     #[inline(always)]
@@ -2127,154 +2142,214 @@ values = { phi2 = 3.49825323822800346, phi4 = 2.73737497721061442, phi5 = 2.8239
 /// The functions as operations, for any kind of number.
 pub static TAPE: qrm_core::Tape = {
     use qrm_core::Operation::*;
-    use qrm_core::TapeFunction;
+    use qrm_core::{TapeFunction, TapeKernel};
     qrm_core::Tape {
         coordinates: 3,
         constraints: 2,
+        is_driven: false,
         parameters: TapeFunction {
             operations: &[
                 Number(0.2), Number(0.7), Number(0.6), Number(0.3), Number(0.4), Number(0.9), Number(0.5), Number(6.0),
-                Number(4.0), Number(2.0), Number(100.0), Number(0.0), Number(10.0), Number(1000.0), Pi, Number(150.0),
-                Mul(124, 123), Number(60.0), Div(125, 126), PowI(0, 2), PowI(3, 2), Add(128, 129), Sqrt(130),
-                Mul(1, 0), Div(132, 21), PowI(2, 2), Mul(1, 3), Div(135, 21), Sub(6, 136), PowI(137, 2), Sub(134, 138),
-                Sqrt(139), Sub(133, 140),
+                Number(4.0), Number(2.0), Number(100.0), Number(0.0), Number(10.0), Number(1000.0), Number(150.0), Pi,
+                Mul(142, 143), Number(60.0), Div(144, 145), PowI(0, 2), PowI(3, 2), Add(147, 148), Sqrt(149),
+                Mul(1, 0), Div(151, 21), PowI(2, 2), Mul(1, 3), Div(154, 21), Sub(6, 155), PowI(156, 2), Sub(153, 157),
+                Sqrt(158), Sub(152, 159),
             ],
             results: &[
-                109, 110, 111, 112, 113, 112, 114, 115, 116, 117, 118, 119, 120, 121, 116, 122, 120, 120, 120, 120,
-                127, 131, 141,
+                128, 129, 130, 131, 132, 131, 133, 134, 135, 136, 137, 138, 139, 140, 135, 141, 139, 139, 139, 139,
+                146, 150, 160,
             ],
         },
         constants: &[
-            Number(0.0), Mul(0, 0), Mul(3, 3), Add(36, 37), Number(2.0), Mul(0, 3), Mul(39, 40), Mul(36, 37),
-            Mul(7, 36), Add(11, 43), Mul(1, 1), Mul(9, 45), Mul(4, 8), Mul(4, 47), Add(12, 13), Add(49, 46),
-            Add(50, 48), Mul(10, 45), Mul(5, 9), Mul(1, 53), Mul(2, 10), Add(55, 53), Mul(1, 56), Mul(5, 53),
-            Add(14, 58), Mul(2, 2), Mul(10, 60), Mul(7, 17), Mul(0, 62), Mul(1, 15), Mul(1, 9), Mul(1, 10),
-            Add(65, 47), Mul(17, 67), Mul(2, 15), Mul(17, 53), Number(0.5), Mul(71, 52), Mul(51, 71), Mul(59, 71),
-            Mul(71, 61), Mul(44, 71), Mul(17, 47), Mul(9, 17), Mul(18, 71), Mul(18, 45), Mul(18, 22), Add(15, 81),
-            Mul(1, 82), Mul(19, 45), Mul(39, 84), Mul(39, 52), Mul(1, 18), Mul(2, 87), Mul(1, 19), Mul(2, 89),
-            Mul(39, 80), Mul(2, 19), Mul(2, 18), Mul(18, 60), Mul(19, 60), Mul(39, 95), Mul(39, 61), Mul(39, 94),
-            Mul(2, 82), Mul(1, 39), Mul(56, 100), Mul(53, 100), Number(3.0), Mul(103, 42), Mul(40, 104), Mul(39, 42),
-            Mul(0, 39), Mul(2, 39),
+            Number(0.5), Number(4.0), Number(2.0), Number(0.0), Number(10.0), Pi, Mul(0, 0), Mul(3, 3), Mul(0, 3),
+            Mul(49, 50), Mul(7, 49), Add(11, 53), Mul(1, 1), Mul(4, 8), Add(12, 13), Mul(9, 55), Add(57, 58),
+            Mul(4, 56), Add(59, 60), Mul(10, 55), Mul(5, 9), Mul(2, 10), Add(64, 63), Mul(5, 63), Add(14, 66),
+            Mul(2, 2), Mul(10, 68), Mul(7, 17), Mul(1, 9), Mul(18, 55), Mul(18, 22), Add(15, 73), Mul(19, 55),
+            Mul(1, 18), Mul(1, 19), Mul(18, 68), Mul(19, 68), Mul(1, 45), Number(3.0), Mul(81, 52), Add(49, 50),
+            Mul(45, 51), Mul(1, 63), Mul(1, 65), Mul(0, 70), Mul(1, 15), Mul(1, 10), Add(71, 56), Mul(17, 90),
+            Mul(2, 15), Mul(17, 63), Mul(43, 62), Mul(61, 43), Mul(67, 43), Mul(43, 69), Mul(54, 43), Mul(17, 56),
+            Mul(9, 17), Mul(18, 43), Mul(1, 74), Mul(45, 75), Mul(45, 62), Mul(2, 76), Mul(2, 77), Mul(45, 72),
+            Mul(2, 19), Mul(2, 18), Mul(45, 79), Mul(45, 69), Mul(45, 78), Mul(2, 74), Mul(65, 80), Mul(63, 80),
+            Mul(51, 82), Mul(45, 52), Mul(0, 45), Mul(2, 45), Mul(2, 64), Mul(0, 7), Mul(121, 17), Mul(71, 17),
+            Mul(44, 48), Number(1.0), Number(2.6), Number(0.001),
         ],
         dynamics: TapeFunction {
             operations: &[
-                SinCos(24), Mul(0, 109), SinCos(25), Mul(1, 113), SinCos(26), Mul(2, 116), Add(114, 117), Mul(28, 28),
-                Mul(113, 119), Mul(112, 119), Mul(1, 120), Mul(29, 29), Mul(116, 123), Mul(5, 124), Add(122, 125),
-                Mul(1, 121), Mul(115, 123), Mul(5, 128), Add(127, 129), Mul(2, 124), Add(122, 131), Mul(41, 109),
-                Add(38, 133), Sqrt(134), Recip(135), Mul(110, 136), Mul(40, 137), Mul(113, 138), Add(111, 139),
-                Mul(112, 135), Mul(113, 136), Mul(136, 137), Mul(42, 143), Mul(142, 144), Sub(0, 145), Mul(27, 146),
-                Mul(112, 28), Mul(41, 136), Mul(149, 148), Sub(147, 150), Mul(110, 151), Mul(109, 27), Mul(40, 142),
-                Mul(154, 153), Sub(152, 155), Mul(27, 156), Mul(135, 120), Sub(157, 158), Mul(2, 128), Add(127, 160),
-                Mul(52, 112), Mul(162, 112), Add(51, 163), Mul(54, 113), Mul(116, 165), Mul(57, 112), Mul(167, 115),
-                Add(166, 168), Mul(115, 115), Mul(61, 170), Add(59, 171), Mul(63, 110), Sub(16, 173), Mul(65, 126),
-                Mul(66, 132), Sub(118, 22), Mul(18, 177), Mul(1, 148), Mul(115, 29), Mul(2, 180), Add(179, 181),
-                Mul(19, 182), Sub(178, 183), Mul(1, 184), Add(64, 175), Add(186, 176), Sub(187, 185), Mul(112, 188),
-                Mul(65, 130), Sub(68, 190), Mul(113, 191), Add(189, 192), Mul(53, 126), Mul(55, 132), Mul(2, 184),
-                Add(69, 194), Add(197, 195), Sub(198, 196), Mul(115, 199), Mul(53, 130), Sub(70, 201), Mul(116, 202),
-                Add(200, 203), Neg(193), Neg(204), Neg(140), Neg(159), Neg(161),
+                SinCos(24), SinCos(25), SinCos(26), Mul(1, 131), Mul(2, 133), Add(134, 135), Mul(28, 28),
+                Mul(131, 137), Mul(1, 138), Mul(29, 29), Mul(133, 140), Mul(5, 141), Add(139, 142), Mul(130, 137),
+                Mul(1, 144), Mul(132, 140), Mul(5, 146), Add(145, 147), Mul(2, 141), Add(139, 149), Mul(84, 128),
+                Add(83, 151), Sqrt(152), Recip(153), Mul(129, 154), Mul(131, 154), Mul(130, 28), Mul(85, 131),
+                Mul(133, 158), Mul(86, 130), Mul(160, 132), Add(159, 161), Sub(136, 22), Mul(18, 163), Mul(1, 157),
+                Mul(132, 29), Mul(2, 166), Add(165, 167), Mul(19, 168), Sub(164, 169), Mul(62, 130), Mul(171, 130),
+                Add(61, 172), Mul(132, 132), Mul(69, 174), Add(67, 175), Mul(87, 129), Sub(16, 177), Mul(71, 143),
+                Add(88, 179), Mul(89, 150), Add(180, 181), Mul(1, 170), Sub(182, 183), Mul(130, 184), Mul(71, 148),
+                Sub(91, 186), Mul(131, 187), Add(185, 188), Neg(189), Mul(63, 143), Add(92, 191), Mul(64, 150),
+                Add(192, 193), Mul(2, 170), Sub(194, 195), Mul(132, 196), Mul(63, 148), Sub(93, 198), Mul(133, 199),
+                Add(197, 200), Neg(201), Mul(0, 128), Mul(51, 155), Mul(131, 204), Add(203, 205), Neg(206),
+                Mul(130, 153), Mul(154, 155), Mul(52, 209), Mul(156, 210), Sub(0, 211), Mul(27, 212), Mul(84, 154),
+                Mul(214, 157), Sub(213, 215), Mul(129, 216), Mul(51, 156), Mul(128, 27), Mul(218, 219), Sub(217, 220),
+                Mul(27, 221), Mul(153, 138), Sub(222, 223), Neg(224), Mul(2, 146), Add(145, 226), Neg(227),
             ],
-            results: &[44, 35, 35, 35, 164, 169, 35, 169, 172, 174, 205, 206, 207, 141, 35, 35, 114, 117, 208, 209],
+            results: &[54, 46, 46, 46, 173, 162, 46, 162, 176, 178, 190, 202, 207, 208, 46, 46, 134, 135, 225, 228],
         },
         loop_constraints: TapeFunction {
             operations: &[
-                SinCos(24), Mul(0, 110), Mul(0, 109), SinCos(25), Mul(1, 114), SinCos(26), Mul(1, 113), Mul(2, 117),
-                Mul(2, 116), Mul(41, 109), Add(38, 121), Sqrt(122), Mul(114, 123), Sub(111, 124), Add(118, 120),
-                Sub(126, 6), Div(110, 123), Mul(40, 128), Mul(114, 129), Add(112, 130), Mul(113, 123), Neg(131),
+                SinCos(24), SinCos(25), SinCos(26), Mul(1, 131), Mul(2, 133), Mul(84, 128), Add(83, 136), Sqrt(137),
+                Mul(0, 128), Mul(130, 138), Mul(0, 129), Mul(1, 130), Mul(2, 132), Add(142, 143), Mul(131, 138),
+                Sub(141, 145), Sub(144, 6), Div(129, 138), Mul(51, 148), Mul(131, 149), Add(139, 150), Neg(151),
             ],
-            results: &[125, 127, 133, 132, 35, 35, 115, 119, 35, 35],
+            results: &[146, 147, 152, 140, 46, 46, 134, 135, 46, 46],
         },
         mass_matrix: TapeFunction {
             operations: &[
-                SinCos(25), SinCos(26), Mul(52, 109), Mul(113, 109), Add(51, 114), Mul(54, 110), Mul(112, 116),
-                Mul(57, 109), Mul(118, 111), Add(117, 119), Mul(111, 111), Mul(61, 121), Add(59, 122),
+                SinCos(25), SinCos(26), Mul(85, 129), Mul(131, 132), Mul(86, 128), Mul(134, 130), Add(133, 135),
+                Mul(62, 128), Mul(137, 128), Add(61, 138), Mul(130, 130), Mul(69, 140), Add(67, 141),
             ],
-            results: &[44, 35, 35, 35, 115, 120, 35, 120, 123],
+            results: &[54, 46, 46, 46, 139, 136, 46, 136, 142],
         },
         energy: TapeFunction {
             operations: &[
-                Sin(24), Mul(0, 109), Add(3, 110), SinCos(25), Mul(1, 113), SinCos(26), Mul(1, 112), Mul(5, 115),
-                Add(117, 118), Mul(2, 116), Add(114, 120), Mul(27, 27), Mul(29, 29), Mul(112, 28), Mul(54, 113),
-                Mul(115, 115), Sub(121, 22), Mul(115, 29), Mul(72, 124), Mul(57, 128), Add(129, 130), Mul(112, 131),
-                Mul(116, 29), Mul(125, 133), Mul(73, 28), Add(132, 134), Add(136, 135), Mul(28, 137), Mul(75, 126),
-                Add(74, 139), Mul(140, 123), Mul(76, 122), Add(138, 141), Add(143, 142), Mul(16, 24), Mul(62, 111),
-                Mul(77, 112), Mul(78, 119), Mul(15, 121), Mul(79, 127), Mul(150, 127), Sub(145, 146), Sub(152, 147),
-                Sub(153, 148), Add(154, 149), Sub(155, 151), Neg(156),
+                SinCos(25), SinCos(26), Mul(1, 129), Mul(2, 131), Add(132, 133), Mul(29, 29), Mul(128, 28),
+                Mul(85, 129), Sub(134, 22), Mul(130, 29), Mul(130, 130), Mul(1, 128), Sin(24), Mul(0, 142),
+                Add(3, 143), Mul(94, 136), Mul(86, 139), Add(145, 146), Mul(128, 147), Mul(131, 29), Mul(137, 149),
+                Add(148, 150), Mul(95, 28), Add(151, 152), Mul(28, 153), Mul(97, 140), Add(96, 155), Mul(156, 135),
+                Add(154, 157), Mul(27, 27), Mul(98, 159), Add(158, 160), Mul(16, 24), Mul(70, 144), Sub(162, 163),
+                Mul(99, 128), Sub(164, 165), Mul(5, 130), Add(141, 167), Mul(100, 168), Sub(166, 169), Mul(15, 134),
+                Add(170, 171), Mul(101, 138), Mul(173, 138), Sub(172, 174), Neg(175),
             ],
-            results: &[144, 157],
+            results: &[161, 176],
         },
         power: TapeFunction {
             operations: &[
-                Sin(25), Sin(26), Mul(109, 28), Mul(1, 111), Mul(110, 29), Mul(2, 113), Add(112, 114), Mul(19, 115),
-                Mul(115, 116), Neg(117),
+                Sin(25), Sin(26), Mul(128, 28), Mul(1, 130), Mul(129, 29), Mul(2, 132), Add(131, 133), Mul(19, 134),
+                Mul(134, 135), Neg(136),
             ],
-            results: &[118],
+            results: &[137],
         },
         outputs: TapeFunction {
             operations: &[
-                SinCos(24), Mul(0, 110), Mul(0, 109), Add(3, 112), SinCos(25), Mul(1, 115), SinCos(26), Mul(2, 118),
-                Add(116, 119), Mul(28, 28), Mul(115, 121), Mul(29, 29), Mul(118, 123), Mul(41, 109), Add(38, 125),
-                Sqrt(126), Recip(127), Mul(110, 128), Mul(115, 128), Mul(114, 28), Mul(1, 131), Mul(117, 29),
-                Mul(2, 133), Add(132, 134), Mul(114, 31), Add(122, 136), Mul(1, 137), Mul(117, 32), Add(124, 139),
-                Mul(2, 140), Add(138, 141), Mul(27, 129), Mul(40, 143), Mul(114, 111), Mul(113, 115), Sub(145, 146),
-                Mul(147, 130), Sub(114, 148), Mul(33, 149), Neg(135), Neg(142), Neg(34),
+                SinCos(24), SinCos(25), SinCos(26), Mul(1, 131), Mul(2, 133), Add(134, 135), Mul(28, 28),
+                Mul(131, 137), Mul(29, 29), Mul(133, 139), Mul(84, 128), Add(83, 141), Sqrt(142), Recip(143),
+                Mul(129, 144), Mul(131, 144), Mul(130, 28), Mul(1, 147), Mul(132, 29), Mul(2, 149), Add(148, 150),
+                Mul(0, 128), Mul(0, 129), Add(3, 152), Neg(151), Mul(130, 31), Add(138, 156), Mul(1, 157),
+                Mul(132, 32), Add(140, 159), Mul(2, 160), Add(158, 161), Neg(162), Mul(27, 145), Mul(51, 164),
+                Mul(130, 153), Mul(154, 131), Sub(166, 167), Mul(168, 146), Sub(130, 169), Mul(33, 170), Neg(34),
             ],
-            results: &[120, 151, 152, 144, 150, 153],
+            results: &[136, 155, 163, 165, 171, 172],
         },
         linearization: Some(TapeFunction {
             operations: &[
-                SinCos(24), Mul(0, 109), SinCos(25), SinCos(26), Mul(27, 27), Mul(116, 111), Mul(28, 28),
-                Mul(113, 118), Mul(112, 118), Mul(29, 29), Mul(115, 121), Mul(114, 121), Mul(41, 109), Add(38, 124),
-                Sqrt(125), Recip(126), Mul(110, 127), Mul(40, 128), Mul(113, 127), Mul(127, 128), Mul(42, 131),
-                Mul(130, 132), Sub(0, 133), Mul(112, 28), Mul(41, 127), Mul(136, 135), Mul(109, 27), Mul(54, 113),
-                Mul(114, 29), Mul(115, 29), Mul(112, 31), Add(119, 142), Mul(1, 143), Mul(114, 32), Add(122, 145),
-                Mul(2, 146), Mul(27, 128), Mul(63, 109), Mul(110, 134), Mul(40, 109), Mul(130, 151), Sub(150, 152),
-                Mul(33, 153), Add(149, 154), Mul(112, 33), Mul(156, 129), Mul(85, 28), Mul(86, 31), Add(158, 159),
-                Mul(112, 160), Mul(57, 121), Sub(88, 162), Mul(115, 163), Mul(90, 29), Mul(57, 32), Add(165, 166),
-                Mul(114, 167), Mul(126, 33), Add(83, 161), Sub(170, 164), Add(171, 168), Add(172, 169), Mul(113, 173),
-                Mul(86, 118), Sub(91, 175), Mul(112, 176), Mul(115, 32), Sub(178, 123), Mul(54, 179), Mul(1, 34),
-                Sub(68, 177), Add(182, 180), Add(183, 181), Mul(112, 184), Mul(52, 118), Sub(80, 174), Add(187, 185),
-                Sub(188, 186), Mul(57, 123), Mul(92, 141), Mul(93, 114), Add(191, 192), Mul(1, 193), Sub(190, 194),
-                Mul(112, 195), Mul(139, 122), Mul(114, 139), Mul(112, 115), Mul(57, 199), Sub(198, 200), Mul(32, 201),
-                Add(196, 197), Add(203, 202), Mul(57, 120), Mul(113, 28), Mul(89, 206), Mul(87, 112), Add(207, 208),
-                Mul(2, 209), Sub(205, 210), Mul(114, 211), Mul(54, 115), Mul(213, 119), Mul(113, 114), Mul(57, 215),
-                Mul(54, 199), Sub(216, 217), Mul(31, 218), Add(212, 214), Sub(220, 219), Mul(96, 29), Mul(97, 32),
-                Add(222, 223), Mul(115, 224), Mul(97, 121), Sub(98, 226), Mul(114, 227), Mul(113, 31), Sub(229, 120),
-                Mul(54, 230), Mul(2, 34), Sub(70, 225), Sub(233, 228), Add(234, 231), Add(235, 232), Mul(114, 236),
-                Mul(57, 118), Sub(88, 238), Mul(113, 239), Mul(90, 28), Mul(57, 31), Add(241, 242), Mul(112, 243),
-                Sub(99, 240), Add(245, 244), Mul(115, 246), Mul(61, 121), Add(94, 237), Sub(249, 247), Sub(250, 248),
-                Mul(86, 206), Mul(84, 112), Add(252, 253), Mul(112, 254), Mul(101, 141), Mul(90, 114), Add(256, 257),
-                Mul(112, 258), Mul(102, 29), Mul(260, 215), Sub(259, 261), Mul(102, 115), Mul(263, 28), Sub(257, 264),
-                Mul(112, 265), Mul(101, 28), Mul(267, 215), Add(266, 268), Mul(97, 141), Mul(95, 114), Add(270, 271),
-                Mul(114, 272), Mul(105, 128), Mul(274, 128), Mul(104, 109), Add(275, 276), Mul(127, 127),
-                Mul(278, 277), Sub(40, 279), Mul(280, 116), Mul(40, 118), Add(281, 282), Mul(113, 283), Mul(28, 148),
-                Mul(106, 127), Mul(286, 285), Mul(40, 31), Sub(287, 288), Mul(112, 289), Sub(284, 290), Mul(110, 291),
-                Mul(41, 138), Mul(135, 293), Sub(292, 294), Mul(127, 295), Mul(153, 30), Add(117, 296), Sub(298, 297),
-                Mul(116, 132), Mul(40, 30), Sub(300, 301), Mul(110, 302), Mul(116, 151), Add(303, 304), Mul(127, 305),
-                Mul(126, 118), Add(306, 307), Mul(112, 308), Mul(41, 285), Mul(126, 31), Add(310, 311), Mul(113, 312),
-                Sub(309, 313), Mul(106, 130), Mul(315, 131), Sub(107, 316), Mul(27, 317), Sub(137, 318), Mul(110, 319),
-                Mul(130, 293), Add(320, 321), Mul(41, 112), Mul(323, 148), Mul(39, 126), Mul(325, 206), Add(324, 326),
-                Mul(100, 135), Mul(108, 140), Neg(155), Neg(189), Neg(204), Neg(221), Neg(251), Neg(314), Neg(144),
-                Neg(147), Neg(328), Neg(329),
+                SinCos(24), SinCos(25), SinCos(26), Mul(28, 28), Mul(131, 134), Mul(29, 29), Mul(133, 136),
+                Mul(130, 134), Mul(132, 136), Mul(84, 128), Add(83, 140), Sqrt(141), Recip(142), Mul(129, 143),
+                Mul(131, 143), Mul(130, 28), Mul(85, 131), Mul(132, 29), Mul(0, 128), Mul(51, 144), Mul(143, 144),
+                Mul(52, 151), Mul(145, 152), Sub(0, 153), Mul(84, 143), Mul(155, 146), Mul(128, 27), Mul(133, 29),
+                Mul(27, 27), Mul(130, 31), Add(135, 160), Mul(1, 161), Mul(132, 32), Add(137, 163), Mul(2, 164),
+                Mul(27, 144), Mul(51, 128), Mul(129, 154), Mul(145, 167), Sub(168, 169), Mul(130, 33), Mul(171, 150),
+                Mul(130, 133), Mul(131, 28), Mul(131, 132), Mul(106, 132), Mul(28, 166), Mul(84, 157), Mul(87, 128),
+                Mul(33, 170), Add(179, 180), Neg(181), Mul(103, 28), Mul(104, 31), Add(183, 184), Mul(130, 185),
+                Add(102, 186), Mul(86, 136), Sub(105, 188), Mul(133, 189), Sub(187, 190), Mul(106, 29), Mul(86, 32),
+                Add(192, 193), Mul(132, 194), Add(191, 195), Mul(142, 33), Add(196, 197), Mul(131, 198), Sub(72, 199),
+                Mul(104, 134), Sub(107, 201), Mul(130, 202), Sub(91, 203), Mul(133, 32), Sub(205, 139), Mul(85, 206),
+                Add(204, 207), Mul(1, 34), Add(208, 209), Mul(130, 210), Add(200, 211), Mul(62, 134), Sub(212, 213),
+                Neg(214), Mul(86, 139), Mul(108, 158), Mul(109, 132), Add(217, 218), Mul(1, 219), Sub(216, 220),
+                Mul(130, 221), Mul(147, 137), Add(222, 223), Mul(132, 147), Mul(86, 173), Sub(225, 226), Mul(32, 227),
+                Add(224, 228), Neg(229), Mul(86, 138), Mul(77, 174), Mul(76, 130), Add(232, 233), Mul(2, 234),
+                Sub(231, 235), Mul(132, 236), Mul(85, 133), Mul(238, 135), Add(237, 239), Mul(86, 175), Mul(85, 173),
+                Sub(241, 242), Mul(31, 243), Sub(240, 244), Neg(245), Mul(110, 29), Mul(111, 32), Add(247, 248),
+                Mul(133, 249), Sub(93, 250), Mul(111, 136), Sub(112, 252), Mul(132, 253), Sub(251, 254), Mul(131, 31),
+                Sub(256, 138), Mul(85, 257), Add(255, 258), Mul(2, 34), Add(259, 260), Mul(132, 261), Add(78, 262),
+                Mul(86, 134), Sub(105, 264), Mul(131, 265), Sub(113, 266), Mul(106, 28), Mul(86, 31), Add(268, 269),
+                Mul(130, 270), Add(267, 271), Mul(133, 272), Sub(263, 273), Mul(69, 136), Sub(274, 275), Neg(276),
+                Mul(104, 174), Mul(75, 130), Add(278, 279), Mul(130, 280), Mul(114, 158), Add(282, 176), Mul(130, 283),
+                Mul(115, 29), Mul(285, 175), Sub(284, 286), Mul(115, 133), Mul(288, 28), Sub(176, 289), Mul(130, 290),
+                Mul(114, 28), Mul(292, 175), Add(291, 293), Mul(111, 158), Mul(79, 132), Add(295, 296), Mul(132, 297),
+                Mul(159, 149), Mul(143, 143), Mul(116, 144), Mul(301, 144), Mul(82, 128), Add(302, 303), Mul(300, 304),
+                Sub(51, 305), Mul(306, 159), Mul(51, 134), Add(307, 308), Mul(131, 309), Mul(117, 143), Mul(311, 177),
+                Mul(51, 31), Sub(312, 313), Mul(130, 314), Sub(310, 315), Mul(129, 316), Mul(146, 178), Sub(317, 318),
+                Mul(143, 319), Add(299, 320), Mul(170, 30), Sub(321, 322), Mul(159, 152), Mul(51, 30), Sub(324, 325),
+                Mul(129, 326), Mul(159, 167), Add(327, 328), Mul(143, 329), Mul(142, 134), Add(330, 331),
+                Mul(130, 332), Mul(84, 177), Mul(142, 31), Add(334, 335), Mul(131, 336), Sub(333, 337), Neg(338),
+                Neg(162), Neg(165), Mul(117, 145), Mul(342, 151), Sub(118, 343), Mul(27, 344), Sub(156, 345),
+                Mul(129, 346), Mul(145, 178), Add(347, 348), Mul(84, 130), Mul(350, 166), Mul(45, 142), Mul(352, 174),
+                Add(351, 353), Mul(80, 146), Neg(355), Mul(119, 148), Neg(357),
             ],
             results: &[
-                330, 157, 35, 157, 331, 332, 35, 333, 334, 35, 35, 35, 35, 255, 262, 35, 269, 273, 299, 335, 35, 35,
-                336, 337, 322, 327, 35, 35, 338, 339, 35, 35, 35, 35, 35,
+                182, 172, 46, 172, 215, 230, 46, 246, 277, 46, 46, 46, 46, 281, 287, 46, 294, 298, 323, 339, 46, 46,
+                340, 341, 349, 354, 46, 46, 356, 358, 46, 46, 46, 46, 46,
             ],
         }),
         event: Some(TapeFunction {
-            operations: &[Abs(24), Pi, Number(4.0), Mul(111, 110), Sub(109, 112)],
-            results: &[113],
+            operations: &[Abs(24), Sub(128, 124)],
+            results: &[129],
         }),
         start: TapeFunction {
-            operations: &[Number(0.0), Number(1.0), Number(2.6)],
-            results: &[109, 110, 111, 20, 109, 109],
+            operations: &[],
+            results: &[46, 125, 126, 20, 46, 46],
         },
         given: &[true, false, false, true, false, false],
         schedule: TapeFunction {
-            operations: &[Number(0.001), Number(10.0)],
-            results: &[109, 110],
+            operations: &[],
+            results: &[127, 47],
+        },
+        kernel: TapeKernel {
+            operations: 129,
+            has_angle: &[true, true, true],
+            position: TapeFunction {
+            operations: &[
+                MulAdd(84, 35, 83), Sqrt(128), Recip(128), Mul(130, 129), Mul(51, 38), Mul(132, 131), Mul(0, 38),
+                NegMulAdd(39, 129, 134), Mul(1, 36), Mul(2, 37), Sub(136, 6), Add(138, 137), Mul(0, 35),
+                MulAdd(39, 133, 140), Mul(36, 129), Mul(1, 39), Mul(2, 40), Mul(62, 36), MulAdd(145, 36, 61),
+                Mul(85, 39), Mul(86, 36), Mul(40, 147), MulAdd(148, 37, 149), Mul(120, 37), MulAdd(151, 37, 67),
+                Recip(36), Mul(153, 131), Recip(144), Mul(154, 141), Mul(143, 155), Mul(157, 156), Mul(143, 154),
+                Mul(146, 156), NegMulAdd(150, 158, 160), Mul(150, 156), NegMulAdd(152, 158, 162), MulAdd(156, 161, 54),
+                NegMulAdd(158, 163, 164), Recip(165), Add(143, 144), Sub(143, 22), Add(168, 144), Mul(18, 169),
+                NegMulAdd(122, 38, 16), Mul(99, 39), Mul(85, 36), Add(3, 140), Mul(134, 36), NegMulAdd(39, 174, 175),
+                Mul(39, 176), NegMulAdd(177, 131, 36), Abs(156), Abs(158), Max(179, 180), Abs(159), Max(181, 182),
+            ],
+            results: &[183, 135, 139],
+        },
+            velocity_residual: TapeFunction {
+            operations: &[Mul(27, 141), NegMulAdd(28, 142, 184), Neg(185), Mul(28, 143), MulAdd(29, 144, 187)],
+            results: &[186, 188],
+        },
+            correction: TapeFunction {
+            operations: &[
+                Mul(41, 154), NegMulAdd(143, 189, 42), Mul(155, 190), Mul(189, 161), MulAdd(191, 163, 192),
+                Mul(193, 166), NegMulAdd(156, 194, 189), MulAdd(158, 194, 191), Neg(195), Neg(196),
+            ],
+            results: &[194, 197, 198],
+        },
+            accelerations: TapeFunction {
+            operations: &[
+                Mul(28, 28), Mul(29, 29), Mul(27, 27), Mul(27, 133), Mul(51, 35), Mul(203, 201), MulAdd(202, 202, 204),
+                Mul(131, 205), MulAdd(199, 129, 206), Mul(45, 36), Mul(208, 28), Mul(134, 201),
+                NegMulAdd(209, 202, 210), NegMulAdd(39, 207, 211), Mul(199, 136), MulAdd(137, 200, 213), Mul(199, 143),
+                MulAdd(200, 144, 215), Mul(28, 136), MulAdd(29, 137, 217), Sub(15, 170), MulAdd(19, 218, 219),
+                MulAdd(10, 216, 220), Mul(85, 37), NegMulAdd(222, 200, 123), Mul(40, 200), Mul(224, 173),
+                MulAdd(39, 223, 225), Add(172, 226), MulAdd(136, 221, 227), NegMulAdd(199, 173, 93), Mul(37, 199),
+                Mul(230, 147), MulAdd(40, 229, 231), MulAdd(137, 221, 232), Mul(154, 212), NegMulAdd(143, 234, 214),
+                Mul(155, 235), NegMulAdd(228, 156, 171), MulAdd(233, 158, 237), NegMulAdd(161, 234, 238),
+                NegMulAdd(163, 236, 239), Mul(166, 240), MulAdd(156, 241, 234), NegMulAdd(158, 241, 236),
+            ],
+            results: &[241, 242, 243],
+        },
+            multipliers: TapeFunction {
+            operations: &[
+                MulAdd(150, 242, 233), MulAdd(152, 243, 244), Mul(155, 245), MulAdd(146, 242, 228),
+                MulAdd(150, 243, 247), NegMulAdd(143, 246, 248), Mul(154, 249), Neg(250), Neg(246),
+            ],
+            results: &[251, 252],
+        },
+            outputs: TapeFunction {
+            operations: &[
+                Neg(34), Mul(136, 28), MulAdd(137, 29, 254), Neg(255), Mul(40, 29), Mul(37, 32), MulAdd(257, 29, 258),
+                Mul(39, 28), Mul(36, 31), MulAdd(260, 28, 261), Mul(1, 262), MulAdd(2, 259, 263), Neg(264),
+                Mul(132, 27), Mul(266, 131), Mul(33, 178),
+            ],
+            results: &[167, 256, 265, 267, 268, 253],
+        },
         },
     }
 };
 
-// Hash of this file and its derivation: 430e03717c8b04af
+// Hash of this file and its derivation: ceb986aea1feb5bc

@@ -41,8 +41,8 @@
 //     time in the forces: no load depends on it
 
 use qrm_core::{
-    Angles, Description, Dynamics, Generated, Kernel, Linearization, LoopConstraints,
-    ParameterDescription, QuantityDescription, Scalar, Schedule, Start,
+    Angles, Description, Dynamics, Equations, Generated, Kernel, Linearization,
+    LoopConstraints, ParameterDescription, QuantityDescription, Scalar, Schedule, Start,
 };
 
 /// The numbers of the scene that can be changed, under their names in the scene.
@@ -1868,38 +1868,21 @@ pub fn growth_factor<R: Scalar>(position: &Position<R>) -> R {
 
 impl<R: Scalar> Kernel<R, 3, 2> for Shaper<R> {
     type Position = Position<R>;
-    const IS_ANGLE: [bool; 3] = [true, true, true];
-
     const OPERATIONS: usize = 205;
 
     #[inline(always)]
-    fn with_values(value: &dyn Fn(usize) -> R) -> Self {
-        Self::new(Parameters {
-            O2A: value(0),
-            O4B: value(1),
-            BC: value(2),
-            O4O2: value(3),
-            O4G4: value(4),
-            BG5: value(5),
-            yC: value(6),
-            m3: value(7),
-            m4: value(8),
-            m5: value(9),
-            m6: value(10),
-            J2: value(11),
-            J4: value(12),
-            J5: value(13),
-            g: value(14),
-            v0: value(15),
-            mu: value(16),
-            c2: value(17),
-            k: value(18),
-            k3: value(19),
-            s0: value(20),
-            xs: value(21),
-            ks: value(22),
-            w0: value(23),
-        })
+    fn has_angle(&self) -> [bool; 3] {
+        [true, true, true]
+    }
+
+    #[inline(always)]
+    fn is_length(&self) -> [bool; 3] {
+        [false, false, false]
+    }
+
+    #[inline(always)]
+    fn set_values(&mut self, value: &dyn Fn(usize) -> R) {
+        *self = Self::with_values(value);
     }
 
     #[inline(always)]
@@ -1963,6 +1946,43 @@ impl<R: Scalar> Kernel<R, 3, 2> for Shaper<R> {
         Some(q[0] - R::from_f64(6.0) * R::pi())
     }
 
+    #[inline(always)]
+    fn power(&self, t: R, q: &[R; 3], qd: &[R; 3], _multipliers: &[R; 2]) -> R {
+        power(self, t, q, qd)
+    }
+}
+
+impl<R: Scalar> Equations<R, 3, 2> for Shaper<R> {
+    #[inline(always)]
+    fn with_values(value: &dyn Fn(usize) -> R) -> Self {
+        Self::new(Parameters {
+            O2A: value(0),
+            O4B: value(1),
+            BC: value(2),
+            O4O2: value(3),
+            O4G4: value(4),
+            BG5: value(5),
+            yC: value(6),
+            m3: value(7),
+            m4: value(8),
+            m5: value(9),
+            m6: value(10),
+            J2: value(11),
+            J4: value(12),
+            J5: value(13),
+            g: value(14),
+            v0: value(15),
+            mu: value(16),
+            c2: value(17),
+            k: value(18),
+            k3: value(19),
+            s0: value(20),
+            xs: value(21),
+            ks: value(22),
+            w0: value(23),
+        })
+    }
+
     fn start(&self) -> Start<R, 3> {
         let p = &self.parameters;
         Start {
@@ -1997,11 +2017,6 @@ impl<R: Scalar> Kernel<R, 3, 2> for Shaper<R> {
     #[inline(always)]
     fn energy(&self, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
         energy(self, q, qd)
-    }
-
-    #[inline(always)]
-    fn power(&self, t: R, q: &[R; 3], qd: &[R; 3], _multipliers: &[R; 2]) -> R {
-        power(self, t, q, qd)
     }
 
     #[inline(always)]
@@ -2388,211 +2403,288 @@ stiff = true
 /// The functions as operations, for any kind of number.
 pub static TAPE: qrm_core::Tape = {
     use qrm_core::Operation::*;
-    use qrm_core::TapeFunction;
+    use qrm_core::{TapeFunction, TapeKernel};
     qrm_core::Tape {
         coordinates: 3,
         constraints: 2,
+        is_driven: false,
         parameters: TapeFunction {
             operations: &[
                 Number(0.2), Number(0.7), Number(0.6), Number(0.3), Number(0.4), Number(0.9), Number(0.5), Number(6.0),
                 Number(4.0), Number(2.0), Number(40.0), Number(1.0), Number(9.81), Number(0.02), Number(0.1),
-                Number(400.0), Number(2000.0), Number(0.92), Neg(180), Number(100000.0), Number(7.5),
+                Number(400.0), Number(2000.0), Number(-0.92), Number(100000.0), Number(7.5),
             ],
             results: &[
-                163, 164, 165, 166, 167, 166, 168, 169, 170, 171, 172, 173, 174, 169, 175, 176, 177, 172, 178, 179,
-                167, 181, 182, 183,
+                182, 183, 184, 185, 186, 185, 187, 188, 189, 190, 191, 192, 193, 188, 194, 195, 196, 191, 197, 198,
+                186, 199, 200, 201,
             ],
         },
         constants: &[
-            Number(1.0), Number(0.0), Mul(0, 0), Mul(3, 3), Add(38, 39), Number(2.0), Mul(0, 3), Mul(41, 42),
-            Mul(38, 39), Mul(7, 38), Add(11, 45), Mul(1, 1), Mul(9, 47), Mul(4, 8), Mul(4, 49), Add(12, 48),
-            Add(51, 50), Mul(10, 47), Mul(5, 9), Mul(1, 54), Mul(2, 10), Add(56, 54), Mul(1, 57), Mul(5, 54),
-            Add(13, 59), Mul(2, 56), Number(12.5), Mul(7, 14), Mul(0, 63), Number(450.0), Number(4.0),
-            Number(83.33333333333333), Number(20.833333333333332), Number(7.0), Number(816.6666666666666),
-            Number(116.66666666666667), Number(9.0), Number(1350.0), Number(150.0), Mul(14, 16), Mul(1, 10),
-            Mul(75, 76), Recip(15), Number(0.25), Mul(22, 79), Mul(1, 80), Number(0.5), Mul(1, 82), Number(0.8),
-            Number(40000.0), Number(50000.0), Mul(1, 86), Mul(2, 86), Number(0.78), Number(39000.0), Number(0.2),
-            Number(10000.0), Number(0.18), Number(9000.0), Mul(1, 9), Add(95, 49), Mul(14, 96), Number(0.52),
-            Add(98, 47), Number(1.2), Mul(1, 100), Mul(1, 84), Number(0.4), Mul(1, 103), Number(0.6), Mul(1, 105),
-            Mul(56, 75), Mul(2, 80), Mul(2, 82), Mul(14, 54), Mul(82, 53), Mul(52, 82), Mul(60, 82), Mul(56, 109),
-            Mul(46, 82), Mul(82, 18), Mul(79, 19), Mul(14, 49), Mul(9, 14), Number(0.125), Mul(22, 120), Mul(10, 75),
-            Mul(78, 75), Mul(53, 123), Mul(78, 47), Number(20000.0), Number(25000.0), Mul(1, 127), Mul(2, 127),
-            Number(19500.0), Number(5000.0), Number(4500.0), Mul(41, 53), Mul(82, 87), Add(9, 10), Mul(135, 47),
-            Mul(47, 80), Number(1.8), Mul(1, 138), Mul(82, 19), Mul(82, 20), Mul(1, 56), Mul(142, 123), Mul(2, 78),
-            Mul(1, 144), Mul(1, 108), Mul(109, 87), Mul(61, 123), Mul(2, 144), Mul(41, 61), Mul(86, 109), Add(59, 61),
-            Mul(2, 108), Mul(1, 41), Mul(57, 154), Mul(54, 154), Number(3.0), Mul(157, 44), Mul(42, 158), Mul(41, 44),
-            Mul(0, 41), Mul(2, 41),
+            Number(0.2), Number(0.6), Number(0.4), Number(0.5), Number(6.0), Number(4.0), Number(2.0), Number(1.0),
+            Mul(0, 0), Mul(3, 3), Mul(0, 3), Mul(52, 53), Mul(7, 52), Add(11, 56), Mul(1, 1), Mul(9, 58), Mul(4, 8),
+            Add(12, 59), Mul(4, 60), Add(61, 62), Mul(10, 58), Mul(5, 9), Mul(2, 10), Add(66, 65), Mul(5, 65),
+            Add(13, 68), Mul(2, 66), Mul(7, 14), Mul(14, 16), Mul(1, 10), Recip(15), Number(0.25), Mul(22, 75),
+            Number(50000.0), Mul(1, 77), Mul(1, 9), Mul(2, 76), Mul(2, 47), Mul(74, 72), Mul(2, 74), Mul(1, 50),
+            Number(3.0), Mul(85, 55), Add(52, 53), Mul(50, 54), Mul(1, 65), Mul(1, 67), Mul(0, 71), Mul(72, 73),
+            Mul(1, 76), Mul(1, 47), Mul(2, 77), Add(79, 60), Mul(14, 96), Number(0.52), Add(98, 58), Number(1.2),
+            Mul(1, 100), Number(0.8), Mul(1, 102), Mul(1, 46), Mul(1, 45), Mul(66, 72), Mul(14, 65), Mul(47, 64),
+            Mul(63, 47), Mul(69, 47), Mul(66, 81), Mul(57, 47), Mul(47, 18), Mul(75, 19), Mul(14, 60), Mul(9, 14),
+            Number(0.125), Mul(22, 117), Mul(10, 72), Mul(64, 82), Mul(74, 58), Number(25000.0), Mul(1, 122),
+            Mul(2, 122), Mul(50, 64), Mul(47, 78), Add(9, 10), Mul(127, 58), Mul(58, 76), Number(1.8), Mul(1, 130),
+            Mul(47, 19), Mul(47, 20), Mul(1, 66), Mul(134, 82), Mul(1, 83), Mul(1, 80), Mul(81, 78), Mul(70, 82),
+            Mul(2, 83), Mul(50, 70), Mul(77, 81), Add(68, 70), Mul(2, 80), Mul(67, 84), Mul(65, 84), Mul(54, 86),
+            Mul(50, 55), Mul(0, 50), Mul(2, 50), Mul(10, 14), Mul(151, 16), Mul(0, 7), Mul(153, 14), Mul(79, 14),
+            Number(40000.0), Number(0.78), Number(39000.0), Number(10000.0), Number(0.18), Number(9000.0), Number(0.0),
+            Number(450.0), Number(83.33333333333333), Number(20.833333333333332), Number(7.0),
+            Number(816.6666666666666), Number(116.66666666666667), Number(9.0), Number(1350.0), Number(150.0),
+            Number(12.5), Number(20000.0), Number(19500.0), Number(5000.0), Number(4500.0), Pi, Mul(48, 177),
+            Number(2.6), Number(0.0005), Number(20.0),
         ],
         dynamics: TapeFunction {
             operations: &[
-                SinCos(25), Mul(0, 163), SinCos(26), Mul(1, 167), SinCos(27), Mul(2, 170), Add(168, 171), Mul(29, 29),
-                Mul(167, 173), Mul(166, 173), Mul(1, 174), Mul(30, 30), Mul(170, 177), Mul(5, 178), Add(176, 179),
-                Mul(1, 175), Mul(169, 177), Mul(5, 182), Add(181, 183), Mul(2, 178), Add(176, 185), Mul(43, 163),
-                Add(40, 187), Sqrt(188), Recip(189), Mul(164, 190), Mul(42, 167), Mul(192, 191), Add(165, 193),
-                Mul(166, 189), Mul(167, 190), Mul(190, 191), Mul(44, 197), Mul(196, 198), Sub(0, 199), Mul(28, 200),
-                Mul(166, 29), Mul(43, 190), Mul(203, 202), Sub(201, 204), Mul(164, 205), Mul(42, 163), Mul(196, 207),
-                Mul(28, 208), Sub(206, 209), Mul(28, 210), Mul(189, 174), Sub(211, 212), Mul(2, 182), Add(181, 214),
-                Mul(53, 166), Mul(216, 166), Add(52, 217), Mul(55, 167), Mul(170, 219), Mul(58, 166), Mul(221, 169),
-                Add(220, 222), Mul(169, 169), Mul(61, 224), Add(60, 225), Sign(28), Mul(62, 227), Add(17, 228),
-                Mul(28, 229), Mul(64, 164), Sub(28, 66), Sign(232), Mul(68, 28), Sub(67, 234), Mul(233, 235),
-                Add(65, 236), Sub(28, 69), Sign(238), Mul(71, 28), Sub(70, 240), Mul(239, 241), Sub(28, 72), Sign(243),
-                Mul(74, 28), Sub(73, 245), Mul(244, 246), Sub(242, 247), Add(237, 248), Sub(249, 230), Sub(250, 231),
-                Mul(1, 202), Mul(169, 30), Mul(2, 253), Add(252, 254), Mul(78, 255), Neg(256), Tanh(257), Mul(77, 258),
-                Sub(21, 172), Neg(260), Neg(261), Sign(262), Add(36, 263), Mul(261, 263), Sub(265, 260), Mul(264, 266),
-                Mul(81, 267), Add(259, 268), Sub(36, 258), Add(84, 172), Sign(271), Mul(87, 167), Mul(88, 170),
-                Add(273, 274), Add(85, 275), Mul(272, 276), Add(89, 172), Sign(278), Add(90, 275), Mul(279, 280),
-                Add(91, 172), Sign(282), Add(92, 275), Mul(283, 284), Add(93, 172), Sign(286), Add(94, 275),
-                Mul(287, 288), Sub(277, 281), Sub(290, 285), Add(291, 289), Mul(270, 292), Mul(83, 293), Mul(95, 180),
-                Mul(76, 186), Add(295, 296), Add(294, 297), Sub(269, 298), Neg(299), Mul(166, 300), Mul(95, 184),
-                Sub(97, 302), Mul(167, 303), Mul(101, 167), Mul(102, 166), Sub(99, 305), Sub(307, 306), Sqrt(308),
-                Sub(20, 309), Mul(310, 310), Mul(19, 311), Add(18, 312), Mul(310, 313), Mul(104, 167), Mul(106, 166),
-                Sub(315, 316), Div(317, 309), Mul(314, 318), Add(301, 304), Add(320, 319), Mul(107, 258),
-                Mul(108, 267), Add(322, 323), Mul(109, 293), Mul(54, 180), Mul(56, 186), Add(326, 327), Add(325, 328),
-                Sub(324, 329), Neg(330), Mul(169, 331), Mul(54, 184), Sub(110, 333), Mul(170, 334), Add(332, 335),
-                Neg(321), Neg(336), Neg(194), Neg(213), Neg(215),
+                SinCos(25), SinCos(26), SinCos(27), Mul(1, 185), Mul(2, 187), Add(188, 189), Mul(29, 29),
+                Mul(185, 191), Mul(1, 192), Mul(30, 30), Mul(187, 194), Mul(5, 195), Add(193, 196), Mul(184, 191),
+                Mul(1, 198), Mul(186, 194), Mul(5, 200), Add(199, 201), Mul(2, 195), Add(193, 203), Mul(88, 182),
+                Add(87, 205), Sqrt(206), Recip(207), Mul(183, 208), Mul(185, 208), Mul(184, 29), Mul(89, 185),
+                Mul(187, 212), Mul(90, 184), Mul(214, 186), Add(213, 215), Mul(1, 211), Mul(186, 30), Mul(2, 218),
+                Add(217, 219), Mul(74, 220), Neg(221), Tanh(222), Sub(21, 190), Neg(224), Neg(225), Sign(226),
+                Add(51, 227), Mul(225, 227), Sub(229, 224), Mul(228, 230), Mul(78, 185), Mul(95, 187), Add(232, 233),
+                Sub(51, 223), Add(102, 190), Sign(236), Add(156, 234), Mul(237, 238), Add(157, 190), Sign(240),
+                Add(158, 234), Mul(241, 242), Sub(239, 243), Add(44, 190), Sign(245), Add(159, 234), Mul(246, 247),
+                Sub(244, 248), Add(160, 190), Sign(250), Add(161, 234), Mul(251, 252), Add(249, 253), Mul(235, 254),
+                Mul(101, 185), Sub(99, 256), Mul(103, 184), Sub(257, 258), Sqrt(259), Sub(20, 260), Mul(64, 184),
+                Mul(262, 184), Add(63, 263), Mul(186, 186), Mul(70, 265), Add(69, 266), Sub(28, 49), Sign(268),
+                Mul(165, 28), Sub(164, 270), Mul(269, 271), Add(163, 272), Sub(28, 166), Sign(274), Mul(168, 28),
+                Sub(167, 276), Mul(275, 277), Sub(28, 169), Sign(279), Mul(171, 28), Sub(170, 281), Mul(280, 282),
+                Sub(278, 283), Add(273, 284), Sign(28), Mul(172, 286), Add(17, 287), Mul(28, 288), Sub(285, 289),
+                Mul(91, 183), Sub(290, 291), Mul(92, 223), Mul(93, 231), Add(293, 294), Mul(94, 255), Mul(79, 197),
+                Mul(73, 204), Add(297, 298), Add(296, 299), Sub(295, 300), Neg(301), Mul(184, 302), Mul(79, 202),
+                Sub(97, 304), Mul(185, 305), Add(303, 306), Mul(261, 261), Mul(19, 308), Add(18, 309), Mul(261, 310),
+                Mul(104, 185), Mul(105, 184), Sub(312, 313), Div(314, 260), Mul(311, 315), Add(307, 316), Neg(317),
+                Mul(106, 223), Mul(80, 231), Add(319, 320), Mul(81, 255), Mul(65, 197), Mul(66, 204), Add(323, 324),
+                Add(322, 325), Sub(321, 326), Neg(327), Mul(186, 328), Mul(65, 202), Sub(107, 330), Mul(187, 331),
+                Add(329, 332), Neg(333), Mul(0, 182), Mul(54, 185), Mul(336, 209), Add(335, 337), Neg(338),
+                Mul(184, 207), Mul(208, 209), Mul(55, 341), Mul(210, 342), Sub(0, 343), Mul(28, 344), Mul(88, 208),
+                Mul(346, 211), Sub(345, 347), Mul(183, 348), Mul(54, 182), Mul(210, 350), Mul(28, 351), Sub(349, 352),
+                Mul(28, 353), Mul(207, 192), Sub(354, 355), Neg(356), Mul(2, 200), Add(199, 358), Neg(359),
             ],
-            results: &[46, 37, 37, 37, 218, 223, 37, 223, 226, 251, 337, 338, 339, 195, 37, 37, 168, 171, 340, 341],
+            results: &[
+                57, 162, 162, 162, 264, 216, 162, 216, 267, 292, 318, 334, 339, 340, 162, 162, 188, 189, 357, 360,
+            ],
         },
         loop_constraints: TapeFunction {
             operations: &[
-                SinCos(25), Mul(0, 164), Mul(0, 163), SinCos(26), Mul(1, 168), SinCos(27), Mul(1, 167), Mul(2, 171),
-                Mul(2, 170), Mul(43, 163), Add(40, 175), Sqrt(176), Mul(168, 177), Sub(165, 178), Add(172, 174),
-                Sub(180, 6), Div(164, 177), Mul(42, 168), Mul(183, 182), Add(166, 184), Mul(167, 177), Neg(185),
+                SinCos(25), SinCos(26), SinCos(27), Mul(1, 185), Mul(2, 187), Mul(88, 182), Add(87, 190), Sqrt(191),
+                Mul(0, 182), Mul(54, 185), Mul(184, 192), Mul(0, 183), Mul(1, 184), Mul(2, 186), Add(197, 198),
+                Mul(185, 192), Sub(196, 200), Sub(199, 6), Div(183, 192), Mul(194, 203), Add(193, 204), Neg(205),
             ],
-            results: &[179, 181, 187, 186, 37, 37, 169, 173, 37, 37],
+            results: &[201, 202, 206, 195, 162, 162, 188, 189, 162, 162],
         },
         mass_matrix: TapeFunction {
             operations: &[
-                SinCos(26), SinCos(27), Mul(53, 163), Mul(167, 163), Add(52, 168), Mul(55, 164), Mul(166, 170),
-                Mul(58, 163), Mul(172, 165), Add(171, 173), Mul(165, 165), Mul(61, 175), Add(60, 176),
+                SinCos(26), SinCos(27), Mul(89, 183), Mul(185, 186), Mul(90, 182), Mul(188, 184), Add(187, 189),
+                Mul(64, 182), Mul(191, 182), Add(63, 192), Mul(184, 184), Mul(70, 194), Add(69, 195),
             ],
-            results: &[46, 37, 37, 37, 169, 174, 37, 174, 177],
+            results: &[57, 162, 162, 162, 193, 190, 162, 190, 196],
         },
         energy: TapeFunction {
             operations: &[
-                Sin(25), Mul(0, 163), Add(3, 164), SinCos(26), Mul(1, 167), SinCos(27), Mul(1, 166), Mul(5, 169),
-                Add(171, 172), Mul(2, 170), Add(168, 174), Mul(28, 28), Mul(30, 30), Mul(166, 29), Mul(55, 167),
-                Mul(169, 169), Mul(169, 30), Sub(21, 175), Neg(182), Neg(183), Sign(184), Mul(183, 185), Sub(186, 182),
-                Mul(101, 167), Mul(102, 166), Sub(99, 188), Sub(190, 189), Sqrt(191), Sub(20, 192), Mul(193, 193),
-                Mul(111, 178), Mul(58, 181), Add(195, 196), Mul(166, 197), Mul(170, 30), Mul(179, 199), Mul(112, 29),
-                Add(198, 200), Add(202, 201), Mul(29, 203), Mul(114, 180), Add(113, 205), Mul(206, 177), Mul(115, 176),
-                Add(204, 207), Add(209, 208), Mul(117, 194), Add(116, 211), Mul(212, 194), Mul(63, 165), Mul(118, 166),
-                Mul(119, 173), Mul(121, 187), Mul(217, 187), Add(213, 214), Add(219, 215), Add(220, 216),
-                Add(221, 218),
+                SinCos(26), SinCos(27), Mul(1, 183), Mul(2, 185), Add(186, 187), Mul(30, 30), Mul(182, 29),
+                Mul(89, 183), Mul(184, 30), Sub(21, 188), Neg(193), Neg(194), Sign(195), Mul(194, 196), Sub(197, 193),
+                Mul(101, 183), Sub(99, 199), Mul(103, 182), Sub(200, 201), Sqrt(202), Sub(20, 203), Mul(184, 184),
+                Mul(204, 204), Mul(1, 182), Sin(25), Mul(0, 208), Add(3, 209), Mul(108, 190), Mul(90, 192),
+                Add(211, 212), Mul(182, 213), Mul(185, 30), Mul(191, 215), Add(214, 216), Mul(109, 29), Add(217, 218),
+                Mul(29, 219), Mul(111, 205), Add(110, 221), Mul(222, 189), Add(220, 223), Mul(28, 28), Mul(112, 225),
+                Add(224, 226), Mul(114, 206), Add(113, 228), Mul(229, 206), Mul(71, 210), Add(230, 231), Mul(115, 182),
+                Add(232, 233), Mul(5, 184), Add(207, 235), Mul(116, 236), Add(234, 237), Mul(118, 198), Mul(239, 198),
+                Add(238, 240),
             ],
-            results: &[210, 222],
+            results: &[227, 241],
         },
         power: TapeFunction {
             operations: &[
-                SinCos(26), Mul(1, 164), SinCos(27), Mul(2, 167), Add(165, 168), Mul(163, 29), Sign(28), Mul(62, 171),
-                Sub(28, 66), Sign(173), Mul(68, 28), Sub(67, 175), Mul(174, 176), Add(65, 177), Sub(28, 69), Sign(179),
-                Mul(71, 28), Sub(70, 181), Mul(180, 182), Sub(28, 72), Sign(184), Mul(74, 28), Sub(73, 186),
-                Mul(185, 187), Sub(183, 188), Add(178, 189), Mul(1, 170), Mul(166, 30), Mul(2, 192), Add(191, 193),
-                Mul(78, 194), Neg(195), Tanh(196), Sub(36, 197), Add(84, 169), Sign(199), Mul(87, 164), Mul(88, 167),
-                Add(201, 202), Add(85, 203), Mul(200, 204), Add(89, 169), Sign(206), Add(90, 203), Mul(207, 208),
-                Add(91, 169), Sign(210), Add(92, 203), Mul(211, 212), Add(93, 169), Sign(214), Add(94, 203),
-                Mul(215, 216), Sub(205, 209), Sub(218, 213), Add(219, 217), Mul(198, 220), Mul(28, 172), Sub(190, 222),
-                Mul(17, 28), Sub(223, 224), Mul(28, 225), Mul(122, 197), Mul(82, 221), Sub(227, 228), Mul(194, 229),
-                Add(226, 230),
+                SinCos(26), SinCos(27), Mul(1, 183), Mul(2, 185), Add(186, 187), Mul(182, 29), Mul(1, 189),
+                Mul(184, 30), Mul(2, 191), Add(190, 192), Mul(74, 193), Neg(194), Tanh(195), Mul(78, 183),
+                Mul(95, 185), Add(197, 198), Sub(51, 196), Add(102, 188), Sign(201), Add(156, 199), Mul(202, 203),
+                Add(157, 188), Sign(205), Add(158, 199), Mul(206, 207), Sub(204, 208), Add(44, 188), Sign(210),
+                Add(159, 199), Mul(211, 212), Sub(209, 213), Add(160, 188), Sign(215), Add(161, 199), Mul(216, 217),
+                Add(214, 218), Mul(200, 219), Sub(28, 49), Sign(221), Mul(165, 28), Sub(164, 223), Mul(222, 224),
+                Add(163, 225), Sub(28, 166), Sign(227), Mul(168, 28), Sub(167, 229), Mul(228, 230), Sub(28, 169),
+                Sign(232), Mul(171, 28), Sub(170, 234), Mul(233, 235), Sub(231, 236), Add(226, 237), Sign(28),
+                Mul(172, 239), Mul(28, 240), Sub(238, 241), Mul(17, 28), Sub(242, 243), Mul(28, 244), Mul(119, 196),
+                Mul(47, 220), Sub(246, 247), Mul(193, 248), Add(245, 249),
             ],
-            results: &[231],
+            results: &[250],
         },
         outputs: TapeFunction {
             operations: &[
-                SinCos(25), Mul(0, 164), Mul(0, 163), Add(3, 166), SinCos(26), Mul(1, 169), SinCos(27), Mul(2, 172),
-                Add(170, 173), Mul(43, 163), Add(40, 175), Sqrt(176), Div(169, 177), Mul(168, 29), Sign(28),
-                Mul(62, 180), Sub(28, 66), Sign(182), Mul(68, 28), Sub(67, 184), Mul(183, 185), Add(65, 186),
-                Sub(28, 69), Sign(188), Mul(71, 28), Sub(70, 190), Mul(189, 191), Sub(28, 72), Sign(193), Mul(74, 28),
-                Sub(73, 195), Mul(194, 196), Sub(192, 197), Add(187, 198), Mul(1, 179), Mul(171, 30), Mul(2, 201),
-                Add(200, 202), Mul(78, 203), Neg(204), Tanh(205), Sub(21, 174), Neg(207), Neg(208), Sign(209),
-                Add(36, 210), Mul(208, 210), Sub(212, 207), Mul(211, 213), Sub(36, 206), Add(84, 174), Sign(216),
-                Mul(87, 169), Mul(88, 172), Add(218, 219), Add(85, 220), Mul(217, 221), Add(89, 174), Sign(223),
-                Add(90, 220), Mul(224, 225), Add(91, 174), Sign(227), Add(92, 220), Mul(228, 229), Add(93, 174),
-                Sign(231), Add(94, 220), Mul(232, 233), Sub(222, 226), Sub(235, 230), Add(236, 234), Mul(215, 237),
-                Mul(101, 169), Mul(102, 168), Sub(99, 239), Sub(241, 240), Sqrt(242), Sub(20, 243), Mul(244, 244),
-                Mul(19, 245), Add(18, 246), Mul(244, 247), Mul(104, 169), Mul(106, 168), Sub(249, 250), Div(251, 243),
-                Mul(248, 252), Mul(28, 181), Sub(199, 254), Mul(122, 206), Mul(82, 238), Mul(28, 255), Mul(203, 257),
-                Mul(203, 256), Mul(29, 253), Mul(80, 203), Mul(262, 214), Mul(168, 165), Mul(167, 169), Sub(264, 265),
-                Mul(266, 178), Sub(168, 267), Mul(34, 268), Neg(203), Neg(259), Neg(261),
+                SinCos(25), SinCos(26), SinCos(27), Mul(1, 185), Mul(2, 187), Add(188, 189), Mul(88, 182),
+                Add(87, 191), Sqrt(192), Mul(184, 29), Mul(1, 194), Mul(186, 30), Mul(2, 196), Add(195, 197),
+                Mul(74, 198), Neg(199), Tanh(200), Sub(21, 190), Neg(202), Neg(203), Sign(204), Add(51, 205),
+                Mul(203, 205), Sub(207, 202), Mul(206, 208), Mul(78, 185), Mul(95, 187), Add(210, 211), Sub(51, 201),
+                Add(102, 190), Sign(214), Add(156, 212), Mul(215, 216), Add(157, 190), Sign(218), Add(158, 212),
+                Mul(219, 220), Sub(217, 221), Add(44, 190), Sign(223), Add(159, 212), Mul(224, 225), Sub(222, 226),
+                Add(160, 190), Sign(228), Add(161, 212), Mul(229, 230), Add(227, 231), Mul(213, 232), Mul(101, 185),
+                Sub(99, 234), Mul(103, 184), Sub(235, 236), Sqrt(237), Sub(20, 238), Sub(28, 49), Sign(240),
+                Mul(165, 28), Sub(164, 242), Mul(241, 243), Add(163, 244), Sub(28, 166), Sign(246), Mul(168, 28),
+                Sub(167, 248), Mul(247, 249), Sub(28, 169), Sign(251), Mul(171, 28), Sub(170, 253), Mul(252, 254),
+                Sub(250, 255), Add(245, 256), Sign(28), Mul(172, 258), Mul(239, 239), Mul(19, 260), Add(18, 261),
+                Mul(239, 262), Mul(104, 185), Mul(105, 184), Sub(264, 265), Div(266, 238), Mul(263, 267), Mul(0, 182),
+                Mul(0, 183), Mul(28, 259), Sub(257, 271), Mul(119, 201), Mul(47, 233), Add(3, 269), Neg(198),
+                Mul(28, 272), Mul(198, 274), Neg(278), Mul(198, 273), Mul(29, 268), Neg(281), Mul(76, 198),
+                Mul(283, 209), Mul(184, 270), Mul(275, 185), Sub(285, 286), Div(185, 193), Mul(287, 288),
+                Sub(184, 289), Mul(34, 290),
             ],
-            results: &[174, 270, 258, 271, 260, 272, 263, 269],
+            results: &[190, 276, 277, 279, 280, 282, 284, 291],
         },
         linearization: Some(TapeFunction {
             operations: &[
-                SinCos(25), Mul(0, 163), SinCos(26), Mul(1, 167), SinCos(27), Mul(2, 170), Add(168, 171), Mul(28, 28),
-                Mul(173, 165), Mul(29, 29), Mul(167, 175), Mul(166, 175), Mul(1, 176), Mul(30, 30), Mul(170, 179),
-                Mul(5, 180), Add(178, 181), Mul(1, 177), Mul(169, 179), Mul(5, 184), Add(183, 185), Mul(2, 180),
-                Add(178, 187), Mul(43, 163), Add(40, 189), Sqrt(190), Mul(167, 191), Recip(191), Mul(164, 193),
-                Mul(167, 193), Mul(193, 194), Mul(44, 196), Mul(195, 197), Sub(0, 198), Mul(166, 29), Mul(43, 193),
-                Mul(201, 200), Mul(42, 163), Mul(195, 203), Mul(55, 167), Sign(28), Mul(62, 206), Add(17, 207),
-                Sub(28, 66), Sign(209), Sub(28, 69), Sign(211), Sub(28, 72), Sign(213), Mul(1, 200), Mul(169, 30),
-                Mul(2, 216), Add(215, 217), Mul(78, 218), Neg(219), Tanh(220), Mul(77, 221), Sub(21, 172), Neg(223),
-                Neg(224), Sign(225), Add(36, 226), Mul(224, 226), Sub(228, 223), Mul(227, 229), Mul(81, 230),
-                Add(222, 231), Sub(36, 221), Add(84, 172), Sign(234), Mul(87, 167), Mul(88, 170), Add(236, 237),
-                Add(85, 238), Mul(235, 239), Add(89, 172), Sign(241), Add(90, 238), Mul(242, 243), Add(91, 172),
-                Sign(245), Add(92, 238), Mul(246, 247), Add(93, 172), Sign(249), Add(94, 238), Mul(250, 251),
-                Sub(240, 244), Sub(253, 248), Add(254, 252), Mul(233, 255), Mul(83, 256), Mul(95, 182), Mul(76, 188),
-                Add(258, 259), Add(257, 260), Sub(232, 261), Mul(95, 186), Sub(97, 263), Mul(101, 167), Mul(102, 166),
-                Sub(99, 265), Sub(267, 266), Sqrt(268), Sub(20, 269), Mul(270, 270), Mul(19, 271), Add(18, 272),
-                Mul(270, 273), Mul(104, 167), Mul(106, 166), Sub(275, 276), Recip(269), Mul(107, 221), Mul(108, 230),
-                Add(279, 280), Mul(109, 256), Mul(54, 182), Mul(56, 188), Add(283, 284), Add(282, 285), Sub(281, 286),
-                Mul(54, 186), Sub(110, 288), Mul(58, 216), Mul(170, 30), Mul(64, 163), Mul(164, 199), Sub(293, 204),
-                Mul(34, 294), Add(292, 295), Mul(166, 194), Mul(42, 34), Mul(298, 297), Mul(128, 167), Mul(129, 170),
-                Add(300, 301), Add(126, 302), Mul(235, 303), Add(130, 302), Mul(242, 305), Add(131, 302),
-                Mul(246, 307), Add(132, 302), Mul(250, 309), Sub(304, 306), Sub(311, 308), Add(312, 310),
-                Mul(125, 313), Add(124, 314), Cosh(220), Recip(316), Mul(317, 317), Mul(315, 318), Mul(29, 319),
-                Mul(133, 32), Add(320, 321), Mul(166, 322), Mul(48, 176), Mul(191, 34), Sub(323, 324), Add(326, 325),
-                Sub(327, 262), Mul(167, 328), Sub(235, 242), Sub(330, 246), Add(331, 250), Mul(233, 332),
-                Mul(166, 333), Mul(134, 334), Add(35, 335), Mul(1, 336), Mul(136, 177), Mul(227, 227), Mul(166, 339),
-                Mul(137, 340), Add(337, 338), Sub(342, 341), Add(343, 264), Mul(166, 344), Mul(139, 166),
-                Sub(265, 346), Mul(347, 272), Mul(18, 277), Add(348, 349), Mul(278, 350), Mul(140, 270), Mul(352, 271),
-                Mul(82, 269), Sub(141, 354), Mul(18, 355), Add(353, 356), Mul(102, 167), Mul(101, 166), Sub(358, 359),
-                Mul(278, 278), Mul(361, 357), Mul(362, 360), Add(351, 363), Mul(277, 364), Mul(106, 167),
-                Mul(104, 166), Add(366, 367), Mul(368, 274), Sub(365, 369), Mul(278, 370), Mul(167, 169), Mul(58, 372),
-                Mul(166, 170), Mul(55, 374), Sub(373, 375), Mul(33, 376), Sub(329, 345), Add(378, 371), Add(379, 377),
-                Mul(145, 313), Add(143, 381), Mul(382, 318), Mul(170, 383), Sub(290, 384), Mul(30, 385), Mul(169, 339),
-                Mul(146, 387), Mul(169, 333), Mul(147, 389), Sub(386, 388), Add(391, 390), Mul(166, 392),
-                Mul(180, 205), Mul(169, 205), Mul(58, 374), Sub(395, 396), Mul(33, 397), Add(393, 394), Add(399, 398),
-                Mul(167, 383), Mul(58, 200), Sub(401, 402), Mul(29, 403), Mul(146, 340), Mul(147, 334), Add(404, 405),
-                Sub(407, 406), Mul(169, 408), Mul(55, 170), Mul(410, 176), Mul(376, 32), Sub(409, 411), Add(413, 412),
-                Mul(149, 313), Add(148, 415), Mul(416, 318), Mul(30, 417), Mul(150, 33), Add(418, 419), Mul(169, 420),
-                Mul(59, 180), Sub(421, 422), Sub(423, 287), Mul(170, 424), Mul(151, 389), Add(35, 426), Mul(2, 427),
-                Mul(152, 184), Mul(153, 387), Add(428, 429), Sub(431, 430), Add(432, 289), Mul(169, 433), Mul(32, 397),
-                Sub(425, 434), Sub(436, 435), Mul(68, 210), Mul(71, 212), Mul(74, 214), Add(438, 439), Sub(441, 440),
-                Add(442, 208), Mul(166, 319), Mul(133, 167), Mul(445, 29), Add(444, 446), Mul(166, 447), Mul(169, 383),
-                Mul(155, 291), Add(449, 450), Mul(166, 451), Mul(156, 30), Mul(453, 372), Sub(452, 454), Mul(156, 170),
-                Mul(456, 29), Sub(449, 457), Mul(166, 458), Mul(155, 29), Mul(460, 372), Add(459, 461), Mul(169, 417),
-                Mul(150, 291), Add(463, 464), Mul(169, 465), Mul(159, 194), Mul(467, 194), Mul(158, 163),
-                Add(468, 469), Mul(193, 193), Mul(471, 470), Sub(42, 472), Mul(473, 173), Mul(42, 175), Add(474, 475),
-                Mul(167, 476), Mul(160, 196), Mul(28, 29), Mul(479, 478), Mul(42, 32), Sub(480, 481), Mul(166, 482),
-                Sub(477, 483), Mul(164, 484), Mul(43, 28), Mul(163, 486), Mul(200, 487), Sub(485, 488), Mul(193, 489),
-                Mul(294, 31), Add(174, 490), Sub(492, 491), Mul(173, 197), Mul(42, 31), Sub(494, 495), Mul(164, 496),
-                Mul(173, 203), Add(497, 498), Mul(193, 499), Mul(191, 175), Add(500, 501), Mul(166, 502), Mul(29, 194),
-                Mul(504, 486), Mul(191, 32), Add(505, 506), Mul(167, 507), Sub(503, 508), Mul(166, 32), Add(176, 510),
-                Mul(1, 511), Mul(169, 33), Add(180, 513), Mul(2, 514), Mul(195, 478), Sub(161, 516), Mul(28, 517),
-                Sub(202, 518), Mul(164, 519), Mul(195, 487), Add(520, 521), Mul(486, 297), Mul(41, 29), Mul(524, 192),
-                Add(523, 525), Mul(154, 200), Mul(162, 216), Neg(296), Neg(400), Neg(509), Neg(512), Neg(515),
-                Neg(527), Neg(528),
+                SinCos(25), SinCos(26), SinCos(27), Mul(1, 185), Mul(2, 187), Add(188, 189), Mul(29, 29),
+                Mul(185, 191), Mul(1, 192), Mul(30, 30), Mul(187, 194), Mul(5, 195), Add(193, 196), Mul(184, 191),
+                Mul(1, 198), Mul(186, 194), Mul(5, 200), Add(199, 201), Mul(2, 195), Add(193, 203), Mul(88, 182),
+                Add(87, 205), Sqrt(206), Recip(207), Mul(183, 208), Mul(185, 208), Mul(184, 29), Mul(89, 185),
+                Mul(1, 211), Mul(186, 30), Mul(2, 214), Add(213, 215), Mul(74, 216), Neg(217), Tanh(218), Sub(21, 190),
+                Neg(220), Neg(221), Sign(222), Add(51, 223), Mul(221, 223), Sub(225, 220), Mul(224, 226), Mul(78, 185),
+                Mul(95, 187), Add(228, 229), Sub(51, 219), Add(102, 190), Sign(232), Add(156, 230), Mul(233, 234),
+                Add(157, 190), Sign(236), Add(158, 230), Mul(237, 238), Sub(235, 239), Add(44, 190), Sign(241),
+                Add(159, 230), Mul(242, 243), Sub(240, 244), Add(160, 190), Sign(246), Add(161, 230), Mul(247, 248),
+                Add(245, 249), Mul(231, 250), Mul(101, 185), Sub(99, 252), Mul(103, 184), Sub(253, 254), Sqrt(255),
+                Sub(20, 256), Sub(28, 49), Sign(258), Sub(28, 166), Sign(260), Sub(28, 169), Sign(262), Sign(28),
+                Mul(172, 264), Add(17, 265), Mul(92, 219), Mul(93, 227), Add(267, 268), Mul(94, 251), Mul(79, 197),
+                Mul(73, 204), Add(271, 272), Add(270, 273), Sub(269, 274), Mul(79, 202), Sub(97, 276), Mul(257, 257),
+                Mul(19, 278), Add(18, 279), Mul(257, 280), Mul(104, 185), Mul(105, 184), Sub(282, 283), Mul(106, 219),
+                Mul(80, 227), Add(285, 286), Mul(81, 251), Mul(65, 197), Mul(66, 204), Add(289, 290), Add(288, 291),
+                Sub(287, 292), Mul(65, 202), Sub(107, 294), Mul(0, 182), Mul(208, 209), Mul(55, 297), Mul(210, 298),
+                Sub(0, 299), Mul(88, 208), Mul(301, 211), Mul(54, 182), Mul(210, 303), Mul(185, 207), Mul(90, 214),
+                Mul(187, 30), Mul(28, 28), Recip(256), Mul(183, 300), Sub(310, 304), Mul(184, 209), Mul(54, 34),
+                Mul(313, 312), Mul(123, 185), Mul(124, 187), Add(315, 316), Add(173, 317), Mul(233, 318),
+                Add(174, 317), Mul(237, 320), Sub(319, 321), Add(175, 317), Mul(242, 323), Sub(322, 324),
+                Add(176, 317), Mul(247, 326), Add(325, 327), Cosh(218), Recip(329), Mul(330, 330), Mul(121, 328),
+                Add(120, 332), Mul(333, 331), Sub(233, 237), Sub(335, 242), Add(336, 247), Mul(231, 337),
+                Mul(184, 338), Mul(224, 224), Mul(184, 340), Mul(185, 186), Mul(184, 187), Mul(90, 342), Mul(89, 343),
+                Sub(344, 345), Mul(136, 328), Add(135, 347), Mul(348, 331), Mul(186, 340), Mul(186, 338),
+                Mul(186, 212), Mul(90, 343), Sub(352, 353), Mul(140, 328), Add(139, 355), Mul(356, 331), Mul(186, 349),
+                Mul(148, 297), Mul(88, 28), Mul(182, 360), Mul(91, 182), Mul(34, 311), Add(362, 363), Neg(364),
+                Mul(29, 334), Mul(125, 32), Add(366, 367), Mul(184, 368), Mul(59, 192), Sub(369, 370), Mul(207, 34),
+                Add(371, 372), Sub(373, 275), Mul(185, 374), Mul(126, 339), Add(35, 376), Mul(1, 377), Mul(128, 198),
+                Add(378, 379), Mul(129, 341), Sub(380, 381), Add(382, 277), Mul(184, 383), Sub(375, 384),
+                Mul(131, 184), Sub(252, 386), Mul(387, 279), Mul(18, 284), Add(388, 389), Mul(309, 390), Mul(309, 309),
+                Mul(132, 257), Mul(393, 278), Mul(47, 256), Sub(133, 395), Mul(18, 396), Add(394, 397), Mul(392, 398),
+                Mul(103, 185), Mul(101, 184), Sub(400, 401), Mul(399, 402), Add(391, 403), Mul(284, 404),
+                Mul(105, 185), Mul(104, 184), Add(406, 407), Mul(408, 281), Sub(405, 409), Mul(309, 410),
+                Add(385, 411), Mul(33, 346), Add(412, 413), Mul(187, 349), Sub(306, 415), Mul(30, 416), Mul(137, 350),
+                Sub(417, 418), Mul(138, 351), Add(419, 420), Mul(184, 421), Mul(195, 212), Add(422, 423), Mul(33, 354),
+                Add(424, 425), Neg(426), Mul(185, 349), Mul(90, 211), Sub(428, 429), Mul(29, 430), Mul(137, 341),
+                Add(431, 432), Mul(138, 339), Sub(433, 434), Mul(186, 435), Mul(89, 187), Mul(437, 192), Sub(436, 438),
+                Mul(346, 32), Add(439, 440), Mul(30, 357), Mul(141, 33), Add(442, 443), Mul(186, 444), Mul(68, 195),
+                Sub(445, 446), Sub(447, 293), Mul(187, 448), Mul(142, 351), Add(35, 450), Mul(2, 451), Mul(143, 200),
+                Add(452, 453), Mul(144, 350), Sub(454, 455), Add(456, 295), Mul(186, 457), Sub(449, 458), Mul(32, 354),
+                Sub(459, 460), Mul(165, 259), Mul(168, 261), Add(462, 463), Mul(171, 263), Sub(464, 465),
+                Add(466, 266), Mul(184, 334), Mul(125, 185), Mul(469, 29), Add(468, 470), Mul(184, 471), Mul(145, 307),
+                Add(358, 473), Mul(184, 474), Mul(146, 30), Mul(476, 342), Sub(475, 477), Mul(146, 187), Mul(479, 29),
+                Sub(358, 480), Mul(184, 481), Mul(145, 29), Mul(483, 342), Add(482, 484), Mul(186, 357), Mul(141, 307),
+                Add(486, 487), Mul(186, 488), Mul(308, 296), Mul(208, 208), Mul(147, 209), Mul(492, 209), Mul(86, 182),
+                Add(493, 494), Mul(491, 495), Sub(54, 496), Mul(497, 308), Mul(54, 191), Add(498, 499), Mul(185, 500),
+                Mul(28, 29), Mul(502, 359), Mul(54, 32), Sub(503, 504), Mul(184, 505), Sub(501, 506), Mul(183, 507),
+                Mul(211, 361), Sub(508, 509), Mul(208, 510), Add(490, 511), Mul(311, 31), Sub(512, 513), Mul(308, 298),
+                Mul(54, 31), Sub(515, 516), Mul(183, 517), Mul(308, 303), Add(518, 519), Mul(208, 520), Mul(207, 191),
+                Add(521, 522), Mul(184, 523), Mul(29, 209), Mul(525, 360), Mul(207, 32), Add(526, 527), Mul(185, 528),
+                Sub(524, 529), Neg(530), Mul(184, 32), Add(192, 532), Mul(1, 533), Neg(534), Mul(186, 33),
+                Add(195, 536), Mul(2, 537), Neg(538), Mul(210, 359), Sub(149, 540), Mul(28, 541), Sub(302, 542),
+                Mul(183, 543), Mul(210, 361), Add(544, 545), Mul(360, 312), Mul(50, 29), Mul(548, 305), Add(547, 549),
+                Mul(84, 211), Neg(551), Mul(150, 214), Neg(553),
             ],
             results: &[
-                529, 299, 37, 299, 380, 530, 37, 414, 437, 443, 37, 37, 37, 448, 455, 37, 462, 466, 493, 531, 37, 37,
-                532, 533, 522, 526, 37, 37, 534, 535, 37, 37, 37, 37, 37,
+                365, 314, 162, 314, 414, 427, 162, 441, 461, 467, 162, 162, 162, 472, 478, 162, 485, 489, 514, 531,
+                162, 162, 535, 539, 546, 550, 162, 162, 552, 554, 162, 162, 162, 162, 162,
             ],
         }),
         event: Some(TapeFunction {
-            operations: &[Pi, Number(6.0), Mul(164, 163), Sub(25, 165)],
-            results: &[166],
+            operations: &[Sub(25, 178)],
+            results: &[182],
         }),
         start: TapeFunction {
-            operations: &[Number(0.0), Number(1.0), Number(2.6)],
-            results: &[163, 164, 165, 23, 163, 163],
+            operations: &[],
+            results: &[162, 51, 179, 23, 162, 162],
         },
         given: &[true, false, false, true, false, false],
         schedule: TapeFunction {
-            operations: &[Number(0.0005), Number(20.0)],
-            results: &[163, 164],
+            operations: &[],
+            results: &[180, 181],
+        },
+        kernel: TapeKernel {
+            operations: 205,
+            has_angle: &[true, true, true],
+            position: TapeFunction {
+            operations: &[
+                MulAdd(88, 36, 87), Sqrt(182), Recip(182), Mul(184, 183), Mul(54, 39), Mul(186, 185),
+                NegMulAdd(101, 40, 99), NegMulAdd(103, 37, 188), Sqrt(189), Recip(189), Mul(191, 190), Mul(104, 40),
+                NegMulAdd(105, 37, 193), Mul(194, 192), Mul(0, 39), NegMulAdd(40, 183, 196), Mul(1, 37), Mul(2, 38),
+                Sub(198, 6), Add(200, 199), Mul(0, 36), MulAdd(40, 187, 202), Mul(37, 183), Mul(1, 40), Mul(2, 41),
+                Mul(64, 37), MulAdd(207, 37, 63), Mul(89, 40), Mul(90, 37), Mul(41, 209), MulAdd(210, 38, 211),
+                Mul(70, 38), MulAdd(213, 38, 69), Recip(37), Mul(215, 185), Recip(206), Mul(216, 203), Mul(205, 217),
+                Mul(219, 218), Mul(205, 216), Mul(208, 218), NegMulAdd(212, 220, 222), Mul(212, 218),
+                NegMulAdd(214, 220, 224), MulAdd(218, 223, 57), NegMulAdd(220, 225, 226), Recip(227), Add(205, 206),
+                Sub(21, 229), Neg(230), Neg(231), Sign(232), Add(51, 233), MulAdd(231, 233, 231), Mul(78, 40),
+                MulAdd(95, 41, 236), Add(161, 237), Add(160, 229), Sign(239), Add(159, 237), Add(44, 229), Sign(242),
+                Add(158, 237), Add(157, 229), Sign(245), Add(156, 237), Add(102, 229), Sign(248), Mul(247, 249),
+                NegMulAdd(244, 246, 250), NegMulAdd(241, 243, 251), MulAdd(238, 240, 252), Mul(76, 234), Mul(254, 235),
+                Mul(154, 39), Mul(115, 40), Mul(89, 37), Sub(20, 190), Mul(19, 259), MulAdd(260, 259, 18),
+                Mul(259, 195), Mul(262, 261), Add(3, 202), Mul(196, 37), NegMulAdd(40, 264, 265), Mul(40, 266),
+                NegMulAdd(267, 185, 37), Abs(218), Abs(220), Max(269, 270), Abs(221), Max(271, 272),
+            ],
+            results: &[273, 197, 201],
+        },
+            velocity_residual: TapeFunction {
+            operations: &[Mul(28, 203), NegMulAdd(29, 204, 274), Neg(275), Mul(29, 205), MulAdd(30, 206, 277)],
+            results: &[276, 278],
+        },
+            correction: TapeFunction {
+            operations: &[
+                Mul(42, 216), NegMulAdd(205, 279, 43), Mul(217, 280), Mul(279, 223), MulAdd(281, 225, 282),
+                Mul(283, 228), NegMulAdd(218, 284, 279), MulAdd(220, 284, 281), Neg(285), Neg(286),
+            ],
+            results: &[284, 287, 288],
+        },
+            accelerations: TapeFunction {
+            operations: &[
+                Mul(29, 29), Mul(30, 30), Sub(28, 49), Sign(291), Sub(28, 166), Sign(293), Sub(28, 169), Sign(295),
+                Sign(28), Mul(28, 28), Mul(28, 187), Mul(54, 36), Mul(300, 298), MulAdd(299, 299, 301), Mul(185, 302),
+                MulAdd(289, 183, 303), Mul(50, 37), Mul(305, 29), Mul(196, 298), NegMulAdd(306, 299, 307),
+                NegMulAdd(40, 304, 308), Mul(289, 198), MulAdd(199, 290, 310), Mul(29, 198), MulAdd(30, 199, 312),
+                Mul(74, 313), Neg(314), Tanh(315), Sub(51, 316), Mul(47, 317), Mul(289, 205), MulAdd(290, 206, 319),
+                NegMulAdd(10, 320, 255), MulAdd(152, 316, 321), NegMulAdd(318, 253, 322), MulAdd(172, 297, 17),
+                NegMulAdd(171, 28, 170), NegMulAdd(168, 28, 167), NegMulAdd(165, 28, 164), MulAdd(327, 292, 163),
+                MulAdd(326, 294, 328), NegMulAdd(325, 296, 329), NegMulAdd(28, 324, 330), Sub(256, 331), Mul(89, 38),
+                NegMulAdd(333, 290, 155), Mul(41, 290), Mul(335, 258), MulAdd(40, 334, 336), Add(257, 337),
+                Add(338, 263), NegMulAdd(198, 323, 339), NegMulAdd(289, 258, 107), Mul(38, 289), Mul(342, 209),
+                MulAdd(41, 341, 343), NegMulAdd(199, 323, 344), Mul(216, 309), NegMulAdd(205, 346, 311), Mul(217, 347),
+                NegMulAdd(220, 345, 332), MulAdd(223, 346, 349), MulAdd(218, 340, 350), MulAdd(225, 348, 351),
+                Mul(228, 352), NegMulAdd(218, 353, 346), MulAdd(220, 353, 348), Neg(353),
+            ],
+            results: &[356, 354, 355],
+        },
+            multipliers: TapeFunction {
+            operations: &[
+                MulAdd(212, 354, 345), MulAdd(214, 355, 357), Mul(217, 358), MulAdd(208, 354, 340),
+                MulAdd(212, 355, 360), NegMulAdd(205, 359, 361), Mul(216, 362), Neg(363), Neg(359),
+            ],
+            results: &[364, 365],
+        },
+            outputs: TapeFunction {
+            operations: &[
+                Sub(28, 49), Sign(366), Sub(28, 166), Sign(368), Sub(28, 169), Sign(370), Sign(28),
+                NegMulAdd(171, 28, 170), NegMulAdd(168, 28, 167), NegMulAdd(165, 28, 164), MulAdd(375, 367, 163),
+                MulAdd(374, 369, 376), NegMulAdd(373, 371, 377), Mul(198, 29), MulAdd(199, 30, 379), Mul(74, 380),
+                Neg(381), Tanh(382), Neg(380), Mul(172, 28), NegMulAdd(385, 372, 378), Mul(28, 386), Mul(47, 380),
+                Sub(51, 383), Mul(388, 389), Mul(390, 253), Neg(391), Mul(152, 380), Mul(393, 383), Mul(29, 194),
+                Mul(395, 192), Mul(396, 259), Mul(397, 261), Neg(398), Mul(76, 380), Mul(400, 234), Mul(401, 235),
+                Mul(34, 268),
+            ],
+            results: &[229, 384, 387, 392, 394, 399, 402, 403],
+        },
         },
     }
 };
 
-// Hash of this file and its derivation: 272a481cab68bb4a
+// Hash of this file and its derivation: 22963a6851345c4d

@@ -41,8 +41,8 @@
 //     time in the forces: no load depends on it
 
 use qrm_core::{
-    Angles, Description, Dynamics, Generated, Kernel, Linearization, LoopConstraints,
-    ParameterDescription, QuantityDescription, Scalar, Schedule, Start,
+    Angles, Description, Dynamics, Equations, Generated, Kernel, Linearization,
+    LoopConstraints, ParameterDescription, QuantityDescription, Scalar, Schedule, Start,
 };
 
 /// The numbers of the scene that can be changed, under their names in the scene.
@@ -1002,22 +1002,21 @@ pub fn growth_factor<R: Scalar>(position: &Position<R>) -> R {
 
 impl<R: Scalar> Kernel<R, 3, 2> for SliderCrank<R> {
     type Position = Position<R>;
-    const IS_ANGLE: [bool; 3] = [true, false, true];
-
     const OPERATIONS: usize = 87;
 
     #[inline(always)]
-    fn with_values(value: &dyn Fn(usize) -> R) -> Self {
-        Self::new(Parameters {
-            a: value(0),
-            J1: value(1),
-            m2: value(2),
-            J2: value(3),
-            k: value(4),
-            c: value(5),
-            l0: value(6),
-            F: value(7),
-        })
+    fn has_angle(&self) -> [bool; 3] {
+        [true, false, true]
+    }
+
+    #[inline(always)]
+    fn is_length(&self) -> [bool; 3] {
+        [false, true, false]
+    }
+
+    #[inline(always)]
+    fn set_values(&mut self, value: &dyn Fn(usize) -> R) {
+        *self = Self::with_values(value);
     }
 
     #[inline(always)]
@@ -1080,6 +1079,27 @@ impl<R: Scalar> Kernel<R, 3, 2> for SliderCrank<R> {
         None
     }
 
+    #[inline(always)]
+    fn power(&self, t: R, q: &[R; 3], qd: &[R; 3], _multipliers: &[R; 2]) -> R {
+        power(self, t, q, qd)
+    }
+}
+
+impl<R: Scalar> Equations<R, 3, 2> for SliderCrank<R> {
+    #[inline(always)]
+    fn with_values(value: &dyn Fn(usize) -> R) -> Self {
+        Self::new(Parameters {
+            a: value(0),
+            J1: value(1),
+            m2: value(2),
+            J2: value(3),
+            k: value(4),
+            c: value(5),
+            l0: value(6),
+            F: value(7),
+        })
+    }
+
     fn start(&self) -> Start<R, 3> {
         Start {
             q: [R::pi() / R::from_f64(2.0), R::from_f64(0.87), -R::from_f64(0.52)],
@@ -1113,11 +1133,6 @@ impl<R: Scalar> Kernel<R, 3, 2> for SliderCrank<R> {
     #[inline(always)]
     fn energy(&self, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
         energy(self, q, qd)
-    }
-
-    #[inline(always)]
-    fn power(&self, t: R, q: &[R; 3], qd: &[R; 3], _multipliers: &[R; 2]) -> R {
-        power(self, t, q, qd)
     }
 
     #[inline(always)]
@@ -1339,121 +1354,170 @@ stiff = true
 /// The functions as operations, for any kind of number.
 pub static TAPE: qrm_core::Tape = {
     use qrm_core::Operation::*;
-    use qrm_core::TapeFunction;
+    use qrm_core::{TapeFunction, TapeKernel};
     qrm_core::Tape {
         coordinates: 3,
         constraints: 2,
+        is_driven: false,
         parameters: TapeFunction {
             operations: &[Number(0.5), Number(1.0), Number(2.0)],
-            results: &[40, 41, 41, 42, 41, 41, 41, 41],
+            results: &[54, 55, 55, 56, 55, 55, 55, 55],
         },
         constants: &[
-            Number(1.0), Number(0.0), Number(0.25), Mul(0, 22), Number(0.5), Mul(0, 24), Mul(1, 24), Mul(3, 24),
-            Mul(2, 24), Mul(24, 4), Mul(0, 4), Number(0.125), Mul(0, 31), Mul(0, 23), Mul(24, 5), Mul(24, 6),
-            Mul(0, 5), Mul(0, 36), Number(2.0), Mul(0, 38),
+            Number(0.5), Number(1.0), Number(2.0), Number(0.25), Mul(0, 31), Mul(0, 5), Mul(0, 28), Mul(1, 28),
+            Mul(3, 28), Mul(2, 28), Mul(28, 4), Mul(0, 4), Number(0.125), Mul(0, 40), Mul(0, 32), Mul(28, 5),
+            Mul(28, 6), Mul(0, 33), Mul(0, 30), Number(0.0), Pi, Div(48, 30), Number(0.87), Number(-0.52),
+            Number(0.01), Number(10.0),
         ],
         dynamics: TapeFunction {
             operations: &[
-                SinCos(11), SinCos(9), Mul(0, 43), Mul(0, 42), Mul(12, 12), Mul(46, 44), Mul(14, 14), Mul(41, 48),
-                Add(47, 49), Mul(46, 45), Mul(40, 14), Mul(14, 52), Add(51, 53), Mul(23, 42), Mul(22, 40), Add(55, 56),
-                Mul(43, 57), Mul(24, 10), Mul(23, 43), Mul(22, 41), Sub(59, 60), Sub(62, 61), Mul(42, 63), Add(58, 64),
-                Mul(0, 65), Mul(25, 42), Mul(24, 40), Add(67, 68), Mul(69, 69), Mul(25, 43), Mul(24, 41), Sub(10, 72),
-                Sub(73, 71), Mul(74, 74), Add(70, 75), Sqrt(76), Recip(77), Sub(77, 6), Mul(4, 79), Mul(41, 57),
-                Mul(40, 63), Add(81, 82), Mul(14, 83), Mul(12, 66), Mul(74, 13), Add(85, 86), Add(84, 87), Mul(5, 78),
-                Mul(88, 89), Add(80, 90), Mul(78, 91), Mul(66, 92), Mul(74, 92), Sub(7, 94), Mul(7, 40), Mul(83, 92),
-                Add(96, 97), Neg(93), Neg(98), Neg(44), Neg(41),
+                SinCos(9), SinCos(11), Mul(0, 55), Mul(0, 54), Mul(12, 12), Mul(32, 54), Mul(31, 56), Add(61, 62),
+                Mul(28, 10), Mul(32, 55), Sub(64, 65), Mul(31, 57), Sub(66, 67), Mul(55, 63), Mul(54, 68), Add(69, 70),
+                Mul(0, 71), Mul(34, 54), Mul(28, 56), Add(73, 74), Mul(34, 55), Mul(28, 57), Sub(10, 77), Sub(78, 76),
+                Mul(75, 75), Mul(79, 79), Add(80, 81), Sqrt(82), Recip(83), Mul(57, 63), Mul(56, 68), Add(85, 86),
+                Sub(83, 6), Mul(4, 88), Mul(14, 87), Mul(12, 72), Mul(79, 13), Add(91, 92), Add(90, 93), Mul(5, 84),
+                Mul(94, 95), Add(89, 96), Mul(84, 97), Mul(72, 98), Neg(99), Mul(79, 98), Sub(7, 101), Mul(7, 56),
+                Mul(87, 98), Add(103, 104), Neg(105), Neg(58), Neg(57), Mul(60, 58), Mul(14, 14), Mul(57, 110),
+                Add(109, 111), Mul(60, 59), Mul(56, 14), Mul(14, 114), Add(113, 115),
             ],
-            results: &[1, 21, 21, 21, 2, 21, 21, 21, 3, 99, 95, 100, 45, 20, 40, 101, 21, 102, 50, 54],
+            results: &[1, 47, 47, 47, 2, 47, 47, 47, 3, 100, 102, 106, 59, 29, 56, 107, 47, 108, 112, 116],
         },
         loop_constraints: TapeFunction {
             operations: &[
-                SinCos(11), SinCos(9), Mul(0, 43), Sub(10, 41), Sub(45, 44), Mul(0, 42), Add(40, 47), Neg(48), Neg(44),
-                Neg(41),
+                SinCos(9), SinCos(11), Mul(0, 55), Mul(0, 54), Neg(58), Neg(57), Sub(10, 57), Sub(62, 58), Add(56, 59),
+                Neg(64),
             ],
-            results: &[46, 49, 47, 20, 40, 50, 21, 51, 21, 21],
+            results: &[63, 65, 59, 29, 56, 60, 47, 61, 47, 47],
         },
         mass_matrix: TapeFunction {
             operations: &[],
-            results: &[1, 21, 21, 21, 2, 21, 21, 21, 3],
+            results: &[1, 47, 47, 47, 2, 47, 47, 47, 3],
         },
         energy: TapeFunction {
             operations: &[
-                SinCos(11), SinCos(9), Mul(12, 12), Mul(14, 14), Mul(25, 42), Mul(24, 40), Add(46, 47), Mul(48, 48),
-                Mul(25, 43), Mul(24, 41), Sub(10, 51), Sub(52, 50), Mul(53, 53), Add(49, 54), Sqrt(55), Sub(56, 6),
-                Mul(26, 44), Mul(27, 45), Mul(28, 13), Mul(60, 13), Add(58, 59), Add(62, 61), Mul(29, 57), Mul(57, 64),
-                Add(10, 41), Mul(7, 66), Sub(65, 67),
+                SinCos(9), SinCos(11), Mul(12, 12), Mul(34, 54), Mul(28, 56), Add(59, 60), Mul(34, 55), Mul(28, 57),
+                Sub(10, 63), Sub(64, 62), Mul(61, 61), Mul(65, 65), Add(66, 67), Sqrt(68), Sub(69, 6), Mul(14, 14),
+                Add(10, 57), Mul(35, 58), Mul(36, 71), Add(73, 74), Mul(37, 13), Mul(76, 13), Add(75, 77), Mul(38, 70),
+                Mul(70, 79), Mul(7, 72), Sub(80, 81),
             ],
-            results: &[63, 68],
+            results: &[78, 82],
         },
         power: TapeFunction {
             operations: &[
-                SinCos(11), SinCos(9), Mul(23, 42), Mul(22, 40), Add(44, 45), Mul(43, 46), Mul(24, 10), Mul(23, 43),
-                Mul(22, 41), Sub(48, 49), Sub(51, 50), Mul(42, 52), Add(47, 53), Mul(0, 54), Mul(25, 42), Mul(24, 40),
-                Add(56, 57), Mul(58, 58), Mul(25, 43), Mul(24, 41), Sub(10, 61), Sub(62, 60), Mul(63, 63), Add(59, 64),
-                Sqrt(65), Recip(66), Mul(41, 46), Mul(40, 52), Add(68, 69), Mul(14, 70), Mul(12, 55), Mul(63, 13),
-                Add(72, 73), Add(71, 74), Mul(67, 67), Mul(5, 75), Mul(77, 75), Mul(78, 76), Neg(79),
+                SinCos(9), SinCos(11), Mul(32, 54), Mul(31, 56), Add(58, 59), Mul(28, 10), Mul(32, 55), Sub(61, 62),
+                Mul(31, 57), Sub(63, 64), Mul(55, 60), Mul(54, 65), Add(66, 67), Mul(0, 68), Mul(34, 54), Mul(28, 56),
+                Add(70, 71), Mul(34, 55), Mul(28, 57), Sub(10, 74), Sub(75, 73), Mul(72, 72), Mul(76, 76), Add(77, 78),
+                Sqrt(79), Recip(80), Mul(57, 60), Mul(56, 65), Add(82, 83), Mul(14, 84), Mul(12, 69), Mul(76, 13),
+                Add(86, 87), Add(85, 88), Mul(5, 89), Mul(90, 89), Mul(81, 81), Mul(91, 92), Neg(93),
             ],
-            results: &[80],
+            results: &[94],
         },
         outputs: TapeFunction {
             operations: &[
-                SinCos(11), SinCos(9), Mul(12, 12), Mul(14, 14), Mul(25, 42), Mul(24, 40), Add(46, 47), Mul(48, 48),
-                Mul(25, 43), Mul(24, 41), Sub(10, 51), Sub(52, 50), Mul(53, 53), Add(49, 54), Sqrt(55), Mul(26, 44),
-                Mul(27, 45), Mul(28, 13), Mul(59, 13), Add(57, 58), Add(61, 60),
+                SinCos(9), SinCos(11), Mul(12, 12), Mul(34, 54), Mul(28, 56), Add(59, 60), Mul(34, 55), Mul(28, 57),
+                Sub(10, 63), Sub(64, 62), Mul(61, 61), Mul(65, 65), Add(66, 67), Sqrt(68), Mul(14, 14), Mul(35, 58),
+                Mul(36, 70), Add(71, 72), Mul(37, 13), Mul(74, 13), Add(73, 75),
             ],
-            results: &[56, 62],
+            results: &[69, 76],
         },
         linearization: Some(TapeFunction {
             operations: &[
-                SinCos(11), SinCos(9), Mul(0, 42), Mul(12, 12), Mul(14, 14), Mul(41, 46), Mul(40, 14), Mul(14, 48),
-                Mul(23, 42), Mul(22, 40), Add(50, 51), Mul(43, 52), Mul(24, 10), Mul(23, 43), Mul(22, 41), Sub(54, 55),
-                Sub(57, 56), Mul(42, 58), Add(53, 59), Mul(0, 60), Mul(25, 42), Mul(24, 40), Add(62, 63), Mul(64, 64),
-                Mul(25, 43), Mul(24, 41), Sub(10, 67), Sub(68, 66), Mul(69, 69), Add(65, 70), Sqrt(71), Recip(72),
-                Sub(72, 6), Mul(4, 74), Mul(41, 52), Mul(40, 58), Add(76, 77), Mul(14, 78), Mul(12, 61), Mul(69, 13),
-                Add(80, 81), Add(79, 82), Mul(5, 73), Mul(83, 84), Add(75, 85), Mul(29, 74), Mul(73, 73), Mul(30, 73),
-                Mul(89, 60), Mul(32, 42), Mul(31, 40), Add(91, 92), Mul(43, 93), Mul(22, 10), Mul(32, 43), Mul(31, 41),
-                Sub(95, 96), Sub(98, 97), Mul(42, 99), Add(94, 100), Mul(0, 12), Mul(102, 101), Mul(41, 93),
-                Mul(40, 99), Add(104, 105), Mul(14, 106), Add(103, 107), Mul(43, 64), Mul(42, 69), Add(109, 110),
-                Mul(0, 111), Mul(108, 112), Mul(61, 81), Add(113, 114), Mul(115, 88), Mul(13, 62), Mul(43, 58),
-                Mul(42, 52), Sub(118, 119), Mul(0, 120), Mul(43, 43), Mul(42, 42), Add(122, 123), Mul(33, 124),
-                Add(121, 125), Mul(12, 126), Mul(43, 41), Mul(42, 40), Add(128, 129), Mul(23, 130), Mul(14, 131),
-                Sub(116, 117), Sub(133, 127), Sub(134, 132), Mul(135, 84), Sub(90, 136), Mul(34, 73), Mul(138, 83),
-                Add(87, 139), Mul(140, 88), Mul(112, 141), Sub(137, 142), Mul(143, 61), Mul(86, 126), Add(144, 145),
-                Mul(73, 146), Mul(43, 18), Mul(42, 19), Add(148, 149), Mul(0, 150), Add(147, 151), Mul(4, 73),
-                Mul(69, 153), Mul(69, 88), Mul(83, 155), Mul(12, 62), Mul(14, 63), Sub(13, 156), Add(159, 157),
-                Add(160, 158), Mul(161, 84), Add(154, 162), Mul(86, 155), Sub(163, 164), Mul(165, 61), Mul(140, 44),
-                Add(166, 167), Mul(73, 168), Mul(78, 153), Mul(78, 82), Mul(41, 64), Mul(40, 69), Add(172, 173),
-                Mul(174, 107), Add(171, 175), Mul(176, 88), Mul(13, 63), Mul(12, 131), Add(56, 58), Mul(41, 180),
-                Sub(51, 52), Mul(40, 182), Add(181, 183), Mul(14, 184), Sub(177, 178), Sub(186, 179), Sub(187, 185),
-                Mul(188, 84), Sub(170, 189), Mul(174, 141), Sub(190, 191), Mul(192, 61), Mul(86, 131), Add(193, 194),
-                Mul(73, 195), Mul(24, 72), Sub(35, 197), Mul(4, 198), Mul(58, 13), Add(200, 108), Mul(201, 84),
-                Sub(199, 202), Mul(203, 88), Mul(112, 204), Add(137, 205), Mul(69, 206), Mul(203, 44), Sub(207, 208),
-                Mul(73, 209), Mul(69, 165), Add(86, 211), Mul(73, 212), Mul(174, 204), Add(190, 214), Mul(69, 215),
-                Mul(40, 203), Sub(216, 217), Mul(73, 218), Mul(78, 206), Add(194, 220), Mul(73, 221), Mul(78, 165),
-                Sub(217, 223), Mul(73, 224), Mul(78, 215), Mul(86, 184), Add(226, 227), Mul(73, 228), Add(7, 18),
-                Mul(41, 230), Mul(40, 19), Add(229, 231), Add(233, 232), Recip(71), Mul(60, 235), Mul(37, 60),
-                Mul(237, 236), Mul(69, 235), Mul(36, 60), Mul(240, 239), Mul(36, 78), Mul(242, 236), Mul(5, 69),
-                Mul(244, 239), Mul(5, 78), Mul(239, 246), Mul(78, 235), Mul(248, 246), Mul(43, 15), Mul(42, 45),
-                Sub(250, 251), Mul(0, 252), Mul(41, 17), Sub(49, 254), Mul(43, 45), Mul(42, 15), Add(256, 257),
-                Mul(0, 258), Mul(40, 17), Add(47, 260), Mul(39, 12), Mul(43, 262), Mul(38, 41), Mul(264, 14),
-                Mul(42, 262), Mul(38, 48), Neg(225), Neg(255),
+                SinCos(9), SinCos(11), Mul(0, 54), Mul(12, 12), Mul(32, 54), Mul(31, 56), Add(60, 61), Mul(28, 10),
+                Mul(32, 55), Sub(63, 64), Mul(31, 57), Sub(65, 66), Mul(55, 62), Mul(54, 67), Add(68, 69), Mul(0, 70),
+                Mul(34, 54), Mul(28, 56), Add(72, 73), Mul(34, 55), Mul(28, 57), Sub(10, 76), Sub(77, 75), Mul(74, 74),
+                Mul(78, 78), Add(79, 80), Sqrt(81), Recip(82), Mul(57, 62), Mul(56, 67), Add(84, 85), Sub(82, 6),
+                Mul(4, 87), Mul(14, 86), Mul(12, 71), Mul(78, 13), Add(90, 91), Add(89, 92), Mul(5, 83), Mul(93, 94),
+                Add(88, 95), Mul(14, 14), Mul(57, 97), Mul(56, 14), Mul(14, 99), Mul(38, 87), Mul(83, 83), Mul(41, 54),
+                Mul(40, 56), Add(103, 104), Mul(31, 10), Mul(41, 55), Sub(106, 107), Mul(40, 57), Sub(108, 109),
+                Mul(57, 105), Mul(56, 110), Add(111, 112), Mul(14, 113), Mul(0, 12), Mul(55, 105), Mul(54, 110),
+                Add(116, 117), Mul(115, 118), Add(119, 114), Mul(55, 74), Mul(54, 78), Add(121, 122), Mul(0, 123),
+                Mul(55, 67), Mul(54, 62), Sub(125, 126), Mul(0, 127), Mul(55, 55), Mul(54, 54), Add(129, 130),
+                Mul(42, 131), Add(128, 132), Mul(55, 57), Mul(54, 56), Add(134, 135), Mul(32, 136), Mul(39, 83),
+                Mul(138, 70), Mul(120, 124), Mul(71, 91), Add(140, 141), Mul(142, 102), Mul(13, 72), Sub(143, 144),
+                Mul(12, 133), Sub(145, 146), Mul(14, 137), Sub(147, 148), Mul(149, 94), Sub(139, 150), Mul(43, 83),
+                Mul(152, 93), Add(101, 153), Mul(154, 102), Mul(4, 83), Mul(78, 102), Mul(78, 156), Mul(93, 157),
+                Sub(13, 159), Mul(12, 72), Add(160, 161), Mul(14, 73), Add(162, 163), Mul(164, 94), Add(158, 165),
+                Mul(96, 157), Sub(166, 167), Mul(57, 74), Mul(56, 78), Add(169, 170), Add(66, 67), Mul(57, 172),
+                Sub(61, 62), Mul(56, 174), Add(173, 175), Mul(86, 156), Mul(86, 92), Mul(171, 114), Add(178, 179),
+                Mul(180, 102), Mul(13, 73), Sub(181, 182), Mul(12, 137), Sub(183, 184), Mul(14, 176), Sub(185, 186),
+                Mul(187, 94), Sub(177, 188), Mul(96, 137), Mul(28, 82), Sub(44, 191), Mul(4, 192), Mul(67, 13),
+                Add(194, 120), Mul(195, 94), Sub(193, 196), Mul(197, 102), Mul(124, 198), Add(151, 199), Mul(171, 198),
+                Add(189, 201), Mul(56, 197), Recip(81), Mul(70, 204), Mul(78, 204), Mul(33, 70), Mul(207, 206),
+                Mul(33, 86), Mul(209, 205), Mul(5, 86), Mul(206, 211), Mul(46, 12), Mul(124, 155), Sub(151, 214),
+                Mul(215, 71), Mul(96, 133), Add(216, 217), Mul(83, 218), Mul(55, 18), Mul(54, 19), Add(220, 221),
+                Mul(0, 222), Add(219, 223), Mul(168, 71), Mul(154, 58), Add(225, 226), Mul(83, 227), Mul(171, 155),
+                Sub(189, 229), Mul(230, 71), Add(231, 190), Mul(83, 232), Mul(78, 200), Mul(197, 58), Sub(234, 235),
+                Mul(83, 236), Mul(78, 168), Add(96, 238), Mul(83, 239), Mul(78, 202), Sub(241, 203), Mul(83, 242),
+                Mul(86, 200), Add(190, 244), Mul(83, 245), Mul(86, 168), Sub(203, 247), Mul(83, 248), Neg(249),
+                Mul(86, 202), Mul(96, 176), Add(251, 252), Mul(83, 253), Add(7, 18), Mul(57, 255), Add(254, 256),
+                Mul(56, 19), Add(257, 258), Mul(45, 70), Mul(260, 205), Mul(5, 78), Mul(262, 206), Mul(86, 204),
+                Mul(264, 211), Mul(55, 15), Mul(54, 59), Sub(266, 267), Mul(0, 268), Mul(57, 17), Sub(100, 270),
+                Neg(271), Mul(55, 59), Mul(54, 15), Add(273, 274), Mul(0, 275), Mul(56, 17), Add(98, 277),
+                Mul(55, 213), Mul(30, 57), Mul(280, 14), Mul(54, 213), Mul(30, 99),
             ],
             results: &[
-                152, 169, 196, 210, 213, 219, 222, 268, 234, 238, 241, 243, 241, 245, 247, 243, 247, 249, 253, 21, 269,
-                259, 21, 261, 263, 21, 265, 266, 21, 267, 21, 21, 21, 21, 21,
+                224, 228, 233, 237, 240, 243, 246, 250, 259, 261, 208, 210, 208, 263, 212, 210, 212, 265, 269, 47, 272,
+                276, 47, 278, 279, 47, 281, 282, 47, 283, 47, 47, 47, 47, 47,
             ],
         }),
         event: None,
         start: TapeFunction {
-            operations: &[Pi, Number(2.0), Div(40, 41), Number(0.87), Number(0.52), Neg(44), Number(0.0)],
-            results: &[42, 43, 45, 46, 46, 46],
+            operations: &[],
+            results: &[49, 50, 51, 47, 47, 47],
         },
         given: &[true, false, false, true, false, false],
         schedule: TapeFunction {
-            operations: &[Number(0.01), Number(10.0)],
-            results: &[40, 41],
+            operations: &[],
+            results: &[52, 53],
+        },
+        kernel: TapeKernel {
+            operations: 87,
+            has_angle: &[true, false, true],
+            position: TapeFunction {
+            operations: &[
+                Mul(34, 20), MulAdd(28, 22, 54), NegMulAdd(34, 23, 10), NegMulAdd(28, 25, 56), Mul(55, 55),
+                MulAdd(57, 57, 58), Sqrt(59), Recip(59), Mul(61, 60), Mul(32, 23), Mul(32, 25), Neg(64),
+                MulAdd(34, 10, 65), Mul(22, 63), MulAdd(20, 66, 67), Mul(68, 62), Mul(57, 62), Neg(63),
+                MulAdd(28, 10, 71), Mul(20, 64), MulAdd(22, 72, 73), Mul(74, 62), Mul(0, 23), Sub(10, 25), Sub(77, 76),
+                Mul(0, 20), Add(22, 79), Recip(25), Mul(76, 81), NegMulAdd(22, 82, 79), Mul(22, 81), Mul(2, 83),
+                Mul(3, 82), MulAdd(82, 86, 1), MulAdd(83, 85, 87), Recip(88), Mul(7, 22), Sub(6, 60), Mul(4, 91),
+                Abs(83), Abs(82), Max(93, 94), Abs(84), Max(95, 96), Neg(80),
+            ],
+            results: &[97, 78, 98],
+        },
+            velocity_residual: TapeFunction {
+            operations: &[MulAdd(14, 22, 13), MulAdd(12, 79, 99), Mul(14, 25), MulAdd(12, 76, 101), Neg(102)],
+            results: &[100, 103],
+        },
+            correction: TapeFunction {
+            operations: &[
+                Mul(27, 81), MulAdd(22, 104, 26), Mul(105, 85), NegMulAdd(104, 86, 106), Mul(107, 89),
+                NegMulAdd(83, 108, 105), MulAdd(82, 108, 104), Neg(108), Neg(109),
+            ],
+            results: &[111, 112, 110],
+        },
+            accelerations: TapeFunction {
+            operations: &[
+                Mul(12, 12), Mul(14, 14), Mul(12, 69), MulAdd(13, 70, 115), MulAdd(14, 75, 116), Mul(76, 113),
+                MulAdd(25, 114, 118), Mul(79, 113), MulAdd(22, 114, 120), Neg(92), MulAdd(5, 117, 122), Mul(69, 123),
+                NegMulAdd(70, 123, 7), MulAdd(75, 123, 90), Mul(121, 81), MulAdd(22, 127, 119),
+                NegMulAdd(127, 86, 124), MulAdd(128, 85, 129), MulAdd(83, 125, 130), NegMulAdd(82, 126, 131),
+                Mul(89, 132), NegMulAdd(83, 133, 128), MulAdd(82, 133, 127), Neg(133), Neg(134),
+            ],
+            results: &[136, 137, 135],
+        },
+            multipliers: TapeFunction {
+            operations: &[MulAdd(2, 134, 125), MulAdd(3, 135, 126), MulAdd(22, 138, 139), Mul(81, 140)],
+            results: &[138, 141],
+        },
+            outputs: TapeFunction {
+            operations: &[
+                Mul(37, 13), Mul(36, 14), Mul(35, 12), Mul(144, 12), MulAdd(143, 14, 145), MulAdd(142, 13, 146),
+            ],
+            results: &[60, 147],
+        },
         },
     }
 };
 
-// Hash of this file and its derivation: d2e1fe25d763c177
+// Hash of this file and its derivation: 2b280348790809ae

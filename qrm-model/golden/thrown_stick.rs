@@ -34,7 +34,7 @@
 //     Jacobians of forces and constraint forces: the scene asks for no implicit method (`stiff`)
 
 use qrm_core::{
-    Angles, Description, Dynamics, Generated, Kernel, LoopConstraints,
+    Angles, Description, Dynamics, Equations, Generated, Kernel, LoopConstraints,
     ParameterDescription, QuantityDescription, Scalar, Schedule, Start,
 };
 
@@ -571,19 +571,21 @@ pub fn growth_factor<R: Scalar>(position: &Position<R>) -> R {
 
 impl<R: Scalar> Kernel<R, 3, 0> for ThrownStick<R> {
     type Position = Position<R>;
-    const IS_ANGLE: [bool; 3] = [false, false, true];
-
     const OPERATIONS: usize = 25;
 
     #[inline(always)]
-    fn with_values(value: &dyn Fn(usize) -> R) -> Self {
-        Self::new(Parameters {
-            l: value(0),
-            m: value(1),
-            J: value(2),
-            g: value(3),
-            w: value(4),
-        })
+    fn has_angle(&self) -> [bool; 3] {
+        [false, false, true]
+    }
+
+    #[inline(always)]
+    fn is_length(&self) -> [bool; 3] {
+        [true, true, false]
+    }
+
+    #[inline(always)]
+    fn set_values(&mut self, value: &dyn Fn(usize) -> R) {
+        *self = Self::with_values(value);
     }
 
     #[inline(always)]
@@ -646,6 +648,24 @@ impl<R: Scalar> Kernel<R, 3, 0> for ThrownStick<R> {
         None
     }
 
+    #[inline(always)]
+    fn power(&self, t: R, q: &[R; 3], qd: &[R; 3], _multipliers: &[R; 0]) -> R {
+        power(self, t, q, qd)
+    }
+}
+
+impl<R: Scalar> Equations<R, 3, 0> for ThrownStick<R> {
+    #[inline(always)]
+    fn with_values(value: &dyn Fn(usize) -> R) -> Self {
+        Self::new(Parameters {
+            l: value(0),
+            m: value(1),
+            J: value(2),
+            g: value(3),
+            w: value(4),
+        })
+    }
+
     fn start(&self) -> Start<R, 3> {
         let p = &self.parameters;
         Start {
@@ -680,11 +700,6 @@ impl<R: Scalar> Kernel<R, 3, 0> for ThrownStick<R> {
     #[inline(always)]
     fn energy(&self, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
         energy(self, q, qd)
-    }
-
-    #[inline(always)]
-    fn power(&self, t: R, q: &[R; 3], qd: &[R; 3], _multipliers: &[R; 0]) -> R {
-        power(self, t, q, qd)
     }
 
     #[inline(always)]
@@ -846,63 +861,99 @@ end_time = 2
 /// The functions as operations, for any kind of number.
 pub static TAPE: qrm_core::Tape = {
     use qrm_core::Operation::*;
-    use qrm_core::TapeFunction;
+    use qrm_core::{TapeFunction, TapeKernel};
     qrm_core::Tape {
         coordinates: 3,
         constraints: 0,
+        is_driven: false,
         parameters: TapeFunction {
             operations: &[
-                Number(1.2), Number(0.8), PowI(0, 2), Mul(1, 33), Number(12.0), Div(34, 35), Number(9.81),
+                Number(1.2), Number(0.8), PowI(0, 2), Mul(1, 47), Number(12.0), Div(48, 49), Number(9.81),
                 Number(10.0),
             ],
-            results: &[31, 32, 36, 37, 38],
+            results: &[45, 46, 50, 51, 52],
         },
         constants: &[
-            Number(0.5), Mul(15, 0), Number(0.0), Mul(0, 1), Mul(15, 18), Number(0.25), Mul(0, 18), Mul(20, 21),
-            Add(2, 22), Mul(1, 3), Mul(3, 19), Mul(15, 2), Number(0.125), Mul(27, 21), Add(26, 28), Mul(15, 1),
+            Number(2.0), Mul(0, 1), Number(0.5), Mul(23, 22), Mul(0, 22), Mul(23, 0), Number(0.25), Mul(27, 25),
+            Add(2, 28), Mul(1, 3), Mul(3, 24), Mul(23, 2), Number(0.125), Mul(33, 25), Add(32, 34), Mul(23, 1),
+            Recip(1), Mul(0, 27), Mul(38, 22), Add(2, 39), Number(0.0), Number(3.0), Number(5.0), Number(0.001),
         ],
         dynamics: TapeFunction {
             operations: &[
-                SinCos(8), Mul(11, 11), Mul(19, 31), Mul(19, 32), Mul(33, 35), Mul(33, 34), Sub(24, 37), Mul(25, 32),
-                Neg(34), Neg(34), Neg(38), Neg(39),
+                SinCos(8), Mul(11, 11), Mul(24, 45), Mul(24, 46), Neg(48), Mul(47, 49), Mul(47, 48), Sub(30, 52),
+                Neg(53), Mul(31, 46), Neg(55),
             ],
-            results: &[1, 17, 40, 17, 1, 35, 41, 35, 23, 36, 42, 43],
+            results: &[1, 41, 50, 41, 1, 49, 50, 49, 29, 51, 54, 56],
         },
         loop_constraints: TapeFunction {
             operations: &[],
             results: &[],
         },
         mass_matrix: TapeFunction {
-            operations: &[SinCos(8), Mul(19, 31), Mul(19, 32), Neg(33), Neg(33)],
-            results: &[1, 17, 35, 17, 1, 34, 36, 34, 23],
+            operations: &[SinCos(8), Mul(24, 45), Mul(24, 46), Neg(47)],
+            results: &[1, 41, 49, 41, 1, 48, 49, 48, 29],
         },
         energy: TapeFunction {
             operations: &[
-                SinCos(8), Mul(16, 31), Add(7, 33), Mul(32, 10), Mul(31, 9), Sub(35, 36), Mul(19, 37), Mul(29, 11),
-                Add(38, 39), Mul(11, 40), Mul(9, 9), Mul(10, 10), Add(42, 43), Mul(30, 44), Add(41, 45), Mul(24, 34),
+                SinCos(8), Mul(26, 45), Add(7, 47), Mul(46, 10), Mul(45, 9), Sub(49, 50), Mul(24, 51), Mul(35, 11),
+                Add(52, 53), Mul(11, 54), Mul(9, 9), Mul(10, 10), Add(56, 57), Mul(36, 58), Add(55, 59), Mul(30, 48),
             ],
-            results: &[46, 47],
+            results: &[60, 61],
         },
         power: TapeFunction {
             operations: &[],
-            results: &[17],
+            results: &[41],
         },
         outputs: TapeFunction {
-            operations: &[SinCos(8), Mul(16, 32), Add(6, 33), Mul(16, 31), Add(7, 35)],
-            results: &[34, 36],
+            operations: &[SinCos(8), Mul(26, 45), Add(7, 47), Mul(26, 46), Add(6, 49)],
+            results: &[50, 48],
         },
         linearization: None,
         event: None,
         start: TapeFunction {
-            operations: &[Number(0.0), Number(3.0), Number(5.0)],
-            results: &[31, 31, 31, 32, 33, 4],
+            operations: &[],
+            results: &[41, 41, 41, 42, 43, 4],
         },
         given: &[true, true, true, true, true, true],
         schedule: TapeFunction {
-            operations: &[Number(0.001), Number(2.0)],
-            results: &[31, 32],
+            operations: &[],
+            results: &[44, 21],
+        },
+        kernel: TapeKernel {
+            operations: 25,
+            has_angle: &[false, false, true],
+            position: TapeFunction {
+            operations: &[
+                Mul(24, 17), Mul(24, 20), Mul(37, 45), Mul(37, 46), NegMulAdd(45, 47, 40), NegMulAdd(46, 48, 49),
+                Recip(50), Mul(40, 51), MulAdd(26, 20, 6), MulAdd(26, 17, 7), Mul(31, 20), Abs(52),
+            ],
+            results: &[56],
+        },
+            velocity_residual: TapeFunction {
+            operations: &[],
+            results: &[],
+        },
+            correction: TapeFunction {
+            operations: &[],
+            results: &[41, 41, 41],
+        },
+            accelerations: TapeFunction {
+            operations: &[
+                Mul(11, 11), Mul(46, 57), NegMulAdd(45, 57, 30), NegMulAdd(47, 58, 55), NegMulAdd(48, 59, 60),
+                Mul(61, 51), Mul(37, 59), NegMulAdd(48, 62, 63), Mul(37, 58), NegMulAdd(47, 62, 65), Neg(64), Neg(62),
+            ],
+            results: &[66, 67, 68],
+        },
+            multipliers: TapeFunction {
+            operations: &[],
+            results: &[],
+        },
+            outputs: TapeFunction {
+            operations: &[],
+            results: &[53, 54],
+        },
         },
     }
 };
 
-// Hash of this file and its derivation: 956c7444366a7bab
+// Hash of this file and its derivation: 7d4068ca35a2affc

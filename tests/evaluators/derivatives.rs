@@ -2,7 +2,7 @@
 //! double-double numbers, at states of every scene.
 
 use num_dual::Dual64;
-use qrm_core::{Angles, DoubleDouble, Dual, Generated, Kernel, Scalar, Tape, TapeEvaluator};
+use qrm_core::{Angles, DoubleDouble, Dual, Equations, Generated, Kernel, Scalar, Tape, TapeEvaluator};
 
 use crate::list::{State, WELL_CONDITIONED_GROWTH, by_tape, function, solved};
 use crate::number::{Number, dual};
@@ -133,7 +133,7 @@ fn by_parameters<X: Generated<N, M>, const N: usize, const M: usize>(values: &[f
         let seeded: Vec<D> = values.iter().enumerate().map(|(j, &v)| dual(v, f64::from(u8::from(i == j)))).collect();
         let kernel = X::Kernel::<D>::with_values(&|j| seeded[j]);
         let (t, q, qd) = (D::from_f64(state.t), state.q.map(D::from_f64), state.qd.map(D::from_f64));
-        let angles = Angles::new(&q, X::Kernel::<D>::IS_ANGLE);
+        let angles = Angles::new(&q, kernel.has_angle());
         let position = kernel.position(t, &q, &angles);
         if !(kernel.growth_factor(&position).0.re < WELL_CONDITIONED_GROWTH) {
             return false;

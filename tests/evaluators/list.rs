@@ -262,7 +262,7 @@ fn kernel<X: Generated<N, M>, R: Number, const N: usize, const M: usize>(
     let parameters = mechanism.parameters();
     let kernel = X::Kernel::<R>::with_values(&|i| R::from_f64(parameters[i]));
     let (t, q, qd) = (R::input(state.t), state.q.map(R::input), state.qd.map(R::input));
-    let angles = Angles::new(&q, X::Kernel::<R>::IS_ANGLE);
+    let angles = Angles::new(&q, kernel.has_angle());
     let position = kernel.position(t, &q, &angles);
     if !(kernel.growth_factor(&position).value().hi() < WELL_CONDITIONED_GROWTH) {
         return None;

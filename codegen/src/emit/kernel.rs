@@ -443,7 +443,8 @@ impl<'a> Emitter<'a> {
         let n = Literal::usize_unsuffixed(scene.coordinates.len());
         let c = Literal::usize_unsuffixed(scene.constraints.len());
         let needs = |i: usize| self.graph.ops().iter().any(|op| angle_of(self.graph, op).is_some_and(|(_, j)| i == j));
-        let is_angle = (0..scene.coordinates.len()).map(needs);
+        let has_angle = (0..scene.coordinates.len()).map(needs);
+        let is_length = scene.coordinates.iter().map(|coordinate| coordinate.unit != "rad");
         let kept: Vec<_> = scene.parameters.iter().filter(|p| !p.left_out).collect();
         let parameters = kept.iter().enumerate().map(|(i, p)| {
             let (name, i) = (ident(&p.name), Literal::usize_unsuffixed(i));
@@ -467,12 +468,21 @@ impl<'a> Emitter<'a> {
             impl<R: Scalar> Kernel<R, #n, #c> for #own<R> {
                 type Position = Position<R>;
 
-                const IS_ANGLE: [bool; #n] = [#(#is_angle),*];
                 const OPERATIONS: usize = #operations;
 
                 #[inline(always)]
-                fn with_values(#value: &dyn Fn(usize) -> R) -> Self {
-                    Self::new(Parameters { #(#parameters)* #marker })
+                fn has_angle(&self) -> [bool; #n] {
+                    [#(#has_angle),*]
+                }
+
+                #[inline(always)]
+                fn is_length(&self) -> [bool; #n] {
+                    [#(#is_length),*]
+                }
+
+                #[inline(always)]
+                fn set_values(&mut self, value: &dyn Fn(usize) -> R) {
+                    *self = Self::with_values(value);
                 }
 
                 #[inline(always)]
@@ -530,6 +540,18 @@ impl<'a> Emitter<'a> {
 
                 #event
 
+                #[inline(always)]
+                fn power(&self, t: R, q: &[R; #n], qd: &[R; #n], #multipliers: &[R; #c]) -> R {
+                    power(self, t, q, qd #and_multipliers)
+                }
+            }
+
+            impl<R: Scalar> Equations<R, #n, #c> for #own<R> {
+                #[inline(always)]
+                fn with_values(#value: &dyn Fn(usize) -> R) -> Self {
+                    Self::new(Parameters { #(#parameters)* #marker })
+                }
+
                 #start
 
                 #schedule
@@ -551,11 +573,6 @@ impl<'a> Emitter<'a> {
                 #[inline(always)]
                 fn energy(&self, q: &[R; #n], qd: &[R; #n]) -> [R; 2] {
                     energy(self, q, qd)
-                }
-
-                #[inline(always)]
-                fn power(&self, t: R, q: &[R; #n], qd: &[R; #n], #multipliers: &[R; #c]) -> R {
-                    power(self, t, q, qd #and_multipliers)
                 }
 
                 #[inline(always)]

@@ -7,7 +7,8 @@ use qrm_core::DoubleDouble;
 use super::expected::Expected;
 use super::sample::Sample;
 use super::wide::Wide;
-use super::{Generated, SMALLEST, size};
+use super::{SMALLEST, size};
+use crate::interpret::GeneratedModule;
 use crate::term::Equations;
 use qrm_scene::scene::Scene;
 
@@ -21,7 +22,7 @@ const CONDITION: f64 = 0.1;
 pub(super) struct Errors<'a> {
     scene: &'a Scene,
     equations: &'a Equations,
-    module: &'a Generated<'a>,
+    module: &'a GeneratedModule<'a>,
     sample: &'a Sample,
     /// The expected numbers in doubles, and with 32 digits at a state nearby.
     known: OnceCell<[Option<Expected<f64>>; 2]>,
@@ -33,7 +34,7 @@ impl<'a> Errors<'a> {
     pub(super) fn new(
         scene: &'a Scene,
         equations: &'a Equations,
-        module: &'a Generated<'a>,
+        module: &'a GeneratedModule<'a>,
         sample: &'a Sample,
     ) -> Self {
         let (known, nearby, force_sizes) = (OnceCell::new(), OnceCell::new(), OnceCell::new());

@@ -5,9 +5,8 @@ use std::collections::HashMap;
 use num_traits::Signed;
 use qrm_core::{DoubleDouble, MAX_GROWTH, Scalar};
 
-use super::Generated;
 use super::expected::Expected;
-use super::interpret::Value;
+use crate::interpret::{GeneratedModule, Value};
 use super::sample::Sample;
 use super::size;
 use super::wide::Wide;
@@ -28,7 +27,7 @@ const SMALLEST_PIVOT: f64 = 1e-20;
 pub(super) fn agrees(
     scene: &Scene,
     equations: &Equations,
-    module: &Generated,
+    module: &GeneratedModule,
     (sample, expected): (&Sample, &Expected<Wide>),
 ) -> Result<(), String> {
     let model = module.model(scene, &sample.parameters)?;

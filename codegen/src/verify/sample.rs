@@ -1,7 +1,7 @@
 //! Random states at which generated functions are compared.
 
 use super::between;
-use super::interpret::{Number, Value};
+use crate::interpret::{Number, Value};
 use qrm_scene::evaluate::constant;
 use qrm_scene::function::Differentiable;
 use qrm_scene::scene::{Scene, Start};

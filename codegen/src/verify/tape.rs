@@ -2,14 +2,13 @@
 
 use qrm_core::{Tape, TapeEvaluator};
 
-use super::Generated;
-use super::interpret::Value;
+use crate::interpret::{GeneratedModule, Value};
 use super::sample::Sample;
 use qrm_scene::evaluate::parameter_values;
 use qrm_scene::scene::Scene;
 
 /// Compares every function at a state.
-pub(super) fn agrees(scene: &Scene, module: &Generated, tape: &Tape, sample: &Sample) -> Result<(), String> {
+pub(super) fn agrees(scene: &Scene, module: &GeneratedModule, tape: &Tape, sample: &Sample) -> Result<(), String> {
     let kept = scene.parameters.iter().zip(&sample.parameters).filter(|(p, _)| !p.left_out);
     let kept: Vec<f64> = kept.map(|(_, value)| *value).collect();
     let mut evaluator = TapeEvaluator::new(tape);
@@ -61,7 +60,7 @@ pub(super) fn agrees(scene: &Scene, module: &Generated, tape: &Tape, sample: &Sa
 }
 
 /// Compares parameters, start and schedule of the scene itself.
-pub(super) fn agrees_at_start(scene: &Scene, module: &Generated, tape: &Tape) -> Result<(), String> {
+pub(super) fn agrees_at_start(scene: &Scene, module: &GeneratedModule, tape: &Tape) -> Result<(), String> {
     let model = module.model(scene, &parameter_values::<f64>(scene, |_| None))?;
     let mut evaluator = TapeEvaluator::new(tape);
     let set = module.method("with", &[Value::Nothing])?;

@@ -8,10 +8,11 @@ use super::coefficients::{A, A_SQUARED, BARYCENTRIC, Column, Columns, END_AND_MO
 use super::{Convergence, GAUSS_NODES, GaussEstimate, GaussRequest, GaussSteps};
 use crate::angles::Angles;
 use crate::batch::Width;
-use crate::kernel::{Generated, Kernel, MAX_GROWTH};
+use crate::kernel::{Equations, Generated, Kernel, MAX_GROWTH};
 use crate::lane_steps::suits;
 use crate::lanes::{Lanes, Token};
 use crate::mechanism::StateRef;
+use crate::projection::padded;
 use crate::scalar::Scalar;
 
 /// The largest coefficient of P7 in the Legendre expansion of a step, against the root of the tolerance: what the
@@ -65,18 +66,22 @@ pub(crate) fn gauss_steps<X: Generated<N, M>, const N: usize, const M: usize>(
 
 #[inline]
 fn make_four<X: Generated<N, M>, const N: usize, const M: usize>(values: &[f64]) -> Option<Box<dyn GaussSteps>> {
-    Some(Box::new(Steps::<X, pulp::x86::V3, N, M>::new(pulp::x86::V3::try_new()?, values)))
+    let token = pulp::x86::V3::try_new()?;
+    let kernel = X::Kernel::<Lanes<pulp::x86::V3>>::with_values(&|i| Lanes::from_f64(values[i]));
+    Some(Box::new(Steps::new(token, kernel)))
 }
 
 #[inline]
 fn make_eight<X: Generated<N, M>, const N: usize, const M: usize>(values: &[f64]) -> Option<Box<dyn GaussSteps>> {
-    Some(Box::new(Steps::<X, pulp::x86::V4, N, M>::new(pulp::x86::V4::try_new()?, values)))
+    let token = pulp::x86::V4::try_new()?;
+    let kernel = X::Kernel::<Lanes<pulp::x86::V4>>::with_values(&|i| Lanes::from_f64(values[i]));
+    Some(Box::new(Steps::new(token, kernel)))
 }
 
 /// Steps by one kind of vector.
-struct Steps<X: Generated<N, M>, S: Token, const N: usize, const M: usize> {
+pub(crate) struct Steps<K, S: Token, const N: usize, const M: usize> {
     token: S,
-    kernel: X::Kernel<Lanes<S>>,
+    kernel: K,
     /// The accelerations of the last step whose iteration converged, and of the one that it went on from.
     last: Polynomials<S, N>,
     before: Polynomials<S, N>,
@@ -90,11 +95,11 @@ struct Polynomials<S: Token, const N: usize> {
     values: [AtNodes<S>; N],
 }
 
-impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> Steps<X, S, N, M> {
+impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> Steps<K, S, N, M> {
+    /// Steps by a kernel with its parameters.
     #[inline]
-    fn new(token: S, values: &[f64]) -> Self {
+    pub(crate) fn new(token: S, kernel: K) -> Self {
         let none = Polynomials { t: f64::INFINITY, h: 0.0, values: [[Lanes::zero(); 2]; N] };
-        let kernel = X::Kernel::<Lanes<S>>::with_values(&|i| Lanes::from_f64(values[i]));
         Self { token, kernel, last: none, before: none }
     }
 
@@ -127,7 +132,7 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> Steps<X, S, N
     ) -> Option<([f64; N], [f64; N], GaussEstimate)> {
         let number = Lanes::from_f64;
         let GaussRequest { h, tolerance, .. } = *request;
-        let nodes = column(&NODES);
+        let (nodes, [n, _], is_length) = (column(&NODES), self.kernel.sizes(), self.kernel.is_length());
         let mut at = [number(t); 2];
         let (mut drift, mut scales, mut of_change) = ([[number(0.0); 2]; N], [[1.0; 2]; N], [number(0.0); N]);
         for g in 0..groups::<S>() {
@@ -137,7 +142,7 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> Steps<X, S, N
             for g in 0..groups::<S>() {
                 drift[i][g] = nodes[g].mul_add(number(h * qd[i]), number(q[i]));
             }
-            let of_q = if X::DESCRIPTION.is_angle(i) { 1.0 } else { 1.0 / (1.0 + q[i].abs()) };
+            let of_q = if is_length[i] { 1.0 / (1.0 + q[i].abs()) } else { 1.0 };
             let of_qd = 1.0 / (1.0 + qd[i].abs());
             scales[i] = [of_q, of_qd];
             // An error of the rates is one of the coordinates too.
@@ -152,7 +157,7 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> Steps<X, S, N
         let slowness = loop {
             // Coordinates and rates at the nodes, accelerations there, and how far they differ from those before.
             let mut coordinates = rates;
-            for i in 0..rolled(N) {
+            for i in 0..rolled(n) {
                 let (once, twice) = (sums(&A, &values[i]), sums(&A_SQUARED, &values[i]));
                 for g in 0..groups::<S>() {
                     rates[i][g] = once[g].mul_add(number(h), number(qd[i]));
@@ -167,7 +172,7 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> Steps<X, S, N
                     q[i] = coordinates[i][g];
                     qd[i] = rates[i][g];
                 }
-                let angles = Angles::new(&q, X::Kernel::<Lanes<S>>::IS_ANGLE);
+                let angles = Angles::new(&q, self.kernel.has_angle());
                 let position = self.kernel.position(at[g], &q, &angles);
                 let own_growth = self.kernel.growth_factor(&position);
                 growth = own_growth.max(growth);
@@ -189,7 +194,7 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> Steps<X, S, N
                 return None;
             }
             if estimate.iterations == EARLY {
-                let error = error(values, &rates, h, &scales) / highest;
+                let error = error(n, values, &rates, h, &scales) / highest;
                 if error > FAR_TOO_LONG {
                     (estimate.error, estimate.convergence) = (error, Convergence::TooLong);
                     return Some((*q, *qd, estimate));
@@ -216,7 +221,7 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> Steps<X, S, N
             end_q[i] += h * (qd[i] + h * whole.get(1));
             end_qd[i] += h * whole.get(0);
         }
-        estimate.error = Scalar::max(error(values, &rates, h, &scales) / highest, slowness);
+        estimate.error = Scalar::max(error(n, values, &rates, h, &scales) / highest, slowness);
         estimate.work = h * sums(&END_AND_MODES, &power)[0].get(0);
         Some((end_q, end_qd, estimate))
     }
@@ -225,13 +230,14 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> Steps<X, S, N
 /// The largest coefficients of the Legendre polynomials of degree 7 and 6 of rates and coordinates in a step.
 #[inline(always)]
 fn error<S: Token, const N: usize>(
+    n: usize,
     accelerations: &[AtNodes<S>; N],
     rates: &[AtNodes<S>; N],
     h: f64,
     scales: &[[f64; 2]; N],
 ) -> f64 {
     let mut largest = 0.0;
-    for i in 0..rolled(N) {
+    for i in 0..rolled(n) {
         let [of_q, of_qd] = scales[i];
         for (scale, values) in [(of_q, &rates[i]), (of_qd, &accelerations[i])] {
             let whole = sums(&END_AND_MODES, values)[0];
@@ -324,29 +330,34 @@ fn largest<S: Token>(lanes: Lanes<S>) -> f64 {
 }
 
 /// Solves with the instructions of the token.
-struct Solve<'a, X: Generated<N, M>, S: Token, const N: usize, const M: usize> {
-    steps: &'a mut Steps<X, S, N, M>,
+struct Solve<'a, K, S: Token, const N: usize, const M: usize> {
+    steps: &'a mut Steps<K, S, N, M>,
     request: &'a GaussRequest,
     from: &'a StateRef<'a>,
     end: (&'a mut [f64], &'a mut [f64]),
 }
 
-impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> pulp::NullaryFnOnce for Solve<'_, X, S, N, M> {
+impl<K, S, const N: usize, const M: usize> pulp::NullaryFnOnce for Solve<'_, K, S, N, M>
+where
+    K: Kernel<Lanes<S>, N, M>,
+    S: Token,
+{
     type Output = Option<GaussEstimate>;
 
     #[inline(always)]
     fn call(self) -> Self::Output {
         let Self { steps, request, from, end: (end_q, end_qd) } = self;
         let (t, h, is_inside) = (from.t, request.h, request.is_inside);
-        let (q, qd, qdd) = (from.q.as_array()?, from.qd.as_array()?, from.qdd.as_array()?);
+        let [n, _] = steps.kernel.sizes();
+        let (q, qd, qdd) = (&padded(from.q, n)?, &padded(from.qd, n)?, &padded(from.qdd, n)?);
         if !is_inside && t > steps.last.t {
             steps.before = steps.last;
         }
         let known = if is_inside { &steps.last } else { &steps.before };
-        let mut values = Steps::<X, S, N, M>::first_values(known, (t, h), qdd);
+        let mut values = Steps::<K, S, N, M>::first_values(known, (t, h), qdd);
         let (q, qd, estimate) = steps.solve(request, (t, q, qd), &mut values)?;
-        end_q.copy_from_slice(&q);
-        end_qd.copy_from_slice(&qd);
+        end_q.copy_from_slice(&q[..n]);
+        end_qd.copy_from_slice(&qd[..n]);
         if !is_inside && estimate.convergence == Convergence::Converged {
             steps.last = Polynomials { t, h, values };
         }
@@ -354,7 +365,11 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> pulp::Nullary
     }
 }
 
-impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> GaussSteps for Steps<X, S, N, M> {
+impl<K, S, const N: usize, const M: usize> GaussSteps for Steps<K, S, N, M>
+where
+    K: Kernel<Lanes<S>, N, M> + Clone + Send + 'static,
+    S: Token,
+{
     #[inline]
     fn step(
         &mut self,
@@ -369,11 +384,11 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> GaussSteps fo
     #[inline]
     fn boxed_clone(&self) -> Box<dyn GaussSteps> {
         let Self { token, kernel, last, before } = self;
-        Box::new(Self { token: *token, kernel: *kernel, last: *last, before: *before })
+        Box::new(Self { token: *token, kernel: kernel.clone(), last: *last, before: *before })
     }
 }
 
-impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> core::fmt::Debug for Steps<X, S, N, M> {
+impl<K, S: Token, const N: usize, const M: usize> core::fmt::Debug for Steps<K, S, N, M> {
     fn fmt(&self, f: &mut core::fmt::Formatter) -> core::fmt::Result {
         f.debug_struct("Steps").field("t", &self.last.t).field("h", &self.last.h).finish_non_exhaustive()
     }

@@ -4,7 +4,7 @@ use super::StepsBy;
 use super::step_control::REJECTED;
 use crate::batch::DEFINED;
 use crate::dop853::{DenseOutput, Dop853Step};
-use crate::kernel::{Generated, Kernel};
+use crate::kernel::Kernel;
 use crate::lanes::{Lanes, Token};
 use crate::rk4::KernelState;
 use crate::scalar::Scalar;
@@ -14,10 +14,7 @@ pub(crate) const PARTS: usize = 4;
 /// Fourth differences of a smooth output are at most this part of the second ones.
 const SMOOTH: f64 = 0.5;
 
-type Position<X, S, const N: usize, const M: usize> =
-    <<X as Generated<N, M>>::Kernel<Lanes<S>> as Kernel<Lanes<S>, N, M>>::Position;
-
-impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> StepsBy<X, S, N, M> {
+impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> StepsBy<K, S, N, M> {
     /// Merges the ranges of outputs in the step before into those of the motion. They stand apart for one step, so that
     /// it can be taken back.
     #[inline(always)]
@@ -40,18 +37,19 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> StepsBy<X, S,
         &mut self,
         (t, h): (Lanes<S>, Lanes<S>),
         from: &KernelState<Lanes<S>, N, M>,
-        step: &mut Dop853Step<'_, Lanes<S>, Position<X, S, N, M>, N, M>,
+        step: &mut Dop853Step<'_, Lanes<S>, K::Position, N, M>,
     ) {
         let error = step.error;
         let chosen = |accepted, rejected| error.choose(REJECTED, accepted, rejected);
-        let (kernel, layout) = (self.kernel, self.layout());
-        let dense_output = step.dense_output(&kernel, (t, h), from);
+        let layout = self.layout();
+        let Self { kernel, numbers, .. } = self;
+        let KernelState { q, qd, qdd, multipliers, angles } = &step.result.end;
+        let outputs = &mut numbers[layout.sample(PARTS)..][..layout.output_count];
+        kernel.outputs_at(&step.result.position, t + h, q, qd, angles, qdd, multipliers, outputs);
+        let dense_output = step.dense_output(kernel, (t, h), from);
         for part in 1..PARTS {
             self.sample(part, (t, h), from, &dense_output);
         }
-        let KernelState { q, qd, qdd, multipliers, angles } = &step.result.end;
-        let outputs = &mut self.numbers[layout.sample(PARTS)..][..layout.output_count];
-        kernel.outputs_at(&step.result.position, t + h, q, qd, angles, qdd, multipliers, outputs);
         let mut defined = self.number(DEFINED);
         for i in 0..layout.output_count {
             let before = self.number(layout.outputs() + i);
@@ -77,9 +75,10 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> StepsBy<X, S,
         from: &KernelState<Lanes<S>, N, M>,
         dense_output: &DenseOutput<Lanes<S>, N>,
     ) {
-        let (kernel, layout) = (self.kernel, self.layout());
-        let outputs = &mut self.numbers[layout.sample(part)..][..layout.output_count];
-        X::Kernel::<Lanes<S>>::out_of_line(
+        let layout = self.layout();
+        let Self { kernel, numbers, .. } = self;
+        let outputs = &mut numbers[layout.sample(part)..][..layout.output_count];
+        K::out_of_line(
             #[inline(always)]
             || {
                 let part = part as f64 / PARTS as f64;
@@ -89,7 +88,7 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> StepsBy<X, S,
                 for i in 0..N {
                     dq[i] = q[i] - from.q[i];
                 }
-                let angles = from.angles.turned_far(&q, &dq, X::Kernel::<Lanes<S>>::IS_ANGLE);
+                let angles = from.angles.turned_far(&q, &dq, kernel.has_angle());
                 let position = kernel.position(t, &q, &angles);
                 let (qdd, multipliers) = kernel.accelerations(&position, t, &q, &qd, &angles);
                 kernel.outputs_at(&position, t, &q, &qd, &angles, &qdd, &multipliers, outputs);

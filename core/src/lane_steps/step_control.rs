@@ -5,7 +5,7 @@ use crate::batch::{
     CHECKPOINT_STEP, COORDINATE_RANGES, END_TIME, EVENT, LONGEST, MADE, MOST_STEPS, QUALITY, SHORTEST, STEP, TOLERANCE,
 };
 use crate::dop853::{Slopes, dop853_step};
-use crate::kernel::{Generated, Kernel, MAX_GROWTH};
+use crate::kernel::{Kernel, MAX_GROWTH};
 use crate::lanes::{Lanes, Token};
 use crate::scalar::Scalar;
 
@@ -16,14 +16,14 @@ const SAFETY: f64 = 0.8;
 /// The smallest and the largest ratio of a step's length to that of the step before.
 const CHANGES: [f64; 2] = [0.3, 3.0];
 
-impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> StepsBy<X, S, N, M> {
+impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> StepsBy<K, S, N, M> {
     /// Makes steps until some lane cannot simply go on: see [`LaneSteps::advance`](super::LaneSteps::advance).
     #[inline(always)]
     pub(super) fn make_steps(&mut self) {
         let number = Lanes::from_f64;
         let layout = self.layout();
         self.set_kernel();
-        let is_length = core::array::from_fn(|i| !X::DESCRIPTION.is_angle(i));
+        let [n, _] = self.kernel.sizes();
         let [mut made, mut step] = [self.number(MADE), self.number(STEP)];
         let [longest, end_time] = [self.number(LONGEST), self.number(END_TIME)];
         let [tolerance, most_steps] = [self.number(TOLERANCE), self.number(MOST_STEPS)];
@@ -33,7 +33,7 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> StepsBy<X, S,
             let left = end_time - motion.t;
             let h = step.min(longest).min(left);
             let time = (motion.t, h);
-            let mut attempt = dop853_step(&self.kernel, time, &motion.state, (is_length, tolerance), &mut slopes);
+            let mut attempt = dop853_step(&self.kernel, time, &motion.state, tolerance, &mut slopes);
             let error = attempt.error;
             let chosen = |accepted, rejected| error.choose(REJECTED, accepted, rejected);
             let eighth_root = error.max(number(1e-30)).sqrt().sqrt().sqrt();
@@ -57,8 +57,8 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> StepsBy<X, S,
             motion = Motion { t, state: end };
             made = made + chosen(number(1.0), Lanes::zero());
             if self.request.checkpoints {
-                for i in 0..N {
-                    let [lowest, highest] = [COORDINATE_RANGES + i, COORDINATE_RANGES + N + i];
+                for i in 0..n {
+                    let [lowest, highest] = [COORDINATE_RANGES + i, COORDINATE_RANGES + n + i];
                     let q = motion.state.q[i];
                     self.set_number(lowest, q.min(self.number(lowest)));
                     self.set_number(highest, q.max(self.number(highest)));
@@ -96,13 +96,14 @@ impl<X: Generated<N, M>, S: Token, const N: usize, const M: usize> StepsBy<X, S,
         let chosen = |kept, other| (next - made).choose(0.0, kept, other);
         let [row, before] = [self.layout().checkpoint(0), self.layout().checkpoint(1)];
         self.set_number(CHECKPOINT_STEP, chosen(next + next, next));
-        for i in 0..=2 * N {
+        let [n, _] = self.kernel.sizes();
+        for i in 0..=2 * n {
             let (last, kept) = (self.number(row + i), self.number(before + i));
             self.set_number(before + i, chosen(last, kept));
         }
         self.set_number(row, chosen(motion.t, self.number(row)));
-        for i in 0..N {
-            let [q, qd] = [row + 1 + i, row + 1 + N + i];
+        for i in 0..n {
+            let [q, qd] = [row + 1 + i, row + 1 + n + i];
             self.set_number(q, chosen(motion.state.q[i], self.number(q)));
             self.set_number(qd, chosen(motion.state.qd[i], self.number(qd)));
         }

@@ -3,24 +3,25 @@
 use super::{StepEstimate, StepMut, StepRequest};
 use crate::angles::Angles;
 use crate::dop853::{DENSE, Slopes, dop853_step};
-use crate::kernel::{Generated, Kernel, MAX_GROWTH};
+use crate::kernel::{Kernel, MAX_GROWTH};
 use crate::mechanism::StateRef;
+use crate::projection::padded;
 use crate::rk4::KernelState;
 use crate::scalar::{Fused, Scalar};
 
 /// Makes a step: see [`Mechanism::dop853_step`](crate::Mechanism::dop853_step).
 #[inline(always)]
-pub(crate) fn dop853<X: Generated<N, M>, const N: usize, const M: usize>(
-    kernel: &X::Kernel<Fused>,
+pub(crate) fn dop853<K: Kernel<Fused, N, M>, const N: usize, const M: usize>(
+    kernel: &K,
     request: &StepRequest,
     from: &StateRef,
     step: StepMut,
 ) -> Option<StepEstimate> {
-    let is_length = core::array::from_fn(|i| !X::DESCRIPTION.is_angle(i));
+    let [n, m] = kernel.sizes();
     let [t, h, tolerance] = [from.t, request.h, request.tolerance].map(Fused);
-    let from = state::<X::Kernel<Fused>, N, M>(from)?;
+    let from = state(kernel, from)?;
     let mut slopes = Slopes::zero();
-    let mut made = dop853_step(kernel, (t, h), &from, (is_length, tolerance), &mut slopes);
+    let mut made = dop853_step(kernel, (t, h), &from, tolerance, &mut slopes);
     let is_suited = made.result.growth_factor.is_within(MAX_GROWTH) && made.error.is_within(f64::MAX);
     let is_accepted = made.error.is_within(1.0);
     if !is_suited || is_accepted && !made.result.is_good(request.residual) {
@@ -40,18 +41,18 @@ pub(crate) fn dop853<X: Generated<N, M>, const N: usize, const M: usize>(
         if !(made.result.growth_factor.is_within(MAX_GROWTH) && dense.finite_check().is_within(0.0)) {
             return None;
         }
-        let (of_q, of_qd) = step.dense.split_at_mut(DENSE.len() * N);
+        let (of_q, of_qd) = step.dense.split_at_mut(DENSE.len() * n);
         for k in 0..DENSE.len() {
-            write(&mut of_q[k * N..][..N], &dense.q[4 + k])?;
-            write(&mut of_qd[k * N..][..N], &dense.qd[4 + k])?;
+            write(&mut of_q[k * n..][..n], &dense.q[4 + k], n)?;
+            write(&mut of_qd[k * n..][..n], &dense.qd[4 + k], n)?;
         }
     }
     let end = &made.result.end;
-    write(step.end.q, &end.q)?;
-    write(step.end.qd, &end.qd)?;
-    write(step.end.qdd, &end.qdd)?;
-    write(step.end.multipliers, &end.multipliers)?;
-    for (i, largest) in step.corrections.iter_mut().enumerate().take(N) {
+    write(step.end.q, &end.q, n)?;
+    write(step.end.qd, &end.qd, n)?;
+    write(step.end.qdd, &end.qdd, n)?;
+    write(step.end.multipliers, &end.multipliers, m)?;
+    for (i, largest) in step.corrections.iter_mut().enumerate().take(n) {
         *largest = largest.max((end.q[i] - made.unprojected.q[i]).abs().0);
     }
     Some(estimate)
@@ -59,27 +60,24 @@ pub(crate) fn dop853<X: Generated<N, M>, const N: usize, const M: usize>(
 
 /// A state with the sines and cosines of its angles.
 #[inline(always)]
-fn state<K: Kernel<Fused, N, M>, const N: usize, const M: usize>(at: &StateRef) -> Option<KernelState<Fused, N, M>> {
-    let q = numbers(at.q)?;
-    let angles = Angles::new(&q, K::IS_ANGLE);
-    let (qd, qdd, multipliers) = (numbers(at.qd)?, numbers(at.qdd)?, numbers(at.multipliers)?);
+fn state<K: Kernel<Fused, N, M>, const N: usize, const M: usize>(
+    kernel: &K,
+    at: &StateRef,
+) -> Option<KernelState<Fused, N, M>> {
+    let [n, m] = kernel.sizes();
+    let q = padded(at.q, n)?;
+    let angles = Angles::new(&q, kernel.has_angle());
+    let (qd, qdd, multipliers) = (padded(at.qd, n)?, padded(at.qdd, n)?, padded(at.multipliers, m)?);
     Some(KernelState { q, qd, qdd, multipliers, angles })
 }
 
+/// Fills room with the first of some numbers.
 #[inline(always)]
-fn numbers<const K: usize>(x: &[f64]) -> Option<[Fused; K]> {
-    let x: &[f64; K] = x.as_array()?;
-    let mut numbers = [Fused(0.0); K];
-    for i in 0..K {
-        numbers[i] = Fused(x[i]);
+fn write(room: &mut [f64], numbers: &[Fused], count: usize) -> Option<()> {
+    if room.len() != count || numbers.len() < count {
+        return None;
     }
-    Some(numbers)
-}
-
-#[inline(always)]
-fn write<const K: usize>(room: &mut [f64], numbers: &[Fused; K]) -> Option<()> {
-    let room: &mut [f64; K] = room.as_mut_array()?;
-    for i in 0..K {
+    for i in 0..count {
         room[i] = numbers[i].0;
     }
     Some(())

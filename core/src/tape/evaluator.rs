@@ -4,7 +4,7 @@ use core::ops::DerefMut;
 #[cfg(feature = "std")]
 use std::vec::Vec;
 
-use super::{Operation, Tape, TapeFunction};
+use super::{Arguments, Operation, Tape, TapeFunction, execute};
 use crate::{Scalar, Schedule};
 
 /// A mechanism with parameters, evaluated by its [`Tape`] on numbers `R` in a buffer `B`; no call allocates.
@@ -13,6 +13,7 @@ use crate::{Scalar, Schedule};
 #[derive(Clone, Debug)]
 pub struct TapeEvaluator<'t, B> {
     tape: &'t Tape<'t>,
+    places: Arguments,
     values: B,
 }
 
@@ -31,7 +32,7 @@ impl<'t, R: Scalar, B: DerefMut<Target = [R]>> TapeEvaluator<'t, B> {
     /// If the buffer is shorter.
     pub fn with_buffer(tape: &'t Tape<'t>, values: B) -> Self {
         assert!(values.len() >= tape.places(), "a tape of {} places needs a larger buffer", tape.places());
-        let mut evaluator = Self { tape, values };
+        let mut evaluator = Self { tape, places: tape.arguments(), values };
         evaluator.set_parameters(|_| None);
         evaluator
     }
@@ -46,23 +47,22 @@ impl<'t, R: Scalar, B: DerefMut<Target = [R]>> TapeEvaluator<'t, B> {
     /// Parameters that the scene computes from others follow.
     pub fn set_parameters(&mut self, replace: impl Fn(usize) -> Option<R>) {
         let TapeFunction { operations, results } = self.tape.parameters;
-        let mut run = Run { values: &mut self.values, next: self.tape.first_free() };
-        let mut operations = operations.iter();
+        let (mut next, mut rest) = (self.places.end, operations);
         for (i, &result) in results.iter().enumerate() {
-            while run.next <= result as usize
-                && let Some(operation) = operations.next()
+            while next <= result as usize
+                && let Some((operation, others)) = rest.split_first()
             {
-                run.step(operation);
+                next = execute(&mut self.values, next, core::slice::from_ref(operation));
+                rest = others;
             }
-            run.values[i] = replace(i).unwrap_or(run.values[result as usize]);
+            self.values[i] = replace(i).unwrap_or(self.values[result as usize]);
         }
-        let mut run = Run { values: &mut self.values, next: self.tape.first_constant() };
-        self.tape.constants.iter().for_each(|operation| run.step(operation));
+        execute(&mut self.values, self.places.constants, self.tape.constants);
     }
 
     /// The values of the parameters.
     pub fn parameters(&self) -> &[R] {
-        &self.values[..self.tape.first_argument()]
+        &self.values[..self.places.t]
     }
 
     /// Mass matrix, generalized forces, constraint Jacobian and constraint bias at a state.
@@ -134,13 +134,12 @@ impl<'t, R: Scalar, B: DerefMut<Target = [R]>> TapeEvaluator<'t, B> {
     }
 
     fn set_multipliers(&mut self, multipliers: &[R]) {
-        let first = self.tape.first_constant() - self.tape.constraints as usize;
-        self.values[first..][..multipliers.len()].copy_from_slice(multipliers);
+        self.values[self.places.multipliers..][..multipliers.len()].copy_from_slice(multipliers);
     }
 
     /// The results of a function of time and as many of `q`, `qd`, `qdd` as it has.
     fn evaluate<const K: usize>(&mut self, function: &TapeFunction, t: R, arguments: [&[R]; K], results: &mut [R]) {
-        let (first, n) = (self.tape.first_argument(), self.tape.coordinates as usize);
+        let (first, n) = (self.places.t, self.tape.coordinates as usize);
         self.values[first] = t;
         for (k, argument) in arguments.into_iter().enumerate() {
             self.values[first + 1 + k * n..][..n].copy_from_slice(argument);
@@ -150,8 +149,7 @@ impl<'t, R: Scalar, B: DerefMut<Target = [R]>> TapeEvaluator<'t, B> {
     }
 
     fn run(&mut self, operations: &[Operation]) {
-        let mut run = Run { values: &mut self.values, next: self.tape.first_free() };
-        operations.iter().for_each(|operation| run.step(operation));
+        execute(&mut self.values, self.places.end, operations);
     }
 
     fn read(&self, places: &[u32], results: &mut [R]) {
@@ -159,58 +157,5 @@ impl<'t, R: Scalar, B: DerefMut<Target = [R]>> TapeEvaluator<'t, B> {
         for (result, &place) in results.iter_mut().zip(places) {
             *result = self.values[place as usize];
         }
-    }
-}
-
-/// Operations being executed, and the place of the next result.
-struct Run<'v, R> {
-    values: &'v mut [R],
-    next: usize,
-}
-
-impl<R: Scalar> Run<'_, R> {
-    #[inline(always)]
-    fn step(&mut self, operation: &Operation) {
-        use Operation as Op;
-        let at = |place: u32| self.values[place as usize];
-        let value = match *operation {
-            Op::Number(number) => R::from_f64(number),
-            Op::Pi => R::pi(),
-            Op::Neg(a) => -at(a),
-            Op::Add(a, b) => at(a) + at(b),
-            Op::Sub(a, b) => at(a) - at(b),
-            Op::Mul(a, b) => at(a) * at(b),
-            Op::Div(a, b) => at(a) / at(b),
-            Op::Recip(a) => at(a).recip(),
-            Op::Sqrt(a) => at(a).sqrt(),
-            Op::Sin(a) => at(a).sin(),
-            Op::Cos(a) => at(a).cos(),
-            Op::SinCos(a) => {
-                let (sine, cosine) = at(a).sin_cos();
-                self.values[self.next] = sine;
-                self.next += 1;
-                cosine
-            }
-            Op::Tan(a) => at(a).tan(),
-            Op::Asin(a) => at(a).asin(),
-            Op::Acos(a) => at(a).acos(),
-            Op::Atan(a) => at(a).atan(),
-            Op::Exp(a) => at(a).exp(),
-            Op::Ln(a) => at(a).ln(),
-            Op::Sinh(a) => at(a).sinh(),
-            Op::Cosh(a) => at(a).cosh(),
-            Op::Tanh(a) => at(a).tanh(),
-            Op::Abs(a) => at(a).abs(),
-            Op::Sign(a) => at(a).sign(),
-            Op::Min(a, b) => at(a).min(at(b)),
-            Op::Max(a, b) => at(a).max(at(b)),
-            Op::Hypot(a, b) => at(a).hypot(at(b)),
-            Op::Atan2(a, b) => at(a).atan2(at(b)),
-            Op::PowI(a, exponent) => at(a).powi(exponent),
-            Op::PowF(a, exponent) => at(a).powf(exponent),
-            Op::Pow(a, b) => at(a).pow(at(b)),
-        };
-        self.values[self.next] = value;
-        self.next += 1;
     }
 }

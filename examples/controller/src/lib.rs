@@ -5,7 +5,7 @@
 
 #![no_std]
 
-use qrm_core::{Angles, Kernel, KernelState, rk4_step};
+use qrm_core::{Angles, Equations, Kernel, KernelState, rk4_step};
 use qrm_model::quick_return_loaded::{Parameters, Position, QuickReturnLoaded};
 
 /// The motion at one time; the struct of the same name in main.c.

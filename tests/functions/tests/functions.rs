@@ -2,7 +2,7 @@
 //! what they are derivatives of, and with closed forms.
 #![cfg(feature = "generate")]
 
-use qrm_core::{Generated, Kernel};
+use qrm_core::{Equations, Generated};
 use qrm_functions::functions::{Functions, constraint_jacobian, constraints, outputs};
 
 const Q: [f64; 3] = [0.7, -1.1, 0.4];

@@ -1,5 +1,7 @@
 //! Runs generated functions without compiling them: the syntax that is about to be written is evaluated as it stands.
 
+mod module;
+
 use std::collections::HashMap;
 use std::fmt::Debug;
 
@@ -7,10 +9,18 @@ use qrm_core::{DoubleDouble, Scalar};
 use quote::ToTokens;
 use syn::{BinOp, Expr, ExprLit, FnArg, ItemFn, Lit, Member, Pat, Stmt, UnOp};
 
+pub(crate) use module::GeneratedModule;
+
 /// A number that generated functions can be run on.
-pub(super) trait Number: Scalar + PartialEq + Debug {
+pub(crate) trait Number: Scalar + PartialEq + Debug {
     /// The number that a literal means in the scene: a decimal, whatever a double makes of it.
     fn literal(digits: &str) -> Option<Self>;
+
+    /// What stands for the next parameter, whose value in the scene this is.
+    #[must_use]
+    fn parameter(self) -> Self {
+        self
+    }
 }
 
 impl Number for f64 {
@@ -28,7 +38,7 @@ impl Number for DoubleDouble {
 
 /// A value in a running function.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Value<N> {
+pub(crate) enum Value<N> {
     Number(N),
     Truth(bool),
     /// A closure that gives nothing, and what it gives.
@@ -38,12 +48,37 @@ pub(super) enum Value<N> {
 }
 
 impl<N: Number> Value<N> {
-    pub(super) fn list(numbers: &[f64]) -> Self {
+    pub(crate) fn list(numbers: &[f64]) -> Self {
         Self::List(numbers.iter().map(|&n| Self::Number(N::from_f64(n))).collect())
     }
 
+    pub(crate) fn numbers_of(numbers: &[N]) -> Self {
+        Self::List(numbers.iter().map(|&number| Self::Number(number)).collect())
+    }
+
+    pub(crate) fn fields<const K: usize>(fields: [(&str, Self); K]) -> Self {
+        Self::Fields(fields.map(|(name, value)| (name.to_owned(), value)).into())
+    }
+
+    /// All numbers inside, those of fields too, in no order.
+    pub(crate) fn all_numbers(&self) -> Vec<N> {
+        match self {
+            Self::Fields(fields) => fields.values().flat_map(Self::all_numbers).collect(),
+            other => other.numbers(),
+        }
+    }
+
+    /// The truths in a list.
+    pub(crate) fn truths(&self) -> Vec<bool> {
+        match self {
+            Self::Truth(truth) => vec![*truth],
+            Self::List(items) => items.iter().flat_map(Self::truths).collect(),
+            _ => Vec::new(),
+        }
+    }
+
     /// All numbers inside, fields left out.
-    pub(super) fn numbers(&self) -> Vec<N> {
+    pub(crate) fn numbers(&self) -> Vec<N> {
         match self {
             Self::Number(n) => vec![*n],
             Self::Truth(_) | Self::Nothing | Self::Fields(_) => Vec::new(),
@@ -51,14 +86,14 @@ impl<N: Number> Value<N> {
         }
     }
 
-    pub(super) fn field(&self, name: &str) -> Result<&Self, String> {
+    pub(crate) fn field(&self, name: &str) -> Result<&Self, String> {
         match self {
             Self::Fields(fields) => fields.get(name).ok_or_else(|| format!("no field `{name}`")),
             _ => Err(format!("`{name}` asked of something without fields")),
         }
     }
 
-    pub(super) fn items(&self) -> Result<Vec<Self>, String> {
+    pub(crate) fn items(&self) -> Result<Vec<Self>, String> {
         match self {
             Self::List(items) => Ok(items.clone()),
             other => Err(format!("{other:?} is not a list")),
@@ -74,12 +109,12 @@ impl<N: Number> Value<N> {
 }
 
 /// Runs a function with these arguments, in their order.
-pub(super) fn run<N: Number>(function: &ItemFn, arguments: &[Value<N>]) -> Result<Value<N>, String> {
+pub(crate) fn run<N: Number>(function: &ItemFn, arguments: &[Value<N>]) -> Result<Value<N>, String> {
     run_block(&function.sig, &function.block, arguments)
 }
 
 /// Runs the body of a function or method.
-pub(super) fn run_block<N: Number>(
+pub(crate) fn run_block<N: Number>(
     signature: &syn::Signature,
     block: &syn::Block,
     arguments: &[Value<N>],
@@ -216,7 +251,7 @@ impl<N: Number> Scope<N> {
                 let mut arguments = self.values(&call.args)?;
                 if let (Value::Nothing, "unwrap_or", 1) = (&receiver, call.method.to_string().as_str(), arguments.len())
                 {
-                    return Ok(arguments.remove(0));
+                    return Ok(Value::Number(arguments.remove(0).number()?.parameter()));
                 }
                 function(&call.method.to_string(), &receiver, &arguments)
             }
@@ -305,8 +340,8 @@ fn function<N: Number>(name: &str, receiver: &Value<N>, arguments: &[Value<N>]) 
     let y = arguments.first().map(Value::number).transpose()?;
     let z = arguments.get(1).map(Value::number).transpose()?;
     match (name, y, z) {
-        ("mul_add", Some(y), Some(z)) => return Ok(Value::Number(x * y + z)),
-        ("neg_mul_add", Some(y), Some(z)) => return Ok(Value::Number(z - x * y)),
+        ("mul_add", Some(y), Some(z)) => return Ok(Value::Number(x.mul_add(y, z))),
+        ("neg_mul_add", Some(y), Some(z)) => return Ok(Value::Number(x.neg_mul_add(y, z))),
         (_, _, Some(_)) => return Err(format!("unexpected function `{name}`")),
         _ => {}
     }

@@ -1,0 +1,99 @@
+//! A tape with the lists that it refers to.
+
+use std::vec::Vec;
+
+use super::{Operation, Tape, TapeFunction, TapeKernel};
+
+/// A [`Tape`] with its lists.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[allow(missing_docs, reason = "the fields are those of a tape")]
+pub struct OwnedTape {
+    pub coordinates: u32,
+    pub constraints: u32,
+    pub is_driven: bool,
+    pub parameters: OwnedFunction,
+    pub constants: Vec<Operation>,
+    pub dynamics: OwnedFunction,
+    pub loop_constraints: OwnedFunction,
+    pub mass_matrix: OwnedFunction,
+    pub energy: OwnedFunction,
+    pub power: OwnedFunction,
+    pub outputs: OwnedFunction,
+    pub linearization: Option<OwnedFunction>,
+    pub event: Option<OwnedFunction>,
+    pub start: OwnedFunction,
+    pub given: Vec<bool>,
+    pub schedule: OwnedFunction,
+    pub kernel: OwnedKernel,
+}
+
+/// A [`TapeFunction`] with its lists.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[allow(missing_docs, reason = "the fields are those of a function")]
+pub struct OwnedFunction {
+    pub operations: Vec<Operation>,
+    pub results: Vec<u32>,
+}
+
+/// A [`TapeKernel`] with its lists.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[allow(missing_docs, reason = "the fields are those of a kernel")]
+pub struct OwnedKernel {
+    pub operations: usize,
+    pub has_angle: Vec<bool>,
+    pub position: OwnedFunction,
+    pub velocity_residual: OwnedFunction,
+    pub correction: OwnedFunction,
+    pub accelerations: OwnedFunction,
+    pub multipliers: OwnedFunction,
+    pub outputs: OwnedFunction,
+}
+
+impl OwnedTape {
+    /// The tape, ready to be evaluated.
+    pub fn tape(&self) -> Tape<'_> {
+        Tape {
+            coordinates: self.coordinates,
+            constraints: self.constraints,
+            is_driven: self.is_driven,
+            parameters: self.parameters.borrowed(),
+            constants: &self.constants,
+            dynamics: self.dynamics.borrowed(),
+            loop_constraints: self.loop_constraints.borrowed(),
+            mass_matrix: self.mass_matrix.borrowed(),
+            energy: self.energy.borrowed(),
+            power: self.power.borrowed(),
+            outputs: self.outputs.borrowed(),
+            linearization: self.linearization.as_ref().map(OwnedFunction::borrowed),
+            event: self.event.as_ref().map(OwnedFunction::borrowed),
+            start: self.start.borrowed(),
+            given: &self.given,
+            schedule: self.schedule.borrowed(),
+            kernel: self.kernel.borrowed(),
+        }
+    }
+}
+
+impl OwnedFunction {
+    fn borrowed(&self) -> TapeFunction<'_> {
+        TapeFunction { operations: &self.operations, results: &self.results }
+    }
+}
+
+impl OwnedKernel {
+    fn borrowed(&self) -> TapeKernel<'_> {
+        TapeKernel {
+            operations: self.operations,
+            has_angle: &self.has_angle,
+            position: self.position.borrowed(),
+            velocity_residual: self.velocity_residual.borrowed(),
+            correction: self.correction.borrowed(),
+            accelerations: self.accelerations.borrowed(),
+            multipliers: self.multipliers.borrowed(),
+            outputs: self.outputs.borrowed(),
+        }
+    }
+}
