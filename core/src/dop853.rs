@@ -8,7 +8,7 @@ use coefficients::END_3;
 pub use coefficients::{DENSE, ERROR_3, ERROR_5, NODES, ROWS, Row};
 
 use crate::kernel::Kernel;
-use crate::rk4::{KernelState, StepEnd, StepResult, along, difference, finish, largest, scaled, sum};
+use crate::rk4::{KernelState, StepEnd, StepResult, along, difference, finish, has_constraints, largest, scaled, sum};
 use crate::scalar::Scalar;
 
 /// Stages of a step; the end of the step is the stage after them.
@@ -71,7 +71,7 @@ pub(crate) fn dop853_step<'a, K: Kernel<R, N, M>, R: Scalar, const N: usize, con
     let mut end = StepEnd { q, qd, increment, angles, corrections: 0 };
     let mut unprojected = Unprojected { q, residual: R::zero() };
     let t = t + h;
-    if M > 0 {
+    if has_constraints(kernel) {
         let position = kernel.position(t, &end.q, &end.angles);
         let open = kernel.residuals(&position);
         unprojected.residual = largest(&open);

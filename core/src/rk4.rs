@@ -126,7 +126,7 @@ fn unrolled<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
     let (v4, a4, near, last) = stage(kernel, t, from, h, (&v3, &a3));
     let growth = kernel.growth_factor(&last).max(kernel.growth_factor(&second).max(kernel.growth_factor(&first)));
     let mut end = StepEnd::new(kernel, from, h, [&v2, &v3, &v4], [&a2, &a3, &a4], &near);
-    if M > 0 {
+    if has_constraints(kernel) {
         let open = kernel.residuals(&kernel.position(t + h, &end.q, &end.angles));
         end.project_coordinates_first(kernel, from, &kernel.correction(&last, &open));
     }
@@ -187,7 +187,7 @@ fn looped<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(
         let position = kernel.position(at, &end.q, &end.angles);
         if pass == 4 {
             pass = 5;
-            if M > 0
+            if has_constraints(kernel)
                 && let Some(last) = &last
             {
                 let correction = kernel.correction(last, &kernel.residuals(&position));
@@ -269,7 +269,7 @@ impl<R: Scalar, const N: usize> StepEnd<R, N> {
         kernel: &K,
         position: &K::Position,
     ) -> bool {
-        if M == 0 || self.corrections == MAX_CORRECTIONS {
+        if !has_constraints(kernel) || self.corrections == MAX_CORRECTIONS {
             return false;
         }
         let open = kernel.residuals(position);
@@ -294,10 +294,17 @@ impl<R: Scalar, const N: usize> StepEnd<R, N> {
     /// Projects the rates onto the tangent space of the constraints.
     #[inline(always)]
     pub(crate) fn project_rates<K: Kernel<R, N, M>, const M: usize>(&mut self, kernel: &K, position: &K::Position) {
-        if M > 0 {
+        if has_constraints(kernel) {
             self.qd = sum(&self.qd, &kernel.correction(position, &kernel.velocity_residual(position, &self.qd)));
         }
     }
+}
+
+/// Whether there is anything to project onto.
+#[inline(always)]
+pub(crate) fn has_constraints<K: Kernel<R, N, M>, R: Scalar, const N: usize, const M: usize>(kernel: &K) -> bool {
+    let [_, m] = kernel.sizes();
+    m > 0
 }
 
 /// Rates, accelerations, angles and position at a stage: `part` of the step away from its beginning, along `v` and `a`.
