@@ -19,7 +19,7 @@ use qrm_model::quick_return::{self, Parameters, QuickReturn};
 use qrm_sim::solve::Solver;
 
 use counting::{Counting, operations};
-use twin::{ByDualNumbers, ByHand, PlainFunctions, KernelByHand};
+use twin::{ByDualNumbers, ByHand, KernelByHand, PlainFunctions};
 
 /// The mechanism.
 static MODEL: Model = Model::of::<QuickReturn, 3, 2>();

@@ -63,5 +63,10 @@ fn main() {
 
 fn show(what: &str, times: &[measure::Spread]) {
     let [compiled, interpreted] = times else { return };
-    println!("{what:32} {:>26} {:>26} {:>24}", compiled.show(1), interpreted.show(1), interpreted.over(compiled).show(2));
+    println!(
+        "{what:32} {:>26} {:>26} {:>24}",
+        compiled.show(1),
+        interpreted.show(1),
+        interpreted.over(compiled).show(2)
+    );
 }

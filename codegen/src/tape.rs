@@ -79,8 +79,7 @@ pub(crate) fn of_module(scene: &Scene, file: &syn::File, operations: usize) -> R
     let trace = trace::end();
     let mut places = Places::new(&trace, inputs);
     let of_state = [&dynamics, &loop_constraints, &mass_matrix, &energy, &power, &outputs, &start, &schedule];
-    let of_kernel =
-        [&fields, &of_position, &velocity_residual, &correction, &accelerations, &multipliers, &outputs_at];
+    let of_kernel = [&fields, &of_position, &velocity_residual, &correction, &accelerations, &multipliers, &outputs_at];
     let all = of_state.into_iter().chain(of_kernel).chain(&linearization).chain(&event);
     let constants = places.constants(all.flatten());
     let mut kernel = places.clone();
@@ -88,7 +87,7 @@ pub(crate) fn of_module(scene: &Scene, file: &syn::File, operations: usize) -> R
         coordinates: places::place(n),
         constraints: places::place(m),
         is_driven: scene.is_driven(),
-        parameters: places.before_constants(inputs).function(&trace.parameters),
+        parameters: places.parameters(inputs),
         constants,
         dynamics: places.function(&dynamics),
         loop_constraints: places.function(&loop_constraints),

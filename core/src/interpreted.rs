@@ -3,6 +3,7 @@
 //! They are the operations of the compiled functions, in the same order, so that both give the same numbers.
 
 mod kernel;
+mod program;
 
 extern crate alloc;
 
@@ -45,12 +46,7 @@ fn is_small(model: &Model) -> bool {
 
 /// Steps of the tape of a model in lanes; `None` where the processor has no vectors of that width, or the mechanism is
 /// too large.
-pub(crate) fn lane_steps(
-    model: &Model,
-    width: Width,
-    request: BatchRequest,
-    residual: f64,
-) -> Option<BoxedLaneSteps> {
+pub(crate) fn lane_steps(model: &Model, width: Width, request: BatchRequest, residual: f64) -> Option<BoxedLaneSteps> {
     if is_small(model) {
         lane_steps_of::<SMALL>(model, width, request, residual)
     } else {

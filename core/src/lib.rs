@@ -34,9 +34,9 @@ mod double_double;
 mod dual;
 #[cfg(feature = "simd")]
 mod gauss;
-mod kernel;
 #[cfg(feature = "simd")]
 mod interpreted;
+mod kernel;
 #[cfg(feature = "simd")]
 mod lane_steps;
 #[cfg(feature = "simd")]
@@ -79,9 +79,9 @@ pub use rows::{RowLayout, RowRequest, RowResult, RowStop};
 pub use scalar::{Fused, Scalar};
 pub use sine::sin_cos;
 pub use single_step::{StepEstimate, StepMut, StepRequest};
+pub use tape::{Operation, OperationKind, Tape, TapeEvaluator, TapeFunction, TapeKernel};
 #[cfg(feature = "std")]
 pub use tape::{OwnedFunction, OwnedKernel, OwnedTape};
-pub use tape::{Operation, Tape, TapeEvaluator, TapeFunction, TapeKernel};
 
 /// The constructors of steps in lanes; none without `simd`.
 #[cfg(not(feature = "simd"))]

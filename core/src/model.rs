@@ -7,8 +7,8 @@ use alloc::vec::Vec;
 
 use crate::batch::{BatchRequest, SimdBatch, Width};
 use crate::description::Description;
-use crate::kernel::Generated;
 use crate::interpreted;
+use crate::kernel::Generated;
 use crate::lane_steps::LaneStepsTable;
 use crate::mechanism::Mechanism;
 use crate::tape::{Tape, TapeEvaluator};

@@ -6,9 +6,11 @@ mod execute;
 mod owned;
 
 pub use evaluator::TapeEvaluator;
+pub(crate) use execute::execute;
+#[cfg(feature = "simd")]
+pub(crate) use execute::execute_one;
 #[cfg(feature = "std")]
 pub use owned::{OwnedFunction, OwnedKernel, OwnedTape};
-pub(crate) use execute::execute;
 
 /// One operation on values; operands are places that hold a value already.
 ///
@@ -56,7 +58,27 @@ pub enum Operation {
     NegMulAdd(u32, u32, u32),
 }
 
+/// What an operation is to an interpreter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OperationKind {
+    /// `a b + c`, or a part of it.
+    MulAdd,
+    /// `c - a b`, or a part of it.
+    NegMulAdd,
+    /// Any other.
+    Other,
+}
+
 impl Operation {
+    /// Its kind.
+    pub fn kind(self) -> OperationKind {
+        match self {
+            Self::Add(..) | Self::Mul(..) | Self::MulAdd(..) => OperationKind::MulAdd,
+            Self::Neg(_) | Self::Sub(..) | Self::NegMulAdd(..) => OperationKind::NegMulAdd,
+            _ => OperationKind::Other,
+        }
+    }
+
     /// The operation with its operands replaced, in their order.
     #[must_use]
     pub fn map(self, mut f: impl FnMut(u32) -> u32) -> Self {
@@ -255,14 +277,7 @@ impl<'a> TapeKernel<'a> {
 
     /// Every function, in the order of the places of their values.
     pub fn functions(&self) -> [TapeFunction<'a>; TapeKernel::FUNCTIONS] {
-        [
-            self.position,
-            self.velocity_residual,
-            self.correction,
-            self.accelerations,
-            self.multipliers,
-            self.outputs,
-        ]
+        [self.position, self.velocity_residual, self.correction, self.accelerations, self.multipliers, self.outputs]
     }
 }
 

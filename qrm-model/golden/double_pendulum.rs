@@ -849,36 +849,36 @@ pub static TAPE: qrm_core::Tape = {
             results: &[28, 28, 29, 34],
         },
         constants: &[
-            Number(2.0), Mul(0, 1), Mul(0, 16), Mul(15, 17), Mul(2, 16), Mul(15, 19), Number(0.5), Mul(21, 17),
-            Recip(18), Mul(1, 2), Number(0.0), Number(0.001), Number(10.0),
+            Mul(0, 1), Mul(0, 15), Mul(2, 15), Mul(1, 2), Number(2.0), Number(0.5), Number(0.0), Number(0.001),
+            Number(10.0), Mul(19, 16), Mul(19, 17), Mul(20, 16), Recip(24),
         ],
         dynamics: TapeFunction {
             operations: &[
-                SinCos(5), SinCos(6), Mul(7, 7), Mul(8, 8), Mul(28, 30), Mul(29, 31), Add(34, 35), Mul(17, 36),
-                Mul(31, 33), Mul(17, 38), Add(20, 39), Mul(28, 40), Mul(17, 29), Mul(30, 33), Mul(42, 43), Sub(41, 44),
-                Neg(45), Mul(29, 32), Mul(17, 47), Add(19, 48), Mul(30, 49), Mul(17, 31), Mul(28, 32), Mul(51, 52),
-                Sub(50, 53), Neg(54),
+                Mul(7, 7), Mul(8, 8), SinCos(5), SinCos(6), Mul(30, 32), Mul(31, 33), Add(34, 35), Mul(16, 36),
+                Mul(33, 29), Mul(16, 38), Add(25, 39), Mul(30, 40), Mul(16, 31), Mul(32, 29), Mul(42, 43), Mul(31, 28),
+                Mul(16, 45), Add(17, 46), Mul(32, 47), Mul(16, 33), Mul(30, 28), Mul(49, 50), Sub(41, 44), Neg(52),
+                Sub(48, 51), Neg(54),
             ],
-            results: &[18, 37, 37, 17, 46, 55],
+            results: &[24, 37, 37, 16, 53, 55],
         },
         loop_constraints: TapeFunction {
             operations: &[],
             results: &[],
         },
         mass_matrix: TapeFunction {
-            operations: &[SinCos(5), SinCos(6), Mul(28, 30), Mul(29, 31), Add(32, 33), Mul(17, 34)],
-            results: &[18, 35, 35, 17],
+            operations: &[SinCos(5), SinCos(6), Mul(28, 30), Mul(29, 31), Add(32, 33), Mul(16, 34)],
+            results: &[24, 35, 35, 16],
         },
         energy: TapeFunction {
             operations: &[
-                SinCos(5), SinCos(6), Mul(8, 8), Mul(28, 30), Mul(29, 31), Add(33, 34), Mul(17, 7), Mul(8, 35),
-                Add(7, 37), Mul(36, 38), Mul(22, 32), Add(39, 40), Mul(20, 29), Mul(19, 31), Add(42, 43), Neg(44),
+                Mul(8, 8), Mul(16, 7), Mul(26, 28), SinCos(5), SinCos(6), Mul(31, 33), Mul(32, 34), Add(35, 36),
+                Mul(8, 37), Add(7, 38), Mul(29, 39), Add(40, 30), Mul(25, 32), Mul(17, 34), Add(42, 43), Neg(44),
             ],
             results: &[41, 45],
         },
         power: TapeFunction {
             operations: &[],
-            results: &[25],
+            results: &[21],
         },
         outputs: TapeFunction {
             operations: &[SinCos(5), SinCos(6), Add(28, 30), Mul(0, 32), Add(29, 31), Mul(0, 34), Neg(35)],
@@ -888,20 +888,20 @@ pub static TAPE: qrm_core::Tape = {
         event: None,
         start: TapeFunction {
             operations: &[],
-            results: &[3, 3, 25, 25],
+            results: &[3, 3, 21, 21],
         },
         given: &[true, true, true, true],
         schedule: TapeFunction {
             operations: &[],
-            results: &[26, 27],
+            results: &[22, 23],
         },
         kernel: TapeKernel {
             operations: 35,
             has_angle: &[true, true],
             position: TapeFunction {
             operations: &[
-                Mul(11, 12), MulAdd(13, 14, 28), Mul(17, 29), Mul(23, 30), NegMulAdd(30, 31, 17), Recip(32),
-                Mul(17, 33), Add(11, 12), Mul(0, 35), Add(13, 14), Mul(0, 37), Mul(19, 11), Abs(34),
+                Mul(11, 12), MulAdd(13, 14, 28), Mul(16, 29), Mul(27, 30), Add(11, 12), Mul(0, 32), Add(13, 14),
+                Mul(0, 34), Mul(17, 11), NegMulAdd(30, 31, 16), Recip(37), Mul(16, 38), Abs(39),
             ],
             results: &[40],
         },
@@ -911,13 +911,13 @@ pub static TAPE: qrm_core::Tape = {
         },
             correction: TapeFunction {
             operations: &[],
-            results: &[25, 25],
+            results: &[21, 21],
         },
             accelerations: TapeFunction {
             operations: &[
-                Mul(7, 7), Mul(8, 8), Mul(11, 41), MulAdd(12, 42, 43), Mul(16, 44), Mul(13, 41), MulAdd(14, 42, 46),
-                MulAdd(16, 47, 24), Mul(0, 45), Mul(0, 48), NegMulAdd(13, 49, 39), MulAdd(11, 50, 51), Mul(14, 49),
-                NegMulAdd(12, 50, 53), MulAdd(31, 52, 54), Mul(33, 55), Mul(23, 52), MulAdd(31, 56, 57), Neg(58),
+                Mul(7, 7), Mul(8, 8), Mul(11, 41), MulAdd(12, 42, 43), Mul(15, 44), Mul(13, 41), MulAdd(14, 42, 46),
+                MulAdd(15, 47, 18), Mul(0, 45), Mul(0, 48), Mul(14, 49), NegMulAdd(13, 49, 36), NegMulAdd(12, 50, 51),
+                MulAdd(11, 50, 52), MulAdd(31, 54, 53), Mul(38, 55), Mul(27, 54), MulAdd(31, 56, 57), Neg(58),
             ],
             results: &[59, 56],
         },
@@ -926,11 +926,11 @@ pub static TAPE: qrm_core::Tape = {
             results: &[],
         },
             outputs: TapeFunction {
-            operations: &[Neg(38)],
-            results: &[36, 60],
+            operations: &[Neg(35)],
+            results: &[33, 60],
         },
         },
     }
 };
 
-// Hash of this file and its derivation: 5cb865b7d540472c
+// Hash of this file and its derivation: 70ab1838901f8aa7

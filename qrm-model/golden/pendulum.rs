@@ -848,82 +848,82 @@ pub static TAPE: qrm_core::Tape = {
             results: &[28, 28, 29],
         },
         constants: &[
-            Number(1.0), Recip(1), Mul(1, 1), Number(0.5), Mul(18, 19), Mul(0, 2), Mul(19, 0), Mul(17, 17),
-            Number(0.0), Neg(21), Number(0.001), Number(100.0),
+            Mul(1, 1), Mul(0, 2), Number(1.0), Recip(1), Number(0.5), Number(0.0), Number(0.001), Number(100.0),
+            Mul(16, 20), Mul(20, 0), Mul(19, 19), Neg(17),
         ],
         dynamics: TapeFunction {
-            operations: &[Mul(17, 4), Mul(17, 5), Mul(6, 6), Mul(7, 7), Add(30, 31), Mul(17, 32)],
-            results: &[0, 24, 24, 0, 24, 25, 28, 29, 33],
+            operations: &[Mul(19, 4), Mul(19, 5), Mul(6, 6), Mul(7, 7), Add(30, 31), Mul(19, 32)],
+            results: &[0, 21, 21, 0, 21, 27, 28, 29, 33],
         },
         loop_constraints: TapeFunction {
             operations: &[
-                Mul(17, 4), Mul(17, 5), Mul(4, 4), Mul(5, 5), Add(30, 31), Mul(19, 32), Sub(20, 33), Mul(17, 34),
+                Mul(19, 4), Mul(19, 5), Mul(4, 4), Mul(5, 5), Add(30, 31), Mul(20, 32), Sub(24, 33), Mul(19, 34),
                 Neg(35),
             ],
-            results: &[36, 28, 29, 24],
+            results: &[36, 28, 29, 21],
         },
         mass_matrix: TapeFunction {
             operations: &[],
-            results: &[0, 24, 24, 0],
+            results: &[0, 21, 21, 0],
         },
         energy: TapeFunction {
-            operations: &[Mul(6, 6), Mul(7, 7), Add(28, 29), Mul(22, 30), Mul(21, 5)],
+            operations: &[Mul(6, 6), Mul(7, 7), Add(28, 29), Mul(25, 30), Mul(17, 5)],
             results: &[31, 32],
         },
         power: TapeFunction {
             operations: &[],
-            results: &[24],
+            results: &[21],
         },
         outputs: TapeFunction {
-            operations: &[Mul(4, 4), Mul(5, 5), Add(28, 29), Mul(23, 30), Mul(31, 10)],
+            operations: &[Mul(4, 4), Mul(5, 5), Add(28, 29), Mul(26, 30), Mul(31, 10)],
             results: &[32],
         },
         linearization: None,
         event: None,
         start: TapeFunction {
             operations: &[],
-            results: &[16, 24, 24, 24],
+            results: &[18, 21, 21, 21],
         },
         given: &[false, true, false, true],
         schedule: TapeFunction {
             operations: &[],
-            results: &[26, 27],
+            results: &[22, 23],
         },
         kernel: TapeKernel {
             operations: 20,
             has_angle: &[false, false],
             position: TapeFunction {
             operations: &[
-                Mul(17, 4), Mul(17, 5), Mul(4, 4), MulAdd(5, 5, 30), NegMulAdd(19, 31, 20), Mul(17, 32), Recip(28),
-                Mul(29, 34), Mul(0, 35), MulAdd(35, 36, 0), Recip(37), Abs(35), Neg(33),
+                Mul(19, 4), Mul(19, 5), Mul(4, 4), MulAdd(5, 5, 30), NegMulAdd(20, 31, 24), Mul(19, 32), Neg(33),
+                Recip(28), Mul(29, 35), Mul(0, 36), MulAdd(36, 37, 0), Recip(38), Abs(36),
             ],
-            results: &[39, 40],
+            results: &[40, 34],
         },
             velocity_residual: TapeFunction {
             operations: &[Mul(6, 28), MulAdd(7, 29, 41)],
             results: &[42],
         },
             correction: TapeFunction {
-            operations: &[Mul(15, 34), Mul(43, 36), Mul(44, 38), NegMulAdd(35, 45, 43), Neg(46), Neg(45)],
+            operations: &[Mul(15, 35), Mul(43, 37), Mul(44, 39), NegMulAdd(36, 45, 43), Neg(46), Neg(45)],
             results: &[47, 48],
         },
             accelerations: TapeFunction {
             operations: &[
-                Mul(6, 6), MulAdd(7, 7, 49), Mul(17, 50), Mul(51, 34), MulAdd(52, 36, 21), Mul(53, 38),
-                NegMulAdd(35, 54, 52), Neg(55), Neg(54),
+                Mul(6, 6), MulAdd(7, 7, 49), Mul(19, 50), Mul(51, 35), MulAdd(52, 37, 17), Mul(53, 39),
+                NegMulAdd(36, 54, 52), Neg(55), Neg(54),
             ],
             results: &[56, 57],
         },
             multipliers: TapeFunction {
-            operations: &[Mul(0, 34), Mul(58, 55)],
+            operations: &[Mul(0, 35), Mul(58, 55)],
             results: &[59],
         },
             outputs: TapeFunction {
-            operations: &[Mul(23, 10), Mul(60, 31)],
+            operations: &[Mul(26, 10), Mul(60, 31)],
             results: &[61],
         },
         },
     }
 };
 
-// Hash of this file and its derivation: 597c2734c0624b97
+// Hash of this file and its derivation: 7a9f016fc8f2bb95

@@ -874,58 +874,58 @@ pub static TAPE: qrm_core::Tape = {
             results: &[45, 46, 50, 51, 52],
         },
         constants: &[
-            Number(2.0), Mul(0, 1), Number(0.5), Mul(23, 22), Mul(0, 22), Mul(23, 0), Number(0.25), Mul(27, 25),
-            Add(2, 28), Mul(1, 3), Mul(3, 24), Mul(23, 2), Number(0.125), Mul(33, 25), Add(32, 34), Mul(23, 1),
-            Recip(1), Mul(0, 27), Mul(38, 22), Add(2, 39), Number(0.0), Number(3.0), Number(5.0), Number(0.001),
+            Mul(0, 1), Mul(0, 21), Mul(1, 3), Number(2.0), Number(0.5), Number(0.25), Number(0.125), Recip(1),
+            Number(0.0), Number(3.0), Number(5.0), Number(0.001), Mul(25, 21), Mul(25, 0), Mul(26, 22), Add(2, 35),
+            Mul(3, 33), Mul(25, 2), Mul(27, 22), Add(38, 39), Mul(25, 1), Mul(0, 26), Mul(42, 21), Add(2, 43),
         ],
         dynamics: TapeFunction {
             operations: &[
-                SinCos(8), Mul(11, 11), Mul(24, 45), Mul(24, 46), Neg(48), Mul(47, 49), Mul(47, 48), Sub(30, 52),
-                Neg(53), Mul(31, 46), Neg(55),
+                Mul(11, 11), SinCos(8), Mul(33, 46), Mul(33, 47), Mul(45, 49), Mul(45, 48), Mul(37, 47), Neg(48),
+                Sub(23, 51), Neg(54), Neg(52),
             ],
-            results: &[1, 41, 50, 41, 1, 49, 50, 49, 29, 51, 54, 56],
+            results: &[1, 29, 53, 29, 1, 49, 53, 49, 36, 50, 55, 56],
         },
         loop_constraints: TapeFunction {
             operations: &[],
             results: &[],
         },
         mass_matrix: TapeFunction {
-            operations: &[SinCos(8), Mul(24, 45), Mul(24, 46), Neg(47)],
-            results: &[1, 41, 49, 41, 1, 48, 49, 48, 29],
+            operations: &[SinCos(8), Mul(33, 45), Mul(33, 46), Neg(47)],
+            results: &[1, 29, 49, 29, 1, 48, 49, 48, 36],
         },
         energy: TapeFunction {
             operations: &[
-                SinCos(8), Mul(26, 45), Add(7, 47), Mul(46, 10), Mul(45, 9), Sub(49, 50), Mul(24, 51), Mul(35, 11),
-                Add(52, 53), Mul(11, 54), Mul(9, 9), Mul(10, 10), Add(56, 57), Mul(36, 58), Add(55, 59), Mul(30, 48),
+                Mul(40, 11), Mul(9, 9), Mul(10, 10), Add(46, 47), Mul(41, 48), SinCos(8), Mul(34, 50), Add(7, 52),
+                Mul(51, 10), Mul(50, 9), Mul(23, 53), Sub(54, 55), Mul(33, 57), Add(58, 45), Mul(11, 59), Add(60, 49),
             ],
-            results: &[60, 61],
+            results: &[61, 56],
         },
         power: TapeFunction {
             operations: &[],
-            results: &[41],
+            results: &[29],
         },
         outputs: TapeFunction {
-            operations: &[SinCos(8), Mul(26, 45), Add(7, 47), Mul(26, 46), Add(6, 49)],
+            operations: &[SinCos(8), Mul(34, 45), Add(7, 47), Mul(34, 46), Add(6, 49)],
             results: &[50, 48],
         },
         linearization: None,
         event: None,
         start: TapeFunction {
             operations: &[],
-            results: &[41, 41, 41, 42, 43, 4],
+            results: &[29, 29, 29, 30, 31, 4],
         },
         given: &[true, true, true, true, true, true],
         schedule: TapeFunction {
             operations: &[],
-            results: &[44, 21],
+            results: &[32, 24],
         },
         kernel: TapeKernel {
             operations: 25,
             has_angle: &[false, false, true],
             position: TapeFunction {
             operations: &[
-                Mul(24, 17), Mul(24, 20), Mul(37, 45), Mul(37, 46), NegMulAdd(45, 47, 40), NegMulAdd(46, 48, 49),
-                Recip(50), Mul(40, 51), MulAdd(26, 20, 6), MulAdd(26, 17, 7), Mul(31, 20), Abs(52),
+                Mul(33, 17), Mul(33, 20), Mul(28, 45), Mul(28, 46), MulAdd(34, 20, 6), MulAdd(34, 17, 7), Mul(37, 20),
+                NegMulAdd(45, 47, 44), NegMulAdd(46, 48, 52), Recip(53), Mul(44, 54), Abs(55),
             ],
             results: &[56],
         },
@@ -935,12 +935,13 @@ pub static TAPE: qrm_core::Tape = {
         },
             correction: TapeFunction {
             operations: &[],
-            results: &[41, 41, 41],
+            results: &[29, 29, 29],
         },
             accelerations: TapeFunction {
             operations: &[
-                Mul(11, 11), Mul(46, 57), NegMulAdd(45, 57, 30), NegMulAdd(47, 58, 55), NegMulAdd(48, 59, 60),
-                Mul(61, 51), Mul(37, 59), NegMulAdd(48, 62, 63), Mul(37, 58), NegMulAdd(47, 62, 65), Neg(64), Neg(62),
+                Mul(11, 11), Mul(46, 57), Mul(28, 58), NegMulAdd(45, 57, 23), NegMulAdd(47, 58, 51),
+                NegMulAdd(48, 60, 61), Mul(62, 54), Mul(28, 60), NegMulAdd(48, 63, 64), NegMulAdd(47, 63, 59), Neg(65),
+                Neg(63),
             ],
             results: &[66, 67, 68],
         },
@@ -950,10 +951,10 @@ pub static TAPE: qrm_core::Tape = {
         },
             outputs: TapeFunction {
             operations: &[],
-            results: &[53, 54],
+            results: &[49, 50],
         },
         },
     }
 };
 
-// Hash of this file and its derivation: 7d4068ca35a2affc
+// Hash of this file and its derivation: 9daea50c9c20d389

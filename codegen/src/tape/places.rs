@@ -1,8 +1,11 @@
 //! The places of traced values in a tape.
 
+mod schedule;
+
 use qrm_core::{Operation, OwnedFunction};
 
 use super::trace::{Entry, Trace, Traced};
+use schedule::scheduled;
 
 /// Values that have a place, and the next free one.
 #[derive(Clone)]
@@ -33,9 +36,12 @@ impl<'t> Places<'t> {
         self.operations(constants.into_iter())
     }
 
-    /// The same without what is known but inputs: for values that constants follow from.
-    pub(super) fn before_constants(&self, inputs: usize) -> Self {
-        Self { next: self.next, ..Self::new(self.trace, inputs) }
+    /// The values of parameters, each after what it follows from.
+    pub(super) fn parameters(&self, inputs: usize) -> OwnedFunction {
+        // Constants follow from parameters, so none of them is known.
+        let mut own = Self { next: self.next, ..Self::new(self.trace, inputs) };
+        let values = own.needed(self.trace.parameters.iter().copied());
+        OwnedFunction { operations: own.place_all(values), results: own.results(&self.trace.parameters) }
     }
 
     /// A function; its values have no place afterwards.
@@ -65,8 +71,13 @@ impl<'t> Places<'t> {
 
     /// Gives places to all that is needed for some values.
     fn operations(&mut self, roots: impl Iterator<Item = Traced>) -> Vec<Operation> {
+        let needed = self.needed(roots);
+        self.place_all(scheduled(self.trace, &needed))
+    }
+
+    fn place_all(&mut self, values: Vec<Traced>) -> Vec<Operation> {
         let mut operations = Vec::new();
-        for value in self.needed(roots) {
+        for value in values {
             self.known[value.0 as usize] = Some(self.next);
             self.next += 1;
             if let Entry::Operation(operation) = self.trace.entries[value.0 as usize] {

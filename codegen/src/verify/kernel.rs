@@ -6,10 +6,10 @@ use num_traits::Signed;
 use qrm_core::{DoubleDouble, MAX_GROWTH, Scalar};
 
 use super::expected::Expected;
-use crate::interpret::{GeneratedModule, Value};
 use super::sample::Sample;
 use super::size;
 use super::wide::Wide;
+use crate::interpret::{GeneratedModule, Value};
 use crate::term::Equations;
 use qrm_scene::scene::Scene;
 

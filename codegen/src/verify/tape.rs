@@ -2,8 +2,8 @@
 
 use qrm_core::{Tape, TapeEvaluator};
 
-use crate::interpret::{GeneratedModule, Value};
 use super::sample::Sample;
+use crate::interpret::{GeneratedModule, Value};
 use qrm_scene::evaluate::parameter_values;
 use qrm_scene::scene::Scene;
 

@@ -6,6 +6,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 use core::cell::{Cell, RefCell};
 
+use super::program::{Program, Units};
 use crate::angles::Angles;
 use crate::description::Description;
 use crate::kernel::Kernel;
@@ -28,8 +29,8 @@ const OUTPUTS: usize = 5;
 pub(crate) struct InterpretedKernel<R, const C: usize> {
     tape: &'static Tape<'static>,
     arguments: Arguments,
-    /// The place of the first value of each function.
-    places: [usize; TapeKernel::FUNCTIONS],
+    programs: [Program; TapeKernel::FUNCTIONS],
+    units: Units,
     is_length: [bool; C],
     has_angle: [bool; C],
     /// The values at all places of the tape for each position, and those for functions without a position.
@@ -49,13 +50,18 @@ impl<R: Scalar, const C: usize> InterpretedKernel<R, C> {
         if n > C || m > C {
             return None;
         }
+        let end = u32::try_from(tape.places()).ok()?;
+        let units = Units { one: end, negative_zero: end + 1 };
+        let (functions, places) = (tape.kernel.functions(), tape.kernel_places());
+        let program = |i: usize| Program::new(functions[i].operations, places[i], units);
         Some(Self {
             tape,
             arguments: tape.arguments(),
-            places: tape.kernel_places(),
+            programs: core::array::from_fn(program),
+            units,
             is_length: core::array::from_fn(|i| i < n && !description.is_angle(i)),
             has_angle: core::array::from_fn(|i| tape.kernel.has_angle.get(i) == Some(&true)),
-            values: [(); POSITIONS + 1].map(|()| RefCell::new(vec![R::zero(); tape.places()])),
+            values: [(); POSITIONS + 1].map(|()| RefCell::new(vec![R::zero(); tape.places() + 2])),
             count: Cell::new(0),
         })
     }
@@ -72,9 +78,8 @@ impl<R: Scalar, const C: usize> InterpretedKernel<R, C> {
         assert!(self.count.get() < position + POSITIONS, "the position has been replaced");
         let values = &mut *self.values[position % POSITIONS].borrow_mut();
         write(values, arguments);
-        let TapeFunction { operations, results: places } = self.tape.kernel.functions()[function];
-        execute(values, self.places[function], operations);
-        results(values, places)
+        self.programs[function].execute(values);
+        results(values, self.tape.kernel.functions()[function].results)
     }
 
     /// The value of one of the functions without a position.
@@ -135,6 +140,8 @@ impl<R: Scalar, const C: usize> Kernel<R, C, C> for InterpretedKernel<R, C> {
         let [first, others @ ..] = &mut self.values;
         let first = first.get_mut();
         first.iter_mut().take(self.arguments.t).enumerate().for_each(|(i, parameter)| *parameter = value(i));
+        first[self.units.one as usize] = R::from_f64(1.0);
+        first[self.units.negative_zero as usize] = R::from_f64(-0.0);
         execute(first, self.arguments.constants, self.tape.constants);
         others.iter_mut().for_each(|other| other.get_mut().copy_from_slice(first));
     }
