@@ -27,31 +27,31 @@ use crate::single_step::{StepEstimate, StepMut, StepRequest, fused};
 use crate::tape::{TapeEvaluator, split};
 use kernel::InterpretedKernel;
 
-/// Most coordinates, and most constraints, of small and of large kernels. Numbers up to there are computed with.
-const SMALL: usize = 8;
-const LARGE: usize = 32;
+/// Calls a function for a mechanism with the least capacity that holds its coordinates and constraints. Numbers up to
+/// the capacity are computed with.
+macro_rules! with_capacity {
+    ($model:expr, $function:ident($($argument:expr),*)) => {
+        match $model.tape.sizes().into_iter().max() {
+            Some(0..=4) => $function::<4>($($argument),*),
+            Some(5..=8) => $function::<8>($($argument),*),
+            _ => $function::<32>($($argument),*),
+        }
+    };
+}
 
 /// The mechanism of a model by its tape.
 pub(crate) fn mechanism(model: Model, values: Vec<f64>) -> Box<dyn Mechanism> {
-    if is_small(&model) {
-        Box::new(Interpreted::<SMALL>::new(model, values))
-    } else {
-        Box::new(Interpreted::<LARGE>::new(model, values))
-    }
+    with_capacity!(model, boxed(model, values))
 }
 
-fn is_small(model: &Model) -> bool {
-    model.tape.sizes().into_iter().all(|size| size <= SMALL)
+fn boxed<const C: usize>(model: Model, values: Vec<f64>) -> Box<dyn Mechanism> {
+    Box::new(Interpreted::<C>::new(model, values))
 }
 
 /// Steps of the tape of a model in lanes; `None` where the processor has no vectors of that width, or the mechanism is
 /// too large.
 pub(crate) fn lane_steps(model: &Model, width: Width, request: BatchRequest, residual: f64) -> Option<BoxedLaneSteps> {
-    if is_small(model) {
-        lane_steps_of::<SMALL>(model, width, request, residual)
-    } else {
-        lane_steps_of::<LARGE>(model, width, request, residual)
-    }
+    with_capacity!(model, lane_steps_of(model, width, request, residual))
 }
 
 #[cfg(target_arch = "x86_64")]
