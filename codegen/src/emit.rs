@@ -25,6 +25,8 @@ pub use body::Operations;
 use layout::{Argument, Layout, Plan, Shape};
 use plain::ident;
 use qrm_scene::scene::Scene;
+#[cfg(feature = "engine")]
+pub(crate) use scene_items::until;
 
 /// Writes the module of a scene. The result has no header yet, and has been parsed once: it is Rust.
 ///

@@ -7,6 +7,7 @@ use crate::emit::{self, module_name, struct_name};
 use crate::term::Equations;
 use crate::verify::{self, Unverified};
 use crate::{derivation, engine, header, names, tape};
+use qrm_core::OwnedTape;
 use qrm_scene::diagnostic::{Diagnostic, Report};
 use qrm_scene::files;
 use qrm_scene::resolve;
@@ -70,10 +71,9 @@ pub fn generate(scenes: &[PathBuf], directory: &Path) -> Result<Generated, Error
     let is_done = |r: &&Read| is_current(&file(&r.scene), &derivation(&r.scene), &r.source);
     let stale: Vec<&Read> = read.iter().filter(|r| !is_done(r)).collect();
     if !stale.is_empty() {
-        let scenes: Vec<&Scene> = stale.iter().map(|r| &r.scene).collect();
-        let equations = engine::derive(&scenes).map_err(|e| engine_error(e, &stale))?;
-        for (Read { path, scene, source }, equations) in stale.iter().zip(&equations) {
-            let module = text(path, scene, equations, source)?;
+        for (read, equations) in stale.iter().zip(&equations(&stale)?) {
+            let (module, _) = code(read, equations)?;
+            let Read { scene, source, .. } = read;
             // First: the module includes it, and is the mark of both.
             let markdown = derivation::markdown(scene, equations, source);
             write_whole(&derivation(scene), &markdown)?;
@@ -98,10 +98,26 @@ pub fn generate(scenes: &[PathBuf], directory: &Path) -> Result<Generated, Error
 }
 
 /// A scene that was read.
-struct Read {
+pub(crate) struct Read {
     path: String,
     source: String,
-    scene: Scene,
+    pub(crate) scene: Scene,
+}
+
+impl Read {
+    /// The scene of this text; also an error if its name cannot be that of a module.
+    pub(crate) fn new(path: &str, source: &str) -> Result<Self, Error> {
+        let wrong = |report| Error::Scenes(vec![report]);
+        let (scene, _) = resolve::read(path, source).map_err(wrong)?;
+        let read = Self { path: path.to_owned(), source: source.to_owned(), scene };
+        same_module(&read, &[]).map_or(Ok(read), |report| Err(wrong(report)))
+    }
+}
+
+/// The equations of motion of scenes, by the engine.
+pub(crate) fn equations(scenes: &[&Read]) -> Result<Vec<Equations>, Error> {
+    let all: Vec<&Scene> = scenes.iter().map(|read| &read.scene).collect();
+    engine::derive(&all).map_err(|e| engine_error(e, scenes))
 }
 
 /// Reads all scenes; mistakes of all of them are reported together.
@@ -180,13 +196,14 @@ fn index_text(modules: &[GeneratedModule]) -> String {
     text + "}\n"
 }
 
-/// The text of a scene's module.
-fn text(path: &str, scene: &Scene, equations: &Equations, source: &str) -> Result<String, Error> {
+/// The text of a scene's module, without its last line, and its tape.
+pub(crate) fn code(Read { path, source, scene }: &Read, equations: &Equations) -> Result<(String, OwnedTape), Error> {
     let module = emit::module(scene, equations, source);
     verify::verify(scene, equations, &module.file, &module.tape).map_err(Error::Unverified)?;
     // The printer drops comments of this kind, so the header is joined afterwards.
     let header = header::header(path, scene, equations, &module, &header::hash(source));
-    Ok(format!("{header}\n{}{}", spaced(&prettyplease::unparse(&module.file)), tape::text(&module.tape.tape())))
+    let text = format!("{header}\n{}{}", spaced(&prettyplease::unparse(&module.file)), tape::text(&module.tape.tape()));
+    Ok((text, module.tape))
 }
 
 /// Sets a blank line between items and between methods, and makes comments of the documentation of statements.

@@ -26,6 +26,8 @@ pub mod generate;
 pub mod graph;
 pub mod header;
 mod interpret;
+#[cfg(feature = "engine")]
+pub mod interpretable;
 pub mod kernel;
 pub mod lower;
 pub mod names;

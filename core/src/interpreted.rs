@@ -34,10 +34,15 @@ macro_rules! with_capacity {
         match $model.tape.sizes().into_iter().max() {
             Some(0..=4) => $function::<4>($($argument),*),
             Some(5..=8) => $function::<8>($($argument),*),
-            _ => $function::<32>($($argument),*),
+            Some(9..=32) => $function::<32>($($argument),*),
+            _ => $function::<128>($($argument),*),
         }
     };
 }
+
+/// The largest capacity for vectors: the numbers of larger mechanisms leave the processor's cache.
+#[cfg(target_arch = "x86_64")]
+const LARGEST_IN_LANES: usize = 32;
 
 /// The mechanism of a model by its tape.
 pub(crate) fn mechanism(model: Model, values: Vec<f64>) -> Box<dyn Mechanism> {
@@ -64,6 +69,10 @@ fn lane_steps_of<const C: usize>(
     use crate::lane_steps::StepsBy;
     use crate::lanes::Lanes;
     use pulp::x86::{V3, V4};
+    // A constant, so that what is not used is not compiled.
+    if const { C > LARGEST_IN_LANES } {
+        return None;
+    }
     Some(match width {
         Width::Four => {
             let token = V3::try_new()?;
@@ -246,6 +255,9 @@ impl<const C: usize> Mechanism for Interpreted<C> {
         use crate::gauss::Steps;
         use crate::lanes::Lanes;
         use pulp::x86::{V3, V4};
+        if const { C > LARGEST_IN_LANES } {
+            return None;
+        }
         let Model { description, tape, .. } = self.model;
         Some(match width {
             Width::Four => {

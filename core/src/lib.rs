@@ -25,6 +25,8 @@ compile_error!("qrm-core needs one of its features: `std`, or `libm` where there
 mod angles;
 #[cfg(feature = "simd")]
 mod batch;
+#[cfg(feature = "std")]
+mod derived;
 mod description;
 mod digest;
 #[cfg(feature = "simd")]
@@ -56,6 +58,8 @@ mod tape;
 pub use angles::Angles;
 #[cfg(feature = "simd")]
 pub use batch::{BatchRequest, CHECKPOINTS, LaneSchedule, SimdBatch, Width};
+#[cfg(feature = "std")]
+pub use derived::{DerivedScene, OwnedDescription, OwnedParameter, OwnedQuantity};
 pub use description::{Description, ParameterDescription, QuantityDescription};
 pub use digest::digest;
 pub use double_double::DoubleDouble;

@@ -19,6 +19,7 @@ mod recording;
 mod reference;
 mod resolution;
 mod run_report;
+mod scenes;
 mod setup;
 mod trajectory;
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use clap::Args;
-use qrm_core::{Description, Model};
+use qrm_core::Description;
 use qrm_scene::diagnostic::Report;
 use qrm_scene::evaluate::evaluate;
 use qrm_scene::names::suggestion;
@@ -18,8 +18,8 @@ use crate::methods::{method_parser, projection_parser};
 /// A scene by its name.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct SceneName {
-    /// Name of the scene; `qrm list` shows them
-    #[arg(default_value = "quick-return")]
+    /// Name of the scene, `qrm list` shows them; or path of a scene file
+    #[arg(value_name = "SCENE or FILE", default_value = "quick-return")]
     pub(crate) scene: String,
 }
 
@@ -98,23 +98,6 @@ impl OutFolder {
 /// The folder of a scene's files.
 pub(crate) fn default_folder(description: &Description) -> PathBuf {
     PathBuf::from("out").join(description.name)
-}
-
-impl SceneName {
-    /// The model of this scene.
-    pub(crate) fn find(&self, models: &'static [Model]) -> Result<&'static Model, Error> {
-        model_named(models, &self.scene, &[])
-    }
-}
-
-/// The model of a scene, where `others` are names that would do as well.
-pub(crate) fn model_named(models: &'static [Model], name: &str, others: &[&str]) -> Result<&'static Model, Error> {
-    models.iter().find(|model| model.description.name == name).ok_or_else(|| {
-        let own = models.iter().map(|model| model.description.name);
-        let names: Vec<&str> = own.chain(others.iter().copied()).collect();
-        let help = suggestion(name, names.iter().copied(), || format!("scenes: {}", names.join(", ")));
-        Error::usage(format!("there is no scene `{name}`")).help(help)
-    })
 }
 
 /// The parameters that `--set` changes.

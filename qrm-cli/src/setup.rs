@@ -19,11 +19,14 @@ use crate::error::Error;
 use crate::messages;
 use crate::options::{MethodOptions, SceneOptions, optional_positive, parameters};
 use crate::resolution;
+use crate::scenes::FoundScene;
 
 /// A scene with its parameters set, and how it is to be run.
 pub(crate) struct Setup {
-    /// The generated code.
+    /// The functions.
     pub(crate) model: &'static Model,
+    /// The file of the scene, as users know it.
+    path: String,
     pub(crate) description: &'static Description,
     /// The scene that the code was generated from.
     pub(crate) scene: Scene,
@@ -46,11 +49,11 @@ pub(crate) struct Setup {
 
 impl Setup {
     pub(crate) fn new(models: &'static [Model], options: &SceneOptions, how: &MethodOptions) -> Result<Self, Error> {
-        let model = options.name.find(models)?;
+        let FoundScene { model, path } = options.name.find(models)?;
         let description = model.description;
         let set = parameters(description, &options.set)?;
         let replace = |name: &str| set.get(name).copied();
-        let (scene, _) = resolve::read_with(&path(description), description.source, &replace)?;
+        let (scene, _) = resolve::read_with(&path, description.source, &replace)?;
         let own_step = optional_positive("--step", options.step.as_ref())?;
         let end_time = optional_positive("--end-time", options.end_time.as_ref())?;
         let residual = optional_positive("--closure-tolerance", how.closure_tolerance.as_ref())?;
@@ -84,6 +87,7 @@ impl Setup {
             scales,
             until: until.unwrap_or(description.until).to_owned(),
             model,
+            path,
             description,
             scene,
             set,
@@ -162,7 +166,7 @@ impl Setup {
 
     /// A mistake at a place of the scene.
     pub(crate) fn at_place(&self, diagnostic: Diagnostic) -> Error {
-        Report::new(path(self.description), self.description.source, vec![diagnostic]).into()
+        Report::new(&self.path, self.description.source, vec![diagnostic]).into()
     }
 
     /// Runs the scene.
@@ -189,9 +193,4 @@ impl Setup {
         let outcome = simulate(&*self.mechanism(), &request, observer);
         outcome.map_err(|reason| messages::no_start(&reason, self))
     }
-}
-
-/// The file of a scene as users know it.
-fn path(description: &Description) -> String {
-    format!("scenes/{}.toml", description.name)
 }

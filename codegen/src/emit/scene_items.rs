@@ -235,7 +235,7 @@ fn description(scene: &Scene, source: &str) -> TokenStream {
     });
     let has_corners = scene.has_corners();
     let left_out = scene.left_out().map(|p| &p.name);
-    let until = scene.run.until.as_ref().map_or("", |c| source.get(c.difference.whole_span()).unwrap_or_default());
+    let until = until(scene, source);
     let text = raw_string(source);
     let [code_file, derivation_file] = ["rs", "md"].map(|extension| format!("{}.{extension}", module_name(name)));
     quote! {
@@ -258,6 +258,11 @@ fn description(scene: &Scene, source: &str) -> TokenStream {
         /// The scene that this module was generated from.
         pub const SOURCE: &str = #text;
     }
+}
+
+/// The stop condition as written; empty if there is none.
+pub(crate) fn until<'s>(scene: &Scene, source: &'s str) -> &'s str {
+    scene.run.until.as_ref().map_or("", |c| source.get(c.difference.whole_span()).unwrap_or_default())
 }
 
 /// A string literal that reads like the text itself.

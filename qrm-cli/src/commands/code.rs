@@ -23,7 +23,7 @@ pub(crate) struct Options {
 
 /// Prints the generated code of a scene, or a part of it.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
-    let code = options.scene.find(models)?.description.code;
+    let code = options.scene.find(models)?.model.description.code;
     let shown = match &options.function {
         None => code.to_owned(),
         Some(name) => {

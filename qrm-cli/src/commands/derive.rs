@@ -17,7 +17,7 @@ pub(crate) struct Options {
 
 /// Writes the derivation of a scene's equations of motion.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
-    let description = options.scene.find(models)?.description;
+    let description = options.scene.find(models)?.model.description;
     let path = options.out.of(description).join("derivation.md");
     save(&path, description.derivation.as_bytes())?;
     print(&format!("wrote {}", path.display()));

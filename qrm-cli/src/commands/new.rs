@@ -7,8 +7,8 @@ use qrm_core::Model;
 use qrm_scene::resolve;
 
 use crate::error::Error;
-use crate::options::model_named;
 use crate::output::{print, save};
+use crate::scenes::model_named;
 
 #[derive(Args)]
 pub(crate) struct Options {
@@ -46,8 +46,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     resolve::read(&path.display().to_string(), &text)?;
     save(&path, text.as_bytes())?;
     print(&format!(
-        "wrote {}, {}\n\nIn a clone of qrm, with the file in `scenes`, build and run it:\n\n    \
-         QRM_SCENES={name} cargo run --release -- run {name}",
+        "wrote {0}, {1}\n\nRun it:\n\n    qrm run {0}",
         path.display(),
         if from == EMPTY { "a block on a spring".to_owned() } else { format!("a copy of `{from}`") }
     ));

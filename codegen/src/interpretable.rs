@@ -1,0 +1,46 @@
+//! From the text of a scene to data that is interpreted: nothing is compiled.
+
+use qrm_core::{DerivedScene, OwnedDescription, OwnedParameter, OwnedQuantity};
+use qrm_scene::scene::Scene;
+
+use crate::generate::{self, Error, Read};
+use crate::{derivation, header};
+
+/// Derives the equations of motion of a scene. At most one call per process.
+///
+/// # Errors
+/// The scene has a mistake, the engine gave up, or a function was not found right.
+pub fn derive(path: &str, source: &str) -> Result<DerivedScene, Error> {
+    let read = Read::new(path, source)?;
+    let equations = generate::equations(&[&read])?.remove(0);
+    let (code, tape) = generate::code(&read, &equations)?;
+    let derivation = derivation::markdown(&read.scene, &equations, source);
+    let code = header::with_checksum(code, &derivation);
+    Ok(DerivedScene { description: description(&read.scene, source, [code, derivation]), tape })
+}
+
+/// What a generated module says of its scene.
+fn description(scene: &Scene, source: &str, [code, derivation]: [String; 2]) -> OwnedDescription {
+    let quantity = |name: &str, unit: &str, doc: &str| {
+        let [name, unit, doc] = [name, unit, doc].map(str::to_owned);
+        OwnedQuantity { name, unit, doc }
+    };
+    let parameter = |p: &qrm_scene::scene::Parameter| {
+        let [name, unit, doc, formula] = [&p.name, &p.unit, &p.doc, &p.text].map(|text| text.to_string());
+        OwnedParameter { name, unit, doc, formula }
+    };
+    OwnedDescription {
+        name: scene.name.clone(),
+        doc: scene.doc.clone(),
+        source: source.to_owned(),
+        code,
+        derivation,
+        coordinates: scene.coordinates.iter().map(|c| quantity(&c.name, &c.unit, &c.doc)).collect(),
+        constraints: scene.constraints.iter().map(|c| quantity(&c.name, &c.unit, &c.doc)).collect(),
+        outputs: scene.outputs.iter().map(|o| quantity(&o.name, &o.unit, &o.doc)).collect(),
+        parameters: scene.parameters.iter().filter(|p| !p.left_out).map(parameter).collect(),
+        left_out: scene.left_out().map(|p| p.name.clone()).collect(),
+        has_corners: scene.has_corners(),
+        until: crate::emit::until(scene, source).to_owned(),
+    }
+}

@@ -1,0 +1,132 @@
+//! A derived scene as data: what a generated module holds, without its compiled functions.
+
+#[cfg(feature = "simd")]
+use std::boxed::Box;
+use std::string::String;
+use std::vec::Vec;
+
+#[cfg(feature = "simd")]
+use crate::description::{Description, ParameterDescription, QuantityDescription};
+#[cfg(feature = "serde")]
+use crate::digest::digest;
+#[cfg(feature = "simd")]
+use crate::model::Model;
+use crate::tape::OwnedTape;
+#[cfg(feature = "simd")]
+use crate::tape::Tape;
+
+/// A scene's names and functions as data.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct DerivedScene {
+    /// Names, units and meanings.
+    pub description: OwnedDescription,
+    /// The functions.
+    pub tape: OwnedTape,
+}
+
+/// A [`Description`](crate::Description) with its texts.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[allow(missing_docs, reason = "the fields are those of a description")]
+pub struct OwnedDescription {
+    pub name: String,
+    pub doc: String,
+    pub source: String,
+    pub code: String,
+    pub derivation: String,
+    pub coordinates: Vec<OwnedQuantity>,
+    pub constraints: Vec<OwnedQuantity>,
+    pub outputs: Vec<OwnedQuantity>,
+    pub parameters: Vec<OwnedParameter>,
+    pub left_out: Vec<String>,
+    pub has_corners: bool,
+    pub until: String,
+}
+
+/// A [`QuantityDescription`](crate::QuantityDescription) with its texts.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[allow(missing_docs, reason = "the fields are those of a quantity")]
+pub struct OwnedQuantity {
+    pub name: String,
+    pub unit: String,
+    pub doc: String,
+}
+
+/// A [`ParameterDescription`](crate::ParameterDescription) with its texts.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[allow(missing_docs, reason = "the fields are those of a parameter")]
+pub struct OwnedParameter {
+    pub name: String,
+    pub unit: String,
+    pub doc: String,
+    pub formula: String,
+}
+
+#[cfg(feature = "serde")]
+impl DerivedScene {
+    /// The scene as bytes, which end with their hash.
+    ///
+    /// # Panics
+    /// Never: memory is all that it needs.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let mut bytes = postcard::to_stdvec(self).unwrap_or_else(|e| unreachable!("memory takes all bytes: {e}"));
+        let hash = digest(bytes.iter().copied());
+        bytes.extend(hash.to_le_bytes());
+        bytes
+    }
+
+    /// The scene of bytes; `None` if they were cut off or changed.
+    pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
+        let (bytes, hash) = bytes.split_last_chunk()?;
+        (digest(bytes.iter().copied()) == u64::from_le_bytes(*hash)).then(|| postcard::from_bytes(bytes).ok())?
+    }
+}
+
+#[cfg(feature = "simd")]
+impl DerivedScene {
+    /// The scene as an entry in a program's list. It lives as long as the program.
+    pub fn into_model(self) -> Model {
+        let tape: &'static OwnedTape = Box::leak(Box::new(self.tape));
+        let tape: &'static Tape<'static> = Box::leak(Box::new(tape.tape()));
+        Model::interpreted(Box::leak(Box::new(self.description.leaked())), tape)
+    }
+}
+
+#[cfg(feature = "simd")]
+impl OwnedDescription {
+    fn leaked(self) -> Description {
+        let quantities = |list: Vec<OwnedQuantity>| -> &'static [QuantityDescription] {
+            let quantity =
+                |q: OwnedQuantity| QuantityDescription { name: text(q.name), unit: text(q.unit), doc: text(q.doc) };
+            list.into_iter().map(quantity).collect::<Vec<_>>().leak()
+        };
+        let parameter = |p: OwnedParameter| ParameterDescription {
+            name: text(p.name),
+            unit: text(p.unit),
+            doc: text(p.doc),
+            formula: text(p.formula),
+        };
+        Description {
+            name: text(self.name),
+            doc: text(self.doc),
+            source: text(self.source),
+            code: text(self.code),
+            derivation: text(self.derivation),
+            coordinates: quantities(self.coordinates),
+            constraints: quantities(self.constraints),
+            outputs: quantities(self.outputs),
+            parameters: self.parameters.into_iter().map(parameter).collect::<Vec<_>>().leak(),
+            left_out: self.left_out.into_iter().map(text).collect::<Vec<_>>().leak(),
+            has_corners: self.has_corners,
+            until: text(self.until),
+        }
+    }
+}
+
+#[cfg(feature = "simd")]
+fn text(text: String) -> &'static str {
+    text.leak()
+}

@@ -1,0 +1,90 @@
+//! Scenes by their names, and scene files.
+
+mod cache;
+mod engine;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+
+use qrm_core::{Description, Model};
+use qrm_scene::names::suggestion;
+use qrm_scene::resolve;
+use qrm_scene::source::read_text;
+
+use crate::error::Error;
+use crate::options::SceneName;
+
+/// A scene of the command line.
+#[derive(Clone, Debug)]
+pub(crate) struct FoundScene {
+    /// Its functions.
+    pub(crate) model: &'static Model,
+    /// Its file, as users know it.
+    pub(crate) path: String,
+}
+
+impl SceneName {
+    /// The scene of this name, or that of a file.
+    pub(crate) fn find(&self, models: &'static [Model]) -> Result<FoundScene, Error> {
+        let Self { scene } = self;
+        if is_path(models, scene) {
+            return Ok(FoundScene { model: model_of_file(models, Path::new(scene))?, path: scene.clone() });
+        }
+        let model = model_named(models, scene, &[])?;
+        Ok(FoundScene { model, path: path_of(model.description) })
+    }
+}
+
+/// Whether the name of a scene is that of a file.
+fn is_path(models: &[Model], name: &str) -> bool {
+    let is_scene = models.iter().any(|model| model.description.name == name);
+    !is_scene && (name.ends_with(".toml") || name.contains(['/', '\\']) || Path::new(name).exists())
+}
+
+/// The file of a scene of the program.
+fn path_of(description: &Description) -> String {
+    format!("scenes/{}.toml", description.name)
+}
+
+/// The model of a scene of the program, where `others` are names that would do as well.
+pub(crate) fn model_named(models: &'static [Model], name: &str, others: &[&str]) -> Result<&'static Model, Error> {
+    models.iter().find(|model| model.description.name == name).ok_or_else(|| {
+        let own = models.iter().map(|model| model.description.name);
+        let names: Vec<&str> = own.chain(others.iter().copied()).collect();
+        let help = suggestion(name, names.iter().copied(), || {
+            format!("scenes: {}; or the path of a scene file", names.join(", "))
+        });
+        Error::usage(format!("there is no scene `{name}`")).help(help)
+    })
+}
+
+/// The files that were read, each once: a model lives as long as the program.
+static READ: Mutex<BTreeMap<PathBuf, &'static Model>> = Mutex::new(BTreeMap::new());
+
+/// The model of a scene file: one of the program if it has the same text, else one that is interpreted.
+fn model_of_file(models: &'static [Model], path: &Path) -> Result<&'static Model, Error> {
+    let mut read = READ.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    if let Some(model) = read.get(path) {
+        return Ok(model);
+    }
+    let source = read_text(path)?;
+    let model = match models.iter().find(|model| model.description.source == source) {
+        Some(model) => model,
+        None => interpreted(path, &source)?,
+    };
+    read.insert(path.to_owned(), model);
+    Ok(model)
+}
+
+/// The model of a text that is interpreted: from the cache, or else by the engine.
+fn interpreted(path: &Path, source: &str) -> Result<&'static Model, Error> {
+    // Mistakes are reported without the engine.
+    resolve::read(&path.display().to_string(), source)?;
+    let entry = cache::Entry::of(source);
+    let derived = match entry.read(source) {
+        Some(derived) => derived,
+        None => engine::derive(path, source, &entry)?,
+    };
+    Ok(Box::leak(Box::new(derived.into_model())))
+}

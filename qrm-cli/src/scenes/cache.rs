@@ -1,0 +1,49 @@
+//! Derived scenes in the cache folder of the user, by what they follow from.
+
+use std::path::{Path, PathBuf};
+
+use qrm_core::{DerivedScene, digest};
+use qrm_scene::files::read_at_most;
+
+/// The largest file that is read.
+const MAX_BYTES: u64 = 1 << 28;
+
+/// The place of a derived scene.
+pub(super) struct Entry {
+    pub(super) path: PathBuf,
+}
+
+impl Entry {
+    /// The place for the scene of a text, by a hash of the text and of the version of this program.
+    pub(super) fn of(source: &str) -> Self {
+        let version = env!("CARGO_PKG_VERSION").bytes();
+        let hash = digest(version.chain([0]).chain(source.bytes()));
+        Self { path: folder().join(format!("{hash:016x}.scene")) }
+    }
+
+    /// The scene, if it is there, whole, that of the text, and not older than the engine.
+    pub(super) fn read(&self, source: &str) -> Option<DerivedScene> {
+        let modified = |path: &Path| std::fs::metadata(path).and_then(|m| m.modified()).ok();
+        let engine = super::engine::program().and_then(|program| modified(&program));
+        if modified(&self.path) < engine {
+            return None;
+        }
+        let derived = read(&self.path)?;
+        (derived.description.source == source).then_some(derived)
+    }
+}
+
+/// A derived scene; `None` if it is not there or was cut off.
+pub(super) fn read(path: &Path) -> Option<DerivedScene> {
+    let bytes = read_at_most(path, MAX_BYTES).ok()?;
+    DerivedScene::from_bytes(&bytes)
+}
+
+/// The folder of derived scenes: `QRM_CACHE`, or else the folder of the user for such files; the temporary one if that
+/// cannot be made.
+pub(super) fn folder() -> PathBuf {
+    let own = std::env::var_os("QRM_CACHE").filter(|folder| !folder.is_empty()).map(PathBuf::from);
+    let of_user = || dirs::cache_dir().map(|folder| folder.join("qrm"));
+    let usable = own.or_else(of_user).filter(|folder| std::fs::create_dir_all(folder).is_ok());
+    usable.unwrap_or_else(|| std::env::temp_dir().join("qrm"))
+}

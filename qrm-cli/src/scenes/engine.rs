@@ -1,0 +1,88 @@
+//! The program that derives scenes. It lives no longer than a derivation takes: the symbolic engine allows one process
+//! per machine.
+
+use std::io::{Read, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use qrm_core::DerivedScene;
+
+use super::cache::{self, Entry};
+use crate::error::Error;
+use crate::progress::{Spinner, interrupted, watch_interrupts};
+
+/// How often it is looked whether the engine is done.
+const PATIENCE: Duration = Duration::from_millis(1);
+/// A derivation that takes longer shows that it goes on.
+const SILENCE: Duration = Duration::from_secs(2);
+
+/// The engine beside this program, if it was built with one.
+pub(super) fn program() -> Option<PathBuf> {
+    let own = std::env::current_exe().ok()?;
+    let beside = |folder: &Path| folder.join(format!("qrm-engine{}", std::env::consts::EXE_SUFFIX));
+    // Programs that cargo builds for examples and tests lie one folder deeper.
+    let folders = own.ancestors().skip(1).take(2).map(beside);
+    folders.into_iter().find(|program| program.is_file())
+}
+
+/// Derives a scene and keeps it in the cache.
+pub(super) fn derive(path: &Path, source: &str, entry: &Entry) -> Result<DerivedScene, Error> {
+    let Some(program) = program() else {
+        return Err(Error::usage(format!(
+            "{} has not been derived yet, and the symbolic engine `qrm-engine` does not lie beside this program",
+            path.display()
+        ))
+        .help(format!(
+            "install qrm with its default features, or bring the derived scene into {}; the scenes of `qrm list` run \
+             without it",
+            cache::folder().display()
+        )));
+    };
+    let failed = |e: std::io::Error| Error::run(format!("{} cannot be started: {e}", program.display()));
+    watch_interrupts();
+    let mut child = Command::new(&program)
+        .arg(path)
+        .arg(&entry.path)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .map_err(failed)?;
+    if let Some(mut stdin) = child.stdin.take() {
+        // An engine that does not listen says why.
+        let _ = stdin.write_all(source.as_bytes());
+    }
+    wait(&mut child, path)?;
+    cache::read(&entry.path).ok_or_else(|| Error::run(format!("{} is not a derived scene", entry.path.display())))
+}
+
+/// Waits for the engine; an error with what it said.
+fn wait(child: &mut Child, path: &Path) -> Result<(), Error> {
+    let (begun, mut spinner) = (Instant::now(), None);
+    let status = loop {
+        match child.try_wait() {
+            Ok(Some(status)) => break status,
+            Ok(None) if interrupted() => {
+                let _ = child.kill();
+                let _ = child.wait();
+                return Err(Error::run("the derivation was interrupted"));
+            }
+            Ok(None) => std::thread::sleep(PATIENCE),
+            Err(e) => return Err(Error::run(format!("the engine is lost: {e}"))),
+        }
+        if begun.elapsed() > SILENCE {
+            spinner.get_or_insert_with(Spinner::new).show(format!("deriving {}", path.display()));
+        }
+    };
+    if status.success() {
+        return Ok(());
+    }
+    let mut said = String::new();
+    if let Some(mut stderr) = child.stderr.take() {
+        let _ = stderr.read_to_string(&mut said);
+    }
+    let said = said.trim();
+    let said = said.strip_prefix("error: ").unwrap_or(said);
+    Err(Error::usage(if said.is_empty() { format!("the engine ended with {status}") } else { said.to_owned() }))
+}
