@@ -36,7 +36,7 @@ error: scene `quick-return` has no parameter `O2B`
         &["run", "--set", "J3=0.1"],
         str![[r#"
 error: parameter `J3` is exactly zero in scene `quick-return`, so the generated code does without it
-  = help: add `runtime = true` to `J3` in scenes/quick-return.toml, or give it a value there, and build again
+  = help: add `runtime = true` to `J3` in the scene, or give it a value there; build again if it is compiled
 
 "#]],
     );

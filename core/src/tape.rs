@@ -272,7 +272,24 @@ pub(crate) struct Arguments {
     pub(crate) end: usize,
 }
 
+impl TapeFunction<'_> {
+    /// No operations, and no results.
+    pub const NONE: Self = Self { operations: &[], results: &[] };
+}
+
 impl<'a> TapeKernel<'a> {
+    /// No functions: for tapes that steps do not use.
+    pub const NONE: Self = Self {
+        operations: 0,
+        has_angle: &[],
+        position: TapeFunction::NONE,
+        velocity_residual: TapeFunction::NONE,
+        correction: TapeFunction::NONE,
+        accelerations: TapeFunction::NONE,
+        multipliers: TapeFunction::NONE,
+        outputs: TapeFunction::NONE,
+    };
+
     pub(crate) const FUNCTIONS: usize = 6;
 
     /// Every function, in the order of the places of their values.

@@ -1,33 +1,35 @@
 //! A tape written by hand: a pendulum under gravity, whose moment of inertia follows from mass and length.
 
 use qrm_core::Operation::{Add, Cos, Mul, Neg, Number, Sin, Sub};
-use qrm_core::{Fused, Scalar, Tape, TapeEvaluator, TapeFunction};
+use qrm_core::{Fused, Scalar, Tape, TapeEvaluator, TapeFunction, TapeKernel};
 
-const NONE: TapeFunction = TapeFunction { operations: &[], results: &[] };
+const NONE: TapeFunction = TapeFunction::NONE;
 
-/// Parameters `m`, `l`, `J = m*l*l` and `g` have the places 0 to 3, the arguments 4 to 7, the constants 8 and 9.
+/// Parameters `m`, `l`, `J = m*l*l` and `g` have the places 0 to 3, the arguments 4 to 9, the constants 10 and 11.
 static PENDULUM: Tape = Tape {
     coordinates: 1,
     constraints: 0,
+    is_driven: false,
     parameters: TapeFunction {
-        operations: &[Number(2.0), Number(0.5), Mul(0, 1), Mul(12, 1), Number(9.81)],
-        results: &[10, 11, 13, 14],
+        operations: &[Number(2.0), Number(0.5), Mul(0, 1), Mul(14, 1), Number(9.81)],
+        results: &[12, 13, 15, 16],
     },
-    constants: &[Mul(0, 1), Mul(8, 3)],
-    dynamics: TapeFunction { operations: &[Sin(5), Mul(9, 10), Neg(11)], results: &[2, 12] },
+    constants: &[Mul(0, 1), Mul(10, 3)],
+    dynamics: TapeFunction { operations: &[Sin(5), Mul(11, 12), Neg(13)], results: &[2, 14] },
     loop_constraints: NONE,
     mass_matrix: TapeFunction { operations: &[], results: &[2] },
     energy: TapeFunction {
-        operations: &[Mul(6, 6), Mul(10, 2), Number(0.5), Mul(11, 12), Cos(5), Mul(9, 14), Neg(15)],
-        results: &[13, 16],
+        operations: &[Mul(6, 6), Mul(12, 2), Number(0.5), Mul(13, 14), Cos(5), Mul(11, 16), Neg(17)],
+        results: &[15, 18],
     },
     power: NONE,
-    outputs: TapeFunction { operations: &[Add(5, 6), Add(10, 7)], results: &[11] },
+    outputs: TapeFunction { operations: &[Add(5, 6), Add(12, 7)], results: &[13] },
     linearization: None,
-    event: Some(TapeFunction { operations: &[Sub(5, 4)], results: &[10] }),
-    start: TapeFunction { operations: &[Number(1.0), Number(0.0)], results: &[10, 11] },
+    event: Some(TapeFunction { operations: &[Sub(5, 4)], results: &[12] }),
+    start: TapeFunction { operations: &[Number(1.0), Number(0.0)], results: &[12, 13] },
     given: &[true, true],
-    schedule: TapeFunction { operations: &[Number(0.001), Number(10.0)], results: &[10, 11] },
+    schedule: TapeFunction { operations: &[Number(0.001), Number(10.0)], results: &[12, 13] },
+    kernel: TapeKernel::NONE,
 };
 
 fn pendulum() -> TapeEvaluator<'static, Vec<f64>> {
@@ -45,8 +47,8 @@ fn dynamics<R: Scalar>(buffer: &mut [R], replace: impl Fn(usize) -> Option<R>) -
 #[test]
 fn functions_are_evaluated_on_any_number() {
     let expected = [0.5, -(2.0 * 0.5 * 9.81 * Scalar::sin(0.3))];
-    assert_eq!(dynamics(&mut [0.0; 17], |_| None), expected);
-    assert_eq!(dynamics(&mut [Fused(0.0); 17], |_| None).map(|x| x.0), expected);
+    assert_eq!(dynamics(&mut [0.0; 19], |_| None), expected);
+    assert_eq!(dynamics(&mut [Fused(0.0); 19], |_| None).map(|x| x.0), expected);
     let mut evaluator = pendulum();
     assert_eq!(evaluator.energy(&[0.0], &[2.0]), [1.0, -9.81]);
     let mut output = [0.0];

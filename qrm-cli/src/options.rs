@@ -124,7 +124,7 @@ pub(crate) fn check_parameter(description: &Description, name: &str) -> Result<(
         let text =
             format!("parameter `{name}` is exactly zero in scene `{scene}`, so the generated code does without it");
         return Err(Error::usage(text).help(format!(
-            "add `runtime = true` to `{name}` in scenes/{scene}.toml, or give it a value there, and build again"
+            "add `runtime = true` to `{name}` in the scene, or give it a value there; build again if it is compiled"
         )));
     }
     let names: Vec<&str> = description.parameters.iter().map(|p| p.name).collect();

@@ -27,6 +27,9 @@ pub(crate) struct RunReport {
     #[serde(skip)]
     description: &'static Description,
     scene: &'static str,
+    /// Whether nothing was compiled for the scene.
+    #[serde(rename = "interpreted")]
+    is_interpreted: bool,
     method: &'static str,
     projection: &'static str,
     tolerance: Option<f64>,
@@ -130,6 +133,7 @@ impl RunReport {
         Self {
             description,
             scene: description.name,
+            is_interpreted: setup.model.is_interpreted(),
             method: setup.settings.method.name,
             projection: setup.settings.projection.name(),
             tolerance,

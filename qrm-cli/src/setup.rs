@@ -26,7 +26,7 @@ pub(crate) struct Setup {
     /// The functions.
     pub(crate) model: &'static Model,
     /// The file of the scene, as users know it.
-    path: String,
+    pub(crate) path: String,
     pub(crate) description: &'static Description,
     /// The scene that the code was generated from.
     pub(crate) scene: Scene,

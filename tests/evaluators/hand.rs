@@ -11,7 +11,7 @@ use qrm_model::quick_return_loaded::{self, QuickReturnLoaded};
 
 use crate::list::{State, evaluators};
 use crate::model;
-use crate::twin::{ByDualNumbers, ByHand, Equations, HandWritten, Twin};
+use crate::twin::{ByDualNumbers, ByHand, HandWritten, PlainFunctions, Twin};
 
 const STATES: usize = 1000;
 const TOLERANCE: f64 = 1e-12;
@@ -246,7 +246,7 @@ fn the_plain_scene_and_its_twins_agree_with_formulae_by_hand() {
         // The block's angle carries no inertia there.
         let (jacobian, bias) = (drop_row(&e.jacobian, 3), drop_row(&e.bias, 3));
         close_rows("x", &quick_return::com_positions(&own, q), &drop_row(&e.positions, 3));
-        let by_hand = <ByHand as Equations>::new(parameters);
+        let by_hand = <ByHand as PlainFunctions>::new(parameters);
         for rows in [quick_return::com_jacobian(&own, q), by_hand.com_jacobian(q)] {
             close_rows("T", rows.as_flattened(), jacobian.as_flattened());
         }

@@ -2,8 +2,8 @@
 
 use num_dual::Dual64;
 use qrm_core::{
-    Angles, DoubleDouble, Dual, DynamicsMut, Fused, Generated, Kernel, LinearizationMut, LoopConstraintsMut, Mechanism,
-    Tape, TapeEvaluator,
+    Angles, DoubleDouble, Dual, DynamicsMut, Equations, Fused, Generated, Kernel, LinearizationMut, LoopConstraintsMut,
+    Mechanism, Tape, TapeEvaluator,
 };
 use qrm_sim::solve::{Dynamics, Ldl, Linearization, LoopConstraints, Projection, ProjectionTolerance, Solver, dot};
 

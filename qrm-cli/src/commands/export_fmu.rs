@@ -41,6 +41,10 @@ pub(crate) struct Options {
 /// Packs a scene as a unit of FMI 3.0.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
     let setup = Setup::new(models, &options.scene, &options.method)?;
+    if setup.model.is_interpreted() {
+        return Err(Error::usage("units of FMI hold compiled code, and a scene file is interpreted")
+            .help("put the file into `scenes` of a clone of qrm, build, and export the scene by its name"));
+    }
     let roles = roles::roles(&setup, &options.input)?;
     // What does not run here would not run elsewhere.
     let mut observer = (Progress::new(), Recording::new(setup.description));

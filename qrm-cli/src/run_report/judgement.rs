@@ -53,10 +53,11 @@ pub(super) fn warnings(outcome: &Outcome, description: &Description, distrust: &
     if outcome.counts.stability_bound > 0 {
         let (bound, steps) = (outcome.counts.stability_bound, counted(outcome.counts.accepted, "step"));
         let text = format!("{bound} of {steps} were as long as stability allows: the mechanism is stiff");
-        let scene = description.name;
-        warnings.push(Message::new(text).help(format!(
-            "write `stiff = true` under [run] in scenes/{scene}.toml and build again, for implicit steps"
-        )));
+        warnings.push(
+            Message::new(text).help(
+                "write `stiff = true` under [run] in the scene, for implicit steps; build again if it is compiled",
+            ),
+        );
     }
     // A few positions that do not suit a kernel are no reason for another method.
     if outcome.counts.fallback > outcome.counts.accepted / 50 {

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use etcetera::BaseStrategy;
 use qrm_core::{DerivedScene, digest};
 use qrm_scene::files::read_at_most;
 
@@ -43,7 +44,7 @@ pub(super) fn read(path: &Path) -> Option<DerivedScene> {
 /// cannot be made.
 pub(super) fn folder() -> PathBuf {
     let own = std::env::var_os("QRM_CACHE").filter(|folder| !folder.is_empty()).map(PathBuf::from);
-    let of_user = || dirs::cache_dir().map(|folder| folder.join("qrm"));
+    let of_user = || etcetera::choose_base_strategy().ok().map(|folders| folders.cache_dir().join("qrm"));
     let usable = own.or_else(of_user).filter(|folder| std::fs::create_dir_all(folder).is_ok());
     usable.unwrap_or_else(|| std::env::temp_dir().join("qrm"))
 }

@@ -34,8 +34,8 @@ pub(super) fn derive(path: &Path, source: &str, entry: &Entry) -> Result<Derived
             path.display()
         ))
         .help(format!(
-            "install qrm with its default features, or bring the derived scene into {}; the scenes of `qrm list` run \
-             without it",
+            "build it by `cargo build --release` in a clone of qrm, or install both by `cargo install --path .` there; or \
+             bring the derived scene into {}",
             cache::folder().display()
         )));
     };

@@ -194,9 +194,9 @@ fn recommendation(setup: &Setup, survey: &Survey, limit: &Limit) -> String {
     );
     sentences.push(if counts.stability_bound > 0 {
         format!(
-            "Stiff: stability bound {} of {} explicit steps. Write `stiff = true` under [run] in scenes/{}.toml and \
-             build again, for implicit ones.",
-            counts.stability_bound, counts.accepted, setup.description.name
+            "Stiff: stability bound {} of {} explicit steps. Write `stiff = true` under [run] in {}, for implicit ones; \
+             build again if the scene is compiled.",
+            counts.stability_bound, counts.accepted, setup.path
         )
     } else if needed > STIFF * counts.accepted as f64 {
         format!("Stiff: {compared}. Use `--method auto`.")

@@ -1,51 +1,53 @@
 //! A mass 1 on a rod in the plane: `(x^2 + y^2 - r^2) / 2 = 0` with `r = l + a t`, under gravity `g` against y.
 
 use qrm_core::Operation::{Add, Mul, Neg, Number as Constant, Sub};
-use qrm_core::{Scalar, Tape, TapeFunction};
+use qrm_core::{Scalar, Tape, TapeFunction, TapeKernel};
 
 use super::equations::Equations;
 use super::{Motion, Number};
 use crate::integrate::StepError;
 
 /// Parameters `l`, `a`, `g` have the places 0 to 2, time 3, coordinates, rates and accelerations 4 to 9, the multiplier
-/// 10.
+/// 10; those of a kernel follow.
 static ROD: Tape = Tape {
     coordinates: 2,
     constraints: 1,
-    parameters: TapeFunction { operations: &[Constant(1.0), Constant(0.0), Constant(9.81)], results: &[11, 12, 13] },
+    is_driven: true,
+    parameters: TapeFunction { operations: &[Constant(1.0), Constant(0.0), Constant(9.81)], results: &[16, 17, 18] },
     constants: &[],
     dynamics: TapeFunction {
-        operations: &[Constant(1.0), Constant(0.0), Neg(2), Mul(6, 6), Mul(7, 7), Add(14, 15), Mul(1, 1), Sub(16, 17)],
-        results: &[11, 12, 12, 11, 12, 13, 4, 5, 18],
+        operations: &[Constant(1.0), Constant(0.0), Neg(2), Mul(6, 6), Mul(7, 7), Add(19, 20), Mul(1, 1), Sub(21, 22)],
+        results: &[16, 17, 17, 16, 17, 18, 4, 5, 23],
     },
     loop_constraints: TapeFunction {
         operations: &[
             Mul(4, 4),
             Mul(5, 5),
-            Add(11, 12),
+            Add(16, 17),
             Mul(1, 3),
-            Add(0, 14),
-            Mul(15, 15),
-            Sub(13, 16),
+            Add(0, 19),
+            Mul(20, 20),
+            Sub(18, 21),
             Constant(0.5),
-            Mul(17, 18),
-            Mul(1, 15),
-            Neg(20),
+            Mul(22, 23),
+            Mul(1, 20),
+            Neg(25),
         ],
-        results: &[19, 4, 5, 21],
+        results: &[24, 4, 5, 26],
     },
-    mass_matrix: TapeFunction { operations: &[Constant(1.0), Constant(0.0)], results: &[11, 12, 12, 11] },
+    mass_matrix: TapeFunction { operations: &[Constant(1.0), Constant(0.0)], results: &[16, 17, 17, 16] },
     energy: TapeFunction {
-        operations: &[Mul(6, 6), Mul(7, 7), Add(11, 12), Constant(0.5), Mul(13, 14), Mul(2, 5)],
-        results: &[15, 16],
+        operations: &[Mul(6, 6), Mul(7, 7), Add(16, 17), Constant(0.5), Mul(18, 19), Mul(2, 5)],
+        results: &[20, 21],
     },
-    power: TapeFunction { operations: &[Constant(0.0)], results: &[11] },
+    power: TapeFunction { operations: &[Constant(0.0)], results: &[16] },
     outputs: TapeFunction { operations: &[], results: &[10] },
     linearization: None,
     event: None,
-    start: TapeFunction { operations: &[Constant(1.0), Constant(0.0)], results: &[11, 12, 12, 11] },
+    start: TapeFunction { operations: &[Constant(1.0), Constant(0.0)], results: &[16, 17, 17, 16] },
     given: &[true, true, true, true],
-    schedule: TapeFunction { operations: &[Constant(0.001), Constant(1.0)], results: &[11, 12] },
+    schedule: TapeFunction { operations: &[Constant(0.001), Constant(1.0)], results: &[16, 17] },
+    kernel: TapeKernel::NONE,
 };
 
 /// The motion from `(l, 0)` with the rates `(a, v)`.

@@ -7,7 +7,7 @@ use qrm_core::Operation::{Add, Mul, Neg, Number, Sub};
 use qrm_core::{
     Description, DynamicsMut, LinearizationMut, LoopConstraintsMut, Mechanism, ParameterDescription,
     QuantityDescription, Replace, RowRequest, RowResult, RowStop, Schedule, StartMut, Tape, TapeEvaluator,
-    TapeFunction,
+    TapeFunction, TapeKernel,
 };
 
 use super::dual_run::DualRun;
@@ -15,37 +15,39 @@ use super::number::PARTS;
 use super::{DualCondition, Sensitivity, SensitivityEnd, SensitivityError, SensitivityRequest};
 use crate::run::StartError;
 
-const NONE: TapeFunction = TapeFunction { operations: &[], results: &[] };
+const NONE: TapeFunction = TapeFunction::NONE;
 const L: f64 = 0.7;
 const G: f64 = 9.81;
 
-/// Parameters `l` and `g` have the places 0 and 1, the arguments 2 to 9, the constants 1, 0, `l^2`, 2 and `-g` 10 to
-/// 14.
+/// Parameters `l` and `g` have the places 0 and 1, the arguments 2 to 14, the constants 1, 0, `l^2`, 2 and `-g` 15
+/// to 19.
 static TAPE: Tape = Tape {
     coordinates: 2,
     constraints: 1,
-    parameters: TapeFunction { operations: &[Number(L), Number(G)], results: &[15, 16] },
+    is_driven: false,
+    parameters: TapeFunction { operations: &[Number(L), Number(G)], results: &[20, 21] },
     constants: &[Number(1.0), Number(0.0), Mul(0, 0), Number(2.0), Neg(1)],
     dynamics: TapeFunction {
-        operations: &[Mul(13, 3), Mul(13, 4), Mul(5, 5), Mul(6, 6), Add(17, 18), Mul(13, 19)],
-        results: &[10, 11, 11, 10, 11, 14, 15, 16, 20],
+        operations: &[Mul(18, 3), Mul(18, 4), Mul(5, 5), Mul(6, 6), Add(22, 23), Mul(18, 24)],
+        results: &[15, 16, 16, 15, 16, 19, 20, 21, 25],
     },
     loop_constraints: TapeFunction {
-        operations: &[Mul(3, 3), Mul(4, 4), Add(15, 16), Sub(17, 12), Mul(13, 3), Mul(13, 4)],
-        results: &[18, 19, 20, 11],
+        operations: &[Mul(3, 3), Mul(4, 4), Add(20, 21), Sub(22, 17), Mul(18, 3), Mul(18, 4)],
+        results: &[23, 24, 25, 16],
     },
-    mass_matrix: TapeFunction { operations: &[], results: &[10, 11, 11, 10] },
+    mass_matrix: TapeFunction { operations: &[], results: &[15, 16, 16, 15] },
     energy: NONE,
     power: NONE,
     outputs: TapeFunction { operations: &[], results: &[4] },
     linearization: None,
-    event: Some(TapeFunction { operations: &[Neg(3)], results: &[15] }),
+    event: Some(TapeFunction { operations: &[Neg(3)], results: &[20] }),
     start: TapeFunction {
-        operations: &[Number(0.6), Mul(15, 0), Number(-0.8), Mul(17, 0)],
-        results: &[16, 18, 11, 11],
+        operations: &[Number(0.6), Mul(20, 0), Number(-0.8), Mul(22, 0)],
+        results: &[21, 23, 16, 16],
     },
     given: &[true, false, true, false],
-    schedule: TapeFunction { operations: &[Number(0.001), Number(2.0)], results: &[15, 16] },
+    schedule: TapeFunction { operations: &[Number(0.001), Number(2.0)], results: &[20, 21] },
+    kernel: TapeKernel::NONE,
 };
 
 const fn quantity(name: &'static str) -> QuantityDescription {

@@ -1,0 +1,169 @@
+//! Scene files that the program was not built with: derived by the engine once, kept, interpreted.
+
+#![cfg(feature = "generate")]
+
+mod common;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use tempfile::TempDir;
+
+/// A folder with a scene of its own, the cache of its commands, and the program where it is asked for.
+struct Workplace(TempDir);
+
+impl Workplace {
+    fn new() -> Self {
+        Self(tempfile::tempdir().expect("a temporary folder"))
+    }
+
+    fn path(&self, file: &str) -> PathBuf {
+        self.0.path().join(file)
+    }
+
+    /// Writes a copy of a scene of the program under another name.
+    fn copy(&self, scene: &str, name: &str) -> PathBuf {
+        let text = fs::read_to_string(format!("{}/scenes/{scene}.toml", env!("CARGO_MANIFEST_DIR"))).expect("a scene");
+        let path = self.path(&format!("{name}.toml"));
+        fs::write(&path, text.replacen(&format!("\"{scene}\""), &format!("\"{name}\""), 1)).expect("written");
+        path
+    }
+
+    /// The command in this folder.
+    fn qrm(&self, program: &Path, arguments: &[&str]) -> Output {
+        let mut command = Command::new(program);
+        command.current_dir(self.0.path()).env("QRM_CACHE", self.path("cache")).args(arguments);
+        command.output().expect("the command starts")
+    }
+
+    /// The program without its engine.
+    fn lonely_program(&self) -> PathBuf {
+        let folder = self.path("bin/bin");
+        fs::create_dir_all(&folder).expect("a folder");
+        let program = folder.join("qrm");
+        fs::copy(env!("CARGO_BIN_EXE_qrm"), &program).expect("copied");
+        program
+    }
+
+    fn cached(&self) -> Vec<PathBuf> {
+        let entries = fs::read_dir(self.path("cache")).expect("the cache");
+        entries.map(|entry| entry.expect("an entry").path()).collect()
+    }
+}
+
+fn program() -> PathBuf {
+    PathBuf::from(env!("CARGO_BIN_EXE_qrm"))
+}
+
+fn stdout(output: &Output) -> String {
+    assert!(output.status.success(), "{}", stderr(output));
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+#[test]
+fn a_file_gives_the_table_of_the_compiled_scene() {
+    let place = Workplace::new();
+    for scene in ["quick-return", "shaper", "andrews"] {
+        place.copy(scene, "mine");
+        let said = stdout(&place.qrm(&program(), &["run", "mine.toml", "--out", "file"]));
+        assert!(said.contains("; interpreted: compiled, it would be about 6 times as fast"), "{said}");
+        assert!(!said.contains("Symbolica"), "{said}");
+        let said = stdout(&place.qrm(&program(), &["run", scene, "--out", "built"]));
+        assert!(!said.contains("interpreted"), "{said}");
+        let table = |folder: &str| fs::read(place.path(folder).join("trajectory.csv")).expect("a table");
+        assert!(table("file") == table("built"), "{scene}");
+        let summary = |folder: &str| -> serde_json::Value {
+            let text = fs::read_to_string(place.path(folder).join("summary.json")).expect("a summary");
+            serde_json::from_str(&text).expect("JSON")
+        };
+        assert_eq!(summary("file")["estimated_error"], summary("built")["estimated_error"]);
+        assert_eq!((&summary("file")["interpreted"], &summary("built")["interpreted"]), (&true.into(), &false.into()));
+    }
+}
+
+#[test]
+fn a_derived_scene_needs_no_engine() {
+    let place = Workplace::new();
+    place.copy("four-bar", "mine");
+    let lonely = place.lonely_program();
+    let refused = place.qrm(&lonely, &["run", "mine.toml"]);
+    assert_eq!(refused.status.code(), Some(2));
+    let said = stderr(&refused);
+    assert!(said.starts_with("error: mine.toml has not been derived yet, and the symbolic engine"), "{said}");
+    stdout(&place.qrm(&program(), &["run", "mine.toml"]));
+    stdout(&place.qrm(&lonely, &["run", "mine.toml"]));
+    // A scene of the program is compiled, whatever its file is called.
+    let text = fs::read_to_string(format!("{}/scenes/pendulum.toml", env!("CARGO_MANIFEST_DIR"))).expect("a scene");
+    fs::write(place.path("copy.toml"), text).expect("written");
+    assert!(!stdout(&place.qrm(&lonely, &["run", "./copy.toml"])).contains("interpreted"));
+}
+
+#[test]
+fn a_damaged_cache_is_made_anew() {
+    let place = Workplace::new();
+    place.copy("pendulum", "mine");
+    let first = stdout(&place.qrm(&program(), &["code", "mine.toml", "C_q"]));
+    let cached = place.cached();
+    let [cached] = &cached[..] else { panic!("one scene is kept: {cached:?}") };
+    let whole = fs::read(cached).expect("bytes");
+    let mut changed = whole.clone();
+    changed[whole.len() / 2] ^= 1;
+    for damaged in [&whole[..whole.len() / 2], &changed, b""] {
+        fs::write(cached, damaged).expect("written");
+        assert_eq!(stdout(&place.qrm(&program(), &["code", "mine.toml", "C_q"])), first);
+        assert_eq!(fs::read(cached).expect("bytes"), whole);
+    }
+}
+
+#[test]
+fn every_command_takes_a_file() {
+    let place = Workplace::new();
+    place.copy("quick-return-loaded", "mine");
+    let commands: [&[&str]; 10] = [
+        &["check"],
+        &["explain"],
+        &["code"],
+        &["derive", "--out", "out"],
+        &["animate", "--no-gif"],
+        &["report"],
+        &["accuracy"],
+        &["stability", "--no-extremes"],
+        &["sensitivity", "--param", "O2A"],
+        &["sweep", "--vary", "O2A=0.18:0.22:5"],
+    ];
+    for command in commands {
+        let arguments = [&command[..1], &["mine.toml"], &command[1..]].concat();
+        stdout(&place.qrm(&program(), &arguments));
+    }
+    let refused = place.qrm(&program(), &["export-fmu", "mine.toml"]);
+    let expected = "error: units of FMI hold compiled code, and a scene file is interpreted\n";
+    assert!(stderr(&refused).starts_with(expected), "{}", stderr(&refused));
+}
+
+#[test]
+fn what_is_no_scene_is_refused() {
+    let place = Workplace::new();
+    fs::create_dir(place.path("folder.toml")).expect("a folder");
+    fs::write(place.path("noise.toml"), vec![0xa5; 10_000_000]).expect("written");
+    let whole = fs::read_to_string(place.copy("quick-return", "mine")).expect("a scene");
+    fs::write(place.path("half.toml"), &whole[..whole.len() / 2]).expect("written");
+    let cases = [
+        ("missing.toml", "error: the scene cannot be read: "),
+        ("folder.toml", "error: the scene cannot be read: "),
+        ("noise.toml", "error: the scene is not UTF-8 text"),
+        ("half.toml", "error: "),
+        ("mime", "error: there is no scene `mime`"),
+    ];
+    for (file, expected) in cases {
+        let refused = place.qrm(&program(), &["run", file]);
+        assert_eq!(refused.status.code(), Some(2), "{file}: {}", stderr(&refused));
+        assert!(stderr(&refused).starts_with(expected), "{file}: {}", stderr(&refused));
+    }
+    // Nothing of it started the engine.
+    assert!(!place.path("cache").exists() || place.cached().is_empty());
+}
