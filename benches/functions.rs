@@ -14,7 +14,7 @@ use std::process::ExitCode;
 
 use nalgebra::{SMatrix, SVector};
 use num_dual::Dual64;
-use qrm_core::{Angles, DoubleDouble, Dual, Dynamics, Kernel, Model, Scalar, TapeEvaluator};
+use qrm_core::{Angles, DoubleDouble, Dual, Dynamics, Equations, Kernel, Model, Scalar, TapeEvaluator};
 use qrm_model::quick_return::{self, Parameters, QuickReturn};
 use qrm_sim::solve::Solver;
 
@@ -58,7 +58,7 @@ fn by_kernel<K: Kernel<R, 3, 2>, R: Scalar>(kernel: &K, angles: &Angles<R, 3>) -
 }
 
 /// The operations of that.
-fn kernel_operations<K: Kernel<Counting, 3, 2>>() -> Option<usize> {
+fn kernel_operations<K: Equations<Counting, 3, 2>>() -> Option<usize> {
     let values = values();
     let kernel = K::with_values(&|i| Counting(values[i]));
     let angles = Angles::new(&Q.map(Counting), [true; 3]);

@@ -2,6 +2,7 @@
 //!
 //! `cargo bench --bench interpreted`
 
+#[allow(dead_code, reason = "other benches count instructions")]
 mod measure;
 
 use std::hint::black_box;

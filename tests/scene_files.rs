@@ -133,7 +133,7 @@ fn every_command_takes_a_file() {
         &["report"],
         &["accuracy"],
         &["stability", "--no-extremes"],
-        &["sensitivity", "--param", "O2A"],
+        &["sensitivity", "--by", "O2A"],
         &["sweep", "--vary", "O2A=0.18:0.22:5"],
     ];
     for command in commands {

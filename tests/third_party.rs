@@ -46,8 +46,16 @@ fn cargo(arguments: &[&str]) -> String {
 fn linked() -> BTreeSet<(String, String)> {
     let mut linked = BTreeSet::new();
     for system in SYSTEMS {
-        let tree =
-            ["tree", "--locked", "--package=qrm", "--edges=normal,no-proc-macro", "--prefix=none", "--target", system];
+        let tree = [
+            "tree",
+            "--locked",
+            "--package=qrm",
+            "--no-default-features",
+            "--edges=normal,no-proc-macro",
+            "--prefix=none",
+            "--target",
+            system,
+        ];
         for line in cargo(&tree).lines() {
             let mut words = line.split(' ');
             if let (Some(name), Some(version)) = (words.next(), words.next())

@@ -899,38 +899,39 @@ pub static TAPE: qrm_core::Tape = {
             operations: 35,
             has_angle: &[true, true],
             position: TapeFunction {
-            operations: &[
-                Mul(11, 12), MulAdd(13, 14, 28), Mul(16, 29), Mul(27, 30), Add(11, 12), Mul(0, 32), Add(13, 14),
-                Mul(0, 34), Mul(17, 11), NegMulAdd(30, 31, 16), Recip(37), Mul(16, 38), Abs(39),
-            ],
-            results: &[40],
-        },
+                operations: &[
+                    Mul(11, 12), MulAdd(13, 14, 28), Mul(16, 29), Mul(27, 30), Add(11, 12), Mul(0, 32), Add(13, 14),
+                    Mul(0, 34), Mul(17, 11), NegMulAdd(30, 31, 16), Recip(37), Mul(16, 38), Abs(39),
+                ],
+                results: &[40],
+            },
             velocity_residual: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
+                operations: &[],
+                results: &[],
+            },
             correction: TapeFunction {
-            operations: &[],
-            results: &[21, 21],
-        },
+                operations: &[],
+                results: &[21, 21],
+            },
             accelerations: TapeFunction {
-            operations: &[
-                Mul(7, 7), Mul(8, 8), Mul(11, 41), MulAdd(12, 42, 43), Mul(15, 44), Mul(13, 41), MulAdd(14, 42, 46),
-                MulAdd(15, 47, 18), Mul(0, 45), Mul(0, 48), Mul(14, 49), NegMulAdd(13, 49, 36), NegMulAdd(12, 50, 51),
-                MulAdd(11, 50, 52), MulAdd(31, 54, 53), Mul(38, 55), Mul(27, 54), MulAdd(31, 56, 57), Neg(58),
-            ],
-            results: &[59, 56],
-        },
+                operations: &[
+                    Mul(7, 7), Mul(8, 8), Mul(11, 41), MulAdd(12, 42, 43), Mul(15, 44), Mul(13, 41),
+                    MulAdd(14, 42, 46), MulAdd(15, 47, 18), Mul(0, 45), Mul(0, 48), Mul(14, 49), NegMulAdd(13, 49, 36),
+                    NegMulAdd(12, 50, 51), MulAdd(11, 50, 52), MulAdd(31, 54, 53), Mul(38, 55), Mul(27, 54),
+                    MulAdd(31, 56, 57), Neg(58),
+                ],
+                results: &[59, 56],
+            },
             multipliers: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
+                operations: &[],
+                results: &[],
+            },
             outputs: TapeFunction {
-            operations: &[Neg(35)],
-            results: &[33, 60],
-        },
+                operations: &[Neg(35)],
+                results: &[33, 60],
+            },
         },
     }
 };
 
-// Hash of this file and its derivation: 70ab1838901f8aa7
+// Hash of this file and its derivation: 02e2600df69e1a8d

@@ -893,37 +893,37 @@ pub static TAPE: qrm_core::Tape = {
             operations: 20,
             has_angle: &[false, false],
             position: TapeFunction {
-            operations: &[
-                Mul(19, 4), Mul(19, 5), Mul(4, 4), MulAdd(5, 5, 30), NegMulAdd(20, 31, 24), Mul(19, 32), Neg(33),
-                Recip(28), Mul(29, 35), Mul(0, 36), MulAdd(36, 37, 0), Recip(38), Abs(36),
-            ],
-            results: &[40, 34],
-        },
+                operations: &[
+                    Mul(19, 4), Mul(19, 5), Mul(4, 4), MulAdd(5, 5, 30), NegMulAdd(20, 31, 24), Mul(19, 32), Neg(33),
+                    Recip(28), Mul(29, 35), Mul(0, 36), MulAdd(36, 37, 0), Recip(38), Abs(36),
+                ],
+                results: &[40, 34],
+            },
             velocity_residual: TapeFunction {
-            operations: &[Mul(6, 28), MulAdd(7, 29, 41)],
-            results: &[42],
-        },
+                operations: &[Mul(6, 28), MulAdd(7, 29, 41)],
+                results: &[42],
+            },
             correction: TapeFunction {
-            operations: &[Mul(15, 35), Mul(43, 37), Mul(44, 39), NegMulAdd(36, 45, 43), Neg(46), Neg(45)],
-            results: &[47, 48],
-        },
+                operations: &[Mul(15, 35), Mul(43, 37), Mul(44, 39), NegMulAdd(36, 45, 43), Neg(46), Neg(45)],
+                results: &[47, 48],
+            },
             accelerations: TapeFunction {
-            operations: &[
-                Mul(6, 6), MulAdd(7, 7, 49), Mul(19, 50), Mul(51, 35), MulAdd(52, 37, 17), Mul(53, 39),
-                NegMulAdd(36, 54, 52), Neg(55), Neg(54),
-            ],
-            results: &[56, 57],
-        },
+                operations: &[
+                    Mul(6, 6), MulAdd(7, 7, 49), Mul(19, 50), Mul(51, 35), MulAdd(52, 37, 17), Mul(53, 39),
+                    NegMulAdd(36, 54, 52), Neg(55), Neg(54),
+                ],
+                results: &[56, 57],
+            },
             multipliers: TapeFunction {
-            operations: &[Mul(0, 35), Mul(58, 55)],
-            results: &[59],
-        },
+                operations: &[Mul(0, 35), Mul(58, 55)],
+                results: &[59],
+            },
             outputs: TapeFunction {
-            operations: &[Mul(26, 10), Mul(60, 31)],
-            results: &[61],
-        },
+                operations: &[Mul(26, 10), Mul(60, 31)],
+                results: &[61],
+            },
         },
     }
 };
 
-// Hash of this file and its derivation: 7a9f016fc8f2bb95
+// Hash of this file and its derivation: 7e7d1cc92b954bc5

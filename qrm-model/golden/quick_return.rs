@@ -1681,59 +1681,59 @@ pub static TAPE: qrm_core::Tape = {
             operations: 107,
             has_angle: &[true, true, true],
             position: TapeFunction {
-            operations: &[
-                MulAdd(69, 28, 53), Mul(38, 31), Mul(0, 31), Mul(1, 29), Mul(2, 30), Mul(0, 28), Mul(1, 32),
-                Mul(2, 33), Mul(47, 29), MulAdd(84, 29, 46), Mul(57, 29), Mul(55, 32), Mul(87, 33), MulAdd(86, 30, 88),
-                Mul(52, 30), MulAdd(90, 30, 51), Add(82, 83), Mul(32, 30), Add(3, 81), Mul(78, 29), Sqrt(76),
-                Recip(76), Recip(29), Recip(83), NegMulAdd(32, 96, 78), Sub(79, 6), NegMulAdd(29, 33, 93),
-                NegMulAdd(32, 94, 95), Mul(97, 96), Mul(77, 104), Add(101, 80), MulAdd(32, 105, 81), Mul(29, 96),
-                Mul(98, 104), Mul(109, 107), Mul(82, 99), Mul(111, 110), Mul(82, 109), Mul(85, 110), Mul(89, 110),
-                Mul(55, 102), Mul(32, 103), NegMulAdd(89, 112, 114), NegMulAdd(91, 112, 115), NegMulAdd(117, 104, 29),
-                Abs(110), Abs(112), Max(121, 122), Abs(113), Max(123, 124), MulAdd(110, 118, 40),
-                NegMulAdd(112, 119, 126), Recip(127),
-            ],
-            results: &[125, 100, 106],
-        },
+                operations: &[
+                    MulAdd(69, 28, 53), Mul(38, 31), Mul(0, 31), Mul(1, 29), Mul(2, 30), Mul(0, 28), Mul(1, 32),
+                    Mul(2, 33), Mul(47, 29), MulAdd(84, 29, 46), Mul(57, 29), Mul(55, 32), Mul(87, 33),
+                    MulAdd(86, 30, 88), Mul(52, 30), MulAdd(90, 30, 51), Add(82, 83), Mul(32, 30), Add(3, 81),
+                    Mul(78, 29), Sqrt(76), Recip(76), Recip(29), Recip(83), NegMulAdd(32, 96, 78), Sub(79, 6),
+                    NegMulAdd(29, 33, 93), NegMulAdd(32, 94, 95), Mul(97, 96), Mul(77, 104), Add(101, 80),
+                    MulAdd(32, 105, 81), Mul(29, 96), Mul(98, 104), Mul(109, 107), Mul(82, 99), Mul(111, 110),
+                    Mul(82, 109), Mul(85, 110), Mul(89, 110), Mul(55, 102), Mul(32, 103), NegMulAdd(89, 112, 114),
+                    NegMulAdd(91, 112, 115), NegMulAdd(117, 104, 29), Abs(110), Abs(112), Max(121, 122), Abs(113),
+                    Max(123, 124), MulAdd(110, 118, 40), NegMulAdd(112, 119, 126), Recip(127),
+                ],
+                results: &[125, 100, 106],
+            },
             velocity_residual: TapeFunction {
-            operations: &[Mul(20, 107), Mul(21, 82), MulAdd(22, 83, 130), NegMulAdd(21, 108, 129), Neg(132)],
-            results: &[133, 131],
-        },
+                operations: &[Mul(20, 107), Mul(21, 82), MulAdd(22, 83, 130), NegMulAdd(21, 108, 129), Neg(132)],
+                results: &[133, 131],
+            },
             correction: TapeFunction {
-            operations: &[
-                Mul(34, 109), Mul(134, 118), NegMulAdd(82, 134, 35), Mul(99, 136), MulAdd(137, 119, 135),
-                Mul(138, 128), MulAdd(112, 139, 137), NegMulAdd(110, 139, 134), Neg(141), Neg(140),
-            ],
-            results: &[139, 142, 143],
-        },
+                operations: &[
+                    Mul(34, 109), Mul(134, 118), NegMulAdd(82, 134, 35), Mul(99, 136), MulAdd(137, 119, 135),
+                    Mul(138, 128), MulAdd(112, 139, 137), NegMulAdd(110, 139, 134), Neg(141), Neg(140),
+                ],
+                results: &[139, 142, 143],
+            },
             accelerations: TapeFunction {
-            operations: &[
-                Mul(21, 21), Mul(22, 22), Mul(20, 20), Mul(20, 105), Mul(38, 28), Mul(148, 146), MulAdd(147, 147, 149),
-                Mul(104, 150), MulAdd(144, 96, 151), Mul(62, 29), Mul(153, 21), Mul(78, 146), Mul(144, 79),
-                MulAdd(80, 145, 156), Mul(144, 82), MulAdd(145, 83, 158), MulAdd(10, 159, 14), Mul(145, 116),
-                Mul(144, 116), MulAdd(80, 160, 162), NegMulAdd(154, 147, 155), NegMulAdd(32, 152, 164),
-                NegMulAdd(79, 160, 161), Mul(109, 165), Mul(166, 110), MulAdd(163, 112, 168), NegMulAdd(82, 167, 157),
-                NegMulAdd(118, 167, 169), Mul(99, 170), NegMulAdd(119, 172, 171), Mul(128, 173), MulAdd(110, 174, 167),
-                NegMulAdd(112, 174, 172),
-            ],
-            results: &[174, 175, 176],
-        },
+                operations: &[
+                    Mul(21, 21), Mul(22, 22), Mul(20, 20), Mul(20, 105), Mul(38, 28), Mul(148, 146),
+                    MulAdd(147, 147, 149), Mul(104, 150), MulAdd(144, 96, 151), Mul(62, 29), Mul(153, 21),
+                    Mul(78, 146), Mul(144, 79), MulAdd(80, 145, 156), Mul(144, 82), MulAdd(145, 83, 158),
+                    MulAdd(10, 159, 14), Mul(145, 116), Mul(144, 116), MulAdd(80, 160, 162), NegMulAdd(154, 147, 155),
+                    NegMulAdd(32, 152, 164), NegMulAdd(79, 160, 161), Mul(109, 165), Mul(166, 110),
+                    MulAdd(163, 112, 168), NegMulAdd(82, 167, 157), NegMulAdd(118, 167, 169), Mul(99, 170),
+                    NegMulAdd(119, 172, 171), Mul(128, 173), MulAdd(110, 174, 167), NegMulAdd(112, 174, 172),
+                ],
+                results: &[174, 175, 176],
+            },
             multipliers: TapeFunction {
-            operations: &[
-                MulAdd(89, 175, 163), MulAdd(91, 176, 177), Mul(99, 178), NegMulAdd(85, 175, 166),
-                NegMulAdd(89, 176, 180), Neg(179), MulAdd(82, 179, 181), Mul(109, 183),
-            ],
-            results: &[184, 182],
-        },
+                operations: &[
+                    MulAdd(89, 175, 163), MulAdd(91, 176, 177), Mul(99, 178), NegMulAdd(85, 175, 166),
+                    NegMulAdd(89, 176, 180), Neg(179), MulAdd(82, 179, 181), Mul(109, 183),
+                ],
+                results: &[184, 182],
+            },
             outputs: TapeFunction {
-            operations: &[
-                Mul(79, 21), MulAdd(80, 22, 185), Mul(33, 22), Mul(30, 25), MulAdd(187, 22, 188), Mul(32, 21),
-                Mul(29, 24), MulAdd(190, 21, 191), Mul(1, 192), MulAdd(2, 189, 193), Mul(77, 20), Mul(195, 104),
-                Mul(26, 120), Neg(27), Neg(186), Neg(194),
-            ],
-            results: &[92, 199, 200, 196, 197, 198],
-        },
+                operations: &[
+                    Mul(79, 21), MulAdd(80, 22, 185), Mul(33, 22), Mul(30, 25), MulAdd(187, 22, 188), Mul(32, 21),
+                    Mul(29, 24), MulAdd(190, 21, 191), Mul(1, 192), MulAdd(2, 189, 193), Mul(77, 20), Mul(195, 104),
+                    Mul(26, 120), Neg(27), Neg(186), Neg(194),
+                ],
+                results: &[92, 199, 200, 196, 197, 198],
+            },
         },
     }
 };
 
-// Hash of this file and its derivation: 3951ddb01d9fa291
+// Hash of this file and its derivation: 361b010e54c0ca59

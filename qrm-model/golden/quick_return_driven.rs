@@ -1894,55 +1894,55 @@ pub static TAPE: qrm_core::Tape = {
             operations: 84,
             has_angle: &[true, true, true],
             position: TapeFunction {
-            operations: &[
-                MulAdd(73, 29, 57), Mul(40, 32), Mul(0, 32), Mul(1, 30), Mul(2, 31), Mul(0, 29), Mul(1, 33),
-                Mul(2, 34), Mul(50, 30), MulAdd(98, 30, 49), Mul(59, 30), Mul(58, 33), Mul(101, 34),
-                MulAdd(100, 31, 102), Mul(56, 31), MulAdd(104, 31, 55), Add(96, 97), Mul(33, 31), Add(3, 95),
-                Mul(92, 30), Sub(93, 6), NegMulAdd(15, 16, 17), NegMulAdd(30, 34, 107), NegMulAdd(33, 108, 109),
-                Sqrt(90), Recip(90), Recip(97), Recip(30), Mul(115, 114), Mul(91, 118), Add(110, 94),
-                MulAdd(33, 119, 95), Mul(30, 114), Mul(96, 116), Mul(117, 118), Mul(124, 121), Mul(96, 124),
-                Mul(58, 112), Mul(33, 113), NegMulAdd(33, 114, 92), NegMulAdd(128, 118, 30), Abs(126), Abs(121),
-                Max(131, 132),
-            ],
-            results: &[133, 129, 120, 111],
-        },
+                operations: &[
+                    MulAdd(73, 29, 57), Mul(40, 32), Mul(0, 32), Mul(1, 30), Mul(2, 31), Mul(0, 29), Mul(1, 33),
+                    Mul(2, 34), Mul(50, 30), MulAdd(98, 30, 49), Mul(59, 30), Mul(58, 33), Mul(101, 34),
+                    MulAdd(100, 31, 102), Mul(56, 31), MulAdd(104, 31, 55), Add(96, 97), Mul(33, 31), Add(3, 95),
+                    Mul(92, 30), Sub(93, 6), NegMulAdd(15, 16, 17), NegMulAdd(30, 34, 107), NegMulAdd(33, 108, 109),
+                    Sqrt(90), Recip(90), Recip(97), Recip(30), Mul(115, 114), Mul(91, 118), Add(110, 94),
+                    MulAdd(33, 119, 95), Mul(30, 114), Mul(96, 116), Mul(117, 118), Mul(124, 121), Mul(96, 124),
+                    Mul(58, 112), Mul(33, 113), NegMulAdd(33, 114, 92), NegMulAdd(128, 118, 30), Abs(126), Abs(121),
+                    Max(131, 132),
+                ],
+                results: &[133, 129, 120, 111],
+            },
             velocity_residual: TapeFunction {
-            operations: &[
-                Mul(20, 121), Mul(21, 96), MulAdd(22, 97, 135), NegMulAdd(21, 122, 134), Neg(137), Sub(20, 15),
-            ],
-            results: &[138, 136, 139],
-        },
+                operations: &[
+                    Mul(20, 121), Mul(21, 96), MulAdd(22, 97, 135), NegMulAdd(21, 122, 134), Neg(137), Sub(20, 15),
+                ],
+                results: &[138, 136, 139],
+            },
             correction: TapeFunction {
-            operations: &[
-                Mul(35, 124), MulAdd(37, 125, 140), Mul(36, 116), NegMulAdd(123, 141, 142), Neg(37), Neg(141),
-                Neg(143),
-            ],
-            results: &[144, 145, 146],
-        },
+                operations: &[
+                    Mul(35, 124), MulAdd(37, 125, 140), Mul(36, 116), NegMulAdd(123, 141, 142), Neg(37), Neg(141),
+                    Neg(143),
+                ],
+                results: &[144, 145, 146],
+            },
             accelerations: TapeFunction {
-            operations: &[
-                Mul(21, 21), Mul(22, 22), Mul(20, 20), Mul(20, 119), Mul(40, 29), Mul(151, 149), MulAdd(150, 150, 152),
-                Mul(118, 153), MulAdd(147, 114, 154), Mul(64, 30), Mul(156, 21), Mul(92, 149), Mul(147, 93),
-                MulAdd(94, 148, 159), Mul(160, 116), NegMulAdd(157, 150, 158), NegMulAdd(33, 155, 162), Mul(124, 163),
-                NegMulAdd(123, 164, 161),
-            ],
-            results: &[67, 164, 165],
-        },
+                operations: &[
+                    Mul(21, 21), Mul(22, 22), Mul(20, 20), Mul(20, 119), Mul(40, 29), Mul(151, 149),
+                    MulAdd(150, 150, 152), Mul(118, 153), MulAdd(147, 114, 154), Mul(64, 30), Mul(156, 21),
+                    Mul(92, 149), Mul(147, 93), MulAdd(94, 148, 159), Mul(160, 116), NegMulAdd(157, 150, 158),
+                    NegMulAdd(33, 155, 162), Mul(124, 163), NegMulAdd(123, 164, 161),
+                ],
+                results: &[67, 164, 165],
+            },
             multipliers: TapeFunction {
-            operations: &[
-                Mul(147, 96), MulAdd(148, 97, 166), MulAdd(10, 167, 14), Mul(148, 127), Mul(147, 127),
-                MulAdd(94, 168, 170), MulAdd(103, 164, 171), MulAdd(105, 165, 172), Mul(116, 173),
-                NegMulAdd(93, 168, 169), NegMulAdd(99, 164, 175), NegMulAdd(103, 165, 176), Neg(174),
-                MulAdd(123, 173, 177), Mul(125, 179), Mul(124, 179),
-            ],
-            results: &[181, 178, 180],
-        },
+                operations: &[
+                    Mul(147, 96), MulAdd(148, 97, 166), MulAdd(10, 167, 14), Mul(148, 127), Mul(147, 127),
+                    MulAdd(94, 168, 170), MulAdd(103, 164, 171), MulAdd(105, 165, 172), Mul(116, 173),
+                    NegMulAdd(93, 168, 169), NegMulAdd(99, 164, 175), NegMulAdd(103, 165, 176), Neg(174),
+                    MulAdd(123, 173, 177), Mul(125, 179), Mul(124, 179),
+                ],
+                results: &[181, 178, 180],
+            },
             outputs: TapeFunction {
-            operations: &[Mul(93, 21), MulAdd(94, 22, 182), Mul(26, 130), Neg(28), Neg(27), Neg(183)],
-            results: &[185, 106, 187, 184, 186],
-        },
+                operations: &[Mul(93, 21), MulAdd(94, 22, 182), Mul(26, 130), Neg(28), Neg(27), Neg(183)],
+                results: &[185, 106, 187, 184, 186],
+            },
         },
     }
 };
 
-// Hash of this file and its derivation: 5f34e07d0d258a3b
+// Hash of this file and its derivation: af959b5dfc57412f

@@ -2295,62 +2295,63 @@ pub static TAPE: qrm_core::Tape = {
             operations: 129,
             has_angle: &[true, true, true],
             position: TapeFunction {
-            operations: &[
-                MulAdd(108, 35, 74), Mul(45, 38), Mul(0, 38), Mul(1, 36), Mul(2, 37), Mul(0, 35), Mul(1, 39),
-                Mul(2, 40), Mul(56, 36), MulAdd(136, 36, 55), Mul(75, 39), Mul(76, 36), Mul(40, 138),
-                MulAdd(139, 37, 140), Mul(92, 37), MulAdd(142, 37, 61), Add(134, 135), Mul(84, 39), Mul(75, 36),
-                Add(3, 133), Mul(130, 36), Sub(131, 6), Sub(134, 22), NegMulAdd(94, 38, 16), NegMulAdd(39, 147, 148),
-                Sqrt(128), Recip(128), Recip(36), Recip(135), Mul(154, 153), Mul(129, 157), Add(149, 132),
-                MulAdd(39, 158, 133), Mul(36, 153), Mul(155, 157), Mul(162, 160), Mul(134, 156), Mul(164, 163),
-                Mul(134, 162), Mul(137, 163), Mul(141, 163), Add(150, 135), Mul(18, 169), Mul(39, 152),
-                NegMulAdd(39, 153, 130), NegMulAdd(141, 165, 167), NegMulAdd(143, 165, 168), NegMulAdd(171, 157, 36),
-                Abs(163), Abs(165), Max(176, 177), Abs(166), Max(178, 179), MulAdd(163, 173, 48),
-                NegMulAdd(165, 174, 181), Recip(182),
-            ],
-            results: &[180, 172, 159],
-        },
+                operations: &[
+                    MulAdd(108, 35, 74), Mul(45, 38), Mul(0, 38), Mul(1, 36), Mul(2, 37), Mul(0, 35), Mul(1, 39),
+                    Mul(2, 40), Mul(56, 36), MulAdd(136, 36, 55), Mul(75, 39), Mul(76, 36), Mul(40, 138),
+                    MulAdd(139, 37, 140), Mul(92, 37), MulAdd(142, 37, 61), Add(134, 135), Mul(84, 39), Mul(75, 36),
+                    Add(3, 133), Mul(130, 36), Sub(131, 6), Sub(134, 22), NegMulAdd(94, 38, 16),
+                    NegMulAdd(39, 147, 148), Sqrt(128), Recip(128), Recip(36), Recip(135), Mul(154, 153),
+                    Mul(129, 157), Add(149, 132), MulAdd(39, 158, 133), Mul(36, 153), Mul(155, 157), Mul(162, 160),
+                    Mul(134, 156), Mul(164, 163), Mul(134, 162), Mul(137, 163), Mul(141, 163), Add(150, 135),
+                    Mul(18, 169), Mul(39, 152), NegMulAdd(39, 153, 130), NegMulAdd(141, 165, 167),
+                    NegMulAdd(143, 165, 168), NegMulAdd(171, 157, 36), Abs(163), Abs(165), Max(176, 177), Abs(166),
+                    Max(178, 179), MulAdd(163, 173, 48), NegMulAdd(165, 174, 181), Recip(182),
+                ],
+                results: &[180, 172, 159],
+            },
             velocity_residual: TapeFunction {
-            operations: &[Mul(27, 160), Mul(28, 134), MulAdd(29, 135, 185), NegMulAdd(28, 161, 184), Neg(187)],
-            results: &[188, 186],
-        },
+                operations: &[Mul(27, 160), Mul(28, 134), MulAdd(29, 135, 185), NegMulAdd(28, 161, 184), Neg(187)],
+                results: &[188, 186],
+            },
             correction: TapeFunction {
-            operations: &[
-                Mul(41, 162), Mul(189, 173), NegMulAdd(134, 189, 42), Mul(156, 191), MulAdd(192, 174, 190),
-                Mul(193, 183), MulAdd(165, 194, 192), NegMulAdd(163, 194, 189), Neg(196), Neg(195),
-            ],
-            results: &[194, 197, 198],
-        },
+                operations: &[
+                    Mul(41, 162), Mul(189, 173), NegMulAdd(134, 189, 42), Mul(156, 191), MulAdd(192, 174, 190),
+                    Mul(193, 183), MulAdd(165, 194, 192), NegMulAdd(163, 194, 189), Neg(196), Neg(195),
+                ],
+                results: &[194, 197, 198],
+            },
             accelerations: TapeFunction {
-            operations: &[
-                Mul(28, 28), Mul(29, 29), Mul(27, 27), Mul(27, 158), Mul(45, 35), Mul(203, 201), MulAdd(202, 202, 204),
-                Mul(157, 205), MulAdd(199, 153, 206), Mul(98, 36), Mul(208, 28), Mul(130, 201), Mul(199, 131),
-                MulAdd(132, 200, 211), Mul(199, 134), MulAdd(200, 135, 213), Mul(28, 131), MulAdd(29, 132, 215),
-                Mul(75, 37), Mul(40, 200), Mul(218, 146), Mul(37, 199), Mul(220, 138), NegMulAdd(209, 202, 210),
-                NegMulAdd(39, 207, 222), Sub(15, 170), NegMulAdd(217, 200, 95), NegMulAdd(199, 146, 83),
-                MulAdd(19, 216, 224), MulAdd(10, 214, 227), MulAdd(39, 225, 219), Add(145, 229), MulAdd(131, 228, 230),
-                MulAdd(40, 226, 221), MulAdd(132, 228, 232), Mul(162, 223), NegMulAdd(134, 234, 212),
-                NegMulAdd(231, 163, 151), Mul(156, 235), MulAdd(233, 165, 236), NegMulAdd(173, 234, 238),
-                NegMulAdd(174, 237, 239), Mul(183, 240), MulAdd(163, 241, 234), NegMulAdd(165, 241, 237),
-            ],
-            results: &[241, 242, 243],
-        },
+                operations: &[
+                    Mul(28, 28), Mul(29, 29), Mul(27, 27), Mul(27, 158), Mul(45, 35), Mul(203, 201),
+                    MulAdd(202, 202, 204), Mul(157, 205), MulAdd(199, 153, 206), Mul(98, 36), Mul(208, 28),
+                    Mul(130, 201), Mul(199, 131), MulAdd(132, 200, 211), Mul(199, 134), MulAdd(200, 135, 213),
+                    Mul(28, 131), MulAdd(29, 132, 215), Mul(75, 37), Mul(40, 200), Mul(218, 146), Mul(37, 199),
+                    Mul(220, 138), NegMulAdd(209, 202, 210), NegMulAdd(39, 207, 222), Sub(15, 170),
+                    NegMulAdd(217, 200, 95), NegMulAdd(199, 146, 83), MulAdd(19, 216, 224), MulAdd(10, 214, 227),
+                    MulAdd(39, 225, 219), Add(145, 229), MulAdd(131, 228, 230), MulAdd(40, 226, 221),
+                    MulAdd(132, 228, 232), Mul(162, 223), NegMulAdd(134, 234, 212), NegMulAdd(231, 163, 151),
+                    Mul(156, 235), MulAdd(233, 165, 236), NegMulAdd(173, 234, 238), NegMulAdd(174, 237, 239),
+                    Mul(183, 240), MulAdd(163, 241, 234), NegMulAdd(165, 241, 237),
+                ],
+                results: &[241, 242, 243],
+            },
             multipliers: TapeFunction {
-            operations: &[
-                MulAdd(141, 242, 233), MulAdd(143, 243, 244), Mul(156, 245), MulAdd(137, 242, 231),
-                MulAdd(141, 243, 247), NegMulAdd(134, 246, 248), Neg(246), Mul(162, 249), Neg(251),
-            ],
-            results: &[252, 250],
-        },
+                operations: &[
+                    MulAdd(141, 242, 233), MulAdd(143, 243, 244), Mul(156, 245), MulAdd(137, 242, 231),
+                    MulAdd(141, 243, 247), NegMulAdd(134, 246, 248), Neg(246), Mul(162, 249), Neg(251),
+                ],
+                results: &[252, 250],
+            },
             outputs: TapeFunction {
-            operations: &[
-                Mul(131, 28), MulAdd(132, 29, 253), Mul(40, 29), Mul(37, 32), MulAdd(255, 29, 256), Mul(39, 28),
-                Mul(36, 31), MulAdd(258, 28, 259), Mul(1, 260), MulAdd(2, 257, 261), Mul(129, 27), Mul(263, 157),
-                Mul(33, 175), Neg(34), Neg(254), Neg(262),
-            ],
-            results: &[144, 267, 268, 264, 265, 266],
-        },
+                operations: &[
+                    Mul(131, 28), MulAdd(132, 29, 253), Mul(40, 29), Mul(37, 32), MulAdd(255, 29, 256), Mul(39, 28),
+                    Mul(36, 31), MulAdd(258, 28, 259), Mul(1, 260), MulAdd(2, 257, 261), Mul(129, 27), Mul(263, 157),
+                    Mul(33, 175), Neg(34), Neg(254), Neg(262),
+                ],
+                results: &[144, 267, 268, 264, 265, 266],
+            },
         },
     }
 };
 
-// Hash of this file and its derivation: af3fa91b7f8d69e1
+// Hash of this file and its derivation: 157c9c2fa9af0a2b

@@ -1475,50 +1475,50 @@ pub static TAPE: qrm_core::Tape = {
             operations: 87,
             has_angle: &[true, false, true],
             position: TapeFunction {
-            operations: &[
-                Mul(44, 20), MulAdd(31, 22, 54), Mul(55, 55), Mul(43, 23), Mul(43, 25), Mul(22, 57), Mul(20, 58),
-                Mul(0, 23), Mul(0, 20), Add(22, 62), Mul(7, 22), NegMulAdd(44, 23, 10), NegMulAdd(31, 25, 65), Neg(58),
-                Neg(57), Sub(10, 25), Sub(69, 61), Neg(63), MulAdd(66, 66, 56), MulAdd(44, 10, 67), MulAdd(20, 73, 59),
-                MulAdd(31, 10, 68), MulAdd(22, 75, 60), Sqrt(72), Recip(72), Recip(25), Mul(78, 77), Mul(74, 80),
-                Mul(66, 80), Mul(76, 80), Mul(61, 79), Mul(22, 79), Mul(3, 84), MulAdd(84, 86, 1),
-                NegMulAdd(22, 84, 62), Sub(6, 77), Abs(88), Abs(84), Max(90, 91), Abs(85), Max(92, 93), Mul(2, 88),
-                MulAdd(88, 95, 87), Mul(4, 89), Recip(96),
-            ],
-            results: &[94, 70, 71],
-        },
+                operations: &[
+                    Mul(44, 20), MulAdd(31, 22, 54), Mul(55, 55), Mul(43, 23), Mul(43, 25), Mul(22, 57), Mul(20, 58),
+                    Mul(0, 23), Mul(0, 20), Add(22, 62), Mul(7, 22), NegMulAdd(44, 23, 10), NegMulAdd(31, 25, 65),
+                    Neg(58), Neg(57), Sub(10, 25), Sub(69, 61), Neg(63), MulAdd(66, 66, 56), MulAdd(44, 10, 67),
+                    MulAdd(20, 73, 59), MulAdd(31, 10, 68), MulAdd(22, 75, 60), Sqrt(72), Recip(72), Recip(25),
+                    Mul(78, 77), Mul(74, 80), Mul(66, 80), Mul(76, 80), Mul(61, 79), Mul(22, 79), Mul(3, 84),
+                    MulAdd(84, 86, 1), NegMulAdd(22, 84, 62), Sub(6, 77), Abs(88), Abs(84), Max(90, 91), Abs(85),
+                    Max(92, 93), Mul(2, 88), MulAdd(88, 95, 87), Mul(4, 89), Recip(96),
+                ],
+                results: &[94, 70, 71],
+            },
             velocity_residual: TapeFunction {
-            operations: &[MulAdd(14, 22, 13), MulAdd(12, 62, 99), Mul(14, 25), MulAdd(12, 61, 101), Neg(102)],
-            results: &[100, 103],
-        },
+                operations: &[MulAdd(14, 22, 13), MulAdd(12, 62, 99), Mul(14, 25), MulAdd(12, 61, 101), Neg(102)],
+                results: &[100, 103],
+            },
             correction: TapeFunction {
-            operations: &[
-                Mul(27, 79), MulAdd(22, 104, 26), Mul(105, 95), NegMulAdd(104, 86, 106), Mul(107, 98),
-                MulAdd(84, 108, 104), NegMulAdd(88, 108, 105), Neg(108), Neg(110),
-            ],
-            results: &[111, 112, 109],
-        },
+                operations: &[
+                    Mul(27, 79), MulAdd(22, 104, 26), Mul(105, 95), NegMulAdd(104, 86, 106), Mul(107, 98),
+                    MulAdd(84, 108, 104), NegMulAdd(88, 108, 105), Neg(108), Neg(110),
+                ],
+                results: &[111, 112, 109],
+            },
             accelerations: TapeFunction {
-            operations: &[
-                Mul(12, 12), Mul(14, 14), Mul(12, 81), MulAdd(13, 82, 115), MulAdd(14, 83, 116), Mul(61, 113),
-                MulAdd(25, 114, 118), Mul(62, 113), MulAdd(22, 114, 120), Mul(121, 79), MulAdd(22, 122, 119), Neg(97),
-                MulAdd(5, 117, 124), Mul(81, 125), MulAdd(83, 125, 64), NegMulAdd(82, 125, 7), NegMulAdd(122, 86, 126),
-                MulAdd(123, 95, 129), MulAdd(88, 128, 130), NegMulAdd(84, 127, 131), Mul(98, 132),
-                MulAdd(84, 133, 122), NegMulAdd(88, 133, 123), Neg(133), Neg(135),
-            ],
-            results: &[136, 137, 134],
-        },
+                operations: &[
+                    Mul(12, 12), Mul(14, 14), Mul(12, 81), MulAdd(13, 82, 115), MulAdd(14, 83, 116), Mul(61, 113),
+                    MulAdd(25, 114, 118), Mul(62, 113), MulAdd(22, 114, 120), Mul(121, 79), MulAdd(22, 122, 119),
+                    Neg(97), MulAdd(5, 117, 124), Mul(81, 125), MulAdd(83, 125, 64), NegMulAdd(82, 125, 7),
+                    NegMulAdd(122, 86, 126), MulAdd(123, 95, 129), MulAdd(88, 128, 130), NegMulAdd(84, 127, 131),
+                    Mul(98, 132), MulAdd(84, 133, 122), NegMulAdd(88, 133, 123), Neg(133), Neg(135),
+                ],
+                results: &[136, 137, 134],
+            },
             multipliers: TapeFunction {
-            operations: &[MulAdd(2, 135, 128), MulAdd(3, 134, 127), MulAdd(22, 138, 139), Mul(79, 140)],
-            results: &[138, 141],
-        },
+                operations: &[MulAdd(2, 135, 128), MulAdd(3, 134, 127), MulAdd(22, 138, 139), Mul(79, 140)],
+                results: &[138, 141],
+            },
             outputs: TapeFunction {
-            operations: &[
-                Mul(47, 13), Mul(46, 14), Mul(45, 12), Mul(144, 12), MulAdd(143, 14, 145), MulAdd(142, 13, 146),
-            ],
-            results: &[77, 147],
-        },
+                operations: &[
+                    Mul(47, 13), Mul(46, 14), Mul(45, 12), Mul(144, 12), MulAdd(143, 14, 145), MulAdd(142, 13, 146),
+                ],
+                results: &[77, 147],
+            },
         },
     }
 };
 
-// Hash of this file and its derivation: bd82f1e9de71b363
+// Hash of this file and its derivation: 1da8bc48f9165107

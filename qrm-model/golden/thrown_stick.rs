@@ -923,38 +923,38 @@ pub static TAPE: qrm_core::Tape = {
             operations: 25,
             has_angle: &[false, false, true],
             position: TapeFunction {
-            operations: &[
-                Mul(33, 17), Mul(33, 20), Mul(28, 45), Mul(28, 46), MulAdd(34, 20, 6), MulAdd(34, 17, 7), Mul(37, 20),
-                NegMulAdd(45, 47, 44), NegMulAdd(46, 48, 52), Recip(53), Mul(44, 54), Abs(55),
-            ],
-            results: &[56],
-        },
+                operations: &[
+                    Mul(33, 17), Mul(33, 20), Mul(28, 45), Mul(28, 46), MulAdd(34, 20, 6), MulAdd(34, 17, 7),
+                    Mul(37, 20), NegMulAdd(45, 47, 44), NegMulAdd(46, 48, 52), Recip(53), Mul(44, 54), Abs(55),
+                ],
+                results: &[56],
+            },
             velocity_residual: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
+                operations: &[],
+                results: &[],
+            },
             correction: TapeFunction {
-            operations: &[],
-            results: &[29, 29, 29],
-        },
+                operations: &[],
+                results: &[29, 29, 29],
+            },
             accelerations: TapeFunction {
-            operations: &[
-                Mul(11, 11), Mul(46, 57), Mul(28, 58), NegMulAdd(45, 57, 23), NegMulAdd(47, 58, 51),
-                NegMulAdd(48, 60, 61), Mul(62, 54), Mul(28, 60), NegMulAdd(48, 63, 64), NegMulAdd(47, 63, 59), Neg(65),
-                Neg(63),
-            ],
-            results: &[66, 67, 68],
-        },
+                operations: &[
+                    Mul(11, 11), Mul(46, 57), Mul(28, 58), NegMulAdd(45, 57, 23), NegMulAdd(47, 58, 51),
+                    NegMulAdd(48, 60, 61), Mul(62, 54), Mul(28, 60), NegMulAdd(48, 63, 64), NegMulAdd(47, 63, 59),
+                    Neg(65), Neg(63),
+                ],
+                results: &[66, 67, 68],
+            },
             multipliers: TapeFunction {
-            operations: &[],
-            results: &[],
-        },
+                operations: &[],
+                results: &[],
+            },
             outputs: TapeFunction {
-            operations: &[],
-            results: &[49, 50],
-        },
+                operations: &[],
+                results: &[49, 50],
+            },
         },
     }
 };
 
-// Hash of this file and its derivation: 9daea50c9c20d389
+// Hash of this file and its derivation: e763db6944a06911

@@ -23,22 +23,22 @@ pub fn text(tape: &Tape) -> String {
     field("coordinates", &tape.coordinates.to_string());
     field("constraints", &tape.constraints.to_string());
     field("is_driven", &tape.is_driven.to_string());
-    field("parameters", &function(&tape.parameters));
+    field("parameters", &function(&tape.parameters, 8));
     field("constants", &list(tape.constants, 8));
-    field("dynamics", &function(&tape.dynamics));
-    field("loop_constraints", &function(&tape.loop_constraints));
-    field("mass_matrix", &function(&tape.mass_matrix));
-    field("energy", &function(&tape.energy));
-    field("power", &function(&tape.power));
-    field("outputs", &function(&tape.outputs));
+    field("dynamics", &function(&tape.dynamics, 8));
+    field("loop_constraints", &function(&tape.loop_constraints, 8));
+    field("mass_matrix", &function(&tape.mass_matrix, 8));
+    field("energy", &function(&tape.energy, 8));
+    field("power", &function(&tape.power, 8));
+    field("outputs", &function(&tape.outputs, 8));
     let optional = |part: &Option<TapeFunction>| {
-        part.as_ref().map_or_else(|| "None".to_owned(), |part| format!("Some({})", function(part)))
+        part.as_ref().map_or_else(|| "None".to_owned(), |part| format!("Some({})", function(part, 8)))
     };
     field("linearization", &optional(&tape.linearization));
     field("event", &optional(&tape.event));
-    field("start", &function(&tape.start));
+    field("start", &function(&tape.start, 8));
     field("given", &list(tape.given, 8));
-    field("schedule", &function(&tape.schedule));
+    field("schedule", &function(&tape.schedule, 8));
     field("kernel", &kernel(&tape.kernel));
     text + "    }\n};\n"
 }
@@ -47,18 +47,20 @@ fn kernel(kernel: &TapeKernel) -> String {
     let mut text = format!("TapeKernel {{\n            operations: {},\n", kernel.operations);
     let mut field = |name: &str, value: &str| text += &format!("            {name}: {value},\n");
     field("has_angle", &list(kernel.has_angle, 12));
-    field("position", &function(&kernel.position));
-    field("velocity_residual", &function(&kernel.velocity_residual));
-    field("correction", &function(&kernel.correction));
-    field("accelerations", &function(&kernel.accelerations));
-    field("multipliers", &function(&kernel.multipliers));
-    field("outputs", &function(&kernel.outputs));
+    field("position", &function(&kernel.position, 12));
+    field("velocity_residual", &function(&kernel.velocity_residual, 12));
+    field("correction", &function(&kernel.correction, 12));
+    field("accelerations", &function(&kernel.accelerations, 12));
+    field("multipliers", &function(&kernel.multipliers, 12));
+    field("outputs", &function(&kernel.outputs, 12));
     text + "        }"
 }
 
-fn function(function: &TapeFunction) -> String {
-    let (operations, results) = (list(function.operations, 12), list(function.results, 12));
-    format!("TapeFunction {{\n            operations: {operations},\n            results: {results},\n        }}")
+/// A function, in a field that stands `indent` spaces from the margin.
+fn function(function: &TapeFunction, indent: usize) -> String {
+    let (operations, results) = (list(function.operations, indent + 4), list(function.results, indent + 4));
+    let (inner, outer) = (" ".repeat(indent + 4), " ".repeat(indent));
+    format!("TapeFunction {{\n{inner}operations: {operations},\n{inner}results: {results},\n{outer}}}")
 }
 
 /// A list, in lines as long as they may be.

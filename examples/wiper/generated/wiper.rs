@@ -40,7 +40,7 @@
 //     Jacobians of forces and constraint forces: the scene asks for no implicit method (`stiff`)
 
 use qrm_core::{
-    Angles, Description, Dynamics, Generated, Kernel, LoopConstraints,
+    Angles, Description, Dynamics, Equations, Generated, Kernel, LoopConstraints,
     ParameterDescription, QuantityDescription, Scalar, Schedule, Start,
 };
 
@@ -919,26 +919,21 @@ pub fn growth_factor<R: Scalar>(position: &Position<R>) -> R {
 
 impl<R: Scalar> Kernel<R, 3, 2> for Wiper<R> {
     type Position = Position<R>;
-    const IS_ANGLE: [bool; 3] = [true, true, true];
-
     const OPERATIONS: usize = 87;
 
     #[inline(always)]
-    fn with_values(value: &dyn Fn(usize) -> R) -> Self {
-        Self::new(Parameters {
-            a: value(0),
-            b: value(1),
-            c: value(2),
-            d: value(3),
-            J: value(4),
-            m: value(5),
-            Jr: value(6),
-            Ja: value(7),
-            stall: value(8),
-            idle: value(9),
-            friction: value(10),
-            slip: value(11),
-        })
+    fn has_angle(&self) -> [bool; 3] {
+        [true, true, true]
+    }
+
+    #[inline(always)]
+    fn is_length(&self) -> [bool; 3] {
+        [false, false, false]
+    }
+
+    #[inline(always)]
+    fn set_values(&mut self, value: &dyn Fn(usize) -> R) {
+        *self = Self::with_values(value);
     }
 
     #[inline(always)]
@@ -1001,6 +996,31 @@ impl<R: Scalar> Kernel<R, 3, 2> for Wiper<R> {
         None
     }
 
+    #[inline(always)]
+    fn power(&self, t: R, q: &[R; 3], qd: &[R; 3], _multipliers: &[R; 2]) -> R {
+        power(self, t, q, qd)
+    }
+}
+
+impl<R: Scalar> Equations<R, 3, 2> for Wiper<R> {
+    #[inline(always)]
+    fn with_values(value: &dyn Fn(usize) -> R) -> Self {
+        Self::new(Parameters {
+            a: value(0),
+            b: value(1),
+            c: value(2),
+            d: value(3),
+            J: value(4),
+            m: value(5),
+            Jr: value(6),
+            Ja: value(7),
+            stall: value(8),
+            idle: value(9),
+            friction: value(10),
+            slip: value(11),
+        })
+    }
+
     fn start(&self) -> Start<R, 3> {
         Start {
             q: [R::from_f64(0.0), R::from_f64(0.25), R::from_f64(1.6)],
@@ -1034,11 +1054,6 @@ impl<R: Scalar> Kernel<R, 3, 2> for Wiper<R> {
     #[inline(always)]
     fn energy(&self, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
         energy(self, q, qd)
-    }
-
-    #[inline(always)]
-    fn power(&self, t: R, q: &[R; 3], qd: &[R; 3], _multipliers: &[R; 2]) -> R {
-        power(self, t, q, qd)
     }
 
     #[inline(always)]
@@ -1259,75 +1274,129 @@ end_time = 2
 /// The functions as operations, for any kind of number.
 pub static TAPE: qrm_core::Tape = {
     use qrm_core::Operation::*;
-    use qrm_core::TapeFunction;
+    use qrm_core::{TapeFunction, TapeKernel};
     qrm_core::Tape {
         coordinates: 3,
         constraints: 2,
+        is_driven: false,
         parameters: TapeFunction {
             operations: &[
                 Number(0.04), Number(0.22), Number(0.06), Number(0.006), Number(0.15), Number(0.0006), Number(0.03),
                 Number(6.0), Number(7.0), Number(1.0), Number(0.1),
             ],
-            results: &[49, 50, 51, 50, 52, 53, 54, 55, 56, 57, 58, 59],
+            results: &[69, 70, 71, 70, 72, 73, 74, 75, 76, 77, 78, 79],
         },
         constants: &[
-            Number(0.5), Number(1.0), Number(0.0), Mul(0, 0), Mul(27, 5), Add(4, 28), Mul(1, 5), Mul(0, 24),
-            Mul(31, 30), Number(0.25), Mul(1, 30), Mul(33, 34), Add(6, 35), Recip(9), Mul(8, 37), Recip(11),
-            Mul(24, 29), Mul(24, 6), Number(0.125), Mul(42, 34), Add(41, 43), Mul(24, 7), Number(180.0), Pi,
-            Div(46, 47),
+            Mul(0, 0), Mul(32, 5), Add(4, 33), Mul(1, 5), Mul(1, 35), Mul(0, 5), Mul(0, 37), Add(4, 38), Mul(1, 1),
+            Mul(40, 5), Number(1.0), Recip(9), Number(0.5), Number(0.25), Recip(11), Number(0.125), Number(180.0), Pi,
+            Div(48, 49), Number(0.0), Number(1.6), Number(0.001), Number(2.0), Mul(44, 1), Mul(0, 44), Mul(56, 35),
+            Mul(45, 36), Add(6, 58), Mul(8, 43), Mul(44, 34), Mul(44, 6), Mul(47, 36), Add(62, 63), Mul(44, 7),
+            Mul(55, 37), Mul(41, 45), Add(6, 67),
         ],
         dynamics: TapeFunction {
             operations: &[
-                SinCos(13), Mul(0, 50), SinCos(14), Mul(0, 49), Mul(16, 16), Mul(55, 51), Mul(17, 17), Mul(55, 54),
-                Mul(1, 53), SinCos(15), Mul(2, 61), Mul(1, 52), Mul(2, 60), Mul(57, 59), Mul(18, 18), Mul(66, 62),
-                Add(56, 65), Sub(68, 67), Mul(57, 63), Mul(66, 64), Add(58, 70), Sub(72, 71), Mul(50, 53), Mul(49, 52),
-                Add(74, 75), Mul(32, 76), Mul(50, 52), Mul(53, 49), Sub(78, 79), Mul(32, 80), Mul(57, 81), Mul(38, 16),
-                Sub(8, 83), Add(82, 84), Mul(55, 81), Mul(39, 18), Tanh(87), Mul(10, 88), Neg(86), Neg(89), Neg(54),
-                Neg(63), Neg(62), Neg(69), Neg(73),
+                Mul(16, 16), Mul(17, 17), Mul(18, 18), Mul(60, 16), Mul(46, 18), SinCos(13), SinCos(14), SinCos(15),
+                Tanh(73), Mul(0, 75), Mul(0, 74), Mul(1, 77), Mul(2, 79), Mul(1, 76), Mul(2, 78), Mul(75, 77),
+                Mul(74, 76), Add(87, 88), Mul(57, 89), Mul(75, 76), Mul(77, 74), Mul(10, 80), Mul(69, 81), Mul(70, 83),
+                Add(94, 95), Mul(71, 84), Mul(69, 82), Mul(70, 85), Add(98, 99), Mul(71, 86), Sub(91, 92), Sub(8, 72),
+                Neg(93), Neg(82), Neg(85), Neg(84), Sub(96, 97), Neg(108), Sub(100, 101), Neg(110), Mul(57, 102),
+                Mul(70, 112), Add(113, 103), Mul(69, 112), Neg(115),
             ],
-            results: &[29, 77, 26, 77, 36, 26, 26, 26, 7, 85, 90, 91, 92, 93, 64, 51, 59, 94, 95, 96],
+            results: &[34, 90, 51, 90, 59, 51, 51, 51, 7, 114, 116, 104, 105, 106, 86, 81, 83, 107, 109, 111],
         },
         loop_constraints: TapeFunction {
             operations: &[
-                SinCos(13), Mul(0, 50), SinCos(14), Mul(0, 49), Mul(1, 53), SinCos(15), Mul(2, 57), Add(3, 58),
-                Add(51, 55), Sub(60, 59), Mul(1, 52), Mul(2, 56), Add(54, 62), Sub(64, 63), Neg(54), Neg(62), Neg(58),
+                SinCos(13), SinCos(14), SinCos(15), Mul(0, 70), Mul(0, 69), Mul(1, 72), Mul(2, 74), Mul(1, 71),
+                Mul(2, 73), Add(3, 78), Add(75, 77), Add(76, 79), Neg(76), Neg(79), Neg(78), Sub(82, 81), Sub(83, 80),
             ],
-            results: &[61, 65, 66, 67, 63, 51, 55, 68, 26, 26],
+            results: &[87, 88, 84, 85, 80, 75, 77, 86, 51, 51],
         },
         mass_matrix: TapeFunction {
-            operations: &[SinCos(13), SinCos(14), Mul(50, 52), Mul(49, 51), Add(53, 54), Mul(32, 55)],
-            results: &[29, 56, 26, 56, 36, 26, 26, 26, 7],
+            operations: &[SinCos(13), SinCos(14), Mul(70, 72), Mul(69, 71), Add(73, 74), Mul(57, 75)],
+            results: &[34, 76, 51, 76, 59, 51, 51, 51, 7],
         },
         energy: TapeFunction {
             operations: &[
-                SinCos(13), SinCos(14), Mul(17, 17), Mul(18, 18), Mul(50, 52), Mul(49, 51), Add(55, 56), Mul(32, 57),
-                Mul(17, 58), Mul(40, 16), Add(59, 60), Mul(16, 61), Mul(44, 53), Mul(45, 54), Add(62, 63), Add(65, 64),
+                Mul(17, 17), Mul(18, 18), Mul(61, 16), Mul(64, 69), Mul(65, 70), SinCos(13), SinCos(14), Mul(75, 77),
+                Mul(74, 76), Add(78, 79), Mul(57, 80), Mul(17, 81), Add(82, 71), Mul(16, 83), Add(84, 72), Add(85, 73),
             ],
-            results: &[66, 26],
+            results: &[86, 51],
         },
         power: TapeFunction {
             operations: &[
-                Mul(39, 18), Tanh(49), Mul(10, 50), Mul(37, 16), Sub(25, 52), Mul(8, 16), Mul(54, 53), Mul(18, 51),
-                Sub(55, 56),
+                Mul(46, 18), Mul(8, 16), Mul(43, 16), Sub(42, 71), Mul(70, 72), Tanh(69), Mul(10, 74), Mul(18, 75),
+                Sub(73, 76),
             ],
-            results: &[57],
+            results: &[77],
         },
         outputs: TapeFunction {
-            operations: &[Mul(38, 16), Sub(8, 49), Mul(48, 15)],
-            results: &[51, 50],
+            operations: &[Mul(60, 16), Mul(50, 15), Sub(8, 69)],
+            results: &[70, 71],
         },
         linearization: None,
         event: None,
         start: TapeFunction {
-            operations: &[Number(0.0), Number(0.25), Number(1.6)],
-            results: &[49, 50, 51, 49, 49, 49],
+            operations: &[],
+            results: &[51, 45, 52, 51, 51, 51],
         },
         given: &[true, false, false, true, false, false],
         schedule: TapeFunction {
-            operations: &[Number(0.001), Number(2.0)],
-            results: &[49, 50],
+            operations: &[],
+            results: &[53, 54],
+        },
+        kernel: TapeKernel {
+            operations: 87,
+            has_angle: &[true, true, true],
+            position: TapeFunction {
+                operations: &[
+                    Mul(50, 15), Mul(0, 27), Mul(1, 28), Mul(2, 29), Mul(0, 24), Mul(1, 25), Mul(2, 26), Add(73, 74),
+                    Mul(27, 28), MulAdd(24, 25, 77), Mul(66, 78), Mul(27, 25), Sub(70, 3), Sub(76, 75),
+                    NegMulAdd(28, 24, 80), Add(81, 71), Mul(66, 83), Sub(84, 72), Recip(74), Mul(75, 87), Mul(73, 87),
+                    Mul(71, 87), NegMulAdd(71, 88, 72), NegMulAdd(71, 89, 70), Recip(91), Abs(90), Mul(92, 93),
+                    Mul(75, 93), Mul(7, 95), Abs(95), Abs(96), NegMulAdd(88, 95, 89), NegMulAdd(79, 100, 39),
+                    NegMulAdd(68, 100, 79), MulAdd(95, 97, 101), NegMulAdd(100, 102, 103), Recip(104), Abs(100),
+                    Max(106, 98), Max(107, 94), Max(108, 99),
+                ],
+                results: &[109, 86, 82],
+            },
+            velocity_residual: TapeFunction {
+                operations: &[
+                    Mul(16, 73), MulAdd(17, 74, 110), Mul(16, 70), MulAdd(17, 71, 112), NegMulAdd(18, 75, 111),
+                    Neg(114), NegMulAdd(18, 72, 113),
+                ],
+                results: &[115, 116],
+            },
+            correction: TapeFunction {
+                operations: &[
+                    Mul(30, 87), MulAdd(71, 117, 31), Mul(118, 93), MulAdd(88, 119, 117), Mul(119, 97),
+                    MulAdd(120, 102, 121), Mul(122, 105), MulAdd(100, 123, 120), NegMulAdd(95, 123, 119), Neg(123),
+                ],
+                results: &[126, 124, 125],
+            },
+            accelerations: TapeFunction {
+                operations: &[
+                    Mul(16, 16), Mul(17, 17), Mul(18, 18), Mul(46, 18), Mul(127, 70), MulAdd(128, 71, 131),
+                    Mul(127, 73), MulAdd(128, 74, 133), Mul(127, 85), NegMulAdd(72, 129, 132), NegMulAdd(75, 129, 134),
+                    NegMulAdd(60, 16, 8), MulAdd(128, 85, 138), Mul(136, 87), MulAdd(71, 140, 137), Mul(141, 93),
+                    MulAdd(88, 142, 140), Tanh(130), Mul(10, 144), NegMulAdd(145, 95, 139), MulAdd(142, 97, 146),
+                    MulAdd(135, 100, 147), MulAdd(143, 102, 148), Mul(149, 105), MulAdd(100, 150, 143),
+                    NegMulAdd(95, 150, 142), Neg(151), Neg(152),
+                ],
+                results: &[150, 153, 154],
+            },
+            multipliers: TapeFunction {
+                operations: &[
+                    MulAdd(79, 150, 135), NegMulAdd(68, 151, 155), NegMulAdd(7, 152, 145), MulAdd(88, 156, 157),
+                    Mul(93, 158), MulAdd(71, 159, 156), Mul(87, 160),
+                ],
+                results: &[161, 159],
+            },
+            outputs: TapeFunction {
+                operations: &[NegMulAdd(60, 16, 8)],
+                results: &[69, 162],
+            },
         },
     }
 };
 
-// Hash of this file and its derivation: 4c686dc7fcf745df
+// Hash of this file and its derivation: 67088f5ba3bf0d63
