@@ -87,6 +87,12 @@ impl DerivedScene {
 
 #[cfg(feature = "simd")]
 impl DerivedScene {
+    /// The data of a model.
+    pub fn of(model: &Model) -> Self {
+        let Model { description, tape, .. } = model;
+        Self { description: OwnedDescription::of(description), tape: OwnedTape::of(tape) }
+    }
+
     /// The scene as an entry in a program's list. It lives as long as the program.
     pub fn into_model(self) -> Model {
         let tape: &'static OwnedTape = Box::leak(Box::new(self.tape));
@@ -97,6 +103,34 @@ impl DerivedScene {
 
 #[cfg(feature = "simd")]
 impl OwnedDescription {
+    fn of(description: &Description) -> Self {
+        let quantities = |list: &[QuantityDescription]| {
+            let quantity =
+                |q: &QuantityDescription| OwnedQuantity { name: q.name.into(), unit: q.unit.into(), doc: q.doc.into() };
+            list.iter().map(quantity).collect()
+        };
+        let parameter = |p: &ParameterDescription| OwnedParameter {
+            name: p.name.into(),
+            unit: p.unit.into(),
+            doc: p.doc.into(),
+            formula: p.formula.into(),
+        };
+        Self {
+            name: description.name.into(),
+            doc: description.doc.into(),
+            source: description.source.into(),
+            code: description.code.into(),
+            derivation: description.derivation.into(),
+            coordinates: quantities(description.coordinates),
+            constraints: quantities(description.constraints),
+            outputs: quantities(description.outputs),
+            parameters: description.parameters.iter().map(parameter).collect(),
+            left_out: description.left_out.iter().map(|&name| name.into()).collect(),
+            has_corners: description.has_corners,
+            until: description.until.into(),
+        }
+    }
+
     fn leaked(self) -> Description {
         let quantities = |list: Vec<OwnedQuantity>| -> &'static [QuantityDescription] {
             let quantity =

@@ -15,6 +15,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::batch::{BatchRequest, Width};
 use crate::description::Description;
+#[cfg(target_arch = "x86_64")]
 use crate::gauss::GaussSteps;
 use crate::kernel::{Kernel, Schedule};
 use crate::lane_steps::BoxedLaneSteps;

@@ -3,6 +3,7 @@
 use std::fmt;
 use std::path::Path;
 
+use qrm_pictures::NoPlace;
 use qrm_scene::diagnostic::Report;
 use serde::{Serialize, Serializer};
 
@@ -161,6 +162,18 @@ impl Error {
 impl From<Message> for Error {
     fn from(message: Message) -> Self {
         Self { kind: Kind::Run, details: vec![Detail::Message(message)] }
+    }
+}
+
+impl From<NoPlace> for Message {
+    fn from(reason: NoPlace) -> Self {
+        Self::new(reason.to_string()).help("look for divisions by zero, roots and logarithms in its formula")
+    }
+}
+
+impl From<NoPlace> for Error {
+    fn from(reason: NoPlace) -> Self {
+        Message::from(reason).into()
     }
 }
 

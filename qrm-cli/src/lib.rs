@@ -15,7 +15,6 @@ mod parquet;
 mod pictures;
 mod progress;
 mod recorder;
-mod recording;
 mod reference;
 mod resolution;
 mod run_report;

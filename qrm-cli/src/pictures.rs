@@ -1,9 +1,79 @@
-//! Recorded runs as figures and animations.
+//! The figures of a run, chosen from the coordinates and outputs of its scene.
 
-mod animation;
-mod drawing;
-mod figures;
-mod pose;
+use qrm_pictures::{Group, HEALTH, Member, Recording, groups};
+use qrm_scene::scene::Scene;
+use qrm_sim::columns::Kind;
+use qrm_sim::run::Outcome;
+use qrm_view::figure::{Abscissa, Curve, Extremes, Figure, Panel, Scale};
 
-pub(crate) use animation::motion;
-pub(crate) use figures::figures;
+use crate::format;
+use crate::setup::Setup;
+
+/// The figures of a run under the names of their files, without extensions.
+pub(crate) fn figures(setup: &Setup, outcome: &Outcome, recording: &Recording) -> Vec<(String, Figure)> {
+    let groups = groups(&setup.scene, recording).into_iter();
+    let mut figures: Vec<(String, Figure)> =
+        groups.map(|group| (group.file.clone(), figure(&group, recording))).collect();
+    let title = format!(
+        "health of the run: {}, closure tolerance {:e}",
+        format::method(setup.settings.method.name, setup.settings.tolerance(), outcome.step),
+        setup.settings.projection_tolerance.residual
+    );
+    let is_conservative = outcome.energy_drift.is_some();
+    figures.push((HEALTH.to_owned(), health(&setup.scene, recording, title, is_conservative)));
+    figures
+}
+
+/// The picture of a group.
+fn figure(group: &Group, recording: &Recording) -> Figure {
+    let curve = |member: &Member| Curve {
+        name: member.name.clone(),
+        doc: member.doc.clone(),
+        points: recording.series(member.kind),
+        extremes: recording
+            .extremes(member.kind)
+            .map(|e| Extremes { minimum: (e.minimum.1, e.minimum.0), maximum: (e.maximum.1, e.maximum.0) }),
+        has_dots: false,
+    };
+    let panel = Panel {
+        quantity: group.quantity.clone(),
+        unit: group.unit.clone(),
+        scale: Scale::Linear,
+        curves: group.curves.iter().map(curve).collect(),
+        floor: None,
+    };
+    Figure { title: group.title.clone(), abscissa: Abscissa::time(), panels: vec![panel] }
+}
+
+/// Residuals, energy and corrections over time.
+fn health(scene: &Scene, recording: &Recording, title: String, is_conservative: bool) -> Figure {
+    let panel = |quantity: &str, unit: &str, scale, name: &str, points| Panel {
+        quantity: quantity.to_owned(),
+        unit: unit.to_owned(),
+        scale,
+        curves: vec![Curve { name: name.to_owned(), doc: String::new(), points, extremes: None, has_dots: false }],
+        floor: None,
+    };
+    let mut panels = Vec::new();
+    if let Some(first) = scene.constraints.first() {
+        let is_same = scene.constraints.iter().all(|c| c.unit == first.unit);
+        let unit = if is_same { first.unit.as_str() } else { "" };
+        let rate = format!("{}/s", if unit.is_empty() { "1" } else { unit });
+        let [position, velocity] = [Kind::Residual, Kind::ResidualRate].map(|kind| recording.series(kind));
+        panels.push(panel("residual", unit, Scale::Logarithmic, "residual_position", position));
+        panels.push(panel("its rate", &rate, Scale::Logarithmic, "residual_velocity", velocity));
+    }
+    let energy = recording.series(Kind::Energy);
+    let first = energy.first().map_or(0.0, |point| point.1);
+    panels.push(match is_conservative {
+        true => {
+            let change = energy.into_iter().map(|(t, e)| (t, e - first)).collect();
+            panel("change of energy", "J", Scale::Linear, "energy", change)
+        }
+        false => panel("energy", "J", Scale::Linear, "energy", energy),
+    });
+    if !scene.constraints.is_empty() {
+        panels.push(panel("corrections", "", Scale::Linear, "corrections", recording.corrections()));
+    }
+    Figure { title, abscissa: Abscissa::time(), panels }
+}

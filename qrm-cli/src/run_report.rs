@@ -14,9 +14,9 @@ use serde::Serialize;
 use crate::error::{Error, Message};
 use crate::messages;
 use crate::output::Named;
-use crate::recording::Recording;
 use crate::setup::Setup;
 pub(crate) use judgement::distrust;
+use qrm_pictures::Recording;
 
 /// The largest summary that is read, in bytes.
 const MAX_SUMMARY: u64 = 1 << 24;

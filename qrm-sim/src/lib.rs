@@ -18,3 +18,4 @@ pub mod state;
 
 mod golden_section;
 mod quadrature;
+mod stopwatch;

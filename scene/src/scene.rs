@@ -24,6 +24,7 @@ pub type Value = Expression<Quantity>;
 
 /// What a name in a formula stands for; numbers are places in the lists of [`Scene`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Quantity {
     /// A parameter.
     Parameter(usize),
@@ -49,6 +50,7 @@ pub enum Quantity {
 
 /// A mechanism.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Scene {
     /// Its name.
     pub name: String,
@@ -82,6 +84,7 @@ pub struct Scene {
 
 /// A generalized coordinate.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Coordinate {
     /// Its name.
     pub name: String,
@@ -99,6 +102,7 @@ pub struct Coordinate {
 
 /// How the start fixes a coordinate or a rate.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Start {
     /// The user fixes it.
     Given(Value),
@@ -110,6 +114,7 @@ pub enum Start {
 
 /// A constant that users may change.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Parameter {
     /// Its name.
     pub name: String,
@@ -131,6 +136,7 @@ pub struct Parameter {
 
 /// A named point.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Point {
     /// Its name.
     pub name: String,
@@ -140,6 +146,7 @@ pub struct Point {
 
 /// A rigid body; a missing part does not matter to the motion.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Body {
     /// Its name.
     pub name: String,
@@ -155,6 +162,7 @@ pub struct Body {
 
 /// A loop closure: a formula that must stay zero.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Constraint {
     /// Its name.
     pub name: String,
@@ -172,6 +180,7 @@ pub struct Constraint {
 
 /// An applied load.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Load {
     /// Its name.
     pub name: String,
@@ -181,6 +190,7 @@ pub struct Load {
 
 /// A quantity that is computed for every row of a trajectory.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Output {
     /// Its name.
     pub name: String,
@@ -194,6 +204,7 @@ pub struct Output {
 
 /// How a run begins and ends.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Run {
     /// Step of the integration.
     pub step: Value,

@@ -43,7 +43,7 @@ fn piece(motion: &Motion, mode: &str, heading: &str) -> String {
 }
 
 /// The motion as JSON that may stand in a script element.
-fn data(motion: &Motion) -> String {
+pub fn data(motion: &Motion) -> String {
     let mut bytes = Vec::new();
     rounded(motion)
         .serialize(&mut Serializer::with_formatter(&mut bytes, Compact))

@@ -6,10 +6,14 @@
 
 pub mod animation;
 pub mod envelope;
+#[cfg(feature = "figure")]
 pub mod figure;
+#[cfg(feature = "gif")]
 pub mod gif;
 mod html;
+#[cfg(feature = "report")]
 mod markdown;
 pub mod motion;
+#[cfg(feature = "report")]
 pub mod report;
 mod rounding;

@@ -53,6 +53,29 @@ pub struct OwnedKernel {
 }
 
 impl OwnedTape {
+    /// A copy of a tape.
+    pub fn of(tape: &Tape) -> Self {
+        Self {
+            coordinates: tape.coordinates,
+            constraints: tape.constraints,
+            is_driven: tape.is_driven,
+            parameters: OwnedFunction::of(tape.parameters),
+            constants: tape.constants.to_vec(),
+            dynamics: OwnedFunction::of(tape.dynamics),
+            loop_constraints: OwnedFunction::of(tape.loop_constraints),
+            mass_matrix: OwnedFunction::of(tape.mass_matrix),
+            energy: OwnedFunction::of(tape.energy),
+            power: OwnedFunction::of(tape.power),
+            outputs: OwnedFunction::of(tape.outputs),
+            linearization: tape.linearization.map(OwnedFunction::of),
+            event: tape.event.map(OwnedFunction::of),
+            start: OwnedFunction::of(tape.start),
+            given: tape.given.to_vec(),
+            schedule: OwnedFunction::of(tape.schedule),
+            kernel: OwnedKernel::of(&tape.kernel),
+        }
+    }
+
     /// The tape, ready to be evaluated.
     pub fn tape(&self) -> Tape<'_> {
         Tape {
@@ -78,12 +101,29 @@ impl OwnedTape {
 }
 
 impl OwnedFunction {
+    fn of(function: TapeFunction) -> Self {
+        Self { operations: function.operations.to_vec(), results: function.results.to_vec() }
+    }
+
     fn borrowed(&self) -> TapeFunction<'_> {
         TapeFunction { operations: &self.operations, results: &self.results }
     }
 }
 
 impl OwnedKernel {
+    fn of(kernel: &TapeKernel) -> Self {
+        Self {
+            operations: kernel.operations,
+            has_angle: kernel.has_angle.to_vec(),
+            position: OwnedFunction::of(kernel.position),
+            velocity_residual: OwnedFunction::of(kernel.velocity_residual),
+            correction: OwnedFunction::of(kernel.correction),
+            accelerations: OwnedFunction::of(kernel.accelerations),
+            multipliers: OwnedFunction::of(kernel.multipliers),
+            outputs: OwnedFunction::of(kernel.outputs),
+        }
+    }
+
     fn borrowed(&self) -> TapeKernel<'_> {
         TapeKernel {
             operations: self.operations,

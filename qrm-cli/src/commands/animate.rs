@@ -6,9 +6,8 @@ use qrm_core::Model;
 use crate::error::Error;
 use crate::options::{MethodOptions, OutFolder, SceneOptions};
 use crate::output::{print, save_and_print};
-use crate::pictures::motion;
 use crate::progress::Progress;
-use crate::recording::Recording;
+use qrm_pictures::{Recording, motion};
 use crate::run_report::RunReport;
 use crate::setup::Setup;
 

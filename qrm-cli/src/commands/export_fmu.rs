@@ -18,7 +18,7 @@ use crate::format;
 use crate::options::{MethodOptions, OutFolder, SceneOptions};
 use crate::output::{print, save};
 use crate::progress::Progress;
-use crate::recording::Recording;
+use qrm_pictures::Recording;
 use crate::run_report::RunReport;
 use crate::setup::Setup;
 

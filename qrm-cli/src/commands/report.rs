@@ -11,12 +11,12 @@ use qrm_view::report::{Content, Report, Section, page};
 
 use super::accuracy::Study;
 use super::check;
-use crate::error::Error;
+use crate::error::{Error, Message};
 use crate::options::{MethodOptions, OutFolder, SceneOptions};
 use crate::output::{print, save_and_print};
-use crate::pictures::{figures, motion};
+use crate::pictures::figures;
 use crate::progress::Progress;
-use crate::recording::Recording;
+use qrm_pictures::{Recording, motion};
 use crate::run_report::RunReport;
 use crate::setup::Setup;
 
@@ -46,7 +46,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     if let Some(motion) = &motion {
         let shown = match motion {
             Ok(motion) => Content::Animation(motion),
-            Err(reason) => Content::Warning(reason.to_string()),
+            Err(reason) => Content::Warning(Message::from(reason.clone()).to_string()),
         };
         sections.push(section("Motion", vec![shown]));
         let figures = figures(&setup, &outcome, &recording).into_iter().map(|(name, figure)| match figure.svg() {

@@ -15,7 +15,7 @@ use crate::parquet;
 use crate::pictures::figures;
 use crate::progress::Progress;
 use crate::recorder::Recorder;
-use crate::recording::Recording;
+use qrm_pictures::Recording;
 use crate::run_report::RunReport;
 use crate::setup::Setup;
 

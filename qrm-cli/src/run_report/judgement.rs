@@ -7,8 +7,8 @@ use qrm_sim::run::{Outcome, Redundancy};
 
 use crate::error::Message;
 use crate::format::{counted, seconds};
-use crate::recording::Recording;
 use crate::setup::Setup;
+use qrm_pictures::Recording;
 
 /// A smallest singular value that falls below this fraction of its largest explains what else is wrong.
 pub(super) const SUSPECT: f64 = 0.1;

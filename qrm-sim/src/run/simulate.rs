@@ -1,7 +1,7 @@
 //! A run from start to end: steps until a time, an event or a full buffer, rows for an observer, estimates of the
 //! errors.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use qrm_core::{Mechanism, RowLayout, RowRequest};
 
@@ -16,6 +16,7 @@ use super::sampler::Sampler;
 use crate::integrate::{BlockEnd, InnerRows, Integrator, MethodSettings, StepError};
 use crate::solve::Solver;
 use crate::state::State;
+use crate::stopwatch::Stopwatch;
 
 /// Rows between two calls of the observer.
 const CHUNK: usize = 1024;
@@ -166,7 +167,7 @@ impl Run<'_> {
         // The first row belongs to the first block.
         let mut begin = 0;
         loop {
-            let begun = Instant::now();
+            let begun = Stopwatch::start();
             let (made, mut status) = self.block(steps);
             integration += begun.elapsed();
             if let Some(sampler) = &mut self.sampler {

@@ -4,6 +4,7 @@ use super::Value;
 
 /// A part of a picture.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Drawn {
     /// Its name.
     pub name: String,
@@ -13,6 +14,7 @@ pub struct Drawn {
 
 /// The kinds of parts of a picture.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum DrawnKind {
     /// A rigid bar through places.
     Link(Vec<[Value; 2]>),

@@ -4,6 +4,7 @@ use super::Value;
 
 /// The kinds of applied loads.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum LoadKind {
     /// A force at a place.
     Force {

@@ -4,6 +4,7 @@ use super::Value;
 
 /// The kinds of outputs.
 #[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum OutputKind {
     /// A formula of coordinates.
     Value(Value),

@@ -14,7 +14,7 @@ use super::Topic;
 use crate::error::Error;
 use crate::format::{number, quantity, seconds};
 use crate::progress::Progress;
-use crate::recording::Recording;
+use qrm_pictures::Recording;
 use crate::run_report::RunReport;
 use crate::setup::Setup;
 

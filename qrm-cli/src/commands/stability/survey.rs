@@ -6,7 +6,7 @@ use qrm_sim::run::{End, Outcome, Status};
 
 use crate::error::Error;
 use crate::progress::Progress;
-use crate::recording::Recording;
+use qrm_pictures::Recording;
 use crate::run_report::RunReport;
 use crate::setup::Setup;
 

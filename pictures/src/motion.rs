@@ -4,17 +4,26 @@ use qrm_scene::scene::{LoadKind, OutputKind, Scene};
 use qrm_sim::columns::Kind;
 use qrm_view::motion::{Arrow, Motion, Plot, PlotCurve, Shape, Track};
 
-use super::drawing::draw;
-use super::figures::{Group, Member, groups};
-use super::pose::Pose;
-use crate::error::Message;
+use crate::drawing::draw;
+use crate::groups::{Group, Member, groups};
+use crate::pose::Pose;
 use crate::recording::Recording;
+
+/// Something that is to be drawn has no finite place at a time.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("{what} has no finite place at t = {t} s, so the motion cannot be drawn")]
+pub struct NoPlace {
+    /// Its name.
+    pub what: String,
+    /// The time.
+    pub t: f64,
+}
 
 /// The motion of a scene whose parameters have these values.
 ///
 /// # Errors
 /// Something that is to be drawn has no finite place.
-pub(crate) fn motion(scene: &Scene, parameters: &[f64], recording: &Recording) -> Result<Motion, Message> {
+pub fn motion(scene: &Scene, parameters: &[f64], recording: &Recording) -> Result<Motion, NoPlace> {
     let mut pose = Pose::recorded(scene, parameters, recording);
     let shapes = draw(&mut pose);
     untrace_leaps(&mut pose);
@@ -29,8 +38,7 @@ pub(crate) fn motion(scene: &Scene, parameters: &[f64], recording: &Recording) -
         if let Some(frame) = track.iter().position(|value| !value.is_finite()) {
             let what = if name.is_empty() { "a place in [drawing]".to_owned() } else { format!("`{name}`") };
             let t = times[frame.min(times.len() - 1)];
-            let text = format!("{what} has no finite place at t = {t} s, so the motion cannot be drawn");
-            return Err(Message::new(text).help("look for divisions by zero, roots and logarithms in its formula"));
+            return Err(NoPlace { what, t });
         }
     }
     Ok(Motion {

@@ -6,7 +6,7 @@ use qrm_scene::expression::Expression;
 use qrm_scene::scene::{DrawnKind, Quantity};
 use qrm_view::motion::Shape;
 
-use super::pose::Pose;
+use crate::pose::Pose;
 
 /// The shapes, the lowest layer first.
 pub(super) fn draw(pose: &mut Pose) -> Vec<Shape> {

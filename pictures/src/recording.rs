@@ -7,11 +7,11 @@ use qrm_sim::columns::{Column, Kind, columns};
 use qrm_sim::run::{Extremes, ExtremesTracker, Observer, Row};
 use qrm_view::envelope::Envelope;
 
-/// Most frames that are kept; at least half as many of a long run are.
+/// Most frames that are kept for an animation; at least half as many of a long run are.
 const MAX_FRAMES: usize = 1500;
 
 /// An observer that keeps the series of every column, and some rows whole.
-pub(crate) struct Recording {
+pub struct Recording {
     columns: Vec<Column>,
     envelope: Envelope,
     /// The extremes of the first columns, those that are no checks.
@@ -20,16 +20,23 @@ pub(crate) struct Recording {
     corrections: Envelope,
     last_corrections: f64,
     /// Rows at equal distances, as many as an animation needs.
-    pub(crate) frames: Vec<Frame>,
+    pub frames: Vec<Frame>,
+    most_frames: usize,
     /// Every how many rows one is kept.
     every: u64,
 }
 
 /// The numbers of a row, in the order of the columns.
-pub(crate) type Frame = Vec<f64>;
+pub type Frame = Vec<f64>;
 
 impl Recording {
-    pub(crate) fn new(description: &Description) -> Self {
+    /// Of a run of this mechanism.
+    pub fn new(description: &Description) -> Self {
+        Self::with_frames(description, MAX_FRAMES)
+    }
+
+    /// Of a run of this mechanism, with so many frames at most.
+    pub fn with_frames(description: &Description, most_frames: usize) -> Self {
         let columns = columns(description);
         Self {
             with_extremes: columns.iter().take_while(|column| !column.kind.is_check()).count(),
@@ -39,38 +46,39 @@ impl Recording {
             corrections: Envelope::default(),
             last_corrections: 0.0,
             frames: Vec::new(),
+            most_frames,
             every: 1,
         }
     }
 
     /// The columns of the rows.
-    pub(crate) fn columns(&self) -> impl Iterator<Item = &Column> {
+    pub fn columns(&self) -> impl Iterator<Item = &Column> {
         self.columns.iter()
     }
 
     /// The values of a column in the frames.
-    pub(crate) fn values(&self, kind: Kind) -> Vec<f64> {
+    pub fn values(&self, kind: Kind) -> Vec<f64> {
         let place = self.place(kind);
         place.map_or(Vec::new(), |place| self.frames.iter().map(|frame| frame[place]).collect())
     }
 
     /// Times and values of a column, with every peak of a long run.
-    pub(crate) fn series(&self, kind: Kind) -> Vec<(f64, f64)> {
+    pub fn series(&self, kind: Kind) -> Vec<(f64, f64)> {
         self.place(kind).map(|place| self.envelope.points(place)).unwrap_or_default()
     }
 
     /// The extremes of a column that is no check.
-    pub(crate) fn extremes(&self, kind: Kind) -> Option<Extremes> {
+    pub fn extremes(&self, kind: Kind) -> Option<Extremes> {
         self.place(kind).and_then(|place| self.extremes.extremes(place))
     }
 
     /// Times, and how often the coordinates were corrected.
-    pub(crate) fn corrections(&self) -> Vec<(f64, f64)> {
+    pub fn corrections(&self) -> Vec<(f64, f64)> {
         self.corrections.points(0)
     }
 
     /// Time, coordinates and rates of each frame.
-    pub(crate) fn states(&self) -> Vec<(f64, Vec<f64>, Vec<f64>)> {
+    pub fn states(&self) -> Vec<(f64, Vec<f64>, Vec<f64>)> {
         let values = |frame: &Frame, is_wanted: fn(Kind) -> bool| {
             let wanted = frame.iter().zip(&self.columns).filter(|(_, column)| is_wanted(column.kind));
             wanted.map(|(value, _)| *value).collect()
@@ -97,7 +105,7 @@ impl Observer for Recording {
             self.corrections.row(row.t, &[self.last_corrections]);
         }
         if row.index.is_multiple_of(self.every) {
-            if self.frames.len() == MAX_FRAMES {
+            if self.frames.len() >= self.most_frames {
                 let mut place = 0;
                 self.frames.retain(|_| {
                     place += 1;

@@ -1,0 +1,27 @@
+//! What the page asks for.
+
+use std::collections::BTreeMap;
+
+/// New values of parameters.
+#[derive(Debug, Default, PartialEq)]
+pub(crate) struct Requested {
+    values: BTreeMap<String, f64>,
+}
+
+impl Requested {
+    /// From lines `NAME=VALUE`.
+    pub(crate) fn new(input: &[u8]) -> Result<Self, String> {
+        let text = std::str::from_utf8(input).map_err(|_| "the values are no text")?;
+        let value = |line: &str| {
+            let (name, value) = line.split_once('=').ok_or_else(|| format!("`{line}` has no `=`"))?;
+            let value: f64 = value.parse().map_err(|_| format!("`{value}` is no number"))?;
+            if value.is_finite() { Ok((name.to_owned(), value)) } else { Err(format!("`{name}` cannot be {value}")) }
+        };
+        Ok(Self { values: text.lines().map(value).collect::<Result<_, String>>()? })
+    }
+
+    /// The new value of a parameter.
+    pub(crate) fn value(&self, name: &str) -> Option<f64> {
+        self.values.get(name).copied()
+    }
+}

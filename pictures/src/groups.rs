@@ -1,0 +1,92 @@
+//! The columns of a run in the groups in which they are shown.
+
+use qrm_scene::scene::{OutputKind, Scene};
+use qrm_sim::columns::{Column, Kind};
+
+use crate::recording::Recording;
+
+/// The name of the sheet that shows how far a run can be trusted; no group has it.
+pub const HEALTH: &str = "health";
+
+/// Curves that belong in one picture: one unit, one kind.
+pub struct Group {
+    /// The name of the picture's file, without its extension.
+    pub file: String,
+    /// Its title.
+    pub title: String,
+    /// The quantity of the ordinate.
+    pub quantity: String,
+    /// The unit of the ordinate.
+    pub unit: String,
+    /// Its curves.
+    pub curves: Vec<Member>,
+}
+
+/// A column in a group.
+pub struct Member {
+    /// Its name.
+    pub name: String,
+    /// What it is.
+    pub doc: String,
+    /// What it holds.
+    pub kind: Kind,
+}
+
+/// Most curves in one picture; more could not be told apart.
+const MAX_CURVES: usize = 6;
+
+/// The rates of the coordinates, each output by itself, all reactions together; what differs in unit stands apart.
+pub fn groups(scene: &Scene, recording: &Recording) -> Vec<Group> {
+    let mut groups: Vec<Group> = Vec::new();
+    // Groups that take up further curves, under the name of their file.
+    let mut joined: Vec<(&str, usize)> = Vec::new();
+    let mut add = |file: Option<&'static str>, (title, quantity): (&str, &str), column: &Column, doc: &str| {
+        let unit = column.unit.replace("^2", "²").replace("^3", "³");
+        let curve = Member { name: column.name.clone(), doc: doc.to_owned(), kind: column.kind };
+        let same = joined.iter().filter(|(other, place)| Some(*other) == file && groups[*place].unit == unit);
+        let places: Vec<usize> = same.map(|(_, place)| *place).collect();
+        if let Some(place) = places.last().filter(|place| groups[**place].curves.len() < MAX_CURVES) {
+            groups[*place].curves.push(curve);
+            return;
+        }
+        joined.extend(file.map(|file| (file, groups.len())));
+        let number = if places.is_empty() { String::new() } else { format!(" ({})", places.len() + 1) };
+        let file = unused(file.unwrap_or(&column.name), &groups);
+        let (title, quantity) = (format!("{title}{number}"), quantity.to_owned());
+        groups.push(Group { file, title, quantity, unit, curves: vec![curve] });
+    };
+    for column in recording.columns() {
+        match column.kind {
+            Kind::Rate(i) => {
+                let coordinate = &scene.coordinates[i];
+                let is_angle = coordinate.unit == "rad";
+                let titles = if is_angle { ("angular speeds", "angular speed") } else { ("speeds", "speed") };
+                add(Some("rates"), titles, column, &coordinate.doc);
+            }
+            Kind::Output(i) => match scene.outputs[i].kind {
+                OutputKind::ReactionForce { .. } => {
+                    add(Some("reactions"), ("reaction forces", "force"), column, &column.doc);
+                }
+                OutputKind::ReactionMoment { .. } => {
+                    add(Some("moments"), ("reaction moments", "moment"), column, &column.doc);
+                }
+                _ if column.doc.is_empty() => add(None, (&column.name, &column.name), column, ""),
+                _ => {
+                    let title = format!("{}: {}", column.name, column.doc);
+                    add(None, (&title, &column.name), column, &column.doc);
+                }
+            },
+            _ => {}
+        }
+    }
+    groups
+}
+
+/// A file name that no group has yet, not even in capitals: some file systems do not tell them apart.
+fn unused(wish: &str, groups: &[Group]) -> String {
+    let is_taken = |name: &str| {
+        name.eq_ignore_ascii_case(HEALTH) || groups.iter().any(|group| group.file.eq_ignore_ascii_case(name))
+    };
+    let numbered = (2..).map(|number| format!("{wish}-{number}"));
+    std::iter::once(wish.to_owned()).chain(numbered).find(|name| !is_taken(name)).unwrap_or_default()
+}
