@@ -70,3 +70,68 @@ fn the_report_opens_without_complaint() {
     assert!(document.contains("data-name=\"crank\""), "the animation is drawn");
     assert!(document.contains("<math"), "formulae are there");
 }
+
+/// `qrm page SCENE`, opened with a script that acts on it once it is ready; the run that the page shows then.
+fn page_run(scene: &str, address: &str, script: &str) -> serde_json::Value {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = folder.path().join("page.html");
+    let written = qrm(&["page", scene, "--out"]).arg(&file).output().expect("the command starts");
+    assert!(written.status.success(), "{}", String::from_utf8_lossy(&written.stderr));
+    let page = std::fs::read_to_string(&file).expect("the page");
+    assert!(page.len() <= 300_000, "{scene}: {} bytes", page.len());
+    assert!(!page.contains("http://") || page.matches("http://").count() == page.matches("http://www.w3.org/").count());
+    let acting = format!(
+        "<script>const wait = setInterval(() => {{ if (!document.querySelector('[data-ready]')) return; \
+         clearInterval(wait); {script} }}, 5);</script></body>"
+    );
+    std::fs::write(&file, page.replace("</body>", &acting)).expect("written");
+    let document = opened(folder.path(), &format!("page.html{address}"));
+    let run = between(&document, "data-run=\"", "\"").replace("&quot;", "\"");
+    serde_json::from_str(&run).expect("JSON")
+}
+
+/// The end state and the estimated error of `qrm run SCENE`, as a page tells them.
+fn command_run(arguments: &[&str]) -> (Vec<f64>, f64) {
+    let run = common::run(arguments);
+    let summary = run.summary();
+    let end = summary["end_state"].as_object().expect("a table");
+    let state = end.iter().filter(|(name, _)| !name.starts_with("lambda")).map(|(_, value)| value.as_f64());
+    let state = state.map(|value| value.expect("a number")).collect();
+    (state, summary["estimated_error"].as_f64().expect("an estimate"))
+}
+
+#[test]
+#[ignore = "needs Chromium"]
+fn a_page_computes_what_the_command_computes() {
+    let moved = "const slider = document.querySelector('.qrm-parameter input[type=range]'); slider.value = 0.25; \
+                 slider.dispatchEvent(new Event('input'));";
+    let cases: [(&str, &str, &str, &[&str]); 4] = [
+        ("quick-return", "", "", &["quick-return"]),
+        ("quick-return", "#J2=90", "", &["quick-return", "--set", "J2=90"]),
+        ("quick-return", "", moved, &["quick-return", "--set", "O2A=0.25"]),
+        ("andrews", "", "", &["andrews"]),
+    ];
+    for (scene, address, script, arguments) in cases {
+        let shown = page_run(scene, address, script);
+        let (state, error) = command_run(&[arguments, &["--no-figures"]].concat());
+        let numbers = |key: &str| -> Vec<f64> {
+            shown[key].as_array().expect("a list").iter().map(|value| value.as_f64().expect("a number")).collect()
+        };
+        let shown_state = [numbers("q"), numbers("qd")].concat();
+        for value in &shown_state {
+            let nearest = state.iter().map(|own| (own - value).abs()).fold(f64::INFINITY, f64::min);
+            assert!(nearest <= 1e-12 * value.abs().max(1.0), "{scene}{address}: {value} is {nearest:e} off");
+        }
+        near("estimated error", shown["estimated_error"].as_f64().expect("an estimate"), error, 1e-2 * error + 1e-14);
+    }
+}
+
+#[test]
+#[ignore = "needs Chromium"]
+fn a_page_keeps_the_last_motion_where_there_is_none() {
+    // A rod so short that the loops cannot be closed.
+    const TOO_SHORT: &str = "const number = document.querySelectorAll('.qrm-parameter input[type=number]')[2]; \
+                             number.value = 0.1; number.dispatchEvent(new Event('change'));";
+    let shown = page_run("quick-return", "", TOO_SHORT);
+    assert_eq!(shown["steps"], 1756);
+}

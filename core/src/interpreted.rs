@@ -33,8 +33,11 @@ use kernel::InterpretedKernel;
 macro_rules! with_capacity {
     ($model:expr, $function:ident($($argument:expr),*)) => {
         match $model.tape.sizes().into_iter().max() {
+            // What a page downloads is small.
+            #[cfg(not(target_family = "wasm"))]
             Some(0..=4) => $function::<4>($($argument),*),
-            Some(5..=8) => $function::<8>($($argument),*),
+            Some(0..=8) => $function::<8>($($argument),*),
+            #[cfg(not(target_family = "wasm"))]
             Some(9..=32) => $function::<32>($($argument),*),
             _ => $function::<128>($($argument),*),
         }

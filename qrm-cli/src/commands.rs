@@ -32,6 +32,8 @@ commands! {
     Run: run,
     /// Run a scene and show it moving: animation.html and animation.gif
     Animate: animate,
+    /// Write a page that simulates a scene in any browser, with a slider for each parameter: SCENE.html
+    Page: page,
     /// Run a scene and put all that is known of it on one page: report.html
     Report: report,
     /// Measure run time and error of every method: accuracy.csv and accuracy.svg

@@ -2,35 +2,63 @@
 
 const root = document.currentScript.closest(".qrm-animation");
 const part = (name) => root.querySelector(`.qrm-${name}`);
-const motion = JSON.parse(root.querySelector("script[type='application/json']").textContent);
-
-// JSON knows no numbers that are not finite. A place keeps its last one, a curve has a gap.
-const kept = (track) => {
-  let last = track.find((value) => value !== null) ?? 0;
-  return track.map((value) => (last = value ?? last));
-};
-for (const thing of [...motion.nodes, ...motion.arrows]) [thing.x, thing.y] = [kept(thing.x), kept(thing.y)];
-for (const shape of motion.shapes) if (shape.angle) shape.angle = kept(shape.angle);
-for (const { curves } of motion.plots) {
-  for (const curve of curves) curve.values = curve.values.map((value) => value ?? NaN);
-}
-
-const { times } = motion;
-const [begin, end] = [times[0], times[times.length - 1]];
-const duration = end - begin;
 const isPage = root.dataset.mode === "page";
-const timeExponent = Math.min(exponentFor(duration, 0.01, Infinity), 0);
-const timeDecimals = duration / 10 ** timeExponent < 1000 ? 3 : 1;
-const timeText = (value) => `${fixed(value / 10 ** timeExponent, timeDecimals)} ${PREFIXES[timeExponent]}s`;
-const planned = plan(motion);
-const plots = motion.plots.map((data) => plot(part("plots"), data, times, timeExponent, seek));
-if (plots.length === 0) part("plots").remove();
+
+let motion = null;
+let times = [];
+let [begin, end, duration] = [0, 0, 0];
+let [timeExponent, timeDecimals] = [0, 3];
+let planned = null;
+let plots = [];
 let drawing = null;
-let time = begin;
+let time = 0;
 let speed = 1;
 let isPlaying = false;
 let isHeld = false;
 let isSeen = true;
+const timeText = (value) => `${fixed(value / 10 ** timeExponent, timeDecimals)} ${PREFIXES[timeExponent]}s`;
+
+/** JSON knows no numbers that are not finite. A place keeps its last one, a curve has a gap. */
+function completed(motion) {
+  const kept = (track) => {
+    let last = track.find((value) => value !== null) ?? 0;
+    return track.map((value) => (last = value ?? last));
+  };
+  for (const thing of [...motion.nodes, ...motion.arrows]) [thing.x, thing.y] = [kept(thing.x), kept(thing.y)];
+  for (const shape of motion.shapes) if (shape.angle) shape.angle = kept(shape.angle);
+  for (const { curves } of motion.plots) {
+    for (const curve of curves) curve.values = curve.values.map((value) => value ?? NaN);
+  }
+  return motion;
+}
+
+/** Shows a motion, at the time that was shown of the one before. */
+function install(next) {
+  motion = completed(next);
+  times = motion.times;
+  [begin, end] = [times[0], times[times.length - 1]];
+  duration = end - begin;
+  timeExponent = Math.min(exponentFor(duration, 0.01, Infinity), 0);
+  timeDecimals = duration / 10 ** timeExponent < 1000 ? 3 : 1;
+  planned = plan(motion);
+  part("plots").replaceChildren();
+  plots = motion.plots.map((data) => plot(part("plots"), data, times, timeExponent, seek));
+  part("plots").hidden = plots.length === 0;
+  root.toggleAttribute("data-empty", motion.nodes.length === 0);
+  [slider.min, slider.max] = [begin, end];
+  listShapes();
+  listSpeeds();
+  offerSwitches();
+  const { box } = planned;
+  const aspect = clamp((box.right - box.left) / (box.top - box.bottom), 0.8, 2.2);
+  part("canvas").style.setProperty("--aspect", aspect.toFixed(3));
+  sizes.clear();
+  observer.disconnect();
+  const areas = [part("canvas"), ...plots.map((each) => each.area)];
+  for (const area of areas) observer.observe(area);
+  time = clamp(time, begin, end);
+  fit(areas);
+}
 
 function show(next) {
   time = clamp(next, begin, end);
@@ -84,24 +112,29 @@ function move(direction) {
 
 // Legend.
 const legend = part("legend");
-const listed = new Set();
-motion.shapes.forEach((shape, place) => {
-  if (planned.colour[place] < 0 || !shape.name || listed.has(shape.name)) return;
-  listed.add(shape.name);
-  const entry = html(legend, "li", `qrm-c${planned.colour[place]}`);
-  html(entry, "i", shape.kind === "block" ? "qrm-swatch qrm-square" : "qrm-swatch");
-  entry.append(shape.name);
-});
-const arrowKey = (name, style) => {
+let forceKey = null;
+function arrowKey(name, style) {
   const entry = html(legend, "li", style);
   const key = element(entry, "svg", { "aria-hidden": "true", width: 26, height: 10 });
   element(key, "path", { class: "qrm-shaft", d: "M0 5H17" });
   element(key, "path", { class: "qrm-tip", d: "M26 5l-9 3.6v-7.2z" });
   html(entry, "span", "", name);
-};
-if (motion.arrows.some((arrow) => arrow.is_reaction)) arrowKey("reaction", "qrm-arrow qrm-reaction");
-if (motion.arrows.some((arrow) => !arrow.is_reaction)) arrowKey("load", "qrm-arrow qrm-load");
-const forceKey = planned.most > 0 ? html(legend, "li", "qrm-scale") : null;
+}
+
+function listShapes() {
+  legend.replaceChildren();
+  const listed = new Set();
+  motion.shapes.forEach((shape, place) => {
+    if (planned.colour[place] < 0 || !shape.name || listed.has(shape.name)) return;
+    listed.add(shape.name);
+    const entry = html(legend, "li", `qrm-c${planned.colour[place]}`);
+    html(entry, "i", shape.kind === "block" ? "qrm-swatch qrm-square" : "qrm-swatch");
+    entry.append(shape.name);
+  });
+  if (motion.arrows.some((arrow) => arrow.is_reaction)) arrowKey("reaction", "qrm-arrow qrm-reaction");
+  if (motion.arrows.some((arrow) => !arrow.is_reaction)) arrowKey("load", "qrm-arrow qrm-load");
+  forceKey = planned.most > 0 ? html(legend, "li", "qrm-scale") : null;
+}
 
 /** Tells how long the arrow of a round number of newtons is. */
 function keyForces(pixelPerNewton) {
@@ -118,7 +151,6 @@ function keyForces(pixelPerNewton) {
 
 // Controls.
 const slider = part("slider");
-[slider.min, slider.max, slider.value] = [begin, end, begin];
 slider.addEventListener("pointerdown", () => (isHeld = true));
 for (const name of ["pointerup", "pointercancel"]) addEventListener(name, () => (isHeld = false));
 slider.addEventListener("input", () => {
@@ -129,16 +161,26 @@ part("play").addEventListener("click", () => play(!isPlaying));
 part("back").addEventListener("click", () => move(-1));
 part("forth").addEventListener("click", () => move(1));
 
-const speeds = [0.05, 0.1, 0.25, 0.5, 1, 2];
-if (duration > 0 && (duration < 0.5 || duration > 60)) {
-  speed = Number((duration / 5).toPrecision(1));
-  if (!speeds.includes(speed)) speeds.push(speed);
+let speeds = [];
+
+/** The usual speeds, and one at which a very short or very long motion takes a few seconds. */
+function listSpeeds() {
+  const usual = [0.05, 0.1, 0.25, 0.5, 1, 2];
+  const own = duration > 0 && (duration < 0.5 || duration > 60) ? Number((duration / 5).toPrecision(1)) : 1;
+  const offered = [...new Set([...usual, own])].sort((a, b) => a - b);
+  if (String(offered) !== String(speeds)) {
+    speeds = offered;
+    speed = own;
+    part("speed").replaceChildren();
+    for (const each of speeds) {
+      const option = html(part("speed"), "option", "", `${each}\u00d7`);
+      option.value = each;
+      option.selected = each === speed;
+    }
+  }
+  note();
 }
-for (const each of speeds.sort((a, b) => a - b)) {
-  const option = html(part("speed"), "option", "", `${each}\u00d7`);
-  option.value = each;
-  option.selected = each === speed;
-}
+
 function note() {
   const seconds = duration / speed;
   const loop = seconds < 0.1 || seconds >= 1000 ? seconds.toPrecision(2) : seconds.toFixed(seconds < 10 ? 2 : 0);
@@ -150,16 +192,16 @@ part("speed").addEventListener("change", () => {
   speed = Number(part("speed").value);
   note();
 });
-note();
-
-const has = {
-  forces: motion.arrows.length > 0,
-  paths: motion.nodes.some((node) => node.is_traced),
-  names: motion.nodes.some((node) => node.name),
-};
-for (const name in has) {
+function offerSwitches() {
+  const has = {
+    forces: motion.arrows.length > 0,
+    paths: motion.nodes.some((node) => node.is_traced),
+    names: motion.nodes.some((node) => node.name),
+  };
+  for (const name in has) part(name).parentElement.hidden = !has[name];
+}
+for (const name of ["forces", "paths", "names"]) {
   const box = part(name);
-  box.parentElement.hidden = !has[name];
   const apply = () => root.classList.toggle(`qrm-no-${name}`, !box.checked);
   box.addEventListener("change", apply);
   apply();
@@ -177,9 +219,6 @@ for (const name in has) {
 });
 
 // Sizes. What is drawn is in pixels, so that lines and letters stay as they are.
-const { box } = planned;
-const aspect = clamp((box.right - box.left) / (box.top - box.bottom), 0.8, 2.2);
-part("canvas").style.setProperty("--aspect", aspect.toFixed(3));
 const sizes = new Map();
 function fit(targets) {
   for (const target of targets) {
@@ -191,14 +230,12 @@ function fit(targets) {
       // Later, for the legend may wrap anew: an observer must not change sizes while it observes.
       requestAnimationFrame(() => keyForces(drawing.pixelPerNewton));
     } else {
-      plots.find((each) => each.area === target).layout(width, height);
+      plots.find((each) => each.area === target)?.layout(width, height);
     }
   }
   show(time);
 }
-const areas = [part("canvas"), ...plots.map((each) => each.area)];
 const observer = new ResizeObserver((entries) => fit(entries.map((entry) => entry.target)));
-for (const area of areas) observer.observe(area);
 // In a long report nothing is drawn that is out of sight.
 new IntersectionObserver((entries) => (isSeen = entries[entries.length - 1].isIntersecting)).observe(root);
 
@@ -208,5 +245,8 @@ function fromAddress() {
   return Number.isFinite(wanted);
 }
 if (isPage) addEventListener("hashchange", fromAddress);
-fit(areas);
-if (!(isPage && fromAddress()) && !matchMedia("(prefers-reduced-motion: reduce)").matches) play(true);
+
+/** Begins to play, unless the address asks for a time. */
+function start() {
+  if (!(isPage && fromAddress()) && !matchMedia("(prefers-reduced-motion: reduce)").matches) play(true);
+}

@@ -1,0 +1,28 @@
+// The simulator: a module of WebAssembly that takes a scene and computes its motion.
+
+const bytesOf = (base64) => Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
+
+/** The module, ready to be called; `gzip` holds its bytes. */
+async function simulator(gzip) {
+  const stream = new Blob([gzip]).stream().pipeThrough(new DecompressionStream("gzip"));
+  const bytes = await new Response(stream).arrayBuffer();
+  const { instance } = await WebAssembly.instantiate(bytes, {});
+  const { memory, reserve, output, output_length, load, run } = instance.exports;
+  /** The output of a function for some bytes; what it says of a failure is thrown. */
+  const call = (work, input) => {
+    // The memory may move while it grows.
+    const place = reserve(input.length);
+    new Uint8Array(memory.buffer, place, input.length).set(input);
+    const isDone = work() === 1;
+    const text = new TextDecoder().decode(new Uint8Array(memory.buffer, output(), output_length()));
+    if (!isDone) throw new Error(text);
+    return JSON.parse(text);
+  };
+  return {
+    load: (scene) => call(load, scene),
+    run(values) {
+      const lines = Object.entries(values).map(([name, value]) => `${name}=${value}`);
+      return call(run, new TextEncoder().encode(lines.join("\n")));
+    },
+  };
+}
