@@ -60,14 +60,15 @@ pub extern "C" fn load() -> u32 {
     })
 }
 
-/// Runs the scene with the values of the input, a line `NAME=VALUE` each; the output is the motion as JSON.
+/// Runs the scene with the values of the input, a line `NAME=VALUE` each; the output is the motion as JSON. A draft has
+/// no estimate of its error.
 #[allow(unsafe_code, reason = "the page calls it by its name")]
 #[unsafe(no_mangle)]
-pub extern "C" fn run() -> u32 {
+pub extern "C" fn run(is_draft: u32) -> u32 {
     answer(|state| {
         let requested = Requested::new(&state.input)?;
         let simulator = state.simulator.as_ref().ok_or("no scene has been loaded")?;
-        simulator.run(&requested)
+        simulator.run(&requested, is_draft != 0)
     })
 }
 

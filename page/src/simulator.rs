@@ -6,12 +6,13 @@ use qrm_scene::evaluate::parameter_values;
 use qrm_scene::scene::Scene;
 use qrm_sim::integrate::MethodSettings;
 use qrm_sim::run::{Outcome, Reason, Request, SimError, simulate};
+use qrm_view::motion::Motion;
 use serde::{Deserialize, Serialize};
 
 use crate::requested::Requested;
 
 /// Most frames of a motion: a screen shows no more of them.
-const MOST_FRAMES: usize = 600;
+const MOST_FRAMES: usize = 400;
 
 /// A derived scene.
 pub(crate) struct Simulator {
@@ -55,6 +56,13 @@ struct Parameter {
     value: f64,
 }
 
+/// A run with its motion.
+#[derive(Serialize)]
+struct Answer {
+    run: Run,
+    motion: Motion,
+}
+
 /// A run, for the page.
 #[derive(Serialize)]
 struct Run {
@@ -91,11 +99,11 @@ impl Simulator {
     }
 
     /// Runs the scene by its steps; the run and its motion as JSON.
-    pub(crate) fn run(&self, requested: &Requested) -> Result<String, String> {
+    pub(crate) fn run(&self, requested: &Requested, is_draft: bool) -> Result<String, String> {
         let description = self.model.description;
         let replace = |name: &str| requested.value(name);
         let mut recording = Recording::with_frames(description, MOST_FRAMES);
-        let request = Request { settings: MethodSettings::default(), step: None, end: None, estimate_error: true };
+        let request = Request { settings: MethodSettings::default(), step: None, end: None, estimate_error: !is_draft };
         let outcome = simulate(&*self.model.mechanism(&replace), &request, &mut recording);
         let outcome = outcome.map_err(|reason| SimError { reason: Reason::Start(reason), description }.to_string())?;
         if recording.frames.len() < 2 {
@@ -103,8 +111,7 @@ impl Simulator {
         }
         let parameters = parameter_values(&self.scene, replace);
         let motion = motion(&self.scene, &parameters, &recording).map_err(|reason| reason.to_string())?;
-        let run = json(&self.report(&outcome))?;
-        Ok(format!("{{\"run\":{run},\"motion\":{}}}", qrm_view::animation::data(&motion)))
+        json(&Answer { run: self.report(&outcome), motion })
     }
 
     fn report(&self, outcome: &Outcome) -> Run {

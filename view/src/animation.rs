@@ -51,7 +51,7 @@ pub struct LiveScene {
     pub doc: String,
     /// The simulator: WebAssembly, compressed by gzip, in base64.
     pub module: String,
-    /// The scene as the simulator takes it, in base64.
+    /// The scene as the simulator takes it, compressed and in base64 likewise.
     pub data: String,
 }
 
@@ -112,7 +112,7 @@ impl Piece<'_> {
 }
 
 /// The motion as JSON that may stand in a script element.
-pub fn data(motion: &Motion) -> String {
+fn data(motion: &Motion) -> String {
     let mut bytes = Vec::new();
     rounded(motion)
         .serialize(&mut Serializer::with_formatter(&mut bytes, Compact))

@@ -10,12 +10,19 @@ let isDue = false;
 /** As many digits as a slider can set. */
 const short = (value) => Number(value.toPrecision(5));
 
+/** When values have not changed for so many milliseconds, the error is estimated too. */
+const SETTLED = 150;
+let settling = 0;
+
 /** The motion for the values as they are; what cannot be shown leaves the last motion. */
-function recompute() {
+function recompute(isDraft = false) {
   isDue = false;
+  clearTimeout(settling);
+  root.toggleAttribute("data-draft", isDraft);
+  if (isDraft) settling = setTimeout(recompute, SETTLED);
   const begun = performance.now();
   try {
-    const { run, motion } = engine.run(changed);
+    const { run, motion } = engine.run(changed, isDraft);
     install(motion);
     report(run, performance.now() - begun);
     part("problem").hidden = true;
@@ -30,7 +37,7 @@ function recompute() {
 
 /** What is known of a run; also as data, to the last digit. */
 function report(run, milliseconds) {
-  const error = run.estimated_error === null ? "" : `, error about ${run.estimated_error.toExponential(0)}`;
+  const error = run.estimated_error === null ? ", error not estimated yet" : `, error about ${run.estimated_error.toExponential(0)}`;
   const doubts = run.distrust.length ? ` Do not trust these numbers: ${run.distrust.join("; ")}.` : "";
   part("run").textContent = `${run.steps} steps in ${milliseconds.toFixed(0)} ms${error}.${doubts}`;
   root.dataset.run = JSON.stringify(run);
@@ -43,7 +50,8 @@ function changeOf(name, value) {
   else changed[name] = value;
   if (isDue) return;
   isDue = true;
-  requestAnimationFrame(recompute);
+  root.toggleAttribute("data-draft", true);
+  requestAnimationFrame(() => recompute(true));
 }
 
 /** The values that the address asks for: `#O2A=0.25&J2=90`. */
@@ -88,8 +96,8 @@ part("reset").addEventListener("click", () => {
 
 (async () => {
   try {
-    engine = await simulator(bytesOf(packed.module));
-    about = engine.load(bytesOf(packed.scene));
+    engine = await simulator(await unpacked(packed.module));
+    about = engine.load(await unpacked(packed.scene));
     changed = addressed();
     listParameters();
     recompute();

@@ -1,11 +1,14 @@
 // The simulator: a module of WebAssembly that takes a scene and computes its motion.
 
-const bytesOf = (base64) => Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
+/** What gzip made of bytes, in base64. */
+async function unpacked(base64) {
+  const bytes = Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
 
-/** The module, ready to be called; `gzip` holds its bytes. */
-async function simulator(gzip) {
-  const stream = new Blob([gzip]).stream().pipeThrough(new DecompressionStream("gzip"));
-  const bytes = await new Response(stream).arrayBuffer();
+/** The module of these bytes, ready to be called. */
+async function simulator(bytes) {
   const { instance } = await WebAssembly.instantiate(bytes, {});
   const { memory, reserve, output, output_length, load, run } = instance.exports;
   /** The output of a function for some bytes; what it says of a failure is thrown. */
@@ -20,9 +23,9 @@ async function simulator(gzip) {
   };
   return {
     load: (scene) => call(load, scene),
-    run(values) {
+    run(values, isDraft) {
       const lines = Object.entries(values).map(([name, value]) => `${name}=${value}`);
-      return call(run, new TextEncoder().encode(lines.join("\n")));
+      return call(() => run(isDraft ? 1 : 0), new TextEncoder().encode(lines.join("\n")));
     },
   };
 }

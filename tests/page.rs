@@ -1,0 +1,106 @@
+//! Pages of `qrm page` in a browser, against the command.
+
+#[path = "common/chromium.rs"]
+mod chromium;
+mod common;
+
+use chromium::Chromium;
+use common::{near, qrm};
+use serde_json::Value;
+
+/// `qrm page SCENE` in a browser, once its first motion is there.
+fn opened(scene: &str, address: &str, browser: &mut Chromium) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = folder.path().join("page.html");
+    let written = qrm(&["page", scene, "--out"]).arg(&file).output().expect("the command starts");
+    assert!(written.status.success(), "{}", String::from_utf8_lossy(&written.stderr));
+    let bytes = std::fs::metadata(&file).expect("the page").len();
+    assert!(bytes <= 300_000, "{scene}: {bytes} bytes");
+    browser.open(&format!("file://{}{address}", file.display()));
+    browser.wait_for("document.querySelector('[data-ready]') !== null");
+    folder
+}
+
+/// The run that the page shows.
+fn shown(browser: &mut Chromium) -> Value {
+    let run = browser.value("document.querySelector('.qrm-animation').dataset.run");
+    serde_json::from_str(run.as_str().expect("a run")).expect("JSON")
+}
+
+/// Compares the run that a page shows with one of the command.
+#[track_caller]
+fn same(browser: &mut Chromium, arguments: &[&str]) {
+    let summary = common::run(&[arguments, &["--no-figures"]].concat()).summary();
+    let shown = shown(browser);
+    let end = summary["end_state"].as_object().expect("a table");
+    for (i, coordinate) in common::model(arguments[0]).description.coordinates.iter().enumerate() {
+        for (name, own) in
+            [(coordinate.name.to_owned(), &shown["q"]), (format!("{}_dot", coordinate.name), &shown["qd"])]
+        {
+            let (value, own) = (end[&name].as_f64().expect("a number"), own[i].as_f64().expect("a number"));
+            near(&name, own, value, 1e-12 * value.abs().max(1.0));
+        }
+    }
+    assert_eq!(shown["steps"], summary["steps"]);
+    let [estimated, own] = [&summary, &shown].map(|run| run["estimated_error"].as_f64().expect("an estimate"));
+    // Rounding errors differ without fused products.
+    near("estimated error", own, estimated, 1e-3 * estimated + 1e-13);
+    assert!(browser.complaints.is_empty(), "{:?}", browser.complaints);
+}
+
+#[test]
+#[ignore = "needs Chromium"]
+fn a_page_computes_what_the_command_computes() {
+    let mut browser = Chromium::new(1400, 900);
+    let _folder = opened("andrews", "", &mut browser);
+    same(&mut browser, &["andrews"]);
+    let _folder = opened("quick-return", "#J2=90", &mut browser);
+    same(&mut browser, &["quick-return", "--set", "J2=90"]);
+    browser.value("document.querySelector('.qrm-reset').click()");
+    same(&mut browser, &["quick-return"]);
+    // The first slider is dragged by the mouse.
+    let from = browser.middle(".qrm-parameter input[type=range]");
+    browser.drag(from, [from[0] + 15.0, from[1]]);
+    browser.wait_for("!document.querySelector('.qrm-animation').hasAttribute('data-draft')");
+    let value = browser.value("document.querySelector('.qrm-parameter input[type=number]').value");
+    let value = value.as_str().expect("a number");
+    assert_ne!(value, "0.2");
+    same(&mut browser, &["quick-return", "--set", "J2=100", "--set", &format!("O2A={value}")]);
+    let said = browser.value("document.querySelector('.qrm-command').textContent");
+    assert_eq!(said, format!("qrm run quick-return --set O2A={value}"));
+}
+
+#[test]
+#[ignore = "needs Chromium"]
+fn the_last_motion_stays_where_there_is_none() {
+    let mut browser = Chromium::new(1400, 900);
+    let _folder = opened("quick-return", "", &mut browser);
+    let before = shown(&mut browser);
+    // A rod so short that the loops cannot be closed.
+    browser.value(
+        "(() => { const number = document.querySelectorAll('.qrm-parameter input[type=number]')[2]; number.value = 0.1; \
+         number.dispatchEvent(new Event('change')); })()",
+    );
+    browser.wait_for("!document.querySelector('.qrm-problem').hidden");
+    let said = browser.value("document.querySelector('.qrm-problem').textContent");
+    assert!(said.as_str().expect("a text").contains("cannot be assembled"), "{said}");
+    assert_eq!(shown(&mut browser), before);
+}
+
+#[test]
+#[ignore = "needs Chromium"]
+fn pages_look_the_same_on_every_screen() {
+    let folder = std::env::var_os("QRM_SCREENSHOTS").map(std::path::PathBuf::from);
+    for (width, height) in [(1400, 900), (390, 844)] {
+        for scheme in ["light", "dark"] {
+            let mut browser = Chromium::new(width, height);
+            browser.prefer(scheme);
+            let _page = opened("quick-return", "#t=0.4", &mut browser);
+            let is_wide = browser.value("document.documentElement.scrollWidth > innerWidth");
+            assert_eq!(is_wide, false, "nothing lies beside a screen of {width} pixels");
+            if let Some(folder) = &folder {
+                std::fs::write(folder.join(format!("{width}-{scheme}.png")), browser.screenshot()).expect("written");
+            }
+        }
+    }
+}
