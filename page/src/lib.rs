@@ -12,6 +12,10 @@ use requested::Requested;
 use simulator::Simulator;
 pub use simulator::packed;
 
+/// This crate as a module of WebAssembly, compressed by gzip: `page/build` makes it.
+#[cfg(not(target_family = "wasm"))]
+pub const MODULE: &[u8] = include_bytes!("../simulator.wasm.gz");
+
 thread_local! {
     static STATE: RefCell<State> = RefCell::default();
 }

@@ -94,7 +94,13 @@ fn library(setup: &Setup) -> Result<Vec<u8>, Error> {
     use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
     let command = std::env::current_exe().unwrap_or_default();
     let stem = command.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let path: PathBuf = command.with_file_name(format!("{DLL_PREFIX}{stem}{DLL_SUFFIX}"));
+    let file = format!("{DLL_PREFIX}{stem}{DLL_SUFFIX}");
+    let beside: PathBuf = command.with_file_name(&file);
+    // Where cargo builds the command alone, it leaves the library in a folder.
+    let places = [beside.with_file_name("deps").join(&file), beside.clone()];
+    let modified = |path: &PathBuf| std::fs::metadata(path).and_then(|m| m.modified()).ok();
+    let newest = places.into_iter().filter(|path| path.is_file()).max_by_key(modified);
+    let path = newest.unwrap_or(beside);
     let wrong = |why: String| {
         Error::usage(format!("the library that belongs into the unit {why}: {}", path.display()))
             .help("`cargo build --release` makes it beside the command; keep both in one folder")

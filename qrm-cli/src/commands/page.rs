@@ -26,9 +26,6 @@ pub(crate) struct Options {
     out: Option<PathBuf>,
 }
 
-/// The simulator of a page, compressed by gzip: `page/build` makes it.
-const MODULE: &[u8] = include_bytes!("../../../page/simulator.wasm.gz");
-
 /// Writes a page with a scene and its simulator.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
     let FoundScene { model, path } = options.scene.find(models)?;
@@ -37,7 +34,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     let page = live_page(&LiveScene {
         title: description.name.to_owned(),
         doc: description.doc.to_owned(),
-        module: BASE64_STANDARD.encode(MODULE),
+        module: BASE64_STANDARD.encode(qrm_page::MODULE),
         data: BASE64_STANDARD.encode(compressed(&qrm_page::packed(DerivedScene::of(model), scene))?),
     });
     let path = options.out.clone().unwrap_or_else(|| PathBuf::from(format!("{}.html", description.name)));
