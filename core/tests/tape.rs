@@ -74,7 +74,7 @@ fn dependent_parameters_and_constants_follow() {
 }
 
 #[test]
-#[should_panic(expected = "a tape of 17 places needs a larger buffer")]
+#[should_panic(expected = "a tape of 19 places needs a larger buffer")]
 fn a_short_buffer_is_refused() {
     TapeEvaluator::with_buffer(&PENDULUM, &mut [0.0; 16][..]);
 }
