@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::requested::Requested;
 
-/// Most frames of a motion: a screen shows no more of them.
-const MOST_FRAMES: usize = 400;
+/// Most frames of a motion: a screen shows no more of them. A draft is looked at for a moment.
+const MOST_FRAMES: [usize; 2] = [400, 160];
 
 /// A derived scene.
 pub(crate) struct Simulator {
@@ -102,7 +102,7 @@ impl Simulator {
     pub(crate) fn run(&self, requested: &Requested, is_draft: bool) -> Result<String, String> {
         let description = self.model.description;
         let replace = |name: &str| requested.value(name);
-        let mut recording = Recording::with_frames(description, MOST_FRAMES);
+        let mut recording = Recording::with_frames(description, MOST_FRAMES[usize::from(is_draft)]);
         let request = Request { settings: MethodSettings::default(), step: None, end: None, estimate_error: !is_draft };
         let outcome = simulate(&*self.model.mechanism(&replace), &request, &mut recording);
         let outcome = outcome.map_err(|reason| SimError { reason: Reason::Start(reason), description }.to_string())?;

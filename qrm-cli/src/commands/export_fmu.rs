@@ -18,9 +18,9 @@ use crate::format;
 use crate::options::{MethodOptions, OutFolder, SceneOptions};
 use crate::output::{print, save};
 use crate::progress::Progress;
-use qrm_pictures::Recording;
 use crate::run_report::RunReport;
 use crate::setup::Setup;
+use qrm_pictures::Recording;
 
 /// The licences of what the library of a unit contains.
 const THIRD_PARTY: &str = include_str!("../../THIRD-PARTY.txt");

@@ -16,9 +16,9 @@ use crate::options::{MethodOptions, OutFolder, SceneOptions};
 use crate::output::{print, save_and_print};
 use crate::pictures::figures;
 use crate::progress::Progress;
-use qrm_pictures::{Recording, motion};
 use crate::run_report::RunReport;
 use crate::setup::Setup;
+use qrm_pictures::{Recording, motion};
 
 #[derive(Args)]
 pub(crate) struct Options {

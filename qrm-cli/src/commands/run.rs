@@ -15,9 +15,9 @@ use crate::parquet;
 use crate::pictures::figures;
 use crate::progress::Progress;
 use crate::recorder::Recorder;
-use qrm_pictures::Recording;
 use crate::run_report::RunReport;
 use crate::setup::Setup;
+use qrm_pictures::Recording;
 
 #[derive(Args)]
 pub(crate) struct Options {

@@ -86,8 +86,17 @@ function hatching(ax, ay, bx, by, depth, sign) {
   return path;
 }
 
+const widths = new Map();
+
+/** The width of a text, measured once; all digits are equally wide. */
+function widthOf(text) {
+  const key = text.getAttribute("class") + text.textContent.replaceAll(/\d/g, "0");
+  if (!widths.has(key)) widths.set(key, text.getComputedTextLength());
+  return widths.get(key);
+}
+
 /** Draws everything for a size in pixels; gives back what moves it to a time. */
-function draw(svg, motion, planned, width, height) {
+function draw(svg, motion, planned, width, height, isDraft = false) {
   svg.replaceChildren();
   svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
   const { box } = planned;
@@ -108,7 +117,8 @@ function draw(svg, motion, planned, width, height) {
   const middleX = (edge.left + edge.right) / 2 - (scale * (box.left + box.right)) / 2;
   const middleY = (edge.top + edge.bottom) / 2 + (scale * (box.bottom + box.top)) / 2;
   const place = (node, at) => [middleX + scale * valueAt(node.x, at), middleY - scale * valueAt(node.y, at)];
-  const count = Math.min(motion.times.length, 48);
+  // Names keep out of the way over the whole run; while it changes, roughly.
+  const count = Math.min(motion.times.length, isDraft ? 8 : 48);
   const samples = Array.from({ length: count }, (_, sample) => {
     return { frame: Math.floor((sample * (motion.times.length - 1)) / (count - 1)), part: 0 };
   });
@@ -273,7 +283,7 @@ function draw(svg, motion, planned, width, height) {
     const words = element(label, "text", { y: 4, "text-anchor": "middle" });
     element(words, "tspan", { class: "qrm-who" }, arrow.name);
     const value = element(words, "tspan", { dx: "0.35em" }, size(planned.largest[index]));
-    const half = words.getComputedTextLength() / 2 + 4;
+    const half = widthOf(words) / 2 + 4;
     plate.setAttribute("x", round(-half));
     plate.setAttribute("width", round(2 * half));
     const clear = (blocks.has(arrow.node) ? 2.9 : pivots.has(arrow.node) ? 1.2 : 0.9) * unit;
@@ -336,7 +346,7 @@ function draw(svg, motion, planned, width, height) {
   nodes.forEach((node, id) => {
     if (!node.name) return;
     const label = element(nameLayer, "text", { class: "qrm-name", "text-anchor": "middle" }, node.name);
-    const half = label.getComputedTextLength() / 2;
+    const half = widthOf(label) / 2;
     const gap = (blocks.has(id) ? 2.4 : pivots.has(id) ? 1.5 : 1.1) * unit;
     let best = { cost: Infinity };
     for (let eighth = 0; eighth < 8; eighth++) {

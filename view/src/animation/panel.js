@@ -15,15 +15,15 @@ const SETTLED = 150;
 let settling = 0;
 
 /** The motion for the values as they are; what cannot be shown leaves the last motion. */
-function recompute(isDraft = false) {
+function recompute(draft = false) {
   isDue = false;
   clearTimeout(settling);
-  root.toggleAttribute("data-draft", isDraft);
-  if (isDraft) settling = setTimeout(recompute, SETTLED);
+  root.toggleAttribute("data-draft", draft);
+  if (draft) settling = setTimeout(recompute, SETTLED);
   const begun = performance.now();
   try {
-    const { run, motion } = engine.run(changed, isDraft);
-    install(motion);
+    const { run, motion } = engine.run(changed, draft);
+    install(motion, draft);
     report(run, performance.now() - begun);
     part("problem").hidden = true;
   } catch (problem) {

@@ -32,8 +32,12 @@ function completed(motion) {
   return motion;
 }
 
-/** Shows a motion, at the time that was shown of the one before. */
-function install(next) {
+/** Whether the next motion follows within moments. */
+let isDraft = false;
+
+/** Shows a motion, at the time that was shown of the one before; of a draft not every detail is looked after. */
+function install(next, draft = false) {
+  isDraft = draft;
   motion = completed(next);
   times = motion.times;
   [begin, end] = [times[0], times[times.length - 1]];
@@ -221,12 +225,13 @@ for (const name of ["forces", "paths", "names"]) {
 // Sizes. What is drawn is in pixels, so that lines and letters stay as they are.
 const sizes = new Map();
 function fit(targets) {
-  for (const target of targets) {
-    const [width, height] = [target.clientWidth, target.clientHeight];
+  // All are read before anything is drawn: a size that is read after that is computed anew.
+  const read = targets.map((target) => [target, target.clientWidth, target.clientHeight]);
+  for (const [target, width, height] of read) {
     if (!(width > 40 && height > 40) || sizes.get(target) === `${width} ${height}`) continue;
     sizes.set(target, `${width} ${height}`);
     if (target === part("canvas")) {
-      drawing = draw(target.firstElementChild, motion, planned, width, height);
+      drawing = draw(target.firstElementChild, motion, planned, width, height, isDraft);
       // Later, for the legend may wrap anew: an observer must not change sizes while it observes.
       requestAnimationFrame(() => keyForces(drawing.pixelPerNewton));
     } else {

@@ -14,9 +14,9 @@ use super::Topic;
 use crate::error::Error;
 use crate::format::{number, quantity, seconds};
 use crate::progress::Progress;
-use qrm_pictures::Recording;
 use crate::run_report::RunReport;
 use crate::setup::Setup;
+use qrm_pictures::Recording;
 
 /// The lines about the motion, and an error if its run did not do what was asked.
 pub(super) fn report_lines(setup: &Setup) -> Result<(Vec<Topic>, Option<Error>), Error> {

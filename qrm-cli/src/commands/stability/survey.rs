@@ -6,9 +6,9 @@ use qrm_sim::run::{End, Outcome, Status};
 
 use crate::error::Error;
 use crate::progress::Progress;
-use qrm_pictures::Recording;
 use crate::run_report::RunReport;
 use crate::setup::Setup;
+use qrm_pictures::Recording;
 
 /// The linearized equations along a motion.
 pub(super) struct Survey {
