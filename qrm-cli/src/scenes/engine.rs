@@ -3,7 +3,7 @@
 
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 use qrm_core::DerivedScene;
@@ -53,16 +53,22 @@ pub(super) fn derive(path: &Path, source: &str, entry: &Entry) -> Result<Derived
         // An engine that does not listen says why.
         let _ = stdin.write_all(source.as_bytes());
     }
-    wait(&mut child, path)?;
+    // Read while it runs: an engine with much to say would wait for a reader.
+    let stderr = child.stderr.take();
+    let said = std::thread::spawn(move || stderr.and_then(|mut stderr| read_text(&mut stderr)).unwrap_or_default());
+    let status = wait(&mut child, path)?;
+    if !status.success() {
+        return Err(refusal(&said.join().unwrap_or_default(), status));
+    }
     cache::read(&entry.path).ok_or_else(|| Error::run(format!("{} is not a derived scene", entry.path.display())))
 }
 
-/// Waits for the engine; an error with what it said.
-fn wait(child: &mut Child, path: &Path) -> Result<(), Error> {
+/// Waits for the engine.
+fn wait(child: &mut Child, path: &Path) -> Result<ExitStatus, Error> {
     let (begun, mut spinner) = (Instant::now(), None);
-    let status = loop {
+    loop {
         match child.try_wait() {
-            Ok(Some(status)) => break status,
+            Ok(Some(status)) => return Ok(status),
             Ok(None) if interrupted() => {
                 let _ = child.kill();
                 let _ = child.wait();
@@ -74,15 +80,19 @@ fn wait(child: &mut Child, path: &Path) -> Result<(), Error> {
         if begun.elapsed() > SILENCE {
             spinner.get_or_insert_with(Spinner::new).show(format!("deriving {}", path.display()));
         }
-    };
-    if status.success() {
-        return Ok(());
     }
-    let mut said = String::new();
-    if let Some(mut stderr) = child.stderr.take() {
-        let _ = stderr.read_to_string(&mut said);
-    }
+}
+
+/// All that is written to a pipe.
+fn read_text(pipe: &mut impl Read) -> Option<String> {
+    let mut bytes = Vec::new();
+    pipe.read_to_end(&mut bytes).ok()?;
+    Some(String::from_utf8_lossy(&bytes).into_owned())
+}
+
+/// What the engine said as an error.
+fn refusal(said: &str, status: ExitStatus) -> Error {
     let said = said.trim();
     let said = said.strip_prefix("error: ").unwrap_or(said);
-    Err(Error::usage(if said.is_empty() { format!("the engine ended with {status}") } else { said.to_owned() }))
+    Error::usage(if said.is_empty() { format!("the engine ended with {status}") } else { said.to_owned() })
 }
