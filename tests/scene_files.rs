@@ -15,7 +15,8 @@ struct Workplace(TempDir);
 
 impl Workplace {
     fn new() -> Self {
-        Self(tempfile::tempdir().expect("a temporary folder"))
+        // Where files of the build can be linked to.
+        Self(tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).expect("a temporary folder"))
     }
 
     fn path(&self, file: &str) -> PathBuf {
@@ -42,7 +43,8 @@ impl Workplace {
         let folder = self.path("bin/bin");
         fs::create_dir_all(&folder).expect("a folder");
         let program = folder.join("qrm");
-        fs::copy(env!("CARGO_BIN_EXE_qrm"), &program).expect("copied");
+        // A copy could not be run while another thread starts a command.
+        fs::hard_link(env!("CARGO_BIN_EXE_qrm"), &program).expect("linked");
         program
     }
 
