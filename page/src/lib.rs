@@ -2,6 +2,8 @@
 //!
 //! The page writes bytes to the memory that [`reserve`] gives, calls a function, and reads what [`output`] and
 //! [`output_length`] say. Functions give 1 if they did what was asked, else 0; the output is then a message.
+//!
+//! They have their names in WebAssembly alone: other libraries that contain this crate must not show them.
 
 mod requested;
 mod simulator;
@@ -30,7 +32,7 @@ struct State {
 
 /// Room for so many bytes of input.
 #[allow(unsafe_code, reason = "the page calls it by its name")]
-#[unsafe(no_mangle)]
+#[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
 pub extern "C" fn reserve(length: usize) -> *mut u8 {
     STATE.with_borrow_mut(|state| {
         state.input = vec![0; length];
@@ -40,21 +42,21 @@ pub extern "C" fn reserve(length: usize) -> *mut u8 {
 
 /// The output of the last call.
 #[allow(unsafe_code, reason = "the page calls it by its name")]
-#[unsafe(no_mangle)]
+#[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
 pub extern "C" fn output() -> *const u8 {
     STATE.with_borrow(|state| state.output.as_ptr())
 }
 
 /// The number of bytes of that output.
 #[allow(unsafe_code, reason = "the page calls it by its name")]
-#[unsafe(no_mangle)]
+#[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
 pub extern "C" fn output_length() -> usize {
     STATE.with_borrow(|state| state.output.len())
 }
 
 /// Takes the derived scene of the input; the output tells its parameters as JSON.
 #[allow(unsafe_code, reason = "the page calls it by its name")]
-#[unsafe(no_mangle)]
+#[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
 pub extern "C" fn load() -> u32 {
     answer(|state| {
         let simulator = Simulator::new(&state.input)?;
@@ -67,7 +69,7 @@ pub extern "C" fn load() -> u32 {
 /// Runs the scene with the values of the input, a line `NAME=VALUE` each; the output is the motion as JSON. A draft has
 /// no estimate of its error.
 #[allow(unsafe_code, reason = "the page calls it by its name")]
-#[unsafe(no_mangle)]
+#[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
 pub extern "C" fn run(is_draft: u32) -> u32 {
     answer(|state| {
         let requested = Requested::new(&state.input)?;
