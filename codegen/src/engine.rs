@@ -54,7 +54,10 @@ pub fn derive(scenes: &[&Scene]) -> Result<Vec<Equations>, Error> {
     std::panic::set_hook(Box::new(|_| ()));
     let joined = std::thread::scope(|scope| {
         let place = &place;
-        let work = move || scenes.iter().enumerate().map(|(i, scene)| derive::equations(i, scene, place)).collect();
+        let work = move || {
+            algebra::define_symbols(scenes);
+            scenes.iter().enumerate().map(|(i, scene)| derive::equations(i, scene, place)).collect()
+        };
         let thread =
             std::thread::Builder::new().name("symbolica".into()).stack_size(64 << 20).spawn_scoped(scope, work)?;
         Ok(thread.join())

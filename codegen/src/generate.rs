@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-use crate::emit::{self, module_name, struct_name};
+use crate::emit::{self, Module, module_name, struct_name};
 use crate::term::Equations;
 use crate::verify::{self, Unverified};
 use crate::{derivation, engine, header, names, tape};
@@ -72,8 +72,8 @@ pub fn generate(scenes: &[PathBuf], directory: &Path) -> Result<Generated, Error
     let stale: Vec<&Read> = read.iter().filter(|r| !is_done(r)).collect();
     if !stale.is_empty() {
         for (read, equations) in stale.iter().zip(&equations(&stale)?) {
-            let (module, _) = code(read, equations)?;
             let Read { scene, source, .. } = read;
+            let (module, _) = code(read, equations, emit::module(scene, equations, source))?;
             // First: the module includes it, and is the mark of both.
             let markdown = derivation::markdown(scene, equations, source);
             write_whole(&derivation(scene), &markdown)?;
@@ -196,9 +196,12 @@ fn index_text(modules: &[GeneratedModule]) -> String {
     text + "}\n"
 }
 
-/// The text of a scene's module, without its last line, and its tape.
-pub(crate) fn code(Read { path, source, scene }: &Read, equations: &Equations) -> Result<(String, OwnedTape), Error> {
-    let module = emit::module(scene, equations, source);
+/// The text of a scene's module, without its last line, and its tape, once they are found right.
+pub(crate) fn code(
+    Read { path, source, scene }: &Read,
+    equations: &Equations,
+    module: Module,
+) -> Result<(String, OwnedTape), Error> {
     verify::verify(scene, equations, &module.file, &module.tape).map_err(Error::Unverified)?;
     // The printer drops comments of this kind, so the header is joined afterwards.
     let header = header::header(path, scene, equations, &module, &header::hash(source));

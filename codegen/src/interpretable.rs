@@ -4,16 +4,21 @@ use qrm_core::{DerivedScene, OwnedDescription, OwnedParameter, OwnedQuantity};
 use qrm_scene::scene::Scene;
 
 use crate::generate::{self, Error, Read};
-use crate::{derivation, header};
+use crate::{derivation, emit, header};
 
 /// Derives the equations of motion of a scene. At most one call per process.
 ///
+/// Shows the scene once it is derived, without its texts, before its functions are compared with its formulae.
+///
 /// # Errors
 /// The scene has a mistake, the engine gave up, or a function was not found right.
-pub fn derive(path: &str, source: &str) -> Result<DerivedScene, Error> {
+pub fn derive(path: &str, source: &str, show: impl FnOnce(&DerivedScene)) -> Result<DerivedScene, Error> {
     let read = Read::new(path, source)?;
     let equations = generate::equations(&[&read])?.remove(0);
-    let (code, tape) = generate::code(&read, &equations)?;
+    let module = emit::module(&read.scene, &equations, source);
+    let texts = [String::new(), String::new()];
+    show(&DerivedScene { description: description(&read.scene, source, texts), tape: module.tape.clone() });
+    let (code, tape) = generate::code(&read, &equations, module)?;
     let derivation = derivation::markdown(&read.scene, &equations, source);
     let code = header::with_checksum(code, &derivation);
     Ok(DerivedScene { description: description(&read.scene, source, [code, derivation]), tape })

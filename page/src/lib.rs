@@ -66,17 +66,30 @@ pub extern "C" fn load() -> u32 {
     })
 }
 
-/// Runs the scene with the values of the input, a line `NAME=VALUE` each; the output is the motion as JSON. A draft has
-/// no estimate of its error.
+/// Runs the scene with the values of the input, a line `NAME=VALUE` each; the output is the motion as JSON. A number for
+/// the time at which it ends about asks for a draft, which is faster and has no estimate of its error.
 #[allow(unsafe_code, reason = "the page calls it by its name")]
 #[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
-pub extern "C" fn run(is_draft: u32) -> u32 {
+pub extern "C" fn run(draft_end: f64) -> u32 {
     answer(|state| {
         let requested = Requested::new(&state.input)?;
-        let simulator = state.simulator.as_ref().ok_or("no scene has been loaded")?;
-        simulator.run(&requested, is_draft != 0)
+        state.simulator.as_mut().ok_or(NO_SCENE)?.run(requested, Some(draft_end).filter(|end| *end > 0.0))
     })
 }
+
+/// Drags points, a line `NAME=WEIGHT` of the input each, towards a place, from the pose at a time of the last motion, or
+/// from where they were dragged last if the time is not a number; the output is the start there as JSON.
+#[allow(unsafe_code, reason = "the page calls it by its name")]
+#[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
+pub extern "C" fn drag(t: f64, x: f64, y: f64) -> u32 {
+    answer(|state| {
+        let points = Requested::new(&state.input)?;
+        state.simulator.as_mut().ok_or(NO_SCENE)?.drag(t, [x, y], &points)
+    })
+}
+
+/// The message for a page that has loaded no scene.
+const NO_SCENE: &str = "no scene has been loaded";
 
 fn answer(work: impl FnOnce(&mut State) -> Result<String, String>) -> u32 {
     STATE.with_borrow_mut(|state| {

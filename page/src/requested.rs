@@ -1,8 +1,8 @@
-//! What the page asks for.
+//! Numbers under names that the page sends.
 
 use std::collections::BTreeMap;
 
-/// New values of parameters.
+/// Numbers under names.
 #[derive(Debug, Default, PartialEq)]
 pub(crate) struct Requested {
     values: BTreeMap<String, f64>,
@@ -20,7 +20,12 @@ impl Requested {
         Ok(Self { values: text.lines().map(value).collect::<Result<_, String>>()? })
     }
 
-    /// The new value of a parameter.
+    /// All of them, in the order of their names.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = (&str, f64)> {
+        self.values.iter().map(|(name, value)| (name.as_str(), *value))
+    }
+
+    /// The number under a name.
     pub(crate) fn value(&self, name: &str) -> Option<f64> {
         self.values.get(name).copied()
     }

@@ -1,23 +1,43 @@
 //! A scene that runs again and again.
 
-use qrm_core::{DerivedScene, Model, OwnedDescription};
-use qrm_pictures::{Recording, motion};
+use std::collections::BTreeMap;
+use std::f64::consts::TAU;
+
+use qrm_core::{DerivedScene, Mechanism, Model, OwnedDescription};
+use qrm_pictures::{Recording, motion, way};
 use qrm_scene::evaluate::parameter_values;
 use qrm_scene::scene::Scene;
-use qrm_sim::integrate::MethodSettings;
+use qrm_sim::analysis::dragged;
+use qrm_sim::integrate::{DOP853, MethodSettings};
 use qrm_sim::run::{Outcome, Reason, Request, SimError, simulate};
+use qrm_sim::start::Start;
 use qrm_view::motion::Motion;
 use serde::{Deserialize, Serialize};
 
 use crate::requested::Requested;
 
-/// Most frames of a motion: a screen shows no more of them. A draft is looked at for a moment.
-const MOST_FRAMES: [usize; 2] = [400, 160];
+/// Most frames of a motion: a screen shows no more of them.
+const MOST_FRAMES: usize = 400;
+/// Rows of a draft, which is looked at for a moment.
+const DRAFT_ROWS: f64 = 160.0;
+/// Error of a step of a draft: nobody sees it.
+const DRAFT_TOLERANCE: f64 = 1e-7;
 
 /// A derived scene.
 pub(crate) struct Simulator {
     model: Model,
     scene: Scene,
+    last: Last,
+}
+
+/// The last motion.
+#[derive(Default)]
+struct Last {
+    requested: Requested,
+    /// Times with coordinates.
+    poses: Vec<(f64, Vec<f64>)>,
+    /// The coordinates that were dragged.
+    dragged: Vec<f64>,
 }
 
 /// A scene as a page holds it.
@@ -44,12 +64,15 @@ pub fn packed(derived: DerivedScene, scene: Scene) -> Vec<u8> {
 #[derive(Serialize)]
 struct About {
     name: &'static str,
-    doc: &'static str,
-    parameters: Vec<Parameter>,
+    doc: String,
+    parameters: Vec<Settable>,
+    /// The coordinates that are given at the start.
+    start: Vec<Settable>,
 }
 
+/// A number that the page can change.
 #[derive(Serialize)]
-struct Parameter {
+struct Settable {
     name: &'static str,
     unit: &'static str,
     doc: &'static str,
@@ -81,37 +104,98 @@ impl Simulator {
     /// Of the bytes of a derived scene.
     pub(crate) fn new(bytes: &[u8]) -> Result<Self, String> {
         let packed: Packed = postcard::from_bytes(bytes).map_err(|_| "these bytes are not a derived scene")?;
-        Ok(Self { model: packed.derived.into_model(), scene: packed.scene })
+        Ok(Self { model: packed.derived.into_model(), scene: packed.scene, last: Last::default() })
     }
 
     /// The scene as JSON.
     pub(crate) fn about(&self) -> Result<String, String> {
         let description = self.model.description;
-        let values = self.model.parameter_values(&|_| None);
-        let parameter = |(p, value): (&qrm_core::ParameterDescription, f64)| Parameter {
-            name: p.name,
-            unit: p.unit,
-            doc: p.doc,
-            value,
-        };
-        let parameters = description.parameters.iter().zip(values).map(parameter).collect();
-        json(&About { name: description.name, doc: description.doc, parameters })
+        let none = Requested::default();
+        let mechanism = self.mechanism(&none);
+        let settable = |(name, unit, doc, value)| Settable { name, unit, doc, value };
+        let parameters = description.parameters.iter().zip(mechanism.parameters());
+        let start = Start::of(&*mechanism);
+        let given = description.coordinates.iter().zip(&start.q).zip(&start.given).filter(|(_, given)| **given);
+        json(&About {
+            name: description.name,
+            doc: self.scene.doc.clone(),
+            parameters: parameters.map(|(p, value)| settable((p.name, p.unit, p.doc, *value))).collect(),
+            start: given.map(|((c, value), _)| settable((c.name, c.unit, c.doc, *value))).collect(),
+        })
     }
 
-    /// Runs the scene by its steps; the run and its motion as JSON.
-    pub(crate) fn run(&self, requested: &Requested, is_draft: bool) -> Result<String, String> {
+    /// The values of all parameters of the scene. Those of a scene file may have changed since it was derived.
+    fn parameters(&self, requested: &Requested) -> Vec<f64> {
+        parameter_values(&self.scene, |name| requested.value(name))
+    }
+
+    fn mechanism(&self, requested: &Requested) -> Box<dyn Mechanism> {
+        let values = self.parameters(requested);
+        let place = |name: &str| self.scene.parameters.iter().position(|parameter| parameter.name == name);
+        self.model.mechanism(&|name| place(name).map(|place| values[place]))
+    }
+
+    /// The start of a mechanism with the values that are asked for.
+    fn start(&self, mechanism: &dyn Mechanism, requested: &Requested) -> Start {
+        let mut start = Start::of(mechanism);
+        for (name, value) in requested.iter() {
+            // The others are parameters.
+            let _ = start.set(self.model.description, name, value);
+        }
+        start
+    }
+
+    /// Runs the scene by its steps, or by fewer for a draft that ends at about a time; the run and its motion as JSON.
+    pub(crate) fn run(&mut self, requested: Requested, draft_end: Option<f64>) -> Result<String, String> {
         let description = self.model.description;
-        let replace = |name: &str| requested.value(name);
-        let mut recording = Recording::with_frames(description, MOST_FRAMES[usize::from(is_draft)]);
-        let request = Request { settings: MethodSettings::default(), step: None, end: None, estimate_error: !is_draft };
-        let outcome = simulate(&*self.model.mechanism(&replace), &request, &mut recording);
+        let mechanism = self.mechanism(&requested);
+        let request = Request {
+            settings: match draft_end {
+                Some(_) => MethodSettings::new(DOP853, DRAFT_TOLERANCE),
+                None => MethodSettings::default(),
+            },
+            start: Some(self.start(&*mechanism, &requested)),
+            step: draft_end.map(|end| end / DRAFT_ROWS),
+            end: None,
+            estimate_error: draft_end.is_none(),
+        };
+        let mut recording = Recording::with_frames(description, MOST_FRAMES);
+        let outcome = simulate(&*mechanism, &request, &mut recording);
         let outcome = outcome.map_err(|reason| SimError { reason: Reason::Start(reason), description }.to_string())?;
         if recording.frames.len() < 2 {
             return Err(format!("`{}` stays where it is", description.name));
         }
-        let parameters = parameter_values(&self.scene, replace);
-        let motion = motion(&self.scene, &parameters, &recording).map_err(|reason| reason.to_string())?;
+        let motion = motion(&self.scene, &self.parameters(&requested), &recording).map_err(|e| e.to_string())?;
+        let poses = recording.states().into_iter().map(|(t, q, _)| (t, q)).collect();
+        (self.last.requested, self.last.poses) = (requested, poses);
         json(&Answer { run: self.report(&outcome), motion })
+    }
+
+    /// Drags points towards a place; the start there as JSON.
+    pub(crate) fn drag(&mut self, t: f64, place: [f64; 2], points: &Requested) -> Result<String, String> {
+        let description = self.model.description;
+        if !t.is_nan() {
+            let distance = |pose: &&(f64, Vec<f64>)| (pose.0 - t).abs();
+            let nearest = self.last.poses.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+            self.last.dragged = nearest.map(|(_, q)| q.clone()).ok_or("nothing has moved yet")?;
+        }
+        let mechanism = self.mechanism(&self.last.requested);
+        let parameters = self.parameters(&self.last.requested);
+        let points: Vec<(&str, f64)> = points.iter().collect();
+        let q = dragged(&*mechanism, &self.last.dragged, |q| way(&self.scene, &parameters, q, &points, place));
+        if !q.iter().all(|value| value.is_finite()) {
+            return Err(format!("`{}` has no place there", description.name));
+        }
+        let own = Start::of(&*mechanism);
+        let value = |i: usize| match description.is_angle(i) {
+            // Turns that were made by hand do not count.
+            true => q[i] - TAU * ((q[i] - own.q[i]) / TAU).round(),
+            false => q[i],
+        };
+        let given = (0..q.len()).filter(|&i| own.given[i]);
+        let start: BTreeMap<&str, f64> = given.map(|i| (description.coordinates[i].name, value(i))).collect();
+        self.last.dragged = q;
+        json(&start)
     }
 
     fn report(&self, outcome: &Outcome) -> Run {

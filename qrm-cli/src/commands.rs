@@ -32,6 +32,8 @@ commands! {
     Run: run,
     /// Run a scene and show it moving: animation.html and animation.gif
     Animate: animate,
+    /// Show a scene moving in a browser, anew whenever its file is saved
+    Live: live,
     /// Write a page that simulates a scene in any browser, with a slider for each parameter: SCENE.html
     Page: page,
     /// Run a scene and put all that is known of it on one page: report.html

@@ -42,6 +42,14 @@ pub(crate) struct SceneOptions {
     pub(crate) until: Option<String>,
 }
 
+/// Where a motion starts.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct StartOptions {
+    /// Give a coordinate or a rate another value at the start, such as `phi2=0.5` or `phi2_dot=2*pi`
+    #[arg(long = "start", value_name = "NAME=VALUE", allow_hyphen_values = true)]
+    pub(crate) start: Vec<String>,
+}
+
 /// An integration method with its projection.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct MethodOptions {
@@ -103,15 +111,23 @@ pub(crate) fn default_folder(description: &Description) -> PathBuf {
 /// The parameters that `--set` changes.
 pub(crate) fn parameters(description: &Description, set: &[String]) -> Result<BTreeMap<String, f64>, Error> {
     let mut values = BTreeMap::new();
-    for assignment in set {
-        let Some((name, value)) = assignment.split_once('=') else {
-            return Err(Error::usage(format!("`--set {assignment}` has no `=`")).help("write `--set NAME=VALUE`"));
-        };
-        let name = name.trim();
+    for text in set {
+        let (name, value) = assignment("--set", text)?;
         check_parameter(description, name)?;
-        values.insert(name.to_owned(), number(&format!("--set {name}"), value)?);
+        values.insert(name.to_owned(), value);
     }
     Ok(values)
+}
+
+/// The name and the number of `NAME=VALUE`.
+pub(crate) fn assignment<'t>(option: &str, text: &'t str) -> Result<(&'t str, f64), Error> {
+    let Some((name, value)) = text.split_once('=') else {
+        return Err(
+            Error::usage(format!("`{option} {text}` has no `=`")).help(format!("write `{option} NAME=VALUE`"))
+        );
+    };
+    let name = name.trim();
+    Ok((name, number(&format!("{option} {name}"), value)?))
 }
 
 /// An error if the generated code has no parameter of this name.

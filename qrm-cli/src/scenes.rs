@@ -1,7 +1,7 @@
 //! Scenes by their names, and scene files.
 
-mod cache;
-mod engine;
+pub(crate) mod cache;
+pub(crate) mod engine;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -24,15 +24,30 @@ pub(crate) struct FoundScene {
     pub(crate) path: String,
 }
 
+/// What the name of a scene means.
+pub(crate) enum Named {
+    /// A scene of the program.
+    Model(&'static Model),
+    /// A scene file.
+    File(PathBuf),
+}
+
 impl SceneName {
-    /// The scene of this name, or that of a file.
-    pub(crate) fn find(&self, models: &'static [Model]) -> Result<FoundScene, Error> {
+    /// What the name means.
+    pub(crate) fn named(&self, models: &'static [Model]) -> Result<Named, Error> {
         let Self { scene } = self;
         if is_path(models, scene) {
-            return Ok(FoundScene { model: model_of_file(models, Path::new(scene))?, path: scene.clone() });
+            return Ok(Named::File(scene.into()));
         }
-        let model = model_named(models, scene, &[])?;
-        Ok(FoundScene { model, path: path_of(model.description) })
+        model_named(models, scene, &[]).map(Named::Model)
+    }
+
+    /// The scene of this name, or that of a file.
+    pub(crate) fn find(&self, models: &'static [Model]) -> Result<FoundScene, Error> {
+        match self.named(models)? {
+            Named::Model(model) => Ok(FoundScene { model, path: path_of(model.description) }),
+            Named::File(path) => Ok(FoundScene { model: model_of_file(models, &path)?, path: self.scene.clone() }),
+        }
     }
 }
 
@@ -43,7 +58,7 @@ fn is_path(models: &[Model], name: &str) -> bool {
 }
 
 /// The file of a scene of the program.
-fn path_of(description: &Description) -> String {
+pub(crate) fn path_of(description: &Description) -> String {
     format!("scenes/{}.toml", description.name)
 }
 
@@ -69,12 +84,17 @@ fn model_of_file(models: &'static [Model], path: &Path) -> Result<&'static Model
         return Ok(model);
     }
     let source = read_text(path)?;
-    let model = match models.iter().find(|model| model.description.source == source) {
+    let model = match model_of_text(models, &source) {
         Some(model) => model,
         None => interpreted(path, &source)?,
     };
     read.insert(path.to_owned(), model);
     Ok(model)
+}
+
+/// The scene of the program that has this text.
+pub(crate) fn model_of_text(models: &'static [Model], source: &str) -> Option<&'static Model> {
+    models.iter().find(|model| model.description.source == source)
 }
 
 /// The model of a text that is interpreted: from the cache, or else by the engine.

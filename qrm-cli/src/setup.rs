@@ -6,6 +6,7 @@ use qrm_core::{Description, Mechanism, Model};
 use qrm_scene::diagnostic::{Diagnostic, Report};
 use qrm_scene::evaluate::{constant, parameter_values};
 use qrm_scene::function::Function;
+use qrm_scene::names::suggestion;
 use qrm_scene::resolve;
 use qrm_scene::scene::Scene;
 use qrm_scene::time_scales::{TimeScale, time_scales};
@@ -17,7 +18,7 @@ use qrm_sim::start::Start;
 use crate::condition::Condition;
 use crate::error::Error;
 use crate::messages;
-use crate::options::{MethodOptions, SceneOptions, optional_positive, parameters};
+use crate::options::{MethodOptions, SceneOptions, StartOptions, assignment, optional_positive, parameters};
 use crate::resolution;
 use crate::scenes::FoundScene;
 
@@ -37,6 +38,8 @@ pub(crate) struct Setup {
     pub(crate) until: String,
     /// Parameters that the command line changes.
     pub(crate) set: BTreeMap<String, f64>,
+    /// The start of the command line.
+    start: Option<Start>,
     /// Step of the command line.
     pub(crate) own_step: Option<f64>,
     /// Longest step of the command line.
@@ -91,11 +94,34 @@ impl Setup {
             description,
             scene,
             set,
+            start: None,
             own_step,
             max_step,
             end_time,
             condition,
         })
+    }
+
+    /// The same, from another start.
+    pub(crate) fn starting_from(mut self, options: &StartOptions) -> Result<Self, Error> {
+        if options.start.is_empty() {
+            return Ok(self);
+        }
+        let mut start = Start::of(&*self.mechanism());
+        for text in &options.start {
+            let (name, value) = assignment("--start", text)?;
+            if start.set(self.description, name, value).is_none() {
+                let names = start.given_names(self.description);
+                let help = suggestion(name, names.iter().map(String::as_str), || match &names[..] {
+                    [] => "its motion is given by the constraints alone".to_owned(),
+                    names => format!("given at the start: {}", names.join(", ")),
+                });
+                let scene = self.description.name;
+                return Err(Error::usage(format!("`{name}` is not given at the start of scene `{scene}`")).help(help));
+            }
+        }
+        self.start = Some(start);
+        Ok(self)
     }
 
     /// The bounds of steps that a method chooses, with these values of the scene's parameters.
@@ -189,7 +215,7 @@ impl Setup {
         estimate_error: bool,
         observer: &mut dyn Observer,
     ) -> Result<Outcome, Error> {
-        let request = Request { settings: self.settings, step: self.own_step, end, estimate_error };
+        let request = Request { start: self.start.clone(), settings: self.settings, step: self.own_step, end, estimate_error };
         let outcome = simulate(&*self.mechanism(), &request, observer);
         outcome.map_err(|reason| messages::no_start(&reason, self))
     }

@@ -1,6 +1,7 @@
 //! Analyses beside the motion: positions that are moved by hand, static equilibrium, linearized equations, exact
 //! motions, reference motions, derivatives by parameters, run times.
 
+mod drag;
 mod energy_integral;
 mod equilibrium;
 mod kinematics;
@@ -11,6 +12,7 @@ mod revolution;
 mod sensitivity;
 mod spectrum;
 
+pub use drag::{Pull, dragged};
 pub use energy_integral::{EnergyIntegral, NoEnergyIntegral, PANELS};
 pub use equilibrium::{NoEquilibrium, StaticEquilibrium, static_equilibrium};
 pub use kinematics::{Drive, LimitPosition, Position};

@@ -3,6 +3,7 @@
 mod accelerations;
 mod buffers;
 mod ldl;
+mod least_squares;
 mod lu;
 mod matrix;
 mod projection;
@@ -13,6 +14,7 @@ mod stats;
 pub use accelerations::{Solver, Undetermined};
 pub use buffers::{Dynamics, Linearization, LoopConstraints};
 pub use ldl::{Ldl, PivotedLdl};
+pub use least_squares::{Residuals, least_squares};
 pub use lu::Lu;
 pub use matrix::{Matrix, dot, largest};
 pub use projection::{NotConverged, Projection, ProjectionTolerance};

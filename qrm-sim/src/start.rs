@@ -1,6 +1,6 @@
 //! The start of a motion, as the scene asks for it.
 
-use qrm_core::{Mechanism, StartMut};
+use qrm_core::{Description, Mechanism, StartMut};
 
 /// The start of a motion: some values are given, the others are first guesses (rates: unused) until they are solved
 /// for.
@@ -28,5 +28,26 @@ impl Start {
             given_rates: &mut start.given_rates,
         });
         start
+    }
+
+    /// Gives a coordinate, or a rate such as `phi_dot`, another value; `None` if it is not given, so that it follows from
+    /// the others.
+    pub fn set(&mut self, description: &Description, name: &str, value: f64) -> Option<()> {
+        let place = |name: &str| description.coordinates.iter().position(|coordinate| coordinate.name == name);
+        let rate = || name.strip_suffix("_dot").and_then(place);
+        let (place, values, given) = match place(name) {
+            Some(place) => (place, &mut self.q, &self.given),
+            None => (rate()?, &mut self.qd, &self.given_rates),
+        };
+        given[place].then(|| values[place] = value)
+    }
+
+    /// The names of the coordinates and rates that are given.
+    pub fn given_names(&self, description: &Description) -> Vec<String> {
+        let names = |given: &[bool], suffix: &str| -> Vec<String> {
+            let given = description.coordinates.iter().zip(given).filter(|(_, given)| **given);
+            given.map(|(coordinate, _)| format!("{}{suffix}", coordinate.name)).collect()
+        };
+        [names(&self.given, ""), names(&self.given_rates, "_dot")].concat()
     }
 }

@@ -20,18 +20,27 @@ pub fn fragment(motion: &Motion) -> String {
 }
 
 /// A whole document whose motion is computed in the browser, by a module of WebAssembly for a scene.
-pub fn live_page(scene: &LiveScene) -> String {
-    let source = [include_str!("animation/simulator.js"), include_str!("animation/panel.js")].concat();
+pub fn simulator_page(page: &SimulatorPage) -> String {
+    let scripts = [
+        include_str!("animation/simulator.js"),
+        include_str!("animation/panel.js"),
+        include_str!("animation/drag.js"),
+        include_str!("animation/export.js"),
+        match page.scene {
+            Some(_) => include_str!("animation/embedded.js"),
+            None => include_str!("animation/live.js"),
+        },
+    ];
     let piece = Piece {
         mode: "page",
         heading: "h1",
-        title: &scene.title,
-        doc: &scene.doc,
-        data: &format!("{{\"module\":\"{}\",\"scene\":\"{}\"}}", scene.module, scene.data),
+        title: page.title,
+        doc: page.doc,
+        data: &data(page),
         panel: include_str!("animation/panel.html"),
-        source: &source,
+        source: &scripts.concat(),
     };
-    document(&scene.title, &scene.doc, &without_comments(&piece.html()))
+    document(page.title, page.doc, &without_comments(&piece.html()))
 }
 
 /// The text without indentation, empty lines, and lines that are comments of a script: half of it is the simulator, and
@@ -42,17 +51,21 @@ fn without_comments(text: &str) -> String {
     kept.flat_map(|line| [line, "\n"]).collect()
 }
 
-/// A scene that is simulated in the browser.
-#[derive(Clone, Debug)]
-pub struct LiveScene {
+/// A page that simulates a scene.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct SimulatorPage<'a> {
     /// What moves.
-    pub title: String,
+    #[serde(skip)]
+    pub title: &'a str,
     /// A sentence about it.
-    pub doc: String,
+    #[serde(skip)]
+    pub doc: &'a str,
+    /// The scene in command lines.
+    pub command: &'a str,
     /// The simulator: WebAssembly, compressed by gzip, in base64.
-    pub module: String,
-    /// The scene as the simulator takes it, compressed and in base64 likewise.
-    pub data: String,
+    pub module: &'a str,
+    /// The scene as the simulator takes it, compressed and in base64 likewise; `None` if a server has it.
+    pub scene: Option<&'a str>,
 }
 
 fn document(title: &str, doc: &str, fragment: &str) -> String {
@@ -65,7 +78,7 @@ fn recorded(motion: &Motion, mode: &str, heading: &str) -> String {
         heading,
         title: &motion.title,
         doc: &motion.doc,
-        data: &data(motion),
+        data: &data(&rounded(motion)),
         panel: "",
         source: include_str!("animation/recorded.js"),
     };
@@ -111,10 +124,10 @@ impl Piece<'_> {
     }
 }
 
-/// The motion as JSON that may stand in a script element.
-fn data(motion: &Motion) -> String {
+/// A value as JSON that may stand in a script element.
+fn data(value: &impl Serialize) -> String {
     let mut bytes = Vec::new();
-    rounded(motion)
+    value
         .serialize(&mut Serializer::with_formatter(&mut bytes, Compact))
         .expect("names and numbers are JSON, and memory takes them");
     String::from_utf8(bytes).expect("JSON is UTF-8")

@@ -2,7 +2,6 @@
 
 use std::cell::RefCell;
 use std::collections::HashMap;
-use std::sync::Once;
 
 use symbolica::atom::{Atom, AtomCore, Symbol as EngineSymbol};
 use symbolica::symbol;
@@ -51,26 +50,11 @@ impl<'s> Algebra<'s> {
 
     fn with(number: usize, scene: &'s Scene, place: &'s Place, names_roots: bool) -> Self {
         let names_formulae = names_roots && swells(scene);
-        let (n, m) = (scene.coordinates.len(), scene.constraints.len());
-        let mut wanted: Vec<Symbol> = (0..scene.parameters.len()).map(Symbol::Parameter).collect();
-        wanted.extend([Symbol::Pi, Symbol::Time, Symbol::Displacement]);
-        wanted.extend((0..n).map(Symbol::Coordinate));
-        wanted.extend((0..n).map(Symbol::Rate));
-        wanted.extend((0..n).map(Symbol::Acceleration));
-        wanted.extend((0..m).map(Symbol::Multiplier));
-        let names = if names_roots { names_at_most(scene, names_formulae) } else { 0 };
-        wanted.extend((0..names).map(Symbol::Named));
-        wanted.extend((0..names).flat_map(|k| (0..n).map(move |i| Symbol::NamedSlope(k, i))));
-        wanted.extend((0..names).map(Symbol::NamedRate));
-        wanted.extend((0..names).map(Symbol::NamedBias));
-        let has_sign = |node: &&Node<Quantity>| matches!(node, Node::Call(f, _) if f.is_piecewise());
-        let signs = all_values(scene).into_iter().flat_map(|value| value.nodes()).filter(has_sign).count();
-        // In a potential each may stand for several: of the length, and of what the length is, in more than one form.
-        wanted.extend((0..6 * signs).map(Symbol::Sign));
-        static DEFINED: Once = Once::new();
-        DEFINED.call_once(define_symbols);
-        let symbols: HashMap<_, _> =
-            wanted.into_iter().enumerate().map(|(i, s)| (s, symbol!(format!("s{i}")))).collect();
+        let symbols: HashMap<_, _> = symbols_of(scene, names_roots)
+            .into_iter()
+            .enumerate()
+            .map(|(i, s)| (s, symbol!(format!("s{i}"))))
+            .collect();
         let places = symbols.iter().map(|(s, engine)| (*engine, *s)).collect();
         let mut algebra = Self {
             scene,
@@ -262,16 +246,35 @@ fn names_at_most(scene: &Scene, formulae: bool) -> usize {
     nodes().filter(is_named).count() + if formulae { 2 * scene.points.len() + 3 * scene.bodies.len() } else { 0 }
 }
 
-/// So many symbols are there before anything else.
-const SYMBOLS: usize = 4096;
-
-/// Defines the symbols of all scenes, because the order of terms follows that of definitions: what is written of a
-/// scene does not depend on those before it.
-fn define_symbols() {
+/// Defines as many symbols as any of the scenes has, before all else, because the order of terms follows that of
+/// definitions: what is written of a scene does not depend on those before it.
+pub(super) fn define_symbols(scenes: &[&Scene]) {
     for name in ["x_", "asin", "acos", "atan", "sinh", "cosh", "tanh"] {
         symbol!(name);
     }
-    (0..SYMBOLS).for_each(|i| {
+    let most = scenes.iter().map(|scene| symbols_of(scene, true).len()).max();
+    (0..most.unwrap_or(0)).for_each(|i| {
         symbol!(format!("s{i}"));
     });
+}
+
+/// The symbols of a scene, in their order.
+fn symbols_of(scene: &Scene, names_roots: bool) -> Vec<Symbol> {
+    let (n, m) = (scene.coordinates.len(), scene.constraints.len());
+    let mut wanted: Vec<Symbol> = (0..scene.parameters.len()).map(Symbol::Parameter).collect();
+    wanted.extend([Symbol::Pi, Symbol::Time, Symbol::Displacement]);
+    wanted.extend((0..n).map(Symbol::Coordinate));
+    wanted.extend((0..n).map(Symbol::Rate));
+    wanted.extend((0..n).map(Symbol::Acceleration));
+    wanted.extend((0..m).map(Symbol::Multiplier));
+    let names = if names_roots { names_at_most(scene, swells(scene)) } else { 0 };
+    wanted.extend((0..names).map(Symbol::Named));
+    wanted.extend((0..names).flat_map(|k| (0..n).map(move |i| Symbol::NamedSlope(k, i))));
+    wanted.extend((0..names).map(Symbol::NamedRate));
+    wanted.extend((0..names).map(Symbol::NamedBias));
+    let has_sign = |node: &&Node<Quantity>| matches!(node, Node::Call(f, _) if f.is_piecewise());
+    let signs = all_values(scene).into_iter().flat_map(|value| value.nodes()).filter(has_sign).count();
+    // In a potential each may stand for several: of the length, and of what the length is, in more than one form.
+    wanted.extend((0..6 * signs).map(Symbol::Sign));
+    wanted
 }

@@ -4,7 +4,7 @@ use clap::Args;
 use qrm_core::Model;
 
 use crate::error::Error;
-use crate::options::{MethodOptions, OutFolder, SceneOptions};
+use crate::options::{MethodOptions, OutFolder, SceneOptions, StartOptions};
 use crate::output::{print, save_and_print};
 use crate::progress::Progress;
 use crate::run_report::RunReport;
@@ -16,6 +16,8 @@ pub(crate) struct Options {
     #[command(flatten)]
     scene: SceneOptions,
     #[command(flatten)]
+    start: StartOptions,
+    #[command(flatten)]
     method: MethodOptions,
     /// Make no GIF, only the page
     #[arg(long)]
@@ -26,7 +28,7 @@ pub(crate) struct Options {
 
 /// Runs a scene and writes its animation.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
-    let setup = Setup::new(models, &options.scene, &options.method)?;
+    let setup = Setup::new(models, &options.scene, &options.method)?.starting_from(&options.start)?;
     let out = options.out.of(setup.description);
     let mut observer = (Progress::new(), Recording::new(setup.description));
     let outcome = setup.simulate(false, &mut observer)?;

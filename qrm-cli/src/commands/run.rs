@@ -9,7 +9,7 @@ use qrm_sim::run::{Outcome, Status};
 
 use crate::columns::write_units;
 use crate::error::{Error, Message};
-use crate::options::{MethodOptions, OutFolder, SceneOptions};
+use crate::options::{MethodOptions, OutFolder, SceneOptions, StartOptions};
 use crate::output::{print, save, save_json};
 use crate::parquet;
 use crate::pictures::figures;
@@ -23,6 +23,8 @@ use qrm_pictures::Recording;
 pub(crate) struct Options {
     #[command(flatten)]
     scene: SceneOptions,
+    #[command(flatten)]
+    start: StartOptions,
     #[command(flatten)]
     method: MethodOptions,
     /// Write every Nth row only; the last row is always written
@@ -44,7 +46,7 @@ pub(crate) struct Options {
 
 /// Runs a scene and writes its files.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
-    let setup = Setup::new(models, &options.scene, &options.method)?;
+    let setup = Setup::new(models, &options.scene, &options.method)?.starting_from(&options.start)?;
     let out = options.out.of(setup.description);
     let recorder = Recorder::new(&out, columns(setup.description), options.every);
     let mut observer = (Progress::new(), (recorder, Recording::new(setup.description)));

@@ -10,20 +10,20 @@ use qrm_scene::files::read_at_most;
 const MAX_BYTES: u64 = 1 << 28;
 
 /// The place of a derived scene.
-pub(super) struct Entry {
+pub(crate) struct Entry {
     pub(super) path: PathBuf,
 }
 
 impl Entry {
     /// The place for the scene of a text, by a hash of the text and of the version of this program.
-    pub(super) fn of(source: &str) -> Self {
+    pub(crate) fn of(source: &str) -> Self {
         let version = env!("CARGO_PKG_VERSION").bytes();
         let hash = digest(version.chain([0]).chain(source.bytes()));
         Self { path: folder().join(format!("{hash:016x}.scene")) }
     }
 
     /// The scene, if it is there, whole, that of the text, and not older than the engine.
-    pub(super) fn read(&self, source: &str) -> Option<DerivedScene> {
+    pub(crate) fn read(&self, source: &str) -> Option<DerivedScene> {
         let modified = |path: &Path| std::fs::metadata(path).and_then(|m| m.modified()).ok();
         let engine = super::engine::program().and_then(|program| modified(&program));
         if modified(&self.path) < engine {

@@ -4,6 +4,8 @@
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use qrm_core::DerivedScene;
@@ -13,7 +15,7 @@ use crate::error::Error;
 use crate::progress::{Spinner, interrupted, watch_interrupts};
 
 /// How often it is looked whether the engine is done.
-const PATIENCE: Duration = Duration::from_millis(1);
+pub(crate) const PATIENCE: Duration = Duration::from_millis(1);
 /// A derivation that takes longer shows that it goes on.
 const SILENCE: Duration = Duration::from_secs(2);
 
@@ -28,59 +30,118 @@ pub(super) fn program() -> Option<PathBuf> {
 
 /// Derives a scene and keeps it in the cache.
 pub(super) fn derive(path: &Path, source: &str, entry: &Entry) -> Result<DerivedScene, Error> {
-    let Some(program) = program() else {
-        return Err(Error::usage(format!(
-            "{} has not been derived yet, and the symbolic engine `qrm-engine` does not lie beside this program",
-            path.display()
-        ))
-        .help(format!(
-            "build it by `cargo build --release` in a clone of qrm, or install both by `cargo install --path .` there; or \
-             bring the derived scene into {}",
-            cache::folder().display()
-        )));
-    };
-    let failed = |e: std::io::Error| Error::run(format!("{} cannot be started: {e}", program.display()));
     watch_interrupts();
-    let mut child = Command::new(&program)
-        .arg(path)
-        .arg(&entry.path)
-        .stdin(Stdio::piped())
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .spawn()
-        .map_err(failed)?;
-    if let Some(mut stdin) = child.stdin.take() {
-        // An engine that does not listen says why.
-        let _ = stdin.write_all(source.as_bytes());
-    }
-    // Read while it runs: an engine with much to say would wait for a reader.
-    let stderr = child.stderr.take();
-    let said = std::thread::spawn(move || stderr.and_then(|mut stderr| read_text(&mut stderr)).unwrap_or_default());
-    let status = wait(&mut child, path)?;
-    if !status.success() {
-        return Err(refusal(&said.join().unwrap_or_default(), status));
-    }
-    cache::read(&entry.path).ok_or_else(|| Error::run(format!("{} is not a derived scene", entry.path.display())))
-}
-
-/// Waits for the engine.
-fn wait(child: &mut Child, path: &Path) -> Result<ExitStatus, Error> {
+    let mut derivation = Engine::start(path)?.derive(source);
     let (begun, mut spinner) = (Instant::now(), None);
     loop {
-        match child.try_wait() {
-            Ok(Some(status)) => return Ok(status),
-            Ok(None) if interrupted() => {
-                let _ = child.kill();
-                let _ = child.wait();
-                return Err(Error::run("the derivation was interrupted"));
-            }
-            Ok(None) => std::thread::sleep(PATIENCE),
-            Err(e) => return Err(Error::run(format!("the engine is lost: {e}"))),
+        if let Some(derived) = derivation.result(entry) {
+            return derived;
         }
+        if interrupted() {
+            return Err(Error::run("the derivation was interrupted"));
+        }
+        std::thread::sleep(PATIENCE);
         if begun.elapsed() > SILENCE {
             spinner.get_or_insert_with(Spinner::new).show(format!("deriving {}", path.display()));
         }
     }
+}
+
+/// An engine that waits for a scene. Dropped, it ends.
+pub(crate) struct Engine {
+    child: Child,
+    /// What it writes.
+    file: PathBuf,
+}
+
+impl Engine {
+    /// Starts the engine for a scene of this path.
+    pub(crate) fn start(path: &Path) -> Result<Self, Error> {
+        static COUNTER: AtomicU64 = AtomicU64::new(0);
+        let Some(program) = program() else {
+            return Err(Error::usage(format!(
+                "{} has not been derived yet, and the symbolic engine `qrm-engine` does not lie beside this program",
+                path.display()
+            ))
+            .help(format!(
+                "build it by `cargo build --release` in a clone of qrm, or install both by `cargo install --path .` \
+                 there; or bring the derived scene into {}",
+                cache::folder().display()
+            )));
+        };
+        let number = COUNTER.fetch_add(1, Ordering::Relaxed);
+        let file = cache::folder().join(format!("{}-{number}.under-way", std::process::id()));
+        let child = Command::new(&program)
+            .arg(path)
+            .arg(&file)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .map_err(|e| Error::run(format!("{} cannot be started: {e}", program.display())))?;
+        Ok(Self { child, file })
+    }
+
+    /// Gives the engine its scene.
+    pub(crate) fn derive(mut self, source: &str) -> Derivation {
+        if let Some(mut stdin) = self.child.stdin.take() {
+            // An engine that does not listen says why.
+            let _ = stdin.write_all(source.as_bytes());
+        }
+        // Read while it runs: an engine with much to say would wait for a reader.
+        let stderr = self.child.stderr.take();
+        let said = std::thread::spawn(move || stderr.and_then(|mut stderr| read_text(&mut stderr)).unwrap_or_default());
+        Derivation { engine: self, said: Some(said) }
+    }
+}
+
+impl Drop for Engine {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+        for file in [&self.file, &unverified(&self.file)] {
+            let _ = std::fs::remove_file(file);
+        }
+    }
+}
+
+/// A derivation that is under way. Dropped, it is cancelled.
+pub(crate) struct Derivation {
+    engine: Engine,
+    said: Option<JoinHandle<String>>,
+}
+
+impl Derivation {
+    /// The scene once it is derived, before its functions were compared with its formulae.
+    pub(crate) fn unverified(&self) -> Option<DerivedScene> {
+        cache::read(&unverified(&self.engine.file))
+    }
+
+    /// The scene, or what is wrong with it, once that is known; a scene is kept in the cache.
+    pub(crate) fn result(&mut self, entry: &Entry) -> Option<Result<DerivedScene, Error>> {
+        let Engine { child, file } = &mut self.engine;
+        match child.try_wait() {
+            Ok(None) => None,
+            Ok(Some(status)) if status.success() => Some(kept(file, entry)),
+            Ok(Some(status)) => {
+                let said = self.said.take().and_then(|said| said.join().ok());
+                Some(Err(refusal(&said.unwrap_or_default(), status)))
+            }
+            Err(e) => Some(Err(Error::run(format!("the engine is lost: {e}")))),
+        }
+    }
+}
+
+/// Where the engine writes a scene before its functions are compared with its formulae.
+fn unverified(file: &Path) -> PathBuf {
+    file.with_extension("unverified")
+}
+
+/// The scene that the engine wrote, which is moved to the cache.
+fn kept(file: &Path, entry: &Entry) -> Result<DerivedScene, Error> {
+    let derived = cache::read(file);
+    std::fs::rename(file, &entry.path).map_err(|e| Error::unwritable(&entry.path, &e))?;
+    derived.ok_or_else(|| Error::run(format!("{} is not a derived scene", entry.path.display())))
 }
 
 /// All that is written to a pipe.

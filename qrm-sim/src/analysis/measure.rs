@@ -9,6 +9,7 @@ use crate::integrate::{BlockEnd, Counts, Integrator, MethodSettings, StepError};
 use crate::run::{Branch, StartError, first_state};
 use crate::solve::{LoopConstraints, Solver, largest};
 use crate::state::State;
+use crate::start::Start;
 
 /// A state with its outputs and checks.
 #[derive(Clone, Debug)]
@@ -71,7 +72,7 @@ pub fn measure(
     times: &[f64],
     repetitions: Repetitions,
 ) -> Result<Measurement, StartError> {
-    let first = first_state(mechanism, &Branch::of(mechanism))?;
+    let first = first_state(mechanism, &Branch::of(mechanism), Start::of(mechanism))?;
     let mut states = Vec::with_capacity(times.len());
     let mut seconds = Vec::new();
     let mut counts = Counts::default();

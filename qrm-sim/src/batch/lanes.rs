@@ -11,6 +11,7 @@ use crate::integrate::{AUTO, DOP853, StepBounds};
 use crate::run::{Branch, StartError, Status, Undefined, check_condition, check_step, first_position, is_balanced};
 use crate::solve::{Projection, Solver, largest};
 use crate::state::State;
+use crate::start::Start;
 use companion::{Companion, LONGER, LOOSER};
 
 /// The largest tolerance: errors of longer steps do not follow the tolerance.
@@ -183,7 +184,7 @@ impl<'a> LaneSweep<'a> {
     fn first_state(&mut self, design: usize) -> Result<Option<State>, StartError> {
         let mechanism = &*self.designs[design];
         check_step(self.request.step.unwrap_or(mechanism.schedule().step), self.end_time(design))?;
-        let mut first = first_position(mechanism, &self.branch)?;
+        let mut first = first_position(mechanism, &self.branch, Start::of(mechanism))?;
         if self.solver.complete(mechanism, &mut first).is_err() {
             return Ok(None);
         }

@@ -114,6 +114,7 @@ pub(super) fn run_alone(design: usize, mechanism: &dyn Mechanism, request: &Swee
         Some(SweepEnd::Condition(_)) => Some(End::Condition(&until)),
     };
     let request = Request {
+        start: None,
         settings: MethodSettings { step_bounds: request.bounds_of(design), ..request.settings },
         step: request.step,
         end,

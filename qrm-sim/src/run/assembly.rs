@@ -3,7 +3,7 @@
 use qrm_core::Mechanism;
 
 use crate::analysis::{Drive, Position};
-use crate::solve::{Ldl, LoopConstraints, Matrix, PivotedLdl, largest, row_products, subtract_combination};
+use crate::solve::{LoopConstraints, Matrix, PivotedLdl, largest, least_squares, row_products, subtract_combination};
 use crate::start::Start;
 
 /// The constraints cannot be met with the given values.
@@ -21,8 +21,6 @@ pub struct NotAssembled {
     pub is_other_branch: bool,
 }
 
-/// Most iterations of the search for a position.
-const ITERATIONS: usize = 200;
 /// Residual up to which a position counts as assembled.
 const CLOSED: f64 = 1e-12;
 
@@ -79,7 +77,7 @@ fn blame(mechanism: &dyn Mechanism, start: &Start, found: &[f64], constraints: &
     NotAssembled { constraint, residual, q, rates: false, is_other_branch: false }
 }
 
-/// Minimises the weighted residuals over the coordinates that are not given (Levenberg-Marquardt).
+/// Minimises the weighted residuals over the coordinates that are not given.
 fn search(
     mechanism: &dyn Mechanism,
     start: &Start,
@@ -87,64 +85,14 @@ fn search(
     weights: &[f64],
     constraints: &mut LoopConstraints,
 ) -> Vec<f64> {
-    let n = from.len();
-    let cost = |constraints: &mut LoopConstraints, q: &[f64]| {
+    least_squares(from, &start.given, weights.len(), &mut |q, residuals| {
         constraints.evaluate(mechanism, 0.0, q);
-        constraints.residuals.iter().zip(weights).map(|(r, w)| (r * w).powi(2)).sum::<f64>()
-    };
-    let mut q = from.to_vec();
-    let mut next = q.clone();
-    let mut slope = vec![0.0; n];
-    let mut row = vec![0.0; n];
-    let mut normal = Matrix::zero(n, n);
-    let mut factors = Ldl::with_size(n);
-    let mut damping = 1e-3;
-    let mut now = cost(constraints, &q);
-    for _ in 0..ITERATIONS {
-        constraints.evaluate(mechanism, 0.0, &q);
-        normal.entries_mut().fill(0.0);
-        slope.fill(0.0);
-        for ((derivatives, residual), weight) in
-            constraints.constraint_jacobian.iter().zip(&constraints.residuals).zip(weights)
-        {
-            for i in 0..n {
-                row[i] = if start.given[i] { 0.0 } else { derivatives[i] * weight };
-            }
-            for i in 0..n {
-                slope[i] -= row[i] * residual * weight;
-                for j in 0..n {
-                    normal[i][j] += row[i] * row[j];
-                }
-            }
+        for (i, weight) in weights.iter().enumerate() {
+            residuals.values[i] = constraints.residuals[i] * weight;
+            let row = constraints.constraint_jacobian[i].iter().map(|entry| entry * weight);
+            residuals.jacobian[i].iter_mut().zip(row).for_each(|(own, entry)| *own = entry);
         }
-        let size = (0..n).fold(0.0, |most: f64, i| most.max(normal[i][i]));
-        for i in 0..n {
-            normal[i][i] += if start.given[i] { 1.0 } else { damping * size + f64::MIN_POSITIVE };
-        }
-        if !factors.factor(&normal) {
-            damping *= 10.0;
-            continue;
-        }
-        factors.solve(&mut slope);
-        for i in 0..n {
-            next[i] = q[i] + slope[i];
-        }
-        // Shorter steps change nothing either.
-        if next == q {
-            break;
-        }
-        let then = cost(constraints, &next);
-        if then < now {
-            q.copy_from_slice(&next);
-            now = then;
-            damping = (damping * 0.1).max(1e-15);
-        } else if damping > 1e6 || now == 0.0 {
-            break;
-        } else {
-            damping *= 10.0;
-        }
-    }
-    q
+    })
 }
 
 /// The rates that are not given, from `C_q qd + C_t = 0`.

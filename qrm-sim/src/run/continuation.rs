@@ -1,4 +1,4 @@
-//! The start of a mechanism with other parameters, on the branch of its scene's own start.
+//! The start of a mechanism with other parameters or given values, on the branch of its scene's own start.
 
 use qrm_core::{Mechanism, Model};
 
@@ -16,7 +16,7 @@ const SHORTEST: f64 = 1e-6;
 /// The branch that a mechanism is assembled on: that of the scene's own parameters.
 ///
 /// Where the first guesses of a scene are solved with other parameters, they may lead to a mirrored position, or to
-/// none. Then the parameters are changed little by little from the scene's own values, and the position follows.
+/// none. Then parameters and given values are changed little by little from the scene's own, and the position follows.
 #[derive(Clone, Debug)]
 pub(crate) struct Branch {
     /// The scene's own start; `None` where the given coordinates do not determine the others, and for mechanisms that
@@ -52,16 +52,20 @@ impl Branch {
         Self { own: SceneStart::of(mechanism) }
     }
 
-    /// Coordinates and rates of a mechanism of this scene at its start.
+    /// Coordinates and rates of a mechanism of this scene at a start.
     ///
     /// # Errors
     /// Some constraint cannot be met, or only on another branch.
-    pub(crate) fn assemble(&self, mechanism: &dyn Mechanism) -> Result<(Vec<f64>, Vec<f64>), NotAssembled> {
-        let mut start = Start::of(mechanism);
+    pub(crate) fn assemble(
+        &self,
+        mechanism: &dyn Mechanism,
+        mut start: Start,
+    ) -> Result<(Vec<f64>, Vec<f64>), NotAssembled> {
         // Other guesses ask for another branch.
         let has_guesses_of =
             |own: &SceneStart| (0..start.q.len()).all(|i| start.given[i] || start.q[i] == own.start.q[i]);
-        let is_other = |own: &&SceneStart| mechanism.parameters() != own.parameters && has_guesses_of(own);
+        let is_own = |own: &SceneStart| mechanism.parameters() == own.parameters && start.q == own.start.q;
+        let is_other = |own: &&SceneStart| !is_own(own) && has_guesses_of(own);
         let Some(own) = self.own.as_ref().filter(is_other) else { return assemble(mechanism, &start) };
         let drive = own.drive(mechanism);
         if let Some(position) = own.neighbour(&drive, &start, &own.position)
@@ -77,7 +81,7 @@ impl Branch {
         {
             return direct;
         }
-        match own.follow(mechanism) {
+        match own.follow(mechanism, &start) {
             Some(position) => {
                 start.q = position.q;
                 assemble(mechanism, &start)
@@ -91,16 +95,17 @@ impl Branch {
 }
 
 impl SceneStart {
-    /// The position that the scene's own one becomes when the parameters change to those of a mechanism; `None` if it
-    /// meets a singular position on the way.
-    fn follow(&self, mechanism: &dyn Mechanism) -> Option<Position> {
+    /// The position that the scene's own one becomes when parameters and given values change to those of a mechanism and
+    /// a start; `None` if it meets a singular position on the way.
+    fn follow(&self, mechanism: &dyn Mechanism, start: &Start) -> Option<Position> {
         let (mut now, mut done, mut step) = (self.position.clone(), 0.0, 0.125_f64);
         while done < 1.0 {
             let next = (done + step).min(1.0);
             let value = |(own, to): (&f64, &f64)| if next == 1.0 { *to } else { own + (to - own) * next };
             let values = self.parameters.iter().zip(mechanism.parameters()).map(value).collect();
             let between = self.model.mechanism_with(values);
-            match self.neighbour(&self.drive(&*between), &Start::of(&*between), &now) {
+            let start = Start { q: self.start.q.iter().zip(&start.q).map(value).collect(), ..start.clone() };
+            match self.neighbour(&self.drive(&*between), &start, &now) {
                 Some(position) => {
                     (now, done) = (position, next);
                     step *= 2.0;
@@ -135,5 +140,5 @@ impl SceneStart {
 /// # Errors
 /// Some constraint cannot be met, or only on another branch.
 pub fn assembled(mechanism: &dyn Mechanism) -> Result<(Vec<f64>, Vec<f64>), NotAssembled> {
-    Branch::of(mechanism).assemble(mechanism)
+    Branch::of(mechanism).assemble(mechanism, Start::of(mechanism))
 }

@@ -15,6 +15,7 @@ use super::redundancy::Redundancy;
 use super::sampler::Sampler;
 use crate::integrate::{BlockEnd, InnerRows, Integrator, MethodSettings, StepError};
 use crate::solve::Solver;
+use crate::start::Start;
 use crate::state::State;
 use crate::stopwatch::Stopwatch;
 
@@ -29,6 +30,8 @@ const NEAR: f64 = 8.0;
 pub struct Request<'a> {
     /// The method.
     pub settings: MethodSettings,
+    /// The start; the scene's if `None`.
+    pub start: Option<Start>,
     /// Length of the steps, or the time between rows of a method that chooses its steps; the scene's if `None`.
     pub step: Option<f64>,
     /// The end; the scene's if `None`.
@@ -64,7 +67,8 @@ pub fn simulate(
         _ => schedule.end_time,
     };
     check_step(step, end_time)?;
-    let first = first_state(mechanism, &Branch::of(mechanism))?;
+    let start = request.start.clone().unwrap_or_else(|| Start::of(mechanism));
+    let first = first_state(mechanism, &Branch::of(mechanism), start)?;
     let settings = request.settings;
     let mut run = Run {
         mechanism,
@@ -112,15 +116,15 @@ pub(crate) fn check_condition(value: Option<f64>) -> Result<(), StartError> {
 ///
 /// # Errors
 /// The constraints cannot be met, or the accelerations are not determined.
-pub(crate) fn first_state(mechanism: &dyn Mechanism, branch: &Branch) -> Result<State, StartError> {
-    let mut first = first_position(mechanism, branch)?;
+pub(crate) fn first_state(mechanism: &dyn Mechanism, branch: &Branch, start: Start) -> Result<State, StartError> {
+    let mut first = first_position(mechanism, branch, start)?;
     Solver::at(mechanism, first.t, &first.q).complete(mechanism, &mut first).map_err(StartError::Step)?;
     Ok(first)
 }
 
 /// The first state without accelerations and multipliers.
-pub(crate) fn first_position(mechanism: &dyn Mechanism, branch: &Branch) -> Result<State, StartError> {
-    let (q, qd) = branch.assemble(mechanism).map_err(StartError::NotAssembled)?;
+pub(crate) fn first_position(mechanism: &dyn Mechanism, branch: &Branch, start: Start) -> Result<State, StartError> {
+    let (q, qd) = branch.assemble(mechanism, start).map_err(StartError::NotAssembled)?;
     let mut first = State::zero(q.len(), mechanism.description().constraints.len());
     (first.q, first.qd) = (q, qd);
     Ok(first)

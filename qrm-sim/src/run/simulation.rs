@@ -13,6 +13,7 @@ use super::watch::Watch;
 use crate::integrate::{BlockEnd, Integrator, MethodSettings, StepError};
 use crate::solve::{LoopConstraints, Matrix, Solver, is_positive, largest};
 use crate::state::State;
+use crate::start::Start;
 
 /// A motion under way. Between the times that are asked for it makes the steps of [`simulate`](crate::run::simulate),
 /// whatever these times are.
@@ -85,7 +86,7 @@ impl Simulation {
         if !(step > 0.0) {
             return Err(StartError::StepTooShort { step, end_time: f64::INFINITY });
         }
-        let first = first_state(&*mechanism, &Branch::of(&*mechanism))?;
+        let first = first_state(&*mechanism, &Branch::of(&*mechanism), Start::of(&*mechanism))?;
         Self::from_state(model, mechanism, settings, step, first).map_err(StartError::Step)
     }
 

@@ -40,6 +40,7 @@ fn what_rounding_leaves_of_a_residual_is_accepted() {
     // The block passes the pivot of the rocker at a distance of 3 um.
     let mechanism = mechanism(&[("O2A", 0.299997), ("BC", 1.2)]);
     let request = Request {
+        start: None,
         settings: MethodSettings::default(),
         step: Some(1e-5),
         end: Some(End::Time(0.7)),

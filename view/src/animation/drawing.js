@@ -224,7 +224,7 @@ function draw(svg, motion, planned, width, height, isDraft = false) {
   motion.shapes.forEach((shape, index) => {
     const ids = shape.nodes ?? [shape.node];
     const colour = planned.colour[index];
-    const group = element(shapeLayer, "g", { class: `qrm-${shape.kind} qrm-c${colour}` });
+    const group = element(shapeLayer, "g", { class: `qrm-${shape.kind} qrm-c${colour}`, "data-shape": index });
     if (shape.name) {
       group.dataset.name = shape.name;
       element(group, "title", {}, shape.kind === "mass" ? `centre of mass of ${shape.name}` : shape.name);
@@ -380,7 +380,8 @@ function draw(svg, motion, planned, width, height, isDraft = false) {
     settle(at);
     for (const work of moving) work(at, time);
   };
-  return { update, pixelPerNewton: planned.metrePerNewton * scale };
+  const toMetres = (x, y) => [(x - middleX) / scale, (middleY - y) / scale];
+  return { update, pixelPerNewton: planned.metrePerNewton * scale, points, toMetres };
 }
 
 /** From 0 to 1: how deep a segment lies in the ellipse of half axes `wide` and `high` around a point. */

@@ -35,8 +35,11 @@ function completed(motion) {
 /** Whether the next motion follows within moments. */
 let isDraft = false;
 
-/** Shows a motion, at the time that was shown of the one before; of a draft not every detail is looked after. */
-function install(next, draft = false) {
+/**
+ * Shows a motion, at the time that was shown of the one before; of a draft not every detail is looked after. With the
+ * plan of another motion the scale of the drawing stays.
+ */
+function install(next, draft = false, plannedBefore = null) {
   isDraft = draft;
   motion = completed(next);
   times = motion.times;
@@ -44,7 +47,7 @@ function install(next, draft = false) {
   duration = end - begin;
   timeExponent = Math.min(exponentFor(duration, 0.01, Infinity), 0);
   timeDecimals = duration / 10 ** timeExponent < 1000 ? 3 : 1;
-  planned = plan(motion);
+  planned = { ...plan(motion), ...(plannedBefore && { box: plannedBefore.box }) };
   part("plots").replaceChildren();
   plots = motion.plots.map((data) => plot(part("plots"), data, times, timeExponent, seek));
   part("plots").hidden = plots.length === 0;

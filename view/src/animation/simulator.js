@@ -7,10 +7,10 @@ async function unpacked(base64) {
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
-/** The module of these bytes, ready to be called. */
-async function simulator(bytes) {
-  const { instance } = await WebAssembly.instantiate(bytes, {});
-  const { memory, reserve, output, output_length, load, run } = instance.exports;
+/** An instance of the module. Each scene has one of its own, so that nothing is left of the scene before it. */
+async function simulator(module) {
+  const instance = await WebAssembly.instantiate(module, {});
+  const { memory, reserve, output, output_length, load, run, drag } = instance.exports;
   /** The output of a function for some bytes; what it says of a failure is thrown. */
   const call = (work, input) => {
     // The memory may move while it grows.
@@ -21,11 +21,15 @@ async function simulator(bytes) {
     if (!isDone) throw new Error(text);
     return JSON.parse(text);
   };
+  const lines = (values) => {
+    const pairs = Object.entries(values).map(([name, value]) => `${name}=${value}`);
+    return new TextEncoder().encode(pairs.join("\n"));
+  };
   return {
     load: (scene) => call(load, scene),
-    run(values, isDraft) {
-      const lines = Object.entries(values).map(([name, value]) => `${name}=${value}`);
-      return call(() => run(isDraft ? 1 : 0), new TextEncoder().encode(lines.join("\n")));
-    },
+    /** A draft needs to know about when the motion ends; a run that is none has an estimate of its error. */
+    run: (values, draftEnd) => call(() => run(draftEnd), lines(values)),
+    /** The start at which points, each with its weight, are nearest to a place; it is sought from the pose of a time. */
+    drag: (time, x, y, points) => call(() => drag(time, x, y), lines(points)),
   };
 }

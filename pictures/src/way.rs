@@ -1,0 +1,28 @@
+//! Ways from points of a mechanism to a place.
+
+use num_dual::Dual2_64;
+use qrm_scene::evaluate::State;
+use qrm_scene::scene::Scene;
+use qrm_sim::analysis::Pull;
+
+/// The way to a place from the weighted mean of points, which are given by their names.
+pub fn way(scene: &Scene, parameters: &[f64], q: &[f64], points: &[(&str, f64)], place: [f64; 2]) -> Pull {
+    let points: Vec<(usize, f64)> = points
+        .iter()
+        .filter_map(|(name, weight)| Some((scene.points.iter().position(|point| point.name == *name)?, *weight)))
+        .collect();
+    let zero = Dual2_64::from(0.0);
+    let by = |coordinate: usize| -> [Dual2_64; 2] {
+        let moved = |(i, value): (usize, &f64)| Dual2_64::new(*value, f64::from(u8::from(i == coordinate)), 0.0);
+        let q: Vec<Dual2_64> = q.iter().enumerate().map(moved).collect();
+        let state = State::new(scene, parameters, zero, q.clone(), vec![zero; q.len()]);
+        let mean = |axis: usize| points.iter().map(|(point, weight)| state.point(*point)[axis] * *weight).sum();
+        [mean(0), mean(1)]
+    };
+    let derivatives: Vec<[Dual2_64; 2]> = (0..q.len()).map(by).collect();
+    let [x, y] = derivatives.first().map_or([0.0; 2], |mean| mean.map(|component| component.re));
+    Pull {
+        way: [x - place[0], y - place[1]],
+        derivatives: [0, 1].map(|axis| derivatives.iter().map(|mean| mean[axis].v1).collect()),
+    }
+}

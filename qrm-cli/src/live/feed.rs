@@ -1,0 +1,87 @@
+//! What pages are to show.
+
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use serde::Serialize;
+
+/// What pages are to show: the latest alone, so that nobody has to keep up.
+#[derive(Default)]
+pub(crate) struct Feed {
+    latest: Mutex<Latest>,
+    is_new: Condvar,
+}
+
+#[derive(Default)]
+struct Latest {
+    version: u64,
+    scene_version: u64,
+    shown: Shown,
+}
+
+/// What a page shows.
+#[derive(Clone, Debug, Default, Serialize)]
+pub(super) struct Shown {
+    /// The scene as the simulator takes it, in base64.
+    #[serde(skip)]
+    pub(super) scene: String,
+    /// What is wrong with the text of the scene.
+    pub(super) problem: Option<String>,
+    /// What goes on.
+    pub(super) note: Option<String>,
+}
+
+/// What a page did not know.
+#[derive(Serialize)]
+struct News<'a> {
+    version: u64,
+    scene_version: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    scene: Option<&'a str>,
+    #[serde(flatten)]
+    shown: &'a Shown,
+}
+
+impl Feed {
+    /// Shows another scene.
+    pub(super) fn show_scene(&self, scene: String, note: Option<String>) {
+        let mut latest = self.lock();
+        latest.scene_version += 1;
+        latest.shown = Shown { scene, problem: None, note };
+        self.announce(latest);
+    }
+
+    /// Shows something beside the scene, which stays.
+    pub(super) fn show_beside(&self, problem: Option<String>, note: Option<String>) {
+        let mut latest = self.lock();
+        (latest.shown.problem, latest.shown.note) = (problem, note);
+        self.announce(latest);
+    }
+
+    fn announce(&self, mut latest: MutexGuard<Latest>) {
+        latest.version += 1;
+        self.is_new.notify_all();
+    }
+
+    /// What a page that knows these versions does not know, as JSON; `None` if nothing has changed for so long.
+    pub(super) fn after(&self, version: u64, scene_version: u64, patience: Duration) -> Option<String> {
+        let is_known = |latest: &mut Latest| latest.version == version;
+        let waited = self.is_new.wait_timeout_while(self.lock(), patience, is_known);
+        let (latest, _) = waited.unwrap_or_else(PoisonError::into_inner);
+        if latest.version == version {
+            return None;
+        }
+        let is_other = latest.scene_version != scene_version;
+        let news = News {
+            version: latest.version,
+            scene_version: latest.scene_version,
+            scene: is_other.then_some(&latest.shown.scene),
+            shown: &latest.shown,
+        };
+        serde_json::to_string(&news).ok()
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Latest> {
+        self.latest.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}

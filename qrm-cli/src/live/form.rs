@@ -1,0 +1,73 @@
+//! What the functions of a scene follow from.
+
+use qrm_scene::scene::Scene;
+use toml_edit::{Document, Item};
+
+/// The text of a scene without the values of its parameters, of which its functions do not depend but for zeros.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Form {
+    text: String,
+    left_out: Vec<bool>,
+}
+
+impl Form {
+    /// Of a scene without mistakes.
+    pub(super) fn of(source: &str, scene: &Scene) -> Self {
+        let left_out = scene.parameters.iter().map(|parameter| parameter.left_out).collect();
+        Self { text: without_values(source).unwrap_or_else(|| source.to_owned()), left_out }
+    }
+}
+
+fn without_values(source: &str) -> Option<String> {
+    let document = Document::parse(source).ok()?;
+    let parameters = document.get("parameters")?.as_table_like()?;
+    let value = |item: &Item| item.as_table_like().map_or_else(|| item.span(), |table| table.get("value")?.span());
+    let mut spans: Vec<_> = parameters.iter().filter_map(|(_, item)| value(item)).collect();
+    spans.sort_unstable_by_key(|span| span.start);
+    let mut text = source.to_owned();
+    spans.into_iter().rev().for_each(|span| text.replace_range(span, ""));
+    Some(text)
+}
+
+#[cfg(test)]
+mod tests {
+    use qrm_scene::resolve;
+
+    use super::*;
+
+    const SCENE: &str = r#"
+name = "block"
+coordinates = [{ name = "x", unit = "m" }]
+[parameters]
+c = { value = 4, unit = "N/m" } # spring
+m = { value = '2*c', unit = "kg" }
+g = { value = 0, unit = "m/s^2" }
+[bodies]
+block = { mass = 'm', com = ['x', '0'] }
+[loads]
+spring = { force = ['-c*x', '0'], on = "block" }
+gravity = { gravity = ['g', '0'] }
+[initial]
+given = { x = 1, x_dot = 0 }
+[run]
+step = 1e-3
+end_time = 1
+"#;
+
+    fn form(replaced: &str, by: &str) -> Form {
+        let source = SCENE.replace(replaced, by);
+        assert!(replaced == by || source != SCENE);
+        let (scene, _) = resolve::read("block.toml", &source).expect("the scene is right");
+        Form::of(&source, &scene)
+    }
+
+    #[test]
+    fn values_of_parameters_do_not_matter_unless_they_are_zero() {
+        let own = form("", "");
+        assert_eq!(own, form("4", "5.25"));
+        assert_eq!(own, form("2*c", "3*c + 1"));
+        assert_ne!(own, form("value = 0", "value = 9.81"));
+        assert_ne!(own, form("-c*x", "-2*c*x"));
+        assert_ne!(own, form("x = 1", "x = 2"));
+    }
+}

@@ -1,0 +1,92 @@
+// Bodies that are dragged by the mouse: the motion starts from where they are let go.
+
+let isDragged = false;
+
+/** What moves under the pointer: its points with their shares in the place that is held, by their names. */
+function grip(target, x, y) {
+  const shape = drawing && motion.shapes[target.closest?.("[data-shape]")?.dataset.shape];
+  if (!shape) return null;
+  const ids = shape.nodes ?? [shape.node];
+  const at = drawing.points;
+  const names = (id) => motion.nodes[id].name;
+  const moves = (id) => motion.nodes[id].x.length > 1 || motion.nodes[id].y.length > 1;
+  let best = { distance: Infinity, points: null };
+  const offer = (points, px, py) => {
+    const distance = Math.hypot(px - x, py - y);
+    const ends = Object.keys(points);
+    if (distance < best.distance && ends.length > 0) best = { distance, points };
+  };
+  for (const id of ids) if (names(id) && moves(id)) offer({ [names(id)]: 1 }, ...at[id]);
+  ids.slice(1).forEach((b, place) => {
+    const a = ids[place];
+    if (!names(a) || !names(b) || !(moves(a) || moves(b))) return;
+    const [[ax, ay], [bx, by]] = [at[a], at[b]];
+    const [dx, dy] = [bx - ax, by - ay];
+    const share = clamp(((x - ax) * dx + (y - ay) * dy) / (dx * dx + dy * dy || 1), 0, 1);
+    offer({ [names(a)]: 1 - share, [names(b)]: share }, ax + share * dx, ay + share * dy);
+  });
+  return best.points;
+}
+
+/** The time at which points were nearest to a place; where several are as near, the one next to the time shown. */
+function nearestTime(points, x, y) {
+  const nodes = Object.entries(points).map(([name, weight]) => [motion.nodes.find((node) => node.name === name), weight]);
+  const distances = times.map((_, frame) => {
+    const place = (axis) => nodes.reduce((sum, [node, weight]) => sum + weight * valueAt(node[axis], { frame, part: 0 }), 0);
+    return Math.hypot(place("x") - x, place("y") - y);
+  });
+  const least = Math.min(...distances);
+  const near = times.filter((_, frame) => distances[frame] <= least + 0.02 * planned.size);
+  return near.reduce((best, each) => (Math.abs(each - time) < Math.abs(best - time) ? each : best), near[0]);
+}
+
+part("canvas").addEventListener("pointerdown", (event) => {
+  const canvas = part("canvas");
+  const pixels = ({ clientX, clientY }) => {
+    const bounds = canvas.getBoundingClientRect();
+    return [clientX - bounds.left, clientY - bounds.top];
+  };
+  const points = event.button === 0 ? grip(event.target, ...pixels(event)) : null;
+  if (!points) return;
+  event.preventDefault();
+  canvas.setPointerCapture(event.pointerId);
+  const wasPlaying = isPlaying;
+  const { toMetres } = drawing;
+  let [from, place] = [time, null];
+  play(false);
+  isDragged = true;
+  root.toggleAttribute("data-dragged", true);
+  const follow = () => {
+    if (!place) return;
+    const [x, y] = toMetres(...place);
+    place = null;
+    if (about.start.length === 0) return show(nearestTime(points, x, y));
+    try {
+      Object.assign(changed, engine.drag(from, x, y, points));
+      from = NaN;
+      for (const { name } of about.start) {
+        const own = part("parameters").querySelector(`[name="${name}"]`);
+        own.value = own.parentElement.querySelector("[type=range]").value = changed[name] ?? ownValue(about, name);
+      }
+      time = begin;
+      recompute(true);
+    } catch (problem) {
+      tell("problem", problem.message);
+    }
+  };
+  const moved = (next) => {
+    if (!place) requestAnimationFrame(follow);
+    place = pixels(next);
+  };
+  const released = () => {
+    canvas.removeEventListener("pointermove", moved);
+    for (const name of ["pointerup", "pointercancel"]) canvas.removeEventListener(name, released);
+    follow();
+    isDragged = false;
+    root.toggleAttribute("data-dragged", false);
+    if (about.start.length > 0) recompute();
+    if (wasPlaying) play(true);
+  };
+  canvas.addEventListener("pointermove", moved);
+  for (const name of ["pointerup", "pointercancel"]) canvas.addEventListener(name, released);
+});

@@ -1,0 +1,62 @@
+// Pictures of the page as files.
+
+/** What the style sheet of the page says of a picture. */
+const STYLES = [
+  "display", "visibility", "opacity", "fill", "fill-opacity", "stroke", "stroke-width", "stroke-linecap", "stroke-linejoin",
+  "stroke-dasharray", "paint-order", "font-family", "font-size", "font-weight", "font-variant-numeric",
+];
+
+/** A copy of a picture that needs no style sheet. */
+function standalone(svg) {
+  const copy = svg.cloneNode(true);
+  const [from, to] = [svg, copy].map((each) => [each, ...each.querySelectorAll("*")]);
+  from.forEach((original, place) => {
+    const style = getComputedStyle(original);
+    to[place].removeAttribute("class");
+    for (const name of STYLES) to[place].style.setProperty(name, style.getPropertyValue(name));
+  });
+  return copy;
+}
+
+/** Saves pictures below each other, each with a line of words in their colours above it. */
+function save(name, pictures) {
+  const width = Math.max(...pictures.map(({ svg }) => svg.viewBox.baseVal.width));
+  const whole = document.createElementNS("http://www.w3.org/2000/svg", "svg");
+  let top = 0;
+  for (const { svg, words } of pictures) {
+    const { width: own, height } = svg.viewBox.baseVal;
+    const line = element(whole, "text", { x: 12, y: top + 18, "font-family": "sans-serif", "font-size": 12.5 });
+    for (const { text, fill } of words) element(line, "tspan", { fill, dx: 6 }, text);
+    const copy = standalone(svg);
+    for (const [key, value] of Object.entries({ x: 0, y: top + 26, width: own, height })) copy.setAttribute(key, value);
+    copy.style.position = "static";
+    whole.append(copy);
+    top += height + 34;
+  }
+  const back = getComputedStyle(part("stage")).backgroundColor;
+  whole.prepend(element(whole, "rect", { width, height: top, fill: back }));
+  for (const [key, value] of Object.entries({ viewBox: `0 0 ${width} ${top}`, width, height: top })) whole.setAttribute(key, value);
+  const link = html(root, "a");
+  link.download = `${name}.svg`;
+  link.href = URL.createObjectURL(new Blob([new XMLSerializer().serializeToString(whole)], { type: "image/svg+xml" }));
+  link.click();
+  link.remove();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+}
+
+const worded = (node) => ({ text: node.textContent, fill: getComputedStyle(node).color });
+part("save-drawing").addEventListener("click", () => {
+  const words = [worded(part("title")), worded(part("time"))];
+  save(`${about.name}-drawing`, [{ svg: part("canvas").firstElementChild, words }]);
+});
+part("save-curves").addEventListener("click", () => {
+  const words = (figure) => {
+    const keys = [...figure.querySelectorAll(".qrm-key")].map((key) => ({
+      text: key.querySelector(".qrm-whose").textContent,
+      fill: getComputedStyle(key.querySelector(".qrm-swatch")).backgroundColor,
+    }));
+    return [...[...figure.querySelectorAll("figcaption span")].map(worded), ...keys];
+  };
+  const figures = [...root.querySelectorAll(".qrm-plot")];
+  save(`${about.name}-curves`, figures.map((figure) => ({ svg: figure.querySelector(".qrm-area svg"), words: words(figure) })));
+});
