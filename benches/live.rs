@@ -65,10 +65,7 @@ fn saved(file: &Path, text: &str, browser: &mut Chromium) -> f64 {
     browser.value(PROMISE);
     let begun = SystemTime::now().duration_since(UNIX_EPOCH).expect("a clock").as_secs_f64() * 1e3;
     std::fs::write(file, text).expect("written");
-    let t = browser.value("window.arrival").as_f64().unwrap_or(f64::NAN) - begun;
-    let trace: Vec<f64> = browser.value("window.trace").as_array().expect("a").iter().map(|x| (x.as_f64().expect("n") - begun).round()).collect();
-    println!("{t} {trace:?}");
-    t
+    browser.value("window.arrival").as_f64().unwrap_or(f64::NAN) - begun
 }
 
 fn show(times: &[Spread]) -> String {

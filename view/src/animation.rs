@@ -62,9 +62,9 @@ pub struct SimulatorPage<'a> {
     pub doc: &'a str,
     /// The scene in command lines.
     pub command: &'a str,
-    /// The simulator: WebAssembly, compressed by gzip, in base64.
+    /// The simulator: WebAssembly, compressed by gzip, in base 85.
     pub module: &'a str,
-    /// The scene as the simulator takes it, compressed and in base64 likewise; `None` if a server has it.
+    /// The scene as the simulator takes it, compressed and in base 85 likewise; `None` if a server has it.
     pub scene: Option<&'a str>,
 }
 

@@ -22,7 +22,7 @@ struct Latest {
 /// What a page shows.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(super) struct Shown {
-    /// The scene as the simulator takes it, in base64.
+    /// The scene as the simulator takes it, in base 85.
     #[serde(skip)]
     pub(super) scene: String,
     /// What is wrong with the text of the scene.

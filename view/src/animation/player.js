@@ -35,6 +35,14 @@ function completed(motion) {
 /** Whether the next motion follows within moments. */
 let isDraft = false;
 
+/** What is shown of a motion, but for numbers. */
+function kind({ nodes, shapes, arrows, plots }, { most }) {
+  const names = [nodes, shapes, arrows].map((list) => list.map((each) => [each.kind, each.name, each.is_traced]));
+  return JSON.stringify([names, plots.map(({ title, curves }) => [title, curves.map((curve) => curve.name)]), most > 0]);
+}
+
+let kindShown = "";
+
 /**
  * Shows a motion, at the time that was shown of the one before; of a draft not every detail is looked after. With the
  * plan of another motion the scale of the drawing stays.
@@ -48,23 +56,37 @@ function install(next, draft = false, plannedBefore = null) {
   timeExponent = Math.min(exponentFor(duration, 0.01, Infinity), 0);
   timeDecimals = duration / 10 ** timeExponent < 1000 ? 3 : 1;
   planned = { ...plan(motion), ...(plannedBefore && { box: plannedBefore.box }) };
-  part("plots").replaceChildren();
-  plots = motion.plots.map((data) => plot(part("plots"), data, times, timeExponent, seek));
-  part("plots").hidden = plots.length === 0;
-  root.toggleAttribute("data-empty", motion.nodes.length === 0);
+  const kindNow = kind(motion, planned);
+  const isNew = kindNow !== kindShown;
+  kindShown = kindNow;
+  if (isNew) {
+    part("plots").replaceChildren();
+    plots = motion.plots.map((data) => plot(part("plots"), data, seek));
+    part("plots").hidden = plots.length === 0;
+    root.toggleAttribute("data-empty", motion.nodes.length === 0);
+    listShapes();
+    offerSwitches();
+  }
+  plots.forEach((each, place) => each.take(motion.plots[place], times, timeExponent));
   [slider.min, slider.max] = [begin, end];
-  listShapes();
   listSpeeds();
-  offerSwitches();
-  const { box } = planned;
-  const aspect = clamp((box.right - box.left) / (box.top - box.bottom), 0.8, 2.2);
-  part("canvas").style.setProperty("--aspect", aspect.toFixed(3));
-  sizes.clear();
-  observer.disconnect();
-  const areas = [part("canvas"), ...plots.map((each) => each.area)];
-  for (const area of areas) observer.observe(area);
   time = clamp(time, begin, end);
-  fit(areas);
+  if (!draft) {
+    const { box } = planned;
+    const aspect = clamp((box.right - box.left) / (box.top - box.bottom), 0.8, 2.2);
+    part("canvas").style.setProperty("--aspect", aspect.toFixed(3));
+  }
+  if (isNew) {
+    sizes.clear();
+    observer.disconnect();
+    const areas = [part("canvas"), ...plots.map((each) => each.area)];
+    for (const area of areas) observer.observe(area);
+    fit(areas);
+  } else {
+    // Nothing has another size: it need not be asked for.
+    for (const target of sizes.keys()) redraw(target);
+    show(time);
+  }
 }
 
 function show(next) {
@@ -231,17 +253,20 @@ function fit(targets) {
   // All are read before anything is drawn: a size that is read after that is computed anew.
   const read = targets.map((target) => [target, target.clientWidth, target.clientHeight]);
   for (const [target, width, height] of read) {
-    if (!(width > 40 && height > 40) || sizes.get(target) === `${width} ${height}`) continue;
-    sizes.set(target, `${width} ${height}`);
-    if (target === part("canvas")) {
-      drawing = draw(target.firstElementChild, motion, planned, width, height, isDraft);
-      // Later, for the legend may wrap anew: an observer must not change sizes while it observes.
-      requestAnimationFrame(() => keyForces(drawing.pixelPerNewton));
-    } else {
-      plots.find((each) => each.area === target)?.layout(width, height);
-    }
+    const [before, above] = sizes.get(target) ?? [];
+    if (!(width > 40 && height > 40) || (before === width && above === height)) continue;
+    sizes.set(target, [width, height]);
+    redraw(target);
   }
   show(time);
+}
+
+function redraw(target) {
+  const [width, height] = sizes.get(target);
+  if (target !== part("canvas")) return void plots.find((each) => each.area === target)?.layout(width, height);
+  drawing = draw(target.firstElementChild, motion, planned, width, height, isDraft);
+  // Later, for the legend may wrap anew: an observer must not change sizes while it observes.
+  requestAnimationFrame(() => keyForces(drawing.pixelPerNewton));
 }
 const observer = new ResizeObserver((entries) => fit(entries.map((entry) => entry.target)));
 // In a long report nothing is drawn that is out of sight.

@@ -2,45 +2,57 @@
 
 const SUPERSCRIPTS = [..."\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079"];
 
-/** Builds one plot into a holder; `seek` is called with the time that is pointed at. */
-function plot(holder, data, times, timeExponent, seek) {
-  const [begin, end] = [times[0], times[times.length - 1]];
-  let [low, high] = rangeOf(data.curves.map((curve) => curve.values));
-  const largest = Math.max(Math.abs(low), Math.abs(high));
-  const exponent = exponentFor(largest, 0.01, 10000);
-  // What differs in the last digit only is constant: rounding is not shown as a curve.
-  if (high - low <= 2e-5 * largest || high === low) {
-    const room = 0.2 * largest || 1;
-    [low, high] = [low - room, high + room];
-  } else {
-    // Zero is worth seeing if it is near.
-    if (low > 0 && low < 0.35 * (high - low)) low = 0;
-    if (high < 0 && -high < 0.35 * (high - low)) high = 0;
-    const room = 0.06 * (high - low);
-    [low, high] = [low - (low === 0 ? 0 : room), high + (high === 0 ? 0 : room)];
-  }
-
+/** Builds a plot for data of one kind into a holder; `seek` is called with the time that is pointed at. */
+function plot(holder, { title, curves: names }, seek) {
   const figure = html(holder, "figure", "qrm-plot");
   const caption = html(figure, "figcaption", "qrm-caption");
-  html(caption, "span", "qrm-what", data.title);
-  const power = exponent ? `10${[...String(exponent)].map((sign) => SUPERSCRIPTS[sign] ?? "\u207b").join("")}` : "";
-  const unit = [power, data.unit].filter((part) => part).join(" ");
-  if (unit) html(caption, "span", "qrm-unit", ` in ${unit}`);
+  html(caption, "span", "qrm-what", title);
+  const unit = html(caption, "span", "qrm-unit");
   const legend = html(figure, "div", "qrm-keys");
   const area = html(figure, "div", "qrm-area");
-  const svg = element(area, "svg", { role: "img", "aria-label": `${data.title} over time` });
-  const decimals = clamp(decimalsOf(nice((high - low) / 3 / 10 ** exponent)) + 2, 0, 9);
-  const number = (value) => (Number.isFinite(value) ? fixed(value / 10 ** exponent, decimals) : "\u2013");
-  const curves = data.curves.map((curve, place) => {
+  const svg = element(area, "svg", { role: "img", "aria-label": `${title} over time` });
+  const curves = names.map(({ name }, place) => {
     const key = html(legend, "span", `qrm-key qrm-c${place % 8}`);
     html(key, "i", "qrm-swatch");
-    html(key, "span", "qrm-whose", curve.name);
+    html(key, "span", "qrm-whose", name);
     const value = html(key, "output", "qrm-value");
     value.setAttribute("aria-live", "off");
-    // Room for the longest number, so that nothing beside it moves.
-    value.style.minWidth = `${Math.max(number(low).length, number(high).length)}ch`;
-    return { values: curve.values, value, style: `qrm-c${place % 8}` };
+    return { values: [], value, style: `qrm-c${place % 8}` };
   });
+
+  let [times, timeExponent, begin, end] = [[], 0, 0, 0];
+  let [low, high, exponent, decimals] = [0, 1, 0, 0];
+  const number = (value) => (Number.isFinite(value) ? fixed(value / 10 ** exponent, decimals) : "\u2013");
+
+  /** Takes the data; they are drawn with the next layout. */
+  function take(data, nextTimes, nextExponent) {
+    [times, timeExponent] = [nextTimes, nextExponent];
+    [begin, end] = [times[0], times[times.length - 1]];
+    [low, high] = rangeOf(data.curves.map((curve) => curve.values));
+    const largest = Math.max(Math.abs(low), Math.abs(high));
+    exponent = exponentFor(largest, 0.01, 10000);
+    // What differs in the last digit only is constant: rounding is not shown as a curve.
+    if (high - low <= 2e-5 * largest || high === low) {
+      const room = 0.2 * largest || 1;
+      [low, high] = [low - room, high + room];
+    } else {
+      // Zero is worth seeing if it is near.
+      if (low > 0 && low < 0.35 * (high - low)) low = 0;
+      if (high < 0 && -high < 0.35 * (high - low)) high = 0;
+      const room = 0.06 * (high - low);
+      [low, high] = [low - (low === 0 ? 0 : room), high + (high === 0 ? 0 : room)];
+    }
+    decimals = clamp(decimalsOf(nice((high - low) / 3 / 10 ** exponent)) + 2, 0, 9);
+    const power = exponent ? `10${[...String(exponent)].map((sign) => SUPERSCRIPTS[sign] ?? "\u207b").join("")}` : "";
+    const text = [power, data.unit].filter((part) => part).join(" ");
+    unit.textContent = text && ` in ${text}`;
+    // Room for the longest number, so that nothing beside it moves.
+    const width = `${Math.max(number(low).length, number(high).length)}ch`;
+    curves.forEach((curve, place) => {
+      curve.values = data.curves[place].values;
+      curve.value.style.minWidth = width;
+    });
+  }
 
   let [toX, toY, cursor] = [() => 0, () => 0, null];
   function layout(width, height) {
@@ -114,5 +126,5 @@ function plot(holder, data, times, timeExponent, seek) {
       if (Number.isFinite(now)) dot.setAttribute("transform", `translate(${x} ${round(toY(now))})`);
     }
   }
-  return { area, layout, update };
+  return { area, take, layout, update };
 }
