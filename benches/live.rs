@@ -11,7 +11,6 @@ mod live;
 #[allow(dead_code, reason = "other benches count instructions")]
 mod measure;
 
-use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use chromium::Chromium;
@@ -32,12 +31,8 @@ const PROMISE: &str = "{ const root = document.querySelector('.qrm-animation'); 
 fn main() {
     println!("{:16} {:>28} {:>28}", "from save to motion, ms", "a value", "a formula");
     for (scene, value, formula) in SCENES {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        let text = std::fs::read_to_string(format!("{}/scenes/{scene}.toml", env!("CARGO_MANIFEST_DIR")));
-        let text = text.expect("a scene").replacen(&format!("\"{scene}\""), "\"mine\"", 1);
-        let file = folder.path().join("mine.toml");
-        std::fs::write(&file, &text).expect("written");
-        let live = Live::new(folder.path(), "mine.toml");
+        let live = Live::of_scene(scene);
+        let text = live.text();
         let mut browser = Chromium::new(1400, 900);
         browser.open(&live.address);
         browser.wait_for("document.querySelector('[data-ready]') !== null");
@@ -52,19 +47,19 @@ fn main() {
                 false => text.replacen(place, &format!("{place}0{digit}"), 1),
             }
         };
-        let values = measure::in_turn(1, |_| saved(&file, &edited(value), &mut browser));
-        let formulae = measure::in_turn(1, |_| saved(&file, &edited(formula), &mut browser));
+        let values = measure::in_turn(1, |_| saved(&live, &edited(value), &mut browser));
+        let formulae = measure::in_turn(1, |_| saved(&live, &edited(formula), &mut browser));
         println!("{scene:23} {:>28} {:>28}", show(&values), show(&formulae));
     }
 }
 
 /// Milliseconds from saving a text to its motion.
-fn saved(file: &Path, text: &str, browser: &mut Chromium) -> f64 {
+fn saved(live: &Live, text: &str, browser: &mut Chromium) -> f64 {
     // The one before is to be settled.
     std::thread::sleep(std::time::Duration::from_millis(500));
     browser.value(PROMISE);
     let begun = SystemTime::now().duration_since(UNIX_EPOCH).expect("a clock").as_secs_f64() * 1e3;
-    std::fs::write(file, text).expect("written");
+    live.save(text);
     browser.value("window.arrival").as_f64().unwrap_or(f64::NAN) - begun
 }
 

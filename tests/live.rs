@@ -1,78 +1,172 @@
-//! `qrm live` in a browser.
+//! `qrm live`: what it serves, and to whom.
 
 #![cfg(feature = "generate")]
 
-#[path = "common/chromium.rs"]
-mod chromium;
 #[path = "common/live.rs"]
+#[allow(dead_code, reason = "the tests in a browser use the rest")]
 mod live;
 
 use std::fs;
-use std::path::PathBuf;
+use std::time::Instant;
 
-use chromium::Chromium;
 use live::Live;
-use tempfile::TempDir;
 
-/// A scene of its own, served and opened.
-struct Desk {
-    folder: TempDir,
-    live: Live,
-    browser: Chromium,
-}
-
-impl Desk {
-    fn new(scene: &str) -> Self {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        let text = fs::read_to_string(format!("{}/scenes/{scene}.toml", env!("CARGO_MANIFEST_DIR"))).expect("a scene");
-        fs::write(folder.path().join("mine.toml"), text.replacen(&format!("\"{scene}\""), "\"mine\"", 1)).expect("written");
-        let live = Live::new(folder.path(), "mine.toml");
-        let mut browser = Chromium::new(1400, 900);
-        browser.open(&live.address);
-        browser.wait_for("document.querySelector('[data-ready]') !== null");
-        Self { folder, live, browser }
-    }
-
-    fn file(&self) -> PathBuf {
-        self.folder.path().join("mine.toml")
-    }
-
-    /// Replaces a part of the scene file.
-    fn edit(&self, from: &str, to: &str) {
-        let text = fs::read_to_string(self.file()).expect("the scene");
-        assert!(text.contains(from), "`{from}` is not in the scene");
-        fs::write(self.file(), text.replacen(from, to, 1)).expect("written");
-    }
-
-    /// What a part of the page says; empty if it is hidden.
-    fn said(&mut self, part: &str) -> String {
-        let text = format!("(() => {{ const part = document.querySelector('.qrm-{part}'); return part.hidden ? '' : part.textContent; }})()");
-        self.browser.value(&text).as_str().expect("a text").to_owned()
-    }
-
-    /// Waits until the settled run of the page is another one than that; gives it.
-    fn next_run(&mut self, before: &str) -> String {
-        let is_next = format!(
-            "(() => {{ const root = document.querySelector('.qrm-animation'); return root.dataset.run !== \
-             {before:?} && !root.hasAttribute('data-draft'); }})()"
-        );
-        self.browser.wait_for(&is_next);
-        self.run()
-    }
-
-    fn run(&mut self) -> String {
-        let run = self.browser.value("document.querySelector('.qrm-animation').dataset.run");
-        run.as_str().expect("a run").to_owned()
-    }
+#[test]
+fn a_saved_scene_is_shown_anew() {
+    let mut live = Live::of_scene("quick-return");
+    let first = live.next_scene();
+    assert_eq!((&first["problem"], &first["note"]), (&serde_json::Value::Null, &serde_json::Value::Null));
+    live.edit("value = 0.2,", "value = 0.21,");
+    let second = live.next_scene();
+    live.edit("'C.y - yC'", "'C.y - yC + 0.001'");
+    let third = live.next_scene();
+    assert!(first["scene"] != second["scene"] && second["scene"] != third["scene"]);
+    // Editors put a new file in the place of the old one.
+    let other = live.folder().join("other");
+    fs::write(&other, live.text().replacen("value = 0.7,", "value = 0.71,", 1)).expect("written");
+    fs::rename(&other, live.file()).expect("moved");
+    let fourth = live.next_scene();
+    live.edit("value = 0.71,", "value = 0.7,");
+    assert_eq!(live.next_scene()["scene"], third["scene"]);
+    assert_ne!(fourth["scene"], third["scene"]);
 }
 
 #[test]
-#[ignore = "needs Chromium"]
-fn a_saved_scene_moves_anew() {
-    let mut desk = Desk::new("quick-return");
-    let first = desk.run();
-    desk.edit("value = 0.6,", "value = 0.61,");
-    let second = desk.next_run(&first);
-    println!("{second}");
-    assert_eq!((desk.said("problem"), desk.said("mistake"), desk.said("news")), Default::default());
+fn mistakes_are_shown_with_their_places() {
+    let mut live = Live::of_scene("quick-return");
+    live.next_scene();
+    let text = live.text();
+    live.save(text.replacen("'C.y - yC'", "'C.y - yD'", 1));
+    let problem = live.wait_for_problem("unknown name `yD`");
+    assert!(problem.contains("mine.toml:") && problem.contains("^^"), "{problem}");
+    live.save(&text[..text.len() / 2]);
+    live.wait_for_problem("error: ");
+    let noise = || (0..10_000_000_u32).map(|i| i.wrapping_mul(2_654_435_761).to_be_bytes()[0]);
+    live.save(noise().collect::<Vec<u8>>());
+    assert!(live.wait_for_problem("is not UTF-8 text").len() < 5000);
+    live.save(noise().map(|byte| b' ' + byte % 90).collect::<Vec<u8>>());
+    assert!(live.wait_for_problem("not valid TOML here").len() < 5000);
+    fs::remove_file(live.file()).expect("removed");
+    live.wait_for_problem("the scene cannot be read");
+    fs::create_dir(live.file()).expect("a folder");
+    live.wait_for_problem("not a file");
+    fs::remove_dir(live.file()).expect("removed");
+    live.save(text);
+    assert_eq!(live.next_scene()["problem"], serde_json::Value::Null);
+}
+
+#[test]
+fn a_text_that_is_whole_soon_is_no_mistake() {
+    let mut live = Live::of_scene("quick-return");
+    live.next_scene();
+    for number in 0..20 {
+        let text = live.text();
+        let text = format!("{}# {number}\n", text.split_inclusive("time = 10\n").next().expect("a scene"));
+        live.save(&text[..text.len() / 3]);
+        live.save(&text[..text.len() / 2]);
+        live.save(&text);
+        let next = live.next_scene();
+        assert_eq!(next["problem"], serde_json::Value::Null);
+    }
+}
+
+/// A chain of pendulums whose linearization is derived for seconds.
+fn chain(bodies: usize) -> String {
+    let names = |of: &dyn Fn(usize) -> String| (0..bodies).map(of).collect::<Vec<_>>();
+    let angle = |i: usize| (0..=i).map(|j| format!("a{j}")).collect::<Vec<_>>().join(" + ");
+    let above = |i: usize, axis: &str| if i == 0 { String::new() } else { format!("P{}.{axis} + ", i - 1) };
+    let point =
+        |i: usize| format!("P{i} = ['{}cos({})', '{}sin({})']\n", above(i, "x"), angle(i), above(i, "y"), angle(i));
+    format!(
+        "name = \"chain\"\ncoordinates = [{}]\n[points]\n{}[bodies]\n{}[loads]\ngravity = {{ gravity = ['0', '-9.81'] \
+         }}\n[initial]\ngiven = {{ {} }}\n[run]\nstep = 1e-3\nend_time = 1\nstiff = true\n",
+        names(&|i| format!("{{ name = \"a{i}\", unit = \"rad\" }}")).join(", "),
+        names(&point).concat(),
+        names(&|i| format!("b{i} = {{ mass = 1, com = \"P{i}\" }}\n")).concat(),
+        names(&|i| format!("a{i} = 0, a{i}_dot = 0")).join(", "),
+    )
+}
+
+#[test]
+fn the_next_save_cancels_a_long_derivation() {
+    let mut live = Live::of_scene("quick-return");
+    live.next_scene();
+    let text = live.text();
+    live.save(chain(11));
+    let next = live.next();
+    assert_eq!(next["note"], "the scene is being derived; saving it again begins anew");
+    let begun = Instant::now();
+    live.save(format!("{text}# a text that was not derived yet\n"));
+    let next = live.next();
+    let note = next["note"].as_str().expect("a note").to_owned();
+    assert!(note.starts_with("the derivation of the text before this one was cancelled after "), "{note}");
+    live.next_scene();
+    assert!(begun.elapsed().as_secs_f64() < 3.0, "the engine was not free: {:?}", begun.elapsed());
+}
+
+#[test]
+fn values_are_written_to_the_file() {
+    let mut live = Live::of_scene("quick-return");
+    live.next_scene();
+    let text = live.text();
+    let (status, said) = live.post_values("O2A=0.25\nphi2=0.5");
+    assert_eq!((status, said.as_str()), (200, "written to mine.toml"));
+    live.next_scene();
+    let expected = text.replacen("value = 0.2,", "value = 0.25,", 1).replacen("phi2 = 0,", "phi2 = 0.5,", 1);
+    assert_eq!(live.text(), expected);
+    for (values, said) in [
+        ("O2B=0.25", "mine.toml: the file has no value for `O2B`"),
+        ("O2A=0/0", "these are no values"),
+        ("O2A=inf", "these are no values"),
+        ("O2A", "these are no values"),
+    ] {
+        assert_eq!(live.post_values(values).1, said);
+    }
+    live.save("name = ");
+    assert_eq!(live.post_values("O2A=0.3").1, "mine.toml: the file holds no scene at present");
+    assert_eq!(live.text(), "name = ");
+}
+
+#[test]
+fn only_its_own_page_is_answered() {
+    let live = Live::of_scene("pendulum");
+    let port = live.port();
+    let (status, page) = live.get("", &[]);
+    assert!(status == 200 && page.contains("qrm-panel"));
+    assert_eq!(live.answer("GET", "/", &[], "").0, 404);
+    assert_eq!(live.answer("GET", "/0123456789abcdef0123456789abcdef/", &[], "").0, 404);
+    for path in ["mine.toml", "../mine.toml", "..%2f..%2fetc/passwd", "values", "cache/"] {
+        assert_eq!(live.get(path, &[]).0, 404, "{path}");
+    }
+    assert_eq!(live.get("", &["Host: evil.example"]).0, 403);
+    assert_eq!(live.get("", &[&format!("Host: evil.example:{port}")]).0, 403);
+    assert_eq!(live.get("", &["Origin: http://evil.example"]).0, 403);
+    assert_eq!(live.get("", &["Origin: null"]).0, 403);
+    assert_eq!(live.get("", &[&format!("Host: localhost:{port}"), &format!("Origin: http://localhost:{port}")]).0, 200);
+}
+
+#[test]
+fn what_cannot_be_served_is_said() {
+    let live = Live::of_scene("pendulum");
+    let said = live.refused(&["mine.toml", "--port", live.port()]);
+    assert!(
+        said.starts_with(&format!("error: port {} of the loopback interface cannot be taken: ", live.port())),
+        "{said}"
+    );
+    let said = live.refused(&["yours.toml"]);
+    assert!(said.contains("the scene cannot be read"), "{said}");
+    let said = live.refused(&["pendulumm"]);
+    assert!(said.contains("there is no scene `pendulumm`"), "{said}");
+}
+
+#[test]
+fn two_sessions_follow_one_file() {
+    let mut live = Live::of_scene("quick-return");
+    let mut other = Live::of_scene("quick-return");
+    for number in 0..5 {
+        live.save(format!("{}# {number}\n", live.text()));
+        other.save(format!("{}# other {number}\n", other.text()));
+        live.next_scene();
+        other.next_scene();
+    }
 }

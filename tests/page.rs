@@ -70,6 +70,46 @@ fn a_page_computes_what_the_command_computes() {
     assert_eq!(said, format!("qrm run quick-return --set O2A={value}"));
 }
 
+/// The middle of a body on the screen.
+fn body(browser: &mut Chromium, name: &str) -> [f64; 2] {
+    browser.middle(&format!("[data-name={name}] .qrm-bar"))
+}
+
+#[test]
+#[ignore = "needs Chromium"]
+fn a_motion_starts_where_a_body_was_let_go() {
+    let mut browser = Chromium::new(1400, 900);
+    let _folder = opened("quick-return", "#t=0", &mut browser);
+    // The crank lies to the right of its pivot, and is turned upward.
+    let at = body(&mut browser, "crank");
+    browser.drag(at, [at[0] - 20.0, at[1] - 60.0]);
+    let is_settled = "!document.querySelector('.qrm-animation').matches('[data-draft], [data-dragged]')";
+    browser.wait_for(is_settled);
+    let said = browser.value("document.querySelector('.qrm-command').textContent");
+    let value =
+        said.as_str().and_then(|said| said.strip_prefix("qrm run quick-return --start phi2=")).map(str::to_owned);
+    let value = value.unwrap_or_else(|| panic!("{said}"));
+    let angle: f64 = value.parse().expect("a number");
+    assert!((0.5..1.6).contains(&angle), "{angle}");
+    same(&mut browser, &["quick-return", "--start", &format!("phi2={value}")]);
+    // The ram turns the crank as well; where it cannot come it comes as near as it can.
+    browser.value("document.querySelector('.qrm-reset').click()");
+    let at = browser.middle("[data-name=ram] rect");
+    browser.drag(at, [at[0] + 400.0, at[1] + 100.0]);
+    browser.wait_for(is_settled);
+    let said = browser.value("document.querySelector('.qrm-command').textContent");
+    let value = said.as_str().expect("a text").rsplit('=').next().expect("a value").to_owned();
+    same(&mut browser, &["quick-return", "--start", &format!("phi2={value}")]);
+    assert_eq!(browser.value("document.querySelector('.qrm-problem').hidden"), true);
+    // What a drive moves is shown at the time at which it is nearest.
+    let _folder = opened("quick-return-driven", "#t=0", &mut browser);
+    let at = body(&mut browser, "crank");
+    browser.drag(at, [at[0] - 20.0, at[1] - 60.0]);
+    let time = browser.value("Number(document.querySelector('.qrm-animation').dataset.time)");
+    assert!(time.as_f64().is_some_and(|time| time > 0.01), "{time}");
+    assert!(browser.complaints.is_empty(), "{:?}", browser.complaints);
+}
+
 #[test]
 #[ignore = "needs Chromium"]
 fn the_last_motion_stays_where_there_is_none() {

@@ -1,37 +1,157 @@
-//! `qrm live` as a process.
+//! `qrm live` as a process, and its answers.
 
-use std::io::{BufRead, BufReader};
-use std::path::Path;
+use std::fs;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
-/// A command that serves a page.
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// A scene file of its own, and the command that serves it.
 pub(crate) struct Live {
+    folder: TempDir,
     process: Child,
     /// Where the page is.
     pub(crate) address: String,
+    /// What is known of the scene, and of all that is shown.
+    known: (u64, u64),
 }
 
 impl Live {
-    /// `qrm live` with a scene, in a folder that has the cache too.
-    pub(crate) fn new(folder: &Path, scene: &str) -> Self {
-        let mut process = Command::new(env!("CARGO_BIN_EXE_qrm"))
-            .args(["live", scene, "--no-open"])
-            .current_dir(folder)
-            .env("QRM_CACHE", folder.join("cache"))
-            .stdout(Stdio::piped())
-            .spawn()
-            .expect("the command starts");
+    /// The command with a copy of a scene of the program.
+    pub(crate) fn of_scene(scene: &str) -> Self {
+        let text = fs::read_to_string(format!("{}/scenes/{scene}.toml", env!("CARGO_MANIFEST_DIR"))).expect("a scene");
+        Self::of_text(&text.replacen(&format!("\"{scene}\""), "\"mine\"", 1))
+    }
+
+    /// The command with this scene.
+    pub(crate) fn of_text(text: &str) -> Self {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        fs::write(folder.path().join("mine.toml"), text).expect("written");
+        let mut process = command(folder.path(), &["mine.toml"]).stdout(Stdio::piped()).spawn().expect("it starts");
         let mut line = String::new();
         let mut said = BufReader::new(process.stdout.take().expect("a pipe"));
         said.read_line(&mut line).expect("it says where the page is");
         let address = line.split([' ', ',']).find(|word| word.starts_with("http://")).expect("an address").to_owned();
-        Self { process, address }
+        Self { folder, process, address, known: (0, 0) }
+    }
+
+    /// The scene file.
+    pub(crate) fn file(&self) -> PathBuf {
+        self.folder.path().join("mine.toml")
+    }
+
+    /// Its text.
+    pub(crate) fn text(&self) -> String {
+        fs::read_to_string(self.file()).expect("the scene")
+    }
+
+    /// Saves another text.
+    pub(crate) fn save(&self, text: impl AsRef<[u8]>) {
+        fs::write(self.file(), text).expect("written");
+    }
+
+    /// Replaces a part of the scene file.
+    pub(crate) fn edit(&self, from: &str, to: &str) {
+        let text = self.text();
+        assert!(text.contains(from), "`{from}` is not in the scene");
+        self.save(text.replacen(from, to, 1));
+    }
+
+    /// The next that a page is to show.
+    pub(crate) fn next(&mut self) -> Value {
+        let (version, scene) = self.known;
+        let (status, body) = self.get(&format!("news?version={version}&scene={scene}"), &[]);
+        assert_eq!(status, 200, "nothing is shown for as long as a page waits");
+        let news: Value = serde_json::from_str(&body).expect("JSON");
+        self.known = (news["version"].as_u64().expect("a version"), news["scene_version"].as_u64().expect("one"));
+        news
+    }
+
+    /// Waits for a scene.
+    pub(crate) fn next_scene(&mut self) -> Value {
+        loop {
+            let next = self.next();
+            if next.get("scene").is_some() {
+                return next;
+            }
+        }
+    }
+
+    /// Waits for a mistake whose report has this in it; the report. A file that is written slowly has others before.
+    pub(crate) fn wait_for_problem(&mut self, part: &str) -> String {
+        loop {
+            let next = self.next();
+            if let Some(problem) = next["problem"].as_str().filter(|problem| problem.contains(part)) {
+                return problem.to_owned();
+            }
+        }
+    }
+
+    /// The status and the body of an answer.
+    pub(crate) fn get(&self, path: &str, headers: &[&str]) -> (u16, String) {
+        self.answer("GET", &format!("{}{path}", self.path()), headers, "")
+    }
+
+    /// Sends values.
+    pub(crate) fn post_values(&self, values: &str) -> (u16, String) {
+        self.answer("POST", &format!("{}values", self.path()), &[], values)
+    }
+
+    pub(crate) fn answer(&self, method: &str, path: &str, headers: &[&str], body: &str) -> (u16, String) {
+        let mut stream = TcpStream::connect(self.host()).expect("it listens");
+        let own = format!("Host: {}", self.host());
+        let host = if headers.iter().any(|header| header.starts_with("Host:")) { "X-Host: 0" } else { &own };
+        let (headers, length) = (headers.join("\r\n"), body.len());
+        let separator = if headers.is_empty() { "" } else { "\r\n" };
+        let request = format!(
+            "{method} {path} HTTP/1.1\r\n{host}\r\nConnection: close\r\nContent-Length: {length}\r\n\
+             {headers}{separator}\r\n{body}"
+        );
+        stream.write_all(request.as_bytes()).expect("sent");
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).expect("received");
+        let (head, body) = answer.split_once("\r\n\r\n").expect("a head and a body");
+        (head[9..12].parse().expect("a status"), body.to_owned())
+    }
+
+    fn host(&self) -> &str {
+        self.address["http://".len()..].split('/').next().expect("a host")
+    }
+
+    fn path(&self) -> &str {
+        &self.address["http://".len() + self.host().len()..]
     }
 
     /// The identity of the process.
     pub(crate) fn id(&self) -> u32 {
         self.process.id()
     }
+
+    /// A second command with the same file; what it says when it ends.
+    pub(crate) fn refused(&self, arguments: &[&str]) -> String {
+        let output = command(self.folder.path(), arguments).output().expect("it starts");
+        assert_eq!(output.status.code(), Some(2));
+        String::from_utf8_lossy(&output.stderr).into_owned()
+    }
+
+    /// The port of the page.
+    pub(crate) fn port(&self) -> &str {
+        self.host().split(':').nth(1).expect("a port")
+    }
+
+    /// What a command prints, in the folder of the scene.
+    pub(crate) fn folder(&self) -> &Path {
+        self.folder.path()
+    }
+}
+
+fn command(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_qrm"));
+    command.args(["live", "--no-open"]).args(arguments).current_dir(folder).env("QRM_CACHE", folder.join("cache"));
+    command
 }
 
 impl Drop for Live {

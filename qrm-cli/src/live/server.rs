@@ -35,12 +35,7 @@ pub(crate) struct Server {
 
 impl Server {
     /// Takes a port: that one, or any that is free.
-    pub(crate) fn new(
-        port: Option<u16>,
-        page: String,
-        feed: Arc<Feed>,
-        file: Option<PathBuf>,
-    ) -> Result<Self, Error> {
+    pub(crate) fn new(port: Option<u16>, page: String, feed: Arc<Feed>, file: Option<PathBuf>) -> Result<Self, Error> {
         let taken = |reason: String| {
             let asked = port.map_or_else(|| "a port".to_owned(), |port| format!("port {port}"));
             Error::usage(format!("{asked} of the loopback interface cannot be taken: {reason}"))
@@ -98,7 +93,9 @@ impl Server {
         let Some(path) = path.map(str::to_owned) else { return Answer::nothing() };
         let (path, query) = path.split_once('?').unwrap_or((&path, ""));
         match (request.method(), path) {
-            (Method::Get, "/") => Answer { status: 200, kind: "text/html; charset=utf-8", body: self.page.clone().into() },
+            (Method::Get, "/") => {
+                Answer { status: 200, kind: "text/html; charset=utf-8", body: self.page.clone().into() }
+            }
             (Method::Get, "/news") => self.news(query),
             (Method::Post, "/values") => self.write(request),
             _ => Answer::nothing(),

@@ -12,7 +12,6 @@ use qrm_scene::source::read_text;
 use super::feed::Feed;
 use super::form::Form;
 use super::watch::Watch;
-use crate::error::Error;
 use crate::page_data::packed;
 use crate::progress::interrupted;
 use crate::scenes::cache::Entry;
@@ -40,6 +39,8 @@ pub(crate) struct Session {
     under_way: Option<UnderWay>,
     /// What is wrong with the text, and when it was read.
     mistake: Option<(Instant, String)>,
+    /// What became of the derivation before.
+    note: Option<String>,
 }
 
 /// A derivation of a text.
@@ -56,7 +57,7 @@ impl Session {
     /// Of a scene file.
     pub(crate) fn new(models: &'static [Model], path: PathBuf, feed: Arc<Feed>) -> Self {
         let text = Err(String::new());
-        Self { models, path, feed, text, derived: None, engine: None, under_way: None, mistake: None }
+        Self { models, path, feed, text, derived: None, engine: None, under_way: None, mistake: None, note: None }
     }
 
     /// Shows a text that is in no file.
@@ -94,7 +95,7 @@ impl Session {
         match text {
             Ok(text) => self.take(text),
             Err(mistake) => {
-                self.under_way = None;
+                self.cancel();
                 self.mistake = Some((Instant::now(), mistake));
             }
         }
@@ -103,11 +104,7 @@ impl Session {
     /// Shows the scene of a text, or begins to derive it.
     fn take(&mut self, text: String) {
         self.mistake = None;
-        let cancelled = self.under_way.take().filter(|under_way| under_way.is_told);
-        let note = cancelled.map(|under_way| {
-            let seconds = under_way.begun.elapsed().as_secs_f64();
-            format!("the derivation of the text before this one was cancelled after {seconds:.1} s")
-        });
+        self.cancel();
         let scene = match resolve::read(&self.path.display().to_string(), &text) {
             Ok((scene, _)) => scene,
             Err(report) => {
@@ -116,33 +113,41 @@ impl Session {
             }
         };
         if let Some(model) = model_of_text(self.models, &text) {
-            return self.show(DerivedScene::of(model), scene, note);
+            return self.show(DerivedScene::of(model), scene);
         }
         let form = Form::of(&text, &scene);
         if let Some((_, derived)) = self.derived.as_ref().filter(|(own, _)| *own == form) {
-            return self.show(derived.clone(), scene, note);
+            return self.show(derived.clone(), scene);
         }
         if let Some(derived) = Entry::of(&text).read(&text) {
             self.derived = Some((form, derived.clone()));
-            return self.show(derived, scene, note);
+            return self.show(derived, scene);
         }
         let engine = self.engine.take().map_or_else(|| Engine::start(&self.path), Ok);
         match engine {
             Ok(engine) => {
                 let (derivation, begun) = (engine.derive(&text), Instant::now());
                 self.under_way = Some(UnderWay { derivation, text, scene, begun, is_shown: false, is_told: false });
-                if note.is_some() {
-                    self.feed.show_beside(None, note);
+                if self.note.is_some() {
+                    self.show_beside(None);
                 }
             }
-            Err(error) => self.feed.show_beside(Some(error.to_string()), note),
+            Err(error) => self.show_beside(Some(error.to_string())),
+        }
+    }
+
+    /// Ends the derivation that is under way. Whoever was told that it goes on is told that it does not.
+    fn cancel(&mut self) {
+        if let Some(under_way) = self.under_way.take().filter(|under_way| under_way.is_told) {
+            let seconds = under_way.begun.elapsed().as_secs_f64();
+            self.note = Some(format!("the derivation of the text before this one was cancelled after {seconds:.1} s"));
         }
     }
 
     /// Shows what is wrong with the file, if it stays as it is.
     fn tell_of_mistake(&mut self) {
         if let Some((_, mistake)) = self.mistake.take_if(|(read, _)| read.elapsed() >= PIECES) {
-            self.feed.show_beside(Some(mistake), None);
+            self.show_beside(Some(mistake));
         }
     }
 
@@ -153,12 +158,13 @@ impl Session {
             && let Some(derived) = under_way.derivation.unverified()
         {
             under_way.is_shown = true;
-            self.show(derived, under_way.scene.clone(), None);
+            self.show(derived, under_way.scene.clone());
         }
         let Some(result) = under_way.derivation.result(&Entry::of(&under_way.text)) else {
             if !under_way.is_shown && !under_way.is_told && under_way.begun.elapsed() > SILENCE {
                 under_way.is_told = true;
-                self.feed.show_beside(None, Some("the scene is being derived; saving it again begins anew".to_owned()));
+                self.note = Some("the scene is being derived; saving it again begins anew".to_owned());
+                self.show_beside(None);
             }
             self.under_way = Some(under_way);
             return;
@@ -168,18 +174,22 @@ impl Session {
                 let UnderWay { text, scene, is_shown, .. } = under_way;
                 self.derived = Some((Form::of(&text, &scene), derived.clone()));
                 if !is_shown {
-                    self.show(derived, scene, None);
+                    self.show(derived, scene);
                 }
             }
-            Err(error) => self.feed.show_beside(Some(error.to_string()), None),
+            Err(error) => self.show_beside(Some(error.to_string())),
         }
         self.engine = Engine::start(&self.path).ok();
     }
 
-    fn show(&mut self, derived: DerivedScene, scene: Scene, note: Option<String>) {
+    fn show(&mut self, derived: DerivedScene, scene: Scene) {
         match packed(derived, scene) {
-            Ok(scene) => self.feed.show_scene(scene, note),
-            Err(error) => self.feed.show_beside(Some(Error::to_string(&error)), note),
+            Ok(scene) => self.feed.show_scene(scene, self.note.take()),
+            Err(error) => self.show_beside(Some(error.to_string())),
         }
+    }
+
+    fn show_beside(&mut self, problem: Option<String>) {
+        self.feed.show_beside(problem, self.note.take());
     }
 }

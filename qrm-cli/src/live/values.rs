@@ -58,11 +58,8 @@ mod tests {
         let text = "# a scene\n[parameters]\na  = { value = 0.2,   unit = \"m\" } # crank\nb = 3 # rod\n\
                     [parameters.c]\nvalue = '2*pi' # angle\n[initial]\ngiven = { phi = 0, phi_dot = 'w' } # start\n";
         let values = [("a", 0.25), ("b", 4.0), ("c", 1e-7), ("phi_dot", -2.5)].map(|(name, x)| (name.to_owned(), x));
-        let expected = text
-            .replace("0.2,", "0.25,")
-            .replace("b = 3", "b = 4.0")
-            .replace("'2*pi'", "1e-7")
-            .replace("'w'", "-2.5");
+        let expected =
+            text.replace("0.2,", "0.25,").replace("b = 3", "b = 4.0").replace("'2*pi'", "1e-7").replace("'w'", "-2.5");
         assert_eq!(with_values(text, &values), Ok(expected));
         let unknown = with_values(text, &[("d".to_owned(), 1.0)]);
         assert_eq!(unknown, Err("the file has no value for `d`".to_owned()));

@@ -26,9 +26,8 @@ impl Watch {
             let _ = sender.send(());
         };
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let watch = |mut watcher: RecommendedWatcher| {
-            watcher.watch(folder, RecursiveMode::NonRecursive).ok().map(|()| watcher)
-        };
+        let watch =
+            |mut watcher: RecommendedWatcher| watcher.watch(folder, RecursiveMode::NonRecursive).ok().map(|()| watcher);
         let watcher = notify::recommended_watcher(tell).ok().and_then(watch);
         Self { path: path.to_owned(), events, seen: None, _watcher: watcher }
     }

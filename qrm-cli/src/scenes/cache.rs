@@ -1,6 +1,7 @@
 //! Derived scenes in the cache folder of the user, by what they follow from.
 
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 use etcetera::BaseStrategy;
 use qrm_core::{DerivedScene, digest};
@@ -24,7 +25,6 @@ impl Entry {
 
     /// The scene, if it is there, whole, that of the text, and not older than the engine.
     pub(crate) fn read(&self, source: &str) -> Option<DerivedScene> {
-        let modified = |path: &Path| std::fs::metadata(path).and_then(|m| m.modified()).ok();
         let engine = super::engine::program().and_then(|program| modified(&program));
         if modified(&self.path) < engine {
             return None;
@@ -32,6 +32,26 @@ impl Entry {
         let derived = read(&self.path)?;
         (derived.description.source == source).then_some(derived)
     }
+}
+
+/// Most scenes that are kept: somebody who edits formulae makes one with each save.
+const MOST: usize = 256;
+
+/// Removes the oldest scenes but so many.
+pub(super) fn prune() {
+    let entries = std::fs::read_dir(folder()).into_iter().flatten().flatten().map(|entry| entry.path());
+    let scenes = entries.filter(|path| path.extension().is_some_and(|extension| extension == "scene"));
+    let mut scenes: Vec<_> = scenes.map(|path| (modified(&path), path)).collect();
+    scenes.sort_unstable();
+    for (_, path) in scenes.iter().rev().skip(MOST) {
+        // Another command may have removed it.
+        let _ = std::fs::remove_file(path);
+    }
+}
+
+/// When a file was written.
+fn modified(path: &Path) -> Option<SystemTime> {
+    std::fs::metadata(path).and_then(|data| data.modified()).ok()
 }
 
 /// A derived scene; `None` if it is not there or was cut off.

@@ -141,6 +141,7 @@ fn unverified(file: &Path) -> PathBuf {
 fn kept(file: &Path, entry: &Entry) -> Result<DerivedScene, Error> {
     let derived = cache::read(file);
     std::fs::rename(file, &entry.path).map_err(|e| Error::unwritable(&entry.path, &e))?;
+    cache::prune();
     derived.ok_or_else(|| Error::run(format!("{} is not a derived scene", entry.path.display())))
 }
 

@@ -3,8 +3,10 @@
 let isDragged = false;
 
 /** What moves under the pointer: its points with their shares in the place that is held, by their names. */
-function grip(target, x, y) {
-  const shape = drawing && motion.shapes[target.closest?.("[data-shape]")?.dataset.shape];
+function grip({ clientX, clientY }, x, y) {
+  // Arrows may lie above it.
+  const below = document.elementsFromPoint(clientX, clientY).map((each) => each.closest("[data-shape]"));
+  const shape = drawing && motion.shapes[below.find((each) => each)?.dataset.shape];
   if (!shape) return null;
   const ids = shape.nodes ?? [shape.node];
   const at = drawing.points;
@@ -46,7 +48,7 @@ part("canvas").addEventListener("pointerdown", (event) => {
     const bounds = canvas.getBoundingClientRect();
     return [clientX - bounds.left, clientY - bounds.top];
   };
-  const points = event.button === 0 ? grip(event.target, ...pixels(event)) : null;
+  const points = event.button === 0 ? grip(event, ...pixels(event)) : null;
   if (!points) return;
   event.preventDefault();
   canvas.setPointerCapture(event.pointerId);

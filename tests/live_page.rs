@@ -1,0 +1,145 @@
+//! Pages of `qrm live` in a browser.
+
+#![cfg(feature = "generate")]
+
+#[path = "common/chromium.rs"]
+mod chromium;
+#[path = "common/live.rs"]
+#[allow(dead_code, reason = "tests without a browser use the rest")]
+mod live;
+
+use chromium::Chromium;
+use live::Live;
+
+/// A scene file with its page.
+struct Desk {
+    live: Live,
+    browser: Chromium,
+}
+
+impl Desk {
+    fn new(scene: &str) -> Self {
+        let live = Live::of_scene(scene);
+        let mut browser = Chromium::new(1400, 900);
+        browser.open(&live.address);
+        browser.wait_for("document.querySelector('[data-ready]') !== null");
+        Self { live, browser }
+    }
+
+    /// What a part of the page says; empty if it is hidden.
+    fn said(&mut self, part: &str) -> String {
+        let said = self.browser.value(&format!(
+            "(() => {{ const part = document.querySelector('.qrm-{part}'); return part.hidden ? '' : part.textContent; }})()"
+        ));
+        said.as_str().expect("a text").to_owned()
+    }
+
+    /// The run that is shown.
+    fn run(&mut self) -> String {
+        let run = self.browser.value("document.querySelector('.qrm-animation').dataset.run");
+        run.as_str().expect("a run").to_owned()
+    }
+
+    /// Waits until the page has settled on another run than that; gives it.
+    fn next_run(&mut self, before: &str) -> String {
+        self.browser.wait_for(&format!(
+            "(() => {{ const root = document.querySelector('.qrm-animation'); return root.dataset.run !== \
+             {before:?} && !root.hasAttribute('data-draft'); }})()"
+        ));
+        self.run()
+    }
+
+    /// Types a value of a parameter.
+    fn set(&mut self, name: &str, value: f64) {
+        self.browser.value(&format!(
+            "(() => {{ const field = document.querySelector('[name={name}]'); field.value = {value}; \
+             field.dispatchEvent(new Event('change')); }})()"
+        ));
+    }
+}
+
+#[test]
+#[ignore = "needs Chromium"]
+fn a_saved_scene_moves_anew_where_it_was() {
+    let mut desk = Desk::new("quick-return");
+    let first = desk.run();
+    desk.browser.value("location.hash = '#t=0.5'");
+    desk.browser.wait_for("document.querySelector('.qrm-animation').dataset.time === '0.5'");
+    desk.set("J2", 90.0);
+    let second = desk.next_run(&first);
+    // A value, and a formula; the slider stays where it is.
+    desk.live.edit("value = 0.6,", "value = 0.61,");
+    let third = desk.next_run(&second);
+    desk.live.edit("'C.y - yC'", "'C.y - yC + 0.001'");
+    let fourth = desk.next_run(&third);
+    assert_eq!(desk.browser.value("document.querySelector('.qrm-animation').dataset.time"), "0.5");
+    assert_eq!(desk.said("command"), "qrm run mine.toml --set J2=90");
+    // A mistake is shown beside the last motion.
+    desk.live.edit("'C.y - yC + 0.001'", "'C.y - yD'");
+    desk.browser.wait_for("!document.querySelector('.qrm-mistake').hidden");
+    let mistake = desk.said("mistake");
+    assert!(mistake.contains("mine.toml:") && mistake.contains("^^"), "{mistake}");
+    assert_eq!(desk.run(), fourth);
+    if let Some(folder) = std::env::var_os("QRM_SCREENSHOTS") {
+        let picture = std::path::PathBuf::from(folder).join("live-mistake.png");
+        std::fs::write(picture, desk.browser.screenshot()).expect("written");
+    }
+    desk.live.edit("'C.y - yD'", "'C.y - yC'");
+    let fifth = desk.next_run(&fourth);
+    assert_eq!((desk.said("mistake"), desk.said("problem"), desk.said("news")), Default::default());
+    // The scene has a value of its own now.
+    desk.live.edit("value = 100.0,", "value = 95.0,");
+    desk.next_run(&fifth);
+    assert_eq!(desk.said("command"), "qrm run mine.toml");
+    assert!(desk.browser.complaints.is_empty(), "{:?}", desk.browser.complaints);
+}
+
+#[test]
+#[ignore = "needs Chromium"]
+fn changed_values_are_written_to_the_file() {
+    let mut desk = Desk::new("quick-return");
+    let first = desk.run();
+    desk.set("O2A", 0.25);
+    desk.set("phi2", 0.5);
+    let second = desk.next_run(&first);
+    desk.browser.value("document.querySelector('.qrm-write').click()");
+    desk.browser.wait_for("document.querySelector('.qrm-command').textContent === 'qrm run mine.toml'");
+    desk.browser.wait_for("!document.querySelector('.qrm-animation').hasAttribute('data-draft')");
+    let text = desk.live.text();
+    assert!(text.contains("O2A  = { value = 0.25,   unit") && text.contains("phi2 = 0.5,"), "{text}");
+    assert_eq!(desk.run(), second);
+}
+
+#[test]
+#[ignore = "needs Chromium"]
+fn no_save_is_lost_and_memory_stays() {
+    let seconds = std::env::var("QRM_SOAK").ok().and_then(|text| text.parse().ok()).unwrap_or(5.0);
+    let mut desk = Desk::new("quick-return");
+    let mut run = desk.run();
+    let begun = std::time::Instant::now();
+    let (mut number, mut first) = (0, None);
+    while begun.elapsed().as_secs_f64() < seconds {
+        number += 1;
+        let [before, after] = [number - 1, number].map(|number| format!("'C.y - yC + 0.0000{number:04}'"));
+        desk.live.edit(if number == 1 { "'C.y - yC'" } else { &before }, &after);
+        run = desk.next_run(&run);
+        let status = std::fs::read_to_string(format!("/proc/{}/status", desk.live.id())).unwrap_or_default();
+        let resident = status.lines().find_map(|line| line.strip_prefix("VmRSS:")?.trim().strip_suffix(" kB"));
+        let resident: f64 = resident.and_then(|kilobytes| kilobytes.parse().ok()).unwrap_or(0.0);
+        let used = desk.browser.call("Runtime.getHeapUsage", serde_json::json!({}));
+        let used = used["usedSize"].as_f64().unwrap_or(0.0) + used["backingStorageSize"].as_f64().unwrap_or(0.0);
+        // The first ones fill caches.
+        let (own, page) = *first.get_or_insert((resident, used));
+        if number == 5 {
+            first = Some((resident, used));
+        } else if number > 5 && number % 100 == 0 {
+            println!(
+                "{number} saves: command {resident} kB, of {own}; page {:.0} kB, of {:.0}",
+                used / 1e3,
+                page / 1e3
+            );
+            assert!(resident < own + 30_000.0 && used < page + 60e6);
+        }
+    }
+    assert!(number > 3, "{number}");
+}
