@@ -46,7 +46,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     resolve::read(&path.display().to_string(), &text)?;
     save(&path, text.as_bytes())?;
     print(&format!(
-        "wrote {0}, {1}\n\nRun it:\n\n    qrm run {0}",
+        "wrote {0}, {1}\n\nSee it move while you change it, and run it:\n\n    qrm live {0}\n    qrm run {0}",
         path.display(),
         if from == EMPTY { "a block on a spring".to_owned() } else { format!("a copy of `{from}`") }
     ));
