@@ -67,7 +67,8 @@ fn small_motions_are_as_accurate_as_large_ones() {
         let mechanism = model("double-pendulum").mechanism(&|name| (name == "a0").then_some(start));
         let end = |method, tolerance| {
             let settings = MethodSettings::new(method, tolerance);
-            let request = Request { start: None, settings, step: Some(10.0), end: Some(End::Time(10.0)), estimate_error: false };
+            let request =
+                Request { start: None, settings, step: Some(10.0), end: Some(End::Time(10.0)), estimate_error: false };
             simulate(&*mechanism, &request, &mut ()).expect("a start").q
         };
         let exact = end(DOP853, 1e-15);

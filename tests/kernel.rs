@@ -90,7 +90,8 @@ fn a_position_that_does_not_suit_the_kernel_is_stepped_through() {
 /// The coordinates and rates after a run of `t` seconds by the pair of order 8.
 fn end_of_pair(mechanism: &dyn Mechanism, t: f64) -> Vec<f64> {
     let settings = MethodSettings::new(DOP853, 1e-10);
-    let request = Request { start: None, settings, step: Some(0.1 * t), end: Some(End::Time(t)), estimate_error: false };
+    let request =
+        Request { start: None, settings, step: Some(0.1 * t), end: Some(End::Time(t)), estimate_error: false };
     let outcome = simulate(mechanism, &request, &mut ()).expect("a start");
     assert!(matches!(outcome.status, Status::Completed), "{:?}", outcome.status);
     [outcome.q, outcome.qd].concat()

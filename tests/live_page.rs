@@ -3,6 +3,7 @@
 #![cfg(feature = "generate")]
 
 #[path = "common/chromium.rs"]
+#[allow(dead_code, reason = "other tests use the rest")]
 mod chromium;
 #[path = "common/live.rs"]
 #[allow(dead_code, reason = "tests without a browser use the rest")]

@@ -122,9 +122,7 @@ pub(crate) fn parameters(description: &Description, set: &[String]) -> Result<BT
 /// The name and the number of `NAME=VALUE`.
 pub(crate) fn assignment<'t>(option: &str, text: &'t str) -> Result<(&'t str, f64), Error> {
     let Some((name, value)) = text.split_once('=') else {
-        return Err(
-            Error::usage(format!("`{option} {text}` has no `=`")).help(format!("write `{option} NAME=VALUE`"))
-        );
+        return Err(Error::usage(format!("`{option} {text}` has no `=`")).help(format!("write `{option} NAME=VALUE`")));
     };
     let name = name.trim();
     Ok((name, number(&format!("{option} {name}"), value)?))

@@ -215,7 +215,8 @@ impl Setup {
         estimate_error: bool,
         observer: &mut dyn Observer,
     ) -> Result<Outcome, Error> {
-        let request = Request { start: self.start.clone(), settings: self.settings, step: self.own_step, end, estimate_error };
+        let request =
+            Request { start: self.start.clone(), settings: self.settings, step: self.own_step, end, estimate_error };
         let outcome = simulate(&*self.mechanism(), &request, observer);
         outcome.map_err(|reason| messages::no_start(&reason, self))
     }

@@ -138,7 +138,11 @@ impl Observer for Notes {
 }
 
 fn run(line: &Line, end: Option<End>, notes: &mut Notes) -> Result<Outcome, StartError> {
-    simulate(line, &Request { start: None, settings: MethodSettings::default(), step: None, end, estimate_error: true }, notes)
+    simulate(
+        line,
+        &Request { start: None, settings: MethodSettings::default(), step: None, end, estimate_error: true },
+        notes,
+    )
 }
 
 fn line() -> Line {

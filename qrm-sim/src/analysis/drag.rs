@@ -35,7 +35,8 @@ pub fn dragged(mechanism: &dyn Mechanism, q: &[f64], mut pull: impl FnMut(&[f64]
     let size = |i: usize| first.jacobian[i].iter().map(|entry| entry.powi(2)).sum::<f64>().sqrt();
     let way = size(m).max(size(m + 1));
     let weight = |size: f64, weight: f64| if size > 0.0 { weight / size } else { 0.0 };
-    let weights: Vec<f64> = (0..m + 2).map(|i| if i < m { weight(size(i), 1.0) } else { weight(way, WEIGHT) }).collect();
+    let weights: Vec<f64> =
+        (0..m + 2).map(|i| if i < m { weight(size(i), 1.0) } else { weight(way, WEIGHT) }).collect();
     least_squares(q, &vec![false; q.len()], m + 2, &mut |q, residuals| {
         evaluate(q, residuals);
         for (i, weight) in weights.iter().enumerate() {

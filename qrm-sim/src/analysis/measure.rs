@@ -8,8 +8,8 @@ use super::energy_integral::{EnergyIntegral, NoEnergyIntegral};
 use crate::integrate::{BlockEnd, Counts, Integrator, MethodSettings, StepError};
 use crate::run::{Branch, StartError, first_state};
 use crate::solve::{LoopConstraints, Solver, largest};
-use crate::state::State;
 use crate::start::Start;
+use crate::state::State;
 
 /// A state with its outputs and checks.
 #[derive(Clone, Debug)]

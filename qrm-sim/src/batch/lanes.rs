@@ -10,8 +10,8 @@ use super::sweep::{DesignResult, SweepEnd, SweepRequest, run_alone};
 use crate::integrate::{AUTO, DOP853, StepBounds};
 use crate::run::{Branch, StartError, Status, Undefined, check_condition, check_step, first_position, is_balanced};
 use crate::solve::{Projection, Solver, largest};
-use crate::state::State;
 use crate::start::Start;
+use crate::state::State;
 use companion::{Companion, LONGER, LOOSER};
 
 /// The largest tolerance: errors of longer steps do not follow the tolerance.

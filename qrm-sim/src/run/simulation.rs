@@ -12,8 +12,8 @@ use super::simulate::first_state;
 use super::watch::Watch;
 use crate::integrate::{BlockEnd, Integrator, MethodSettings, StepError};
 use crate::solve::{LoopConstraints, Matrix, Solver, is_positive, largest};
-use crate::state::State;
 use crate::start::Start;
+use crate::state::State;
 
 /// A motion under way. Between the times that are asked for it makes the steps of [`simulate`](crate::run::simulate),
 /// whatever these times are.

@@ -100,7 +100,7 @@ mod tests {
         };
         let found = least_squares(&[-1.2, 1.0], &[false; 2], 2, &mut valley);
         assert!(found.iter().all(|value| (value - 1.0).abs() < 1e-12), "{found:?}");
-        assert_eq!(least_squares(&[-1.2, 1.0], &[true; 2], 2, valley), [-1.2, 1.0]);
+        assert_eq!(least_squares(&[-1.2, 1.0], &[true; 2], 2, &mut valley), [-1.2, 1.0]);
         let half = least_squares(&[0.5, 1.0], &[true, false], 2, &mut valley);
         assert!(half[0] == 0.5 && (half[1] - 0.25).abs() < 1e-12, "{half:?}");
     }

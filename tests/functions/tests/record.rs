@@ -194,7 +194,8 @@ fn runs(model: &Model, replace: Replace, steps: f64, lines: &mut String) {
         }
     }
     let mut rows = Rows { most: 1, ..Rows::default() };
-    let request = Request { start: None, settings: MethodSettings::default(), step: None, end: None, estimate_error: true };
+    let request =
+        Request { start: None, settings: MethodSettings::default(), step: None, end: None, estimate_error: true };
     let interrupted = simulate(&*mechanism, &request, &mut rows).map(|outcome| (outcome.status, outcome.end_time));
     let settings = MethodSettings { projection: Projection::Euclidean, ..MethodSettings::default() };
     one("run by rk4, euclidean".to_owned(), settings, Some(0.9 * schedule.step), End::Condition(&until));
@@ -206,8 +207,13 @@ fn middle(model: &Model, replace: Replace, steps: f64) -> (f64, f64) {
     let mechanism = model.mechanism(replace);
     let schedule = mechanism.schedule();
     let end = 0.6037 * schedule.end_time.min(steps * schedule.step);
-    let request =
-        Request { start: None, settings: MethodSettings::default(), step: None, end: Some(End::Time(end)), estimate_error: false };
+    let request = Request {
+        start: None,
+        settings: MethodSettings::default(),
+        step: None,
+        end: Some(End::Time(end)),
+        estimate_error: false,
+    };
     let to = simulate(&*mechanism, &request, &mut ()).map_or(0.0, |outcome| outcome.q[0]);
     let start = assembled(&*mechanism).map_or(0.0, |(q, _)| q[0]);
     (to, (to - start).signum())
