@@ -2,14 +2,15 @@
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
+use std::io;
 
-use qrm_core::{DerivedScene, Mechanism, Model, OwnedDescription};
+use qrm_core::{DerivedScene, Description, Mechanism, Model, OwnedDescription};
 use qrm_pictures::{Recording, motion, way};
 use qrm_scene::evaluate::parameter_values;
 use qrm_scene::scene::Scene;
 use qrm_sim::analysis::dragged;
 use qrm_sim::integrate::{DOP853, MethodSettings};
-use qrm_sim::run::{Outcome, Reason, Request, SimError, simulate};
+use qrm_sim::run::{Observer, Outcome, Reason, Request, Row, SimError, Status, simulate};
 use qrm_sim::start::Start;
 use qrm_view::motion::Motion;
 use serde::{Deserialize, Serialize};
@@ -22,6 +23,9 @@ const MOST_FRAMES: usize = 400;
 const DRAFT_ROWS: f64 = 160.0;
 /// Error of a step of a draft: nobody sees it.
 const DRAFT_TOLERANCE: f64 = 1e-7;
+
+/// Most rows of a run: the page stands still while it is computed.
+const MOST_ROWS: u64 = 300_000;
 
 /// A derived scene.
 pub(crate) struct Simulator {
@@ -90,8 +94,8 @@ struct Answer {
 #[derive(Serialize)]
 struct Run {
     end_time: f64,
-    /// Whether it came to its end.
-    is_done: bool,
+    /// Why it did not come to its end.
+    broken_off: Option<String>,
     steps: u64,
     estimated_error: Option<f64>,
     /// The reasons not to trust its numbers.
@@ -159,8 +163,9 @@ impl Simulator {
             end: None,
             estimate_error: draft_end.is_none(),
         };
-        let mut recording = Recording::with_frames(description, MOST_FRAMES);
-        let outcome = simulate(&*mechanism, &request, &mut recording);
+        let mut observer = (RowLimit::default(), Recording::with_frames(description, MOST_FRAMES));
+        let outcome = simulate(&*mechanism, &request, &mut observer);
+        let recording = observer.1;
         let outcome = outcome.map_err(|reason| SimError { reason: Reason::Start(reason), description }.to_string())?;
         if recording.frames.len() < 2 {
             return Err(format!("`{}` stays where it is", description.name));
@@ -203,13 +208,50 @@ impl Simulator {
         let doubts = outcome.doubts(description);
         Run {
             end_time: outcome.end_time,
-            is_done: outcome.status.is_done(),
+            broken_off: broken_off(outcome, description),
             steps: outcome.counts.accepted,
             estimated_error: outcome.estimated_error(),
             distrust: doubts.iter().map(|doubt| doubt.text(outcome.tolerance, description)).collect(),
             q: outcome.q.clone(),
             qd: outcome.qd.clone(),
         }
+    }
+}
+
+/// Why a run did not come to its end.
+fn broken_off(outcome: &Outcome, description: &'static Description) -> Option<String> {
+    let t = outcome.end_time;
+    Some(match &outcome.status {
+        Status::Completed | Status::Stopped => return None,
+        Status::StopNotReached { .. } => {
+            format!("`{}` did not become true until the latest end, t = {t} s", description.until)
+        }
+        Status::Interrupted => {
+            format!(
+                "a page follows a motion for {MOST_ROWS} steps, here up to t = {t} s; `qrm run` follows it to its end"
+            )
+        }
+        Status::Failed(error) => {
+            let reason = Reason::Failed { t, error: *error };
+            SimError { reason, description }.to_string()
+        }
+        Status::NotFinite { t, .. } => format!("the motion breaks off: a value is not finite at t = {t} s"),
+        Status::Unwritable(error) => error.to_string(),
+    })
+}
+
+/// Ends a run after so many rows.
+#[derive(Default)]
+struct RowLimit(u64);
+
+impl Observer for RowLimit {
+    fn row(&mut self, _row: &Row) -> io::Result<()> {
+        self.0 += 1;
+        Ok(())
+    }
+
+    fn goes_on(&mut self, _t: f64, _end_time: f64) -> io::Result<bool> {
+        Ok(self.0 < MOST_ROWS)
     }
 }
 

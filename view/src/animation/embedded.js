@@ -1,9 +1,3 @@
 // A scene that is part of the page.
 
-(async () => {
-  try {
-    await load(packed.scene);
-  } catch (problem) {
-    tell("problem", `the motion cannot be computed here: ${problem.message}`);
-  }
-})();
+take(packed.scene);

@@ -3,11 +3,11 @@
 /** What the page knows already. */
 let known = { version: 0, scene: 0 };
 
-async function take(news) {
+async function hear(news) {
+  known = { version: news.version, scene: news.scene_version };
   tell("mistake", news.problem ?? "");
   tell("news", news.note ?? "");
-  if (news.scene) await load(news.scene);
-  known = { version: news.version, scene: news.scene_version };
+  if (news.scene) await take(news.scene);
 }
 
 (async () => {
@@ -15,8 +15,7 @@ async function take(news) {
     try {
       const answer = await fetch(`news?${new URLSearchParams(known)}`);
       if (!answer.ok) throw new Error(answer.statusText);
-      if (answer.status === 200) await take(await answer.json());
-      else tell("news", "");
+      if (answer.status === 200) await hear(await answer.json());
     } catch (problem) {
       const isGone = problem instanceof TypeError;
       tell("news", isGone ? "qrm live has ended; what is here goes on" : problem.message);

@@ -6,6 +6,7 @@ let about = null;
 /** The values of parameters and of coordinates at the start that were changed, by their names. */
 let changed = {};
 let engine = null;
+let sceneShown = "";
 let isDue = false;
 
 /** Shows a text in a part of the page, which is hidden without one. */
@@ -20,11 +21,21 @@ const short = (value) => Number(value.toPrecision(5));
 const settable = (of) => [...of.parameters, ...of.start];
 const ownValue = (of, name) => settable(of).find((each) => each.name === name)?.value;
 
-/** Takes a scene. Values that were changed stay, unless the scene has a new value of its own for them. */
+/** Shows a scene. */
+async function take(scene) {
+  try {
+    await load(scene);
+  } catch (problem) {
+    tell("problem", `the motion cannot be computed here: ${problem.message}`);
+  }
+}
+
+/** Loads a scene. Values that were changed stay, unless the scene has a new value of its own for them. */
 async function load(scene) {
   module ??= await WebAssembly.compile(await unpacked(packed.module));
   const next = await simulator(module);
   const before = about;
+  sceneShown = scene;
   about = next.load(await unpacked(scene));
   engine = next;
   part("title").textContent = document.title = about.name;
@@ -54,12 +65,15 @@ function recompute(draft = false) {
   if (draft) settling = setTimeout(recompute, SETTLED);
   const begun = performance.now();
   try {
+    if (!engine) return void take(sceneShown);
     const { run, motion } = engine.run(changed, draft ? end : NaN);
     install(motion, draft, isDragged ? planned : null);
     report(run, performance.now() - begun);
-    tell("problem", "");
+    tell("problem", run.broken_off ?? "");
   } catch (problem) {
     tell("problem", problem.message);
+    // An instance that broke down is of no more use.
+    if (problem instanceof WebAssembly.RuntimeError) engine = null;
   }
   const isParameter = (name) => about.parameters.some((each) => each.name === name);
   const option = ([name, value]) => ` --${isParameter(name) ? "set" : "start"} ${name}=${value}`;
