@@ -112,6 +112,26 @@ fn a_motion_starts_where_a_body_was_let_go() {
 
 #[test]
 #[ignore = "needs Chromium"]
+fn pictures_are_saved_as_svg() {
+    let mut browser = Chromium::new(1400, 900);
+    let _folder = opened("quick-return", "#t=0.4", &mut browser);
+    browser.value("URL.createObjectURL = (blob) => { window.saved = blob.text(); return '#t=0.4'; }; 0");
+    for (name, shown) in [("drawing", ["quick-return", "cutting"]), ("curves", ["angular speeds", "reaction forces"])] {
+        browser.value(&format!("document.querySelector('.qrm-save-{name}').click()"));
+        let text = browser.value("window.saved").as_str().expect("a file").to_owned();
+        let document = roxmltree::Document::parse(&text).expect("XML");
+        let words: String = document.descendants().filter_map(|node| node.text()).collect();
+        assert!(shown.iter().all(|word| words.contains(word)), "{words}");
+        assert!(document.descendants().all(|node| node.attribute("class").is_none()));
+        if let Some(folder) = std::env::var_os("QRM_SCREENSHOTS").map(std::path::PathBuf::from) {
+            std::fs::write(folder.join(format!("{name}.svg")), text).expect("written");
+        }
+    }
+    assert!(browser.complaints.is_empty(), "{:?}", browser.complaints);
+}
+
+#[test]
+#[ignore = "needs Chromium"]
 fn the_last_motion_stays_where_there_is_none() {
     let mut browser = Chromium::new(1400, 900);
     let _folder = opened("quick-return", "", &mut browser);

@@ -34,7 +34,8 @@ fn with_values(text: &str, values: &[(String, f64)]) -> Result<String, String> {
         *value.decor_mut() = place.decor().clone();
         *place = value;
     }
-    Ok(document.to_string())
+    let changed = document.to_string();
+    Ok(if text.contains("\r\n") { changed.replace('\n', "\r\n") } else { changed })
 }
 
 /// Where the value of a parameter, a coordinate or a rate stands.
@@ -60,7 +61,9 @@ mod tests {
         let values = [("a", 0.25), ("b", 4.0), ("c", 1e-7), ("phi_dot", -2.5)].map(|(name, x)| (name.to_owned(), x));
         let expected =
             text.replace("0.2,", "0.25,").replace("b = 3", "b = 4.0").replace("'2*pi'", "1e-7").replace("'w'", "-2.5");
-        assert_eq!(with_values(text, &values), Ok(expected));
+        assert_eq!(with_values(text, &values), Ok(expected.clone()));
+        let of_windows = text.replace('\n', "\r\n");
+        assert_eq!(with_values(&of_windows, &values), Ok(expected.replace('\n', "\r\n")));
         let unknown = with_values(text, &[("d".to_owned(), 1.0)]);
         assert_eq!(unknown, Err("the file has no value for `d`".to_owned()));
     }

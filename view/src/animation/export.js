@@ -55,7 +55,7 @@ part("save-curves").addEventListener("click", () => {
       text: key.querySelector(".qrm-whose").textContent,
       fill: getComputedStyle(key.querySelector(".qrm-swatch")).backgroundColor,
     }));
-    return [...[...figure.querySelectorAll("figcaption span")].map(worded), ...keys];
+    return [...[...figure.querySelectorAll("figcaption span")].map(worded), ...(keys.length > 1 ? keys : [])];
   };
   const figures = [...root.querySelectorAll(".qrm-plot")];
   save(`${about.name}-curves`, figures.map((figure) => ({ svg: figure.querySelector(".qrm-area svg"), words: words(figure) })));

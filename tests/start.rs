@@ -1,0 +1,83 @@
+//! Motions from another start than the scene's, and starts that are dragged.
+
+mod common;
+
+use std::f64::consts::PI;
+
+use common::{model, near, qrm};
+use qrm_pictures::way;
+use qrm_scene::evaluate::parameter_values;
+use qrm_scene::resolve;
+use qrm_sim::analysis::dragged;
+use qrm_sim::run::assembled;
+
+/// What the command says to `run quick-return` with these starts.
+fn refused(starts: &[&str]) -> String {
+    let options: Vec<&str> = starts.iter().flat_map(|start| ["--start", start]).collect();
+    let output = qrm(&["run", "quick-return"]).args(options).output().expect("the command starts");
+    assert_eq!(output.status.code(), Some(2));
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+#[test]
+fn a_motion_goes_on_from_the_middle_of_another() {
+    // The state at t = 0.5 s by the energy integral, as in the scene's own reference values.
+    let given = ["phi2=3.6021190260597796478", "phi2_dot=6.8078802569558837100"];
+    let method = ["quick-return", "--no-figures", "--method", "dop853", "--tolerance", "1e-13"];
+    let run = common::run(&[&method[..], &["--start", given[0], "--start", given[1]]].concat());
+    let table = run.trajectory();
+    for (name, expected) in [
+        ("phi2", 3.602_119_026_059_78),
+        ("phi4", 2.274_506_384_184_564_4),
+        ("phi5", 2.484_927_832_307_541_8),
+        ("phi2_dot", 6.807_880_256_955_884),
+        ("phi4_dot", 1.184_065_142_088_816_7),
+        ("phi5_dot", -1.128_541_919_454_831),
+        ("N3", 602.576_704_996_570_9),
+        ("N6", -960.811_495_641_164_6),
+    ] {
+        near(name, table.number(0, name), expected, 1e-11 * f64::abs(expected));
+    }
+    // The end of the whole motion, at 1.755994279022448806876974 s, is 0.5 s nearer.
+    let end = run.summary()["end_time"].as_f64().expect("a number");
+    near("end", end, 1.255_994_279_022_448_8, 1e-12);
+}
+
+#[test]
+fn starts_that_cannot_be_are_refused() {
+    assert_eq!(
+        refused(&["phi4=1"]),
+        "error: `phi4` is not given at the start of scene `quick-return`\n  = help: did you mean `phi2`?\n"
+    );
+    assert_eq!(
+        refused(&["speed=1"]),
+        "error: `speed` is not given at the start of scene `quick-return`\n  = help: given at the start: phi2, phi2_dot\n"
+    );
+    assert_eq!(refused(&["phi2"]), "error: `--start phi2` has no `=`\n  = help: write `--start NAME=VALUE`\n");
+    assert_eq!(refused(&["phi2=0/0"]), "error: `--start phi2` needs a number, but `0/0` gives NaN\n");
+}
+
+#[test]
+fn a_dragged_point_is_as_near_as_it_can_be() {
+    let model = model("quick-return");
+    let (scene, _) = resolve::read("quick-return.toml", model.description.source).expect("the scene is right");
+    let mechanism = model.mechanism(&|_| None);
+    let parameters = parameter_values(&scene, |_| None);
+    let (mut q, _) = assembled(&*mechanism).expect("a start");
+    // The end of the crank, 0.2 m long, about (0, 0.3); a hand moves it in pieces.
+    for turn in 1..=40 {
+        let angle = 0.1 * f64::from(turn);
+        let place = [0.2 * angle.cos(), 0.3 + 0.2 * angle.sin()];
+        q = dragged(&*mechanism, &q, |q| way(&scene, &parameters, q, &[("A", 1.0)], place));
+        near("phi2 at the place", q[0], angle, 1e-9);
+    }
+    let rocker = (0.3 + 0.2 * q[0].sin()).atan2(0.2 * q[0].cos());
+    near("phi4", q[1], rocker, 1e-9);
+    near("phi5", q[2], PI - ((0.9 - 0.7 * rocker.sin()) / 0.6).asin(), 1e-9);
+    // Beyond its circle it points to the place; the middle of the crank does too.
+    for points in [&[("A", 1.0)][..], &[("A", 0.5), ("O2", 0.5)]] {
+        let place = [0.35 * f64::cos(2.0), 0.3 + 0.35 * f64::sin(2.0)];
+        let q = dragged(&*mechanism, &q, |q| way(&scene, &parameters, q, points, place));
+        near("phi2 beyond", q[0], 2.0, 2e-3);
+    }
+}
