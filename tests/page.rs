@@ -112,6 +112,22 @@ fn a_motion_starts_where_a_body_was_let_go() {
 
 #[test]
 #[ignore = "needs Chromium"]
+fn values_that_follow_are_shown() {
+    let mut browser = Chromium::new(1400, 900);
+    let _folder = opened("double-pendulum", "#a0=1", &mut browser);
+    let shown = "document.querySelector('[name=a]').value + ' ' + document.querySelector('[name=b]').value";
+    assert_eq!(browser.value(shown), "1 1");
+    same(&mut browser, &["double-pendulum", "--set", "a0=1"]);
+    let type_b = "(() => { const field = document.querySelector('[name=b]'); field.value = 1.5; \
+                  field.dispatchEvent(new Event('change')); })()";
+    browser.value(type_b);
+    browser.wait_for("!document.querySelector('.qrm-animation').hasAttribute('data-draft')");
+    same(&mut browser, &["double-pendulum", "--set", "a0=1", "--start", "b=1.5"]);
+    assert_eq!(browser.value(shown), "1 1.5");
+}
+
+#[test]
+#[ignore = "needs Chromium"]
 fn pictures_are_saved_as_svg() {
     let mut browser = Chromium::new(1400, 900);
     let _folder = opened("quick-return", "#t=0.4", &mut browser);

@@ -102,6 +102,8 @@ struct Run {
     distrust: Vec<String>,
     q: Vec<f64>,
     qd: Vec<f64>,
+    /// What the page can change, as it is: some follow from others.
+    values: BTreeMap<&'static str, f64>,
 }
 
 impl Simulator {
@@ -114,18 +116,9 @@ impl Simulator {
     /// The scene as JSON.
     pub(crate) fn about(&self) -> Result<String, String> {
         let description = self.model.description;
-        let none = Requested::default();
-        let mechanism = self.mechanism(&none);
-        let settable = |(name, unit, doc, value)| Settable { name, unit, doc, value };
-        let parameters = description.parameters.iter().zip(mechanism.parameters());
-        let start = Start::of(&*mechanism);
-        let given = description.coordinates.iter().zip(&start.q).zip(&start.given).filter(|(_, given)| **given);
-        json(&About {
-            name: description.name,
-            doc: self.scene.doc.clone(),
-            parameters: parameters.map(|(p, value)| settable((p.name, p.unit, p.doc, *value))).collect(),
-            start: given.map(|((c, value), _)| settable((c.name, c.unit, c.doc, *value))).collect(),
-        })
+        let mechanism = self.mechanism(&Requested::default());
+        let [parameters, start] = settable(&*mechanism, &Start::of(&*mechanism));
+        json(&About { name: description.name, doc: self.scene.doc.clone(), parameters, start })
     }
 
     /// The values of all parameters of the scene. Those of a scene file may have changed since it was derived.
@@ -153,12 +146,14 @@ impl Simulator {
     pub(crate) fn run(&mut self, requested: Requested, draft_end: Option<f64>) -> Result<String, String> {
         let description = self.model.description;
         let mechanism = self.mechanism(&requested);
+        let start = self.start(&*mechanism, &requested);
+        let values = settable(&*mechanism, &start).into_iter().flatten().map(|each| (each.name, each.value)).collect();
         let request = Request {
             settings: match draft_end {
                 Some(_) => MethodSettings::new(DOP853, DRAFT_TOLERANCE),
                 None => MethodSettings::default(),
             },
-            start: Some(self.start(&*mechanism, &requested)),
+            start: Some(start),
             step: draft_end.map(|end| end / DRAFT_ROWS),
             end: None,
             estimate_error: draft_end.is_none(),
@@ -173,7 +168,7 @@ impl Simulator {
         let motion = motion(&self.scene, &self.parameters(&requested), &recording).map_err(|e| e.to_string())?;
         let poses = recording.states().into_iter().map(|(t, q, _)| (t, q)).collect();
         (self.last.requested, self.last.poses) = (requested, poses);
-        json(&Answer { run: self.report(&outcome), motion })
+        json(&Answer { run: self.report(&outcome, values), motion })
     }
 
     /// Drags points towards a place; the start there as JSON.
@@ -203,7 +198,7 @@ impl Simulator {
         json(&start)
     }
 
-    fn report(&self, outcome: &Outcome) -> Run {
+    fn report(&self, outcome: &Outcome, values: BTreeMap<&'static str, f64>) -> Run {
         let description = self.model.description;
         let doubts = outcome.doubts(description);
         Run {
@@ -214,8 +209,21 @@ impl Simulator {
             distrust: doubts.iter().map(|doubt| doubt.text(outcome.tolerance, description)).collect(),
             q: outcome.q.clone(),
             qd: outcome.qd.clone(),
+            values,
         }
     }
+}
+
+/// The parameters, and the coordinates that are given at the start.
+fn settable(mechanism: &dyn Mechanism, start: &Start) -> [Vec<Settable>; 2] {
+    let description = mechanism.description();
+    let parameters = description.parameters.iter().zip(mechanism.parameters());
+    let given = description.coordinates.iter().zip(&start.q).zip(&start.given).filter(|(_, given)| **given);
+    let row = |(name, unit, doc, value)| Settable { name, unit, doc, value };
+    [
+        parameters.map(|(p, value)| row((p.name, p.unit, p.doc, *value))).collect(),
+        given.map(|((c, value), _)| row((c.name, c.unit, c.doc, *value))).collect(),
+    ]
 }
 
 /// Why a run did not come to its end.

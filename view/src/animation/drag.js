@@ -66,10 +66,7 @@ part("canvas").addEventListener("pointerdown", (event) => {
     try {
       Object.assign(changed, engine.drag(from, x, y, points));
       from = NaN;
-      for (const { name } of about.start) {
-        const own = part("parameters").querySelector(`[name="${name}"]`);
-        own.value = own.parentElement.querySelector("[type=range]").value = changed[name] ?? ownValue(about, name);
-      }
+      for (const { name } of about.start) rows.get(name)(changed[name]);
       time = begin;
       recompute(true);
     } catch (problem) {

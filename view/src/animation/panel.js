@@ -86,6 +86,8 @@ function recompute(draft = false) {
 function report(run, milliseconds) {
   const error = run.estimated_error === null ? ", error not estimated yet" : `, error about ${run.estimated_error.toExponential(0)}`;
   const doubts = run.distrust.length ? ` Do not trust these numbers: ${run.distrust.join("; ")}.` : "";
+  values = run.values;
+  for (const [name, show] of rows) if (!(name in changed)) show(values[name]);
   part("run").textContent = `${run.steps} steps in ${milliseconds.toFixed(0)} ms${error}.${doubts}`;
   root.dataset.run = JSON.stringify(run);
 }
@@ -111,8 +113,14 @@ function addressed() {
   return Object.fromEntries(known.map(({ name }) => [name, Number(asked.get(name))]));
 }
 
+/** The values of the last run: some follow from others. */
+let values = {};
+/** What shows the value of a parameter or of a coordinate at the start, by its name. */
+const rows = new Map();
+
 function listParameters() {
   part("parameters").replaceChildren();
+  rows.clear();
   about.parameters.forEach((each) => listParameter(each));
   if (about.start.length > 0) html(part("parameters"), "h3", "qrm-start", "At the start");
   about.start.forEach((each) => listParameter(each, each.unit === "rad" ? Math.PI : 0));
@@ -131,7 +139,8 @@ function listParameter({ name, unit, doc, value }, reach = 0) {
   [number.type, number.step, number.name] = ["number", "any", name];
   number.setAttribute("aria-label", `${name}${unit ? ` in ${unit}` : ""}`);
   const set = (shown) => (number.value = range.value = shown);
-  set(changed[name] ?? value);
+  set(changed[name] ?? values[name] ?? value);
+  rows.set(name, set);
   html(row, "span", "qrm-unit", unit.replaceAll("^2", "\u00b2").replaceAll("^3", "\u00b3"));
   range.addEventListener("input", () => {
     number.value = short(Number(range.value));
