@@ -5,10 +5,10 @@ mod common;
 use std::f64::consts::PI;
 
 use common::{model, near, qrm};
-use qrm_pictures::way;
+use qrm_pictures::position_error;
 use qrm_scene::evaluate::parameter_values;
 use qrm_scene::resolve;
-use qrm_sim::analysis::dragged;
+use qrm_sim::analysis::inverse_kinematics;
 use qrm_sim::run::assembled;
 
 /// What the command says to `run quick-return` with these starts.
@@ -68,7 +68,7 @@ fn a_dragged_point_is_as_near_as_it_can_be() {
     for turn in 1..=40 {
         let angle = 0.1 * f64::from(turn);
         let place = [0.2 * angle.cos(), 0.3 + 0.2 * angle.sin()];
-        q = dragged(&*mechanism, &q, |q| way(&scene, &parameters, q, &[("A", 1.0)], place));
+        q = inverse_kinematics(&*mechanism, &q, |q| position_error(&scene, &parameters, q, &[("A", 1.0)], place));
         near("phi2 at the place", q[0], angle, 1e-9);
     }
     let rocker = (0.3 + 0.2 * q[0].sin()).atan2(0.2 * q[0].cos());
@@ -77,7 +77,7 @@ fn a_dragged_point_is_as_near_as_it_can_be() {
     // Beyond its circle it points to the place; the middle of the crank does too.
     for points in [&[("A", 1.0)][..], &[("A", 0.5), ("O2", 0.5)]] {
         let place = [0.35 * f64::cos(2.0), 0.3 + 0.35 * f64::sin(2.0)];
-        let q = dragged(&*mechanism, &q, |q| way(&scene, &parameters, q, points, place));
+        let q = inverse_kinematics(&*mechanism, &q, |q| position_error(&scene, &parameters, q, points, place));
         near("phi2 beyond", q[0], 2.0, 2e-3);
     }
 }

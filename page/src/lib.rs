@@ -5,12 +5,12 @@
 //!
 //! They have their names in WebAssembly alone: other libraries that contain this crate must not show them.
 
-mod requested;
+mod named_values;
 mod simulator;
 
 use std::cell::RefCell;
 
-use requested::Requested;
+use named_values::NamedValues;
 use simulator::Simulator;
 pub use simulator::packed;
 
@@ -72,7 +72,7 @@ pub extern "C" fn load() -> u32 {
 #[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
 pub extern "C" fn run(draft_end: f64) -> u32 {
     answer(|state| {
-        let requested = Requested::new(&state.input)?;
+        let requested = NamedValues::new(&state.input)?;
         state.simulator.as_mut().ok_or(NO_SCENE)?.run(requested, Some(draft_end).filter(|end| *end > 0.0))
     })
 }
@@ -83,7 +83,7 @@ pub extern "C" fn run(draft_end: f64) -> u32 {
 #[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
 pub extern "C" fn drag(t: f64, x: f64, y: f64) -> u32 {
     answer(|state| {
-        let points = Requested::new(&state.input)?;
+        let points = NamedValues::new(&state.input)?;
         state.simulator.as_mut().ok_or(NO_SCENE)?.drag(t, [x, y], &points)
     })
 }

@@ -5,17 +5,17 @@ use std::f64::consts::TAU;
 use std::io;
 
 use qrm_core::{DerivedScene, Description, Mechanism, Model, OwnedDescription};
-use qrm_pictures::{Recording, motion, way};
+use qrm_pictures::{Recording, motion, position_error};
 use qrm_scene::evaluate::parameter_values;
 use qrm_scene::scene::Scene;
-use qrm_sim::analysis::dragged;
+use qrm_sim::analysis::inverse_kinematics;
 use qrm_sim::integrate::{DOP853, MethodSettings};
 use qrm_sim::run::{Observer, Outcome, Reason, Request, Row, SimError, Status, simulate};
 use qrm_sim::start::Start;
 use qrm_view::motion::Motion;
 use serde::{Deserialize, Serialize};
 
-use crate::requested::Requested;
+use crate::named_values::NamedValues;
 
 /// Most frames of a motion: a screen shows no more of them.
 const MOST_FRAMES: usize = 400;
@@ -37,7 +37,7 @@ pub(crate) struct Simulator {
 /// The last motion.
 #[derive(Default)]
 struct Last {
-    requested: Requested,
+    requested: NamedValues,
     /// Times with coordinates.
     poses: Vec<(f64, Vec<f64>)>,
     /// The coordinates that were dragged.
@@ -116,24 +116,24 @@ impl Simulator {
     /// The scene as JSON.
     pub(crate) fn about(&self) -> Result<String, String> {
         let description = self.model.description;
-        let mechanism = self.mechanism(&Requested::default());
+        let mechanism = self.mechanism(&NamedValues::default());
         let [parameters, start] = settable(&*mechanism, &Start::of(&*mechanism));
         json(&About { name: description.name, doc: self.scene.doc.clone(), parameters, start })
     }
 
     /// The values of all parameters of the scene. Those of a scene file may have changed since it was derived.
-    fn parameters(&self, requested: &Requested) -> Vec<f64> {
+    fn parameters(&self, requested: &NamedValues) -> Vec<f64> {
         parameter_values(&self.scene, |name| requested.value(name))
     }
 
-    fn mechanism(&self, requested: &Requested) -> Box<dyn Mechanism> {
+    fn mechanism(&self, requested: &NamedValues) -> Box<dyn Mechanism> {
         let values = self.parameters(requested);
         let place = |name: &str| self.scene.parameters.iter().position(|parameter| parameter.name == name);
         self.model.mechanism(&|name| place(name).map(|place| values[place]))
     }
 
     /// The start of a mechanism with the values that are asked for.
-    fn start(&self, mechanism: &dyn Mechanism, requested: &Requested) -> Start {
+    fn start(&self, mechanism: &dyn Mechanism, requested: &NamedValues) -> Start {
         let mut start = Start::of(mechanism);
         for (name, value) in requested.iter() {
             // The others are parameters.
@@ -143,7 +143,7 @@ impl Simulator {
     }
 
     /// Runs the scene by its steps, or by fewer for a draft that ends at about a time; the run and its motion as JSON.
-    pub(crate) fn run(&mut self, requested: Requested, draft_end: Option<f64>) -> Result<String, String> {
+    pub(crate) fn run(&mut self, requested: NamedValues, draft_end: Option<f64>) -> Result<String, String> {
         let description = self.model.description;
         let mechanism = self.mechanism(&requested);
         let start = self.start(&*mechanism, &requested);
@@ -171,8 +171,8 @@ impl Simulator {
         json(&Answer { run: self.report(&outcome, values), motion })
     }
 
-    /// Drags points towards a place; the start there as JSON.
-    pub(crate) fn drag(&mut self, t: f64, place: [f64; 2], points: &Requested) -> Result<String, String> {
+    /// Drags points towards a target; the start there as JSON.
+    pub(crate) fn drag(&mut self, t: f64, target: [f64; 2], points: &NamedValues) -> Result<String, String> {
         let description = self.model.description;
         if !t.is_nan() {
             let distance = |pose: &&(f64, Vec<f64>)| (pose.0 - t).abs();
@@ -182,7 +182,8 @@ impl Simulator {
         let mechanism = self.mechanism(&self.last.requested);
         let parameters = self.parameters(&self.last.requested);
         let points: Vec<(&str, f64)> = points.iter().collect();
-        let q = dragged(&*mechanism, &self.last.dragged, |q| way(&self.scene, &parameters, q, &points, place));
+        let error = |q: &[f64]| position_error(&self.scene, &parameters, q, &points, target);
+        let q = inverse_kinematics(&*mechanism, &self.last.dragged, error);
         if !q.iter().all(|value| value.is_finite()) {
             return Err(format!("`{}` has no place there", description.name));
         }

@@ -4,10 +4,10 @@ mod drawing;
 mod groups;
 mod motion;
 mod pose;
+mod position_error;
 mod recording;
-mod way;
 
 pub use groups::{Group, HEALTH, Member, groups};
 pub use motion::{NoPlace, motion};
+pub use position_error::position_error;
 pub use recording::{Frame, Recording};
-pub use way::way;

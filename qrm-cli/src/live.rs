@@ -1,7 +1,7 @@
 //! A scene in a browser, which follows the scene's file.
 
+mod derivation_key;
 mod feed;
-mod form;
 mod server;
 mod session;
 mod values;

@@ -1,9 +1,9 @@
 //! Analyses beside the motion: positions that are moved by hand, static equilibrium, linearized equations, exact
 //! motions, reference motions, derivatives by parameters, run times.
 
-mod drag;
 mod energy_integral;
 mod equilibrium;
+mod inverse_kinematics;
 mod kinematics;
 mod measure;
 mod reference;
@@ -12,9 +12,9 @@ mod revolution;
 mod sensitivity;
 mod spectrum;
 
-pub use drag::{Pull, dragged};
 pub use energy_integral::{EnergyIntegral, NoEnergyIntegral, PANELS};
 pub use equilibrium::{NoEquilibrium, StaticEquilibrium, static_equilibrium};
+pub use inverse_kinematics::{PositionError, inverse_kinematics};
 pub use kinematics::{Drive, LimitPosition, Position};
 pub use measure::{Measurement, Repetitions, StateAt, Trial, exact_states, measure};
 pub use reference::reference_states;

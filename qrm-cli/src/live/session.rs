@@ -9,8 +9,8 @@ use qrm_scene::resolve;
 use qrm_scene::scene::Scene;
 use qrm_scene::source::read_text;
 
+use super::derivation_key::DerivationKey;
 use super::feed::Feed;
-use super::form::Form;
 use super::watch::Watch;
 use crate::page_data::packed;
 use crate::progress::interrupted;
@@ -33,7 +33,7 @@ pub(crate) struct Session {
     /// What the file held when it was last read.
     text: Result<String, String>,
     /// The last scene that was derived.
-    derived: Option<(Form, DerivedScene)>,
+    derived: Option<(DerivationKey, DerivedScene)>,
     /// A process that is there before it is needed.
     engine: Option<Engine>,
     under_way: Option<UnderWay>,
@@ -62,7 +62,7 @@ impl Session {
 
     /// Shows a text that is in no file.
     pub(crate) fn show_text(&mut self, text: &str) {
-        self.take(text.to_owned());
+        self.show_or_derive(text.to_owned());
     }
 
     /// Follows the file until the user wants to end.
@@ -72,8 +72,8 @@ impl Session {
             if watch.wait(self.patience()) {
                 self.read();
             }
-            self.tell_of_mistake();
-            self.proceed();
+            self.show_mistake();
+            self.poll_derivation();
         }
     }
 
@@ -93,7 +93,7 @@ impl Session {
         }
         self.text.clone_from(&text);
         match text {
-            Ok(text) => self.take(text),
+            Ok(text) => self.show_or_derive(text),
             Err(mistake) => {
                 self.cancel();
                 self.mistake = Some((Instant::now(), mistake));
@@ -102,7 +102,7 @@ impl Session {
     }
 
     /// Shows the scene of a text, or begins to derive it.
-    fn take(&mut self, text: String) {
+    fn show_or_derive(&mut self, text: String) {
         self.mistake = None;
         self.cancel();
         let scene = match resolve::read(&self.path.display().to_string(), &text) {
@@ -115,12 +115,12 @@ impl Session {
         if let Some(model) = model_of_text(self.models, &text) {
             return self.show(DerivedScene::of(model), scene);
         }
-        let form = Form::of(&text, &scene);
-        if let Some((_, derived)) = self.derived.as_ref().filter(|(own, _)| *own == form) {
+        let key = DerivationKey::of(&text, &scene);
+        if let Some((_, derived)) = self.derived.as_ref().filter(|(own, _)| *own == key) {
             return self.show(derived.clone(), scene);
         }
         if let Some(derived) = Entry::of(&text).read(&text) {
-            self.derived = Some((form, derived.clone()));
+            self.derived = Some((key, derived.clone()));
             return self.show(derived, scene);
         }
         let engine = self.engine.take().map_or_else(|| Engine::start(&self.path), Ok);
@@ -145,14 +145,14 @@ impl Session {
     }
 
     /// Shows what is wrong with the file, if it stays as it is.
-    fn tell_of_mistake(&mut self) {
+    fn show_mistake(&mut self) {
         if let Some((_, mistake)) = self.mistake.take_if(|(read, _)| read.elapsed() >= PIECES) {
             self.show_beside(Some(mistake));
         }
     }
 
     /// Looks how far the derivation has come.
-    fn proceed(&mut self) {
+    fn poll_derivation(&mut self) {
         let Some(mut under_way) = self.under_way.take() else { return };
         if !under_way.is_shown
             && let Some(derived) = under_way.derivation.unverified()
@@ -172,7 +172,7 @@ impl Session {
         match result {
             Ok(derived) => {
                 let UnderWay { text, scene, is_shown, .. } = under_way;
-                self.derived = Some((Form::of(&text, &scene), derived.clone()));
+                self.derived = Some((DerivationKey::of(&text, &scene), derived.clone()));
                 if !is_shown {
                     self.show(derived, scene);
                 }

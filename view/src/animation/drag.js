@@ -70,7 +70,7 @@ part("canvas").addEventListener("pointerdown", (event) => {
       time = begin;
       recompute(true);
     } catch (problem) {
-      tell("problem", problem.message);
+      setText("problem", problem.message);
     }
   };
   const moved = (next) => {

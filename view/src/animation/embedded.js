@@ -1,3 +1,3 @@
 // A scene that is part of the page.
 
-take(packed.scene);
+loadOrReport(packed.scene);

@@ -3,11 +3,11 @@
 /** What the page knows already. */
 let known = { version: 0, scene: 0 };
 
-async function hear(news) {
+async function apply(news) {
   known = { version: news.version, scene: news.scene_version };
-  tell("mistake", news.problem ?? "");
-  tell("news", news.note ?? "");
-  if (news.scene) await take(news.scene);
+  setText("mistake", news.problem ?? "");
+  setText("news", news.note ?? "");
+  if (news.scene) await loadOrReport(news.scene);
 }
 
 (async () => {
@@ -15,10 +15,10 @@ async function hear(news) {
     try {
       const answer = await fetch(`news?${new URLSearchParams(known)}`);
       if (!answer.ok) throw new Error(answer.statusText);
-      if (answer.status === 200) await hear(await answer.json());
+      if (answer.status === 200) await apply(await answer.json());
     } catch (problem) {
       const isGone = problem instanceof TypeError;
-      tell("news", isGone ? "qrm live has ended; what is here goes on" : problem.message);
+      setText("news", isGone ? "qrm live has ended; what is here goes on" : problem.message);
       await new Promise((done) => setTimeout(done, 500));
     }
   }
@@ -29,8 +29,8 @@ part("write").addEventListener("click", async () => {
   const lines = Object.entries(changed).map(([name, value]) => `${name}=${value}`);
   try {
     const answer = await fetch("values", { method: "POST", body: lines.join("\n") });
-    tell(answer.ok ? "news" : "problem", await answer.text());
+    setText(answer.ok ? "news" : "problem", await answer.text());
   } catch (problem) {
-    tell("problem", `the values were not written: ${problem.message}`);
+    setText("problem", `the values were not written: ${problem.message}`);
   }
 });

@@ -10,7 +10,7 @@ let sceneShown = "";
 let isDue = false;
 
 /** Shows a text in a part of the page, which is hidden without one. */
-function tell(name, text) {
+function setText(name, text) {
   part(name).textContent = text;
   part(name).hidden = text === "";
 }
@@ -22,11 +22,11 @@ const settable = (of) => [...of.parameters, ...of.start];
 const ownValue = (of, name) => settable(of).find((each) => each.name === name)?.value;
 
 /** Shows a scene. */
-async function take(scene) {
+async function loadOrReport(scene) {
   try {
     await load(scene);
   } catch (problem) {
-    tell("problem", `the motion cannot be computed here: ${problem.message}`);
+    setText("problem", `the motion cannot be computed here: ${problem.message}`);
   }
 }
 
@@ -65,13 +65,13 @@ function recompute(draft = false) {
   if (draft) settling = setTimeout(recompute, SETTLED);
   const begun = performance.now();
   try {
-    if (!engine) return void take(sceneShown);
+    if (!engine) return void loadOrReport(sceneShown);
     const { run, motion } = engine.run(changed, draft ? end : NaN);
     install(motion, draft, isDragged ? planned : null);
     report(run, performance.now() - begun);
-    tell("problem", run.broken_off ?? "");
+    setText("problem", run.broken_off ?? "");
   } catch (problem) {
-    tell("problem", problem.message);
+    setText("problem", problem.message);
     // An instance that broke down is of no more use.
     if (problem instanceof WebAssembly.RuntimeError) engine = null;
   }

@@ -67,7 +67,7 @@ function install(next, draft = false, plannedBefore = null) {
     listShapes();
     offerSwitches();
   }
-  plots.forEach((each, place) => each.take(motion.plots[place], times, timeExponent));
+  plots.forEach((each, place) => each.setData(motion.plots[place], times, timeExponent));
   [slider.min, slider.max] = [begin, end];
   listSpeeds();
   time = clamp(time, begin, end);

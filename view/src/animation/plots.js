@@ -25,7 +25,7 @@ function plot(holder, { title, curves: names }, seek) {
   const number = (value) => (Number.isFinite(value) ? fixed(value / 10 ** exponent, decimals) : "\u2013");
 
   /** Takes the data; they are drawn with the next layout. */
-  function take(data, nextTimes, nextExponent) {
+  function setData(data, nextTimes, nextExponent) {
     [times, timeExponent] = [nextTimes, nextExponent];
     [begin, end] = [times[0], times[times.length - 1]];
     [low, high] = rangeOf(data.curves.map((curve) => curve.values));
@@ -126,5 +126,5 @@ function plot(holder, { title, curves: names }, seek) {
       if (Number.isFinite(now)) dot.setAttribute("transform", `translate(${x} ${round(toY(now))})`);
     }
   }
-  return { area, take, layout, update };
+  return { area, setData, layout, update };
 }

@@ -1,16 +1,16 @@
-//! What the functions of a scene follow from.
+//! Whether two texts of a scene have the same functions.
 
 use qrm_scene::scene::Scene;
 use toml_edit::{Document, Item};
 
-/// The text of a scene without the values of its parameters, of which its functions do not depend but for zeros.
+/// What the functions of a scene depend on: its text without the values of parameters, and which of them are zero.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Form {
+pub(super) struct DerivationKey {
     text: String,
     left_out: Vec<bool>,
 }
 
-impl Form {
+impl DerivationKey {
     /// Of a scene without mistakes.
     pub(super) fn of(source: &str, scene: &Scene) -> Self {
         let left_out = scene.parameters.iter().map(|parameter| parameter.left_out).collect();
@@ -54,20 +54,20 @@ step = 1e-3
 end_time = 1
 "#;
 
-    fn form(replaced: &str, by: &str) -> Form {
+    fn key(replaced: &str, by: &str) -> DerivationKey {
         let source = SCENE.replace(replaced, by);
         assert!(replaced == by || source != SCENE);
         let (scene, _) = resolve::read("block.toml", &source).expect("the scene is right");
-        Form::of(&source, &scene)
+        DerivationKey::of(&source, &scene)
     }
 
     #[test]
     fn values_of_parameters_do_not_matter_unless_they_are_zero() {
-        let own = form("", "");
-        assert_eq!(own, form("4", "5.25"));
-        assert_eq!(own, form("2*c", "3*c + 1"));
-        assert_ne!(own, form("value = 0", "value = 9.81"));
-        assert_ne!(own, form("-c*x", "-2*c*x"));
-        assert_ne!(own, form("x = 1", "x = 2"));
+        let own = key("", "");
+        assert_eq!(own, key("4", "5.25"));
+        assert_eq!(own, key("2*c", "3*c + 1"));
+        assert_ne!(own, key("value = 0", "value = 9.81"));
+        assert_ne!(own, key("-c*x", "-2*c*x"));
+        assert_ne!(own, key("x = 1", "x = 2"));
     }
 }

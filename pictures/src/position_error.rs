@@ -1,12 +1,18 @@
-//! Ways from points of a mechanism to a place.
+//! How far a point of a mechanism is from a target.
 
 use num_dual::Dual2_64;
 use qrm_scene::evaluate::State;
 use qrm_scene::scene::Scene;
-use qrm_sim::analysis::Pull;
+use qrm_sim::analysis::PositionError;
 
-/// The way to a place from the weighted mean of points, which are given by their names.
-pub fn way(scene: &Scene, parameters: &[f64], q: &[f64], points: &[(&str, f64)], place: [f64; 2]) -> Pull {
+/// The position of a weighted mean of points, which are given by their names, less that of a target.
+pub fn position_error(
+    scene: &Scene,
+    parameters: &[f64],
+    q: &[f64],
+    points: &[(&str, f64)],
+    target: [f64; 2],
+) -> PositionError {
     let points: Vec<(usize, f64)> = points
         .iter()
         .filter_map(|(name, weight)| Some((scene.points.iter().position(|point| point.name == *name)?, *weight)))
@@ -21,8 +27,8 @@ pub fn way(scene: &Scene, parameters: &[f64], q: &[f64], points: &[(&str, f64)],
     };
     let derivatives: Vec<[Dual2_64; 2]> = (0..q.len()).map(by).collect();
     let [x, y] = derivatives.first().map_or([0.0; 2], |mean| mean.map(|component| component.re));
-    Pull {
-        way: [x - place[0], y - place[1]],
-        derivatives: [0, 1].map(|axis| derivatives.iter().map(|mean| mean[axis].v1).collect()),
+    PositionError {
+        components: [x - target[0], y - target[1]],
+        jacobian: [0, 1].map(|axis| derivatives.iter().map(|mean| mean[axis].v1).collect()),
     }
 }

@@ -1,14 +1,14 @@
-//! Numbers under names that the page sends.
+//! Values under names, as the page sends them.
 
 use std::collections::BTreeMap;
 
-/// Numbers under names.
+/// Values under names.
 #[derive(Debug, Default, PartialEq)]
-pub(crate) struct Requested {
+pub(crate) struct NamedValues {
     values: BTreeMap<String, f64>,
 }
 
-impl Requested {
+impl NamedValues {
     /// From lines `NAME=VALUE`.
     pub(crate) fn new(input: &[u8]) -> Result<Self, String> {
         let text = std::str::from_utf8(input).map_err(|_| "the values are no text")?;
@@ -25,7 +25,7 @@ impl Requested {
         self.values.iter().map(|(name, value)| (name.as_str(), *value))
     }
 
-    /// The number under a name.
+    /// The value under a name.
     pub(crate) fn value(&self, name: &str) -> Option<f64> {
         self.values.get(name).copied()
     }
