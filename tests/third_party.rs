@@ -13,11 +13,13 @@ use serde_json::Value;
 const SYSTEMS: [&str; 3] = ["x86_64-unknown-linux-gnu", "x86_64-pc-windows-msvc", "aarch64-apple-darwin"];
 
 /// Licences, and a crate and its file that has their text.
-const TEXTS: [(&str, &str, &str); 6] = [
+const TEXTS: [(&str, &str, &str); 8] = [
     ("MIT", "cfg-if", "LICENSE-MIT"),
     ("Apache-2.0", "nalgebra", "LICENSE"),
     ("BSD-2-Clause", "arrayref", "LICENSE"),
     ("BSD-3-Clause", "tiny-skia", "LICENSE"),
+    ("CC0-1.0", "notify", "LICENSE-CC0"),
+    ("ISC", "inotify", "LICENSE"),
     ("Zlib", "zlib-rs", "LICENSE"),
     ("Unicode-3.0", "unicode-ident", "LICENSE-UNICODE"),
 ];
