@@ -12,6 +12,28 @@ mod live;
 use chromium::Chromium;
 use live::Live;
 
+/// Whether the page shows a motion.
+const READY: &str = "document.querySelector('[data-ready]') !== null";
+
+/// A block on a spring, with a mistake and with a spring without a place.
+const BLOCK: &str = r#"
+name = "block"
+coordinates = [{ name = "x", unit = "m" }]
+[parameters]
+c = { value = 4, unit = "N/m" }
+[points]
+P = ['x', '0']
+[bodies]
+block = { mass = 1, com = "P" }
+[loads]
+spring = { force = ['-c*y', '0'], on = "block" }
+[initial]
+given = { x = 'sqrt(c - 5)', x_dot = 0 }
+[run]
+step = 1e-3
+end_time = 1
+"#;
+
 /// A scene file with its page.
 struct Desk {
     live: Live,
@@ -20,10 +42,14 @@ struct Desk {
 
 impl Desk {
     fn new(scene: &str) -> Self {
-        let live = Live::of_scene(scene);
+        let mut desk = Self::of(Live::of_scene(scene));
+        desk.browser.wait_for(READY);
+        desk
+    }
+
+    fn of(live: Live) -> Self {
         let mut browser = Chromium::new(1400, 900);
         browser.open(&live.address);
-        browser.wait_for("document.querySelector('[data-ready]') !== null");
         Self { live, browser }
     }
 
@@ -92,6 +118,27 @@ fn a_saved_scene_moves_anew_where_it_was() {
     desk.live.edit("value = 100.0,", "value = 95.0,");
     desk.next_run(&fifth);
     assert_eq!(desk.said("command"), "qrm run mine.toml");
+    assert!(desk.browser.complaints.is_empty(), "{:?}", desk.browser.complaints);
+}
+
+#[test]
+#[ignore = "needs Chromium"]
+fn a_scene_that_is_wrong_at_first_is_shown_once_it_is_right() {
+    let mut desk = Desk::of(Live::of_text(BLOCK));
+    desk.browser.wait_for("document.querySelector('.qrm-mistake')?.hidden === false");
+    assert!(desk.said("mistake").contains("unknown name `y`"));
+    desk.live.edit("-c*y", "-c*x");
+    // The root has no value.
+    desk.browser.wait_for("!document.querySelector('.qrm-mistake').textContent.includes('unknown name')");
+    let mistake = desk.said("mistake");
+    assert!(mistake.contains("sqrt(c - 5)"), "{mistake}");
+    desk.live.edit("sqrt(c - 5)", "sqrt(c - 3)");
+    desk.browser.wait_for(READY);
+    assert_eq!((desk.said("mistake"), desk.said("problem")), Default::default());
+    // The block is dragged to the left.
+    let at = desk.browser.middle("[data-name=P] rect");
+    desk.browser.drag(at, [at[0] - 50.0, at[1] + 20.0]);
+    desk.browser.wait_for("document.querySelector('.qrm-command').textContent.includes('--start x=')");
     assert!(desk.browser.complaints.is_empty(), "{:?}", desk.browser.complaints);
 }
 

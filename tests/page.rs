@@ -118,6 +118,14 @@ fn values_that_follow_are_shown() {
     let shown = "document.querySelector('[name=a]').value + ' ' + document.querySelector('[name=b]').value";
     assert_eq!(browser.value(shown), "1 1");
     same(&mut browser, &["double-pendulum", "--set", "a0=1"]);
+    // An arrow key moves the slider that has the focus, not the time.
+    browser.value("document.querySelector('.qrm-parameter input[type=range]').focus()");
+    for kind in ["keyDown", "keyUp"] {
+        let key = serde_json::json!({ "type": kind, "key": "ArrowRight", "windowsVirtualKeyCode": 39 });
+        browser.call("Input.dispatchKeyEvent", key);
+    }
+    browser.wait_for("document.querySelector('.qrm-command').textContent.includes('--set l=1.')");
+    browser.value("(() => { const field = document.querySelector('[name=l]'); field.value = 1; field.dispatchEvent(new Event('change')); })()");
     let type_b = "(() => { const field = document.querySelector('[name=b]'); field.value = 1.5; \
                   field.dispatchEvent(new Event('change')); })()";
     browser.value(type_b);

@@ -239,7 +239,8 @@ for (const name of ["forces", "paths", "names"]) {
 // A page hears keys wherever they are pressed, a piece of one only where it has the focus.
 (isPage ? document : root).addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.altKey || event.metaKey) return;
-  const isOwn = (kinds) => event.target instanceof Element && event.target.matches(kinds);
+  // Sliders and fields of parameters have keys of their own.
+  const isOwn = (kinds) => event.target instanceof Element && event.target.matches(`${kinds}, .qrm-parameter input`);
   if (event.key === " " && !isOwn("button, select, input[type='checkbox']")) play(!isPlaying);
   else if (event.key === "ArrowLeft" && !isOwn("select")) move(-1);
   else if (event.key === "ArrowRight" && !isOwn("select")) move(1);
