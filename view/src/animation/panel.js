@@ -36,6 +36,7 @@ async function load(scene) {
   const next = await simulator(module);
   const before = about;
   sceneShown = scene;
+  values = {};
   about = next.load(await unpacked(scene));
   engine = next;
   part("title").textContent = document.title = about.name;
@@ -86,8 +87,10 @@ function recompute(draft = false) {
 function report(run, milliseconds) {
   const error = run.estimated_error === null ? ", error not estimated yet" : `, error about ${run.estimated_error.toExponential(0)}`;
   const doubts = run.distrust.length ? ` Do not trust these numbers: ${run.distrust.join("; ")}.` : "";
+  for (const [name, show] of rows) {
+    if (!(name in changed) && run.values[name] !== values[name]) show(run.values[name]);
+  }
   values = run.values;
-  for (const [name, show] of rows) if (!(name in changed)) show(values[name]);
   part("run").textContent = `${run.steps} steps in ${milliseconds.toFixed(0)} ms${error}.${doubts}`;
   root.dataset.run = JSON.stringify(run);
 }
