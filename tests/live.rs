@@ -136,6 +136,23 @@ fn values_are_written_to_the_file() {
 }
 
 #[test]
+#[cfg(target_os = "linux")]
+fn an_idle_session_rests() {
+    let mut live = Live::of_scene("pendulum");
+    live.next_scene();
+    // User and system time of the process, in ticks of 0.01 s.
+    let ticks = || -> f64 {
+        let text = fs::read_to_string(format!("/proc/{}/stat", live.id())).expect("the process runs");
+        let fields: Vec<&str> = text.rsplit(')').next().expect("fields").split_whitespace().collect();
+        [11, 12].iter().map(|&place| fields[place].parse::<f64>().expect("a number")).sum()
+    };
+    let before = ticks();
+    std::thread::sleep(std::time::Duration::from_secs(2));
+    let used = ticks() - before;
+    assert!(used <= 20.0, "{used} of 200 ticks");
+}
+
+#[test]
 fn only_its_own_page_is_answered() {
     let live = Live::of_scene("pendulum");
     let port = live.port();

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, SystemTime};
 
-use notify::{RecommendedWatcher, RecursiveMode, Watcher};
+use notify::{Event, RecommendedWatcher, RecursiveMode, Watcher};
 
 /// How often a file is looked at, where the system does not tell of changes.
 const PERIOD: Duration = Duration::from_millis(250);
@@ -22,8 +22,11 @@ impl Watch {
     pub(super) fn new(path: &Path) -> Self {
         let (sender, events) = channel();
         // Other files of the folder are cheap to look at, and editors put a new file in the place of the old one.
-        let tell = move |_| {
-            let _ = sender.send(());
+        let tell = move |event: notify::Result<Event>| {
+            // Reading the file is an event too: it must not lead to the next reading. What is lost is looked for.
+            if event.is_ok_and(|event| !event.kind.is_access()) {
+                let _ = sender.send(());
+            }
         };
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let watch =
