@@ -53,8 +53,7 @@ const SWEEP: [(&str, Measure); 8] = [
 
 /// The median of whole runs.
 fn one(mechanism: &dyn Mechanism, runs: usize) -> (f64, f64) {
-    let request =
-        Request { start: None, settings: MethodSettings::default(), step: None, end: None, estimate_error: false };
+    let request = Request::default();
     let mut times = Vec::new();
     let mut steps = 0.0;
     for _ in 0..runs {

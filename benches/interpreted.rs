@@ -23,7 +23,7 @@ const METHODS: [&Method; 3] = [RK4, DOP853, GAUSS];
 fn one(model: &Model, method: &'static Method) -> f64 {
     let mechanism = model.mechanism(&|_| None);
     let settings = MethodSettings::new(method, 1e-9);
-    let request = Request { start: None, settings, step: None, end: None, estimate_error: false };
+    let request = Request { settings, ..Request::default() };
     let mut times: Vec<f64> = (0..RUNS)
         .map(|_| match simulate(black_box(&*mechanism), &request, &mut ()) {
             Ok(outcome) => outcome.integration.as_secs_f64() * 1e9 / outcome.counts.accepted as f64,

@@ -17,9 +17,9 @@ use chromium::Chromium;
 use live::Live;
 use measure::Spread;
 
-/// A parameter and a formula of each scene, and what a digit is put after in them.
+/// A parameter and a formula of each scene.
 const SCENES: [(&str, &str, &str); 2] =
-    [("quick-return", "BC   = { value = 0.6", "'C.y - yC"), ("andrews", "u  = { value = 0.04", "eps")];
+    [("quick-return", "BC   = { value = 0.6", "'C.y - yC"), ("andrews", "u  = { value = 0.04", "- ss*sin(gamma) - xb")];
 
 /// Promises the time at which the next motion is on the screen, in milliseconds since 1970.
 const PROMISE: &str = "{ const root = document.querySelector('.qrm-animation'); const before = root.dataset.run; \
@@ -41,11 +41,8 @@ fn main() {
         let mut edited = |place: &str| {
             number += 1;
             let digit = format!("{:04}", 1 + number);
-            match place.starts_with('\'') {
-                true => text.replacen(place, &format!("{place} + 0.000{digit}"), 1),
-                false if place == formula => format!("{text}# {digit}\n"),
-                false => text.replacen(place, &format!("{place}0{digit}"), 1),
-            }
+            let changed = if place == formula { format!("{place} + 0.000{digit}") } else { format!("{place}0{digit}") };
+            text.replacen(place, &changed, 1)
         };
         let values = measure::in_turn(1, |_| saved(&live, &edited(value), &mut browser));
         let formulae = measure::in_turn(1, |_| saved(&live, &edited(formula), &mut browser));

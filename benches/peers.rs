@@ -114,7 +114,7 @@ fn one_run(model: &Model, method: &'static Method, (size, end_time): (f64, f64),
     };
     let mechanism = model.mechanism(&|_| None);
     let end = || Some(End::Time(end_time));
-    let request = || Request { start: None, settings, step: Some(step), end: end(), estimate_error: false };
+    let request = || Request { settings, step: Some(step), end: end(), ..Request::default() };
     repeat(|| {
         let outcome = simulate(&*mechanism, &request(), &mut ()).ok().filter(|outcome| outcome.status.is_done())?;
         Some((outcome.integration.as_secs_f64(), distance(&outcome.q, &exact.coordinates)))

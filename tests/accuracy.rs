@@ -24,7 +24,8 @@ impl Observer for Rows {
 
 /// The largest error of a coordinate in any row, and what the run says it is.
 fn errors(mechanism: &dyn Mechanism, integral: &EnergyIntegral, settings: MethodSettings, step: f64) -> (f64, f64) {
-    let request = Request { start: None, settings, step: Some(step), end: Some(End::Time(1.6)), estimate_error: true };
+    let request =
+        Request { settings, step: Some(step), end: Some(End::Time(1.6)), estimate_error: true, ..Request::default() };
     let mut rows = Rows::default();
     let outcome = simulate(mechanism, &request, &mut rows).expect("the run starts");
     let error = |(t, q): &(f64, Vec<f64>)| {

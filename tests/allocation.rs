@@ -43,7 +43,7 @@ static ALLOCATOR: Counting = Counting;
 fn allocations(projection: Projection, end_time: f64) -> usize {
     let mechanism = common::mechanism("quick-return", &[]);
     let settings = MethodSettings { projection, ..MethodSettings::default() };
-    let request = Request { start: None, settings, step: None, end: Some(End::Time(end_time)), estimate_error: true };
+    let request = Request { settings, end: Some(End::Time(end_time)), estimate_error: true, ..Request::default() };
     let before = count();
     let outcome = simulate(&*mechanism, &request, &mut ()).expect("the run starts");
     assert!(outcome.counts.accepted > 100);

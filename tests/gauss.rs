@@ -29,7 +29,7 @@ fn exact_ends() -> Vec<(String, f64, Vec<f64>)> {
 }
 
 fn run(name: &str, settings: MethodSettings, step: Option<f64>, end: Option<End>, rows: &mut dyn Observer) -> Outcome {
-    let request = Request { start: None, settings, step, end, estimate_error: false };
+    let request = Request { settings, step, end, ..Request::default() };
     let outcome = simulate(&*mechanism(name), &request, rows).expect("a start");
     assert!(outcome.status.is_done(), "{name}: {outcome:?}");
     outcome
@@ -67,8 +67,7 @@ fn small_motions_are_as_accurate_as_large_ones() {
         let mechanism = model("double-pendulum").mechanism(&|name| (name == "a0").then_some(start));
         let end = |method, tolerance| {
             let settings = MethodSettings::new(method, tolerance);
-            let request =
-                Request { start: None, settings, step: Some(10.0), end: Some(End::Time(10.0)), estimate_error: false };
+            let request = Request { settings, step: Some(10.0), end: Some(End::Time(10.0)), ..Request::default() };
             simulate(&*mechanism, &request, &mut ()).expect("a start").q
         };
         let exact = end(DOP853, 1e-15);
@@ -122,7 +121,7 @@ fn the_work_of_a_drive_is_integrated_by_the_nodes() {
     let mechanism = mechanism("quick-return-driven");
     let end = mechanism.schedule().end_time;
     let settings = MethodSettings::new(GAUSS, 1e-11);
-    let request = Request { start: None, settings, step: Some(end), end: Some(End::Time(end)), estimate_error: false };
+    let request = Request { settings, step: Some(end), end: Some(End::Time(end)), ..Request::default() };
     let outcome = simulate(&*mechanism, &request, &mut ()).expect("a start");
     let off = outcome.energy_imbalance / outcome.largest_energy;
     assert!(outcome.energy_drift.is_none() && off < 1e-11, "{off:e}, {outcome:?}");

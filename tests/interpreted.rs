@@ -20,7 +20,7 @@ fn rows(model: &Model, method: &'static Method) -> Vec<f64> {
     }
 
     let settings = MethodSettings { method, ..MethodSettings::default() };
-    let request = Request { start: None, settings, step: None, end: None, estimate_error: true };
+    let request = Request { settings, estimate_error: true, ..Request::default() };
     let mut rows = Rows(Vec::new());
     match simulate(&*model.mechanism(&|_| None), &request, &mut rows) {
         Ok(outcome) => rows.0.extend(outcome.estimated_errors.unwrap_or_default()),

@@ -29,13 +29,7 @@ fn assert_near(what: &str, got: &[f64], expected: &[f64], allowed: f64) {
 
 /// The end of a run to a time.
 fn end(mechanism: &dyn Mechanism, step: f64, t: f64) -> [f64; 6] {
-    let request = Request {
-        start: None,
-        settings: MethodSettings::default(),
-        step: Some(step),
-        end: Some(End::Time(t)),
-        estimate_error: false,
-    };
+    let request = Request { step: Some(step), end: Some(End::Time(t)), ..Request::default() };
     let outcome = simulate(mechanism, &request, &mut ()).expect("a start");
     std::array::from_fn(|i| if i < 3 { outcome.q[i] } else { outcome.qd[i - 3] })
 }
@@ -90,8 +84,7 @@ fn a_position_that_does_not_suit_the_kernel_is_stepped_through() {
 /// The coordinates and rates after a run of `t` seconds by the pair of order 8.
 fn end_of_pair(mechanism: &dyn Mechanism, t: f64) -> Vec<f64> {
     let settings = MethodSettings::new(DOP853, 1e-10);
-    let request =
-        Request { start: None, settings, step: Some(0.1 * t), end: Some(End::Time(t)), estimate_error: false };
+    let request = Request { settings, step: Some(0.1 * t), end: Some(End::Time(t)), ..Request::default() };
     let outcome = simulate(mechanism, &request, &mut ()).expect("a start");
     assert!(matches!(outcome.status, Status::Completed), "{:?}", outcome.status);
     [outcome.q, outcome.qd].concat()

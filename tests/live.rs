@@ -124,12 +124,13 @@ fn values_are_written_to_the_file() {
     assert_eq!(live.text(), expected);
     for (values, said) in [
         ("O2B=0.25", "mine.toml: the file has no value for `O2B`"),
-        ("O2A=0/0", "these are no values"),
-        ("O2A=inf", "these are no values"),
-        ("O2A", "these are no values"),
+        ("O2A=0/0", "a line is no NAME=VALUE with a finite value"),
+        ("O2A=inf", "a line is no NAME=VALUE with a finite value"),
+        ("O2A", "a line is no NAME=VALUE with a finite value"),
     ] {
         assert_eq!(live.post_values(values).1, said);
     }
+    assert_eq!(live.post_values(&"O2A=0.25\n".repeat(10_000)), (413, "these are too many values".to_owned()));
     live.save("name = ");
     assert_eq!(live.post_values("O2A=0.3").1, "mine.toml: the file holds no scene at present");
     assert_eq!(live.text(), "name = ");
@@ -185,13 +186,53 @@ fn what_cannot_be_served_is_said() {
 }
 
 #[test]
+#[cfg(target_os = "linux")]
+fn the_address_of_the_command_line_works_once() {
+    use std::os::unix::fs::PermissionsExt;
+    // A browser that writes down what it is to open.
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let (browser, opened) = (folder.path().join("xdg-open"), folder.path().join("opened"));
+    fs::write(&browser, format!("#!/bin/sh\necho \"$1\" > {0}.part; mv {0}.part {0}\n", opened.display()))
+        .expect("written");
+    fs::set_permissions(&browser, fs::Permissions::from_mode(0o755)).expect("a program");
+    let path = format!("{}:{}", folder.path().display(), std::env::var("PATH").unwrap_or_default());
+    let live = Live::with_browser("pendulum", &path);
+    let begun = Instant::now();
+    while !opened.exists() && begun.elapsed().as_secs() < 10 {
+        std::thread::sleep(std::time::Duration::from_millis(10));
+    }
+    let address = fs::read_to_string(&opened).expect("an address");
+    let path = format!("/{}", address.trim().rsplit('/').next().expect("a path"));
+    assert!(!live.address.contains(&path));
+    assert_eq!(live.answer("GET", &path, &["Host: evil.example"], "").0, 403);
+    let (status, _) = live.answer("GET", &path, &[], "");
+    assert_eq!(status, 303);
+    assert_eq!(live.answer("GET", &path, &[], "").0, 404);
+}
+
+#[test]
 fn two_sessions_follow_one_file() {
     let mut live = Live::of_scene("quick-return");
-    let mut other = Live::of_scene("quick-return");
+    let mut other = live.second();
+    live.next_scene();
+    other.next_scene();
     for number in 0..5 {
         live.save(format!("{}# {number}\n", live.text()));
-        other.save(format!("{}# other {number}\n", other.text()));
         live.next_scene();
         other.next_scene();
     }
+    // Both write.
+    std::thread::scope(|scope| {
+        for (place, writer) in [&live, &other].into_iter().enumerate() {
+            scope.spawn(move || {
+                for number in 0..20 {
+                    let (status, _) = writer.post_values(&format!("O2A=0.2{place}{number:02}"));
+                    // The other one may have saved just before.
+                    assert!([200, 409].contains(&status), "{status}");
+                }
+            });
+        }
+    });
+    assert_eq!(live.text().lines().filter(|line| line.starts_with("O2A ")).count(), 1);
+    assert!(live.text().ends_with("# 4\n"));
 }

@@ -160,6 +160,72 @@ fn changed_values_are_written_to_the_file() {
 
 #[test]
 #[ignore = "needs Chromium"]
+fn a_value_that_changes_after_writing_stays() {
+    let mut desk = Desk::new("quick-return");
+    let first = desk.run();
+    desk.set("O2A", 0.25);
+    desk.next_run(&first);
+    desk.browser.value(
+        "(() => { document.querySelector('.qrm-write').click(); const field = document.querySelector('[name=O2A]'); \
+         field.value = 0.26; field.dispatchEvent(new Event('change')); })()",
+    );
+    desk.browser.wait_for("document.querySelector('.qrm-news').textContent === 'written to mine.toml'");
+    while !desk.live.text().contains("value = 0.25,") {}
+    // The next save shows that the one before has arrived.
+    let before = desk.run();
+    desk.live.edit("'C.y - yC'", "'C.y - yC + 0.001'");
+    desk.next_run(&before);
+    assert_eq!(desk.said("command"), "qrm run mine.toml --set O2A=0.26");
+}
+
+#[test]
+#[ignore = "needs Chromium"]
+fn a_save_ends_a_drag() {
+    let mut desk = Desk::new("quick-return");
+    let first = desk.run();
+    let [x, y] = desk.browser.middle("[data-name=crank] .qrm-bar");
+    desk.browser.mouse("mousePressed", [x, y]);
+    desk.browser.mouse("mouseMoved", [x - 20.0, y]);
+    let held = desk.next_run(&first);
+    assert!(desk.said("command").contains("--start phi2="));
+    desk.live.edit("'C.y - yC'", "'C.y - yC + 0.001'");
+    let second = desk.next_run(&held);
+    for to in 1..5 {
+        desk.browser.mouse("mouseMoved", [x - 20.0 + 5.0 * f64::from(to), y]);
+    }
+    desk.browser.mouse("mouseReleased", [x, y]);
+    assert_eq!((desk.run(), desk.said("problem")), (second, String::new()));
+    // The next drag works.
+    let [x, y] = desk.browser.middle("[data-name=crank] .qrm-bar");
+    desk.browser.drag([x, y], [x + 20.0, y]);
+    desk.browser.wait_for("!document.querySelector('.qrm-animation').hasAttribute('data-draft')");
+    assert_eq!(desk.said("problem"), "");
+    assert!(desk.browser.complaints.is_empty(), "{:?}", desk.browser.complaints);
+}
+
+#[test]
+#[ignore = "needs Chromium"]
+fn a_saved_value_has_the_branch_of_its_own_file() {
+    let mut desk = Desk::new("four-bar");
+    let first = desk.run();
+    // The other branch than that of the file before: a derivation is not needed, but a start is.
+    desk.live.edit("l4  = { value = 0.34,", "l4  = { value = 0.068,");
+    let shown: serde_json::Value = serde_json::from_str(&desk.next_run(&first)).expect("JSON");
+    let out = desk.live.folder().join("out");
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_qrm"));
+    command.args(["run", "mine.toml", "--no-figures", "--out"]).arg(&out).current_dir(desk.live.folder());
+    let output = command.env("QRM_CACHE", desk.live.folder().join("cache")).output().expect("it starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let summary = std::fs::read_to_string(out.join("summary.json")).expect("a summary");
+    let summary: serde_json::Value = serde_json::from_str(&summary).expect("JSON");
+    for (i, name) in ["q1", "q2", "q3"].into_iter().enumerate() {
+        let [own, expected] = [&shown["q"][i], &summary["end_state"][name]].map(|x| x.as_f64().expect("a number"));
+        assert!((own - expected).abs() < 1e-11 * expected.abs().max(1.0), "{name}: {own} instead of {expected}");
+    }
+}
+
+#[test]
+#[ignore = "needs Chromium"]
 fn no_save_is_lost_and_memory_stays() {
     let seconds = std::env::var("QRM_SOAK").ok().and_then(|text| text.parse().ok()).unwrap_or(5.0);
     let mut desk = Desk::new("quick-return");

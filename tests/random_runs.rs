@@ -76,11 +76,11 @@ impl Case {
     fn run(&self, settings: MethodSettings) -> Option<(Outcome, Vec<Vec<f64>>)> {
         let mut rows = Rows::default();
         let request = Request {
-            start: None,
             settings,
             step: Some(self.step),
             end: Some(End::Time(self.end)),
             estimate_error: true,
+            ..Request::default()
         };
         let outcome = simulate(&*self.mechanism(), &request, &mut rows).ok()?;
         Some((outcome, rows.0))

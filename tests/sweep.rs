@@ -84,13 +84,7 @@ fn a_stop_condition_is_met_where_a_run_meets_it() {
         let finished = sweep(model("quick-return"), &designs, &by_tolerance(tolerance), LaneCount::Most);
         let mut stopped = 0;
         for (design, finished) in designs.iter().zip(&finished) {
-            let request = Request {
-                start: None,
-                settings: MethodSettings::new(DOP853, 1e-13),
-                step: None,
-                end: None,
-                estimate_error: false,
-            };
+            let request = Request { settings: MethodSettings::new(DOP853, 1e-13), ..Request::default() };
             let Ok(exact) = simulate(&*mechanism("quick-return", design), &request, &mut ()) else {
                 assert!(finished.status.is_err(), "{design:?}: {:?}", finished.status);
                 continue;

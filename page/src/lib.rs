@@ -66,14 +66,23 @@ pub extern "C" fn load() -> u32 {
     })
 }
 
-/// Runs the scene with the values of the input, a line `NAME=VALUE` each; the output is the motion as JSON. A number for
-/// the time at which it ends about asks for a draft, which is faster and has no estimate of its error.
+/// Runs the scene with the values of the input, a line `NAME=VALUE` each; the output is the motion as JSON.
 #[allow(unsafe_code, reason = "the page calls it by its name")]
 #[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
-pub extern "C" fn run(draft_end: f64) -> u32 {
+pub extern "C" fn run() -> u32 {
     answer(|state| {
-        let requested = NamedValues::new(&state.input)?;
-        state.simulator.as_mut().ok_or(NO_SCENE)?.run(requested, Some(draft_end).filter(|end| *end > 0.0))
+        let changed = NamedValues::new(&state.input)?;
+        state.simulator.as_mut().ok_or(NO_SCENE)?.run(changed)
+    })
+}
+
+/// As [`run`], by fewer steps and without an estimate of the error, for a motion that ends at about that time.
+#[allow(unsafe_code, reason = "the page calls it by its name")]
+#[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
+pub extern "C" fn draft(end: f64) -> u32 {
+    answer(|state| {
+        let changed = NamedValues::new(&state.input)?;
+        state.simulator.as_mut().ok_or(NO_SCENE)?.draft(changed, end)
     })
 }
 

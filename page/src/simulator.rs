@@ -18,30 +18,33 @@ use serde::{Deserialize, Serialize};
 use crate::named_values::NamedValues;
 
 /// Most frames of a motion: a screen shows no more of them.
-const MOST_FRAMES: usize = 400;
-/// Rows of a draft, which is looked at for a moment.
+const MAX_FRAMES: usize = 400;
+/// Rows of a draft.
 const DRAFT_ROWS: f64 = 160.0;
-/// Error of a step of a draft: nobody sees it.
+/// Most rows of a draft whose motion lasts longer than expected.
+const MAX_DRAFT_ROWS: u64 = 1600;
+/// Error of a step of a draft.
 const DRAFT_TOLERANCE: f64 = 1e-7;
 
 /// Most rows of a run: the page stands still while it is computed.
-const MOST_ROWS: u64 = 300_000;
+const MAX_ROWS: u64 = 300_000;
 
 /// A derived scene.
 pub(crate) struct Simulator {
     model: Model,
     scene: Scene,
-    last: Last,
+    last: LastRun,
 }
 
-/// The last motion.
+/// The last run.
 #[derive(Default)]
-struct Last {
-    requested: NamedValues,
+struct LastRun {
+    /// Its parameters and its start, as far as the page changed them.
+    values: NamedValues,
     /// Times with coordinates.
     poses: Vec<(f64, Vec<f64>)>,
-    /// The coordinates that were dragged.
-    dragged: Vec<f64>,
+    /// The coordinates at the end of the last drag; none before the first one.
+    dragged: Option<Vec<f64>>,
 }
 
 /// A scene as a page holds it.
@@ -72,6 +75,8 @@ struct About {
     parameters: Vec<Settable>,
     /// The coordinates that are given at the start.
     start: Vec<Settable>,
+    /// The latest end of the motion.
+    end_time: f64,
 }
 
 /// A number that the page can change.
@@ -95,7 +100,7 @@ struct Answer {
 struct Run {
     end_time: f64,
     /// Why it did not come to its end.
-    broken_off: Option<String>,
+    failure: Option<String>,
     steps: u64,
     estimated_error: Option<f64>,
     /// The reasons not to trust its numbers.
@@ -107,10 +112,10 @@ struct Run {
 }
 
 impl Simulator {
-    /// Of the bytes of a derived scene.
+    /// A simulator for the bytes of a derived scene.
     pub(crate) fn new(bytes: &[u8]) -> Result<Self, String> {
         let packed: Packed = postcard::from_bytes(bytes).map_err(|_| "these bytes are not a derived scene")?;
-        Ok(Self { model: packed.derived.into_model(), scene: packed.scene, last: Last::default() })
+        Ok(Self { model: packed.derived.into_model(), scene: packed.scene, last: LastRun::default() })
     }
 
     /// The scene as JSON.
@@ -118,56 +123,64 @@ impl Simulator {
         let description = self.model.description;
         let mechanism = self.mechanism(&NamedValues::default());
         let [parameters, start] = settable(&*mechanism, &Start::of(&*mechanism));
-        json(&About { name: description.name, doc: self.scene.doc.clone(), parameters, start })
+        let end_time = mechanism.schedule().end_time;
+        json(&About { name: description.name, doc: self.scene.doc.clone(), parameters, start, end_time })
     }
 
     /// The values of all parameters of the scene. Those of a scene file may have changed since it was derived.
-    fn parameters(&self, requested: &NamedValues) -> Vec<f64> {
-        parameter_values(&self.scene, |name| requested.value(name))
+    fn parameters(&self, changed: &NamedValues) -> Vec<f64> {
+        parameter_values(&self.scene, |name| changed.value(name))
     }
 
-    fn mechanism(&self, requested: &NamedValues) -> Box<dyn Mechanism> {
-        let values = self.parameters(requested);
+    fn mechanism(&self, changed: &NamedValues) -> Box<dyn Mechanism> {
+        let values = self.parameters(changed);
         let place = |name: &str| self.scene.parameters.iter().position(|parameter| parameter.name == name);
         self.model.mechanism(&|name| place(name).map(|place| values[place]))
     }
 
-    /// The start of a mechanism with the values that are asked for.
-    fn start(&self, mechanism: &dyn Mechanism, requested: &NamedValues) -> Start {
+    /// The start of a mechanism with the values of the page.
+    fn start(&self, mechanism: &dyn Mechanism, changed: &NamedValues) -> Result<Start, String> {
+        let description = self.model.description;
         let mut start = Start::of(mechanism);
-        for (name, value) in requested.iter() {
-            // The others are parameters.
-            let _ = start.set(self.model.description, name, value);
+        let is_parameter = |name: &str| description.parameters.iter().any(|parameter| parameter.name == name);
+        for (name, value) in changed.iter().filter(|(name, _)| !is_parameter(name)) {
+            start.set(description, name, value).ok_or_else(|| {
+                format!("`{name}` is neither a parameter nor given at the start of `{}`", description.name)
+            })?;
         }
-        start
+        Ok(start)
     }
 
-    /// Runs the scene by its steps, or by fewer for a draft that ends at about a time; the run and its motion as JSON.
-    pub(crate) fn run(&mut self, requested: NamedValues, draft_end: Option<f64>) -> Result<String, String> {
+    /// Runs the scene as `qrm run` does; the run and its motion as JSON.
+    pub(crate) fn run(&mut self, changed: NamedValues) -> Result<String, String> {
+        let request = Request { estimate_error: true, ..Request::default() };
+        self.run_with(request, changed, MAX_ROWS)
+    }
+
+    /// Runs the scene to about that end by fewer steps, and without an estimate of the error.
+    pub(crate) fn draft(&mut self, changed: NamedValues, end: f64) -> Result<String, String> {
+        let settings = MethodSettings::new(DOP853, DRAFT_TOLERANCE);
+        let request = Request { settings, step: Some(end / DRAFT_ROWS), ..Request::default() };
+        self.run_with(request, changed, MAX_DRAFT_ROWS)
+    }
+
+    fn run_with(&mut self, request: Request, changed: NamedValues, max_rows: u64) -> Result<String, String> {
         let description = self.model.description;
-        let mechanism = self.mechanism(&requested);
-        let start = self.start(&*mechanism, &requested);
+        let mechanism = self.mechanism(&changed);
+        let start = self.start(&*mechanism, &changed)?;
         let values = settable(&*mechanism, &start).into_iter().flatten().map(|each| (each.name, each.value)).collect();
-        let request = Request {
-            settings: match draft_end {
-                Some(_) => MethodSettings::new(DOP853, DRAFT_TOLERANCE),
-                None => MethodSettings::default(),
-            },
-            start: Some(start),
-            step: draft_end.map(|end| end / DRAFT_ROWS),
-            end: None,
-            estimate_error: draft_end.is_none(),
-        };
-        let mut observer = (RowLimit::default(), Recording::with_frames(description, MOST_FRAMES));
+        let scene_parameters = Some(self.mechanism(&NamedValues::default()).parameters().to_vec());
+        let request = Request { start: Some(start), scene_parameters, ..request };
+        let mut observer = (RowLimit { rows: 0, max_rows }, Recording::with_frames(description, MAX_FRAMES));
         let outcome = simulate(&*mechanism, &request, &mut observer);
         let recording = observer.1;
         let outcome = outcome.map_err(|reason| SimError { reason: Reason::Start(reason), description }.to_string())?;
         if recording.frames.len() < 2 {
             return Err(format!("`{}` stays where it is", description.name));
         }
-        let motion = motion(&self.scene, &self.parameters(&requested), &recording).map_err(|e| e.to_string())?;
+        let motion = motion(&self.scene, &self.parameters(&changed), &recording).map_err(|e| e.to_string())?;
         let poses = recording.states().into_iter().map(|(t, q, _)| (t, q)).collect();
-        (self.last.requested, self.last.poses) = (requested, poses);
+        (self.last.values, self.last.poses) = (changed, poses);
         json(&Answer { run: self.report(&outcome, values), motion })
     }
 
@@ -177,25 +190,28 @@ impl Simulator {
         if !t.is_nan() {
             let distance = |pose: &&(f64, Vec<f64>)| (pose.0 - t).abs();
             let nearest = self.last.poses.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
-            self.last.dragged = nearest.map(|(_, q)| q.clone()).ok_or("nothing has moved yet")?;
+            self.last.dragged = nearest.map(|(_, q)| q.clone());
         }
-        let mechanism = self.mechanism(&self.last.requested);
-        let parameters = self.parameters(&self.last.requested);
-        let points: Vec<(&str, f64)> = points.iter().collect();
+        let from = self.last.dragged.as_ref().ok_or("nothing has moved yet")?;
+        let mechanism = self.mechanism(&self.last.values);
+        let parameters = self.parameters(&self.last.values);
+        let place = |name: &str| self.scene.points.iter().position(|point| point.name == name);
+        let point = |(name, weight)| Ok((place(name).ok_or_else(|| format!("there is no point `{name}`"))?, weight));
+        let points = points.iter().map(point).collect::<Result<Vec<_>, String>>()?;
         let error = |q: &[f64]| position_error(&self.scene, &parameters, q, &points, target);
-        let q = inverse_kinematics(&*mechanism, &self.last.dragged, error);
+        let q = inverse_kinematics(&*mechanism, from, error);
         if !q.iter().all(|value| value.is_finite()) {
             return Err(format!("`{}` has no place there", description.name));
         }
         let own = Start::of(&*mechanism);
         let value = |i: usize| match description.is_angle(i) {
-            // Turns that were made by hand do not count.
+            // Whole turns of a drag are left out.
             true => q[i] - TAU * ((q[i] - own.q[i]) / TAU).round(),
             false => q[i],
         };
         let given = (0..q.len()).filter(|&i| own.given[i]);
         let start: BTreeMap<&str, f64> = given.map(|i| (description.coordinates[i].name, value(i))).collect();
-        self.last.dragged = q;
+        self.last.dragged = Some(q);
         json(&start)
     }
 
@@ -204,7 +220,7 @@ impl Simulator {
         let doubts = outcome.doubts(description);
         Run {
             end_time: outcome.end_time,
-            broken_off: broken_off(outcome, description),
+            failure: failure(outcome, description),
             steps: outcome.counts.accepted,
             estimated_error: outcome.estimated_error(),
             distrust: doubts.iter().map(|doubt| doubt.text(outcome.tolerance, description)).collect(),
@@ -228,7 +244,7 @@ fn settable(mechanism: &dyn Mechanism, start: &Start) -> [Vec<Settable>; 2] {
 }
 
 /// Why a run did not come to its end.
-fn broken_off(outcome: &Outcome, description: &'static Description) -> Option<String> {
+fn failure(outcome: &Outcome, description: &'static Description) -> Option<String> {
     let t = outcome.end_time;
     Some(match &outcome.status {
         Status::Completed | Status::Stopped => return None,
@@ -236,9 +252,7 @@ fn broken_off(outcome: &Outcome, description: &'static Description) -> Option<St
             format!("`{}` did not become true until the latest end, t = {t} s", description.until)
         }
         Status::Interrupted => {
-            format!(
-                "a page follows a motion for {MOST_ROWS} steps, here up to t = {t} s; `qrm run` follows it to its end"
-            )
+            format!("the page follows this motion up to t = {t} s, and `qrm run` to its end")
         }
         Status::Failed(error) => {
             let reason = Reason::Failed { t, error: *error };
@@ -249,18 +263,20 @@ fn broken_off(outcome: &Outcome, description: &'static Description) -> Option<St
     })
 }
 
-/// Ends a run after so many rows.
-#[derive(Default)]
-struct RowLimit(u64);
+/// Ends a run after a number of rows.
+struct RowLimit {
+    rows: u64,
+    max_rows: u64,
+}
 
 impl Observer for RowLimit {
     fn row(&mut self, _row: &Row) -> io::Result<()> {
-        self.0 += 1;
+        self.rows += 1;
         Ok(())
     }
 
     fn goes_on(&mut self, _t: f64, _end_time: f64) -> io::Result<bool> {
-        Ok(self.0 < MOST_ROWS)
+        Ok(self.rows < self.max_rows)
     }
 }
 

@@ -5,18 +5,14 @@ use qrm_scene::evaluate::State;
 use qrm_scene::scene::Scene;
 use qrm_sim::analysis::PositionError;
 
-/// The position of a weighted mean of points, which are given by their names, less that of a target.
+/// The position of a weighted mean of points less that of a target. A point is given by its place in the scene.
 pub fn position_error(
     scene: &Scene,
     parameters: &[f64],
     q: &[f64],
-    points: &[(&str, f64)],
+    points: &[(usize, f64)],
     target: [f64; 2],
 ) -> PositionError {
-    let points: Vec<(usize, f64)> = points
-        .iter()
-        .filter_map(|(name, weight)| Some((scene.points.iter().position(|point| point.name == *name)?, *weight)))
-        .collect();
     let zero = Dual2_64::from(0.0);
     let by = |coordinate: usize| -> [Dual2_64; 2] {
         let moved = |(i, value): (usize, &f64)| Dual2_64::new(*value, f64::from(u8::from(i == coordinate)), 0.0);

@@ -12,7 +12,7 @@ mod messages;
 mod methods;
 mod options;
 mod output;
-mod page_data;
+mod packing;
 mod parquet;
 mod pictures;
 mod progress;

@@ -4,8 +4,8 @@ mod derivation_key;
 mod feed;
 mod server;
 mod session;
-mod values;
 mod watch;
+mod write_back;
 
 pub(crate) use feed::Feed;
 pub(crate) use server::Server;

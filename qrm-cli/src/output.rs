@@ -46,6 +46,16 @@ pub(crate) fn written(files: &[String]) -> String {
     format!("wrote {files}")
 }
 
+/// A word of a command line, quoted where a shell would take it apart.
+pub(crate) fn shell_word(word: &str) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || "_-./:=@%+,".contains(c);
+    if !word.is_empty() && word.chars().all(is_plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    }
+}
+
 /// Writes a value as a file in JSON.
 pub(crate) fn save_json(path: &Path, value: &impl Serialize) -> Result<(), Error> {
     let text = serde_json::to_string_pretty(value)?;

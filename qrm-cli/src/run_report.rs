@@ -45,6 +45,8 @@ pub(crate) struct RunReport {
     #[serde(skip)]
     is_done: bool,
     pub(crate) message: Message,
+    /// The coordinates and rates that are given at the start.
+    start: Named<f64>,
     end_time: f64,
     end_state: Named<f64>,
     run_seconds: f64,
@@ -148,6 +150,7 @@ impl RunReport {
             status: status(outcome),
             is_done: outcome.status.is_done(),
             message: messages::status(&outcome.status, outcome.end_time, description, &setup.until),
+            start: Named(setup.start().given_values(description)),
             end_time: outcome.end_time,
             end_state: end_state(outcome, recording),
             run_seconds: outcome.integration.as_secs_f64(),

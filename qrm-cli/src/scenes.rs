@@ -25,7 +25,7 @@ pub(crate) struct FoundScene {
 }
 
 /// What the name of a scene means.
-pub(crate) enum Named {
+pub(crate) enum SceneSource {
     /// A scene of the program.
     Model(&'static Model),
     /// A scene file.
@@ -34,19 +34,21 @@ pub(crate) enum Named {
 
 impl SceneName {
     /// What the name means.
-    pub(crate) fn named(&self, models: &'static [Model]) -> Result<Named, Error> {
+    pub(crate) fn source(&self, models: &'static [Model]) -> Result<SceneSource, Error> {
         let Self { scene } = self;
         if is_path(models, scene) {
-            return Ok(Named::File(scene.into()));
+            return Ok(SceneSource::File(scene.into()));
         }
-        model_named(models, scene, &[]).map(Named::Model)
+        model_named(models, scene, &[]).map(SceneSource::Model)
     }
 
     /// The scene of this name, or that of a file.
     pub(crate) fn find(&self, models: &'static [Model]) -> Result<FoundScene, Error> {
-        match self.named(models)? {
-            Named::Model(model) => Ok(FoundScene { model, path: path_of(model.description) }),
-            Named::File(path) => Ok(FoundScene { model: model_of_file(models, &path)?, path: self.scene.clone() }),
+        match self.source(models)? {
+            SceneSource::Model(model) => Ok(FoundScene { model, path: path_of(model.description) }),
+            SceneSource::File(path) => {
+                Ok(FoundScene { model: model_of_file(models, &path)?, path: self.scene.clone() })
+            }
         }
     }
 }
@@ -101,10 +103,9 @@ pub(crate) fn model_of_text(models: &'static [Model], source: &str) -> Option<&'
 fn interpreted(path: &Path, source: &str) -> Result<&'static Model, Error> {
     // Mistakes are reported without the engine.
     resolve::read(&path.display().to_string(), source)?;
-    let entry = cache::Entry::of(source);
-    let derived = match entry.read(source) {
+    let derived = match cache::Entry::of(source).read(source) {
         Some(derived) => derived,
-        None => engine::derive(path, source, &entry)?,
+        None => engine::derive(path, source)?,
     };
     Ok(Box::leak(Box::new(derived.into_model())))
 }

@@ -111,8 +111,9 @@ impl Setup {
         for text in &options.start {
             let (name, value) = assignment("--start", text)?;
             if start.set(self.description, name, value).is_none() {
-                let names = start.given_names(self.description);
-                let help = suggestion(name, names.iter().map(String::as_str), || match &names[..] {
+                let given = start.given_values(self.description);
+                let names: Vec<&str> = given.iter().map(|(name, _)| name.as_str()).collect();
+                let help = suggestion(name, names.iter().copied(), || match &names[..] {
                     [] => "its motion is given by the constraints alone".to_owned(),
                     names => format!("given at the start: {}", names.join(", ")),
                 });
@@ -137,6 +138,11 @@ impl Setup {
     /// The mechanism with the parameters of the command line.
     pub(crate) fn mechanism(&self) -> Box<dyn Mechanism> {
         self.model.mechanism(&self.replace())
+    }
+
+    /// The start of the command line, or of the scene.
+    pub(crate) fn start(&self) -> Start {
+        self.start.clone().unwrap_or_else(|| Start::of(&*self.mechanism()))
     }
 
     /// Which coordinates are given at the start.
@@ -215,8 +221,14 @@ impl Setup {
         estimate_error: bool,
         observer: &mut dyn Observer,
     ) -> Result<Outcome, Error> {
-        let request =
-            Request { start: self.start.clone(), settings: self.settings, step: self.own_step, end, estimate_error };
+        let request = Request {
+            start: self.start.clone(),
+            settings: self.settings,
+            step: self.own_step,
+            end,
+            estimate_error,
+            ..Request::default()
+        };
         let outcome = simulate(&*self.mechanism(), &request, observer);
         outcome.map_err(|reason| messages::no_start(&reason, self))
     }

@@ -42,12 +42,12 @@ impl Start {
         given[place].then(|| values[place] = value)
     }
 
-    /// The names of the coordinates and rates that are given.
-    pub fn given_names(&self, description: &Description) -> Vec<String> {
-        let names = |given: &[bool], suffix: &str| -> Vec<String> {
-            let given = description.coordinates.iter().zip(given).filter(|(_, given)| **given);
-            given.map(|(coordinate, _)| format!("{}{suffix}", coordinate.name)).collect()
+    /// The coordinates and rates that are given, by their names.
+    pub fn given_values(&self, description: &Description) -> Vec<(String, f64)> {
+        let named = |values: &[f64], given: &[bool], suffix: &str| -> Vec<(String, f64)> {
+            let given = description.coordinates.iter().zip(values).zip(given).filter(|(_, given)| **given);
+            given.map(|((coordinate, value), _)| (format!("{}{suffix}", coordinate.name), *value)).collect()
         };
-        [names(&self.given, ""), names(&self.given_rates, "_dot")].concat()
+        [named(&self.q, &self.given, ""), named(&self.qd, &self.given_rates, "_dot")].concat()
     }
 }

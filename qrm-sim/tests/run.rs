@@ -138,11 +138,7 @@ impl Observer for Notes {
 }
 
 fn run(line: &Line, end: Option<End>, notes: &mut Notes) -> Result<Outcome, StartError> {
-    simulate(
-        line,
-        &Request { start: None, settings: MethodSettings::default(), step: None, end, estimate_error: true },
-        notes,
-    )
+    simulate(line, &Request { end, estimate_error: true, ..Request::default() }, notes)
 }
 
 fn line() -> Line {
@@ -176,7 +172,7 @@ fn a_tolerance_that_double_precision_cannot_meet_ends_the_run() {
     let line = Line { force: |x| if x < 0.5 { 0.0 } else { 1e20 * (1e12 * x).sin() }, ..line() };
     let dop853 = METHODS.iter().find(|method| method.name == "dop853").expect("a method");
     let settings = MethodSettings::new(dop853, 1e-14);
-    let request = Request { start: None, settings, step: None, end: Some(End::Time(1.0)), estimate_error: false };
+    let request = Request { settings, end: Some(End::Time(1.0)), ..Request::default() };
     let outcome = simulate(&line, &request, &mut Notes::default()).expect("it begins");
     assert!(matches!(outcome.status, Status::Failed(StepError::StepTooShort { h }) if h > 0.0), "{:?}", outcome.status);
 }
@@ -187,7 +183,7 @@ fn explicit_steps_that_stability_bounds_are_counted() {
     let bound = |damping: f64| {
         let line = Line { damping, force: |x| -x, ..line() };
         let settings = MethodSettings::new(AUTO, 1e-6);
-        let request = Request { start: None, settings, step: None, end: Some(End::Time(2.0)), estimate_error: false };
+        let request = Request { settings, end: Some(End::Time(2.0)), ..Request::default() };
         let outcome = simulate(&line, &request, &mut Notes::default()).expect("it begins");
         assert!(outcome.status.is_done() && outcome.counts.implicit == 0);
         (outcome.counts.stability_bound, outcome.counts.accepted)

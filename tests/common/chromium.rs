@@ -123,16 +123,18 @@ impl Chromium {
 
     /// Presses the mouse at a place, moves it, and lets it go.
     pub(crate) fn drag(&mut self, [x, y]: [f64; 2], [to_x, to_y]: [f64; 2]) {
-        let mut mouse = |kind: &str, x: f64, y: f64| {
-            let parameters = json!({ "type": kind, "x": x, "y": y, "button": "left", "buttons": 1, "clickCount": 1 });
-            self.call("Input.dispatchMouseEvent", parameters);
-        };
-        mouse("mousePressed", x, y);
+        self.mouse("mousePressed", [x, y]);
         for part in 1..=10 {
             let part = f64::from(part) / 10.0;
-            mouse("mouseMoved", x + part * (to_x - x), y + part * (to_y - y));
+            self.mouse("mouseMoved", [x + part * (to_x - x), y + part * (to_y - y)]);
         }
-        mouse("mouseReleased", to_x, to_y);
+        self.mouse("mouseReleased", [to_x, to_y]);
+    }
+
+    /// An event of the left button of the mouse: `mousePressed`, `mouseMoved` or `mouseReleased`.
+    pub(crate) fn mouse(&mut self, kind: &str, [x, y]: [f64; 2]) {
+        let parameters = json!({ "type": kind, "x": x, "y": y, "button": "left", "buttons": 1, "clickCount": 1 });
+        self.call("Input.dispatchMouseEvent", parameters);
     }
 
     /// A picture of the page.

@@ -5,32 +5,49 @@ use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::sync::Arc;
 
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// A scene file of its own, and the command that serves it.
+/// `qrm live` with a scene file in a folder of its own.
 pub(crate) struct Live {
-    folder: TempDir,
+    folder: Arc<TempDir>,
     process: Child,
-    /// Where the page is.
+    /// The address of the page.
     pub(crate) address: String,
-    /// What is known of the scene, and of all that is shown.
+    /// The versions of the last news and of the last scene.
     known: (u64, u64),
 }
 
 impl Live {
     /// The command with a copy of a scene of the program.
     pub(crate) fn of_scene(scene: &str) -> Self {
-        let text = fs::read_to_string(format!("{}/scenes/{scene}.toml", env!("CARGO_MANIFEST_DIR"))).expect("a scene");
-        Self::of_text(&text.replacen(&format!("\"{scene}\""), "\"mine\"", 1))
+        Self::of_text(&copy_of(scene))
     }
 
     /// The command with this scene.
     pub(crate) fn of_text(text: &str) -> Self {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        fs::write(folder.path().join("mine.toml"), text).expect("written");
-        let mut process = command(folder.path(), &["mine.toml"]).stdout(Stdio::piped()).spawn().expect("it starts");
+        let folder = folder_with(text);
+        let command = command(folder.path(), &["--no-open", "mine.toml"]);
+        Self::started(folder, command)
+    }
+
+    /// The command with a copy of a scene of the program and with this PATH. It opens a browser.
+    pub(crate) fn with_browser(scene: &str, path: &str) -> Self {
+        let folder = folder_with(&copy_of(scene));
+        let mut command = command(folder.path(), &["mine.toml"]);
+        command.env("PATH", path);
+        Self::started(folder, command)
+    }
+
+    /// Another command with the same file.
+    pub(crate) fn second(&self) -> Self {
+        Self::started(Arc::clone(&self.folder), command(self.folder.path(), &["--no-open", "mine.toml"]))
+    }
+
+    fn started(folder: Arc<TempDir>, mut command: Command) -> Self {
+        let mut process = command.stdout(Stdio::piped()).spawn().expect("it starts");
         let mut line = String::new();
         let mut said = BufReader::new(process.stdout.take().expect("a pipe"));
         said.read_line(&mut line).expect("it says where the page is");
@@ -60,7 +77,7 @@ impl Live {
         self.save(text.replacen(from, to, 1));
     }
 
-    /// The next that a page is to show.
+    /// The next news.
     pub(crate) fn next(&mut self) -> Value {
         let (version, scene) = self.known;
         let (status, body) = self.get(&format!("news?version={version}&scene={scene}"), &[]);
@@ -80,7 +97,7 @@ impl Live {
         }
     }
 
-    /// Waits for a mistake whose report has this in it; the report. A file that is written slowly has others before.
+    /// Waits for a mistake whose report contains this; the report. A file that is half written has other mistakes.
     pub(crate) fn wait_for_problem(&mut self, part: &str) -> String {
         loop {
             let next = self.next();
@@ -125,14 +142,14 @@ impl Live {
         &self.address["http://".len() + self.host().len()..]
     }
 
-    /// The identity of the process.
+    /// The identifier of the process.
     pub(crate) fn id(&self) -> u32 {
         self.process.id()
     }
 
-    /// A second command with the same file; what it says when it ends.
+    /// The message of a command with these arguments, which fails.
     pub(crate) fn refused(&self, arguments: &[&str]) -> String {
-        let output = command(self.folder.path(), arguments).output().expect("it starts");
+        let output = command(self.folder.path(), &[&["--no-open"], arguments].concat()).output().expect("it starts");
         assert_eq!(output.status.code(), Some(2));
         String::from_utf8_lossy(&output.stderr).into_owned()
     }
@@ -142,15 +159,27 @@ impl Live {
         self.host().split(':').nth(1).expect("a port")
     }
 
-    /// What a command prints, in the folder of the scene.
+    /// The folder of the scene.
     pub(crate) fn folder(&self) -> &Path {
         self.folder.path()
     }
 }
 
+/// The text of a scene of the program under another name.
+fn copy_of(scene: &str) -> String {
+    let text = fs::read_to_string(format!("{}/scenes/{scene}.toml", env!("CARGO_MANIFEST_DIR"))).expect("a scene");
+    text.replacen(&format!("\"{scene}\""), "\"mine\"", 1)
+}
+
+fn folder_with(text: &str) -> Arc<TempDir> {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    fs::write(folder.path().join("mine.toml"), text).expect("written");
+    Arc::new(folder)
+}
+
 fn command(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_qrm"));
-    command.args(["live", "--no-open"]).args(arguments).current_dir(folder).env("QRM_CACHE", folder.join("cache"));
+    command.arg("live").args(arguments).current_dir(folder).env("QRM_CACHE", folder.join("cache"));
     command
 }
 

@@ -20,7 +20,7 @@ fn a_motion_has_the_doubts_of_a_run() {
         let replace = |name: &str| (name == "J2").then_some(j2);
         let settings = MethodSettings::default();
         let end = Some(End::Time(time(ROWS)));
-        let request = Request { start: None, settings, step: None, end, estimate_error: true };
+        let request = Request { settings, end, estimate_error: true, ..Request::default() };
         let outcome = simulate(&*model.mechanism(&replace), &request, &mut ()).expect("a run");
         let of_run = outcome.doubts(model.description);
         let mut simulation =
@@ -139,13 +139,7 @@ fn a_mechanism_at_rest_is_trusted() {
     let values = [("F6", 0.0), ("w0", 0.0), ("k", 2e6)];
     let model = model(SCENE);
     let replace = |name: &str| values.iter().find(|(own, _)| *own == name).map(|(_, value)| *value);
-    let request = Request {
-        start: None,
-        settings: MethodSettings::default(),
-        step: None,
-        end: Some(End::Time(time(ROWS))),
-        estimate_error: true,
-    };
+    let request = Request { end: Some(End::Time(time(ROWS))), estimate_error: true, ..Request::default() };
     let outcome = simulate(&*model.mechanism(&replace), &request, &mut ()).expect("a run");
     assert_eq!(outcome.doubts(model.description), []);
     assert!(outcome.largest_kinetic_energy < 1e-20, "{outcome:?}");

@@ -40,15 +40,7 @@ pub fn simulator_page(page: &SimulatorPage) -> String {
         panel: include_str!("animation/panel.html"),
         source: &scripts.concat(),
     };
-    document(page.title, page.doc, &without_comments(&piece.html()))
-}
-
-/// The text without indentation, empty lines, and lines that are comments of a script: half of it is the simulator, and
-/// what is not read need not be sent.
-fn without_comments(text: &str) -> String {
-    let is_comment = |line: &&str| ["//", "/*", "* ", "*/"].iter().any(|start| line.starts_with(start));
-    let kept = text.lines().map(str::trim).filter(|line| !line.is_empty() && !is_comment(line));
-    kept.flat_map(|line| [line, "\n"]).collect()
+    document(page.title, page.doc, &piece.html())
 }
 
 /// A page that simulates a scene.
@@ -62,6 +54,8 @@ pub struct SimulatorPage<'a> {
     pub doc: &'a str,
     /// The scene in command lines.
     pub command: &'a str,
+    /// Whether a server writes values to the file of the scene.
+    pub is_writable: bool,
     /// The simulator: WebAssembly, compressed by gzip, in base 85.
     pub module: &'a str,
     /// The scene as the simulator takes it, compressed and in base 85 likewise; `None` if a server has it.
@@ -102,7 +96,18 @@ struct Piece<'a> {
 impl Piece<'_> {
     fn css(&self) -> String {
         let panel = if self.panel.is_empty() { "" } else { include_str!("animation/panel.css") };
-        format!("{}{panel}", include_str!("animation/animation.css"))
+        compact(&format!("{}{panel}", include_str!("animation/animation.css")))
+    }
+
+    fn script(&self) -> String {
+        let parts = [
+            include_str!("animation/basics.js"),
+            include_str!("animation/drawing.js"),
+            include_str!("animation/plots.js"),
+            include_str!("animation/player.js"),
+            self.source,
+        ];
+        compact(&parts.concat())
     }
 
     fn html(&self) -> String {
@@ -115,13 +120,16 @@ impl Piece<'_> {
             css = self.css(),
             panel = self.panel,
             data = self.data,
-            basics = include_str!("animation/basics.js"),
-            drawing = include_str!("animation/drawing.js"),
-            plots = include_str!("animation/plots.js"),
-            player = include_str!("animation/player.js"),
-            source = self.source,
+            script = self.script(),
         )
     }
+}
+
+/// A script or a style sheet without indentation, comments on lines of their own, and line ends that mean nothing.
+fn compact(text: &str) -> String {
+    let is_comment = |line: &&str| ["//", "/*", "* ", "*/"].iter().any(|start| line.starts_with(start));
+    let kept = text.lines().map(str::trim).filter(|line| !line.is_empty() && !is_comment(line));
+    kept.flat_map(|line| [line, if line.ends_with([';', '{', ',', '(', '[']) { "" } else { "\n" }]).collect()
 }
 
 /// A value as JSON that may stand in a script element.

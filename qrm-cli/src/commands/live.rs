@@ -1,7 +1,9 @@
 //! `qrm live`
 
-use std::path::PathBuf;
+use std::path::Path;
 use std::sync::Arc;
+use std::thread;
+use std::time::Duration;
 
 use clap::Args;
 use qrm_core::Model;
@@ -11,10 +13,10 @@ use qrm_view::animation::{SimulatorPage, simulator_page};
 use crate::error::Error;
 use crate::live::{Feed, Server, Session};
 use crate::options::SceneName;
-use crate::output::print;
-use crate::page_data;
+use crate::output::{print, shell_word};
+use crate::packing;
 use crate::progress::{interrupted, watch_interrupts};
-use crate::scenes::{Named, path_of};
+use crate::scenes::{SceneSource, path_of};
 
 #[derive(Args)]
 pub(crate) struct Options {
@@ -30,40 +32,52 @@ pub(crate) struct Options {
 
 /// Serves a page that follows a scene file.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
-    let named = options.scene.named(models)?;
-    let file = match &named {
-        Named::File(path) => {
+    let source = followed(options.scene.source(models)?);
+    let (title, file) = match &source {
+        SceneSource::File(path) => {
             read_text(path)?;
-            Some(path.clone())
+            (path.display().to_string(), Some(path.clone()))
         }
-        Named::Model(model) => Some(PathBuf::from(path_of(model.description))).filter(|path| path.is_file()),
+        SceneSource::Model(model) => (model.description.name.to_owned(), None),
     };
-    let title = file.as_ref().map_or_else(|| options.scene.scene.clone(), |path| path.display().to_string());
     let feed = Arc::new(Feed::default());
     let page = simulator_page(&SimulatorPage {
         title: &title,
         doc: "",
-        command: &options.scene.scene,
-        module: &page_data::module(),
+        command: &shell_word(&title),
+        is_writable: file.is_some(),
+        module: &packing::module(),
         scene: None,
     });
-    let server = Server::new(options.port, page, Arc::clone(&feed), file.clone())?;
-    let address = server.address();
-    let followed = file.as_ref().map_or_else(String::new, |path| format!(", and follows {}", path.display()));
-    print(&format!("{title} is at {address}{followed}; end by Ctrl-C"));
+    let server = Server::new(options.port, page, Arc::clone(&feed), file)?;
+    let launch_address = if options.no_open { None } else { Some(server.launch_address()?) };
+    let action = if matches!(source, SceneSource::File(_)) { ", and follows the file" } else { "" };
+    print(&format!("{title} is at {}{action}; end by Ctrl-C", server.address()));
     watch_interrupts();
-    std::thread::spawn(move || server.serve());
-    if !options.no_open && open::that_detached(&address).is_err() {
+    thread::Builder::new()
+        .spawn(move || server.serve())
+        .map_err(|e| Error::run(format!("the server cannot be started: {e}")))?;
+    if launch_address.is_some_and(|address| open::that_detached(address).is_err()) {
         print("no browser could be opened: open the address yourself");
     }
-    match (file, named) {
-        (None, Named::Model(model)) => {
+    match source {
+        SceneSource::File(path) => Session::new(models, path, feed).follow(),
+        SceneSource::Model(model) => {
             Session::new(models, path_of(model.description).into(), feed).show_text(model.description.source);
             while !interrupted() {
-                std::thread::sleep(std::time::Duration::from_millis(100));
+                thread::sleep(Duration::from_millis(100));
             }
         }
-        (file, _) => Session::new(models, file.unwrap_or_default(), feed).follow(),
     }
     Ok(())
+}
+
+/// The source that is followed: for a scene of the program its file, if that is here.
+fn followed(source: SceneSource) -> SceneSource {
+    match source {
+        SceneSource::Model(model) if Path::new(&path_of(model.description)).is_file() => {
+            SceneSource::File(path_of(model.description).into())
+        }
+        source => source,
+    }
 }

@@ -9,8 +9,8 @@ use qrm_view::animation::{SimulatorPage, simulator_page};
 
 use crate::error::Error;
 use crate::options::SceneName;
-use crate::output::save_and_print;
-use crate::page_data;
+use crate::output::{save_and_print, shell_word};
+use crate::packing;
 use crate::scenes::FoundScene;
 
 #[derive(Args)]
@@ -30,9 +30,10 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     let page = simulator_page(&SimulatorPage {
         title: description.name,
         doc: description.doc,
-        command: &options.scene.scene,
-        module: &page_data::module(),
-        scene: Some(&page_data::packed(DerivedScene::of(model), scene)?),
+        command: &shell_word(&options.scene.scene),
+        is_writable: false,
+        module: &packing::module(),
+        scene: Some(&packing::packed(DerivedScene::of(model), scene)?),
     });
     let path = options.out.clone().unwrap_or_else(|| PathBuf::from(format!("{}.html", description.name)));
     save_and_print(&path, page.as_bytes())

@@ -12,7 +12,7 @@ use qrm_view::report::{Content, Report, Section, page};
 use super::accuracy::Study;
 use super::check;
 use crate::error::{Error, Message};
-use crate::options::{MethodOptions, OutFolder, SceneOptions, StartOptions};
+use crate::options::{MethodOptions, OutFolder, SceneOptions};
 use crate::output::{print, save_and_print};
 use crate::pictures::figures;
 use crate::progress::Progress;
@@ -25,8 +25,6 @@ pub(crate) struct Options {
     #[command(flatten)]
     scene: SceneOptions,
     #[command(flatten)]
-    start: StartOptions,
-    #[command(flatten)]
     method: MethodOptions,
     /// Measure no run times and errors, which takes a few seconds
     #[arg(long)]
@@ -37,7 +35,7 @@ pub(crate) struct Options {
 
 /// Runs a scene and writes everything that is known of it on one page.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
-    let setup = Setup::new(models, &options.scene, &options.method)?.starting_from(&options.start)?;
+    let setup = Setup::new(models, &options.scene, &options.method)?;
     let path = options.out.of(setup.description).join("report.html");
     let mut observer = (Progress::new(), Recording::new(setup.description));
     let outcome = setup.simulate(true, &mut observer)?;

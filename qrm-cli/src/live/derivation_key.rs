@@ -1,7 +1,9 @@
 //! Whether two texts of a scene have the same functions.
 
 use qrm_scene::scene::Scene;
-use toml_edit::{Document, Item};
+use toml_edit::Document;
+
+use super::write_back::value_span;
 
 /// What the functions of a scene depend on: its text without the values of parameters, and which of them are zero.
 #[derive(Clone, Debug, PartialEq)]
@@ -11,7 +13,7 @@ pub(super) struct DerivationKey {
 }
 
 impl DerivationKey {
-    /// Of a scene without mistakes.
+    /// The key of a scene without mistakes.
     pub(super) fn of(source: &str, scene: &Scene) -> Self {
         let left_out = scene.parameters.iter().map(|parameter| parameter.left_out).collect();
         Self { text: without_values(source).unwrap_or_else(|| source.to_owned()), left_out }
@@ -21,8 +23,7 @@ impl DerivationKey {
 fn without_values(source: &str) -> Option<String> {
     let document = Document::parse(source).ok()?;
     let parameters = document.get("parameters")?.as_table_like()?;
-    let value = |item: &Item| item.as_table_like().map_or_else(|| item.span(), |table| table.get("value")?.span());
-    let mut spans: Vec<_> = parameters.iter().filter_map(|(_, item)| value(item)).collect();
+    let mut spans: Vec<_> = parameters.iter().filter_map(|(_, item)| value_span(item)).collect();
     spans.sort_unstable_by_key(|span| span.start);
     let mut text = source.to_owned();
     spans.into_iter().rev().for_each(|span| text.replace_range(span, ""));

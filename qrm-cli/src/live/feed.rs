@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use serde::Serialize;
 
-/// What pages are to show: the latest alone, so that nobody has to keep up.
+/// What pages are to show. Only the latest state is kept: a slow page skips those in between.
 #[derive(Default)]
 pub(crate) struct Feed {
     latest: Mutex<Latest>,
@@ -27,11 +27,11 @@ pub(super) struct Shown {
     pub(super) scene: String,
     /// What is wrong with the text of the scene.
     pub(super) problem: Option<String>,
-    /// What goes on.
+    /// What happens to a derivation.
     pub(super) note: Option<String>,
 }
 
-/// What a page did not know.
+/// The answer to a page that has older versions.
 #[derive(Serialize)]
 struct News<'a> {
     version: u64,
@@ -51,8 +51,8 @@ impl Feed {
         self.announce(latest);
     }
 
-    /// Shows something beside the scene, which stays.
-    pub(super) fn show_beside(&self, problem: Option<String>, note: Option<String>) {
+    /// Shows a problem or a note beside the scene, which stays.
+    pub(super) fn show_status(&self, problem: Option<String>, note: Option<String>) {
         let mut latest = self.lock();
         (latest.shown.problem, latest.shown.note) = (problem, note);
         self.announce(latest);
@@ -63,10 +63,10 @@ impl Feed {
         self.is_new.notify_all();
     }
 
-    /// What a page that knows these versions does not know, as JSON; `None` if nothing has changed for so long.
-    pub(super) fn after(&self, version: u64, scene_version: u64, patience: Duration) -> Option<String> {
+    /// Waits until there is something newer than these versions; that as JSON, or `None` after the timeout.
+    pub(super) fn after(&self, version: u64, scene_version: u64, timeout: Duration) -> Option<String> {
         let is_known = |latest: &mut Latest| latest.version == version;
-        let waited = self.is_new.wait_timeout_while(self.lock(), patience, is_known);
+        let waited = self.is_new.wait_timeout_while(self.lock(), timeout, is_known);
         let (latest, _) = waited.unwrap_or_else(PoisonError::into_inner);
         if latest.version == version {
             return None;

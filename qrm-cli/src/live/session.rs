@@ -1,5 +1,6 @@
-//! From the text of a scene file to what pages show, again and again.
+//! From the text of a scene file to what pages show.
 
+use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -12,64 +13,73 @@ use qrm_scene::source::read_text;
 use super::derivation_key::DerivationKey;
 use super::feed::Feed;
 use super::watch::Watch;
-use crate::page_data::packed;
+use crate::packing::packed;
 use crate::progress::interrupted;
 use crate::scenes::cache::Entry;
-use crate::scenes::engine::{Derivation, Engine, PATIENCE};
+use crate::scenes::engine::{Derivation, Engine, POLL_INTERVAL};
 use crate::scenes::model_of_text;
 
-/// Editors save in pieces: what is wrong for a shorter time is not shown.
-const PIECES: Duration = Duration::from_millis(100);
-/// A derivation that takes longer is told of.
-const SILENCE: Duration = Duration::from_millis(500);
-/// How often it is looked whether the user wants to end.
-const PERIOD: Duration = Duration::from_millis(250);
+/// A mistake that lasts for a shorter time is not shown: editors write a file in pieces.
+const DEBOUNCE: Duration = Duration::from_millis(100);
+/// A derivation that takes longer is announced.
+const NOTICE_DELAY: Duration = Duration::from_millis(500);
+/// Longest wait for a change of the file: Ctrl-C ends the session after it.
+const MAX_WAIT: Duration = Duration::from_millis(250);
+/// Most scenes that one session keeps in the cache.
+const MAX_STORED: usize = 16;
 
 /// Follows a scene file.
 pub(crate) struct Session {
     models: &'static [Model],
     path: PathBuf,
     feed: Arc<Feed>,
-    /// What the file held when it was last read.
+    /// The text of the file at the last reading, or why there was none.
     text: Result<String, String>,
     /// The last scene that was derived.
     derived: Option<(DerivationKey, DerivedScene)>,
-    /// A process that is there before it is needed.
+    /// An engine that was started before it is needed.
     engine: Option<Engine>,
-    under_way: Option<UnderWay>,
-    /// What is wrong with the text, and when it was read.
+    pending: Option<PendingDerivation>,
+    /// A mistake that is not shown yet, and when it was read.
     mistake: Option<(Instant, String)>,
-    /// What became of the derivation before.
+    /// What the pages are told about derivations next.
     note: Option<String>,
+    /// The scenes that this session has put into the cache, oldest first.
+    stored: VecDeque<Entry>,
 }
 
-/// A derivation of a text.
-struct UnderWay {
+/// A derivation whose result is awaited.
+struct PendingDerivation {
     derivation: Derivation,
-    text: String,
+    key: DerivationKey,
+    entry: Entry,
+    /// The scene of the latest text with this key.
     scene: Scene,
     begun: Instant,
     is_shown: bool,
-    is_told: bool,
+    is_announced: bool,
 }
 
 impl Session {
-    /// Of a scene file.
+    /// A session for a scene file.
     pub(crate) fn new(models: &'static [Model], path: PathBuf, feed: Arc<Feed>) -> Self {
         let text = Err(String::new());
-        Self { models, path, feed, text, derived: None, engine: None, under_way: None, mistake: None, note: None }
+        let (derived, engine, pending, mistake, note) = (None, None, None, None, None);
+        Self { models, path, feed, text, derived, engine, pending, mistake, note, stored: VecDeque::new() }
     }
 
     /// Shows a text that is in no file.
     pub(crate) fn show_text(&mut self, text: &str) {
-        self.show_or_derive(text.to_owned());
+        self.show_or_derive(text);
     }
 
-    /// Follows the file until the user wants to end.
+    /// Follows the file until the user ends the program.
     pub(crate) fn follow(&mut self) {
         let mut watch = Watch::new(&self.path);
+        self.engine = Engine::start(&self.path).ok();
+        self.read();
         while !interrupted() {
-            if watch.wait(self.patience()) {
+            if watch.wait(self.max_wait()) {
                 self.read();
             }
             self.show_mistake();
@@ -77,12 +87,12 @@ impl Session {
         }
     }
 
-    /// How long nothing can happen but a change of the file.
-    fn patience(&self) -> Duration {
-        match (&self.under_way, &self.mistake) {
-            (Some(_), _) => PATIENCE,
-            (None, Some((read, _))) => PIECES.saturating_sub(read.elapsed()),
-            _ => PERIOD,
+    /// The time until something other than a change of the file must be looked at.
+    fn max_wait(&self) -> Duration {
+        match (&self.pending, &self.mistake) {
+            (Some(_), _) => POLL_INTERVAL,
+            (None, Some((read, _))) => DEBOUNCE.saturating_sub(read.elapsed()),
+            (None, None) => MAX_WAIT,
         }
     }
 
@@ -91,105 +101,130 @@ impl Session {
         if text == self.text {
             return;
         }
-        self.text.clone_from(&text);
-        match text {
+        match &text {
             Ok(text) => self.show_or_derive(text),
             Err(mistake) => {
                 self.cancel();
-                self.mistake = Some((Instant::now(), mistake));
+                self.mistake = Some((Instant::now(), mistake.clone()));
             }
         }
+        self.text = text;
     }
 
-    /// Shows the scene of a text, or begins to derive it.
-    fn show_or_derive(&mut self, text: String) {
+    /// Shows the scene of a text, or starts its derivation.
+    fn show_or_derive(&mut self, text: &str) {
         self.mistake = None;
-        self.cancel();
-        let scene = match resolve::read(&self.path.display().to_string(), &text) {
+        let scene = match resolve::read(&self.path.display().to_string(), text) {
             Ok((scene, _)) => scene,
             Err(report) => {
+                self.cancel();
                 self.mistake = Some((Instant::now(), report.render(false)));
                 return;
             }
         };
-        if let Some(model) = model_of_text(self.models, &text) {
-            return self.show(DerivedScene::of(model), scene);
+        let key = DerivationKey::of(text, &scene);
+        if let Some(pending) = self.pending.as_mut().filter(|pending| pending.key == key) {
+            pending.scene = scene;
+            pending.is_shown = false;
+            return;
         }
-        let key = DerivationKey::of(&text, &scene);
-        if let Some((_, derived)) = self.derived.as_ref().filter(|(own, _)| *own == key) {
-            return self.show(derived.clone(), scene);
-        }
-        if let Some(derived) = Entry::of(&text).read(&text) {
+        self.cancel();
+        if let Some(derived) = self.known_scene(text, &key) {
             self.derived = Some((key, derived.clone()));
             return self.show(derived, scene);
         }
-        let engine = self.engine.take().map_or_else(|| Engine::start(&self.path), Ok);
-        match engine {
+        let waiting = self.engine.take().and_then(Engine::usable);
+        match waiting.map_or_else(|| Engine::start(&self.path), Ok) {
             Ok(engine) => {
-                let (derivation, begun) = (engine.derive(&text), Instant::now());
-                self.under_way = Some(UnderWay { derivation, text, scene, begun, is_shown: false, is_told: false });
+                self.pending = Some(PendingDerivation {
+                    derivation: engine.derive(text),
+                    key,
+                    entry: Entry::of(text),
+                    scene,
+                    begun: Instant::now(),
+                    is_shown: false,
+                    is_announced: false,
+                });
                 if self.note.is_some() {
-                    self.show_beside(None);
+                    self.show_status(None);
                 }
             }
-            Err(error) => self.show_beside(Some(error.to_string())),
+            Err(error) => self.show_status(Some(error.to_string())),
         }
     }
 
-    /// Ends the derivation that is under way. Whoever was told that it goes on is told that it does not.
+    /// The derived scene of a text, if no derivation is needed: the last one with other values of its parameters, one of
+    /// the program, or one of the cache.
+    fn known_scene(&self, text: &str, key: &DerivationKey) -> Option<DerivedScene> {
+        let last = self.derived.as_ref().filter(|(own, _)| own == key).map(|(_, derived)| derived.clone());
+        let built_in = || model_of_text(self.models, text).map(DerivedScene::of);
+        last.or_else(built_in).or_else(|| Entry::of(text).read(text))
+    }
+
+    /// Cancels the pending derivation. Pages that show it as going on are told.
     fn cancel(&mut self) {
-        if let Some(under_way) = self.under_way.take().filter(|under_way| under_way.is_told) {
-            let seconds = under_way.begun.elapsed().as_secs_f64();
+        if let Some(pending) = self.pending.take().filter(|pending| pending.is_announced) {
+            let seconds = pending.begun.elapsed().as_secs_f64();
             self.note = Some(format!("the derivation of the text before this one was cancelled after {seconds:.1} s"));
         }
     }
 
-    /// Shows what is wrong with the file, if it stays as it is.
+    /// Shows the mistake in the file, if it has lasted.
     fn show_mistake(&mut self) {
-        if let Some((_, mistake)) = self.mistake.take_if(|(read, _)| read.elapsed() >= PIECES) {
-            self.show_beside(Some(mistake));
+        if let Some((_, mistake)) = self.mistake.take_if(|(read, _)| read.elapsed() >= DEBOUNCE) {
+            self.show_status(Some(mistake));
         }
     }
 
-    /// Looks how far the derivation has come.
+    /// Shows the result of the pending derivation, or announces that it takes long.
     fn poll_derivation(&mut self) {
-        let Some(mut under_way) = self.under_way.take() else { return };
-        if !under_way.is_shown
-            && let Some(derived) = under_way.derivation.unverified()
+        let Some(mut pending) = self.pending.take() else { return };
+        if !pending.is_shown
+            && let Some(derived) = pending.derivation.unverified()
         {
-            under_way.is_shown = true;
-            self.show(derived, under_way.scene.clone());
+            pending.is_shown = true;
+            self.show(derived, pending.scene.clone());
         }
-        let Some(result) = under_way.derivation.result(&Entry::of(&under_way.text)) else {
-            if !under_way.is_shown && !under_way.is_told && under_way.begun.elapsed() > SILENCE {
-                under_way.is_told = true;
+        let Some(result) = pending.derivation.result() else {
+            if !pending.is_shown && !pending.is_announced && pending.begun.elapsed() > NOTICE_DELAY {
+                pending.is_announced = true;
                 self.note = Some("the scene is being derived; saving it again begins anew".to_owned());
-                self.show_beside(None);
+                self.show_status(None);
             }
-            self.under_way = Some(under_way);
+            self.pending = Some(pending);
             return;
         };
         match result {
             Ok(derived) => {
-                let UnderWay { text, scene, is_shown, .. } = under_way;
-                self.derived = Some((DerivationKey::of(&text, &scene), derived.clone()));
-                if !is_shown {
-                    self.show(derived, scene);
+                self.derived = Some((pending.key, derived.clone()));
+                self.keep(pending.entry);
+                if !pending.is_shown {
+                    self.show(derived, pending.scene);
                 }
             }
-            Err(error) => self.show_beside(Some(error.to_string())),
+            Err(error) => self.show_status(Some(error.to_string())),
         }
         self.engine = Engine::start(&self.path).ok();
+    }
+
+    /// Keeps a scene in the cache in place of the oldest one of this session.
+    fn keep(&mut self, entry: Entry) {
+        self.stored.push_back(entry);
+        if self.stored.len() > MAX_STORED
+            && let Some(oldest) = self.stored.pop_front()
+        {
+            oldest.remove();
+        }
     }
 
     fn show(&mut self, derived: DerivedScene, scene: Scene) {
         match packed(derived, scene) {
             Ok(scene) => self.feed.show_scene(scene, self.note.take()),
-            Err(error) => self.show_beside(Some(error.to_string())),
+            Err(error) => self.show_status(Some(error.to_string())),
         }
     }
 
-    fn show_beside(&mut self, problem: Option<String>) {
-        self.feed.show_beside(problem, self.note.take());
+    fn show_status(&mut self, problem: Option<String>) {
+        self.feed.show_status(problem, self.note.take());
     }
 }

@@ -6,24 +6,24 @@ use std::time::{Duration, SystemTime};
 
 use notify::{Event, RecommendedWatcher, RecursiveMode, Watcher};
 
-/// How often a file is looked at, where the system does not tell of changes.
-const PERIOD: Duration = Duration::from_millis(250);
+/// Time between two looks at the file, for systems and folders without events.
+const POLL_INTERVAL: Duration = Duration::from_millis(250);
 
 /// Watches a file.
 pub(super) struct Watch {
     path: PathBuf,
     events: Receiver<()>,
     seen: Option<(SystemTime, u64)>,
-    /// Tells of changes while it lives; `None` where the system cannot.
+    /// Sends events while it lives; `None` where the system has none.
     _watcher: Option<RecommendedWatcher>,
 }
 
 impl Watch {
     pub(super) fn new(path: &Path) -> Self {
         let (sender, events) = channel();
-        // Other files of the folder are cheap to look at, and editors put a new file in the place of the old one.
-        let tell = move |event: notify::Result<Event>| {
-            // Reading the file is an event too: it must not lead to the next reading. What is lost is looked for.
+        // The folder is watched: editors replace the file by a new one.
+        let send = move |event: notify::Result<Event>| {
+            // Reading the file is an event too, and must not lead to the next reading.
             if event.is_ok_and(|event| !event.kind.is_access()) {
                 let _ = sender.send(());
             }
@@ -31,25 +31,25 @@ impl Watch {
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let watch =
             |mut watcher: RecommendedWatcher| watcher.watch(folder, RecursiveMode::NonRecursive).ok().map(|()| watcher);
-        let watcher = notify::recommended_watcher(tell).ok().and_then(watch);
+        let watcher = notify::recommended_watcher(send).ok().and_then(watch);
         Self { path: path.to_owned(), events, seen: None, _watcher: watcher }
     }
 
-    /// Waits for a change, but not for longer than that; whether the file may have changed.
-    pub(super) fn wait(&mut self, patience: Duration) -> bool {
-        let is_told = match self.events.recv_timeout(patience.min(PERIOD)) {
+    /// Waits for a change, at most for a time; whether the file may have changed.
+    pub(super) fn wait(&mut self, max_wait: Duration) -> bool {
+        let has_event = match self.events.recv_timeout(max_wait.min(POLL_INTERVAL)) {
             Ok(()) => true,
             Err(RecvTimeoutError::Timeout) => false,
             Err(RecvTimeoutError::Disconnected) => {
-                std::thread::sleep(patience.min(PERIOD));
+                std::thread::sleep(max_wait.min(POLL_INTERVAL));
                 false
             }
         };
         while self.events.try_recv().is_ok() {}
         let data = std::fs::metadata(&self.path).ok();
         let seen = data.and_then(|data| Some((data.modified().ok()?, data.len())));
-        let is_other = seen != self.seen;
+        let has_other_date = seen != self.seen;
         self.seen = seen;
-        is_told || is_other
+        has_event || has_other_date
     }
 }

@@ -1,7 +1,8 @@
 //! Derived scenes in the cache folder of the user, by what they follow from.
 
+use std::fs::File;
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
+use std::time::{Duration, SystemTime};
 
 use etcetera::BaseStrategy;
 use qrm_core::{DerivedScene, digest};
@@ -9,6 +10,10 @@ use qrm_scene::files::read_at_most;
 
 /// The largest file that is read.
 const MAX_BYTES: u64 = 1 << 28;
+/// Most scenes that are kept.
+const MAX_SCENES: usize = 256;
+/// Files of commands that were killed are removed after this time.
+const LEFTOVER_AGE: Duration = Duration::from_secs(24 * 3600);
 
 /// The place of a derived scene.
 pub(crate) struct Entry {
@@ -29,28 +34,39 @@ impl Entry {
         if modified(&self.path) < engine {
             return None;
         }
-        let derived = read(&self.path)?;
-        (derived.description.source == source).then_some(derived)
+        let derived = read(&self.path).filter(|derived| derived.description.source == source)?;
+        // Scenes that are used stay longest.
+        let _ = File::options().append(true).open(&self.path).and_then(|file| file.set_modified(SystemTime::now()));
+        Some(derived)
+    }
+
+    /// Removes the scene.
+    pub(crate) fn remove(&self) {
+        let _ = std::fs::remove_file(&self.path);
     }
 }
 
-/// Most scenes that are kept: somebody who edits formulae makes one with each save.
-const MOST: usize = 256;
-
-/// Removes the oldest scenes but so many.
+/// Removes the scenes that were not used for longest, and what commands that were killed have left.
 pub(super) fn prune() {
-    let entries = std::fs::read_dir(folder()).into_iter().flatten().flatten().map(|entry| entry.path());
-    let scenes = entries.filter(|path| path.extension().is_some_and(|extension| extension == "scene"));
-    let mut scenes: Vec<_> = scenes.map(|path| (modified(&path), path)).collect();
-    scenes.sort_unstable();
-    for (_, path) in scenes.iter().rev().skip(MOST) {
+    let files = std::fs::read_dir(folder()).into_iter().flatten().flatten().map(|entry| entry.path());
+    let files = files.filter_map(|path| Some((modified(&path)?, path)));
+    let (mut scenes, others): (Vec<_>, Vec<_>) = files.partition(|(_, path)| has_extension(path, &["scene"]));
+    scenes.sort_unstable_by(|a, b| b.cmp(a));
+    let oldest = SystemTime::now() - LEFTOVER_AGE;
+    let is_leftover =
+        |(time, path): &(_, PathBuf)| *time < oldest && has_extension(path, &["under-way", "unverified", "part"]);
+    for (_, path) in scenes.into_iter().skip(MAX_SCENES).chain(others.into_iter().filter(is_leftover)) {
         // Another command may have removed it.
         let _ = std::fs::remove_file(path);
     }
 }
 
+fn has_extension(path: &Path, extensions: &[&str]) -> bool {
+    path.extension().is_some_and(|own| extensions.iter().any(|extension| own == *extension))
+}
+
 /// When a file was written.
-fn modified(path: &Path) -> Option<SystemTime> {
+pub(super) fn modified(path: &Path) -> Option<SystemTime> {
     std::fs::metadata(path).and_then(|data| data.modified()).ok()
 }
 

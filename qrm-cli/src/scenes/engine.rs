@@ -1,12 +1,12 @@
-//! The program that derives scenes. It lives no longer than a derivation takes: the symbolic engine allows one process
-//! per machine.
+//! The program `qrm-engine`, which derives scenes. A process derives one scene and ends, and so frees the lock of the
+//! symbolic engine, which one process per machine can hold.
 
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant, SystemTime};
 
 use qrm_core::DerivedScene;
 
@@ -14,10 +14,10 @@ use super::cache::{self, Entry};
 use crate::error::Error;
 use crate::progress::{Spinner, interrupted, watch_interrupts};
 
-/// How often it is looked whether the engine is done.
-pub(crate) const PATIENCE: Duration = Duration::from_millis(1);
+/// Time between two looks at the engine.
+pub(crate) const POLL_INTERVAL: Duration = Duration::from_millis(1);
 /// A derivation that takes longer shows that it goes on.
-const SILENCE: Duration = Duration::from_secs(2);
+const NOTICE_DELAY: Duration = Duration::from_secs(2);
 
 /// The engine beside this program, if it was built with one.
 pub(super) fn program() -> Option<PathBuf> {
@@ -29,19 +29,19 @@ pub(super) fn program() -> Option<PathBuf> {
 }
 
 /// Derives a scene and keeps it in the cache.
-pub(super) fn derive(path: &Path, source: &str, entry: &Entry) -> Result<DerivedScene, Error> {
+pub(super) fn derive(path: &Path, source: &str) -> Result<DerivedScene, Error> {
     watch_interrupts();
     let mut derivation = Engine::start(path)?.derive(source);
     let (begun, mut spinner) = (Instant::now(), None);
     loop {
-        if let Some(derived) = derivation.result(entry) {
+        if let Some(derived) = derivation.result() {
             return derived;
         }
         if interrupted() {
             return Err(Error::run("the derivation was interrupted"));
         }
-        std::thread::sleep(PATIENCE);
-        if begun.elapsed() > SILENCE {
+        thread::sleep(POLL_INTERVAL);
+        if begun.elapsed() > NOTICE_DELAY {
             spinner.get_or_insert_with(Spinner::new).show(format!("deriving {}", path.display()));
         }
     }
@@ -50,7 +50,9 @@ pub(super) fn derive(path: &Path, source: &str, entry: &Entry) -> Result<Derived
 /// An engine that waits for a scene. Dropped, it ends.
 pub(crate) struct Engine {
     child: Child,
-    /// What it writes.
+    /// When its program was built.
+    built: Option<SystemTime>,
+    /// The file that it writes.
     file: PathBuf,
 }
 
@@ -71,6 +73,7 @@ impl Engine {
         };
         let number = COUNTER.fetch_add(1, Ordering::Relaxed);
         let file = cache::folder().join(format!("{}-{number}.under-way", std::process::id()));
+        remove(&file);
         let child = Command::new(&program)
             .arg(path)
             .arg(&file)
@@ -79,19 +82,25 @@ impl Engine {
             .stderr(Stdio::piped())
             .spawn()
             .map_err(|e| Error::run(format!("{} cannot be started: {e}", program.display())))?;
-        Ok(Self { child, file })
+        Ok(Self { child, built: cache::modified(&program), file })
+    }
+
+    /// The engine, if its process still waits and its program was not built anew since it started.
+    pub(crate) fn usable(mut self) -> Option<Self> {
+        let waits = matches!(self.child.try_wait(), Ok(None));
+        (waits && program().and_then(|program| cache::modified(&program)) == self.built).then_some(self)
     }
 
     /// Gives the engine its scene.
     pub(crate) fn derive(mut self, source: &str) -> Derivation {
         if let Some(mut stdin) = self.child.stdin.take() {
-            // An engine that does not listen says why.
+            // An engine that ended has written its reason to stderr.
             let _ = stdin.write_all(source.as_bytes());
         }
-        // Read while it runs: an engine with much to say would wait for a reader.
+        // Read while it runs: an engine whose pipe is full would wait.
         let stderr = self.child.stderr.take();
-        let said = std::thread::spawn(move || stderr.and_then(|mut stderr| read_text(&mut stderr)).unwrap_or_default());
-        Derivation { engine: self, said: Some(said) }
+        let stderr = thread::spawn(move || stderr.and_then(|mut pipe| read_text(&mut pipe)).unwrap_or_default());
+        Derivation { engine: self, source: source.to_owned(), stderr: Some(stderr) }
     }
 }
 
@@ -99,62 +108,74 @@ impl Drop for Engine {
     fn drop(&mut self) {
         let _ = self.child.kill();
         let _ = self.child.wait();
-        for file in [&self.file, &unverified(&self.file)] {
-            let _ = std::fs::remove_file(file);
-        }
+        remove(&self.file);
     }
 }
 
-/// A derivation that is under way. Dropped, it is cancelled.
+/// A running derivation. Dropped, it is cancelled.
 pub(crate) struct Derivation {
     engine: Engine,
-    said: Option<JoinHandle<String>>,
+    source: String,
+    stderr: Option<JoinHandle<String>>,
 }
 
 impl Derivation {
-    /// The scene once it is derived, before its functions were compared with its formulae.
+    /// The derived scene, before its functions are compared with its formulae.
     pub(crate) fn unverified(&self) -> Option<DerivedScene> {
-        cache::read(&unverified(&self.engine.file))
+        self.read(&unverified(&self.engine.file))
     }
 
-    /// The scene, or what is wrong with it, once that is known; a scene is kept in the cache.
-    pub(crate) fn result(&mut self, entry: &Entry) -> Option<Result<DerivedScene, Error>> {
-        let Engine { child, file } = &mut self.engine;
-        match child.try_wait() {
+    /// The verified scene, which is then in the cache, or the error of the engine; `None` while it works.
+    pub(crate) fn result(&mut self) -> Option<Result<DerivedScene, Error>> {
+        match self.engine.child.try_wait() {
             Ok(None) => None,
-            Ok(Some(status)) if status.success() => Some(kept(file, entry)),
+            Ok(Some(status)) if status.success() => Some(self.store()),
             Ok(Some(status)) => {
-                let said = self.said.take().and_then(|said| said.join().ok());
-                Some(Err(refusal(&said.unwrap_or_default(), status)))
+                let stderr = self.stderr.take().and_then(|stderr| stderr.join().ok());
+                Some(Err(engine_error(&stderr.unwrap_or_default(), status)))
             }
-            Err(e) => Some(Err(Error::run(format!("the engine is lost: {e}")))),
+            Err(e) => Some(Err(Error::run(format!("the state of the engine is unknown: {e}")))),
         }
+    }
+
+    /// The verified scene, which is moved to the cache.
+    fn store(&self) -> Result<DerivedScene, Error> {
+        let file = &self.engine.file;
+        let derived = self.read(file).ok_or_else(|| Error::run("the engine has written no derived scene"))?;
+        // Without room in the cache it is derived again next time.
+        let _ = std::fs::rename(file, &Entry::of(&self.source).path);
+        cache::prune();
+        Ok(derived)
+    }
+
+    /// The derived scene in a file, if it is that of the source.
+    fn read(&self, file: &Path) -> Option<DerivedScene> {
+        cache::read(file).filter(|derived| derived.description.source == self.source)
     }
 }
 
-/// Where the engine writes a scene before its functions are compared with its formulae.
+/// The file of the scene before its functions are compared with its formulae.
 fn unverified(file: &Path) -> PathBuf {
     file.with_extension("unverified")
 }
 
-/// The scene that the engine wrote, which is moved to the cache.
-fn kept(file: &Path, entry: &Entry) -> Result<DerivedScene, Error> {
-    let derived = cache::read(file);
-    std::fs::rename(file, &entry.path).map_err(|e| Error::unwritable(&entry.path, &e))?;
-    cache::prune();
-    derived.ok_or_else(|| Error::run(format!("{} is not a derived scene", entry.path.display())))
+/// Removes what an engine left, also one that had the same number and was killed.
+fn remove(file: &Path) {
+    for file in [file, &unverified(file)] {
+        let _ = std::fs::remove_file(file);
+    }
 }
 
-/// All that is written to a pipe.
+/// The whole text of a pipe.
 fn read_text(pipe: &mut impl Read) -> Option<String> {
     let mut bytes = Vec::new();
     pipe.read_to_end(&mut bytes).ok()?;
     Some(String::from_utf8_lossy(&bytes).into_owned())
 }
 
-/// What the engine said as an error.
-fn refusal(said: &str, status: ExitStatus) -> Error {
-    let said = said.trim();
-    let said = said.strip_prefix("error: ").unwrap_or(said);
-    Error::usage(if said.is_empty() { format!("the engine ended with {status}") } else { said.to_owned() })
+/// The error of an engine that failed.
+fn engine_error(stderr: &str, status: ExitStatus) -> Error {
+    let text = stderr.trim();
+    let text = text.strip_prefix("error: ").unwrap_or(text);
+    Error::usage(if text.is_empty() { format!("the engine ended with {status}") } else { text.to_owned() })
 }

@@ -114,11 +114,11 @@ pub(super) fn run_alone(design: usize, mechanism: &dyn Mechanism, request: &Swee
         Some(SweepEnd::Condition(_)) => Some(End::Condition(&until)),
     };
     let request = Request {
-        start: None,
         settings: MethodSettings { step_bounds: request.bounds_of(design), ..request.settings },
         step: request.step,
         end,
         estimate_error: request.estimate_error,
+        ..Request::default()
     };
     match simulate(mechanism, &request, &mut ranges) {
         Err(reason) => DesignResult::not_started(reason),

@@ -34,9 +34,9 @@ struct SceneStart {
 }
 
 impl SceneStart {
-    fn of(mechanism: &dyn Mechanism) -> Option<Self> {
+    fn new(mechanism: &dyn Mechanism, parameters: Option<Vec<f64>>) -> Option<Self> {
         let model = mechanism.model()?;
-        let parameters = model.parameter_values(&|_| None);
+        let parameters = parameters.unwrap_or_else(|| model.parameter_values(&|_| None));
         let own = model.mechanism_with(parameters.clone());
         let start = Start::of(&*own);
         let drive = Drive::new(&*own, start.given.clone())?;
@@ -49,7 +49,12 @@ impl SceneStart {
 impl Branch {
     /// The branch of the scene of a mechanism.
     pub(crate) fn of(mechanism: &dyn Mechanism) -> Self {
-        Self { own: SceneStart::of(mechanism) }
+        Self::with_parameters(mechanism, None)
+    }
+
+    /// The branch of the scene of a mechanism whose own parameters have these values; those of the model if `None`.
+    pub(crate) fn with_parameters(mechanism: &dyn Mechanism, parameters: Option<Vec<f64>>) -> Self {
+        Self { own: SceneStart::new(mechanism, parameters) }
     }
 
     /// Coordinates and rates of a mechanism of this scene at a start.

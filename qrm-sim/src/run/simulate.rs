@@ -27,11 +27,14 @@ const CHUNK: usize = 1024;
 const NEAR: f64 = 8.0;
 
 /// A run to make.
+#[derive(Default)]
 pub struct Request<'a> {
     /// The method.
     pub settings: MethodSettings,
     /// The start; the scene's if `None`.
     pub start: Option<Start>,
+    /// The scene's own values of the parameters, whose branch the start is on; those of the model if `None`.
+    pub scene_parameters: Option<Vec<f64>>,
     /// Length of the steps, or the time between rows of a method that chooses its steps; the scene's if `None`.
     pub step: Option<f64>,
     /// The end; the scene's if `None`.
@@ -68,7 +71,8 @@ pub fn simulate(
     };
     check_step(step, end_time)?;
     let start = request.start.clone().unwrap_or_else(|| Start::of(mechanism));
-    let first = first_state(mechanism, &Branch::of(mechanism), start)?;
+    let branch = Branch::with_parameters(mechanism, request.scene_parameters.clone());
+    let first = first_state(mechanism, &branch, start)?;
     let settings = request.settings;
     let mut run = Run {
         mechanism,

@@ -4,7 +4,7 @@ use super::ldl::Ldl;
 use super::matrix::Matrix;
 
 /// Most iterations.
-const ITERATIONS: usize = 200;
+const MAX_ITERATIONS: usize = 200;
 
 /// The residuals at a position, and their derivatives by the coordinates.
 #[derive(Clone, Debug)]
@@ -22,7 +22,7 @@ impl Residuals {
     }
 }
 
-/// Minimises the sum of the squares of so many residuals over the coordinates that are not held.
+/// Minimises the sum of the squares of `count` residuals over the coordinates that are not held.
 pub fn least_squares(
     from: &[f64],
     is_held: &[bool],
@@ -31,6 +31,7 @@ pub fn least_squares(
 ) -> Vec<f64> {
     let n = from.len();
     let mut residuals = Residuals::zero(count, n);
+    let mut trial = residuals.clone();
     let mut cost = |residuals: &mut Residuals, q: &[f64]| {
         evaluate(q, residuals);
         residuals.values.iter().map(|residual| residual.powi(2)).sum::<f64>()
@@ -43,8 +44,7 @@ pub fn least_squares(
     let mut factors = Ldl::with_size(n);
     let mut damping = 1e-3;
     let mut now = cost(&mut residuals, &q);
-    for _ in 0..ITERATIONS {
-        cost(&mut residuals, &q);
+    for _ in 0..MAX_ITERATIONS {
         normal.entries_mut().fill(0.0);
         slope.fill(0.0);
         for (derivatives, residual) in residuals.jacobian.iter().zip(&residuals.values) {
@@ -74,8 +74,9 @@ pub fn least_squares(
         if next == q {
             break;
         }
-        let then = cost(&mut residuals, &next);
+        let then = cost(&mut trial, &next);
         if then < now {
+            std::mem::swap(&mut residuals, &mut trial);
             q.copy_from_slice(&next);
             now = then;
             damping = (damping * 0.1).max(1e-15);

@@ -49,7 +49,7 @@ fn settings(name: &str, tolerance: f64) -> MethodSettings {
 }
 
 fn run(model: &Model, settings: MethodSettings, step: Option<f64>, observer: &mut dyn Observer) -> Outcome {
-    let request = Request { start: None, settings, step, end: None, estimate_error: false };
+    let request = Request { settings, step, ..Request::default() };
     simulate(&*model.mechanism(&|_| None), &request, observer).expect("a start")
 }
 
@@ -65,8 +65,7 @@ fn a_bead_on_a_turning_rod() {
     let (coarse, fine) = (off(settings("rk4", 1e-9), Some(2e-2)), off(settings("rk4", 1e-9), Some(1e-2)));
     assert!(fine < 1e-6 && (10.0..24.0).contains(&(coarse / fine)), "{coarse:e} {fine:e}");
     let mut observer = AgainstClosedForm { off: 0.0 };
-    let request =
-        Request { start: None, settings: settings("rk4", 1e-9), step: None, end: None, estimate_error: false };
+    let request = Request { settings: settings("rk4", 1e-9), ..Request::default() };
     simulate(&Plain(model("bead").mechanism(&|_| None)), &request, &mut observer).expect("a start");
     assert!(observer.off < 1e-10, "by the plain functions: {:e}", observer.off);
     for (name, tolerance, allowed) in [

@@ -20,7 +20,7 @@ fn friction_a_stop_and_a_table() {
         ("auto", 1e-10, 1e-7),
     ] {
         let settings = MethodSettings::new(method_named(name).expect("a method"), tolerance);
-        let request = Request { start: None, settings, step: None, end: None, estimate_error: false };
+        let request = Request { settings, ..Request::default() };
         let outcome = simulate(&*mechanism, &request, &mut ()).expect("a start");
         let exact = [
             (outcome.qd[0], speed),

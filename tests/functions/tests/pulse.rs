@@ -16,7 +16,7 @@ fn mechanism(width: f64) -> Box<dyn Mechanism> {
 }
 
 fn run(mechanism: &dyn Mechanism, settings: MethodSettings, step: Option<f64>) -> Outcome {
-    let request = Request { start: None, settings, step, end: None, estimate_error: true };
+    let request = Request { settings, step, estimate_error: true, ..Request::default() };
     let outcome = simulate(mechanism, &request, &mut ()).expect("the run starts");
     assert!(outcome.status.is_done(), "{outcome:?}");
     outcome

@@ -167,7 +167,7 @@ fn runs(model: &Model, replace: Replace, steps: f64, lines: &mut String) {
     let passes = |_: f64, q: &[f64], _: &[f64]| way * (q[0] - to);
     let mut one = |name: String, settings: MethodSettings, step: Option<f64>, end: End| {
         let mut rows = Rows::default();
-        let request = Request { start: None, settings, step, end: Some(end), estimate_error: true };
+        let request = Request { settings, step, end: Some(end), estimate_error: true, ..Request::default() };
         match simulate(&*mechanism, &request, &mut rows) {
             Ok(mut outcome) => {
                 outcome.integration = Duration::ZERO;
@@ -194,8 +194,7 @@ fn runs(model: &Model, replace: Replace, steps: f64, lines: &mut String) {
         }
     }
     let mut rows = Rows { most: 1, ..Rows::default() };
-    let request =
-        Request { start: None, settings: MethodSettings::default(), step: None, end: None, estimate_error: true };
+    let request = Request { settings: MethodSettings::default(), estimate_error: true, ..Request::default() };
     let interrupted = simulate(&*mechanism, &request, &mut rows).map(|outcome| (outcome.status, outcome.end_time));
     let settings = MethodSettings { projection: Projection::Euclidean, ..MethodSettings::default() };
     one("run by rk4, euclidean".to_owned(), settings, Some(0.9 * schedule.step), End::Condition(&until));
@@ -207,13 +206,7 @@ fn middle(model: &Model, replace: Replace, steps: f64) -> (f64, f64) {
     let mechanism = model.mechanism(replace);
     let schedule = mechanism.schedule();
     let end = 0.6037 * schedule.end_time.min(steps * schedule.step);
-    let request = Request {
-        start: None,
-        settings: MethodSettings::default(),
-        step: None,
-        end: Some(End::Time(end)),
-        estimate_error: false,
-    };
+    let request = Request { end: Some(End::Time(end)), ..Request::default() };
     let to = simulate(&*mechanism, &request, &mut ()).map_or(0.0, |outcome| outcome.q[0]);
     let start = assembled(&*mechanism).map_or(0.0, |(q, _)| q[0]);
     (to, (to - start).signum())
@@ -236,7 +229,7 @@ fn conditions(model: &Model, lines: &mut String) {
             for rows in [1.0, 7.0] {
                 let settings = MethodSettings::new(method, TOLERANCE);
                 let end = Some(End::Condition(condition));
-                let request = Request { start: None, settings, step: Some(rows * step), end, estimate_error: false };
+                let request = Request { settings, step: Some(rows * step), end, ..Request::default() };
                 let found = simulate(&*mechanism, &request, &mut ());
                 let found = found.map(|outcome| (outcome.status, outcome.end_time));
                 add(lines, &format!("condition {number} by {}", method.name), &found);

@@ -55,7 +55,7 @@ impl Observer for Compared {
 }
 
 fn run(settings: MethodSettings, w0: f64, largest: f64) -> Outcome {
-    let request = Request { start: None, settings, step: None, end: None, estimate_error: true };
+    let request = Request { settings, estimate_error: true, ..Request::default() };
     let mechanism = model().mechanism(&|name| (name == "w0").then_some(w0));
     simulate(&*mechanism, &request, &mut Compared { w0, largest }).expect("it begins")
 }

@@ -3,7 +3,6 @@
 use std::f64::consts::{PI, TAU};
 
 use qrm_core::Mechanism;
-use qrm_sim::integrate::MethodSettings;
 use qrm_sim::run::{End, Request, Status, simulate};
 use qrm_sim::solve::Solver;
 
@@ -39,13 +38,7 @@ fn mechanism(parameters: &[(&str, f64)]) -> Box<dyn Mechanism> {
 fn what_rounding_leaves_of_a_residual_is_accepted() {
     // The block passes the pivot of the rocker at a distance of 3 um.
     let mechanism = mechanism(&[("O2A", 0.299997), ("BC", 1.2)]);
-    let request = Request {
-        start: None,
-        settings: MethodSettings::default(),
-        step: Some(1e-5),
-        end: Some(End::Time(0.7)),
-        estimate_error: false,
-    };
+    let request = Request { step: Some(1e-5), end: Some(End::Time(0.7)), ..Request::default() };
     let outcome = simulate(&*mechanism, &request, &mut ()).expect("it begins");
     assert!(matches!(outcome.status, Status::Completed), "{:?}", outcome.status);
     assert!(outcome.stats.stalled_projections > 0 && outcome.stats.largest_stalled_residual.1 < 1e-10);

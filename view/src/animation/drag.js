@@ -2,8 +2,8 @@
 
 let isDragged = false;
 
-/** What moves under the pointer: its points with their shares in the place that is held, by their names. */
-function grip({ clientX, clientY }, x, y) {
+/** The points of the moving shape under the pointer with their weights in the place that is held, by their names. */
+function grabbedPoints({ clientX, clientY }, x, y) {
   // Arrows may lie above it.
   const below = document.elementsFromPoint(clientX, clientY).map((each) => each.closest("[data-shape]"));
   const shape = drawing && motion.shapes[below.find((each) => each)?.dataset.shape];
@@ -42,31 +42,37 @@ function nearestTime(points, x, y) {
   return near.reduce((best, each) => (Math.abs(each - time) < Math.abs(best - time) ? each : best), near[0]);
 }
 
+/** Ends the drag, if there is one, and leaves the motion as it is. */
+let endDrag = () => {};
+
 part("canvas").addEventListener("pointerdown", (event) => {
   const canvas = part("canvas");
   const pixels = ({ clientX, clientY }) => {
     const bounds = canvas.getBoundingClientRect();
     return [clientX - bounds.left, clientY - bounds.top];
   };
-  const points = event.button === 0 ? grip(event, ...pixels(event)) : null;
+  const points = event.button === 0 && !isDragged ? grabbedPoints(event, ...pixels(event)) : null;
   if (!points) return;
   event.preventDefault();
   canvas.setPointerCapture(event.pointerId);
   const wasPlaying = isPlaying;
   const { toMetres } = drawing;
-  let [from, place] = [time, null];
+  let [from, place, hasMoved] = [time, null, false];
   play(false);
   isDragged = true;
   root.toggleAttribute("data-dragged", true);
   const follow = () => {
     if (!place) return;
     const [x, y] = toMetres(...place);
-    place = null;
+    [place, hasMoved] = [null, true];
     if (about.start.length === 0) return show(nearestTime(points, x, y));
     try {
-      Object.assign(changed, engine.drag(from, x, y, points));
+      const start = simulated.drag(from, x, y, points);
       from = NaN;
-      for (const { name } of about.start) rows.get(name)(changed[name]);
+      for (const name in start) {
+        setValue(name, start[name]);
+        rows.get(name)(start[name]);
+      }
       time = begin;
       recompute(true);
     } catch (problem) {
@@ -74,16 +80,21 @@ part("canvas").addEventListener("pointerdown", (event) => {
     }
   };
   const moved = (next) => {
+    if (next.pointerId !== event.pointerId) return;
     if (!place) requestAnimationFrame(follow);
     place = pixels(next);
   };
-  const released = () => {
+  const released = (next) => {
+    if (next.pointerId !== event.pointerId) return;
+    follow();
+    endDrag();
+    if (hasMoved && about.start.length > 0) recompute();
+  };
+  endDrag = () => {
     canvas.removeEventListener("pointermove", moved);
     for (const name of ["pointerup", "pointercancel"]) canvas.removeEventListener(name, released);
-    follow();
-    isDragged = false;
+    [isDragged, place, endDrag] = [false, null, () => {}];
     root.toggleAttribute("data-dragged", false);
-    if (about.start.length > 0) recompute();
     if (wasPlaying) play(true);
   };
   canvas.addEventListener("pointermove", moved);

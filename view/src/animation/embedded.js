@@ -1,3 +1,3 @@
 // A scene that is part of the page.
 
-loadOrReport(packed.scene);
+load(packed.scene);

@@ -44,9 +44,9 @@ function save(name, pictures) {
   setTimeout(() => URL.revokeObjectURL(link.href), 10000);
 }
 
-const worded = (node) => ({ text: node.textContent, fill: getComputedStyle(node).color });
+const caption = (node) => ({ text: node.textContent, fill: getComputedStyle(node).color });
 part("save-drawing").addEventListener("click", () => {
-  const words = [worded(part("title")), worded(part("time"))];
+  const words = [caption(part("title")), caption(part("time"))];
   save(`${about.name}-drawing`, [{ svg: part("canvas").firstElementChild, words }]);
 });
 part("save-curves").addEventListener("click", () => {
@@ -55,7 +55,7 @@ part("save-curves").addEventListener("click", () => {
       text: key.querySelector(".qrm-whose").textContent,
       fill: getComputedStyle(key.querySelector(".qrm-swatch")).backgroundColor,
     }));
-    return [...[...figure.querySelectorAll("figcaption span")].map(worded), ...(keys.length > 1 ? keys : [])];
+    return [...[...figure.querySelectorAll("figcaption span")].map(caption), ...(keys.length > 1 ? keys : [])];
   };
   const figures = [...root.querySelectorAll(".qrm-plot")];
   save(`${about.name}-curves`, figures.map((figure) => ({ svg: figure.querySelector(".qrm-area svg"), words: words(figure) })));

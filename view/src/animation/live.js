@@ -1,36 +1,68 @@
 // A scene that a server has, and again whenever its file changes.
 
-/** What the page knows already. */
+/** The versions of what the page has. */
 let known = { version: 0, scene: 0 };
+let noteShown = "";
+let isGone = false;
 
-async function apply(news) {
+function apply(news) {
   known = { version: news.version, scene: news.scene_version };
   setText("mistake", news.problem ?? "");
-  setText("news", news.note ?? "");
-  if (news.scene) await loadOrReport(news.scene);
+  if (noteShown !== (news.note ?? "")) setText("news", (noteShown = news.note ?? ""));
+  if (news.scene) load(news.scene);
+}
+
+const delay = (milliseconds) => new Promise((done) => setTimeout(done, milliseconds));
+let request = new AbortController();
+
+/** Waits until the page can be seen: browsers allow few connections, which hidden pages leave to others. */
+async function seen() {
+  while (document.hidden) await new Promise((done) => document.addEventListener("visibilitychange", done, { once: true }));
+}
+document.addEventListener("visibilitychange", () => {
+  if (document.hidden) request.abort();
+});
+
+/** The answer to a request for news; null without one. */
+async function nextNews() {
+  request = new AbortController();
+  try {
+    const answer = await fetch(`news?${new URLSearchParams(known)}`, { signal: request.signal });
+    // Another server at this port does not know the address.
+    isGone = !answer.ok;
+    return answer.status === 200 ? await answer.json() : null;
+  } catch {
+    isGone = !request.signal.aborted;
+    return null;
+  }
 }
 
 (async () => {
   for (;;) {
-    try {
-      const answer = await fetch(`news?${new URLSearchParams(known)}`);
-      if (!answer.ok) throw new Error(answer.statusText);
-      if (answer.status === 200) await apply(await answer.json());
-    } catch (problem) {
-      const isGone = problem instanceof TypeError;
-      setText("news", isGone ? "qrm live has ended; what is here goes on" : problem.message);
-      await new Promise((done) => setTimeout(done, 500));
-    }
+    await seen();
+    const wasGone = isGone;
+    const news = await nextNews();
+    if (isGone) {
+      setText("news", "qrm live has ended; the page goes on without it");
+      await delay(500);
+    } else if (wasGone) setText("news", noteShown);
+    if (news) apply(news);
   }
 })();
 
-part("write").hidden = false;
+part("write").hidden = !packed.is_writable;
 part("write").addEventListener("click", async () => {
-  const lines = Object.entries(changed).map(([name, value]) => `${name}=${value}`);
+  const values = { ...changed };
+  const lines = Object.entries(values).map(([name, value]) => `${name}=${value}`);
+  let said = "";
+  written = values;
   try {
     const answer = await fetch("values", { method: "POST", body: lines.join("\n") });
-    setText(answer.ok ? "news" : "problem", await answer.text());
+    said = await answer.text();
+    setText(answer.ok ? "news" : "problem", said);
   } catch (problem) {
     setText("problem", `the values were not written: ${problem.message}`);
   }
+  await delay(4000);
+  if (part("news").textContent === said) setText("news", noteShown);
 });

@@ -2,11 +2,16 @@
 
 const packed = JSON.parse(root.querySelector("script[type='application/json']").textContent);
 let module = null;
+/** The scene that is shown, as it was received and as the simulator describes it, with its instance of the simulator. */
+let sceneShown = "";
 let about = null;
+let simulated = null;
 /** The values of parameters and of coordinates at the start that were changed, by their names. */
 let changed = {};
-let engine = null;
-let sceneShown = "";
+/** Those that were last written to the file. */
+let written = {};
+/** The time at which motions end, for drafts. */
+let expectedEnd = Infinity;
 let isDue = false;
 
 /** Shows a text in a part of the page, which is hidden without one. */
@@ -21,61 +26,72 @@ const short = (value) => Number(value.toPrecision(5));
 const settable = (of) => [...of.parameters, ...of.start];
 const ownValue = (of, name) => settable(of).find((each) => each.name === name)?.value;
 
-/** Shows a scene. */
-async function loadOrReport(scene) {
+let loads = 0;
+
+/** Loads a scene and shows it, unless another one is loaded meanwhile. */
+async function load(scene) {
+  const number = ++loads;
   try {
-    await load(scene);
+    module ??= await WebAssembly.compile(await unpacked(packed.module));
+    const next = await simulator(module);
+    const bytes = await unpacked(scene);
+    if (number === loads) showScene(scene, next.load(bytes), next);
   } catch (problem) {
-    setText("problem", `the motion cannot be computed here: ${problem.message}`);
+    if (number === loads) setText("problem", `the motion cannot be computed here: ${problem.message}`);
   }
 }
 
-/** Loads a scene. Values that were changed stay, unless the scene has a new value of its own for them. */
-async function load(scene) {
-  module ??= await WebAssembly.compile(await unpacked(packed.module));
-  const next = await simulator(module);
+/** Shows a scene that was loaded. */
+function showScene(scene, loaded, instance) {
+  endDrag();
   const before = about;
-  sceneShown = scene;
+  [sceneShown, about, simulated] = [scene, loaded, instance];
+  changed = before ? keptChanges(before) : addressed();
   values = {};
-  about = next.load(await unpacked(scene));
-  engine = next;
+  expectedEnd = Math.min(expectedEnd, about.end_time);
   part("title").textContent = document.title = about.name;
   part("doc").textContent = about.doc;
-  if (before) {
-    const isKept = ([name]) => ownValue(about, name) !== undefined && ownValue(about, name) === ownValue(before, name);
-    changed = Object.fromEntries(Object.entries(changed).filter(isKept));
-  } else {
-    changed = addressed();
-  }
   recompute(motion !== null);
   listParameters();
   if (!motion || "ready" in root.dataset) return;
   root.dataset.ready = "";
+  part("save-drawing").disabled = false;
   start();
 }
 
+/** The changes that stay: the scene has the value of before, or the one that was written before the next change. */
+function keptChanges(before) {
+  const isKept = ([name, value]) => {
+    const own = ownValue(about, name);
+    return own !== undefined && value !== own && (own === ownValue(before, name) || own === written[name]);
+  };
+  return Object.fromEntries(Object.entries(changed).filter(isKept));
+}
+
 /** When values have not changed for so many milliseconds, the error is estimated too. */
-const SETTLED = 150;
+const SETTLE_DELAY = 150;
 let settling = 0;
 
-/** The motion for the values as they are; what cannot be shown leaves the last motion. */
-function recompute(draft = false) {
+/** Computes the motion for the values as they are; one that fails leaves the last motion. */
+function recompute(isDraft = false) {
   isDue = false;
   clearTimeout(settling);
-  root.toggleAttribute("data-draft", draft);
-  if (draft) settling = setTimeout(recompute, SETTLED);
+  if (simulated.isBroken()) return void load(sceneShown);
+  root.toggleAttribute("data-draft", isDraft);
   const begun = performance.now();
   try {
-    if (!engine) return void loadOrReport(sceneShown);
-    const { run, motion } = engine.run(changed, draft ? end : NaN);
-    install(motion, draft, isDragged ? planned : null);
+    const { run, motion } = isDraft ? simulated.draft(changed, expectedEnd) : simulated.run(changed);
+    install(motion, isDraft, isDragged ? planned : null);
     report(run, performance.now() - begun);
-    setText("problem", run.broken_off ?? "");
+    setText("problem", run.failure ?? "");
+    part("save-curves").hidden = motion.plots.length === 0;
+    if (!isDraft && !run.failure) expectedEnd = run.end_time;
   } catch (problem) {
     setText("problem", problem.message);
-    // An instance that broke down is of no more use.
-    if (problem instanceof WebAssembly.RuntimeError) engine = null;
   }
+  // A simulator that stopped would stop again: it waits for the next change.
+  if (isDraft && !simulated.isBroken()) settling = setTimeout(recompute, SETTLE_DELAY);
+  else root.toggleAttribute("data-draft", false);
   const isParameter = (name) => about.parameters.some((each) => each.name === name);
   const option = ([name, value]) => ` --${isParameter(name) ? "set" : "start"} ${name}=${value}`;
   const options = Object.entries(changed).map(option);
@@ -103,16 +119,16 @@ function recomputeSoon() {
   requestAnimationFrame(() => recompute(true));
 }
 
-function changeOf(name, value) {
+function setValue(name, value) {
   if (value === ownValue(about, name)) delete changed[name];
   else changed[name] = value;
-  recomputeSoon();
 }
 
 /** The values that the address asks for: `#O2A=0.25&J2=90`. */
 function addressed() {
   const asked = new URLSearchParams(location.hash.slice(1));
-  const known = settable(about).filter(({ name }) => asked.has(name) && Number.isFinite(Number(asked.get(name))));
+  const isNumber = (text) => text !== null && text.trim() !== "" && Number.isFinite(Number(text));
+  const known = settable(about).filter(({ name }) => isNumber(asked.get(name)));
   return Object.fromEntries(known.map(({ name }) => [name, Number(asked.get(name))]));
 }
 
@@ -147,12 +163,14 @@ function listParameter({ name, unit, doc, value }, reach = 0) {
   html(row, "span", "qrm-unit", unit.replaceAll("^2", "\u00b2").replaceAll("^3", "\u00b3"));
   range.addEventListener("input", () => {
     number.value = short(Number(range.value));
-    changeOf(name, Number(number.value));
+    setValue(name, Number(number.value));
+    recomputeSoon();
   });
   number.addEventListener("change", () => {
     const typed = number.value === "" || !Number.isFinite(Number(number.value)) ? value : Number(number.value);
     set(typed);
-    changeOf(name, typed);
+    setValue(name, typed);
+    recomputeSoon();
   });
 }
 

@@ -37,7 +37,7 @@ let isDraft = false;
 
 /** What is shown of a motion, but for numbers. */
 function kind({ nodes, shapes, arrows, plots }, { most }) {
-  const names = [nodes, shapes, arrows].map((list) => list.map((each) => [each.kind, each.name, each.is_traced]));
+  const names = [nodes, shapes, arrows].map((list) => list.map((each) => [each.kind, each.name, each.is_traced, each.is_reaction]));
   return JSON.stringify([names, plots.map(({ title, curves }) => [title, curves.map((curve) => curve.name)]), most > 0]);
 }
 
@@ -191,6 +191,7 @@ part("back").addEventListener("click", () => move(-1));
 part("forth").addEventListener("click", () => move(1));
 
 let speeds = [];
+let isSpeedChosen = false;
 
 /** The usual speeds, and one at which a very short or very long motion takes a few seconds. */
 function listSpeeds() {
@@ -199,7 +200,7 @@ function listSpeeds() {
   const offered = [...new Set([...usual, own])].sort((a, b) => a - b);
   if (String(offered) !== String(speeds)) {
     speeds = offered;
-    speed = own;
+    if (!isSpeedChosen || !offered.includes(speed)) speed = own;
     part("speed").replaceChildren();
     for (const each of speeds) {
       const option = html(part("speed"), "option", "", `${each}\u00d7`);
@@ -218,7 +219,7 @@ function note() {
   part("note").textContent = `${pace}, a loop takes ${Number(loop)} s`;
 }
 part("speed").addEventListener("change", () => {
-  speed = Number(part("speed").value);
+  [speed, isSpeedChosen] = [Number(part("speed").value), true];
   note();
 });
 function offerSwitches() {

@@ -238,11 +238,11 @@ fn compare(setup: &Setup, reference: &Reference, measurement: &Measurement) -> M
 /// The error at the last time as `qrm run` would estimate it.
 fn estimate(setup: &Setup, trial: &Trial, end: f64) -> Option<f64> {
     let request = Request {
-        start: None,
         settings: trial.settings,
         step: Some(trial.step),
         end: Some(End::Time(end)),
         estimate_error: true,
+        ..Request::default()
     };
     simulate(&*setup.mechanism(), &request, &mut ()).ok()?.estimated_error()
 }

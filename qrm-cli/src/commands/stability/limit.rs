@@ -79,8 +79,7 @@ impl Limit {
 /// Whether a run with this step gets to the end, no rate far beyond those of the motion.
 fn holds(setup: &Setup, survey: &Survey, step: f64, until: f64) -> bool {
     let settings = MethodSettings { method: RK4, ..setup.settings };
-    let request =
-        Request { start: None, settings, step: Some(step), end: Some(End::Time(until)), estimate_error: false };
+    let request = Request { settings, step: Some(step), end: Some(End::Time(until)), ..Request::default() };
     let largest = survey.rates.iter().copied().fold(0.0, f64::max);
     let bounds = survey.rates.iter().map(|rate| BEYOND * rate.max(RESTING * largest)).collect();
     let mut watch = Watch { bounds, is_beyond: false };

@@ -26,7 +26,7 @@ pub(super) fn values(mechanism: &dyn Mechanism, request: &SensitivityRequest) ->
     };
     let settings = MethodSettings::default();
     let mut columns = Columns { goes_on: request.goes_on, ..Columns::default() };
-    let run = Request { start: None, settings, step: request.step, end, estimate_error: false };
+    let run = Request { settings, step: request.step, end, ..Request::default() };
     let outcome = simulate(mechanism, &run, &mut columns).map_err(SensitivityError::Start)?;
     let t = outcome.end_time;
     match outcome.status {
