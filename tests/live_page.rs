@@ -9,6 +9,8 @@ mod chromium;
 #[allow(dead_code, reason = "tests without a browser use the rest")]
 mod live;
 
+use std::time::{Duration, Instant};
+
 use chromium::Chromium;
 use live::Live;
 
@@ -227,13 +229,17 @@ fn a_saved_value_has_the_branch_of_its_own_file() {
 #[test]
 #[ignore = "needs Chromium"]
 fn no_save_is_lost_and_memory_stays() {
-    let seconds = std::env::var("QRM_SOAK").ok().and_then(|text| text.parse().ok()).unwrap_or(5.0);
+    // For longer than the test, with a save a second.
+    let long: Option<f64> = std::env::var("QRM_SOAK").ok().and_then(|text| text.parse().ok());
+    let (seconds, period) = long.map_or((5.0, 0.0), |seconds| (seconds, 1.0));
     let mut desk = Desk::new("quick-return");
     let mut run = desk.run();
-    let begun = std::time::Instant::now();
+    let begun = Instant::now();
     let (mut number, mut first) = (0, None);
     while begun.elapsed().as_secs_f64() < seconds {
         number += 1;
+        let next = f64::from(number) * period;
+        std::thread::sleep(Duration::try_from_secs_f64(next - begun.elapsed().as_secs_f64()).unwrap_or_default());
         let [before, after] = [number - 1, number].map(|number| format!("'C.y - yC + 0.0000{number:04}'"));
         desk.live.edit(if number == 1 { "'C.y - yC'" } else { &before }, &after);
         run = desk.next_run(&run);
