@@ -185,6 +185,7 @@ fn a_value_that_changes_after_writing_stays() {
 fn a_save_ends_a_drag() {
     let mut desk = Desk::new("quick-return");
     let first = desk.run();
+    desk.browser.value("document.querySelector('.qrm-play').click()");
     let [x, y] = desk.browser.middle("[data-name=crank] .qrm-bar");
     desk.browser.mouse("mousePressed", [x, y]);
     desk.browser.mouse("mouseMoved", [x - 20.0, y]);

@@ -7,7 +7,7 @@ use std::io;
 use qrm_core::{DerivedScene, Description, Mechanism, Model, OwnedDescription};
 use qrm_pictures::{Recording, motion, position_error};
 use qrm_scene::evaluate::parameter_values;
-use qrm_scene::scene::Scene;
+use qrm_scene::scene::{Quantity, Scene};
 use qrm_sim::analysis::inverse_kinematics;
 use qrm_sim::integrate::{DOP853, MethodSettings};
 use qrm_sim::run::{Observer, Outcome, Reason, Request, Row, SimError, Status, simulate};
@@ -33,6 +33,8 @@ const MAX_ROWS: u64 = 300_000;
 pub(crate) struct Simulator {
     model: Model,
     scene: Scene,
+    /// The scene's own parameters: those of a scene file may have changed since it was derived.
+    own_parameters: Vec<f64>,
     last: LastRun,
 }
 
@@ -60,9 +62,12 @@ struct Packed {
 /// Never: memory is all that it needs.
 pub fn packed(derived: DerivedScene, scene: Scene) -> Vec<u8> {
     // The page shows no texts of that length.
-    let texts = (String::new(), String::new(), String::new());
-    let (source, code, derivation) = texts;
-    let description = OwnedDescription { source, code, derivation, ..derived.description };
+    let description = OwnedDescription {
+        source: String::new(),
+        code: String::new(),
+        derivation: String::new(),
+        ..derived.description
+    };
     let packed = Packed { derived: DerivedScene { description, ..derived }, scene };
     postcard::to_stdvec(&packed).unwrap_or_else(|e| unreachable!("memory takes all bytes: {e}"))
 }
@@ -86,6 +91,8 @@ struct Settable {
     unit: &'static str,
     doc: &'static str,
     value: f64,
+    /// Whether the value follows from other parameters.
+    follows: bool,
 }
 
 /// A run with its motion.
@@ -115,19 +122,26 @@ impl Simulator {
     /// A simulator for the bytes of a derived scene.
     pub(crate) fn new(bytes: &[u8]) -> Result<Self, String> {
         let packed: Packed = postcard::from_bytes(bytes).map_err(|_| "these bytes are not a derived scene")?;
-        Ok(Self { model: packed.derived.into_model(), scene: packed.scene, last: LastRun::default() })
+        let (model, scene) = (packed.derived.into_model(), packed.scene);
+        let mut simulator = Self { model, scene, own_parameters: Vec::new(), last: LastRun::default() };
+        simulator.own_parameters = simulator.mechanism(&NamedValues::default()).parameters().to_vec();
+        Ok(simulator)
     }
 
     /// The scene as JSON.
     pub(crate) fn about(&self) -> Result<String, String> {
         let description = self.model.description;
         let mechanism = self.mechanism(&NamedValues::default());
-        let [parameters, start] = settable(&*mechanism, &Start::of(&*mechanism));
+        let [mut parameters, start] = settable(&*mechanism, &Start::of(&*mechanism));
+        for own in &self.scene.parameters {
+            let follows = own.formula.names().any(|name| matches!(name, Quantity::Parameter(_)));
+            parameters.iter_mut().filter(|each| each.name == own.name).for_each(|each| each.follows = follows);
+        }
         let end_time = mechanism.schedule().end_time;
         json(&About { name: description.name, doc: self.scene.doc.clone(), parameters, start, end_time })
     }
 
-    /// The values of all parameters of the scene. Those of a scene file may have changed since it was derived.
+    /// The values of all parameters of the scene.
     fn parameters(&self, changed: &NamedValues) -> Vec<f64> {
         parameter_values(&self.scene, |name| changed.value(name))
     }
@@ -169,7 +183,7 @@ impl Simulator {
         let mechanism = self.mechanism(&changed);
         let start = self.start(&*mechanism, &changed)?;
         let values = settable(&*mechanism, &start).into_iter().flatten().map(|each| (each.name, each.value)).collect();
-        let scene_parameters = Some(self.mechanism(&NamedValues::default()).parameters().to_vec());
+        let scene_parameters = Some(self.own_parameters.clone());
         let request = Request { start: Some(start), scene_parameters, ..request };
         let mut observer = (RowLimit { rows: 0, max_rows }, Recording::with_frames(description, MAX_FRAMES));
         let outcome = simulate(&*mechanism, &request, &mut observer);
@@ -181,7 +195,12 @@ impl Simulator {
         let motion = motion(&self.scene, &self.parameters(&changed), &recording).map_err(|e| e.to_string())?;
         let poses = recording.states().into_iter().map(|(t, q, _)| (t, q)).collect();
         (self.last.values, self.last.poses) = (changed, poses);
-        json(&Answer { run: self.report(&outcome, values), motion })
+        let mut run = self.report(&outcome, values);
+        if !request.estimate_error && matches!(outcome.status, Status::Interrupted) {
+            // The run that follows a draft may go on.
+            run.failure = None;
+        }
+        json(&Answer { run, motion })
     }
 
     /// Drags points towards a target; the start there as JSON.
@@ -236,7 +255,7 @@ fn settable(mechanism: &dyn Mechanism, start: &Start) -> [Vec<Settable>; 2] {
     let description = mechanism.description();
     let parameters = description.parameters.iter().zip(mechanism.parameters());
     let given = description.coordinates.iter().zip(&start.q).zip(&start.given).filter(|(_, given)| **given);
-    let row = |(name, unit, doc, value)| Settable { name, unit, doc, value };
+    let row = |(name, unit, doc, value)| Settable { name, unit, doc, value, follows: false };
     [
         parameters.map(|(p, value)| row((p.name, p.unit, p.doc, *value))).collect(),
         given.map(|((c, value), _)| row((c.name, c.unit, c.doc, *value))).collect(),

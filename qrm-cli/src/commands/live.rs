@@ -54,22 +54,22 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     let action = if matches!(source, SceneSource::File(_)) { ", and follows the file" } else { "" };
     print(&format!("{title} is at {}{action}; end by Ctrl-C", server.address()));
     watch_interrupts();
-    thread::Builder::new()
+    let serving = thread::Builder::new()
         .spawn(move || server.serve())
         .map_err(|e| Error::run(format!("the server cannot be started: {e}")))?;
     if launch_address.is_some_and(|address| open::that_detached(address).is_err()) {
         print("no browser could be opened: open the address yourself");
     }
     match source {
-        SceneSource::File(path) => Session::new(models, path, feed).follow(),
+        SceneSource::File(path) => Session::new(models, path, feed).follow(|| serving.is_finished()),
         SceneSource::Model(model) => {
             Session::new(models, path_of(model.description).into(), feed).show_text(model.description.source);
-            while !interrupted() {
+            while !interrupted() && !serving.is_finished() {
                 thread::sleep(Duration::from_millis(100));
             }
         }
     }
-    Ok(())
+    if serving.is_finished() { Err(Error::run("the server accepts no more connections")) } else { Ok(()) }
 }
 
 /// The source that is followed: for a scene of the program its file, if that is here.

@@ -6,6 +6,9 @@ use toml_edit::Document;
 use super::write_back::value_span;
 
 /// What the functions of a scene depend on: its text without the values of parameters, and which of them are zero.
+///
+/// Values also decide the order of elimination in the kernel. The order of the first derivation stays, so that numbers may
+/// differ from those of a new derivation in the last digit.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct DerivationKey {
     text: String,

@@ -20,15 +20,15 @@ struct Latest {
 }
 
 /// What a page shows.
-#[derive(Clone, Debug, Default, Serialize)]
-pub(super) struct Shown {
+#[derive(Default, Serialize)]
+struct Shown {
     /// The scene as the simulator takes it, in base 85.
     #[serde(skip)]
-    pub(super) scene: String,
+    scene: String,
     /// What is wrong with the text of the scene.
-    pub(super) problem: Option<String>,
+    problem: Option<String>,
     /// What happens to a derivation.
-    pub(super) note: Option<String>,
+    note: Option<String>,
 }
 
 /// The answer to a page that has older versions.

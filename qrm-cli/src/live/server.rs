@@ -1,5 +1,6 @@
 //! The pages of a scene, for browsers on this machine alone.
 
+use std::collections::BTreeMap;
 use std::io::Read;
 use std::net::{Ipv4Addr, TcpListener};
 use std::path::PathBuf;
@@ -67,7 +68,7 @@ impl Server {
         Ok(address)
     }
 
-    /// Answers requests for as long as the program runs.
+    /// Answers requests until no more can be accepted.
     pub(crate) fn serve(self) {
         let server = Arc::new(self);
         for request in server.http.incoming_requests() {
@@ -121,7 +122,8 @@ impl Server {
             let header = request.headers().iter().find(|header| header.field.equiv(name));
             header.map(|header| header.value.as_str().to_owned())
         };
-        let hosts = ["127.0.0.1", "localhost"].map(|host| format!("{host}:{}", self.port));
+        let port = if self.port == 80 { String::new() } else { format!(":{}", self.port) };
+        let hosts = ["127.0.0.1", "localhost"].map(|host| format!("{host}{port}"));
         value("Host").is_some_and(|host| hosts.contains(&host))
             && value("Origin").is_none_or(|origin| hosts.iter().any(|host| origin == format!("http://{host}")))
     }
@@ -140,10 +142,6 @@ impl Server {
 
     /// Writes values to the scene file.
     fn write(&self, request: &mut Request) -> Answer {
-        let file = lock(&self.file);
-        let Some(file) = &*file else {
-            return Answer::text(409, "this scene is built in and has no file: `qrm new` writes a copy");
-        };
         let mut text = String::new();
         if request.as_reader().take(MAX_BYTES + 1).read_to_string(&mut text).is_err() {
             return Answer::text(400, "the values did not arrive");
@@ -155,8 +153,12 @@ impl Server {
             let (name, value) = line.split_once('=')?;
             Some((name.to_owned(), value.parse().ok().filter(|value: &f64| value.is_finite())?))
         };
-        let Some(values) = text.lines().map(value).collect::<Option<Vec<_>>>() else {
+        let Some(values) = text.lines().map(value).collect::<Option<BTreeMap<_, _>>>() else {
             return Answer::text(400, "a line is no NAME=VALUE with a finite value");
+        };
+        let file = lock(&self.file);
+        let Some(file) = &*file else {
+            return Answer::text(409, "this scene is built in and has no file: `qrm new` writes a copy");
         };
         match write_back(file, &values) {
             Ok(()) => Answer::text(200, &format!("written to {}", file.display())),

@@ -23,8 +23,6 @@ use crate::scenes::model_of_text;
 const DEBOUNCE: Duration = Duration::from_millis(100);
 /// A derivation that takes longer is announced.
 const NOTICE_DELAY: Duration = Duration::from_millis(500);
-/// Longest wait for a change of the file: Ctrl-C ends the session after it.
-const MAX_WAIT: Duration = Duration::from_millis(250);
 /// Most scenes that one session keeps in the cache.
 const MAX_STORED: usize = 16;
 
@@ -73,12 +71,12 @@ impl Session {
         self.show_or_derive(text);
     }
 
-    /// Follows the file until the user ends the program.
-    pub(crate) fn follow(&mut self) {
+    /// Follows the file until the user ends the program, or something else does.
+    pub(crate) fn follow(&mut self, is_over: impl Fn() -> bool) {
         let mut watch = Watch::new(&self.path);
         self.engine = Engine::start(&self.path).ok();
         self.read();
-        while !interrupted() {
+        while !interrupted() && !is_over() {
             if watch.wait(self.max_wait()) {
                 self.read();
             }
@@ -92,7 +90,7 @@ impl Session {
         match (&self.pending, &self.mistake) {
             (Some(_), _) => POLL_INTERVAL,
             (None, Some((read, _))) => DEBOUNCE.saturating_sub(read.elapsed()),
-            (None, None) => MAX_WAIT,
+            (None, None) => Duration::MAX,
         }
     }
 
@@ -153,8 +151,8 @@ impl Session {
         }
     }
 
-    /// The derived scene of a text, if no derivation is needed: the last one with other values of its parameters, one of
-    /// the program, or one of the cache.
+    /// The derived scene of a text, if no derivation is needed: the last one with other values of its parameters, one
+    /// of the program, or one of the cache.
     fn known_scene(&self, text: &str, key: &DerivationKey) -> Option<DerivedScene> {
         let last = self.derived.as_ref().filter(|(own, _)| own == key).map(|(_, derived)| derived.clone());
         let built_in = || model_of_text(self.models, text).map(DerivedScene::of);
@@ -163,10 +161,12 @@ impl Session {
 
     /// Cancels the pending derivation. Pages that show it as going on are told.
     fn cancel(&mut self) {
-        if let Some(pending) = self.pending.take().filter(|pending| pending.is_announced) {
+        let Some(pending) = self.pending.take() else { return };
+        if pending.is_announced {
             let seconds = pending.begun.elapsed().as_secs_f64();
             self.note = Some(format!("the derivation of the text before this one was cancelled after {seconds:.1} s"));
         }
+        self.engine = Engine::start(&self.path).ok();
     }
 
     /// Shows the mistake in the file, if it has lasted.

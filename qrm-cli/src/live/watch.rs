@@ -6,8 +6,8 @@ use std::time::{Duration, SystemTime};
 
 use notify::{Event, RecommendedWatcher, RecursiveMode, Watcher};
 
-/// Time between two looks at the file, for systems and folders without events.
-const POLL_INTERVAL: Duration = Duration::from_millis(250);
+/// Time between two looks at the date of the file, for systems and folders without events.
+const DATE_INTERVAL: Duration = Duration::from_millis(250);
 
 /// Watches a file.
 pub(super) struct Watch {
@@ -22,9 +22,13 @@ impl Watch {
     pub(super) fn new(path: &Path) -> Self {
         let (sender, events) = channel();
         // The folder is watched: editors replace the file by a new one.
+        let name = path.file_name().map(ToOwned::to_owned);
         let send = move |event: notify::Result<Event>| {
             // Reading the file is an event too, and must not lead to the next reading.
-            if event.is_ok_and(|event| !event.kind.is_access()) {
+            let is_change = |event: Event| {
+                !event.kind.is_access() && event.paths.iter().any(|path| path.file_name() == name.as_deref())
+            };
+            if event.is_ok_and(is_change) {
                 let _ = sender.send(());
             }
         };
@@ -35,13 +39,13 @@ impl Watch {
         Self { path: path.to_owned(), events, seen: None, _watcher: watcher }
     }
 
-    /// Waits for a change, at most for a time; whether the file may have changed.
+    /// Waits for a change, not longer than that and a quarter of a second; whether the file may have changed.
     pub(super) fn wait(&mut self, max_wait: Duration) -> bool {
-        let has_event = match self.events.recv_timeout(max_wait.min(POLL_INTERVAL)) {
+        let has_event = match self.events.recv_timeout(max_wait.min(DATE_INTERVAL)) {
             Ok(()) => true,
             Err(RecvTimeoutError::Timeout) => false,
             Err(RecvTimeoutError::Disconnected) => {
-                std::thread::sleep(max_wait.min(POLL_INTERVAL));
+                std::thread::sleep(max_wait.min(DATE_INTERVAL));
                 false
             }
         };

@@ -1,5 +1,6 @@
 //! Values that a page writes back to its scene file.
 
+use std::collections::BTreeMap;
 use std::io::{Error, Write};
 use std::ops::Range;
 use std::path::Path;
@@ -10,7 +11,7 @@ use qrm_scene::source::read_text;
 use toml_edit::{Document, Item};
 
 /// Writes values of parameters, and of coordinates and rates at the start, to a scene file. The rest of the file stays.
-pub(super) fn write_back(path: &Path, values: &[(String, f64)]) -> Result<(), String> {
+pub(super) fn write_back(path: &Path, values: &BTreeMap<String, f64>) -> Result<(), String> {
     let name = path.display().to_string();
     let failed = |e: Error| format!("{name} cannot be written: {e}");
     let text = read_text(path).map_err(|report| report.render(false))?;
@@ -32,9 +33,9 @@ pub(super) fn write_back(path: &Path, values: &[(String, f64)]) -> Result<(), St
 }
 
 /// The text of a scene with other values.
-fn with_values(text: &str, values: &[(String, f64)]) -> Result<String, String> {
+fn with_values(text: &str, values: &BTreeMap<String, f64>) -> Result<String, String> {
     let document = Document::parse(text).map_err(|_| "the file holds no scene at present".to_owned())?;
-    let replacement = |(name, number): &(String, f64)| {
+    let replacement = |(name, number): (&String, &f64)| {
         let span = span(&document, name).ok_or_else(|| format!("the file has no value for `{name}`"))?;
         Ok((span, format!("{number:?}")))
     };
@@ -65,13 +66,14 @@ mod tests {
         let text = "# a scene\n[parameters]\na  = { value = 0.2,   unit = \"m\" } # crank\nb = 3 # rod\n\
                     [parameters.c]\nvalue = '2*pi' # angle\n[initial]\ngiven = { phi = 0, phi_dot = 'w' } # start\n";
         let values = [("a", 0.25), ("b", 4.0), ("c", 1e-7), ("phi_dot", -2.5)].map(|(name, x)| (name.to_owned(), x));
+        let values = BTreeMap::from(values);
         let expected =
             text.replace("0.2,", "0.25,").replace("b = 3", "b = 4.0").replace("'2*pi'", "1e-7").replace("'w'", "-2.5");
         assert_eq!(with_values(text, &values), Ok(expected.clone()));
         // Lines may end in two ways, also within one file.
         let ends = |text: &str| text.replace("\n", "\r\n").replacen("\r\n", "\n", 3);
         assert_eq!(with_values(&ends(text), &values), Ok(ends(&expected)));
-        let unknown = with_values(text, &[("d".to_owned(), 1.0)]);
+        let unknown = with_values(text, &BTreeMap::from([("d".to_owned(), 1.0)]));
         assert_eq!(unknown, Err("the file has no value for `d`".to_owned()));
     }
 }

@@ -87,8 +87,12 @@ impl Engine {
 
     /// The engine, if its process still waits and its program was not built anew since it started.
     pub(crate) fn usable(mut self) -> Option<Self> {
-        let waits = matches!(self.child.try_wait(), Ok(None));
-        (waits && program().and_then(|program| cache::modified(&program)) == self.built).then_some(self)
+        (matches!(self.child.try_wait(), Ok(None)) && self.is_current()).then_some(self)
+    }
+
+    /// Whether its program is still the one that was started.
+    fn is_current(&self) -> bool {
+        program().and_then(|program| cache::modified(&program)) == self.built
     }
 
     /// Gives the engine its scene.
@@ -142,9 +146,11 @@ impl Derivation {
     fn store(&self) -> Result<DerivedScene, Error> {
         let file = &self.engine.file;
         let derived = self.read(file).ok_or_else(|| Error::run("the engine has written no derived scene"))?;
-        // Without room in the cache it is derived again next time.
-        let _ = std::fs::rename(file, &Entry::of(&self.source).path);
-        cache::prune();
+        if self.engine.is_current() {
+            // Without room in the cache it is derived again next time.
+            let _ = std::fs::rename(file, &Entry::of(&self.source).path);
+            cache::prune();
+        }
         Ok(derived)
     }
 

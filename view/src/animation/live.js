@@ -16,7 +16,7 @@ const delay = (milliseconds) => new Promise((done) => setTimeout(done, milliseco
 let request = new AbortController();
 
 /** Waits until the page can be seen: browsers allow few connections, which hidden pages leave to others. */
-async function seen() {
+async function untilVisible() {
   while (document.hidden) await new Promise((done) => document.addEventListener("visibilitychange", done, { once: true }));
 }
 document.addEventListener("visibilitychange", () => {
@@ -29,23 +29,23 @@ async function nextNews() {
   try {
     const answer = await fetch(`news?${new URLSearchParams(known)}`, { signal: request.signal });
     // Another server at this port does not know the address.
-    isGone = !answer.ok;
+    isGone = [403, 404].includes(answer.status);
+    if (!answer.ok) await delay(500);
     return answer.status === 200 ? await answer.json() : null;
   } catch {
     isGone = !request.signal.aborted;
+    if (isGone) await delay(500);
     return null;
   }
 }
 
 (async () => {
   for (;;) {
-    await seen();
+    await untilVisible();
     const wasGone = isGone;
     const news = await nextNews();
-    if (isGone) {
-      setText("news", "qrm live has ended; the page goes on without it");
-      await delay(500);
-    } else if (wasGone) setText("news", noteShown);
+    if (isGone) setText("news", "qrm live has ended; the page goes on without it");
+    else if (wasGone) setText("news", noteShown);
     if (news) apply(news);
   }
 })();

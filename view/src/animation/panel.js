@@ -2,8 +2,7 @@
 
 const packed = JSON.parse(root.querySelector("script[type='application/json']").textContent);
 let module = null;
-/** The scene that is shown, as it was received and as the simulator describes it, with its instance of the simulator. */
-let sceneShown = "";
+/** The scene that is shown, as the simulator describes it, with its instance of the simulator. */
 let about = null;
 let simulated = null;
 /** The values of parameters and of coordinates at the start that were changed, by their names. */
@@ -27,25 +26,28 @@ const settable = (of) => [...of.parameters, ...of.start];
 const ownValue = (of, name) => settable(of).find((each) => each.name === name)?.value;
 
 let loads = 0;
+/** The scene that was to be loaded last. */
+let wanted = "";
 
 /** Loads a scene and shows it, unless another one is loaded meanwhile. */
 async function load(scene) {
   const number = ++loads;
+  wanted = scene;
   try {
     module ??= await WebAssembly.compile(await unpacked(packed.module));
     const next = await simulator(module);
     const bytes = await unpacked(scene);
-    if (number === loads) showScene(scene, next.load(bytes), next);
+    if (number === loads) showScene(next.load(bytes), next);
   } catch (problem) {
     if (number === loads) setText("problem", `the motion cannot be computed here: ${problem.message}`);
   }
 }
 
 /** Shows a scene that was loaded. */
-function showScene(scene, loaded, instance) {
+function showScene(loaded, instance) {
   endDrag();
   const before = about;
-  [sceneShown, about, simulated] = [scene, loaded, instance];
+  [about, simulated] = [loaded, instance];
   changed = before ? keptChanges(before) : addressed();
   values = {};
   expectedEnd = Math.min(expectedEnd, about.end_time);
@@ -76,7 +78,7 @@ let settling = 0;
 function recompute(isDraft = false) {
   isDue = false;
   clearTimeout(settling);
-  if (simulated.isBroken()) return void load(sceneShown);
+  if (simulated.isBroken()) return void load(wanted);
   root.toggleAttribute("data-draft", isDraft);
   const begun = performance.now();
   try {
@@ -120,7 +122,8 @@ function recomputeSoon() {
 }
 
 function setValue(name, value) {
-  if (value === ownValue(about, name)) delete changed[name];
+  const { value: own, follows } = settable(about).find((each) => each.name === name);
+  if (value === own && !follows) delete changed[name];
   else changed[name] = value;
 }
 
@@ -167,9 +170,13 @@ function listParameter({ name, unit, doc, value }, reach = 0) {
     recomputeSoon();
   });
   number.addEventListener("change", () => {
-    const typed = number.value === "" || !Number.isFinite(Number(number.value)) ? value : Number(number.value);
+    const isReset = number.value === "" || !Number.isFinite(Number(number.value));
+    const typed = isReset ? value : Number(number.value);
     set(typed);
-    setValue(name, typed);
+    if (isReset) delete changed[name];
+    else setValue(name, typed);
+    // What follows from other values is shown anew.
+    delete values[name];
     recomputeSoon();
   });
 }
