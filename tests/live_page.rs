@@ -185,16 +185,18 @@ fn a_value_that_changes_after_writing_stays() {
 fn a_save_ends_a_drag() {
     let mut desk = Desk::new("quick-return");
     let first = desk.run();
-    desk.browser.value("document.querySelector('.qrm-play').click()");
+    // The crank lies to the right of its pivot.
+    desk.browser.value("location.hash = '#t=0'");
+    desk.browser.wait_for("document.querySelector('.qrm-animation').dataset.time === '0'");
     let [x, y] = desk.browser.middle("[data-name=crank] .qrm-bar");
     desk.browser.mouse("mousePressed", [x, y]);
-    desk.browser.mouse("mouseMoved", [x - 20.0, y]);
+    desk.browser.mouse("mouseMoved", [x - 10.0, y - 40.0]);
     let held = desk.next_run(&first);
     assert!(desk.said("command").contains("--start phi2="));
     desk.live.edit("'C.y - yC'", "'C.y - yC + 0.001'");
     let second = desk.next_run(&held);
     for to in 1..5 {
-        desk.browser.mouse("mouseMoved", [x - 20.0 + 5.0 * f64::from(to), y]);
+        desk.browser.mouse("mouseMoved", [x - 10.0 + 5.0 * f64::from(to), y - 40.0]);
     }
     desk.browser.mouse("mouseReleased", [x, y]);
     assert_eq!((desk.run(), desk.said("problem")), (second, String::new()));
