@@ -2,7 +2,9 @@
 
 mod characters;
 mod form;
+mod joints;
 mod known;
+mod links;
 mod loads;
 mod outputs;
 mod places;
@@ -11,6 +13,8 @@ mod table;
 
 use crate::diagnostic::{Diagnostic, Span};
 use crate::parser::{Condition, Formula};
+pub use joints::{JointKind, JointSyntax, LinkPoint};
+pub use links::{LinkSyntax, Mass};
 pub use loads::{Along, LoadSyntax, SpringSyntax};
 pub use outputs::{OutputSyntax, OutputValue};
 use table::Reader;
@@ -28,6 +32,10 @@ pub struct Document {
     pub parameters: Vec<ParameterSyntax>,
     /// The names of `[tables]`.
     pub tables: Vec<Identifier>,
+    /// `[links]`
+    pub links: Vec<LinkSyntax>,
+    /// `[joints]`
+    pub joints: Vec<JointSyntax>,
     /// `[points]`
     pub points: Vec<(Identifier, [Formula; 2])>,
     /// `[bodies]`

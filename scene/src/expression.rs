@@ -72,6 +72,22 @@ impl<N> Node<N> {
     }
 }
 
+impl<N: Clone> Node<N> {
+    /// The same operation whose operands stand further on.
+    pub(crate) fn moved(&self, by: usize) -> Self {
+        match self {
+            Self::Number(_) | Self::Name(_) => self.clone(),
+            Self::Negate(a) => Self::Negate(a + by),
+            Self::Add(a, b) => Self::Add(a + by, b + by),
+            Self::Subtract(a, b) => Self::Subtract(a + by, b + by),
+            Self::Multiply(a, b) => Self::Multiply(a + by, b + by),
+            Self::Divide(a, b) => Self::Divide(a + by, b + by),
+            Self::Power(a, b) => Self::Power(a + by, b + by),
+            Self::Call(function, arguments) => Self::Call(*function, arguments.iter().map(|a| a + by).collect()),
+        }
+    }
+}
+
 impl Number {
     /// Reads a decimal such as `0.2`, `12` or `1e-3`; `None` when no double comes near it.
     pub fn parse(decimal: &str) -> Option<Self> {

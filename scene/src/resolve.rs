@@ -21,6 +21,7 @@ use crate::diagnostic::{Diagnostic, Report};
 use crate::document::{Document, Identifier, Position};
 use crate::evaluate::parameter_values;
 use crate::expression::Node;
+use crate::linkage;
 use crate::names::suggestion;
 use crate::parser::{Condition, Formula};
 use crate::scene::{Body, Constraint, Load, Parameter, Quantity, Run, Scene, Value};
@@ -40,7 +41,8 @@ pub fn read(path: &str, source: &str) -> Result<(Scene, Report), Report> {
 /// # Errors
 /// A report of everything that is wrong with the scene, or with these values in it.
 pub fn read_with(path: &str, source: &str, replace: &dyn Fn(&str) -> Option<f64>) -> Result<(Scene, Report), Report> {
-    let (document, mut findings) = Document::parse(source);
+    let (mut document, mut findings) = Document::parse(source);
+    linkage::expand(&mut document, &mut findings);
     if limits::are_too_many(&document, &mut findings) {
         return Err(Report::new(path, source, findings));
     }

@@ -2,7 +2,9 @@
 
 use num_rational::BigRational;
 
+use super::joints::joint;
 use super::known::{extreme, reference, values};
+use super::links::link;
 use super::loads::load;
 use super::outputs::output;
 use super::table::{self, Reader, Table};
@@ -33,8 +35,10 @@ impl Document {
             self.name = name;
         }
         self.doc = root.string(r, "doc");
-        let coordinates = root.required(r, "coordinates");
-        r.lost |= coordinates.is_none();
+        // Links have coordinates of their own.
+        let has_links = root.is_there("links");
+        let coordinates = if has_links { root.optional("coordinates") } else { root.required(r, "coordinates") };
+        r.lost |= coordinates.is_none() && !has_links;
         for value in coordinates.map(|v| r.array(v)).unwrap_or_default() {
             let coordinate = coordinate(r, value);
             r.lost |= coordinate.is_none();
@@ -48,6 +52,16 @@ impl Document {
         }
         for (identifier, value) in root.entries(r, "parameters") {
             self.parameters.extend(parameter(r, identifier, value));
+        }
+        for (identifier, value) in root.entries(r, "links") {
+            let link = link(r, identifier, value);
+            r.lost |= link.is_none();
+            self.links.extend(link);
+        }
+        for (identifier, value) in root.entries(r, "joints") {
+            let joint = joint(r, identifier, value);
+            r.lost |= joint.is_none();
+            self.joints.extend(joint);
         }
         for (identifier, value) in root.entries(r, "points") {
             let position = r.pair(value);
@@ -88,7 +102,8 @@ impl Document {
     }
 
     fn read_initial(&mut self, r: &mut Reader, root: &mut Table) {
-        let Some(value) = root.required(r, "initial") else { return };
+        let value = if self.links.is_empty() { root.required(r, "initial") } else { root.optional("initial") };
+        let Some(value) = value else { return };
         let Some(initial) = r.table("[initial]", value) else { return };
         self.given_span = value.span();
         if let Some(given) = initial.optional("given") {
@@ -207,7 +222,7 @@ fn body(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option<B
     Some(syntax)
 }
 
-fn position(r: &mut Reader, value: table::Value) -> Option<Position> {
+pub(super) fn position(r: &mut Reader, value: table::Value) -> Option<Position> {
     if value.is_array() {
         return Some(Position::Pair(r.pair(value)));
     }

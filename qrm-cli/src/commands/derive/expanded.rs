@@ -1,0 +1,171 @@
+//! A scene in links and joints as an ordinary one.
+
+use qrm_scene::document::{BodySyntax, CoordinateSyntax, Document, DrawnSyntax, Identifier, Position};
+use qrm_scene::linkage;
+use qrm_scene::parser::Formula;
+use qrm_scene::printer::print_formula;
+use toml_edit::{Array, ArrayOfTables, DocumentMut, InlineTable, Item, Table, Value};
+
+/// The sections of a scene, in the order in which they are written.
+const SECTIONS: [&str; 12] = [
+    "parameters",
+    "tables",
+    "points",
+    "bodies",
+    "constraints",
+    "loads",
+    "initial",
+    "outputs",
+    "drawing",
+    "reference",
+    "extreme",
+    "run",
+];
+
+/// The text of a scene without links and joints; the rest of it stays as it is.
+pub(super) fn expanded(source: &str) -> Result<String, String> {
+    let mut text: DocumentMut = source.parse().map_err(|e| format!("{e}"))?;
+    let (own, _) = Document::parse(source);
+    let (mut whole, mut findings) = Document::parse(source);
+    linkage::expand(&mut whole, &mut findings);
+    text.remove("links");
+    text.remove("joints");
+    let new = |before: usize, after: usize| after - before;
+    let coordinates = &whole.coordinates[..new(own.coordinates.len(), whole.coordinates.len())];
+    let mut list = Array::new();
+    list.extend(coordinates.iter().map(coordinate));
+    if let Some(others) = text.get("coordinates").and_then(Item::as_array) {
+        list.extend(others.iter().cloned());
+    }
+    for value in list.iter_mut() {
+        value.decor_mut().set_prefix("\n    ");
+    }
+    list.set_trailing("\n");
+    list.set_trailing_comma(true);
+    text.insert("coordinates", Item::Value(Value::Array(list)));
+    let points = &whole.points[..new(own.points.len(), whole.points.len())];
+    put(&mut text, "points", points.iter().map(|(name, place)| (name, pair(place))));
+    let bodies = &whole.bodies[..new(own.bodies.len(), whole.bodies.len())];
+    put(&mut text, "bodies", bodies.iter().map(|own| (&own.identifier, body(own))));
+    let constraints = &whole.constraints[..new(own.constraints.len(), whole.constraints.len())];
+    put(
+        &mut text,
+        "constraints",
+        constraints.iter().map(|own| {
+            let residual = ("residual", formula(&own.residual));
+            (&own.identifier, table([residual, ("unit", own.unit.as_str().into()), ("doc", own.doc.as_str().into())]))
+        }),
+    );
+    let drawing = &whole.drawing[own.drawing.len()..];
+    put(&mut text, "drawing", drawing.iter().map(|(name, own)| (name, drawn(own))));
+    let starts = [("given", &whole.given), ("solve", &whole.solve)].map(|(key, values)| {
+        let mut table = InlineTable::new();
+        table.extend(values.iter().map(|(name, value)| (name.name.as_str(), formula(value))));
+        (key, table)
+    });
+    let initial = text.entry("initial").or_insert_with(|| Item::Table(Table::new()));
+    for (key, table) in starts.into_iter().filter(|(_, table)| !table.is_empty()) {
+        if let Some(initial) = initial.as_table_like_mut() {
+            initial.insert(key, Item::Value(Value::InlineTable(table)));
+        }
+    }
+    order(&mut text);
+    Ok(text.to_string())
+}
+
+/// Adds entries to a section, before those that it has.
+fn put<'d>(text: &mut DocumentMut, section: &str, entries: impl Iterator<Item = (&'d Identifier, Value)>) {
+    let mut entries = entries.peekable();
+    if entries.peek().is_none() {
+        return;
+    }
+    let mut table = Table::new();
+    for (name, value) in entries {
+        table.insert(&name.name, Item::Value(value));
+    }
+    if let Some(others) = text.remove(section).as_ref().and_then(Item::as_table_like) {
+        table.extend(others.iter().map(|(name, item)| (name.to_owned(), item.clone())));
+    }
+    text.insert(section, Item::Table(table));
+}
+
+/// Gives all sections their order, each after an empty line.
+fn order(text: &mut DocumentMut) {
+    for (place, section) in SECTIONS.iter().enumerate() {
+        let position = isize::try_from(place).ok();
+        match text.get_mut(section) {
+            Some(Item::Table(table)) => place_table(table, position),
+            Some(Item::ArrayOfTables(tables)) => place_tables(tables, position),
+            _ => {}
+        }
+    }
+}
+
+fn place_tables(tables: &mut ArrayOfTables, position: Option<isize>) {
+    tables.iter_mut().for_each(|table| place_table(table, position));
+}
+
+fn place_table(table: &mut Table, position: Option<isize>) {
+    table.set_position(position);
+    for (_, item) in table.iter_mut() {
+        if let Item::Table(inner) = item {
+            place_table(inner, position);
+        }
+    }
+    if table.decor().prefix().and_then(|prefix| prefix.as_str()).is_none_or(str::is_empty) {
+        table.decor_mut().set_prefix("\n");
+    }
+}
+
+fn coordinate(own: &CoordinateSyntax) -> Value {
+    let text = |text: &str| text.into();
+    table([("name", text(&own.identifier.name)), ("unit", text(&own.unit)), ("doc", text(&own.doc))])
+}
+
+fn body(own: &BodySyntax) -> Value {
+    let optional = |formula_: &Option<Formula>| formula_.as_ref().map_or_else(|| Value::from(""), formula);
+    let com = own.com.as_ref().map_or_else(|| Value::from(""), place);
+    let (mass, angle, inertia) = (optional(&own.mass), optional(&own.angle), optional(&own.inertia));
+    table([("mass", mass), ("com", com), ("angle", angle), ("inertia", inertia)])
+}
+
+fn drawn(own: &DrawnSyntax) -> Value {
+    let list = |places: &[Position]| Value::Array(places.iter().map(place).collect());
+    match own {
+        DrawnSyntax::Link(places) => table([("link", list(places))]),
+        DrawnSyntax::Guide(places) => table([("guide", list(places))]),
+        DrawnSyntax::Block { at, angle } => {
+            let angle = angle.as_ref().map_or_else(|| Value::from(""), formula);
+            table([("block", place(at)), ("angle", angle)])
+        }
+        DrawnSyntax::Pivot(at) => table([("pivot", place(at))]),
+        DrawnSyntax::Path(point) => table([("path", point.name.as_str().into())]),
+    }
+}
+
+fn place(position: &Position) -> Value {
+    match position {
+        Position::Point(point) => point.name.as_str().into(),
+        Position::Pair(components) => pair(components),
+    }
+}
+
+fn pair(components: &[Formula; 2]) -> Value {
+    Value::Array(components.iter().map(formula).collect())
+}
+
+/// A formula, which is a plain number where it can be one.
+fn formula(formula: &Formula) -> Value {
+    let text = print_formula(formula);
+    text.parse::<Value>()
+        .ok()
+        .filter(|value| value.is_integer() || value.is_float())
+        .unwrap_or_else(|| format!("'{text}'").parse().unwrap_or_else(|_| Value::from(text)))
+}
+
+/// A table in one line, without entries that are empty texts.
+fn table<const K: usize>(entries: [(&str, Value); K]) -> Value {
+    let mut table = InlineTable::new();
+    table.extend(entries.into_iter().filter(|(_, value)| value.as_str() != Some("")));
+    Value::InlineTable(table)
+}

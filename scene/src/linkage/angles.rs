@@ -1,0 +1,82 @@
+//! Links that do not turn against each other have one angle together.
+
+use super::graph::Graph;
+use super::terms::{add, name, negate, whole};
+use crate::diagnostic::Span;
+use crate::parser::Formula;
+
+/// The angles of all links.
+pub(super) struct Angles {
+    /// The coordinates, each with a link that has it; the angles of the links are numbered from 1, that of the ground is 0.
+    pub(super) coordinates: Vec<(String, usize)>,
+    of_links: Vec<Angle>,
+}
+
+/// The angle of a link.
+#[derive(Clone)]
+pub(super) struct Angle {
+    /// Its number.
+    pub(super) class: usize,
+    /// What the link is turned against that.
+    pub(super) offset: Formula,
+}
+
+impl Angles {
+    pub(super) fn new(graph: &Graph) -> Self {
+        let mut of_links: Vec<Option<Angle>> = vec![None; graph.links.len()];
+        let mut coordinates = Vec::new();
+        for link in 0..graph.links.len() {
+            if of_links[link].is_some() {
+                continue;
+            }
+            let class = if link == 0 { 0 } else { coordinates.len() + 1 };
+            of_links[link] = Some(Angle { class, offset: whole(0) });
+            spread(graph, &mut of_links);
+            if link > 0 {
+                let is_own = |other: &usize| of_links[*other].as_ref().is_some_and(|angle| angle.class == class);
+                let members = (0..graph.links.len()).filter(is_own);
+                let own =
+                    members.filter_map(|member| Some(graph.links[member]?.coordinate.as_ref()?.name.clone())).next();
+                coordinates.push((own.unwrap_or_else(|| format!("phi_{}", graph.name(link))), link));
+            }
+        }
+        let of_links =
+            of_links.into_iter().map(|angle| angle.unwrap_or(Angle { class: 0, offset: whole(0) })).collect();
+        Self { coordinates, of_links }
+    }
+
+    /// The angle of a link as a coordinate with an offset.
+    pub(super) fn of(&self, link: usize) -> &Angle {
+        &self.of_links[link]
+    }
+
+    /// The angle of a link as a formula.
+    pub(super) fn formula(&self, link: usize, span: &Span) -> Formula {
+        let Angle { class, offset } = &self.of_links[link];
+        match class {
+            0 => offset.clone(),
+            class => add(name(&self.coordinates[class - 1].0, span), offset.clone()),
+        }
+    }
+}
+
+/// Gives angles to all links that are held by those that have one.
+fn spread(graph: &Graph, of_links: &mut [Option<Angle>]) {
+    loop {
+        let mut is_done = true;
+        for joint in graph.joints.iter().filter(|joint| joint.syntax.kind.holds_angle()) {
+            let (first, second) = (joint.ends[0].link, joint.ends[1].link);
+            let rotation = joint.syntax.rotation.clone().unwrap_or_else(|| whole(0));
+            let (known, other, turn) = match (&of_links[first], &of_links[second]) {
+                (None, Some(known)) => (known.clone(), first, rotation),
+                (Some(known), None) => (known.clone(), second, negate(rotation)),
+                _ => continue,
+            };
+            of_links[other] = Some(Angle { class: known.class, offset: add(known.offset, turn) });
+            is_done = false;
+        }
+        if is_done {
+            return;
+        }
+    }
+}

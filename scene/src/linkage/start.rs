@@ -1,0 +1,183 @@
+//! Where links are at the start, by what a user reads off a drawing.
+
+use std::collections::HashMap;
+
+use super::angles::Angles;
+use super::graph::{Graph, PointId};
+use super::places::{origin_names, slide};
+use super::terms::{add, call, difference, direction, dot, is_positive, is_zero, rotated, subtract, sum, whole};
+use super::tree::{Placement, Tree};
+use crate::document::{Document, Identifier};
+use crate::function::Function;
+use crate::parser::Formula;
+
+/// What a coordinate is at the start.
+pub(super) struct StartValue {
+    /// The coordinate.
+    pub(super) name: String,
+    /// Its value; unknown where nothing says it.
+    pub(super) value: Option<Formula>,
+    /// Its rate; value and rate are given with it.
+    pub(super) rate: Option<Formula>,
+}
+
+/// What is known of the places of links at the start.
+pub(super) struct Rough<'g, 'd> {
+    graph: &'g Graph<'d>,
+    angles: &'g Angles,
+    tree: &'g Tree,
+    /// The angles of the coordinates, by their numbers.
+    of_classes: Vec<Option<Formula>>,
+    points: HashMap<PointId, [Formula; 2]>,
+}
+
+impl<'g, 'd> Rough<'g, 'd> {
+    /// Goes from what is said to what follows from it.
+    pub(super) fn new(graph: &'g Graph<'d>, angles: &'g Angles, tree: &'g Tree) -> Self {
+        let of_classes = vec![None; angles.coordinates.len() + 1];
+        let mut rough = Self { graph, angles, tree, of_classes, points: HashMap::new() };
+        rough.of_classes[0] = Some(whole(0));
+        for link in 1..graph.links.len() {
+            if let Some(angle) = graph.links[link].and_then(|link| link.angle.clone()) {
+                rough.set_angle(link, angle);
+            }
+        }
+        for joint in &graph.joints {
+            if let Some(near) = &joint.syntax.near {
+                let ends = if joint.syntax.kind.is_pin() { &joint.ends[..] } else { &joint.ends[..1] };
+                rough.points.extend(ends.iter().map(|end| (*end, near.clone())));
+            }
+        }
+        while rough.follow() {}
+        rough
+    }
+
+    /// One step of what follows; whether there was any.
+    fn follow(&mut self) -> bool {
+        let before = (self.points.len(), self.of_classes.iter().flatten().count());
+        for joint in self.graph.joints.iter().filter(|joint| joint.syntax.kind.is_pin()) {
+            if let Some(place) = joint.ends.iter().find_map(|end| self.points.get(end).cloned()) {
+                for end in &joint.ends {
+                    self.points.entry(*end).or_insert_with(|| place.clone());
+                }
+            }
+        }
+        for link in 0..self.graph.links.len() {
+            let own = (0..self.graph.points(link).len()).map(|point| PointId { link, point });
+            let known: Vec<PointId> = own.clone().filter(|id| self.points.contains_key(id)).collect();
+            if let (None, [a, b, ..]) = (self.angle(link), &known[..]) {
+                let there = difference(self.points[b].clone(), self.points[a].clone());
+                let here = difference(self.graph.local(*b), self.graph.local(*a));
+                self.set_angle(link, subtract(angle_of(there), angle_of(here)));
+            }
+            let Some(angle) = self.angle(link) else { continue };
+            let base = match known.first() {
+                Some(id) => (self.graph.local(*id), self.points[id].clone()),
+                None if link == 0 => ([whole(0), whole(0)], [whole(0), whole(0)]),
+                None => continue,
+            };
+            for id in own {
+                let local = difference(self.graph.local(id), base.0.clone());
+                self.points.entry(id).or_insert_with(|| sum(base.1.clone(), rotated(local, &angle)));
+            }
+        }
+        before != (self.points.len(), self.of_classes.iter().flatten().count())
+    }
+
+    fn set_angle(&mut self, link: usize, angle: Formula) {
+        let own = self.angles.of(link);
+        if self.of_classes[own.class].is_none() {
+            self.of_classes[own.class] = Some(subtract(angle, own.offset.clone()));
+        }
+    }
+
+    fn angle(&self, link: usize) -> Option<Formula> {
+        let own = self.angles.of(link);
+        Some(add(self.of_classes[own.class].clone()?, own.offset.clone()))
+    }
+
+    /// The start of every coordinate, in their order.
+    pub(super) fn values(&self) -> Vec<StartValue> {
+        let mut values = Vec::new();
+        for (place, (name, _)) in self.angles.coordinates.iter().enumerate() {
+            let members = (1..self.graph.links.len()).filter(|link| self.angles.of(*link).class == place + 1);
+            let rate = members.filter_map(|link| self.graph.links[link]?.rate.clone()).next();
+            values.push(StartValue { name: name.clone(), value: self.of_classes[place + 1].clone(), rate });
+        }
+        for &link in &self.tree.order {
+            match self.tree.placements[link] {
+                Placement::Slider { joint, .. } => values.push(self.slider(joint)),
+                Placement::Free => {
+                    let angle = self.angle(link);
+                    let known = (0..self.graph.points(link).len()).map(|point| PointId { link, point });
+                    let known = known.filter(|id| self.points.contains_key(id)).collect::<Vec<_>>();
+                    let origin = known
+                        .first()
+                        .zip(angle)
+                        .map(|(id, angle)| difference(self.points[id].clone(), rotated(self.graph.local(*id), &angle)));
+                    let origin = origin.unwrap_or([whole(0), whole(0)]);
+                    values.extend(
+                        origin_names(self.graph, link).into_iter().zip(origin).map(|(name, value)| StartValue {
+                            name,
+                            value: Some(value),
+                            rate: None,
+                        }),
+                    );
+                }
+                Placement::Ground | Placement::Pin { .. } => {}
+            }
+        }
+        values
+    }
+
+    fn slider(&self, joint: usize) -> StartValue {
+        let syntax = self.graph.joints[joint].syntax;
+        let ends = &self.graph.joints[joint].ends;
+        let seen = || {
+            let way = difference(self.points.get(&ends[0])?.clone(), self.points.get(&ends[1])?.clone());
+            let angle = self.angle(ends[1].link)?;
+            let angle = syntax.direction.clone().map_or(angle.clone(), |own| add(angle, own));
+            Some(dot(way, direction(&angle)))
+        };
+        StartValue {
+            name: slide(self.graph, joint),
+            value: syntax.start.clone().or_else(seen),
+            rate: syntax.rate.clone(),
+        }
+    }
+}
+
+/// The angle of a vector.
+fn angle_of([x, y]: [Formula; 2]) -> Formula {
+    if is_zero(&y) && is_positive(&x) {
+        return whole(0);
+    }
+    call(Function::Atan2, [y, x])
+}
+
+/// Writes the start of all coordinates to a scene; `freedoms` of them are given where nothing says which.
+pub(super) fn write(document: &mut Document, values: Vec<StartValue>, freedoms: usize) -> Vec<String> {
+    let is_open = document.given.is_empty() && values.iter().all(|value| value.rate.is_none());
+    let mut left = if is_open { freedoms } else { 0 };
+    let mut unknown = Vec::new();
+    for StartValue { name, value, rate } in values {
+        if document.given.iter().chain(&document.solve).any(|(identifier, _)| identifier.name == name) {
+            continue;
+        }
+        let Some(value) = value else {
+            unknown.push(name);
+            continue;
+        };
+        let rate = rate.or_else(|| (left > 0).then(|| whole(0)));
+        let identifier = |name: String| Identifier { name, span: value.whole_span() };
+        match rate {
+            Some(rate) => {
+                left = left.saturating_sub(1);
+                document.given.push((identifier(name.clone()), value.clone()));
+                document.given.push((identifier(format!("{name}_dot")), rate));
+            }
+            None => document.solve.push((identifier(name), value)),
+        }
+    }
+    unknown
+}

@@ -1,0 +1,159 @@
+//! Formulae that are put together from others. Zeros and ones disappear, so that what is read afterwards is short.
+
+use crate::diagnostic::Span;
+use crate::expression::{Node, NodeId, Number};
+use crate::function::Function;
+use crate::parser::Formula;
+
+/// The formula that is a name.
+pub(super) fn name(name: impl Into<String>, span: &Span) -> Formula {
+    let mut formula = Formula::new();
+    formula.push(Node::Name(name.into()), span.clone());
+    formula
+}
+
+/// The formula that is a whole number.
+pub(super) fn whole(value: i32) -> Formula {
+    let mut formula = Formula::new();
+    formula.push(Node::Number(Number::whole(value)), 0..0);
+    formula
+}
+
+/// `a + b`
+pub(super) fn add(a: Formula, b: Formula) -> Formula {
+    match (is_whole(&a, 0), is_whole(&b, 0), negated(&b)) {
+        (true, _, _) => b,
+        (_, true, _) => a,
+        (_, _, Some(b)) => join(a, b, Node::Subtract),
+        _ => join(a, b, Node::Add),
+    }
+}
+
+/// `a - b`
+pub(super) fn subtract(a: Formula, b: Formula) -> Formula {
+    match (is_whole(&a, 0), is_whole(&b, 0), negated(&b)) {
+        _ if a.nodes() == b.nodes() => whole(0),
+        (_, true, _) => a,
+        (true, _, _) => negate(b),
+        (_, _, Some(b)) => join(a, b, Node::Add),
+        _ => join(a, b, Node::Subtract),
+    }
+}
+
+/// `a*b`
+pub(super) fn multiply(a: Formula, b: Formula) -> Formula {
+    match () {
+        () if is_whole(&a, 0) || is_whole(&b, 0) => whole(0),
+        () if is_whole(&a, 1) => b,
+        () if is_whole(&b, 1) => a,
+        () => join(a, b, Node::Multiply),
+    }
+}
+
+/// `a/b`
+pub(super) fn divide(a: Formula, b: Formula) -> Formula {
+    join(a, b, Node::Divide)
+}
+
+/// `-a`
+pub(super) fn negate(a: Formula) -> Formula {
+    if is_whole(&a, 0) {
+        return a;
+    }
+    if let Some(inner) = negated(&a) {
+        return inner;
+    }
+    let (mut formula, span) = (a.clone(), a.whole_span());
+    let last = formula.nodes().len() - 1;
+    formula.push(Node::Negate(last), span);
+    formula
+}
+
+/// `cos(a)` and `sin(a)`
+pub(super) fn direction(a: &Formula) -> [Formula; 2] {
+    if is_whole(a, 0) {
+        return [whole(1), whole(0)];
+    }
+    [Function::Cos, Function::Sin].map(|function| call(function, [a.clone()]))
+}
+
+/// `f(a, ...)`
+pub(super) fn call<const K: usize>(function: Function, arguments: [Formula; K]) -> Formula {
+    let (mut formula, mut places, mut span) = (Formula::new(), Vec::new(), 0..0);
+    for argument in arguments {
+        span = argument.whole_span();
+        places.push(append(&mut formula, &argument));
+    }
+    formula.push(Node::Call(function, places), span);
+    formula
+}
+
+/// The sum of the products of the components.
+pub(super) fn dot([ax, ay]: [Formula; 2], [bx, by]: [Formula; 2]) -> Formula {
+    add(multiply(ax, bx), multiply(ay, by))
+}
+
+/// The difference of two vectors.
+pub(super) fn difference([ax, ay]: [Formula; 2], [bx, by]: [Formula; 2]) -> [Formula; 2] {
+    [subtract(ax, bx), subtract(ay, by)]
+}
+
+/// The sum of two vectors.
+pub(super) fn sum([ax, ay]: [Formula; 2], [bx, by]: [Formula; 2]) -> [Formula; 2] {
+    [add(ax, bx), add(ay, by)]
+}
+
+/// A vector of a frame with an angle.
+pub(super) fn rotated([x, y]: [Formula; 2], angle: &Formula) -> [Formula; 2] {
+    let [cos, sin] = direction(angle);
+    [
+        subtract(multiply(x.clone(), cos.clone()), multiply(y.clone(), sin.clone())),
+        add(multiply(x, sin), multiply(y, cos)),
+    ]
+}
+
+fn join(a: Formula, b: Formula, node: fn(NodeId, NodeId) -> Node<String>) -> Formula {
+    let mut formula = a;
+    let left = formula.nodes().len() - 1;
+    let span = if b.whole_span().is_empty() { formula.whole_span() } else { b.whole_span() };
+    let right = append(&mut formula, &b);
+    formula.push(node(left, right), span);
+    formula
+}
+
+/// Appends the operations of another formula; the place of its value.
+fn append(formula: &mut Formula, other: &Formula) -> NodeId {
+    let offset = formula.nodes().len();
+    for (place, node) in other.nodes().iter().enumerate() {
+        formula.push(node.moved(offset), other.span(place));
+    }
+    formula.nodes().len() - 1
+}
+
+/// Whether a formula is the number zero.
+pub(super) fn is_zero(formula: &Formula) -> bool {
+    is_whole(formula, 0)
+}
+
+/// Whether a formula is a number above zero.
+pub(super) fn is_positive(formula: &Formula) -> bool {
+    matches!(formula.nodes(), [Node::Number(number)] if number.value > 0.0)
+}
+
+fn is_whole(formula: &Formula, value: i32) -> bool {
+    matches!(formula.nodes(), [Node::Number(number)] if number.value == f64::from(value))
+}
+
+/// The formula whose negative this is.
+fn negated(formula: &Formula) -> Option<Formula> {
+    let (last, rest) = formula.nodes().split_last()?;
+    let Node::Negate(inner) = last else { return None };
+    if inner + 1 != rest.len() {
+        return None;
+    }
+    let mut positive = Formula::new();
+    for (place, node) in rest.iter().enumerate() {
+        positive.push(node.clone(), formula.span(place));
+    }
+    Some(positive)
+}
