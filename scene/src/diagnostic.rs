@@ -84,9 +84,10 @@ pub struct Report {
 }
 
 impl Report {
-    /// Gathers findings about `source`, sorted by place.
+    /// Gathers findings about `source`, sorted by place. What is found twice is reported once.
     pub fn new(path: impl Into<String>, source: impl Into<String>, mut diagnostics: Vec<Diagnostic>) -> Self {
         diagnostics.sort_by_key(|d| d.span.as_ref().map_or((0, 0), |s| (s.start, s.end)));
+        diagnostics.dedup();
         Self { path: path.into(), source: source.into(), diagnostics }
     }
 

@@ -17,6 +17,7 @@ use crate::diagnostic::Diagnostic;
 use crate::document::{
     BodySyntax, CoordinateSyntax, Document, DrawnSyntax, Identifier, JointKind, LinkSyntax, Mass, Position,
 };
+use crate::names::suggestion;
 use crate::parser::Formula;
 use angles::Angles;
 use graph::{Graph, PointId};
@@ -27,13 +28,18 @@ use tree::{Placement, Tree};
 
 /// Adds to a scene what its links and joints are in coordinates, points, bodies, constraints and drawings.
 pub fn expand(document: &mut Document, findings: &mut Vec<Diagnostic>) {
-    if document.links.is_empty() && document.joints.is_empty() {
+    let is_empty = document.links.is_empty() && document.joints.is_empty();
+    // What could not be read would be missing.
+    if is_empty || document.lost_names {
         return;
     }
+    let before = findings.len();
     let Some(graph) = Graph::new(document, findings) else {
         document.lost_names = true;
+        document.is_whole = false;
         return;
     };
+    let first = document.links.first().map_or(0..0, |link| link.identifier.span.clone());
     let angles = Angles::new(&graph);
     let tree = Tree::new(&graph);
     let places = Places::new(&graph, &tree, &angles);
@@ -50,14 +56,36 @@ pub fn expand(document: &mut Document, findings: &mut Vec<Diagnostic>) {
     put_before(&mut document.bodies, bodies);
     put_before(&mut document.constraints, constraints);
     document.drawing.extend(drawing);
-    for name in start::write(document, values, freedoms) {
-        let own = document.coordinates.iter().find(|coordinate| coordinate.identifier.name == name);
-        let span = own.map_or(0..0, |coordinate| coordinate.identifier.span.clone());
+    let unknown = start::write(document, values, freedoms);
+    let coordinates = || document.coordinates.iter().map(|coordinate| &coordinate.identifier);
+    for (what, suffix) in [("position", ""), ("rate", "_dot")] {
+        let is_given = |own: &&Identifier| {
+            document.given.iter().any(|(given, _)| given.name.strip_suffix(suffix) == Some(own.name.as_str()))
+        };
+        let given = coordinates().filter(is_given).count();
+        if given < freedoms && document.is_whole && unknown.is_empty() && findings.len() == before {
+            let count = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
+            let freedom = if freedoms == 1 { "degree" } else { "degrees" };
+            let title = format!(
+                "the mechanism has {freedoms} {freedom} of freedom, but {} given at the start",
+                if given == 1 { format!("1 {what} is") } else { format!("{} are", count(given, what)) }
+            );
+            findings.push(
+                Diagnostic::error(title, first.clone(), "links begin here").help(
+                    "give as many links as that a `rate` beside their `angle`, or a slider its `start` and `rate`",
+                ),
+            );
+        }
+    }
+    for name in unknown {
+        let span = coordinates().find(|own| own.name == name).map_or(0..0, |own| own.span.clone());
         let error = Diagnostic::error(format!("the start of `{name}` is not known"), span, "nothing says where it is");
         findings.push(error.help(
-            "give the link an `angle`, or two of its joints a rough place by `near = [x, y]`; a slider takes `start = ...`",
+            "give the link an `angle`, or two of its joints a rough place by `near = [x, y]`; a slider takes \
+             `start = ...`",
         ));
     }
+    document.is_whole &= findings.len() == before;
 }
 
 fn put_before<T>(list: &mut Vec<T>, before: Vec<T>) {
@@ -109,11 +137,6 @@ fn body(
         Mass::ByLength(density) => multiply(density.clone(), syntax.bar.clone().unwrap_or_else(|| whole(1))),
     });
     let com = com(graph, tree, angles, places, link, findings).filter(|_| mass.is_some());
-    if let (Some(mass), None, None) = (&mass, &com, &syntax.com) {
-        let title = format!("link `{}` has a mass and no centre of mass", graph.name(link));
-        let error = Diagnostic::error(title, mass.whole_span(), "where it is, is not said");
-        findings.push(error.help("add `com = \"POINT\"` or `com = [x, y]` in the frame of the link"));
-    }
     let turns = angles.of(link).class > 0;
     let inertia = syntax.inertia.clone().or_else(|| slender(syntax, mass.as_ref()?)).filter(|_| turns);
     let angle = turns.then(|| angles.formula(link, &graph.span(link)));
@@ -137,12 +160,24 @@ fn com(
             let own = graph.points(link).iter().position(|(own, _)| own.name == point.name);
             if own.is_none() {
                 let title = format!("link `{}` has no point `{}`", graph.name(link), point.name);
-                findings.push(Diagnostic::error(title, point.span.clone(), "not known"));
+                let names: Vec<&str> = graph.points(link).iter().map(|(own, _)| own.name.as_str()).collect();
+                let help = suggestion(&point.name, names.iter().copied(), || match &names[..] {
+                    [] => "write it as `com = [x, y]` in the frame of the link".to_owned(),
+                    names => format!("its points: {}", names.join(", ")),
+                });
+                findings.push(Diagnostic::error(title, point.span.clone(), "not known").help(help));
             }
-            let id = PointId { link, point: own? };
-            (graph.local(id), Some(id))
+            let id = PointId { link, point: own.unwrap_or(0) };
+            (if own.is_some() { graph.local(id) } else { [whole(0), whole(0)] }, own.map(|_| id))
         }
-        None => ([divide(syntax.bar.clone()?, whole(2)), whole(0)], None),
+        None => {
+            if let (Some(Mass::Whole(mass) | Mass::ByLength(mass)), None) = (&syntax.mass, &syntax.bar) {
+                let title = format!("link `{}` has a mass and no centre of mass", graph.name(link));
+                let error = Diagnostic::error(title, mass.whole_span(), "no `com`");
+                findings.push(error.help("add `com = \"POINT\"`, or `com = [x, y]` in the frame of the link"));
+            }
+            ([divide(syntax.bar.clone().unwrap_or_else(|| whole(0)), whole(2)), whole(0)], None)
+        }
     };
     if let Some(place) = places.guided(graph, tree, angles, link, local.clone()) {
         return Some(Position::Pair(place));

@@ -86,6 +86,7 @@ fn bar(r: &mut Reader, table: &Table, points: &mut Vec<(Identifier, [Formula; 2]
     let names: Vec<Identifier> = r.array(ends).into_iter().filter_map(|value| r.text(value)).collect();
     let length = table.required(r, "length").map_or_else(table::placeholder, |v| r.formula(v));
     let Ok([from, to]) = <[Identifier; 2]>::try_from(names) else {
+        r.lost = true;
         let error = Diagnostic::error("a bar has two ends", ends.span(), "not two names");
         r.findings.push(error.help("write `bar = [\"A\", \"B\"]`, or give all points by `points = { ... }`"));
         return None;

@@ -41,7 +41,9 @@ impl<'d> Graph<'d> {
             for (place, (point, _)) in link.points.iter().enumerate() {
                 if link.points[..place].iter().any(|(other, _)| other.name == point.name) {
                     let title = format!("link `{}` has two points `{}`", link.identifier.name, point.name);
-                    findings.push(Diagnostic::error(title, point.span.clone(), "the second one"));
+                    findings.push(
+                        Diagnostic::error(title, point.span.clone(), "the second one").help("choose another name"),
+                    );
                 }
             }
         }
@@ -51,7 +53,8 @@ impl<'d> Graph<'d> {
                 if ends[..place].iter().any(|other| other.link == end.link) {
                     let (joint, link) = (&syntax.identifier.name, graph.name(end.link));
                     let title = format!("joint `{joint}` joins link `{link}` to itself");
-                    findings.push(Diagnostic::error(title, syntax.ends[place].link.span.clone(), "the second time"));
+                    let error = Diagnostic::error(title, syntax.ends[place].link.span.clone(), "the second time");
+                    findings.push(error.help("name another link, or take this one out"));
                 }
             }
             graph.joints.push(Joint { syntax, ends });
