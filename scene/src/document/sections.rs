@@ -102,7 +102,8 @@ impl Document {
     }
 
     fn read_initial(&mut self, r: &mut Reader, root: &mut Table) {
-        let value = if self.links.is_empty() { root.required(r, "initial") } else { root.optional("initial") };
+        let has_links = root.is_there("links");
+        let value = if has_links { root.optional("initial") } else { root.required(r, "initial") };
         let Some(value) = value else { return };
         let Some(initial) = r.table("[initial]", value) else { return };
         self.given_span = value.span();
