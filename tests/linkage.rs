@@ -8,6 +8,7 @@ use std::f64::consts::PI;
 use std::fs;
 
 use common::{near, qrm};
+use nalgebra::Vector2;
 use serde_json::Value;
 
 /// A scene of this folder.
@@ -102,6 +103,75 @@ fn the_scene_that_it_becomes_moves_the_same() {
         };
         assert_eq!(state(&own), state(&file), "{}", own.display());
     }
+}
+
+/// The forces in the joints of the quick-return by hand, from the ram to the crank, at the state of a row.
+#[test]
+fn forces_in_joints_are_those_of_free_bodies() {
+    let run = common::run(&[&path("joint-forces"), "--no-figures"]);
+    assert_eq!(run.status(), 0, "{}", run.stderr());
+    let text = fs::read_to_string(run.path("trajectory.csv")).expect("the trajectory");
+    let mut lines = text.lines();
+    let header: Vec<&str> = lines.next().expect("a header").split(',').collect();
+    let mut rows = 0;
+    for line in lines.step_by(37) {
+        let numbers: Vec<f64> = line.split(',').map(|number| number.parse().expect("a number")).collect();
+        let value = |name: &str| numbers[header.iter().position(|own| *own == name).expect("a column")];
+        let force = |name: &str| Vector2::new(value(&format!("{name}_x")), value(&format!("{name}_y")));
+        // A vector that turns, and its two rates.
+        let turning = |angle: &str, length: f64| {
+            let [q, qd, qdd] = ["", "_dot", "_ddot"].map(|suffix| value(&format!("{angle}{suffix}")));
+            let (along, across) = (Vector2::new(q.cos(), q.sin()), Vector2::new(-q.sin(), q.cos()));
+            [length * along, length * qd * across, length * (qdd * across - qd * qd * along)]
+        };
+        let plus = |a: [Vector2<f64>; 3], b: [Vector2<f64>; 3]| [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
+        let o2 = Vector2::new(0.0, 0.3);
+        let a = plus([o2, Vector2::zeros(), Vector2::zeros()], turning("phi2", 0.2));
+        let (b, g4) = (turning("phi4", 0.7), turning("phi4", 0.4));
+        let (c, g5) = (plus(b, turning("phi5", 0.6)), plus(b, turning("phi5", 0.3)));
+        let weight = |mass: f64| Vector2::new(0.0, -9.81 * mass);
+        let stretch = c[0] - a[0];
+        let along = stretch.normalize();
+        let pull = -300.0 * (stretch.norm() - 0.4) - 5.0 * (c[1] - a[1]).dot(&along);
+        let spring = pull * along;
+        let cutting = Vector2::new(1000.0, 0.0);
+        // The ram along its guide, the rod about B, the rod as a whole, the ram across its guide.
+        let x = cutting.x - 2.0 * c[2].x;
+        let arm = c[0] - b[0];
+        let spin = 6.0 * value("phi5_ddot") + 4.0 * (g5[0] - b[0]).perp(&g5[2])
+            - (g5[0] - b[0]).perp(&weight(4.0))
+            - arm.perp(&spring);
+        let f_c = Vector2::new(x, (spin + arm.y * x) / arm.x);
+        let f_b = f_c + spring + weight(4.0) - 4.0 * g5[2];
+        let f_guide = f_c - weight(2.0) - cutting + 2.0 * c[2];
+        // The rocker about O4, the rocker as a whole.
+        let normal = (b[0].perp(&f_b) + g4[0].perp(&weight(6.0))
+            - 20.0 * value("phi4_dot")
+            - 10.0 * value("phi4_ddot")
+            - 6.0 * g4[0].perp(&g4[2]))
+            / a[0].norm();
+        let f_slot = normal * Vector2::new(-value("phi4").sin(), value("phi4").cos());
+        let f_o4 = 6.0 * g4[2] - f_b + f_slot - weight(6.0);
+        let f_a = f_slot + weight(0.5) - 0.5 * a[2];
+        let f_o2 = spring - f_a;
+        let size = 1e-9 * f_o2.norm().max(1000.0);
+        for (name, expected) in [
+            ("F_C", f_c),
+            ("F_B", f_b),
+            ("F_guide", f_guide),
+            ("F_slot", f_slot),
+            ("F_O4", f_o4),
+            ("F_A", f_a),
+            ("F_O2", f_o2),
+        ] {
+            let off = (force(name) - expected).norm();
+            assert!(off < size, "{name}: {} instead of {expected}", force(name));
+            near(name, value(name), expected.norm(), size);
+        }
+        near("crank", (a[0] - o2).perp(&(f_a - spring)), 100.0 * value("phi2_ddot"), size);
+        rows += 1;
+    }
+    assert!(rows > 40, "{rows}");
 }
 
 #[test]

@@ -64,7 +64,7 @@ pub fn groups(scene: &Scene, recording: &Recording) -> Vec<Group> {
                 add(Some("rates"), titles, column, &coordinate.doc);
             }
             Kind::Output(i) => match scene.outputs[i].kind {
-                OutputKind::ReactionForce { .. } => {
+                OutputKind::ReactionForce { .. } | OutputKind::FreeBody { .. } | OutputKind::Norm(_) => {
                     add(Some("reactions"), ("reaction forces", "force"), column, &column.doc);
                 }
                 OutputKind::ReactionMoment { .. } => {

@@ -79,7 +79,7 @@ fn loads(pose: &mut Pose) -> Vec<Arrow> {
     let scene = pose.scene;
     let mut arrows = Vec::new();
     for load in &scene.loads {
-        let LoadKind::Force { force, at } = &load.kind else { continue };
+        let LoadKind::Force { force, at, .. } = &load.kind else { continue };
         let [x, y] = [pose.track(&force[0]), pose.track(&force[1])];
         let node = pose.place(at);
         arrows.push(Arrow { name: load.name.clone(), doc: String::new(), is_reaction: false, node, x, y });

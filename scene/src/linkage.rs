@@ -7,6 +7,7 @@
 
 mod angles;
 mod closures;
+mod forces;
 mod graph;
 mod places;
 mod start;
@@ -15,7 +16,8 @@ mod tree;
 
 use crate::diagnostic::Diagnostic;
 use crate::document::{
-    BodySyntax, CoordinateSyntax, Document, DrawnSyntax, Identifier, JointKind, LinkSyntax, Mass, Position,
+    BodySyntax, CoordinateSyntax, Document, DrawnSyntax, Identifier, JointKind, LinkSyntax, Mass, OutputSyntax,
+    OutputValue, Position,
 };
 use crate::names::suggestion;
 use crate::parser::Formula;
@@ -42,7 +44,7 @@ pub fn expand(document: &mut Document, findings: &mut Vec<Diagnostic>) {
     let first = document.links.first().map_or(0..0, |link| link.identifier.span.clone());
     let angles = Angles::new(&graph);
     let tree = Tree::new(&graph);
-    let places = Places::new(&graph, &tree, &angles);
+    let places = Places::new(&graph, &tree, &angles, !forces::are_asked_for(document));
     let constraints = closures::constraints(&graph, &tree, &angles, &places);
     let coordinates = coordinates(&graph, &tree, &angles);
     let bodies =
@@ -50,12 +52,17 @@ pub fn expand(document: &mut Document, findings: &mut Vec<Diagnostic>) {
     let values = Rough::new(&graph, &angles, &tree).values();
     let drawing = if document.drawing.is_empty() { drawing(&graph, &angles, &places) } else { Vec::new() };
     let freedoms = coordinates.len().saturating_sub(constraints.len() + document.constraints.len());
+    let forces = forces::outputs(document, &graph, &tree, &places, findings);
     let points = places.points;
     put_before(&mut document.coordinates, coordinates);
     put_before(&mut document.points, points);
     put_before(&mut document.bodies, bodies);
     put_before(&mut document.constraints, constraints);
     document.drawing.extend(drawing);
+    let own = std::mem::take(&mut document.outputs);
+    let is_force = |output: &OutputSyntax| matches!(output.value, OutputValue::Joint(_));
+    let each = own.into_iter().zip(forces).map(|(own, forces)| if is_force(&own) { forces } else { vec![own] });
+    document.outputs = each.flatten().collect();
     let unknown = start::write(document, values, freedoms);
     let coordinates = || document.coordinates.iter().map(|coordinate| &coordinate.identifier);
     for (what, suffix) in [("position", ""), ("rate", "_dot")] {

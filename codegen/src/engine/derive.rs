@@ -1,5 +1,6 @@
 //! A scene's equations of motion by the TMT method.
 
+use num_rational::BigRational;
 use symbolica::atom::Atom;
 
 use super::algebra::Algebra;
@@ -7,7 +8,7 @@ use super::loads::{Effort, Loads};
 use super::rows::Rows;
 use super::{Place, kernel, linearization};
 use crate::term::{Equations, Symbol, Term};
-use qrm_scene::scene::{OutputKind, Scene};
+use qrm_scene::scene::{LoadKind, OutputKind, Scene, Value};
 
 /// Derives everything that the generated functions compute. `number` tells the scenes of a process apart.
 pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> Equations {
@@ -55,7 +56,14 @@ pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> Equation
     // A closure that moves by itself does work: -lambda' C_q qd = lambda' C_t.
     let driving = algebra.contract(&system.constraint_rates, Symbol::Multiplier);
     equations.power = vec![algebra.simple_term(&(&loads.power + driving))];
-    equations.outputs = scene.outputs.iter().map(|o| algebra.simple_term(&output(scene, &system, &o.kind))).collect();
+    for own in &scene.outputs {
+        // The sum of the squares would be multiplied out.
+        let term = match own.kind {
+            OutputKind::Norm([x, y]) => norm([&equations.outputs[x], &equations.outputs[y]]),
+            _ => algebra.simple_term(&output(scene, &system, &own.kind)),
+        };
+        equations.outputs.push(term);
+    }
     equations.points = (0..scene.points.len())
         .map(|i| [0, 1].map(|axis| algebra.simple_term(&algebra.definition(&algebra.point(i)[axis]))))
         .collect();
@@ -141,6 +149,8 @@ fn output(scene: &Scene, system: &System, kind: &OutputKind) -> Atom {
                 }),
             )
         }
+        OutputKind::FreeBody { bodies, points, along } => free_body(scene, system, bodies, points, along),
+        OutputKind::Norm(_) => Atom::num(0),
         OutputKind::ReactionMoment { constraint, coordinate } => {
             let turned = |i: usize| {
                 let angle = algebra.symbol(Symbol::Coordinate(i));
@@ -157,6 +167,66 @@ fn output(scene: &Scene, system: &System, kind: &OutputKind) -> Atom {
             )
         }
     }
+}
+
+/// The root of the sum of the squares.
+fn norm(parts: [&Term; 2]) -> Term {
+    let [one, two] = [1, 2].map(|n: i32| BigRational::from_integer(n.into()));
+    let squares = parts.map(|part| Term::Power(Box::new(part.clone()), two.clone()));
+    Term::Power(Box::new(Term::Sum(squares.to_vec())), one / two)
+}
+
+/// The force on bodies beside loads and constraints, by the work of a virtual displacement of bodies and points.
+fn free_body(scene: &Scene, system: &System, bodies: &[usize], points: &[usize], along: &[Value; 2]) -> Atom {
+    let algebra = &system.algebra;
+    let along = [algebra.atom(&along[0]), algebra.atom(&along[1])];
+    let shifted = |p: usize, axis: usize| {
+        let position = algebra.point(p)[axis].clone();
+        if points.contains(&p) { position + algebra.displacement() * &along[axis] } else { position }
+    };
+    let change = |value: &Value| {
+        let displaced = algebra.atom_where(value, shifted, |i| algebra.symbol(Symbol::Coordinate(i)));
+        algebra.derivative_by_displacement(&displaced)
+    };
+    let mut force = Atom::num(0);
+    let masses = bodies.iter().filter_map(|body| {
+        let body = &scene.bodies[*body];
+        Some((algebra.atom(body.mass.as_ref()?), body.com.as_ref()?))
+    });
+    let masses: Vec<(Atom, &[Value; 2])> = masses.collect();
+    for (mass, com) in &masses {
+        for (place, along) in com.iter().zip(&along) {
+            let place = algebra.simplify(&algebra.atom(place));
+            let acceleration = algebra.contract(&algebra.gradient(&place), Symbol::Acceleration) + algebra.bias(&place);
+            force = force + mass * acceleration * along;
+        }
+    }
+    for (i, load) in scene.loads.iter().enumerate() {
+        let efforts = system.loads.of(i);
+        match &load.kind {
+            LoadKind::Gravity(field) => {
+                for (mass, _) in &masses {
+                    for (g, along) in field.iter().zip(&along) {
+                        force = force - mass * algebra.atom(g) * along;
+                    }
+                }
+            }
+            LoadKind::Force { body: Some(body), .. } if bodies.contains(body) => {
+                for (effort, along) in efforts.iter().zip(&along) {
+                    force = force - &effort.size * along;
+                }
+            }
+            kind => {
+                for (effort, place) in efforts.iter().zip(kind.places()) {
+                    force = force - &effort.size * change(place);
+                }
+            }
+        }
+    }
+    for (k, constraint) in scene.constraints.iter().enumerate() {
+        force = force + change(&constraint.residual) * algebra.symbol(Symbol::Multiplier(k));
+    }
+    force
 }
 
 /// The force of a constraint along a virtual displacement of what it acts on: -lambda dC/ds.

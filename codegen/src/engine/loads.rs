@@ -38,7 +38,7 @@ impl Loads {
             let mut adding =
                 Adding { loads: &mut loads, scene, algebra, group: scene.bodies.len() + i, name: &load.name };
             match &load.kind {
-                LoadKind::Force { force, at } => {
+                LoadKind::Force { force, at, .. } => {
                     for ((force, at), axis) in force.iter().zip(at).zip(["_x", "_y"]) {
                         adding.effort(axis, force, at);
                     }
@@ -86,10 +86,15 @@ impl Loads {
         loads
     }
 
+    /// The forces and torques of one load.
+    pub(super) fn of(&self, load: usize) -> &[Effort] {
+        &self.efforts[self.own[load].clone()]
+    }
+
     /// The power of one load.
     pub(super) fn power_of(&self, algebra: &Algebra, load: usize) -> Atom {
         let power = |sum: Atom, effort: &Effort| sum + &effort.size * algebra.contract(&effort.along, Symbol::Rate);
-        self.efforts[self.own[load].clone()].iter().fold(Atom::num(0), power)
+        self.of(load).iter().fold(Atom::num(0), power)
     }
 }
 

@@ -18,7 +18,9 @@ impl<B: Differentiable> Sample<B> {
         load: &'s LoadKind,
     ) -> Vec<(B, &'s Formula)> {
         match load {
-            LoadKind::Force { force, at } => force.iter().zip(at).map(|(force, at)| (plain.value(force), at)).collect(),
+            LoadKind::Force { force, at, .. } => {
+                force.iter().zip(at).map(|(force, at)| (plain.value(force), at)).collect()
+            }
             LoadKind::Torque { torque, angle } => vec![(plain.value(torque), angle)],
             LoadKind::Gravity(field) => {
                 let weighty = scene.bodies.iter().filter_map(|body| body.mass.as_ref().zip(body.com.as_ref()));

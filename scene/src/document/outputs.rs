@@ -38,6 +38,19 @@ pub enum OutputValue {
         /// The direction; none for a moment.
         along: Option<[Formula; 2]>,
     },
+    /// The force on bodies along a direction, beside loads and constraints that act on points of theirs.
+    FreeBody {
+        /// The bodies.
+        bodies: Vec<Identifier>,
+        /// The points that are displaced with them.
+        points: Vec<Identifier>,
+        /// The direction.
+        along: [Formula; 2],
+    },
+    /// The root of the sum of the squares of two outputs.
+    Norm(Vec<Identifier>),
+    /// The force in a joint: its components and its size.
+    Joint(Identifier),
 }
 
 pub(super) fn output(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option<OutputSyntax> {
@@ -47,14 +60,23 @@ pub(super) fn output(r: &mut Reader, identifier: Identifier, value: table::Value
     }
     let table = r.table(&format!("output `{}`", identifier.name), value)?;
     let (unit, doc) = (table.string(r, "unit"), table.string(r, "doc"));
-    let help = "an output is a value, its rate, its second rate, the reaction of a constraint or the power of a load";
-    let kind = table.one_of(r, &["value", "rate", "second_rate", "reaction", "power"], help)?;
+    let help = "an output is a value, its rate, its second rate, the reaction of a constraint, the power of a load or the \
+                force in a joint";
+    let keys = ["value", "rate", "second_rate", "reaction", "power", "joint", "free_body", "norm"];
+    let kind = table.one_of(r, &keys, help)?;
     let asked = table.required(r, kind)?;
     let value = match kind {
         "value" => Some(OutputValue::Value(r.formula(asked))),
         "rate" => Some(OutputValue::Rate(r.formula(asked))),
         "second_rate" => Some(OutputValue::SecondRate(r.formula(asked))),
         "power" => r.text(asked).map(OutputValue::Power),
+        "joint" => r.text(asked).map(OutputValue::Joint),
+        "norm" => Some(OutputValue::Norm(names(r, asked))),
+        "free_body" => {
+            let bodies = names(r, asked);
+            let points = table.optional("points").map(|v| names(r, v)).unwrap_or_default();
+            table.required(r, "along").map(|v| OutputValue::FreeBody { bodies, points, along: r.pair(v) })
+        }
         _ => {
             let constraint = r.text(asked);
             let target = table.target(r);
@@ -71,4 +93,9 @@ pub(super) fn output(r: &mut Reader, identifier: Identifier, value: table::Value
     };
     table.finish(r);
     Some(OutputSyntax { identifier, value: value?, unit, doc })
+}
+
+/// A list of names.
+fn names(r: &mut Reader, value: table::Value) -> Vec<Identifier> {
+    r.array(value).into_iter().filter_map(|item| r.text(item)).collect()
 }

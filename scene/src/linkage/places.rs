@@ -15,12 +15,15 @@ pub(super) struct Places {
     /// Names and formulae, each after those that it refers to.
     pub(super) points: Vec<(Identifier, [Formula; 2])>,
     names: HashMap<PointId, String>,
+    /// Whether links share points at the pins of the tree.
+    shared: bool,
 }
 
 impl Places {
-    pub(super) fn new(graph: &Graph, tree: &Tree, angles: &Angles) -> Self {
-        let representatives = representatives(graph, tree);
-        let mut places = Self { points: Vec::new(), names: names(graph, tree, &representatives) };
+    /// The points of all links. Where they are not `shared`, each link has points of its own at the pins of the tree.
+    pub(super) fn new(graph: &Graph, tree: &Tree, angles: &Angles, shared: bool) -> Self {
+        let representatives = representatives(graph, tree, shared);
+        let mut places = Self { points: Vec::new(), names: names(graph, tree, &representatives), shared };
         for &link in &tree.order {
             places.place(graph, tree, angles, link, &representatives);
         }
@@ -51,7 +54,13 @@ impl Places {
         let points = graph.points(link);
         let base = match tree.placements[link] {
             Placement::Ground | Placement::Free => None,
-            Placement::Pin { own, .. } => Some(own),
+            Placement::Pin { at, own, .. } => {
+                if representatives[&own] == own {
+                    let place = self.components(at, &span);
+                    self.points.push((self.identifier(graph, own), place));
+                }
+                Some(own)
+            }
             Placement::Slider { joint, at, own } => {
                 let place = slid(self, graph, angles, (joint, at, own));
                 self.points.push((self.identifier(graph, own), place));
@@ -81,7 +90,8 @@ impl Places {
     }
 
     /// The place of a vector in the frame of a link, where it moves along the line of the joint by which the ground
-    /// guides the link, and nowhere else; `None` without such a joint.
+    /// guides the link, and nowhere else; `None` without such a joint, and where links have points of their own: the
+    /// multiplier of the joint would lack what acts across the line.
     pub(super) fn guided(
         &self,
         graph: &Graph,
@@ -91,7 +101,7 @@ impl Places {
         local: [Formula; 2],
     ) -> Option<[Formula; 2]> {
         let span = graph.span(link);
-        let joint = ground_guide(graph, tree, link)?;
+        let joint = ground_guide(graph, tree, link).filter(|_| self.shared)?;
         let [point, on] = [graph.joints[joint].ends[0], graph.joints[joint].ends[1]];
         let from = self.components(on, &span);
         let along = line(graph, angles, joint);
@@ -172,9 +182,9 @@ fn slid(places: &Places, graph: &Graph, angles: &Angles, (joint, at, own): (usiz
 }
 
 /// For each point the one of the link nearest to the ground that is the same by joints of the tree.
-fn representatives(graph: &Graph, tree: &Tree) -> HashMap<PointId, PointId> {
+fn representatives(graph: &Graph, tree: &Tree, shared: bool) -> HashMap<PointId, PointId> {
     let mut representatives: HashMap<PointId, PointId> = graph.all_points().map(|id| (id, id)).collect();
-    for &link in &tree.order {
+    for &link in tree.order.iter().filter(|_| shared) {
         if let Placement::Pin { at, own, .. } = tree.placements[link] {
             let of = representatives[&at];
             representatives.insert(own, of);

@@ -51,6 +51,20 @@ impl Tree {
         tree
     }
 
+    /// A link and all links that are placed by it.
+    pub(super) fn beyond(&self, link: usize) -> Vec<usize> {
+        let mut links = vec![link];
+        for &other in &self.order {
+            if let Placement::Pin { at, .. } | Placement::Slider { at, .. } = self.placements[other]
+                && links.contains(&at.link)
+                && !links.contains(&other)
+            {
+                links.push(other);
+            }
+        }
+        links
+    }
+
     /// Whether a joint places this end by another end of it.
     pub(super) fn places(&self, joint: usize, end: PointId) -> bool {
         match self.placements[end.link] {

@@ -14,10 +14,11 @@ impl Resolver<'_> {
     pub(super) fn load(&mut self, scene: &Scene, load: &LoadSyntax) -> Option<LoadKind> {
         Some(match load {
             LoadSyntax::Force { force, target } => {
-                let at = match target {
-                    Target::Point(point) => self.point(point).map(|i| point_value(i, point.span.clone())),
+                let (at, body) = match target {
+                    Target::Point(point) => (self.point(point).map(|i| point_value(i, point.span.clone())), None),
                     Target::Body(name) => {
                         let body = self.body_named(scene, name)?;
+                        let number = scene.bodies.iter().position(|other| other.name == body.name);
                         if body.com.is_none() {
                             self.findings.push(
                                 Diagnostic::error(
@@ -28,11 +29,11 @@ impl Resolver<'_> {
                                 .help("give the body a `com`, or name a point with `at`"),
                             );
                         }
-                        body.com
+                        (body.com, number)
                     }
                 };
                 let force = [self.value(&force[0], Context::Load), self.value(&force[1], Context::Load)];
-                LoadKind::Force { force, at: at? }
+                LoadKind::Force { force, at: at?, body }
             }
             LoadSyntax::Torque { torque, body: name } => {
                 let torque = self.value(torque, Context::Load);

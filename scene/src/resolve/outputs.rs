@@ -45,6 +45,12 @@ impl Resolver<'_> {
                 OutputValue::Reaction { constraint, target, along } => {
                     self.reaction(scene, constraint, target, along.as_ref())
                 }
+                OutputValue::FreeBody { bodies, points, along } => self.free_body(scene, bodies, points, along),
+                OutputValue::Norm(outputs) => self.norm(scene, outputs, &syntax.identifier),
+                OutputValue::Joint(joint) => {
+                    self.find("joint", joint, &[]);
+                    None
+                }
             };
             scene.outputs.extend(kind.map(|kind| Output {
                 name: syntax.identifier.name.clone(),
@@ -53,6 +59,32 @@ impl Resolver<'_> {
                 kind,
             }));
         }
+    }
+
+    fn free_body(
+        &mut self,
+        scene: &Scene,
+        bodies: &[Identifier],
+        points: &[Identifier],
+        along: &[Formula; 2],
+    ) -> Option<OutputKind> {
+        let along = [self.value(&along[0], Context::Geometry), self.value(&along[1], Context::Geometry)];
+        let names: Vec<&str> = scene.bodies.iter().map(|body| body.name.as_str()).collect();
+        let bodies = bodies.iter().map(|body| self.find("body", body, &names)).collect::<Option<_>>()?;
+        let points = points.iter().map(|point| self.point(point)).collect::<Option<_>>()?;
+        Some(OutputKind::FreeBody { bodies, points, along })
+    }
+
+    fn norm(&mut self, scene: &Scene, outputs: &[Identifier], own: &Identifier) -> Option<OutputKind> {
+        let names: Vec<&str> = scene.outputs.iter().map(|output| output.name.as_str()).collect();
+        let outputs = outputs.iter().map(|output| self.find("output", output, &names)).collect::<Option<Vec<_>>>()?;
+        let pair = <[usize; 2]>::try_from(outputs).ok();
+        if pair.is_none() {
+            let title = format!("output `{}` is not the norm of two outputs", own.name);
+            let error = Diagnostic::error(title, own.span.clone(), "needs two");
+            self.findings.push(error.help("write `norm = [\"OUTPUT\", \"OUTPUT\"]` with outputs above it"));
+        }
+        pair.map(OutputKind::Norm)
     }
 
     fn reaction(

@@ -12,6 +12,8 @@ pub enum LoadKind {
         force: [Value; 2],
         /// The place it acts on.
         at: [Value; 2],
+        /// The body whose centre of mass that is, where a body was named.
+        body: Option<usize>,
     },
     /// A torque that works on an angle.
     Torque {
@@ -82,7 +84,7 @@ impl LoadKind {
     /// A description of the load, with formulae as they are printed.
     pub fn in_words(&self, formula: &dyn Fn(&Value) -> String, pair: &dyn Fn(&[Value; 2]) -> String) -> String {
         match self {
-            Self::Force { force, at } => format!("force `{}` at `{}`", pair(force), pair(at)),
+            Self::Force { force, at, .. } => format!("force `{}` at `{}`", pair(force), pair(at)),
             Self::Torque { torque, angle } => {
                 format!("torque `{}` along the angle `{}`", formula(torque), formula(angle))
             }

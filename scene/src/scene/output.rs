@@ -32,20 +32,32 @@ pub enum OutputKind {
         /// The coordinate that is the body's angle.
         coordinate: usize,
     },
+    /// Force on bodies along a direction, beside loads and constraints that act on points of theirs:
+    /// `sum m a . e - Q + lambda dC`, with the work `Q` and the change `dC` of a virtual displacement by `e`.
+    FreeBody {
+        /// The bodies.
+        bodies: Vec<usize>,
+        /// The points that are displaced with them.
+        points: Vec<usize>,
+        /// The direction.
+        along: [Value; 2],
+    },
+    /// The root of the sum of the squares of two outputs before it.
+    Norm([usize; 2]),
 }
 
 impl OutputKind {
     /// Whether the output is a reaction force or moment.
     pub fn is_reaction(&self) -> bool {
-        self.reaction_of().is_some()
+        self.reaction_of().is_some() || matches!(self, Self::FreeBody { .. } | Self::Norm(_))
     }
 
     /// All formulae of the output.
     pub fn formulae(&self) -> &[Value] {
         match self {
             Self::Value(value) | Self::Rate(value) | Self::SecondRate(value) => std::slice::from_ref(value),
-            Self::ReactionForce { along, .. } => along,
-            Self::ReactionMoment { .. } | Self::LoadPower(_) | Self::DrivePower(_) => &[],
+            Self::ReactionForce { along, .. } | Self::FreeBody { along, .. } => along,
+            Self::ReactionMoment { .. } | Self::LoadPower(_) | Self::DrivePower(_) | Self::Norm(_) => &[],
         }
     }
 

@@ -1,6 +1,6 @@
 //! A scene in links and joints as an ordinary one.
 
-use qrm_scene::document::{BodySyntax, CoordinateSyntax, Document, DrawnSyntax, Identifier, Position};
+use qrm_scene::document::{BodySyntax, CoordinateSyntax, Document, DrawnSyntax, Identifier, OutputSyntax, OutputValue, Position, Target};
 use qrm_scene::linkage;
 use qrm_scene::parser::Formula;
 use qrm_scene::printer::print_formula;
@@ -56,6 +56,7 @@ pub(super) fn expanded(source: &str) -> Result<String, String> {
             (&own.identifier, table([residual, ("unit", own.unit.as_str().into()), ("doc", own.doc.as_str().into())]))
         }),
     );
+    put_outputs(&mut text, &own, &whole);
     let drawing = &whole.drawing[own.drawing.len()..];
     put(&mut text, "drawing", drawing.iter().map(|(name, own)| (name, drawn(own))));
     let starts = [("given", &whole.given), ("solve", &whole.solve)].map(|(key, values)| {
@@ -87,6 +88,42 @@ fn put<'d>(text: &mut DocumentMut, section: &str, entries: impl Iterator<Item = 
         table.extend(others.iter().map(|(name, item)| (name.to_owned(), item.clone())));
     }
     text.insert(section, Item::Table(table));
+}
+
+/// Writes the outputs that forces in joints become in their place.
+fn put_outputs(text: &mut DocumentMut, own: &Document, whole: &Document) {
+    let is_joint = |output: &OutputSyntax| matches!(output.value, OutputValue::Joint(_));
+    if !own.outputs.iter().any(is_joint) {
+        return;
+    }
+    let written = text.remove("outputs").unwrap_or_default();
+    let mut table = Table::new();
+    for output in &whole.outputs {
+        let name = &output.identifier.name;
+        let is_own = own.outputs.iter().any(|own| !is_joint(own) && own.identifier.name == *name);
+        let item = written.get(name).filter(|_| is_own).cloned();
+        table.insert(name, item.unwrap_or_else(|| Item::Value(joint_output(output))));
+    }
+    text.insert("outputs", Item::Table(table));
+}
+
+/// A part of the force in a joint.
+fn joint_output(own: &OutputSyntax) -> Value {
+    let names = |names: &[Identifier]| Value::Array(names.iter().map(|name| name.name.as_str()).collect());
+    let text = |text: &str| Value::from(text);
+    let (unit, doc) = (("unit", text(&own.unit)), ("doc", text(&own.doc)));
+    match &own.value {
+        OutputValue::FreeBody { bodies, points, along } => {
+            let (bodies, points) = (names(bodies), names(points));
+            table([("free_body", bodies), ("points", points), ("along", pair(along)), unit, doc])
+        }
+        OutputValue::Reaction { constraint, target: Target::Point(point), along: Some(along) } => {
+            let (constraint, point) = (text(&constraint.name), text(&point.name));
+            table([("reaction", constraint), ("at", point), ("along", pair(along)), unit, doc])
+        }
+        OutputValue::Norm(outputs) => table([("norm", names(outputs)), unit, doc]),
+        _ => table([unit, doc]),
+    }
 }
 
 /// Gives all sections their order, each after an empty line.
