@@ -77,6 +77,32 @@ fn a_rod_without_mass_keeps_a_distance() {
 }
 
 #[test]
+fn a_planet_turns_with_its_carrier() {
+    let end = end(&path("planet"));
+    // The planet turns three times as fast as the arm about a sun of twice its radius.
+    let inertia = 2.0 * 0.09 / 3.0 + 1.5 * 0.09 + 9.0 * 0.01;
+    near("arm", end("phi_arm"), PI / 9.0 + 4.0 / inertia / 2.0, 1e-12);
+    near("planet", end("phi_planet"), 3.0 * end("phi_arm"), 1e-11);
+}
+
+#[test]
+fn a_disc_rolls_down_a_slope() {
+    let run = common::run(&[&path("roll"), "--no-figures"]);
+    assert_eq!(run.status(), 0, "{}", run.stderr());
+    let summary = run.summary();
+    let value = |table: &str, name: &str| summary[table][name].as_f64().expect("a number");
+    // A third of the weight along the slope turns the disc.
+    let acceleration = 9.81 / 2.0 * 2.0 / 3.0;
+    near("place", value("end_state", "s_height"), 0.5 + acceleration / 2.0, 1e-11);
+    near("angle", value("end_state", "phi_disc"), -(0.5 + acceleration / 2.0) / 0.2, 1e-10);
+    // Up the slope.
+    let friction = 3.0 * 9.81 / 2.0 / 3.0;
+    let extremes = &summary["extremes"];
+    near("friction", extremes["F"]["max"].as_f64().expect("a force"), friction, 1e-10);
+    near("friction, x", extremes["F_x"]["max"].as_f64().expect("a force"), -friction * 0.75_f64.sqrt(), 1e-10);
+}
+
+#[test]
 fn a_link_without_joints_flies() {
     let end = end(&path("free"));
     near("angle", end("phi_bar"), 2.3, 1e-12);

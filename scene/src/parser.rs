@@ -2,7 +2,7 @@
 
 use crate::chart::Chart;
 use crate::diagnostic::{Diagnostic, Span};
-use crate::expression::{Expression, Node, NodeId};
+use crate::expression::{Expression, Node, NodeId, Number};
 use crate::function::Function;
 use crate::lexer::{Comparison, Token, tokenize};
 use crate::names::suggestion;
@@ -195,7 +195,8 @@ impl<'c> Parser<'c> {
         match token {
             Token::Number(number) => {
                 self.at += 1;
-                Ok(self.formula.push(Node::Number(number), span))
+                let number = self.formula.push(Node::Number(number), span.clone());
+                Ok(self.degrees(number, span))
             }
             Token::Name(name) => {
                 self.at += 1;
@@ -210,6 +211,20 @@ impl<'c> Parser<'c> {
             }
             _ => Err(self.value_missing()),
         }
+    }
+
+    /// The number, or the angle of that many degrees if `deg` follows without a space.
+    fn degrees(&mut self, number: NodeId, span: Span) -> NodeId {
+        let unit = match self.peek() {
+            Some((Token::Name(name), unit)) if name == "deg" && unit.start == span.end => unit.clone(),
+            _ => return number,
+        };
+        self.at += 1;
+        let whole = span.start..unit.end;
+        let pi = self.formula.push(Node::Name("pi".to_owned()), unit.clone());
+        let half_turn = self.formula.push(Node::Number(Number::whole(180)), unit.clone());
+        let degree = self.formula.push(Node::Divide(pi, half_turn), unit);
+        self.formula.push(Node::Multiply(number, degree), whole)
     }
 
     fn name(&mut self, name: String, span: Span) -> Parsed<NodeId> {

@@ -198,7 +198,7 @@ fn free_body(scene: &Scene, system: &System, bodies: &[usize], points: &[usize],
         for (place, along) in com.iter().zip(&along) {
             let place = algebra.simplify(&algebra.atom(place));
             let acceleration = algebra.contract(&algebra.gradient(&place), Symbol::Acceleration) + algebra.bias(&place);
-            force = force + mass * acceleration * along;
+            force += mass * acceleration * along;
         }
     }
     for (i, load) in scene.loads.iter().enumerate() {
@@ -207,24 +207,24 @@ fn free_body(scene: &Scene, system: &System, bodies: &[usize], points: &[usize],
             LoadKind::Gravity(field) => {
                 for (mass, _) in &masses {
                     for (g, along) in field.iter().zip(&along) {
-                        force = force - mass * algebra.atom(g) * along;
+                        force -= mass * algebra.atom(g) * along;
                     }
                 }
             }
             LoadKind::Force { body: Some(body), .. } if bodies.contains(body) => {
                 for (effort, along) in efforts.iter().zip(&along) {
-                    force = force - &effort.size * along;
+                    force -= &effort.size * along;
                 }
             }
             kind => {
                 for (effort, place) in efforts.iter().zip(kind.places()) {
-                    force = force - &effort.size * change(place);
+                    force -= &effort.size * change(place);
                 }
             }
         }
     }
     for (k, constraint) in scene.constraints.iter().enumerate() {
-        force = force + change(&constraint.residual) * algebra.symbol(Symbol::Multiplier(k));
+        force += change(&constraint.residual) * algebra.symbol(Symbol::Multiplier(k));
     }
     force
 }

@@ -18,8 +18,12 @@ pub struct JointSyntax {
     pub direction: Option<Formula>,
     /// The angle of the first link less that of the second one, where the joint holds it.
     pub rotation: Option<Formula>,
-    /// The length of a rod.
-    pub length: Option<Formula>,
+    /// The length of a rod, the radius of a link that rolls, the ratio of gears.
+    pub size: Option<Formula>,
+    /// The link that carries the axes of gears.
+    pub carrier: Option<LinkPoint>,
+    /// What the first link is turned or moved further than by the second one.
+    pub phase: Option<Formula>,
     /// Its rough position at the start.
     pub near: Option<[Formula; 2]>,
     /// The angle or length that the joint has as a function of time.
@@ -32,13 +36,13 @@ pub struct JointSyntax {
     pub doc: String,
 }
 
-/// A point of a link, `"link.point"`; the name of the joint is that of the point where none is given.
+/// A point of a link, `"link.point"`; the name of the joint is that of the point where none is given. Gears have none.
 #[derive(Clone, Debug)]
 pub struct LinkPoint {
     /// The link.
     pub link: Identifier,
     /// The point.
-    pub point: Identifier,
+    pub point: Option<Identifier>,
 }
 
 /// Kinds of joints.
@@ -54,17 +58,33 @@ pub enum JointKind {
     Weld,
     /// Points of two links have a fixed distance.
     Rod,
+    /// The first link turns by a ratio of the angle of the second one: gears, belts, rolling on a circle.
+    Gear,
+    /// The first link rolls along a line of the second one.
+    Rack,
 }
 
 impl JointKind {
     /// All of them, by the keys that they are written with.
-    pub const ALL: [(&str, Self); 5] = [
+    pub const ALL: [(&str, Self); 7] = [
         ("revolute", Self::Revolute),
         ("prismatic", Self::Prismatic),
         ("pin_in_slot", Self::PinInSlot),
         ("weld", Self::Weld),
         ("rod", Self::Rod),
+        ("gear", Self::Gear),
+        ("rack", Self::Rack),
     ];
+
+    /// The key of the number that it needs.
+    fn size(self) -> Option<&'static str> {
+        match self {
+            Self::Rod => Some("length"),
+            Self::Gear => Some("ratio"),
+            Self::Rack => Some("radius"),
+            _ => None,
+        }
+    }
 
     /// Whether a point slides along a line.
     pub fn is_slider(self) -> bool {
@@ -91,7 +111,7 @@ pub(super) fn joint(r: &mut Reader, identifier: Identifier, value: table::Value)
     let kind = JointKind::ALL.into_iter().find(|(own, _)| *own == key)?.1;
     let list = table.required(r, key)?;
     let ends: Vec<LinkPoint> =
-        r.array(list).into_iter().filter_map(|value| r.text(value)).map(|text| end(&text, &identifier)).collect();
+        r.array(list).into_iter().filter_map(|value| r.text(value)).map(|text| end(&text, &identifier, kind)).collect();
     let joined = if kind == JointKind::Revolute { "two links or more" } else { "two links" };
     if ends.len() < 2 || (ends.len() > 2 && kind != JointKind::Revolute) {
         let error = Diagnostic::error(format!("{what} joins {joined}"), list.span(), format!("{} given", ends.len()));
@@ -99,20 +119,39 @@ pub(super) fn joint(r: &mut Reader, identifier: Identifier, value: table::Value)
         return None;
     }
     let mut formula = |key: &str, has: bool| has.then(|| table.optional(key)).flatten().map(|v| r.formula(v));
-    let direction = formula("direction", kind.is_slider());
+    let direction = formula("direction", kind.is_slider() || kind == JointKind::Rack);
+    let phase = formula("phase", matches!(kind, JointKind::Gear | JointKind::Rack));
     let rotation = formula("rotation", kind.holds_angle());
     let drive = formula("drive", matches!(kind, JointKind::Revolute | JointKind::Prismatic | JointKind::PinInSlot));
     let (start, rate) = (formula("start", kind.is_slider()), formula("rate", kind.is_slider()));
-    let length =
-        (kind == JointKind::Rod).then(|| table.required(r, "length").map_or_else(table::placeholder, |v| r.formula(v)));
-    let near = table.optional("near").map(|v| r.pair(v));
+    let size = kind.size().map(|key| table.required(r, key).map_or_else(table::placeholder, |v| r.formula(v)));
+    let carrier = (kind == JointKind::Gear).then(|| table.optional("carrier")).flatten();
+    let carrier = carrier.and_then(|v| r.text(v)).map(|text| end(&text, &identifier, kind));
+    let near = (kind != JointKind::Gear).then(|| table.optional("near")).flatten().map(|v| r.pair(v));
     let doc = table.string(r, "doc");
     table.finish(r);
-    Some(JointSyntax { identifier, kind, ends, direction, rotation, length, near, drive, start, rate, doc })
+    Some(JointSyntax {
+        identifier,
+        kind,
+        ends,
+        direction,
+        rotation,
+        size,
+        carrier,
+        phase,
+        near,
+        drive,
+        start,
+        rate,
+        doc,
+    })
 }
 
-fn end(text: &Identifier, joint: &Identifier) -> LinkPoint {
-    let (link, point) = text.name.split_once('.').unwrap_or((&text.name, &joint.name));
+fn end(text: &Identifier, joint: &Identifier, kind: JointKind) -> LinkPoint {
     let part = |name: &str| Identifier { name: name.trim().to_owned(), span: text.span.clone() };
-    LinkPoint { link: part(link), point: part(point) }
+    let (link, point) = match text.name.split_once('.') {
+        Some((link, point)) => (link, Some(point)),
+        None => (text.name.as_str(), (kind != JointKind::Gear).then_some(joint.name.as_str())),
+    };
+    LinkPoint { link: part(link), point: point.map(part) }
 }

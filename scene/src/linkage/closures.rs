@@ -3,7 +3,7 @@
 use super::angles::Angles;
 use super::graph::{Graph, Joint, PointId};
 use super::places::{Places, distance_from_line, line, slide};
-use super::terms::{call, difference, dot, name, subtract, whole};
+use super::terms::{add, call, difference, dot, multiply, name, negate, subtract, whole};
 use super::tree::{Placement, Tree};
 use crate::document::{ConstraintSyntax, Identifier, JointKind};
 use crate::function::Function;
@@ -14,7 +14,7 @@ pub(super) fn constraints(graph: &Graph, tree: &Tree, angles: &Angles, places: &
     let mut constraints = Vec::new();
     for (number, joint) in graph.joints.iter().enumerate() {
         let syntax = joint.syntax;
-        let mut add = |suffix: &str, residual: Formula, unit: &str| {
+        let mut put = |suffix: &str, residual: Formula, unit: &str| {
             constraints.push(ConstraintSyntax {
                 identifier: Identifier {
                     name: format!("{}{suffix}", syntax.identifier.name),
@@ -36,27 +36,50 @@ pub(super) fn constraints(graph: &Graph, tree: &Tree, angles: &Angles, places: &
                         places.components(to, &syntax.identifier.span),
                     );
                     let number = if is_one { String::new() } else { (place + 1).to_string() };
-                    add(&format!("{number}_x"), x, "m");
-                    add(&format!("{number}_y"), y, "m");
+                    put(&format!("{number}_x"), x, "m");
+                    put(&format!("{number}_y"), y, "m");
                 }
             }
             JointKind::Prismatic | JointKind::PinInSlot => {
                 if !joint.ends.iter().any(|end| tree.places(number, *end)) {
-                    add("", distance_from_line(places, graph, angles, number), "m");
+                    put("", distance_from_line(places, graph, angles, number), "m");
                 }
             }
             JointKind::Rod => {
                 let [a, b] = [0, 1].map(|end| places.components(joint.ends[end], &syntax.identifier.span));
-                let length = syntax.length.clone().unwrap_or_else(|| whole(0));
-                add("", subtract(call(Function::Hypot, difference(a, b)), length), "m");
+                put("", subtract(call(Function::Hypot, difference(a, b)), size(joint)), "m");
+            }
+            JointKind::Gear => {
+                let span = &syntax.identifier.span;
+                let carrier = angles.formula(joint.carrier, span);
+                let [first, second] =
+                    [0, 1].map(|end| subtract(angles.formula(joint.ends[end].link, span), carrier.clone()));
+                put("", subtract(first, add_phase(joint, multiply(size(joint), second))), "rad");
+            }
+            JointKind::Rack => {
+                let span = &syntax.identifier.span;
+                let [point, on] = [0, 1].map(|end| places.components(joint.ends[end], span));
+                let along = dot(difference(point, on), line(graph, angles, number));
+                let [first, second] = [0, 1].map(|end| angles.formula(joint.ends[end].link, span));
+                // Counter-clockwise it rolls back.
+                let rolled = negate(multiply(size(joint), subtract(first, second)));
+                put("", subtract(along, add_phase(joint, rolled)), "m");
             }
         }
         if let Some(drive) = &syntax.drive {
             let (value, unit) = driven(graph, tree, angles, places, number);
-            add("_drive", subtract(value, drive.clone()), unit);
+            put("_drive", subtract(value, drive.clone()), unit);
         }
     }
     constraints
+}
+
+fn size(joint: &Joint) -> Formula {
+    joint.syntax.size.clone().unwrap_or_else(|| whole(0))
+}
+
+fn add_phase(joint: &Joint, value: Formula) -> Formula {
+    joint.syntax.phase.clone().map_or(value.clone(), |phase| add(value, phase))
 }
 
 /// The pairs of points that a pin holds together and the tree does not.

@@ -32,6 +32,12 @@ pub(super) fn outputs(
             return Vec::new();
         };
         let ends = &graph.joints[number].ends;
+        if graph.joints[number].syntax.kind == JointKind::Gear {
+            let title = format!("joint `{}` has no force at a point", joint.name);
+            let error = Diagnostic::error(title, joint.span.clone(), "it holds angles");
+            findings.push(error.help("ask for the moment by `reaction`, or for the forces in the pins of the gears"));
+            return Vec::new();
+        }
         if ends.len() > 2 {
             let title = format!("joint `{}` joins {} links", joint.name, ends.len());
             let error = Diagnostic::error(title, joint.span.clone(), "between which of them?");

@@ -18,6 +18,8 @@ pub(super) struct Graph<'d> {
 pub(super) struct Joint<'d> {
     pub(super) syntax: &'d JointSyntax,
     pub(super) ends: Vec<PointId>,
+    /// The number of the link that carries gears.
+    pub(super) carrier: usize,
 }
 
 /// A point of a link: the numbers of the link, and of the point in it.
@@ -57,7 +59,8 @@ impl<'d> Graph<'d> {
                     findings.push(error.help("name another link, or take this one out"));
                 }
             }
-            graph.joints.push(Joint { syntax, ends });
+            let carrier = syntax.carrier.as_ref().and_then(|end| graph.end(end, findings));
+            graph.joints.push(Joint { syntax, ends, carrier: carrier.map_or(0, |end| end.link) });
         }
         (findings.len() == before).then_some(graph)
     }
@@ -68,15 +71,17 @@ impl<'d> Graph<'d> {
             findings.push(unknown("link", &end.link, &names));
             return None;
         };
+        // Gears are joined by their angles alone.
+        let Some(named) = &end.point else { return Some(PointId { link, point: 0 }) };
         let points: Vec<&str> = self.points(link).iter().map(|(point, _)| point.name.as_str()).collect();
-        let Some(point) = points.iter().position(|name| *name == end.point.name) else {
-            let title = format!("link `{}` has no point `{}`", end.link.name, end.point.name);
+        let Some(point) = points.iter().position(|name| *name == named.name) else {
+            let title = format!("link `{}` has no point `{}`", end.link.name, named.name);
             let known = || match &points[..] {
-                [] => format!("give it points: `{} = {{ points = {{ {} = [x, y] }} }}`", end.link.name, end.point.name),
+                [] => format!("give it points: `{} = {{ points = {{ {} = [x, y] }} }}`", end.link.name, named.name),
                 points => format!("its points: {}; write `\"{}.POINT\"`", points.join(", "), end.link.name),
             };
-            let help = suggestion(&end.point.name, points.iter().copied(), known);
-            findings.push(Diagnostic::error(title, end.point.span.clone(), "not known").help(help));
+            let help = suggestion(&named.name, points.iter().copied(), known);
+            findings.push(Diagnostic::error(title, named.span.clone(), "not known").help(help));
             return None;
         };
         Some(PointId { link, point })

@@ -70,9 +70,10 @@ impl Resolver<'_> {
     ) -> Option<OutputKind> {
         let along = [self.value(&along[0], Context::Geometry), self.value(&along[1], Context::Geometry)];
         let names: Vec<&str> = scene.bodies.iter().map(|body| body.name.as_str()).collect();
-        let bodies = bodies.iter().map(|body| self.find("body", body, &names)).collect::<Option<_>>()?;
-        let points = points.iter().map(|point| self.point(point)).collect::<Option<_>>()?;
-        Some(OutputKind::FreeBody { bodies, points, along })
+        let bodies: Vec<Option<usize>> = bodies.iter().map(|body| self.find("body", body, &names)).collect();
+        let points: Vec<Option<usize>> = points.iter().map(|point| self.point(point)).collect();
+        let all = |places: Vec<Option<usize>>| places.into_iter().collect::<Option<Vec<usize>>>();
+        Some(OutputKind::FreeBody { bodies: all(bodies)?, points: all(points)?, along })
     }
 
     fn norm(&mut self, scene: &Scene, outputs: &[Identifier], own: &Identifier) -> Option<OutputKind> {
