@@ -96,7 +96,10 @@ struct Piece<'a> {
 impl Piece<'_> {
     fn css(&self) -> String {
         let panel = if self.panel.is_empty() { "" } else { include_str!("animation/panel.css") };
-        compact(&format!("{}{panel}", include_str!("animation/animation.css")))
+        // Spaces beside these signs mean nothing in a style sheet.
+        const TIGHT: [(&str, &str); 6] = [(": ", ":"), ("; ", ";"), (", ", ","), (" {", "{"), ("{ ", "{"), (" }", "}")];
+        let text = compact(&format!("{}{panel}", include_str!("animation/animation.css")));
+        TIGHT.iter().fold(text, |text, (loose, tight)| text.replace(loose, tight))
     }
 
     fn script(&self) -> String {

@@ -1,6 +1,8 @@
 //! A scene in links and joints as an ordinary one.
 
-use qrm_scene::document::{BodySyntax, CoordinateSyntax, Document, DrawnSyntax, Identifier, OutputSyntax, OutputValue, Position, Target};
+use qrm_scene::document::{
+    BodySyntax, CoordinateSyntax, Document, DrawnSyntax, Identifier, OutputSyntax, OutputValue, Position, Target,
+};
 use qrm_scene::linkage;
 use qrm_scene::parser::Formula;
 use qrm_scene::printer::print_formula;
