@@ -203,15 +203,16 @@ fn slender(link: &LinkSyntax, mass: &Formula) -> Option<Formula> {
 
 /// Links as bars and plates, sliding links as blocks, pins on the ground as pivots.
 fn drawing(graph: &Graph, angles: &Angles, places: &Places) -> Vec<(Identifier, DrawnSyntax)> {
-    let at = |id: PointId| Position::Point(Identifier { name: places.name(id).to_owned(), span: 0..0 });
+    let at = |id: PointId| Position::Point(Identifier { name: places.short_name(graph, id).to_owned(), span: 0..0 });
     let mut drawn = Vec::new();
     for link in 1..graph.links.len() {
         let mut names: Vec<&str> = Vec::new();
         let ids = (0..graph.points(link).len()).map(|point| PointId { link, point });
         let ids: Vec<PointId> = ids
             .filter(|id| {
-                let is_new = !names.contains(&places.name(*id));
-                names.push(places.name(*id));
+                let name = places.short_name(graph, *id);
+                let is_new = !names.contains(&name);
+                names.push(name);
                 is_new
             })
             .collect();

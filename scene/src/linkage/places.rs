@@ -35,6 +35,12 @@ impl Places {
         &self.names[&id]
     }
 
+    /// The name of a point, or of the one in the same place that has its name alone.
+    pub(super) fn short_name<'n>(&'n self, graph: &Graph<'n>, id: PointId) -> &'n str {
+        let short = graph.point_name(id);
+        if self.names.values().any(|name| name == short) { short } else { self.name(id) }
+    }
+
     /// The components of a point, by its name.
     pub(super) fn components(&self, id: PointId, span: &Span) -> [Formula; 2] {
         ["x", "y"].map(|axis| name(format!("{}.{axis}", self.name(id)), span))
