@@ -103,6 +103,37 @@ fn a_disc_rolls_down_a_slope() {
 }
 
 #[test]
+fn the_foot_of_a_leg_is_where_circles_meet() {
+    let run = common::run(&[&path("jansen"), "--no-figures"]);
+    assert_eq!(run.status(), 0, "{}", run.stderr());
+    let text = fs::read_to_string(run.path("trajectory.csv")).expect("the trajectory");
+    let mut lines = text.lines();
+    let header: Vec<&str> = lines.next().expect("a header").split(',').collect();
+    // The point at these distances from two others, on the left of the way from the first to the second.
+    let meeting = |a: Vector2<f64>, from_a: f64, b: Vector2<f64>, from_b: f64| {
+        let way = b - a;
+        let along = (from_a.powi(2) - from_b.powi(2) + way.norm_squared()) / (2.0 * way.norm());
+        let across = (from_a.powi(2) - along.powi(2)).sqrt();
+        let unit = way.normalize();
+        a + along * unit + across * Vector2::new(-unit.y, unit.x)
+    };
+    let z = Vector2::new(-0.38, -0.078);
+    for line in lines.step_by(100) {
+        let numbers: Vec<f64> = line.split(',').map(|number| number.parse().expect("a number")).collect();
+        let value = |name: &str| numbers[header.iter().position(|own| *own == name).expect("a column")];
+        let angle = 3.0 * value("t");
+        let m = 0.15 * Vector2::new(angle.cos(), angle.sin());
+        let p = meeting(z, 0.415, m, 0.5);
+        let r = meeting(z, 0.401, p, 0.558);
+        let q = meeting(m, 0.619, z, 0.393);
+        let s = meeting(q, 0.367, r, 0.394);
+        let t = meeting(q, 0.49, s, 0.657);
+        near("x", value("x"), t.x, 1e-11);
+        near("y", value("y"), t.y, 1e-11);
+    }
+}
+
+#[test]
 fn a_link_without_joints_flies() {
     let end = end(&path("free"));
     near("angle", end("phi_bar"), 2.3, 1e-12);
@@ -201,8 +232,8 @@ fn forces_in_joints_are_those_of_free_bodies() {
 }
 
 #[test]
-fn a_four_bar_and_a_quick_return_are_short() {
-    for (name, most) in [("four-bar", 12), ("quick-return", 20)] {
+fn scenes_are_short() {
+    for (name, most) in [("four-bar", 12), ("quick-return", 20), ("jansen", 30)] {
         let text = fs::read_to_string(path(name)).expect("a scene");
         assert!(text.lines().count() <= most, "{name}: {} lines", text.lines().count());
     }

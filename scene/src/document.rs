@@ -14,7 +14,7 @@ mod table;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::parser::{Condition, Formula};
 pub use joints::{JointKind, JointSyntax, LinkPoint};
-pub use links::{LinkSyntax, Mass};
+pub use links::{LinkSyntax, Mass, Shape};
 pub use loads::{Along, LoadSyntax, SpringSyntax};
 pub use outputs::{OutputSyntax, OutputValue};
 use table::Reader;

@@ -4,6 +4,7 @@ use super::sections::position;
 use super::table::{self, Reader, Table};
 use super::{Identifier, Position};
 use crate::diagnostic::Diagnostic;
+use crate::linkage::terms;
 use crate::parser::Formula;
 
 /// An entry of `[links]`.
@@ -13,9 +14,9 @@ pub struct LinkSyntax {
     pub identifier: Identifier,
     /// Its points and their coordinates in its frame.
     pub points: Vec<(Identifier, [Formula; 2])>,
-    /// The length of a slender bar, from its first point to its second one.
-    pub bar: Option<Formula>,
-    /// Mass, of a bar also by its length.
+    /// Its shape, if it has one.
+    pub shape: Option<Shape>,
+    /// Mass, of a shape also by its density.
     pub mass: Option<Mass>,
     /// Centre of mass in its frame.
     pub com: Option<Position>,
@@ -31,21 +32,31 @@ pub struct LinkSyntax {
     pub doc: String,
 }
 
+/// The shape of a link, by the lengths of its sides.
+#[derive(Debug)]
+pub enum Shape {
+    /// A slender bar from the origin along its x axis.
+    Bar(Formula),
+    /// A thin triangle: its first corner is the origin, the second one is on the x axis, and the third one on the left of
+    /// that. Sides from the first to the second corner, from there to the third, and back.
+    Triangle([Formula; 3]),
+}
+
 /// The mass of a link.
 #[derive(Debug)]
 pub enum Mass {
     /// In kg.
     Whole(Formula),
-    /// In kg/m.
-    ByLength(Formula),
+    /// In kg/m of a bar, in kg/m^2 of a triangle.
+    ByDensity(Formula),
 }
 
 /// Reads an entry of `[links]`.
 pub(super) fn link(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option<LinkSyntax> {
     let table = r.table(&format!("link `{}`", identifier.name), value)?;
-    let is_bar = table.is_there("bar");
     let mut points: Vec<(Identifier, [Formula; 2])> = Vec::new();
-    let bar = if is_bar { bar(r, &table, &mut points) } else { None };
+    let has_shape = table.is_there("bar") || table.is_there("triangle");
+    let shape = if has_shape { shape(r, &table, &mut points) } else { None };
     if let Some(own) = table.optional("points")
         && let Some(own) = r.table(&format!("the points of link `{}`", identifier.name), own)
     {
@@ -55,9 +66,9 @@ pub(super) fn link(r: &mut Reader, identifier: Identifier, value: table::Value) 
             points.push((point, place));
         }
     }
-    let mass = match (table.optional("mass"), is_bar.then(|| table.optional("density")).flatten()) {
+    let mass = match (table.optional("mass"), has_shape.then(|| table.optional("density")).flatten()) {
         (Some(mass), _) => Some(Mass::Whole(r.formula(mass))),
-        (None, Some(density)) => Some(Mass::ByLength(r.formula(density))),
+        (None, Some(density)) => Some(Mass::ByDensity(r.formula(density))),
         (None, None) => None,
     };
     let coordinate = table.optional("coordinate").and_then(|v| r.text(v));
@@ -66,7 +77,7 @@ pub(super) fn link(r: &mut Reader, identifier: Identifier, value: table::Value) 
     }
     let syntax = LinkSyntax {
         points,
-        bar,
+        shape,
         mass,
         com: table.optional("com").and_then(|v| position(r, v)),
         inertia: table.optional("inertia").map(|v| r.formula(v)),
@@ -80,21 +91,39 @@ pub(super) fn link(r: &mut Reader, identifier: Identifier, value: table::Value) 
     Some(syntax)
 }
 
-/// The ends of `bar = ["A", "B"]` and its `length`.
-fn bar(r: &mut Reader, table: &Table, points: &mut Vec<(Identifier, [Formula; 2])>) -> Option<Formula> {
-    let ends = table.optional("bar")?;
-    let names: Vec<Identifier> = r.array(ends).into_iter().filter_map(|value| r.text(value)).collect();
-    let length = table.required(r, "length").map_or_else(table::placeholder, |v| r.formula(v));
-    let Ok([from, to]) = <[Identifier; 2]>::try_from(names) else {
-        r.lost = true;
-        let error = Diagnostic::error("a bar has two ends", ends.span(), "not two names");
-        r.findings.push(error.help("write `bar = [\"A\", \"B\"]`, or give all points by `points = { ... }`"));
-        return None;
-    };
-    for name in [&from, &to] {
+/// `bar = ["A", "B"]` with its `length`, or `triangle = ["A", "B", "C"]` with its `sides`, and the points of it.
+fn shape(r: &mut Reader, table: &Table, points: &mut Vec<(Identifier, [Formula; 2])>) -> Option<Shape> {
+    let kind = table.one_of(r, &["bar", "triangle"], "a link has one shape")?;
+    let corners = table.required(r, kind)?;
+    let names: Vec<Identifier> = r.array(corners).into_iter().filter_map(|value| r.text(value)).collect();
+    for name in &names {
         r.check_name(name, "point");
     }
-    points.push((from, [table::zero(), table::zero()]));
-    points.push((to, [length.clone(), table::zero()]));
-    Some(length)
+    let zero = || [terms::whole(0), terms::whole(0)];
+    if kind == "bar" {
+        let length = table.required(r, "length").map_or_else(table::placeholder, |v| r.formula(v));
+        let Ok([from, to]) = <[Identifier; 2]>::try_from(names) else {
+            return wrong(r, corners, "a bar has two ends", "write `bar = [\"A\", \"B\"]`");
+        };
+        points.extend([(from, zero()), (to, [length.clone(), terms::whole(0)])]);
+        return Some(Shape::Bar(length));
+    }
+    let sides = table.required(r, "sides")?;
+    let lengths: Vec<Formula> = r.array(sides).into_iter().map(|value| r.formula(value)).collect();
+    let Ok(lengths) = <[Formula; 3]>::try_from(lengths) else {
+        return wrong(r, sides, "a triangle has three sides", "write `sides = [AB, BC, CA]`");
+    };
+    let Ok([a, b, c]) = <[Identifier; 3]>::try_from(names) else {
+        return wrong(r, corners, "a triangle has three corners", "write `triangle = [\"A\", \"B\", \"C\"]`");
+    };
+    let [first, second, third] = lengths.clone();
+    points.extend([(a, zero()), (b, [first.clone(), terms::whole(0)]), (c, terms::corner(first, second, third))]);
+    Some(Shape::Triangle(lengths))
+}
+
+fn wrong(r: &mut Reader, value: table::Value, title: &str, help: &str) -> Option<Shape> {
+    r.lost = true;
+    let error = Diagnostic::error(title, value.span(), "another number of them");
+    r.findings.push(error.help(format!("{help}, or give all points by `points = {{ ... }}`")));
+    None
 }

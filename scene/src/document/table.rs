@@ -10,7 +10,7 @@ use super::places::Places;
 use super::{Identifier, Target, characters, form};
 use crate::chart::Chart;
 use crate::diagnostic::{Diagnostic, Span};
-use crate::expression::{Node, Number};
+use crate::expression::Node;
 use crate::names::{closest, suggestion};
 use crate::parser::{Condition, Formula, parse_condition, parse_formula};
 
@@ -354,13 +354,6 @@ impl<'s> Reader<'s> {
 /// Whether a number of TOML is neither hexadecimal, octal or binary, nor infinite or undefined.
 fn is_decimal(raw: &str) -> bool {
     raw.chars().all(|c| c.is_ascii_digit() || "+-._eE".contains(c))
-}
-
-/// The formula `0` where nothing is written.
-pub(super) fn zero() -> Formula {
-    let mut formula = Formula::new();
-    formula.push(Node::Number(Number::whole(0)), 0..0);
-    formula
 }
 
 /// Stands for a formula that could not be read, so that the rest of the file is still checked.

@@ -6,21 +6,21 @@ use crate::function::Function;
 use crate::parser::Formula;
 
 /// The formula that is a name.
-pub(super) fn name(name: impl Into<String>, span: &Span) -> Formula {
+pub(crate) fn name(name: impl Into<String>, span: &Span) -> Formula {
     let mut formula = Formula::new();
     formula.push(Node::Name(name.into()), span.clone());
     formula
 }
 
 /// The formula that is a whole number.
-pub(super) fn whole(value: i32) -> Formula {
+pub(crate) fn whole(value: i32) -> Formula {
     let mut formula = Formula::new();
     formula.push(Node::Number(Number::whole(value)), 0..0);
     formula
 }
 
 /// `a + b`
-pub(super) fn add(a: Formula, b: Formula) -> Formula {
+pub(crate) fn add(a: Formula, b: Formula) -> Formula {
     match (is_whole(&a, 0), is_whole(&b, 0), negated(&b)) {
         (true, _, _) => b,
         (_, true, _) => a,
@@ -30,7 +30,7 @@ pub(super) fn add(a: Formula, b: Formula) -> Formula {
 }
 
 /// `a - b`
-pub(super) fn subtract(a: Formula, b: Formula) -> Formula {
+pub(crate) fn subtract(a: Formula, b: Formula) -> Formula {
     match (is_whole(&a, 0), is_whole(&b, 0), negated(&b)) {
         _ if a.nodes() == b.nodes() => whole(0),
         (_, true, _) => a,
@@ -41,7 +41,7 @@ pub(super) fn subtract(a: Formula, b: Formula) -> Formula {
 }
 
 /// `a*b`
-pub(super) fn multiply(a: Formula, b: Formula) -> Formula {
+pub(crate) fn multiply(a: Formula, b: Formula) -> Formula {
     match () {
         () if is_whole(&a, 0) || is_whole(&b, 0) => whole(0),
         () if is_whole(&a, 1) => b,
@@ -51,12 +51,12 @@ pub(super) fn multiply(a: Formula, b: Formula) -> Formula {
 }
 
 /// `a/b`
-pub(super) fn divide(a: Formula, b: Formula) -> Formula {
+pub(crate) fn divide(a: Formula, b: Formula) -> Formula {
     join(a, b, Node::Divide)
 }
 
 /// `-a`
-pub(super) fn negate(a: Formula) -> Formula {
+pub(crate) fn negate(a: Formula) -> Formula {
     if is_whole(&a, 0) {
         return a;
     }
@@ -70,7 +70,7 @@ pub(super) fn negate(a: Formula) -> Formula {
 }
 
 /// `cos(a)` and `sin(a)`
-pub(super) fn direction(a: &Formula) -> [Formula; 2] {
+pub(crate) fn direction(a: &Formula) -> [Formula; 2] {
     if is_whole(a, 0) {
         return [whole(1), whole(0)];
     }
@@ -78,7 +78,7 @@ pub(super) fn direction(a: &Formula) -> [Formula; 2] {
 }
 
 /// `f(a, ...)`
-pub(super) fn call<const K: usize>(function: Function, arguments: [Formula; K]) -> Formula {
+pub(crate) fn call<const K: usize>(function: Function, arguments: [Formula; K]) -> Formula {
     let (mut formula, mut places, mut span) = (Formula::new(), Vec::new(), 0..0);
     for argument in arguments {
         span = argument.whole_span();
@@ -89,27 +89,41 @@ pub(super) fn call<const K: usize>(function: Function, arguments: [Formula; K]) 
 }
 
 /// The sum of the products of the components.
-pub(super) fn dot([ax, ay]: [Formula; 2], [bx, by]: [Formula; 2]) -> Formula {
+pub(crate) fn dot([ax, ay]: [Formula; 2], [bx, by]: [Formula; 2]) -> Formula {
     add(multiply(ax, bx), multiply(ay, by))
 }
 
 /// The difference of two vectors.
-pub(super) fn difference([ax, ay]: [Formula; 2], [bx, by]: [Formula; 2]) -> [Formula; 2] {
+pub(crate) fn difference([ax, ay]: [Formula; 2], [bx, by]: [Formula; 2]) -> [Formula; 2] {
     [subtract(ax, bx), subtract(ay, by)]
 }
 
 /// The sum of two vectors.
-pub(super) fn sum([ax, ay]: [Formula; 2], [bx, by]: [Formula; 2]) -> [Formula; 2] {
+pub(crate) fn sum([ax, ay]: [Formula; 2], [bx, by]: [Formula; 2]) -> [Formula; 2] {
     [add(ax, bx), add(ay, by)]
 }
 
 /// A vector of a frame with an angle.
-pub(super) fn rotated([x, y]: [Formula; 2], angle: &Formula) -> [Formula; 2] {
+pub(crate) fn rotated([x, y]: [Formula; 2], angle: &Formula) -> [Formula; 2] {
     let [cos, sin] = direction(angle);
     [
         subtract(multiply(x.clone(), cos.clone()), multiply(y.clone(), sin.clone())),
         add(multiply(x, sin), multiply(y, cos)),
     ]
+}
+
+/// The third corner of a triangle by its sides, in the frame of the first one.
+pub(crate) fn corner(first: Formula, second: Formula, third: Formula) -> [Formula; 2] {
+    let square = |side: &Formula| join(side.clone(), whole(2), Node::Power);
+    let sum = subtract(add(square(&first), square(&third)), square(&second));
+    let x = divide(sum, multiply(whole(2), first));
+    let y = call(Function::Sqrt, [subtract(square(&third), square(&x))]);
+    [x, y]
+}
+
+/// The area of a triangle by two sides from a corner.
+pub(crate) fn area(first: Formula, corner: &[Formula; 2]) -> Formula {
+    divide(multiply(first, corner[1].clone()), whole(2))
 }
 
 fn join(a: Formula, b: Formula, node: fn(NodeId, NodeId) -> Node<String>) -> Formula {
@@ -131,12 +145,12 @@ fn append(formula: &mut Formula, other: &Formula) -> NodeId {
 }
 
 /// Whether a formula is the number zero.
-pub(super) fn is_zero(formula: &Formula) -> bool {
+pub(crate) fn is_zero(formula: &Formula) -> bool {
     is_whole(formula, 0)
 }
 
 /// Whether a formula is a number above zero.
-pub(super) fn is_positive(formula: &Formula) -> bool {
+pub(crate) fn is_positive(formula: &Formula) -> bool {
     matches!(formula.nodes(), [Node::Number(number)] if number.value > 0.0)
 }
 
