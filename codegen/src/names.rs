@@ -62,8 +62,8 @@ pub const RESERVED_STRUCTS: [&str; 20] = [
 pub fn refusal(scene: &str) -> Option<String> {
     let (module, mechanism) = (module_name(scene), struct_name(scene));
     if RESERVED_MODULES.contains(&module.as_str()) || syn::parse_str::<syn::Ident>(&module).is_err() {
-        return Some(format!("a module cannot be called `{module}`"));
+        return Some(format!("a module cannot be called `{module}`: give the scene another `name`"));
     }
     let is_taken = RESERVED_STRUCTS.contains(&mechanism.as_str());
-    is_taken.then(|| format!("the generated code has another type `{mechanism}`"))
+    is_taken.then(|| format!("the generated code has another type `{mechanism}`: give the scene another `name`"))
 }

@@ -1,7 +1,7 @@
 //! A mechanism by its tape: operations are executed one after another, and nothing is compiled for a scene.
 //!
 //! They are the operations of the compiled functions, in the same order, so that both give the same numbers. Steps are
-//! made by the formulae that compiled functions use too, with [`kernel`] in their place.
+//! made by the formulae that compiled functions use too, with `kernel` in their place.
 
 mod kernel;
 mod program;

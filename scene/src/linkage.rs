@@ -1,9 +1,9 @@
 //! Links and joints to coordinates, points, bodies and constraints: what the rest of the program reads is an ordinary
 //! scene.
 //!
-//! Links that do not turn against each other have one angle, absolute and counter-clockwise ([`angles`]). The place of
-//! each link follows from that of another one by a joint of a spanning tree ([`tree`], [`places`]); joints that are not
-//! in the tree become constraints ([`closures`]).
+//! Links that do not turn against each other have one angle, absolute and counter-clockwise (`angles`). The place of
+//! each link follows from that of another one by a joint of a spanning tree (`tree`, `places`); joints that are not
+//! in the tree become constraints (`closures`).
 
 mod angles;
 mod bodies;
@@ -16,7 +16,7 @@ mod start;
 pub(crate) mod terms;
 mod tree;
 
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::document::{CoordinateSyntax, Document, Identifier, OutputSyntax, OutputValue};
 use angles::Angles;
 use graph::Graph;
@@ -31,7 +31,7 @@ pub fn expand(document: &mut Document, findings: &mut Vec<Diagnostic>) {
     if is_empty || document.lost_names {
         return;
     }
-    let before = findings.len();
+    let before = errors(findings);
     let Some(graph) = Graph::new(document, findings) else {
         document.lost_names = true;
         document.is_whole = false;
@@ -39,6 +39,7 @@ pub fn expand(document: &mut Document, findings: &mut Vec<Diagnostic>) {
     };
     let first = document.links.first().map_or(0..0, |link| link.identifier.span.clone());
     let angles = Angles::new(&graph);
+    angles.check(&graph, findings);
     let tree = Tree::new(&graph);
     let places = Places::new(&graph, &tree, &angles, !forces::are_asked_for(document));
     let constraints = closures::constraints(&graph, &tree, &angles, &places);
@@ -48,7 +49,8 @@ pub fn expand(document: &mut Document, findings: &mut Vec<Diagnostic>) {
         .collect();
     let values = Rough::new(&graph, &angles, &tree).values();
     let drawing = if document.drawing.is_empty() { drawing::drawing(&graph, &angles, &places) } else { Vec::new() };
-    let freedoms = coordinates.len().saturating_sub(constraints.len() + document.constraints.len());
+    let count = [coordinates.len() + document.coordinates.len(), constraints.len() + document.constraints.len()];
+    let freedoms = count[0].saturating_sub(count[1]);
     let forces = forces::outputs(document, &graph, &tree, &places, findings);
     let points = places.points;
     put_before(&mut document.coordinates, coordinates);
@@ -61,35 +63,16 @@ pub fn expand(document: &mut Document, findings: &mut Vec<Diagnostic>) {
     let each = own.into_iter().zip(forces).map(|(own, forces)| if is_force(&own) { forces } else { vec![own] });
     document.outputs = each.flatten().collect();
     let unknown = start::write(document, values, freedoms);
-    let coordinates = || document.coordinates.iter().map(|coordinate| &coordinate.identifier);
-    for (what, suffix) in [("position", ""), ("rate", "_dot")] {
-        let is_given = |own: &&Identifier| {
-            document.given.iter().any(|(given, _)| given.name.strip_suffix(suffix) == Some(own.name.as_str()))
-        };
-        let given = coordinates().filter(is_given).count();
-        if given < freedoms && document.is_whole && unknown.is_empty() && findings.len() == before {
-            let count = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
-            let freedom = if freedoms == 1 { "degree" } else { "degrees" };
-            let title = format!(
-                "the mechanism has {freedoms} {freedom} of freedom, but {} given at the start",
-                if given == 1 { format!("1 {what} is") } else { format!("{} are", count(given, what)) }
-            );
-            findings.push(
-                Diagnostic::error(title, first.clone(), "links begin here").help(
-                    "give as many links as that a `rate` beside their `angle`, or a slider its `start` and `rate`",
-                ),
-            );
-        }
+    start::report_unknown(document, &unknown, findings);
+    // What only follows from other mistakes is not reported.
+    if document.is_whole && errors(findings) == before {
+        start::report_too_few(document, freedoms, &first, findings);
     }
-    for name in unknown {
-        let span = coordinates().find(|own| own.name == name).map_or(0..0, |own| own.span.clone());
-        let error = Diagnostic::error(format!("the start of `{name}` is not known"), span, "nothing says where it is");
-        findings.push(error.help(
-            "give the link an `angle`, or two of its joints a rough place by `near = [x, y]`; a slider takes \
-             `start = ...`",
-        ));
-    }
-    document.is_whole &= findings.len() == before;
+    document.is_whole &= errors(findings) == before;
+}
+
+fn errors(findings: &[Diagnostic]) -> usize {
+    findings.iter().filter(|finding| finding.severity == Severity::Error).count()
 }
 
 fn put_before<T>(list: &mut Vec<T>, before: Vec<T>) {

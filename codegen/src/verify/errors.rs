@@ -10,10 +10,13 @@ use super::wide::Wide;
 use super::{SMALLEST, size};
 use crate::interpret::GeneratedModule;
 use crate::term::Equations;
+use qrm_scene::function::Function;
 use qrm_scene::scene::Scene;
 
 /// Rounding errors of 32 digits for each of 16 digits: where terms cancel, the latter tell how large the terms were.
 const ROUNDING: f64 = 1e-13;
+/// Rounding errors of numbers in the text of a module for those of a computation in doubles.
+const CONSTANTS: f64 = 4.0;
 /// Where inputs that differ by a few units in the last place change a value by more than this fraction of a difference,
 /// the difference says nothing.
 const CONDITION: f64 = 0.1;
@@ -56,7 +59,14 @@ impl<'a> Errors<'a> {
         };
         let of_expected = error(here, Some(expected)) + error(near, self.nearby().map(|n| n[place].1[i]));
         let of_got = self.rounded(place, i).map_or(0.0, |rounded| size(Wide::from(rounded) - Wide(got)));
-        ROUNDING * (of_expected + of_got) + SMALLEST * self.terms(place, i)
+        // Numbers in the text of a module have 16 digits: where terms cancel, no more of the sum is known.
+        let of_constants = if self.has_rounded_constants() { CONSTANTS * of_expected } else { 0.0 };
+        (ROUNDING * (of_expected + of_got) + SMALLEST * self.terms(place, i)).max(of_constants)
+    }
+
+    /// Whether the scene has tables, whose slopes are rounded.
+    fn has_rounded_constants(&self) -> bool {
+        self.scene.loads_call(|function| function == Function::Abs)
     }
 
     /// The sum of the sizes of a number's terms, where it is known.

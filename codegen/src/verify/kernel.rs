@@ -57,7 +57,7 @@ pub(super) fn agrees(
     let rates: Vec<Wide> = rates.map(|(along, own)| along + own).collect();
     let compare = |name: &str, got: &[DoubleDouble], expected: &[Wide]| {
         let largest = expected.iter().map(|number| size(*number)).fold(0.0, f64::max);
-        compare_all(name, got, expected, |_| TOLERANCE * largest)
+        compare_all(name, got, expected, |_| (TOLERANCE * largest).max(sample.rounding()))
     };
     compare("residuals", &call("residuals", &[])?, constraints)?;
     compare("velocity_residual", &call("velocity_residual", std::slice::from_ref(&qd))?, &rates)?;

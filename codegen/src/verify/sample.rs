@@ -1,6 +1,6 @@
 //! Random states at which generated functions are compared.
 
-use super::between;
+use super::{SMALLEST, between};
 use crate::interpret::{Number, Value};
 use qrm_scene::evaluate::constant;
 use qrm_scene::function::Differentiable;
@@ -50,6 +50,12 @@ impl Sample {
             qdd: (0..n).map(|_| between(random, -5.0, 5.0)).collect(),
             multipliers: (0..m).map(|_| between(random, -5.0, 5.0)).collect(),
         }
+    }
+
+    /// Rounding errors of 32 digits in numbers that are made of parameters, coordinates and rates.
+    pub(super) fn rounding(&self) -> f64 {
+        let largest = |numbers: &[f64]| numbers.iter().fold(1.0, |most: f64, number| most.max(number.abs()));
+        SMALLEST * (largest(&self.parameters) * largest(&self.q) * largest(&self.qd)).powi(2)
     }
 
     /// Random numbers near one, parameters too, whatever their values in the scene: no term is small beside the others.

@@ -2,7 +2,7 @@
 
 use super::graph::Graph;
 use super::terms::{add, name, negate, whole};
-use crate::diagnostic::Span;
+use crate::diagnostic::{Diagnostic, Span};
 use crate::parser::Formula;
 
 /// The angles of all links.
@@ -43,6 +43,23 @@ impl Angles {
         let of_links =
             of_links.into_iter().map(|angle| angle.unwrap_or(Angle { class: 0, offset: whole(0) })).collect();
         Self { coordinates, of_links }
+    }
+
+    /// Warns of joints that hold angles which other joints hold too, at another value as far as formulae tell.
+    pub(super) fn check(&self, graph: &Graph, findings: &mut Vec<Diagnostic>) {
+        for joint in graph.joints.iter().filter(|joint| joint.syntax.kind.holds_angle()) {
+            let [first, second] = [0, 1].map(|end| self.of(joint.ends[end].link).offset.clone());
+            let rotation = joint.syntax.rotation.clone().unwrap_or_else(|| whole(0));
+            let is_held = |a: &Formula, b: &Formula, turn: Formula| add(a.clone(), turn).nodes() == b.nodes();
+            if !is_held(&second, &first, rotation.clone()) && !is_held(&first, &second, negate(rotation)) {
+                let name = &joint.syntax.identifier.name;
+                findings.push(Diagnostic::warning(
+                    format!("other joints hold the angle of joint `{name}` too, so that its `rotation` has no effect"),
+                    joint.syntax.identifier.span.clone(),
+                    "one joint too many",
+                ));
+            }
+        }
     }
 
     /// The angle of a link as a coordinate with an offset.

@@ -7,6 +7,7 @@ use super::graph::{Graph, PointId};
 use super::places::{origin_names, slide};
 use super::terms::{add, call, difference, direction, dot, is_positive, is_zero, rotated, subtract, sum, whole};
 use super::tree::{Placement, Tree};
+use crate::diagnostic::{Diagnostic, Span};
 use crate::document::{Document, Identifier};
 use crate::function::Function;
 use crate::parser::Formula;
@@ -180,4 +181,36 @@ pub(super) fn write(document: &mut Document, values: Vec<StartValue>, freedoms: 
         }
     }
     unknown
+}
+
+/// Reports coordinates whose start nothing says.
+pub(super) fn report_unknown(document: &Document, names: &[String], findings: &mut Vec<Diagnostic>) {
+    for name in names {
+        let own = document.coordinates.iter().find(|own| own.identifier.name == *name);
+        let span = own.map_or(0..0, |own| own.identifier.span.clone());
+        let error = Diagnostic::error(format!("the start of `{name}` is not known"), span, "nothing says where it is");
+        findings.push(error.help(
+            "give the link an `angle`, or two of its joints a rough place by `near = [x, y]`; a slider takes \
+             `start = ...`",
+        ));
+    }
+}
+
+/// Reports that fewer coordinates or rates are given than there are degrees of freedom.
+pub(super) fn report_too_few(document: &Document, freedoms: usize, place: &Span, findings: &mut Vec<Diagnostic>) {
+    for (what, suffix) in [("position", ""), ("rate", "_dot")] {
+        let is_given = |own: &str| document.given.iter().any(|(given, _)| given.name.strip_suffix(suffix) == Some(own));
+        let given = document.coordinates.iter().filter(|own| is_given(&own.identifier.name)).count();
+        if given >= freedoms {
+            continue;
+        }
+        let freedom = if freedoms == 1 { "degree" } else { "degrees" };
+        let said = if given == 1 { format!("1 {what} is") } else { format!("{given} {what}s are") };
+        let title = format!("the mechanism has {freedoms} {freedom} of freedom, but {said} given at the start");
+        let error = Diagnostic::error(title, place.clone(), "links begin here");
+        findings.push(
+            error.help("give as many links as that a `rate` beside their `angle`, or a slider its `start` and `rate`"),
+        );
+        return;
+    }
 }
