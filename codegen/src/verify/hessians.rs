@@ -14,7 +14,7 @@ pub(super) fn second_derivatives(scene: &Scene, equations: &Equations, sample: &
         let (contracted, terms) = contraction(hessian, sample);
         let difference = (contracted - expected).abs();
         let spread = (contraction(hessian, &nearby).0 - contracted).abs();
-        let allowed = (1e-7 * expected.abs()).max(1e-11 * terms).max(sample.rounding());
+        let allowed = (1e-7 * expected.abs()).max(1e-11 * terms).max(sample.error_of_zeros(expected.abs()));
         if !(difference <= allowed) && !(spread > 1e-4 * difference) {
             return Err(format!(
                 "the C_qq of the derivation is wrong: that of constraint `{}`, contracted with the rates, is {contracted:e} instead \

@@ -57,7 +57,7 @@ pub(super) fn agrees(
     let rates: Vec<Wide> = rates.map(|(along, own)| along + own).collect();
     let compare = |name: &str, got: &[DoubleDouble], expected: &[Wide]| {
         let largest = expected.iter().map(|number| size(*number)).fold(0.0, f64::max);
-        compare_all(name, got, expected, |_| (TOLERANCE * largest).max(sample.rounding()))
+        compare_all(name, got, expected, |_| (TOLERANCE * largest).max(sample.error_of_zeros(largest)))
     };
     compare("residuals", &call("residuals", &[])?, constraints)?;
     compare("velocity_residual", &call("velocity_residual", std::slice::from_ref(&qd))?, &rates)?;
@@ -100,9 +100,10 @@ pub(super) fn agrees(
         Some([spread(moved, &accelerations), spread(moved_correction, &correction)])
     };
     let compare = |name: &str, got: &[DoubleDouble], expected: &[Wide], which: usize| {
-        compare_all(name, got, expected, |i| TOLERANCE * size(expected[i])).or_else(|wrong| {
+        let allowed = |i: usize| (TOLERANCE * size(expected[i])).max(sample.error_of_zeros(size(expected[i])));
+        compare_all(name, got, expected, allowed).or_else(|wrong| {
             let spreads = spreads().ok_or(wrong)?;
-            compare_all(name, got, expected, |i| TOLERANCE * size(expected[i]) + spreads[which][i])
+            compare_all(name, got, expected, |i| allowed(i) + spreads[which][i])
         })
     };
     compare("accelerations", &call("accelerations", &[t, q, qd, angles])?, &accelerations, 0)?;

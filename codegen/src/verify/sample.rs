@@ -52,10 +52,12 @@ impl Sample {
         }
     }
 
-    /// Rounding errors of 32 digits in numbers that are made of parameters, coordinates and rates.
-    pub(super) fn rounding(&self) -> f64 {
-        let largest = |numbers: &[f64]| numbers.iter().fold(1.0, |most: f64, number| most.max(number.abs()));
-        SMALLEST * (largest(&self.parameters) * largest(&self.q) * largest(&self.qd)).powi(2)
+    /// The error that is allowed to numbers that vanish, whose largest is this: numbers in the text of a module have 16
+    /// digits. Zero where they do not vanish: then it is larger than rounding errors of 32 digits.
+    pub(super) fn error_of_zeros(&self, largest: f64) -> f64 {
+        let largest_of = |numbers: &[f64]| numbers.iter().fold(1.0, |most: f64, number| most.max(number.abs()));
+        let size = (largest_of(&self.parameters) * largest_of(&self.q) * largest_of(&self.qd)).powi(2);
+        if largest <= SMALLEST * size { 1e-14 * size } else { 0.0 }
     }
 
     /// Random numbers near one, parameters too, whatever their values in the scene: no term is small beside the others.
