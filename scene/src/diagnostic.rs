@@ -72,7 +72,10 @@ impl Diagnostic {
     }
 }
 
-/// All that was found in one file, in the order of its lines.
+/// The most findings that a report shows.
+pub(crate) const MAX_SHOWN: usize = 20;
+
+/// What was found in one file, in the order of its lines.
 #[derive(Clone, Debug)]
 pub struct Report {
     /// The file as the user knows it.
@@ -84,16 +87,18 @@ pub struct Report {
 }
 
 impl Report {
-    /// Gathers findings about `source`, sorted by place. What is found twice is reported once.
+    /// Gathers findings about `source`, sorted by place. What is found twice is reported once, and of very many the
+    /// first.
     pub fn new(path: impl Into<String>, source: impl Into<String>, mut diagnostics: Vec<Diagnostic>) -> Self {
         diagnostics.sort_by_key(|d| d.span.as_ref().map_or((0, 0), |s| (s.start, s.end)));
         diagnostics.dedup();
+        shorten(&mut diagnostics);
         Self { path: path.into(), source: source.into(), diagnostics }
     }
 
     /// Whether any finding makes the scene unusable.
     pub fn has_errors(&self) -> bool {
-        self.diagnostics.iter().any(|d| d.severity == Severity::Error)
+        errors(&self.diagnostics) > 0
     }
 
     /// The report as text, with terminal colours if asked for.
@@ -141,6 +146,29 @@ impl Report {
         }
         start..end
     }
+}
+
+/// How many findings make the scene unusable.
+pub(crate) fn errors(findings: &[Diagnostic]) -> usize {
+    findings.iter().filter(|finding| finding.severity == Severity::Error).count()
+}
+
+/// Keeps as many findings as are shown, errors before warnings, and says that there are others.
+fn shorten(diagnostics: &mut Vec<Diagnostic>) {
+    if diagnostics.len() <= MAX_SHOWN {
+        return;
+    }
+    let mut errors = errors(diagnostics).min(MAX_SHOWN);
+    let mut warnings = MAX_SHOWN - errors;
+    let severity = if errors > 0 { Severity::Error } else { Severity::Warning };
+    diagnostics.retain(|d| {
+        let left = if d.severity == Severity::Error { &mut errors } else { &mut warnings };
+        let is_kept = *left > 0;
+        *left = left.saturating_sub(1);
+        is_kept
+    });
+    let more = Diagnostic::whole_file(format!("there is more: only {MAX_SHOWN} findings are shown"));
+    diagnostics.push(Diagnostic { severity, ..more.help("mend those above first") });
 }
 
 impl fmt::Display for Report {

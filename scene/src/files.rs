@@ -11,12 +11,13 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// The file cannot be read, is not a plain file, or has more bytes.
 pub fn read_at_most(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     // Pipes and devices may never end.
-    if !fs::metadata(path)?.is_file() {
-        return Err(io::Error::other("not a file"));
+    let data = fs::metadata(path)?;
+    if !data.is_file() {
+        return Err(io::Error::other(if data.is_dir() { "it is a folder" } else { "it is not a plain file" }));
     }
     let mut bytes = Vec::new();
     File::open(path)?.take(most + 1).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > most { Err(io::Error::other(format!("longer than {most} bytes"))) } else { Ok(bytes) }
+    if bytes.len() as u64 > most { Err(io::Error::other(format!("it has more than {most} bytes"))) } else { Ok(bytes) }
 }
 
 /// The path of a file while it is under way, beside its place.

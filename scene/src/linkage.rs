@@ -16,7 +16,7 @@ mod start;
 pub(crate) mod terms;
 mod tree;
 
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::{Diagnostic, errors};
 use crate::document::{CoordinateSyntax, Document, Identifier, OutputSyntax, OutputValue};
 use angles::Angles;
 use graph::Graph;
@@ -69,10 +69,6 @@ pub fn expand(document: &mut Document, findings: &mut Vec<Diagnostic>) {
         start::report_too_few(document, freedoms, &first, findings);
     }
     document.is_whole &= errors(findings) == before;
-}
-
-fn errors(findings: &[Diagnostic]) -> usize {
-    findings.iter().filter(|finding| finding.severity == Severity::Error).count()
 }
 
 fn put_before<T>(list: &mut Vec<T>, before: Vec<T>) {

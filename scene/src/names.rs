@@ -6,6 +6,7 @@ pub fn closest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) ->
     let limit = (name.len() / 3).max(1);
     candidates
         .into_iter()
+        .filter(|candidate| candidate.len().abs_diff(name.len()) <= limit)
         .map(|candidate| (strsim::osa_distance(&lower, &candidate.to_lowercase()), candidate))
         // Names of one letter each are one step apart without looking alike.
         .filter(|(distance, candidate)| *distance <= limit && *distance < name.len().max(candidate.len()))

@@ -17,7 +17,7 @@ pub use usage::motion_values;
 
 use std::collections::HashSet;
 
-use crate::diagnostic::{Diagnostic, Report};
+use crate::diagnostic::{Diagnostic, MAX_SHOWN, Report, errors};
 use crate::document::{Document, Identifier, Position};
 use crate::evaluate::parameter_values;
 use crate::expression::Node;
@@ -42,10 +42,10 @@ pub fn read(path: &str, source: &str) -> Result<(Scene, Report), Report> {
 /// A report of everything that is wrong with the scene, or with these values in it.
 pub fn read_with(path: &str, source: &str, replace: &dyn Fn(&str) -> Option<f64>) -> Result<(Scene, Report), Report> {
     let (mut document, mut findings) = Document::parse(source);
-    linkage::expand(&mut document, &mut findings);
     if limits::are_too_many(&document, &mut findings) {
         return Err(Report::new(path, source, findings));
     }
+    linkage::expand(&mut document, &mut findings);
     let lost_names = document.lost_names;
     let is_whole = document.is_whole;
     let has_unknown = !findings.is_empty();
@@ -307,20 +307,24 @@ impl Resolver<'_> {
 
     /// Looks up every name of a formula and checks what its context forbids.
     fn value(&mut self, formula: &Formula, context: Context) -> Value {
+        let mut left = MAX_SHOWN.saturating_sub(errors(&self.findings));
         let (scope, findings, has_unknown) = (&self.scope, &mut self.findings, &mut self.has_unknown);
         let mut reported: HashSet<String> = HashSet::new();
-        let value = formula.map(|name, span| match scope.look_up(name, span.clone(), context) {
-            Ok(quantity) => quantity,
-            // What could not be read was reported where it was read.
-            Err(_) if name.is_empty() => Quantity::Unknown,
-            Err(finding) => {
+        let value = formula.map(|name, span| {
+            // What could not be read was reported where it was read, and of very many errors not all are shown.
+            if name.is_empty() || left == 0 {
+                *has_unknown |= left == 0;
+                return Quantity::Unknown;
+            }
+            scope.look_up(name, span.clone(), context).unwrap_or_else(|finding| {
                 *has_unknown = true;
                 // A name that is used again in the same formula is not wrong twice.
                 if (scope.knows(name) || !self.lost_names) && reported.insert(name.clone()) {
                     findings.push(finding);
+                    left -= 1;
                 }
                 Quantity::Unknown
-            }
+            })
         });
         if !matches!(context, Context::Constant | Context::Picture | Context::Condition) {
             check::differentiable(&value, context == Context::Geometry, self.source, &mut self.findings);

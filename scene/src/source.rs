@@ -5,8 +5,8 @@ use std::path::Path;
 use crate::diagnostic::{Diagnostic, Report};
 use crate::files::read_at_most;
 
-/// The largest scene that is read.
-const MAX_BYTES: u64 = 1 << 24;
+/// The longest scene that is read. Scenes of this length that are wrong in every line are reported within two seconds.
+const MAX_BYTES: u64 = 1_000_000;
 
 /// Reads a scene file, which must be UTF-8.
 ///
@@ -16,7 +16,8 @@ pub fn read_text(path: &Path) -> Result<String, Report> {
     let name = path.display().to_string();
     let bytes = read_at_most(path, MAX_BYTES).map_err(|e| {
         let finding = Diagnostic::whole_file(format!("the scene cannot be read: {e}"));
-        Report::new(&name, "", vec![finding.help("check the name of the file and its permissions")])
+        let help = format!("a scene is a file of at most {MAX_BYTES} bytes that can be read");
+        Report::new(&name, "", vec![finding.help(help)])
     })?;
     String::from_utf8(bytes).map_err(|e| {
         let place = e.utf8_error().valid_up_to();

@@ -72,7 +72,7 @@ fn files_that_are_missing_or_no_text() {
         missing.to_string(),
         "error: the scene cannot be read: No such file or directory (os error 2)\n\
          --> no-such-folder/scene.toml\n\
-         \u{20}= help: check the name of the file and its permissions"
+         \u{20}= help: a scene is a file of at most 1000000 bytes that can be read"
     );
     let path = std::env::temp_dir().join(format!("qrm-not-text-{}.toml", std::process::id()));
     fs::write(&path, b"name = \"a\"\ndoc = \"m\xe4ssig\"\n").expect("a file");
@@ -113,6 +113,27 @@ fn a_formula_nested_too_deeply_is_an_error_at_its_place() {
         let column = only.span.as_ref().map_or(0, |s| s.start) - report.source.find("'").expect("a formula") - 1;
         // 200 levels, of one to four characters each.
         assert!((200..=800).contains(&column), "{start}: the level that is too many was found at {column}");
+    }
+}
+
+#[test]
+fn reports_of_very_many_mistakes_are_short() {
+    let rest = "name = \"a\"\ncoordinates = [\"q\"]\ninitial.given = {}\nrun = { step = 1, end_time = 1 }\n";
+    let keys: String = (0..50_000).map(|i| format!("key{i} = 1\n")).collect();
+    let points: String = (0..1_000).map(|i| format!("a{i} = ['b{i}', 'c{i} + d{i}']\n")).collect();
+    let coordinates: Vec<String> = (0..50_000).map(|i| format!("'q{i}'")).collect();
+    for source in [
+        "abc = 1\n".repeat(100_000),
+        "= \n".repeat(100_000),
+        "= ".repeat(300_000),
+        keys,
+        format!("{rest}[points]\n{points}"),
+        format!("name = 'a'\ncoordinates = [{}]\n", coordinates.join(",")),
+        format!("name = 'a'\ncoordinates = ['q']\n[constraints]\n{}", "a.b = 1\n".repeat(10_000)),
+    ] {
+        let report = read("noise.toml", &source).expect_err("noise");
+        assert!(report.has_errors());
+        assert!(report.to_string().len() < 10_000, "{} errors", report.diagnostics.len());
     }
 }
 

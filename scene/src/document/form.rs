@@ -1,5 +1,8 @@
 //! What the TOML parser finds wrong, without the errors that only follow from earlier ones.
 
+use std::collections::HashMap;
+use std::iter::once;
+
 use toml::de::{DeTable, Error};
 
 use crate::diagnostic::{Diagnostic, Span};
@@ -7,27 +10,16 @@ use crate::diagnostic::{Diagnostic, Span};
 /// Findings for the errors of a TOML parser that goes on after each of them.
 pub(super) fn findings(source: &str, errors: &[Error]) -> Vec<Diagnostic> {
     let mut findings: Vec<Diagnostic> = Vec::new();
-    let mut lines: Vec<Span> = Vec::new();
+    let mut lines = Lines::new(source);
     for error in errors {
         let Some(span) = error.span() else {
             findings.push(Diagnostic::whole_file(error.message()).help(HELP));
             continue;
         };
-        let line = line_around(source, span.start);
         if error.message() == "duplicate key" {
             findings.push(written_twice(source, span));
-            continue;
-        }
-        // After a missing bracket the parser stumbles over sound lines, and over each more than once: later errors
-        // count if their line has them by itself.
-        let message = match lines.is_empty() {
-            true => Some(error.message().to_owned()),
-            false if lines.contains(&line) => None,
-            false => error_of_line(&source[line.clone()], span.start - line.start),
-        };
-        if let Some(message) = message {
+        } else if let Some(message) = lines.message(error.message(), span.start) {
             findings.push(Diagnostic::error(message, span, "not valid TOML here").help(HELP));
-            lines.push(line);
         }
     }
     findings
@@ -41,17 +33,36 @@ fn written_twice(source: &str, span: Span) -> Diagnostic {
         .help("keep one of the two, or choose another name")
 }
 
-fn line_around(source: &str, at: usize) -> Span {
-    let bytes = source.as_bytes();
-    let at = at.min(bytes.len());
-    let start = bytes[..at].iter().rposition(|b| *b == b'\n').map_or(0, |end| end + 1);
-    let end = bytes[at..].iter().position(|b| *b == b'\n').map_or(bytes.len(), |length| at + length);
-    start..end
+/// The lines that the parser stumbles over. After a missing bracket these are sound lines too, and each more than once:
+/// of later errors those count that a line has by itself, and of one line the first.
+struct Lines<'s> {
+    source: &'s str,
+    starts: Vec<usize>,
+    /// The errors that a line has by itself; none once one of them counts.
+    own: HashMap<usize, Vec<Error>>,
 }
 
-/// What is wrong at a place of a line that is read by itself.
-fn error_of_line(line: &str, at: usize) -> Option<String> {
-    let (_, errors) = DeTable::parse_recoverable(line.trim_end());
-    let here = errors.iter().find(|error| error.span().is_some_and(|span| span.start == at))?;
-    Some(here.message().to_owned())
+impl<'s> Lines<'s> {
+    fn new(source: &'s str) -> Self {
+        let ends = source.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
+        Self { source, starts: once(0).chain(ends.map(|(end, _)| end + 1)).collect(), own: HashMap::new() }
+    }
+
+    /// What to say of an error at this place, if it counts.
+    fn message(&mut self, message: &str, at: usize) -> Option<String> {
+        let is_first = self.own.is_empty();
+        let line = self.starts.partition_point(|start| *start <= at);
+        let start = self.starts[line - 1];
+        let end = self.starts.get(line).copied().unwrap_or(self.source.len());
+        let own = self.own.entry(line).or_insert_with(|| errors_of_line(&self.source[start..end]));
+        let place = own.iter().position(|error| error.span().is_some_and(|span| span.start == at - start));
+        let message = if is_first { message.to_owned() } else { own[place?].message().to_owned() };
+        own.clear();
+        Some(message)
+    }
+}
+
+/// The errors of a line that is read by itself.
+fn errors_of_line(line: &str) -> Vec<Error> {
+    DeTable::parse_recoverable(line.trim_end()).1
 }

@@ -12,6 +12,8 @@ use crate::scene::{LoadKind, Quantity, Scene, Value};
 
 /// Parameters, and points. The generated code is read and compiled as a whole: 2000 take a second to generate.
 const NAMES: usize = 2000;
+/// Coordinates, constraints, links, and joints: square matrices of their number are factorized.
+const EQUATIONS: usize = 1000;
 /// Numbers, names and operations of a formula in which points are written out.
 const OPERATIONS: f64 = OPERATION_LIMIT as f64;
 /// Terms of a position, an angle or a constraint and of its derivative, multiplied out. The mass matrix holds products
@@ -25,22 +27,24 @@ const DEPTH: u32 = 8;
 /// Binary digits of a coefficient. A double has 53; exact numbers are longer, and slower.
 const DIGITS: f64 = 10_000.0;
 
-/// Reports too many parameters or points.
+/// Reports too many entries of a kind.
 pub(super) fn are_too_many(document: &Document, findings: &mut Vec<Diagnostic>) -> bool {
     let before = findings.len();
-    let parameters: Vec<&Identifier> = document.parameters.iter().map(|p| &p.identifier).collect();
-    let points: Vec<&Identifier> = document.points.iter().map(|(identifier, _)| identifier).collect();
-    for (what, names) in [("parameters", parameters), ("points", points)] {
-        if let Some(first) = names.get(NAMES) {
-            let title = format!("too many {what}");
-            let label = format!("number {} of {}", NAMES + 1, names.len());
-            findings.push(
-                Diagnostic::error(title, first.span.clone(), label).help(format!(
-                    "a scene has at most {NAMES} of them; write numbers that nothing changes as numbers"
-                )),
-            );
-        }
-    }
+    let parameters = document.parameters.iter().map(|parameter| &parameter.identifier);
+    let points = document.points.iter().chain(document.links.iter().flat_map(|link| &link.points));
+    let mut limit = |what: &str, names: Vec<&Identifier>, most: usize, remedy: &str| {
+        let Some(first) = names.get(most) else { return };
+        let label = format!("number {} of {}", most + 1, names.len());
+        let error = Diagnostic::error(format!("too many {what}"), first.span.clone(), label);
+        findings.push(error.help(format!("a scene has at most {most} of them; {remedy}")));
+    };
+    limit("parameters", parameters.collect(), NAMES, "write numbers that nothing changes as numbers");
+    limit("points", points.map(|(name, _)| name).collect(), NAMES, "write formulae where they are used once");
+    let split = "split the mechanism";
+    limit("coordinates", document.coordinates.iter().map(|c| &c.identifier).collect(), EQUATIONS, split);
+    limit("constraints", document.constraints.iter().map(|c| &c.identifier).collect(), EQUATIONS, split);
+    limit("links", document.links.iter().map(|link| &link.identifier).collect(), EQUATIONS, split);
+    limit("joints", document.joints.iter().map(|joint| &joint.identifier).collect(), EQUATIONS, split);
     findings.len() > before
 }
 
