@@ -1,12 +1,14 @@
 //! The program `qrm-engine SCENE FILE`: derives the scene on its standard input, and writes it to a file as data.
 //!
-//! `SCENE` is the name for messages. `qrm` starts it for scenes that it was not built with, and ends it when the scene has
-//! changed meanwhile. The file with the extension `unverified` is written first, before the functions are compared with
+//! `SCENE` is the name for messages. The scene ends with a zero byte, after which the input stays open: when it is closed,
+//! the engine ends and leaves no file. A scene may also end with the input. `qrm` starts the engine for scenes that it was
+//! not built with, and ends it when the scene has changed meanwhile. The file with the extension `unverified` is written first, before the functions are compared with
 //! the formulae of the scene. What the engine prints on the standard output is of no use.
 
-use std::io::{Read, Write};
-use std::path::Path;
+use std::io::{BufRead, Write};
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::thread;
 
 use qrm_core::DerivedScene;
 use qrm_scene::files::write_whole;
@@ -23,11 +25,26 @@ fn failure(message: &str) -> ExitCode {
 }
 
 fn derive(scene: &str, file: &Path) -> Result<(), String> {
-    let mut source = String::new();
-    std::io::stdin().read_to_string(&mut source).map_err(|e| format!("error: {scene}: {e}"))?;
+    let unverified = file.with_extension("unverified");
+    let mut source = Vec::new();
+    std::io::stdin().lock().read_until(0, &mut source).map_err(|e| format!("error: {scene}: {e}"))?;
+    if source.pop_if(|last| *last == 0).is_some() {
+        let files = [file.to_owned(), unverified.clone()];
+        thread::spawn(move || end_with_input(&files));
+    }
+    let source = String::from_utf8(source).map_err(|e| format!("error: {scene}: {e}"))?;
     let failed = |e| format!("error: cannot write {}: {e}", file.display());
     let mut is_shown = Ok(());
-    let show = |derived: &DerivedScene| is_shown = write_whole(&file.with_extension("unverified"), &derived.to_bytes());
+    let show = |derived: &DerivedScene| is_shown = write_whole(&unverified, &derived.to_bytes());
     let derived = qrm_codegen::interpretable::derive(scene, &source, show).map_err(|e| e.to_string())?;
     is_shown.and_then(|()| write_whole(file, &derived.to_bytes())).map_err(failed)
+}
+
+/// Ends the program and removes its files when the input is closed: the program that asked for them is gone.
+fn end_with_input(files: &[PathBuf]) {
+    let _ = std::io::stdin().lock().read_until(0, &mut Vec::new());
+    for file in files {
+        let _ = std::fs::remove_file(file);
+    }
+    std::process::exit(1);
 }

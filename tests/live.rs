@@ -41,15 +41,20 @@ fn mistakes_are_shown_with_their_places() {
     assert!(problem.contains("mine.toml:") && problem.contains("^^"), "{problem}");
     live.save(&text[..text.len() / 2]);
     live.wait_for_problem("error: ");
-    let noise = || (0..10_000_000_u32).map(|i| i.wrapping_mul(2_654_435_761).to_be_bytes()[0]);
-    live.save(noise().collect::<Vec<u8>>());
-    assert!(live.wait_for_problem("is not UTF-8 text").len() < 5000);
-    live.save(noise().map(|byte| b' ' + byte % 90).collect::<Vec<u8>>());
-    assert!(live.wait_for_problem("not valid TOML here").len() < 5000);
+    let noise = |length: u32| (0..length).map(|i| i.wrapping_mul(2_654_435_761).to_be_bytes()[0]);
+    for (text, expected) in [
+        (noise(10_000_000).collect::<Vec<u8>>(), "it has more than 1000000 bytes"),
+        (noise(1_000_000).collect(), "is not UTF-8 text"),
+        (noise(1_000_000).map(|byte| b' ' + byte % 90).collect(), "not valid TOML here"),
+        ("abc = 1\n".repeat(100_000).into_bytes(), "`abc` is written twice"),
+    ] {
+        live.save(text);
+        assert!(live.wait_for_problem(expected).len() < 5000);
+    }
     fs::remove_file(live.file()).expect("removed");
-    live.wait_for_problem("the scene cannot be read");
+    live.wait_for_problem("there is no such file");
     fs::create_dir(live.file()).expect("a folder");
-    live.wait_for_problem("not a file");
+    live.wait_for_problem("it is a folder");
     fs::remove_dir(live.file()).expect("removed");
     live.save(text);
     assert_eq!(live.next_scene()["problem"], serde_json::Value::Null);

@@ -148,15 +148,33 @@ fn every_command_takes_a_file() {
 }
 
 #[test]
+fn a_coordinate_without_mass_is_refused() {
+    let place = Workplace::new();
+    stdout(&place.qrm(&program(), &["new", "block", "--from", "empty"]));
+    let text = fs::read_to_string(place.path("block.toml")).expect("a scene");
+    let massless = text.replacen("m = { value = 1,", "m = { value = 0,", 1);
+    assert_ne!(massless, text);
+    // A mass of zero is left out of the functions, one that may become zero is not.
+    for runtime in ["", " runtime = true,"] {
+        let massless = massless.replacen("m = { value = 0,", &format!("m = {{ value = 0,{runtime}"), 1);
+        fs::write(place.path("block.toml"), massless).expect("written");
+        let output = place.qrm(&program(), &["run", "block.toml"]);
+        assert!(stderr(&output).contains("no mass resists a motion of coordinate `x`"), "{}", stderr(&output));
+    }
+}
+
+#[test]
 fn what_is_no_scene_is_refused() {
     let place = Workplace::new();
     fs::create_dir(place.path("folder.toml")).expect("a folder");
-    fs::write(place.path("noise.toml"), vec![0xa5; 10_000_000]).expect("written");
+    fs::write(place.path("large.toml"), "abc = 1\n".repeat(1_000_000)).expect("written");
+    fs::write(place.path("noise.toml"), vec![0xa5; 1_000_000]).expect("written");
     let whole = fs::read_to_string(place.copy("quick-return", "mine")).expect("a scene");
     fs::write(place.path("half.toml"), &whole[..whole.len() / 2]).expect("written");
     let cases = [
         ("missing.toml", "error: the scene cannot be read: "),
         ("folder.toml", "error: the scene cannot be read: "),
+        ("large.toml", "error: the scene cannot be read: it has more than 1000000 bytes"),
         ("noise.toml", "error: the scene is not UTF-8 text"),
         ("half.toml", "error: "),
         ("mime", "error: there is no scene `mime`"),

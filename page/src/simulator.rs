@@ -80,6 +80,8 @@ struct About {
     parameters: Vec<Settable>,
     /// The coordinates that are given at the start.
     start: Vec<Settable>,
+    /// The parameters that are zero in the scene, and left out of its functions.
+    left_out: &'static [&'static str],
     /// The latest end of the motion.
     end_time: f64,
 }
@@ -138,7 +140,8 @@ impl Simulator {
             parameters.iter_mut().filter(|each| each.name == own.name).for_each(|each| each.follows = follows);
         }
         let end_time = mechanism.schedule().end_time;
-        json(&About { name: description.name, doc: self.scene.doc.clone(), parameters, start, end_time })
+        let (name, doc, left_out) = (description.name, self.scene.doc.clone(), description.left_out);
+        json(&About { name, doc, parameters, start, left_out, end_time })
     }
 
     /// The values of all parameters of the scene.
@@ -190,7 +193,8 @@ impl Simulator {
         let recording = observer.1;
         let outcome = outcome.map_err(|reason| SimError { reason: Reason::Start(reason), description }.to_string())?;
         if recording.frames.len() < 2 {
-            return Err(format!("`{}` stays where it is", description.name));
+            let still = || format!("`{}` stays where it is", description.name);
+            return Err(failure(&outcome, description).unwrap_or_else(still));
         }
         let motion = motion(&self.scene, &self.parameters(&changed), &recording).map_err(|e| e.to_string())?;
         let poses = recording.states().into_iter().map(|(t, q, _)| (t, q)).collect();

@@ -1,7 +1,7 @@
 //! Options that several subcommands share, and the reading of their values.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use qrm_core::Description;
@@ -91,30 +91,38 @@ impl Default for MethodOptions {
 /// The folder of a command's files.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct OutFolder {
-    /// Folder for the files [default: out/SCENE]
+    /// Folder for the files [default: out/SCENE, after the file of the scene]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
 
 impl OutFolder {
-    /// The folder that is asked for, or that of the scene.
-    pub(crate) fn of(&self, description: &Description) -> PathBuf {
-        self.out.clone().unwrap_or_else(|| default_folder(description))
+    /// The folder that is asked for, or that of the scene at `path`.
+    pub(crate) fn of(&self, path: &str) -> PathBuf {
+        self.out.clone().unwrap_or_else(|| default_folder(path))
     }
 }
 
-/// The folder of a scene's files.
-pub(crate) fn default_folder(description: &Description) -> PathBuf {
-    PathBuf::from("out").join(description.name)
+/// The folder for files about the scene at `path`.
+pub(crate) fn default_folder(path: &str) -> PathBuf {
+    Path::new("out").join(Path::new(path).file_stem().unwrap_or_default())
 }
 
 /// The parameters that `--set` changes.
 pub(crate) fn parameters(description: &Description, set: &[String]) -> Result<BTreeMap<String, f64>, Error> {
+    let values = assignments("--set", set)?;
+    values.keys().try_for_each(|name| check_parameter(description, name))?;
+    Ok(values)
+}
+
+/// The names and numbers of an option that is given several times as `NAME=VALUE`.
+pub(crate) fn assignments(option: &str, texts: &[String]) -> Result<BTreeMap<String, f64>, Error> {
     let mut values = BTreeMap::new();
-    for text in set {
-        let (name, value) = assignment("--set", text)?;
-        check_parameter(description, name)?;
-        values.insert(name.to_owned(), value);
+    for text in texts {
+        let (name, value) = assignment(option, text)?;
+        if values.insert(name.to_owned(), value).is_some() {
+            return Err(Error::usage(format!("`{option} {name}` is given twice")).help("keep one of the two"));
+        }
     }
     Ok(values)
 }

@@ -18,7 +18,7 @@ use qrm_sim::start::Start;
 use crate::condition::Condition;
 use crate::error::Error;
 use crate::messages;
-use crate::options::{MethodOptions, SceneOptions, StartOptions, assignment, optional_positive, parameters};
+use crate::options::{MethodOptions, SceneOptions, StartOptions, assignments, optional_positive, parameters};
 use crate::resolution;
 use crate::scenes::FoundScene;
 
@@ -108,12 +108,11 @@ impl Setup {
             return Ok(self);
         }
         let mut start = Start::of(&*self.mechanism());
-        for text in &options.start {
-            let (name, value) = assignment("--start", text)?;
-            if start.set(self.description, name, value).is_none() {
+        for (name, value) in assignments("--start", &options.start)? {
+            if start.set(self.description, &name, value).is_none() {
                 let given = start.given_values(self.description);
                 let names: Vec<&str> = given.iter().map(|(name, _)| name.as_str()).collect();
-                let help = suggestion(name, names.iter().copied(), || match &names[..] {
+                let help = suggestion(&name, names.iter().copied(), || match &names[..] {
                     [] => "its motion is given by the constraints alone".to_owned(),
                     names => format!("given at the start: {}", names.join(", ")),
                 });

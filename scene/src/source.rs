@@ -1,5 +1,6 @@
 //! The text of a scene file.
 
+use std::io::ErrorKind;
 use std::path::Path;
 
 use crate::diagnostic::{Diagnostic, Report};
@@ -15,9 +16,11 @@ const MAX_BYTES: u64 = 1_000_000;
 pub fn read_text(path: &Path) -> Result<String, Report> {
     let name = path.display().to_string();
     let bytes = read_at_most(path, MAX_BYTES).map_err(|e| {
-        let finding = Diagnostic::whole_file(format!("the scene cannot be read: {e}"));
-        let help = format!("a scene is a file of at most {MAX_BYTES} bytes that can be read");
-        Report::new(&name, "", vec![finding.help(help)])
+        let (reason, help) = match e.kind() {
+            ErrorKind::NotFound => ("there is no such file".to_owned(), "check its name and its folder".to_owned()),
+            _ => (e.to_string(), format!("a scene is a file of at most {MAX_BYTES} bytes that can be read")),
+        };
+        Report::new(&name, "", vec![Diagnostic::whole_file(format!("the scene cannot be read: {reason}")).help(help)])
     })?;
     String::from_utf8(bytes).map_err(|e| {
         let place = e.utf8_error().valid_up_to();

@@ -70,9 +70,9 @@ fn files_that_are_missing_or_no_text() {
     let missing = read_text(Path::new("no-such-folder/scene.toml")).expect_err("there is no such file");
     assert_eq!(
         missing.to_string(),
-        "error: the scene cannot be read: No such file or directory (os error 2)\n\
+        "error: the scene cannot be read: there is no such file\n\
          --> no-such-folder/scene.toml\n\
-         \u{20}= help: a scene is a file of at most 1000000 bytes that can be read"
+         \u{20}= help: check its name and its folder"
     );
     let path = std::env::temp_dir().join(format!("qrm-not-text-{}.toml", std::process::id()));
     fs::write(&path, b"name = \"a\"\ndoc = \"m\xe4ssig\"\n").expect("a file");

@@ -51,7 +51,7 @@ impl Live {
         let mut line = String::new();
         let mut said = BufReader::new(process.stdout.take().expect("a pipe"));
         said.read_line(&mut line).expect("it says where the page is");
-        let address = line.split([' ', ',']).find(|word| word.starts_with("http://")).expect("an address").to_owned();
+        let address = line.split_whitespace().find(|word| word.starts_with("http://")).expect("an address").to_owned();
         Self { folder, process, address, known: (0, 0) }
     }
 

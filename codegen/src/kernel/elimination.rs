@@ -195,9 +195,9 @@ impl Elimination {
         }
     }
 
-    /// Whether every constraint has a dependent coordinate.
+    /// Whether every constraint has a dependent coordinate, and every independent coordinate moves a mass.
     pub(super) fn is_suited(&self) -> bool {
-        self.pivots.len() == self.constraints
+        self.pivots.len() == self.constraints && self.inverse_inertia.iter().all(Option::is_some)
     }
 
     /// How small each pivot is against what other constraints have in its column.

@@ -41,7 +41,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     let setup = Setup::new(models, &options.scene, &MethodOptions::default())?;
     let deadline = begun + budget(&options.budget)?.min(LONGEST);
     let study = Study::new(&setup, &options.at, options.reference, deadline)?;
-    let out = options.out.of(setup.description);
+    let out = options.out.of(&setup.path);
     let (csv, svg) = (out.join("accuracy.csv"), out.join("accuracy.svg"));
     save(&csv, &study.csv()?)?;
     print(&study.table(&setup));

@@ -29,7 +29,7 @@ pub(crate) struct Options {
 /// Runs a scene and writes its animation.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
     let setup = Setup::new(models, &options.scene, &options.method)?.starting_from(&options.start)?;
-    let out = options.out.of(setup.description);
+    let out = options.out.of(&setup.path);
     let mut observer = (Progress::new(), Recording::new(setup.description));
     let outcome = setup.simulate(false, &mut observer)?;
     let recording = observer.1;

@@ -10,7 +10,7 @@ use qrm_scene::source::read_text;
 use crate::error::Error;
 use crate::options::{OutFolder, SceneName};
 use crate::output::{print, save};
-use crate::scenes::{SceneSource, path_of};
+use crate::scenes::{FoundScene, SceneSource, path_of};
 
 #[derive(Args)]
 pub(crate) struct Options {
@@ -28,9 +28,9 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     if options.expanded {
         return print_expanded(options.scene.source(models)?);
     }
-    let description = options.scene.find(models)?.model.description;
-    let path = options.out.of(description).join("derivation.md");
-    save(&path, description.derivation.as_bytes())?;
+    let FoundScene { model, path } = options.scene.find(models)?;
+    let path = options.out.of(&path).join("derivation.md");
+    save(&path, model.description.derivation.as_bytes())?;
     print(&format!("wrote {}", path.display()));
     Ok(())
 }

@@ -51,8 +51,8 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     });
     let server = Server::new(options.port, page, Arc::clone(&feed), file)?;
     let launch_address = if options.no_open { None } else { Some(server.launch_address()?) };
-    let action = if matches!(source, SceneSource::File(_)) { ", and follows the file" } else { "" };
-    print(&format!("{title} is at {}{action}; end by Ctrl-C", server.address()));
+    let action = if matches!(source, SceneSource::File(_)) { "the page follows the file; " } else { "" };
+    print(&format!("{title} is at {}\n{action}end by Ctrl-C", server.address()));
     watch_interrupts();
     let serving = thread::Builder::new()
         .spawn(move || server.serve())

@@ -33,6 +33,10 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
         return Err(Error::usage(format!("`{name}` cannot be the name of a scene"))
             .help("use small letters, digits and `-`, beginning with a letter, as in `my-crank`"));
     }
+    if from == EMPTY && models.iter().any(|model| model.description.name == name) {
+        return Err(Error::usage(format!("`{name}` is a scene of the program"))
+            .help(format!("choose another name; `qrm new my-{name} --from {name}` begins with a copy of it")));
+    }
     let path = out.clone().unwrap_or_else(|| {
         let folder = if Path::new("scenes").is_dir() { Path::new("scenes") } else { Path::new("") };
         folder.join(name).with_extension("toml")

@@ -1,6 +1,6 @@
 //! `qrm page`
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use qrm_core::{DerivedScene, Model};
@@ -17,7 +17,7 @@ use crate::scenes::FoundScene;
 pub(crate) struct Options {
     #[command(flatten)]
     scene: SceneName,
-    /// The file [default: SCENE.html]
+    /// The file [default: SCENE.html, after the file of the scene]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
@@ -25,6 +25,9 @@ pub(crate) struct Options {
 /// Writes a page with a scene and its simulator.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
     let FoundScene { model, path } = options.scene.find(models)?;
+    let stem = Path::new(&path).file_stem().unwrap_or_default();
+    let out = options.out.clone().unwrap_or_else(|| Path::new(stem).with_added_extension("html"));
+    check_place(&out)?;
     let description = model.description;
     let (scene, _) = resolve::read(&path, description.source)?;
     let page = simulator_page(&SimulatorPage {
@@ -35,6 +38,18 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
         module: &packing::module(),
         scene: Some(&packing::packed(DerivedScene::of(model), scene)?),
     });
-    let path = options.out.clone().unwrap_or_else(|| PathBuf::from(format!("{}.html", description.name)));
-    save_and_print(&path, page.as_bytes())
+    save_and_print(&out, page.as_bytes())
+}
+
+/// An error if a page would replace a file of another kind.
+fn check_place(out: &Path) -> Result<(), Error> {
+    let shown = out.display();
+    if out.is_dir() {
+        return Err(Error::usage(format!("`--out {shown}` is a folder")).help("name a file, as `--out page.html`"));
+    }
+    if !out.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("html")) {
+        return Err(Error::usage(format!("`--out {shown}` is not the name of a page"))
+            .help("choose a name that ends in `.html`"));
+    }
+    Ok(())
 }

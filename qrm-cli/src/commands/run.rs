@@ -47,7 +47,7 @@ pub(crate) struct Options {
 /// Runs a scene and writes its files.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
     let setup = Setup::new(models, &options.scene, &options.method)?.starting_from(&options.start)?;
-    let out = options.out.of(setup.description);
+    let out = options.out.of(&setup.path);
     let recorder = Recorder::new(&out, columns(setup.description), options.every);
     let mut observer = (Progress::new(), (recorder, Recording::new(setup.description)));
     let outcome = setup.simulate(!options.no_error_estimate, &mut observer)?;

@@ -45,7 +45,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     setup.refuse_redundant(&q)?;
     let by = parameters(&setup, &options.by)?;
     check_outputs(&setup, &options.of)?;
-    let path = options.out.of(setup.description).join("sensitivity.csv");
+    let path = options.out.of(&setup.path).join("sensitivity.csv");
     // An earlier table would pass for this one's. If it cannot be removed, writing will fail too.
     let _ = std::fs::remove_file(&path);
     let checking = if options.no_check { 0 } else { check::motions(by.len()) };

@@ -151,7 +151,7 @@ impl<'s> Plan<'s> {
             Some(shard) => axes::shard(shard, axes.count())?,
             None => (0, axes.count()),
         };
-        let out = options.out.clone().unwrap_or_else(|| default_folder(setup.description).join("sweep.csv"));
+        let out = options.out.clone().unwrap_or_else(|| default_folder(&setup.path).join("sweep.csv"));
         let format = Format::of(&out)?;
         if options.shard.is_some() && format != Format::Csv {
             return Err(Error::usage("a part of a sweep is written as CSV")

@@ -97,9 +97,10 @@ impl Engine {
 
     /// Gives the engine its scene.
     pub(crate) fn derive(mut self, source: &str) -> Derivation {
-        if let Some(mut stdin) = self.child.stdin.take() {
-            // An engine that ended has written its reason to stderr.
-            let _ = stdin.write_all(source.as_bytes());
+        if let Some(stdin) = &mut self.child.stdin {
+            // An engine that ended has written its reason to stderr. The pipe stays open: without it the engine ends.
+            let _ =
+                stdin.write_all(source.as_bytes()).and_then(|()| stdin.write_all(&[0])).and_then(|()| stdin.flush());
         }
         // Read while it runs: an engine whose pipe is full would wait.
         let stderr = self.child.stderr.take();

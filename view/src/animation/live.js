@@ -59,7 +59,8 @@ part("write").addEventListener("click", async () => {
   try {
     const answer = await fetch("values", { method: "POST", body: lines.join("\n") });
     said = await answer.text();
-    setText(answer.ok ? "news" : "problem", said);
+    setText("news", answer.ok ? said : noteShown);
+    if (!answer.ok) setText("problem", said);
   } catch (problem) {
     setText("problem", `the values were not written: ${problem.message}`);
   }

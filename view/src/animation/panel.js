@@ -127,13 +127,12 @@ function setValue(name, value) {
   else changed[name] = value;
 }
 
+const asked = [...new URLSearchParams(location.hash.slice(1))];
+const isUsed = ([name, text]) => ownValue(about, name) !== undefined && text.trim() !== "" && Number.isFinite(Number(text));
 /** The values that the address asks for: `#O2A=0.25&J2=90`. */
-function addressed() {
-  const asked = new URLSearchParams(location.hash.slice(1));
-  const isNumber = (text) => text !== null && text.trim() !== "" && Number.isFinite(Number(text));
-  const known = settable(about).filter(({ name }) => isNumber(asked.get(name)));
-  return Object.fromEntries(known.map(({ name }) => [name, Number(asked.get(name))]));
-}
+const addressed = () => Object.fromEntries(asked.filter(isUsed).map(([name, text]) => [name, Number(text)]));
+/** What else is in the address. */
+const ignored = () => asked.filter((pair) => pair[0] !== "t" && !isUsed(pair)).map((pair) => pair.join("="));
 
 /** The values of the last run: some follow from others. */
 let values = {};
@@ -146,6 +145,9 @@ function listParameters() {
   about.parameters.forEach((each) => listParameter(each));
   if (about.start.length > 0) html(part("parameters"), "h3", "qrm-start", "At the start");
   about.start.forEach((each) => listParameter(each, each.unit === "rad" ? Math.PI : 0));
+  const note = (names, text) => names.length > 0 && html(part("parameters"), "p", "qrm-note", `${names.join(", ")}: ${text}`);
+  note(about.left_out, "zero in the scene and left out; runtime = true gives a slider");
+  note(ignored(), "in the address, but no number of this scene");
 }
 
 /** The row of a parameter, whose slider goes so far to both sides of its value. */
