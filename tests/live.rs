@@ -118,6 +118,19 @@ fn the_next_save_cancels_a_long_derivation() {
 }
 
 #[test]
+fn a_killed_command_takes_its_engine_along() {
+    let mut live = Live::of_text(&chain(12));
+    assert!(live.next()["note"].is_string());
+    let begun = Instant::now();
+    live.kill();
+    let mut other = Live::of_text(&format!("{}# another text\n", chain(2)));
+    other.next_scene();
+    assert!(begun.elapsed().as_secs_f64() < 10.0, "the engine was not free: {:?}", begun.elapsed());
+    let cache = fs::read_dir(live.folder().join("cache")).expect("the cache");
+    assert_eq!(cache.count(), 0, "it left files");
+}
+
+#[test]
 fn values_are_written_to_the_file() {
     let mut live = Live::of_scene("quick-return");
     live.next_scene();

@@ -147,6 +147,12 @@ impl Live {
         self.process.id()
     }
 
+    /// Ends the command without asking it.
+    pub(crate) fn kill(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+
     /// The message of a command with these arguments, which fails.
     pub(crate) fn refused(&self, arguments: &[&str]) -> String {
         let output = command(self.folder.path(), &[&["--no-open"], arguments].concat()).output().expect("it starts");
@@ -185,7 +191,6 @@ fn command(folder: &Path, arguments: &[&str]) -> Command {
 
 impl Drop for Live {
     fn drop(&mut self) {
-        let _ = self.process.kill();
-        let _ = self.process.wait();
+        self.kill();
     }
 }
