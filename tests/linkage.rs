@@ -231,6 +231,45 @@ fn forces_in_joints_are_those_of_free_bodies() {
     assert!(rows > 40, "{rows}");
 }
 
+fn check(arguments: &[&str]) -> String {
+    let output = qrm(&["check"]).args(arguments).output().expect("the command starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).expect("text")
+}
+
+#[test]
+fn mobility_is_known_by_count_and_by_rank() {
+    let text = check(&[&path("four-bar")]);
+    assert!(text.contains("1 degree of freedom: 3 coordinates, 2 constraints of rank 2"), "{text}");
+    assert!(text.contains("crank-rocker: `crank` turns fully, `rocker` rocks"), "{text}");
+    // Crank and ground overlap: the diagonal is 0.4 m - 0.1 m.
+    let angle: f64 = ((0.35_f64.powi(2) + 0.25_f64.powi(2) - 0.3_f64.powi(2)) / (2.0 * 0.35 * 0.25)).acos();
+    assert!(text.contains(&format!("at least {:.4} deg as `crank` moves", angle.to_degrees())), "{text}");
+    let text = check(&[&path("parallel")]);
+    assert!(text.contains("1 degree of freedom: 4 coordinates, 4 constraints of rank 3"), "{text}");
+    assert!(text.contains("by count there would be 0: 1 constraint repeats others"), "{text}");
+    assert!(text.contains("change point: "), "{text}");
+}
+
+#[test]
+fn branches_are_found_by_pairs_of_links() {
+    // The other branch of a four-bar is the image in the line from the far end of the crank to that of the ground.
+    let text = check(&[&path("four-bar"), "--branches"]);
+    assert!(text.starts_with("my-four-bar: 2 branches with phi_crank = 45.0000 deg"), "{text}");
+    let row = |number: &str| -> Vec<f64> {
+        let line = text.lines().find(|line| line.trim_start().starts_with(number)).expect("a row");
+        line.split_whitespace().skip(1).step_by(2).take(2).map(|word| word.parse().expect("an angle")).collect()
+    };
+    let b = Vector2::new(0.1, 0.1) * (0.25 * PI).cos();
+    let diagonal = Vector2::new(0.4, 0.0) - b;
+    let axis = 2.0 * diagonal.y.atan2(diagonal.x).to_degrees();
+    for (own, other) in row("1").iter().zip(row("2")) {
+        near("image", (own + other - axis).rem_euclid(360.0).min((axis - own - other).rem_euclid(360.0)), 0.0, 2e-4);
+    }
+    // Three dyads have two positions each.
+    assert!(check(&[&path("jansen"), "--branches"]).starts_with("jansen: 8 branches\n"));
+}
+
 #[test]
 fn scenes_are_short() {
     for (name, most) in [("four-bar", 12), ("quick-return", 20), ("jansen", 30)] {

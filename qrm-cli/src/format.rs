@@ -40,7 +40,8 @@ pub(crate) fn number(value: f64) -> String {
 /// An angle in degrees, a length as it is.
 pub(crate) fn quantity(value: f64, unit: &str) -> String {
     if unit == "rad" {
-        format!("{:.4} deg", value.to_degrees())
+        let text = format!("{:.4} deg", value.to_degrees());
+        text.strip_prefix('-').filter(|size| *size == "0.0000 deg").map_or(text.clone(), str::to_owned)
     } else {
         format!("{value:.7} {unit}").trim_end().to_owned()
     }

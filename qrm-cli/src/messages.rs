@@ -57,9 +57,8 @@ pub(crate) fn not_assembled(reason: &NotAssembled, setup: &Setup) -> Error {
     let (name, unit, span) = (&constraint.name, &constraint.unit, constraint.span.clone());
     let size = readable_size(reason.residual);
     if reason.is_other_branch {
-        return Error::usage("the mechanism can be assembled only on another branch than that of the scene").help(
-            "on the way there it passes a singular position; choose guesses in [initial] on that branch",
-        );
+        return Error::usage("the mechanism can be assembled only on another branch than that of the scene")
+            .help("on the way there it passes a singular position; choose guesses in [initial] on that branch");
     }
     let diagnostic = if reason.rates {
         let title =

@@ -11,7 +11,7 @@ use qrm_scene::resolve;
 use qrm_scene::scene::Scene;
 use qrm_scene::time_scales::{TimeScale, time_scales};
 use qrm_sim::integrate::{MethodSettings, RK4, StepBounds};
-use qrm_sim::run::{End, Observer, Outcome, Request, simulate};
+use qrm_sim::run::{End, Observer, Outcome, Request, assembled, simulate};
 use qrm_sim::solve::{ProjectionTolerance, constraint_rank};
 use qrm_sim::start::Start;
 
@@ -142,6 +142,11 @@ impl Setup {
     /// The start of the command line, or of the scene.
     pub(crate) fn start(&self) -> Start {
         self.start.clone().unwrap_or_else(|| Start::of(&*self.mechanism()))
+    }
+
+    /// The coordinates at the start.
+    pub(crate) fn assembled(&self) -> Result<Vec<f64>, Error> {
+        assembled(&*self.mechanism()).map(|(q, _)| q).map_err(|reason| messages::not_assembled(&reason, self))
     }
 
     /// Which coordinates are given at the start.

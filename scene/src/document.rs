@@ -36,6 +36,8 @@ pub struct Document {
     pub links: Vec<LinkSyntax>,
     /// `[joints]`
     pub joints: Vec<JointSyntax>,
+    /// Loops of four links; only where there are links.
+    pub four_bars: Vec<FourBar>,
     /// `[points]`
     pub points: Vec<(Identifier, [Formula; 2])>,
     /// `[bodies]`
@@ -64,6 +66,17 @@ pub struct Document {
     pub extremes: Vec<ExtremeSyntax>,
     /// `[run]`
     pub run: RunSyntax,
+}
+
+/// A loop of four links that pins join, by the names of links, points and coordinates.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FourBar {
+    /// The ground, a link beside it, the coupler, and the other link beside the ground.
+    pub links: [String; 4],
+    /// The pins of each link.
+    pub sides: [[String; 2]; 4],
+    /// The angles of the links beside the ground.
+    pub angles: [String; 2],
 }
 
 /// A name and its place.

@@ -10,6 +10,7 @@ mod bodies;
 mod closures;
 mod drawing;
 mod forces;
+mod four_bars;
 mod graph;
 mod places;
 mod start;
@@ -48,11 +49,13 @@ pub fn expand(document: &mut Document, findings: &mut Vec<Diagnostic>) {
         .filter_map(|link| bodies::body(&graph, &tree, &angles, &places, link, findings))
         .collect();
     let values = Rough::new(&graph, &angles, &tree).values();
+    let four_bars = four_bars::four_bars(&graph, &angles, &places);
     let drawing = if document.drawing.is_empty() { drawing::drawing(&graph, &angles, &places) } else { Vec::new() };
     let count = [coordinates.len() + document.coordinates.len(), constraints.len() + document.constraints.len()];
     let freedoms = count[0].saturating_sub(count[1]);
     let forces = forces::outputs(document, &graph, &tree, &places, findings);
     let points = places.points;
+    document.four_bars = four_bars;
     put_before(&mut document.coordinates, coordinates);
     put_before(&mut document.points, points);
     put_before(&mut document.bodies, bodies);

@@ -146,6 +146,7 @@ impl Resolver<'_> {
             references: self.references(document),
             extremes: self.extremes(document),
             run: self.run(document),
+            four_bars: document.four_bars.clone(),
         };
         for (identifier, load) in &document.loads {
             if let Some(kind) = self.load(&scene, load) {

@@ -9,7 +9,7 @@ mod reference;
 use std::collections::BTreeSet;
 
 use crate::diagnostic::Span;
-use crate::document::Side;
+use crate::document::{FourBar, Side};
 use crate::expression::{Expression, Node};
 use crate::function::Function;
 use crate::parser::Condition;
@@ -80,6 +80,9 @@ pub struct Scene {
     pub extremes: Vec<Extreme>,
     /// How a run begins and ends.
     pub run: Run,
+    /// Loops of four links; only where there are links.
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub four_bars: Vec<FourBar>,
 }
 
 /// A generalized coordinate.

@@ -1,7 +1,9 @@
 //! `qrm check`
 
+mod branches;
 mod equilibrium;
 mod limits;
+mod mobility;
 mod motion;
 mod revolution;
 
@@ -22,6 +24,9 @@ pub(crate) struct Options {
     /// Only say what balances the loads at rest, at a position such as `phi2=45deg`; may be repeated
     #[arg(long = "static", value_name = "NAME=VALUE", allow_hyphen_values = true)]
     at_rest: Vec<String>,
+    /// Only list the positions at which it can be assembled
+    #[arg(long, conflicts_with = "at_rest")]
+    branches: bool,
 }
 
 /// Prints what can be known of a mechanism beyond one run of it.
@@ -31,6 +36,10 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
         for position in equilibrium::positions(&setup, &options.at_rest)? {
             print(&equilibrium::text(&setup, &position)?);
         }
+        return Ok(());
+    }
+    if options.branches {
+        print(&branches::text(&setup)?);
         return Ok(());
     }
     let (topics, problem) = report_lines(&setup)?;
@@ -59,9 +68,10 @@ impl Topic {
     }
 }
 
-/// The lines about a revolution and about the scene's own motion, with an error if its run did not do what was asked.
+/// The lines about mobility, about a revolution and about the scene's own motion, with an error if its run did not do what was asked.
 pub(crate) fn report_lines(setup: &Setup) -> Result<(Vec<Topic>, Option<Error>), Error> {
-    let mut topics = revolution::report_lines(setup)?;
+    let mut topics = mobility::report_lines(setup)?;
+    topics.extend(revolution::report_lines(setup)?);
     let (of_motion, problem) = motion::report_lines(setup)?;
     topics.extend(of_motion);
     Ok((topics, problem))

@@ -10,11 +10,10 @@ use qrm_core::{Model, Replace};
 use qrm_scene::evaluate::parameter_values;
 use qrm_scene::names::suggestion;
 use qrm_sim::analysis::{Sensitivity, SensitivityEnd, SensitivityError, SensitivityRequest, sensitivity};
-use qrm_sim::run::assembled;
 
 use crate::error::{Error, Message};
 use crate::format::counted;
-use crate::messages::{no_start, not_assembled, step_error};
+use crate::messages::{no_start, step_error};
 use crate::options::{MethodOptions, OutFolder, SceneOptions, check_parameter};
 use crate::output::{print, save};
 use crate::progress::{MotionProgress, interrupted};
@@ -41,7 +40,7 @@ pub(crate) struct Options {
 /// Takes derivatives of a motion by parameters, checks them, prints and writes them.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
     let setup = Setup::new(models, &options.scene, &MethodOptions::default())?;
-    let (q, _) = assembled(&*setup.mechanism()).map_err(|reason| not_assembled(&reason, &setup))?;
+    let q = setup.assembled()?;
     setup.refuse_redundant(&q)?;
     let by = parameters(&setup, &options.by)?;
     check_outputs(&setup, &options.of)?;

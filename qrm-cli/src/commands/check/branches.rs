@@ -1,0 +1,58 @@
+//! The positions at which a mechanism can be assembled.
+
+use qrm_sim::analysis::{MAX_BRANCHES, branches};
+use qrm_sim::solve::constraint_rank;
+use qrm_sim::start::Start;
+
+use crate::error::Error;
+use crate::format::{counted, quantity};
+use crate::progress::{interrupted, watch_interrupts};
+use crate::setup::Setup;
+
+/// A table of the branches: the coordinates of each.
+pub(super) fn text(setup: &Setup) -> Result<String, Error> {
+    let start = setup.start();
+    let mechanism = setup.mechanism();
+    let q = setup.assembled()?;
+    let free = start.given.iter().filter(|given| !**given).count();
+    let rank = constraint_rank(&*mechanism, 0.0, &q);
+    if free != rank {
+        let title = format!(
+            "branches cannot be counted: {} not given, and the constraints determine {rank}",
+            counted(free as u64, "coordinate") + if free == 1 { " is" } else { " are" }
+        );
+        return Err(Error::usage(title).help("give as many coordinates in [initial] as there are degrees of freedom"));
+    }
+    if free == 0 {
+        return Ok(format!("{}: 1 branch, all coordinates are given", setup.description.name));
+    }
+    watch_interrupts();
+    let found = branches(&*mechanism, &Start { q: q.clone(), ..start.clone() }, || !interrupted());
+    if interrupted() {
+        return Err(Error::run("the search for branches was interrupted"));
+    }
+    let coordinates = setup.description.coordinates;
+    let (fixed, free): (Vec<usize>, Vec<usize>) = (0..q.len()).partition(|&i| start.given[i]);
+    let cells = |q: &[f64]| free.iter().map(|&i| quantity(q[i], coordinates[i].unit)).collect::<Vec<_>>();
+    let mut rows = vec![free.iter().map(|&i| coordinates[i].name.to_owned()).collect::<Vec<_>>()];
+    rows.extend(found.iter().map(|q| cells(q)));
+    let width = |column: usize| rows.iter().map(|row| row[column].len()).max().unwrap_or(0);
+    let given: Vec<String> =
+        fixed.iter().map(|&i| format!("{} = {}", coordinates[i].name, quantity(q[i], coordinates[i].unit))).collect();
+    let given = if given.is_empty() { String::new() } else { format!(" with {}", given.join(", ")) };
+    let number = found.len();
+    let noun = if number == 1 { "branch" } else { "branches" };
+    let more = if number == MAX_BRANCHES { " and perhaps more" } else { "" };
+    let mut text = format!("{}: {number} {noun}{more}{given}\n", setup.description.name);
+    for (place, row) in rows.iter().enumerate() {
+        let label = if place == 0 { String::new() } else { place.to_string() };
+        let cells: Vec<String> =
+            row.iter().enumerate().map(|(i, cell)| format!("{cell:>width$}", width = width(i))).collect();
+        let note = if place == 1 { "   the scene's own" } else { "" };
+        text += &format!("\n  {label:>2}  {}{note}", cells.join("   "));
+    }
+    if number > 1 {
+        text += "\n\nGuesses near the values of a branch choose it: `solve` in [initial], `near` and `angle` in links and joints";
+    }
+    Ok(text)
+}
