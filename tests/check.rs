@@ -68,7 +68,7 @@ fn the_ram_has_its_stroke_and_time_ratio() {
         2e-6,
     );
     near("stroke", after(&text, "stroke       "), 0.000913160692004732 + 0.9324201726413286, 1e-7);
-    assert!(text.contains("energy   kinetic and potential: constant within 1.3e-6 J"), "{text}");
+    assert!(text.contains("energy    kinetic and potential: constant within 1.3e-6 J"), "{text}");
     near("a turn", after(&text, "after a turn of phi2, at t = "), 0.877997139511224, 1e-9);
 }
 
@@ -154,7 +154,7 @@ fn different_coordinates_make_one_position() {
 #[test]
 fn work_of_a_damper_is_balanced() {
     let text = check(&["quick-return-loaded", "--set", "cd=50"]);
-    let (change, work) = (after(&text, "energy   changes by "), after(&text, "do work of "));
+    let (change, work) = (after(&text, "energy    changes by "), after(&text, "do work of "));
     assert!(change < -100.0, "{text}");
     near("work", work, change, 1e-5);
     assert!(text.contains("the motion does not repeat"), "{text}");
@@ -173,7 +173,7 @@ fn change_of_energy_is_that_of_the_trajectory() {
         let place = table.headers().expect("columns").iter().position(|name| name == "energy").expect("energy");
         let energy: Vec<f64> =
             table.records().map(|row| row.expect("a row")[place].parse().expect("a number")).collect();
-        near("change", after(&text, "energy   changes by "), energy[energy.len() - 1] - energy[0], 1e-6);
+        near("change", after(&text, "energy    changes by "), energy[energy.len() - 1] - energy[0], 1e-6);
     }
 }
 

@@ -77,6 +77,9 @@ fn case(
     };
     let changed: Vec<String> = extreme.set.iter().map(set).collect();
     let mut varied = options.clone();
+    // The values of the case stand in place of those of the command line.
+    let name = |text: &str| text.split('=').next().unwrap_or_default().trim().to_owned();
+    varied.set.retain(|own| changed.iter().all(|text| name(text) != name(own)));
     varied.set.extend(changed.iter().cloned());
     if let Some(t) = &extreme.end_time {
         (varied.end_time, varied.until) = (Some(format!("{:?}", constant(t, &parameters))), None);
