@@ -24,6 +24,44 @@ fn end(scene: &str) -> impl Fn(&str) -> f64 + use<> {
     move |name| summary["end_state"][name].as_f64().unwrap_or_else(|| panic!("no `{name}` in {summary}"))
 }
 
+/// Rows of a trajectory, by the names of their columns.
+struct Rows {
+    header: Vec<String>,
+    rows: Vec<Vec<f64>>,
+}
+
+impl Rows {
+    fn of(scene: &str) -> Self {
+        let run = common::run(&[&path(scene), "--no-figures"]);
+        assert_eq!(run.status(), 0, "{}", run.stderr());
+        let text = fs::read_to_string(run.path("trajectory.csv")).expect("the trajectory");
+        let mut lines = text.lines().map(|line| line.split(','));
+        let header = lines.next().expect("a header").map(str::to_owned).collect();
+        let rows = lines.map(|line| line.map(|number| number.parse().expect("a number")).collect()).collect();
+        Self { header, rows }
+    }
+
+    /// Every so many rows, each as a function from names to numbers.
+    fn every(&self, many: usize) -> impl Iterator<Item = impl Fn(&str) -> f64> {
+        let value = |row: &'_ [f64], name: &str| {
+            row[self.header.iter().position(|own| own == name).unwrap_or_else(|| panic!("no column `{name}`"))]
+        };
+        self.rows.iter().step_by(many).map(move |row| move |name: &str| value(row, name))
+    }
+}
+
+/// A vector that turns with a link, with its two rates.
+fn turning(value: &impl Fn(&str) -> f64, angle: &str, offset: f64, length: f64) -> [Vector2<f64>; 3] {
+    let [q, qd, qdd] = ["", "_dot", "_ddot"].map(|suffix| value(&format!("{angle}{suffix}")));
+    let (sin, cos) = (q + offset).sin_cos();
+    let (along, across) = (Vector2::new(cos, sin), Vector2::new(-sin, cos));
+    [length * along, length * qd * across, length * (qdd * across - qd * qd * along)]
+}
+
+fn plus(a: [Vector2<f64>; 3], b: [Vector2<f64>; 3]) -> [Vector2<f64>; 3] {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
 #[test]
 fn the_quick_return_moves_as_the_one_in_formulae() {
     let (own, formulae) = (end(&path("quick-return")), end("quick-return"));
@@ -104,11 +142,7 @@ fn a_disc_rolls_down_a_slope() {
 
 #[test]
 fn the_foot_of_a_leg_is_where_circles_meet() {
-    let run = common::run(&[&path("jansen"), "--no-figures"]);
-    assert_eq!(run.status(), 0, "{}", run.stderr());
-    let text = fs::read_to_string(run.path("trajectory.csv")).expect("the trajectory");
-    let mut lines = text.lines();
-    let header: Vec<&str> = lines.next().expect("a header").split(',').collect();
+    let rows = Rows::of("jansen");
     // The point at these distances from two others, on the left of the way from the first to the second.
     let meeting = |a: Vector2<f64>, from_a: f64, b: Vector2<f64>, from_b: f64| {
         let way = b - a;
@@ -118,9 +152,7 @@ fn the_foot_of_a_leg_is_where_circles_meet() {
         a + along * unit + across * Vector2::new(-unit.y, unit.x)
     };
     let z = Vector2::new(-0.38, -0.078);
-    for line in lines.step_by(100) {
-        let numbers: Vec<f64> = line.split(',').map(|number| number.parse().expect("a number")).collect();
-        let value = |name: &str| numbers[header.iter().position(|own| *own == name).expect("a column")];
+    for value in rows.every(100) {
         let angle = 3.0 * value("t");
         let m = 0.15 * Vector2::new(angle.cos(), angle.sin());
         let p = meeting(z, 0.415, m, 0.5);
@@ -165,23 +197,10 @@ fn the_scene_that_it_becomes_moves_the_same() {
 /// The forces in the joints of the quick-return by hand, from the ram to the crank, at the state of a row.
 #[test]
 fn forces_in_joints_are_those_of_free_bodies() {
-    let run = common::run(&[&path("joint-forces"), "--no-figures"]);
-    assert_eq!(run.status(), 0, "{}", run.stderr());
-    let text = fs::read_to_string(run.path("trajectory.csv")).expect("the trajectory");
-    let mut lines = text.lines();
-    let header: Vec<&str> = lines.next().expect("a header").split(',').collect();
-    let mut rows = 0;
-    for line in lines.step_by(37) {
-        let numbers: Vec<f64> = line.split(',').map(|number| number.parse().expect("a number")).collect();
-        let value = |name: &str| numbers[header.iter().position(|own| *own == name).expect("a column")];
+    let (all, mut rows) = (Rows::of("joint-forces"), 0);
+    for value in all.every(37) {
         let force = |name: &str| Vector2::new(value(&format!("{name}_x")), value(&format!("{name}_y")));
-        // A vector that turns, and its two rates.
-        let turning = |angle: &str, length: f64| {
-            let [q, qd, qdd] = ["", "_dot", "_ddot"].map(|suffix| value(&format!("{angle}{suffix}")));
-            let (along, across) = (Vector2::new(q.cos(), q.sin()), Vector2::new(-q.sin(), q.cos()));
-            [length * along, length * qd * across, length * (qdd * across - qd * qd * along)]
-        };
-        let plus = |a: [Vector2<f64>; 3], b: [Vector2<f64>; 3]| [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
+        let turning = |angle: &str, length: f64| turning(&value, angle, 0.0, length);
         let o2 = Vector2::new(0.0, 0.3);
         let a = plus([o2, Vector2::zeros(), Vector2::zeros()], turning("phi2", 0.2));
         let (b, g4) = (turning("phi4", 0.7), turning("phi4", 0.4));
@@ -229,6 +248,61 @@ fn forces_in_joints_are_those_of_free_bodies() {
         rows += 1;
     }
     assert!(rows > 40, "{rows}");
+}
+
+/// The moments in joints, and what acts on the ground, by hand.
+#[test]
+fn moments_in_joints_are_those_of_free_bodies() {
+    let rows = Rows::of("moments");
+    for value in rows.every(50) {
+        let force = |name: &str| Vector2::new(value(&format!("{name}_x")), value(&format!("{name}_y")));
+        let weight = |mass: f64| Vector2::new(0.0, -9.81 * mass);
+        let crank = |length: f64| turning(&value, "phi_crank", 0.0, length);
+        let tip = |length: f64| plus(crank(0.1), turning(&value, "phi_crank", PI / 3.0, length));
+        let (a, d) = (crank(0.1), tip(0.08));
+        // The change of the angular momentum of a bar about a point, less the moment of its weight.
+        let spin = |mass: f64, com: [Vector2<f64>; 3], about: Vector2<f64>| {
+            (com[0] - about).perp(&(mass * com[2] - weight(mass)))
+        };
+        let [alpha, rate] = [value("phi_crank_ddot"), value("phi_crank_dot")];
+        let stretch = d[0] - Vector2::new(0.0, 0.05);
+        let along = stretch.normalize();
+        let tie = (-50.0 * (stretch.norm() - 0.1) - 2.0 * d[1].dot(&along)) * along;
+        let of_tip = 0.5 * 0.08 * 0.08 / 12.0 * alpha + spin(0.5, tip(0.04), a[0]) - (d[0] - a[0]).perp(&tie);
+        near("weld", value("M_weld"), of_tip, 1e-12);
+        near("weld, the other way", value("M_weld_on_crank"), -of_tip, 1e-12);
+        let rod = |length: f64| plus(a, turning(&value, "phi_rod", 0.0, length));
+        let (c, ram) = (rod(0.4), Vector2::new(0.1, 0.03));
+        let push = Vector2::new(-40.0, 5.0);
+        let of_ram = ram.perp(&(3.0 * c[2] - weight(3.0) - push));
+        near("guide", value("M_guide"), of_ram, 1e-10);
+        let q = turning(&value, "phi_wheel", 0.0, 0.02);
+        let of_wheel = 0.05 * value("phi_wheel_ddot") + spin(4.0, q, Vector2::zeros()) + 3.0;
+        near("wheel", value("M_wheel"), of_wheel, 1e-11);
+        near("crank", value("M_crank"), 2.0 * of_wheel, 1e-11);
+        let of_crank = 1.0 * 0.01 / 12.0 * alpha + spin(1.0, crank(0.05), Vector2::zeros()) - a[0].perp(&force("F_A"))
+            + 0.5 * 0.08 * 0.08 / 12.0 * alpha
+            + spin(0.5, tip(0.04), Vector2::zeros())
+            - d[0].perp(&tie)
+            - value("M_crank")
+            + 0.3 * rate;
+        near("drive", value("T"), of_crank, 1e-10);
+        near("its power", value("P_T"), value("T") * rate, 1e-10);
+        // Springs act on the ground too.
+        let on_ground = -force("F_O") - force("F_P") - force("F_guide") - tie;
+        near("shaking, x", value("S_x"), on_ground.x, 1e-10);
+        near("shaking, y", value("S_y"), on_ground.y, 1e-10);
+        let about = -Vector2::new(-0.3, 0.0).perp(&force("F_P"))
+            - c[0].perp(&force("F_guide"))
+            - value("M_guide")
+            - Vector2::new(0.0, 0.05).perp(&tie)
+            - value("T")
+            - value("M_wheel")
+            - value("M_crank")
+            + 0.3 * rate
+            + 3.0;
+        near("shaking moment", value("S_O"), about, 1e-10);
+    }
 }
 
 fn check(arguments: &[&str]) -> String {

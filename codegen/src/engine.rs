@@ -14,6 +14,7 @@ mod loads;
 mod rows;
 mod simplify;
 mod translate;
+mod virtual_work;
 
 use std::fs::File;
 use std::io;

@@ -11,6 +11,7 @@ mod linearization;
 mod loads;
 mod sample;
 mod tape;
+mod virtual_work;
 mod wide;
 
 use num_traits::Signed;

@@ -1,6 +1,6 @@
 //! The columns of a run in the groups in which they are shown.
 
-use qrm_scene::scene::{OutputKind, Scene};
+use qrm_scene::scene::Scene;
 use qrm_sim::columns::{Column, Kind};
 
 use crate::recording::Recording;
@@ -63,12 +63,12 @@ pub fn groups(scene: &Scene, recording: &Recording) -> Vec<Group> {
                 let titles = if is_angle { ("angular speeds", "angular speed") } else { ("speeds", "speed") };
                 add(Some("rates"), titles, column, &coordinate.doc);
             }
-            Kind::Output(i) => match scene.outputs[i].kind {
-                OutputKind::ReactionForce { .. } | OutputKind::FreeBody { .. } | OutputKind::Norm(_) => {
-                    add(Some("reactions"), ("reaction forces", "force"), column, &column.doc);
-                }
-                OutputKind::ReactionMoment { .. } => {
+            Kind::Output(i) => match &scene.outputs[i].kind {
+                kind if kind.is_reaction() && (kind.is_moment() || column.unit == "N m") => {
                     add(Some("moments"), ("reaction moments", "moment"), column, &column.doc);
+                }
+                kind if kind.is_reaction() => {
+                    add(Some("reactions"), ("reaction forces", "force"), column, &column.doc);
                 }
                 _ if column.doc.is_empty() => add(None, (&column.name, &column.name), column, ""),
                 _ => {

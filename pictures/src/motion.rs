@@ -1,6 +1,6 @@
 //! The motion of a recorded run, for animations.
 
-use qrm_scene::scene::{LoadKind, OutputKind, Scene};
+use qrm_scene::scene::{LoadKind, Output, OutputKind, Scene};
 use qrm_sim::columns::Kind;
 use qrm_view::motion::{Arrow, Motion, Plot, PlotCurve, Shape, Track};
 
@@ -56,8 +56,22 @@ pub fn motion(scene: &Scene, parameters: &[f64], recording: &Recording) -> Resul
 fn reactions(pose: &mut Pose, recording: &Recording) -> Vec<Arrow> {
     let scene = pose.scene;
     let mut arrows = Vec::new();
+    let is_component = |i: usize| {
+        let has =
+            |own: &Output| matches!(own.kind, OutputKind::Norm { components, at: Some(_) } if components.contains(&i));
+        scene.outputs.iter().any(has)
+    };
     for (i, output) in scene.outputs.iter().enumerate() {
+        let arrow =
+            |node, x, y| Arrow { name: output.name.clone(), doc: output.doc.clone(), is_reaction: true, node, x, y };
+        if let OutputKind::Norm { components: [x, y], at: Some(point) } = output.kind {
+            let [x, y] = [x, y].map(|i| recording.values(Kind::Output(i)));
+            arrows.push(arrow(pose.point(point), x, y));
+        }
         let OutputKind::ReactionForce { point, along, .. } = &output.kind else { continue };
+        if is_component(i) {
+            continue;
+        }
         let values = recording.values(Kind::Output(i));
         let component = |axis: usize| -> Track {
             let each = pose.states.iter().zip(&values).map(|(state, value)| {
@@ -68,8 +82,7 @@ fn reactions(pose: &mut Pose, recording: &Recording) -> Vec<Arrow> {
             each.collect()
         };
         let [x, y] = [component(0), component(1)];
-        let node = pose.point(*point);
-        arrows.push(Arrow { name: output.name.clone(), doc: output.doc.clone(), is_reaction: true, node, x, y });
+        arrows.push(arrow(pose.point(*point), x, y));
     }
     arrows
 }

@@ -16,7 +16,7 @@ use crate::parser::{Condition, Formula};
 pub use joints::{JointKind, JointSyntax, LinkPoint};
 pub use links::{LinkSyntax, Mass, Shape};
 pub use loads::{Along, LoadSyntax, SpringSyntax};
-pub use outputs::{OutputSyntax, OutputValue};
+pub use outputs::{DisplacementSyntax, JointPart, OutputSyntax, OutputValue};
 use table::Reader;
 
 /// A scene file as written: every formula parsed, no name looked up.

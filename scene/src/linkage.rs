@@ -12,18 +12,30 @@ mod drawing;
 mod forces;
 mod four_bars;
 mod graph;
+mod moments;
+mod outputs;
 mod places;
 mod start;
 pub(crate) mod terms;
 mod tree;
 
 use crate::diagnostic::{Diagnostic, errors};
-use crate::document::{CoordinateSyntax, Document, Identifier, OutputSyntax, OutputValue};
+use crate::document::{CoordinateSyntax, Document, Identifier};
 use angles::Angles;
+use closures::Closure;
 use graph::Graph;
 use places::{Places, origin_names, slide};
 use start::Rough;
 use tree::{Placement, Tree};
+
+/// All that is known of links and joints.
+struct Linkage<'l> {
+    graph: &'l Graph<'l>,
+    tree: &'l Tree,
+    angles: &'l Angles,
+    places: &'l Places,
+    closures: &'l [Closure],
+}
 
 /// Adds to a scene what its links and joints are in coordinates, points, bodies, constraints and drawings.
 pub fn expand(document: &mut Document, findings: &mut Vec<Diagnostic>) {
@@ -42,8 +54,8 @@ pub fn expand(document: &mut Document, findings: &mut Vec<Diagnostic>) {
     let angles = Angles::new(&graph);
     angles.check(&graph, findings);
     let tree = Tree::new(&graph);
-    let places = Places::new(&graph, &tree, &angles, !forces::are_asked_for(document));
-    let constraints = closures::constraints(&graph, &tree, &angles, &places);
+    let places = Places::new(&graph, &tree, &angles, !outputs::are_of_joints(document));
+    let closures = closures::closures(&graph, &tree, &angles, &places);
     let coordinates = coordinates(&graph, &tree, &angles);
     let bodies = (1..graph.links.len())
         .filter_map(|link| bodies::body(&graph, &tree, &angles, &places, link, findings))
@@ -51,10 +63,12 @@ pub fn expand(document: &mut Document, findings: &mut Vec<Diagnostic>) {
     let values = Rough::new(&graph, &angles, &tree).values();
     let four_bars = four_bars::four_bars(&graph, &angles, &places);
     let drawing = if document.drawing.is_empty() { drawing::drawing(&graph, &angles, &places) } else { Vec::new() };
-    let count = [coordinates.len() + document.coordinates.len(), constraints.len() + document.constraints.len()];
+    let count = [coordinates.len() + document.coordinates.len(), closures.len() + document.constraints.len()];
     let freedoms = count[0].saturating_sub(count[1]);
-    let forces = forces::outputs(document, &graph, &tree, &places, findings);
+    let linkage = Linkage { graph: &graph, tree: &tree, angles: &angles, places: &places, closures: &closures };
+    let outputs = outputs::outputs(document, &linkage, findings);
     let points = places.points;
+    let constraints = closures.into_iter().map(|closure| closure.syntax).collect();
     document.four_bars = four_bars;
     put_before(&mut document.coordinates, coordinates);
     put_before(&mut document.points, points);
@@ -62,9 +76,8 @@ pub fn expand(document: &mut Document, findings: &mut Vec<Diagnostic>) {
     put_before(&mut document.constraints, constraints);
     document.drawing.extend(drawing);
     let own = std::mem::take(&mut document.outputs);
-    let is_force = |output: &OutputSyntax| matches!(output.value, OutputValue::Joint(_));
-    let each = own.into_iter().zip(forces).map(|(own, forces)| if is_force(&own) { forces } else { vec![own] });
-    document.outputs = each.flatten().collect();
+    document.outputs =
+        own.into_iter().zip(outputs).flat_map(|(own, instead)| instead.unwrap_or_else(|| vec![own])).collect();
     let unknown = start::write(document, values, freedoms);
     start::report_unknown(document, &unknown, findings);
     // What only follows from other mistakes is not reported.

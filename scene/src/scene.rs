@@ -16,7 +16,7 @@ use crate::parser::Condition;
 pub use drawing::{Drawn, DrawnKind};
 pub use extreme::Extreme;
 pub use load::LoadKind;
-pub use output::OutputKind;
+pub use output::{Displacement, OutputKind, Turn};
 pub use reference::{Known, Reference};
 
 /// A formula of a scene.

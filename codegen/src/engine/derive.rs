@@ -6,9 +6,10 @@ use symbolica::atom::Atom;
 use super::algebra::Algebra;
 use super::loads::{Effort, Loads};
 use super::rows::Rows;
+use super::virtual_work::{self, Shift};
 use super::{Place, kernel, linearization};
 use crate::term::{Equations, Symbol, Term};
-use qrm_scene::scene::{LoadKind, OutputKind, Scene, Value};
+use qrm_scene::scene::{OutputKind, Scene};
 
 /// Derives everything that the generated functions compute. `number` tells the scenes of a process apart.
 pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> Equations {
@@ -59,7 +60,7 @@ pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> Equation
     for own in &scene.outputs {
         // The sum of the squares would be multiplied out.
         let term = match own.kind {
-            OutputKind::Norm([x, y]) => norm([&equations.outputs[x], &equations.outputs[y]]),
+            OutputKind::Norm { components, .. } => norm(components.map(|i| &equations.outputs[i])),
             _ => algebra.simple_term(&output(scene, &system, &own.kind)),
         };
         equations.outputs.push(term);
@@ -149,8 +150,15 @@ fn output(scene: &Scene, system: &System, kind: &OutputKind) -> Atom {
                 }),
             )
         }
-        OutputKind::FreeBody { bodies, points, along } => free_body(scene, system, bodies, points, along),
-        OutputKind::Norm(_) => Atom::num(0),
+        OutputKind::FreeBody { displacements, multipliers } => {
+            virtual_work::of_rest(system, displacements)
+                + multipliers.iter().fold(Atom::num(0), |sum, (constraint, factor)| {
+                    sum + algebra.atom(factor) * algebra.symbol(Symbol::Multiplier(*constraint))
+                })
+        }
+        OutputKind::ShakingForce(along) => virtual_work::on_ground(system, &Shift::along(system, along)),
+        OutputKind::ShakingMoment(point) => virtual_work::on_ground(system, &Shift::about(system, *point)),
+        OutputKind::Norm { .. } => Atom::num(0),
         OutputKind::ReactionMoment { constraint, coordinate } => {
             let turned = |i: usize| {
                 let angle = algebra.symbol(Symbol::Coordinate(i));
@@ -174,59 +182,6 @@ fn norm(parts: [&Term; 2]) -> Term {
     let [one, two] = [1, 2].map(|n: i32| BigRational::from_integer(n.into()));
     let squares = parts.map(|part| Term::Power(Box::new(part.clone()), two.clone()));
     Term::Power(Box::new(Term::Sum(squares.to_vec())), one / two)
-}
-
-/// The force on bodies beside loads and constraints, by the work of a virtual displacement of bodies and points.
-fn free_body(scene: &Scene, system: &System, bodies: &[usize], points: &[usize], along: &[Value; 2]) -> Atom {
-    let algebra = &system.algebra;
-    let along = [algebra.atom(&along[0]), algebra.atom(&along[1])];
-    let shifted = |p: usize, axis: usize| {
-        let position = algebra.point(p)[axis].clone();
-        if points.contains(&p) { position + algebra.displacement() * &along[axis] } else { position }
-    };
-    let change = |value: &Value| {
-        let displaced = algebra.atom_where(value, shifted, |i| algebra.symbol(Symbol::Coordinate(i)));
-        algebra.derivative_by_displacement(&displaced)
-    };
-    let mut force = Atom::num(0);
-    let masses = bodies.iter().filter_map(|body| {
-        let body = &scene.bodies[*body];
-        Some((algebra.atom(body.mass.as_ref()?), body.com.as_ref()?))
-    });
-    let masses: Vec<(Atom, &[Value; 2])> = masses.collect();
-    for (mass, com) in &masses {
-        for (place, along) in com.iter().zip(&along) {
-            let place = algebra.simplify(&algebra.atom(place));
-            let acceleration = algebra.contract(&algebra.gradient(&place), Symbol::Acceleration) + algebra.bias(&place);
-            force += mass * acceleration * along;
-        }
-    }
-    for (i, load) in scene.loads.iter().enumerate() {
-        let efforts = system.loads.of(i);
-        match &load.kind {
-            LoadKind::Gravity(field) => {
-                for (mass, _) in &masses {
-                    for (g, along) in field.iter().zip(&along) {
-                        force -= mass * algebra.atom(g) * along;
-                    }
-                }
-            }
-            LoadKind::Force { body: Some(body), .. } if bodies.contains(body) => {
-                for (effort, along) in efforts.iter().zip(&along) {
-                    force -= &effort.size * along;
-                }
-            }
-            kind => {
-                for (effort, place) in efforts.iter().zip(kind.places()) {
-                    force -= &effort.size * change(place);
-                }
-            }
-        }
-    }
-    for (k, constraint) in scene.constraints.iter().enumerate() {
-        force += change(&constraint.residual) * algebra.symbol(Symbol::Multiplier(k));
-    }
-    force
 }
 
 /// The force of a constraint along a virtual displacement of what it acts on: -lambda dC/ds.

@@ -43,7 +43,7 @@ impl Loads {
                         adding.effort(axis, force, at);
                     }
                 }
-                LoadKind::Torque { torque, angle } => adding.effort("", torque, angle),
+                LoadKind::Torque { torque, angle, .. } => adding.effort("", torque, angle),
                 LoadKind::Gravity(field) => {
                     for (k, row) in rows.rows.iter().enumerate().filter(|(_, row)| row.axis < 2) {
                         let weight = &rows.inertia[k] * &algebra.atom(&field[row.axis]);

@@ -5,10 +5,11 @@ use num_dual::{Dual, Dual2};
 use super::equations::EquationsOfMotion;
 use super::gradients::Gradients;
 use super::sample::Sample;
+use super::virtual_work::VirtualWork;
 use crate::term::Equations;
 use qrm_scene::evaluate::State;
 use qrm_scene::function::Differentiable;
-use qrm_scene::scene::{LoadKind, OutputKind, Scene};
+use qrm_scene::scene::{OutputKind, Scene};
 
 /// The numbers that each function must give.
 pub(super) type Expected<B> = Vec<(&'static str, Vec<B>)>;
@@ -88,6 +89,7 @@ impl<B: Differentiable> Sample<B> {
         let scene = gradients.scene;
         let plain = State::plain(scene, &self.parameters, self.t, &self.q, &self.qd);
         let moving = State::along(scene, &self.parameters, self.t, &self.q, &self.qd, &self.qdd);
+        let virtual_work = VirtualWork::new(scene, self, &plain, &moving);
         let output = |kind: &OutputKind, before: &[B]| match kind {
             OutputKind::Value(value) => plain.value(value),
             OutputKind::Rate(value) => moving.value(value).v1,
@@ -104,45 +106,16 @@ impl<B: Differentiable> Sample<B> {
                 load_forces.into_iter().map(|(effort, along)| effort * gradients.velocity(along)).sum()
             }
             OutputKind::DrivePower(k) => self.multipliers[*k] * self.constraint_rates(scene)[*k],
-            OutputKind::Norm([x, y]) => (before[*x] * before[*x] + before[*y] * before[*y]).sqrt(),
-            OutputKind::FreeBody { bodies, points, along } => {
-                let along = [0, 1].map(|axis| plain.value(&along[axis]));
-                let still = self.state_at(scene, Dual::new(self.t, zero));
-                let displaced = points.iter().fold(still, |state, point| {
-                    let [x, y] = state.point(*point);
-                    state.with_point(*point, [x + Dual::new(zero, along[0]), y + Dual::new(zero, along[1])])
-                });
-                let mut force = zero;
-                for body in bodies.iter().map(|body| &scene.bodies[*body]) {
-                    let (Some(mass), Some(com)) = (&body.mass, &body.com) else { continue };
-                    for axis in [0, 1] {
-                        force += plain.value(mass) * moving.value(&com[axis]).v2 * along[axis];
-                    }
-                    for load in &scene.loads {
-                        let LoadKind::Gravity(field) = &load.kind else { continue };
-                        for axis in [0, 1] {
-                            force -= plain.value(mass) * plain.value(&field[axis]) * along[axis];
-                        }
-                    }
-                }
-                for load in &scene.loads {
-                    match &load.kind {
-                        LoadKind::Gravity(_) => {}
-                        LoadKind::Force { force: applied, body: Some(body), .. } if bodies.contains(body) => {
-                            force -= plain.value(&applied[0]) * along[0] + plain.value(&applied[1]) * along[1];
-                        }
-                        kind => {
-                            for (effort, place) in self.load_forces(scene, &plain, kind) {
-                                force -= effort * displaced.value(place).eps;
-                            }
-                        }
-                    }
-                }
-                for (multiplier, constraint) in self.multipliers.iter().zip(&scene.constraints) {
-                    force += *multiplier * displaced.value(&constraint.residual).eps;
-                }
-                force
+            OutputKind::Norm { components, .. } => {
+                components.map(|i| before[i] * before[i]).into_iter().sum::<B>().sqrt()
             }
+            OutputKind::FreeBody { displacements, multipliers } => {
+                multipliers.iter().fold(virtual_work.of_displacements(displacements), |sum, (constraint, factor)| {
+                    sum + plain.value(factor) * self.multipliers[*constraint]
+                })
+            }
+            OutputKind::ShakingForce(along) => virtual_work.along_ground(along),
+            OutputKind::ShakingMoment(point) => virtual_work.about_ground(*point),
             OutputKind::ReactionMoment { constraint, coordinate } => {
                 let mut turned = gradients.states[*coordinate].clone();
                 for point in 0..scene.points.len() {

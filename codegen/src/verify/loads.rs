@@ -21,7 +21,7 @@ impl<B: Differentiable> Sample<B> {
             LoadKind::Force { force, at, .. } => {
                 force.iter().zip(at).map(|(force, at)| (plain.value(force), at)).collect()
             }
-            LoadKind::Torque { torque, angle } => vec![(plain.value(torque), angle)],
+            LoadKind::Torque { torque, angle, .. } => vec![(plain.value(torque), angle)],
             LoadKind::Gravity(field) => {
                 let weighty = scene.bodies.iter().filter_map(|body| body.mass.as_ref().zip(body.com.as_ref()));
                 let each = weighty.flat_map(|(mass, com)| {

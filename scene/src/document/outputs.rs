@@ -3,6 +3,7 @@
 use super::table::{self, Reader};
 use super::{Identifier, Target};
 use crate::diagnostic::Diagnostic;
+use crate::linkage::terms;
 use crate::parser::Formula;
 
 /// An entry of `[outputs]`.
@@ -38,20 +39,74 @@ pub enum OutputValue {
         /// The direction; none for a moment.
         along: Option<[Formula; 2]>,
     },
-    /// The force on bodies along a direction, beside loads and constraints that act on points of theirs.
+    /// What acts on bodies beside loads and constraints, by a virtual displacement of them.
     FreeBody {
-        /// The bodies.
-        bodies: Vec<Identifier>,
-        /// The points that are displaced with them.
-        points: Vec<Identifier>,
-        /// The direction.
-        along: [Formula; 2],
+        /// What is displaced.
+        displacements: Vec<DisplacementSyntax>,
+        /// Further terms: constraints and the factors of their multipliers.
+        multipliers: Vec<(Identifier, Formula)>,
     },
-    /// The root of the sum of the squares of two outputs.
-    Norm(Vec<Identifier>),
-    /// The force in a joint: its components and its size.
-    Joint(Identifier),
+    /// The force on the ground along a direction.
+    ShakingForce([Formula; 2]),
+    /// The moment on the ground about a point.
+    ShakingMoment(Identifier),
+    /// The size of the vector of two outputs.
+    Norm {
+        /// Its components.
+        components: Vec<Identifier>,
+        /// The point at which it is drawn.
+        at: Option<Identifier>,
+    },
+    /// What a joint carries, by its name.
+    Joint {
+        /// The joint.
+        joint: Identifier,
+        /// What of it.
+        part: JointPart,
+        /// The link that it acts on; the first one of the joint where none is named.
+        on: Option<Identifier>,
+    },
 }
+
+/// What a joint carries.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum JointPart {
+    /// The components of its force and their size.
+    Force,
+    /// Its moment.
+    Moment,
+    /// The torque or force of its drive.
+    Drive,
+}
+
+/// A virtual displacement.
+#[derive(Debug)]
+pub struct DisplacementSyntax {
+    /// The bodies.
+    pub bodies: Vec<Identifier>,
+    /// The points.
+    pub points: Vec<Identifier>,
+    /// The vector.
+    pub along: Option<[Formula; 2]>,
+    /// The size of an angle, the point about which it turns, and the coordinate that it turns.
+    pub turn: Option<(Formula, Identifier, Option<Identifier>)>,
+}
+
+/// The kinds of outputs.
+const KEYS: [&str; 12] = [
+    "value",
+    "rate",
+    "second_rate",
+    "reaction",
+    "power",
+    "joint",
+    "moment",
+    "drive",
+    "free_body",
+    "shaking_force",
+    "shaking_moment",
+    "norm",
+];
 
 pub(super) fn output(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option<OutputSyntax> {
     if !value.is_table() {
@@ -59,23 +114,42 @@ pub(super) fn output(r: &mut Reader, identifier: Identifier, value: table::Value
         return Some(OutputSyntax { identifier, value, unit: String::new(), doc: String::new() });
     }
     let table = r.table(&format!("output `{}`", identifier.name), value)?;
-    let (unit, doc) = (table.string(r, "unit"), table.string(r, "doc"));
-    let help = "an output is a value, its rate, its second rate, the reaction of a constraint, the power of a load or the \
-                force in a joint";
-    let keys = ["value", "rate", "second_rate", "reaction", "power", "joint", "free_body", "norm"];
-    let kind = table.one_of(r, &keys, help)?;
+    let doc = table.string(r, "doc");
+    let help = "an output is a value, its rate, its second rate, the reaction of a constraint, the power of a load, or the \
+                force in a joint, its moment, or its drive";
+    let kind = table.one_of(r, &KEYS, help)?;
+    let unit = match (table.string(r, "unit"), kind) {
+        (unit, "shaking_force") if unit.is_empty() => "N".to_owned(),
+        (unit, "shaking_moment") if unit.is_empty() => "N m".to_owned(),
+        (unit, _) => unit,
+    };
     let asked = table.required(r, kind)?;
     let value = match kind {
         "value" => Some(OutputValue::Value(r.formula(asked))),
         "rate" => Some(OutputValue::Rate(r.formula(asked))),
         "second_rate" => Some(OutputValue::SecondRate(r.formula(asked))),
         "power" => r.text(asked).map(OutputValue::Power),
-        "joint" => r.text(asked).map(OutputValue::Joint),
-        "norm" => Some(OutputValue::Norm(names(r, asked))),
+        "joint" | "moment" | "drive" => {
+            let part = match kind {
+                "joint" => JointPart::Force,
+                "moment" => JointPart::Moment,
+                _ => JointPart::Drive,
+            };
+            let on = table.optional("on").and_then(|v| r.text(v));
+            r.text(asked).map(|joint| OutputValue::Joint { joint, part, on })
+        }
+        "norm" => {
+            let at = table.optional("at").and_then(|v| r.text(v));
+            Some(OutputValue::Norm { components: names(r, asked), at })
+        }
+        "shaking_force" => Some(OutputValue::ShakingForce(r.pair(asked))),
+        "shaking_moment" => r.text(asked).map(OutputValue::ShakingMoment),
         "free_body" => {
-            let bodies = names(r, asked);
-            let points = table.optional("points").map(|v| names(r, v)).unwrap_or_default();
-            table.required(r, "along").map(|v| OutputValue::FreeBody { bodies, points, along: r.pair(v) })
+            let displacements = r.array(asked).into_iter().filter_map(|value| displacement(r, value)).collect();
+            let multipliers = table.optional("multipliers").and_then(|v| r.table("the multipliers", v));
+            let multipliers = multipliers.map_or_else(Vec::new, |table| table.all());
+            let multipliers = multipliers.into_iter().map(|(name, v)| (name, r.formula(v))).collect();
+            Some(OutputValue::FreeBody { displacements, multipliers })
         }
         _ => {
             let constraint = r.text(asked);
@@ -93,6 +167,22 @@ pub(super) fn output(r: &mut Reader, identifier: Identifier, value: table::Value
     };
     table.finish(r);
     Some(OutputSyntax { identifier, value: value?, unit, doc })
+}
+
+fn displacement(r: &mut Reader, value: table::Value) -> Option<DisplacementSyntax> {
+    let table = r.table("a displacement", value)?;
+    let mut list = |key: &str| table.optional(key).map(|v| names(r, v)).unwrap_or_default();
+    let (bodies, points) = (list("bodies"), list("points"));
+    let (size, angle) = (table.optional("turn"), table.optional("angle"));
+    let turns = size.is_some() || angle.is_some();
+    let about = if turns { table.required(r, "about") } else { table.optional("about") };
+    let moves = about.is_none() && !turns;
+    let along = if moves { table.required(r, "along") } else { table.optional("along") }.map(|v| r.pair(v));
+    let size = size.map_or_else(|| terms::whole(1), |v| r.formula(v));
+    let angle = angle.and_then(|v| r.text(v));
+    let turn = about.and_then(|v| r.text(v)).map(|about| (size, about, angle));
+    table.finish(r);
+    Some(DisplacementSyntax { bodies, points, along, turn })
 }
 
 /// A list of names.

@@ -4,74 +4,93 @@ use super::angles::Angles;
 use super::graph::{Graph, Joint, PointId};
 use super::places::{Places, distance_from_line, line, slide};
 use super::terms::{add, call, difference, dot, multiply, name, negate, subtract, whole};
-use super::tree::{Placement, Tree};
+use super::tree::Tree;
 use crate::document::{ConstraintSyntax, Identifier, JointKind};
 use crate::function::Function;
 use crate::parser::Formula;
 
+/// A constraint of a joint.
+pub(super) struct Closure {
+    /// The constraint.
+    pub(super) syntax: ConstraintSyntax,
+    /// The derivative of its residual by the angle of each link, points held.
+    pub(super) slopes: Vec<(usize, Formula)>,
+}
+
 /// The constraints of all joints, in their order.
-pub(super) fn constraints(graph: &Graph, tree: &Tree, angles: &Angles, places: &Places) -> Vec<ConstraintSyntax> {
-    let mut constraints = Vec::new();
+pub(super) fn closures(graph: &Graph, tree: &Tree, angles: &Angles, places: &Places) -> Vec<Closure> {
+    let mut closures = Vec::new();
     for (number, joint) in graph.joints.iter().enumerate() {
         let syntax = joint.syntax;
-        let mut put = |suffix: &str, residual: Formula, unit: &str| {
-            constraints.push(ConstraintSyntax {
-                identifier: Identifier {
-                    name: format!("{}{suffix}", syntax.identifier.name),
-                    span: syntax.identifier.span.clone(),
-                },
+        let span = &syntax.identifier.span;
+        let mut put = |suffix: &str, residual: Formula, unit: &str, slopes: Vec<(usize, Formula)>| {
+            let name = format!("{}{suffix}", syntax.identifier.name);
+            let syntax = ConstraintSyntax {
+                identifier: Identifier { name, span: span.clone() },
                 residual,
                 unit: unit.to_owned(),
                 one_sided: None,
                 doc: syntax.doc.clone(),
-            });
+            };
+            closures.push(Closure { syntax, slopes });
         };
+        let components = |end: usize| places.components(joint.ends[end], span);
+        let angle = |end: usize| angles.formula(joint.ends[end].link, span);
+        // Where the first point is from the second one along its line.
+        let along = || dot(difference(components(0), components(1)), line(graph, angles, number));
+        let across = || distance_from_line(places, graph, angles, number);
         match syntax.kind {
             JointKind::Revolute | JointKind::Weld => {
-                let open = open_pins(tree, joint, number, places);
-                let is_one = open.len() == 1;
-                for (place, (end, to)) in open.into_iter().enumerate() {
-                    let [x, y] = difference(
-                        places.components(end, &syntax.identifier.span),
-                        places.components(to, &syntax.identifier.span),
-                    );
-                    let number = if is_one { String::new() } else { (place + 1).to_string() };
-                    put(&format!("{number}_x"), x, "m");
-                    put(&format!("{number}_y"), y, "m");
+                for (suffix, end, to) in open_pins(tree, joint, number, places) {
+                    let [x, y] = difference(places.components(end, span), places.components(to, span));
+                    put(&format!("{suffix}_x"), x, "m", Vec::new());
+                    put(&format!("{suffix}_y"), y, "m", Vec::new());
                 }
             }
             JointKind::Prismatic | JointKind::PinInSlot => {
                 if !joint.ends.iter().any(|end| tree.places(number, *end)) {
-                    put("", distance_from_line(places, graph, angles, number), "m");
+                    put("", across(), "m", vec![(joint.ends[1].link, negate(along()))]);
                 }
             }
             JointKind::Rod => {
-                let [a, b] = [0, 1].map(|end| places.components(joint.ends[end], &syntax.identifier.span));
-                put("", subtract(call(Function::Hypot, difference(a, b)), size(joint)), "m");
+                let length = call(Function::Hypot, difference(components(0), components(1)));
+                put("", subtract(length, size(joint)), "m", Vec::new());
             }
             JointKind::Gear => {
-                let span = &syntax.identifier.span;
                 let carrier = angles.formula(joint.carrier, span);
-                let [first, second] =
-                    [0, 1].map(|end| subtract(angles.formula(joint.ends[end].link, span), carrier.clone()));
-                put("", subtract(first, add_phase(joint, multiply(size(joint), second))), "rad");
+                let [first, second] = [0, 1].map(|end| subtract(angle(end), carrier.clone()));
+                let residual = subtract(first, add_phase(joint, multiply(size(joint), second)));
+                put("", residual, "rad", gear_slopes(joint));
             }
             JointKind::Rack => {
-                let span = &syntax.identifier.span;
-                let [point, on] = [0, 1].map(|end| places.components(joint.ends[end], span));
-                let along = dot(difference(point, on), line(graph, angles, number));
-                let [first, second] = [0, 1].map(|end| angles.formula(joint.ends[end].link, span));
                 // Counter-clockwise it rolls back.
-                let rolled = negate(multiply(size(joint), subtract(first, second)));
-                put("", subtract(along, add_phase(joint, rolled)), "m");
+                let rolled = negate(multiply(size(joint), subtract(angle(0), angle(1))));
+                let of_line = subtract(across(), size(joint));
+                let slopes = vec![(joint.ends[0].link, size(joint)), (joint.ends[1].link, of_line)];
+                put("", subtract(along(), add_phase(joint, rolled)), "m", slopes);
             }
         }
-        if let Some(drive) = &syntax.drive {
-            let (value, unit) = driven(graph, tree, angles, places, number);
-            put("_drive", subtract(value, drive.clone()), unit);
-        }
+        let Some(drive) = &syntax.drive else { continue };
+        let [first, second] = [joint.ends[0].link, joint.ends[1].link];
+        let (value, unit, slopes) = if syntax.kind == JointKind::Revolute {
+            (subtract(angle(0), angle(1)), "rad", vec![(first, whole(1)), (second, whole(-1))])
+        } else if joint.ends.iter().any(|end| tree.places(number, *end)) {
+            (name(slide(graph, number), span), "m", Vec::new())
+        } else {
+            (along(), "m", vec![(second, across())])
+        };
+        put(DRIVE, subtract(value, drive.clone()), unit, slopes);
     }
-    constraints
+    closures
+}
+
+/// What follows the name of a joint in that of the constraint of its drive.
+pub(super) const DRIVE: &str = "_drive";
+
+/// The derivatives of the constraint of gears by the angles of its links.
+pub(super) fn gear_slopes(joint: &Joint) -> Vec<(usize, Formula)> {
+    let [first, second] = [joint.ends[0].link, joint.ends[1].link];
+    vec![(first, whole(1)), (second, negate(size(joint))), (joint.carrier, subtract(size(joint), whole(1)))]
 }
 
 fn size(joint: &Joint) -> Formula {
@@ -82,29 +101,13 @@ fn add_phase(joint: &Joint, value: Formula) -> Formula {
     joint.syntax.phase.clone().map_or(value.clone(), |phase| add(value, phase))
 }
 
-/// The pairs of points that a pin holds together and the tree does not.
-fn open_pins(tree: &Tree, joint: &Joint, number: usize, places: &Places) -> Vec<(PointId, PointId)> {
+/// The pairs of points that a pin holds together and the tree does not, with what follows the name of the joint in those
+/// of their constraints.
+pub(super) fn open_pins(tree: &Tree, joint: &Joint, number: usize, places: &Places) -> Vec<(String, PointId, PointId)> {
     let roots: Vec<PointId> = joint.ends.iter().copied().filter(|end| !tree.places(number, *end)).collect();
     let Some((to, others)) = roots.split_first() else { return Vec::new() };
-    let is_open = |end: &&PointId| places.name(**end) != places.name(*to);
-    others.iter().filter(is_open).map(|end| (*end, *to)).collect()
-}
-
-/// The angle or length of a joint, as a drive gives it.
-fn driven(graph: &Graph, tree: &Tree, angles: &Angles, places: &Places, number: usize) -> (Formula, &'static str) {
-    let joint = &graph.joints[number];
-    let span = &joint.syntax.identifier.span;
-    let [first, second] = [joint.ends[0], joint.ends[1]];
-    if joint.syntax.kind == JointKind::Revolute {
-        return (subtract(angles.formula(first.link, span), angles.formula(second.link, span)), "rad");
-    }
-    let is_coordinate = joint
-        .ends
-        .iter()
-        .any(|end| matches!(tree.placements[end.link], Placement::Slider { joint, .. } if joint == number));
-    if is_coordinate {
-        return (name(slide(graph, number), span), "m");
-    }
-    let way = difference(places.components(first, span), places.components(second, span));
-    (dot(way, line(graph, angles, number)), "m")
+    let open: Vec<PointId> = others.iter().copied().filter(|end| places.name(*end) != places.name(*to)).collect();
+    let is_one = open.len() == 1;
+    let suffix = |place: usize| if is_one { String::new() } else { (place + 1).to_string() };
+    open.into_iter().enumerate().map(|(place, end)| (suffix(place), end, *to)).collect()
 }

@@ -48,7 +48,8 @@ impl Resolver<'_> {
                         .help("give the body an `angle`"),
                     );
                 }
-                LoadKind::Torque { torque, angle: body.angle? }
+                let number = scene.bodies.iter().position(|other| other.name == body.name)?;
+                LoadKind::Torque { torque, angle: body.angle?, body: number }
             }
             LoadSyntax::Gravity(field) => {
                 LoadKind::Gravity([self.value(&field[0], Context::Constant), self.value(&field[1], Context::Constant)])

@@ -2,10 +2,10 @@
 
 use super::{Context, Resolver};
 use crate::diagnostic::Diagnostic;
-use crate::document::{Document, Identifier, OutputValue, Target};
+use crate::document::{DisplacementSyntax, Document, Identifier, OutputValue, Target};
 use crate::expression::{Expression, Node};
 use crate::parser::Formula;
-use crate::scene::{Output, OutputKind, Quantity, Scene};
+use crate::scene::{Displacement, Output, OutputKind, Quantity, Scene, Turn};
 
 impl Resolver<'_> {
     /// What is named by an output's `power`.
@@ -45,9 +45,19 @@ impl Resolver<'_> {
                 OutputValue::Reaction { constraint, target, along } => {
                     self.reaction(scene, constraint, target, along.as_ref())
                 }
-                OutputValue::FreeBody { bodies, points, along } => self.free_body(scene, bodies, points, along),
-                OutputValue::Norm(outputs) => self.norm(scene, outputs, &syntax.identifier),
-                OutputValue::Joint(joint) => {
+                OutputValue::FreeBody { displacements, multipliers } => {
+                    self.free_body(scene, displacements, multipliers)
+                }
+                OutputValue::ShakingForce([x, y]) => {
+                    Some(OutputKind::ShakingForce([x, y].map(|f| self.value(f, Context::Geometry))))
+                }
+                OutputValue::ShakingMoment(point) => self.point(point).map(OutputKind::ShakingMoment),
+                OutputValue::Norm { components, at } => {
+                    let at = at.as_ref().map_or(Some(None), |at| self.point(at).map(Some));
+                    let components = self.components(scene, components, &syntax.identifier);
+                    at.zip(components).map(|(at, components)| OutputKind::Norm { components, at })
+                }
+                OutputValue::Joint { joint, .. } => {
                     self.find("joint", joint, &[]);
                     None
                 }
@@ -64,19 +74,46 @@ impl Resolver<'_> {
     fn free_body(
         &mut self,
         scene: &Scene,
-        bodies: &[Identifier],
-        points: &[Identifier],
-        along: &[Formula; 2],
+        displacements: &[DisplacementSyntax],
+        multipliers: &[(Identifier, Formula)],
     ) -> Option<OutputKind> {
-        let along = [self.value(&along[0], Context::Geometry), self.value(&along[1], Context::Geometry)];
-        let names: Vec<&str> = scene.bodies.iter().map(|body| body.name.as_str()).collect();
-        let bodies: Vec<Option<usize>> = bodies.iter().map(|body| self.find("body", body, &names)).collect();
-        let points: Vec<Option<usize>> = points.iter().map(|point| self.point(point)).collect();
-        let all = |places: Vec<Option<usize>>| places.into_iter().collect::<Option<Vec<usize>>>();
-        Some(OutputKind::FreeBody { bodies: all(bodies)?, points: all(points)?, along })
+        let displacements: Vec<_> = displacements.iter().map(|own| self.displacement(scene, own)).collect();
+        let constraints: Vec<&str> = scene.constraints.iter().map(|c| c.name.as_str()).collect();
+        let multipliers: Vec<_> = multipliers
+            .iter()
+            .map(|(name, factor)| {
+                let factor = self.value(factor, Context::Geometry);
+                Some((self.find("constraint", name, &constraints)?, factor))
+            })
+            .collect();
+        Some(OutputKind::FreeBody {
+            displacements: displacements.into_iter().collect::<Option<_>>()?,
+            multipliers: multipliers.into_iter().collect::<Option<_>>()?,
+        })
     }
 
-    fn norm(&mut self, scene: &Scene, outputs: &[Identifier], own: &Identifier) -> Option<OutputKind> {
+    fn displacement(&mut self, scene: &Scene, own: &DisplacementSyntax) -> Option<Displacement> {
+        let bodies: Vec<&str> = scene.bodies.iter().map(|body| body.name.as_str()).collect();
+        let bodies: Vec<_> = own.bodies.iter().map(|body| self.find("body", body, &bodies)).collect();
+        let points: Vec<_> = own.points.iter().map(|point| self.point(point)).collect();
+        let along = own.along.as_ref().map(|along| [0, 1].map(|axis| self.value(&along[axis], Context::Geometry)));
+        let coordinates: Vec<&str> = scene.coordinates.iter().map(|c| c.name.as_str()).collect();
+        let turn = own.turn.as_ref().map(|(size, about, angle)| {
+            let size = self.value(size, Context::Geometry);
+            let about = self.point(about);
+            let angle =
+                angle.as_ref().map_or(Some(None), |angle| self.find("coordinate", angle, &coordinates).map(Some));
+            Some(Turn { size, about: about?, angle: angle? })
+        });
+        Some(Displacement {
+            bodies: bodies.into_iter().collect::<Option<_>>()?,
+            points: points.into_iter().collect::<Option<_>>()?,
+            along,
+            turn: turn.map_or(Some(None), |turn| turn.map(Some))?,
+        })
+    }
+
+    fn components(&mut self, scene: &Scene, outputs: &[Identifier], own: &Identifier) -> Option<[usize; 2]> {
         let names: Vec<&str> = scene.outputs.iter().map(|output| output.name.as_str()).collect();
         let outputs = outputs.iter().map(|output| self.find("output", output, &names)).collect::<Option<Vec<_>>>()?;
         let pair = <[usize; 2]>::try_from(outputs).ok();
@@ -85,7 +122,7 @@ impl Resolver<'_> {
             let error = Diagnostic::error(title, own.span.clone(), "needs two");
             self.findings.push(error.help("write `norm = [\"OUTPUT\", \"OUTPUT\"]` with outputs above it"));
         }
-        pair.map(OutputKind::Norm)
+        pair
     }
 
     fn reaction(

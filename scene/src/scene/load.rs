@@ -21,6 +21,8 @@ pub enum LoadKind {
         torque: Value,
         /// The angle.
         angle: Value,
+        /// The body whose angle that is.
+        body: usize,
     },
     /// A field of acceleration that acts on every mass.
     Gravity([Value; 2]),
@@ -85,7 +87,7 @@ impl LoadKind {
     pub fn in_words(&self, formula: &dyn Fn(&Value) -> String, pair: &dyn Fn(&[Value; 2]) -> String) -> String {
         match self {
             Self::Force { force, at, .. } => format!("force `{}` at `{}`", pair(force), pair(at)),
-            Self::Torque { torque, angle } => {
+            Self::Torque { torque, angle, .. } => {
                 format!("torque `{}` along the angle `{}`", formula(torque), formula(angle))
             }
             Self::Gravity(field) => format!("gravity `{}`", pair(field)),

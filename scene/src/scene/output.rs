@@ -32,32 +32,83 @@ pub enum OutputKind {
         /// The coordinate that is the body's angle.
         coordinate: usize,
     },
-    /// Force on bodies along a direction, beside loads and constraints that act on points of theirs:
-    /// `sum m a . e - Q + lambda dC`, with the work `Q` and the change `dC` of a virtual displacement by `e`.
+    /// What acts on bodies beside loads and constraints, by a virtual displacement `(d, w)` of them:
+    /// `sum (m a . d + I alpha w) - Q + lambda' dC + sum c lambda`, with the work `Q` of loads and the change `dC` of
+    /// constraints. A force where bodies move, a moment where they turn.
     FreeBody {
-        /// The bodies.
-        bodies: Vec<usize>,
-        /// The points that are displaced with them.
-        points: Vec<usize>,
-        /// The direction.
-        along: [Value; 2],
+        /// What is displaced, all at once.
+        displacements: Vec<Displacement>,
+        /// Further terms: a constraint and the factor `c` of its multiplier.
+        multipliers: Vec<(usize, Value)>,
     },
-    /// The root of the sum of the squares of two outputs before it.
-    Norm([usize; 2]),
+    /// Force of the mechanism on the ground along a direction: `sum (m (g - a) + F) . e`, with the forces `F` that act
+    /// from outside.
+    ShakingForce([Value; 2]),
+    /// Its moment about a point `P`: `sum ((x - P) x (m (g - a)) - I alpha) + sum (x_F - P) x F`.
+    ShakingMoment(usize),
+    /// Size of the vector of two outputs before it.
+    Norm {
+        /// Its components.
+        components: [usize; 2],
+        /// The point at which it is drawn.
+        at: Option<usize>,
+    },
+}
+
+/// A virtual displacement of bodies and points: by a vector, and by an angle about a point.
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Displacement {
+    /// The bodies.
+    pub bodies: Vec<usize>,
+    /// The points.
+    pub points: Vec<usize>,
+    /// The vector.
+    pub along: Option<[Value; 2]>,
+    /// The angle.
+    pub turn: Option<Turn>,
+}
+
+/// The angle of a virtual displacement.
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Turn {
+    /// Its size.
+    pub size: Value,
+    /// The point about which it turns.
+    pub about: usize,
+    /// The coordinate that it turns where a formula names that and no point.
+    pub angle: Option<usize>,
 }
 
 impl OutputKind {
     /// Whether the output is a reaction force or moment.
     pub fn is_reaction(&self) -> bool {
-        self.reaction_of().is_some() || matches!(self, Self::FreeBody { .. } | Self::Norm(_))
+        let is_free_body =
+            matches!(self, Self::FreeBody { .. } | Self::ShakingForce(_) | Self::ShakingMoment(_) | Self::Norm { .. });
+        is_free_body || self.reaction_of().is_some()
+    }
+
+    /// Whether the output is a moment by its kind.
+    pub fn is_moment(&self) -> bool {
+        matches!(self, Self::ReactionMoment { .. } | Self::ShakingMoment(_))
     }
 
     /// All formulae of the output.
-    pub fn formulae(&self) -> &[Value] {
+    pub fn formulae(&self) -> Vec<&Value> {
         match self {
-            Self::Value(value) | Self::Rate(value) | Self::SecondRate(value) => std::slice::from_ref(value),
-            Self::ReactionForce { along, .. } | Self::FreeBody { along, .. } => along,
-            Self::ReactionMoment { .. } | Self::LoadPower(_) | Self::DrivePower(_) | Self::Norm(_) => &[],
+            Self::Value(value) | Self::Rate(value) | Self::SecondRate(value) => vec![value],
+            Self::ReactionForce { along, .. } | Self::ShakingForce(along) => along.iter().collect(),
+            Self::FreeBody { displacements, multipliers } => {
+                let along = displacements.iter().filter_map(|own| own.along.as_ref()).flatten();
+                let turns = displacements.iter().filter_map(|own| own.turn.as_ref()).map(|turn| &turn.size);
+                along.chain(turns).chain(multipliers.iter().map(|(_, factor)| factor)).collect()
+            }
+            Self::ReactionMoment { .. }
+            | Self::ShakingMoment(_)
+            | Self::LoadPower(_)
+            | Self::DrivePower(_)
+            | Self::Norm { .. } => Vec::new(),
         }
     }
 

@@ -1,7 +1,7 @@
 //! A scene in links and joints as an ordinary one.
 
 use qrm_scene::document::{
-    BodySyntax, CoordinateSyntax, Document, DrawnSyntax, Identifier, OutputSyntax, OutputValue, Position, Target,
+    BodySyntax, CoordinateSyntax, DisplacementSyntax, Document, DrawnSyntax, Identifier, OutputSyntax, OutputValue, Position, Target,
 };
 use qrm_scene::linkage;
 use qrm_scene::parser::Formula;
@@ -92,40 +92,69 @@ fn put<'d>(text: &mut DocumentMut, section: &str, entries: impl Iterator<Item = 
     text.insert(section, Item::Table(table));
 }
 
-/// Writes the outputs that forces in joints become in their place.
+/// Writes the outputs of joints as what they become, in their place.
 fn put_outputs(text: &mut DocumentMut, own: &Document, whole: &Document) {
-    let is_joint = |output: &OutputSyntax| matches!(output.value, OutputValue::Joint(_));
-    if !own.outputs.iter().any(is_joint) {
+    let written_out = |output: &&OutputSyntax| matches!(output.value, OutputValue::Joint { .. } | OutputValue::Power(_));
+    if !own.outputs.iter().any(|output| written_out(&output)) {
         return;
     }
     let written = text.remove("outputs").unwrap_or_default();
     let mut table = Table::new();
     for output in &whole.outputs {
         let name = &output.identifier.name;
-        let is_own = own.outputs.iter().any(|own| !is_joint(own) && own.identifier.name == *name);
+        let is_own = own.outputs.iter().any(|own| !written_out(&own) && own.identifier.name == *name);
         let item = written.get(name).filter(|_| is_own).cloned();
         table.insert(name, item.unwrap_or_else(|| Item::Value(joint_output(output))));
     }
     text.insert("outputs", Item::Table(table));
 }
 
-/// A part of the force in a joint.
+/// An output of a joint.
 fn joint_output(own: &OutputSyntax) -> Value {
     let names = |names: &[Identifier]| Value::Array(names.iter().map(|name| name.name.as_str()).collect());
     let text = |text: &str| Value::from(text);
     let (unit, doc) = (("unit", text(&own.unit)), ("doc", text(&own.doc)));
     match &own.value {
-        OutputValue::FreeBody { bodies, points, along } => {
-            let (bodies, points) = (names(bodies), names(points));
-            table([("free_body", bodies), ("points", points), ("along", pair(along)), unit, doc])
+        OutputValue::FreeBody { displacements, multipliers } => {
+            let displacements = displacements.iter().map(displacement).collect();
+            let factors = multipliers.iter().map(|(name, factor)| (name.name.clone(), formula(factor)));
+            let free_body = ("free_body", Value::Array(displacements));
+            let multipliers = ("multipliers", Value::InlineTable(factors.collect()));
+            if multipliers.1.as_inline_table().is_some_and(InlineTable::is_empty) {
+                return table([free_body, unit, doc]);
+            }
+            table([free_body, multipliers, unit, doc])
         }
         OutputValue::Reaction { constraint, target: Target::Point(point), along: Some(along) } => {
             let (constraint, point) = (text(&constraint.name), text(&point.name));
             table([("reaction", constraint), ("at", point), ("along", pair(along)), unit, doc])
         }
-        OutputValue::Norm(outputs) => table([("norm", names(outputs)), unit, doc]),
+        OutputValue::Norm { components, at: Some(at) } => {
+            table([("norm", names(components)), ("at", text(&at.name)), unit, doc])
+        }
+        OutputValue::Power(name) => table([("power", text(&name.name)), unit, doc]),
         _ => table([unit, doc]),
     }
+}
+
+fn displacement(own: &DisplacementSyntax) -> Value {
+    let mut table = InlineTable::new();
+    for (key, names) in [("bodies", &own.bodies), ("points", &own.points)] {
+        if !names.is_empty() {
+            table.insert(key, names.iter().map(|name| name.name.as_str()).collect());
+        }
+    }
+    if let Some(along) = &own.along {
+        table.insert("along", pair(along));
+    }
+    if let Some((size, about, angle)) = &own.turn {
+        table.insert("turn", formula(size));
+        table.insert("about", about.name.as_str().into());
+        if let Some(angle) = angle {
+            table.insert("angle", angle.name.as_str().into());
+        }
+    }
+    Value::InlineTable(table)
 }
 
 /// Gives all sections their order, each after an empty line.

@@ -1,0 +1,173 @@
+//! The moments in joints that hold angles, by the equations of motion of links that turn alone.
+
+use super::Linkage;
+use super::closures::{DRIVE, gear_slopes};
+use super::graph::{GROUND, PointId};
+use super::terms::{add, difference, is_zero, multiply, negate, sum, whole};
+use super::tree::Placement;
+use crate::diagnostic::Diagnostic;
+use crate::document::{DisplacementSyntax, Identifier, JointKind, OutputValue};
+use crate::parser::Formula;
+
+/// The moment that a joint has on the link of one of its ends, about its point.
+pub(super) fn moment(
+    linkage: &Linkage,
+    number: usize,
+    on: PointId,
+    asked: &Identifier,
+) -> Result<OutputValue, Diagnostic> {
+    let joint = &linkage.graph.joints[number];
+    let syntax = joint.syntax;
+    match syntax.kind {
+        JointKind::Gear => {
+            let slopes = gear_slopes(joint);
+            let slope = slopes.into_iter().find(|(link, _)| *link == on.link).map_or_else(|| whole(0), |(_, own)| own);
+            Ok(of_multiplier(linkage, number, "", negate(slope)))
+        }
+        JointKind::Revolute if syntax.drive.is_some() => drive(linkage, number, on, asked),
+        kind if kind.holds_angle() => held(linkage, number, on, asked),
+        _ => {
+            let title = format!("joint `{}` carries no moment", asked.name);
+            let error = Diagnostic::error(title, asked.span.clone(), "its links turn freely");
+            Err(error
+                .help("ask for its force: `joint = \"NAME\"`, or for the moment of a weld, a slider, gears or a drive"))
+        }
+    }
+}
+
+/// The torque, or the force along its line, that a drive has on the link of one of the ends of its joint.
+pub(super) fn drive(
+    linkage: &Linkage,
+    number: usize,
+    on: PointId,
+    asked: &Identifier,
+) -> Result<OutputValue, Diagnostic> {
+    let joint = &linkage.graph.joints[number];
+    if joint.syntax.drive.is_none() {
+        let title = format!("joint `{}` has no drive", asked.name);
+        let error = Diagnostic::error(title, asked.span.clone(), "nothing drives it");
+        return Err(error.help("give it `drive = 'FORMULA of t'`, or ask for the power of a load"));
+    }
+    Ok(of_multiplier(linkage, number, DRIVE, whole(if on == joint.ends[0] { -1 } else { 1 })))
+}
+
+/// A multiple of the multiplier of one of the constraints of a joint.
+fn of_multiplier(linkage: &Linkage, number: usize, suffix: &str, factor: Formula) -> OutputValue {
+    let Identifier { name, span } = &linkage.graph.joints[number].syntax.identifier;
+    let constraint = Identifier { name: format!("{name}{suffix}"), span: span.clone() };
+    OutputValue::FreeBody { displacements: Vec::new(), multipliers: vec![(constraint, factor)] }
+}
+
+/// The moment of a joint that holds an angle. The links that other joints hold at one angle with that of its end turn,
+/// each about the point by which the tree places it; links beyond them move along, and do not turn.
+fn held(linkage: &Linkage, number: usize, on: PointId, asked: &Identifier) -> Result<OutputValue, Diagnostic> {
+    let Linkage { graph, angles, closures, .. } = linkage;
+    let joint = &graph.joints[number];
+    let [first, second] = [joint.ends[0].link, joint.ends[1].link];
+    let other = if on.link == first { second } else { first };
+    let turned = held_together(linkage, number, on.link);
+    if turned.contains(&other) {
+        let title = format!("the moment of joint `{}` cannot be told from those of others", asked.name);
+        let error = Diagnostic::error(title, asked.span.clone(), "other joints hold its angle too");
+        return Err(error.help("make one of them a revolute joint or a pin in a slot"));
+    }
+    // The ground does not turn: what is on the other side does, the other way.
+    let (turned, turn) = if turned.contains(&0) { (held_together(linkage, number, other), -1) } else { (turned, 1) };
+    let class = angles.of(on.link).class;
+    // Formulae name the coordinate of the link that it is called after.
+    let owner = if class > 0 { Some(angles.coordinates[class - 1].1) } else { None };
+    let is_turned_in_formulae = owner.is_some_and(|owner| turned.contains(&owner));
+    let slopes = |slopes: &[(usize, Formula)]| {
+        slopes.iter().fold(whole(0), |sum, (link, slope)| {
+            match (turned.contains(link), is_turned_in_formulae && angles.of(*link).class == class) {
+                (true, false) => add(sum, slope.clone()),
+                (false, true) => add(sum, negate(slope.clone())),
+                _ => sum,
+            }
+        })
+    };
+    let multipliers =
+        closures.iter().map(|own| (own.syntax.identifier.clone(), multiply(whole(turn), slopes(&own.slopes))));
+    Ok(OutputValue::FreeBody {
+        displacements: displacements(linkage, number, &turned, turn, owner),
+        multipliers: multipliers.filter(|(_, factor)| !is_zero(factor)).collect(),
+    })
+}
+
+/// The links that joints hold at one angle with a link, beside this joint.
+fn held_together(linkage: &Linkage, but: usize, link: usize) -> Vec<usize> {
+    let joints = || linkage.graph.joints.iter().enumerate().filter(|(number, _)| *number != but);
+    let mut links = vec![link];
+    let mut next = 0;
+    while next < links.len() {
+        for (_, joint) in joints().filter(|(_, joint)| joint.syntax.kind.holds_angle()) {
+            let ends = [joint.ends[0].link, joint.ends[1].link];
+            let found = ends.contains(&links[next]).then(|| ends.into_iter().find(|end| !links.contains(end)));
+            links.extend(found.flatten());
+        }
+        next += 1;
+    }
+    links
+}
+
+/// How links move where some of them turn.
+fn displacements(
+    linkage: &Linkage,
+    number: usize,
+    turned: &[usize],
+    turn: i32,
+    owner: Option<usize>,
+) -> Vec<DisplacementSyntax> {
+    let Linkage { graph, tree, angles, places, .. } = linkage;
+    let joint = &graph.joints[number];
+    let span = &joint.syntax.identifier.span;
+    let components = |id: PointId| places.components(id, span);
+    // A quarter of a turn further.
+    let velocity = |from: PointId, to: PointId| {
+        let [x, y] = difference(components(to), components(from));
+        let across = [negate(y), x];
+        if turn < 0 { across.map(negate) } else { across }
+    };
+    let base = |link: usize| match tree.placements[link] {
+        Placement::Pin { own, .. } | Placement::Slider { own, .. } => own,
+        // Any will do.
+        Placement::Free | Placement::Ground => {
+            joint.ends.iter().copied().find(|end| end.link == link).unwrap_or(PointId { link, point: 0 })
+        }
+    };
+    let mut moved: Vec<[Formula; 2]> = vec![[whole(0), whole(0)]; graph.links.len()];
+    let mut displacements = Vec::new();
+    for &link in &tree.order {
+        let bearer = match tree.placements[link] {
+            Placement::Slider { joint, .. } => Some(graph.joints[joint].ends[1].link),
+            _ => None,
+        };
+        if let Placement::Pin { at, own, .. } | Placement::Slider { at, own, .. } = tree.placements[link] {
+            let mut along = moved[at.link].clone();
+            if turned.contains(&at.link) && at != base(at.link) {
+                along = sum(along, velocity(base(at.link), at));
+            }
+            if bearer.is_some_and(|bearer| turned.contains(&bearer)) {
+                along = sum(along, velocity(at, own));
+            }
+            moved[link] = along;
+        }
+        let is_moved = !moved[link].iter().all(is_zero);
+        let turns = turned.contains(&link);
+        if !is_moved && !turns {
+            continue;
+        }
+        let (bodies, points) = linkage.bodies_and_points(&[link]);
+        let identifier = |name: &str| Identifier { name: name.to_owned(), span: span.clone() };
+        let angle = (owner == Some(link)).then(|| &angles.coordinates[angles.of(link).class - 1].0);
+        let turn = (whole(turn), identifier(places.name(base(link))), angle.map(|name| identifier(name)));
+        displacements.push(DisplacementSyntax {
+            bodies,
+            points,
+            along: is_moved.then(|| moved[link].clone()),
+            turn: turns.then_some(turn),
+        });
+    }
+    debug_assert!(!turned.iter().any(|link| graph.name(*link) == GROUND), "the ground does not turn");
+    displacements
+}
