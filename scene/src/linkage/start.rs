@@ -3,12 +3,15 @@
 use std::collections::HashMap;
 
 use super::angles::Angles;
-use super::graph::{Graph, PointId};
+use super::graph::{Graph, Joint, PointId};
 use super::places::{origin_names, slide};
-use super::terms::{add, call, difference, direction, dot, is_positive, is_zero, rotated, subtract, sum, whole};
+use super::terms::{
+    add, at_time_zero, call, difference, direction, divide, dot, is_positive, is_zero, multiply, rotated, subtract,
+    sum, whole,
+};
 use super::tree::{Placement, Tree};
 use crate::diagnostic::{Diagnostic, Span};
-use crate::document::{Document, Identifier};
+use crate::document::{Document, Identifier, JointKind};
 use crate::function::Function;
 use crate::parser::Formula;
 
@@ -63,6 +66,13 @@ impl<'g, 'd> Rough<'g, 'd> {
                 }
             }
         }
+        for joint in &self.graph.joints {
+            match joint.syntax.kind {
+                JointKind::Gear => self.follow_gears(joint),
+                JointKind::Revolute => self.follow_drive(joint),
+                _ => {}
+            }
+        }
         for link in 0..self.graph.links.len() {
             let own = (0..self.graph.points(link).len()).map(|point| PointId { link, point });
             let known: Vec<PointId> = own.clone().filter(|id| self.points.contains_key(id)).collect();
@@ -83,6 +93,36 @@ impl<'g, 'd> Rough<'g, 'd> {
             }
         }
         before != (self.points.len(), self.of_classes.iter().flatten().count())
+    }
+
+    /// The angle of a gear by that of the other one.
+    fn follow_gears(&mut self, joint: &Joint) {
+        let [first, second] = [joint.ends[0].link, joint.ends[1].link];
+        let (Some(carrier), Some(ratio)) = (self.angle(joint.carrier), &joint.syntax.size) else { return };
+        let phase = joint.syntax.phase.clone().unwrap_or_else(|| whole(0));
+        match (self.angle(first), self.angle(second)) {
+            (None, Some(angle)) => {
+                let turned = multiply(ratio.clone(), subtract(angle, carrier.clone()));
+                self.set_angle(first, add(carrier, add(turned, phase)));
+            }
+            (Some(angle), None) => {
+                let turned = divide(subtract(subtract(angle, carrier.clone()), phase), ratio.clone());
+                self.set_angle(second, add(carrier, turned));
+            }
+            _ => {}
+        }
+    }
+
+    /// The angle of a link by that of a driven joint at the time zero.
+    fn follow_drive(&mut self, joint: &Joint) {
+        let Some(drive) = &joint.syntax.drive else { return };
+        let angle = at_time_zero(drive);
+        let [first, second] = [joint.ends[0].link, joint.ends[1].link];
+        match (self.angle(first), self.angle(second)) {
+            (None, Some(other)) => self.set_angle(first, add(other, angle)),
+            (Some(own), None) => self.set_angle(second, subtract(own, angle)),
+            _ => {}
+        }
     }
 
     fn set_angle(&mut self, link: usize, angle: Formula) {

@@ -144,6 +144,16 @@ fn append(formula: &mut Formula, other: &Formula) -> NodeId {
     formula.nodes().len() - 1
 }
 
+/// The value of a formula of the time at its beginning.
+pub(crate) fn at_time_zero(formula: &Formula) -> Formula {
+    let mut at_zero = Formula::new();
+    for (place, node) in formula.nodes().iter().enumerate() {
+        let is_time = matches!(node, Node::Name(name) if name == "t");
+        at_zero.push(if is_time { Node::Number(Number::whole(0)) } else { node.clone() }, formula.span(place));
+    }
+    at_zero
+}
+
 /// Whether a formula is the number zero.
 pub(crate) fn is_zero(formula: &Formula) -> bool {
     is_whole(formula, 0)
