@@ -3,6 +3,7 @@
 mod body;
 mod constants;
 mod formulae;
+mod inverse;
 mod kernel;
 mod layout;
 mod naming;
@@ -39,6 +40,11 @@ pub fn module(scene: &Scene, equations: &Equations, source: &str) -> Module {
     let functions: Vec<TokenStream> = layout.plans.iter().map(|plan| writer.function(plan, &mut operations)).collect();
     let kernel = kernel::Emitter::new(&writer, &layout.kernel).items();
     operations.extend(kernel.operations);
+    let inverse = layout.inverse.as_ref().map(|inverse| inverse::inverse_dynamics(&writer, inverse));
+    let inverse = inverse.map(|(tokens, cost)| {
+        operations.push(("inverse_dynamics", cost));
+        tokens
+    });
     let kernel_solution = kernel.solution;
     let kernel = kernel.tokens;
     let constants = writer.constants();
@@ -57,6 +63,7 @@ pub fn module(scene: &Scene, equations: &Equations, source: &str) -> Module {
         #constants
         #(#functions)*
         #kernel
+        #inverse
         #link
         #description
     };

@@ -3,20 +3,21 @@
 
 mod algebra;
 mod elimination;
+mod inverse;
 mod range_space;
 
 use std::collections::{HashMap, HashSet};
 
 use crate::graph::{Id, Signed};
 use crate::lower::Lowering;
-use crate::term::{Equations, Named, NamedKind, Push, Root, Symbol, Term};
+use crate::term::{Equations, KernelEquations, Named, NamedKind, Push, Root, Symbol, Term};
 use algebra::{Matrix, Value};
 use elimination::Elimination;
 use qrm_scene::scene::Scene;
 use range_space::RangeSpace;
 
 /// A kernel as operations.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Kernel {
     /// Values with a name, in the order in which they are computed.
     pub locals: Vec<Local>,
@@ -34,6 +35,8 @@ pub struct Kernel {
     pub multipliers: Vec<Signed>,
     /// The outputs that the scene asks for.
     pub outputs: Vec<Signed>,
+    /// The coordinates that move freely, and the forces along them that accelerations take: of inverse dynamics alone.
+    pub forces: Vec<(usize, Signed)>,
     /// Whether it can be relied on anywhere.
     pub is_suited: bool,
     /// Whether what follows from a position depends on time too: closures do, or a length.
@@ -88,6 +91,8 @@ pub enum Block {
     Multipliers,
     /// The correction of the coordinates.
     Correction,
+    /// Mbar qdd + C_q' lambda - fbar
+    Inverse,
 }
 
 impl Block {
@@ -122,6 +127,7 @@ impl Block {
             Self::Forces => "The reduced forces fbar.",
             Self::Accelerations => "Accelerations.",
             Self::Multipliers => "Multipliers.",
+            Self::Inverse => "Forces and torques along the coordinates that move freely.",
             Self::Correction => "The correction: no motion that the loops allow is part of it.",
         }
     }
@@ -134,12 +140,25 @@ impl Kernel {
         Builder { scene, lowering, locals: Vec::new(), by_value, definitions, next: 0 }.build(equations)
     }
 
+    /// The forces and torques that accelerations take, in a kernel that has nothing else; its locals are numbered from
+    /// `next` on. `None` where constraints repeat others, so that forces are not determined.
+    pub fn of_inverse_dynamics(
+        scene: &Scene,
+        equations: &Equations,
+        lowering: &mut Lowering,
+        next: usize,
+    ) -> Option<Self> {
+        let (by_value, definitions) = (HashMap::new(), HashMap::new());
+        Builder { scene, lowering, locals: Vec::new(), by_value, definitions, next }.inverse_dynamics(equations)
+    }
+
     /// Every value.
     pub fn values(&self) -> impl Iterator<Item = &Signed> {
         let locals = self.locals.iter().flat_map(|local| [&local.value, &local.input]);
         let results = [&self.residuals, &self.growth_factors, &self.velocity_residual, &self.correction];
         let solution = [&self.accelerations, &self.multipliers, &self.outputs];
-        locals.chain(results.into_iter().chain(solution).flatten())
+        let forces = self.forces.iter().map(|(_, force)| force);
+        locals.chain(results.into_iter().chain(solution).flatten()).chain(forces)
     }
 
     /// Every value, to be changed.
@@ -148,7 +167,8 @@ impl Kernel {
         let results =
             [&mut self.residuals, &mut self.growth_factors, &mut self.velocity_residual, &mut self.correction];
         let solution = [&mut self.accelerations, &mut self.multipliers, &mut self.outputs];
-        locals.chain(results.into_iter().chain(solution).flatten())
+        let forces = self.forces.iter_mut().map(|(_, force)| force);
+        locals.chain(results.into_iter().chain(solution).flatten()).chain(forces)
     }
 }
 
@@ -181,27 +201,15 @@ impl Builder<'_> {
     fn build(mut self, equations: &Equations) -> Kernel {
         let e = &equations.kernel;
         let (n, m) = (self.scene.coordinates.len(), self.scene.constraints.len());
+        let constraints: Vec<String> = self.scene.constraints.iter().map(|c| c.name.clone()).collect();
         self.names(&e.names);
-        let name = |k: usize| self.scene.constraints[k].name.clone();
-        let (constraints, coordinates): (Vec<String>, Vec<String>) =
-            ((0..m).map(name).collect(), self.scene.coordinates.iter().map(|c| c.name.clone()).collect());
         let residuals: Vec<Value> = (0..m)
             .map(|k| self.named(Block::Constraints, &format!("{}_residual", constraints[k]), &e.constraints[k]))
             .collect();
-        let entry = |this: &mut Self, k: usize, i: usize| {
-            this.named(Block::Jacobian, &format!("{}_{}", constraints[k], coordinates[i]), &e.constraint_jacobian[k][i])
-        };
-        let jacobian: Matrix = (0..m).map(|k| (0..n).map(|i| entry(&mut self, k, i)).collect()).collect();
+        let jacobian = self.jacobian(e);
         let own_rate = |k: usize| self.named(Block::Jacobian, &format!("{}_t", constraints[k]), &e.constraint_rate[k]);
         let own_rates: Vec<Value> = (0..m).map(own_rate).collect();
-        let mut mass: Matrix = vec![vec![None; n]; n];
-        for i in 0..n {
-            for j in 0..=i {
-                let name = format!("mass_{}_{}", coordinates[j], coordinates[i]);
-                mass[i][j] = self.named(Block::Mass, &name, &e.mass_matrix[i][j]);
-                mass[j][i] = mass[i][j];
-            }
-        }
+        let mass = self.mass_matrix(e);
         let elimination = Elimination::new(&mut self, equations, &jacobian, &mass);
         let growth_factors = elimination.growth_factors();
 
@@ -211,7 +219,7 @@ impl Builder<'_> {
             self.named(Block::Bias, &name, &e.constraint_bias[k]).map(Signed::negated)
         });
         let bias: Vec<Value> = bias.collect();
-        let forces = self.forces(&e.pushes, &coordinates);
+        let forces = self.forces(&e.pushes);
         let particular = elimination.particular(&mut self, &bias, Block::Accelerations, "closing");
         let accelerations = elimination.free(&mut self, &particular, Some(&forces), Block::Accelerations, "ddot");
         let multipliers = elimination.multipliers(&mut self, &forces, &accelerations);
@@ -250,11 +258,39 @@ impl Builder<'_> {
             is_suited,
             is_timed: self.scene.is_driven()
                 || e.names.iter().any(|named| named.inside().any_symbol(&|symbol| symbol == Symbol::Time)),
-            locals: Vec::new(),
+            ..Kernel::default()
         };
         let needed = self.needed(&solved.locals, kernel.values().map(|value| value.id).collect());
         kernel.locals = solved.locals.into_iter().filter(|local| needed.contains(&local.input.id)).collect();
         kernel
+    }
+
+    /// C_q
+    fn jacobian(&mut self, e: &KernelEquations) -> Matrix {
+        let scene = self.scene;
+        let entry = |(k, i): (usize, usize)| {
+            let name = format!("{}_{}", scene.constraints[k].name, scene.coordinates[i].name);
+            self.named(Block::Jacobian, &name, &e.constraint_jacobian[k][i])
+        };
+        let n = scene.coordinates.len();
+        let places = (0..scene.constraints.len()).flat_map(|k| (0..n).map(move |i| (k, i)));
+        let entries: Vec<Value> = places.map(entry).collect();
+        entries.chunks(n.max(1)).map(<[Value]>::to_vec).collect()
+    }
+
+    /// Mbar
+    fn mass_matrix(&mut self, e: &KernelEquations) -> Matrix {
+        let coordinates = &self.scene.coordinates;
+        let n = coordinates.len();
+        let mut mass: Matrix = vec![vec![None; n]; n];
+        for i in 0..n {
+            for j in 0..=i {
+                let name = format!("mass_{}_{}", coordinates[j].name, coordinates[i].name);
+                mass[i][j] = self.named(Block::Mass, &name, &e.mass_matrix[i][j]);
+                mass[j][i] = mass[i][j];
+            }
+        }
+        mass
     }
 
     /// The same by the forces of the loops.
@@ -351,7 +387,8 @@ impl Builder<'_> {
     }
 
     /// The reduced forces, each push in the form that takes fewer operations.
-    fn forces(&mut self, pushes: &[Push], coordinates: &[String]) -> Vec<Value> {
+    fn forces(&mut self, pushes: &[Push]) -> Vec<Value> {
+        let coordinates: Vec<String> = self.scene.coordinates.iter().map(|c| c.name.clone()).collect();
         let mut parts: Vec<Vec<Signed>> = vec![Vec::new(); coordinates.len()];
         for push in pushes {
             let together = push.total.iter().map(|term| self.value(term)).collect::<Vec<Value>>();
@@ -380,7 +417,7 @@ impl Builder<'_> {
             let sum = self.sum(part);
             self.keep(Block::Forces, &format!("force_{name}"), sum)
         };
-        parts.into_iter().zip(coordinates).map(force).collect()
+        parts.into_iter().zip(&coordinates).map(force).collect()
     }
 
     /// Everything that values need, through names.

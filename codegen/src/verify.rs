@@ -49,6 +49,9 @@ pub enum Unverified {
     /// The formulae have no value at almost any state.
     #[error("{0}\n  = help: look for roots and logarithms of negative numbers, and for numbers beyond 1e308")]
     NoDomain(String),
+    /// Forces are asked for that many could be.
+    #[error("{0}\n  = help: take out the constraints that are too many, or `inverse = true` under [run]")]
+    Undetermined(String),
 }
 
 /// Compares the module with its scene at random states, half of them near the start, and its tape with the module.
@@ -69,6 +72,11 @@ pub fn verify(scene: &Scene, equations: &Equations, file: &syn::File, tape: &Own
     let of_order_one =
         of_order_one.filter_map(|s| s.on::<Wide>().expected(scene, equations).map(|expected| (s, expected)));
     let of_order_one: Vec<(Sample, Expected<Wide>)> = of_order_one.take(states / 4).collect();
+    if scene.run.inverse && !module.functions.contains_key("inverse_dynamics") {
+        let title =
+            format!("error: scene `{}` asks for inverse dynamics, but its constraints repeat others", scene.name);
+        return Err(Unverified::Undetermined(title));
+    }
     let mut agreed = 0;
     for (samples, counts) in [(&known, true), (&of_order_one, false)] {
         let scales = scales(samples);

@@ -237,6 +237,8 @@ pub struct RunSyntax {
     pub end_time: Option<Formula>,
     /// Whether implicit methods are to be used.
     pub stiff: bool,
+    /// Whether a function for inverse dynamics is asked for.
+    pub inverse: bool,
     /// Where the table begins.
     pub span: Span,
     /// Whether all of it could be read.

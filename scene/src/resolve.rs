@@ -290,7 +290,13 @@ impl Resolver<'_> {
         if let (Some((title, label, help)), true) = (wrong, run.is_whole) {
             self.findings.push(Diagnostic::error(title, run.span.clone(), label).help(help));
         }
-        Run { step, until, end_time: max_time.or(end_time).unwrap_or_else(missing), stiff: run.stiff }
+        Run {
+            step,
+            until,
+            end_time: max_time.or(end_time).unwrap_or_else(missing),
+            stiff: run.stiff,
+            inverse: run.inverse,
+        }
     }
 
     fn condition(&mut self, condition: &Condition<String>) -> Condition<Quantity> {

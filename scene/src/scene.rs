@@ -217,6 +217,8 @@ pub struct Run {
     pub end_time: Value,
     /// Whether Jacobians of forces and constraints are asked for, which implicit methods need.
     pub stiff: bool,
+    /// Whether a function for inverse dynamics is asked for.
+    pub inverse: bool,
 }
 
 impl Scene {

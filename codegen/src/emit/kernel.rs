@@ -333,13 +333,7 @@ impl<'a> Emitter<'a> {
         let is_field = |id: Id| position.is_some_and(|names| names.contains_key(&id));
         let used: Vec<Id> = self.outside.keys().copied().filter(|&id| body.needs(id)).collect();
         let used: Vec<Id> = used.into_iter().filter(|&id| !is_field(id) || self.is_argument(id, arguments)).collect();
-        let uses = |test: &dyn Fn(Id, &Op) -> bool| used.iter().any(|&id| test(id, self.graph.op(id)));
-        let p = uses(&|_, op| matches!(op, Op::Input(Symbol::Parameter(_)))).then(|| quote!(let p = &m.parameters;));
-        let is_constant = |id: Id, op: &Op| {
-            !op.is_leaf() && angle_of(self.graph, op).is_none() && self.writer.outside.contains_key(&id)
-        };
-        let k = uses(&is_constant).then(|| quote!(let k = &m.constants;));
-        let m = if p.is_some() || k.is_some() { quote!(m) } else { quote!(_m) };
+        let (m, halves) = self.halves(&used);
         let fields: BTreeSet<String> = position
             .iter()
             .flat_map(|names| names.iter())
@@ -369,8 +363,7 @@ impl<'a> Emitter<'a> {
             #[inline(always)]
             #too_many
             pub fn #name<R: Scalar>(#m: &#own<R>, #position_argument #(#parameters,)* #angles_argument) -> #output {
-                #p
-                #k
+                #halves
                 #(#bindings)*
                 #(#angles)*
                 #unpack
@@ -379,6 +372,57 @@ impl<'a> Emitter<'a> {
             }
         };
         (tokens, cost)
+    }
+
+    /// The name of the mechanism in a function that needs these values, and the bindings of its parameters and constants.
+    fn halves(&self, used: &[Id]) -> (TokenStream, TokenStream) {
+        let uses = |test: &dyn Fn(Id, &Op) -> bool| used.iter().any(|&id| test(id, self.graph.op(id)));
+        let p = uses(&|_, op| matches!(op, Op::Input(Symbol::Parameter(_)))).then(|| quote!(let p = &m.parameters;));
+        let is_constant = |id: Id, op: &Op| {
+            !op.is_leaf() && angle_of(self.graph, op).is_none() && self.writer.outside.contains_key(&id)
+        };
+        let k = uses(&is_constant).then(|| quote!(let k = &m.constants;));
+        let m = if p.is_some() || k.is_some() { quote!(m) } else { quote!(_m) };
+        (m, quote!(#p #k))
+    }
+
+    /// A function that needs no position: the name of the mechanism in it, its other parameters, its body, which gives
+    /// all results, and its cost.
+    pub(super) fn whole(
+        &self,
+        arguments: &[Argument],
+        results: &[&[Signed]],
+    ) -> (TokenStream, Vec<TokenStream>, TokenStream, Operations) {
+        let ends: Vec<Signed> = results.iter().copied().flatten().copied().collect();
+        let locals = self.needed_locals(ends.iter().copied(), &self.outside);
+        let roots: Vec<Signed> = locals.iter().map(|local| local.value).chain(ends.clone()).collect();
+        let mut body = self.body(&self.outside, &roots);
+        define(&mut body, &locals, &HashSet::new());
+        body.define_all(&ends, &HashSet::new());
+        let values = results.iter().map(|result| {
+            let roots = result.iter().map(|root| body.root(*root));
+            quote!([#(#roots),*])
+        });
+        let values: Vec<TokenStream> = values.collect();
+        let mut used: Vec<Id> = self.outside.keys().copied().filter(|&id| body.needs(id)).collect();
+        used.sort_unstable();
+        let mut sines: BTreeMap<usize, [TokenStream; 2]> = BTreeMap::new();
+        for (function, i) in used.iter().filter_map(|&id| angle_of(self.graph, self.graph.op(id))) {
+            let pair = sines.entry(i).or_insert_with(|| [quote!(_), quote!(_)]);
+            let name = format_ident!("{}", angle_name(self.writer, function, i));
+            pair[usize::from(function == Function::Cos)] = quote!(#name);
+        }
+        let is_turned = |op: &Op| matches!(op, Op::Input(Symbol::Coordinate(i)) if sines.contains_key(i));
+        used.extend((0..self.graph.ops().len()).filter(|&id| is_turned(self.graph.op(id))));
+        let sines = sines.iter().map(|(i, [sin, cos])| {
+            let angle = &self.writer.inputs[&Symbol::Coordinate(*i)];
+            quote!(let (#sin, #cos) = #angle.sin_cos();)
+        });
+        let (m, halves) = self.halves(&used);
+        let (bindings, parameters) = self.writer.arguments(arguments, &used);
+        let (statements, cost) = body.finish();
+        let tokens = quote!(#halves #(#bindings)* #(#sines)* #(#statements)* (#(#values),*));
+        (m, parameters, tokens, cost)
     }
 
     /// Whether a coordinate or time is among a function's arguments.

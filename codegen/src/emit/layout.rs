@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use super::formulae;
 use crate::formula::{Style, Writer};
-use crate::graph::{Graph, Id, Signed};
+use crate::graph::{Graph, Id, Op, Signed};
 use crate::kernel::Kernel;
 use crate::lower::Lowering;
 use crate::share::share_pairs;
@@ -90,6 +90,8 @@ pub(super) struct Layout {
     /// Values of other named quantities and of their derivatives.
     pub(super) names: Vec<(String, Signed)>,
     pub(super) kernel: Kernel,
+    /// The inverse dynamics, where the scene asks for them.
+    pub(super) inverse: Option<Kernel>,
 }
 
 impl Layout {
@@ -145,13 +147,29 @@ impl Layout {
             named.extend(kept.iter().map(|(name, _)| name.clone()).zip(roots));
         }
         kernel.values_mut().zip(shared).for_each(|(value, place)| *value = place);
+        let inverse = if scene.run.inverse { inverse_dynamics(scene, equations, &mut graph) } else { None };
         let plans = lowered.iter().map(|plan| plan.map(&mut |&i| roots[i])).collect();
         let names = symbols.iter().map(|(named, symbol)| named.symbol_name(*symbol, scene).to_lowercase());
         let names = names.zip(roots[name_place..].iter().copied()).collect();
         let named_values =
             point_names.into_iter().zip(roots[point_place..name_place].iter().copied()).chain(named).collect();
-        Self { graph, plans, named_values, names, kernel }
+        Self { graph, plans, named_values, names, kernel, inverse }
     }
+}
+
+/// The inverse dynamics of a scene, in a graph that has other functions already.
+fn inverse_dynamics(scene: &Scene, equations: &Equations, graph: &mut Graph) -> Option<Kernel> {
+    let mut lowering = Lowering::of_kernel(Graph::default());
+    let local = |op: &Op| if let Op::Input(Symbol::Local(number)) = op { Some(number + 1) } else { None };
+    let next = graph.ops().iter().filter_map(local).max().unwrap_or(0);
+    let mut kernel = Kernel::of_inverse_dynamics(scene, equations, &mut lowering, next)?;
+    let roots: Vec<Signed> = kernel.values().copied().collect();
+    let (own, roots) = share_pairs(&lowering.graph, &roots);
+    let places = graph.absorb(&own);
+    for (value, root) in kernel.values_mut().zip(roots) {
+        *value = Signed { id: places[root.id], ..root };
+    }
+    Some(kernel)
 }
 
 fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> {

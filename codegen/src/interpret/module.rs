@@ -11,15 +11,25 @@ use super::{Number, Value, run, run_block};
 pub(crate) struct GeneratedModule<'f> {
     pub(crate) functions: HashMap<String, &'f syn::ItemFn>,
     pub(crate) methods: HashMap<String, &'f syn::ImplItemFn>,
+    /// The coordinates of `inverse_dynamics`.
+    pub(crate) actuated: Vec<usize>,
 }
 
 impl<'f> GeneratedModule<'f> {
     pub(crate) fn new(file: &'f syn::File) -> Result<Self, String> {
-        let mut generated = Self { functions: HashMap::new(), methods: HashMap::new() };
+        let mut generated = Self { functions: HashMap::new(), methods: HashMap::new(), actuated: Vec::new() };
         for item in &file.items {
             match item {
                 Item::Fn(function) => {
                     generated.functions.insert(function.sig.ident.to_string(), function);
+                }
+                Item::Const(constant) if constant.ident == "ACTUATED" => {
+                    let syn::Expr::Array(places) = &*constant.expr else { continue };
+                    let place = |place: &syn::Expr| match place {
+                        syn::Expr::Lit(syn::ExprLit { lit: syn::Lit::Int(place), .. }) => place.base10_parse().ok(),
+                        _ => None,
+                    };
+                    generated.actuated = places.elems.iter().filter_map(place).collect();
                 }
                 Item::Impl(block) => {
                     let owner = match &*block.self_ty {

@@ -195,9 +195,19 @@ impl Elimination {
         }
     }
 
+    /// The coordinates that the others depend on.
+    pub(super) fn independent(&self) -> &[usize] {
+        &self.independent
+    }
+
+    /// Whether a constraint has no coordinate that depends on it.
+    pub(super) fn has_repeated(&self) -> bool {
+        self.pivots.len() < self.constraints
+    }
+
     /// Whether every constraint has a dependent coordinate, and every independent coordinate moves a mass.
     pub(super) fn is_suited(&self) -> bool {
-        self.pivots.len() == self.constraints && self.inverse_inertia.iter().all(Option::is_some)
+        !self.has_repeated() && self.inverse_inertia.iter().all(Option::is_some)
     }
 
     /// How small each pivot is against what other constraints have in its column.

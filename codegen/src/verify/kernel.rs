@@ -106,8 +106,41 @@ pub(super) fn agrees(
             compare_all(name, got, expected, |i| allowed(i) + spreads[which][i])
         })
     };
+    if module.functions.contains_key("inverse_dynamics") {
+        inverse_dynamics(scene, module, (sample, expected))?;
+    }
     compare("accelerations", &call("accelerations", &[t, q, qd, angles])?, &accelerations, 0)?;
     compare("correction", &call("correction", &[Value::list(&opened)])?, &correction[..n], 1)
+}
+
+/// Whether forces and multipliers balance accelerations and loads in every row of the equations of motion.
+fn inverse_dynamics(
+    scene: &Scene,
+    module: &GeneratedModule,
+    (sample, expected): (&Sample, &Expected<Wide>),
+) -> Result<(), String> {
+    let [t, q, qd, qdd] =
+        [Value::Number(sample.t.into()), Value::list(&sample.q), Value::list(&sample.qd), Value::list(&sample.qdd)];
+    let model = module.model(scene, &sample.parameters)?;
+    let result = module.value("inverse_dynamics", &[model, t, q, qd, qdd])?.numbers();
+    let (forces, multipliers) = result.split_at(module.actuated.len());
+    let [mass, jacobian, loads] = ["mass_matrix", "dynamics.constraint_jacobian", "dynamics.generalized_forces"]
+        .map(|name| numbers(expected, name));
+    let n = sample.q.len();
+    let accelerations = &sample.on::<Wide>().qdd;
+    for i in 0..n {
+        let inertia = (0..n).map(|j| mass[i * n + j] * accelerations[j]);
+        let loops = multipliers.iter().enumerate().map(|(k, lambda)| jacobian[k * n + i] * Wide(*lambda));
+        let own = module.actuated.iter().position(|place| *place == i).map(|place| -Wide(forces[place]));
+        let terms: Vec<Wide> = inertia.chain(loops).chain(own).chain([-loads[i]]).collect();
+        let rest = size(terms.iter().copied().sum());
+        let largest = terms.iter().fold(super::TINY, |most, term| most.max(size(*term)));
+        // Written so that a rest that is not a number counts as a difference.
+        if !(rest <= (TOLERANCE * largest).max(sample.error_of_zeros(largest))) {
+            return Err(format!("generated `inverse_dynamics` is wrong: row {i} does not balance, by {rest:e}"));
+        }
+    }
+    Ok(())
 }
 
 /// The numbers of one function; none if it is not among them.

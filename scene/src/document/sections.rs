@@ -127,6 +127,7 @@ impl Document {
         self.run.max_time = run.optional("max_time").map(|v| r.formula(v));
         self.run.end_time = run.optional("end_time").map(|v| r.formula(v));
         self.run.stiff = run.optional("stiff").is_some_and(|v| r.boolean(v));
+        self.run.inverse = run.optional("inverse").is_some_and(|v| r.boolean(v));
         run.finish(r);
         self.run.is_whole = r.findings.len() == before;
     }

@@ -1,0 +1,46 @@
+//! Inverse dynamics: the forces and torques that accelerations take.
+
+use super::algebra::Value;
+use super::elimination::Elimination;
+use super::{Block, Builder, Kernel};
+use crate::graph::Signed;
+use crate::term::{Equations, Symbol};
+
+impl Builder<'_> {
+    /// The multipliers follow from the rows of the coordinates that depend on others, and then the forces from the rows
+    /// of the others: `Mbar qdd + C_q' lambda = fbar + forces`.
+    pub(super) fn inverse_dynamics(mut self, equations: &Equations) -> Option<Kernel> {
+        let e = &equations.kernel;
+        self.names(&e.names);
+        let (jacobian, mass) = (self.jacobian(e), self.mass_matrix(e));
+        let elimination = Elimination::new(&mut self, equations, &jacobian, &mass);
+        if elimination.has_repeated() {
+            return None;
+        }
+        self.named_rates(&e.names);
+        let applied = self.forces(&e.pushes);
+        let n = self.scene.coordinates.len();
+        let accelerations: Vec<Value> =
+            (0..n).map(|i| Some(self.lowering.graph.input(Symbol::Acceleration(i)))).collect();
+        let multipliers = elimination.multipliers(&mut self, &applied, &accelerations);
+        let force = |&i: &usize| {
+            let column: Vec<Value> = jacobian.iter().map(|row| row[i]).collect();
+            let moved = [self.dot(&mass[i], &accelerations), self.dot(&column, &multipliers)];
+            let terms: Vec<Signed> = moved.into_iter().chain([applied[i].map(Signed::negated)]).flatten().collect();
+            let sum = self.sum(terms);
+            let name = format!("needed_{}", self.scene.coordinates[i].name);
+            (i, self.keep(Block::Inverse, &name, sum))
+        };
+        let forces: Vec<(usize, Value)> = elimination.independent().iter().map(force).collect();
+        let zero = self.lowering.graph.number(0.0);
+        let mut kernel = Kernel {
+            multipliers: multipliers.into_iter().map(|value| value.unwrap_or(zero)).collect(),
+            forces: forces.into_iter().map(|(i, value)| (i, value.unwrap_or(zero))).collect(),
+            is_timed: true,
+            ..Kernel::default()
+        };
+        let needed = self.needed(&self.locals, kernel.values().map(|value| value.id).collect());
+        kernel.locals = self.locals.into_iter().filter(|local| needed.contains(&local.input.id)).collect();
+        Some(kernel)
+    }
+}
