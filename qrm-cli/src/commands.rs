@@ -46,6 +46,8 @@ commands! {
     Stability: stability,
     /// Derivatives of the end of a motion, and of its outputs, by parameters: sensitivity.csv
     Sensitivity: sensitivity,
+    /// Forces and torques that a prescribed motion takes: inverse.csv, inverse.json, inverse.svg
+    Inverse: inverse,
     /// Run a scene with many combinations of parameters: one row a design, in CSV or Parquet
     Sweep: sweep,
     /// Join the parts of a sweep that was run with `--shard`

@@ -1,10 +1,11 @@
-//! Analyses beside the motion: positions that are moved by hand, static equilibrium, linearized equations, exact
+//! Analyses beside the motion: positions that are moved by hand, inverse dynamics, static equilibrium, linearized equations, exact
 //! motions, reference motions, derivatives by parameters, run times.
 
 mod branches;
 mod energy_integral;
 mod equilibrium;
 mod four_bar;
+mod inverse_dynamics;
 mod inverse_kinematics;
 mod kinematics;
 mod measure;
@@ -18,6 +19,7 @@ pub use branches::{MAX_BRANCHES, branches};
 pub use energy_integral::{EnergyIntegral, NoEnergyIntegral, PANELS};
 pub use equilibrium::{NoEquilibrium, StaticEquilibrium, static_equilibrium};
 pub use four_bar::{FourBar, GrashofClass};
+pub use inverse_dynamics::{NotPossible, Prescribed, PrescribedMotion, PrescribedState};
 pub use inverse_kinematics::{PositionError, inverse_kinematics};
 pub use kinematics::{Drive, LimitPosition, Position};
 pub use measure::{Measurement, Repetitions, StateAt, Trial, exact_states, measure};

@@ -14,6 +14,8 @@ use crate::start::Start;
 pub struct Drive<'m> {
     /// The mechanism.
     pub mechanism: &'m dyn Mechanism,
+    /// The time, for constraints that depend on it.
+    pub t: f64,
     partition: Cow<'m, CoordinatePartition>,
 }
 
@@ -86,7 +88,8 @@ impl<'m> Drive<'m> {
             Ordering::Equal => (0..count).collect(),
             Ordering::Less => independent(mechanism, &dependent)?,
         };
-        Some(Self { mechanism, partition: Cow::Owned(CoordinatePartition { given, dependent, independent }) })
+        let partition = CoordinatePartition { given, dependent, independent };
+        Some(Self { mechanism, t: 0.0, partition: Cow::Owned(partition) })
     }
 
     /// The given coordinates, and the constraints that the others follow from.
@@ -96,7 +99,7 @@ impl<'m> Drive<'m> {
 
     /// The drive of the mechanism with other parameters: its determinants can be compared with those of the first.
     pub(crate) fn with_partition(mechanism: &'m dyn Mechanism, partition: &'m CoordinatePartition) -> Self {
-        Self { mechanism, partition: Cow::Borrowed(partition) }
+        Self { mechanism, t: 0.0, partition: Cow::Borrowed(partition) }
     }
 
     /// The position near a guess, by Newton's method until rounding errors alone are left.
@@ -107,7 +110,7 @@ impl<'m> Drive<'m> {
         let count = dependent.len();
         let (mut block, mut residuals, mut step) = (Lu::with_size(count), vec![0.0; count], vec![0.0; count]);
         for _ in 0..=ITERATIONS {
-            constraints.evaluate(self.mechanism, 0.0, &q);
+            constraints.evaluate(self.mechanism, self.t, &q);
             let residual = largest(&constraints.residuals).1;
             block.factor_of(|r, c| constraints.constraint_jacobian[independent[r]][dependent[c]]);
             if residual == 0.0 || residual > 0.5 * before {
@@ -133,10 +136,25 @@ impl<'m> Drive<'m> {
 
     /// The change of all coordinates, to first order, with a change of those that are given.
     pub fn linear_change(&self, at: &Position, given: impl Fn(usize) -> f64) -> Vec<f64> {
+        self.solve(at, given, |_| 0.0)
+    }
+
+    /// The rates of all coordinates with those that are given.
+    pub fn rates(&self, at: &Position, given: impl Fn(usize) -> f64) -> Vec<f64> {
+        self.solve(at, given, |k| at.constraints.constraint_rate[k])
+    }
+
+    /// The accelerations of all coordinates with those that are given, by the bias of the constraints.
+    pub fn accelerations(&self, at: &Position, given: impl Fn(usize) -> f64, bias: &[f64]) -> Vec<f64> {
+        self.solve(at, given, |k| bias[k])
+    }
+
+    /// The solution of `C_q x + bias = 0` with the given coordinates' part of `x`.
+    fn solve(&self, at: &Position, given: impl Fn(usize) -> f64, bias: impl Fn(usize) -> f64) -> Vec<f64> {
         let CoordinatePartition { given: is_given, dependent, independent } = &*self.partition;
         let mut change: Vec<f64> = (0..is_given.len()).map(|i| if is_given[i] { given(i) } else { 0.0 }).collect();
-        let right: Vec<f64> =
-            independent.iter().map(|&k| dot(&at.constraints.constraint_jacobian[k], &change)).collect();
+        let row = |&k: &usize| dot(&at.constraints.constraint_jacobian[k], &change) + bias(k);
+        let right: Vec<f64> = independent.iter().map(row).collect();
         dependent.iter().zip(at.block.solve(&right)).for_each(|(&i, value)| change[i] = -value);
         change
     }
@@ -203,17 +221,29 @@ impl<'m> Drive<'m> {
         assemble(self.mechanism, &start).err().map(|reason| reason.constraint)
     }
 
-    fn is_angle(&self, coordinate: usize) -> bool {
+    /// Whether a coordinate is given.
+    pub(super) fn is_given(&self, coordinate: usize) -> bool {
+        self.partition.given[coordinate]
+    }
+
+    pub(super) fn is_angle(&self, coordinate: usize) -> bool {
         self.mechanism.description().is_angle(coordinate)
     }
 
-    /// Multipliers, and the generalized forces on the given coordinates, that hold a position in static equilibrium:
-    /// with them `C_q' lambda = fbar + force`. Where constraints repeat others, the multipliers are those of least
-    /// norm.
+    /// Multipliers, and the generalized forces on the given coordinates, that hold a position in static equilibrium.
     pub fn balance(&self, q: &[f64]) -> (Vec<f64>, Vec<f64>) {
-        let n = q.len();
-        let dynamics = Dynamics::of(self.mechanism, 0.0, q, &vec![0.0; n]);
-        let (jacobian, forces) = (&dynamics.constraint_jacobian, &dynamics.generalized_forces);
+        let rest = vec![0.0; q.len()];
+        self.inverse_dynamics(&Dynamics::of(self.mechanism, self.t, q, &rest), &rest)
+    }
+
+    /// Inverse dynamics: the multipliers, and the generalized forces on the given coordinates, that accelerations take
+    /// beside the loads. With them `Mbar qdd + C_q' lambda = fbar + force`. Where constraints repeat others, the
+    /// multipliers are those of least norm.
+    pub fn inverse_dynamics(&self, dynamics: &Dynamics, qdd: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let n = qdd.len();
+        let jacobian = &dynamics.constraint_jacobian;
+        let rest = |(row, force): (&[f64], &f64)| force - dot(row, qdd);
+        let forces: Vec<f64> = dynamics.mass_matrix.iter().zip(&dynamics.generalized_forces).map(rest).collect();
         let right: Vec<f64> = self.partition.dependent.iter().map(|&i| forces[i]).collect();
         let (m, rank) = (jacobian.rows(), self.partition.dependent.len());
         let multipliers = if rank == m {

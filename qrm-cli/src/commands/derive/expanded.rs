@@ -1,7 +1,8 @@
 //! A scene in links and joints as an ordinary one.
 
 use qrm_scene::document::{
-    BodySyntax, CoordinateSyntax, DisplacementSyntax, Document, DrawnSyntax, Identifier, OutputSyntax, OutputValue, Position, Target,
+    BodySyntax, CoordinateSyntax, DisplacementSyntax, Document, DrawnSyntax, Identifier, OutputSyntax, OutputValue,
+    Position, Target,
 };
 use qrm_scene::linkage;
 use qrm_scene::parser::Formula;
@@ -94,7 +95,8 @@ fn put<'d>(text: &mut DocumentMut, section: &str, entries: impl Iterator<Item = 
 
 /// Writes the outputs of joints as what they become, in their place.
 fn put_outputs(text: &mut DocumentMut, own: &Document, whole: &Document) {
-    let written_out = |output: &&OutputSyntax| matches!(output.value, OutputValue::Joint { .. } | OutputValue::Power(_));
+    let written_out =
+        |output: &&OutputSyntax| matches!(output.value, OutputValue::Joint { .. } | OutputValue::Power(_));
     if !own.outputs.iter().any(|output| written_out(&output)) {
         return;
     }

@@ -1,0 +1,158 @@
+//! The forces and torques that a prescribed motion takes.
+
+use qrm_core::Mechanism;
+
+use super::kinematics::{CONTINUATION, Drive, Position};
+use crate::run::{NotAssembled, assemble};
+use crate::solve::Dynamics;
+use crate::start::Start;
+
+/// A mechanism at one time of a prescribed motion.
+#[derive(Clone, Debug)]
+pub struct PrescribedState {
+    /// The time.
+    pub t: f64,
+    /// The coordinates.
+    pub q: Vec<f64>,
+    /// Their rates.
+    pub qd: Vec<f64>,
+    /// Their accelerations.
+    pub qdd: Vec<f64>,
+    /// The multipliers.
+    pub multipliers: Vec<f64>,
+    /// The forces and torques that the motion takes beside the loads, along the given coordinates; zero along others.
+    pub forces: Vec<f64>,
+    /// The outputs.
+    pub outputs: Vec<f64>,
+}
+
+/// Why a motion is not possible.
+#[derive(Clone, Debug)]
+pub enum NotPossible {
+    /// The constraints cannot be met at the start.
+    NotAssembled(NotAssembled),
+    /// The given coordinates do not determine the others at the start.
+    Singular,
+    /// After this time the mechanism locks, or comes to a position at which the given coordinates do not determine the
+    /// others.
+    LimitPosition {
+        /// The last time that was reached.
+        t: f64,
+        /// The coordinates there.
+        q: Vec<f64>,
+    },
+    /// The forces at this time are not finite.
+    NotFinite {
+        /// The time.
+        t: f64,
+    },
+}
+
+/// A mechanism that is moved from outside: given coordinates are functions of time, the others follow.
+pub struct PrescribedMotion<'m> {
+    drive: Drive<'m>,
+    position: Position,
+    last: PrescribedState,
+}
+
+/// Value, rate and acceleration of a given coordinate.
+pub type Prescribed<'f> = &'f dyn Fn(usize, f64) -> [f64; 3];
+
+/// Parts of the way between two times that are shorter than this are not tried.
+const SHORTEST: f64 = 1e-9;
+
+impl<'m> PrescribedMotion<'m> {
+    /// The motion at its first time, on the branch of the start; there the given coordinates have their prescribed values.
+    ///
+    /// # Errors
+    /// The mechanism cannot be assembled, or not be moved.
+    pub fn new(
+        mechanism: &'m dyn Mechanism,
+        start: &Start,
+        t: f64,
+        prescribed: Prescribed,
+    ) -> Result<Self, NotPossible> {
+        let mut drive = Drive::new(mechanism, start.given.clone()).ok_or(NotPossible::Singular)?;
+        let mut start = start.clone();
+        for i in (0..start.q.len()).filter(|&i| start.given[i]) {
+            start.q[i] = prescribed(i, t)[0];
+        }
+        let (q, _) = assemble(mechanism, &start).map_err(NotPossible::NotAssembled)?;
+        drive.t = t;
+        let position = drive.close(q).ok_or(NotPossible::Singular)?;
+        let last = state(&drive, &position, prescribed).ok_or(NotPossible::Singular)?;
+        Ok(Self { drive, position, last })
+    }
+
+    /// The state at the last time.
+    pub fn state(&self) -> &PrescribedState {
+        &self.last
+    }
+
+    /// Moves to a later time.
+    ///
+    /// # Errors
+    /// The mechanism locks before.
+    pub fn advance(&mut self, t: f64, prescribed: Prescribed) -> Result<&PrescribedState, NotPossible> {
+        let from = self.last.t;
+        let mut step = t - from;
+        while self.last.t < t {
+            let next = if self.last.t + step >= t { t } else { self.last.t + step };
+            match self.neighbour(next, prescribed) {
+                Some(position) => {
+                    self.drive.t = next;
+                    self.position = position;
+                    self.last =
+                        state(&self.drive, &self.position, prescribed).ok_or(NotPossible::NotFinite { t: next })?;
+                    step *= 2.0;
+                }
+                None if step <= SHORTEST * (t - from) => {
+                    return Err(NotPossible::LimitPosition { t: self.last.t, q: self.last.q.clone() });
+                }
+                None => step *= 0.5,
+            }
+        }
+        // At the same time the motion may go on with another acceleration.
+        if t == from {
+            self.last = state(&self.drive, &self.position, prescribed).ok_or(NotPossible::NotFinite { t })?;
+        }
+        Ok(&self.last)
+    }
+
+    /// The position a little later, near where the motion would go on.
+    fn neighbour(&self, t: f64, prescribed: Prescribed) -> Option<Position> {
+        let PrescribedState { q, qd, qdd, .. } = &self.last;
+        let h = t - self.last.t;
+        let mut drive = self.drive.clone();
+        drive.t = t;
+        let guess = |i: usize| {
+            if drive.is_given(i) { prescribed(i, t)[0] } else { q[i] + h * (qd[i] + 0.5 * h * qdd[i]) }
+        };
+        let guess: Vec<f64> = (0..q.len()).map(guess).collect();
+        let position = drive.close(guess.clone())?;
+        let angles = || (0..q.len()).filter(|&i| drive.is_angle(i));
+        let moved = angles().map(|i| (guess[i] - q[i]).abs()).fold(0.0, f64::max);
+        let missed = angles().map(|i| (position.q[i] - guess[i]).abs()).fold(0.0, f64::max);
+        let is_near = moved <= LONGEST && missed <= CONTINUATION * moved + ROUNDING;
+        (is_near && position.is_on_branch_of(&self.position)).then_some(position)
+    }
+}
+
+/// Longest step of an angle: the others must not be taken for what they are a turn later.
+const LONGEST: f64 = 0.5;
+/// How far rounding errors may take an angle.
+const ROUNDING: f64 = 1e-9;
+
+/// Rates, accelerations and forces at a position; `None` if they are not finite.
+fn state(drive: &Drive, position: &Position, prescribed: Prescribed) -> Option<PrescribedState> {
+    let (t, q) = (drive.t, position.q.clone());
+    let qd = drive.rates(position, |i| prescribed(i, t)[1]);
+    let dynamics = Dynamics::of(drive.mechanism, t, &q, &qd);
+    let qdd = drive.accelerations(position, |i| prescribed(i, t)[2], &dynamics.constraint_bias);
+    let (multipliers, forces) = drive.inverse_dynamics(&dynamics, &qdd);
+    let mut outputs = vec![0.0; drive.mechanism.description().outputs.len()];
+    drive.mechanism.outputs(t, &q, &qd, &qdd, &multipliers, &mut outputs);
+    let all = [&qd, &qdd, &multipliers, &forces, &outputs];
+    let is_finite = all.into_iter().flatten().all(|value| value.is_finite());
+    is_finite.then_some(PrescribedState { t, q, qd, qdd, multipliers, forces, outputs })
+}

@@ -1,0 +1,170 @@
+//! Inverse dynamics against forward dynamics, and as the command gives it.
+
+mod common;
+
+use std::fs;
+
+use common::{near, qrm};
+use qrm_core::{Angles, Kernel};
+use qrm_model::quick_return_loaded::{ACTUATED, Parameters, QuickReturnLoaded, inverse_dynamics};
+use qrm_sim::analysis::{PrescribedMotion, PrescribedState};
+use qrm_sim::start::Start;
+
+const LOADS: [(&str, f64); 4] = [("g", 9.81), ("k", 300.0), ("x6_0", -0.4), ("cd", 20.0)];
+
+fn loaded(torque: f64) -> QuickReturnLoaded {
+    let value = |name: &str| LOADS.iter().find(|(own, _)| *own == name).map(|(_, value)| *value);
+    QuickReturnLoaded::new(Parameters { T2: torque, ..Parameters::with(value) })
+}
+
+/// A turn of the crank from rest to rest in a second.
+fn turn(_: usize, t: f64) -> [f64; 3] {
+    let t = 2.0 * (t - 0.5);
+    // The integral of (1 - t^2)^2.
+    let place = t - 2.0 * t.powi(3) / 3.0 + t.powi(5) / 5.0 + 8.0 / 15.0;
+    let [rate, change] = [(1.0 - t * t).powi(2), -4.0 * t * (1.0 - t * t)];
+    let turn = std::f64::consts::TAU * 15.0 / 16.0;
+    [turn * place, 2.0 * turn * rate, 4.0 * turn * change]
+}
+
+/// The coordinates and rates after a step of the Runge-Kutta method of order 4, with a torque at each of its times.
+fn step(state: [[f64; 3]; 2], h: f64, torques: [f64; 3]) -> [[f64; 3]; 2] {
+    let slope = |[q, qd]: [[f64; 3]; 2], torque: f64| {
+        let mechanism = loaded(torque);
+        let angles = Angles::new(&q, [true; 3]);
+        let position = mechanism.position(0.0, &q, &angles);
+        [qd, mechanism.accelerations(&position, 0.0, &q, &qd, &angles).0]
+    };
+    let moved = |by: [[f64; 3]; 2], h: f64| [0, 1].map(|k| [0, 1, 2].map(|i| state[k][i] + h * by[k][i]));
+    let k1 = slope(state, torques[0]);
+    let k2 = slope(moved(k1, h / 2.0), torques[1]);
+    let k3 = slope(moved(k2, h / 2.0), torques[1]);
+    let k4 = slope(moved(k3, h), torques[2]);
+    let mean = [0, 1].map(|k| [0, 1, 2].map(|i| (k1[k][i] + 2.0 * (k2[k][i] + k3[k][i]) + k4[k][i]) / 6.0));
+    moved(mean, h)
+}
+
+#[test]
+fn forward_dynamics_return_the_motion_of_inverse_dynamics() {
+    let mechanism = common::mechanism("quick-return-loaded", &LOADS);
+    let start = Start::of(&*mechanism);
+    assert_eq!(ACTUATED, [0]);
+    let mut moving = PrescribedMotion::new(&*mechanism, &start, 0.0, &turn).expect("it can be moved");
+    // The torque by the generated function, which is that of the simulator.
+    let torque = |state: &PrescribedState| {
+        let [q, qd, qdd] = [&state.q, &state.qd, &state.qdd].map(|values| [values[0], values[1], values[2]]);
+        let ([torque], multipliers) = inverse_dynamics(&loaded(0.0), state.t, &q, &qd, &qdd);
+        near("torque", torque, state.forces[0], 1e-11 * state.forces[0].abs().max(1e3));
+        for (got, expected) in multipliers.iter().zip(&state.multipliers) {
+            near("multiplier", *got, *expected, 1e-11 * expected.abs().max(1e3));
+        }
+        torque
+    };
+    let first = moving.state().clone();
+    let mut now = [&first.q, &first.qd].map(|values| [values[0], values[1], values[2]]);
+    let (mut before, mut farthest) = (torque(&first), 0.0_f64);
+    let count = 8000;
+    for k in 0..count {
+        let h = 1.0 / f64::from(count);
+        let t = f64::from(k) * h;
+        let half = torque(moving.advance(t + h / 2.0, &turn).expect("it moves on"));
+        let there = moving.advance(f64::from(k + 1) / f64::from(count), &turn).expect("it moves on").clone();
+        let after = torque(&there);
+        now = step(now, h, [before, half, after]);
+        before = after;
+        farthest = there.q.iter().zip(now[0]).fold(farthest, |most, (q, own)| most.max((q - own).abs()));
+    }
+    assert!(farthest < 1e-9, "the motion is {farthest:e} rad off");
+}
+
+/// The columns of a table by their names.
+fn columns(path: &std::path::Path) -> impl Fn(&str) -> Vec<f64> + use<> {
+    let text = fs::read_to_string(path).expect("the table");
+    let rows: Vec<Vec<String>> =
+        text.lines().map(|line| line.split(',').map(str::to_owned).collect()).collect();
+    move |name| {
+        let place = rows[0].iter().position(|own| own == name).unwrap_or_else(|| panic!("no column `{name}`"));
+        rows[1..].iter().map(|row| row[place].parse().expect("a number")).collect()
+    }
+}
+
+fn inverse(arguments: &[&str]) -> (String, tempfile::TempDir) {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let output = qrm(&["inverse"]).args(arguments).arg("--out").arg(folder.path()).output().expect("it starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    (String::from_utf8(output.stdout).expect("text"), folder)
+}
+
+#[test]
+fn a_constant_speed_takes_the_torque_of_the_driven_scene() {
+    let (_, folder) = inverse(&["quick-return", "--rate", "150*pi/60", "--time", "0.8", "--rows", "801"]);
+    let own = columns(&folder.path().join("inverse.csv"))("torque_phi2");
+    let run = common::run(&["quick-return-driven", "--step", "1e-3", "--end-time", "0.8", "--no-figures"]);
+    let driven = columns(&run.path("trajectory.csv"))("lambda_drive");
+    assert_eq!(own.len(), 801);
+    for (torque, lambda) in own.iter().zip(&driven) {
+        near("torque", *torque, -lambda, 1e-7);
+    }
+    let (_, folder) = inverse(&["quick-return-driven"]);
+    let summary = fs::read_to_string(folder.path().join("inverse.json")).expect("the summary");
+    let summary: serde_json::Value = serde_json::from_str(&summary).expect("JSON");
+    let largest = own.iter().fold(f64::NEG_INFINITY, |most: f64, torque| most.max(*torque));
+    let stated = summary["results"]["torque_drive"]["maximum"][0].as_f64().expect("a number");
+    // Between two rows.
+    assert!(stated >= largest && stated < largest + 2.0, "{stated} {largest}");
+}
+
+/// Work changes the energy: over a turn from rest to rest it is that of the loads alone.
+#[test]
+fn the_work_of_a_motion_from_rest_to_rest_is_that_of_its_loads() {
+    for motion in ["trapezoid", "polynomial"] {
+        let (text, folder) =
+            inverse(&["quick-return", "--motion", motion, "--time", "2", "--set", "F6=0", "--rows", "4001"]);
+        assert!(text.contains("360.0000 deg in 2 s"), "{text}");
+        let column = columns(&folder.path().join("inverse.csv"));
+        let (t, power) = (column("t"), column("power"));
+        let pieces = t.windows(2).zip(power.windows(2));
+        let work: f64 = pieces.map(|(t, p)| 0.5 * (t[1] - t[0]) * (p[0] + p[1])).sum();
+        let largest = power.iter().fold(0.0, |most: f64, power| most.max(power.abs()));
+        assert!(work.abs() < 1e-6 * largest, "{motion}: {work} of {largest}");
+    }
+}
+
+#[test]
+fn a_table_is_followed_through_its_rows() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let table = folder.path().join("motion.csv");
+    fs::write(&table, "t, phi2\n0, 0\n0.1, 0.3\n0.25, 1.2\n0.4, 1.5\n").expect("written");
+    let motion = format!("table:{}", table.display());
+    let (_, out) = inverse(&["quick-return", "--motion", &motion, "--rows", "9"]);
+    let column = columns(&out.path().join("inverse.csv"));
+    let (t, angle, torque) = (column("t"), column("phi2"), column("torque_phi2"));
+    for (time, value) in [(0.0, 0.0), (0.1, 0.3), (0.25, 1.2), (0.4, 1.5)] {
+        let row = t.iter().position(|t| *t == time).expect("a row");
+        near("angle", angle[row], value, 1e-14);
+        assert!(torque[row].is_finite());
+    }
+}
+
+#[test]
+fn impossible_motions_are_refused() {
+    let refused = |arguments: &[&str], status: i32, text: &str| {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let output = qrm(&["inverse"]).args(arguments).arg("--out").arg(folder.path()).output().expect("it starts");
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert!(stderr.contains(text), "{arguments:?}: {stderr}");
+        assert_eq!(output.status.code(), Some(status), "{arguments:?}");
+    };
+    refused(&["four-bar"], 1, "the mechanism locks at q1 = 157.3801 deg");
+    refused(&["double-pendulum"], 2, "which coordinate is to move?");
+    refused(&["double-pendulum", "--motion", "constant"], 2, "of which coordinate?");
+    refused(&["quick-return", "--motion", "phi4=constant"], 2, "does not give `phi4` at its start");
+    refused(&["quick-return", "--motion", "constnat"], 2, "contains the name `constnat`");
+    refused(&["quick-return", "--motion", "t*"], 2, "--motion");
+    refused(&["quick-return", "--motion", "table:/nowhere.csv"], 2, "is no table of a motion");
+    refused(&["quick-return", "--motion", "trapezoid", "--time", "0"], 2, "must be above zero");
+    refused(&["quick-return", "--motion", "polynomial", "--distance=-1"], 2, "how long is the motion");
+    refused(&["quick-return", "--motion", "constant", "--motion", "constant"], 2, "has two motions");
+    refused(&["quick-return-driven", "--motion", "constant"], 2, "prescribe its motion already");
+    refused(&["quick-return", "--motion", "log(t - 1)"], 2, "");
+}
