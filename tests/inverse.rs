@@ -80,8 +80,7 @@ fn forward_dynamics_return_the_motion_of_inverse_dynamics() {
 /// The columns of a table by their names.
 fn columns(path: &std::path::Path) -> impl Fn(&str) -> Vec<f64> + use<> {
     let text = fs::read_to_string(path).expect("the table");
-    let rows: Vec<Vec<String>> =
-        text.lines().map(|line| line.split(',').map(str::to_owned).collect()).collect();
+    let rows: Vec<Vec<String>> = text.lines().map(|line| line.split(',').map(str::to_owned).collect()).collect();
     move |name| {
         let place = rows[0].iter().position(|own| own == name).unwrap_or_else(|| panic!("no column `{name}`"));
         rows[1..].iter().map(|row| row[place].parse().expect("a number")).collect()

@@ -70,6 +70,47 @@ fn a_page_computes_what_the_command_computes() {
     assert_eq!(said, format!("qrm run quick-return --set O2A={value}"));
 }
 
+/// Between the frames of a long motion nothing is interpolated: numbers are those of the command, and a rod keeps its
+/// length.
+#[test]
+#[ignore = "needs Chromium"]
+fn what_is_shown_at_a_time_is_what_the_command_computes() {
+    let mut browser = Chromium::new(1400, 900);
+    let _folder = opened("pendulum", "#t=37", &mut browser);
+    let run = common::run(&["pendulum", "--no-figures"]);
+    let text = std::fs::read_to_string(run.path("trajectory.csv")).expect("the trajectory");
+    let rows: Vec<Vec<&str>> = text.lines().map(|line| line.split(',').collect()).collect();
+    let at = |t: f64, name: &str| -> f64 {
+        let column = rows[0].iter().position(|own| *own == name).expect("a column");
+        let time = |row: &&Vec<&str>| (row[0].parse::<f64>().expect("a time") - t).abs() < 1e-9;
+        rows[1..].iter().find(time).expect("a row")[column].parse().expect("a number")
+    };
+    let shown = |browser: &mut Chromium, name: &str| -> (f64, f64) {
+        let text = browser.value(&format!(
+            "[...document.querySelectorAll('.qrm-key')].find((key) => key.children[1].textContent === '{name}')             .querySelector('output').textContent"
+        ));
+        let text = text.as_str().expect("a text").replace('\u{2212}', "-");
+        let decimals = text.split_once('.').map_or(0, |(_, decimals)| decimals.len());
+        (text.parse().expect("a number"), 0.51 * 10.0_f64.powi(-(decimals as i32)))
+    };
+    let length = |browser: &mut Chromium| -> f64 {
+        let script = "(() => { const [a, b] = [...document.querySelectorAll('.qrm-link .qrm-pin')].map((pin) =>                       { const { e, f } = pin.getCTM(); return [e, f]; }); return Math.hypot(a[0] - b[0], a[1] - b[1]); })()";
+        browser.value(script).as_f64().expect("a length")
+    };
+    let first = length(&mut browser);
+    for t in [37.0, 37.25, 99.999] {
+        browser.value(&format!("location.hash = 't={t}'"));
+        browser.wait_for(&format!("document.querySelector('.qrm-animation').dataset.time === '{t}'"));
+        for name in ["x_dot", "y_dot", "S"] {
+            let (value, half_digit) = shown(&mut browser, name);
+            near(name, value, at(t, name), half_digit);
+        }
+        let now = length(&mut browser);
+        assert!((now - first).abs() < 1e-3 * first, "{t}: {now} px instead of {first} px");
+    }
+    assert!(browser.complaints.is_empty(), "{:?}", browser.complaints);
+}
+
 /// The middle of a body on the screen.
 fn body(browser: &mut Chromium, name: &str) -> [f64; 2] {
     browser.middle(&format!("[data-name={name}] .qrm-bar"))

@@ -86,6 +86,14 @@ pub extern "C" fn draft(end: f64) -> u32 {
     })
 }
 
+/// The numbers of the last motion at a time, as JSON: both components of each node and of each arrow, the angle of each
+/// block, the value of each curve.
+#[allow(unsafe_code, reason = "the page calls it by its name")]
+#[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
+pub extern "C" fn at(t: f64) -> u32 {
+    answer(|state| state.simulator.as_ref().ok_or(NO_SCENE)?.at(t))
+}
+
 /// Drags points, a line `NAME=WEIGHT` of the input each, towards a place, from the pose at a time of the last motion, or
 /// from where they were dragged last if the time is not a number; the output is the start there as JSON.
 #[allow(unsafe_code, reason = "the page calls it by its name")]

@@ -5,11 +5,12 @@ use std::f64::consts::TAU;
 use std::io;
 
 use qrm_core::{DerivedScene, Description, Mechanism, Model, OwnedDescription};
-use qrm_pictures::{Recording, motion, position_error};
-use qrm_scene::evaluate::parameter_values;
+use qrm_pictures::{Frame, Recording, Sources, motion, position_error};
+use qrm_scene::evaluate::{State, parameter_values};
 use qrm_scene::scene::{Quantity, Scene};
 use qrm_sim::analysis::inverse_kinematics;
-use qrm_sim::integrate::{DOP853, MethodSettings};
+use qrm_sim::columns::{self, Kind};
+use qrm_sim::integrate::{DOP853, Integrator, MethodSettings};
 use qrm_sim::run::{Observer, Outcome, Reason, Request, Row, SimError, Status, simulate};
 use qrm_sim::start::Start;
 use qrm_view::motion::Motion;
@@ -43,8 +44,13 @@ pub(crate) struct Simulator {
 struct LastRun {
     /// Its parameters and its start, as far as the page changed them.
     values: NamedValues,
-    /// Times with coordinates.
-    poses: Vec<(f64, Vec<f64>)>,
+    /// Its method, and the time between its rows.
+    settings: MethodSettings,
+    step: f64,
+    /// Some of its rows, in the order of the columns.
+    frames: Vec<Frame>,
+    /// Where the numbers of its motion come from.
+    sources: Sources,
     /// The coordinates at the end of the last drag; none before the first one.
     dragged: Option<Vec<f64>>,
 }
@@ -196,9 +202,16 @@ impl Simulator {
             let still = || format!("`{}` stays where it is", description.name);
             return Err(failure(&outcome, description).unwrap_or_else(still));
         }
-        let motion = motion(&self.scene, &self.parameters(&changed), &recording).map_err(|e| e.to_string())?;
-        let poses = recording.states().into_iter().map(|(t, q, _)| (t, q)).collect();
-        (self.last.values, self.last.poses) = (changed, poses);
+        let (motion, sources) =
+            motion(&self.scene, &self.parameters(&changed), &recording).map_err(|e| e.to_string())?;
+        self.last = LastRun {
+            values: changed,
+            settings: request.settings,
+            step: outcome.step,
+            frames: recording.frames,
+            sources,
+            dragged: self.last.dragged.take(),
+        };
         let mut run = self.report(&outcome, values);
         if !request.estimate_error && matches!(outcome.status, Status::Interrupted) {
             // The run that follows a draft may go on.
@@ -207,13 +220,39 @@ impl Simulator {
         json(&Answer { run, motion })
     }
 
+    /// The numbers of the last motion at a time: those of its nodes, arrows, blocks and curves, as JSON.
+    ///
+    /// From the row before that time on, the run is made again.
+    pub(crate) fn at(&self, t: f64) -> Result<String, String> {
+        let LastRun { values, settings, step, frames, sources, .. } = &self.last;
+        let description = self.model.description;
+        let before = frames.partition_point(|frame| frame[0] <= t).saturating_sub(1);
+        let mut now = columns::state(description, frames.get(before).ok_or("nothing has moved yet")?);
+        let mechanism = self.mechanism(values);
+        let failed = |t: f64, error| SimError { reason: Reason::Failed { t, error }, description }.to_string();
+        let integrator = Integrator::new(&*mechanism, *settings, &now, f64::INFINITY);
+        let mut integrator = integrator.map_err(|error| failed(now.t, error))?;
+        let mut next = now.clone();
+        while now.t < t {
+            // Steps of a fixed length end where those of the run did.
+            let row = (now.t / step + 1e-6).floor() + 1.0;
+            let to = if settings.method.is_adaptive() { t } else { t.min(row * step) };
+            integrator.advance(&*mechanism, &now, to, &mut next).map_err(|error| failed(now.t, error))?;
+            std::mem::swap(&mut now, &mut next);
+        }
+        let (numbers, columns) = (columns::numbers(&*mechanism, &now), columns::columns(description));
+        let state = State::plain(&self.scene, &self.parameters(values), now.t, &now.q, &now.qd);
+        let place = |kind: Kind| columns.iter().position(|column| column.kind == kind);
+        json(&sources.numbers(&state, &|kind| place(kind).map_or(f64::NAN, |place| numbers[place])))
+    }
+
     /// Drags points towards a target; the start there as JSON.
     pub(crate) fn drag(&mut self, t: f64, target: [f64; 2], points: &NamedValues) -> Result<String, String> {
         let description = self.model.description;
         if !t.is_nan() {
-            let distance = |pose: &&(f64, Vec<f64>)| (pose.0 - t).abs();
-            let nearest = self.last.poses.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
-            self.last.dragged = nearest.map(|(_, q)| q.clone());
+            let distance = |frame: &&Frame| (frame[0] - t).abs();
+            let nearest = self.last.frames.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+            self.last.dragged = nearest.map(|frame| columns::state(description, frame).q);
         }
         let from = self.last.dragged.as_ref().ok_or("nothing has moved yet")?;
         let mechanism = self.mechanism(&self.last.values);

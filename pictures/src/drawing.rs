@@ -7,6 +7,7 @@ use qrm_scene::scene::{DrawnKind, Quantity};
 use qrm_view::motion::Shape;
 
 use crate::pose::Pose;
+use crate::source::Source;
 
 /// The shapes, the lowest layer first.
 pub(super) fn draw(pose: &mut Pose) -> Vec<Shape> {
@@ -22,8 +23,10 @@ pub(super) fn draw(pose: &mut Pose) -> Vec<Shape> {
             DrawnKind::Guide(places) => Shape::Guide { nodes: places.iter().map(|p| pose.place(p)).collect() },
             DrawnKind::Pivot(at) => Shape::Pivot { node: pose.place(at) },
             DrawnKind::Block { at, angle } => {
-                let angle = angle.as_ref().map_or_else(|| vec![0.0], |angle| pose.track(angle));
-                Shape::Block { name, node: pose.place(at), angle }
+                let angle = angle.as_ref().map_or(Source::Constant(0.0), |angle| Source::Formula(angle.clone()));
+                let track = pose.track(&angle);
+                pose.angles.push(angle);
+                Shape::Block { name, node: pose.place(at), angle: track }
             }
             DrawnKind::Path(point) => {
                 let node = pose.point(*point);
@@ -60,9 +63,10 @@ fn guessed(pose: &mut Pose) -> Vec<Shape> {
                     pose.nodes[node].is_traced = true;
                 }
                 Path::Line(from, to) => {
-                    let angle = vec![(to[1] - from[1]).atan2(to[0] - from[0])];
+                    let angle = (to[1] - from[1]).atan2(to[0] - from[0]);
+                    pose.angles.push(Source::Constant(angle));
                     let nodes = vec![pose.fixed(from), pose.fixed(to)];
-                    shapes.extend([Shape::Guide { nodes }, Shape::Block { name, node, angle }]);
+                    shapes.extend([Shape::Guide { nodes }, Shape::Block { name, node, angle: vec![angle] }]);
                 }
                 Path::Other => pose.nodes[node].is_traced = true,
             },

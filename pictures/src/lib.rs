@@ -6,8 +6,10 @@ mod motion;
 mod pose;
 mod position_error;
 mod recording;
+mod source;
 
 pub use groups::{Group, HEALTH, Member, groups};
 pub use motion::{NoPlace, motion};
 pub use position_error::position_error;
 pub use recording::{Frame, Recording};
+pub use source::Sources;

@@ -6,8 +6,9 @@ use qrm_view::motion::{Arrow, Motion, Plot, PlotCurve, Shape, Track};
 
 use crate::drawing::draw;
 use crate::groups::{Group, Member, groups};
-use crate::pose::Pose;
+use crate::pose::{Pose, track};
 use crate::recording::Recording;
+use crate::source::{Source, Sources};
 
 /// Something that is to be drawn has no finite place at a time.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -19,15 +20,22 @@ pub struct NoPlace {
     pub t: f64,
 }
 
-/// The motion of a scene whose parameters have these values.
+/// The motion of a scene whose parameters have these values, and the sources of its numbers.
 ///
 /// # Errors
 /// Something that is to be drawn has no finite place.
-pub fn motion(scene: &Scene, parameters: &[f64], recording: &Recording) -> Result<Motion, NoPlace> {
+pub fn motion(scene: &Scene, parameters: &[f64], recording: &Recording) -> Result<(Motion, Sources), NoPlace> {
     let mut pose = Pose::recorded(scene, parameters, recording);
     let shapes = draw(&mut pose);
     untrace_leaps(&mut pose);
-    let arrows = reactions(&mut pose, recording).into_iter().chain(loads(&mut pose)).collect();
+    let mut forces = reactions(&mut pose);
+    forces.extend(loads(&mut pose));
+    let groups = groups(scene, recording);
+    let curves = || groups.iter().flat_map(|group| &group.curves).map(|member| Source::Column(member.kind));
+    let of_arrows = forces.iter().flat_map(|force| force.sources.iter().cloned());
+    let sources = pose.sources.iter().cloned().chain(of_arrows).chain(pose.angles.iter().cloned()).chain(curves());
+    let sources = Sources(sources.collect());
+    let arrows = forces.into_iter().map(|force| force.arrow(&pose, recording)).collect();
     let times: Vec<f64> = recording.values(Kind::Time);
     let nodes = pose.nodes.iter().flat_map(|node| [&node.x, &node.y].map(|track| (node.name.as_str(), track)));
     let turns = shapes.iter().filter_map(|shape| match shape {
@@ -41,70 +49,83 @@ pub fn motion(scene: &Scene, parameters: &[f64], recording: &Recording) -> Resul
             return Err(NoPlace { what, t });
         }
     }
-    Ok(Motion {
+    let motion = Motion {
         title: scene.name.clone(),
         doc: scene.doc.clone(),
         times,
         nodes: pose.nodes,
         shapes,
         arrows,
-        plots: plots(scene, recording),
-    })
+        plots: plots(groups, recording),
+    };
+    Ok((motion, sources))
 }
 
-/// The forces of constraints that the scene asks for.
-fn reactions(pose: &mut Pose, recording: &Recording) -> Vec<Arrow> {
+/// An arrow without its numbers.
+struct Force {
+    name: String,
+    doc: String,
+    is_reaction: bool,
+    node: usize,
+    sources: [Source; 2],
+}
+
+impl Force {
+    fn arrow(self, pose: &Pose, recording: &Recording) -> Arrow {
+        let each = |source: &Source| {
+            let frames = pose.states.iter().enumerate();
+            track(frames.map(|(frame, state)| source.number(state, &|kind| recording.value(frame, kind))).collect())
+        };
+        let [x, y] = [0, 1].map(|axis| each(&self.sources[axis]));
+        let Self { name, doc, is_reaction, node, .. } = self;
+        Arrow { name, doc, is_reaction, node, x, y }
+    }
+}
+
+/// The forces of constraints and joints that the scene asks for.
+fn reactions(pose: &mut Pose) -> Vec<Force> {
     let scene = pose.scene;
-    let mut arrows = Vec::new();
+    let mut forces = Vec::new();
     let is_component = |i: usize| {
         let has =
             |own: &Output| matches!(own.kind, OutputKind::Norm { components, at: Some(_) } if components.contains(&i));
         scene.outputs.iter().any(has)
     };
     for (i, output) in scene.outputs.iter().enumerate() {
-        let arrow =
-            |node, x, y| Arrow { name: output.name.clone(), doc: output.doc.clone(), is_reaction: true, node, x, y };
-        if let OutputKind::Norm { components: [x, y], at: Some(point) } = output.kind {
-            let [x, y] = [x, y].map(|i| recording.values(Kind::Output(i)));
-            arrows.push(arrow(pose.point(point), x, y));
-        }
-        let OutputKind::ReactionForce { point, along, .. } = &output.kind else { continue };
-        if is_component(i) {
-            continue;
-        }
-        let values = recording.values(Kind::Output(i));
-        let component = |axis: usize| -> Track {
-            let each = pose.states.iter().zip(&values).map(|(state, value)| {
-                let [x, y] = [state.value(&along[0]), state.value(&along[1])];
-                // The output is force times direction, whatever the direction's length.
-                value * [x, y][axis] / (x * x + y * y).max(f64::MIN_POSITIVE)
-            });
-            each.collect()
+        let (point, sources) = match &output.kind {
+            OutputKind::Norm { components, at: Some(point) } => {
+                (*point, components.map(|component| Source::Column(Kind::Output(component))))
+            }
+            // The output is force times direction, whatever the direction's length.
+            OutputKind::ReactionForce { point, along, .. } if !is_component(i) => {
+                (*point, [0, 1].map(|axis| Source::Along(Kind::Output(i), along.clone(), axis)))
+            }
+            _ => continue,
         };
-        let [x, y] = [component(0), component(1)];
-        arrows.push(arrow(pose.point(*point), x, y));
+        let (name, doc, node) = (output.name.clone(), output.doc.clone(), pose.point(point));
+        forces.push(Force { name, doc, is_reaction: true, node, sources });
     }
-    arrows
+    forces
 }
 
 /// The forces that act on the mechanism.
-fn loads(pose: &mut Pose) -> Vec<Arrow> {
+fn loads(pose: &mut Pose) -> Vec<Force> {
     let scene = pose.scene;
-    let mut arrows = Vec::new();
+    let mut forces = Vec::new();
     for load in &scene.loads {
         let LoadKind::Force { force, at, .. } = &load.kind else { continue };
-        let [x, y] = [pose.track(&force[0]), pose.track(&force[1])];
-        let node = pose.place(at);
-        arrows.push(Arrow { name: load.name.clone(), doc: String::new(), is_reaction: false, node, x, y });
+        let (name, node) = (load.name.clone(), pose.place(at));
+        let sources = force.clone().map(Source::Formula);
+        forces.push(Force { name, doc: String::new(), is_reaction: false, node, sources });
     }
-    arrows
+    forces
 }
 
-fn plots(scene: &Scene, recording: &Recording) -> Vec<Plot> {
+fn plots(groups: Vec<Group>, recording: &Recording) -> Vec<Plot> {
     let curve = |member: &Member| PlotCurve { name: member.name.clone(), values: recording.values(member.kind) };
     let plot =
         |group: Group| Plot { curves: group.curves.iter().map(curve).collect(), title: group.title, unit: group.unit };
-    groups(scene, recording).into_iter().map(plot).collect()
+    groups.into_iter().map(plot).collect()
 }
 
 /// A path is drawn through the frames; where a point leaps from one to the next, that would be no path.

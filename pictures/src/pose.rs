@@ -6,6 +6,7 @@ use qrm_scene::scene::{Quantity, Scene, Value};
 use qrm_view::motion::{Node, Track};
 
 use crate::recording::Recording;
+use crate::source::Source;
 
 /// The poses of a mechanism at each of several times, and the places of it that are shown.
 pub(super) struct Pose<'s> {
@@ -14,6 +15,10 @@ pub(super) struct Pose<'s> {
     /// The scene at each frame.
     pub(super) states: Vec<State<f64>>,
     pub(super) nodes: Vec<Node>,
+    /// The sources of both components of each node.
+    pub(super) sources: Vec<Source>,
+    /// The sources of the angles of blocks.
+    pub(super) angles: Vec<Source>,
     /// Which node shows a point.
     points: Vec<Option<usize>>,
 }
@@ -28,12 +33,13 @@ impl<'s> Pose<'s> {
     pub(super) fn new(scene: &'s Scene, parameters: &'s [f64], states: &[(f64, Vec<f64>, Vec<f64>)]) -> Self {
         let state = |(t, q, qd): &(f64, Vec<f64>, Vec<f64>)| State::plain(scene, parameters, *t, q, qd);
         let states = states.iter().map(state).collect();
-        Self { scene, parameters, states, nodes: Vec::new(), points: vec![None; scene.points.len()] }
+        let points = vec![None; scene.points.len()];
+        Self { scene, parameters, states, nodes: Vec::new(), sources: Vec::new(), angles: Vec::new(), points }
     }
 
-    /// The value of a formula at each frame.
-    pub(super) fn track(&self, value: &Value) -> Track {
-        track(self.states.iter().map(|state| state.value(value)).collect())
+    /// The numbers of a source at each frame; columns have none here.
+    pub(super) fn track(&self, source: &Source) -> Track {
+        track(self.states.iter().map(|state| source.number(state, &|_| f64::NAN)).collect())
     }
 
     /// The node of a point.
@@ -41,8 +47,7 @@ impl<'s> Pose<'s> {
         if let Some(node) = self.points[point] {
             return node;
         }
-        let [x, y] = [0, 1].map(|axis| track(self.states.iter().map(|state| state.point(point)[axis]).collect()));
-        let node = self.add(Node { name: self.scene.points[point].name.clone(), is_traced: false, x, y });
+        let node = self.add(self.scene.points[point].name.clone(), [0, 1].map(|axis| Source::Point(point, axis)));
         self.points[point] = Some(node);
         node
     }
@@ -56,8 +61,7 @@ impl<'s> Pose<'s> {
         if let (Some(point), true) = (component(0), component(0) == component(1)) {
             return self.point(point);
         }
-        let [x, y] = [0, 1].map(|axis| self.track(&place[axis]));
-        self.add(Node { name: String::new(), is_traced: false, x, y })
+        self.add(String::new(), place.clone().map(Source::Formula))
     }
 
     /// The node of a place that never moves, found up to rounding errors.
@@ -67,21 +71,23 @@ impl<'s> Pose<'s> {
         if let Some(place) = self.nodes.iter().position(is_there) {
             return place;
         }
-        self.add(Node { name: String::new(), is_traced: false, x: vec![x], y: vec![y] })
+        self.add(String::new(), [x, y].map(Source::Constant))
     }
 
-    fn add(&mut self, node: Node) -> usize {
-        let is_same = |other: &Node| other.name == node.name && other.x == node.x && other.y == node.y;
-        let place = self.nodes.iter().position(is_same);
-        place.unwrap_or_else(|| {
-            self.nodes.push(node);
-            self.nodes.len() - 1
-        })
+    fn add(&mut self, name: String, sources: [Source; 2]) -> usize {
+        let [x, y] = [0, 1].map(|axis| self.track(&sources[axis]));
+        let is_same = |other: &Node| other.name == name && other.x == x && other.y == y;
+        if let Some(place) = self.nodes.iter().position(is_same) {
+            return place;
+        }
+        self.nodes.push(Node { name, is_traced: false, x, y });
+        self.sources.extend(sources);
+        self.nodes.len() - 1
     }
 }
 
 /// One value is enough for what never changes.
-fn track(mut values: Vec<f64>) -> Track {
+pub(super) fn track(mut values: Vec<f64>) -> Track {
     if values.iter().all(|value| *value == values[0]) {
         values.truncate(1);
     }

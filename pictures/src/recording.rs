@@ -62,6 +62,11 @@ impl Recording {
         place.map_or(Vec::new(), |place| self.frames.iter().map(|frame| frame[place]).collect())
     }
 
+    /// The value of a column in a frame; not a number where there is no such column.
+    pub fn value(&self, frame: usize, kind: Kind) -> f64 {
+        self.place(kind).map_or(f64::NAN, |place| self.frames[frame][place])
+    }
+
     /// Times and values of a column, with every peak of a long run.
     pub fn series(&self, kind: Kind) -> Vec<(f64, f64)> {
         self.place(kind).map(|place| self.envelope.points(place)).unwrap_or_default()

@@ -16,9 +16,14 @@ pub(crate) fn module() -> String {
 
 /// A scene, compressed by gzip, in base 85.
 pub(crate) fn packed(derived: DerivedScene, scene: Scene) -> Result<String, Error> {
+    compressed(&qrm_page::packed(derived, scene))
+}
+
+/// Bytes, compressed by gzip, in base 85.
+pub(crate) fn compressed(bytes: &[u8]) -> Result<String, Error> {
     let mut encoder = GzEncoder::new(Vec::new(), Compression::best());
-    let written = encoder.write_all(&qrm_page::packed(derived, scene)).and_then(|()| encoder.finish());
-    let bytes = written.map_err(|e| Error::run(format!("the scene cannot be compressed: {e}")))?;
+    let written = encoder.write_all(bytes).and_then(|()| encoder.finish());
+    let bytes = written.map_err(|e| Error::run(format!("a part of the page cannot be compressed: {e}")))?;
     Ok(base85(&bytes))
 }
 

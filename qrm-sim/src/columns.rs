@@ -1,8 +1,9 @@
 //! The columns of a trajectory: one table for files, pictures and simulation tools.
 
-use qrm_core::Description;
+use qrm_core::{Description, Mechanism};
 
 use crate::run::Simulation;
+use crate::solve::{LoopConstraints, largest};
 use crate::state::State;
 
 /// The source of a number of a mechanism.
@@ -101,6 +102,32 @@ pub fn columns(description: &Description) -> Vec<Column> {
         Column::new("energy", "J", energy, Kind::Energy),
     ]);
     columns
+}
+
+/// The numbers of a state in the order of [`columns`].
+pub fn numbers(mechanism: &dyn Mechanism, at: &State) -> Vec<f64> {
+    let State { t, q, qd, qdd, multipliers, .. } = at;
+    let mut outputs = vec![f64::NAN; mechanism.description().outputs.len()];
+    mechanism.outputs(*t, q, qd, qdd, multipliers, &mut outputs);
+    let constraints = LoopConstraints::of(mechanism, *t, q);
+    let [position, velocity] =
+        [&constraints.residuals, &constraints.velocity_residual(qd)].map(|residuals| largest(residuals).1);
+    let checks = [position, velocity, mechanism.energy(q, qd).iter().sum()];
+    let mut numbers = Vec::new();
+    write_row(*t, [q, qd, qdd], multipliers, &outputs, checks, &mut numbers);
+    numbers
+}
+
+/// The state in numbers in the order of [`columns`].
+pub fn state(description: &Description, numbers: &[f64]) -> State {
+    let (n, m) = (description.coordinates.len(), description.constraints.len());
+    let mut state = State::zero(n, m);
+    state.t = numbers[0];
+    for (i, motion) in numbers[1..=3 * n].chunks_exact(3).enumerate() {
+        [state.q[i], state.qd[i], state.qdd[i]] = [motion[0], motion[1], motion[2]];
+    }
+    state.multipliers.copy_from_slice(&numbers[1 + 3 * n..1 + 3 * n + m]);
+    state
 }
 
 /// Writes the numbers of a row in the order of [`columns`]; `checks` are the last three.

@@ -19,8 +19,12 @@ pub fn fragment(motion: &Motion) -> String {
     recorded(motion, "piece", "h2")
 }
 
-/// A whole document whose motion is computed in the browser, by a module of WebAssembly for a scene.
-pub fn simulator_page(page: &SimulatorPage) -> String {
+/// A whole document whose motion is computed in the browser, by a module of WebAssembly for a scene. Its script is
+/// compressed too, by `pack`, as module and scene are.
+///
+/// # Errors
+/// The script cannot be compressed.
+pub fn simulator_page<E>(page: &SimulatorPage, pack: impl Fn(&[u8]) -> Result<String, E>) -> Result<String, E> {
     let scripts = [
         include_str!("animation/simulator.js"),
         include_str!("animation/panel.js"),
@@ -31,16 +35,25 @@ pub fn simulator_page(page: &SimulatorPage) -> String {
             None => include_str!("animation/live.js"),
         },
     ];
+    let script = pack(format!("(() => {{\n\"use strict\";\n{}}})();", player(&scripts.concat())).as_bytes())?;
     let piece = Piece {
         mode: "page",
         heading: "h1",
         title: page.title,
         doc: page.doc,
-        data: &data(page),
+        data: &data(&Packed { page, script }),
         panel: include_str!("animation/panel.html"),
-        source: &scripts.concat(),
+        script: compact(include_str!("animation/loader.js")),
     };
-    document(page.title, page.doc, &piece.html())
+    Ok(document(page.title, page.doc, &piece.html()))
+}
+
+/// What a simulated page holds.
+#[derive(Serialize)]
+struct Packed<'a> {
+    #[serde(flatten)]
+    page: &'a SimulatorPage<'a>,
+    script: String,
 }
 
 /// A page that simulates a scene.
@@ -74,7 +87,7 @@ fn recorded(motion: &Motion, mode: &str, heading: &str) -> String {
         doc: &motion.doc,
         data: &data(&rounded(motion)),
         panel: "",
-        source: include_str!("animation/recorded.js"),
+        script: player(include_str!("animation/recorded.js")),
     };
     piece.html()
 }
@@ -89,8 +102,8 @@ struct Piece<'a> {
     data: &'a str,
     /// What stands below the controls.
     panel: &'a str,
-    /// The script that installs the motion.
-    source: &'a str,
+    /// Its script.
+    script: String,
 }
 
 impl Piece<'_> {
@@ -100,17 +113,6 @@ impl Piece<'_> {
         const TIGHT: [(&str, &str); 6] = [(": ", ":"), ("; ", ";"), (", ", ","), (" {", "{"), ("{ ", "{"), (" }", "}")];
         let text = compact(&format!("{}{panel}", include_str!("animation/animation.css")));
         TIGHT.iter().fold(text, |text, (loose, tight)| text.replace(loose, tight))
-    }
-
-    fn script(&self) -> String {
-        let parts = [
-            include_str!("animation/basics.js"),
-            include_str!("animation/drawing.js"),
-            include_str!("animation/plots.js"),
-            include_str!("animation/player.js"),
-            self.source,
-        ];
-        compact(&parts.concat())
     }
 
     fn html(&self) -> String {
@@ -123,9 +125,21 @@ impl Piece<'_> {
             css = self.css(),
             panel = self.panel,
             data = self.data,
-            script = self.script(),
+            script = self.script,
         )
     }
+}
+
+/// The script of an animation, with the part of it that installs the motion.
+fn player(source: &str) -> String {
+    let parts = [
+        include_str!("animation/basics.js"),
+        include_str!("animation/drawing.js"),
+        include_str!("animation/plots.js"),
+        include_str!("animation/player.js"),
+        source,
+    ];
+    compact(&parts.concat())
 }
 
 /// A script or a style sheet without indentation, comments on lines of their own, and line ends that mean nothing.

@@ -37,7 +37,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     if recording.frames.len() < 2 {
         return Err(report.message.into());
     }
-    let motion = motion(&setup.scene, &setup.parameters(), &recording)?;
+    let (motion, _) = motion(&setup.scene, &setup.parameters(), &recording)?;
     print(&format!("{}: {}\n", setup.description.name, report.message));
     save_and_print(&out.join("animation.html"), qrm_view::animation::page(&motion).as_bytes())?;
     if !options.no_gif {

@@ -41,14 +41,15 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
         SceneSource::Model(model) => (model.description.name.to_owned(), None),
     };
     let feed = Arc::new(Feed::default());
-    let page = simulator_page(&SimulatorPage {
+    let page = SimulatorPage {
         title: &title,
         doc: "",
         command: &shell_word(&title),
         is_writable: file.is_some(),
         module: &packing::module(),
         scene: None,
-    });
+    };
+    let page = simulator_page(&page, packing::compressed)?;
     let server = Server::new(options.port, page, Arc::clone(&feed), file)?;
     let launch_address = if options.no_open { None } else { Some(server.launch_address()?) };
     let action = if matches!(source, SceneSource::File(_)) { "the page follows the file; " } else { "" };

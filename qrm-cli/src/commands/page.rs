@@ -30,14 +30,15 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     check_place(&out)?;
     let description = model.description;
     let (scene, _) = resolve::read(&path, description.source)?;
-    let page = simulator_page(&SimulatorPage {
+    let page = SimulatorPage {
         title: description.name,
         doc: description.doc,
         command: &shell_word(&options.scene.scene),
         is_writable: false,
         module: &packing::module(),
         scene: Some(&packing::packed(DerivedScene::of(model), scene)?),
-    });
+    };
+    let page = simulator_page(&page, packing::compressed)?;
     save_and_print(&out, page.as_bytes())
 }
 

@@ -45,7 +45,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     let motion = (recording.frames.len() > 1).then(|| motion(&setup.scene, &setup.parameters(), &recording));
     if let Some(motion) = &motion {
         let shown = match motion {
-            Ok(motion) => Content::Animation(motion),
+            Ok((motion, _)) => Content::Animation(motion),
             Err(reason) => Content::Warning(Message::from(reason.clone()).to_string()),
         };
         sections.push(section("Motion", vec![shown]));

@@ -255,7 +255,7 @@ function draw(svg, motion, planned, width, height, isDraft = false) {
     moving.push((at, time) => {
       for (const [past, tail] of tails) {
         const from = locate(motion.times, Math.max(begin, time - past));
-        const passed = all.slice(from.frame + 1, at.frame + 1);
+        const passed = all.slice(from.frame + 1, at.frame + Math.ceil(at.part));
         tail.setAttribute("d", "M" + [text(place(node, from)), ...passed, text(points[id])].join("L"));
       }
     });

@@ -1,6 +1,6 @@
 // A scene that is simulated here: a slider for each parameter, a run for each change.
 
-const packed = JSON.parse(root.querySelector("script[type='application/json']").textContent);
+const { packed, unpacked } = root;
 let module = null;
 /** The scene that is shown, as the simulator describes it, with its instance of the simulator. */
 let about = null;
@@ -48,6 +48,7 @@ function showScene(loaded, instance) {
   endDrag();
   const before = about;
   [about, simulated] = [loaded, instance];
+  numbersAt = simulated.at;
   changed = before ? keptChanges(before) : addressed();
   values = {};
   expectedEnd = Math.min(expectedEnd, about.end_time);

@@ -48,7 +48,7 @@ let kindShown = "";
  * plan of another motion the scale of the drawing stays.
  */
 function install(next, draft = false, plannedBefore = null) {
-  isDraft = draft;
+  [isDraft, inserted] = [draft, 0];
   motion = completed(next);
   times = motion.times;
   [begin, end] = [times[0], times[times.length - 1]];
@@ -89,8 +89,46 @@ function install(next, draft = false, plannedBefore = null) {
   }
 }
 
+/** The numbers of a motion at a time, where they can be computed. */
+let numbersAt = null;
+/** The place of the frame at the time shown, where one was put in. */
+let inserted = 0;
+
+/** All tracks that change, each with its place among the numbers of a time. */
+function changing() {
+  const pairs = [...motion.nodes, ...motion.arrows].flatMap(({ x, y }) => [x, y]);
+  const angles = motion.shapes.flatMap(({ angle }) => (angle ? [angle] : []));
+  const values = motion.plots.flatMap(({ curves }) => curves.map((curve) => curve.values));
+  return [...pairs, ...angles, ...values].map((track, place) => [track, place]).filter(([track]) => track.length > 1);
+}
+
+function removeFrame() {
+  if (!inserted) return;
+  times.splice(inserted, 1);
+  for (const [track] of changing()) track.splice(inserted, 1);
+  inserted = 0;
+}
+
+/** Puts a frame in at the time shown, so that nothing that is seen there lies between two frames. */
+function insertFrame() {
+  removeFrame();
+  if (isDraft || !numbersAt) return;
+  let numbers;
+  try {
+    numbers = numbersAt(time);
+  } catch {
+    // The motion breaks off here: the frames tell what there was.
+    return;
+  }
+  const place = locate(times, time).frame + 1;
+  for (const [track, number] of changing()) track.splice(place, 0, numbers[number] ?? NaN);
+  times.splice(place, 0, time);
+  inserted = place;
+}
+
 function show(next) {
   time = clamp(next, begin, end);
+  insertFrame();
   drawing?.update(time);
   for (const each of plots) each.update(time);
   part("slider").value = time;
@@ -265,6 +303,7 @@ function fit(targets) {
 
 function redraw(target) {
   const [width, height] = sizes.get(target);
+  removeFrame();
   if (target !== part("canvas")) return void plots.find((each) => each.area === target)?.layout(width, height);
   drawing = draw(target.firstElementChild, motion, planned, width, height, isDraft);
   // Later, for the legend may wrap anew: an observer must not change sizes while it observes.

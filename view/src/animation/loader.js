@@ -1,0 +1,36 @@
+// The script of a simulated page is compressed: this one unpacks and starts it.
+
+const root = document.currentScript.closest(".qrm-animation");
+/** What the page holds. */
+root.packed = JSON.parse(root.querySelector("script[type='application/json']").textContent);
+
+/** The digits of base 85: printable signs but those that HTML or JSON would escape. */
+const DIGITS = Array.from({ length: 94 }, (_, place) => String.fromCharCode(33 + place)).filter((sign) => !"\"&'<>\\`".includes(sign));
+const VALUES = new Map(DIGITS.map((sign, value) => [sign.charCodeAt(0), value]));
+
+/** The bytes of a text of digits, five of them for four bytes. */
+function decoded(text) {
+  const view = new DataView(new ArrayBuffer(4 * Math.ceil(text.length / 5)));
+  const values = Uint8Array.from(text, (sign) => VALUES.get(sign.charCodeAt(0)));
+  for (let place = 0; place < text.length; place += 5) {
+    let word = 0;
+    for (let digit = place; digit < place + 5; digit++) word = 85 * word + (values[digit] ?? 84);
+    view.setUint32((place / 5) * 4, word);
+  }
+  return new Uint8Array(view.buffer, 0, Math.floor((text.length * 4) / 5));
+}
+
+/** What gzip made of bytes, in base 85. */
+root.unpacked = async (text) => {
+  const stream = new Blob([decoded(text)]).stream().pipeThrough(new DecompressionStream("gzip"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+};
+
+(async () => {
+  const script = document.createElement("script");
+  script.textContent = new TextDecoder().decode(await root.unpacked(root.packed.script));
+  root.append(script);
+})().catch((problem) => {
+  const shown = root.querySelector(".qrm-problem");
+  [shown.textContent, shown.hidden] = [`the page cannot be started here: ${problem.message}`, false];
+});
