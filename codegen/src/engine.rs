@@ -16,7 +16,7 @@ mod simplify;
 mod translate;
 mod virtual_work;
 
-use std::fs::File;
+use std::fs::{File, TryLockError};
 use std::io;
 use std::path::PathBuf;
 use std::sync::Mutex;
@@ -77,14 +77,31 @@ pub fn derive(scenes: &[&Scene]) -> Result<Vec<Equations>, Error> {
 /// Which scene and which formula is being worked on.
 type Place = Mutex<(usize, Span)>;
 
+/// Waits until no other process of this project uses the engine on this machine, after `announce` if there is one.
+///
+/// # Errors
+/// The lock file cannot be made.
+pub fn await_others(announce: impl FnOnce()) -> io::Result<()> {
+    let file = lock_file()?;
+    if matches!(file.try_lock(), Err(TryLockError::WouldBlock)) {
+        announce();
+        file.lock()?;
+    }
+    Ok(())
+}
+
 /// Waits until no other process of this project uses the engine on this machine.
 fn lock() -> io::Result<File> {
+    let file = lock_file()?;
+    file.lock()?;
+    Ok(file)
+}
+
+fn lock_file() -> io::Result<File> {
     let path = lock_path();
     // A lock made by another user can be opened for reading at least, and that is enough to lock it.
     let file = File::options().create(true).truncate(false).write(true).open(&path).or_else(|_| File::open(&path));
-    let file = file.map_err(|e| io::Error::new(e.kind(), format!("cannot open the lock {}: {e}", path.display())))?;
-    file.lock()?;
-    Ok(file)
+    file.map_err(|e| io::Error::new(e.kind(), format!("cannot open the lock {}: {e}", path.display())))
 }
 
 /// One path for the whole machine: temporary directories may differ between processes.

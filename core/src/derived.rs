@@ -15,6 +15,11 @@ use crate::tape::OwnedTape;
 #[cfg(feature = "simd")]
 use crate::tape::Tape;
 
+/// The line by which the program that derives scenes says that another derivation on this machine goes first.
+pub const WAITING: &str = "waiting for another derivation";
+/// The line by which it says that it goes on.
+pub const DERIVING: &str = "deriving";
+
 /// A scene's names and functions as data.
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

@@ -59,7 +59,7 @@ pub use angles::Angles;
 #[cfg(feature = "simd")]
 pub use batch::{BatchRequest, CHECKPOINTS, LaneSchedule, SimdBatch, Width};
 #[cfg(feature = "std")]
-pub use derived::{DerivedScene, OwnedDescription, OwnedParameter, OwnedQuantity};
+pub use derived::{DERIVING, DerivedScene, OwnedDescription, OwnedParameter, OwnedQuantity, WAITING};
 pub use description::{Description, ParameterDescription, QuantityDescription};
 pub use digest::digest;
 pub use double_double::DoubleDouble;

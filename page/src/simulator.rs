@@ -6,7 +6,7 @@ use std::io;
 
 use qrm_core::{DerivedScene, Description, Mechanism, Model, OwnedDescription};
 use qrm_pictures::{Frame, Recording, Sources, motion, position_error};
-use qrm_scene::evaluate::{State, parameter_values};
+use qrm_scene::evaluate::{State, constant, parameter_values};
 use qrm_scene::scene::{Quantity, Scene};
 use qrm_sim::analysis::inverse_kinematics;
 use qrm_sim::columns::{self, Kind};
@@ -189,6 +189,12 @@ impl Simulator {
 
     fn run_with(&mut self, request: Request, changed: NamedValues, max_rows: u64) -> Result<String, String> {
         let description = self.model.description;
+        let parameters = self.parameters(&changed);
+        for body in &self.scene.bodies {
+            if let Some((what, _, number)) = body.negative_inertia(|value| constant(value, &parameters)) {
+                return Err(format!("body `{}` has a negative {what}: {number}", body.name));
+            }
+        }
         let mechanism = self.mechanism(&changed);
         let start = self.start(&*mechanism, &changed)?;
         let values = settable(&*mechanism, &start).into_iter().flatten().map(|each| (each.name, each.value)).collect();

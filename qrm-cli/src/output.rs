@@ -1,8 +1,10 @@
 //! The ways out of the command: standard output and files.
 
+use std::collections::BTreeSet;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 use qrm_scene::files::write_whole;
 use serde::Serialize;
@@ -28,8 +30,32 @@ pub(crate) fn printed() -> Result<(), Error> {
     if FAILED.load(Ordering::Relaxed) { Err(Error::run("cannot write to the standard output")) } else { Ok(()) }
 }
 
+/// The scene files that were read.
+static SCENE_FILES: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+/// Keeps a scene file from being replaced by a result.
+pub(crate) fn protect(scene: &Path) {
+    if let Ok(path) = scene.canonicalize() {
+        SCENE_FILES.lock().unwrap_or_else(PoisonError::into_inner).insert(path);
+    }
+}
+
+/// An error if a result would replace a scene file. A link to one is replaced, and not the file.
+pub(crate) fn check_target(path: &Path) -> Result<(), Error> {
+    let is_link = path.is_symlink();
+    let files = SCENE_FILES.lock().unwrap_or_else(PoisonError::into_inner);
+    match path.canonicalize() {
+        Ok(real) if !is_link && files.contains(&real) => {
+            Err(Error::usage(format!("the result would replace the scene file {}", path.display()))
+                .help("choose another place by `--out`, or another name for the scene"))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// Writes a file of a command, in a folder that is made if it is not there.
 pub(crate) fn save(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    check_target(path)?;
     write_whole(path, bytes).map_err(|e| Error::unwritable(path, &e))
 }
 

@@ -14,6 +14,7 @@ use qrm_scene::source::read_text;
 
 use crate::error::Error;
 use crate::options::SceneName;
+use crate::output::protect;
 
 /// A scene of the command line.
 #[derive(Clone, Debug)]
@@ -54,7 +55,7 @@ impl SceneName {
 }
 
 /// Whether the name of a scene is that of a file.
-fn is_path(models: &[Model], name: &str) -> bool {
+pub(crate) fn is_path(models: &[Model], name: &str) -> bool {
     let is_scene = models.iter().any(|model| model.description.name == name);
     !is_scene && (name.ends_with(".toml") || name.contains(['/', '\\']) || Path::new(name).exists())
 }
@@ -86,6 +87,7 @@ fn model_of_file(models: &'static [Model], path: &Path) -> Result<&'static Model
         return Ok(model);
     }
     let source = read_text(path)?;
+    protect(path);
     let model = match model_of_text(models, &source) {
         Some(model) => model,
         None => interpreted(path, &source)?,

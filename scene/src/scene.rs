@@ -163,6 +163,15 @@ pub struct Body {
     pub inertia: Option<Value>,
 }
 
+impl Body {
+    /// A mass or inertia below zero, by its name, with its value.
+    pub fn negative_inertia(&self, number: impl Fn(&Value) -> f64) -> Option<(&'static str, &Value, f64)> {
+        let all = [("mass", self.mass.as_ref()), ("inertia", self.inertia.as_ref())];
+        let known = all.into_iter().filter_map(|(what, value)| value.map(|value| (what, value, number(value))));
+        known.into_iter().find(|(_, _, number)| *number < 0.0)
+    }
+}
+
 /// A loop closure: a formula that must stay zero.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

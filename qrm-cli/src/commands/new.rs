@@ -5,17 +5,18 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use qrm_core::Model;
 use qrm_scene::resolve;
+use qrm_scene::source::read_text;
 
 use crate::error::Error;
 use crate::output::{print, save};
-use crate::scenes::model_named;
+use crate::scenes::{is_path, model_named};
 
 #[derive(Args)]
 pub(crate) struct Options {
     /// Name of the scene, as `my-crank`
     name: String,
-    /// Begin with a copy of this scene, or with `empty`: a block on a spring
-    #[arg(long, value_name = "SCENE", default_value = EMPTY)]
+    /// Begin with a copy of this scene or scene file, or with `empty`: a block on a spring
+    #[arg(long, value_name = "SCENE or FILE", default_value = EMPTY)]
     from: String,
     /// The file [default: NAME.toml, in `scenes` if there is such a folder]
     #[arg(long, value_name = "FILE")]
@@ -45,7 +46,8 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
         return Err(Error::usage(format!("{} is there already", path.display()))
             .help("choose another name, or another file by --out"));
     }
-    let text = renamed(template(models, from)?, from, name);
+    let (text, own) = template(models, from)?;
+    let text = renamed(&text, &own, name);
     // A mistake in the new text is reported instead of written.
     resolve::read(&path.display().to_string(), &text)?;
     save(&path, text.as_bytes())?;
@@ -57,12 +59,17 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     Ok(())
 }
 
-/// The text that a new scene begins with.
-fn template(models: &'static [Model], from: &str) -> Result<&'static str, Error> {
+/// The text that a new scene begins with, and the name in it.
+fn template(models: &'static [Model], from: &str) -> Result<(String, String), Error> {
     if from == EMPTY {
-        return Ok(include_str!("new/empty.toml"));
+        return Ok((include_str!("new/empty.toml").to_owned(), EMPTY.to_owned()));
     }
-    Ok(model_named(models, from, &[EMPTY])?.description.source)
+    if is_path(models, from) {
+        let text = read_text(Path::new(from))?;
+        let (scene, _) = resolve::read(from, &text)?;
+        return Ok((text, scene.name));
+    }
+    Ok((model_named(models, from, &[EMPTY])?.description.source.to_owned(), from.to_owned()))
 }
 
 /// A scene under another name, without the values and cases that belong to the first one alone.

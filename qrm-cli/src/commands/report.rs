@@ -15,7 +15,7 @@ use crate::error::{Error, Message};
 use crate::options::{MethodOptions, OutFolder, SceneOptions};
 use crate::output::{print, save_and_print};
 use crate::pictures::figures;
-use crate::progress::Progress;
+use crate::progress::{Progress, interrupted};
 use crate::run_report::RunReport;
 use crate::setup::Setup;
 use qrm_pictures::{Recording, motion};
@@ -76,6 +76,9 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     let (title, doc) = (setup.description.name.to_owned(), setup.description.doc.to_owned());
     print(&format!("{title}: {}\n", report.message));
     save_and_print(&path, page(&Report { title, doc, sections }).as_bytes())?;
+    if interrupted() {
+        return Err(Error::run("interrupted: the page holds what was found until then"));
+    }
     report.problem().map_or(Ok(()), Err)
 }
 

@@ -10,7 +10,7 @@ use qrm_sim::run::{Outcome, Status};
 use crate::columns::write_units;
 use crate::error::{Error, Message};
 use crate::options::{MethodOptions, OutFolder, SceneOptions, StartOptions};
-use crate::output::{print, save, save_json};
+use crate::output::{check_target, print, save, save_json};
 use crate::parquet;
 use crate::pictures::figures;
 use crate::progress::Progress;
@@ -48,6 +48,9 @@ pub(crate) struct Options {
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
     let setup = Setup::new(models, &options.scene, &options.method)?.starting_from(&options.start)?;
     let out = options.out.of(&setup.path);
+    for file in ["trajectory.csv", "trajectory.parquet", "trajectory.units.json", "summary.json"] {
+        check_target(&out.join(file))?;
+    }
     let recorder = Recorder::new(&out, columns(setup.description), options.every);
     let mut observer = (Progress::new(), (recorder, Recording::new(setup.description)));
     let outcome = setup.simulate(!options.no_error_estimate, &mut observer)?;

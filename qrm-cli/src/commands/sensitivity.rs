@@ -15,7 +15,7 @@ use crate::error::{Error, Message};
 use crate::format::counted;
 use crate::messages::{no_start, step_error};
 use crate::options::{MethodOptions, OutFolder, SceneOptions, check_parameter};
-use crate::output::{print, save};
+use crate::output::{check_target, print, save};
 use crate::progress::{MotionProgress, interrupted};
 use crate::setup::Setup;
 use quantities::quantities;
@@ -45,6 +45,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     let by = parameters(&setup, &options.by)?;
     check_outputs(&setup, &options.of)?;
     let path = options.out.of(&setup.path).join("sensitivity.csv");
+    check_target(&path)?;
     // An earlier table would pass for this one's. If it cannot be removed, writing will fail too.
     let _ = std::fs::remove_file(&path);
     let checking = if options.no_check { 0 } else { check::motions(by.len()) };

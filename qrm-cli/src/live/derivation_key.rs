@@ -1,11 +1,10 @@
 //! Whether two texts of a scene have the same functions.
 
 use qrm_scene::scene::Scene;
-use toml_edit::Document;
+use toml_edit::{DocumentMut, Item, Table, Value};
 
-use super::write_back::value_span;
-
-/// What the functions of a scene depend on: its text without the values of parameters, and which of them are zero.
+/// What the functions of a scene depend on: its text without comments and without the values of parameters, and
+/// which of them are zero.
 ///
 /// Values also decide the order of elimination in the kernel. The order of the first derivation stays, so that numbers may
 /// differ from those of a new derivation in the last digit.
@@ -23,14 +22,61 @@ impl DerivationKey {
     }
 }
 
+/// A text whose parameters are all zero, without comments and spaces between its parts.
 fn without_values(source: &str) -> Option<String> {
-    let document = Document::parse(source).ok()?;
-    let parameters = document.get("parameters")?.as_table_like()?;
-    let mut spans: Vec<_> = parameters.iter().filter_map(|(_, item)| value_span(item)).collect();
-    spans.sort_unstable_by_key(|span| span.start);
-    let mut text = source.to_owned();
-    spans.into_iter().rev().for_each(|span| text.replace_range(span, ""));
-    Some(text)
+    let mut document: DocumentMut = source.parse().ok()?;
+    if let Some(parameters) = document.get_mut("parameters").and_then(Item::as_table_like_mut) {
+        for (_, parameter) in parameters.iter_mut() {
+            let value = match parameter.as_table_like_mut() {
+                Some(table) => table.get_mut("value"),
+                None => Some(parameter),
+            };
+            if let Some(value) = value {
+                *value = toml_edit::value(0);
+            }
+        }
+    }
+    strip(document.as_item_mut());
+    document.set_trailing("");
+    Some(document.to_string())
+}
+
+/// Removes comments and spaces from an item and all within it.
+fn strip(item: &mut Item) {
+    match item {
+        Item::None => {}
+        Item::Value(value) => strip_value(value),
+        Item::Table(table) => strip_table(table),
+        Item::ArrayOfTables(tables) => tables.iter_mut().for_each(strip_table),
+    }
+}
+
+fn strip_table(table: &mut Table) {
+    table.decor_mut().clear();
+    for (mut key, item) in table.iter_mut() {
+        key.leaf_decor_mut().clear();
+        key.dotted_decor_mut().clear();
+        strip(item);
+    }
+}
+
+fn strip_value(value: &mut Value) {
+    value.decor_mut().clear();
+    match value {
+        Value::Array(array) => {
+            array.set_trailing("");
+            array.set_trailing_comma(false);
+            array.iter_mut().for_each(strip_value);
+        }
+        Value::InlineTable(table) => {
+            for (mut key, value) in table.iter_mut() {
+                key.leaf_decor_mut().clear();
+                key.dotted_decor_mut().clear();
+                strip_value(value);
+            }
+        }
+        _ => {}
+    }
 }
 
 #[cfg(test)]
@@ -70,6 +116,8 @@ end_time = 1
         let own = key("", "");
         assert_eq!(own, key("4", "5.25"));
         assert_eq!(own, key("2*c", "3*c + 1"));
+        assert_eq!(own, key("# spring\n", "\n# mass,\n\n  # of steel\n"));
+        assert_eq!(own, key("{ mass = 'm', com", "{mass='m',   com"));
         assert_ne!(own, key("value = 0", "value = 9.81"));
         assert_ne!(own, key("-c*x", "-2*c*x"));
         assert_ne!(own, key("x = 1", "x = 2"));

@@ -19,6 +19,8 @@ use crate::error::Error;
 const POLL_TIMEOUT: Duration = Duration::from_secs(20);
 /// Most bytes that a page sends.
 const MAX_BYTES: u64 = 1 << 16;
+/// A request that announces more bytes is not answered.
+const MAX_BODY: u64 = 1 << 24;
 /// The page runs what it holds, and connects to this server alone.
 const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline' 'wasm-unsafe-eval'; style-src 'unsafe-inline'; \
                       connect-src 'self'; img-src data: blob:; frame-ancestors 'none'; base-uri 'none'; \
@@ -79,6 +81,11 @@ impl Server {
     }
 
     fn answer(&self, mut request: Request) {
+        if request.body_length().is_some_and(|length| length as u64 > MAX_BODY) {
+            // An answer would read the whole body into memory first. No page sends such a request.
+            std::mem::forget(request);
+            return;
+        }
         let answer = self.answer_to(&mut request);
         let mut response = Response::from_data(answer.body).with_status_code(answer.status);
         let headers = [

@@ -188,7 +188,11 @@ impl Session {
         let Some(result) = pending.derivation.result() else {
             if !pending.is_shown && !pending.is_announced && pending.begun.elapsed() > NOTICE_DELAY {
                 pending.is_announced = true;
-                self.note = Some("the scene is being derived; saving it again begins anew".to_owned());
+                let text = match pending.derivation.is_waiting() {
+                    true => "another derivation on this machine goes first; this scene follows when it is over",
+                    false => "the scene is being derived; saving it again begins anew",
+                };
+                self.note = Some(text.to_owned());
                 self.show_status(None);
             }
             self.pending = Some(pending);

@@ -1,14 +1,15 @@
 //! The program `qrm-engine`, which derives scenes. A process derives one scene and ends, and so frees the lock of the
 //! symbolic engine, which one process per machine can hold.
 
-use std::io::{Read, Write};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant, SystemTime};
 
-use qrm_core::DerivedScene;
+use qrm_core::{DERIVING, DerivedScene, WAITING};
 
 use super::cache::{self, Entry};
 use crate::error::Error;
@@ -38,11 +39,15 @@ pub(super) fn derive(path: &Path, source: &str) -> Result<DerivedScene, Error> {
             return derived;
         }
         if interrupted() {
-            return Err(Error::run("the derivation was interrupted"));
+            return Err(interruption());
         }
         thread::sleep(POLL_INTERVAL);
         if begun.elapsed() > NOTICE_DELAY {
-            spinner.get_or_insert_with(Spinner::new).show(format!("deriving {}", path.display()));
+            let spinner = spinner.get_or_insert_with(Spinner::new);
+            match derivation.is_waiting() {
+                true => spinner.show(format!("{}: another derivation on this machine goes first", path.display())),
+                false => spinner.show(format!("deriving {}", path.display())),
+            }
         }
     }
 }
@@ -104,8 +109,10 @@ impl Engine {
         }
         // Read while it runs: an engine whose pipe is full would wait.
         let stderr = self.child.stderr.take();
-        let stderr = thread::spawn(move || stderr.and_then(|mut pipe| read_text(&mut pipe)).unwrap_or_default());
-        Derivation { engine: self, source: source.to_owned(), stderr: Some(stderr) }
+        let is_waiting = Arc::new(AtomicBool::new(false));
+        let own = Arc::clone(&is_waiting);
+        let stderr = thread::spawn(move || stderr.map(|pipe| read_messages(pipe, &own)).unwrap_or_default());
+        Derivation { engine: self, source: source.to_owned(), is_waiting, stderr: Some(stderr) }
     }
 }
 
@@ -121,6 +128,7 @@ impl Drop for Engine {
 pub(crate) struct Derivation {
     engine: Engine,
     source: String,
+    is_waiting: Arc<AtomicBool>,
     stderr: Option<JoinHandle<String>>,
 }
 
@@ -128,6 +136,11 @@ impl Derivation {
     /// The derived scene, before its functions are compared with its formulae.
     pub(crate) fn unverified(&self) -> Option<DerivedScene> {
         self.read(&unverified(&self.engine.file))
+    }
+
+    /// Whether another derivation on this machine goes first.
+    pub(crate) fn is_waiting(&self) -> bool {
+        self.is_waiting.load(Ordering::Relaxed)
     }
 
     /// The verified scene, which is then in the cache, or the error of the engine; `None` while it works.
@@ -173,15 +186,36 @@ fn remove(file: &Path) {
     }
 }
 
-/// The whole text of a pipe.
-fn read_text(pipe: &mut impl Read) -> Option<String> {
-    let mut bytes = Vec::new();
-    pipe.read_to_end(&mut bytes).ok()?;
-    Some(String::from_utf8_lossy(&bytes).into_owned())
+/// Whether the user interrupted the engine, as a terminal does to all programs in it.
+fn is_interrupted(status: ExitStatus) -> bool {
+    #[cfg(unix)]
+    return std::os::unix::process::ExitStatusExt::signal(&status) == Some(2);
+    #[cfg(not(unix))]
+    return interrupted() && !status.success();
+}
+
+fn interruption() -> Error {
+    Error::run("the derivation was interrupted")
+}
+
+/// What an engine writes, without the lines that tell whether it waits.
+fn read_messages(pipe: impl Read, is_waiting: &AtomicBool) -> String {
+    let mut text = String::new();
+    for line in BufReader::new(pipe).split(b'\n').map_while(Result::ok) {
+        match &*String::from_utf8_lossy(&line) {
+            WAITING => is_waiting.store(true, Ordering::Relaxed),
+            DERIVING => is_waiting.store(false, Ordering::Relaxed),
+            line => text += &format!("{line}\n"),
+        }
+    }
+    text
 }
 
 /// The error of an engine that failed.
 fn engine_error(stderr: &str, status: ExitStatus) -> Error {
+    if is_interrupted(status) {
+        return interruption();
+    }
     let text = stderr.trim();
     let text = text.strip_prefix("error: ").unwrap_or(text);
     Error::usage(if text.is_empty() { format!("the engine ended with {status}") } else { text.to_owned() })

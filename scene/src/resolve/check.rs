@@ -122,20 +122,19 @@ fn finite_constants(scene: &Scene, findings: &mut Vec<Diagnostic>) {
 fn body(syntax: &BodySyntax, scene: &Scene, place: usize, findings: &mut Vec<Diagnostic>) {
     let body = &scene.bodies[place];
     let name = &body.name;
+    if let Some((what, value, number)) = body.negative_inertia(|value| constant(scene, value)) {
+        let label = format!("its value is {number}");
+        findings.push(
+            Diagnostic::error(format!("body `{name}` has a negative {what}"), value.whole_span(), label)
+                .help(format!("{} must be zero or positive", article(what))),
+        );
+    }
     let pairs = [
         ("mass", &body.mass, syntax.com.is_some(), "com"),
         ("inertia", &body.inertia, syntax.angle.is_some(), "angle"),
     ];
     for (what, value, placed, needed) in pairs {
         let Some(value) = value else { continue };
-        let number = constant(scene, value);
-        if number < 0.0 {
-            let label = format!("its value is {number}");
-            findings.push(
-                Diagnostic::error(format!("body `{name}` has a negative {what}"), value.whole_span(), label)
-                    .help(format!("{} must be zero or positive", article(what))),
-            );
-        }
         if !placed {
             findings.push(
                 Diagnostic::error(

@@ -128,12 +128,20 @@ function setValue(name, value) {
   else changed[name] = value;
 }
 
-const asked = [...new URLSearchParams(location.hash.slice(1))];
+const asked = () => [...new URLSearchParams(location.hash.slice(1))];
 const isUsed = ([name, text]) => ownValue(about, name) !== undefined && text.trim() !== "" && Number.isFinite(Number(text));
 /** The values that the address asks for: `#O2A=0.25&J2=90`. */
-const addressed = () => Object.fromEntries(asked.filter(isUsed).map(([name, text]) => [name, Number(text)]));
+const addressed = () => Object.fromEntries(asked().filter(isUsed).map(([name, text]) => [name, Number(text)]));
 /** What else is in the address. */
-const ignored = () => asked.filter((pair) => pair[0] !== "t" && !isUsed(pair)).map((pair) => pair.join("="));
+const ignored = () => asked().filter((pair) => pair[0] !== "t" && !isUsed(pair)).map((pair) => pair.join("="));
+
+addEventListener("hashchange", () => {
+  const next = addressed();
+  if (JSON.stringify(next) === JSON.stringify(changed) && ignored().length === 0) return;
+  changed = next;
+  listParameters();
+  recompute();
+});
 
 /** The values of the last run: some follow from others. */
 let values = {};

@@ -11,6 +11,7 @@ use qrm_sim::columns::Column;
 use super::rows::{Field, Row};
 use super::table::Format;
 use crate::error::Error;
+use crate::output::check_target;
 
 /// A table under way: a line that names the sweep, the header, and blocks of rows as CSV, each with a mark behind it.
 pub(super) struct Journal {
@@ -46,6 +47,7 @@ impl Mark {
 impl Journal {
     /// Opens the table that belongs to `out`; returns it with the number of designs that are in it already.
     pub(super) fn open(out: &Path, title: &str, columns: &[Column<Field>]) -> Result<(Self, usize), Error> {
+        check_target(out)?;
         let path = under_way(out);
         let failed = |e: io::Error| Error::unwritable(&path, &e);
         let mut file = open_alone(&path).map_err(|e| Error::unwritable(out, &e))?;
