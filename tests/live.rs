@@ -7,6 +7,7 @@
 mod live;
 
 use std::fs;
+use std::io::{Read, Write};
 use std::time::Instant;
 
 use live::Live;
@@ -187,6 +188,20 @@ fn only_its_own_page_is_answered() {
     assert_eq!(live.get("", &["Origin: http://evil.example"]).0, 403);
     assert_eq!(live.get("", &["Origin: null"]).0, 403);
     assert_eq!(live.get("", &[&format!("Host: localhost:{port}"), &format!("Origin: http://localhost:{port}")]).0, 200);
+}
+
+/// A request that announces a body of any size takes no memory for it.
+#[test]
+fn a_huge_request_is_not_read() {
+    let live = Live::of_scene("pendulum");
+    for length in ["99999999999", "18446744073709551615"] {
+        let mut stream = std::net::TcpStream::connect(format!("127.0.0.1:{}", live.port())).expect("a connection");
+        let request = format!("POST / HTTP/1.1\r\nHost: evil.example\r\nContent-Length: {length}\r\n\r\n");
+        stream.write_all(request.as_bytes()).expect("sent");
+        stream.set_read_timeout(Some(std::time::Duration::from_millis(300))).expect("a timeout");
+        let _ = stream.read(&mut [0; 64]);
+        assert_eq!(live.get("", &[]).0, 200, "{length}");
+    }
 }
 
 #[test]

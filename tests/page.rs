@@ -210,6 +210,14 @@ fn the_last_motion_stays_where_there_is_none() {
     let said = browser.value("document.querySelector('.qrm-problem').textContent");
     assert!(said.as_str().expect("a text").contains("cannot be assembled"), "{said}");
     assert_eq!(shown(&mut browser), before);
+    // The command refuses this one too.
+    browser.value("location.hash = 'm6=-1'");
+    browser.wait_for("document.querySelector('.qrm-problem').textContent.includes('negative mass: -1')");
+    assert_eq!(shown(&mut browser), before);
+    browser.value("location.hash = 'J2=90'");
+    browser.wait_for("document.querySelector('.qrm-command').textContent.includes('--set J2=90')");
+    browser.wait_for("document.querySelector('.qrm-problem').hidden");
+    assert_ne!(shown(&mut browser), before);
 }
 
 #[test]

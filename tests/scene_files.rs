@@ -147,6 +147,37 @@ fn every_command_takes_a_file() {
     assert!(stderr(&refused).starts_with(expected), "{}", stderr(&refused));
 }
 
+/// Results never replace the scene that they are of, whatever its file is called.
+#[test]
+fn a_scene_file_outlives_its_results() {
+    let place = Workplace::new();
+    let text = fs::read(place.copy("quick-return", "mine")).expect("a scene");
+    let cases: [(&str, &[&str]); 6] = [
+        ("mine.html", &["page"]),
+        ("table.csv", &["sweep", "--vary", "O2A=0.18:0.22:3", "--out", "table.csv"]),
+        ("summary.json", &["run", "--out", "."]),
+        ("trajectory.csv", &["run", "--out", "."]),
+        ("derivation.md", &["derive", "--out", "."]),
+        ("inverse.csv", &["inverse", "--out", "."]),
+    ];
+    for (file, command) in cases {
+        fs::write(place.path(file), &text).expect("written");
+        let refused = place.qrm(&program(), &[&command[..1], &[file], &command[1..]].concat());
+        assert!(stderr(&refused).contains("the result would replace the scene file"), "{file}: {}", stderr(&refused));
+        assert_eq!(refused.status.code(), Some(2), "{file}");
+        assert!(fs::read(place.path(file)).expect("the scene") == text, "{file}");
+    }
+}
+
+#[test]
+fn a_scene_begins_as_a_copy_of_a_file() {
+    let place = Workplace::new();
+    place.copy("quick-return", "mine");
+    stdout(&place.qrm(&program(), &["new", "other", "--from", "mine.toml"]));
+    let text = fs::read_to_string(place.path("other.toml")).expect("a scene");
+    assert!(text.starts_with("name = \"other\"\n"), "{text}");
+}
+
 #[test]
 fn a_coordinate_without_mass_is_refused() {
     let place = Workplace::new();
