@@ -179,8 +179,11 @@ fn a_link_without_joints_flies() {
 #[test]
 fn the_scene_that_it_becomes_moves_the_same() {
     let folder = tempfile::tempdir().expect("a temporary folder");
-    for entry in fs::read_dir(path("").replace("/.toml", "")).expect("the scenes") {
-        let own = entry.expect("an entry").path();
+    let linkages = format!("{}/scenes/linkages", env!("CARGO_MANIFEST_DIR"));
+    let folders = [path("").replace("/.toml", ""), linkages];
+    let files = folders.iter().flat_map(|folder| fs::read_dir(folder).expect("the scenes"));
+    let files = files.map(|entry| entry.expect("an entry").path());
+    for own in files.filter(|file| file.extension().is_some_and(|extension| extension == "toml")) {
         let printed = qrm(&["derive", "--scene"]).arg(&own).output().expect("the command starts");
         assert!(printed.status.success(), "{}", String::from_utf8_lossy(&printed.stderr));
         let file = folder.path().join("expanded.toml");

@@ -1,18 +1,31 @@
 //! The forces in joints, by the equations of motion of what is beyond them.
 
 use super::Linkage;
-use super::closures::open_pins;
+use super::closures::{DRIVE, open_pins};
 use super::graph::PointId;
-use super::terms::whole;
+use super::places::line;
+use super::terms::{dot, negate, whole};
 use crate::document::{DisplacementSyntax, Identifier, OutputValue, Target};
+use crate::parser::Formula;
 
 /// The force that a joint has on the link of one of its ends, along a direction.
 pub(super) fn force(linkage: &Linkage, number: usize, on: PointId, direction: [i32; 2]) -> OutputValue {
-    let Linkage { graph, tree, places, .. } = linkage;
+    let Linkage { graph, tree, angles, places, .. } = linkage;
     let joint = &graph.joints[number];
     let identifier = |name: String| Identifier { name, span: joint.syntax.identifier.span.clone() };
     let name = &joint.syntax.identifier.name;
-    if joint.ends.len() == 2 && !joint.ends.iter().any(|end| tree.places(number, *end)) {
+    let is_closed = !joint.ends.iter().any(|end| tree.places(number, *end));
+    if is_closed && joint.syntax.kind.is_slider() && joint.syntax.drive.is_some() {
+        // Across the line the slider holds, along it the drive.
+        let [cos, sin] = line(graph, angles, number);
+        let parts = [("", [negate(sin.clone()), cos.clone()]), (DRIVE, [cos, sin])];
+        let part = |(suffix, way): (&str, [Formula; 2])| {
+            let along = dot(way, direction.map(whole));
+            (identifier(format!("{name}{suffix}")), if on == joint.ends[0] { negate(along) } else { along })
+        };
+        return OutputValue::FreeBody { displacements: Vec::new(), multipliers: parts.map(part).into() };
+    }
+    if joint.ends.len() == 2 && is_closed {
         let suffix = match (joint.syntax.kind.is_pin(), direction) {
             (true, [1, _]) => "_x",
             (true, _) => "_y",
@@ -24,19 +37,20 @@ pub(super) fn force(linkage: &Linkage, number: usize, on: PointId, direction: [i
             along: Some(direction.map(whole)),
         };
     }
-    let others = |end: PointId| if end == on { 1 } else { -1 };
-    // What the forces on all other ends are is taken away, where that on this one is not known by itself.
-    let open = open_pins(tree, joint, number, places);
-    let is_known = tree.places(number, on) || open.iter().any(|(_, end, _)| *end == on);
-    let counts = |end: &PointId| !is_known || *end == on;
-    let placed = joint.ends.iter().copied().filter(|end| tree.places(number, *end)).filter(counts);
     let axis = if direction[0] == 0 { "_y" } else { "_x" };
+    if tree.places(number, on) {
+        return OutputValue::FreeBody { displacements: vec![beyond(linkage, on, direction)], multipliers: Vec::new() };
+    }
+    // Constraints hold this end to another one, and it carries those that the tree places by it.
+    let borne = joint.ends.iter().copied().filter(|end| tree.bearer(number, *end) == Some(on));
+    let open = open_pins(tree, joint, number, places);
+    let factor = |end: PointId, to: PointId| i32::from(to == on) - i32::from(end == on);
+    let multipliers = open.iter().map(|(suffix, end, to)| (format!("{name}{suffix}{axis}"), factor(*end, *to)));
     OutputValue::FreeBody {
-        displacements: placed.map(|end| beyond(linkage, end, direction.map(|part| others(end) * part))).collect(),
-        multipliers: open
-            .iter()
-            .filter(|(_, end, _)| counts(end))
-            .map(|(suffix, end, _)| (identifier(format!("{name}{suffix}{axis}")), whole(-others(*end))))
+        displacements: borne.map(|end| beyond(linkage, end, direction.map(|part| -part))).collect(),
+        multipliers: multipliers
+            .filter(|(_, factor)| *factor != 0)
+            .map(|(name, factor)| (identifier(name), whole(factor)))
             .collect(),
     }
 }

@@ -67,9 +67,16 @@ impl Tree {
 
     /// Whether a joint places this end by another end of it.
     pub(super) fn places(&self, joint: usize, end: PointId) -> bool {
+        self.bearer(joint, end).is_some()
+    }
+
+    /// The end of a joint by which it places this one.
+    pub(super) fn bearer(&self, joint: usize, end: PointId) -> Option<PointId> {
         match self.placements[end.link] {
-            Placement::Pin { joint: own, .. } | Placement::Slider { joint: own, .. } => own == joint,
-            Placement::Ground | Placement::Free => false,
+            Placement::Pin { joint: own, at, .. } | Placement::Slider { joint: own, at, .. } => {
+                (own == joint).then_some(at)
+            }
+            Placement::Ground | Placement::Free => None,
         }
     }
 }
