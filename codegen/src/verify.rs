@@ -81,7 +81,8 @@ pub fn verify(scene: &Scene, equations: &Equations, file: &syn::File, tape: &Own
     for (samples, counts) in [(&known, true), (&of_order_one, false)] {
         let scales = scales(samples);
         for (sample, expected) in samples {
-            let second = second_derivatives(scene, equations, sample);
+            let has_rounded_constants = Errors::new(scene, equations, &module, sample).has_rounded_constants();
+            let second = second_derivatives(scene, equations, sample, has_rounded_constants);
             let agrees = agrees(scene, equations, &module, (sample, expected), &scales);
             let wrong = |difference| Unverified::Wrong(format!("scene `{}`: {difference}\nat {sample:?}", scene.name));
             second.map_err(wrong)?;

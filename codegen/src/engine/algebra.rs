@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::collections::HashMap;
 
-use symbolica::atom::{Atom, AtomCore, Symbol as EngineSymbol};
+use symbolica::atom::{Atom, AtomCore, AtomView, Symbol as EngineSymbol};
 use symbolica::symbol;
 
 use super::Place;
@@ -128,8 +128,22 @@ impl<'s> Algebra<'s> {
     /// The derivative by the size of a virtual displacement, where there is none.
     pub(super) fn derivative_by_displacement(&self, atom: &Atom) -> Atom {
         let derivative = self.derivative(atom, Symbol::Displacement);
-        let at_rest = derivative.replace(self.displacement().to_pattern()).with(Atom::num(0).to_pattern());
+        let at_rest = self.at_rest(derivative.as_view());
         self.simplify_inside(at_rest.as_view())
+    }
+
+    /// An expression where there is no virtual displacement. The engine itself would take roots of fractions wrong that
+    /// appear there.
+    fn at_rest(&self, view: AtomView) -> Atom {
+        match view {
+            AtomView::Add(sum) => sum.iter().fold(Atom::num(0), |sum, term| sum + self.at_rest(term)),
+            AtomView::Mul(product) => product.iter().fold(Atom::num(1), |product, f| product * self.at_rest(f)),
+            AtomView::Pow(power) => {
+                let (base, exponent) = power.get_base_exp();
+                self.power(&self.at_rest(base), &exponent.to_owned())
+            }
+            _ => view.to_owned().replace(self.displacement().to_pattern()).with(Atom::num(0).to_pattern()),
+        }
     }
 
     /// The derivative of a potential by the length it depends on, at `length`; in the potential that is the

@@ -34,7 +34,7 @@ impl Algebra<'_> {
             AtomView::Mul(product) => product.iter().fold(Atom::num(1), |product, f| product * self.simplify_inside(f)),
             AtomView::Pow(power) => {
                 let (base, exponent) = power.get_base_exp();
-                self.simplify(&self.simplify_inside(base)).pow(exponent.to_owned())
+                self.power(&self.simplify(&self.simplify_inside(base)), &exponent.to_owned())
             }
             _ => view.to_owned(),
         }

@@ -10,16 +10,26 @@ use super::wide::Wide;
 use super::{SMALLEST, size};
 use crate::interpret::GeneratedModule;
 use crate::term::Equations;
+use qrm_scene::expression::Node;
 use qrm_scene::function::Function;
-use qrm_scene::scene::Scene;
+use qrm_scene::resolve::all_values;
+use qrm_scene::scene::{Quantity, Scene, Value};
 
 /// Rounding errors of 32 digits for each of 16 digits: where terms cancel, the latter tell how large the terms were.
 const ROUNDING: f64 = 1e-13;
 /// Rounding errors of numbers in the text of a module for those of a computation in doubles.
-const CONSTANTS: f64 = 4.0;
+pub(super) const CONSTANTS: f64 = 4.0;
 /// Where inputs that differ by a few units in the last place change a value by more than this fraction of a difference,
 /// the difference says nothing.
 const CONDITION: f64 = 0.1;
+
+/// Products of numbers with more digits than this have more than those of a double.
+const LONG: usize = 7;
+
+/// The number of digits that are written of a number.
+fn digits(number: f64) -> usize {
+    format!("{number:e}").split('e').next().unwrap_or_default().chars().filter(char::is_ascii_digit).count()
+}
 
 /// The errors of numbers at a state, computed when they are asked for.
 pub(super) struct Errors<'a> {
@@ -64,9 +74,25 @@ impl<'a> Errors<'a> {
         (ROUNDING * (of_expected + of_got) + SMALLEST * self.terms(place, i)).max(of_constants)
     }
 
-    /// Whether the scene has tables, whose slopes are rounded.
-    fn has_rounded_constants(&self) -> bool {
-        self.scene.loads_call(|function| function == Function::Abs)
+    /// Whether numbers of the module are rounded: slopes of tables, and products of numbers with many digits.
+    pub(super) fn has_rounded_constants(&self) -> bool {
+        let is_long = |node: &Node<Quantity>| matches!(node, Node::Number(number) if digits(number.value) > LONG);
+        let has_long = |value: &&Value| value.nodes().iter().any(is_long);
+        self.scene.loads_call(|function| function == Function::Abs) || all_values(self.scene).iter().any(has_long)
+    }
+
+    /// The errors that rounded numbers of the module leave in another number: rounding errors of doubles tell them.
+    pub(super) fn of_constants(&self, name: &str, i: usize) -> f64 {
+        if !self.has_rounded_constants() {
+            return 0.0;
+        }
+        let errors = [self.sample.clone(), self.sample.nearby()].map(|sample| {
+            let rounded = sample.expected(self.scene, self.equations)?;
+            let exact = sample.on::<Wide>().expected(self.scene, self.equations)?;
+            let place = exact.iter().position(|(own, _)| *own == name)?;
+            Some(size(Wide::from(rounded[place].1[i]) - exact[place].1[i]))
+        });
+        CONSTANTS * errors.into_iter().flatten().sum::<f64>()
     }
 
     /// The sum of the sizes of a number's terms, where it is known.
