@@ -6,7 +6,7 @@
 #![no_std]
 
 use qrm_core::{Angles, Equations, Kernel, KernelState, rk4_step};
-use qrm_model::quick_return_loaded::{Parameters, Position, QuickReturnLoaded};
+use qrm_model::quick_return_loaded::{Parameters, Position, QuickReturnLoaded, inverse_dynamics};
 
 /// The motion at one time; the struct of the same name in main.c.
 #[repr(C)]
@@ -37,11 +37,21 @@ pub extern "C" fn quick_return_step(motion: &mut Motion, torque: f64, h: f64) ->
     0
 }
 
+/// The torque in N m at which the crank keeps its speed: the feed-forward of a speed controller.
+#[unsafe(no_mangle)]
+pub extern "C" fn quick_return_torque(motion: &Motion) -> f64 {
+    let Motion { t, q, qd, .. } = motion;
+    // With a crank as heavy as that its speed stays, and the others follow.
+    let qdd = KernelState::new(&heavy(), *t, *q, *qd).qdd;
+    let ([torque], _) = inverse_dynamics(&mechanism(0.0), *t, q, qd, &qdd);
+    torque
+}
+
 /// The crank at an angle in rad with a speed in rad/s, the loops closed; 0 if they can be.
 #[unsafe(no_mangle)]
 pub extern "C" fn quick_return_start(motion: &mut Motion, angle: f64, speed: f64) -> i32 {
     // Corrections are least in the metric of the masses: a crank as heavy as that stays where it is.
-    let heavy = QuickReturnLoaded::new(Parameters { J2: 1e15, ..Parameters::with(|_| None) });
+    let heavy = heavy();
     let (mut q, mut qd) = (heavy.start().q, [speed, 0.0, 0.0]);
     q[0] = angle;
     for _ in 0..50 {
@@ -55,6 +65,10 @@ pub extern "C" fn quick_return_start(motion: &mut Motion, angle: f64, speed: f64
     let is_closed = heavy.residuals(&position).iter().all(|residual| residual.abs() < 1e-12);
     let is_finite = qd.iter().chain(&qdd).all(|value| value.is_finite());
     if is_closed && is_finite { 0 } else { 1 }
+}
+
+fn heavy() -> QuickReturnLoaded {
+    QuickReturnLoaded::new(Parameters { J2: 1e15, ..Parameters::with(|_| None) })
 }
 
 fn at(mechanism: &QuickReturnLoaded, q: &[f64; 3]) -> Position<f64> {
