@@ -1,7 +1,7 @@
 //! The figures of a run, chosen from the coordinates and outputs of its scene.
 
 use qrm_pictures::{Group, HEALTH, Member, Recording, groups};
-use qrm_scene::scene::Scene;
+use qrm_scene::scene::{OutputKind, Scene};
 use qrm_sim::columns::Kind;
 use qrm_sim::run::Outcome;
 use qrm_view::figure::{Abscissa, Curve, Extremes, Figure, Panel, Scale};
@@ -14,6 +14,7 @@ pub(crate) fn figures(setup: &Setup, outcome: &Outcome, recording: &Recording) -
     let groups = groups(&setup.scene, recording).into_iter();
     let mut figures: Vec<(String, Figure)> =
         groups.map(|group| (group.file.clone(), figure(&group, recording))).collect();
+    figures.extend(polar_diagrams(&setup.scene, recording));
     let title = format!(
         "health of the run: {}, closure tolerance {:e}",
         format::method(setup.settings.method.name, setup.settings.tolerance(), outcome.step),
@@ -43,6 +44,31 @@ fn figure(group: &Group, recording: &Recording) -> Figure {
         floor: None,
     };
     Figure { title: group.title.clone(), abscissa: Abscissa::time(), panels: vec![panel] }
+}
+
+/// The path of the tip of each force that has two components.
+fn polar_diagrams(scene: &Scene, recording: &Recording) -> Vec<(String, Figure)> {
+    let mut diagrams = Vec::new();
+    for output in &scene.outputs {
+        let OutputKind::Norm { components: [x, y], .. } = output.kind else { continue };
+        let [x, y] = [x, y].map(|i| (&scene.outputs[i], recording.values(Kind::Output(i))));
+        let points = x.1.into_iter().zip(y.1).collect();
+        let curve =
+            Curve { name: output.name.clone(), doc: output.doc.clone(), points, extremes: None, has_dots: false };
+        let panel = Panel {
+            quantity: y.0.name.clone(),
+            unit: y.0.unit.clone(),
+            scale: Scale::Linear,
+            curves: vec![curve],
+            floor: None,
+        };
+        let (quantity, unit) = (x.0.name.clone(), x.0.unit.clone());
+        let abscissa = Abscissa { quantity, unit, scale: Scale::Linear, is_isometric: true };
+        let doc = if output.doc.is_empty() { String::new() } else { format!(": {}", output.doc) };
+        let title = format!("polar diagram of {}{doc}", output.name);
+        diagrams.push((format!("{}-polar", output.name), Figure { title, abscissa, panels: vec![panel] }));
+    }
+    diagrams
 }
 
 /// Residuals, energy and corrections over time.

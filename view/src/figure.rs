@@ -42,12 +42,14 @@ pub struct Abscissa {
     pub unit: String,
     /// How it is divided.
     pub scale: Scale,
+    /// Whether a unit is as long on the ordinate, as in the path of a point or of a force.
+    pub is_isometric: bool,
 }
 
 impl Abscissa {
     /// The time of a motion in s.
     pub fn time() -> Self {
-        Self { quantity: "t".to_owned(), unit: "s".to_owned(), scale: Scale::Linear }
+        Self { quantity: "t".to_owned(), unit: "s".to_owned(), scale: Scale::Linear, is_isometric: false }
     }
 }
 
@@ -82,7 +84,7 @@ pub struct Curve {
     pub name: String,
     /// What it is, in a few words: `crank`.
     pub doc: String,
-    /// Time and value, in the order of time; all finite.
+    /// Time and value, in the order of time; all finite. In an isometric figure the points of a path, in its order.
     pub points: Vec<(f64, f64)>,
     /// Its smallest and largest value, if they are to be marked.
     pub extremes: Option<Extremes>,

@@ -62,6 +62,11 @@ impl Axis {
         Self { low, high, is_logarithmic: false, ticks, light: Vec::new(), offset, factor }
     }
 
+    /// Where it begins and ends.
+    pub(super) fn span(&self) -> (f64, f64) {
+        (self.low, self.high)
+    }
+
     /// Whole decades around what lies from 10^`low` to 10^`high`, with at most about so many ticks.
     pub(super) fn logarithmic(low: f64, high: f64, wanted: usize) -> Self {
         // A single decade at least, and nothing beyond the smallest and the largest number.

@@ -41,7 +41,8 @@ pub(super) fn divided(figure: &Figure, descriptions: &[String]) -> (f64, Vec<Pla
         let header = y + 0.5 * ROW;
         let (entries, rows) = legend(panel, description, header);
         let top = y + ROW * f64::from(rows) + 9.0;
-        let height = if is_alone { (420.0 - TIME_AXIS - top).max(240.0) } else { height_of_one(rows) };
+        let whole = if figure.abscissa.is_isometric { 640.0 } else { 420.0 };
+        let height = if is_alone { (whole - TIME_AXIS - top).max(240.0) } else { height_of_one(rows) };
         places.push(Place { header, entries, top, bottom: top + height });
         y = top + height + 14.0;
     }
@@ -50,7 +51,11 @@ pub(super) fn divided(figure: &Figure, descriptions: &[String]) -> (f64, Vec<Pla
 
 /// How high the plotting area of a panel is.
 pub(super) fn height_of(figure: &Figure) -> f64 {
-    if figure.panels.len() == 1 { 310.0 } else { height_of_one(1) }
+    match figure.panels.len() {
+        1 if figure.abscissa.is_isometric => 530.0,
+        1 => 310.0,
+        _ => height_of_one(1),
+    }
 }
 
 fn height_of_one(rows: u32) -> f64 {

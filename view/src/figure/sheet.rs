@@ -16,15 +16,21 @@ use super::path::Place;
 use super::trace::Trace;
 use super::{Abscissa, Figure, NoPicture, Panel, marks, markup, span, text};
 
+/// About how much is left of the plotting area.
+const LEFT: f64 = 70.0;
+
 pub(super) type Sheet<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 pub(super) type Chart<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<Axis, Axis>>;
 pub(super) type Drawn<T = ()> = Result<T, DrawingAreaErrorKind<std::io::Error>>;
 
 /// The whole figure as SVG.
 pub(super) fn draw(figure: &Figure) -> Result<String, NoPicture> {
-    let time = span::time_axis(figure)?;
+    let mut time = span::time_axis(figure)?;
     let height = layout::height_of(figure);
-    let axes = figure.panels.iter().map(|panel| span::value_axis(panel, height)).collect::<Result<Vec<_>, _>>()?;
+    let mut axes = figure.panels.iter().map(|panel| span::value_axis(panel, height)).collect::<Result<Vec<_>, _>>()?;
+    if let (true, [Some(values)]) = (figure.abscissa.is_isometric, &mut axes[..]) {
+        span::equalize([&mut time, values], [WIDTH - RIGHT - LEFT, height]);
+    }
     let descriptions: Vec<String> = figure.panels.iter().zip(&axes).map(|(p, a)| description(p, a.as_ref())).collect();
     let (height, places) = layout::divided(figure, &descriptions);
     let labels = axes.iter().flatten().flat_map(Axis::labels);

@@ -46,6 +46,16 @@ pub(super) fn value_axis(panel: &Panel, height: f64) -> Result<Option<Axis>, NoP
     Ok(Some(Axis::linear(low, high, (height / 38.0) as usize)))
 }
 
+/// Widens one of two axes on areas of these sizes, so that a unit is as long on both.
+pub(super) fn equalize(axes: [&mut Axis; 2], sizes: [f64; 2]) {
+    let spans = [0, 1].map(|i| axes[i].span());
+    let per_pixel = (0..2).map(|i| (spans[i].1 - spans[i].0) / sizes[i]).fold(0.0, f64::max);
+    for ((axis, (low, high)), (size, room)) in axes.into_iter().zip(spans).zip(sizes.into_iter().zip([80.0, 38.0])) {
+        let (middle, half) = (0.5 * low + 0.5 * high, 0.5 * per_pixel * size);
+        *axis = Axis::linear(middle - half, middle + half, (size / room) as usize);
+    }
+}
+
 /// The smallest and the largest of some values.
 fn of(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     values.fold(None, |found: Option<(f64, f64)>, v| match found {

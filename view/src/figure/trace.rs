@@ -76,7 +76,7 @@ fn with_extremes(curve: &Curve) -> Vec<(f64, f64)> {
 /// Whether a curve goes up and down so often that a line of the usual width would blacken the paper.
 fn is_restless(pieces: &[Vec<Place>]) -> bool {
     let steps = || pieces.iter().flat_map(|piece| piece.windows(2));
-    let across: f64 = steps().map(|step| f64::from(step[1].0 - step[0].0)).sum();
+    let across: f64 = steps().map(|step| f64::from((step[1].0 - step[0].0).abs())).sum();
     let climbed: f64 = steps().map(|step| f64::from((step[1].1 - step[0].1).abs())).sum();
     climbed > 8.0 * across && steps().count() > 200
 }
