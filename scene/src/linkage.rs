@@ -12,6 +12,7 @@ mod drawing;
 mod forces;
 mod four_bars;
 mod graph;
+mod loads;
 mod moments;
 mod outputs;
 mod places;
@@ -66,6 +67,7 @@ pub fn expand(document: &mut Document, findings: &mut Vec<Diagnostic>) {
     let count = [coordinates.len() + document.coordinates.len(), closures.len() + document.constraints.len()];
     let freedoms = count[0].saturating_sub(count[1]);
     let linkage = Linkage { graph: &graph, tree: &tree, angles: &angles, places: &places, closures: &closures };
+    loads::check(document, &linkage, findings);
     let outputs = outputs::outputs(document, &linkage, findings);
     let points = places.points;
     let constraints = closures.into_iter().map(|closure| closure.syntax).collect();

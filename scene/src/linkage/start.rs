@@ -6,8 +6,8 @@ use super::angles::Angles;
 use super::graph::{Graph, Joint, PointId};
 use super::places::{origin_names, slide};
 use super::terms::{
-    add, at_time_zero, call, difference, direction, divide, dot, is_positive, is_zero, multiply, rotated, subtract,
-    sum, whole,
+    add, at_time_zero, call, difference, direction, divide, dot, is_positive, is_zero, multiply, negate, rotated,
+    subtract, sum, whole,
 };
 use super::tree::{Placement, Tree};
 use crate::diagnostic::{Diagnostic, Span};
@@ -79,7 +79,7 @@ impl<'g, 'd> Rough<'g, 'd> {
             if let (None, [a, b, ..]) = (self.angle(link), &known[..]) {
                 let there = difference(self.points[b].clone(), self.points[a].clone());
                 let here = difference(self.graph.local(*b), self.graph.local(*a));
-                self.set_angle(link, subtract(angle_of(there), angle_of(here)));
+                self.set_angle(link, angle_between(here, there));
             }
             let Some(angle) = self.angle(link) else { continue };
             let base = match known.first() {
@@ -188,12 +188,18 @@ impl<'g, 'd> Rough<'g, 'd> {
     }
 }
 
-/// The angle of a vector.
-fn angle_of([x, y]: [Formula; 2]) -> Formula {
-    if is_zero(&y) && is_positive(&x) {
+/// The angle from one vector to another, from -pi to pi.
+fn angle_between(from: [Formula; 2], to: [Formula; 2]) -> Formula {
+    let [x, y] = from;
+    // The second vector in a frame on the first one, up to a factor.
+    let [along, across] = match (is_positive(&x), is_zero(&y)) {
+        (true, true) => to,
+        _ => [dot([x.clone(), y.clone()], to.clone()), dot([negate(y), x], to)],
+    };
+    if is_zero(&across) && is_positive(&along) {
         return whole(0);
     }
-    call(Function::Atan2, [y, x])
+    call(Function::Atan2, [across, along])
 }
 
 /// Writes the start of all coordinates to a scene; `freedoms` of them are given where nothing says which.

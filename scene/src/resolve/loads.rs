@@ -45,7 +45,7 @@ impl Resolver<'_> {
                             name.span.clone(),
                             "has no `angle`",
                         )
-                        .help("give the body an `angle`"),
+                        .help("give the body an `angle`; a link has one where its joints let it turn"),
                     );
                 }
                 let number = scene.bodies.iter().position(|other| other.name == body.name)?;

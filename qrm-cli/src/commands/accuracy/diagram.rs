@@ -36,7 +36,12 @@ impl Study {
         let quantity = "largest error of a coordinate".to_owned();
         Figure {
             title: format!("{}: error against run time", setup.description.name),
-            abscissa: Abscissa { quantity: "run time".to_owned(), unit: "s".to_owned(), scale: Scale::Logarithmic, is_isometric: false },
+            abscissa: Abscissa {
+                quantity: "run time".to_owned(),
+                unit: "s".to_owned(),
+                scale: Scale::Logarithmic,
+                is_isometric: false,
+            },
             panels: vec![Panel { quantity, unit, scale: Scale::Logarithmic, curves, floor }],
         }
     }
