@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::thread;
 
+use qrm_codegen::engine::Waiting;
 use qrm_core::{DERIVING, DerivedScene, WAITING};
 use qrm_scene::files::write_whole;
 
@@ -36,19 +37,11 @@ fn derive(scene: &str, file: &Path) -> Result<(), String> {
     let failed = |e| format!("error: cannot write {}: {e}", file.display());
     let mut is_shown = Ok(());
     let show = |derived: &DerivedScene| is_shown = write_whole(&unverified, &derived.to_bytes());
-    let say = |line: &str| {
+    let announce = |waiting| {
+        let line = if waiting == Waiting::Begins { WAITING } else { DERIVING };
         let _ = writeln!(std::io::stderr(), "{line}");
     };
-    let mut has_waited = false;
-    let waiting = || {
-        has_waited = true;
-        say(WAITING);
-    };
-    qrm_codegen::engine::await_others(waiting).map_err(|e| format!("error: {e}"))?;
-    if has_waited {
-        say(DERIVING);
-    }
-    let derived = qrm_codegen::interpretable::derive(scene, &source, show).map_err(|e| e.to_string())?;
+    let derived = qrm_codegen::interpretable::derive(scene, &source, &announce, show).map_err(|e| e.to_string())?;
     is_shown.and_then(|()| write_whole(file, &derived.to_bytes())).map_err(failed)
 }
 

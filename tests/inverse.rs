@@ -145,6 +145,30 @@ fn a_table_is_followed_through_its_rows() {
     }
 }
 
+/// A mass on a spring and a damper: force = m a + c v + k x, along a coordinate that is a length.
+#[test]
+fn a_length_is_moved_by_a_force() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let scene = folder.path().join("block.toml");
+    let written = qrm(&["new", "block", "--from", "empty", "--out"]).arg(&scene).output().expect("it starts");
+    assert!(written.status.success());
+    let text = fs::read_to_string(&scene).expect("the scene");
+    let power = text.replace("[outputs]", "[outputs]\npower = { value = 'x', unit = \"m\" }");
+    assert_ne!(power, text);
+    fs::write(&scene, power).expect("written");
+    let scene = scene.display().to_string();
+    let (_, out) = inverse(&[&scene, "--motion", "x=0.1*sin(3*t)", "--time", "2", "--rows", "101"]);
+    let column = columns(&out.path().join("inverse.csv"));
+    let (t, force) = (column("t"), column("force_x"));
+    for (t, force) in t.iter().zip(&force) {
+        let (sin, cos) = (3.0 * t).sin_cos();
+        let expected = -0.9 * 1.0 * sin + 0.3 * 0.5 * cos + 0.1 * 100.0 * sin;
+        near("force", *force, expected, 1e-12 * expected.abs().max(1.0));
+    }
+    // An output of this name is there already.
+    assert_eq!(column("power_").len(), t.len());
+}
+
 #[test]
 fn impossible_motions_are_refused() {
     let refused = |arguments: &[&str], status: i32, text: &str| {
@@ -165,5 +189,12 @@ fn impossible_motions_are_refused() {
     refused(&["quick-return", "--motion", "polynomial", "--distance=-1"], 2, "how long is the motion");
     refused(&["quick-return", "--motion", "constant", "--motion", "constant"], 2, "has two motions");
     refused(&["quick-return-driven", "--motion", "constant"], 2, "prescribe its motion already");
-    refused(&["quick-return", "--motion", "log(t - 1)"], 2, "");
+    refused(&["quick-return", "--motion", "log(t - 1)"], 1, "is not finite at t = 0 s");
+    refused(&["quick-return", "--motion", "sqrt(t)", "--time", "1"], 1, "is not finite at t = 0 s");
+    refused(
+        &["quick-return", "--motion", "sign(t - 0.5)", "--time", "1"],
+        1,
+        "the motion of `phi2` jumps after t = 0.5",
+    );
+    refused(&["quick-return", "--motion", "3*t", "--rate", "1"], 2, "`--rate` has no meaning");
 }

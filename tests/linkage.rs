@@ -256,8 +256,9 @@ fn forces_in_joints_are_those_of_free_bodies() {
 /// The moments in joints, and what acts on the ground, by hand.
 #[test]
 fn moments_in_joints_are_those_of_free_bodies() {
-    let rows = Rows::of("moments");
-    for value in rows.every(50) {
+    let (all, mut rows) = (Rows::of("moments"), 0);
+    for value in all.every(50) {
+        rows += 1;
         let force = |name: &str| Vector2::new(value(&format!("{name}_x")), value(&format!("{name}_y")));
         let weight = |mass: f64| Vector2::new(0.0, -9.81 * mass);
         let crank = |length: f64| turning(&value, "phi_crank", 0.0, length);
@@ -306,6 +307,7 @@ fn moments_in_joints_are_those_of_free_bodies() {
             + 3.0;
         near("shaking moment", value("S_O"), about, 1e-10);
     }
+    assert!(rows > 20, "{rows}");
 }
 
 fn check(arguments: &[&str]) -> String {

@@ -13,7 +13,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let text = source::read_text(path.as_ref()).map_err(|report| report.to_string())?;
     let (scene, reading) = timed(|| resolve::read(&path, &text));
     let (scene, _) = scene.map_err(|report| report.to_string())?;
-    let (equations, deriving) = timed(|| engine::derive(&[&scene]));
+    let (equations, deriving) = timed(|| engine::derive(&[&scene], &|_| ()));
     let equations = equations?.remove(0);
     let (module, emitting) = timed(|| emit::module(&scene, &equations, &text));
     let (verified, verifying) = timed(|| verify::verify(&scene, &equations, &module.file, &module.tape));

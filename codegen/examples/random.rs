@@ -40,7 +40,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     // The engine is called once in a process.
     let list: Vec<&Scene> = scenes.iter().map(|(_, _, scene)| scene).collect();
-    let equations = engine::derive(&list)?;
+    let equations = engine::derive(&list, &|_| ())?;
     let mut failed = 0;
     for ((seed, text, scene), equations) in scenes.iter().zip(&equations) {
         let module = emit::module(scene, equations, text);

@@ -43,12 +43,13 @@ pub enum Error {
     },
 }
 
-/// Derives the equations of motion of every scene. At most one call per process.
+/// Derives the equations of motion of every scene. At most one call per process. `announce` is told when this begins and
+/// ends to wait for another process.
 ///
 /// # Errors
 /// The engine could not be started, or cannot differentiate a formula.
-pub fn derive(scenes: &[&Scene]) -> Result<Vec<Equations>, Error> {
-    let lock = lock()?;
+pub fn derive(scenes: &[&Scene], announce: &dyn Fn(Waiting)) -> Result<Vec<Equations>, Error> {
+    let lock = lock(announce)?;
     let place = Mutex::new((0, 0..0));
     let quiet = std::panic::take_hook();
     // What the engine says when it gives up becomes an error with a place.
@@ -77,31 +78,31 @@ pub fn derive(scenes: &[&Scene]) -> Result<Vec<Equations>, Error> {
 /// Which scene and which formula is being worked on.
 type Place = Mutex<(usize, Span)>;
 
-/// Waits until no other process of this project uses the engine on this machine, after `announce` if there is one.
-///
-/// # Errors
-/// The lock file cannot be made.
-pub fn await_others(announce: impl FnOnce()) -> io::Result<()> {
-    let file = lock_file()?;
-    if matches!(file.try_lock(), Err(TryLockError::WouldBlock)) {
-        announce();
-        file.lock()?;
-    }
-    Ok(())
+/// What is told of waiting for the engine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Waiting {
+    /// Another process uses the engine.
+    Begins,
+    /// The engine is free.
+    Ends,
 }
 
 /// Waits until no other process of this project uses the engine on this machine.
-fn lock() -> io::Result<File> {
-    let file = lock_file()?;
-    file.lock()?;
-    Ok(file)
-}
-
-fn lock_file() -> io::Result<File> {
+fn lock(announce: &dyn Fn(Waiting)) -> io::Result<File> {
     let path = lock_path();
     // A lock made by another user can be opened for reading at least, and that is enough to lock it.
     let file = File::options().create(true).truncate(false).write(true).open(&path).or_else(|_| File::open(&path));
-    file.map_err(|e| io::Error::new(e.kind(), format!("cannot open the lock {}: {e}", path.display())))
+    let file = file.map_err(|e| io::Error::new(e.kind(), format!("cannot open the lock {}: {e}", path.display())))?;
+    match file.try_lock() {
+        Ok(()) => {}
+        Err(TryLockError::WouldBlock) => {
+            announce(Waiting::Begins);
+            file.lock()?;
+            announce(Waiting::Ends);
+        }
+        Err(TryLockError::Error(e)) => return Err(e),
+    }
+    Ok(file)
 }
 
 /// One path for the whole machine: temporary directories may differ between processes.

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::{fs, io};
 
 use crate::emit::{self, Module, module_name, struct_name};
+use crate::engine::Waiting;
 use crate::term::Equations;
 use crate::verify::{self, Unverified};
 use crate::{derivation, engine, header, names, tape};
@@ -71,7 +72,7 @@ pub fn generate(scenes: &[PathBuf], directory: &Path) -> Result<Generated, Error
     let is_done = |r: &&Read| is_current(&file(&r.scene), &derivation(&r.scene), &r.source);
     let stale: Vec<&Read> = read.iter().filter(|r| !is_done(r)).collect();
     if !stale.is_empty() {
-        for (read, equations) in stale.iter().zip(&equations(&stale)?) {
+        for (read, equations) in stale.iter().zip(&equations(&stale, &|_| ())?) {
             let Read { scene, source, .. } = read;
             let (module, _) = code(read, equations, emit::module(scene, equations, source))?;
             // First: the module includes it, and is the mark of both.
@@ -115,9 +116,9 @@ impl Read {
 }
 
 /// The equations of motion of scenes, by the engine.
-pub(crate) fn equations(scenes: &[&Read]) -> Result<Vec<Equations>, Error> {
+pub(crate) fn equations(scenes: &[&Read], announce: &dyn Fn(Waiting)) -> Result<Vec<Equations>, Error> {
     let all: Vec<&Scene> = scenes.iter().map(|read| &read.scene).collect();
-    engine::derive(&all).map_err(|e| engine_error(e, scenes))
+    engine::derive(&all, announce).map_err(|e| engine_error(e, scenes))
 }
 
 /// Reads all scenes; mistakes of all of them are reported together.

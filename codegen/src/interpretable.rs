@@ -3,18 +3,25 @@
 use qrm_core::{DerivedScene, OwnedDescription, OwnedParameter, OwnedQuantity};
 use qrm_scene::scene::Scene;
 
+use crate::engine::Waiting;
 use crate::generate::{self, Error, Read};
 use crate::{derivation, emit, header};
 
 /// Derives the equations of motion of a scene. At most one call per process.
 ///
-/// Shows the scene once it is derived, without its texts, before its functions are compared with its formulae.
+/// `announce` is told when this begins and ends to wait for another process. `show` gets the scene once it is derived,
+/// without its texts, before its functions are compared with its formulae.
 ///
 /// # Errors
 /// The scene has a mistake, the engine gave up, or a function was not found right.
-pub fn derive(path: &str, source: &str, show: impl FnOnce(&DerivedScene)) -> Result<DerivedScene, Error> {
+pub fn derive(
+    path: &str,
+    source: &str,
+    announce: &dyn Fn(Waiting),
+    show: impl FnOnce(&DerivedScene),
+) -> Result<DerivedScene, Error> {
     let read = Read::new(path, source)?;
-    let equations = generate::equations(&[&read])?.remove(0);
+    let equations = generate::equations(&[&read], announce)?.remove(0);
     let module = emit::module(&read.scene, &equations, source);
     let texts = [String::new(), String::new()];
     show(&DerivedScene { description: description(&read.scene, source, texts), tape: module.tape.clone() });

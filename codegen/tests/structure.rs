@@ -74,7 +74,7 @@ fn formulae_grow_with_the_mechanism_and_not_with_their_expansion() {
         make::chain(8, make::Chain::Relative),
     ];
     let scenes = texts.each_ref().map(|text| read(text));
-    let equations = engine::derive(&scenes.each_ref()).expect("the equations");
+    let equations = engine::derive(&scenes.each_ref(), &|_| ()).expect("the equations");
     let modules: Vec<Module> = (0..texts.len())
         .map(|i| {
             let module = emit::module(&scenes[i], &equations[i], &texts[i]);

@@ -17,7 +17,7 @@ use crate::tape::Tape;
 
 /// The line by which the program that derives scenes says that another derivation on this machine goes first.
 pub const WAITING: &str = "waiting for another derivation";
-/// The line by which it says that it goes on.
+/// The line by which the program that derives scenes says that it need not wait any longer.
 pub const DERIVING: &str = "deriving";
 
 /// A scene's names and functions as data.

@@ -47,7 +47,8 @@ static double cost(const Motion *from, double torque, double h) {
 static const double wanted = 2.5 * 3.14159265358979323846, h = 1e-3, gain = 20000.0;
 static double costs[STEPS];
 
-/* A turn of the crank under the controller, after three turns to settle; returns the number of its steps. */
+/* A turn of the crank under the controller, after three turns to settle; returns how many of its steps were measured,
+   which are those without the torque of inverse dynamics. */
 static int turn(int feeds_forward, double *slowest, double *fastest) {
     Motion motion;
     int steps = 0;

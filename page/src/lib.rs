@@ -91,7 +91,7 @@ pub extern "C" fn draft(end: f64) -> u32 {
 #[allow(unsafe_code, reason = "the page calls it by its name")]
 #[cfg_attr(target_family = "wasm", unsafe(no_mangle))]
 pub extern "C" fn at(t: f64) -> u32 {
-    answer(|state| state.simulator.as_ref().ok_or(NO_SCENE)?.at(t))
+    answer(|state| state.simulator.as_mut().ok_or(NO_SCENE)?.at(t))
 }
 
 /// Drags points, a line `NAME=WEIGHT` of the input each, towards a place, from the pose at a time of the last motion, or

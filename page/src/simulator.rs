@@ -6,13 +6,14 @@ use std::io;
 
 use qrm_core::{DerivedScene, Description, Mechanism, Model, OwnedDescription};
 use qrm_pictures::{Frame, Recording, Sources, motion, position_error};
-use qrm_scene::evaluate::{State, constant, parameter_values};
+use qrm_scene::evaluate::{self, constant, parameter_values};
 use qrm_scene::scene::{Quantity, Scene};
 use qrm_sim::analysis::inverse_kinematics;
 use qrm_sim::columns::{self, Kind};
 use qrm_sim::integrate::{DOP853, Integrator, MethodSettings};
 use qrm_sim::run::{Observer, Outcome, Reason, Request, Row, SimError, Status, simulate};
 use qrm_sim::start::Start;
+use qrm_sim::state::State;
 use qrm_view::motion::Motion;
 use serde::{Deserialize, Serialize};
 
@@ -51,6 +52,8 @@ struct LastRun {
     frames: Vec<Frame>,
     /// Where the numbers of its motion come from.
     sources: Sources,
+    /// The last of its rows that was made again.
+    row: Option<State>,
     /// The coordinates at the end of the last drag; none before the first one.
     dragged: Option<Vec<f64>>,
 }
@@ -216,6 +219,7 @@ impl Simulator {
             step: outcome.step,
             frames: recording.frames,
             sources,
+            row: None,
             dragged: self.last.dragged.take(),
         };
         let mut run = self.report(&outcome, values);
@@ -229,25 +233,32 @@ impl Simulator {
     /// The numbers of the last motion at a time: those of its nodes, arrows, blocks and curves, as JSON.
     ///
     /// From the row before that time on, the run is made again.
-    pub(crate) fn at(&self, t: f64) -> Result<String, String> {
-        let LastRun { values, settings, step, frames, sources, .. } = &self.last;
+    pub(crate) fn at(&mut self, t: f64) -> Result<String, String> {
+        let mechanism = self.mechanism(&self.last.values);
         let description = self.model.description;
+        let LastRun { values, settings, step, frames, sources, row: last_row, .. } = &mut self.last;
         let before = frames.partition_point(|frame| frame[0] <= t).saturating_sub(1);
         let mut now = columns::state(description, frames.get(before).ok_or("nothing has moved yet")?);
-        let mechanism = self.mechanism(values);
+        if let Some(row) = last_row.as_ref().filter(|row| now.t < row.t && row.t <= t) {
+            now = row.clone();
+        }
         let failed = |t: f64, error| SimError { reason: Reason::Failed { t, error }, description }.to_string();
         let integrator = Integrator::new(&*mechanism, *settings, &now, f64::INFINITY);
         let mut integrator = integrator.map_err(|error| failed(now.t, error))?;
         let mut next = now.clone();
         while now.t < t {
             // Steps of a fixed length end where those of the run did.
-            let row = (now.t / step + 1e-6).floor() + 1.0;
-            let to = if settings.method.is_adaptive() { t } else { t.min(row * step) };
+            let row = (now.t / *step + 1e-6).floor() + 1.0;
+            let to = if settings.method.is_adaptive() { t } else { t.min(row * *step) };
             integrator.advance(&*mechanism, &now, to, &mut next).map_err(|error| failed(now.t, error))?;
+            if next.t < t {
+                last_row.replace(next.clone());
+            }
             std::mem::swap(&mut now, &mut next);
         }
         let (numbers, columns) = (columns::numbers(&*mechanism, &now), columns::columns(description));
-        let state = State::plain(&self.scene, &self.parameters(values), now.t, &now.q, &now.qd);
+        let parameters = parameter_values(&self.scene, |name| values.value(name));
+        let state = evaluate::State::plain(&self.scene, &parameters, now.t, &now.q, &now.qd);
         let place = |kind: Kind| columns.iter().position(|column| column.kind == kind);
         json(&sources.numbers(&state, &|kind| place(kind).map_or(f64::NAN, |place| numbers[place])))
     }

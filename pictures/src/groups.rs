@@ -64,7 +64,7 @@ pub fn groups(scene: &Scene, recording: &Recording) -> Vec<Group> {
                 add(Some("rates"), titles, column, &coordinate.doc);
             }
             Kind::Output(i) => match &scene.outputs[i].kind {
-                kind if kind.is_reaction() && (kind.is_moment() || column.unit == "N m") => {
+                kind if kind.is_reaction() && (kind.is_moment() || column.unit.ends_with("N m")) => {
                     add(Some("moments"), ("reaction moments", "moment"), column, &column.doc);
                 }
                 kind if kind.is_reaction() => {

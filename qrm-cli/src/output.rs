@@ -35,7 +35,7 @@ static SCENE_FILES: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
 /// Keeps a scene file from being replaced by a result.
 pub(crate) fn protect(scene: &Path) {
-    if let Ok(path) = scene.canonicalize() {
+    if let Ok(path) = scene.canonicalize().or_else(|_| std::path::absolute(scene)) {
         SCENE_FILES.lock().unwrap_or_else(PoisonError::into_inner).insert(path);
     }
 }

@@ -21,5 +21,4 @@ pub mod printer;
 pub mod resolve;
 pub mod scene;
 pub mod source;
-pub mod spline;
 pub mod time_scales;

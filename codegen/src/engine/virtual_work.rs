@@ -14,13 +14,13 @@ pub(super) struct Shift {
 }
 
 impl Shift {
-    /// One by a vector.
+    /// A displacement by a vector.
     pub(super) fn along(system: &System, along: &[Value; 2]) -> Self {
         let along = [0, 1].map(|axis| system.algebra.atom(&along[axis]));
         Self { along, turn: Atom::num(0), about: None }
     }
 
-    /// One by a unit of an angle about a point.
+    /// A displacement by a unit of an angle about a point.
     pub(super) fn about(system: &System, point: usize) -> Self {
         let about = Some(system.algebra.point(point).clone());
         Self { along: [Atom::num(0), Atom::num(0)], turn: Atom::num(1), about }

@@ -81,7 +81,7 @@ impl<'s, B: Differentiable> VirtualWork<'s, B> {
         self.on_ground(&Shift { along: self.pair(along), turn: zero, about: [zero; 2] })
     }
 
-    /// That about a point.
+    /// The work of all bodies and of forces from outside on the ground, in a turn about a point.
     pub(super) fn about_ground(&self, point: usize) -> B {
         let zero = B::from(0.0);
         self.on_ground(&Shift { along: [zero; 2], turn: B::from(1.0), about: self.plain.point(point) })

@@ -3,6 +3,7 @@
 mod actuators;
 mod profile;
 mod report;
+mod spline;
 
 use std::f64::consts::TAU;
 use std::path::Path;
@@ -15,7 +16,7 @@ use qrm_sim::analysis::{NotPossible, PrescribedMotion, PrescribedState};
 use qrm_sim::start::Start;
 
 use crate::error::Error;
-use crate::format::quantity;
+use crate::format::{number as number_of, quantity};
 use crate::messages;
 use crate::options::{MethodOptions, OutFolder, SceneName, SceneOptions, StartOptions, number, optional_positive};
 use crate::output::{print, save, save_json, written};
@@ -101,7 +102,8 @@ fn motions(setup: &Setup, options: &Options, start: &Start) -> Result<Vec<Motion
     let default = ["constant".to_owned()];
     let asked = if options.motion.is_empty() && given.len() == 1 { &default[..] } else { &options.motion };
     for text in asked {
-        let (name, motion) = match text.split_once('=') {
+        let is_name = |text: &str| text.chars().all(|c| c.is_alphanumeric() || c == '_');
+        let (name, motion) = match text.split_once('=').filter(|(name, _)| is_name(name.trim())) {
             Some((name, motion)) => (Some(name.trim()), motion.trim()),
             None => (None, text.trim()),
         };
@@ -133,7 +135,7 @@ fn motions(setup: &Setup, options: &Options, start: &Start) -> Result<Vec<Motion
         )));
     }
     if let [first, others @ ..] = &motions[..]
-        && let Some(other) = others.iter().find(|other| other.time != first.time)
+        && let Some(other) = others.iter().find(|other| (other.time - first.time).abs() > 1e-12 * first.time)
     {
         let [one, two] = [first, other].map(|motion| (coordinates[motion.coordinate].name, motion.time));
         return Err(Error::usage(format!("`{}` moves for {} s and `{}` for {} s", one.0, one.1, two.0, two.1))
@@ -149,49 +151,65 @@ fn motion(setup: &Setup, options: &Options, start: &Start, coordinate: usize, te
     let rate = options.rate.as_ref().map(|text| number("--rate", text)).transpose()?;
     let time = optional_positive("--time", options.time.as_ref())?;
     let rate = rate.unwrap_or_else(|| if start.given_rates[coordinate] { start.qd[coordinate] } else { 0.0 });
-    let distance = match &options.distance {
-        Some(text) => number("--distance", text)?,
-        None if is_angle => TAU.copysign(rate),
-        None => match time.filter(|_| rate != 0.0) {
-            Some(time) => rate * time,
-            None => {
-                return Err(Error::usage(format!("how far is `{}` to go?", own.name)).help("add `--distance LENGTH`"));
-            }
-        },
+    let distance = || match &options.distance {
+        Some(text) => number("--distance", text),
+        None if is_angle => Ok(TAU.copysign(rate)),
+        None => time
+            .filter(|_| rate != 0.0)
+            .map(|time| rate * time)
+            .ok_or_else(|| Error::usage(format!("how far is `{}` to go?", own.name)).help("add `--distance LENGTH`")),
     };
-    let by_rate = || {
+    let duration = |distance: f64| {
         let time = time.or((rate != 0.0).then_some(distance / rate)).filter(|time| *time > 0.0);
         time.ok_or_else(|| {
             Error::usage(format!("how long is the motion of `{}` to take?", own.name))
                 .help("add `--time SECONDS`, or `--rate RATE` in the direction of the distance")
         })
     };
-    let far = |how: &str, time: f64| format!("{} {how}, {} in {time} s", own.name, quantity(distance, own.unit));
+    let unused = |names: &[&str]| {
+        let given = [("--rate", &options.rate), ("--distance", &options.distance), ("--time", &options.time)];
+        let wrong = given.into_iter().find(|(name, value)| names.contains(name) && value.is_some());
+        wrong.map_or(Ok(()), |(name, _)| {
+            Err(Error::usage(format!("`{name}` has no meaning for the motion `{text}`")).help("leave it out"))
+        })
+    };
     let (profile, words, time) = match text {
         "constant" => {
-            let time = match (time, &options.distance) {
-                (Some(time), None) if rate != 0.0 => time,
-                _ => by_rate()?,
+            let (rate, time) = match (&options.distance, time) {
+                (None, Some(time)) if rate != 0.0 => (rate, time),
+                _ => {
+                    if options.rate.is_some() && options.distance.is_some() {
+                        unused(&["--time"])?;
+                    }
+                    let distance = distance()?;
+                    let time = duration(distance)?;
+                    (distance / time, time)
+                }
             };
-            let rate = if options.distance.is_some() || rate == 0.0 { distance / time } else { rate };
-            let words = format!("{} at a constant rate, {} {}/s", own.name, crate::format::number(rate), own.unit);
+            let words = format!("{} at a constant rate, {} {}/s", own.name, number_of(rate), own.unit);
             (Profile::constant(from, rate, time), words, time)
         }
-        "trapezoid" => {
-            let time = by_rate()?;
-            (Profile::trapezoid(from, distance, time), far("by a trapezoid of its rate", time), time)
-        }
-        "polynomial" => {
-            let time = by_rate()?;
-            (Profile::polynomial(from, distance, time), far("by a polynomial of degree 5", time), time)
+        "trapezoid" | "polynomial" => {
+            if options.time.is_some() && options.distance.is_some() {
+                unused(&["--rate"])?;
+            }
+            let distance = distance()?;
+            let time = duration(distance)?;
+            let (profile, how) = match text {
+                "trapezoid" => (Profile::trapezoid(from, distance, time), "by a trapezoidal velocity profile"),
+                _ => (Profile::polynomial(from, distance, time), "by a polynomial of degree 5"),
+            };
+            (profile, format!("{} {how}, {} in {time} s", own.name, quantity(distance, own.unit)), time)
         }
         text => match text.strip_prefix("table:") {
             Some(file) => {
+                unused(&["--rate", "--distance", "--time"])?;
                 let profile = Profile::table(Path::new(file))?;
                 let time = profile.times().last().copied().unwrap_or(0.0);
                 (profile, format!("{} by a spline through {file}", own.name), time)
             }
             None => {
+                unused(&["--rate", "--distance"])?;
                 let profile = Profile::formula(text)?;
                 let time = time.unwrap_or_else(|| constant(&setup.scene.run.end_time, &setup.parameters()));
                 (profile, format!("{} = {text}", own.name), time)
@@ -263,7 +281,14 @@ fn not_possible(setup: &Setup, reason: &NotPossible) -> Error {
             Error::run(format!("the motion is not possible: after t = {t} s the mechanism locks at {}", at.join(", ")))
                 .help("make the distance shorter, or look for limit positions with `qrm check`")
         }
-        NotPossible::NotFinite { t } => Error::run(format!("forces at t = {t} s are not finite"))
-            .help("look for a singular position, or for a formula that leaves its domain"),
+        NotPossible::NotFinite { t } => {
+            Error::run(format!("the motion, or a force that it needs, is not finite at t = {t} s"))
+                .help("look for a singular position, for a formula that leaves its domain, and for its derivatives")
+        }
+        NotPossible::Discontinuous { coordinate, t } => {
+            let name = setup.description.coordinates[*coordinate].name;
+            Error::run(format!("the motion of `{name}` jumps after t = {} s: no force can make it", number_of(*t)))
+                .help("prescribe a motion whose value and rate are continuous")
+        }
     }
 }

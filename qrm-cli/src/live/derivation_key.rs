@@ -18,12 +18,12 @@ impl DerivationKey {
     /// The key of a scene without mistakes.
     pub(super) fn of(source: &str, scene: &Scene) -> Self {
         let left_out = scene.parameters.iter().map(|parameter| parameter.left_out).collect();
-        Self { text: without_values(source).unwrap_or_else(|| source.to_owned()), left_out }
+        Self { text: canonical(source).unwrap_or_else(|| source.to_owned()), left_out }
     }
 }
 
-/// A text whose parameters are all zero, without comments and spaces between its parts.
-fn without_values(source: &str) -> Option<String> {
+/// The canonical text of a scene: values of parameters are zero, comments and layout are removed.
+fn canonical(source: &str) -> Option<String> {
     let mut document: DocumentMut = source.parse().ok()?;
     if let Some(parameters) = document.get_mut("parameters").and_then(Item::as_table_like_mut) {
         for (_, parameter) in parameters.iter_mut() {

@@ -14,9 +14,9 @@ pub struct PrescribedState {
     pub t: f64,
     /// The coordinates.
     pub q: Vec<f64>,
-    /// Their rates.
+    /// The rates of the coordinates.
     pub qd: Vec<f64>,
-    /// Their accelerations.
+    /// The accelerations of the coordinates.
     pub qdd: Vec<f64>,
     /// The multipliers.
     pub multipliers: Vec<f64>,
@@ -41,8 +41,15 @@ pub enum NotPossible {
         /// The coordinates there.
         q: Vec<f64>,
     },
-    /// The forces at this time are not finite.
+    /// The prescribed motion, or a force that it needs, is not finite at this time.
     NotFinite {
+        /// The time.
+        t: f64,
+    },
+    /// A prescribed coordinate jumps after this time.
+    Discontinuous {
+        /// The coordinate.
+        coordinate: usize,
         /// The time.
         t: f64,
     },
@@ -75,12 +82,16 @@ impl<'m> PrescribedMotion<'m> {
         let mut drive = Drive::new(mechanism, start.given.clone()).ok_or(NotPossible::Singular)?;
         let mut start = start.clone();
         for i in (0..start.q.len()).filter(|&i| start.given[i]) {
-            start.q[i] = prescribed(i, t)[0];
+            let motion = prescribed(i, t);
+            if !motion.iter().all(|value| value.is_finite()) {
+                return Err(NotPossible::NotFinite { t });
+            }
+            start.q[i] = motion[0];
         }
         let (q, _) = assemble(mechanism, &start).map_err(NotPossible::NotAssembled)?;
         drive.t = t;
         let position = drive.close(q).ok_or(NotPossible::Singular)?;
-        let last = state(&drive, &position, prescribed).ok_or(NotPossible::Singular)?;
+        let last = state(&drive, &position, prescribed).ok_or(NotPossible::NotFinite { t })?;
         Ok(Self { drive, position, last })
     }
 
@@ -107,6 +118,10 @@ impl<'m> PrescribedMotion<'m> {
                     step *= 2.0;
                 }
                 None if step <= SHORTEST * (t - from) => {
+                    let jumps = |i: &usize| self.drive.is_given(*i) && self.jumps(*i, prescribed(*i, next)[0], next);
+                    if let Some(coordinate) = (0..self.last.q.len()).find(jumps) {
+                        return Err(NotPossible::Discontinuous { coordinate, t: self.last.t });
+                    }
                     return Err(NotPossible::LimitPosition { t: self.last.t, q: self.last.q.clone() });
                 }
                 None => step *= 0.5,
@@ -119,6 +134,15 @@ impl<'m> PrescribedMotion<'m> {
         Ok(&self.last)
     }
 
+    /// Whether a value of a coordinate at a later time is far from where its rate and acceleration lead.
+    fn jumps(&self, i: usize, value: f64, t: f64) -> bool {
+        let PrescribedState { q, qd, qdd, .. } = &self.last;
+        let h = t - self.last.t;
+        let moved = h * (qd[i] + 0.5 * h * qdd[i]);
+        // Written so that a value that is not finite jumps.
+        !((value - q[i] - moved).abs() <= CONTINUATION * moved.abs() + ROUNDING * (1.0 + q[i].abs()))
+    }
+
     /// The position a little later, near where the motion would go on.
     fn neighbour(&self, t: f64, prescribed: Prescribed) -> Option<Position> {
         let PrescribedState { q, qd, qdd, .. } = &self.last;
@@ -128,6 +152,9 @@ impl<'m> PrescribedMotion<'m> {
         let guess = |i: usize| {
             if drive.is_given(i) { prescribed(i, t)[0] } else { q[i] + h * (qd[i] + 0.5 * h * qdd[i]) }
         };
+        if (0..q.len()).any(|i| drive.is_given(i) && self.jumps(i, guess(i), t)) {
+            return None;
+        }
         let guess: Vec<f64> = (0..q.len()).map(guess).collect();
         let position = drive.close(guess.clone())?;
         let angles = || (0..q.len()).filter(|&i| drive.is_angle(i));

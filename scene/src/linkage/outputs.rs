@@ -90,7 +90,7 @@ fn of_joint(
             span: output.identifier.span.clone(),
         },
         value,
-        unit: unit.to_owned(),
+        unit: if output.unit.is_empty() { unit.to_owned() } else { output.unit.clone() },
         doc: if output.doc.is_empty() { format!("{what} on {}", graph.name(on.link)) } else { output.doc.clone() },
     };
     match part {

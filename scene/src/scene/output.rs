@@ -44,7 +44,7 @@ pub enum OutputKind {
     /// Force of the mechanism on the ground along a direction: `sum (m (g - a) + F) . e`, with the forces `F` that act
     /// from outside.
     ShakingForce([Value; 2]),
-    /// Its moment about a point `P`: `sum ((x - P) x (m (g - a)) - I alpha) + sum (x_F - P) x F`.
+    /// Moment of the mechanism on the ground about a point `P`: `sum ((x - P) x (m (g - a)) - I alpha) + sum (x_F - P) x F`.
     ShakingMoment(usize),
     /// Size of the vector of two outputs before it.
     Norm {
@@ -73,7 +73,7 @@ pub struct Displacement {
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Turn {
-    /// Its size.
+    /// The size of the angle.
     pub size: Value,
     /// The point about which it turns.
     pub about: usize,

@@ -48,7 +48,7 @@ function showScene(loaded, instance) {
   endDrag();
   const before = about;
   [about, simulated] = [loaded, instance];
-  numbersAt = simulated.at;
+  numbersAt = exactNumbers;
   changed = before ? keptChanges(before) : addressed();
   values = {};
   expectedEnd = Math.min(expectedEnd, about.end_time);
@@ -60,6 +60,16 @@ function showScene(loaded, instance) {
   root.dataset.ready = "";
   part("save-drawing").disabled = false;
   start();
+}
+
+/** The numbers of the motion at a time; a failure is shown, and the frames tell what there was. */
+function exactNumbers(time) {
+  try {
+    return simulated.at(time);
+  } catch (problem) {
+    setText("problem", problem.message);
+    return null;
+  }
 }
 
 /** The changes that stay: the scene has the value of before, or the one that was written before the next change. */

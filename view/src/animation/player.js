@@ -89,7 +89,7 @@ function install(next, draft = false, plannedBefore = null) {
   }
 }
 
-/** The numbers of a motion at a time, where they can be computed. */
+/** Computes the numbers of a motion at a time, null if that fails. Without it there are frames alone. */
 let numbersAt = null;
 /** The place of the frame at the time shown, where one was put in. */
 let inserted = 0;
@@ -112,14 +112,8 @@ function removeFrame() {
 /** Puts a frame in at the time shown, so that nothing that is seen there lies between two frames. */
 function insertFrame() {
   removeFrame();
-  if (isDraft || !numbersAt) return;
-  let numbers;
-  try {
-    numbers = numbersAt(time);
-  } catch {
-    // The motion breaks off here: the frames tell what there was.
-    return;
-  }
+  const numbers = isDraft ? null : numbersAt?.(time);
+  if (!numbers) return;
   const place = locate(times, time).frame + 1;
   for (const [track, number] of changing()) track.splice(place, 0, numbers[number] ?? NaN);
   times.splice(place, 0, time);

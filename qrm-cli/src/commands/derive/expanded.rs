@@ -95,16 +95,23 @@ fn put<'d>(text: &mut DocumentMut, section: &str, entries: impl Iterator<Item = 
 
 /// Writes the outputs of joints as what they become, in their place.
 fn put_outputs(text: &mut DocumentMut, own: &Document, whole: &Document) {
-    let written_out =
-        |output: &&OutputSyntax| matches!(output.value, OutputValue::Joint { .. } | OutputValue::Power(_));
-    if !own.outputs.iter().any(|output| written_out(&output)) {
+    let power = |output: &OutputSyntax| match &output.value {
+        OutputValue::Power(of) => Some((output.identifier.name.clone(), of.name.clone())),
+        _ => None,
+    };
+    let powers: Vec<_> = whole.outputs.iter().filter_map(power).collect();
+    let written_out = |output: &OutputSyntax| match &output.value {
+        OutputValue::Joint { .. } => true,
+        _ => power(output).is_some_and(|power| !powers.contains(&power)),
+    };
+    if !own.outputs.iter().any(written_out) {
         return;
     }
     let written = text.remove("outputs").unwrap_or_default();
     let mut table = Table::new();
     for output in &whole.outputs {
         let name = &output.identifier.name;
-        let is_own = own.outputs.iter().any(|own| !written_out(&own) && own.identifier.name == *name);
+        let is_own = own.outputs.iter().any(|own| !written_out(own) && own.identifier.name == *name);
         let item = written.get(name).filter(|_| is_own).cloned();
         table.insert(name, item.unwrap_or_else(|| Item::Value(joint_output(output))));
     }

@@ -1,7 +1,6 @@
 //! What moves a mechanism: given coordinates, or drives of the scene.
 
 use qrm_core::Mechanism;
-use qrm_scene::scene::Quantity;
 use qrm_sim::analysis::PrescribedState;
 use qrm_sim::solve::LoopConstraints;
 
@@ -35,9 +34,14 @@ impl Actuators {
             let (what, unit) = kind(scene.coordinates[i].unit == "rad");
             Actuator { name: format!("{what}_{}", scene.coordinates[i].name), unit, source: Source::Coordinate(i) }
         };
-        let is_drive = |k: &usize| scene.constraints[*k].residual.names().any(|name| *name == Quantity::Time);
+        let is_drive = |k: &usize| scene.depends_on_time(&scene.constraints[*k].residual);
+        // A drive acts along its residual, whatever that is.
         let drive = |k: usize| {
-            let (what, unit) = kind(scene.constraints[k].unit != "m");
+            let (what, unit) = match scene.constraints[k].unit.as_str() {
+                "rad" => kind(true),
+                "m" => kind(false),
+                _ => ("drive", ""),
+            };
             Actuator { name: format!("{what}_{}", scene.constraints[k].name), unit, source: Source::Constraint(k) }
         };
         let coordinates = (0..given.len()).filter(|&i| given[i]).map(coordinate);
@@ -55,7 +59,7 @@ impl Actuators {
         self.all.iter().map(force).collect()
     }
 
-    /// The power that they give the mechanism; that of drives is part of the loads without potential.
+    /// The power that they give the mechanism: force times rate, and `lambda' C_t` of drives.
     pub(super) fn power(&self, mechanism: &dyn Mechanism, state: &PrescribedState) -> f64 {
         let along = |own: &Actuator| match own.source {
             Source::Coordinate(i) => state.forces[i] * state.qd[i],

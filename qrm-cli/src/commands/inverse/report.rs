@@ -16,7 +16,7 @@ pub(super) struct Report<'r> {
     scene: &'static str,
     end_time: f64,
     rows: usize,
-    results: Named<Result>,
+    results: Named<Statistics>,
     #[serde(skip)]
     setup: &'r Setup,
     #[serde(skip)]
@@ -28,7 +28,7 @@ pub(super) struct Report<'r> {
 
 /// A force, torque or power over the motion.
 #[derive(Serialize)]
-struct Result {
+struct Statistics {
     unit: &'static str,
     minimum: [f64; 2],
     maximum: [f64; 2],
@@ -44,9 +44,17 @@ impl<'r> Report<'r> {
         let mechanism = setup.mechanism();
         columns.push(states.iter().map(|state| actuators.power(&*mechanism, state)).collect());
         let names = actuators.all.iter().map(|own| (own.name.clone(), own.unit));
-        let names = names.chain([("power".to_owned(), "W")]);
+        let taken = |name: &str| setup.description.outputs.iter().any(|output| output.name == name);
+        // Outputs of the scene keep their names.
+        let free = |mut name: String| {
+            while taken(&name) {
+                name.push('_');
+            }
+            name
+        };
+        let names = names.chain([("power".to_owned(), "W")]).map(|(name, unit)| (free(name), unit));
         let times: Vec<f64> = states.iter().map(|state| state.t).collect();
-        let results = names.zip(&columns).map(|((name, unit), values)| (name, Result::new(unit, &times, values)));
+        let results = names.zip(&columns).map(|((name, unit), values)| (name, Statistics::new(unit, &times, values)));
         Self {
             scene: setup.description.name,
             end_time: times.last().copied().unwrap_or(0.0),
@@ -75,7 +83,7 @@ impl<'r> Report<'r> {
     }
 
     /// The rows as a table.
-    pub(super) fn csv(&self) -> std::result::Result<Vec<u8>, Error> {
+    pub(super) fn csv(&self) -> Result<Vec<u8>, Error> {
         let description = self.setup.description;
         let coordinates = description.coordinates.iter();
         let motion = coordinates.flat_map(|c| ["", "_dot", "_ddot"].map(|suffix| format!("{}{suffix}", c.name)));
@@ -95,7 +103,7 @@ impl<'r> Report<'r> {
 
     /// Forces and torques over time, a panel for each, and the power.
     pub(super) fn figure(&self) -> Figure {
-        let panel = |((name, own), values): (&(String, Result), &Vec<f64>)| {
+        let panel = |((name, own), values): (&(String, Statistics), &Vec<f64>)| {
             let points = self.states.iter().zip(values).map(|(state, value)| (state.t, *value)).collect();
             let mark = |[value, t]: [f64; 2]| (t, value);
             let extremes = Extremes { minimum: mark(own.minimum), maximum: mark(own.maximum) };
@@ -117,7 +125,7 @@ impl<'r> Report<'r> {
     }
 }
 
-impl Result {
+impl Statistics {
     fn new(unit: &'static str, times: &[f64], values: &[f64]) -> Self {
         let extreme = |is_beyond: fn(f64, f64) -> bool| {
             let places = 0..values.len();
@@ -165,7 +173,7 @@ mod tests {
     fn extremes_lie_between_rows() {
         let times = [0.0, 0.1, 0.3, 0.4];
         let values = times.map(|t| 2.0 - 3.0 * (t - 0.15_f64).powi(2));
-        let result = Result::new("N", &times, &values);
+        let result = Statistics::new("N", &times, &values);
         assert!((result.maximum[0] - 2.0).abs() < 1e-14 && (result.maximum[1] - 0.15).abs() < 1e-14);
         assert_eq!(result.minimum, [values[3], 0.4]);
     }
