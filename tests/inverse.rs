@@ -197,4 +197,5 @@ fn impossible_motions_are_refused() {
         "the motion of `phi2` jumps after t = 0.5",
     );
     refused(&["quick-return", "--motion", "3*t", "--rate", "1"], 2, "`--rate` has no meaning");
+    refused(&["quick-return", "--motion", "exp(30*t)", "--time", "2"], 1, "too far from one row to the next");
 }

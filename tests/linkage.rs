@@ -310,6 +310,25 @@ fn moments_in_joints_are_those_of_free_bodies() {
     assert!(rows > 20, "{rows}");
 }
 
+/// A reaction of a guide bears the weight that it holds, as the force in the joint does.
+#[test]
+fn the_reaction_of_a_guide_bears_the_weight() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let largest = |output: &str, name: &str| {
+        let text = fs::read_to_string(path("quick-return")).expect("a scene");
+        let text =
+            text.replace("[loads]", "[loads]\nweight = { gravity = [0, -9.81] }") + "[outputs]\n" + output + "\n";
+        let file = folder.path().join("scene.toml");
+        fs::write(&file, text).expect("written");
+        let run = common::run(&[&file.display().to_string(), "--no-figures"]);
+        assert_eq!(run.status(), 0, "{}", run.stderr());
+        run.summary()["extremes"][name]["max"].as_f64().expect("a force")
+    };
+    let reaction = largest("N = { reaction = \"guide\", at = \"C\", along = [0, 1] }", "N");
+    let force = largest("F = { joint = \"guide\" }", "F_y");
+    near("reaction", reaction, force, 1e-9 * force.abs());
+}
+
 fn check(arguments: &[&str]) -> String {
     let output = qrm(&["check"]).args(arguments).output().expect("the command starts");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));

@@ -55,7 +55,8 @@ pub fn expand(document: &mut Document, findings: &mut Vec<Diagnostic>) {
     let angles = Angles::new(&graph);
     angles.check(&graph, findings);
     let tree = Tree::new(&graph);
-    let places = Places::new(&graph, &tree, &angles, !outputs::are_of_joints(document));
+    let shared = !outputs::are_of_joints(document);
+    let places = Places::new(&graph, &tree, &angles, shared, shared && !outputs::are_reactions(document));
     let closures = closures::closures(&graph, &tree, &angles, &places);
     let coordinates = coordinates(&graph, &tree, &angles);
     let bodies = (1..graph.links.len())

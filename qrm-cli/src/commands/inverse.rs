@@ -285,6 +285,10 @@ fn not_possible(setup: &Setup, reason: &NotPossible) -> Error {
             Error::run(format!("the motion, or a force that it needs, is not finite at t = {t} s"))
                 .help("look for a singular position, for a formula that leaves its domain, and for its derivatives")
         }
+        NotPossible::TooFast { t } => {
+            Error::run(format!("the motion goes too far from one row to the next after t = {} s", number_of(*t)))
+                .help("make it slower, or ask for more --rows")
+        }
         NotPossible::Discontinuous { coordinate, t } => {
             let name = setup.description.coordinates[*coordinate].name;
             Error::run(format!("the motion of `{name}` jumps after t = {} s: no force can make it", number_of(*t)))

@@ -46,6 +46,11 @@ pub enum NotPossible {
         /// The time.
         t: f64,
     },
+    /// From this time on the motion goes too far until the next one.
+    TooFast {
+        /// The time.
+        t: f64,
+    },
     /// A prescribed coordinate jumps after this time.
     Discontinuous {
         /// The coordinate.
@@ -65,6 +70,8 @@ pub struct PrescribedMotion<'m> {
 /// Value, rate and acceleration of a given coordinate.
 pub type Prescribed<'f> = &'f dyn Fn(usize, f64) -> [f64; 3];
 
+/// Most steps between two times that are asked for.
+const MAX_STEPS: u32 = 100_000;
 /// Parts of the way between two times that are shorter than this are not tried.
 const SHORTEST: f64 = 1e-9;
 
@@ -107,7 +114,12 @@ impl<'m> PrescribedMotion<'m> {
     pub fn advance(&mut self, t: f64, prescribed: Prescribed) -> Result<&PrescribedState, NotPossible> {
         let from = self.last.t;
         let mut step = t - from;
+        let mut count = 0;
         while self.last.t < t {
+            count += 1;
+            if count > MAX_STEPS {
+                return Err(NotPossible::TooFast { t: from });
+            }
             let next = if self.last.t + step >= t { t } else { self.last.t + step };
             match self.neighbour(next, prescribed) {
                 Some(position) => {

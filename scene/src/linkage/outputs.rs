@@ -17,6 +17,11 @@ pub(super) fn are_of_joints(document: &Document) -> bool {
     document.outputs.iter().filter_map(part).any(|part| part != JointPart::Drive)
 }
 
+/// Whether the scene asks for the reaction of a constraint.
+pub(super) fn are_reactions(document: &Document) -> bool {
+    document.outputs.iter().any(|output| matches!(output.value, OutputValue::Reaction { .. }))
+}
+
 /// What stands instead of each output; `None` where it stays.
 pub(super) fn outputs(
     document: &Document,

@@ -15,15 +15,16 @@ pub(super) struct Places {
     /// Names and formulae, each after those that it refers to.
     pub(super) points: Vec<(Identifier, [Formula; 2])>,
     names: HashMap<PointId, String>,
-    /// Whether links share points at the pins of the tree.
-    shared: bool,
+    /// Whether masses lose the component across the line along which the ground guides them.
+    guides: bool,
 }
 
 impl Places {
-    /// The points of all links. Where they are not `shared`, each link has points of its own at the pins of the tree.
-    pub(super) fn new(graph: &Graph, tree: &Tree, angles: &Angles, shared: bool) -> Self {
+    /// The points of all links. Where they are not `shared`, each link has points of its own at the pins of the tree. Masses
+    /// that the ground guides along a line stay on it where `guides` is true.
+    pub(super) fn new(graph: &Graph, tree: &Tree, angles: &Angles, shared: bool, guides: bool) -> Self {
         let representatives = representatives(graph, tree, shared);
-        let mut places = Self { points: Vec::new(), names: names(graph, tree, &representatives), shared };
+        let mut places = Self { points: Vec::new(), names: names(graph, tree, &representatives), guides };
         for &link in &tree.order {
             places.place(graph, tree, angles, link, &representatives);
         }
@@ -96,8 +97,8 @@ impl Places {
     }
 
     /// The place of a vector in the frame of a link, where it moves along the line of the joint by which the ground
-    /// guides the link, and nowhere else; `None` without such a joint, and where links have points of their own: the
-    /// multiplier of the joint would lack what acts across the line.
+    /// guides the link, and nowhere else; `None` without such a joint, and where forces are asked for: the multiplier of the
+    /// joint would lack what acts across the line.
     pub(super) fn guided(
         &self,
         graph: &Graph,
@@ -107,7 +108,7 @@ impl Places {
         local: [Formula; 2],
     ) -> Option<[Formula; 2]> {
         let span = graph.span(link);
-        let joint = ground_guide(graph, tree, link).filter(|_| self.shared)?;
+        let joint = ground_guide(graph, tree, link).filter(|_| self.guides)?;
         let [point, on] = [graph.joints[joint].ends[0], graph.joints[joint].ends[1]];
         let from = self.components(on, &span);
         let along = line(graph, angles, joint);

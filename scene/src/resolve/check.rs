@@ -290,7 +290,15 @@ fn columns(document: &Document, findings: &mut Vec<Diagnostic>) {
         }
         columns.push(column);
     }
-    for output in &document.outputs {
+    for (place, output) in document.outputs.iter().enumerate() {
+        let name = &output.identifier.name;
+        if document.outputs[..place].iter().any(|other| other.identifier.name == *name) {
+            let title = format!("two outputs make the column `{name}`");
+            findings.push(
+                Diagnostic::error(title, output.identifier.span.clone(), "a force in a joint has `_x` and `_y`")
+                    .help("choose another name"),
+            );
+        }
         if columns.contains(&output.identifier.name) {
             findings.push(
                 Diagnostic::error(
@@ -298,7 +306,7 @@ fn columns(document: &Document, findings: &mut Vec<Diagnostic>) {
                     output.identifier.span.clone(),
                     "every trajectory has this column",
                 )
-                .help("choose another name, or leave the output away"),
+                .help("choose another name, or take the output out"),
             );
         }
     }
