@@ -43,8 +43,9 @@ pub enum Error {
     },
 }
 
-/// Derives the equations of motion of every scene. At most one call per process. `announce` is told when this begins and
-/// ends to wait for another process.
+/// Derives the equations of motion of every scene. At most one call per process.
+///
+/// `announce` is told when this begins and ends to wait for another process.
 ///
 /// # Errors
 /// The engine could not be started, or cannot differentiate a formula.
@@ -78,7 +79,7 @@ pub fn derive(scenes: &[&Scene], announce: &dyn Fn(Waiting)) -> Result<Vec<Equat
 /// Which scene and which formula is being worked on.
 type Place = Mutex<(usize, Span)>;
 
-/// What is told of waiting for the engine.
+/// The begin or the end of a time in which another process has the engine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Waiting {
     /// Another process uses the engine.

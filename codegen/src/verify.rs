@@ -19,7 +19,7 @@ use qrm_core::{DoubleDouble, OwnedTape};
 
 use crate::interpret::{GeneratedModule, Value};
 use crate::term::Equations;
-use errors::Errors;
+use errors::{Errors, has_rounded_constants};
 use expected::Expected;
 use hessians::second_derivatives;
 use qrm_scene::evaluate::{State, constant, parameter_values};
@@ -77,11 +77,11 @@ pub fn verify(scene: &Scene, equations: &Equations, file: &syn::File, tape: &Own
             format!("error: scene `{}` asks for inverse dynamics, but its constraints repeat others", scene.name);
         return Err(Unverified::Undetermined(title));
     }
+    let has_rounded_constants = has_rounded_constants(scene);
     let mut agreed = 0;
     for (samples, counts) in [(&known, true), (&of_order_one, false)] {
         let scales = scales(samples);
         for (sample, expected) in samples {
-            let has_rounded_constants = Errors::new(scene, equations, &module, sample).has_rounded_constants();
             let second = second_derivatives(scene, equations, sample, has_rounded_constants);
             let agrees = agrees(scene, equations, &module, (sample, expected), &scales);
             let wrong = |difference| Unverified::Wrong(format!("scene `{}`: {difference}\nat {sample:?}", scene.name));

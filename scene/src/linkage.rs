@@ -23,7 +23,7 @@ mod tree;
 use crate::diagnostic::{Diagnostic, errors};
 use crate::document::{CoordinateSyntax, Document, Identifier};
 use angles::Angles;
-use closures::Closure;
+use closures::JointConstraint;
 use graph::Graph;
 use places::{Places, origin_names, slide};
 use start::Rough;
@@ -35,7 +35,7 @@ struct Linkage<'l> {
     tree: &'l Tree,
     angles: &'l Angles,
     places: &'l Places,
-    closures: &'l [Closure],
+    closures: &'l [JointConstraint],
 }
 
 /// Adds to a scene what its links and joints are in coordinates, points, bodies, constraints and drawings.

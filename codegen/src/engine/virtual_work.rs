@@ -1,4 +1,4 @@
-//! What acts on bodies beside what is known, by the principle of virtual work.
+//! Forces and moments on bodies beside loads and constraints, by the principle of virtual work.
 
 use symbolica::atom::Atom;
 

@@ -31,6 +31,13 @@ fn digits(number: f64) -> usize {
     format!("{number:e}").split('e').next().unwrap_or_default().chars().filter(char::is_ascii_digit).count()
 }
 
+/// Whether numbers of a module are rounded: slopes of tables, and products of numbers with many digits.
+pub(super) fn has_rounded_constants(scene: &Scene) -> bool {
+    let is_long = |node: &Node<Quantity>| matches!(node, Node::Number(number) if digits(number.value) > LONG);
+    let has_long = |value: &&Value| value.nodes().iter().any(is_long);
+    scene.loads_call(|function| function == Function::Abs) || all_values(scene).iter().any(has_long)
+}
+
 /// The errors of numbers at a state, computed when they are asked for.
 pub(super) struct Errors<'a> {
     scene: &'a Scene,
@@ -70,20 +77,13 @@ impl<'a> Errors<'a> {
         let of_expected = error(here, Some(expected)) + error(near, self.nearby().map(|n| n[place].1[i]));
         let of_got = self.rounded(place, i).map_or(0.0, |rounded| size(Wide::from(rounded) - Wide(got)));
         // Numbers in the text of a module have 16 digits: where terms cancel, no more of the sum is known.
-        let of_constants = if self.has_rounded_constants() { CONSTANTS * of_expected } else { 0.0 };
+        let of_constants = if has_rounded_constants(self.scene) { CONSTANTS * of_expected } else { 0.0 };
         (ROUNDING * (of_expected + of_got) + SMALLEST * self.terms(place, i)).max(of_constants)
-    }
-
-    /// Whether numbers of the module are rounded: slopes of tables, and products of numbers with many digits.
-    pub(super) fn has_rounded_constants(&self) -> bool {
-        let is_long = |node: &Node<Quantity>| matches!(node, Node::Number(number) if digits(number.value) > LONG);
-        let has_long = |value: &&Value| value.nodes().iter().any(is_long);
-        self.scene.loads_call(|function| function == Function::Abs) || all_values(self.scene).iter().any(has_long)
     }
 
     /// The errors that rounded numbers of the module leave in another number: rounding errors of doubles tell them.
     pub(super) fn of_constants(&self, name: &str, i: usize) -> f64 {
-        if !self.has_rounded_constants() {
+        if !has_rounded_constants(self.scene) {
             return 0.0;
         }
         let errors = [self.sample.clone(), self.sample.nearby()].map(|sample| {

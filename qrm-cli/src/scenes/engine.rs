@@ -198,7 +198,7 @@ fn interruption() -> Error {
     Error::run("the derivation was interrupted")
 }
 
-/// What an engine writes, without the lines that tell whether it waits.
+/// The messages of an engine, without the lines that tell whether it waits.
 fn read_messages(pipe: impl Read, is_waiting: &AtomicBool) -> String {
     let mut text = String::new();
     for line in BufReader::new(pipe).split(b'\n').map_while(Result::ok) {

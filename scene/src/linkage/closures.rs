@@ -10,7 +10,7 @@ use crate::function::Function;
 use crate::parser::Formula;
 
 /// A constraint of a joint.
-pub(super) struct Closure {
+pub(super) struct JointConstraint {
     /// The constraint.
     pub(super) syntax: ConstraintSyntax,
     /// The derivative of its residual by the angle of each link, points held.
@@ -18,7 +18,7 @@ pub(super) struct Closure {
 }
 
 /// The constraints of all joints, in their order.
-pub(super) fn closures(graph: &Graph, tree: &Tree, angles: &Angles, places: &Places) -> Vec<Closure> {
+pub(super) fn closures(graph: &Graph, tree: &Tree, angles: &Angles, places: &Places) -> Vec<JointConstraint> {
     let mut closures = Vec::new();
     for (number, joint) in graph.joints.iter().enumerate() {
         let syntax = joint.syntax;
@@ -32,7 +32,7 @@ pub(super) fn closures(graph: &Graph, tree: &Tree, angles: &Angles, places: &Pla
                 one_sided: None,
                 doc: syntax.doc.clone(),
             };
-            closures.push(Closure { syntax, slopes });
+            closures.push(JointConstraint { syntax, slopes });
         };
         let components = |end: usize| places.components(joint.ends[end], span);
         let angle = |end: usize| angles.formula(joint.ends[end].link, span);

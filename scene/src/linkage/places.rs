@@ -20,8 +20,8 @@ pub(super) struct Places {
 }
 
 impl Places {
-    /// The points of all links. Where they are not `shared`, each link has points of its own at the pins of the tree. Masses
-    /// that the ground guides along a line stay on it where `guides` is true.
+    /// The points of all links. Where they are not `shared`, each link has points of its own at the pins of the tree.
+    /// Masses that the ground guides along a line stay on it where `guides` is true.
     pub(super) fn new(graph: &Graph, tree: &Tree, angles: &Angles, shared: bool, guides: bool) -> Self {
         let representatives = representatives(graph, tree, shared);
         let mut places = Self { points: Vec::new(), names: names(graph, tree, &representatives), guides };
@@ -97,8 +97,8 @@ impl Places {
     }
 
     /// The place of a vector in the frame of a link, where it moves along the line of the joint by which the ground
-    /// guides the link, and nowhere else; `None` without such a joint, and where forces are asked for: the multiplier of the
-    /// joint would lack what acts across the line.
+    /// guides the link, and nowhere else; `None` without such a joint, and where forces are asked for: the multiplier of
+    /// the joint would lack what acts across the line.
     pub(super) fn guided(
         &self,
         graph: &Graph,

@@ -1,4 +1,4 @@
-//! What moves a mechanism: given coordinates, or drives of the scene.
+//! Actuators of a mechanism: given coordinates, or drives of the scene.
 
 use qrm_core::Mechanism;
 use qrm_sim::analysis::PrescribedState;

@@ -1,6 +1,7 @@
 //! The results of inverse dynamics as text, table, summary and figure.
 
 use qrm_sim::analysis::PrescribedState;
+use qrm_sim::columns::columns;
 use qrm_view::figure::{Abscissa, Curve, Extremes, Figure, Panel, Scale};
 use serde::Serialize;
 
@@ -10,7 +11,7 @@ use crate::format::number;
 use crate::output::{Named, csv};
 use crate::setup::Setup;
 
-/// What is known of the forces and torques of a motion.
+/// The forces and torques of a motion, row by row and in sum.
 #[derive(Serialize)]
 pub(super) struct Report<'r> {
     scene: &'static str,
@@ -84,13 +85,8 @@ impl<'r> Report<'r> {
 
     /// The rows as a table.
     pub(super) fn csv(&self) -> Result<Vec<u8>, Error> {
-        let description = self.setup.description;
-        let coordinates = description.coordinates.iter();
-        let motion = coordinates.flat_map(|c| ["", "_dot", "_ddot"].map(|suffix| format!("{}{suffix}", c.name)));
-        let multipliers = description.constraints.iter().map(|c| format!("lambda_{}", c.name));
-        let outputs = description.outputs.iter().map(|output| output.name.to_owned());
-        let results = self.results.0.iter().map(|(name, _)| name.clone());
-        let header = ["t".to_owned()].into_iter().chain(motion).chain(multipliers).chain(outputs).chain(results);
+        let columns = columns(self.setup.description).into_iter().filter(|column| !column.kind.is_check());
+        let header = columns.map(|column| column.name).chain(self.results.0.iter().map(|(name, _)| name.clone()));
         let row = |(place, state): (usize, &PrescribedState)| {
             let motion = (0..state.q.len()).flat_map(|i| [state.q[i], state.qd[i], state.qdd[i]]);
             let results = self.columns.iter().map(|column| column[place]);
