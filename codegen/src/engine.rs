@@ -11,6 +11,7 @@ mod functions;
 mod kernel;
 mod linearization;
 mod loads;
+mod normal_forces;
 mod rows;
 mod simplify;
 mod translate;

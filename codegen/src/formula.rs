@@ -124,6 +124,7 @@ impl<'s> Writer<'s> {
                 Symbol::Rate(i) => format!("{}_dot", coordinate(i)),
                 Symbol::Acceleration(i) => format!("{}_ddot", coordinate(i)),
                 Symbol::Multiplier(i) => format!("lambda_{}", self.scene.constraints[i].name),
+                Symbol::NormalForce(i) => format!("abs({})", self.scene.outputs[i].name),
                 Symbol::Named(k) | Symbol::NamedSlope(k, _) | Symbol::NamedRate(k) | Symbol::NamedBias(k) => {
                     self.names[k].symbol_name(symbol, self.scene)
                 }
@@ -141,6 +142,7 @@ impl<'s> Writer<'s> {
             Symbol::Multiplier(i) => {
                 format!(r"\lambda_{{\mathrm{{{}}}}}", self.scene.constraints[i].name.replace('_', r"\_"))
             }
+            Symbol::NormalForce(i) => format!("|{}|", self.latex("", &self.scene.outputs[i].name)),
             Symbol::Named(k) => latex_name("", &self.names[k].name),
             Symbol::NamedSlope(k, i) => {
                 let (above, below) = (latex_name("", &self.names[k].name), self.symbol(Symbol::Coordinate(i)));

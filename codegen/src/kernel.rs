@@ -3,14 +3,16 @@
 
 mod algebra;
 mod elimination;
+mod friction;
 mod inverse;
+mod normal_forces;
 mod range_space;
 
 use std::collections::{HashMap, HashSet};
 
 use crate::graph::{Id, Signed};
 use crate::lower::Lowering;
-use crate::term::{Equations, KernelEquations, Named, NamedKind, Push, Root, Symbol, Term};
+use crate::term::{Equations, KernelEquations, Named, NamedKind, NormalForce, Push, Root, Symbol, Term};
 use algebra::{Matrix, Value};
 use elimination::Elimination;
 use qrm_scene::scene::Scene;
@@ -89,6 +91,8 @@ pub enum Block {
     Accelerations,
     /// lambda
     Multipliers,
+    /// N, and what friction adds to accelerations and multipliers.
+    Friction,
     /// The correction of the coordinates.
     Correction,
     /// Mbar qdd + C_q' lambda - fbar
@@ -103,8 +107,8 @@ impl Block {
 
     /// Whether it belongs to the linear equations rather than to what is in them.
     fn is_solution(self) -> bool {
-        use Block::{Accelerations, Correction, Inertia, Loops, Multipliers, Pull, Tangents};
-        matches!(self, Tangents | Inertia | Pull | Loops | Accelerations | Multipliers | Correction)
+        use Block::{Accelerations, Correction, Friction, Inertia, Loops, Multipliers, Pull, Tangents};
+        matches!(self, Tangents | Inertia | Pull | Loops | Accelerations | Multipliers | Friction | Correction)
     }
 
     /// What it is, for a comment.
@@ -127,6 +131,7 @@ impl Block {
             Self::Forces => "The reduced forces fbar.",
             Self::Accelerations => "Accelerations.",
             Self::Multipliers => "Multipliers.",
+            Self::Friction => "Normal forces of friction, and what friction adds.",
             Self::Inverse => "Forces and torques along the coordinates that move freely.",
             Self::Correction => "The correction: no motion that the loops allow is part of it.",
         }
@@ -136,8 +141,7 @@ impl Block {
 impl Kernel {
     /// The kernel of a scene, its operations in a graph that may hold others too.
     pub fn new(scene: &Scene, equations: &Equations, lowering: &mut Lowering) -> Self {
-        let (by_value, definitions) = (HashMap::new(), HashMap::new());
-        Builder { scene, lowering, locals: Vec::new(), by_value, definitions, next: 0 }.build(equations)
+        Builder::new(scene, lowering, 0, false).build(equations)
     }
 
     /// The forces and torques that accelerations take, in a kernel that has nothing else; its locals are numbered from
@@ -148,8 +152,16 @@ impl Kernel {
         lowering: &mut Lowering,
         next: usize,
     ) -> Option<Self> {
-        let (by_value, definitions) = (HashMap::new(), HashMap::new());
-        Builder { scene, lowering, locals: Vec::new(), by_value, definitions, next }.inverse_dynamics(equations)
+        Builder::new(scene, lowering, next, false).inverse_dynamics(equations)
+    }
+
+    /// Lets the symbols of normal forces stand for their values at any position, in plain functions. The values on the way
+    /// there, with names.
+    pub fn bind_normal_forces(scene: &Scene, equations: &Equations, lowering: &mut Lowering) -> Vec<(String, Signed)> {
+        if equations.normal_forces.is_empty() {
+            return Vec::new();
+        }
+        Builder::new(scene, lowering, 0, true).bind_normal_forces(&KernelEquations::without_roots(equations))
     }
 
     /// Every value.
@@ -183,6 +195,8 @@ struct Builder<'s> {
     definitions: HashMap<Id, Id>,
     /// The number of the next local.
     next: usize,
+    /// Whether values stand for themselves in later operations.
+    is_inline: bool,
 }
 
 /// The linear equations of a kernel, solved in one way.
@@ -197,7 +211,12 @@ struct Solved {
 /// For mechanisms of more coordinates another way of solving is tried.
 const MANY: usize = 12;
 
-impl Builder<'_> {
+impl<'s> Builder<'s> {
+    fn new(scene: &'s Scene, lowering: &'s mut Lowering, next: usize, is_inline: bool) -> Self {
+        let (by_value, definitions) = (HashMap::new(), HashMap::new());
+        Self { scene, lowering, locals: Vec::new(), by_value, definitions, next, is_inline }
+    }
+
     fn build(mut self, equations: &Equations) -> Kernel {
         let e = &equations.kernel;
         let (n, m) = (self.scene.coordinates.len(), self.scene.constraints.len());
@@ -220,9 +239,15 @@ impl Builder<'_> {
         });
         let bias: Vec<Value> = bias.collect();
         let forces = self.forces(&e.pushes);
+        let still = vec![None; n];
         let particular = elimination.particular(&mut self, &bias, Block::Accelerations, "closing");
-        let accelerations = elimination.free(&mut self, &particular, Some(&forces), Block::Accelerations, "ddot");
-        let multipliers = elimination.multipliers(&mut self, &forces, &accelerations);
+        let solve = |builder: &mut Self, forces: &[Value], unit: Option<&str>| {
+            let (rest, what) = unit.map_or((&particular, "ddot".to_owned()), |name| (&still, format!("by_{name}")));
+            let accelerations = elimination.free(builder, rest, Some(forces), Block::Accelerations, &what);
+            let multipliers = elimination.multipliers(builder, forces, &accelerations);
+            (accelerations, multipliers)
+        };
+        let (accelerations, multipliers) = self.with_friction(&e.normal_forces, &forces, &solve);
         let residual = |k: usize| Some(self.lowering.graph.input(Symbol::Residual(k)).negated());
         let asked: Vec<Value> = (0..m).map(residual).collect();
         let particular = elimination.particular(&mut self, &asked, Block::Correction, "closing");
@@ -233,7 +258,7 @@ impl Builder<'_> {
         if m > 0 && n > MANY {
             self.locals.retain(|local| !local.block.is_solution());
             self.by_value = self.locals.iter().enumerate().map(|(place, local)| (local.value.id, place)).collect();
-            let other = self.by_range_space((&jacobian, &mass), (&bias, &forces, &asked));
+            let other = self.by_range_space((&jacobian, &mass), (&bias, &forces, &asked), &e.normal_forces);
             if let Some(other) = other.filter(|other| !is_suited || self.total(other) < self.total(&solved)) {
                 (solved, is_suited) = (other, true);
             }
@@ -298,10 +323,15 @@ impl Builder<'_> {
         &mut self,
         (jacobian, mass): (&Matrix, &Matrix),
         (closing, forces, asked): (&[Value], &[Value], &[Value]),
+        normal_forces: &[NormalForce],
     ) -> Option<Solved> {
         let system = RangeSpace::new(self, jacobian, mass)?;
         let growth_factors = system.growth_factors();
-        let (accelerations, multipliers) = system.accelerations(self, closing, forces);
+        let still = vec![None; closing.len()];
+        let solve = |builder: &mut Self, forces: &[Value], unit: Option<&str>| {
+            system.accelerations(builder, if unit.is_some() { &still } else { closing }, forces)
+        };
+        let (accelerations, multipliers) = self.with_friction(normal_forces, forces, &solve);
         let correction = system.correction(self, asked);
         Some(Solved { locals: self.locals.clone(), growth_factors, accelerations, multipliers, correction })
     }

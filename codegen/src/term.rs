@@ -45,6 +45,8 @@ pub enum Symbol {
     Acceleration(usize),
     /// A Lagrange multiplier.
     Multiplier(usize),
+    /// The size of an output that is the normal force of friction.
+    NormalForce(usize),
     /// A named quantity.
     Named(usize),
     /// The derivative of a named quantity by a coordinate.
@@ -171,6 +173,8 @@ pub struct Equations {
     pub power: Vec<Term>,
     /// The outputs that the scene asks for.
     pub outputs: Vec<Term>,
+    /// The normal forces that friction depends on.
+    pub normal_forces: Vec<NormalForce>,
     /// How the equations change with the state, if the scene asks for it.
     pub linearization: Option<Linearization>,
     /// Abscissa and ordinate of each named point.
@@ -242,12 +246,15 @@ pub struct KernelEquations {
     pub pushes: Vec<Push>,
     /// The outputs that the scene asks for.
     pub outputs: Vec<Term>,
+    /// The normal forces that friction depends on.
+    pub normal_forces: Vec<NormalForce>,
 }
 
 impl KernelEquations {
     /// The same terms as in the plain functions.
     pub fn without_roots(equations: &Equations) -> Self {
-        let total = equations.generalized_forces.clone();
+        let is_normal = |symbol| matches!(symbol, Symbol::NormalForce(_)).then(Term::zero);
+        let total = equations.generalized_forces.iter().map(|force| force.replacing(&is_normal)).collect();
         Self {
             names: equations.names.clone(),
             constraints: equations.constraints.clone(),
@@ -256,6 +263,7 @@ impl KernelEquations {
             constraint_bias: equations.constraint_bias.clone(),
             mass_matrix: equations.mass_matrix.clone(),
             outputs: equations.outputs.clone(),
+            normal_forces: equations.normal_forces.clone(),
             pushes: vec![Push { name: String::new(), efforts: Vec::new(), total }],
         }
     }
@@ -270,6 +278,52 @@ pub struct Push {
     pub efforts: Vec<(String, Term, Vec<Term>)>,
     /// The generalized forces that these make, simplified together.
     pub total: Vec<Term>,
+}
+
+/// A force in a joint whose size friction is proportional to.
+#[derive(Clone, Debug)]
+pub struct NormalForce {
+    /// The output that it is.
+    pub output: usize,
+    /// Its name.
+    pub name: String,
+    /// Its components: one, or two of which it is the norm.
+    pub components: Vec<AffineForce>,
+    /// The generalized forces of friction for a unit of it.
+    pub friction: Vec<Term>,
+}
+
+/// A force that depends on accelerations, multipliers and normal forces by constant factors.
+#[derive(Clone, Debug)]
+pub struct AffineForce {
+    /// What it is without them.
+    pub rest: Term,
+    /// Its derivatives by the accelerations.
+    pub by_accelerations: Vec<Term>,
+    /// By the multipliers.
+    pub by_multipliers: Vec<Term>,
+    /// By the normal forces, in their order.
+    pub by_normal_forces: Vec<Term>,
+}
+
+impl NormalForce {
+    /// The same with other terms.
+    #[must_use]
+    pub fn map(&self, f: impl Fn(&Term) -> Term) -> Self {
+        let all = |terms: &[Term]| terms.iter().map(&f).collect();
+        let component = |own: &AffineForce| AffineForce {
+            rest: f(&own.rest),
+            by_accelerations: all(&own.by_accelerations),
+            by_multipliers: all(&own.by_multipliers),
+            by_normal_forces: all(&own.by_normal_forces),
+        };
+        Self {
+            output: self.output,
+            name: self.name.clone(),
+            components: self.components.iter().map(component).collect(),
+            friction: all(&self.friction),
+        }
+    }
 }
 
 /// A row of x: one coordinate of one body.

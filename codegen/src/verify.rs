@@ -4,12 +4,14 @@
 mod equations;
 mod errors;
 mod expected;
+mod friction;
 mod gradients;
 mod hessians;
 mod kernel;
 mod linearization;
 mod loads;
 mod sample;
+mod system;
 mod tape;
 mod virtual_work;
 mod wide;

@@ -46,6 +46,7 @@ pub struct OwnedDescription {
     pub parameters: Vec<OwnedParameter>,
     pub left_out: Vec<String>,
     pub has_corners: bool,
+    pub friction: Vec<String>,
     pub until: String,
 }
 
@@ -132,6 +133,7 @@ impl OwnedDescription {
             parameters: description.parameters.iter().map(parameter).collect(),
             left_out: description.left_out.iter().map(|&name| name.into()).collect(),
             has_corners: description.has_corners,
+            friction: description.friction.iter().map(|&name| name.into()).collect(),
             until: description.until.into(),
         }
     }
@@ -160,6 +162,7 @@ impl OwnedDescription {
             parameters: self.parameters.into_iter().map(parameter).collect::<Vec<_>>().leak(),
             left_out: self.left_out.into_iter().map(text).collect::<Vec<_>>().leak(),
             has_corners: self.has_corners,
+            friction: self.friction.into_iter().map(text).collect::<Vec<_>>().leak(),
             until: text(self.until),
         }
     }

@@ -207,8 +207,8 @@ impl<const C: usize> Mechanism for Interpreted<C> {
         self.evaluator().energy(q, qd)
     }
 
-    fn power(&self, t: f64, q: &[f64], qd: &[f64], multipliers: &[f64]) -> f64 {
-        self.evaluator().power(t, q, qd, multipliers)
+    fn power(&self, t: f64, q: &[f64], qd: &[f64], qdd: &[f64], multipliers: &[f64]) -> f64 {
+        self.evaluator().power(t, q, qd, qdd, multipliers)
     }
 
     fn outputs(&self, t: f64, q: &[f64], qd: &[f64], qdd: &[f64], multipliers: &[f64], outputs: &mut [f64]) {

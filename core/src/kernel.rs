@@ -107,7 +107,7 @@ pub trait Kernel<R: Scalar, const N: usize, const M: usize> {
     );
 
     /// The power of the loads that have no potential, and of what drives the constraints, in W.
-    fn power(&self, t: R, q: &[R; N], qd: &[R; N], multipliers: &[R; M]) -> R;
+    fn power(&self, t: R, q: &[R; N], qd: &[R; N], qdd: &[R; N], multipliers: &[R; M]) -> R;
 
     /// A value that rises through zero when the scene's stop condition becomes true; `None` if it has no such
     /// condition.

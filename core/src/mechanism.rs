@@ -72,7 +72,7 @@ pub trait Mechanism: Send + Sync {
     fn energy(&self, q: &[f64], qd: &[f64]) -> [f64; 2];
 
     /// The power of the loads that have no potential, and of what drives the constraints, in W.
-    fn power(&self, t: f64, q: &[f64], qd: &[f64], multipliers: &[f64]) -> f64;
+    fn power(&self, t: f64, q: &[f64], qd: &[f64], qdd: &[f64], multipliers: &[f64]) -> f64;
 
     /// The outputs, in the order of the description; as far as `outputs` has room.
     fn outputs(&self, t: f64, q: &[f64], qd: &[f64], qdd: &[f64], multipliers: &[f64], outputs: &mut [f64]);
@@ -162,7 +162,7 @@ fn row_quantities<X: Mechanism + ?Sized>(
     let StateRef { t, q, qd, qdd, multipliers } = *at;
     mechanism.outputs(t, q, qd, qdd, multipliers, outputs);
     mechanism.loop_constraints(t, q, constraints);
-    RowQuantities { energy: mechanism.energy(q, qd), power: mechanism.power(t, q, qd, multipliers) }
+    RowQuantities { energy: mechanism.energy(q, qd), power: mechanism.power(t, q, qd, qdd, multipliers) }
 }
 
 /// Room for the start of a motion: some values are given, the others are first guesses (rates: unused) until they are
@@ -349,8 +349,8 @@ where
     }
 
     #[inline(always)]
-    fn power(&self, t: f64, q: &[f64], qd: &[f64], multipliers: &[f64]) -> f64 {
-        self.kernel.power(t, array(q), array(qd), array(multipliers))
+    fn power(&self, t: f64, q: &[f64], qd: &[f64], qdd: &[f64], multipliers: &[f64]) -> f64 {
+        self.kernel.power(t, array(q), array(qd), array(qdd), array(multipliers))
     }
 
     #[inline(always)]

@@ -13,7 +13,9 @@ use crate::setup::Setup;
 pub(crate) fn no_start(reason: &StartError, setup: &Setup) -> Error {
     match reason {
         StartError::NotAssembled(reason) => not_assembled(reason, setup),
-        StartError::Step(StepError::NotFinite) => {
+        StartError::Step(StepError::NotFinite | StepError::ForcesNotFinite)
+            if setup.description.friction.is_empty() =>
+        {
             Error::usage("the run cannot start: the accelerations are not finite")
                 .help("some parameter is too large or too small for double precision")
         }
@@ -39,7 +41,11 @@ pub(crate) fn no_start(reason: &StartError, setup: &Setup) -> Error {
 /// The reason why a method does not get to the last time.
 pub(crate) fn no_end(reason: &StartError, setup: &Setup) -> Message {
     match reason {
-        StartError::Step(StepError::NotFinite) => Message::new("breaks off: the state became infinite"),
+        StartError::Step(StepError::NotFinite | StepError::ForcesNotFinite)
+            if setup.description.friction.is_empty() =>
+        {
+            Message::new("breaks off: the state became infinite")
+        }
         StartError::Step(reason) => step_error(reason, setup.description).after("breaks off: "),
         other => no_start(other, setup).message(),
     }

@@ -188,6 +188,7 @@ mod tests {
             parameters: &[],
             left_out: &[],
             has_corners: false,
+            friction: &[],
             until: "",
         };
         let mut numbers = Vec::new();

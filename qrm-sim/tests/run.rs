@@ -32,6 +32,7 @@ static DESCRIPTION: Description = Description {
     parameters: &[],
     left_out: &[],
     has_corners: false,
+    friction: &[],
     until: "",
 };
 
@@ -86,7 +87,7 @@ impl Mechanism for Line {
         [0.5 * self.mass * qd[0] * qd[0], (self.potential)(q[0])]
     }
 
-    fn power(&self, _: f64, _: &[f64], _: &[f64], _: &[f64]) -> f64 {
+    fn power(&self, _: f64, _: &[f64], _: &[f64], _: &[f64], _: &[f64]) -> f64 {
         0.0
     }
 

@@ -13,9 +13,9 @@ mod table;
 
 use crate::diagnostic::{Diagnostic, Span};
 use crate::parser::{Condition, Formula};
-pub use joints::{JointKind, JointSyntax, LinkPoint};
+pub use joints::{JointFriction, JointKind, JointSyntax, LinkPoint};
 pub use links::{LinkSyntax, Mass, Shape};
-pub use loads::{Along, LoadSyntax, SpringSyntax};
+pub use loads::{Along, FrictionSyntax, LoadSyntax, SpringSyntax};
 pub use outputs::{DisplacementSyntax, JointPart, OutputSyntax, OutputValue};
 use table::Reader;
 
@@ -235,10 +235,10 @@ pub struct RunSyntax {
     pub max_time: Option<Formula>,
     /// A fixed end.
     pub end_time: Option<Formula>,
-    /// Whether implicit methods are to be used.
-    pub stiff: bool,
-    /// Whether a function for inverse dynamics is asked for.
-    pub inverse: bool,
+    /// Whether implicit methods are to be used, and where that stands.
+    pub stiff: Option<Span>,
+    /// Whether a function for inverse dynamics is asked for, and where that stands.
+    pub inverse: Option<Span>,
     /// Where the table begins.
     pub span: Span,
     /// Whether all of it could be read.

@@ -10,6 +10,7 @@ mod bodies;
 mod closures;
 mod drawing;
 mod forces;
+mod friction;
 mod four_bars;
 mod graph;
 mod loads;
@@ -24,6 +25,7 @@ use crate::diagnostic::{Diagnostic, errors};
 use crate::document::{CoordinateSyntax, Document, Identifier};
 use angles::Angles;
 use closures::JointConstraint;
+use friction::Frictions;
 use graph::Graph;
 use places::{Places, origin_names, slide};
 use start::Rough;
@@ -70,6 +72,7 @@ pub fn expand(document: &mut Document, findings: &mut Vec<Diagnostic>) {
     let linkage = Linkage { graph: &graph, tree: &tree, angles: &angles, places: &places, closures: &closures };
     loads::check(document, &linkage, findings);
     let outputs = outputs::outputs(document, &linkage, findings);
+    let frictions = Frictions::new(&linkage, findings);
     let points = places.points;
     let constraints = closures.into_iter().map(|closure| closure.syntax).collect();
     document.four_bars = four_bars;
@@ -81,6 +84,8 @@ pub fn expand(document: &mut Document, findings: &mut Vec<Diagnostic>) {
     let own = std::mem::take(&mut document.outputs);
     document.outputs =
         own.into_iter().zip(outputs).flat_map(|(own, instead)| instead.unwrap_or_else(|| vec![own])).collect();
+    document.outputs.extend(frictions.outputs);
+    document.loads.extend(frictions.loads);
     let unknown = start::write(document, values, freedoms);
     start::report_unknown(document, &unknown, findings);
     // What only follows from other mistakes is not reported.

@@ -3,6 +3,7 @@
 mod check;
 mod drawing;
 mod extremes;
+mod friction;
 mod limits;
 mod loads;
 mod outputs;
@@ -149,7 +150,7 @@ impl Resolver<'_> {
             four_bars: document.four_bars.clone(),
         };
         for (identifier, load) in &document.loads {
-            if let Some(kind) = self.load(&scene, load) {
+            if let Some(kind) = self.load(document, &scene, load) {
                 scene.loads.push(Load { name: identifier.name.clone(), kind });
             }
         }
@@ -157,6 +158,7 @@ impl Resolver<'_> {
         if !self.lost_names {
             number_parameters(&mut scene, replace);
             check::parts(document, &scene, &mut self.findings);
+            friction::check(document, &scene, &mut self.findings);
             self.check_extremes(document, &scene, replace);
         }
         if self.is_whole {
@@ -294,8 +296,8 @@ impl Resolver<'_> {
             step,
             until,
             end_time: max_time.or(end_time).unwrap_or_else(missing),
-            stiff: run.stiff,
-            inverse: run.inverse,
+            stiff: run.stiff.is_some(),
+            inverse: run.inverse.is_some(),
         }
     }
 

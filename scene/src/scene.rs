@@ -15,7 +15,7 @@ use crate::function::Function;
 use crate::parser::Condition;
 pub use drawing::{Drawn, DrawnKind};
 pub use extreme::Extreme;
-pub use load::LoadKind;
+pub use load::{Friction, LoadKind};
 pub use output::{Displacement, OutputKind, Turn};
 pub use reference::{Known, Reference};
 
@@ -254,6 +254,12 @@ impl Scene {
         let calls = |node: &Node<Quantity>| matches!(node, Node::Call(function, _) if is_wanted(*function));
         let formulae = self.loads.iter().flat_map(|load| load.kind.formulae());
         formulae.flat_map(|formula| formula.nodes()).any(calls)
+    }
+
+    /// The outputs that are normal forces of friction, in their order.
+    pub fn normal_forces(&self) -> Vec<usize> {
+        let normals: BTreeSet<usize> = self.loads.iter().filter_map(|load| load.kind.normal()).collect();
+        normals.into_iter().collect()
     }
 
     /// Whether all of a formula could be read and looked up.

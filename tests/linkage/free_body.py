@@ -8,7 +8,7 @@ all joints, which are compared with the columns of the outputs. They are 3 equat
 move freely there are more equations than unknowns, and the rest of them is the equation of motion. At last, rates are
 integrated and compared with positions, accelerations with rates. Exit code 1 if a difference exceeds its tolerance.
 
-Gears and belts act by moments alone, as in the scene: forces of teeth are not resolved. A load at a point that several
+Friction in joints is that of the forces found. Gears and belts act by moments alone, as in the scene: forces of teeth are not resolved. A load at a point that several
 links share acts on the one that is nearest to the ground by pins and welds.
 """
 
@@ -187,6 +187,7 @@ class Joint:
             setattr(self, key, number(keys.get(key, 0)))
         self.carrier = keys.get("carrier", "ground")
         self.drive = compiled(keys["drive"]) if "drive" in keys else None
+        self.friction = {key: number(value) for key, value in keys.get("friction", {}).items()}
 
 
 class Scene:
@@ -436,6 +437,29 @@ def loads(rows):
     return total
 
 
+def friction(rows, unknowns, solution):
+    """What the friction of joints does to each link, by the forces in the joints; and of which joint it is."""
+    scene, zero = rows.scene, np.zeros(rows.count)
+    for j in scene.joints.values():
+        if not j.friction:
+            continue
+        a, b = j.links
+        normal = np.zeros((2, rows.count))
+        for k, (of, what, effect) in enumerate(unknowns):
+            if of == j.name and what == "force":
+                normal = normal + effect[a][:2] * solution[:, k]
+        size = j.friction["mu"] * np.hypot(*normal)
+        if j.kind == "revolute":
+            radius = j.friction["radius"]
+            w = radius * (rows.angle[a] - rows.angle[b]).d
+            effect = np.array([zero, zero, -radius * size * np.tanh(w / j.friction["slip"])])
+        else:
+            u = [value(e) for e in rows.line(j)[0]]
+            force = -size * np.tanh(rows.along(j)[0].d / j.friction["slip"])
+            effect = wrench([value(c) for c in rows.ends(j)[0]], [force * u[0], force * u[1]])
+        yield j.name, {a: effect, b: -effect}
+
+
 def check(scene, columns, wanted_rows):
     """Lists of (name, largest difference, scale, kind)."""
     count = len(columns["t"])
@@ -466,7 +490,7 @@ def check(scene, columns, wanted_rows):
                 matrix[:, 3 * i : 3 * i + 3, k] = effect[l].T
 
     # What the outputs of joints are of the unknowns: rows of a matrix.
-    asked = []
+    asked, sliding = [], {}
     for name, o in scene.outputs.items():
         kind = next((k for k in ("joint", "moment", "drive") if isinstance(o, dict) and k in o), None)
         if not kind:
@@ -479,6 +503,8 @@ def check(scene, columns, wanted_rows):
                 picks[:, :, k] = effect[on].T
         if kind == "joint":
             asked += [(f"{name}_x", name, picks[:, 0]), (f"{name}_y", name, picks[:, 1])]
+            for axis in (0, 1) if j.kind in ("prismatic", "pin_in_slot") and j.friction else ():
+                sliding[f"{name}_{'xy'[axis]}"] = (j.name, on, axis)
         elif kind == "moment" or j.kind == "revolute":
             x, y = [value(c) for c in rows.ends(j)[0]] if j.at else (0.0, 0.0)
             about = picks[:, 2] - (np.multiply(x, picks[:, 1].T) - np.multiply(y, picks[:, 0].T)).T
@@ -491,16 +517,29 @@ def check(scene, columns, wanted_rows):
         rank = np.linalg.matrix_rank(matrix[rows.count // 2], tol=1e-10)
         inverse = np.linalg.pinv(matrix, rcond=1e-11)
         solution = np.einsum("rkm,rm->rk", inverse, right)
+        without, rubbing = right, []
+        # Friction depends on the forces: each pass takes those of the one before.
+        for _ in range(200 if any(j.friction for j in scene.joints.values()) else 0):
+            rubbing = list(friction(rows, unknowns, solution))
+            right = without.copy()
+            for _, effect in rubbing:
+                for i, l in enumerate(scene.moving):
+                    if l in effect:
+                        right[:, 3 * i : 3 * i + 3] -= effect[l].T
+            solution = np.einsum("rkm,rm->rk", inverse, right)
         rest = right - np.einsum("rmk,rk->rm", matrix, solution)
         null = np.eye(len(unknowns)) - inverse @ matrix
     else:
-        rank, rest = 0, right
+        rank, rest, rubbing = 0, right, []
     scale = max(largest(right), 1e-300)
     results.append((f"equations of motion ({size - rank} beyond the joints)", largest(rest), scale, "force"))
 
     shared = []
     for column, name, pick in asked:
         have = columns[column][index]
+        for of, effect in rubbing:
+            if column in sliding and sliding[column][0] == of:
+                have = have - effect[sliding[column][1]][sliding[column][2]]
         size_of = max(largest(columns[c][index]) for c, n, _ in asked if n == name)
         size_of = max(size_of, 1e-9 * scale)
         if largest(np.einsum("rk,rkl->rl", pick, null)) > 1e-8:

@@ -6,7 +6,7 @@ use proc_macro2::{Ident, Literal, TokenStream};
 use quote::{format_ident, quote};
 
 use super::body::{Body, Operations};
-use super::layout::Argument;
+use super::layout::{Argument, power_arguments};
 use super::plain::ident;
 use super::scene_items::{event, linearization, schedule, start, time_argument};
 use super::{Writer, struct_name};
@@ -128,6 +128,7 @@ impl<'a> Emitter<'a> {
                     Block::Forces,
                     Block::Accelerations,
                     Block::Multipliers,
+                    Block::Friction,
                 ],
                 results: vec![&kernel.accelerations, &kernel.multipliers],
             },
@@ -506,8 +507,12 @@ impl<'a> Emitter<'a> {
         .map(|values| (!scene.outputs.is_empty()).then(|| quote!(qrm_core::copy_outputs(&#values, outputs);)));
         let (t, at) = time_argument(self.kernel.is_timed);
         let (driven_t, driven_at) = time_argument(scene.is_driven());
-        let and_multipliers = scene.is_driven().then(|| quote!(, multipliers));
-        let multipliers = format_ident!("{}multipliers", if scene.is_driven() { "" } else { "_" });
+        let of_power = power_arguments(scene);
+        let [qdd, multipliers] = [(Argument::Accelerations, "qdd"), (Argument::Multipliers, "multipliers")]
+            .map(|(argument, name)| (of_power.contains(&argument), format_ident!("{name}")));
+        let power_results = [&qdd, &multipliers].map(|(is_used, name)| is_used.then(|| quote!(, #name)));
+        let [qdd, multipliers] =
+            [qdd, multipliers].map(|(is_used, name)| if is_used { name } else { format_ident!("_{name}") });
         quote! {
             impl<R: Scalar> Kernel<R, #n, #c> for #own<R> {
                 type Position = Position<R>;
@@ -585,8 +590,8 @@ impl<'a> Emitter<'a> {
                 #event
 
                 #[inline(always)]
-                fn power(&self, t: R, q: &[R; #n], qd: &[R; #n], #multipliers: &[R; #c]) -> R {
-                    power(self, t, q, qd #and_multipliers)
+                fn power(&self, t: R, q: &[R; #n], qd: &[R; #n], #qdd: &[R; #n], #multipliers: &[R; #c]) -> R {
+                    power(self, t, q, qd #(#power_results)*)
                 }
             }
 

@@ -99,6 +99,7 @@ impl Layout {
         let plans = plans(scene, equations);
         let mut lowering = Lowering::default();
         lowering.define(&equations.names);
+        let of_friction = Kernel::bind_normal_forces(scene, equations, &mut lowering);
         let mut roots = Vec::new();
         let mut place = |term: &&Term| {
             roots.push(lowering.term(term));
@@ -114,6 +115,7 @@ impl Layout {
         let symbols = quantities.flat_map(|(k, named)| named.definitions(k).into_iter().map(move |(s, _)| (named, s)));
         let symbols: Vec<(&Named, Symbol)> = symbols.collect();
         roots.extend(symbols.iter().map(|(_, symbol)| lowering.bound[symbol]));
+        roots.extend(of_friction.iter().map(|(_, value)| *value));
         // In a kernel names stand for other values.
         let mut lowering = Lowering::of_kernel(lowering.graph);
         let mut kernel = Kernel::new(scene, equations, &mut lowering);
@@ -150,6 +152,7 @@ impl Layout {
         let inverse = if scene.run.inverse { inverse_dynamics(scene, equations, &mut graph) } else { None };
         let plans = lowered.iter().map(|plan| plan.map(&mut |&i| roots[i])).collect();
         let names = symbols.iter().map(|(named, symbol)| named.symbol_name(*symbol, scene).to_lowercase());
+        let names = names.chain(of_friction.into_iter().map(|(name, _)| name));
         let names = names.zip(roots[name_place..].iter().copied()).collect();
         let named_values =
             point_names.into_iter().zip(roots[point_place..name_place].iter().copied()).chain(named).collect();
@@ -172,6 +175,16 @@ fn inverse_dynamics(scene: &Scene, equations: &Equations, graph: &mut Graph) -> 
     Some(kernel)
 }
 
+/// What the power of loads and drives depends on in a scene.
+pub(super) fn power_arguments(scene: &Scene) -> &'static [Argument] {
+    use Argument::{Accelerations, Coordinates, Multipliers, Rates, Time};
+    match (scene.is_driven(), scene.normal_forces().is_empty()) {
+        (false, true) => &[Time, Coordinates, Rates],
+        (true, true) => &[Time, Coordinates, Rates, Multipliers],
+        (_, false) => &[Time, Coordinates, Rates, Accelerations, Multipliers],
+    }
+}
+
 fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> {
     use Argument::{Accelerations, Coordinates, Multipliers, Rates, Time};
     let vector = |terms: &'e [Term]| Shape::Vector(terms.iter().collect());
@@ -191,10 +204,9 @@ fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> {
     let columns = format!("Columns: {}.", quoted(&coordinate_names));
     // Closures that depend on time need it, and have more terms.
     let is_driven = scene.is_driven();
-    let (at_position, of_motion, of_power): (&[Argument], &[Argument], &[Argument]) = if is_driven {
-        (&[Time, Coordinates], &[Time, Coordinates, Rates], &[Time, Coordinates, Rates, Multipliers])
-    } else {
-        (&[Coordinates], &[Coordinates, Rates], &[Time, Coordinates, Rates])
+    let (at_position, of_motion): (&[Argument], &[Argument]) = match is_driven {
+        true => (&[Time, Coordinates], &[Time, Coordinates, Rates]),
+        false => (&[Coordinates], &[Coordinates, Rates]),
     };
     let angles = scene.coordinates.iter().all(|c| c.unit == "rad");
     let outputs: Vec<String> = scene.outputs.iter().map(|o| format!("`{}` ({})", o.name, o.unit)).collect();
@@ -330,7 +342,7 @@ fn plans<'e>(scene: &Scene, e: &'e Equations) -> Vec<Plan<&'e Term>> {
                 "Power of the loads that have no potential{}, in W.",
                 if is_driven { ", and of what drives the closures, `lambda' C_t`" } else { "" }
             ),
-            of_power,
+            power_arguments(scene),
             &[],
             Shape::Scalar(&e.power[0]),
         ),

@@ -290,5 +290,6 @@ fn symbols_of(scene: &Scene, names_roots: bool) -> Vec<Symbol> {
     let signs = all_values(scene).into_iter().flat_map(|value| value.nodes()).filter(has_sign).count();
     // In a potential each may stand for several: of the length, and of what the length is, in more than one form.
     wanted.extend((0..6 * signs).map(Symbol::Sign));
+    wanted.extend(scene.normal_forces().into_iter().map(Symbol::NormalForce));
     wanted
 }

@@ -5,6 +5,7 @@ use symbolica::atom::Atom;
 
 use super::algebra::Algebra;
 use super::loads::{Effort, Loads};
+use super::normal_forces::{Sizes, normal_forces};
 use super::rows::Rows;
 use super::virtual_work::{self, Shift};
 use super::{Place, kernel, linearization};
@@ -56,21 +57,23 @@ pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> Equation
     equations.energy = [&kinetic, &loads.potential].into_iter().map(|atom| algebra.simple_term(atom)).collect();
     // A closure that moves by itself does work: -lambda' C_q qd = lambda' C_t.
     let driving = algebra.contract(&system.constraint_rates, Symbol::Multiplier);
-    equations.power = vec![algebra.simple_term(&(&loads.power + driving))];
+    let sizes = Sizes::new(&system);
+    equations.power = vec![sizes.insert(&algebra.simple_term(&(&loads.power + driving)))];
     for own in &scene.outputs {
         // The sum of the squares would be multiplied out.
         let term = match own.kind {
             OutputKind::Norm { components, .. } => norm(components.map(|i| &equations.outputs[i])),
-            _ => algebra.simple_term(&output(scene, &system, &own.kind)),
+            _ => sizes.insert(&algebra.simple_term(&output(scene, &system, &own.kind))),
         };
         equations.outputs.push(term);
     }
+    equations.normal_forces = normal_forces(&system);
     equations.points = (0..scene.points.len())
         .map(|i| [0, 1].map(|axis| algebra.simple_term(&algebra.definition(&algebra.point(i)[axis]))))
         .collect();
     (equations.rows, equations.left_out) = (rows.rows.clone(), rows.left_out.clone());
     equations.names = algebra.named();
-    equations.kernel = kernel::equations(number, place, &system, &equations.outputs);
+    equations.kernel = kernel::equations(number, place, &system, &equations);
     equations
 }
 
@@ -125,7 +128,8 @@ impl<'s> System<'s> {
     }
 }
 
-fn output(scene: &Scene, system: &System, kind: &OutputKind) -> Atom {
+/// An output but a norm, which is not made of one expression.
+pub(super) fn output(scene: &Scene, system: &System, kind: &OutputKind) -> Atom {
     let algebra = &system.algebra;
     match kind {
         OutputKind::LoadPower(load) => system.loads.power_of(algebra, *load),
@@ -150,11 +154,11 @@ fn output(scene: &Scene, system: &System, kind: &OutputKind) -> Atom {
                 }),
             )
         }
-        OutputKind::FreeBody { displacements, multipliers } => {
-            virtual_work::of_rest(system, displacements)
-                + multipliers.iter().fold(Atom::num(0), |sum, (constraint, factor)| {
-                    sum + algebra.atom(factor) * algebra.symbol(Symbol::Multiplier(*constraint))
-                })
+        OutputKind::FreeBody { displacements, multipliers, loads } => {
+            let multipliers =
+                multipliers.iter().map(|(k, factor)| algebra.atom(factor) * algebra.symbol(Symbol::Multiplier(*k)));
+            let loads = loads.iter().map(|(load, factor)| algebra.atom(factor) * system.loads.force_of(*load));
+            multipliers.chain(loads).fold(virtual_work::of_rest(system, displacements), |sum, term| sum + term)
         }
         OutputKind::ShakingForce(along) => virtual_work::on_ground(system, &Shift::along(system, along)),
         OutputKind::ShakingMoment(point) => virtual_work::on_ground(system, &Shift::about(system, *point)),
@@ -178,7 +182,7 @@ fn output(scene: &Scene, system: &System, kind: &OutputKind) -> Atom {
 }
 
 /// The root of the sum of the squares.
-fn norm(parts: [&Term; 2]) -> Term {
+pub(super) fn norm(parts: [&Term; 2]) -> Term {
     let [one, two] = [1, 2].map(|n: i32| BigRational::from_integer(n.into()));
     let squares = parts.map(|part| Term::Power(Box::new(part.clone()), two.clone()));
     Term::Power(Box::new(Term::Sum(squares.to_vec())), one / two)

@@ -6,20 +6,20 @@ use super::Place;
 use super::algebra::Algebra;
 use super::derive::System;
 use super::loads::Effort;
-use crate::term::{KernelEquations, Push, Term};
+use crate::term::{Equations, KernelEquations, Push};
 
-/// The equations of a kernel that computes `outputs` too.
+/// The equations of a kernel that computes the outputs of the plain functions too.
 ///
 /// They are derived once more where roots have no names in the plain functions.
-pub(super) fn equations(number: usize, place: &Place, plain: &System, outputs: &[Term]) -> KernelEquations {
+pub(super) fn equations(number: usize, place: &Place, plain: &System, known: &Equations) -> KernelEquations {
     if plain.algebra.suits_kernel() {
-        return of(plain, outputs);
+        return of(plain, known);
     }
     let system = System::new(Algebra::naming_roots(number, plain.algebra.scene, place));
-    of(&system, outputs)
+    of(&system, known)
 }
 
-fn of(system: &System, outputs: &[Term]) -> KernelEquations {
+fn of(system: &System, known: &Equations) -> KernelEquations {
     let algebra = &system.algebra;
     let each = |atoms: &[Atom]| atoms.iter().map(|atom| algebra.simple_term(atom)).collect::<Vec<_>>();
     let matrix = |rows: &[Vec<Atom>]| rows.iter().map(|row| each(row)).collect();
@@ -33,7 +33,8 @@ fn of(system: &System, outputs: &[Term]) -> KernelEquations {
         constraint_bias: each(&system.constraint_bias),
         mass_matrix: matrix(&system.mass),
         pushes,
-        outputs: outputs.iter().map(|output| output.naming_roots(&names)).collect(),
+        outputs: known.outputs.iter().map(|output| output.naming_roots(&names)).collect(),
+        normal_forces: known.normal_forces.iter().map(|own| own.map(|term| term.naming_roots(&names))).collect(),
         names,
     }
 }
@@ -42,7 +43,7 @@ fn of(system: &System, outputs: &[Term]) -> KernelEquations {
 fn pushes(system: &System) -> Vec<Push> {
     let (algebra, scene) = (&system.algebra, system.algebra.scene);
     let mut efforts: Vec<Effort> = system.rows.inertial().collect();
-    for load in system.loads.efforts.iter().cloned() {
+    for load in system.loads.efforts.iter().filter(|effort| effort.normal.is_none()).cloned() {
         match efforts.iter_mut().find(|effort| effort.along == load.along) {
             Some(effort) => effort.size = &effort.size + &load.size,
             None => efforts.push(load),

@@ -7,7 +7,7 @@ use symbolica::atom::Atom;
 use super::algebra::Algebra;
 use super::rows::Rows;
 use crate::term::Symbol;
-use qrm_scene::scene::{LoadKind, Quantity, Scene, Value};
+use qrm_scene::scene::{Friction, LoadKind, Quantity, Scene, Value};
 
 /// A force or torque along a displacement.
 #[derive(Clone)]
@@ -16,6 +16,8 @@ pub(super) struct Effort {
     pub(super) group: usize,
     pub(super) name: String,
     pub(super) size: Atom,
+    /// The output whose size it is proportional to: of friction alone.
+    pub(super) normal: Option<usize>,
     /// The displacement's derivative by each coordinate.
     pub(super) along: Vec<Atom>,
 }
@@ -50,7 +52,7 @@ impl Loads {
                         let name = rows.names[k].clone();
                         let along = rows.gradients[k].clone();
                         let potential = &weight * &rows.x[k];
-                        adding.loads.efforts.push(Effort { group: row.body, name, size: weight, along });
+                        adding.loads.efforts.push(Effort { group: row.body, name, size: weight, normal: None, along });
                         adding.loads.potential = &adding.loads.potential - &potential;
                     }
                 }
@@ -63,14 +65,26 @@ impl Loads {
                     let stretch = [along.clone(), algebra.rate(&along)];
                     let law =
                         |law: &Option<Value>| law.as_ref().map_or_else(|| Atom::num(0), |v| algebra.law(v, &stretch));
-                    let friction = friction.as_ref().map_or_else(
-                        || Atom::num(0),
-                        |(size, slip)| -algebra.law(size, &stretch) * algebra.tanh(&(&stretch[1] / algebra.atom(slip))),
+                    let (normal, friction) = friction.as_ref().map_or_else(
+                        || (None, Atom::num(0)),
+                        |Friction { size, slip, normal }| {
+                            let size = algebra.law(size, &stretch);
+                            let size = normal.map_or(size.clone(), |k| size * algebra.symbol(Symbol::NormalForce(k)));
+                            (*normal, -size * algebra.tanh(&(&stretch[1] / algebra.atom(slip))))
+                        },
                     );
-                    let loss = -constant(damping) * &stretch[1] + law(force) + friction;
+                    let others = -constant(damping) * &stretch[1] + law(force);
                     let slope = algebra.slope_of_potential(&constant(potential), &along);
-                    let effort = -&stiffness * &extension - slope + &loss;
-                    adding.add("", &effort, &along);
+                    let own = -&stiffness * &extension - slope;
+                    let loss = &others + &friction;
+                    let effort = &own + &loss;
+                    if let Some(normal) = normal {
+                        adding.add("", &(own + others), &along);
+                        adding.add("_friction", &friction, &along);
+                        adding.loads.efforts.last_mut().into_iter().for_each(|effort| effort.normal = Some(normal));
+                    } else {
+                        adding.add("", &effort, &along);
+                    }
                     let velocity = adding.velocity(&along);
                     if is_moved {
                         loads.power = &loads.power + &(&effort * &velocity);
@@ -89,6 +103,11 @@ impl Loads {
     /// The forces and torques of one load.
     pub(super) fn of(&self, load: usize) -> &[Effort] {
         &self.efforts[self.own[load].clone()]
+    }
+
+    /// The force of a load along its length.
+    pub(super) fn force_of(&self, load: usize) -> Atom {
+        self.of(load).iter().fold(Atom::num(0), |sum, effort| sum + &effort.size)
     }
 
     /// The power of one load.
@@ -130,6 +149,6 @@ impl Adding<'_> {
         let displacement = self.algebra.simplify(displacement);
         let along = self.algebra.gradient(&displacement).iter().map(|entry| self.algebra.simplify(entry)).collect();
         let name = format!("{}{axis}", self.name);
-        self.loads.efforts.push(Effort { group: self.group, name, size: effort.clone(), along });
+        self.loads.efforts.push(Effort { group: self.group, name, size: effort.clone(), normal: None, along });
     }
 }

@@ -82,6 +82,7 @@ impl Rows {
             group: self.rows[i].body,
             name: self.names[i].clone(),
             size: -(&self.inertia[i] * &self.bias[i]),
+            normal: None,
             along: self.gradients[i].clone(),
         };
         (0..self.rows.len()).map(effort)

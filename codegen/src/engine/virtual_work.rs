@@ -89,8 +89,9 @@ pub(super) fn of_rest(system: &System, displacements: &[Displacement]) -> Atom {
                     work -= efforts.iter().fold(Atom::num(0), |sum, effort| sum + &effort.size) * &shift.turn;
                 }
             }
-            kind => {
-                for (effort, place) in efforts.iter().zip(kind.places()) {
+            LoadKind::Spring { along, .. } => work -= system.loads.force_of(number) * change(along),
+            LoadKind::Force { at, body: None, .. } => {
+                for (effort, place) in efforts.iter().zip(at) {
                     work -= &effort.size * change(place);
                 }
             }

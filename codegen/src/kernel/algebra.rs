@@ -23,7 +23,7 @@ impl Builder<'_> {
         *self.lowering.graph.op(value.id) == Op::Number(0)
     }
 
-    fn is_one(&self, value: Signed) -> bool {
+    pub(super) fn is_one(&self, value: Signed) -> bool {
         *self.lowering.graph.op(value.id) == Op::Number(1.0_f64.to_bits())
     }
 
@@ -35,9 +35,9 @@ impl Builder<'_> {
             return Some(value);
         }
         let place = self.by_value.get(&value.id).copied().unwrap_or_else(|| {
-            let input = graph.input(Symbol::Local(self.next));
-            self.next += 1;
             let plain = Signed { negative: false, ..value };
+            let input = if self.is_inline { plain } else { graph.input(Symbol::Local(self.next)) };
+            self.next += 1;
             self.by_value.insert(value.id, self.locals.len());
             self.definitions.insert(input.id, value.id);
             self.locals.push(Local { name: name.to_lowercase(), value: plain, input, block });

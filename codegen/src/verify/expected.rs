@@ -20,11 +20,12 @@ impl<B: Differentiable> Sample<B> {
         let gradients = Gradients::new(self, scene);
         let plain = State::plain(scene, &self.parameters, self.t, &self.q, &self.qd);
         let rows = self.com_rows(scene, equations, &plain);
+        let (given, moving) = (self.with_given_forces(scene), self.with_forces_of_motion(scene, &rows));
         let EquationsOfMotion { positions, jacobian, mass, forces, residuals, constraint_jacobian } =
-            EquationsOfMotion::new(self, &rows, &gradients, &plain);
+            EquationsOfMotion::new(&moving, &rows, &gradients, &plain);
         let kinetic: B = rows.iter().zip(&positions).map(|((_, inertia), x)| *inertia * x.v1 * x.v1 * 0.5).sum();
         let constraint_rates = self.constraint_rates(scene);
-        let [potential, power] = self.potential_and_power(&gradients, &plain, &rows, equations);
+        let [potential, power] = given.potential_and_power(&gradients, &plain, &rows, equations);
         let power =
             power + constraint_rates.iter().zip(&self.multipliers).map(|(rate, lambda)| *rate * *lambda).sum::<B>();
         let second = |values: &[Dual2<B>]| values.iter().map(|v| v.v2).collect::<Vec<B>>();
@@ -37,7 +38,7 @@ impl<B: Differentiable> Sample<B> {
             ("generalized_forces", forces.clone()),
             ("energy", vec![kinetic, potential]),
             ("power", vec![power]),
-            ("outputs", self.outputs(&gradients)),
+            ("outputs", given.outputs(&gradients)),
             ("dynamics.mass_matrix", mass),
             ("dynamics.generalized_forces", forces),
             ("dynamics.constraint_jacobian", constraint_jacobian.clone()),
@@ -84,7 +85,8 @@ impl<B: Differentiable> Sample<B> {
         scene.constraints.iter().map(|constraint| state.value(&constraint.residual).v2).collect()
     }
 
-    fn outputs(&self, gradients: &Gradients<B>) -> Vec<B> {
+    /// The outputs at the accelerations, multipliers and normal forces of the sample.
+    pub(super) fn outputs(&self, gradients: &Gradients<B>) -> Vec<B> {
         let zero = B::from(0.0);
         let scene = gradients.scene;
         let plain = State::plain(scene, &self.parameters, self.t, &self.q, &self.qd);
@@ -109,10 +111,14 @@ impl<B: Differentiable> Sample<B> {
             OutputKind::Norm { components, .. } => {
                 components.map(|i| before[i] * before[i]).into_iter().sum::<B>().sqrt()
             }
-            OutputKind::FreeBody { displacements, multipliers } => {
-                multipliers.iter().fold(virtual_work.of_displacements(displacements), |sum, (constraint, factor)| {
-                    sum + plain.value(factor) * self.multipliers[*constraint]
-                })
+            OutputKind::FreeBody { displacements, multipliers, loads } => {
+                let multipliers = multipliers.iter().map(|(k, factor)| plain.value(factor) * self.multipliers[*k]);
+                let force = |load: usize| -> B {
+                    let forces = self.load_forces(scene, &plain, &scene.loads[load].kind).into_iter();
+                    forces.map(|(effort, _)| effort).sum()
+                };
+                let loads = loads.iter().map(|(load, factor)| plain.value(factor) * force(*load));
+                virtual_work.of_displacements(displacements) + multipliers.chain(loads).sum::<B>()
             }
             OutputKind::ShakingForce(along) => virtual_work.along_ground(along),
             OutputKind::ShakingMoment(point) => virtual_work.about_ground(*point),

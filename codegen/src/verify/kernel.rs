@@ -9,6 +9,7 @@ use super::errors::Errors;
 use super::expected::Expected;
 use super::sample::Sample;
 use super::size;
+use super::system::System;
 use super::wide::Wide;
 use crate::interpret::{GeneratedModule, Value};
 use crate::term::Equations;
@@ -20,8 +21,6 @@ const TOLERANCE: f64 = 1e-12;
 const SPREAD: f64 = 10.0;
 /// Rounding errors of 32 digits, relative to the terms that cancel.
 const ROUNDING: f64 = 1e-26;
-/// Smallest pivot of equations that are solved.
-const SMALLEST_PIVOT: f64 = 1e-20;
 
 /// Compares every function of the kernel at a state, as far as it suits the position and the equations are not nearly
 /// singular there.
@@ -162,66 +161,4 @@ fn compare_all(
 ) -> Result<(), String> {
     let allowed = |i: usize| allowed(i).max(super::TINY);
     super::compare(name, got, expected, allowed).map_err(|(_, what)| format!("generated `{name}` is wrong: {what}"))
-}
-
-/// `| Mbar C_q' | C_q 0 |`
-struct System {
-    rows: Vec<Vec<Wide>>,
-    coordinates: usize,
-}
-
-impl System {
-    fn new(mass: &[Wide], jacobian: &[Wide], n: usize) -> Self {
-        let m = jacobian.len() / n.max(1);
-        let mut rows = vec![vec![Wide::from(0.0); n + m]; n + m];
-        for i in 0..n {
-            rows[i][..n].copy_from_slice(&mass[i * n..(i + 1) * n]);
-            for k in 0..m {
-                rows[i][n + k] = jacobian[k * n + i];
-                rows[n + k][i] = jacobian[k * n + i];
-            }
-        }
-        Self { rows, coordinates: n }
-    }
-
-    fn velocity_residual(&self, qd: &[Wide]) -> Vec<Wide> {
-        let row = |row: &Vec<Wide>| row.iter().zip(qd).map(|(entry, v)| *entry * v).sum();
-        self.rows[self.coordinates..].iter().map(row).collect()
-    }
-
-    /// The solution, and how much pivots shrank; `None` if the equations are singular.
-    fn solve(&self, forces: &[Wide], closures: &[Wide]) -> Option<(Vec<Wide>, f64)> {
-        let mut a = self.rows.clone();
-        let count = a.len();
-        let size = |numbers: &mut dyn Iterator<Item = &Wide>| -> f64 {
-            numbers.fold(0.0, |most: f64, number| most.max(number.0.hi().abs()))
-        };
-        // Units differ from row to row and from column to column.
-        let columns: Vec<f64> = (0..count).map(|j| size(&mut a.iter().map(|row| &row[j]))).collect();
-        for (row, right) in a.iter_mut().zip(forces.iter().chain(closures)) {
-            row.iter_mut().zip(&columns).for_each(|(entry, size)| *entry /= *size);
-            let size = size(&mut row.iter());
-            row.push(*right);
-            row.iter_mut().for_each(|entry| *entry /= size);
-        }
-        let mut smallest = 1.0_f64;
-        for k in 0..count {
-            let pivot = |i: usize| a[i][k].0.hi().abs();
-            let best = (k..count).max_by(|&x, &y| pivot(x).total_cmp(&pivot(y)))?;
-            smallest = smallest.min(pivot(best));
-            a.swap(k, best);
-            let pivots = a[k].clone();
-            for (i, row) in a.iter_mut().enumerate() {
-                if i == k || row[k].0.hi() == 0.0 {
-                    continue;
-                }
-                let ratio = row[k] / pivots[k];
-                for j in k..=count {
-                    row[j] -= ratio * pivots[j];
-                }
-            }
-        }
-        let x: Vec<Wide> = (0..count).map(|k| a[k][count] / a[k][k] / columns[k]).collect();
-        (smallest > SMALLEST_PIVOT && x.iter().all(|x| x.0.hi().is_finite())).then(|| (x, 1.0 / smallest))
-    }
 }

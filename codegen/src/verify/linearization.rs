@@ -48,6 +48,7 @@ impl<B: Differentiable> Sample<B> {
             qd: dual(&self.qd, by == By::Rates),
             qdd: dual(&self.qdd, false),
             multipliers: dual(&self.multipliers, false),
+            normal_forces: dual(&self.normal_forces, false),
         }
     }
 }

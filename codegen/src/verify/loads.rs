@@ -7,7 +7,7 @@ use super::sample::Sample;
 use crate::term::Equations;
 use qrm_scene::evaluate::State;
 use qrm_scene::function::{Differentiable, Function};
-use qrm_scene::scene::{LoadKind, Quantity, Scene, Value as Formula};
+use qrm_scene::scene::{Friction, LoadKind, Quantity, Scene, Value as Formula};
 
 impl<B: Differentiable> Sample<B> {
     /// The forces and torques of a load, each with the displacement that it works along.
@@ -51,7 +51,9 @@ impl<B: Differentiable> Sample<B> {
         });
         let law = |value: &Formula| plain.law(value, [along.re, along.v1]);
         let sliding = |slip: &Formula| Function::Tanh.evaluate(&[along.v1 / plain.value(slip)]);
-        let friction = friction.as_ref().map_or(zero, |(size, slip)| law(size) * sliding(slip));
+        let friction = friction.as_ref().map_or(zero, |Friction { size, slip, normal }| {
+            law(size) * normal.map_or(B::from(1.0), |k| self.normal_forces[k]) * sliding(slip)
+        });
         let loss = force.as_ref().map_or(zero, law) - friction - optional(damping) * along.v1;
         [-optional(stiffness) * (along.re - optional(rest)) - slope, loss]
     }

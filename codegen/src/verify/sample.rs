@@ -15,6 +15,8 @@ pub(super) struct Sample<B = f64> {
     pub(super) qd: Vec<B>,
     pub(super) qdd: Vec<B>,
     pub(super) multipliers: Vec<B>,
+    /// The sizes of the outputs that are normal forces of friction, in the places of the outputs.
+    pub(super) normal_forces: Vec<B>,
 }
 
 impl Sample {
@@ -49,6 +51,7 @@ impl Sample {
             t: between(random, 0.0, 2.0),
             qdd: (0..n).map(|_| between(random, -5.0, 5.0)).collect(),
             multipliers: (0..m).map(|_| between(random, -5.0, 5.0)).collect(),
+            normal_forces: vec![0.0; scene.outputs.len()],
         }
     }
 
@@ -85,6 +88,7 @@ impl Sample {
             qd: moved(&self.qd),
             qdd: moved(&self.qdd),
             multipliers: moved(&self.multipliers),
+            normal_forces: self.normal_forces.clone(),
         }
     }
 
@@ -98,6 +102,7 @@ impl Sample {
             qd: all(&self.qd),
             qdd: all(&self.qdd),
             multipliers: all(&self.multipliers),
+            normal_forces: all(&self.normal_forces),
         }
     }
 
@@ -105,7 +110,9 @@ impl Sample {
     pub(super) fn arguments<N: Number>(&self, scene: &Scene, function: &str, model: Value<N>) -> Vec<Value<N>> {
         let t = Value::Number(N::from_f64(self.t));
         let (q, qd, multipliers) = (Value::list(&self.q), Value::list(&self.qd), Value::list(&self.multipliers));
+        let has_friction = !scene.normal_forces().is_empty();
         match (function.split('.').next().unwrap_or(function), scene.is_driven()) {
+            ("power", _) if has_friction => vec![model, t, q, qd, Value::list(&self.qdd), multipliers],
             ("constraint_bias", true) => vec![model, t, q, qd],
             ("constraints" | "constraint_jacobian" | "constraint_rate" | "loop_constraints", true) => vec![model, t, q],
             ("power", true) => vec![model, t, q, qd, multipliers],

@@ -39,7 +39,7 @@ pub(super) fn agrees(scene: &Scene, module: &GeneratedModule, tape: &Tape, sampl
     evaluator.mass_matrix(q, &mut results);
     same("mass_matrix", &results, &printed("mass_matrix", &[])?)?;
     same("energy", &evaluator.energy(q, qd), &printed("energy", &[])?)?;
-    same("power", &[evaluator.power(*t, q, qd, multipliers)], &printed("power", &[])?)?;
+    same("power", &[evaluator.power(*t, q, qd, qdd, multipliers)], &printed("power", &[])?)?;
 
     let mut results = room(&tape.outputs);
     evaluator.outputs(*t, q, qd, qdd, multipliers, &mut results);

@@ -178,7 +178,7 @@ impl<K: Kernel<Lanes<S>, N, M>, S: Token, const N: usize, const M: usize> Steps<
                 growth = own_growth.max(growth);
                 sum = sum + own_growth;
                 let (qdd, multipliers) = self.kernel.accelerations(&position, at[g], &q, &qd, &angles);
-                power[g] = self.kernel.power(at[g], &q, &qd, &multipliers);
+                power[g] = self.kernel.power(at[g], &q, &qd, &qdd, &multipliers);
                 sum = sum + power[g];
                 for i in 0..N {
                     change = change.max((qdd[i] - values[i][g]).abs() * of_change[i]);

@@ -216,11 +216,11 @@ impl<R: Scalar, const C: usize> Kernel<R, C, C> for InterpretedKernel<R, C> {
         });
     }
 
-    fn power(&self, t: R, q: &[R; C], qd: &[R; C], multipliers: &[R; C]) -> R {
+    fn power(&self, t: R, q: &[R; C], qd: &[R; C], qdd: &[R; C], multipliers: &[R; C]) -> R {
         let at = &self.arguments;
-        let [q, qd] = [q, qd].map(|x| self.of_coordinates(x));
+        let [q, qd, qdd] = [q, qd, qdd].map(|x| self.of_coordinates(x));
         let multipliers = (at.multipliers, self.of_constraints(multipliers));
-        self.evaluate(&self.tape.power, &[(at.t, &[t]), (at.q, q), (at.qd, qd), multipliers])
+        self.evaluate(&self.tape.power, &[(at.t, &[t]), (at.q, q), (at.qd, qd), (at.qdd, qdd), multipliers])
     }
 
     fn event(&self, t: R, q: &[R; C], qd: &[R; C]) -> Option<R> {

@@ -88,11 +88,10 @@ impl<'t, R: Scalar, B: DerefMut<Target = [R]>> TapeEvaluator<'t, B> {
     }
 
     /// Power of the loads that have no potential, and of what drives the constraints, in W.
-    pub fn power(&mut self, t: R, q: &[R], qd: &[R], multipliers: &[R]) -> R {
+    pub fn power(&mut self, t: R, q: &[R], qd: &[R], qdd: &[R], multipliers: &[R]) -> R {
         let mut power = [R::zero()];
-        // Accelerations do not matter to it; those of an earlier call stay where they are.
         self.set_multipliers(multipliers);
-        self.evaluate(&self.tape.power, t, [q, qd], &mut power);
+        self.evaluate(&self.tape.power, t, [q, qd, qdd], &mut power);
         power[0]
     }
 

@@ -149,10 +149,11 @@ impl<'m> EnergyIntegral<'m> {
     fn check(&self, at: &Position, until: f64) -> Result<(), NoEnergyIntegral> {
         let tangent = self.drive.tangent(at, self.driven);
         let mechanism = self.drive.mechanism;
-        let multipliers = vec![0.0; mechanism.description().constraints.len()];
-        let works = |t: f64, rate: f64| mechanism.power(t, &at.q, &scaled(&tangent, rate), &multipliers) != 0.0;
+        let description = mechanism.description();
+        let (still, multipliers) = (vec![0.0; at.q.len()], vec![0.0; description.constraints.len()]);
+        let works = |t: f64, rate: f64| mechanism.power(t, &at.q, &scaled(&tangent, rate), &still, &multipliers) != 0.0;
         let mut times = (0..=MOMENTS).map(|k| until * f64::from(k) / f64::from(MOMENTS));
-        if times.any(|t| PROBES.into_iter().any(|rate| works(t, rate))) {
+        if !description.friction.is_empty() || times.any(|t| PROBES.into_iter().any(|rate| works(t, rate))) {
             Err(NoEnergyIntegral::NotConservative)
         } else {
             Ok(())

@@ -162,6 +162,6 @@ fn described(mechanism: &dyn Mechanism, at: &State) -> StateAt {
         outputs,
         residual: largest(&LoopConstraints::of(mechanism, at.t, &at.q).residuals).1,
         energy: mechanism.energy(&at.q, &at.qd).iter().sum(),
-        power: mechanism.power(at.t, &at.q, &at.qd, &at.multipliers),
+        power: mechanism.power(at.t, &at.q, &at.qd, &at.qdd, &at.multipliers),
     }
 }

@@ -89,14 +89,14 @@ pub(super) trait StepFormula: std::fmt::Debug + Send {
             let State { q, qd, qdd, multipliers, .. } = room;
             let t = step.from.t + half * (1.0 + place);
             step.at(t, q, qd);
-            // The multipliers matter where constraints do work.
-            multipliers.fill(0.0);
-            if mechanism.is_driven() {
+            // They matter where constraints do work, and to friction that depends on forces in joints.
+            (qdd.fill(0.0), multipliers.fill(0.0));
+            if mechanism.is_driven() || !mechanism.description().friction.is_empty() {
                 let stats = work.solver.stats;
                 work.solver.accelerations(mechanism, t, (q, qd), (qdd, multipliers))?;
                 work.solver.stats = stats;
             }
-            sum += half * weight * mechanism.power(t, q, qd, multipliers);
+            sum += half * weight * mechanism.power(t, q, qd, qdd, multipliers);
         }
         Ok(sum)
     }
@@ -477,7 +477,7 @@ impl Adaptive {
     /// step.
     fn balance(&mut self, mechanism: &dyn Mechanism, solver: &mut Solver) {
         let step = &mut self.dense_output;
-        let power = |at: &State| mechanism.power(at.t, &at.q, &at.qd, &at.multipliers);
+        let power = |at: &State| mechanism.power(at.t, &at.q, &at.qd, &at.qdd, &at.multipliers);
         if power(&step.from) != 0.0 || power(&step.to) != 0.0 {
             // This is for whoever observes the motion, and the end of the next step is not known yet: its room serves.
             let mut work = Work { evaluations: &mut 0, solver };

@@ -118,6 +118,10 @@ pub enum StepError {
     },
     /// A number became infinite or undefined.
     NotFinite,
+    /// A force became infinite or undefined.
+    ForcesNotFinite,
+    /// Friction depends on the forces in joints, and constraints repeat others: the forces are not unique.
+    FrictionNotUnique,
     /// The method needs derivatives that the scene does not ask for.
     NoLinearization,
 }
@@ -133,6 +137,7 @@ impl From<Undetermined> for StepError {
         match e {
             Undetermined::Massless(coordinate) => Self::Massless(coordinate),
             Undetermined::NotFinite => Self::NotFinite,
+            Undetermined::ForcesNotFinite => Self::ForcesNotFinite,
         }
     }
 }

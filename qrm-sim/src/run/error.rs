@@ -161,7 +161,25 @@ impl StepError {
                 );
                 (text, "use a larger --tolerance, an earlier --end-time, or a shorter --step between rows".to_owned())
             }
-            Self::NotFinite => {
+            Self::ForcesNotFinite if !description.friction.is_empty() => {
+                let text = format!(
+                    "the friction of {} has no solution or several at this position and speed (Painleve's paradox), or another \
+                     force is not finite",
+                    quoted(description.friction)
+                );
+                let help = "use a smaller coefficient of friction, a longer guide, or a larger `slip`";
+                (text, help.to_owned())
+            }
+            Self::FrictionNotUnique => {
+                let text = format!(
+                    "constraints repeat others, so that the forces in joints are not unique, and the friction of {} depends on \
+                     them",
+                    quoted(description.friction)
+                );
+                let help = "take out the constraints that are too many: `qrm check` names them; or take out the friction";
+                (text, help.to_owned())
+            }
+            Self::NotFinite | Self::ForcesNotFinite => {
                 let text = "the next state is not finite: numbers grew beyond all bounds, or a formula left its domain"
                     .to_owned();
                 let help = "use a shorter --step, or a smaller --tolerance with a method that chooses its steps; look for roots, \
@@ -178,6 +196,10 @@ impl StepError {
         };
         Explanation { text, help }
     }
+}
+
+fn quoted(names: &[&str]) -> String {
+    names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
 }
 
 /// A length or angle, in readable digits.

@@ -232,6 +232,7 @@ mod tests {
             parameters: &[],
             left_out: &[],
             has_corners: false,
+            friction: &[],
             until: "",
         }
     };

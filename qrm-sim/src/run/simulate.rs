@@ -14,7 +14,7 @@ use super::outcome::{Outcome, StartError, Status, Undefined};
 use super::redundancy::Redundancy;
 use super::sampler::Sampler;
 use crate::integrate::{BlockEnd, InnerRows, Integrator, MethodSettings, StepError};
-use crate::solve::Solver;
+use crate::solve::{Solver, constraint_rank};
 use crate::start::Start;
 use crate::state::State;
 use crate::stopwatch::Stopwatch;
@@ -129,7 +129,12 @@ pub(crate) fn first_state(mechanism: &dyn Mechanism, branch: &Branch, start: Sta
 /// The first state without accelerations and multipliers.
 pub(crate) fn first_position(mechanism: &dyn Mechanism, branch: &Branch, start: Start) -> Result<State, StartError> {
     let (q, qd) = branch.assemble(mechanism, start).map_err(StartError::NotAssembled)?;
-    let mut first = State::zero(q.len(), mechanism.description().constraints.len());
+    let description = mechanism.description();
+    let count = description.constraints.len();
+    if !description.friction.is_empty() && constraint_rank(mechanism, 0.0, &q) < count {
+        return Err(StartError::Step(StepError::FrictionNotUnique));
+    }
+    let mut first = State::zero(q.len(), count);
     (first.q, first.qd) = (q, qd);
     Ok(first)
 }

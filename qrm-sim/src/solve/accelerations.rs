@@ -23,6 +23,8 @@ pub enum Undetermined {
     Massless(usize),
     /// The equations of motion have terms that are not finite.
     NotFinite,
+    /// The forces alone are not finite.
+    ForcesNotFinite,
 }
 
 /// Solves `Mbar qdd + C_q' lambda = fbar`, `C_q qdd + bias = 0` by the Schur complement `C_q Mbar^-1 C_q'`.
@@ -119,8 +121,11 @@ impl SaddlePoint {
         let Self { dynamics, mass, minv_ct: pull, schur, schur_factors, rank } = self;
         let n = qdd.len();
         let terms = dynamics.mass_matrix.entries().iter().chain(dynamics.constraint_jacobian.entries());
-        if !terms.chain(&dynamics.generalized_forces).chain(&dynamics.constraint_bias).all(|term| term.is_finite()) {
+        if !terms.chain(&dynamics.constraint_bias).all(|term| term.is_finite()) {
             return Err(Undetermined::NotFinite);
+        }
+        if !dynamics.generalized_forces.iter().all(|force| force.is_finite()) {
+            return Err(Undetermined::ForcesNotFinite);
         }
         let jacobian = &dynamics.constraint_jacobian;
         let mut completed = dynamics.mass_matrix.clone();

@@ -32,8 +32,21 @@ pub struct JointSyntax {
     pub start: Option<Formula>,
     /// Its rate; length and rate are given with it.
     pub rate: Option<Formula>,
+    /// Its friction.
+    pub friction: Option<JointFriction>,
     /// What it is.
     pub doc: String,
+}
+
+/// The dry friction of a pin or a slider.
+#[derive(Debug)]
+pub struct JointFriction {
+    /// The coefficient of friction.
+    pub mu: Formula,
+    /// The radius of the pin; none of a slider.
+    pub radius: Option<Formula>,
+    /// The sliding speed at which it has come to three quarters of its size.
+    pub slip: Formula,
 }
 
 /// A point of a link, `"link.point"`; the name of the joint is that of the point where none is given. Gears have none.
@@ -128,6 +141,9 @@ pub(super) fn joint(r: &mut Reader, identifier: Identifier, value: table::Value)
     let carrier = (kind == JointKind::Gear).then(|| table.optional("carrier")).flatten();
     let carrier = carrier.and_then(|v| r.text(v)).map(|text| end(&text, &identifier, kind));
     let near = (kind != JointKind::Gear).then(|| table.optional("near")).flatten().map(|v| r.pair(v));
+    let has_friction = kind == JointKind::Revolute || kind.is_slider();
+    let friction = has_friction.then(|| table.optional("friction")).flatten();
+    let friction = friction.and_then(|v| friction_of(r, &what, v, kind.is_slider()));
     let doc = table.string(r, "doc");
     table.finish(r);
     Some(JointSyntax {
@@ -143,8 +159,19 @@ pub(super) fn joint(r: &mut Reader, identifier: Identifier, value: table::Value)
         drive,
         start,
         rate,
+        friction,
         doc,
     })
+}
+
+/// `friction = { mu = ..., radius = ..., slip = ... }`, of a slider without radius.
+fn friction_of(r: &mut Reader, joint: &str, value: table::Value, is_slider: bool) -> Option<JointFriction> {
+    let table = r.table(&format!("the friction of {joint}"), value)?;
+    let mut formula = |key: &str| table.required(r, key).map(|v| r.formula(v));
+    let (mu, slip) = (formula("mu"), formula("slip"));
+    let radius = if is_slider { Some(None) } else { formula("radius").map(Some) };
+    table.finish(r);
+    Some(JointFriction { mu: mu?, radius: radius?, slip: slip? })
 }
 
 fn end(text: &Identifier, joint: &Identifier, kind: JointKind) -> LinkPoint {

@@ -43,8 +43,19 @@ pub struct SpringSyntax {
     pub potential: Option<Formula>,
     /// A force or torque that makes it longer.
     pub force: Option<Formula>,
-    /// Size of a friction, and the speed at which it has come to three quarters of that.
-    pub friction: Option<(Formula, Formula)>,
+    /// Its friction.
+    pub friction: Option<FrictionSyntax>,
+}
+
+/// A friction force, or a coefficient of friction where a normal force is named.
+#[derive(Debug)]
+pub struct FrictionSyntax {
+    /// Its size.
+    pub size: Formula,
+    /// The speed at which it has come to three quarters of that.
+    pub slip: Formula,
+    /// The output that is the normal force.
+    pub normal: Option<Identifier>,
 }
 
 /// The length or angle that springs and dampers act along.
@@ -107,6 +118,7 @@ fn spring(r: &mut Reader, identifier: &Identifier, table: &Table, kind: &str) ->
     let (stiffness, rest, damping) = (formula("spring"), formula("rest"), formula("damper"));
     let (potential, force) = (formula("potential"), formula("force"));
     let (friction, slip) = (formula("friction"), formula("slip"));
+    let normal = friction.is_some().then(|| table.optional("normal")).flatten().and_then(|v| r.text(v));
     let sizes = [&stiffness, &damping, &potential, &force, &friction];
     let mut wrong = |title: String, label: &str, help: &str| {
         r.findings.push(Diagnostic::error(title, identifier.span.clone(), label).help(help));
@@ -120,7 +132,7 @@ fn spring(r: &mut Reader, identifier: &Identifier, table: &Table, kind: &str) ->
         let help = "friction is `-friction*tanh(s_dot/slip)`: give both, `slip` well below the speeds that matter";
         wrong(format!("load `{name}` has one of `friction` and `slip`"), "the other is missing", help);
     }
-    let friction = friction.zip(slip);
+    let friction = friction.zip(slip).map(|(size, slip)| FrictionSyntax { size, slip, normal });
     let spring = |along| SpringSyntax { along, stiffness, rest, damping, potential, force, friction };
     along.map(|along| LoadSyntax::Spring(Box::new(spring(along))))
 }

@@ -45,6 +45,8 @@ pub enum OutputValue {
         displacements: Vec<DisplacementSyntax>,
         /// Further terms: constraints and the factors of their multipliers.
         multipliers: Vec<(Identifier, Formula)>,
+        /// Further terms: loads along a length and the factors of their forces.
+        loads: Vec<(Identifier, Formula)>,
     },
     /// The force on the ground along a direction.
     ShakingForce([Formula; 2]),
@@ -146,10 +148,13 @@ pub(super) fn output(r: &mut Reader, identifier: Identifier, value: table::Value
         "shaking_moment" => r.text(asked).map(OutputValue::ShakingMoment),
         "free_body" => {
             let displacements = r.array(asked).into_iter().filter_map(|value| displacement(r, value)).collect();
-            let multipliers = table.optional("multipliers").and_then(|v| r.table("the multipliers", v));
-            let multipliers = multipliers.map_or_else(Vec::new, |table| table.all());
-            let multipliers = multipliers.into_iter().map(|(name, v)| (name, r.formula(v))).collect();
-            Some(OutputValue::FreeBody { displacements, multipliers })
+            let mut factors = |key: &str| {
+                let factors = table.optional(key).and_then(|v| r.table(&format!("the {key}"), v));
+                let factors = factors.map_or_else(Vec::new, |table| table.all());
+                factors.into_iter().map(|(name, v)| (name, r.formula(v))).collect()
+            };
+            let (multipliers, loads) = (factors("multipliers"), factors("loads"));
+            Some(OutputValue::FreeBody { displacements, multipliers, loads })
         }
         _ => {
             let constraint = r.text(asked);

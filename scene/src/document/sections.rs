@@ -126,8 +126,8 @@ impl Document {
         self.run.until = run.optional("until").and_then(|v| r.condition(v));
         self.run.max_time = run.optional("max_time").map(|v| r.formula(v));
         self.run.end_time = run.optional("end_time").map(|v| r.formula(v));
-        self.run.stiff = run.optional("stiff").is_some_and(|v| r.boolean(v));
-        self.run.inverse = run.optional("inverse").is_some_and(|v| r.boolean(v));
+        let mut asked = |key: &str| run.optional(key).and_then(|v| r.boolean(v).then(|| v.span()));
+        (self.run.stiff, self.run.inverse) = (asked("stiff"), asked("inverse"));
         run.finish(r);
         self.run.is_whole = r.findings.len() == before;
     }

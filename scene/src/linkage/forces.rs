@@ -2,6 +2,7 @@
 
 use super::Linkage;
 use super::closures::{DRIVE, open_pins};
+use super::friction;
 use super::graph::PointId;
 use super::places::line;
 use super::terms::{dot, negate, whole};
@@ -15,15 +16,23 @@ pub(super) fn force(linkage: &Linkage, number: usize, on: PointId, direction: [i
     let identifier = |name: String| Identifier { name, span: joint.syntax.identifier.span.clone() };
     let name = &joint.syntax.identifier.name;
     let is_closed = !joint.ends.iter().any(|end| tree.places(number, *end));
-    if is_closed && joint.syntax.kind.is_slider() && joint.syntax.drive.is_some() {
-        // Across the line the slider holds, along it the drive.
-        let [cos, sin] = line(graph, angles, number);
-        let parts = [("", [negate(sin.clone()), cos.clone()]), (DRIVE, [cos, sin])];
-        let part = |(suffix, way): (&str, [Formula; 2])| {
+    let (drive, friction) = (joint.syntax.drive.as_ref(), joint.syntax.friction.as_ref());
+    if is_closed && joint.syntax.kind.is_slider() && (drive.is_some() || friction.is_some()) {
+        // Across the line the slider holds, along it drive and friction.
+        let along_line = line(graph, angles, number);
+        let [cos, sin] = along_line.clone();
+        let factor = |way: [Formula; 2]| {
             let along = dot(way, direction.map(whole));
-            (identifier(format!("{name}{suffix}")), if on == joint.ends[0] { negate(along) } else { along })
+            if on == joint.ends[0] { along } else { negate(along) }
         };
-        return OutputValue::FreeBody { displacements: Vec::new(), multipliers: parts.map(part).into() };
+        let held = (identifier(name.clone()), negate(factor([negate(sin), cos])));
+        let driven = drive.map(|_| (identifier(format!("{name}{DRIVE}")), negate(factor(along_line.clone()))));
+        let rubbed = friction.map(|_| (identifier(friction::load(name)), factor(along_line)));
+        return OutputValue::FreeBody {
+            displacements: Vec::new(),
+            multipliers: std::iter::once(held).chain(driven).collect(),
+            loads: rubbed.into_iter().collect(),
+        };
     }
     if joint.ends.len() == 2 && is_closed {
         let suffix = match (joint.syntax.kind.is_pin(), direction) {
@@ -39,7 +48,8 @@ pub(super) fn force(linkage: &Linkage, number: usize, on: PointId, direction: [i
     }
     let axis = if direction[0] == 0 { "_y" } else { "_x" };
     if tree.places(number, on) {
-        return OutputValue::FreeBody { displacements: vec![beyond(linkage, on, direction)], multipliers: Vec::new() };
+        let displacements = vec![beyond(linkage, on, direction.map(whole))];
+        return OutputValue::FreeBody { displacements, multipliers: Vec::new(), loads: Vec::new() };
     }
     // Constraints hold this end to another one, and it carries those that the tree places by it.
     let borne = joint.ends.iter().copied().filter(|end| tree.bearer(number, *end) == Some(on));
@@ -47,18 +57,19 @@ pub(super) fn force(linkage: &Linkage, number: usize, on: PointId, direction: [i
     let factor = |end: PointId, to: PointId| i32::from(to == on) - i32::from(end == on);
     let multipliers = open.iter().map(|(suffix, end, to)| (format!("{name}{suffix}{axis}"), factor(*end, *to)));
     OutputValue::FreeBody {
-        displacements: borne.map(|end| beyond(linkage, end, direction.map(|part| -part))).collect(),
+        displacements: borne.map(|end| beyond(linkage, end, direction.map(|part| whole(-part)))).collect(),
         multipliers: multipliers
             .filter(|(_, factor)| *factor != 0)
             .map(|(name, factor)| (identifier(name), whole(factor)))
             .collect(),
+        loads: Vec::new(),
     }
 }
 
 /// A displacement of all that a joint of the tree places by its end.
-fn beyond(linkage: &Linkage, end: PointId, along: [i32; 2]) -> DisplacementSyntax {
+pub(super) fn beyond(linkage: &Linkage, end: PointId, along: [Formula; 2]) -> DisplacementSyntax {
     let (bodies, points) = linkage.bodies_and_points(&linkage.tree.beyond(end.link));
-    DisplacementSyntax { bodies, points, along: Some(along.map(whole)), turn: None }
+    DisplacementSyntax { bodies, points, along: Some(along), turn: None }
 }
 
 impl Linkage<'_> {

@@ -55,7 +55,7 @@ pub(super) fn drive(
 fn of_multiplier(linkage: &Linkage, number: usize, suffix: &str, factor: Formula) -> OutputValue {
     let Identifier { name, span } = &linkage.graph.joints[number].syntax.identifier;
     let constraint = Identifier { name: format!("{name}{suffix}"), span: span.clone() };
-    OutputValue::FreeBody { displacements: Vec::new(), multipliers: vec![(constraint, factor)] }
+    OutputValue::FreeBody { displacements: Vec::new(), multipliers: vec![(constraint, factor)], loads: Vec::new() }
 }
 
 /// The moment of a joint that holds an angle. The links that other joints hold at one angle with that of its end turn,
@@ -91,6 +91,7 @@ fn held(linkage: &Linkage, number: usize, on: PointId, asked: &Identifier) -> Re
     Ok(OutputValue::FreeBody {
         displacements: displacements(linkage, number, &turned, turn, owner),
         multipliers: multipliers.filter(|(_, factor)| !is_zero(factor)).collect(),
+        loads: Vec::new(),
     })
 }
 

@@ -8,13 +8,14 @@ use crate::diagnostic::Diagnostic;
 use crate::document::{Document, Identifier, JointKind, JointPart, OutputSyntax, OutputValue};
 use crate::names::suggestion;
 
-/// Whether the scene asks for a force or a moment in a joint.
+/// Whether the scene asks for a force or a moment in a joint, or friction does.
 pub(super) fn are_of_joints(document: &Document) -> bool {
     let part = |output: &OutputSyntax| match output.value {
         OutputValue::Joint { part, .. } => Some(part),
         _ => None,
     };
-    document.outputs.iter().filter_map(part).any(|part| part != JointPart::Drive)
+    let has_friction = document.joints.iter().any(|joint| joint.friction.is_some());
+    has_friction || document.outputs.iter().filter_map(part).any(|part| part != JointPart::Drive)
 }
 
 /// Whether the scene asks for the reaction of a constraint.

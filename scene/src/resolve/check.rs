@@ -5,7 +5,7 @@ use crate::diagnostic::Diagnostic;
 use crate::document::{BodySyntax, Document, Identifier};
 use crate::evaluate::{evaluate, known_values};
 use crate::expression::Node;
-use crate::scene::{Known, Load, LoadKind, Quantity, Scene, Start, Value};
+use crate::scene::{Friction, Known, Load, LoadKind, Quantity, Scene, Start, Value};
 
 /// Checks the parts of a scene whose parameters have their numbers. What depends on unknown names is left unchecked.
 pub(super) fn parts(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) {
@@ -161,7 +161,7 @@ fn body(syntax: &BodySyntax, scene: &Scene, place: usize, findings: &mut Vec<Dia
 /// Friction must resist, and a load act on something that moves.
 fn loads(scene: &Scene, findings: &mut Vec<Diagnostic>) {
     for Load { name, kind } in &scene.loads {
-        if let LoadKind::Spring { friction: Some((size, slip)), .. } = kind {
+        if let LoadKind::Spring { friction: Some(Friction { size, slip, .. }), .. } = kind {
             // Not a number where it is no constant.
             for (what, value, is_bad) in [
                 ("the friction of load `NAME` is negative", size, constant(scene, size) < 0.0),

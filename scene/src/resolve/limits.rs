@@ -64,7 +64,7 @@ pub(super) fn sizes(scene: &Scene, findings: &mut Vec<Diagnostic>) {
     }
     let laws = scene.loads.iter().filter_map(|load| match &load.kind {
         LoadKind::Spring { along, potential, force, friction, .. } => {
-            let laws = potential.iter().chain(force).chain(friction.iter().map(|(size, _)| size));
+            let laws = potential.iter().chain(force).chain(friction.iter().map(|own| &own.size));
             Some((along, laws.collect::<Vec<_>>()))
         }
         _ => None,

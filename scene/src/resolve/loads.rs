@@ -4,14 +4,14 @@ use super::points::point_value;
 use super::{Context, Resolver};
 use crate::diagnostic::Diagnostic;
 use crate::diagnostic::Span;
-use crate::document::{Along, LoadSyntax, SpringSyntax, Target};
+use crate::document::{Along, Document, FrictionSyntax, LoadSyntax, SpringSyntax, Target};
 use crate::expression::Node;
 use crate::function::Function;
 use crate::parser::Formula;
-use crate::scene::{LoadKind, Quantity, Scene, Value};
+use crate::scene::{Friction, LoadKind, Quantity, Scene, Value};
 
 impl Resolver<'_> {
-    pub(super) fn load(&mut self, scene: &Scene, load: &LoadSyntax) -> Option<LoadKind> {
+    pub(super) fn load(&mut self, document: &Document, scene: &Scene, load: &LoadSyntax) -> Option<LoadKind> {
         Some(match load {
             LoadSyntax::Force { force, target } => {
                 let (at, body) = match target {
@@ -54,11 +54,11 @@ impl Resolver<'_> {
             LoadSyntax::Gravity(field) => {
                 LoadKind::Gravity([self.value(&field[0], Context::Constant), self.value(&field[1], Context::Constant)])
             }
-            LoadSyntax::Spring(spring) => self.spring(spring)?,
+            LoadSyntax::Spring(spring) => self.spring(document, spring)?,
         })
     }
 
-    fn spring(&mut self, spring: &SpringSyntax) -> Option<LoadKind> {
+    fn spring(&mut self, document: &Document, spring: &SpringSyntax) -> Option<LoadKind> {
         let along = match &spring.along {
             Along::Formula(along) => Some(self.value(along, Context::Geometry)),
             Along::Between(from, to) => {
@@ -71,10 +71,16 @@ impl Resolver<'_> {
             [&spring.stiffness, &spring.rest, &spring.damping].map(|f| optional(f, Context::Constant));
         let (potential, force) =
             (optional(&spring.potential, Context::Potential), optional(&spring.force, Context::Law));
-        let friction = spring.friction.as_ref();
-        let friction =
-            friction.map(|(size, slip)| (self.value(size, Context::Law), self.value(slip, Context::Constant)));
-        Some(LoadKind::Spring { along: along?, stiffness, rest, damping, potential, force, friction })
+        let friction = spring.friction.as_ref().map(|own| self.friction(document, own));
+        let friction = friction.map_or(Some(None), |friction| friction.map(Some));
+        Some(LoadKind::Spring { along: along?, stiffness, rest, damping, potential, force, friction: friction? })
+    }
+
+    fn friction(&mut self, document: &Document, own: &FrictionSyntax) -> Option<Friction> {
+        let (size, slip) = (self.value(&own.size, Context::Law), self.value(&own.slip, Context::Constant));
+        let outputs: Vec<&str> = document.outputs.iter().map(|output| output.identifier.name.as_str()).collect();
+        let normal = own.normal.as_ref().map_or(Some(None), |name| self.find("output", name, &outputs).map(Some));
+        Some(Friction { size, slip, normal: normal? })
     }
 }
 

@@ -5,7 +5,7 @@ use crate::diagnostic::Diagnostic;
 use crate::document::{DisplacementSyntax, Document, Identifier, OutputValue, Target};
 use crate::expression::{Expression, Node};
 use crate::parser::Formula;
-use crate::scene::{Displacement, Output, OutputKind, Quantity, Scene, Turn};
+use crate::scene::{Displacement, Output, OutputKind, Quantity, Scene, Turn, Value};
 
 impl Resolver<'_> {
     /// What is named by an output's `power`.
@@ -45,8 +45,8 @@ impl Resolver<'_> {
                 OutputValue::Reaction { constraint, target, along } => {
                     self.reaction(scene, constraint, target, along.as_ref())
                 }
-                OutputValue::FreeBody { displacements, multipliers } => {
-                    self.free_body(scene, displacements, multipliers)
+                OutputValue::FreeBody { displacements, multipliers, loads } => {
+                    self.free_body(document, scene, displacements, [multipliers, loads])
                 }
                 OutputValue::ShakingForce([x, y]) => {
                     Some(OutputKind::ShakingForce([x, y].map(|f| self.value(f, Context::Geometry))))
@@ -73,22 +73,28 @@ impl Resolver<'_> {
 
     fn free_body(
         &mut self,
+        document: &Document,
         scene: &Scene,
         displacements: &[DisplacementSyntax],
-        multipliers: &[(Identifier, Formula)],
+        [multipliers, loads]: [&[(Identifier, Formula)]; 2],
     ) -> Option<OutputKind> {
         let displacements: Vec<_> = displacements.iter().map(|own| self.displacement(scene, own)).collect();
         let constraints: Vec<&str> = scene.constraints.iter().map(|c| c.name.as_str()).collect();
-        let multipliers: Vec<_> = multipliers
-            .iter()
-            .map(|(name, factor)| {
+        // Loads with mistakes are not in the scene.
+        let known: Vec<&str> = document.loads.iter().map(|(identifier, _)| identifier.name.as_str()).collect();
+        let mut factors = |what: &str, own: &[(Identifier, Formula)], names: &[&str]| -> Vec<Option<(usize, Value)>> {
+            let factor = |(name, factor): &(Identifier, Formula)| {
                 let factor = self.value(factor, Context::Geometry);
-                Some((self.find("constraint", name, &constraints)?, factor))
-            })
-            .collect();
+                Some((self.find(what, name, names)?, factor))
+            };
+            own.iter().map(factor).collect()
+        };
+        let multipliers = factors("constraint", multipliers, &constraints);
+        let loads = factors("load", loads, &known);
         Some(OutputKind::FreeBody {
             displacements: displacements.into_iter().collect::<Option<_>>()?,
             multipliers: multipliers.into_iter().collect::<Option<_>>()?,
+            loads: loads.into_iter().collect::<Option<_>>()?,
         })
     }
 

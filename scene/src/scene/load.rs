@@ -40,9 +40,21 @@ pub enum LoadKind {
         potential: Option<Value>,
         /// A force or torque that makes it longer, of anything.
         force: Option<Value>,
-        /// Size of a friction, and the speed at which it has come to three quarters of that.
-        friction: Option<(Value, Value)>,
+        /// Its friction.
+        friction: Option<Friction>,
     },
+}
+
+/// A regularized dry friction: `-size*tanh(s_dot/slip)`, or `-size*|normal|*tanh(s_dot/slip)`.
+#[derive(Clone, Debug)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Friction {
+    /// Its size, or the coefficient of friction where there is a normal force.
+    pub size: Value,
+    /// The speed at which it has come to three quarters of its size.
+    pub slip: Value,
+    /// The output that is the normal force.
+    pub normal: Option<usize>,
 }
 
 impl LoadKind {
@@ -57,7 +69,7 @@ impl LoadKind {
             Self::Force { force, .. } => force.iter().collect(),
             Self::Torque { torque, .. } => vec![torque],
             Self::Gravity(_) => Vec::new(),
-            Self::Spring { force, friction, .. } => force.iter().chain(friction.iter().map(|(size, _)| size)).collect(),
+            Self::Spring { force, friction, .. } => force.iter().chain(friction.iter().map(|own| &own.size)).collect(),
         }
     }
 
@@ -71,6 +83,14 @@ impl LoadKind {
         }
     }
 
+    /// The output that is the normal force of its friction.
+    pub fn normal(&self) -> Option<usize> {
+        match self {
+            Self::Spring { friction: Some(friction), .. } => friction.normal,
+            _ => None,
+        }
+    }
+
     /// The formulae that are neither forces nor places: fields, stiffnesses, potentials.
     fn laws(&self) -> Vec<&Value> {
         match self {
@@ -78,7 +98,7 @@ impl LoadKind {
             Self::Gravity(field) => field.iter().collect(),
             Self::Spring { stiffness, rest, damping, potential, friction, .. } => {
                 let optional = [stiffness, rest, damping, potential].into_iter().flatten();
-                optional.chain(friction.iter().map(|(_, slip)| slip)).collect()
+                optional.chain(friction.iter().map(|own| &own.slip)).collect()
             }
         }
     }
@@ -101,11 +121,10 @@ impl LoadKind {
                 let said =
                     said.into_iter().filter_map(|(what, value)| Some(format!("{what} `{}`", formula(value.as_ref()?))));
                 parts.extend(said);
-                parts.extend(
-                    friction.as_ref().map(|(size, slip)| {
-                        format!("friction `{}` beyond the speed `{}`", formula(size), formula(slip))
-                    }),
-                );
+                parts.extend(friction.as_ref().map(|Friction { size, slip, normal }| {
+                    let what = if normal.is_some() { "friction of coefficient" } else { "friction" };
+                    format!("{what} `{}` beyond the speed `{}`", formula(size), formula(slip))
+                }));
                 let place = formula(along);
                 // Between two points their names stand side by side.
                 let between = place

@@ -33,13 +33,15 @@ pub enum OutputKind {
         coordinate: usize,
     },
     /// What acts on bodies beside loads and constraints, by a virtual displacement `(d, w)` of them:
-    /// `sum (m a . d + I alpha w) - Q + lambda' dC + sum c lambda`, with the work `Q` of loads and the change `dC` of
+    /// `sum (m a . d + I alpha w) - Q + lambda' dC + sum c lambda + sum k f`, with the work `Q` of loads and the change `dC` of
     /// constraints. A force where bodies move, a moment where they turn.
     FreeBody {
         /// What is displaced, all at once.
         displacements: Vec<Displacement>,
         /// Further terms: a constraint and the factor `c` of its multiplier.
         multipliers: Vec<(usize, Value)>,
+        /// Further terms: a load along a length and the factor `k` of its force.
+        loads: Vec<(usize, Value)>,
     },
     /// Force of the mechanism on the ground along a direction: `sum (m (g - a) + F) . e`, with the forces `F` that act
     /// from outside.
@@ -99,10 +101,10 @@ impl OutputKind {
         match self {
             Self::Value(value) | Self::Rate(value) | Self::SecondRate(value) => vec![value],
             Self::ReactionForce { along, .. } | Self::ShakingForce(along) => along.iter().collect(),
-            Self::FreeBody { displacements, multipliers } => {
+            Self::FreeBody { displacements, multipliers, loads } => {
                 let along = displacements.iter().filter_map(|own| own.along.as_ref()).flatten();
                 let turns = displacements.iter().filter_map(|own| own.turn.as_ref()).map(|turn| &turn.size);
-                along.chain(turns).chain(multipliers.iter().map(|(_, factor)| factor)).collect()
+                along.chain(turns).chain(multipliers.iter().chain(loads).map(|(_, factor)| factor)).collect()
             }
             Self::ReactionMoment { .. }
             | Self::ShakingMoment(_)

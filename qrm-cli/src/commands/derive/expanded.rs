@@ -1,8 +1,8 @@
 //! A scene in links and joints as an ordinary one.
 
 use qrm_scene::document::{
-    BodySyntax, CoordinateSyntax, DisplacementSyntax, Document, DrawnSyntax, Identifier, OutputSyntax, OutputValue,
-    Position, Target,
+    Along, BodySyntax, CoordinateSyntax, DisplacementSyntax, Document, DrawnSyntax, FrictionSyntax, Identifier,
+    LoadSyntax, OutputSyntax, OutputValue, Position, Target,
 };
 use qrm_scene::linkage;
 use qrm_scene::parser::Formula;
@@ -59,6 +59,10 @@ pub(super) fn expanded(source: &str) -> Result<String, String> {
             (&own.identifier, table([residual, ("unit", own.unit.as_str().into()), ("doc", own.doc.as_str().into())]))
         }),
     );
+    // Those of joints follow the scene's own.
+    let written = text.remove("loads");
+    put(&mut text, "loads", whole.loads[own.loads.len()..].iter().map(|(name, own)| (name, load(own))));
+    put_first(&mut text, "loads", written);
     put_outputs(&mut text, &own, &whole);
     let drawing = &whole.drawing[own.drawing.len()..];
     put(&mut text, "drawing", drawing.iter().map(|(name, own)| (name, drawn(own))));
@@ -93,6 +97,17 @@ fn put<'d>(text: &mut DocumentMut, section: &str, entries: impl Iterator<Item = 
     text.insert(section, Item::Table(table));
 }
 
+/// Puts what a section had before its entries.
+fn put_first(text: &mut DocumentMut, section: &str, written: Option<Item>) {
+    let Some(mut written) = written else { return };
+    if let (Some(own), Some(others)) = (written.as_table_like_mut(), text.remove(section)) {
+        for (name, item) in others.as_table_like().into_iter().flat_map(|others| others.iter()) {
+            own.insert(name, item.clone());
+        }
+    }
+    text.insert(section, written);
+}
+
 /// Writes the outputs of joints as what they become, in their place.
 fn put_outputs(text: &mut DocumentMut, own: &Document, whole: &Document) {
     let power = |output: &OutputSyntax| match &output.value {
@@ -104,7 +119,8 @@ fn put_outputs(text: &mut DocumentMut, own: &Document, whole: &Document) {
         OutputValue::Joint { .. } => true,
         _ => power(output).is_some_and(|power| !powers.contains(&power)),
     };
-    if !own.outputs.iter().any(written_out) {
+    let has_new = whole.outputs.len() > own.outputs.len();
+    if !has_new && !own.outputs.iter().any(written_out) {
         return;
     }
     let written = text.remove("outputs").unwrap_or_default();
@@ -124,26 +140,38 @@ fn joint_output(own: &OutputSyntax) -> Value {
     let text = |text: &str| Value::from(text);
     let (unit, doc) = (("unit", text(&own.unit)), ("doc", text(&own.doc)));
     match &own.value {
-        OutputValue::FreeBody { displacements, multipliers } => {
+        OutputValue::FreeBody { displacements, multipliers, loads } => {
             let displacements = displacements.iter().map(displacement).collect();
-            let factors = multipliers.iter().map(|(name, factor)| (name.name.clone(), formula(factor)));
-            let free_body = ("free_body", Value::Array(displacements));
-            let multipliers = ("multipliers", Value::InlineTable(factors.collect()));
-            if multipliers.1.as_inline_table().is_some_and(InlineTable::is_empty) {
-                return table([free_body, unit, doc]);
-            }
-            table([free_body, multipliers, unit, doc])
+            let factors = |own: &[(Identifier, Formula)]| match own.is_empty() {
+                true => text(""),
+                false => Value::InlineTable(own.iter().map(|(name, own)| (name.name.clone(), formula(own))).collect()),
+            };
+            let (multipliers, loads) = (("multipliers", factors(multipliers)), ("loads", factors(loads)));
+            table([("free_body", Value::Array(displacements)), multipliers, loads, unit, doc])
         }
         OutputValue::Reaction { constraint, target: Target::Point(point), along: Some(along) } => {
             let (constraint, point) = (text(&constraint.name), text(&point.name));
             table([("reaction", constraint), ("at", point), ("along", pair(along)), unit, doc])
         }
-        OutputValue::Norm { components, at: Some(at) } => {
-            table([("norm", names(components)), ("at", text(&at.name)), unit, doc])
+        OutputValue::Norm { components, at } => {
+            let at = text(at.as_ref().map_or("", |at| &at.name));
+            table([("norm", names(components)), ("at", at), unit, doc])
         }
         OutputValue::Power(name) => table([("power", text(&name.name)), unit, doc]),
         _ => table([unit, doc]),
     }
+}
+
+/// The friction of a joint.
+fn load(own: &LoadSyntax) -> Value {
+    let LoadSyntax::Spring(spring) = own else { return Value::InlineTable(InlineTable::new()) };
+    let along = match &spring.along {
+        Along::Formula(along) => formula(along),
+        Along::Between(..) => Value::from(""),
+    };
+    let Some(FrictionSyntax { size, slip, normal }) = &spring.friction else { return table([("along", along)]) };
+    let normal = Value::from(normal.as_ref().map_or("", |normal| &normal.name));
+    table([("along", along), ("friction", formula(size)), ("slip", formula(slip)), ("normal", normal)])
 }
 
 fn displacement(own: &DisplacementSyntax) -> Value {

@@ -203,6 +203,7 @@ mod tests {
             parameters: &[ParameterDescription { name: "m", unit: "kg", doc: UGLY, formula: "1" }],
             left_out: &[],
             has_corners: false,
+            friction: &[],
             until: "",
         };
         let roles = Roles::of(vec![("m", Role::Tunable)], vec!["m"]);

@@ -149,7 +149,7 @@ impl<'t> Equations<'t> {
         let (qdd, multipliers) = self.solution.split_at(q.len());
         let mut outputs = vec![Number::zero(); self.evaluator.tape().outputs.results.len()];
         self.evaluator.outputs(t, q, qd, qdd, multipliers, &mut outputs);
-        let power = self.evaluator.power(t, q, qd, multipliers).to_f64();
+        let power = self.evaluator.power(t, q, qd, qdd, multipliers).to_f64();
         let [kinetic, potential] = self.evaluator.energy(q, qd);
         let doubles = |numbers: &[Number]| numbers.iter().map(|number| number.to_f64()).collect::<Vec<f64>>();
         let residual = doubles(&self.open(t, y, false)).into_iter().map(f64::abs).fold(0.0, f64::max);

@@ -70,6 +70,7 @@ static DESCRIPTION: Description = Description {
     parameters: &[parameter("l"), parameter("g")],
     left_out: &[],
     has_corners: false,
+    friction: &[],
     until: "x <= 0",
 };
 
@@ -133,7 +134,7 @@ impl Mechanism for Pendulum {
     fn energy(&self, _: &[f64], _: &[f64]) -> [f64; 2] {
         [0.0; 2]
     }
-    fn power(&self, _: f64, _: &[f64], _: &[f64], _: &[f64]) -> f64 {
+    fn power(&self, _: f64, _: &[f64], _: &[f64], _: &[f64], _: &[f64]) -> f64 {
         0.0
     }
     fn outputs(&self, _: f64, q: &[f64], _: &[f64], _: &[f64], _: &[f64], outputs: &mut [f64]) {

@@ -1,0 +1,115 @@
+//! Normal forces of friction: how they follow from accelerations, multipliers and each other.
+
+use std::collections::HashMap;
+
+use symbolica::atom::{Atom, AtomCore};
+
+use super::derive::{System, norm, output};
+use crate::term::{AffineForce, NormalForce, Symbol, Term};
+use qrm_scene::function::Function;
+use qrm_scene::scene::{LoadKind, OutputKind, Scene};
+
+/// The normal forces of a scene, in the order of the outputs that they are.
+pub(super) fn normal_forces(system: &System) -> Vec<NormalForce> {
+    let (algebra, scene) = (&system.algebra, system.algebra.scene);
+    let normals = scene.normal_forces();
+    let affine = |component: usize| {
+        let force = algebra.simplify(&output(scene, system, &scene.outputs[component].kind));
+        let by = |symbol: Symbol| algebra.simple_term(&algebra.derivative(&force, symbol));
+        let zero = |atom: Atom, symbol: Symbol| {
+            atom.replace(algebra.symbol(symbol).to_pattern()).with(Atom::num(0).to_pattern())
+        };
+        let accelerations = (0..scene.coordinates.len()).map(Symbol::Acceleration);
+        let multipliers = (0..scene.constraints.len()).map(Symbol::Multiplier);
+        let own = normals.iter().map(|&k| Symbol::NormalForce(k));
+        let all = accelerations.clone().chain(multipliers.clone()).chain(own.clone());
+        AffineForce {
+            rest: algebra.simple_term(&all.fold(force.clone(), zero)),
+            by_accelerations: accelerations.map(by).collect(),
+            by_multipliers: multipliers.map(by).collect(),
+            by_normal_forces: own.map(by).collect(),
+        }
+    };
+    let normal_force = |&k: &usize| {
+        let components = match &scene.outputs[k].kind {
+            OutputKind::Norm { components, .. } => components.to_vec(),
+            _ => vec![k],
+        };
+        let efforts = system.loads.efforts.iter().filter(|effort| effort.normal == Some(k));
+        let friction = |i: usize| {
+            let along = efforts.clone().fold(Atom::num(0), |sum, effort| sum + &effort.size * &effort.along[i]);
+            algebra.simple_term(&algebra.derivative(&along, Symbol::NormalForce(k)))
+        };
+        NormalForce {
+            output: k,
+            name: scene.outputs[k].name.clone(),
+            components: components.into_iter().map(affine).collect(),
+            friction: (0..scene.coordinates.len()).map(friction).collect(),
+        }
+    };
+    normals.iter().map(normal_force).collect()
+}
+
+/// The sizes of normal forces by accelerations and multipliers alone, in place of their symbols.
+pub(super) struct Sizes(HashMap<usize, Term>);
+
+impl Sizes {
+    /// The sizes of all normal forces.
+    ///
+    /// # Panics
+    /// If a normal force contains friction that depends on it, for given accelerations and multipliers.
+    pub(super) fn new(system: &System) -> Self {
+        let mut sizes = Self(HashMap::new());
+        let mut open = system.algebra.scene.normal_forces();
+        while !open.is_empty() {
+            let before = open.len();
+            open.retain(|&k| !sizes.add(system, k));
+            if open.len() == before {
+                sizes.report(system, open[0]);
+            }
+        }
+        sizes
+    }
+
+    /// A term without the symbols of normal forces.
+    pub(super) fn insert(&self, term: &Term) -> Term {
+        if self.0.is_empty() {
+            return term.clone();
+        }
+        term.replacing(&|symbol| if let Symbol::NormalForce(k) = symbol { self.0.get(&k).cloned() } else { None })
+    }
+
+    /// Adds the size of a normal force, unless it needs others that are not known yet.
+    fn add(&mut self, system: &System, k: usize) -> bool {
+        let scene = system.algebra.scene;
+        let term = |i: usize| system.algebra.simple_term(&output(scene, system, &scene.outputs[i].kind));
+        let parts = match &scene.outputs[k].kind {
+            OutputKind::Norm { components, .. } => components.map(term).to_vec(),
+            _ => vec![term(k)],
+        };
+        let is_open = |symbol| matches!(symbol, Symbol::NormalForce(j) if !self.0.contains_key(&j));
+        if parts.iter().any(|part| part.any_symbol(&is_open)) {
+            return false;
+        }
+        let parts: Vec<Term> = parts.iter().map(|part| self.insert(part)).collect();
+        let size = match &parts[..] {
+            [x, y] => norm([x, y]),
+            parts => Term::Call(Function::Abs, Box::new(parts[0].clone())),
+        };
+        self.0.insert(k, size);
+        true
+    }
+
+    fn report(&self, system: &System, k: usize) {
+        let scene = system.algebra.scene;
+        let own = scene.loads.iter().find(|load| load.kind.normal() == Some(k));
+        if let Some(LoadKind::Spring { friction: Some(friction), .. }) = own.map(|load| &load.kind) {
+            drop(system.algebra.atom(&friction.slip));
+        }
+        panic!("the normal force `{}` contains friction that depends on it", name(scene, k));
+    }
+}
+
+fn name(scene: &Scene, k: usize) -> &str {
+    &scene.outputs[k].name
+}
