@@ -51,8 +51,8 @@ pub enum Unverified {
     /// The formulae have no value at almost any state.
     #[error("{0}\n  = help: look for roots and logarithms of negative numbers, and for numbers beyond 1e308")]
     NoDomain(String),
-    /// Forces are asked for that many could be.
-    #[error("{0}\n  = help: take out the constraints that are too many, or `inverse = true` under [run]")]
+    /// Forces are asked for, or friction depends on forces, that are not determined.
+    #[error("{0}")]
     Undetermined(String),
 }
 
@@ -75,9 +75,11 @@ pub fn verify(scene: &Scene, equations: &Equations, file: &syn::File, tape: &Own
         of_order_one.filter_map(|s| s.on::<Wide>().expected(scene, equations).map(|expected| (s, expected)));
     let of_order_one: Vec<(Sample, Expected<Wide>)> = of_order_one.take(states / 4).collect();
     if scene.run.inverse && !module.functions.contains_key("inverse_dynamics") {
-        let title =
-            format!("error: scene `{}` asks for inverse dynamics, but its constraints repeat others", scene.name);
-        return Err(Unverified::Undetermined(title));
+        return Err(Unverified::Undetermined(format!(
+            "error: scene `{}` asks for inverse dynamics, but its constraints repeat others\n  = help: take out the constraints \
+             that are too many, or `inverse = true` under [run]",
+            scene.name
+        )));
     }
     let has_rounded_constants = has_rounded_constants(scene);
     let mut agreed = 0;
@@ -94,7 +96,15 @@ pub fn verify(scene: &Scene, equations: &Equations, file: &syn::File, tape: &Own
             tape::agrees(scene, &module, &tape, sample).map_err(wrong)?;
         }
     }
-    let problem = if known.len() < states / 4 {
+    let problem = if known.len() < states / 4 && !scene.normal_forces().is_empty() {
+        return Err(Unverified::Undetermined(format!(
+            "error: friction of scene `{}` depends on forces that are not determined at {} of {} random states\n  = help: take \
+             out constraints that repeat others, or use a smaller coefficient of friction",
+            scene.name,
+            states * PATIENCE - known.len(),
+            states * PATIENCE
+        )));
+    } else if known.len() < states / 4 {
         format!("have a value at only {} of {} random states", known.len(), states * PATIENCE)
     } else if agreed < states / 4 {
         format!(

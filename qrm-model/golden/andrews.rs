@@ -2342,7 +2342,14 @@ impl<R: Scalar> Kernel<R, 7, 6> for Andrews<R> {
     }
 
     #[inline(always)]
-    fn power(&self, t: R, q: &[R; 7], qd: &[R; 7], _multipliers: &[R; 6]) -> R {
+    fn power(
+        &self,
+        t: R,
+        q: &[R; 7],
+        qd: &[R; 7],
+        _qdd: &[R; 7],
+        _multipliers: &[R; 6],
+    ) -> R {
         power(self, t, q, qd)
     }
 }
@@ -2817,6 +2824,7 @@ pub const DESCRIPTION: Description = Description {
     ],
     left_out: &[],
     has_corners: false,
+    friction: &[],
     until: "",
 };
 
@@ -3221,4 +3229,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: aacf41fc45a73081
+// Hash of this file and its derivation: eb37c3ae385c7e45

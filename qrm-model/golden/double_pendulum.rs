@@ -644,7 +644,14 @@ impl<R: Scalar> Kernel<R, 2, 0> for DoublePendulum<R> {
     }
 
     #[inline(always)]
-    fn power(&self, t: R, q: &[R; 2], qd: &[R; 2], _multipliers: &[R; 0]) -> R {
+    fn power(
+        &self,
+        t: R,
+        q: &[R; 2],
+        qd: &[R; 2],
+        _qdd: &[R; 2],
+        _multipliers: &[R; 0],
+    ) -> R {
         power(self, t, q, qd)
     }
 }
@@ -787,6 +794,7 @@ pub const DESCRIPTION: Description = Description {
     ],
     left_out: &[],
     has_corners: false,
+    friction: &[],
     until: "",
 };
 
@@ -934,4 +942,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: 02e2600df69e1a8d
+// Hash of this file and its derivation: a20ecd3672b95232

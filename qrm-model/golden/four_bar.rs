@@ -1399,7 +1399,14 @@ impl<R: Scalar> Kernel<R, 3, 2> for FourBar<R> {
     }
 
     #[inline(always)]
-    fn power(&self, t: R, q: &[R; 3], qd: &[R; 3], _multipliers: &[R; 2]) -> R {
+    fn power(
+        &self,
+        t: R,
+        q: &[R; 3],
+        qd: &[R; 3],
+        _qdd: &[R; 3],
+        _multipliers: &[R; 2],
+    ) -> R {
         power(self, t, q, qd)
     }
 }
@@ -1564,6 +1571,7 @@ pub const DESCRIPTION: Description = Description {
     ],
     left_out: &[],
     has_corners: false,
+    friction: &[],
     until: "",
 };
 
@@ -1808,4 +1816,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: 3023444c003225e6
+// Hash of this file and its derivation: 4a1eaaa169757d62

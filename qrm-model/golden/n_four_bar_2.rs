@@ -1321,7 +1321,14 @@ impl<R: Scalar> Kernel<R, 5, 4> for NFourBar2<R> {
     }
 
     #[inline(always)]
-    fn power(&self, t: R, q: &[R; 5], qd: &[R; 5], _multipliers: &[R; 4]) -> R {
+    fn power(
+        &self,
+        t: R,
+        q: &[R; 5],
+        qd: &[R; 5],
+        _qdd: &[R; 5],
+        _multipliers: &[R; 4],
+    ) -> R {
         power(self, t, q, qd)
     }
 }
@@ -1523,6 +1530,7 @@ pub const DESCRIPTION: Description = Description {
     ],
     left_out: &[],
     has_corners: false,
+    friction: &[],
     until: "",
 };
 
@@ -1769,4 +1777,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: d3e36feb1d2fdf9c
+// Hash of this file and its derivation: 3a085be9633c58cc

@@ -641,7 +641,14 @@ impl<R: Scalar> Kernel<R, 2, 1> for Pendulum<R> {
     }
 
     #[inline(always)]
-    fn power(&self, t: R, q: &[R; 2], qd: &[R; 2], _multipliers: &[R; 1]) -> R {
+    fn power(
+        &self,
+        t: R,
+        q: &[R; 2],
+        qd: &[R; 2],
+        _qdd: &[R; 2],
+        _multipliers: &[R; 1],
+    ) -> R {
         power(self, t, q, qd)
     }
 }
@@ -777,6 +784,7 @@ pub const DESCRIPTION: Description = Description {
     ],
     left_out: &[],
     has_corners: false,
+    friction: &[],
     until: "",
 };
 
@@ -926,4 +934,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: 7e7d1cc92b954bc5
+// Hash of this file and its derivation: 99bcc54aa0d5c1b2

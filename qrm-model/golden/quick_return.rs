@@ -1227,7 +1227,14 @@ impl<R: Scalar> Kernel<R, 3, 2> for QuickReturn<R> {
     }
 
     #[inline(always)]
-    fn power(&self, t: R, q: &[R; 3], qd: &[R; 3], _multipliers: &[R; 2]) -> R {
+    fn power(
+        &self,
+        t: R,
+        q: &[R; 3],
+        qd: &[R; 3],
+        _qdd: &[R; 3],
+        _multipliers: &[R; 2],
+    ) -> R {
         power(self, t, q, qd)
     }
 }
@@ -1490,6 +1497,7 @@ pub const DESCRIPTION: Description = Description {
     ],
     left_out: &["J3", "T2", "g"],
     has_corners: false,
+    friction: &[],
     until: "abs(phi2) >= 4*pi",
 };
 
@@ -1736,4 +1744,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: 361b010e54c0ca59
+// Hash of this file and its derivation: a60c58403d9620b7

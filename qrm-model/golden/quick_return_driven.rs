@@ -1402,7 +1402,14 @@ impl<R: Scalar> Kernel<R, 3, 3> for QuickReturnDriven<R> {
     }
 
     #[inline(always)]
-    fn power(&self, t: R, q: &[R; 3], qd: &[R; 3], multipliers: &[R; 3]) -> R {
+    fn power(
+        &self,
+        t: R,
+        q: &[R; 3],
+        qd: &[R; 3],
+        _qdd: &[R; 3],
+        multipliers: &[R; 3],
+    ) -> R {
         power(self, t, q, qd, multipliers)
     }
 }
@@ -1680,6 +1687,7 @@ pub const DESCRIPTION: Description = Description {
     ],
     left_out: &[],
     has_corners: false,
+    friction: &[],
     until: "",
 };
 
@@ -1945,4 +1953,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: af959b5dfc57412f
+// Hash of this file and its derivation: 53bc46f7c22c5843

@@ -1640,7 +1640,14 @@ impl<R: Scalar> Kernel<R, 3, 2> for QuickReturnLoaded<R> {
     }
 
     #[inline(always)]
-    fn power(&self, t: R, q: &[R; 3], qd: &[R; 3], _multipliers: &[R; 2]) -> R {
+    fn power(
+        &self,
+        t: R,
+        q: &[R; 3],
+        qd: &[R; 3],
+        _qdd: &[R; 3],
+        _multipliers: &[R; 2],
+    ) -> R {
         power(self, t, q, qd)
     }
 }
@@ -2089,6 +2096,7 @@ pub const DESCRIPTION: Description = Description {
     ],
     left_out: &[],
     has_corners: false,
+    friction: &[],
     until: "abs(phi2) >= 4*pi",
 };
 
@@ -2480,4 +2488,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: 3bbf8364ef523b3d
+// Hash of this file and its derivation: db0a3796dd34f39f

@@ -1947,7 +1947,14 @@ impl<R: Scalar> Kernel<R, 3, 2> for Shaper<R> {
     }
 
     #[inline(always)]
-    fn power(&self, t: R, q: &[R; 3], qd: &[R; 3], _multipliers: &[R; 2]) -> R {
+    fn power(
+        &self,
+        t: R,
+        q: &[R; 3],
+        qd: &[R; 3],
+        _qdd: &[R; 3],
+        _multipliers: &[R; 2],
+    ) -> R {
         power(self, t, q, qd)
     }
 }
@@ -2289,6 +2296,7 @@ pub const DESCRIPTION: Description = Description {
     ],
     left_out: &[],
     has_corners: true,
+    friction: &[],
     until: "phi2 >= 6*pi",
 };
 
@@ -2688,4 +2696,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: 7628a6b0a2d9122a
+// Hash of this file and its derivation: 46901ef88f6a2370

@@ -1080,7 +1080,14 @@ impl<R: Scalar> Kernel<R, 3, 2> for SliderCrank<R> {
     }
 
     #[inline(always)]
-    fn power(&self, t: R, q: &[R; 3], qd: &[R; 3], _multipliers: &[R; 2]) -> R {
+    fn power(
+        &self,
+        t: R,
+        q: &[R; 3],
+        qd: &[R; 3],
+        _qdd: &[R; 3],
+        _multipliers: &[R; 2],
+    ) -> R {
         power(self, t, q, qd)
     }
 }
@@ -1279,6 +1286,7 @@ pub const DESCRIPTION: Description = Description {
     ],
     left_out: &[],
     has_corners: false,
+    friction: &[],
     until: "",
 };
 
@@ -1521,4 +1529,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: 1da8bc48f9165107
+// Hash of this file and its derivation: f2d07d40b38a5a87

@@ -649,7 +649,14 @@ impl<R: Scalar> Kernel<R, 3, 0> for ThrownStick<R> {
     }
 
     #[inline(always)]
-    fn power(&self, t: R, q: &[R; 3], qd: &[R; 3], _multipliers: &[R; 0]) -> R {
+    fn power(
+        &self,
+        t: R,
+        q: &[R; 3],
+        qd: &[R; 3],
+        _qdd: &[R; 3],
+        _multipliers: &[R; 0],
+    ) -> R {
         power(self, t, q, qd)
     }
 }
@@ -804,6 +811,7 @@ pub const DESCRIPTION: Description = Description {
     ],
     left_out: &[],
     has_corners: false,
+    friction: &[],
     until: "",
 };
 
@@ -957,4 +965,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: e763db6944a06911
+// Hash of this file and its derivation: 96676cd9358bf441

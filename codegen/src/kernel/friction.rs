@@ -79,13 +79,21 @@ impl Builder<'_> {
             let name = format!("{}{axis}", own.name);
             rest.push(self.component(force, without, &force.rest, &format!("{name}_rest")));
             let of_units = units.iter().zip(&force.by_normal_forces).enumerate();
-            by.push(of_units.map(|(k, (unit, own))| self.component(force, unit, own, &format!("{name}_by_{k}"))).collect());
+            by.push(
+                of_units.map(|(k, (unit, own))| self.component(force, unit, own, &format!("{name}_by_{k}"))).collect(),
+            );
         }
         Components { rest, by }
     }
 
     /// A component at accelerations and multipliers.
-    fn component(&mut self, force: &AffineForce, (accelerations, multipliers): &Solution, more: &Term, name: &str) -> Value {
+    fn component(
+        &mut self,
+        force: &AffineForce,
+        (accelerations, multipliers): &Solution,
+        more: &Term,
+        name: &str,
+    ) -> Value {
         let mut values = |terms: &[Term]| terms.iter().map(|term| self.value(term)).collect::<Vec<Value>>();
         let (by_accelerations, by_multipliers) = (values(&force.by_accelerations), values(&force.by_multipliers));
         let more = self.value(more);
@@ -121,7 +129,8 @@ impl Builder<'_> {
                 right.push(self.dot(direction, &own.rest));
             }
             sizes = self.fixed_point(&matrix, right).0;
-            sizes = sizes.iter().enumerate().map(|(k, size)| self.keep(Block::Friction, &name(k, "size"), *size)).collect();
+            sizes =
+                sizes.iter().enumerate().map(|(k, size)| self.keep(Block::Friction, &name(k, "size"), *size)).collect();
             forces = self.forces_of(components, &sizes);
         }
         let found = sizes_at(self, &forces, "found");

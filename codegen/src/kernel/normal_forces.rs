@@ -14,8 +14,7 @@ impl Builder<'_> {
     pub(super) fn bind_normal_forces(mut self, e: &KernelEquations) -> Vec<(String, Signed)> {
         let jacobian = self.jacobian(e);
         let mass = self.mass_matrix(e);
-        let closing: Vec<Value> =
-            e.constraint_bias.iter().map(|bias| self.value(bias).map(Signed::negated)).collect();
+        let closing: Vec<Value> = e.constraint_bias.iter().map(|bias| self.value(bias).map(Signed::negated)).collect();
         let forces: Vec<Value> = e.pushes.iter().flat_map(|push| &push.total).map(|force| self.value(force)).collect();
         let weighted = self.weighted(&jacobian, &mass);
         let completed = self.completed(&jacobian, &weighted, mass);

@@ -33,6 +33,8 @@ pub enum NotPossible {
     NotAssembled(NotAssembled),
     /// The given coordinates do not determine the others at the start.
     Singular,
+    /// Friction depends on the forces in joints, which forces along given coordinates would change.
+    Friction,
     /// After this time the mechanism locks, or comes to a position at which the given coordinates do not determine the
     /// others.
     LimitPosition {
@@ -79,13 +81,16 @@ impl<'m> PrescribedMotion<'m> {
     /// The motion at its first time, on the branch of the start; there the given coordinates have their prescribed values.
     ///
     /// # Errors
-    /// The mechanism cannot be assembled, or not be moved.
+    /// The mechanism cannot be assembled, or not be moved, or has friction that the motion leaves open.
     pub fn new(
         mechanism: &'m dyn Mechanism,
         start: &Start,
         t: f64,
         prescribed: Prescribed,
     ) -> Result<Self, NotPossible> {
+        if !mechanism.description().friction.is_empty() && start.given.contains(&true) {
+            return Err(NotPossible::Friction);
+        }
         let mut drive = Drive::new(mechanism, start.given.clone()).ok_or(NotPossible::Singular)?;
         let mut start = start.clone();
         for i in (0..start.q.len()).filter(|&i| start.given[i]) {

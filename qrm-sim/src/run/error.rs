@@ -176,7 +176,8 @@ impl StepError {
                      them",
                     quoted(description.friction)
                 );
-                let help = "take out the constraints that are too many: `qrm check` names them; or take out the friction";
+                let help =
+                    "take out the constraints that are too many: `qrm check` names them; or take out the friction";
                 (text, help.to_owned())
             }
             Self::NotFinite | Self::ForcesNotFinite => {

@@ -71,7 +71,7 @@ impl SaddlePoint {
     /// Solves the equations; true if the factors of `Mbar` are known afterwards.
     ///
     /// # Errors
-    /// `Mbar` is singular on the motions that the constraints allow.
+    /// `Mbar` is singular on the motions that the constraints allow, or terms are not finite.
     pub(crate) fn solve(
         &mut self,
         qdd: &mut [f64],
@@ -80,6 +80,7 @@ impl SaddlePoint {
     ) -> Result<bool, Undetermined> {
         if !self.is_redundant() && self.factor() {
             self.solve_factored(qdd, multipliers);
+            self.check_terms()?;
             return Ok(true);
         }
         self.solve_robustly(qdd, multipliers, stats)
@@ -106,6 +107,16 @@ impl SaddlePoint {
         subtract_combination(qdd, pull, multipliers);
     }
 
+    /// Whether all terms of the equations are finite.
+    fn check_terms(&self) -> Result<(), Undetermined> {
+        let Dynamics { mass_matrix, generalized_forces, constraint_jacobian, constraint_bias } = &self.dynamics;
+        let are_finite = |terms: &[f64]| terms.iter().all(|term| term.is_finite());
+        if ![mass_matrix.entries(), constraint_jacobian.entries(), constraint_bias].into_iter().all(are_finite) {
+            return Err(Undetermined::NotFinite);
+        }
+        if are_finite(generalized_forces) { Ok(()) } else { Err(Undetermined::ForcesNotFinite) }
+    }
+
     /// Solves the equations where they cannot be factored; true if the factors of `Mbar` are known afterwards.
     ///
     /// # Errors
@@ -117,16 +128,10 @@ impl SaddlePoint {
         multipliers: &mut [f64],
         stats: &mut SolverStats,
     ) -> Result<bool, Undetermined> {
+        self.check_terms()?;
         let is_redundant = self.is_redundant();
         let Self { dynamics, mass, minv_ct: pull, schur, schur_factors, rank } = self;
         let n = qdd.len();
-        let terms = dynamics.mass_matrix.entries().iter().chain(dynamics.constraint_jacobian.entries());
-        if !terms.chain(&dynamics.constraint_bias).all(|term| term.is_finite()) {
-            return Err(Undetermined::NotFinite);
-        }
-        if !dynamics.generalized_forces.iter().all(|force| force.is_finite()) {
-            return Err(Undetermined::ForcesNotFinite);
-        }
         let jacobian = &dynamics.constraint_jacobian;
         let mut completed = dynamics.mass_matrix.clone();
         let mut forces = dynamics.generalized_forces.clone();

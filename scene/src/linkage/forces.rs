@@ -2,7 +2,7 @@
 
 use super::Linkage;
 use super::closures::{DRIVE, open_pins};
-use super::friction;
+use super::friction::load_of_joint;
 use super::graph::PointId;
 use super::places::line;
 use super::terms::{dot, negate, whole};
@@ -27,7 +27,7 @@ pub(super) fn force(linkage: &Linkage, number: usize, on: PointId, direction: [i
         };
         let held = (identifier(name.clone()), negate(factor([negate(sin), cos])));
         let driven = drive.map(|_| (identifier(format!("{name}{DRIVE}")), negate(factor(along_line.clone()))));
-        let rubbed = friction.map(|_| (identifier(friction::load(name)), factor(along_line)));
+        let rubbed = friction.map(|_| (identifier(load_of_joint(name)), factor(along_line)));
         return OutputValue::FreeBody {
             displacements: Vec::new(),
             multipliers: std::iter::once(held).chain(driven).collect(),

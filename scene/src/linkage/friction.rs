@@ -27,7 +27,8 @@ impl Frictions {
                 let own = &joint.syntax.identifier;
                 let title = format!("joint `{}` has friction and joins {} links", own.name, joint.ends.len());
                 let error = Diagnostic::error(title, own.span.clone(), "between which of them?");
-                findings.push(error.help("join two links by each pin: the others get joints of their own at this point"));
+                findings
+                    .push(error.help("join two links by each pin: the others get joints of their own at this point"));
                 continue;
             }
             frictions.add(linkage, number, friction);
@@ -52,7 +53,7 @@ impl Frictions {
                 normal: Some(normal.clone()),
             }),
         };
-        self.loads.push((identifier(load(&own.name)), LoadSyntax::Spring(Box::new(spring))));
+        self.loads.push((identifier(load_of_joint(&own.name)), LoadSyntax::Spring(Box::new(spring))));
         let mut output = |identifier: Identifier, value: OutputValue| {
             let doc = format!("normal force of joint {}", own.name);
             self.outputs.push(OutputSyntax { identifier, value, unit: "N".to_owned(), doc });
@@ -71,7 +72,7 @@ impl Frictions {
 }
 
 /// The name of the load that is the friction of a joint.
-pub(super) fn load(joint: &str) -> String {
+pub(crate) fn load_of_joint(joint: &str) -> String {
     format!("friction_{joint}")
 }
 

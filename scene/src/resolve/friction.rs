@@ -2,6 +2,7 @@
 
 use crate::diagnostic::Diagnostic;
 use crate::document::{Document, LoadSyntax};
+use crate::linkage::load_of_joint;
 use crate::scene::{OutputKind, Scene};
 
 /// A normal force is a reaction; functions that take accelerations as given know nothing of the forces behind them.
@@ -15,11 +16,13 @@ pub(super) fn check(document: &Document, scene: &Scene, findings: &mut Vec<Diagn
         if known.is_some_and(|output| !is_force(scene, &output.kind)) {
             let title = format!("output `{}` is not the force in a joint", normal.name);
             let error = Diagnostic::error(title, normal.span.clone(), "no normal force");
-            findings.push(error.help("name an output with `reaction`, `free_body`, `joint`, or the `norm` of two of them"));
+            findings
+                .push(error.help("name an output with `reaction`, `free_body`, `joint`, or the `norm` of two of them"));
         }
     }
     let Some((load, normal)) = first else { return };
-    let title = |what: &str| format!("{what}, while the friction of load `{}` depends on the force in a joint", load.name);
+    let owner = owner(document, &load.name);
+    let title = |what: &str| format!("{what}, while the friction of {owner} depends on the force in a joint");
     for (span, what, help) in [
         (&document.run.stiff, "`stiff = true`", "take `stiff` out; explicit methods and `gauss` need no Jacobians"),
         (
@@ -31,6 +34,16 @@ pub(super) fn check(document: &Document, scene: &Scene, findings: &mut Vec<Diagn
         let Some(span) = span else { continue };
         let error = Diagnostic::error(title(what), span.clone(), "not possible together");
         findings.push(error.context(normal.span.clone(), "the normal force").help(help));
+    }
+}
+
+/// Whose friction a load is: that of a joint, or its own.
+pub(super) fn owner(document: &Document, load: &str) -> String {
+    let joints = document.joints.iter().filter(|joint| joint.friction.is_some());
+    let mut joints = joints.map(|joint| &joint.identifier.name);
+    match joints.find(|joint| load_of_joint(joint) == load) {
+        Some(joint) => format!("joint `{joint}`"),
+        None => format!("load `{load}`"),
     }
 }
 
