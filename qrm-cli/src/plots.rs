@@ -97,7 +97,8 @@ impl Plot {
     /// `Y,..:X`, or `Y,..` for what is shown over time.
     fn new(setup: &Setup, text: &str) -> Result<Self, Error> {
         let wrong = |why: &str| {
-            Error::usage(format!("`--plot {text}` {why}")).help("write `--plot Y:X`, or `--plot Y1,Y2:X` for two curves")
+            Error::usage(format!("`--plot {text}` {why}"))
+                .help("write `--plot Y:X`, or `--plot Y1,Y2:X` for two curves")
         };
         let (ordinates, abscissa) = text.split_once(':').unwrap_or((text, "t"));
         if abscissa.contains(':') {

@@ -15,6 +15,7 @@ mod marks;
 mod markup;
 mod number;
 mod path;
+mod profile;
 mod sheet;
 mod span;
 mod text;

@@ -14,6 +14,9 @@ pub(super) struct Quantity {
     pub(super) source: Source,
 }
 
+/// What to do with a formula.
+const FORMULA: &str = "write a formula as an output under [outputs], and plot that";
+
 /// Where its numbers come from.
 pub(super) enum Source {
     /// A column: its place in a row, and what it holds.
@@ -33,10 +36,10 @@ impl Quantity {
             return Ok(Self { name, unit, doc, source: Source::Column(place, kind) });
         }
         let names = || columns.iter().map(|column| column.name.as_str());
-        let help = suggestion(name, names(), || match is_identifier(name) {
-            true => format!("its columns: {}", names().collect::<Vec<_>>().join(", ")),
-            false => "write a formula as an output under [outputs], and plot that".to_owned(),
-        });
+        let help = match is_identifier(name) {
+            true => suggestion(name, names(), || format!("its columns: {}", names().collect::<Vec<_>>().join(", "))),
+            false => FORMULA.to_owned(),
+        };
         Err(Error::usage(format!("scene `{}` has no column `{name}`", setup.description.name)).help(help))
     }
 
@@ -45,7 +48,7 @@ impl Quantity {
         let names = || points.iter().map(|point| point.name.as_str());
         let Some(place) = names().position(|name| name == point) else {
             let help = suggestion(point, names(), || match points.len() {
-                0 => "write a formula as an output under [outputs], and plot that".to_owned(),
+                0 => FORMULA.to_owned(),
                 _ => format!("its points: {}", names().collect::<Vec<_>>().join(", ")),
             });
             return Err(Error::usage(format!("scene `{}` has no point `{point}`", setup.description.name)).help(help));
