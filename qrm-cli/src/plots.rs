@@ -155,7 +155,11 @@ impl Plot {
             [alone] => alone.title(),
             _ => names.join(", "),
         };
-        let title = format!("{ordinates} over {}", self.abscissa.title());
+        let over = match self.abscissa.source {
+            Source::Column(_, Kind::Time) => "time".to_owned(),
+            _ => self.abscissa.title(),
+        };
+        let title = format!("{ordinates} over {over}");
         Figure {
             title,
             abscissa: Abscissa { quantity, unit, scale: Scale::Linear, is_isometric, has_origin: false },

@@ -84,7 +84,7 @@ def bricard():
 
 def flexible_crank():
     """The crank is driven, so the chord of the rod is known; its modes have integrals, and linear equations."""
-    r, l, w = 0.15, 0.3, 150
+    r, l, w = 0.15, 0.3, 50
     mass, stiffness = 7870 * np.pi * 0.006**2 / 4 * l, 2e11 * np.pi * 0.006**4 / 64 / l**3
     one = np.polynomial.Polynomial
     modes = [one([0, 16 / 5, 0, -32 / 5, 16 / 5]), one([0, 1, 0, -10, 15, -6])]
@@ -107,7 +107,7 @@ def flexible_crank():
         q_ddot = psi_dot**2 * q - (springs * q + shifts * across + turns * psi_ddot) / masses
         return [*q_dot, *q_ddot]
 
-    q1, q2, q1_dot, _ = end(rates, [0, 0, 0, 0], 0.1)
+    q1, q2, q1_dot, _ = end(rates, [0, 0, 0, 0], 0.3)
     yield from {"q1": q1, "q2": q2, "q1_dot": q1_dot}.items()
 
 
