@@ -1,24 +1,22 @@
 //! Plots that a user asks for: columns of a run, or components of points, over one another.
 
+mod path;
 mod quantity;
 
 use std::io;
 
 use qrm_pictures::{MAX_CURVES, Recording, printed_unit};
-use qrm_scene::evaluate;
-use qrm_sim::columns::{Kind, columns, state};
+use qrm_scene::evaluate::State;
+use qrm_sim::columns::{Kind, columns};
 use qrm_sim::run::{Observer, Row};
-use qrm_sim::state::State;
 use qrm_view::figure::{Abscissa, Curve, Figure, Panel, Scale};
 
 use crate::error::Error;
 use crate::options::PlotOptions;
 use crate::pictures::extremes;
 use crate::setup::Setup;
+use path::Path;
 use quantity::{Quantity, Source};
-
-/// Most rows that are kept for plots; at least half as many of a long run are.
-const MAX_ROWS: usize = 6000;
 
 /// Units in which both axes of a path have the same scale.
 const LENGTHS: [&str; 6] = ["m", "mm", "cm", "km", "in", "ft"];
@@ -28,12 +26,8 @@ pub(crate) struct Plots<'s> {
     setup: &'s Setup,
     parameters: Vec<f64>,
     plots: Vec<Plot>,
-    /// The numbers of all quantities, plot by plot, in some of the rows.
-    rows: Vec<Vec<f64>>,
-    /// The time of the last row that was kept.
-    last: f64,
-    /// Every how many rows one is kept.
-    every: u64,
+    /// Whether a plot shows a component of a point.
+    has_points: bool,
 }
 
 /// Some quantities over another one.
@@ -42,6 +36,8 @@ struct Plot {
     file: String,
     ordinates: Vec<Quantity>,
     abscissa: Quantity,
+    /// The path of each ordinate.
+    paths: Vec<Path>,
 }
 
 impl<'s> Plots<'s> {
@@ -62,34 +58,14 @@ impl<'s> Plots<'s> {
             }
             plots.push(plot);
         }
-        Ok(Self { parameters: setup.parameters(), setup, plots, rows: Vec::new(), last: f64::NEG_INFINITY, every: 1 })
+        let quantities = || plots.iter().flat_map(|plot| plot.ordinates.iter().chain([&plot.abscissa]));
+        let has_points = quantities().any(|quantity| matches!(quantity.source, Source::Point(..)));
+        Ok(Self { parameters: setup.parameters(), setup, has_points, plots })
     }
 
     /// The figures under the names of their files, without extensions.
     pub(crate) fn figures(&self, recording: &Recording) -> Vec<(String, Figure)> {
-        let mut first = 0;
-        let mut figures = Vec::new();
-        for plot in &self.plots {
-            let points = |ordinate: usize| -> Vec<(f64, f64)> {
-                let (x, y) = (first + plot.ordinates.len(), first + ordinate);
-                self.rows.iter().map(|row| (row[x], row[y])).collect()
-            };
-            figures.push((plot.file.clone(), plot.figure(&points, recording)));
-            first += plot.ordinates.len() + 1;
-        }
-        figures
-    }
-
-    /// The numbers of all quantities in a row.
-    fn numbers(&self, t: f64, q: &[f64], qd: &[f64], columns: &[f64]) -> Vec<f64> {
-        let quantities = || self.plots.iter().flat_map(|plot| plot.ordinates.iter().chain([&plot.abscissa]));
-        let has_points = quantities().any(|quantity| matches!(quantity.source, Source::Point(..)));
-        let state = has_points.then(|| evaluate::State::plain(&self.setup.scene, &self.parameters, t, q, qd));
-        let number = |quantity: &Quantity| match quantity.source {
-            Source::Column(place, _) => columns[place],
-            Source::Point(point, axis) => state.as_ref().map_or(f64::NAN, |state| state.point(point)[axis]),
-        };
-        quantities().map(number).collect()
+        self.plots.iter().map(|plot| (plot.file.clone(), plot.figure(recording))).collect()
     }
 }
 
@@ -123,22 +99,23 @@ impl Plot {
             names.iter().map(|name| Quantity::new(setup, &columns, name)).collect();
         let mut ordinates = quantities?;
         let abscissa = ordinates.remove(names.len() - 1);
-        Ok(Self { file: format!("plot-{}", names.join("-")), ordinates, abscissa })
+        let paths = ordinates.iter().map(|_| Path::default()).collect();
+        Ok(Self { file: format!("plot-{}", names.join("-")), ordinates, abscissa, paths })
     }
 
-    /// The picture, where an ordinate has these points.
-    fn figure(&self, points: &dyn Fn(usize) -> Vec<(f64, f64)>, recording: &Recording) -> Figure {
-        let curve = |(i, quantity): (usize, &Quantity)| {
+    /// The picture.
+    fn figure(&self, recording: &Recording) -> Figure {
+        let curve = |(quantity, path): (&Quantity, &Path)| {
             let (points, extremes) = match (&self.abscissa.source, &quantity.source) {
                 (Source::Column(_, Kind::Time), Source::Column(_, kind)) => {
                     (recording.series(*kind), extremes(recording, *kind))
                 }
-                _ => (points(i), None),
+                _ => (path.points(), None),
             };
             Curve { name: quantity.name.clone(), doc: quantity.doc.clone(), points, extremes, has_dots: false }
         };
         let mut panels: Vec<Panel> = Vec::new();
-        for (quantity, curve) in self.ordinates.iter().zip(self.ordinates.iter().enumerate().map(curve)) {
+        for (quantity, curve) in self.ordinates.iter().zip(self.ordinates.iter().zip(&self.paths).map(curve)) {
             let unit = printed_unit(&quantity.unit);
             if let Some(panel) = panels.iter_mut().find(|panel| panel.unit == unit) {
                 panel.quantity += &format!(", {}", quantity.name);
@@ -170,29 +147,16 @@ impl Plot {
 
 impl Observer for Plots<'_> {
     fn row(&mut self, row: &Row) -> io::Result<()> {
-        if self.plots.is_empty() || !row.index.is_multiple_of(self.every) {
-            return Ok(());
-        }
-        if self.rows.len() >= MAX_ROWS {
-            let mut place = 0;
-            self.rows.retain(|_| {
-                place += 1;
-                place % 2 == 1
-            });
-            self.every *= 2;
-        }
-        if row.index.is_multiple_of(self.every) {
-            self.rows.push(self.numbers(row.t, row.q, row.qd, row.columns));
-            self.last = row.t;
-        }
-        Ok(())
-    }
-
-    fn finish(&mut self, last: &[f64]) -> io::Result<()> {
-        // A path is shown to its end.
-        if !self.plots.is_empty() && last.first().is_some_and(|t| self.last < *t) {
-            let State { t, q, qd, .. } = state(self.setup.description, last);
-            self.rows.push(self.numbers(t, &q, &qd, last));
+        let state = self.has_points.then(|| State::plain(&self.setup.scene, &self.parameters, row.t, row.q, row.qd));
+        let number = |quantity: &Quantity| match quantity.source {
+            Source::Column(place, _) => row.columns[place],
+            Source::Point(point, axis) => state.as_ref().map_or(f64::NAN, |state| state.point(point)[axis]),
+        };
+        for plot in &mut self.plots {
+            let x = number(&plot.abscissa);
+            for (quantity, path) in plot.ordinates.iter().zip(&mut plot.paths) {
+                path.push((x, number(quantity)));
+            }
         }
         Ok(())
     }
