@@ -1,4 +1,6 @@
-"""Ends of the scenes in scenes/recipes by other equations: python3 tests/reference/recipes.py > tests/reference/recipes.csv
+"""Ends of the scenes in scenes/recipes by other equations:
+
+    python3 tests/reference/recipes.py > tests/reference/recipes.csv
 
 Needs numpy, scipy and sympy. Each mechanism is integrated in as many coordinates as it has degrees of freedom, rods as
 rigid or flexible continua, by DOP853 with a relative tolerance of 1e-13.
@@ -16,7 +18,7 @@ def end(rates, start, t):
 
 
 def governor():
-    """Momentum about the shaft is constant, so the shaft is eliminated; moments of inertia of the rods are integrals."""
+    """Momentum about the shaft is constant, so the shaft is eliminated; the rods have integrals."""
     h, a, l, m, ball, ms, k, c, l0, g = 1, 0.05, 1, 0.3, 5, 3, 8e5, 4e4, 0.5, 9.81
     own = 0.3 * (0.01**2 + 0.01**2) / 12 + 3 * (0.1**2 + 0.1**2) / 12
     about_joint = 2 * (m * l**2 / 3 + ball * l**2)
