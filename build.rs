@@ -1,17 +1,15 @@
 //! The build script of `qrm-model`: scenes to Rust, or, without the feature `generate`, a check of the golden copy.
 
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
-fn main() -> ExitCode {
+fn main() {
     println!("cargo::rerun-if-changed=../scenes");
     // Messages name files as the user knows them, from the top of the workspace.
     let scenes = std::env::set_current_dir("..").map_err(|e| e.to_string()).and_then(|()| scenes());
-    match scenes.and_then(|scenes| work(&scenes)) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(message) => {
-            eprintln!("{message}");
-            ExitCode::FAILURE
+    if let Err(message) = scenes.and_then(|scenes| work(&scenes)) {
+        // A script that fails itself would have its message shown below the command and all that was printed before.
+        for line in message.lines() {
+            println!("cargo::error={}", line.strip_prefix("error: ").unwrap_or(line));
         }
     }
 }

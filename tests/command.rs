@@ -123,6 +123,48 @@ error: unknown name `phi6`
 }
 
 #[test]
+fn plots_that_cannot_be_made() {
+    for (plot, said) in [
+        ("x7:phi2", "scene `quick-return` has no column `x7`\n  = help: did you mean `x6`?"),
+        (
+            "x6:2*phi2",
+            "scene `quick-return` has no column `2*phi2`\n  = help: write a formula as an output under [outputs], and plot \
+             that",
+        ),
+        ("Z.y:C.x", "scene `quick-return` has no point `Z`\n  = help: its points: O2, O4, A, B, C"),
+        (
+            "C.x_dot",
+            "there is no column `C.x_dot`\n  = help: components of points are `C.x` and `C.y`; their rates become columns \
+             under [outputs], such as `C_x_dot = { rate = 'C.x', unit = \"m/s\" }`",
+        ),
+    ] {
+        wrong_use(&["run", "--plot", plot], format!("error: {said}\n"));
+        wrong_use(&["report", "--plot", plot], format!("error: {said}\n"));
+    }
+    let usage = "\n  = help: write `--plot Y:X`, or `--plot Y1,Y2:X` for two curves\n";
+    for (plot, said) in [
+        ("x6:", "lacks a name"),
+        ("x6,:phi2", "lacks a name"),
+        ("", "lacks a name"),
+        ("x6:phi2:phi4", "has two `:`"),
+        ("x6:phi2,phi4", "has two abscissae"),
+        ("x6,x6:phi2", "has `x6` twice"),
+        ("x6:x6", "has `x6` twice"),
+    ] {
+        wrong_use(&["run", "--plot", plot], format!("error: `--plot {plot}` {said}{usage}"));
+    }
+    wrong_use(
+        &["run", "--plot", "x6:phi2", "--plot", "x6: phi2"],
+        "error: `--plot x6: phi2` is given twice\n  = help: keep one of the two\n",
+    );
+    wrong_use(
+        &["run", "--plot", "phi2,phi4,phi5,x6,N3,N6,energy"],
+        "error: `--plot phi2,phi4,phi5,x6,N3,N6,energy` has 7 curves, and more than 6 cannot be told apart\n  = help: make \
+         several plots of them\n",
+    );
+}
+
+#[test]
 fn a_scene_that_is_not_there() {
     wrong_use(
         &["run", "quick-retrun"],

@@ -36,13 +36,14 @@ fn curve(run: &Run, file: &str, name: &str) -> Curve {
     for pair in lines.flat_map(|line| line.attribute("points").expect("points").split_whitespace()) {
         let (x, y) = pair.split_once(',').expect("a pair");
         let (x, y): (f64, f64) = (x.parse().expect("a number"), y.parse().expect("a number"));
-        // The sample in the legend lies above the panel.
-        if y >= top - 1.0 {
+        // The sample in the legend lies above the panel, and so may others do, or below.
+        if (top - 1.0..=bottom + 1.0).contains(&y) {
             points.push((t0 + (x - left) * unit.0, low + (bottom - y) * unit.1));
         }
     }
+    // A curve over something else than time has no extremes.
     let extreme = |key: &str| {
-        let (t, value) = curve.attribute(key).expect(key).split_once(' ').expect("time and value");
+        let (t, value) = curve.attribute(key).unwrap_or("NaN NaN").split_once(' ').expect("time and value");
         (t.parse().expect("a number"), value.parse().expect("a number"))
     };
     let ink = curve.attribute("data-ink").expect("a colour");
@@ -117,6 +118,46 @@ fn figures_show_every_row_at_its_time() {
             near(&format!("{name} at t = {t}"), drawn, value, 2.0 * curve.unit.1 + 2.0 * (slope * curve.unit.0).abs());
         }
     }
+}
+
+#[test]
+fn a_column_is_plotted_over_another_one() {
+    let run = run(&["--plot", "x6,v_slide:phi2", "--plot", "phi2_ddot,energy"]);
+    let figures = run.summary()["figures"].as_array().expect("a list").clone();
+    let expected = ["figures/health.svg", "figures/plot-x6-v_slide-phi2.svg", "figures/plot-phi2_ddot-energy-t.svg"];
+    assert_eq!(figures[figures.len() - 3..], expected);
+    let rows = run.trajectory();
+    for (file, name, over) in [
+        ("plot-x6-v_slide-phi2", "x6", "phi2"),
+        ("plot-x6-v_slide-phi2", "v_slide", "phi2"),
+        ("plot-phi2_ddot-energy-t", "phi2_ddot", "t"),
+        ("plot-phi2_ddot-energy-t", "energy", "t"),
+    ] {
+        let Curve { points, unit, .. } = curve(&run, file, name);
+        for row in 0..rows.rows.len() {
+            let (x, y) = (rows.number(row, over), rows.number(row, name));
+            let after = points.partition_point(|point| point.0 < x).clamp(1, points.len() - 1);
+            let ((x0, y0), (x1, y1)) = (points[after - 1], points[after]);
+            let slope = (y1 - y0) / (x1 - x0);
+            let drawn = y0 + slope * (x - x0);
+            near(&format!("{name} at {over} = {x}"), drawn, y, 2.0 * unit.1 + 2.0 * (slope * unit.0).abs());
+        }
+    }
+}
+
+#[test]
+fn a_path_is_plotted_with_equal_scales() {
+    let run = run(&["--plot", "B.y:B.x", "--step", "1e-4"]);
+    let Curve { points, unit, .. } = curve(&run, "plot-B.y-B.x", "B.y");
+    near("a metre across and up", unit.0 / unit.1, 1.0, 0.03);
+    // B is on a circle of 0.7 m around the origin, and swings from -0.4667 m to 0.4667 m.
+    for (x, y) in &points {
+        near("distance from O4", x.hypot(*y), 0.7, 2.0 * unit.0);
+    }
+    let (least, most) = points.iter().fold((0.0_f64, 0.0_f64), |(l, m), (x, _)| (l.min(*x), m.max(*x)));
+    near("to the left", least, -0.7 * 2.0 / 3.0, 2.0 * unit.0);
+    near("to the right", most, 0.7 * 2.0 / 3.0, 2.0 * unit.0);
+    assert!(points.iter().all(|(_, y)| *y > 0.5), "the origin is far below");
 }
 
 #[test]

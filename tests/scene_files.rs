@@ -218,3 +218,17 @@ fn what_is_no_scene_is_refused() {
     // Nothing of it started the engine.
     assert!(!place.path("cache").exists() || place.cached().is_empty());
 }
+
+#[test]
+fn plots_whose_files_may_be_the_same_are_refused() {
+    let place = Workplace::new();
+    let scene = "name = \"caps\"\ncoordinates = [\"p\", \"P\"]\n\
+                 [bodies]\na = { angle = 'p', inertia = 1 }\nb = { angle = 'P', inertia = 2 }\n\
+                 [initial]\ngiven = { p = 0, P = 0, p_dot = 1, P_dot = 2 }\n[run]\nstep = 1e-2\nend_time = 1\n";
+    fs::write(place.path("caps.toml"), scene).expect("written");
+    let output = place.qrm(&program(), &["run", "caps.toml", "--plot", "p", "--plot", "P"]);
+    assert_eq!(output.status.code(), Some(2));
+    let expected = "error: `plot-P-t.svg` and `plot-p-t.svg` may be the same file\n  = help: make one of the two plots in \
+                    another run\n";
+    assert_eq!(String::from_utf8_lossy(&output.stderr), expected);
+}

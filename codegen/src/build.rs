@@ -12,12 +12,18 @@ use crate::generate::{Generated, generate};
 /// A crate that has a folder `generated` keeps a copy there, to be compiled without the symbolic engine. The
 /// environment variable `QRM_REFRESH=1` has the copy written; a warning tells when it is not current.
 ///
-/// If a scene is wrong, the build ends with its report.
+/// If a scene is wrong, the build fails with its report.
 pub fn build(scenes: &[&str]) {
     if let Err(message) = try_build(scenes) {
-        eprintln!("{message}");
-        std::process::exit(1);
+        print!("{}", logged(&message));
     }
+}
+
+/// A message as errors for cargo, line by line. A script that fails itself would have it shown below the command and all
+/// that was printed before.
+fn logged(message: &str) -> String {
+    let of = |line: &str| format!("cargo::error={}\n", line.strip_prefix("error: ").unwrap_or(line));
+    message.lines().map(of).collect()
 }
 
 fn try_build(scenes: &[&str]) -> Result<(), String> {
@@ -61,4 +67,18 @@ fn files(generated: &Generated) -> Vec<String> {
     let of_module = |name: &str| ["rs", "md"].map(|extension| format!("{name}.{extension}"));
     let modules = generated.modules.iter().flat_map(|module| of_module(&module.name));
     std::iter::once("scenes.rs".to_owned()).chain(modules).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_line_of_a_report_is_an_error_for_cargo() {
+        let report =
+            "error: unknown name `psy`\n  --> a.toml:1:2\n   |\n   = help: did you mean `psi`?\n\nerror: no `x`";
+        let expected = "cargo::error=unknown name `psy`\ncargo::error=  --> a.toml:1:2\ncargo::error=   |\n\
+                        cargo::error=   = help: did you mean `psi`?\ncargo::error=\ncargo::error=no `x`\n";
+        assert_eq!(logged(report), expected);
+    }
 }

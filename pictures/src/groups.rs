@@ -33,7 +33,7 @@ pub struct Member {
 }
 
 /// Most curves in one picture; more could not be told apart.
-const MAX_CURVES: usize = 6;
+pub const MAX_CURVES: usize = 6;
 
 /// The rates of the coordinates, each output by itself, all reactions together; what differs in unit stands apart.
 pub fn groups(scene: &Scene, recording: &Recording) -> Vec<Group> {
@@ -41,7 +41,7 @@ pub fn groups(scene: &Scene, recording: &Recording) -> Vec<Group> {
     // Groups that take up further curves, under the name of their file.
     let mut joined: Vec<(&str, usize)> = Vec::new();
     let mut add = |file: Option<&'static str>, (title, quantity): (&str, &str), column: &Column, doc: &str| {
-        let unit = column.unit.replace("^2", "²").replace("^3", "³");
+        let unit = printed_unit(&column.unit);
         let curve = Member { name: column.name.clone(), doc: doc.to_owned(), kind: column.kind };
         let same = joined.iter().filter(|(other, place)| Some(*other) == file && groups[*place].unit == unit);
         let places: Vec<usize> = same.map(|(_, place)| *place).collect();
@@ -80,6 +80,11 @@ pub fn groups(scene: &Scene, recording: &Recording) -> Vec<Group> {
         }
     }
     groups
+}
+
+/// A unit as pictures show it.
+pub fn printed_unit(unit: &str) -> String {
+    unit.replace("^2", "²").replace("^3", "³")
 }
 
 /// A file name that no group has yet, not even in capitals: some file systems do not tell them apart.

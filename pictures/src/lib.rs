@@ -8,7 +8,7 @@ mod position_error;
 mod recording;
 mod source;
 
-pub use groups::{Group, HEALTH, Member, groups};
+pub use groups::{Group, HEALTH, MAX_CURVES, Member, groups, printed_unit};
 pub use motion::{NoPlace, motion};
 pub use position_error::position_error;
 pub use recording::{Frame, Recording};

@@ -15,6 +15,7 @@ mod output;
 mod packing;
 mod parquet;
 mod pictures;
+mod plots;
 mod progress;
 mod recorder;
 mod reference;

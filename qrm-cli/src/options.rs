@@ -88,6 +88,15 @@ impl Default for MethodOptions {
     }
 }
 
+/// Plots beside the usual figures.
+#[derive(Args, Clone, Debug)]
+pub(crate) struct PlotOptions {
+    /// Plot columns of the trajectory or components of points over one another, such as `N3,N6:phi2` or `C.y:C.x`;
+    /// over time without `:X`
+    #[arg(long = "plot", value_name = "Y,..:X")]
+    pub(crate) plot: Vec<String>,
+}
+
 /// The folder of a command's files.
 #[derive(Args, Clone, Debug)]
 pub(crate) struct OutFolder {

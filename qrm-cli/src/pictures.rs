@@ -31,9 +31,7 @@ fn figure(group: &Group, recording: &Recording) -> Figure {
         name: member.name.clone(),
         doc: member.doc.clone(),
         points: recording.series(member.kind),
-        extremes: recording
-            .extremes(member.kind)
-            .map(|e| Extremes { minimum: (e.minimum.1, e.minimum.0), maximum: (e.maximum.1, e.maximum.0) }),
+        extremes: extremes(recording, member.kind),
         has_dots: false,
     };
     let panel = Panel {
@@ -44,6 +42,12 @@ fn figure(group: &Group, recording: &Recording) -> Figure {
         floor: None,
     };
     Figure { title: group.title.clone(), abscissa: Abscissa::time(), panels: vec![panel] }
+}
+
+/// The extremes of a column over time, if it is no check.
+pub(crate) fn extremes(recording: &Recording, kind: Kind) -> Option<Extremes> {
+    let swapped = |(value, t)| (t, value);
+    recording.extremes(kind).map(|e| Extremes { minimum: swapped(e.minimum), maximum: swapped(e.maximum) })
 }
 
 /// The path of the tip of each force that has two components.
@@ -63,7 +67,7 @@ fn polar_diagrams(scene: &Scene, recording: &Recording) -> Vec<(String, Figure)>
             floor: None,
         };
         let (quantity, unit) = (x.0.name.clone(), x.0.unit.clone());
-        let abscissa = Abscissa { quantity, unit, scale: Scale::Linear, is_isometric: true };
+        let abscissa = Abscissa { quantity, unit, scale: Scale::Linear, is_isometric: true, has_origin: true };
         let doc = if output.doc.is_empty() { String::new() } else { format!(": {}", output.doc) };
         let title = format!("polar diagram of {}{doc}", output.name);
         diagrams.push((format!("{}-polar", output.name), Figure { title, abscissa, panels: vec![panel] }));

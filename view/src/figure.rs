@@ -15,6 +15,7 @@ mod marks;
 mod markup;
 mod number;
 mod path;
+mod profile;
 mod sheet;
 mod span;
 mod text;
@@ -44,12 +45,15 @@ pub struct Abscissa {
     pub scale: Scale,
     /// Whether a unit is as long on the ordinate, as in the path of a point or of a force.
     pub is_isometric: bool,
+    /// Whether an isometric figure shows the origin even where no curve is near it, as that of a force does.
+    pub has_origin: bool,
 }
 
 impl Abscissa {
     /// The time of a motion in s.
     pub fn time() -> Self {
-        Self { quantity: "t".to_owned(), unit: "s".to_owned(), scale: Scale::Linear, is_isometric: false }
+        let (quantity, unit) = ("t".to_owned(), "s".to_owned());
+        Self { quantity, unit, scale: Scale::Linear, is_isometric: false, has_origin: false }
     }
 }
 

@@ -152,6 +152,54 @@ fn labels_of_extremes_keep_clear_of_each_other() {
 }
 
 #[test]
+fn labels_of_extremes_keep_clear_of_steep_curves() {
+    // The extremes of the small one lie between flanks of the large one.
+    let steep = [6.0, 2.8].map(|size| curve("c", 500, 5.0, move |t| size * (5.2 * t).sin()));
+    let svg = drawn(&figure(vec![panel(Scale::Linear, steep.to_vec())]));
+    let document = Document::parse(&svg).expect("well-formed");
+    let panel = with_class(document.root(), "panel")[0];
+    let lines = [0, 1].map(|place| lines(&document, panel, place)).concat();
+    let texts = texts(&document);
+    let labels = texts.iter().filter(|(text, _)| text.starts_with("max ") || text.starts_with("min "));
+    let mut count = 0;
+    for (text, node) in labels {
+        let (x, y) = (number(*node, "x"), number(*node, "y"));
+        let (half, high) = (0.5 * 11.5 * 20.0 * 0.5 * text.chars().count() as f64, 6.0 * 20.0);
+        for step in lines.iter().flat_map(|line| line.windows(2)) {
+            let ((x0, y0), (x1, y1)) = (step[0], step[1]);
+            let on_way = |part: u32| f64::from(part) / 50.0;
+            let places = (0..=50).map(|part| (x0 + on_way(part) * (x1 - x0), y0 + on_way(part) * (y1 - y0)));
+            let is_covered = |place: (f64, f64)| (place.0 - x).abs() < half && (place.1 - y).abs() < high;
+            assert!(!places.into_iter().any(is_covered), "{text}: {step:?}");
+        }
+        count += 1;
+    }
+    assert_eq!(count, 4);
+}
+
+#[test]
+fn a_path_has_equal_scales_and_shows_the_origin_only_if_it_should() {
+    let points = (0..200).map(|i| f64::from(i) * 0.05).map(|a| (10.0 + 0.4 * a.cos(), 7.0 + 0.3 * a.sin())).collect();
+    let path = Curve { name: "P.y".to_owned(), doc: String::new(), points, extremes: None, has_dots: false };
+    let mut figure = alone(path);
+    for has_origin in [false, true] {
+        let (quantity, unit) = ("P.x".to_owned(), "m".to_owned());
+        figure.abscissa = Abscissa { quantity, unit, scale: Scale::Linear, is_isometric: true, has_origin };
+        let svg = drawn(&figure);
+        let document = Document::parse(&svg).expect("well-formed");
+        let panel = with_class(document.root(), "panel")[0];
+        let of = |name| number(panel, name);
+        let across = (of("data-t1") - of("data-t0")) / (of("data-right") - of("data-left"));
+        let up = (of("data-high") - of("data-low")) / (of("data-bottom") - of("data-top"));
+        // Room for the numbers beside the axis is known only when they are.
+        assert!((across / up - 1.0).abs() < 0.03, "{across} and {up}");
+        let is_inside = of("data-t0") < 0.0 && of("data-low") < 0.0;
+        assert_eq!(is_inside, has_origin);
+        assert!(svg.contains("over P.x: P.y."), "{svg}");
+    }
+}
+
+#[test]
 fn text_is_escaped_and_readers_are_told() {
     let mut nasty = curve("q<&>\"'\u{1}Ω", 10, 1.0, |t| t);
     nasty.doc = "</svg><script>".to_owned();

@@ -12,9 +12,10 @@ use qrm_view::report::{Content, Report, Section, page};
 use super::accuracy::Study;
 use super::check;
 use crate::error::{Error, Message};
-use crate::options::{MethodOptions, OutFolder, SceneOptions};
+use crate::options::{MethodOptions, OutFolder, PlotOptions, SceneOptions};
 use crate::output::{print, save_and_print};
 use crate::pictures::figures;
+use crate::plots::Plots;
 use crate::progress::{Progress, interrupted};
 use crate::run_report::RunReport;
 use crate::setup::Setup;
@@ -30,6 +31,8 @@ pub(crate) struct Options {
     #[arg(long)]
     no_accuracy: bool,
     #[command(flatten)]
+    plots: PlotOptions,
+    #[command(flatten)]
     out: OutFolder,
 }
 
@@ -37,9 +40,10 @@ pub(crate) struct Options {
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
     let setup = Setup::new(models, &options.scene, &options.method)?;
     let path = options.out.of(&setup.path).join("report.html");
-    let mut observer = (Progress::new(), Recording::new(setup.description));
+    let plots = Plots::new(&setup, &options.plots)?;
+    let mut observer = (Progress::new(), (Recording::new(setup.description), plots));
     let outcome = setup.simulate(true, &mut observer)?;
-    let recording = observer.1;
+    let (recording, plots) = observer.1;
     let report = RunReport::new(&setup, &outcome, &recording);
     let mut sections = vec![section("Run", summary(&report))];
     let motion = (recording.frames.len() > 1).then(|| motion(&setup.scene, &setup.parameters(), &recording));
@@ -49,7 +53,8 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
             Err(reason) => Content::Warning(Message::from(reason.clone()).to_string()),
         };
         sections.push(section("Motion", vec![shown]));
-        let figures = figures(&setup, &outcome, &recording).into_iter().map(|(name, figure)| match figure.svg() {
+        let all = figures(&setup, &outcome, &recording).into_iter().chain(plots.figures(&recording));
+        let figures = all.map(|(name, figure)| match figure.svg() {
             Ok(svg) => Content::Figure(svg),
             Err(reason) => Content::Warning(format!("{name} cannot be drawn: {reason}")),
         });

@@ -5,14 +5,16 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use qrm_core::Model;
 use qrm_sim::columns::columns;
-use qrm_sim::run::{Outcome, Status};
+use qrm_sim::run::Status;
+use qrm_view::figure::Figure;
 
 use crate::columns::write_units;
 use crate::error::{Error, Message};
-use crate::options::{MethodOptions, OutFolder, SceneOptions, StartOptions};
+use crate::options::{MethodOptions, OutFolder, PlotOptions, SceneOptions, StartOptions};
 use crate::output::{check_target, print, save, save_json};
 use crate::parquet;
 use crate::pictures::figures;
+use crate::plots::Plots;
 use crate::progress::Progress;
 use crate::recorder::Recorder;
 use crate::run_report::RunReport;
@@ -35,8 +37,10 @@ pub(crate) struct Options {
     #[arg(long)]
     no_error_estimate: bool,
     /// Draw no figures
-    #[arg(long)]
+    #[arg(long, conflicts_with = "plot")]
     no_figures: bool,
+    #[command(flatten)]
+    plots: PlotOptions,
     /// Write trajectory.parquet too
     #[arg(long)]
     parquet: bool,
@@ -47,14 +51,15 @@ pub(crate) struct Options {
 /// Runs a scene and writes its files.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
     let setup = Setup::new(models, &options.scene, &options.method)?.starting_from(&options.start)?;
+    let plots = Plots::new(&setup, &options.plots)?;
     let out = options.out.of(&setup.path);
     for file in ["trajectory.csv", "trajectory.parquet", "trajectory.units.json", "summary.json"] {
         check_target(&out.join(file))?;
     }
     let recorder = Recorder::new(&out, columns(setup.description), options.every);
-    let mut observer = (Progress::new(), (recorder, Recording::new(setup.description)));
+    let mut observer = (Progress::new(), (recorder, (Recording::new(setup.description), plots)));
     let outcome = setup.simulate(!options.no_error_estimate, &mut observer)?;
-    let (_, (mut recorder, recording)) = observer;
+    let (_, (mut recorder, (recording, plots))) = observer;
     if let Some(error) = recorder.unusable.take() {
         return Err(error);
     }
@@ -66,7 +71,9 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     }
     // A curve takes two rows.
     if !options.no_figures && report.rows > 1 {
-        problems.extend(draw(&setup, &outcome, &recording, &out, &mut report));
+        let mut figures = figures(&setup, &outcome, &recording);
+        figures.extend(plots.figures(&recording));
+        problems.extend(draw(figures, &out, &mut report));
     }
     let mut tables = Vec::new();
     if report.rows > 0 {
@@ -93,9 +100,9 @@ fn write_tables(options: &Options, recording: &Recording, out: &Path) -> Result<
 }
 
 /// Draws the figures of a run and lists them in its report.
-fn draw(setup: &Setup, outcome: &Outcome, recording: &Recording, out: &Path, report: &mut RunReport) -> Vec<Error> {
+fn draw(figures: Vec<(String, Figure)>, out: &Path, report: &mut RunReport) -> Vec<Error> {
     let mut problems = Vec::new();
-    for (name, figure) in figures(setup, outcome, recording) {
+    for (name, figure) in figures {
         let file = format!("figures/{name}.svg");
         match figure.svg() {
             Ok(svg) => match save(&out.join(&file), svg.as_bytes()) {

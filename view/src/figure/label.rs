@@ -2,23 +2,33 @@
 
 use super::look::UNITS;
 use super::path::Place;
+use super::profile::Profile;
 
-/// Cost of each pixel of a label's width that a curve runs through, and of each pixel between a label and its marker.
+/// Cost of each curve that runs through a label, and of each pixel of it there.
+const CROSSING: f64 = 30.0;
 const CROSSED: f64 = 3.0;
+/// Cost of each pixel between a label and its marker.
 const AWAY: f64 = 1.2;
-/// Cost of covering a marker, and of covering another label.
+/// Cost of covering a marker, of a leader through another label or marker, and of covering another label.
 const MARKER: f64 = 300.0;
+const LEADER: f64 = 400.0;
 const LABEL: f64 = 5000.0;
 
+/// So many places of a leader are looked at.
+const PARTS: i32 = 40;
+
+/// How often each label may look for a better place among the others.
+const ROUNDS: usize = 6;
+
 /// A label with its box, in drawing units.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Label {
     /// The marker it belongs to.
     marker: Place,
-    left: i32,
-    top: i32,
-    width: i32,
-    height: i32,
+    pub(super) left: i32,
+    pub(super) top: i32,
+    pub(super) width: i32,
+    pub(super) height: i32,
 }
 
 impl Label {
@@ -53,25 +63,75 @@ impl Label {
             && self.top < other.top + other.height
             && other.top < self.top + self.height
     }
+
+    /// Whether a place of the line from the marker passes a test.
+    fn leads_through(&self, test: impl Fn(Place) -> bool) -> bool {
+        let between = |a: i32, b: i32, part: i32| a + (b - a) / PARTS * part;
+        self.leader().is_some_and(|end| {
+            let at = |part| (between(self.marker.0, end.0, part), between(self.marker.1, end.1, part));
+            (1..=PARTS).any(|part| test(at(part)))
+        })
+    }
+
+    /// Whether the line from the marker of one of two labels runs through the other one.
+    fn is_crossed(&self, other: &Self) -> bool {
+        self.leads_through(|place| other.covers(place, 0)) || other.leads_through(|place| self.covers(place, 0))
+    }
+
+    /// Whether the line from its own marker runs through another one.
+    fn leads_over(&self, marker: Place) -> bool {
+        let is_near = |place: Place| (place.0 - marker.0).abs().max((place.1 - marker.1).abs()) < 4 * UNITS;
+        !is_near(self.marker) && self.leads_through(is_near)
+    }
 }
 
 /// What a label asks for: its marker, its width, and whether it belongs above.
 pub(super) type Wish = (Place, i32, bool);
 
-/// Places labels one after the other, each where it costs least: near its marker, clear of labels, markers and curves,
-/// and within the plotting area from `corner` to `opposite`.
-pub(super) fn placed(
-    wishes: &[Wish],
-    height: i32,
-    paths: &[&[Place]],
-    (corner, opposite): (Place, Place),
-) -> Vec<Label> {
-    let profiles: Vec<Profile> = paths.iter().map(|path| Profile::new(path, corner.0, opposite.0)).collect();
+/// Places labels, each where it costs least: near its marker, clear of labels, markers and curves, and within the
+/// plotting area from `corner` to `opposite`. Where the later ones are in the way of the earlier ones, these move.
+pub(super) fn placed(wishes: &[Wish], height: i32, paths: &[&[Place]], area: (Place, Place)) -> Vec<Label> {
+    let room = Room {
+        markers: wishes.iter().map(|wish| wish.0).collect(),
+        profiles: paths.iter().map(|path| Profile::new(path, area.0.0, area.1.0)).collect(),
+        height,
+        area,
+    };
     let mut labels: Vec<Label> = Vec::new();
-    for &(marker, width, is_above) in wishes {
+    for round in 0..ROUNDS {
+        let before = labels.clone();
+        for (i, wish) in wishes.iter().enumerate() {
+            let others: Vec<Label> =
+                labels.iter().enumerate().filter(|(other, _)| *other != i).map(|(_, label)| *label).collect();
+            let label = room.best(wish, &others);
+            match labels.get_mut(i) {
+                Some(place) => *place = label,
+                None => labels.push(label),
+            }
+        }
+        if round > 0 && labels == before {
+            break;
+        }
+    }
+    labels
+}
+
+/// What labels have to keep clear of.
+struct Room {
+    markers: Vec<Place>,
+    profiles: Vec<Profile>,
+    height: i32,
+    area: (Place, Place),
+}
+
+impl Room {
+    /// The cheapest place for a label among others.
+    fn best(&self, &(marker, width, is_above): &Wish, others: &[Label]) -> Label {
+        let (corner, opposite) = self.area;
+        let height = self.height;
         let mut best: Option<(f64, Label)> = None;
-        let rows = (-17..=17).map(|row| row * 6 * UNITS);
-        let beside = [8, 20, 36].map(|gap| width / 2 + gap * UNITS);
+        let rows = (-22..=22).map(|row| row * 6 * UNITS);
+        let beside = [8, 14, 20, 36, 60, 90].map(|gap| width / 2 + gap * UNITS);
         let columns = (-6..=6).map(|column| column * width / 12).chain(beside).chain(beside.map(|dx| -dx));
         for (dx, dy) in rows.flat_map(|dy| columns.clone().map(move |dx| (dx, dy))) {
             // Clamping against an area that is too narrow must not panic.
@@ -85,53 +145,21 @@ pub(super) fn placed(
             cost += if (dy < 0) == is_above { 0.0 } else { 8.0 };
             // In the middle above or below looks best.
             cost += 4.0 * f64::from((left + width / 2 - marker.0).abs()) / f64::from(width);
-            cost += LABEL * labels.iter().filter(|other| label.overlaps(other)).count() as f64;
-            cost += MARKER * wishes.iter().filter(|wish| label.covers(wish.0, 4 * UNITS)).count() as f64;
+            cost += LABEL * others.iter().filter(|other| label.overlaps(other)).count() as f64;
+            cost += MARKER * self.markers.iter().filter(|marker| label.covers(**marker, 4 * UNITS)).count() as f64;
             if best.is_some_and(|(least, _)| least <= cost) {
                 continue;
             }
-            cost += CROSSED * profiles.iter().map(|profile| profile.crossed(&label)).sum::<usize>() as f64;
+            cost += LEADER * others.iter().filter(|other| label.is_crossed(other)).count() as f64;
+            cost += LEADER * self.markers.iter().filter(|marker| label.leads_over(**marker)).count() as f64;
+            let covered =
+                self.profiles.iter().map(|profile| profile.covered_by(&label)).filter(|covered| *covered > 0.0);
+            cost += covered.map(|covered| CROSSING + CROSSED * covered).sum::<f64>();
             if best.is_none_or(|(least, _)| cost < least) {
                 best = Some((cost, label));
             }
         }
         let (left, top) = (marker.0.min(opposite.0 - width), marker.1.min(opposite.1 - height));
-        labels.push(best.map_or(Label { marker, left, top, width, height }, |(_, label)| label));
-    }
-    labels
-}
-
-/// From where to where a curve reaches in each pixel column.
-struct Profile {
-    start: i32,
-    columns: Vec<(i32, i32)>,
-}
-
-impl Profile {
-    fn new(path: &[Place], start: i32, end: i32) -> Self {
-        let mut columns = vec![(i32::MAX, i32::MIN); ((end - start) / UNITS).max(0) as usize + 1];
-        for pair in path.windows(2) {
-            let ((x0, y0), (x1, y1)) = if pair[0].0 <= pair[1].0 { (pair[0], pair[1]) } else { (pair[1], pair[0]) };
-            let slope = if x1 > x0 { f64::from(y1 - y0) / f64::from(x1 - x0) } else { 0.0 };
-            let (from, to) = ((x0 - start) / UNITS, (x1 - start) / UNITS);
-            for column in from.max(0)..=to {
-                let Some(reach) = columns.get_mut(column as usize) else { break };
-                let left = start + column * UNITS;
-                let at = |x: i32| y0 + (slope * f64::from(x.clamp(x0, x1) - x0)) as i32;
-                let ends = if x1 > x0 { [at(left), at(left + UNITS)] } else { [y0, y1] };
-                reach.0 = reach.0.min(ends[0]).min(ends[1]);
-                reach.1 = reach.1.max(ends[0]).max(ends[1]);
-            }
-        }
-        Self { start, columns }
-    }
-
-    /// Through how many pixel columns of a label, and of a narrow rim around it, the curve runs.
-    fn crossed(&self, label: &Label) -> usize {
-        let rim = 2 * UNITS;
-        let column = |x: i32| ((x - self.start) / UNITS).clamp(0, self.columns.len() as i32 - 1) as usize;
-        let (top, bottom) = (label.top - rim, label.top + label.height + rim);
-        let under = &self.columns[column(label.left - rim)..=column(label.left + label.width + rim)];
-        under.iter().filter(|reach| reach.0 < bottom && reach.1 > top).count()
+        best.map_or(Label { marker, left, top, width, height }, |(_, label)| label)
     }
 }

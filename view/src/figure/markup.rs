@@ -56,6 +56,10 @@ pub(super) fn finished(drawn: &str, figure: &Figure, height: f64, panels: &str) 
 
 /// What is to be seen, panel by panel.
 fn description(figure: &Figure) -> String {
+    let abscissa = match figure.abscissa.quantity.as_str() {
+        "t" => "time",
+        quantity => quantity,
+    };
     let of_panel = |panel: &Panel| {
         let unit = if panel.unit.is_empty() { String::new() } else { format!(" in {}", panel.unit) };
         let name = |curve: &super::Curve| match curve.doc.as_str() {
@@ -63,7 +67,7 @@ fn description(figure: &Figure) -> String {
             doc => format!("{} ({doc})", curve.name),
         };
         let names: Vec<String> = panel.curves.iter().map(name).collect();
-        format!("{}{unit} over time: {}.", panel.quantity, names.join(", "))
+        format!("{}{unit} over {abscissa}: {}.", panel.quantity, names.join(", "))
     };
     figure.panels.iter().map(of_panel).collect::<Vec<_>>().join(" ")
 }

@@ -29,7 +29,7 @@ pub(super) fn draw(figure: &Figure) -> Result<String, NoPicture> {
     let height = layout::height_of(figure);
     let mut axes = figure.panels.iter().map(|panel| span::value_axis(panel, height)).collect::<Result<Vec<_>, _>>()?;
     if let (true, [Some(values)]) = (figure.abscissa.is_isometric, &mut axes[..]) {
-        span::equalize([&mut time, values], [WIDTH - RIGHT - LEFT, height]);
+        span::equalize([&mut time, values], [WIDTH - RIGHT - LEFT, height], figure.abscissa.has_origin);
     }
     let descriptions: Vec<String> = figure.panels.iter().zip(&axes).map(|(p, a)| description(p, a.as_ref())).collect();
     let (height, places) = layout::divided(figure, &descriptions);

@@ -46,10 +46,10 @@ pub(super) fn value_axis(panel: &Panel, height: f64) -> Result<Option<Axis>, NoP
     Ok(Some(Axis::linear(low, high, (height / 38.0) as usize)))
 }
 
-/// Widens two axes on areas of these sizes, so that a unit is as long on both and zero is inside.
-pub(super) fn equalize(axes: [&mut Axis; 2], sizes: [f64; 2]) {
-    let with_zero = |(low, high): (f64, f64)| padded((low.min(0.0), high.max(0.0)), 0.04, 1.0);
-    let spans = [0, 1].map(|i| with_zero(axes[i].span()));
+/// Widens two axes on areas of these sizes, so that a unit is as long on both and, if so wanted, zero is inside.
+pub(super) fn equalize(axes: [&mut Axis; 2], sizes: [f64; 2], with_zero: bool) {
+    let wanted = |(low, high): (f64, f64)| if with_zero { (low.min(0.0), high.max(0.0)) } else { (low, high) };
+    let spans = [0, 1].map(|i| padded(wanted(axes[i].span()), 0.04, 1.0));
     let per_pixel = (0..2).map(|i| (spans[i].1 - spans[i].0) / sizes[i]).fold(0.0, f64::max);
     for ((axis, (low, high)), (size, room)) in axes.into_iter().zip(spans).zip(sizes.into_iter().zip([80.0, 38.0])) {
         let (middle, half) = (0.5 * low + 0.5 * high, 0.5 * per_pixel * size);

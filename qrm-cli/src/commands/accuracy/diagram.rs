@@ -41,6 +41,7 @@ impl Study {
                 unit: "s".to_owned(),
                 scale: Scale::Logarithmic,
                 is_isometric: false,
+                has_origin: false,
             },
             panels: vec![Panel { quantity, unit, scale: Scale::Logarithmic, curves, floor }],
         }
