@@ -14,6 +14,7 @@ mod loads;
 mod normal_forces;
 mod rows;
 mod simplify;
+mod splines;
 mod translate;
 mod virtual_work;
 

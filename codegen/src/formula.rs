@@ -13,6 +13,7 @@ use names::{latex_function, latex_name};
 use qrm_scene::expression::{Number, to_f64};
 use qrm_scene::function::Function;
 use qrm_scene::scene::Scene;
+use qrm_scene::spline::Spline;
 
 /// How formulae are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -238,6 +239,7 @@ impl<'s> Writer<'s> {
         if exponent.is_one() {
             return match base {
                 Term::Call(function, argument) => self.call(*function, argument, ""),
+                Term::Spline(spline, order, argument) => self.spline(spline, *order, argument, ""),
                 Term::Symbol(symbol) => self.symbol(*symbol),
                 Term::Sum(_) if alone => self.term(base),
                 Term::Number(n) if !n.is_negative() && n.is_integer() => self.term(base),
@@ -251,6 +253,7 @@ impl<'s> Writer<'s> {
         };
         match base {
             Term::Call(function, argument) => self.call(*function, argument, &power),
+            Term::Spline(spline, order, argument) => self.spline(spline, *order, argument, &power),
             Term::Symbol(symbol) => self.symbol(*symbol) + power.as_str(),
             Term::Number(n) if n.is_integer() && !n.is_negative() => self.term(base) + power.as_str(),
             _ => self.in_parentheses(&self.term(base)) + power.as_str(),
@@ -273,6 +276,19 @@ impl<'s> Writer<'s> {
         }
     }
 
+    /// A spline under its name, with a dash for each derivative.
+    fn spline(&self, spline: &Spline, order: usize, argument: &Term, power: &str) -> String {
+        let (inside, dashes) = (self.term(argument), "'".repeat(order));
+        match self.style {
+            Style::Plain => format!("{}{dashes}({inside}){power}", spline.name),
+            Style::Latex => {
+                let name = format!(r"\operatorname{{{}}}{dashes}", spline.name.replace('_', r"\_"));
+                let call = format!("{name}{}", self.in_parentheses(&inside));
+                if power.is_empty() { call } else { format!(r"\left({call}\right){power}") }
+            }
+        }
+    }
+
     fn in_parentheses(&self, text: &str) -> String {
         if self.style == Style::Plain { format!("({text})") } else { format!(r"\left({text}\right)") }
     }
@@ -291,7 +307,7 @@ impl<'t> Fraction<'t> {
             Term::Symbol(symbol) if symbol.is_constant() => 1,
             Term::Sum(_) | Term::Product(_) | Term::Power(..) => 3,
             Term::Symbol(_) => 4,
-            Term::Call(..) => 5,
+            Term::Call(..) | Term::Spline(..) => 5,
         };
         fraction.above.sort_by_key(rank);
         fraction.below.sort_by_key(rank);
@@ -322,7 +338,7 @@ fn radicands<'t>(term: &'t Term, found: &mut Vec<(&'t Term, usize)>) {
     match term {
         Term::Number(_) | Term::Symbol(_) => {}
         Term::Sum(terms) | Term::Product(terms) => terms.iter().for_each(|term| radicands(term, found)),
-        Term::Call(_, inner) => radicands(inner, found),
+        Term::Call(_, inner) | Term::Spline(_, _, inner) => radicands(inner, found),
         Term::Power(base, exponent) => {
             radicands(base, found);
             if !exponent.is_integer() && matches!(**base, Term::Sum(_)) {

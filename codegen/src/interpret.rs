@@ -360,6 +360,7 @@ fn function<N: Number>(name: &str, receiver: &Value<N>, arguments: &[Value<N>]) 
         ("cosh", None) => x.cosh(),
         ("tanh", None) => x.tanh(),
         ("sign", None) => x.sign(),
+        ("floor", None) => x.floor(),
         ("exp", None) => x.exp(),
         ("ln", None) => x.ln(),
         ("sqrt", None) => x.sqrt(),

@@ -7,8 +7,9 @@ use num_traits::{Signed as _, ToPrimitive};
 
 use crate::graph::{Graph, Id, Op, Signed};
 use crate::term::{Named, Symbol, Term};
-use qrm_scene::expression::to_f64;
+use qrm_scene::expression::{Expression, Node, to_f64};
 use qrm_scene::function::Function;
+use qrm_scene::spline::Spline;
 
 /// Builds a graph from terms.
 #[derive(Debug, Default)]
@@ -52,6 +53,10 @@ impl Lowering {
             Term::Product(_) | Term::Power(..) => {
                 let monomial = self.monomial(term);
                 Signed { negative: monomial.negative, id: self.graph.product(monomial.factors) }
+            }
+            Term::Spline(spline, order, argument) => {
+                let argument = self.term(argument);
+                self.spline(spline, *order, argument)
             }
             Term::Call(function, argument) => {
                 let argument = self.term(argument);
@@ -129,6 +134,48 @@ impl Lowering {
             ["sin", "cos"].into_iter().zip(sum).map(|(what, value)| (format!("{what}_{}", name_of_sum(*angle)), *value))
         });
         named.collect()
+    }
+
+    /// A spline by the functions that step from piece to piece.
+    fn spline(&mut self, spline: &Spline, order: usize, argument: Signed) -> Signed {
+        let mut written = Expression::new();
+        let place = written.push(Node::Name(()), 0..0);
+        spline.append(order, &mut written, place, &(0..0));
+        let mut values: Vec<Signed> = Vec::with_capacity(written.nodes().len());
+        for node in written.nodes() {
+            let value = match node {
+                Node::Number(number) => self.graph.number(number.value),
+                Node::Negate(a) => values[*a].negated(),
+                Node::Add(a, b) => self.total(vec![values[*a], values[*b]]),
+                Node::Subtract(a, b) => self.total(vec![values[*a], values[*b].negated()]),
+                Node::Multiply(a, b) => self.product(values[*a], values[*b]),
+                Node::Divide(a, b) => {
+                    let over = Signed { negative: values[*b].negative, id: self.reciprocal(values[*b].id) };
+                    self.product(values[*a], over)
+                }
+                Node::Call(function, arguments) => {
+                    let all: Vec<Id> = arguments.iter().map(|a| self.positive(values[*a])).collect();
+                    self.piecewise(*function, &all)
+                }
+                // The argument; nothing else occurs in it.
+                Node::Name(()) | Node::Power(..) | Node::Spline(..) => argument,
+            };
+            values.push(value);
+        }
+        values[values.len() - 1]
+    }
+
+    /// The larger or smaller of two values by the size of their difference, or a function of one.
+    fn piecewise(&mut self, function: Function, arguments: &[Id]) -> Signed {
+        let plain = |id: Id| Signed { negative: false, id };
+        let [a, b] = arguments[..] else { return plain(self.graph.add(Op::Call(function, arguments[0]))) };
+        let difference = self.total(vec![plain(a), plain(b).negated()]);
+        let difference = self.positive(difference);
+        let size = plain(self.graph.add(Op::Call(Function::Abs, difference)));
+        let size = if function == Function::Min { size.negated() } else { size };
+        let sum = self.total(vec![plain(a), plain(b), size]);
+        let half = self.graph.number(0.5);
+        self.product(half, sum)
     }
 
     fn product(&mut self, a: Signed, b: Signed) -> Signed {

@@ -2,12 +2,15 @@
 
 mod named;
 
+use std::sync::Arc;
+
 use num_rational::BigRational;
 use num_traits::Zero as _;
 
 pub use named::{Formula, Named, NamedKind, Root};
 use qrm_scene::expression::to_f64;
 use qrm_scene::function::Function;
+use qrm_scene::spline::Spline;
 
 /// A symbolic expression in normal form: flat sums and products, rational powers, functions of one argument.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -24,6 +27,8 @@ pub enum Term {
     Power(Box<Term>, BigRational),
     /// A function of one argument.
     Call(Function, Box<Term>),
+    /// The derivative of a spline, of an order; the spline itself where that is zero.
+    Spline(Arc<Spline>, usize, Box<Term>),
 }
 
 /// What a [`Term`] is made of; numbers are places in the scene's lists.
@@ -92,6 +97,7 @@ impl Term {
             Self::Product(factors) => Self::Product(factors.iter().map(inner).collect()),
             Self::Power(base, exponent) => Self::Power(Box::new(inner(base)), exponent.clone()),
             Self::Call(function, argument) => Self::Call(*function, Box::new(inner(argument))),
+            Self::Spline(spline, order, argument) => Self::Spline(spline.clone(), *order, Box::new(inner(argument))),
         }
     }
 
@@ -105,6 +111,7 @@ impl Term {
             Self::Sum(terms) => Self::Sum(terms.iter().map(inner).collect()),
             Self::Product(factors) => Self::Product(factors.iter().map(inner).collect()),
             Self::Call(function, argument) => Self::Call(*function, Box::new(inner(argument))),
+            Self::Spline(spline, order, argument) => Self::Spline(spline.clone(), *order, Box::new(inner(argument))),
             Self::Power(base, exponent) => {
                 let doubled = exponent * BigRational::from_integer(2.into());
                 match names.iter().position(|named| is_root(named, base)) {
@@ -124,6 +131,7 @@ impl Term {
             Self::Product(factors) => factors.iter().map(|factor| factor.evaluate(lookup)).product(),
             Self::Power(base, exponent) => base.evaluate(lookup).powf(to_f64(exponent)),
             Self::Call(function, argument) => function.evaluate(&[argument.evaluate(lookup); 2]),
+            Self::Spline(spline, order, argument) => spline.value(*order, argument.evaluate(lookup)),
         }
     }
 
@@ -133,7 +141,7 @@ impl Term {
             Self::Number(_) => false,
             Self::Symbol(symbol) => test(*symbol),
             Self::Sum(terms) | Self::Product(terms) => terms.iter().any(|t| t.any_symbol(test)),
-            Self::Power(inner, _) | Self::Call(_, inner) => inner.any_symbol(test),
+            Self::Power(inner, _) | Self::Call(_, inner) | Self::Spline(_, _, inner) => inner.any_symbol(test),
         }
     }
 }

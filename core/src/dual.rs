@@ -62,6 +62,9 @@ impl<D: Kind> Scalar for Dual<D> {
         Self(self.0.powf(exponent))
     }
     #[inline(always)]
+    fn floor(self) -> Self {
+        Self(D::from(Scalar::floor(self.0.re())))
+    }
     fn sign(self) -> Self {
         Self(D::from(self.0.re().sign()))
     }

@@ -15,6 +15,7 @@ macro_rules! functions {
 }
 
 functions! {
+    floor(x) = floor;
     sqrt(x) = sqrt;
     tan(x) = tan;
     asin(x) = asin;

@@ -80,6 +80,8 @@ pub trait Scalar:
     fn powf(self, exponent: f64) -> Self;
     /// -1, 0 or 1.
     fn sign(self) -> Self;
+    /// The largest whole number that is not above the number.
+    fn floor(self) -> Self;
     /// `self * a + b`, rounded once where the processor does so quickly.
     fn mul_add(self, a: Self, b: Self) -> Self;
     /// `b - self * a`, likewise.
@@ -180,7 +182,7 @@ impl Scalar for f64 {
         // Zero, and what is not a number, stay what they are.
         if self == 0.0 || self.is_nan() { self } else { f64::signum(self) }
     }
-    forward!(recip, sqrt, tan, asin, acos, atan, exp, ln, sinh, cosh, tanh);
+    forward!(recip, floor, sqrt, tan, asin, acos, atan, exp, ln, sinh, cosh, tanh);
     #[inline(always)]
     fn mul_add(self, a: Self, b: Self) -> Self {
         self * a + b
@@ -288,7 +290,7 @@ impl Scalar for Fused {
     fn sign(self) -> Self {
         Self(self.0.sign())
     }
-    forward_inside!(recip, sqrt, tan, asin, acos, atan, exp, ln, sinh, cosh, tanh);
+    forward_inside!(recip, floor, sqrt, tan, asin, acos, atan, exp, ln, sinh, cosh, tanh);
     #[inline(always)]
     fn mul_add(self, a: Self, b: Self) -> Self {
         Self(math::mul_add(self.0, a.0, b.0))

@@ -1,4 +1,6 @@
-//! Functions given by points, with straight lines between them.
+//! Functions given by points: straight lines or a spline between them.
+
+use std::sync::Arc;
 
 use num_rational::BigRational;
 use num_traits::{Signed, Zero};
@@ -6,22 +8,29 @@ use num_traits::{Signed, Zero};
 use crate::diagnostic::Span;
 use crate::expression::{Expression, Node, NodeId, Number, to_f64};
 use crate::function::Function;
+use crate::spline::Spline;
 
-/// A function given by points: straight between them, constant beyond the first and the last.
+/// A function given by points: straight between them and constant beyond the first and the last, or a spline.
 #[derive(Clone, Debug)]
 pub struct Chart {
     /// Its name in formulae.
     pub name: String,
     /// Abscissae that rise, and ordinates; at least two.
     pub points: Vec<[BigRational; 2]>,
+    /// The spline through the points; `None` where lines join them.
+    pub spline: Option<Arc<Spline>>,
 }
 
 impl Chart {
-    /// Appends the function's value at an argument: half the sum of both ends, and an absolute value for each corner.
+    /// Appends the function's value at an argument: of lines half the sum of both ends, and an absolute value for each
+    /// corner.
     ///
     /// With the slopes `m_i` before and after the points `x_i`, `y(x) = (y_0 + y_n)/2 + sum (m_(i+1) - m_i)/2 |x -
     /// x_i|`.
     pub fn append<N>(&self, formula: &mut Expression<N>, argument: NodeId, span: &Span) -> NodeId {
+        if let Some(spline) = &self.spline {
+            return formula.push(Node::Spline(Arc::clone(spline), argument), span.clone());
+        }
         let half = BigRational::new(1.into(), 2.into());
         let slope = |pair: &[[BigRational; 2]]| (&pair[1][1] - &pair[0][1]) / (&pair[1][0] - &pair[0][0]);
         let slopes: Vec<BigRational> = self.points.windows(2).map(slope).collect();
@@ -58,7 +67,7 @@ mod tests {
     fn it_passes_through_its_points_and_stays_at_its_ends() {
         let whole = |n: i32| BigRational::from_integer(n.into());
         let points = [[0, 1], [2, 5], [3, 5], [7, -3]].map(|pair| pair.map(whole)).to_vec();
-        let chart = Chart { name: "cut".to_owned(), points };
+        let chart = Chart { name: "cut".to_owned(), points, spline: None };
         let at = |x: f64| {
             let mut formula = Expression::<()>::new();
             let argument = formula.push(Node::Name(()), 0..0);

@@ -1,6 +1,7 @@
 //! Scene text to a syntax tree with places. The only module that knows TOML.
 
 mod characters;
+mod charts;
 mod form;
 mod joints;
 mod known;

@@ -71,6 +71,7 @@ fn apply<N, D: Differentiable>(node: &Node<N>, values: &[D], lookup: &mut impl F
             let argument = |i: usize| values[arguments[i.min(arguments.len() - 1)]];
             function.evaluate(&[argument(0), argument(1)])
         }
+        Node::Spline(spline, a) => spline.value(0, values[*a]),
     }
 }
 

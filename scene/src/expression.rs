@@ -3,12 +3,15 @@
 //! The list stands for a tree without being one in memory, so a formula of any length is evaluated,
 //! translated and freed by a loop, never by recursion.
 
+use std::sync::Arc;
+
 use num_bigint::BigInt;
 use num_rational::BigRational;
 use num_traits::{One, Signed, ToPrimitive};
 
 use crate::diagnostic::Span;
 use crate::function::Function;
+use crate::spline::Spline;
 
 /// A formula whose leaves are numbers and names `N`.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,6 +46,8 @@ pub enum Node<N> {
     Power(NodeId, NodeId),
     /// `f(a, ...)`
     Call(Function, Vec<NodeId>),
+    /// A table through which a spline is laid.
+    Spline(Arc<Spline>, NodeId),
 }
 
 /// A number of a scene: exact for differentiation, nearest double for evaluation.
@@ -63,7 +68,7 @@ impl<N> Node<N> {
     pub fn operands(&self) -> Vec<NodeId> {
         match self {
             Self::Number(_) | Self::Name(_) => Vec::new(),
-            Self::Negate(a) => vec![*a],
+            Self::Negate(a) | Self::Spline(_, a) => vec![*a],
             Self::Add(a, b) | Self::Subtract(a, b) | Self::Multiply(a, b) | Self::Divide(a, b) | Self::Power(a, b) => {
                 vec![*a, *b]
             }
@@ -75,15 +80,21 @@ impl<N> Node<N> {
 impl<N: Clone> Node<N> {
     /// The same operation whose operands stand further on.
     pub(crate) fn moved(&self, by: usize) -> Self {
+        self.at(|place| place + by)
+    }
+
+    /// The same operation whose operands stand elsewhere.
+    fn at(&self, place: impl Fn(NodeId) -> NodeId) -> Self {
         match self {
             Self::Number(_) | Self::Name(_) => self.clone(),
-            Self::Negate(a) => Self::Negate(a + by),
-            Self::Add(a, b) => Self::Add(a + by, b + by),
-            Self::Subtract(a, b) => Self::Subtract(a + by, b + by),
-            Self::Multiply(a, b) => Self::Multiply(a + by, b + by),
-            Self::Divide(a, b) => Self::Divide(a + by, b + by),
-            Self::Power(a, b) => Self::Power(a + by, b + by),
-            Self::Call(function, arguments) => Self::Call(*function, arguments.iter().map(|a| a + by).collect()),
+            Self::Negate(a) => Self::Negate(place(*a)),
+            Self::Add(a, b) => Self::Add(place(*a), place(*b)),
+            Self::Subtract(a, b) => Self::Subtract(place(*a), place(*b)),
+            Self::Multiply(a, b) => Self::Multiply(place(*a), place(*b)),
+            Self::Divide(a, b) => Self::Divide(place(*a), place(*b)),
+            Self::Power(a, b) => Self::Power(place(*a), place(*b)),
+            Self::Call(function, arguments) => Self::Call(*function, arguments.iter().map(|a| place(*a)).collect()),
+            Self::Spline(spline, a) => Self::Spline(Arc::clone(spline), place(*a)),
         }
     }
 }
@@ -116,6 +127,11 @@ impl Number {
     pub(crate) fn near(exact: BigRational, value: f64) -> Self {
         let rest = BigRational::from_float(value).map_or(0.0, |nearest| to_f64(&(&exact - nearest)));
         Self { exact, value, rest }
+    }
+
+    /// A double.
+    pub(crate) fn double(value: f64) -> Self {
+        Self { exact: BigRational::from_float(value).unwrap_or_default(), value, rest: 0.0 }
     }
 
     /// A whole number.
@@ -195,8 +211,26 @@ impl<N> Expression<N> {
             Node::Divide(a, b) => Node::Divide(*a, *b),
             Node::Power(a, b) => Node::Power(*a, *b),
             Node::Call(f, arguments) => Node::Call(*f, arguments.clone()),
+            Node::Spline(spline, a) => Node::Spline(Arc::clone(spline), *a),
         });
         Expression { nodes: nodes.collect(), spans: self.spans.clone() }
+    }
+}
+
+impl<N: Clone> Expression<N> {
+    /// The same formula with splines written out in functions that step from piece to piece.
+    #[must_use]
+    pub fn without_splines(&self) -> Self {
+        let mut written = Self::new();
+        let mut places: Vec<NodeId> = Vec::with_capacity(self.nodes.len());
+        for (node, span) in self.nodes.iter().zip(&self.spans) {
+            let place = match node {
+                Node::Spline(spline, a) => spline.append(0, &mut written, places[*a], span),
+                node => written.push(node.at(|a| places[a]), span.clone()),
+            };
+            places.push(place);
+        }
+        written
     }
 }
 

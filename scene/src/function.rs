@@ -47,10 +47,12 @@ pub enum Function {
     Min,
     /// The larger of two.
     Max,
+    /// The largest whole number that is not above a number; only in what splines become.
+    Floor,
 }
 
 impl Function {
-    /// Every function, in the order the documentation lists them.
+    /// Every function that a formula can name, in the order the documentation lists them.
     pub const ALL: [Function; 18] = [
         Self::Sqrt,
         Self::Sin,
@@ -93,6 +95,7 @@ impl Function {
             Self::Sign => "sign",
             Self::Min => "min",
             Self::Max => "max",
+            Self::Floor => "floor",
         }
     }
 
@@ -117,7 +120,7 @@ impl Function {
 
     /// Whether it has one but at a corner: that serves loads too.
     pub fn is_piecewise(self) -> bool {
-        matches!(self, Self::Abs | Self::Sign | Self::Min | Self::Max)
+        matches!(self, Self::Abs | Self::Sign | Self::Min | Self::Max | Self::Floor)
     }
 
     /// The value at `arguments`, of which there must be at least [`arity`](Self::arity) many.
@@ -146,6 +149,7 @@ impl Function {
                 }
             }
             Self::Sign => D::from(f64::from(i8::from(x.re() > 0.0) - i8::from(x.re() < 0.0))),
+            Self::Floor => D::from(x.re().floor()),
             Self::Min => {
                 if arguments[1].re() < x.re() {
                     arguments[1]

@@ -21,4 +21,5 @@ pub mod printer;
 pub mod resolve;
 pub mod scene;
 pub mod source;
+pub mod spline;
 pub mod time_scales;

@@ -47,6 +47,7 @@ fn text(node: &Node<String>, texts: &[(String, Precedence)]) -> (String, Precede
             let arguments: Vec<&str> = arguments.iter().map(|place| texts[*place].0.as_str()).collect();
             (format!("{}({})", function.name(), arguments.join(", ")), Precedence::Atom)
         }
+        Node::Spline(spline, argument) => (format!("{}({})", spline.name, texts[*argument].0), Precedence::Atom),
     }
 }
 

@@ -85,6 +85,11 @@ fn own_scales(node: &Node<Quantity>, courses: &[Option<TimeFunction>]) -> Vec<Ti
             None => Vec::new(),
         },
         Node::Call(_, arguments) => arguments.iter().filter_map(moves).flat_map(of_smooth).collect(),
+        Node::Spline(spline, argument) => match moves(argument) {
+            Some(TimeFunction::Line { rate, .. }) => vec![TimeScale::Period(rate.abs() / spline.shortest())],
+            Some(course) => of_smooth(course),
+            None => Vec::new(),
+        },
         // A square of a sine is smooth in its period, and other powers nearly so.
         Node::Power(a, _) if !matches!(moves(a), Some(TimeFunction::Turning { .. })) => smooth(a),
         Node::Divide(_, a) => smooth(a),

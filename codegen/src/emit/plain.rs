@@ -23,6 +23,7 @@ impl Plain<'_> {
     /// The formula in Rust, on doubles.
     pub(super) fn tokens(&self, value: &Value) -> TokenStream {
         let number = &self.number;
+        let value = &value.without_splines();
         let mut pieces: Vec<Piece> = Vec::with_capacity(value.nodes().len());
         for node in value.nodes() {
             let piece = match node {
@@ -49,6 +50,7 @@ impl Plain<'_> {
                     let arguments = arguments.iter().map(|&i| &pieces[i].tokens);
                     Piece::whole(quote!(#number::#method(#(#arguments),*)))
                 }
+                Node::Spline(..) => unreachable!("splines are written out"),
             };
             pieces.push(piece);
         }

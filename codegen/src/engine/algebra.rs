@@ -2,6 +2,7 @@
 
 use std::cell::RefCell;
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use symbolica::atom::{Atom, AtomCore, AtomView, Symbol as EngineSymbol};
 use symbolica::symbol;
@@ -9,12 +10,14 @@ use symbolica::symbol;
 use super::Place;
 use super::differentiate::{Entry, swells};
 use super::functions::exact;
+use super::splines::{ORDERS, spline_name, splines_of};
 use super::translate::term;
 use crate::term::{Symbol, Term};
 use qrm_scene::expression::Node;
 use qrm_scene::function::Function;
 use qrm_scene::resolve::all_values;
 use qrm_scene::scene::{Quantity, Scene, Value};
+use qrm_scene::spline::Spline;
 
 /// The symbols of one scene, and its formulae in terms of them.
 pub(super) struct Algebra<'s> {
@@ -32,6 +35,8 @@ pub(super) struct Algebra<'s> {
     pub(super) names: RefCell<Vec<Entry>>,
     /// What the signs are taken of.
     pub(super) signs: RefCell<Vec<Atom>>,
+    /// The splines of the scene, each once.
+    pub(super) splines: Vec<Arc<Spline>>,
 }
 
 impl<'s> Algebra<'s> {
@@ -67,6 +72,7 @@ impl<'s> Algebra<'s> {
             names_formulae,
             names: RefCell::default(),
             signs: RefCell::default(),
+            splines: splines_of(scene),
         };
         algebra.name_angles();
         for point in &scene.points {
@@ -224,6 +230,10 @@ impl<'s> Algebra<'s> {
                     let arguments: Vec<Atom> = arguments.iter().map(argument).collect();
                     self.call(*function, &arguments)
                 }
+                Node::Spline(spline, a) => {
+                    let argument = self.short(self.simplify(&atoms[*a]), "argument");
+                    self.spline(spline, argument)
+                }
             };
             atoms.push(atom);
         }
@@ -237,7 +247,7 @@ impl<'s> Algebra<'s> {
 
     /// An atom as plain data, as it is.
     pub(super) fn term(&self, atom: &Atom) -> Term {
-        let plain = term(atom.as_view(), &self.places);
+        let plain = term(atom.as_view(), &self.places, &self.splines);
         if self.signs.borrow().is_empty() {
             return plain;
         }
@@ -265,6 +275,10 @@ fn names_at_most(scene: &Scene, formulae: bool) -> usize {
 pub(super) fn define_symbols(scenes: &[&Scene]) {
     for name in ["x_", "asin", "acos", "atan", "sinh", "cosh", "tanh"] {
         symbol!(name);
+    }
+    let splines = scenes.iter().map(|scene| splines_of(scene).len()).max().unwrap_or(0);
+    for (k, order) in (0..splines).flat_map(|k| (0..=ORDERS).map(move |order| (k, order))) {
+        symbol!(spline_name(k, order));
     }
     let most = scenes.iter().map(|scene| symbols_of(scene, true).len()).max();
     (0..most.unwrap_or(0)).for_each(|i| {

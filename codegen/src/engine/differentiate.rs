@@ -40,14 +40,14 @@ fn has_long_argument(value: &Value) -> bool {
             Node::Number(_) => HashSet::new(),
             Node::Name(Quantity::Coordinate(i)) => HashSet::from([*i]),
             Node::Name(_) => HashSet::new(),
-            Node::Negate(a) => union(&[*a]),
+            Node::Negate(a) | Node::Spline(_, a) => union(&[*a]),
             Node::Add(a, b) | Node::Subtract(a, b) | Node::Multiply(a, b) | Node::Divide(a, b) | Node::Power(a, b) => {
                 union(&[*a, *b])
             }
             Node::Call(_, arguments) => union(arguments),
         };
         let is_root = matches!(node, Node::Call(Function::Sqrt | Function::Hypot, _));
-        if matches!(node, Node::Call(..)) && !is_root && own.len() > COORDINATES {
+        if matches!(node, Node::Call(..) | Node::Spline(..)) && !is_root && own.len() > COORDINATES {
             return true;
         }
         coordinates.push(own);
@@ -128,14 +128,14 @@ impl Algebra<'_> {
     pub(super) fn derivative(&self, atom: &Atom, by: Symbol) -> Atom {
         let by = self.engine_symbol(by);
         // Most formulae of a large mechanism do without most of its coordinates.
-        if atom.contains_symbol(by) { atom.derivative(by) } else { Atom::num(0) }
+        if atom.contains_symbol(by) { self.derivative_by(atom, by) } else { Atom::num(0) }
     }
 
     /// The derivative by every coordinate.
     pub(super) fn gradient(&self, atom: &Atom) -> Vec<Atom> {
         let occurring = self.occurring(atom);
         let direct = |i: usize| match occurring.contains(&Symbol::Coordinate(i)) {
-            true => atom.derivative(self.engine_symbol(Symbol::Coordinate(i))),
+            true => self.derivative_by(atom, self.engine_symbol(Symbol::Coordinate(i))),
             false => Atom::num(0),
         };
         let by_names = self.by_names(atom, &occurring);
@@ -150,7 +150,7 @@ impl Algebra<'_> {
     /// The derivatives by the names that occur.
     fn by_names(&self, atom: &Atom, occurring: &[Symbol]) -> Vec<(usize, Atom)> {
         let known = 0..self.names.borrow().len();
-        let by = |k: usize| (k, atom.derivative(self.engine_symbol(Symbol::Named(k))));
+        let by = |k: usize| (k, self.derivative_by(atom, self.engine_symbol(Symbol::Named(k))));
         known.filter(|&k| occurring.contains(&Symbol::Named(k))).map(by).collect()
     }
 

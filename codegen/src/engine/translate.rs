@@ -1,6 +1,7 @@
 //! The engine's expressions to plain [`Term`]s.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use num_bigint::BigInt;
 use num_rational::BigRational;
@@ -8,16 +9,18 @@ use num_traits::Zero;
 use symbolica::atom::{AtomView, Symbol as EngineSymbol};
 use symbolica::coefficient::CoefficientView;
 
+use super::splines::of_name;
 use crate::term::{Symbol, Term};
 use qrm_scene::expression::to_f64;
 use qrm_scene::function::Function;
+use qrm_scene::spline::Spline;
 
 /// Translates an expression.
 ///
 /// # Panics
 /// On a function or number that no scene can bring into the engine; the build then fails with its name.
-pub(super) fn term(view: AtomView, places: &HashMap<EngineSymbol, Symbol>) -> Term {
-    let each = |items: &mut dyn Iterator<Item = AtomView<'_>>| items.map(|item| term(item, places)).collect();
+pub(super) fn term(view: AtomView, places: &HashMap<EngineSymbol, Symbol>, splines: &[Arc<Spline>]) -> Term {
+    let each = |items: &mut dyn Iterator<Item = AtomView<'_>>| items.map(|item| term(item, places, splines)).collect();
     match view {
         AtomView::Num(number) => {
             let number = rational(number.get_coeff_view(), &view);
@@ -42,10 +45,10 @@ pub(super) fn term(view: AtomView, places: &HashMap<EngineSymbol, Symbol>) -> Te
             if let AtomView::Var(variable) = base
                 && variable.get_symbol() == EngineSymbol::E
             {
-                return Term::Call(Function::Exp, Box::new(term(exponent, places)));
+                return Term::Call(Function::Exp, Box::new(term(exponent, places, splines)));
             }
-            match term(exponent, places) {
-                Term::Number(exponent) => Term::Power(Box::new(term(base, places)), exponent),
+            match term(exponent, places, splines) {
+                Term::Number(exponent) => Term::Power(Box::new(term(base, places, splines)), exponent),
                 _ => panic!("the engine made a power with a variable exponent: {view}"),
             }
         }
@@ -63,9 +66,10 @@ pub(super) fn term(view: AtomView, places: &HashMap<EngineSymbol, Symbol>) -> Te
                 "csc" => inverse(Function::Sin),
                 "sech" => inverse(Function::Cosh),
                 "csch" => inverse(Function::Sinh),
-                name => match Function::named(name) {
-                    Some(function) => Term::Call(function, argument),
-                    None => panic!("the engine made a function that has no meaning here: {view}"),
+                name => match (Function::named(name), of_name(name)) {
+                    (Some(function), _) => Term::Call(function, argument),
+                    (None, Some((place, order))) => Term::Spline(Arc::clone(&splines[place]), order, argument),
+                    (None, None) => panic!("the engine made a function that has no meaning here: {view}"),
                 },
             }
         }

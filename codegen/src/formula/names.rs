@@ -100,6 +100,7 @@ pub(super) fn latex_function(function: Function) -> &'static str {
         Function::Atan2 => r"\operatorname{atan2}",
         Function::Abs => r"\operatorname{abs}",
         Function::Sign => r"\operatorname{sign}",
+        Function::Floor => r"\operatorname{floor}",
         Function::Min => r"\min",
         Function::Max => r"\max",
     }

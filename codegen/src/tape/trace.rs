@@ -178,7 +178,7 @@ impl Scalar for Traced {
     }
     unary!(
         recip Recip, sqrt Sqrt, sin Sin, cos Cos, tan Tan, asin Asin, acos Acos, atan Atan, exp Exp, ln Ln, sinh Sinh,
-        cosh Cosh, tanh Tanh, sign Sign, abs Abs
+        cosh Cosh, tanh Tanh, sign Sign, abs Abs, floor Floor
     );
     binary!(max Max, min Min, atan2 Atan2, hypot Hypot, pow Pow);
     fn sin_cos(self) -> (Self, Self) {

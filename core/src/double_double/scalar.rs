@@ -47,6 +47,11 @@ impl Scalar for DoubleDouble {
     fn powf(self, exponent: f64) -> Self {
         self.pow(exponent.into())
     }
+    fn floor(self) -> Self {
+        let whole = Scalar::floor(self.hi);
+        // A whole double may lack something below it.
+        if whole == self.hi { Self::from(whole) + Scalar::floor(self.lo).into() } else { whole.into() }
+    }
     fn sign(self) -> Self {
         self.hi.sign().into()
     }

@@ -54,6 +54,7 @@ pub(crate) fn execute_one<R: Scalar>(values: &mut [R], mut next: usize, operatio
         Op::Tanh(a) => at(a).tanh(),
         Op::Abs(a) => at(a).abs(),
         Op::Sign(a) => at(a).sign(),
+        Op::Floor(a) => at(a).floor(),
         Op::Min(a, b) => at(a).min(at(b)),
         Op::Max(a, b) => at(a).max(at(b)),
         Op::Hypot(a, b) => at(a).hypot(at(b)),

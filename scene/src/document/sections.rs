@@ -1,7 +1,6 @@
 //! The sections of a scene file, key by key.
 
-use num_rational::BigRational;
-
+use super::charts::chart;
 use super::joints::joint;
 use super::known::{extreme, reference, values};
 use super::links::link;
@@ -11,9 +10,7 @@ use super::table::{self, Reader, Table};
 use super::{
     BodySyntax, ConstraintSyntax, CoordinateSyntax, Document, DrawnSyntax, Identifier, ParameterSyntax, Position, Side,
 };
-use crate::chart::Chart;
 use crate::diagnostic::Diagnostic;
-use crate::function::Function;
 use crate::names::is_identifier;
 
 impl Document {
@@ -158,56 +155,6 @@ fn parameter(r: &mut Reader, identifier: Identifier, value: table::Value) -> Opt
     let runtime = table.optional("runtime").is_some_and(|v| r.boolean(v));
     table.finish(r);
     Some(ParameterSyntax { identifier, value, unit, doc, runtime })
-}
-
-/// A function given by points.
-fn chart(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option<Chart> {
-    let what = format!("table `{}`", identifier.name);
-    let meaning = match identifier.name.as_str() {
-        name if Function::named(name).is_some() => Some("a function"),
-        "t" => Some("time"),
-        "pi" => Some("the number pi"),
-        "s" | "s_dot" => Some("the length that a load acts along, or its rate"),
-        _ => None,
-    };
-    if let Some(meaning) = meaning {
-        let title = format!("`{}` already means {meaning}", identifier.name);
-        let error = Diagnostic::error(title, identifier.span, "cannot be a table").help("choose another name");
-        r.findings.push(error);
-        return None;
-    }
-    let table = r.table(&what, value)?;
-    table.string(r, "doc");
-    let mut axis = |key: &str| -> Option<Vec<BigRational>> {
-        let items = table.required(r, key)?;
-        let items = r.array(items);
-        items.into_iter().map(|item| r.number(item)).collect()
-    };
-    let (x, y) = (axis("x"), axis("y"));
-    table.finish(r);
-    // Stands for one that could not be read, so that its uses are not wrong too.
-    let flat = [0, 1].map(|x| [BigRational::from_integer(x.into()), BigRational::from_integer(0.into())]);
-    let placeholder = Chart { name: identifier.name.clone(), points: flat.to_vec() };
-    let Some((x, y)) = x.zip(y) else { return Some(placeholder) };
-    let wrong = match x.windows(2).position(|pair| pair[0] >= pair[1]) {
-        _ if x.len() != y.len() => {
-            Some((format!("{} abscissae and {} ordinates", x.len(), y.len()), "give one `y` for each `x`"))
-        }
-        _ if x.len() < 2 => {
-            Some(("a line needs two points or more".to_owned(), "give the points that lines are drawn through"))
-        }
-        Some(i) => Some((
-            format!("abscissa {} does not lie above the one before", i + 2),
-            "write the points from left to right",
-        )),
-        None => None,
-    };
-    if let Some((label, help)) = wrong {
-        r.findings.push(Diagnostic::error(format!("{what} is no function"), value.span(), label).help(help));
-        return Some(placeholder);
-    }
-    let points = x.into_iter().zip(y).map(|(x, y)| [x, y]).collect();
-    Some(Chart { name: identifier.name, points })
 }
 
 fn body(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option<BodySyntax> {

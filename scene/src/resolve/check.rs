@@ -6,6 +6,7 @@ use crate::diagnostic::Diagnostic;
 use crate::document::{BodySyntax, Document, Identifier};
 use crate::evaluate::{evaluate, known_values};
 use crate::expression::Node;
+use crate::function::Function;
 use crate::scene::{Friction, Known, Load, LoadKind, Quantity, Scene, Start, Value};
 
 /// Checks the parts of a scene whose parameters have their numbers. What depends on unknown names is left unchecked.
@@ -47,11 +48,15 @@ pub(super) fn differentiable(value: &Value, is_smooth: bool, source: &str, findi
                 let text = source.get(value.span(id)).unwrap_or_default();
                 let name = text.split('(').next().unwrap_or(function.name()).trim();
                 let loads = if function.is_piecewise() { "loads, " } else { "" };
+                let places =
+                    format!("`{name}` may stand in {loads}values of parameters, first guesses and stop conditions");
+                let help = match Function::named(name) {
+                    Some(_) => places,
+                    None => format!("lay a spline through the points, `spline = \"natural\"`; without it, {places}"),
+                };
                 let error =
                     Diagnostic::error(format!("`{name}` cannot be differentiated"), value.span(id), "not smooth here")
-                        .help(format!(
-                            "`{name}` may stand in {loads}values of parameters, first guesses and stop conditions"
-                        ));
+                        .help(help);
                 if !findings.contains(&error) {
                     findings.push(error);
                 }

@@ -150,7 +150,7 @@ impl Size {
     fn call(function: Function, arguments: &[Self]) -> Self {
         let all = arguments.iter().copied().reduce(Self::sum).unwrap_or(Self::LEAF);
         let times = match function {
-            Function::Abs | Function::Sign => return all,
+            Function::Abs | Function::Sign | Function::Floor => return all,
             // Sum, difference, and the sign of that.
             Function::Min | Function::Max => 2.0,
             _ => 0.0,
@@ -239,6 +239,7 @@ fn measure(value: &Value, points: &[[Size; 2]], length: Size, terms: f64) -> Res
                 let arguments: Vec<Size> = arguments.iter().map(|&argument| sizes[argument]).collect();
                 Size::call(*function, &arguments)
             }
+            Node::Spline(_, argument) => Size::call(Function::Sin, &[sizes[*argument]]),
         };
         if let Some((title, label, help)) = size.excess(terms) {
             return Err(Box::new(Diagnostic::error(title, value.span(id), label).help(help)));

@@ -145,6 +145,7 @@ impl<'a> TimeFunctions<'a> {
                     _ => None,
                 }
             }
+            Node::Spline(spline, argument) => constant(spline.value(0, fixed(argument)?)),
         }
     }
 }

@@ -1,0 +1,63 @@
+//! Splines as functions of the engine, one for each derivative.
+
+use std::sync::Arc;
+
+use symbolica::atom::{Atom, AtomCore, Symbol as EngineSymbol};
+use symbolica::{function, symbol};
+
+use super::algebra::Algebra;
+use qrm_scene::expression::Node;
+use qrm_scene::resolve::all_values;
+use qrm_scene::scene::Scene;
+use qrm_scene::spline::Spline;
+
+/// The last derivative that is not zero.
+pub(super) const ORDERS: usize = 3;
+
+impl Algebra<'_> {
+    /// A spline at an argument.
+    pub(super) fn spline(&self, spline: &Arc<Spline>, argument: Atom) -> Atom {
+        let place = self.splines.iter().position(|own| own == spline).unwrap_or_default();
+        function!(symbol!(spline_name(place, 0)), argument)
+    }
+
+    /// The derivative of an expression by a symbol of the engine.
+    pub(super) fn derivative_by(&self, atom: &Atom, by: EngineSymbol) -> Atom {
+        let mut derivative = atom.derivative(by);
+        let inside = Atom::var(symbol!("x_"));
+        for (k, order) in (0..self.splines.len()).flat_map(|k| (0..=ORDERS).map(move |order| (k, order))) {
+            let own = Atom::var(symbol!(spline_name(k, order)));
+            let unknown = function!(EngineSymbol::DERIVATIVE, Atom::num(1), own, &inside);
+            let known = match order {
+                ORDERS => Atom::num(0),
+                order => function!(symbol!(spline_name(k, order + 1)), &inside),
+            };
+            derivative = derivative.replace(unknown.to_pattern()).with(known.to_pattern());
+        }
+        derivative
+    }
+}
+
+/// The name of the derivative of a spline.
+pub(super) fn spline_name(place: usize, order: usize) -> String {
+    format!("spline{place}d{order}")
+}
+
+/// The place and the order of the derivative of a spline with this name.
+pub(super) fn of_name(name: &str) -> Option<(usize, usize)> {
+    let (place, order) = name.strip_prefix("spline")?.split_once('d')?;
+    Some((place.parse().ok()?, order.parse().ok()?))
+}
+
+/// The splines of a scene, each once.
+pub(super) fn splines_of(scene: &Scene) -> Vec<Arc<Spline>> {
+    let mut splines: Vec<Arc<Spline>> = Vec::new();
+    for node in all_values(scene).into_iter().flat_map(|value| value.nodes()) {
+        if let Node::Spline(spline, _) = node
+            && !splines.contains(spline)
+        {
+            splines.push(Arc::clone(spline));
+        }
+    }
+    splines
+}

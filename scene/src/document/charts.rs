@@ -1,0 +1,88 @@
+//! Entries of `[tables]`.
+
+use std::sync::Arc;
+
+use num_rational::BigRational;
+
+use super::Identifier;
+use super::table::{self, Reader};
+use crate::chart::Chart;
+use crate::diagnostic::{Diagnostic, Span};
+use crate::expression::to_f64;
+use crate::function::Function;
+use crate::spline::Spline;
+
+/// A function given by points.
+pub(super) fn chart(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option<Chart> {
+    let what = format!("table `{}`", identifier.name);
+    let meaning = match identifier.name.as_str() {
+        name if Function::named(name).is_some() => Some("a function"),
+        "t" => Some("time"),
+        "pi" => Some("the number pi"),
+        "s" | "s_dot" => Some("the length that a load acts along, or its rate"),
+        _ => None,
+    };
+    if let Some(meaning) = meaning {
+        let title = format!("`{}` already means {meaning}", identifier.name);
+        let error = Diagnostic::error(title, identifier.span, "cannot be a table").help("choose another name");
+        r.findings.push(error);
+        return None;
+    }
+    let table = r.table(&what, value)?;
+    table.string(r, "doc");
+    let mut axis = |key: &str| -> Option<Vec<BigRational>> {
+        let items = table.required(r, key)?;
+        let items = r.array(items);
+        items.into_iter().map(|item| r.number(item)).collect()
+    };
+    let (x, y) = (axis("x"), axis("y"));
+    let spline = table.optional("spline").map(|v| (v.span(), r.text(v)));
+    table.finish(r);
+    // Stands for one that could not be read, so that its uses are not wrong too.
+    let flat = [0, 1].map(|x| [BigRational::from_integer(x.into()), BigRational::from_integer(0.into())]);
+    let placeholder = Chart { name: identifier.name.clone(), points: flat.to_vec(), spline: None };
+    let Some((x, y)) = x.zip(y) else { return Some(placeholder) };
+    let wrong = match x.windows(2).position(|pair| pair[0] >= pair[1]) {
+        _ if x.len() != y.len() => {
+            Some((format!("{} abscissae and {} ordinates", x.len(), y.len()), "give one `y` for each `x`"))
+        }
+        _ if x.len() < 2 => {
+            Some(("a line needs two points or more".to_owned(), "give the points that lines are drawn through"))
+        }
+        Some(i) => Some((
+            format!("abscissa {} does not lie above the one before", i + 2),
+            "write the points from left to right",
+        )),
+        None => None,
+    };
+    if let Some((label, help)) = wrong {
+        r.findings.push(Diagnostic::error(format!("{what} is no function"), value.span(), label).help(help));
+        return Some(placeholder);
+    }
+    let spline = spline.and_then(|(span, kind)| spline_through(r, &identifier, (span, &kind?.name), [&x, &y]));
+    let points = x.into_iter().zip(y).map(|(x, y)| [x, y]).collect();
+    Some(Chart { name: identifier.name, points, spline })
+}
+
+/// The spline of a table, of a kind that it names.
+fn spline_through(
+    r: &mut Reader,
+    identifier: &Identifier,
+    (span, kind): (Span, &str),
+    [x, y]: [&[BigRational]; 2],
+) -> Option<Arc<Spline>> {
+    let name = &identifier.name;
+    let doubles = |axis: &[BigRational]| axis.iter().map(to_f64).collect::<Vec<f64>>();
+    let (wrong, label, help) = match kind {
+        "natural" => return Some(Arc::new(Spline::natural(name, &doubles(x), &doubles(y)))),
+        "periodic" if x.len() < 4 => ("too few points", "needs four or more", "the last point repeats the first one"),
+        "periodic" if y.first() != y.last() => {
+            ("a last point that is not the first one", "does not come back", "repeat the first `y` after a period")
+        }
+        "periodic" => return Some(Arc::new(Spline::periodic(name, &doubles(x), &doubles(y)))),
+        _ => ("an unknown kind of spline", "not known", "write `spline = \"periodic\"` or `spline = \"natural\"`"),
+    };
+    r.findings.push(Diagnostic::error(format!("table `{name}` has {wrong}"), span, label).help(help));
+    // Its uses are not wrong too.
+    Some(Arc::new(Spline::natural(name, &doubles(x), &doubles(y))))
+}
