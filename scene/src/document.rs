@@ -1,6 +1,7 @@
 //! Scene text to a syntax tree with places. The only module that knows TOML.
 
 mod characters;
+mod drawing;
 mod form;
 mod joints;
 mod known;
@@ -13,6 +14,7 @@ mod table;
 
 use crate::diagnostic::{Diagnostic, Span};
 use crate::parser::{Condition, Formula};
+pub use drawing::{DrawnSyntax, StrutKind};
 pub use joints::{JointKind, JointSyntax, LinkPoint};
 pub use links::{LinkSyntax, Mass, Shape};
 pub use loads::{Along, LoadSyntax, SpringSyntax};
@@ -130,7 +132,7 @@ pub struct BodySyntax {
 }
 
 /// A place in the plane: a named point or two formulae.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub enum Position {
     /// The name of a point.
     Point(Identifier),
@@ -170,26 +172,6 @@ pub enum Target {
     Point(Identifier),
     /// `on = "body"`
     Body(Identifier),
-}
-
-/// What an entry of `[drawing]` says.
-#[derive(Debug)]
-pub enum DrawnSyntax {
-    /// A rigid bar through places.
-    Link(Vec<Position>),
-    /// A block that slides.
-    Block {
-        /// Its middle.
-        at: Position,
-        /// The direction it slides in.
-        angle: Option<Formula>,
-    },
-    /// A bearing on the ground.
-    Pivot(Position),
-    /// A line that something slides along.
-    Guide(Vec<Position>),
-    /// The path of a point.
-    Path(Identifier),
 }
 
 /// An entry of `[reference]`.

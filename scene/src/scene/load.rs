@@ -1,6 +1,8 @@
 //! The kinds of loads.
 
-use super::Value;
+use super::{Quantity, Value};
+use crate::expression::Node;
+use crate::function::Function;
 
 /// The kinds of applied loads.
 #[derive(Clone, Debug)]
@@ -49,6 +51,22 @@ impl LoadKind {
     /// All formulae of the load.
     pub fn formulae(&self) -> Vec<&Value> {
         self.forces().into_iter().chain(self.places()).chain(self.laws()).collect()
+    }
+
+    /// The points whose distance it acts along.
+    pub fn between(&self) -> Option<[usize; 2]> {
+        let Self::Spring { along, .. } = self else { return None };
+        let nodes = along.nodes();
+        let Node::Call(Function::Hypot, components) = nodes.last()? else { return None };
+        let difference = |axis: usize| {
+            let Node::Subtract(a, b) = nodes[*components.get(axis)?] else { return None };
+            let point = |id: usize| match nodes[id] {
+                Node::Name(Quantity::Point(point, of)) if of == axis => Some(point),
+                _ => None,
+            };
+            Some([point(b)?, point(a)?])
+        };
+        difference(0).filter(|points| difference(1) == Some(*points))
     }
 
     /// The formulae of forces and torques.
