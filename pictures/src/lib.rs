@@ -7,6 +7,8 @@ mod pose;
 mod position_error;
 mod recording;
 mod source;
+mod struts;
+mod teeth;
 
 pub use groups::{Group, HEALTH, Member, groups};
 pub use motion::{NoPlace, motion};

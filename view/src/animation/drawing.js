@@ -1,9 +1,42 @@
 // The drawing.
 
+/** The distance that a shape reaches around each of its nodes. */
+function radiiOf(shape) {
+  if (shape.kind === "gear") return [gearReach(shape)];
+  if (shape.kind === "outline") return [Math.max(...shape.x.map((x, corner) => Math.hypot(x, shape.y[corner])))];
+  return shape.radii ?? [];
+}
+
+/** The abscissae and ordinates that shapes reach beyond their nodes. */
+function reachOf({ nodes, shapes, times }) {
+  const reach = { x: [], y: [] };
+  for (const shape of shapes) {
+    const ids = shape.nodes ?? [shape.node];
+    radiiOf(shape).forEach((radius, turn) => {
+      for (const axis of ["x", "y"]) {
+        const [low, high] = rangeOf([nodes[ids[turn]][axis]]);
+        reach[axis].push(low - radius, high + radius);
+      }
+    });
+    if (!shape.along) continue;
+    times.forEach((_, frame) => {
+      const at = { frame, part: 0 };
+      const angle = angleAt(shape.angle, at);
+      const [cos, sin, across] = [Math.cos(angle), Math.sin(angle), shape.across ?? 0];
+      for (const along of shape.along) {
+        reach.x.push(valueAt(nodes[shape.node].x, at) + along * cos - across * sin);
+        reach.y.push(valueAt(nodes[shape.node].y, at) + along * sin + across * cos);
+      }
+    });
+  }
+  return reach;
+}
+
 /** What does not depend on the size of the drawing: what is reached, the scale of the forces, the colours. */
 function plan(motion) {
-  const [left, right] = rangeOf(motion.nodes.map((node) => node.x));
-  const [bottom, top] = rangeOf(motion.nodes.map((node) => node.y));
+  const reach = reachOf(motion);
+  const [left, right] = rangeOf([...motion.nodes.map((node) => node.x), reach.x]);
+  const [bottom, top] = rangeOf([...motion.nodes.map((node) => node.y), reach.y]);
   const far = Math.max(Math.abs(left), Math.abs(right), Math.abs(bottom), Math.abs(top));
   const extent = Math.max(right - left, top - bottom);
   // Where nothing ever moves apart, any size will do.
@@ -45,7 +78,9 @@ function plan(motion) {
   // Shapes of one name are one body.
   const colours = new Map();
   const colour = motion.shapes.map((shape, place) => {
-    if (shape.kind !== "link" && shape.kind !== "block") return -1;
+    // A gear or rack without a name belongs to the ground.
+    const isBody = ["link", "block", "outline"].includes(shape.kind);
+    if (!isBody && !(shape.name && ["gear", "rack"].includes(shape.kind))) return -1;
     const key = shape.name || place;
     if (!colours.has(key)) colours.set(key, colours.size % 8);
     return colours.get(key);
@@ -155,6 +190,12 @@ function draw(svg, motion, planned, width, height, isDraft = false) {
   const [moving, still] = [[], []];
   const onMove = (ids, work) => (ids.every(isStill) ? still : moving).push(work);
   const owner = new Map();
+  /** Moves a group to a node, turned by an angle counter-clockwise. */
+  const turn = (group, node, angle, at) => {
+    const degrees = round((-angleAt(angle, at) * 180) / Math.PI);
+    group.setAttribute("transform", `${translate(node)} rotate(${degrees})`);
+  };
+  const hub = (group) => element(group, "circle", { class: "qrm-pin", r: round(0.62 * unit) });
 
   const builders = {
     link(group, shape) {
@@ -176,10 +217,93 @@ function draw(svg, motion, planned, width, height, isDraft = false) {
       const size = { x: -long / 2, y: -high / 2, width: long, height: high, rx: 0.5 * unit };
       element(group, "rect", { ...size, class: "qrm-box" });
       element(group, "circle", { class: "qrm-pin", r: round(0.62 * unit) });
-      moving.push((at) => {
-        const degrees = round((-angleAt(shape.angle, at) * 180) / Math.PI);
-        group.setAttribute("transform", `${translate(shape.node)} rotate(${degrees})`);
+      moving.push((at) => turn(group, shape.node, shape.angle, at));
+    },
+    rod(group, shape) {
+      const line = element(group, "polyline", { class: "qrm-thin" });
+      const pins = shape.nodes.map(() => element(group, "circle", { class: "qrm-hub", r: round(0.5 * unit) }));
+      onMove(shape.nodes, () => {
+        line.setAttribute("points", shape.nodes.map((id) => text(points[id])).join(" "));
+        pins.forEach((pin, turn) => pin.setAttribute("transform", translate(shape.nodes[turn])));
       });
+    },
+    strut(group, shape) {
+      const styles = ["qrm-around", "qrm-area-of", "qrm-lines", "qrm-solid"];
+      const [around, areas, lines, solids] = styles.map((style) => element(group, "path", { class: style }));
+      const ends = shape.nodes.map(() => element(group, "circle", { class: "qrm-solid", r: round(0.38 * unit) }));
+      const [from, to] = shape.nodes;
+      const lengths = motion.times.map((_, frame) => {
+        const [[ax, ay], [bx, by]] = [from, to].map((id) => place(nodes[id], { frame, part: 0 }));
+        return Math.hypot(bx - ax, by - ay);
+      });
+      const range = rangeOf([lengths]);
+      onMove(shape.nodes, () => {
+        const [[ax, ay], [bx, by]] = [points[from], points[to]];
+        const length = Math.hypot(bx - ax, by - ay);
+        const paths = strutPaths(shape.parts, length, range, unit);
+        around.setAttribute("d", paths.lines);
+        areas.setAttribute("d", paths.areas);
+        lines.setAttribute("d", paths.lines);
+        solids.setAttribute("d", paths.solids);
+        ends[1].setAttribute("cx", round(length));
+        const degrees = round((Math.atan2(by - ay, bx - ax) * 180) / Math.PI);
+        group.setAttribute("transform", `translate(${text([ax, ay])}) rotate(${degrees})`);
+      });
+    },
+    gear(group, shape) {
+      const style = shape.is_internal ? "qrm-body qrm-ring" : "qrm-body";
+      element(group, "path", { class: style, d: gearPath(shape, scale) });
+      const r = round(scale * shape.radius);
+      element(group, "circle", { class: "qrm-pitch", r });
+      if (!shape.is_internal) {
+        const mark = [0.3, 0.8].map((part) => polar(part * r, shape.phase));
+        element(group, "path", { class: "qrm-spoke", d: pathOf(mark) });
+        hub(group);
+      }
+      moving.push((at) => turn(group, shape.node, shape.angle, at));
+    },
+    rack(group, shape) {
+      element(group, "path", { class: "qrm-body", d: rackPath(shape, scale) });
+      moving.push((at) => turn(group, shape.node, shape.angle, at));
+    },
+    rail(group, shape) {
+      const [from, to] = shape.along.map((along) => round(scale * along));
+      for (const style of ["qrm-slot", "qrm-gap"]) {
+        const width = round(style === "qrm-slot" ? 0.7 * unit : 0.7 * unit - 2.4);
+        element(group, "path", { class: style, d: `M${from} 0H${to}`, "stroke-width": Math.max(width, 1) });
+      }
+      moving.push((at) => turn(group, shape.node, shape.angle, at));
+    },
+    belt(group, shape) {
+      const radii = shape.radii.map((radius) => scale * radius);
+      const pulleys = radii.map((radius) => {
+        const pulley = element(group, "g");
+        element(pulley, "circle", { class: "qrm-pulley", r: round(radius) });
+        const [far, near] = [round(0.92 * radius), round(Math.min(0.8 * unit, radius))];
+        element(pulley, "path", { class: "qrm-spoke", d: `M${near} 0H${far}M${-near} 0H${-far}M0 ${near}V${far}M0 ${-near}V${-far}` });
+        hub(pulley);
+        return pulley;
+      });
+      const [belt, marks] = ["qrm-strap", "qrm-marks"].map((style) => element(group, "path", { class: style }));
+      for (const each of [belt, marks]) each.setAttribute("stroke-width", round(0.42 * unit));
+      marks.setAttribute("stroke-dasharray", `1.5 ${round(2 * unit - 1.5)}`);
+      const ratio = ((shape.is_crossed ? -1 : 1) * shape.radii[0]) / shape.radii[1];
+      moving.push((at) => {
+        const [first, second] = shape.nodes.map((id) => points[id]);
+        const path = beltPath(first, second, radii, shape.is_crossed);
+        belt.setAttribute("d", path);
+        marks.setAttribute("d", path);
+        const line = Math.atan2(first[1] - second[1], second[0] - first[0]);
+        const angle = angleAt(shape.angle, at);
+        marks.setAttribute("stroke-dashoffset", round((-radii[0] * angle) % (2 * unit)));
+        pulleys.forEach((pulley, which) => turn(pulley, shape.nodes[which], [line + angle * (which ? ratio : 1)], at));
+      });
+    },
+    outline(group, shape) {
+      const places = shape.x.map((x, corner) => [scale * x, -scale * shape.y[corner]]);
+      element(group, "path", { class: "qrm-body", d: pathOf(places) + "Z" });
+      hub(group);
+      moving.push((at) => turn(group, shape.node, shape.angle, at));
     },
     pivot(group, shape) {
       const [half, deep] = [1.7 * unit, 2.5 * unit];
@@ -230,7 +354,7 @@ function draw(svg, motion, planned, width, height, isDraft = false) {
       element(group, "title", {}, shape.kind === "mass" ? `centre of mass of ${shape.name}` : shape.name);
     }
     for (const id of ids) {
-      if (shape.kind !== "guide") used.add(id);
+      if (!["guide", "rack", "rail"].includes(shape.kind)) used.add(id);
       if (colour >= 0 && !owner.has(id)) owner.set(id, colour);
     }
     builders[shape.kind](group, shape);
@@ -331,7 +455,7 @@ function draw(svg, motion, planned, width, height, isDraft = false) {
     const where = nodes.map((node) => place(node, at));
     const list = where.map((point) => [point, point]);
     for (const shape of motion.shapes) {
-      const ids = shape.nodes ?? [];
+      const ids = shape.kind === "belt" ? [] : (shape.nodes ?? []);
       for (let part = 1; part < ids.length; part++) list.push([where[ids[part - 1]], where[ids[part]]]);
       if (ids.length > 2) list.push([where[ids[ids.length - 1]], where[ids[0]]]);
       if (shape.kind === "pivot") {
