@@ -27,7 +27,9 @@ fn said(pose: &mut Pose) -> Vec<Shape> {
         let name = drawn.name.clone();
         let shape = match &drawn.kind {
             DrawnKind::Link(places) => Shape::Link { name, nodes: places.iter().map(|p| pose.place(p)).collect() },
-            DrawnKind::Guide(places) => Shape::Guide { nodes: places.iter().map(|p| pose.place(p)).collect() },
+            DrawnKind::Guide(places) => {
+                Shape::Guide { nodes: places.iter().map(|p| pose.place(p)).collect(), is_channel: false }
+            }
             DrawnKind::Rod(ends) => Shape::Rod { name, nodes: ends.iter().map(|p| pose.place(p)).collect() },
             DrawnKind::Strut(kind, ends) => {
                 let nodes = ends.iter().map(|p| pose.place(p)).collect();
@@ -89,12 +91,14 @@ fn outline(pose: &Pose, profile: &Value) -> [Track; 2] {
 fn rail(pose: &mut Pose, at: &[Value; 2], on: &[Value; 2], angle: Option<&Value>) -> Shape {
     let [low, high] = way(pose, on, at, angle);
     let reach = (0.15 * (high - low)).max(0.05 * pose.size());
-    let along = [low - reach, high + reach];
     let is_fixed = pose.is_fixed(on) && angle.is_none_or(|angle| pose.never_changes(angle));
+    // What moves holds together.
+    let [low, high] = if is_fixed { [low, high] } else { [low.min(0.0), high.max(0.0)] };
+    let along = [low - reach, high + reach];
     if let Some(state) = pose.states.first().filter(|_| is_fixed) {
         let ([x, y], (sin, cos)) = (at_state(state, on), angle.map_or(0.0, |angle| state.value(angle)).sin_cos());
         let ends = along.map(|along| [x + along * cos, y + along * sin]);
-        return Shape::Guide { nodes: ends.into_iter().map(|end| pose.fixed(end)).collect() };
+        return Shape::Guide { nodes: ends.into_iter().map(|end| pose.fixed(end)).collect(), is_channel: true };
     }
     Shape::Rail { node: pose.place(on), angle: pose.angle(angle), along }
 }
@@ -162,7 +166,10 @@ fn guessed(pose: &mut Pose) -> Vec<Shape> {
                     let angle = (to[1] - from[1]).atan2(to[0] - from[0]);
                     pose.angles.push(Source::Constant(angle));
                     let nodes = vec![pose.fixed(from), pose.fixed(to)];
-                    shapes.extend([Shape::Guide { nodes }, Shape::Block { name, node, angle: vec![angle] }]);
+                    shapes.extend([
+                        Shape::Guide { nodes, is_channel: false },
+                        Shape::Block { name, node, angle: vec![angle] },
+                    ]);
                 }
                 Path::Other => pose.nodes[node].is_traced = true,
             },
@@ -294,7 +301,7 @@ end_time = 2
         assert_eq!(links, [[node("O"), node("A")], [node("A"), node("B")]]);
         assert_eq!(shapes.iter().filter(|shape| matches!(shape, Shape::Pivot { .. })).count(), 1);
         let guides: Vec<&Shape> = shapes.iter().filter(|shape| matches!(shape, Shape::Guide { .. })).collect();
-        let [Shape::Guide { nodes }] = guides[..] else { panic!("one guide: {shapes:?}") };
+        let [Shape::Guide { nodes, .. }] = guides[..] else { panic!("one guide: {shapes:?}") };
         let end = &pose.nodes[nodes[1]];
         assert!((end.x[0] - 2.0 * 0.5_f64.cos()).abs() < 1e-12 && (end.y[0] - 2.0 * 0.5_f64.sin()).abs() < 1e-12);
         let angle =

@@ -2,7 +2,7 @@
 
 use qrm_scene::scene::{LoadKind, Output, OutputKind, Scene};
 use qrm_sim::columns::Kind;
-use qrm_view::motion::{Arrow, Motion, Plot, PlotCurve, Shape, Track};
+use qrm_view::motion::{Arrow, Motion, Plot, PlotCurve, Track};
 
 use crate::drawing::draw;
 use crate::groups::{Group, Member, groups};
@@ -38,7 +38,7 @@ pub fn motion(scene: &Scene, parameters: &[f64], recording: &Recording) -> Resul
     let arrows = forces.into_iter().map(|force| force.arrow(&pose, recording)).collect();
     let times: Vec<f64> = recording.values(Kind::Time);
     let nodes = pose.nodes.iter().flat_map(|node| [&node.x, &node.y].map(|track| (node.name.as_str(), track)));
-    let turns = shapes.iter().filter_map(Shape::angle);
+    let turns = shapes.iter().filter_map(|shape| Some((shape.name(), shape.angle()?)));
     let unsized_shape = shapes.iter().find(|shape| shape.sizes().iter().any(|size| !size.is_finite()));
     if let (Some(shape), Some(t)) = (unsized_shape, times.first()) {
         return Err(NoPlace { what: named(shape.name()), t: *t });
@@ -106,7 +106,7 @@ fn reactions(pose: &mut Pose) -> Vec<Force> {
             }
             _ => continue,
         };
-        let (name, doc, node) = (output.name.clone(), output.doc.clone(), pose.point(point));
+        let (name, doc, node) = (output.name.clone(), output.doc.clone(), pose.point_or_same(point));
         forces.push(Force { name, doc, is_reaction: true, node, sources });
     }
     forces

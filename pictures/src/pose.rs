@@ -52,6 +52,21 @@ impl<'s> Pose<'s> {
         node
     }
 
+    /// The node of a point, or one with a name that is always in the same place.
+    pub(super) fn point_or_same(&mut self, point: usize) -> usize {
+        let near = 1e-6 * self.size();
+        let is_same = |node: &Node| {
+            self.states.iter().enumerate().all(|(frame, state)| {
+                let [x, y] = state.point(point);
+                let of = |track: &Track| track[frame.min(track.len() - 1)];
+                (of(&node.x) - x).hypot(of(&node.y) - y) <= near
+            })
+        };
+        let own =
+            self.points[point].or_else(|| self.nodes.iter().position(|node| !node.name.is_empty() && is_same(node)));
+        own.unwrap_or_else(|| self.point(point))
+    }
+
     /// The node of a place: that of a point if it is one.
     pub(super) fn place(&mut self, place: &[Value; 2]) -> usize {
         let component = |axis: usize| match place[axis].nodes() {
@@ -90,7 +105,8 @@ impl<'s> Pose<'s> {
     /// The larger side of the rectangle that all points keep to.
     pub(super) fn size(&self) -> f64 {
         let side = |axis: usize| {
-            let places = self.states.iter().flat_map(|state| (0..self.points.len()).map(|point| state.point(point)[axis]));
+            let places =
+                self.states.iter().flat_map(|state| (0..self.points.len()).map(|point| state.point(point)[axis]));
             let (low, high) = places.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
             (high - low).max(0.0)
         };

@@ -31,6 +31,12 @@ pub(super) fn add_struts(pose: &mut Pose, shapes: &mut Vec<Shape>) {
         if parts.is_empty() || shapes.iter().any(is_there) {
             continue;
         }
+        // A bar between them stands for the load: it would not be rigid.
+        let is_bar = |shape: &Shape| match shape {
+            Shape::Link { nodes: own, .. } => own.len() == 2 && nodes.iter().all(|node| own.contains(node)),
+            _ => false,
+        };
+        shapes.retain(|shape| !is_bar(shape));
         for (point, node) in ends.into_iter().zip(nodes) {
             let is_fixed = pose.is_fixed(&scene.points[point].position);
             if is_fixed && !shapes.iter().any(|shape| shape.nodes().contains(&node)) {

@@ -14,7 +14,8 @@ const NEAR: f64 = 1e-6;
 
 /// Gives teeth to all gears and racks. Those that touch in the first frame have equal ones, which mesh.
 pub(super) fn mesh(shapes: &mut [Shape], nodes: &[Node]) {
-    let mut gears: Vec<Gear> = shapes.iter().enumerate().filter_map(|(place, shape)| Gear::of(place, shape, nodes)).collect();
+    let mut gears: Vec<Gear> =
+        shapes.iter().enumerate().filter_map(|(place, shape)| Gear::of(place, shape, nodes)).collect();
     let mut trains: Vec<Vec<usize>> = Vec::new();
     for first in 0..gears.len() {
         if trains.iter().any(|train| train.contains(&first)) {
@@ -111,7 +112,8 @@ impl Gear {
             (false, true) => other.radius - self.radius,
             (true, true) => return false,
         };
-        apart > 0.0 && (self.distance(other) - apart).abs() <= NEAR * (self.radius + other.radius)
+        let are_sized = self.radius > 0.0 && other.radius > 0.0 && apart > 0.0;
+        are_sized && (self.distance(other) - apart).abs() <= NEAR * (self.radius + other.radius)
     }
 
     /// The direction of a tooth of another gear that meshes with this one.
@@ -143,7 +145,7 @@ fn numbers(radii: &[f64]) -> Vec<u32> {
     let fits = (LEAST..=MOST).find(|of_least| error(*of_least) < 1e-6);
     let best = || (LEAST..=MOST).min_by(|a, b| error(*a).total_cmp(&error(*b)));
     let of_least = fits.or_else(best).unwrap_or(LEAST);
-    exact(of_least).map(|teeth| teeth.round().clamp(f64::from(LEAST), f64::from(FINEST)) as u32).collect()
+    exact(of_least).map(|teeth| (teeth.round() as u32).clamp(LEAST, FINEST)).collect()
 }
 
 #[cfg(test)]

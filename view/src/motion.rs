@@ -66,6 +66,8 @@ pub enum Shape {
     Guide {
         /// Its nodes.
         nodes: Vec<usize>,
+        /// Whether it is a channel with walls at both sides of a block.
+        is_channel: bool,
     },
     /// A thin rod, or a rope.
     Rod {
@@ -178,7 +180,7 @@ impl Shape {
     pub fn nodes(&self) -> &[usize] {
         match self {
             Self::Link { nodes, .. }
-            | Self::Guide { nodes }
+            | Self::Guide { nodes, .. }
             | Self::Rod { nodes, .. }
             | Self::Strut { nodes, .. }
             | Self::Belt { nodes, .. } => nodes,
@@ -208,20 +210,20 @@ impl Shape {
         }
     }
 
-    /// Its name, and its angle where it has one.
-    pub fn angle(&self) -> Option<(&str, &Track)> {
+    /// Its angle where it has one.
+    pub fn angle(&self) -> Option<&Track> {
         match self {
             Self::Block { angle, .. }
             | Self::Gear { angle, .. }
             | Self::Rack { angle, .. }
             | Self::Rail { angle, .. }
             | Self::Belt { angle, .. }
-            | Self::Outline { angle, .. } => Some((self.name(), angle)),
+            | Self::Outline { angle, .. } => Some(angle),
             _ => None,
         }
     }
 
-    /// Its angle where it has one.
+    /// The same, to be changed.
     pub fn angle_mut(&mut self) -> Option<&mut Track> {
         match self {
             Self::Block { angle, .. }

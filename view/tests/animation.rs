@@ -88,7 +88,7 @@ fn quick_return() -> Motion {
             node("", false, vec![0.2], vec![0.9]),
         ],
         shapes: vec![
-            Shape::Guide { nodes: vec![5, 6] },
+            Shape::Guide { nodes: vec![5, 6], is_channel: false },
             Shape::Pivot { node: 0 },
             Shape::Pivot { node: 1 },
             link("rocker", &[1, 3]),
@@ -162,7 +162,7 @@ fn swinging_plate() -> Motion {
         shapes: vec![
             Shape::Pivot { node: 0 },
             Shape::Link { name: "plate".to_owned(), nodes: vec![0, 1, 2] },
-            Shape::Guide { nodes: vec![3, 4] },
+            Shape::Guide { nodes: vec![3, 4], is_channel: false },
             Shape::Block { name: "slide".to_owned(), node: 4, angle: angle.clone() },
             Shape::Mass { name: "plate".to_owned(), node: 3 },
         ],

@@ -22,7 +22,7 @@ fn crank(length: f64, frames: usize, size: f64) -> Motion {
         node("", vec![1.5 * size], vec![2.0 * size]),
     ];
     let shapes = vec![
-        Shape::Guide { nodes: vec![3, 4] },
+        Shape::Guide { nodes: vec![3, 4], is_channel: false },
         Shape::Pivot { node: 0 },
         Shape::Link { name: "crank".to_owned(), nodes: vec![0, 1] },
         Shape::Link { name: "plate".to_owned(), nodes: vec![0, 1, 2] },

@@ -97,9 +97,8 @@ impl StrutKind {
     }
 }
 
-const KINDS: [&str; 13] = [
-    "link", "rod", "block", "pivot", "guide", "spring", "damper", "actuator", "gear", "rack", "belt", "cam", "path",
-];
+const KINDS: [&str; 13] =
+    ["link", "rod", "block", "pivot", "guide", "spring", "damper", "actuator", "gear", "rack", "belt", "cam", "path"];
 
 pub(super) fn drawn(r: &mut Reader, identifier: &Identifier, value: table::Value) -> Option<DrawnSyntax> {
     let table = r.table(&format!("drawing of `{}`", identifier.name), value)?;
@@ -168,7 +167,8 @@ fn places(r: &mut Reader, value: table::Value) -> Option<Vec<Position>> {
 fn ends(r: &mut Reader, key: &str, value: table::Value) -> Option<[Position; 2]> {
     let items = list(r, value)?;
     let [first, second] = items[..] else {
-        let error = Diagnostic::error(format!("`{key}` needs two places"), value.span(), format!("{} given", items.len()));
+        let error =
+            Diagnostic::error(format!("`{key}` needs two places"), value.span(), format!("{} given", items.len()));
         r.findings.push(error.help(HELP));
         return None;
     };

@@ -9,9 +9,7 @@ use super::links::link;
 use super::loads::load;
 use super::outputs::output;
 use super::table::{self, Reader, Table};
-use super::{
-    BodySyntax, ConstraintSyntax, CoordinateSyntax, Document, Identifier, ParameterSyntax, Position, Side,
-};
+use super::{BodySyntax, ConstraintSyntax, CoordinateSyntax, Document, Identifier, ParameterSyntax, Position, Side};
 use crate::chart::Chart;
 use crate::diagnostic::Diagnostic;
 use crate::function::Function;

@@ -19,7 +19,8 @@ pub(super) fn drawing(
     let mut drawn = gears(graph, angles, constants, &at);
     for links in rigid(graph) {
         let mut names: Vec<&str> = Vec::new();
-        let ids = links.iter().flat_map(|link| (0..graph.points(*link).len()).map(|point| PointId { link: *link, point }));
+        let ids =
+            links.iter().flat_map(|link| (0..graph.points(*link).len()).map(|point| PointId { link: *link, point }));
         let ids: Vec<PointId> = ids
             .filter(|id| {
                 let name = places.short_name(graph, *id);
@@ -31,10 +32,14 @@ pub(super) fn drawing(
         let Some(syntax) = graph.links[links[0]].filter(|_| ids.len() > 1) else { continue };
         drawn.push((syntax.identifier.clone(), DrawnSyntax::Link(ids.into_iter().map(at).collect())));
     }
+    let racks = || graph.joints.iter().filter(|joint| joint.syntax.kind == JointKind::Rack);
+    let rolls = |end: PointId| racks().any(|rack| rack.ends[0] == end);
     for joint in &graph.joints {
         let identifier = joint.syntax.identifier.clone();
         let ground = joint.ends.iter().find(|end| end.link == 0);
         match (joint.syntax.kind, ground) {
+            // What keeps a gear on its rack is not drawn beside them.
+            (JointKind::Prismatic | JointKind::PinInSlot, _) if rolls(joint.ends[0]) => {}
             (JointKind::Prismatic | JointKind::PinInSlot, _) => {
                 let span = &identifier.span;
                 let own = joint.syntax.direction.clone().unwrap_or_else(|| whole(0));

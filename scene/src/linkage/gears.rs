@@ -26,11 +26,6 @@ pub(super) fn gears(
     wheels.drawn
 }
 
-/// A belt over two pulleys; `angle` is how far the first one has turned against the line of both.
-pub(super) fn belt(at: [Position; 2], radii: [Formula; 2], is_crossed: bool, angle: Option<Formula>) -> DrawnSyntax {
-    DrawnSyntax::Belt { at, radii, is_crossed, angle }
-}
-
 struct Wheels<'w, 'd> {
     graph: &'w Graph<'d>,
     angles: &'w Angles,
@@ -76,11 +71,17 @@ impl Wheels<'_, '_> {
             } else {
                 [large.clone(), multiply(ratio.clone(), large)]
             };
-            let span = &joint.syntax.identifier.span;
-            let angle = subtract(self.angles.formula(links[0], span), self.angles.formula(joint.carrier, span));
-            let belt = belt(axes.map(self.at), radii, false, Some(angle));
-            self.drawn.push((joint.syntax.identifier.clone(), belt));
+            self.belt(joint, axes, radii, false);
         }
+    }
+
+    /// A belt over pulleys of the links of a joint, whose axes are points of the carrier.
+    fn belt(&mut self, joint: &Joint, axes: [PointId; 2], radii: [Formula; 2], is_crossed: bool) {
+        let span = &joint.syntax.identifier.span;
+        let [first, carrier] = [joint.ends[0].link, joint.carrier].map(|link| self.angles.formula(link, span));
+        let angle = Some(subtract(first, carrier));
+        let belt = DrawnSyntax::Belt { at: axes.map(self.at), radii, is_crossed, angle };
+        self.drawn.push((joint.syntax.identifier.clone(), belt));
     }
 
     /// A gear on a rack.

@@ -91,9 +91,7 @@ impl DrawnKind {
             Self::Block { at, angle, on } => at.iter().chain(angle).chain(on.iter().flatten()).collect(),
             Self::Pivot(at) => at.iter().collect(),
             Self::Gear { at, radius, angle, .. } => at.iter().chain([radius]).chain(angle).collect(),
-            Self::Rack { on, wheel, radius, angle } => {
-                on.iter().chain(wheel).chain([radius]).chain(angle).collect()
-            }
+            Self::Rack { on, wheel, radius, angle } => on.iter().chain(wheel).chain([radius]).chain(angle).collect(),
             Self::Belt { at, radii, angle, .. } => at.iter().flatten().chain(radii).chain(angle).collect(),
             Self::Cam { at, angle, profile } => at.iter().chain(angle).chain([profile]).collect(),
             Self::Path(_) => Vec::new(),

@@ -286,7 +286,7 @@ function draw(svg, motion, planned, width, height, isDraft = false) {
       });
       const [belt, marks] = ["qrm-strap", "qrm-marks"].map((style) => element(group, "path", { class: style }));
       for (const each of [belt, marks]) each.setAttribute("stroke-width", round(0.42 * unit));
-      marks.setAttribute("stroke-dasharray", `1.5 ${round(2 * unit - 1.5)}`);
+      marks.setAttribute("stroke-dasharray", `1.2 ${round(4 * unit - 1.2)}`);
       const ratio = ((shape.is_crossed ? -1 : 1) * shape.radii[0]) / shape.radii[1];
       moving.push((at) => {
         const [first, second] = shape.nodes.map((id) => points[id]);
@@ -295,7 +295,7 @@ function draw(svg, motion, planned, width, height, isDraft = false) {
         marks.setAttribute("d", path);
         const line = Math.atan2(first[1] - second[1], second[0] - first[0]);
         const angle = angleAt(shape.angle, at);
-        marks.setAttribute("stroke-dashoffset", round((-radii[0] * angle) % (2 * unit)));
+        marks.setAttribute("stroke-dashoffset", round((-radii[0] * angle) % (4 * unit)));
         pulleys.forEach((pulley, which) => turn(pulley, shape.nodes[which], [line + angle * (which ? ratio : 1)], at));
       });
     },
@@ -315,7 +315,7 @@ function draw(svg, motion, planned, width, height, isDraft = false) {
       onMove([shape.node], () => group.setAttribute("transform", translate(shape.node)));
     },
     guide(group, shape) {
-      const line = element(group, "polyline", { class: "qrm-rail" });
+      const line = element(group, "path", { class: "qrm-rail" });
       const hatch = element(group, "path", { class: "qrm-hatch" });
       // The ground lies on the side away from what moves; a guide that turns keeps the side it has at first.
       const start = shape.nodes.map((id) => place(nodes[id], { frame: 0, part: 0 }));
@@ -324,13 +324,19 @@ function draw(svg, motion, planned, width, height, isDraft = false) {
         const [cx, cy] = [(edge.left + edge.right) / 2 - ax, (edge.top + edge.bottom) / 2 - ay];
         return (bx - ax) * cy - (by - ay) * cx > 0 ? -1 : 1;
       });
+      const aside = shape.is_channel ? 1.5 * unit + 1.5 : 0;
       onMove(shape.nodes, () => {
-        line.setAttribute("points", shape.nodes.map((id) => text(points[id])).join(" "));
-        let strokes = "";
+        let [lines, strokes] = ["", ""];
         for (let part = 1; part < shape.nodes.length; part++) {
           const [[ax, ay], [bx, by]] = [points[shape.nodes[part - 1]], points[shape.nodes[part]]];
-          strokes += hatching(ax, ay, bx, by, 0.75 * unit, sides[part - 1]);
+          const length = Math.hypot(bx - ax, by - ay) || 1;
+          for (const side of shape.is_channel ? [-1, 1] : [sides[part - 1]]) {
+            const [x, y] = [((ay - by) / length) * side * aside, ((bx - ax) / length) * side * aside];
+            lines += pathOf([[ax + x, ay + y], [bx + x, by + y]]);
+            strokes += hatching(ax + x, ay + y, bx + x, by + y, 0.75 * unit, side);
+          }
         }
+        line.setAttribute("d", lines);
         hatch.setAttribute("d", strokes);
       });
     },

@@ -34,10 +34,11 @@ function rackPath({ along: [from, to], across, pitch, phase }, scale) {
   const height = (modules) => -scale * (across + (sign * modules * size) / Math.PI);
   const places = [];
   const first = Math.ceil((from - phase) / size);
-  const last = Math.min(Math.floor((to - phase) / size), first + 1000);
-  for (let tooth = first; tooth <= last; tooth++) {
+  // Of very fine teeth not all are drawn.
+  const count = size > 0 ? Math.min(Math.floor((to - phase) / size) - first + 1, 1000) : 0;
+  for (let tooth = 0; tooth < count; tooth++) {
     for (const [isTip, aside] of CORNERS) {
-      const x = clamp(phase + (tooth + aside) * size, from, to);
+      const x = clamp(phase + (first + tooth + aside) * size, from, to);
       places.push([scale * x, height(isTip ? TEETH.tip : -TEETH.root)]);
     }
   }
@@ -69,7 +70,7 @@ function beltPath([ax, ay], [bx, by], [r, s], isCrossed) {
 function cylinder(from, to, length, [low, high], half) {
   const stroke = high - low;
   const least = Math.max(low, 0.3 * high);
-  const body = Math.min(clamp(stroke + 2 * half, 0.36 * least, 0.6 * least), 0.7 * (to - from));
+  const body = Math.min(clamp(stroke + 2 * half, 0.42 * least, 0.6 * least), 0.7 * (to - from));
   const start = from + 0.12 * Math.min(to - from, least);
   const moved = stroke > 0 ? (length - (low + high) / 2) * Math.min((0.7 * body) / stroke, 1) : 0;
   return [start, start + body, start + body / 2 + moved];
@@ -90,9 +91,11 @@ function strutPaths(parts, length, range, unit) {
     const y = lane * place - outermost;
     if (part === "spring") {
       const straight = 0.06 * (to - from);
-      const step = (to - from - 2 * straight) / 12;
+      // As many turns as look well at the mean length.
+      const count = 2 * clamp(Math.round((range[0] + range[1]) / (4.6 * half)), 4, 16);
+      const step = (to - from - 2 * straight) / count;
       const peak = (_, turn) => [from + straight + step * (turn + 0.5), y + (turn % 2 ? half : -half)];
-      const peaks = Array.from({ length: 12 }, peak);
+      const peaks = Array.from({ length: count }, peak);
       paths.lines += pathOf([[from, y], [from + straight, y], ...peaks, [to - straight, y], [to, y]]);
       return;
     }

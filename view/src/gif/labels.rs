@@ -84,7 +84,7 @@ impl Label {
         let seen = |node: usize| stage.seen(&motion.nodes[node], moment);
         let crossed = motion.shapes.iter().map(|shape| match shape {
             Shape::Link { nodes, .. }
-            | Shape::Guide { nodes }
+            | Shape::Guide { nodes, .. }
             | Shape::Rod { nodes, .. }
             | Shape::Strut { nodes, .. }
             | Shape::Belt { nodes, .. } => nodes

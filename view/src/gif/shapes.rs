@@ -39,7 +39,8 @@ pub(super) fn draw(canvas: &mut Canvas, motion: &Motion, stage: &Stage, moment: 
             }
             Shape::Block { node, angle: track, .. } => draw_block(canvas, seen(*node), angle(track, moment), colour),
             Shape::Pivot { node } => draw_pivot(canvas, seen(*node)),
-            Shape::Guide { nodes } => canvas.line(&all(nodes), 1.5, GUIDE),
+            Shape::Guide { nodes, is_channel: false } => canvas.line(&all(nodes), 1.5, GUIDE),
+            Shape::Guide { nodes, is_channel: true } => draw_channel(canvas, &all(nodes)),
             Shape::Mass { node, .. } => draw_mass(canvas, seen(*node)),
             Shape::Rod { nodes, .. } => canvas.line(&all(nodes), 2.2, INK),
             Shape::Strut { nodes, parts, .. } => {
@@ -175,6 +176,26 @@ fn draw_block(canvas: &mut Canvas, (x, y): Point, angle: f64, (inside, edge): (R
     for (colour, width) in [(edge, 2.0 * CORNER), (inside, 2.0 * (CORNER - EDGE))] {
         canvas.polygon(&corners, colour, 255);
         canvas.outline(&corners, width, colour);
+    }
+}
+
+/// Walls with hatching, one at each side of a block.
+fn draw_channel(canvas: &mut Canvas, places: &[Point]) {
+    const ASIDE: f32 = 12.5;
+    let [(x, y), .., (to_x, to_y)] = *places else { return };
+    let length = (to_x - x).hypot(to_y - y);
+    if !(length > 1.0) {
+        return;
+    }
+    let (ux, uy) = ((to_x - x) / length, (to_y - y) / length);
+    let at = |along: f32, aside: f32| (x + along * ux - aside * uy, y + along * uy + aside * ux);
+    let strokes = (length / 7.0).floor().clamp(1.0, 200.0) as u32;
+    for side in [-1.0, 1.0] {
+        canvas.line(&[at(0.0, side * ASIDE), at(length, side * ASIDE)], 1.5, GROUND);
+        for stroke in 0..strokes {
+            let along = length * (stroke as f32 + 0.75) / strokes as f32;
+            canvas.line(&[at(along, side * ASIDE), at(along - 5.0, side * (ASIDE + 5.0))], 1.0, GUIDE);
+        }
     }
 }
 

@@ -120,7 +120,7 @@ fn reached_by<'m>(motion: &'m Motion, shape: &'m Shape) -> impl Iterator<Item = 
         let corners = move |(x, y): (f64, f64)| [(x - radius, y - radius), (x + radius, y + radius)];
         frames(motion).flat_map(move |moment| corners(place(&motion.nodes[*node], moment)))
     });
-    let ends = shape.ends().zip(shape.angle()).into_iter().flat_map(move |(ends, (_, track))| {
+    let ends = shape.ends().zip(shape.angle()).into_iter().flat_map(move |(ends, track)| {
         let node = &motion.nodes[shape.nodes()[0]];
         frames(motion).flat_map(move |moment| ends.map(|end| moved(place(node, moment), angle(track, moment), end)))
     });

@@ -12,8 +12,6 @@ const LANE: f32 = 19.0;
 /// The straight piece at each end.
 const LEAD: f32 = 9.0;
 const LINE: f32 = 1.6;
-/// Turns of a spring.
-const TURNS: u32 = 6;
 
 /// Draws the parts between two places, whose distance moves in a range.
 pub(super) fn draw(canvas: &mut Canvas, parts: &[StrutPart], ends: [Point; 2], range: [f32; 2]) {
@@ -38,10 +36,13 @@ pub(super) fn draw(canvas: &mut Canvas, parts: &[StrutPart], ends: [Point; 2], r
         match part {
             StrutPart::Spring => {
                 let straight = 0.06 * (to - from);
-                let step = (to - from - 2.0 * straight) / (2 * TURNS) as f32;
-                let peak = |i: u32| at(from + straight + step * (i as f32 + 0.5), if i % 2 == 0 { HALF } else { -HALF });
+                // As many turns as look well at the mean length.
+                let count = 2 * ((range[0] + range[1]) / (4.6 * HALF)).round().clamp(4.0, 16.0) as u32;
+                let step = (to - from - 2.0 * straight) / count as f32;
+                let peak =
+                    |i: u32| at(from + straight + step * (i as f32 + 0.5), if i % 2 == 0 { HALF } else { -HALF });
                 let ends = [[at(from, 0.0), at(from + straight, 0.0)], [at(to - straight, 0.0), at(to, 0.0)]];
-                let peaks = (0..2 * TURNS).map(peak);
+                let peaks = (0..count).map(peak);
                 let line: Vec<Point> = ends[0].into_iter().chain(peaks).chain(ends[1]).collect();
                 canvas.line(&line, LINE, INK);
             }
@@ -75,7 +76,7 @@ pub(super) fn draw(canvas: &mut Canvas, parts: &[StrutPart], ends: [Point; 2], r
 fn cylinder(from: f32, to: f32, length: f32, [low, high]: [f32; 2]) -> [f32; 3] {
     let stroke = high - low;
     let least = low.max(0.3 * high);
-    let body = (stroke + 2.0 * HALF).clamp(0.36 * least, 0.6 * least).min(0.7 * (to - from));
+    let body = (stroke + 2.0 * HALF).max(0.42 * least).min(0.6 * least).min(0.7 * (to - from));
     let start = from + 0.12 * (to - from).min(least);
     let moved = if stroke > 0.0 { (length - 0.5 * (low + high)) * (0.7 * body / stroke).min(1.0) } else { 0.0 };
     [start, start + body, start + 0.5 * body + moved]

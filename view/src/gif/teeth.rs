@@ -40,7 +40,7 @@ pub(super) fn rack([from, to]: [f64; 2], across: f64, pitch: f64, phase: f64) ->
     let corners = [(root, -FLANKS[0]), (tip, -FLANKS[1]), (tip, FLANKS[1]), (root, FLANKS[0])];
     let tooth = |number: u32| {
         let middle = phase + size * (first + f64::from(number));
-        corners.map(|(height, aside)| [(middle + aside * size).clamp(from, to), height])
+        corners.map(|(height, aside)| [(middle + aside * size).max(from).min(to), height])
     };
     let ends = [[to, root], [to, back], [from, back], [from, root]];
     (0..count).flat_map(tooth).chain(ends).collect()
@@ -95,7 +95,8 @@ mod tests {
     fn belts_touch_their_pulleys() {
         for is_crossed in [false, true] {
             let path = belt([0.0, 0.0], [3.0, 4.0], [1.0, 2.0], is_crossed);
-            let on = |[x, y]: &[f64; 2]| (x.hypot(*y) - 1.0).abs() < 1e-12 || ((x - 3.0).hypot(y - 4.0) - 2.0).abs() < 1e-12;
+            let on =
+                |[x, y]: &[f64; 2]| (x.hypot(*y) - 1.0).abs() < 1e-12 || ((x - 3.0).hypot(y - 4.0) - 2.0).abs() < 1e-12;
             assert!(path.len() == 66 && path.iter().all(on), "{path:?}");
             // Straight parts are tangents of both.
             let [[ax, ay], [bx, by]] = [path[32], path[33]];

@@ -52,8 +52,9 @@ pub(super) fn check(motion: &Motion) -> Result<(), NoAnimation> {
         return Err(NoAnimation::NotRising);
     }
     let nodes = motion.nodes.iter().flat_map(|n| [("node", n.name.as_str(), &n.x), ("node", n.name.as_str(), &n.y)]);
-    let arrows = motion.arrows.iter().flat_map(|a| [("arrow", a.name.as_str(), &a.x), ("arrow", a.name.as_str(), &a.y)]);
-    let turns = motion.shapes.iter().filter_map(|shape| shape.angle().map(|(name, angle)| ("shape", name, angle)));
+    let arrows =
+        motion.arrows.iter().flat_map(|a| [("arrow", a.name.as_str(), &a.x), ("arrow", a.name.as_str(), &a.y)]);
+    let turns = motion.shapes.iter().filter_map(|shape| Some(("shape", shape.name(), shape.angle()?)));
     for (kind, name, track) in nodes.chain(arrows).chain(turns) {
         if track.len() != frames && track.len() != 1 {
             return Err(NoAnimation::Inconsistent(format!("{kind} `{name}`")));
