@@ -325,4 +325,43 @@ end_time = 2
         assert_eq!(traced, ["A"]);
         assert_eq!((pose.nodes[0].x.len(), pose.nodes[2].x.len()), (1, 3));
     }
+
+    #[test]
+    fn machine_parts_are_as_large_as_they_reach() {
+        let parts = "[drawing]
+cam = { cam = \"O\", angle = 'phi', profile = '0.1 + 0.05*max(cos(theta), 0)' }
+slide = { block = \"S\", angle = '0.5', on = ['0', '0'] }
+hook = { block = \"B\", angle = 'psi', on = \"A\" }
+rack = { rack = [['0', '1'], ['-0.2*phi', '2']], radius = 0.2 }
+wheel = { gear = ['-0.2*phi', '2'], radius = 0.2, angle = 'phi' }
+ring = { gear = ['1', '2'], radius = 0.4, internal = true }
+belt = { belt = [\"O\", \"A\"], radii = [0.1, 0.2], crossed = true, angle = 'phi' }
+";
+        let (scene, _) = resolve::read("drawn.toml", &format!("{SCENE}{parts}")).expect("the scene is right");
+        let states = states();
+        let mut pose = Pose::new(&scene, &[], &states);
+        let shapes = draw(&mut pose);
+        let [cam, guide, slide, rail, hook, rack, wheel, ring, belt] = &shapes[..] else { panic!("{shapes:?}") };
+        assert!(
+            matches!(cam, Shape::Outline { x, y, .. } if x.len() == 180 && (x[0] - 0.15).abs() < 1e-12 && y[0] == 0.0)
+        );
+        // The line in the ground is a channel, one that moves is a rail from the point that it moves with.
+        let Shape::Guide { nodes, is_channel: true } = guide else { panic!("{guide:?}") };
+        let ends = [0, 1].map(|end| pose.nodes[nodes[end]].x[0].hypot(pose.nodes[nodes[end]].y[0]));
+        assert!(ends[0] < 1.0 && ends[1] > 2.0, "{ends:?}");
+        assert!(matches!(rail, Shape::Rail { along: [low, high], .. } if *low < 0.0 && *high > 0.6), "{rail:?}");
+        assert!(matches!((slide, hook), (Shape::Block { .. }, Shape::Block { .. })));
+        // What is fixed belongs to the ground, and has no name.
+        let Shape::Rack { name, along, across, pitch, .. } = rack else { panic!("{rack:?}") };
+        assert!(name.is_empty() && along[0] < -0.4 && along[1] > 0.0, "{rack:?}");
+        assert!((across - 0.8).abs() < 1e-12 && (pitch - std::f64::consts::TAU * 0.2 / 12.0).abs() < 1e-12, "{rack:?}");
+        assert!(matches!(wheel, Shape::Gear { name, teeth: 12, .. } if name == "wheel"), "{wheel:?}");
+        assert!(matches!(ring, Shape::Gear { name, is_internal: true, .. } if name.is_empty()), "{ring:?}");
+        assert!(matches!(belt, Shape::Belt { is_crossed: true, radii: [0.1, 0.2], .. }), "{belt:?}");
+        // The angles are those of the shapes, in their order.
+        assert_eq!(pose.angles.len(), shapes.iter().filter_map(Shape::angle).count());
+        for (source, shape) in pose.angles.iter().zip(shapes.iter().filter(|shape| shape.angle().is_some())) {
+            assert_eq!(Some(&pose.track(source)), shape.angle(), "{shape:?}");
+        }
+    }
 }

@@ -60,3 +60,71 @@ fn parts(pose: &Pose, load: &LoadKind) -> Vec<StrutPart> {
     let actuator = has([force.as_ref(), None]).then_some(StrutPart::Actuator);
     [spring, damper, actuator].into_iter().flatten().collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use qrm_scene::resolve;
+
+    const SCENE: &str = r#"
+name = "tied"
+coordinates = ["phi"]
+[parameters]
+none = { value = 0, runtime = true }
+[points]
+O = [0, 0]
+A = ['cos(phi)', 'sin(phi)']
+S = [2, 0]
+[bodies]
+bar = { mass = 1, com = "A" }
+[loads]
+both = { between = ["A", "S"], spring = 3, rest = 1, damper = 2 }
+push = { along = 'hypot(A.x - O.x, A.y - O.y)', force = '5*t' }
+idle = { between = ["O", "S"], damper = 'none' }
+turn = { along = 'phi', spring = 3 }
+[initial]
+given = { phi = 0.5, phi_dot = 1 }
+[run]
+step = 1
+end_time = 2
+[drawing]
+tie = { link = ["A", "S"] }
+"#;
+
+    /// The shapes of a drawing with more lines.
+    fn shapes(more: &str) -> Vec<Shape> {
+        let text = format!("{SCENE}{more}");
+        let (scene, _) = resolve::read("tied.toml", &text).expect("the scene is right");
+        let parameters: Vec<f64> = scene.parameters.iter().map(|parameter| parameter.value).collect();
+        let states = [0.0, 1.0].map(|t| (t, vec![0.5 + t], vec![1.0]));
+        let mut pose = Pose::new(&scene, &parameters, &states);
+        crate::drawing::draw(&mut pose)
+    }
+
+    fn names(shapes: &[Shape]) -> Vec<(&str, &[StrutPart])> {
+        let mut names = Vec::new();
+        for shape in shapes {
+            if let Shape::Strut { name, parts, .. } = shape {
+                names.push((name.as_str(), &parts[..]));
+            }
+        }
+        names
+    }
+
+    #[test]
+    fn loads_between_points_are_drawn_as_what_they_are() {
+        use StrutPart::{Actuator, Damper, Spring};
+        let shapes = shapes("");
+        assert_eq!(names(&shapes), [("both", &[Spring, Damper][..]), ("push", &[Actuator])]);
+        // The bar that stood for the spring is gone, and its end on the ground is held.
+        assert!(!shapes.iter().any(|shape| matches!(shape, Shape::Link { .. })), "{shapes:?}");
+        assert_eq!(shapes.iter().filter(|shape| matches!(shape, Shape::Pivot { .. })).count(), 2, "{shapes:?}");
+    }
+
+    #[test]
+    fn what_the_scene_draws_is_not_drawn_again() {
+        let shapes = shapes("coil = { spring = [\"S\", \"A\"] }\nO = { pivot = \"O\" }\n");
+        assert_eq!(names(&shapes), [("coil", &[StrutPart::Spring][..]), ("push", &[StrutPart::Actuator])]);
+        assert_eq!(shapes.iter().filter(|shape| matches!(shape, Shape::Pivot { .. })).count(), 1, "{shapes:?}");
+    }
+}

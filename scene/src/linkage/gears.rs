@@ -173,3 +173,100 @@ fn pins<'g>(graph: &'g Graph, first: usize, second: usize) -> impl Iterator<Item
         end(first).zip(end(second))
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::document::{Document, DrawnSyntax};
+    use crate::linkage::expand;
+    use crate::printer::print_formula;
+
+    /// What is drawn of links and joints, in words.
+    fn drawn(links: &str, joints: &str) -> Vec<String> {
+        let run = "run = { step = 1e-3, end_time = 1 }";
+        let (mut document, mut findings) =
+            Document::parse(&format!("name = \"drawn\"\n{run}\n[links]\n{links}\n[joints]\n{joints}\n"));
+        expand(&mut document, &mut findings);
+        let words = |(identifier, own): &(crate::document::Identifier, DrawnSyntax)| {
+            let name = &identifier.name;
+            match own {
+                DrawnSyntax::Gear { radius, is_internal, .. } => {
+                    format!("{} {name} {}", if *is_internal { "ring" } else { "gear" }, print_formula(radius))
+                }
+                DrawnSyntax::Belt { radii, is_crossed, .. } => {
+                    let [first, second] = radii.each_ref().map(print_formula);
+                    format!("belt {name} {first} {second} {is_crossed}")
+                }
+                DrawnSyntax::Rack { radius, .. } => format!("rack {name} {}", print_formula(radius)),
+                DrawnSyntax::Link(places) => format!("link {name} {}", places.len()),
+                DrawnSyntax::Rod(_) => format!("rod {name}"),
+                DrawnSyntax::Block { on, .. } => format!("block {name} {}", on.is_some()),
+                DrawnSyntax::Pivot(_) => format!("pivot {name}"),
+                other => format!("{other:?}"),
+            }
+        };
+        document.drawing.iter().map(words).collect()
+    }
+
+    const PAIR: &str = "ground = { points = { A = [0, 0], B = [0.3, 0] } }
+a = { points = { A = [0, 0] }, mass = 1, com = \"A\", inertia = 1, angle = 0 }
+b = { points = { B = [0, 0] }, mass = 1, com = \"B\", inertia = 1 }";
+    const PINS: &str = "A = { revolute = [\"a\", \"ground\"] }\nB = { revolute = [\"b\", \"ground\"] }";
+
+    #[test]
+    fn a_negative_ratio_is_a_pair_of_gears() {
+        let drawn = drawn(PAIR, &format!("{PINS}\nmesh = {{ gear = [\"a\", \"b\"], ratio = -2 }}"));
+        assert_eq!(drawn, ["gear a 0.3/(1 + 2)", "gear b 2*(0.3/(1 + 2))", "pivot A", "pivot B"]);
+    }
+
+    #[test]
+    fn a_positive_ratio_is_a_belt() {
+        let drawn = drawn(PAIR, &format!("{PINS}\nstrap = {{ gear = [\"a\", \"b\"], ratio = 0.5 }}"));
+        assert_eq!(drawn, ["belt strap 0.3/5 0.5*(0.3/5) false", "pivot A", "pivot B"]);
+    }
+
+    #[test]
+    fn gears_on_one_axis_have_no_radii() {
+        let ground = "ground = { points = { A = [0, 0], B = [0, 0] } }";
+        let links = PAIR.replace(PAIR.lines().next().unwrap_or_default(), ground);
+        let drawn = drawn(&links, &format!("{PINS}\nmesh = {{ gear = [\"a\", \"b\"], ratio = -2 }}"));
+        assert_eq!(drawn, ["pivot A", "pivot B"]);
+    }
+
+    #[test]
+    fn a_planet_rolls_in_the_ring_and_on_the_sun() {
+        let links = "ground = { points = { O = [0, 0] } }
+sun = { points = { O = [0, 0] }, mass = 1, com = \"O\", inertia = 1, angle = 0 }
+arm = { bar = [\"O\", \"P\"], length = 0.3, mass = 1, angle = 0 }
+planet = { points = { P = [0, 0] }, mass = 1, com = \"P\", inertia = 1, angle = 0 }";
+        let joints = "S = { revolute = [\"sun.O\", \"ground.O\"] }
+O = { revolute = [\"arm\", \"ground\"] }
+P = { revolute = [\"planet\", \"arm\"] }
+outer = { gear = [\"planet\", \"ground\"], ratio = 4, carrier = \"arm\" }
+inner = { gear = [\"planet\", \"sun\"], ratio = -2, carrier = \"arm\" }";
+        let drawn = drawn(links, joints);
+        let gears = ["ring ground 4*(0.3/(4 - 1))", "gear planet 0.3/(4 - 1)", "gear sun 2*(0.3/(1 + 2))"];
+        assert_eq!(drawn, [&gears[..], &["link arm 2", "pivot S", "pivot O"]].concat());
+    }
+
+    #[test]
+    fn a_wheel_on_a_rack_needs_no_guide() {
+        let links = "ground = { points = { O = [0, 0] } }
+disc = { points = { C = [0, 0] }, mass = 1, com = \"C\", inertia = 1, angle = 0 }";
+        let joints = "keep = { pin_in_slot = [\"disc.C\", \"ground.O\"], start = 0 }
+roll = { rack = [\"disc.C\", \"ground.O\"], radius = -0.2 }";
+        assert_eq!(drawn(links, joints), ["rack roll -0.2", "gear disc 0.2"]);
+    }
+
+    #[test]
+    fn welded_links_are_one_and_rods_are_thin() {
+        let links = "ground = { points = { O = [0, 0], G = [1, 0] } }
+lower = { bar = [\"O\", \"A\"], length = 0.3, mass = 1, angle = 0, rate = 0 }
+upper = { bar = [\"A\", \"B\"], length = 0.3, mass = 1 }
+block = { points = { C = [0, 0] }, mass = 1, com = \"C\" }";
+        let joints = "O = { revolute = [\"lower\", \"ground\"] }
+A = { weld = [\"lower\", \"upper\"], rotation = 1 }
+tie = { rod = [\"upper.B\", \"block.C\"], length = 0.5 }
+guide = { prismatic = [\"block.C\", \"ground.G\"], start = 0 }";
+        assert_eq!(drawn(links, joints), ["link lower 3", "pivot O", "rod tie", "block block true"]);
+    }
+}
