@@ -37,6 +37,8 @@ function pointsOf(shape, x, y) {
       const [[ax, ay], [bx, by]] = [at[a], at[b]];
       const [dx, dy] = [bx - ax, by - ay];
       const share = clamp(((x - ax) * dx + (y - ay) * dy) / (dx * dx + dy * dy || 1), 0, 1);
+      // A wheel is turned by a point that moves: its axis would stay where it is.
+      if (each !== shape && !((share < 1 && moves(a)) || (share > 0 && moves(b)))) return;
       offer({ [names(a)]: 1 - share, [names(b)]: share }, ax + share * dx, ay + share * dy);
     });
   }

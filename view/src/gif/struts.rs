@@ -39,8 +39,9 @@ pub(super) fn draw(canvas: &mut Canvas, parts: &[StrutPart], ends: [Point; 2], r
                 // As many turns as look well at the mean length.
                 let count = 2 * ((range[0] + range[1]) / (4.6 * HALF)).round().clamp(4.0, 16.0) as u32;
                 let step = (to - from - 2.0 * straight) / count as f32;
-                let peak =
-                    |i: u32| at(from + straight + step * (i as f32 + 0.5), if i % 2 == 0 { HALF } else { -HALF });
+                let peak = |i: u32| {
+                    at(from + straight + step * (i as f32 + 0.5), if i.is_multiple_of(2) { HALF } else { -HALF })
+                };
                 let ends = [[at(from, 0.0), at(from + straight, 0.0)], [at(to - straight, 0.0), at(to, 0.0)]];
                 let peaks = (0..count).map(peak);
                 let line: Vec<Point> = ends[0].into_iter().chain(peaks).chain(ends[1]).collect();
