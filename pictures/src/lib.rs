@@ -3,6 +3,7 @@
 mod drawing;
 mod groups;
 mod motion;
+mod parts;
 mod pose;
 mod position_error;
 mod recording;
