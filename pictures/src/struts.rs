@@ -79,7 +79,8 @@ S = [2, 0]
 bar = { mass = 1, com = "A" }
 [loads]
 both = { between = ["A", "S"], spring = 3, rest = 1, damper = 2 }
-push = { along = 'hypot(A.x - O.x, A.y - O.y)', force = '5*t' }
+push = { along = 'sqrt((A.x - O.x)^2 + (O.y - A.y)^2)', force = '5*t' }
+beside = { along = 'sqrt((A.x - O.x)^2 + (O.y - S.y)^2)', damper = 1 }
 idle = { between = ["O", "S"], damper = 'none' }
 turn = { along = 'phi', spring = 3 }
 [initial]

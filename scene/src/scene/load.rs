@@ -53,20 +53,34 @@ impl LoadKind {
         self.forces().into_iter().chain(self.places()).chain(self.laws()).collect()
     }
 
-    /// The points whose distance it acts along.
+    /// The points whose distance it acts along, written as `hypot(x, y)` or `sqrt(x^2 + y^2)`.
     pub fn between(&self) -> Option<[usize; 2]> {
         let Self::Spring { along, .. } = self else { return None };
         let nodes = along.nodes();
-        let Node::Call(Function::Hypot, components) = nodes.last()? else { return None };
+        let square = |id: usize| match nodes[id] {
+            Node::Power(base, exponent) => {
+                matches!(&nodes[exponent], Node::Number(number) if number.value == 2.0).then_some(base)
+            }
+            _ => None,
+        };
+        let components = match nodes.last()? {
+            Node::Call(Function::Hypot, components) => [*components.first()?, *components.get(1)?],
+            Node::Call(Function::Sqrt, sum) => match nodes[*sum.first()?] {
+                Node::Add(a, b) => [square(a)?, square(b)?],
+                _ => return None,
+            },
+            _ => return None,
+        };
         let difference = |axis: usize| {
-            let Node::Subtract(a, b) = nodes[*components.get(axis)?] else { return None };
+            let Node::Subtract(a, b) = nodes[components[axis]] else { return None };
             let point = |id: usize| match nodes[id] {
                 Node::Name(Quantity::Point(point, of)) if of == axis => Some(point),
                 _ => None,
             };
             Some([point(b)?, point(a)?])
         };
-        difference(0).filter(|points| difference(1) == Some(*points))
+        let ([p, q], [r, s]) = (difference(0)?, difference(1)?);
+        ([p, q] == [r, s] || [p, q] == [s, r]).then_some([p, q])
     }
 
     /// The formulae of forces and torques.
