@@ -3,38 +3,20 @@
 use num_dual::Dual2_64;
 use qrm_scene::evaluate::State;
 use qrm_scene::expression::Expression;
-use qrm_scene::scene::{DrawnKind, Quantity};
+use qrm_scene::scene::Quantity;
 use qrm_view::motion::Shape;
 
+use crate::parts::parts;
 use crate::pose::Pose;
 use crate::source::Source;
+use crate::struts::add_struts;
+use crate::teeth::mesh;
 
 /// The shapes, the lowest layer first.
 pub(super) fn draw(pose: &mut Pose) -> Vec<Shape> {
-    let scene = pose.scene;
-    if scene.drawing.is_empty() {
-        return guessed(pose);
-    }
-    let mut shapes = Vec::new();
-    for drawn in &scene.drawing {
-        let name = drawn.name.clone();
-        shapes.push(match &drawn.kind {
-            DrawnKind::Link(places) => Shape::Link { name, nodes: places.iter().map(|p| pose.place(p)).collect() },
-            DrawnKind::Guide(places) => Shape::Guide { nodes: places.iter().map(|p| pose.place(p)).collect() },
-            DrawnKind::Pivot(at) => Shape::Pivot { node: pose.place(at) },
-            DrawnKind::Block { at, angle } => {
-                let angle = angle.as_ref().map_or(Source::Constant(0.0), |angle| Source::Formula(angle.clone()));
-                let track = pose.track(&angle);
-                pose.angles.push(angle);
-                Shape::Block { name, node: pose.place(at), angle: track }
-            }
-            DrawnKind::Path(point) => {
-                let node = pose.point(*point);
-                pose.nodes[node].is_traced = true;
-                continue;
-            }
-        });
-    }
+    let mut shapes = if pose.scene.drawing.is_empty() { guessed(pose) } else { parts(pose) };
+    mesh(&mut shapes, &pose.nodes);
+    add_struts(pose, &mut shapes);
     shapes
 }
 
@@ -66,7 +48,10 @@ fn guessed(pose: &mut Pose) -> Vec<Shape> {
                     let angle = (to[1] - from[1]).atan2(to[0] - from[0]);
                     pose.angles.push(Source::Constant(angle));
                     let nodes = vec![pose.fixed(from), pose.fixed(to)];
-                    shapes.extend([Shape::Guide { nodes }, Shape::Block { name, node, angle: vec![angle] }]);
+                    shapes.extend([
+                        Shape::Guide { nodes, is_channel: false },
+                        Shape::Block { name, node, angle: vec![angle] },
+                    ]);
                 }
                 Path::Other => pose.nodes[node].is_traced = true,
             },
@@ -83,12 +68,12 @@ fn guessed(pose: &mut Pose) -> Vec<Shape> {
             Quantity::Point(point, _) => Some(*point),
             _ => None,
         }));
-        // A loop that keeps two points at a distance is closed by a rod.
+        // A loop that keeps two points at a distance is closed by a rod without mass.
         if let [a, b] = points[..]
             && keeps_distance(pose, a, b)
         {
             let nodes = vec![pose.point(a), pose.point(b)];
-            shapes.push(Shape::Link { name: constraint.name.clone(), nodes });
+            shapes.push(Shape::Rod { name: constraint.name.clone(), nodes });
         }
     }
     for body in &scene.bodies {
@@ -198,7 +183,7 @@ end_time = 2
         assert_eq!(links, [[node("O"), node("A")], [node("A"), node("B")]]);
         assert_eq!(shapes.iter().filter(|shape| matches!(shape, Shape::Pivot { .. })).count(), 1);
         let guides: Vec<&Shape> = shapes.iter().filter(|shape| matches!(shape, Shape::Guide { .. })).collect();
-        let [Shape::Guide { nodes }] = guides[..] else { panic!("one guide: {shapes:?}") };
+        let [Shape::Guide { nodes, .. }] = guides[..] else { panic!("one guide: {shapes:?}") };
         let end = &pose.nodes[nodes[1]];
         assert!((end.x[0] - 2.0 * 0.5_f64.cos()).abs() < 1e-12 && (end.y[0] - 2.0 * 0.5_f64.sin()).abs() < 1e-12);
         let angle =
@@ -221,5 +206,44 @@ end_time = 2
         let traced: Vec<&str> = pose.nodes.iter().filter(|n| n.is_traced).map(|n| n.name.as_str()).collect();
         assert_eq!(traced, ["A"]);
         assert_eq!((pose.nodes[0].x.len(), pose.nodes[2].x.len()), (1, 3));
+    }
+
+    #[test]
+    fn machine_parts_are_as_large_as_they_reach() {
+        let parts = "[drawing]
+cam = { cam = \"O\", angle = 'phi', profile = '0.1 + 0.05*max(cos(theta), 0)' }
+slide = { block = \"S\", angle = '0.5', on = ['0', '0'] }
+hook = { block = \"B\", angle = 'psi', on = \"A\" }
+rack = { rack = [['0', '1'], ['-0.2*phi', '2']], radius = 0.2 }
+wheel = { gear = ['-0.2*phi', '2'], radius = 0.2, angle = 'phi' }
+ring = { gear = ['1', '2'], radius = 0.4, internal = true }
+belt = { belt = [\"O\", \"A\"], radii = [0.1, 0.2], crossed = true, angle = 'phi' }
+";
+        let (scene, _) = resolve::read("drawn.toml", &format!("{SCENE}{parts}")).expect("the scene is right");
+        let states = states();
+        let mut pose = Pose::new(&scene, &[], &states);
+        let shapes = draw(&mut pose);
+        let [cam, guide, slide, rail, hook, rack, wheel, ring, belt] = &shapes[..] else { panic!("{shapes:?}") };
+        assert!(
+            matches!(cam, Shape::Outline { x, y, .. } if x.len() == 180 && (x[0] - 0.15).abs() < 1e-12 && y[0] == 0.0)
+        );
+        // The line in the ground is a channel, one that moves is a rail from the point that it moves with.
+        let Shape::Guide { nodes, is_channel: true } = guide else { panic!("{guide:?}") };
+        let ends = [0, 1].map(|end| pose.nodes[nodes[end]].x[0].hypot(pose.nodes[nodes[end]].y[0]));
+        assert!(ends[0] < 1.0 && ends[1] > 2.0, "{ends:?}");
+        assert!(matches!(rail, Shape::Rail { along: [low, high], .. } if *low < 0.0 && *high > 0.6), "{rail:?}");
+        assert!(matches!((slide, hook), (Shape::Block { .. }, Shape::Block { .. })));
+        // What is fixed belongs to the ground, and has no name.
+        let Shape::Rack { name, along, across, pitch, .. } = rack else { panic!("{rack:?}") };
+        assert!(name.is_empty() && along[0] < -0.4 && along[1] > 0.0, "{rack:?}");
+        assert!((across - 0.8).abs() < 1e-12 && (pitch - std::f64::consts::TAU * 0.2 / 12.0).abs() < 1e-12, "{rack:?}");
+        assert!(matches!(wheel, Shape::Gear { name, teeth: 12, .. } if name == "wheel"), "{wheel:?}");
+        assert!(matches!(ring, Shape::Gear { name, is_internal: true, .. } if name.is_empty()), "{ring:?}");
+        assert!(matches!(belt, Shape::Belt { is_crossed: true, radii: [0.1, 0.2], .. }), "{belt:?}");
+        // The angles are those of the shapes, in their order.
+        assert_eq!(pose.angles.len(), shapes.iter().filter_map(Shape::angle).count());
+        for (source, shape) in pose.angles.iter().zip(shapes.iter().filter(|shape| shape.angle().is_some())) {
+            assert_eq!(Some(&pose.track(source)), shape.angle(), "{shape:?}");
+        }
     }
 }

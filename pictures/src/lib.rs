@@ -3,10 +3,13 @@
 mod drawing;
 mod groups;
 mod motion;
+mod parts;
 mod pose;
 mod position_error;
 mod recording;
 mod source;
+mod struts;
+mod teeth;
 
 pub use groups::{Group, HEALTH, MAX_CURVES, Member, groups, printed_unit};
 pub use motion::{NoPlace, motion};

@@ -2,7 +2,7 @@
 
 use qrm_scene::scene::{LoadKind, Output, OutputKind, Scene};
 use qrm_sim::columns::Kind;
-use qrm_view::motion::{Arrow, Motion, Plot, PlotCurve, Shape, Track};
+use qrm_view::motion::{Arrow, Motion, Plot, PlotCurve, Track};
 
 use crate::drawing::draw;
 use crate::groups::{Group, Member, groups};
@@ -38,15 +38,15 @@ pub fn motion(scene: &Scene, parameters: &[f64], recording: &Recording) -> Resul
     let arrows = forces.into_iter().map(|force| force.arrow(&pose, recording)).collect();
     let times: Vec<f64> = recording.values(Kind::Time);
     let nodes = pose.nodes.iter().flat_map(|node| [&node.x, &node.y].map(|track| (node.name.as_str(), track)));
-    let turns = shapes.iter().filter_map(|shape| match shape {
-        Shape::Block { name, angle, .. } => Some((name.as_str(), angle)),
-        _ => None,
-    });
+    let turns = shapes.iter().filter_map(|shape| Some((shape.name(), shape.angle()?)));
+    let unsized_shape = shapes.iter().find(|shape| shape.sizes().iter().any(|size| !size.is_finite()));
+    if let (Some(shape), Some(t)) = (unsized_shape, times.first()) {
+        return Err(NoPlace { what: named(shape.name()), t: *t });
+    }
     for (name, track) in nodes.chain(turns) {
         if let Some(frame) = track.iter().position(|value| !value.is_finite()) {
-            let what = if name.is_empty() { "a place in [drawing]".to_owned() } else { format!("`{name}`") };
             let t = times[frame.min(times.len() - 1)];
-            return Err(NoPlace { what, t });
+            return Err(NoPlace { what: named(name), t });
         }
     }
     let motion = Motion {
@@ -59,6 +59,10 @@ pub fn motion(scene: &Scene, parameters: &[f64], recording: &Recording) -> Resul
         plots: plots(groups, recording),
     };
     Ok((motion, sources))
+}
+
+fn named(name: &str) -> String {
+    if name.is_empty() { "a place in [drawing]".to_owned() } else { format!("`{name}`") }
 }
 
 /// An arrow without its numbers.
@@ -102,7 +106,7 @@ fn reactions(pose: &mut Pose) -> Vec<Force> {
             }
             _ => continue,
         };
-        let (name, doc, node) = (output.name.clone(), output.doc.clone(), pose.point(point));
+        let (name, doc, node) = (output.name.clone(), output.doc.clone(), pose.point_or_same(point));
         forces.push(Force { name, doc, is_reaction: true, node, sources });
     }
     forces

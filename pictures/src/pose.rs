@@ -17,7 +17,7 @@ pub(super) struct Pose<'s> {
     pub(super) nodes: Vec<Node>,
     /// The sources of both components of each node.
     pub(super) sources: Vec<Source>,
-    /// The sources of the angles of blocks.
+    /// The sources of the angles of shapes.
     pub(super) angles: Vec<Source>,
     /// Which node shows a point.
     points: Vec<Option<usize>>,
@@ -52,6 +52,21 @@ impl<'s> Pose<'s> {
         node
     }
 
+    /// The node of a point, or one with a name that is always in the same place.
+    pub(super) fn point_or_same(&mut self, point: usize) -> usize {
+        let near = 1e-6 * self.size();
+        let is_same = |node: &Node| {
+            self.states.iter().enumerate().all(|(frame, state)| {
+                let [x, y] = state.point(point);
+                let of = |track: &Track| track[frame.min(track.len() - 1)];
+                (of(&node.x) - x).hypot(of(&node.y) - y) <= near
+            })
+        };
+        let own =
+            self.points[point].or_else(|| self.nodes.iter().position(|node| !node.name.is_empty() && is_same(node)));
+        own.unwrap_or_else(|| self.point(point))
+    }
+
     /// The node of a place: that of a point if it is one.
     pub(super) fn place(&mut self, place: &[Value; 2]) -> usize {
         let component = |axis: usize| match place[axis].nodes() {
@@ -62,6 +77,40 @@ impl<'s> Pose<'s> {
             return self.point(point);
         }
         self.add(String::new(), place.clone().map(Source::Formula))
+    }
+
+    /// The track of the angle of a shape, zero without one. Tracks are asked for in the order of their shapes.
+    pub(super) fn angle(&mut self, angle: Option<&Value>) -> Track {
+        let source = angle.map_or(Source::Constant(0.0), |angle| Source::Formula(angle.clone()));
+        let track = self.track(&source);
+        self.angles.push(source);
+        track
+    }
+
+    /// Whether a place belongs to the ground.
+    pub(super) fn is_fixed(&self, place: &[Value; 2]) -> bool {
+        place.iter().all(|component| self.never_changes(component))
+    }
+
+    /// Whether a formula depends on parameters alone.
+    pub(super) fn never_changes(&self, value: &Value) -> bool {
+        value.names().all(|name| match name {
+            Quantity::Parameter(_) | Quantity::Pi => true,
+            // Points depend on points before them alone.
+            Quantity::Point(point, axis) => self.never_changes(&self.scene.points[*point].position[*axis]),
+            _ => false,
+        })
+    }
+
+    /// The larger side of the rectangle that all points keep to.
+    pub(super) fn size(&self) -> f64 {
+        let side = |axis: usize| {
+            let places =
+                self.states.iter().flat_map(|state| (0..self.points.len()).map(|point| state.point(point)[axis]));
+            let (low, high) = places.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)));
+            (high - low).max(0.0)
+        };
+        side(0).max(side(1))
     }
 
     /// The node of a place that never moves, found up to rounding errors.

@@ -2,6 +2,7 @@
 
 mod characters;
 mod charts;
+mod drawing;
 mod form;
 mod joints;
 mod known;
@@ -14,6 +15,7 @@ mod table;
 
 use crate::diagnostic::{Diagnostic, Span};
 use crate::parser::{Condition, Formula};
+pub use drawing::{DrawnSyntax, StrutKind};
 pub use joints::{JointFriction, JointKind, JointSyntax, LinkPoint};
 pub use links::{LinkSyntax, Mass, Shape};
 pub use loads::{Along, FrictionSyntax, LoadSyntax, SpringSyntax};
@@ -131,7 +133,7 @@ pub struct BodySyntax {
 }
 
 /// A place in the plane: a named point or two formulae.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub enum Position {
     /// The name of a point.
     Point(Identifier),
@@ -171,26 +173,6 @@ pub enum Target {
     Point(Identifier),
     /// `on = "body"`
     Body(Identifier),
-}
-
-/// What an entry of `[drawing]` says.
-#[derive(Debug)]
-pub enum DrawnSyntax {
-    /// A rigid bar through places.
-    Link(Vec<Position>),
-    /// A block that slides.
-    Block {
-        /// Its middle.
-        at: Position,
-        /// The direction it slides in.
-        angle: Option<Formula>,
-    },
-    /// A bearing on the ground.
-    Pivot(Position),
-    /// A line that something slides along.
-    Guide(Vec<Position>),
-    /// The path of a point.
-    Path(Identifier),
 }
 
 /// An entry of `[reference]`.

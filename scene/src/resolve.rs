@@ -99,6 +99,8 @@ enum Context {
     Constant,
     /// The length that a load acts along too.
     Potential,
+    /// The polar angle in the frame of a cam too.
+    Profile,
     /// Coordinates, points and time too; it will be differentiated.
     Geometry,
     /// The same; it will not be differentiated.
@@ -335,7 +337,7 @@ impl Resolver<'_> {
                 Quantity::Unknown
             })
         });
-        if !matches!(context, Context::Constant | Context::Picture | Context::Condition) {
+        if !matches!(context, Context::Constant | Context::Profile | Context::Picture | Context::Condition) {
             check::differentiable(&value, context == Context::Geometry, self.source, &mut self.findings);
         }
         value

@@ -134,6 +134,8 @@ impl Piece<'_> {
 fn player(source: &str) -> String {
     let parts = [
         include_str!("animation/basics.js"),
+        include_str!("animation/elements.js"),
+        include_str!("animation/machine.js"),
         include_str!("animation/drawing.js"),
         include_str!("animation/plots.js"),
         include_str!("animation/player.js"),

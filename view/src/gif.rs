@@ -3,10 +3,13 @@
 mod canvas;
 mod clock;
 mod film;
+mod hull;
 mod labels;
 mod palette;
 mod shapes;
 mod stage;
+mod struts;
+mod teeth;
 mod track;
 
 use std::fmt;

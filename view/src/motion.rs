@@ -41,7 +41,7 @@ pub struct Node {
 #[derive(Clone, Debug, Serialize)]
 #[serde(tag = "kind", rename_all = "lowercase")]
 pub enum Shape {
-    /// A rigid bar through nodes.
+    /// A rigid bar through two nodes, or a plate.
     Link {
         /// Its name.
         name: String,
@@ -66,6 +66,93 @@ pub enum Shape {
     Guide {
         /// Its nodes.
         nodes: Vec<usize>,
+        /// Whether it is a channel with walls at both sides of a block.
+        is_channel: bool,
+    },
+    /// A thin rod, or a rope.
+    Rod {
+        /// Its name.
+        name: String,
+        /// Its two ends.
+        nodes: Vec<usize>,
+    },
+    /// Springs, dampers and actuators, side by side.
+    Strut {
+        /// Its name.
+        name: String,
+        /// Its two ends.
+        nodes: Vec<usize>,
+        /// What it is made of.
+        parts: Vec<StrutPart>,
+    },
+    /// A gear; one without a name belongs to the ground.
+    Gear {
+        /// Its name.
+        name: String,
+        /// Its middle.
+        node: usize,
+        /// How far it has turned, counter-clockwise in rad.
+        angle: Track,
+        /// The radius of its pitch circle in m.
+        radius: f64,
+        /// How many teeth it has.
+        teeth: u32,
+        /// The angle of the first of them in its frame.
+        phase: f64,
+        /// Whether its teeth point inward.
+        is_internal: bool,
+    },
+    /// A rack with teeth on its left; one without a name belongs to the ground.
+    Rack {
+        /// Its name.
+        name: String,
+        /// A place that moves with it.
+        node: usize,
+        /// Its direction, counter-clockwise from the x axis in rad.
+        angle: Track,
+        /// Where it begins and ends, from the node along its direction in m.
+        along: [f64; 2],
+        /// How far its pitch line is on the left of the node.
+        across: f64,
+        /// From tooth to tooth; negative where teeth are on its right.
+        pitch: f64,
+        /// Where one of its teeth is.
+        phase: f64,
+    },
+    /// A slot or a rod that something slides along, and that moves itself.
+    Rail {
+        /// A place that moves with it.
+        node: usize,
+        /// Its direction, counter-clockwise from the x axis in rad.
+        angle: Track,
+        /// Where it begins and ends, from the node along its direction in m.
+        along: [f64; 2],
+    },
+    /// A belt over two pulleys.
+    Belt {
+        /// Its name.
+        name: String,
+        /// The middles of the pulleys.
+        nodes: Vec<usize>,
+        /// Their radii in m.
+        radii: [f64; 2],
+        /// Whether the belt crosses itself.
+        is_crossed: bool,
+        /// How far the first pulley has turned against the line of both, in rad.
+        angle: Track,
+    },
+    /// A body by its outline.
+    Outline {
+        /// Its name.
+        name: String,
+        /// The origin of its frame.
+        node: usize,
+        /// The angle of its frame, counter-clockwise in rad.
+        angle: Track,
+        /// Abscissae of its corners in its frame in m.
+        x: Vec<f64>,
+        /// Ordinates.
+        y: Vec<f64>,
     },
     /// A centre of mass.
     Mass {
@@ -74,6 +161,117 @@ pub enum Shape {
         /// Where it is.
         node: usize,
     },
+}
+
+/// What acts between two nodes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum StrutPart {
+    /// A spring.
+    Spring,
+    /// A damper.
+    Damper,
+    /// A cylinder that pushes or pulls.
+    Actuator,
+}
+
+impl Shape {
+    /// The nodes that it is drawn at or between.
+    pub fn nodes(&self) -> &[usize] {
+        match self {
+            Self::Link { nodes, .. }
+            | Self::Guide { nodes, .. }
+            | Self::Rod { nodes, .. }
+            | Self::Strut { nodes, .. }
+            | Self::Belt { nodes, .. } => nodes,
+            Self::Block { node, .. }
+            | Self::Pivot { node }
+            | Self::Mass { node, .. }
+            | Self::Gear { node, .. }
+            | Self::Rack { node, .. }
+            | Self::Rail { node, .. }
+            | Self::Outline { node, .. } => std::slice::from_ref(node),
+        }
+    }
+
+    /// Its name; empty if it has none.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Link { name, .. }
+            | Self::Block { name, .. }
+            | Self::Mass { name, .. }
+            | Self::Rod { name, .. }
+            | Self::Strut { name, .. }
+            | Self::Gear { name, .. }
+            | Self::Rack { name, .. }
+            | Self::Belt { name, .. }
+            | Self::Outline { name, .. } => name,
+            Self::Pivot { .. } | Self::Guide { .. } | Self::Rail { .. } => "",
+        }
+    }
+
+    /// Its angle where it has one.
+    pub fn angle(&self) -> Option<&Track> {
+        match self {
+            Self::Block { angle, .. }
+            | Self::Gear { angle, .. }
+            | Self::Rack { angle, .. }
+            | Self::Rail { angle, .. }
+            | Self::Belt { angle, .. }
+            | Self::Outline { angle, .. } => Some(angle),
+            _ => None,
+        }
+    }
+
+    /// The same, to be changed.
+    pub fn angle_mut(&mut self) -> Option<&mut Track> {
+        match self {
+            Self::Block { angle, .. }
+            | Self::Gear { angle, .. }
+            | Self::Rack { angle, .. }
+            | Self::Rail { angle, .. }
+            | Self::Belt { angle, .. }
+            | Self::Outline { angle, .. } => Some(angle),
+            _ => None,
+        }
+    }
+
+    /// Its lengths and places in frames of its own.
+    pub fn sizes(&self) -> Vec<f64> {
+        match self {
+            Self::Gear { radius, phase, .. } => vec![*radius, *phase],
+            Self::Rack { along, across, pitch, phase, .. } => vec![along[0], along[1], *across, *pitch, *phase],
+            Self::Rail { along, .. } => along.to_vec(),
+            Self::Belt { radii, .. } => radii.to_vec(),
+            Self::Outline { x, y, .. } => x.iter().chain(y).copied().collect(),
+            _ => Vec::new(),
+        }
+    }
+
+    /// How far it reaches around each of its nodes in m.
+    pub fn radii(&self) -> Vec<f64> {
+        match self {
+            // The rim of a ring is outside of its teeth.
+            Self::Gear { radius, teeth, is_internal, .. } => {
+                let module = 2.0 * radius / f64::from((*teeth).max(1));
+                vec![radius + module * if *is_internal { 2.6 } else { 0.8 }]
+            }
+            Self::Belt { radii, .. } => radii.to_vec(),
+            Self::Outline { x, y, .. } => {
+                vec![x.iter().zip(y).map(|(x, y)| x.hypot(*y)).fold(0.0, f64::max)]
+            }
+            _ => vec![0.0; self.nodes().len()],
+        }
+    }
+
+    /// Its ends in the frame of its node, if it is a line in such a frame.
+    pub fn ends(&self) -> Option<[[f64; 2]; 2]> {
+        match self {
+            Self::Rack { along, across, .. } => Some(along.map(|along| [along, *across])),
+            Self::Rail { along, .. } => Some(along.map(|along| [along, 0.0])),
+            _ => None,
+        }
+    }
 }
 
 /// A force.

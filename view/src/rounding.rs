@@ -20,7 +20,7 @@ pub(crate) fn rounded(motion: &Motion) -> Motion {
         round(&mut node.y, size);
     }
     for shape in &mut motion.shapes {
-        if let crate::motion::Shape::Block { angle, .. } = shape {
+        if let Some(angle) = shape.angle_mut() {
             round(angle, 1.0);
         }
     }

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 use std::process::Command;
 
 use qrm_view::animation::{fragment, page};
-use qrm_view::motion::{Arrow, Motion, Node, Plot, PlotCurve, Shape, Track};
+use qrm_view::motion::{Arrow, Motion, Node, Plot, PlotCurve, Shape, StrutPart, Track};
 
 /// The number of frames of the sample.
 const FRAMES: usize = 301;
@@ -88,7 +88,7 @@ fn quick_return() -> Motion {
             node("", false, vec![0.2], vec![0.9]),
         ],
         shapes: vec![
-            Shape::Guide { nodes: vec![5, 6] },
+            Shape::Guide { nodes: vec![5, 6], is_channel: false },
             Shape::Pivot { node: 0 },
             Shape::Pivot { node: 1 },
             link("rocker", &[1, 3]),
@@ -162,7 +162,7 @@ fn swinging_plate() -> Motion {
         shapes: vec![
             Shape::Pivot { node: 0 },
             Shape::Link { name: "plate".to_owned(), nodes: vec![0, 1, 2] },
-            Shape::Guide { nodes: vec![3, 4] },
+            Shape::Guide { nodes: vec![3, 4], is_channel: false },
             Shape::Block { name: "slide".to_owned(), node: 4, angle: angle.clone() },
             Shape::Mass { name: "plate".to_owned(), node: 3 },
         ],
@@ -187,6 +187,44 @@ fn swinging_plate() -> Motion {
         plots: vec![plot("angle", "rad", &[("phi", &angle)])],
         times,
     }
+}
+
+/// Parts of machines on the swinging plate, some of them without size.
+fn machine() -> Motion {
+    let mut motion = swinging_plate();
+    let angle: Track = motion.times.clone();
+    let name = || "part".to_owned();
+    let gear = |name: String, radius, teeth, is_internal| {
+        let angle = angle.clone();
+        Shape::Gear { name, node: 0, angle, radius, teeth, phase: 0.1, is_internal }
+    };
+    let strut = |parts: &[StrutPart]| Shape::Strut { name: name(), nodes: vec![0, 2], parts: parts.to_vec() };
+    let rack = |name: String, pitch| {
+        let along = [-0.1, 0.3];
+        Shape::Rack { name, node: 3, angle: vec![0.2], along, across: 0.05, pitch, phase: 0.01 }
+    };
+    let belt = |nodes, is_crossed| {
+        let angle = angle.clone();
+        Shape::Belt { name: name(), nodes, radii: [0.05, 0.08], is_crossed, angle }
+    };
+    let (x, y) = (vec![0.1, 0.0, -0.1], vec![0.0, 0.1, 0.0]);
+    motion.shapes.extend([
+        Shape::Guide { nodes: vec![0, 4], is_channel: true },
+        Shape::Rod { name: name(), nodes: vec![1, 2] },
+        strut(&[StrutPart::Spring, StrutPart::Damper]),
+        strut(&[StrutPart::Actuator]),
+        gear("wheel".to_owned(), 0.1, 12, false),
+        gear(String::new(), 0.3, 40, true),
+        gear(name(), 0.0, 1, false),
+        rack(String::new(), 0.02),
+        rack(name(), 0.0),
+        Shape::Rail { node: 1, angle: angle.clone(), along: [0.0, 0.2] },
+        belt(vec![0, 4], false),
+        belt(vec![0, 4], true),
+        belt(vec![0, 0], false),
+        Shape::Outline { name: "cam".to_owned(), node: 2, angle, x, y },
+    ]);
+    motion
 }
 
 fn bare(nodes: Vec<Node>) -> Motion {
@@ -238,6 +276,7 @@ fn odd_motions() -> Vec<(&'static str, Motion)> {
         ("small", scaled(1e-6, 1e-5)),
         ("large", scaled(1e6, 1e4)),
         ("plate", swinging_plate()),
+        ("machine", machine()),
         ("nothing", bare(vec![])),
         ("point", bare(vec![place("P"), place("Q")])),
         ("line", bare(vec![place("P"), node("", false, vec![3.0, 4.0], vec![-2.0])])),

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use gif::{ColorOutput, DecodeOptions};
 use qrm_view::gif::{NoAnimation, gif};
-use qrm_view::motion::{Arrow, Motion, Node, Shape};
+use qrm_view::motion::{Arrow, Motion, Node, Shape, StrutPart};
 
 fn node(name: &str, x: Vec<f64>, y: Vec<f64>) -> Node {
     Node { name: name.to_owned(), is_traced: !name.is_empty() && x.len() > 1, x, y }
@@ -22,7 +22,7 @@ fn crank(length: f64, frames: usize, size: f64) -> Motion {
         node("", vec![1.5 * size], vec![2.0 * size]),
     ];
     let shapes = vec![
-        Shape::Guide { nodes: vec![3, 4] },
+        Shape::Guide { nodes: vec![3, 4], is_channel: false },
         Shape::Pivot { node: 0 },
         Shape::Link { name: "crank".to_owned(), nodes: vec![0, 1] },
         Shape::Link { name: "plate".to_owned(), nodes: vec![0, 1, 2] },
@@ -151,6 +151,78 @@ fn motions_with_little_in_them_can_be_shown() {
     }
 }
 
+/// The motion of the crank with parts of machines.
+fn machine() -> Motion {
+    let mut motion = crank(1.0, 10, 0.2);
+    let angle: Vec<f64> = (0..10).map(|frame| 0.3 * f64::from(frame)).collect();
+    let name = || "part".to_owned();
+    let gear = |node, radius, teeth, is_internal| Shape::Gear {
+        name: name(),
+        node,
+        angle: angle.clone(),
+        radius,
+        teeth,
+        phase: 0.1,
+        is_internal,
+    };
+    let strut = |parts: &[StrutPart]| Shape::Strut { name: name(), nodes: vec![0, 2], parts: parts.to_vec() };
+    let [along, turned] = [[-0.1, 0.3], [0.3, -0.1]];
+    let rack = |along, pitch| Shape::Rack {
+        name: String::new(),
+        node: 3,
+        angle: vec![0.2],
+        along,
+        across: 0.05,
+        pitch,
+        phase: 0.01,
+    };
+    let belt =
+        |nodes, is_crossed| Shape::Belt { name: name(), nodes, radii: [0.05, 0.08], is_crossed, angle: angle.clone() };
+    let (x, y) = (vec![0.1, 0.0, -0.1], vec![0.0, 0.1, 0.0]);
+    motion.shapes.extend([
+        Shape::Guide { nodes: vec![3, 4], is_channel: true },
+        Shape::Rod { name: name(), nodes: vec![1, 2] },
+        strut(&[StrutPart::Spring, StrutPart::Damper]),
+        strut(&[StrutPart::Actuator]),
+        strut(&[]),
+        gear(1, 0.1, 12, false),
+        gear(0, 0.3, 40, true),
+        gear(0, 0.0, 0, false),
+        rack(along, 0.02),
+        rack(turned, 0.0),
+        Shape::Rail { node: 1, angle: angle.clone(), along },
+        belt(vec![3, 4], false),
+        belt(vec![3, 4], true),
+        belt(vec![3, 3], false),
+        Shape::Outline { name: name(), node: 2, angle: angle.clone(), x, y },
+    ]);
+    motion
+}
+
+#[test]
+fn parts_of_machines_are_seen_to_move() {
+    let film = shot(&machine());
+    assert!(film.pictures.windows(2).all(|pair| pair[0] != pair[1]));
+    // What reaches beyond the nodes has room.
+    let mut wheel = crank(1.0, 10, 0.2);
+    let narrow = shot(&wheel).size;
+    let angle = vec![0.0];
+    wheel.shapes = vec![Shape::Gear {
+        name: String::new(),
+        node: 0,
+        angle,
+        radius: 0.9,
+        teeth: 30,
+        phase: 0.0,
+        is_internal: true,
+    }];
+    let film = shot(&wheel);
+    assert!(film.size != narrow, "{narrow:?}");
+    let is_light = |pixel: &[u8]| pixel[..3] == [251, 251, 248];
+    let picture = &film.pictures[0];
+    assert!(picture.chunks(4).take(8 * film.size.0).all(is_light), "the rim is cut off");
+}
+
 #[test]
 fn what_cannot_be_shown_is_an_error() {
     let usual = crank(1.0, 10, 0.2);
@@ -169,6 +241,9 @@ fn what_cannot_be_shown_is_an_error() {
         (wild.nodes[0].x, wild.nodes[2].x) = (vec![x], vec![y]);
         assert_eq!(gif(&wild), Err(NoAnimation::NotFinite));
     }
+    let mut vast = machine();
+    vast.shapes.push(Shape::Rail { node: 0, angle: vec![0.0], along: [0.0, f64::NAN] });
+    assert_eq!(gif(&vast), Err(NoAnimation::NotFinite));
     assert_eq!(gif(&crank(1.0, 10, 1e-310)), Err(NoAnimation::NotFinite));
     assert!(gif(&lost).expect_err("the node is missing").to_string().contains("arrow `F`"));
 }

@@ -1,15 +1,14 @@
 //! The sections of a scene file, key by key.
 
 use super::charts::chart;
+use super::drawing::drawn;
 use super::joints::joint;
 use super::known::{extreme, reference, values};
 use super::links::link;
 use super::loads::load;
 use super::outputs::output;
 use super::table::{self, Reader, Table};
-use super::{
-    BodySyntax, ConstraintSyntax, CoordinateSyntax, Document, DrawnSyntax, Identifier, ParameterSyntax, Position, Side,
-};
+use super::{BodySyntax, ConstraintSyntax, CoordinateSyntax, Document, Identifier, ParameterSyntax, Position, Side};
 use crate::diagnostic::Diagnostic;
 use crate::names::is_identifier;
 
@@ -203,40 +202,6 @@ fn side(r: &mut Reader, text: &Identifier) -> Option<Side> {
             None
         }
     }
-}
-
-fn drawn(r: &mut Reader, identifier: &Identifier, value: table::Value) -> Option<DrawnSyntax> {
-    let table = r.table(&format!("drawing of `{}`", identifier.name), value)?;
-    let help = "a drawing is made of links, blocks, pivots, guides and paths";
-    let kind = table.one_of(r, &["link", "block", "pivot", "guide", "path"], help)?;
-    let asked = table.required(r, kind)?;
-    let drawn = match kind {
-        "link" => places(r, asked).map(DrawnSyntax::Link),
-        "guide" => places(r, asked).map(DrawnSyntax::Guide),
-        "block" => {
-            let angle = table.optional("angle").map(|v| r.formula(v));
-            position(r, asked).map(|at| DrawnSyntax::Block { at, angle })
-        }
-        "pivot" => position(r, asked).map(DrawnSyntax::Pivot),
-        _ => r.text(asked).map(DrawnSyntax::Path),
-    };
-    table.finish(r);
-    drawn
-}
-
-/// Two or more places.
-fn places(r: &mut Reader, value: table::Value) -> Option<Vec<Position>> {
-    if !value.is_array() {
-        r.wrong_type(value, "an array of places");
-        return None;
-    }
-    let items = r.array(value);
-    if items.len() < 2 {
-        let error = Diagnostic::error("a line needs two places or more", value.span(), "too few");
-        r.findings.push(error.help("name points, or give places as `['x', 'y']`: `[\"A\", ['0', '0.3']]`"));
-        return None;
-    }
-    items.into_iter().map(|item| position(r, item)).collect()
 }
 
 impl Reader<'_> {

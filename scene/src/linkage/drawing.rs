@@ -1,18 +1,26 @@
 //! Links and joints as they are drawn.
 
 use super::angles::Angles;
+use super::constants::Constants;
+use super::gears::gears;
 use super::graph::{Graph, PointId};
 use super::places::Places;
 use super::terms::{add, whole};
 use crate::document::{DrawnSyntax, Identifier, JointKind, Position};
 
-/// Links as bars and plates, sliding links as blocks, pins on the ground as pivots.
-pub(super) fn drawing(graph: &Graph, angles: &Angles, places: &Places) -> Vec<(Identifier, DrawnSyntax)> {
+/// Gears and belts below all others, links as bars and plates, links that slide as blocks, pins on the ground as pivots.
+pub(super) fn drawing(
+    graph: &Graph,
+    angles: &Angles,
+    places: &Places,
+    constants: &Constants,
+) -> Vec<(Identifier, DrawnSyntax)> {
     let at = |id: PointId| Position::Point(Identifier { name: places.short_name(graph, id).to_owned(), span: 0..0 });
-    let mut drawn = Vec::new();
-    for link in 1..graph.links.len() {
+    let mut drawn = gears(graph, angles, constants, &at);
+    for links in rigid(graph) {
         let mut names: Vec<&str> = Vec::new();
-        let ids = (0..graph.points(link).len()).map(|point| PointId { link, point });
+        let ids =
+            links.iter().flat_map(|link| (0..graph.points(*link).len()).map(|point| PointId { link: *link, point }));
         let ids: Vec<PointId> = ids
             .filter(|id| {
                 let name = places.short_name(graph, *id);
@@ -21,22 +29,47 @@ pub(super) fn drawing(graph: &Graph, angles: &Angles, places: &Places) -> Vec<(I
                 is_new
             })
             .collect();
-        let Some(syntax) = graph.links[link].filter(|_| ids.len() > 1) else { continue };
+        let Some(syntax) = graph.links[links[0]].filter(|_| ids.len() > 1) else { continue };
         drawn.push((syntax.identifier.clone(), DrawnSyntax::Link(ids.into_iter().map(at).collect())));
     }
+    let racks = || graph.joints.iter().filter(|joint| joint.syntax.kind == JointKind::Rack);
+    let rolls = |end: PointId| racks().any(|rack| rack.ends[0] == end);
     for joint in &graph.joints {
         let identifier = joint.syntax.identifier.clone();
         let ground = joint.ends.iter().find(|end| end.link == 0);
         match (joint.syntax.kind, ground) {
-            (JointKind::Prismatic, _) => {
+            // What keeps a gear on its rack is not drawn beside them.
+            (JointKind::Prismatic | JointKind::PinInSlot, _) if rolls(joint.ends[0]) => {}
+            (JointKind::Prismatic | JointKind::PinInSlot, _) => {
                 let span = &identifier.span;
                 let own = joint.syntax.direction.clone().unwrap_or_else(|| whole(0));
                 let angle = Some(add(angles.formula(joint.ends[1].link, span), own));
-                drawn.push((identifier, DrawnSyntax::Block { at: at(joint.ends[0]), angle }));
+                let block = DrawnSyntax::Block { at: at(joint.ends[0]), angle, on: Some(at(joint.ends[1])) };
+                // What slides in a guide is the link itself, what slides on a pin a block of its own.
+                let sliding = graph.links[joint.ends[0].link].filter(|_| joint.syntax.kind == JointKind::Prismatic);
+                drawn.push((sliding.map_or(identifier, |link| link.identifier.clone()), block));
+            }
+            (JointKind::Rod, _) => {
+                drawn.push((identifier, DrawnSyntax::Rod([at(joint.ends[0]), at(joint.ends[1])])));
             }
             (JointKind::Revolute, Some(end)) => drawn.push((identifier, DrawnSyntax::Pivot(at(*end)))),
             _ => {}
         }
     }
     drawn
+}
+
+/// The links that move, each with those that are welded to it.
+fn rigid(graph: &Graph) -> Vec<Vec<usize>> {
+    let mut bodies: Vec<Vec<usize>> = (1..graph.links.len()).map(|link| vec![link]).collect();
+    for joint in graph.joints.iter().filter(|joint| joint.syntax.kind == JointKind::Weld) {
+        let place = |end: &PointId| bodies.iter().position(|links| links.contains(&end.link));
+        if let [Some(first), Some(second)] = [place(&joint.ends[0]), place(&joint.ends[1])]
+            && first != second
+        {
+            let others = bodies.remove(first.max(second));
+            bodies[first.min(second)].extend(others);
+        }
+    }
+    bodies
 }

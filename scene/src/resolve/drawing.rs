@@ -2,6 +2,7 @@
 
 use super::{Context, Resolver};
 use crate::document::{Document, DrawnSyntax, Position};
+use crate::parser::Formula;
 use crate::scene::{Drawn, DrawnKind, Value};
 
 impl Resolver<'_> {
@@ -18,18 +19,52 @@ impl Resolver<'_> {
         Some(match syntax {
             DrawnSyntax::Link(places) => DrawnKind::Link(self.places(places)?),
             DrawnSyntax::Guide(places) => DrawnKind::Guide(self.places(places)?),
-            DrawnSyntax::Block { at, angle } => {
-                let angle = angle.as_ref().map(|f| self.value(f, Context::Picture));
-                DrawnKind::Block { at: self.position(at, Context::Picture)?, angle }
+            DrawnSyntax::Rod(ends) => DrawnKind::Rod(self.ends(ends)?),
+            DrawnSyntax::Strut(kind, ends) => DrawnKind::Strut(*kind, self.ends(ends)?),
+            DrawnSyntax::Block { at, angle, on } => {
+                let angle = self.angle(angle);
+                let (at, on) = (self.drawn_place(at), on.as_ref().map(|on| self.drawn_place(on)));
+                DrawnKind::Block { at: at?, angle, on: on.flatten() }
             }
-            DrawnSyntax::Pivot(at) => DrawnKind::Pivot(self.position(at, Context::Picture)?),
+            DrawnSyntax::Pivot(at) => DrawnKind::Pivot(self.drawn_place(at)?),
+            DrawnSyntax::Gear { at, radius, angle, is_internal } => {
+                let (radius, angle) = (self.value(radius, Context::Constant), self.angle(angle));
+                DrawnKind::Gear { at: self.drawn_place(at)?, radius, angle, is_internal: *is_internal }
+            }
+            DrawnSyntax::Rack { on, wheel, radius, angle } => {
+                let (radius, angle) = (self.value(radius, Context::Constant), self.angle(angle));
+                let (on, wheel) = (self.drawn_place(on), self.drawn_place(wheel));
+                DrawnKind::Rack { on: on?, wheel: wheel?, radius, angle }
+            }
+            DrawnSyntax::Belt { at, radii, is_crossed, angle } => {
+                let radii = [0, 1].map(|pulley| self.value(&radii[pulley], Context::Constant));
+                let angle = self.angle(angle);
+                DrawnKind::Belt { at: self.ends(at)?, radii, is_crossed: *is_crossed, angle }
+            }
+            DrawnSyntax::Cam { at, angle, profile } => {
+                let (profile, angle) = (self.value(profile, Context::Profile), self.angle(angle));
+                DrawnKind::Cam { at: self.drawn_place(at)?, angle, profile }
+            }
             DrawnSyntax::Path(point) => DrawnKind::Path(self.point(point)?),
         })
     }
 
+    fn angle(&mut self, angle: &Option<Formula>) -> Option<Value> {
+        angle.as_ref().map(|f| self.value(f, Context::Picture))
+    }
+
+    fn drawn_place(&mut self, place: &Position) -> Option<[Value; 2]> {
+        self.position(place, Context::Picture)
+    }
+
+    fn ends(&mut self, [first, second]: &[Position; 2]) -> Option<[[Value; 2]; 2]> {
+        let (first, second) = (self.drawn_place(first), self.drawn_place(second));
+        Some([first?, second?])
+    }
+
     /// All places, so that each mistake is reported, or none.
     fn places(&mut self, places: &[Position]) -> Option<Vec<[Value; 2]>> {
-        let places: Vec<Option<[Value; 2]>> = places.iter().map(|p| self.position(p, Context::Picture)).collect();
+        let places: Vec<Option<[Value; 2]>> = places.iter().map(|place| self.drawn_place(place)).collect();
         places.into_iter().collect()
     }
 }

@@ -131,6 +131,17 @@ impl Scope {
                 }
             };
         }
+        if (name, context) == ("theta", Context::Profile) {
+            return match self.declared(name) {
+                Some((declared, kind @ Kind::Parameter(_))) => {
+                    let title = "`theta` means the polar angle in the frame of a cam, and the scene has `theta`";
+                    Err(Diagnostic::error(title, span, "two meanings")
+                        .context(declared.span.clone(), kind.describe())
+                        .help("give that another name"))
+                }
+                _ => Ok(Quantity::Stretch),
+            };
+        }
         let Some(quantity) = self.find(name) else { return Err(self.unknown(name, span)) };
         let forbidden = match quantity {
             Quantity::Parameter(i) if i >= self.parameter_limit => return Err(self.too_early(name, i, span)),
@@ -146,6 +157,7 @@ impl Scope {
             Context::Potential => {
                 "a potential is a formula of the length `s`, parameters and numbers; write the rest as `force`"
             }
+            Context::Profile => "a profile is a formula of the angle `theta`, parameters and numbers",
             Context::Geometry | Context::Picture => {
                 "here only coordinates, points, parameters, numbers and `t` can stand"
             }

@@ -1,6 +1,7 @@
 //! What a picture of a mechanism shows.
 
 use super::Value;
+use crate::document::StrutKind;
 
 /// A part of a picture.
 #[derive(Clone, Debug)]
@@ -18,17 +19,65 @@ pub struct Drawn {
 pub enum DrawnKind {
     /// A rigid bar through places.
     Link(Vec<[Value; 2]>),
+    /// A thin rod or a rope.
+    Rod([[Value; 2]; 2]),
     /// A block that slides.
     Block {
         /// Its middle.
         at: [Value; 2],
         /// The direction it slides in.
         angle: Option<Value>,
+        /// A place on the line that it slides along.
+        on: Option<[Value; 2]>,
     },
     /// A bearing on the ground.
     Pivot([Value; 2]),
     /// A line that something slides along.
     Guide(Vec<[Value; 2]>),
+    /// A spring, a damper or an actuator.
+    Strut(StrutKind, [[Value; 2]; 2]),
+    /// A gear.
+    Gear {
+        /// Its middle.
+        at: [Value; 2],
+        /// The radius of its pitch circle.
+        radius: Value,
+        /// How far it has turned.
+        angle: Option<Value>,
+        /// Whether its teeth point inward.
+        is_internal: bool,
+    },
+    /// A toothed rack.
+    Rack {
+        /// A place that moves with it.
+        on: [Value; 2],
+        /// The middle of the gear that rolls on it.
+        wheel: [Value; 2],
+        /// The radius of that gear; negative where it rolls on the right of the rack.
+        radius: Value,
+        /// The direction of the rack.
+        angle: Option<Value>,
+    },
+    /// A belt over two pulleys.
+    Belt {
+        /// Their middles.
+        at: [[Value; 2]; 2],
+        /// Their radii.
+        radii: [Value; 2],
+        /// Whether the belt crosses itself.
+        is_crossed: bool,
+        /// How far the first pulley has turned against the line of both.
+        angle: Option<Value>,
+    },
+    /// A cam.
+    Cam {
+        /// Its middle.
+        at: [Value; 2],
+        /// How far it has turned.
+        angle: Option<Value>,
+        /// Its radius, where [`Quantity::Stretch`](super::Quantity::Stretch) is the polar angle in its frame.
+        profile: Value,
+    },
     /// The path of a point.
     Path(usize),
 }
@@ -38,8 +87,13 @@ impl DrawnKind {
     pub fn values(&self) -> Vec<&Value> {
         match self {
             Self::Link(places) | Self::Guide(places) => places.iter().flatten().collect(),
-            Self::Block { at, angle } => at.iter().chain(angle).collect(),
+            Self::Rod(ends) | Self::Strut(_, ends) => ends.iter().flatten().collect(),
+            Self::Block { at, angle, on } => at.iter().chain(angle).chain(on.iter().flatten()).collect(),
             Self::Pivot(at) => at.iter().collect(),
+            Self::Gear { at, radius, angle, .. } => at.iter().chain([radius]).chain(angle).collect(),
+            Self::Rack { on, wheel, radius, angle } => on.iter().chain(wheel).chain([radius]).chain(angle).collect(),
+            Self::Belt { at, radii, angle, .. } => at.iter().flatten().chain(radii).chain(angle).collect(),
+            Self::Cam { at, angle, profile } => at.iter().chain(angle).chain([profile]).collect(),
             Self::Path(_) => Vec::new(),
         }
     }

@@ -1,6 +1,8 @@
 //! The kinds of loads.
 
-use super::Value;
+use super::{Quantity, Value};
+use crate::expression::Node;
+use crate::function::Function;
 
 /// The kinds of applied loads.
 #[derive(Clone, Debug)]
@@ -61,6 +63,36 @@ impl LoadKind {
     /// All formulae of the load.
     pub fn formulae(&self) -> Vec<&Value> {
         self.forces().into_iter().chain(self.places()).chain(self.laws()).collect()
+    }
+
+    /// The points whose distance it acts along, written as `hypot(x, y)` or `sqrt(x^2 + y^2)`.
+    pub fn between(&self) -> Option<[usize; 2]> {
+        let Self::Spring { along, .. } = self else { return None };
+        let nodes = along.nodes();
+        let square = |id: usize| match nodes[id] {
+            Node::Power(base, exponent) => {
+                matches!(&nodes[exponent], Node::Number(number) if number.value == 2.0).then_some(base)
+            }
+            _ => None,
+        };
+        let components = match nodes.last()? {
+            Node::Call(Function::Hypot, components) => [*components.first()?, *components.get(1)?],
+            Node::Call(Function::Sqrt, sum) => match nodes[*sum.first()?] {
+                Node::Add(a, b) => [square(a)?, square(b)?],
+                _ => return None,
+            },
+            _ => return None,
+        };
+        let difference = |axis: usize| {
+            let Node::Subtract(a, b) = nodes[components[axis]] else { return None };
+            let point = |id: usize| match nodes[id] {
+                Node::Name(Quantity::Point(point, of)) if of == axis => Some(point),
+                _ => None,
+            };
+            Some([point(b)?, point(a)?])
+        };
+        let ([p, q], [r, s]) = (difference(0)?, difference(1)?);
+        ([p, q] == [r, s] || [p, q] == [s, r]).then_some([p, q])
     }
 
     /// The formulae of forces and torques.

@@ -2,13 +2,22 @@
 
 let isDragged = false;
 
-/** The points of the moving shape under the pointer with their weights in the place that is held, by their names. */
+/** The points of the topmost body under the pointer that moves, with their weights in the place that is held, by names. */
 function grabbedPoints({ clientX, clientY }, x, y) {
+  if (!drawing) return null;
   // Arrows may lie above it.
   const below = document.elementsFromPoint(clientX, clientY).map((each) => each.closest("[data-shape]"));
-  const shape = drawing && motion.shapes[below.find((each) => each)?.dataset.shape];
-  if (!shape) return null;
-  const ids = shape.nodes ?? [shape.node];
+  const shapes = [...new Set(below)].map((each) => motion.shapes[each?.dataset.shape]).filter((each) => each);
+  for (const shape of shapes) {
+    if (shape.kind === "pivot") return null;
+    const points = pointsOf(shape, x, y);
+    if (points) return points;
+  }
+  return null;
+}
+
+/** The points of a shape that are next to a place, or of others that are of one body with it. */
+function pointsOf(shape, x, y) {
   const at = drawing.points;
   const names = (id) => motion.nodes[id].name;
   const moves = (id) => motion.nodes[id].x.length > 1 || motion.nodes[id].y.length > 1;
@@ -18,15 +27,21 @@ function grabbedPoints({ clientX, clientY }, x, y) {
     const ends = Object.keys(points);
     if (distance < best.distance && ends.length > 0) best = { distance, points };
   };
-  for (const id of ids) if (names(id) && moves(id)) offer({ [names(id)]: 1 }, ...at[id]);
-  ids.slice(1).forEach((b, place) => {
-    const a = ids[place];
-    if (!names(a) || !names(b) || !(moves(a) || moves(b))) return;
-    const [[ax, ay], [bx, by]] = [at[a], at[b]];
-    const [dx, dy] = [bx - ax, by - ay];
-    const share = clamp(((x - ax) * dx + (y - ay) * dy) / (dx * dx + dy * dy || 1), 0, 1);
-    offer({ [names(a)]: 1 - share, [names(b)]: share }, ax + share * dx, ay + share * dy);
-  });
+  const isOfBody = (each) => each === shape || (shape.name && each.name === shape.name);
+  for (const each of motion.shapes.filter(isOfBody)) {
+    const ids = each.nodes ?? [each.node];
+    for (const id of ids) if (names(id) && moves(id)) offer({ [names(id)]: 1 }, ...at[id]);
+    ids.slice(1).forEach((b, place) => {
+      const a = ids[place];
+      if (!names(a) || !names(b) || !(moves(a) || moves(b))) return;
+      const [[ax, ay], [bx, by]] = [at[a], at[b]];
+      const [dx, dy] = [bx - ax, by - ay];
+      const share = clamp(((x - ax) * dx + (y - ay) * dy) / (dx * dx + dy * dy || 1), 0, 1);
+      // A wheel is turned by a point that moves: its axis would stay where it is.
+      if (each !== shape && !((share < 1 && moves(a)) || (share > 0 && moves(b)))) return;
+      offer({ [names(a)]: 1 - share, [names(b)]: share }, ax + share * dx, ay + share * dy);
+    });
+  }
   return best.points;
 }
 

@@ -1,9 +1,42 @@
 // The drawing.
 
+/** The distance that a shape reaches around each of its nodes. */
+function radiiOf(shape) {
+  if (shape.kind === "gear") return [gearReach(shape)];
+  if (shape.kind === "outline") return [Math.max(...shape.x.map((x, corner) => Math.hypot(x, shape.y[corner])))];
+  return shape.radii ?? [];
+}
+
+/** The abscissae and ordinates that shapes reach beyond their nodes. */
+function reachOf({ nodes, shapes, times }) {
+  const reach = { x: [], y: [] };
+  for (const shape of shapes) {
+    const ids = shape.nodes ?? [shape.node];
+    radiiOf(shape).forEach((radius, turn) => {
+      for (const axis of ["x", "y"]) {
+        const [low, high] = rangeOf([nodes[ids[turn]][axis]]);
+        reach[axis].push(low - radius, high + radius);
+      }
+    });
+    if (!shape.along) continue;
+    times.forEach((_, frame) => {
+      const at = { frame, part: 0 };
+      const angle = angleAt(shape.angle, at);
+      const [cos, sin, across] = [Math.cos(angle), Math.sin(angle), shape.across ?? 0];
+      for (const along of shape.along) {
+        reach.x.push(valueAt(nodes[shape.node].x, at) + along * cos - across * sin);
+        reach.y.push(valueAt(nodes[shape.node].y, at) + along * sin + across * cos);
+      }
+    });
+  }
+  return reach;
+}
+
 /** What does not depend on the size of the drawing: what is reached, the scale of the forces, the colours. */
 function plan(motion) {
-  const [left, right] = rangeOf(motion.nodes.map((node) => node.x));
-  const [bottom, top] = rangeOf(motion.nodes.map((node) => node.y));
+  const reach = reachOf(motion);
+  const [left, right] = rangeOf([...motion.nodes.map((node) => node.x), reach.x]);
+  const [bottom, top] = rangeOf([...motion.nodes.map((node) => node.y), reach.y]);
   const far = Math.max(Math.abs(left), Math.abs(right), Math.abs(bottom), Math.abs(top));
   const extent = Math.max(right - left, top - bottom);
   // Where nothing ever moves apart, any size will do.
@@ -45,7 +78,9 @@ function plan(motion) {
   // Shapes of one name are one body.
   const colours = new Map();
   const colour = motion.shapes.map((shape, place) => {
-    if (shape.kind !== "link" && shape.kind !== "block") return -1;
+    // A gear or rack without a name belongs to the ground.
+    const isBody = ["link", "block", "outline"].includes(shape.kind);
+    if (!isBody && !(shape.name && ["gear", "rack"].includes(shape.kind))) return -1;
     const key = shape.name || place;
     if (!colours.has(key)) colours.set(key, colours.size % 8);
     return colours.get(key);
@@ -155,8 +190,9 @@ function draw(svg, motion, planned, width, height, isDraft = false) {
   const [moving, still] = [[], []];
   const onMove = (ids, work) => (ids.every(isStill) ? still : moving).push(work);
   const owner = new Map();
-
+  const { turn, ...parts } = machineParts({ motion, unit, scale, points, place, moving, onMove, translate, text });
   const builders = {
+    ...parts,
     link(group, shape) {
       const ring = shape.nodes.length > 2 ? hull(nodes, shape.nodes) : shape.nodes;
       const kind = shape.nodes.length > 2 ? "polygon" : "polyline";
@@ -176,9 +212,14 @@ function draw(svg, motion, planned, width, height, isDraft = false) {
       const size = { x: -long / 2, y: -high / 2, width: long, height: high, rx: 0.5 * unit };
       element(group, "rect", { ...size, class: "qrm-box" });
       element(group, "circle", { class: "qrm-pin", r: round(0.62 * unit) });
-      moving.push((at) => {
-        const degrees = round((-angleAt(shape.angle, at) * 180) / Math.PI);
-        group.setAttribute("transform", `${translate(shape.node)} rotate(${degrees})`);
+      moving.push((at) => turn(group, shape.node, shape.angle, at));
+    },
+    rod(group, shape) {
+      const line = element(group, "polyline", { class: "qrm-thin" });
+      const pins = shape.nodes.map(() => element(group, "circle", { class: "qrm-hub", r: round(0.5 * unit) }));
+      onMove(shape.nodes, () => {
+        line.setAttribute("points", shape.nodes.map((id) => text(points[id])).join(" "));
+        pins.forEach((pin, turn) => pin.setAttribute("transform", translate(shape.nodes[turn])));
       });
     },
     pivot(group, shape) {
@@ -191,7 +232,7 @@ function draw(svg, motion, planned, width, height, isDraft = false) {
       onMove([shape.node], () => group.setAttribute("transform", translate(shape.node)));
     },
     guide(group, shape) {
-      const line = element(group, "polyline", { class: "qrm-rail" });
+      const line = element(group, "path", { class: "qrm-rail" });
       const hatch = element(group, "path", { class: "qrm-hatch" });
       // The ground lies on the side away from what moves; a guide that turns keeps the side it has at first.
       const start = shape.nodes.map((id) => place(nodes[id], { frame: 0, part: 0 }));
@@ -200,13 +241,19 @@ function draw(svg, motion, planned, width, height, isDraft = false) {
         const [cx, cy] = [(edge.left + edge.right) / 2 - ax, (edge.top + edge.bottom) / 2 - ay];
         return (bx - ax) * cy - (by - ay) * cx > 0 ? -1 : 1;
       });
+      const aside = shape.is_channel ? 1.5 * unit + 1.5 : 0;
       onMove(shape.nodes, () => {
-        line.setAttribute("points", shape.nodes.map((id) => text(points[id])).join(" "));
-        let strokes = "";
+        let [lines, strokes] = ["", ""];
         for (let part = 1; part < shape.nodes.length; part++) {
           const [[ax, ay], [bx, by]] = [points[shape.nodes[part - 1]], points[shape.nodes[part]]];
-          strokes += hatching(ax, ay, bx, by, 0.75 * unit, sides[part - 1]);
+          const length = Math.hypot(bx - ax, by - ay) || 1;
+          for (const side of shape.is_channel ? [-1, 1] : [sides[part - 1]]) {
+            const [x, y] = [((ay - by) / length) * side * aside, ((bx - ax) / length) * side * aside];
+            lines += pathOf([[ax + x, ay + y], [bx + x, by + y]]);
+            strokes += hatching(ax + x, ay + y, bx + x, by + y, 0.75 * unit, side);
+          }
         }
+        line.setAttribute("d", lines);
         hatch.setAttribute("d", strokes);
       });
     },
@@ -230,7 +277,7 @@ function draw(svg, motion, planned, width, height, isDraft = false) {
       element(group, "title", {}, shape.kind === "mass" ? `centre of mass of ${shape.name}` : shape.name);
     }
     for (const id of ids) {
-      if (shape.kind !== "guide") used.add(id);
+      if (!["guide", "rack", "rail"].includes(shape.kind)) used.add(id);
       if (colour >= 0 && !owner.has(id)) owner.set(id, colour);
     }
     builders[shape.kind](group, shape);
@@ -331,7 +378,7 @@ function draw(svg, motion, planned, width, height, isDraft = false) {
     const where = nodes.map((node) => place(node, at));
     const list = where.map((point) => [point, point]);
     for (const shape of motion.shapes) {
-      const ids = shape.nodes ?? [];
+      const ids = shape.kind === "belt" ? [] : (shape.nodes ?? []);
       for (let part = 1; part < ids.length; part++) list.push([where[ids[part - 1]], where[ids[part]]]);
       if (ids.length > 2) list.push([where[ids[ids.length - 1]], where[ids[0]]]);
       if (shape.kind === "pivot") {

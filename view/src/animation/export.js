@@ -2,8 +2,8 @@
 
 /** What the style sheet of the page says of a picture. */
 const STYLES = [
-  "display", "visibility", "opacity", "fill", "fill-opacity", "stroke", "stroke-width", "stroke-linecap", "stroke-linejoin",
-  "stroke-dasharray", "paint-order", "font-family", "font-size", "font-weight", "font-variant-numeric",
+  "display", "visibility", "opacity", "fill", "fill-opacity", "fill-rule", "stroke", "stroke-width", "stroke-linecap", "stroke-linejoin",
+  "stroke-dasharray", "stroke-dashoffset", "paint-order", "font-family", "font-size", "font-weight", "font-variant-numeric",
 ];
 
 /** A copy of a picture that needs no style sheet. */

@@ -48,6 +48,19 @@ impl Canvas {
         self.fill(path(points, true), colour, opacity);
     }
 
+    /// What lies within a polygon and outside of another one.
+    pub(super) fn ring(&mut self, outside: &[Point], inside: &[Point], colour: Rgb) {
+        let mut builder = PathBuilder::new();
+        for polygon in [outside, inside] {
+            if let Some(path) = path(polygon, true) {
+                builder.push_path(&path);
+            }
+        }
+        if let Some(path) = builder.finish() {
+            self.pixmap.fill_path(&path, &paint(colour, 255), FillRule::EvenOdd, Transform::identity(), None);
+        }
+    }
+
     /// A disc.
     pub(super) fn disc(&mut self, centre: Point, radius: f32, colour: Rgb) {
         self.fill(PathBuilder::from_circle(centre.0, centre.1, radius), colour, 255);

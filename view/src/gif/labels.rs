@@ -83,13 +83,19 @@ impl Label {
         };
         let seen = |node: usize| stage.seen(&motion.nodes[node], moment);
         let crossed = motion.shapes.iter().map(|shape| match shape {
-            Shape::Link { nodes, .. } | Shape::Guide { nodes } => nodes
+            Shape::Link { nodes, .. }
+            | Shape::Guide { nodes, .. }
+            | Shape::Rod { nodes, .. }
+            | Shape::Strut { nodes, .. }
+            | Shape::Belt { nodes, .. } => nodes
                 .windows(2)
                 .filter(|pair| along(seen(pair[0]), seen(pair[1])).any(|place| covers(place, 4.0)))
                 .count(),
             Shape::Block { node, .. } => usize::from(*node != self.node && covers(seen(*node), 12.0)),
             Shape::Pivot { node } => usize::from(covers((seen(*node).0, seen(*node).1 + 12.0), 10.0)),
             Shape::Mass { node, .. } => usize::from(covers(seen(*node), 5.0)),
+            // There is no room beside these.
+            Shape::Gear { .. } | Shape::Rack { .. } | Shape::Rail { .. } | Shape::Outline { .. } => 0,
         });
         let crossed = crossed.sum::<usize>() as u32;
         crossed + 4 * others.iter().filter(is_crowded).count() as u32 + 8 * u32::from(is_outside)

@@ -24,6 +24,9 @@ pub(super) const BODIES: [(Rgb, Rgb); 6] = [
     ([200, 204, 208], [70, 74, 80]),
 ];
 
+/// Inside and edge of what belongs to the ground.
+pub(super) const FIXED: (Rgb, Rgb) = BODIES[5];
+
 /// What is left as it was in the picture before.
 pub(super) const UNCHANGED: u8 = 255;
 

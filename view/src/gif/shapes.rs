@@ -3,9 +3,11 @@
 use crate::motion::{Arrow, Motion, Shape};
 
 use super::canvas::Canvas;
-use super::palette::{BODIES, GROUND, GUIDE, INK, LOAD, PIN, REACTION, Rgb, TRACE};
+use super::hull::hull;
+use super::palette::{BODIES, FIXED, GROUND, GUIDE, INK, LOAD, PIN, REACTION, Rgb, TRACE};
 use super::stage::{Point, Stage};
 use super::track::{Moment, angle, value};
+use super::{struts, teeth};
 
 /// Half the width of a bar, and the width of its edge.
 const BAR: f32 = 5.5;
@@ -23,21 +25,74 @@ pub(super) fn draw_traces(canvas: &mut Canvas, motion: &Motion, stage: &Stage) {
 pub(super) fn draw(canvas: &mut Canvas, motion: &Motion, stage: &Stage, moment: Moment) {
     let seen = |node: usize| stage.seen(&motion.nodes[node], moment);
     let all = |nodes: &[usize]| nodes.iter().map(|node| seen(*node)).collect::<Vec<_>>();
-    let mut bodies = BODIES.iter().cycle();
-    let mut body = || bodies.next().copied().unwrap_or(BODIES[0]);
-    for shape in &motion.shapes {
+    let colours = colours(motion);
+    for (shape, colour) in motion.shapes.iter().zip(colours) {
+        let turned = |node: usize, track: &[f64], places: &[[f64; 2]]| {
+            let angle = angle(track, moment);
+            let seen = |place: &[f64; 2]| stage.seen_from(&motion.nodes[node], angle, *place, moment);
+            places.iter().map(seen).collect::<Vec<_>>()
+        };
         match shape {
-            Shape::Link { nodes, .. } => draw_link(canvas, &all(nodes), body()),
-            Shape::Block { node, angle: track, .. } => draw_block(canvas, seen(*node), angle(track, moment), body()),
+            Shape::Link { nodes, .. } => {
+                let corners = if nodes.len() > 2 { hull(&motion.nodes, nodes) } else { nodes.clone() };
+                draw_link(canvas, &all(&corners), colour);
+            }
+            Shape::Block { node, angle: track, .. } => draw_block(canvas, seen(*node), angle(track, moment), colour),
             Shape::Pivot { node } => draw_pivot(canvas, seen(*node)),
-            Shape::Guide { nodes } => canvas.line(&all(nodes), 1.5, GUIDE),
+            Shape::Guide { nodes, is_channel: false } => canvas.line(&all(nodes), 1.5, GUIDE),
+            Shape::Guide { nodes, is_channel: true } => draw_channel(canvas, &all(nodes)),
             Shape::Mass { node, .. } => draw_mass(canvas, seen(*node)),
+            Shape::Rod { nodes, .. } => canvas.line(&all(nodes), 2.2, INK),
+            Shape::Strut { nodes, parts, .. } => {
+                let [Some(from), Some(to)] = [nodes.first(), nodes.last()] else { continue };
+                let range = distances(motion, stage, *from, *to);
+                struts::draw(canvas, parts, [seen(*from), seen(*to)], range);
+            }
+            Shape::Gear { node, angle, radius, teeth, phase, is_internal, .. } => {
+                let outline = turned(*node, angle, &teeth::gear(*radius, *teeth, *phase, *is_internal));
+                if *is_internal {
+                    let rim = turned(*node, angle, &teeth::rim(*radius, *teeth));
+                    canvas.ring(&rim, &outline, colour.0);
+                    canvas.outline(&rim, EDGE, colour.1);
+                } else {
+                    canvas.polygon(&outline, colour.0, 255);
+                    let hub = 0.25 * radius;
+                    let mark = turned(*node, angle, &[hub, 0.8 * radius].map(|along| along_angle(along, *phase)));
+                    canvas.line(&mark, 1.2, colour.1);
+                }
+                canvas.outline(&outline, EDGE, colour.1);
+            }
+            Shape::Rack { node, angle, along, across, pitch, phase, .. } => {
+                let outline = turned(*node, angle, &teeth::rack(*along, *across, *pitch, *phase));
+                canvas.polygon(&outline, colour.0, 255);
+                canvas.outline(&outline, EDGE, colour.1);
+            }
+            Shape::Rail { node, angle, along } => {
+                let ends = turned(*node, angle, &along.map(|along| [along, 0.0]));
+                canvas.line(&ends, 5.0, GROUND);
+                canvas.line(&ends, 5.0 - 2.0 * 1.3, PIN);
+            }
+            Shape::Belt { nodes, radii, is_crossed, angle: track, .. } => {
+                let [first, second] = [nodes.first(), nodes.last()].map(|node| node.map_or((0.0, 0.0), |n| seen(*n)));
+                let radii = radii.map(|radius| stage.length(radius));
+                draw_belt(canvas, [first, second], radii, *is_crossed, angle(track, moment) as f32);
+            }
+            Shape::Outline { node, angle, x, y, .. } => {
+                let corners: Vec<[f64; 2]> = x.iter().zip(y).map(|(x, y)| [*x, *y]).collect();
+                let outline = turned(*node, angle, &corners);
+                canvas.polygon(&outline, colour.0, 255);
+                canvas.outline(&outline, EDGE, colour.1);
+            }
         }
     }
     // Joints connect what lies above and below: they are seen on top of both.
     for shape in &motion.shapes {
-        let Shape::Link { nodes, .. } = shape else { continue };
-        for (x, y) in all(nodes) {
+        let pins = match shape {
+            Shape::Link { nodes, .. } | Shape::Rod { nodes, .. } => &nodes[..],
+            Shape::Gear { node, is_internal: false, .. } | Shape::Outline { node, .. } => std::slice::from_ref(node),
+            _ => continue,
+        };
+        for (x, y) in all(pins) {
             canvas.disc((x, y), 4.2, INK);
             canvas.disc((x, y), 2.8, PIN);
         }
@@ -46,6 +101,45 @@ pub(super) fn draw(canvas: &mut Canvas, motion: &Motion, stage: &Stage, moment: 
         let force = stage.arrow((value(&arrow.x, moment), value(&arrow.y, moment)));
         draw_arrow(canvas, seen(arrow.node), force, colour_of(arrow));
     }
+}
+
+/// Inside and edge of each shape. Those of one name are one body; a gear or rack without one belongs to the ground.
+fn colours(motion: &Motion) -> Vec<(Rgb, Rgb)> {
+    let mut bodies: Vec<String> = Vec::new();
+    let mut colour = |(place, shape): (usize, &Shape)| {
+        let name = match shape {
+            Shape::Link { .. } | Shape::Block { .. } | Shape::Outline { .. } if shape.name().is_empty() => {
+                place.to_string()
+            }
+            Shape::Gear { .. } | Shape::Rack { .. } if shape.name().is_empty() => return FIXED,
+            Shape::Link { .. }
+            | Shape::Block { .. }
+            | Shape::Outline { .. }
+            | Shape::Gear { .. }
+            | Shape::Rack { .. } => shape.name().to_owned(),
+            _ => return FIXED,
+        };
+        let number = bodies.iter().position(|body| *body == name).unwrap_or(bodies.len());
+        if number == bodies.len() {
+            bodies.push(name);
+        }
+        BODIES[number % BODIES.len()]
+    };
+    motion.shapes.iter().enumerate().map(&mut colour).collect()
+}
+
+/// The least and the largest distance of two nodes.
+fn distances(motion: &Motion, stage: &Stage, from: usize, to: usize) -> [f32; 2] {
+    let apart = |frame: usize| {
+        let [(ax, ay), (bx, by)] = [from, to].map(|node| stage.seen(&motion.nodes[node], Moment::of_frame(frame)));
+        (bx - ax).hypot(by - ay)
+    };
+    let grown = |[low, high]: [f32; 2], length: f32| [low.min(length), high.max(length)];
+    (0..motion.times.len()).map(apart).fold([f32::INFINITY, 0.0], grown)
+}
+
+fn along_angle(along: f64, angle: f64) -> [f64; 2] {
+    [along * angle.cos(), along * angle.sin()]
 }
 
 /// The colour of a force.
@@ -85,6 +179,26 @@ fn draw_block(canvas: &mut Canvas, (x, y): Point, angle: f64, (inside, edge): (R
     }
 }
 
+/// Walls with hatching, one at each side of a block.
+fn draw_channel(canvas: &mut Canvas, places: &[Point]) {
+    const ASIDE: f32 = 12.5;
+    let [(x, y), .., (to_x, to_y)] = *places else { return };
+    let length = (to_x - x).hypot(to_y - y);
+    if !(length > 1.0) {
+        return;
+    }
+    let (ux, uy) = ((to_x - x) / length, (to_y - y) / length);
+    let at = |along: f32, aside: f32| (x + along * ux - aside * uy, y + along * uy + aside * ux);
+    let strokes = (length / 7.0).floor().clamp(1.0, 200.0) as u32;
+    for side in [-1.0, 1.0] {
+        canvas.line(&[at(0.0, side * ASIDE), at(length, side * ASIDE)], 1.5, GROUND);
+        for stroke in 0..strokes {
+            let along = length * (stroke as f32 + 0.75) / strokes as f32;
+            canvas.line(&[at(along, side * ASIDE), at(along - 5.0, side * (ASIDE + 5.0))], 1.0, GUIDE);
+        }
+    }
+}
+
 fn draw_pivot(canvas: &mut Canvas, (x, y): Point) {
     let ground = y + 19.0;
     for i in 0..6 {
@@ -110,6 +224,24 @@ fn draw_mass(canvas: &mut Canvas, (x, y): Point) {
         let quarter: Vec<Point> = std::iter::once((x, y)).chain(rim).collect();
         canvas.polygon(&quarter, INK, 255);
     }
+}
+
+/// Two pulleys, each with a spoke, and the belt around them.
+fn draw_belt(canvas: &mut Canvas, centres: [Point; 2], radii: [f32; 2], is_crossed: bool, angle: f32) {
+    let [first, second] = centres;
+    let line = (first.1 - second.1).atan2(second.0 - first.0);
+    let ratio = if is_crossed { -radii[0] / radii[1] } else { radii[0] / radii[1] };
+    for (centre, radius, turned) in [(first, radii[0], angle), (second, radii[1], ratio * angle)] {
+        canvas.disc(centre, radius, GUIDE);
+        canvas.disc(centre, radius - 1.2, PIN);
+        let (sin, cos) = (line + turned).sin_cos();
+        let rim = |sign: f32| (centre.0 + sign * 0.9 * radius * cos, centre.1 - sign * 0.9 * radius * sin);
+        canvas.line(&[rim(-1.0), rim(1.0)], 1.2, GUIDE);
+    }
+    let wide = |(x, y): Point| [f64::from(x), f64::from(y)];
+    let belt = teeth::belt(wide(first), wide(second), radii.map(f64::from), is_crossed);
+    let belt: Vec<Point> = belt.into_iter().map(|[x, y]| (x as f32, y as f32)).collect();
+    canvas.outline(&belt, 2.6, INK);
 }
 
 fn draw_arrow(canvas: &mut Canvas, (x, y): Point, (dx, dy): Point, colour: Rgb) {

@@ -1,8 +1,8 @@
 //! Where the drawing stands in the picture.
 
-use crate::motion::{Motion, Node};
+use crate::motion::{Motion, Node, Shape};
 
-use super::track::{Moment, nodes_of, value};
+use super::track::{Moment, angle, value};
 
 /// The longest arrow, as a part of the drawing.
 const LONGEST: f64 = 0.28;
@@ -72,10 +72,23 @@ impl Stage {
 
     /// Where a node is seen.
     pub(super) fn seen(&self, node: &Node, moment: Moment) -> Point {
-        let (x, y) = place(node, moment);
+        self.pixel(place(node, moment))
+    }
+
+    fn pixel(&self, (x, y): (f64, f64)) -> Point {
         let x = self.centre.0 + self.scale * (x - self.middle.0);
         let y = self.centre.1 - self.scale * (y - self.middle.1);
         (x as f32, y as f32)
+    }
+
+    /// Where a place in a frame at a node is seen, the frame turned by an angle.
+    pub(super) fn seen_from(&self, node: &Node, angle: f64, at: [f64; 2], moment: Moment) -> Point {
+        self.pixel(moved(place(node, moment), angle, at))
+    }
+
+    /// How long a length is seen.
+    pub(super) fn length(&self, metres: f64) -> f32 {
+        (self.scale * metres) as f32
     }
 
     /// A force as it is seen from where it acts.
@@ -93,13 +106,31 @@ fn place(node: &Node, moment: Moment) -> (f64, f64) {
     (value(&node.x, moment), value(&node.y, moment))
 }
 
-/// The places of all nodes that are drawn somehow.
+/// The places of all that is drawn somehow.
 fn reached(motion: &Motion) -> impl Iterator<Item = (f64, f64)> {
-    let of_shapes = motion.shapes.iter().flat_map(nodes_of).copied();
-    let of_arrows = motion.arrows.iter().map(|arrow| arrow.node);
-    let drawn = of_shapes.chain(of_arrows).map(|node| &motion.nodes[node]);
+    let of_arrows = motion.arrows.iter().map(|arrow| &motion.nodes[arrow.node]);
     let seen = motion.nodes.iter().filter(|node| node.is_traced || !node.name.is_empty());
-    drawn.chain(seen).flat_map(|node| frames(motion).map(|moment| place(node, moment)))
+    let nodes = of_arrows.chain(seen).flat_map(|node| frames(motion).map(|moment| place(node, moment)));
+    motion.shapes.iter().flat_map(|shape| reached_by(motion, shape)).chain(nodes)
+}
+
+/// The places that a shape reaches.
+fn reached_by<'m>(motion: &'m Motion, shape: &'m Shape) -> impl Iterator<Item = (f64, f64)> + 'm {
+    let discs = shape.nodes().iter().zip(shape.radii()).flat_map(move |(node, radius)| {
+        let corners = move |(x, y): (f64, f64)| [(x - radius, y - radius), (x + radius, y + radius)];
+        frames(motion).flat_map(move |moment| corners(place(&motion.nodes[*node], moment)))
+    });
+    let ends = shape.ends().zip(shape.angle()).into_iter().flat_map(move |(ends, track)| {
+        let node = &motion.nodes[shape.nodes()[0]];
+        frames(motion).flat_map(move |moment| ends.map(|end| moved(place(node, moment), angle(track, moment), end)))
+    });
+    discs.chain(ends)
+}
+
+/// A place in a frame at an origin that is turned by an angle.
+fn moved((x, y): (f64, f64), angle: f64, [along, across]: [f64; 2]) -> (f64, f64) {
+    let (sin, cos) = angle.sin_cos();
+    (x + along * cos - across * sin, y + along * sin + across * cos)
 }
 
 /// A rectangle along the axes.

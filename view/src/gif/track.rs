@@ -51,13 +51,11 @@ pub(super) fn check(motion: &Motion) -> Result<(), NoAnimation> {
     if frames < 2 || !rises {
         return Err(NoAnimation::NotRising);
     }
-    let nodes = motion.nodes.iter().flat_map(|n| [("node", &n.name, &n.x), ("node", &n.name, &n.y)]);
-    let arrows = motion.arrows.iter().flat_map(|a| [("arrow", &a.name, &a.x), ("arrow", &a.name, &a.y)]);
-    let blocks = motion.shapes.iter().filter_map(|shape| match shape {
-        Shape::Block { name, angle, .. } => Some(("block", name, angle)),
-        _ => None,
-    });
-    for (kind, name, track) in nodes.chain(arrows).chain(blocks) {
+    let nodes = motion.nodes.iter().flat_map(|n| [("node", n.name.as_str(), &n.x), ("node", n.name.as_str(), &n.y)]);
+    let arrows =
+        motion.arrows.iter().flat_map(|a| [("arrow", a.name.as_str(), &a.x), ("arrow", a.name.as_str(), &a.y)]);
+    let turns = motion.shapes.iter().filter_map(|shape| Some(("shape", shape.name(), shape.angle()?)));
+    for (kind, name, track) in nodes.chain(arrows).chain(turns) {
         if track.len() != frames && track.len() != 1 {
             return Err(NoAnimation::Inconsistent(format!("{kind} `{name}`")));
         }
@@ -65,18 +63,13 @@ pub(super) fn check(motion: &Motion) -> Result<(), NoAnimation> {
             return Err(NoAnimation::NotFinite);
         }
     }
-    let of_shapes = motion.shapes.iter().flat_map(nodes_of).map(|node| ("a shape".to_owned(), *node));
+    if motion.shapes.iter().flat_map(Shape::sizes).any(|size| !size.is_finite()) {
+        return Err(NoAnimation::NotFinite);
+    }
+    let of_shapes = motion.shapes.iter().flat_map(Shape::nodes).map(|node| ("a shape".to_owned(), *node));
     let of_arrows = motion.arrows.iter().map(|arrow| (format!("arrow `{}`", arrow.name), arrow.node));
     match of_shapes.chain(of_arrows).find(|(_, node)| *node >= motion.nodes.len()) {
         Some((what, _)) => Err(NoAnimation::Inconsistent(what)),
         None => Ok(()),
-    }
-}
-
-/// The nodes of a shape.
-pub(super) fn nodes_of(shape: &Shape) -> &[usize] {
-    match shape {
-        Shape::Link { nodes, .. } | Shape::Guide { nodes } => nodes,
-        Shape::Block { node, .. } | Shape::Pivot { node } | Shape::Mass { node, .. } => std::slice::from_ref(node),
     }
 }

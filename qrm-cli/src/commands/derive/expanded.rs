@@ -89,7 +89,11 @@ fn put<'d>(text: &mut DocumentMut, section: &str, entries: impl Iterator<Item = 
     }
     let mut table = Table::new();
     for (name, value) in entries {
-        table.insert(&name.name, Item::Value(value));
+        // Parts of one body are drawn under one name.
+        let numbers = (2..).map(|number| format!("{}_{number}", name.name));
+        let mut names = std::iter::once(name.name.clone()).chain(numbers);
+        let free = names.find(|name| !table.contains_key(name)).unwrap_or_default();
+        table.insert(&free, Item::Value(value));
     }
     if let Some(others) = text.remove(section).as_ref().and_then(Item::as_table_like) {
         table.extend(others.iter().map(|(name, item)| (name.to_owned(), item.clone())));
@@ -236,14 +240,34 @@ fn body(own: &BodySyntax) -> Value {
 
 fn drawn(own: &DrawnSyntax) -> Value {
     let list = |places: &[Position]| Value::Array(places.iter().map(place).collect());
+    let optional = |value: &Option<Formula>| value.as_ref().map_or_else(|| Value::from(""), formula);
+    // What is false by default is left out.
+    let flag = |is_set: bool| if is_set { Value::from(true) } else { Value::from("") };
     match own {
         DrawnSyntax::Link(places) => table([("link", list(places))]),
         DrawnSyntax::Guide(places) => table([("guide", list(places))]),
-        DrawnSyntax::Block { at, angle } => {
-            let angle = angle.as_ref().map_or_else(|| Value::from(""), formula);
-            table([("block", place(at)), ("angle", angle)])
+        DrawnSyntax::Rod(ends) => table([("rod", list(ends))]),
+        DrawnSyntax::Strut(kind, ends) => table([(kind.key(), list(ends))]),
+        DrawnSyntax::Block { at, angle, on } => {
+            let on = on.as_ref().map_or_else(|| Value::from(""), place);
+            table([("block", place(at)), ("angle", optional(angle)), ("on", on)])
         }
         DrawnSyntax::Pivot(at) => table([("pivot", place(at))]),
+        DrawnSyntax::Gear { at, radius, angle, is_internal } => {
+            let (radius, angle) = (formula(radius), optional(angle));
+            table([("gear", place(at)), ("radius", radius), ("angle", angle), ("internal", flag(*is_internal))])
+        }
+        DrawnSyntax::Rack { on, wheel, radius, angle } => {
+            let ends = Value::Array([on, wheel].into_iter().map(place).collect());
+            table([("rack", ends), ("radius", formula(radius)), ("angle", optional(angle))])
+        }
+        DrawnSyntax::Belt { at, radii, is_crossed, angle } => {
+            let (radii, angle) = (pair(radii), optional(angle));
+            table([("belt", list(at)), ("radii", radii), ("crossed", flag(*is_crossed)), ("angle", angle)])
+        }
+        DrawnSyntax::Cam { at, angle, profile } => {
+            table([("cam", place(at)), ("angle", optional(angle)), ("profile", formula(profile))])
+        }
         DrawnSyntax::Path(point) => table([("path", point.name.as_str().into())]),
     }
 }

@@ -1,0 +1,129 @@
+//! The parts of a picture that a scene names.
+
+use std::f64::consts::{PI, TAU};
+
+use qrm_scene::evaluate::{State, constant};
+use qrm_scene::scene::{DrawnKind, Value};
+use qrm_view::motion::{Shape, Track};
+
+use crate::pose::Pose;
+use crate::struts::part;
+
+/// The shapes of all parts.
+pub(super) fn parts(pose: &mut Pose) -> Vec<Shape> {
+    let scene = pose.scene;
+    let mut shapes = Vec::new();
+    for drawn in &scene.drawing {
+        let name = drawn.name.clone();
+        let shape = match &drawn.kind {
+            DrawnKind::Link(places) => Shape::Link { name, nodes: places.iter().map(|p| pose.place(p)).collect() },
+            DrawnKind::Guide(places) => {
+                Shape::Guide { nodes: places.iter().map(|p| pose.place(p)).collect(), is_channel: false }
+            }
+            DrawnKind::Rod(ends) => Shape::Rod { name, nodes: ends.iter().map(|p| pose.place(p)).collect() },
+            DrawnKind::Strut(kind, ends) => {
+                let nodes = ends.iter().map(|p| pose.place(p)).collect();
+                Shape::Strut { name, nodes, parts: vec![part(*kind)] }
+            }
+            DrawnKind::Pivot(at) => Shape::Pivot { node: pose.place(at) },
+            DrawnKind::Block { at, angle, on } => {
+                if let Some(on) = on {
+                    shapes.push(rail(pose, at, on, angle.as_ref()));
+                }
+                let angle = pose.angle(angle.as_ref());
+                Shape::Block { name, node: pose.place(at), angle }
+            }
+            DrawnKind::Gear { at, radius, angle, is_internal } => {
+                let is_fixed = pose.is_fixed(at) && angle.as_ref().is_none_or(|angle| pose.never_changes(angle));
+                let (radius, is_internal) = (constant(radius, pose.parameters).abs(), *is_internal);
+                let (node, angle) = (pose.place(at), pose.angle(angle.as_ref()));
+                let name = if is_fixed { String::new() } else { name };
+                Shape::Gear { name, node, angle, radius, teeth: 1, phase: 0.0, is_internal }
+            }
+            DrawnKind::Rack { on, wheel, radius, angle } => rack(pose, name, [on, wheel], radius, angle.as_ref()),
+            DrawnKind::Belt { at, radii, is_crossed, angle } => {
+                let nodes = at.iter().map(|p| pose.place(p)).collect();
+                let radii = [0, 1].map(|pulley| constant(&radii[pulley], pose.parameters).abs());
+                Shape::Belt { name, nodes, radii, is_crossed: *is_crossed, angle: pose.angle(angle.as_ref()) }
+            }
+            DrawnKind::Cam { at, angle, profile } => {
+                let (node, angle) = (pose.place(at), pose.angle(angle.as_ref()));
+                let [x, y] = outline(pose, profile);
+                Shape::Outline { name, node, angle, x, y }
+            }
+            DrawnKind::Path(point) => {
+                let node = pose.point(*point);
+                pose.nodes[node].is_traced = true;
+                continue;
+            }
+        };
+        shapes.push(shape);
+    }
+    shapes
+}
+
+/// How many corners the outline of a cam has.
+const CORNERS: u32 = 180;
+
+/// The corners of a cam.
+fn outline(pose: &Pose, profile: &Value) -> [Track; 2] {
+    let Some(state) = pose.states.first() else { return [Vec::new(), Vec::new()] };
+    let corner = |number: u32| {
+        let theta = TAU * f64::from(number) / f64::from(CORNERS);
+        let radius = state.law(profile, [theta, f64::NAN]);
+        (radius * theta.cos(), radius * theta.sin())
+    };
+    let (x, y) = (0..CORNERS).map(corner).unzip();
+    [x, y]
+}
+
+/// The line that something slides along, as far as it comes.
+fn rail(pose: &mut Pose, at: &[Value; 2], on: &[Value; 2], angle: Option<&Value>) -> Shape {
+    let [low, high] = way(pose, on, at, angle);
+    let reach = (0.15 * (high - low)).max(0.05 * pose.size());
+    let is_fixed = pose.is_fixed(on) && angle.is_none_or(|angle| pose.never_changes(angle));
+    // What moves holds together.
+    let [low, high] = if is_fixed { [low, high] } else { [low.min(0.0), high.max(0.0)] };
+    let along = [low - reach, high + reach];
+    if let Some(state) = pose.states.first().filter(|_| is_fixed) {
+        let ([x, y], (sin, cos)) = (at_state(state, on), angle.map_or(0.0, |angle| state.value(angle)).sin_cos());
+        let ends = along.map(|along| [x + along * cos, y + along * sin]);
+        return Shape::Guide { nodes: ends.into_iter().map(|end| pose.fixed(end)).collect(), is_channel: true };
+    }
+    Shape::Rail { node: pose.place(on), angle: pose.angle(angle), along }
+}
+
+/// A rack, as far as its gear rolls.
+fn rack(pose: &mut Pose, name: String, ends: [&[Value; 2]; 2], radius: &Value, angle: Option<&Value>) -> Shape {
+    let [on, wheel] = ends;
+    let [low, high] = way(pose, on, wheel, angle);
+    let radius = constant(radius, pose.parameters);
+    let reach = 1.2 * radius.abs();
+    let first = pose.states.first();
+    let across = first.map_or(0.0, |state| in_frame(state, on, wheel, angle)[1]) - radius;
+    let is_fixed = pose.is_fixed(on) && angle.is_none_or(|angle| pose.never_changes(angle));
+    let name = if is_fixed { String::new() } else { name };
+    let (node, angle) = (pose.place(on), pose.angle(angle));
+    // Teeth follow with those of the gear.
+    let along = [low - reach, high + reach];
+    Shape::Rack { name, node, angle, along, across, pitch: 0.2 * PI * radius, phase: 0.0 }
+}
+
+/// From the least to the largest place of a point along a line.
+fn way(pose: &Pose, on: &[Value; 2], at: &[Value; 2], angle: Option<&Value>) -> [f64; 2] {
+    let places = pose.states.iter().map(|state| in_frame(state, on, at, angle)[0]);
+    let grown = |[low, high]: [f64; 2], place: f64| [low.min(place), high.max(place)];
+    let [low, high] = places.fold([f64::INFINITY, f64::NEG_INFINITY], grown);
+    if low <= high { [low, high] } else { [0.0; 2] }
+}
+
+/// A place in a frame at another one.
+fn in_frame(state: &State<f64>, origin: &[Value; 2], at: &[Value; 2], angle: Option<&Value>) -> [f64; 2] {
+    let ([ox, oy], [x, y]) = (at_state(state, origin), at_state(state, at));
+    let (sin, cos) = angle.map_or(0.0, |angle| state.value(angle)).sin_cos();
+    [(x - ox) * cos + (y - oy) * sin, (y - oy) * cos - (x - ox) * sin]
+}
+
+fn at_state(state: &State<f64>, place: &[Value; 2]) -> [f64; 2] {
+    [state.value(&place[0]), state.value(&place[1])]
+}

@@ -1,0 +1,187 @@
+//! Entries of `[drawing]`.
+
+use super::sections::position;
+use super::table::{self, Reader, Table};
+use super::{Identifier, Position};
+use crate::diagnostic::Diagnostic;
+use crate::parser::Formula;
+
+/// What an entry of `[drawing]` says.
+#[derive(Debug)]
+pub enum DrawnSyntax {
+    /// A rigid bar through places.
+    Link(Vec<Position>),
+    /// A thin rod or a rope.
+    Rod([Position; 2]),
+    /// A block that slides.
+    Block {
+        /// Its middle.
+        at: Position,
+        /// The direction it slides in.
+        angle: Option<Formula>,
+        /// A place on the line that it slides along.
+        on: Option<Position>,
+    },
+    /// A bearing on the ground.
+    Pivot(Position),
+    /// A line that something slides along.
+    Guide(Vec<Position>),
+    /// A spring, a damper or an actuator.
+    Strut(StrutKind, [Position; 2]),
+    /// A gear.
+    Gear {
+        /// Its middle.
+        at: Position,
+        /// The radius of its pitch circle.
+        radius: Formula,
+        /// How far it has turned.
+        angle: Option<Formula>,
+        /// Whether its teeth point inward.
+        is_internal: bool,
+    },
+    /// A toothed rack.
+    Rack {
+        /// A place that moves with it.
+        on: Position,
+        /// The middle of the gear that rolls on it.
+        wheel: Position,
+        /// The radius of that gear; negative where it rolls on the right of the rack.
+        radius: Formula,
+        /// The direction of the rack.
+        angle: Option<Formula>,
+    },
+    /// A belt over two pulleys.
+    Belt {
+        /// Their middles.
+        at: [Position; 2],
+        /// Their radii.
+        radii: [Formula; 2],
+        /// Whether the belt crosses itself.
+        is_crossed: bool,
+        /// How far the first pulley has turned against the line of both.
+        angle: Option<Formula>,
+    },
+    /// A cam.
+    Cam {
+        /// Its middle.
+        at: Position,
+        /// How far it has turned.
+        angle: Option<Formula>,
+        /// Its radius, by the polar angle in its frame.
+        profile: Formula,
+    },
+    /// The path of a point.
+    Path(Identifier),
+}
+
+/// What acts between two places.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub enum StrutKind {
+    /// A spring.
+    Spring,
+    /// A damper.
+    Damper,
+    /// A cylinder that pushes or pulls.
+    Actuator,
+}
+
+impl StrutKind {
+    /// The key that it is written with.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Spring => "spring",
+            Self::Damper => "damper",
+            Self::Actuator => "actuator",
+        }
+    }
+}
+
+const KINDS: [&str; 13] =
+    ["link", "rod", "block", "pivot", "guide", "spring", "damper", "actuator", "gear", "rack", "belt", "cam", "path"];
+
+pub(super) fn drawn(r: &mut Reader, identifier: &Identifier, value: table::Value) -> Option<DrawnSyntax> {
+    let table = r.table(&format!("drawing of `{}`", identifier.name), value)?;
+    let kind = table.one_of(r, &KINDS, "a part of a drawing is of one kind")?;
+    let asked = table.required(r, kind)?;
+    let strut = |r: &mut Reader, strut: StrutKind| ends(r, kind, asked).map(|ends| DrawnSyntax::Strut(strut, ends));
+    let drawn = match kind {
+        "link" => places(r, asked).map(DrawnSyntax::Link),
+        "guide" => places(r, asked).map(DrawnSyntax::Guide),
+        "rod" => ends(r, kind, asked).map(DrawnSyntax::Rod),
+        "spring" => strut(r, StrutKind::Spring),
+        "damper" => strut(r, StrutKind::Damper),
+        "actuator" => strut(r, StrutKind::Actuator),
+        "block" => {
+            let angle = optional(r, &table, "angle");
+            let on = table.optional("on").and_then(|v| position(r, v));
+            position(r, asked).map(|at| DrawnSyntax::Block { at, angle, on })
+        }
+        "gear" => {
+            let (radius, angle) = (required(r, &table, "radius"), optional(r, &table, "angle"));
+            let is_internal = table.optional("internal").is_some_and(|v| r.boolean(v));
+            position(r, asked).map(|at| DrawnSyntax::Gear { at, radius, angle, is_internal })
+        }
+        "rack" => {
+            let (radius, angle) = (required(r, &table, "radius"), optional(r, &table, "angle"));
+            ends(r, kind, asked).map(|[on, wheel]| DrawnSyntax::Rack { on, wheel, radius, angle })
+        }
+        "belt" => {
+            let radii = table.required(r, "radii").map(|v| r.pair(v));
+            let is_crossed = table.optional("crossed").is_some_and(|v| r.boolean(v));
+            let angle = optional(r, &table, "angle");
+            let at = ends(r, kind, asked);
+            at.zip(radii).map(|(at, radii)| DrawnSyntax::Belt { at, radii, is_crossed, angle })
+        }
+        "cam" => {
+            let (profile, angle) = (required(r, &table, "profile"), optional(r, &table, "angle"));
+            position(r, asked).map(|at| DrawnSyntax::Cam { at, angle, profile })
+        }
+        "pivot" => position(r, asked).map(DrawnSyntax::Pivot),
+        _ => r.text(asked).map(DrawnSyntax::Path),
+    };
+    table.finish(r);
+    drawn
+}
+
+fn optional(r: &mut Reader, table: &Table, key: &str) -> Option<Formula> {
+    table.optional(key).map(|v| r.formula(v))
+}
+
+fn required(r: &mut Reader, table: &Table, key: &str) -> Formula {
+    table.required(r, key).map_or_else(table::placeholder, |v| r.formula(v))
+}
+
+/// Two or more places.
+fn places(r: &mut Reader, value: table::Value) -> Option<Vec<Position>> {
+    let items = list(r, value)?;
+    if items.len() < 2 {
+        let error = Diagnostic::error("a line needs two places or more", value.span(), "too few");
+        r.findings.push(error.help(HELP));
+        return None;
+    }
+    items.into_iter().map(|item| position(r, item)).collect()
+}
+
+/// Two places.
+fn ends(r: &mut Reader, key: &str, value: table::Value) -> Option<[Position; 2]> {
+    let items = list(r, value)?;
+    let [first, second] = items[..] else {
+        let error =
+            Diagnostic::error(format!("`{key}` needs two places"), value.span(), format!("{} given", items.len()));
+        r.findings.push(error.help(HELP));
+        return None;
+    };
+    let (first, second) = (position(r, first), position(r, second));
+    Some([first?, second?])
+}
+
+fn list<'t, 'v>(r: &mut Reader, value: table::Value<'t, 'v>) -> Option<Vec<table::Value<'t, 'v>>> {
+    if !value.is_array() {
+        r.wrong_type(value, "an array of places");
+        return None;
+    }
+    Some(r.array(value))
+}
+
+const HELP: &str = "name points, or give places as `['x', 'y']`: `[\"A\", ['0', '0.3']]`";
