@@ -2,8 +2,9 @@
 
 use std::f64::consts::{PI, TAU};
 
-use qrm_scene::evaluate::{State, constant};
-use qrm_scene::scene::{DrawnKind, Value};
+use num_dual::Dual64;
+use qrm_scene::evaluate::{State, constant, evaluate};
+use qrm_scene::scene::{DrawnKind, Quantity, Value};
 use qrm_view::motion::{Shape, Track};
 
 use crate::pose::Pose;
@@ -46,9 +47,9 @@ pub(super) fn parts(pose: &mut Pose) -> Vec<Shape> {
                 let radii = [0, 1].map(|pulley| constant(&radii[pulley], pose.parameters).abs());
                 Shape::Belt { name, nodes, radii, is_crossed: *is_crossed, angle: pose.angle(angle.as_ref()) }
             }
-            DrawnKind::Cam { at, angle, profile } => {
+            DrawnKind::Cam { at, angle, profile, is_flat } => {
                 let (node, angle) = (pose.place(at), pose.angle(angle.as_ref()));
-                let [x, y] = outline(pose, profile);
+                let [x, y] = outline(pose.parameters, profile, *is_flat);
                 Shape::Outline { name, node, angle, x, y }
             }
             DrawnKind::Path(point) => {
@@ -65,13 +66,18 @@ pub(super) fn parts(pose: &mut Pose) -> Vec<Shape> {
 /// How many corners the outline of a cam has.
 const CORNERS: u32 = 180;
 
-/// The corners of a cam.
-fn outline(pose: &Pose, profile: &Value) -> [Track; 2] {
-    let Some(state) = pose.states.first() else { return [Vec::new(), Vec::new()] };
+/// The corners of a cam. A face touches it where its normal is, and as far beside that as the distance changes.
+fn outline(parameters: &[f64], profile: &Value, is_flat: bool) -> [Track; 2] {
     let corner = |number: u32| {
         let theta = TAU * f64::from(number) / f64::from(CORNERS);
-        let radius = state.law(profile, [theta, f64::NAN]);
-        (radius * theta.cos(), radius * theta.sin())
+        let radius = evaluate(profile, |quantity| match quantity {
+            Quantity::Parameter(i) => Dual64::from(parameters[*i]),
+            Quantity::Stretch => Dual64::new(theta, 1.0),
+            _ => Dual64::from(PI),
+        });
+        let (sin, cos) = theta.sin_cos();
+        let beside = if is_flat { radius.eps } else { 0.0 };
+        (radius.re * cos - beside * sin, radius.re * sin + beside * cos)
     };
     let (x, y) = (0..CORNERS).map(corner).unzip();
     [x, y]

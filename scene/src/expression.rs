@@ -84,7 +84,7 @@ impl<N: Clone> Node<N> {
     }
 
     /// The same operation whose operands stand elsewhere.
-    fn at(&self, place: impl Fn(NodeId) -> NodeId) -> Self {
+    pub(crate) fn at(&self, place: impl Fn(NodeId) -> NodeId) -> Self {
         match self {
             Self::Number(_) | Self::Name(_) => self.clone(),
             Self::Negate(a) => Self::Negate(place(*a)),

@@ -7,6 +7,7 @@
 
 mod angles;
 mod bodies;
+mod cams;
 mod closures;
 mod constants;
 mod drawing;
@@ -131,6 +132,15 @@ fn coordinates(graph: &Graph, tree: &Tree, angles: &Angles) -> Vec<CoordinateSyn
             }
             Placement::Ground | Placement::Pin { .. } => {}
         }
+    }
+    for (number, name) in cams::coordinates(graph) {
+        let own = &graph.joints[number].syntax.identifier;
+        coordinates.push(coordinate(
+            name,
+            "rad",
+            own.span.clone(),
+            format!("angle of the contact of joint {}", own.name),
+        ));
     }
     coordinates
 }

@@ -7,7 +7,7 @@ use crate::expression::{Expression, Node, NodeId, Number};
 use crate::function::{Differentiable, Function};
 
 /// A cubic spline: its pieces are polynomials of degree three in the distance from their bases, and it has two continuous
-/// derivatives. All its numbers are doubles.
+/// derivatives. All its numbers are doubles, and so are the differences of bases and of coefficients of one degree.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Spline {
@@ -31,14 +31,15 @@ impl Spline {
     pub fn periodic(name: &str, x: &[f64], y: &[f64]) -> Self {
         let slopes = periodic_slopes(x, y);
         let count = x.len() - 1;
-        Self {
+        let spline = Self {
             name: name.to_owned(),
             period: Some(x[count] - x[0]),
             first: x[0],
             steps: x[1..count].to_vec(),
             bases: x[..count].to_vec(),
             pieces: (0..count).map(|i| piece(x, y, &slopes, i)).collect(),
-        }
+        };
+        spline.rounded()
     }
 
     /// The natural spline through points, without curvature at its ends and straight beyond them.
@@ -47,14 +48,31 @@ impl Spline {
         let last = x.len() - 1;
         let inner = (0..last).map(|i| piece(x, y, &slopes, i));
         let line = |i: usize| [y[i], slopes[i], 0.0, 0.0];
-        Self {
+        let spline = Self {
             name: name.to_owned(),
             period: None,
             first: x[0],
             steps: x.to_vec(),
             bases: std::iter::once(x[0]).chain(x.iter().copied()).collect(),
             pieces: std::iter::once(line(0)).chain(inner).chain([line(last)]).collect(),
+        };
+        spline.rounded()
+    }
+
+    /// The spline with bases and coefficients that have their last digit in common.
+    fn rounded(mut self) -> Self {
+        let grid = |values: &mut dyn Iterator<Item = f64>| -> f64 {
+            let largest = values.fold(0.0, |most: f64, value| most.max(value.abs()));
+            // Adding it leaves 51 digits of the largest value, so that a difference has no more than 53.
+            if largest > 0.0 { 1.5 * 2.0_f64.powi(largest.log2().floor() as i32 + 2) } else { 0.0 }
+        };
+        let of_bases = grid(&mut self.bases.iter().copied());
+        let of_pieces: [f64; 4] = std::array::from_fn(|k| grid(&mut self.pieces.iter().map(|piece| piece[k])));
+        self.bases.iter_mut().for_each(|base| *base = (*base + of_bases) - of_bases);
+        for piece in &mut self.pieces {
+            piece.iter_mut().zip(of_pieces).for_each(|(c, grid)| *c = (*c + grid) - grid);
         }
+        self
     }
 
     /// The value of its derivative of an order; the value itself where that is zero.

@@ -20,9 +20,9 @@ import sys
 import tomllib
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
+from scipy.interpolate import CubicSpline, make_interp_spline
 
-KINDS = ("revolute", "prismatic", "pin_in_slot", "weld", "rod", "gear", "rack")
+KINDS = ("revolute", "prismatic", "pin_in_slot", "weld", "rod", "gear", "belt", "rack", "cam")
 IDENTIFIER = r"[A-Za-z_]\w*"
 
 
@@ -135,6 +135,10 @@ def compiled(text):
 
 def table(t):
     x, y = np.array(t["x"], float), np.array(t["y"], float)
+    if "spline" in t:
+        spline = CubicSpline(x, y, bc_type=t["spline"])
+        orders = [spline.derivative(order) for order in (1, 2)]
+        return lambda a: jet(a).of(spline(jet(a).v), *(derivative(jet(a).v) for derivative in orders))
     return lambda a: Jet(np.interp(value(a), x, y))
 
 
@@ -177,6 +181,10 @@ class Joint:
     def __init__(self, name, keys, links, number):
         self.name, self.keys = name, keys
         self.kind = next(k for k in KINDS if k in keys)
+        if self.kind == "belt":
+            first, second = map(number, keys["radii"])
+            ratio = -second / first if keys.get("crossed") else second / first
+            keys, self.kind = {**keys, "gear": keys["belt"], "ratio": ratio}, "gear"
         ends = [(e.split(".") + [name])[:2] for e in keys[self.kind]]
         self.links = [e[0] for e in ends]
         if self.kind == "gear":
@@ -187,6 +195,8 @@ class Joint:
             setattr(self, key, number(keys.get(key, 0)))
         self.carrier = keys.get("carrier", "ground")
         self.drive = compiled(keys["drive"]) if "drive" in keys else None
+        self.profile = compiled(keys["profile"]) if "profile" in keys else None
+        self.face = number(keys["face"]) if "face" in keys else None
         self.friction = {key: number(value) for key, value in keys.get("friction", {}).items()}
 
 
@@ -239,6 +249,7 @@ class Rows:
     def __init__(self, scene, columns, rows):
         self.scene = scene
         self.t = columns["t"][rows]
+        self.index = rows
         self.count = len(rows)
         self.columns = columns
         at = lambda n: Jet(*(columns[n + s][rows] for s in ("", "_dot", "_ddot")))
@@ -300,6 +311,13 @@ class Rows:
         u, n = self.line(j)
         return u[0] * (ax - bx) + u[1] * (ay - by), n[0] * (ax - bx) + n[1] * (ay - by)
 
+    def contact(self, j):
+        """Angle of the contact of a cam in its frame, the profile there, and where and how the follower is met."""
+        theta = Jet(*(self.columns[f"theta_{j.name}{s}"][self.index] for s in ("", "_dot", "_ddot")))
+        profile = eval(j.profile, {}, self.scene.names | {"theta": theta})
+        at = eval(j.profile, {}, self.scene.names | {"theta": Jet(theta.v, 1.0)})
+        return theta, profile, jet(at).d
+
     def place_equations(self):
         """What closes the joints and is linear in the origins."""
         for j in self.scene.joints.values():
@@ -327,6 +345,15 @@ class Rows:
             elif j.kind == "rod":
                 (ax, ay), (bx, by) = self.ends(j)
                 yield hypot(ax - bx, ay - by) - j.length
+            elif j.kind == "cam":
+                (px, py), (ox, oy) = self.ends(j)
+                theta, profile, _ = self.contact(j)
+                turned = self.angle[j.links[1]] + theta if j.face is None else self.angle[j.links[0]] + j.face
+                yield cos(turned) * (px - ox) + sin(turned) * (py - oy) - profile
+                if j.face is None:
+                    yield cos(turned) * (py - oy) - sin(turned) * (px - ox)
+                else:
+                    yield theta + self.angle[j.links[1]] - turned
             elif j.kind == "gear":
                 c = self.angle[j.carrier]
                 yield angles[0] - c - j.ratio * (angles[1] - c) - j.phase
@@ -389,6 +416,18 @@ def columns_of_joints(rows):
             yield j.name, "moment", {a: moment, b: -moment}
         if j.kind == "revolute" and j.drive:
             yield j.name, "drive", {a: moment, b: -moment}
+        if j.kind == "cam":
+            theta, profile, slope = rows.contact(j)
+            (a_angle, b_angle), h = (rows.angle[l].v for l in j.links), value(profile)
+            if j.face is None:
+                e = (np.cos(b_angle + theta.v), np.sin(b_angle + theta.v))
+                size = np.hypot(h, slope)
+                yield pair("force", ((h * e[0] + slope * e[1]) / size, (h * e[1] - slope * e[0]) / size))
+            else:
+                n = (np.cos(a_angle + j.face), np.sin(a_angle + j.face))
+                touched = (ends[1][0] + h * n[0] - slope * n[1], ends[1][1] + h * n[1] + slope * n[0])
+                w = wrench(touched, n)
+                yield j.name, "force", {a: w, b: -w}
         if j.kind == "rod":
             d = [p - q for p, q in zip(*ends)]
             size = np.hypot(*d)

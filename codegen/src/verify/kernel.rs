@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use num_traits::Signed;
 use qrm_core::{DoubleDouble, MAX_GROWTH, Scalar};
 
-use super::errors::Errors;
+use super::errors::{CONSTANTS, Errors};
 use super::expected::Expected;
 use super::sample::Sample;
 use super::size;
@@ -81,6 +81,7 @@ pub(super) fn agrees(
     };
     let n = sample.q.len();
     // How much the solutions change with the last digits of the sample, and what rounding leaves where forces cancel.
+    let here = &system;
     let spreads = || {
         let nearby = sample.nearby().on::<Wide>().expected(scene, equations)?;
         let known = |name: &str| numbers(&nearby, name);
@@ -88,21 +89,37 @@ pub(super) fn agrees(
         let bias: Vec<Wide> = known("dynamics.constraint_bias").iter().map(|bias| -*bias).collect();
         let (moved, _) = system.solve(known("dynamics.generalized_forces"), &bias)?;
         let (moved_correction, _) = system.solve(&none, &closing)?;
-        // In the bias of a drive terms cancel too: the rounding errors of doubles show how large they are.
-        let mut bias_sizes: Vec<Wide> = bias.iter().map(Signed::abs).collect();
-        for (at, exact) in [(sample, expected), (&sample.nearby(), &nearby)] {
-            let (rounded, bias) = (at.expected(scene, equations)?, "dynamics.constraint_bias");
-            let pairs = numbers(&rounded, bias).iter().zip(numbers(exact, bias));
-            for (terms, (rounded, exact)) in bias_sizes.iter_mut().zip(pairs) {
-                *terms += Wide::from(size(Wide::from(*rounded) - *exact) / f64::EPSILON);
+        // Terms cancel in entries too: the rounding errors of doubles show how large they are.
+        let samples = [(sample, expected), (&sample.nearby(), &nearby)];
+        let sizes = |name: &str| -> Option<Vec<Wide>> {
+            let mut sizes: Vec<Wide> = known(name).iter().map(Signed::abs).collect();
+            for (at, exact) in samples {
+                let rounded = at.expected(scene, equations)?;
+                let pairs = numbers(&rounded, name).iter().zip(numbers(exact, name));
+                for (size_of_terms, (rounded, exact)) in sizes.iter_mut().zip(pairs) {
+                    *size_of_terms += Wide::from(size(Wide::from(*rounded) - *exact) / f64::EPSILON);
+                }
             }
-        }
-        let (of_terms, _) = system.solve(&sample.on::<Wide>().force_sizes(scene, equations), &bias_sizes)?;
-        let rounding = ROUNDING * growth * of_terms.into_iter().map(size).fold(0.0, f64::max);
-        let spread = |moved: Vec<Wide>, from: &[Wide]| -> Vec<f64> {
-            moved.iter().zip(from).map(|(moved, from)| SPREAD * size(*moved - *from) + rounding).collect()
+            Some(sizes)
         };
-        Some([spread(moved, &accelerations), spread(moved_correction, &correction)])
+        let terms = System::new(&sizes("mass_matrix")?, &sizes("dynamics.constraint_jacobian")?, n);
+        let (force_sizes, bias_sizes) =
+            (sample.on::<Wide>().force_sizes(scene, equations), sizes("dynamics.constraint_bias")?);
+        let (of_terms, _) = system.solve(&force_sizes, &bias_sizes)?;
+        let rounding = ROUNDING * growth * of_terms.into_iter().map(size).fold(0.0, f64::max);
+        // Numbers in the text of a module have 16 digits.
+        let of_constants = |x: &[Wide], right: [&[Wide]; 2]| -> Option<Vec<f64>> {
+            let bound = here.error_bound(&terms, x, &right.concat())?;
+            Some(bound.into_iter().map(|bound| CONSTANTS * f64::EPSILON * bound).collect())
+        };
+        let spread = |moved: Vec<Wide>, from: &[Wide], of_constants: Vec<f64>| -> Vec<f64> {
+            let both = moved.iter().zip(from).zip(of_constants);
+            both.map(|((moved, from), error)| SPREAD * size(*moved - *from) + error + rounding).collect()
+        };
+        Some([
+            spread(moved, &accelerations, of_constants(&accelerations, [&force_sizes, &bias_sizes])?),
+            spread(moved_correction, &correction, of_constants(&correction, [&none, &closing])?),
+        ])
     };
     let compare = |name: &str, got: &[DoubleDouble], expected: &[Wide], which: usize| {
         let allowed = |i: usize| (TOLERANCE * size(expected[i])).max(sample.error_of_zeros(size(expected[i])));

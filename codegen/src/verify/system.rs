@@ -31,6 +31,22 @@ impl<B: Differentiable> System<B> {
         self.rows[self.coordinates..].iter().map(row).collect()
     }
 
+    /// How far the solution is off by errors of all terms, for one of those: at most `|A^-1| (S |x| + s)`, with the sizes
+    /// `S` and `s` of the terms of entries and right sides.
+    pub(super) fn error_bound(&self, sizes: &Self, x: &[B], right: &[B]) -> Option<Vec<f64>> {
+        let (zero, one) = (B::from(0.0), B::from(1.0));
+        let size = |row: &[B]| row.iter().zip(x).map(|(entry, x)| (entry.re() * x.re()).abs()).sum::<f64>();
+        let errors: Vec<f64> = sizes.rows.iter().zip(right).map(|(row, right)| size(row) + right.re().abs()).collect();
+        let mut bound = vec![0.0; self.rows.len()];
+        for (j, error) in errors.iter().enumerate() {
+            let unit: Vec<B> = (0..self.rows.len()).map(|i| if i == j { one } else { zero }).collect();
+            let (forces, closures) = unit.split_at(self.coordinates);
+            let (column, _) = self.solve(forces, closures)?;
+            bound.iter_mut().zip(column).for_each(|(bound, entry)| *bound += entry.re().abs() * error);
+        }
+        Some(bound)
+    }
+
     /// The solution, and how much pivots shrank; `None` if the equations are singular.
     pub(super) fn solve(&self, forces: &[B], closures: &[B]) -> Option<(Vec<B>, f64)> {
         let mut a = self.rows.clone();

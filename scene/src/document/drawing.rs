@@ -67,8 +67,10 @@ pub enum DrawnSyntax {
         at: Position,
         /// How far it has turned.
         angle: Option<Formula>,
-        /// Its radius, by the polar angle in its frame.
+        /// Its radius by the polar angle in its frame, or the distance of a face by the angle of its normal.
         profile: Formula,
+        /// Whether a face touches it.
+        is_flat: bool,
     },
     /// The path of a point.
     Path(Identifier),
@@ -135,7 +137,8 @@ pub(super) fn drawn(r: &mut Reader, identifier: &Identifier, value: table::Value
         }
         "cam" => {
             let (profile, angle) = (required(r, &table, "profile"), optional(r, &table, "angle"));
-            position(r, asked).map(|at| DrawnSyntax::Cam { at, angle, profile })
+            let is_flat = table.optional("flat").is_some_and(|v| r.boolean(v));
+            position(r, asked).map(|at| DrawnSyntax::Cam { at, angle, profile, is_flat })
         }
         "pivot" => position(r, asked).map(DrawnSyntax::Pivot),
         _ => r.text(asked).map(DrawnSyntax::Path),

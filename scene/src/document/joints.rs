@@ -1,8 +1,10 @@
 //! `[joints]`: what holds links together.
 
-use super::Identifier;
-use super::table::{self, Reader};
+use super::sections::side;
+use super::table::{self, Reader, Table};
+use super::{Identifier, Side};
 use crate::diagnostic::Diagnostic;
+use crate::linkage::terms;
 use crate::parser::Formula;
 
 /// An entry of `[joints]`.
@@ -18,17 +20,25 @@ pub struct JointSyntax {
     pub direction: Option<Formula>,
     /// The angle of the first link less that of the second one, where the joint holds it.
     pub rotation: Option<Formula>,
-    /// The length of a rod, the radius of a link that rolls, the ratio of gears.
+    /// The length of a rod, the radius of a link that rolls, the ratio of gears or pulleys.
     pub size: Option<Formula>,
     /// The link that carries the axes of gears.
     pub carrier: Option<LinkPoint>,
+    /// The radii of the pulleys of a belt.
+    pub radii: Option<[Formula; 2]>,
+    /// The profile of a cam, by the angle `theta` in its frame.
+    pub profile: Option<Formula>,
+    /// The direction of the face of a follower in the frame of its link; `None` of a follower that is a point.
+    pub face: Option<Formula>,
+    /// The side on which it would let the residual of its constraint go.
+    pub one_sided: Option<Side>,
     /// What the first link is turned or moved further than by the second one.
     pub phase: Option<Formula>,
     /// Its rough position at the start.
     pub near: Option<[Formula; 2]>,
     /// The angle or length that the joint has as a function of time.
     pub drive: Option<Formula>,
-    /// The length of a slider at the start.
+    /// The length of a slider, or the angle of a cam in contact, at the start.
     pub start: Option<Formula>,
     /// Its rate; length and rate are given with it.
     pub rate: Option<Formula>,
@@ -75,28 +85,27 @@ pub enum JointKind {
     Gear,
     /// The first link rolls along a line of the second one.
     Rack,
+    /// The first link follows a profile of the second one.
+    Cam,
 }
 
 impl JointKind {
     /// All of them, by the keys that they are written with.
-    pub const ALL: [(&str, Self); 7] = [
+    pub const ALL: [(&str, Self); 9] = [
         ("revolute", Self::Revolute),
         ("prismatic", Self::Prismatic),
         ("pin_in_slot", Self::PinInSlot),
         ("weld", Self::Weld),
         ("rod", Self::Rod),
         ("gear", Self::Gear),
+        ("belt", Self::Gear),
         ("rack", Self::Rack),
+        ("cam", Self::Cam),
     ];
 
-    /// The key of the number that it needs.
-    fn size(self) -> Option<&'static str> {
-        match self {
-            Self::Rod => Some("length"),
-            Self::Gear => Some("ratio"),
-            Self::Rack => Some("radius"),
-            _ => None,
-        }
+    /// Whether one constraint alone has the name of the joint, and a side on which it may let go.
+    fn may_let_go(self) -> bool {
+        matches!(self, Self::PinInSlot | Self::Rod | Self::Cam)
     }
 
     /// Whether a point slides along a line.
@@ -136,8 +145,22 @@ pub(super) fn joint(r: &mut Reader, identifier: Identifier, value: table::Value)
     let phase = formula("phase", matches!(kind, JointKind::Gear | JointKind::Rack));
     let rotation = formula("rotation", kind.holds_angle());
     let drive = formula("drive", matches!(kind, JointKind::Revolute | JointKind::Prismatic | JointKind::PinInSlot));
-    let (start, rate) = (formula("start", kind.is_slider()), formula("rate", kind.is_slider()));
-    let size = kind.size().map(|key| table.required(r, key).map_or_else(table::placeholder, |v| r.formula(v)));
+    let start = formula("start", kind.is_slider() || kind == JointKind::Cam);
+    let rate = formula("rate", kind.is_slider());
+    let needed = |r: &mut Reader, key: &str| table.required(r, key).map_or_else(table::placeholder, |v| r.formula(v));
+    let radii = (key == "belt").then(|| radii_of_belt(r, &table)).flatten();
+    let size = match key {
+        "rod" => Some(needed(r, "length")),
+        "gear" => Some(needed(r, "ratio")),
+        "rack" => Some(needed(r, "radius")),
+        "belt" => Some(radii.as_ref().map_or_else(table::placeholder, |(_, ratio)| ratio.clone())),
+        _ => None,
+    };
+    let radii = radii.map(|(radii, _)| radii);
+    let profile = (kind == JointKind::Cam).then(|| needed(r, "profile"));
+    let face = (kind == JointKind::Cam).then(|| table.optional("face")).flatten().map(|v| r.formula(v));
+    let side_of = kind.may_let_go().then(|| table.optional("one_sided")).flatten();
+    let one_sided = side_of.and_then(|v| r.text(v)).and_then(|text| side(r, &text));
     let carrier = (kind == JointKind::Gear).then(|| table.optional("carrier")).flatten();
     let carrier = carrier.and_then(|v| r.text(v)).map(|text| end(&text, &identifier, kind));
     let near = (kind != JointKind::Gear).then(|| table.optional("near")).flatten().map(|v| r.pair(v));
@@ -154,6 +177,10 @@ pub(super) fn joint(r: &mut Reader, identifier: Identifier, value: table::Value)
         rotation,
         size,
         carrier,
+        radii,
+        profile,
+        face,
+        one_sided,
         phase,
         near,
         drive,
@@ -162,6 +189,16 @@ pub(super) fn joint(r: &mut Reader, identifier: Identifier, value: table::Value)
         friction,
         doc,
     })
+}
+
+/// `radii = [r1, r2]` of pulleys, with `crossed`, and the ratio that they have.
+fn radii_of_belt(r: &mut Reader, table: &Table) -> Option<([Formula; 2], Formula)> {
+    let radii = table.required(r, "radii").map(|v| r.pair(v));
+    let is_crossed = table.optional("crossed").is_some_and(|v| r.boolean(v));
+    let radii = radii?;
+    let [first, second] = radii.clone();
+    let ratio = terms::divide(second, first);
+    Some((radii, if is_crossed { terms::negate(ratio) } else { ratio }))
 }
 
 /// `friction = { mu = ..., radius = ..., slip = ... }`, of a slider without radius.

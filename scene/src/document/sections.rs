@@ -190,15 +190,17 @@ fn constraint(r: &mut Reader, identifier: Identifier, value: table::Value) -> Op
     Some(ConstraintSyntax { identifier, residual, unit, one_sided, doc })
 }
 
-fn side(r: &mut Reader, text: &Identifier) -> Option<Side> {
+/// `<= 0` or `>= 0`.
+pub(super) fn side(r: &mut Reader, text: &Identifier) -> Option<Side> {
     match text.name.replace(' ', "").as_str() {
         "<=0" => Some(Side::Below),
         ">=0" => Some(Side::Above),
         _ => {
             let error =
                 Diagnostic::error(format!("`{}` is no side of zero", text.name), text.span.clone(), "not a side");
-            r.findings
-                .push(error.help("write `<= 0` for a rope, which gives way below its length, `>= 0` for a support"));
+            r.findings.push(
+                error.help("write `<= 0` for a rope, which gives way below its length, `>= 0` for a support or a cam"),
+            );
             None
         }
     }

@@ -1,6 +1,7 @@
 //! Constraints of the joints that the spanning tree does not contain, of rods, and of drives.
 
 use super::angles::Angles;
+use super::cams::{CONTACT, Cam};
 use super::graph::{Graph, Joint, PointId};
 use super::places::{Places, distance_from_line, line, slide};
 use super::terms::{add, call, difference, dot, multiply, name, negate, subtract, whole};
@@ -29,7 +30,7 @@ pub(super) fn closures(graph: &Graph, tree: &Tree, angles: &Angles, places: &Pla
                 identifier: Identifier { name, span: span.clone() },
                 residual,
                 unit: unit.to_owned(),
-                one_sided: None,
+                one_sided: syntax.one_sided.filter(|_| suffix.is_empty()),
                 doc: syntax.doc.clone(),
             };
             closures.push(JointConstraint { syntax, slopes });
@@ -68,6 +69,13 @@ pub(super) fn closures(graph: &Graph, tree: &Tree, angles: &Angles, places: &Pla
                 let of_line = subtract(across(), size(joint));
                 let slopes = vec![(joint.ends[0].link, size(joint)), (joint.ends[1].link, of_line)];
                 put("", subtract(along(), add_phase(joint, rolled)), "m", slopes);
+            }
+            JointKind::Cam => {
+                let cam = Cam::new(joint, angles, places);
+                let (residual, slopes) = cam.distance();
+                put("", residual, "m", slopes);
+                let (residual, unit, slopes) = cam.contact();
+                put(CONTACT, residual, unit, slopes);
             }
         }
         let Some(drive) = &syntax.drive else { continue };

@@ -49,6 +49,15 @@ pub(super) fn drawing(
                 let sliding = graph.links[joint.ends[0].link].filter(|_| joint.syntax.kind == JointKind::Prismatic);
                 drawn.push((sliding.map_or(identifier, |link| link.identifier.clone()), block));
             }
+            (JointKind::Cam, _) => {
+                let profile = joint.syntax.profile.clone().unwrap_or_else(|| whole(0));
+                let angle = Some(angles.formula(joint.ends[1].link, &identifier.span));
+                let is_flat = joint.syntax.face.is_some();
+                let cam = DrawnSyntax::Cam { at: at(joint.ends[1]), angle, profile, is_flat };
+                let own = graph.links[joint.ends[1].link].map(|link| &link.identifier);
+                // Below all that follows it.
+                drawn.insert(0, (own.cloned().unwrap_or(identifier), cam));
+            }
             (JointKind::Rod, _) => {
                 drawn.push((identifier, DrawnSyntax::Rod([at(joint.ends[0]), at(joint.ends[1])])));
             }

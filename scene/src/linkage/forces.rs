@@ -1,12 +1,13 @@
 //! The forces in joints, by the equations of motion of what is beyond them.
 
 use super::Linkage;
+use super::cams::{CONTACT, Cam};
 use super::closures::{DRIVE, open_pins};
 use super::friction::load_of_joint;
 use super::graph::PointId;
 use super::places::line;
 use super::terms::{dot, negate, whole};
-use crate::document::{DisplacementSyntax, Identifier, OutputValue, Target};
+use crate::document::{DisplacementSyntax, Identifier, JointKind, OutputValue, Target};
 use crate::parser::Formula;
 
 /// The force that a joint has on the link of one of its ends, along a direction.
@@ -33,6 +34,18 @@ pub(super) fn force(linkage: &Linkage, number: usize, on: PointId, direction: [i
             multipliers: std::iter::once(held).chain(driven).collect(),
             loads: rubbed.into_iter().collect(),
         };
+    }
+    if joint.syntax.kind == JointKind::Cam {
+        let cam = Cam::new(joint, angles, places);
+        let [along, across] = cam.directions();
+        let factor = |way: [Formula; 2]| {
+            let along = dot(way, direction.map(whole));
+            if on == joint.ends[0] { negate(along) } else { along }
+        };
+        // A face is held by its distance alone.
+        let contact = joint.syntax.face.is_none().then(|| (identifier(format!("{name}{CONTACT}")), factor(across)));
+        let multipliers = std::iter::once((identifier(name.clone()), factor(along))).chain(contact).collect();
+        return OutputValue::FreeBody { displacements: Vec::new(), multipliers, loads: Vec::new() };
     }
     if joint.ends.len() == 2 && is_closed {
         let suffix = match (joint.syntax.kind.is_pin(), direction) {

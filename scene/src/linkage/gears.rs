@@ -44,6 +44,10 @@ impl Wheels<'_, '_> {
         let axes = links.map(|link| axis(self.graph, self.constants, link, joint.carrier));
         let [Some(first), Some(second)] = axes else { return };
         let axes = [first, second];
+        if let Some(radii) = &joint.syntax.radii {
+            let is_crossed = self.constants.value(ratio) < 0.0;
+            return self.belt(joint, axes, radii.clone(), is_crossed);
+        }
         let Some(apart) = self.distance(first, second) else { return };
         let size = self.constants.value(ratio);
         if size < 0.0 {

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use super::angles::Angles;
+use super::cams;
 use super::graph::{Graph, Joint, PointId};
 use super::places::{origin_names, slide};
 use super::terms::{
@@ -168,7 +169,22 @@ impl<'g, 'd> Rough<'g, 'd> {
                 Placement::Ground | Placement::Pin { .. } => {}
             }
         }
+        values.extend(cams::coordinates(self.graph).map(|(joint, name)| self.contact(joint, name)));
         values
+    }
+
+    /// The angle of a cam at which its follower is.
+    fn contact(&self, joint: usize, name: String) -> StartValue {
+        let Joint { syntax, ends, .. } = &self.graph.joints[joint];
+        let seen = || {
+            let cam = self.angle(ends[1].link)?;
+            if let Some(face) = &syntax.face {
+                return Some(subtract(add(self.angle(ends[0].link)?, face.clone()), cam));
+            }
+            let way = difference(self.points.get(&ends[0])?.clone(), self.points.get(&ends[1])?.clone());
+            Some(subtract(angle_between([whole(1), whole(0)], way), cam))
+        };
+        StartValue { name, value: syntax.start.clone().or_else(seen), rate: None }
     }
 
     fn slider(&self, joint: usize) -> StartValue {
@@ -236,8 +252,8 @@ pub(super) fn report_unknown(document: &Document, names: &[String], findings: &m
         let span = own.map_or(0..0, |own| own.identifier.span.clone());
         let error = Diagnostic::error(format!("the start of `{name}` is not known"), span, "nothing says where it is");
         findings.push(error.help(
-            "give the link an `angle`, or two of its joints a rough place by `near = [x, y]`; a slider takes \
-             `start = ...`",
+            "give the link an `angle`, or two of its joints a rough place by `near = [x, y]`; a slider \
+             or a cam takes `start = ...`",
         ));
     }
 }

@@ -154,6 +154,21 @@ pub(crate) fn at_time_zero(formula: &Formula) -> Formula {
     at_zero
 }
 
+/// A formula with another one in the place of a name.
+pub(crate) fn substituted(formula: &Formula, own: &str, by: &Formula) -> Formula {
+    let mut written = Formula::new();
+    let mut places: Vec<NodeId> = Vec::new();
+    for (place, node) in formula.nodes().iter().enumerate() {
+        let is_own = matches!(node, Node::Name(name) if name == own);
+        let at = match is_own {
+            true => append(&mut written, by),
+            false => written.push(node.at(|operand| places[operand]), formula.span(place)),
+        };
+        places.push(at);
+    }
+    written
+}
+
 /// Whether a formula is the number zero.
 pub(crate) fn is_zero(formula: &Formula) -> bool {
     is_whole(formula, 0)

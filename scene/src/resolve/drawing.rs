@@ -41,9 +41,9 @@ impl Resolver<'_> {
                 let angle = self.angle(angle);
                 DrawnKind::Belt { at: self.ends(at)?, radii, is_crossed: *is_crossed, angle }
             }
-            DrawnSyntax::Cam { at, angle, profile } => {
+            DrawnSyntax::Cam { at, angle, profile, is_flat } => {
                 let (profile, angle) = (self.value(profile, Context::Profile), self.angle(angle));
-                DrawnKind::Cam { at: self.drawn_place(at)?, angle, profile }
+                DrawnKind::Cam { at: self.drawn_place(at)?, angle, profile, is_flat: *is_flat }
             }
             DrawnSyntax::Path(point) => DrawnKind::Path(self.point(point)?),
         })

@@ -75,8 +75,11 @@ pub enum DrawnKind {
         at: [Value; 2],
         /// How far it has turned.
         angle: Option<Value>,
-        /// Its radius, where [`Quantity::Stretch`](super::Quantity::Stretch) is the polar angle in its frame.
+        /// Its radius, where [`Quantity::Stretch`](super::Quantity::Stretch) is the polar angle in its frame; or the distance
+        /// of a face, where that is the angle of its normal.
         profile: Value,
+        /// Whether a face touches it.
+        is_flat: bool,
     },
     /// The path of a point.
     Path(usize),
@@ -93,7 +96,7 @@ impl DrawnKind {
             Self::Gear { at, radius, angle, .. } => at.iter().chain([radius]).chain(angle).collect(),
             Self::Rack { on, wheel, radius, angle } => on.iter().chain(wheel).chain([radius]).chain(angle).collect(),
             Self::Belt { at, radii, angle, .. } => at.iter().flatten().chain(radii).chain(angle).collect(),
-            Self::Cam { at, angle, profile } => at.iter().chain(angle).chain([profile]).collect(),
+            Self::Cam { at, angle, profile, .. } => at.iter().chain(angle).chain([profile]).collect(),
             Self::Path(_) => Vec::new(),
         }
     }

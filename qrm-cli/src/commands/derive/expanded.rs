@@ -2,7 +2,7 @@
 
 use qrm_scene::document::{
     Along, BodySyntax, CoordinateSyntax, DisplacementSyntax, Document, DrawnSyntax, FrictionSyntax, Identifier,
-    LoadSyntax, OutputSyntax, OutputValue, Position, Target,
+    LoadSyntax, OutputSyntax, OutputValue, Position, Side, Target,
 };
 use qrm_scene::linkage;
 use qrm_scene::parser::Formula;
@@ -56,7 +56,9 @@ pub(super) fn expanded(source: &str) -> Result<String, String> {
         "constraints",
         constraints.iter().map(|own| {
             let residual = ("residual", formula(&own.residual));
-            (&own.identifier, table([residual, ("unit", own.unit.as_str().into()), ("doc", own.doc.as_str().into())]))
+            let side = own.one_sided.map_or("", |side| if side == Side::Below { "<= 0" } else { ">= 0" });
+            let (unit, doc) = (("unit", own.unit.as_str().into()), ("doc", own.doc.as_str().into()));
+            (&own.identifier, table([residual, unit, ("one_sided", side.into()), doc]))
         }),
     );
     // Those of joints follow the scene's own.
@@ -265,8 +267,9 @@ fn drawn(own: &DrawnSyntax) -> Value {
             let (radii, angle) = (pair(radii), optional(angle));
             table([("belt", list(at)), ("radii", radii), ("crossed", flag(*is_crossed)), ("angle", angle)])
         }
-        DrawnSyntax::Cam { at, angle, profile } => {
-            table([("cam", place(at)), ("angle", optional(angle)), ("profile", formula(profile))])
+        DrawnSyntax::Cam { at, angle, profile, is_flat } => {
+            let (profile, flat) = (formula(profile), flag(*is_flat));
+            table([("cam", place(at)), ("angle", optional(angle)), ("profile", profile), ("flat", flat)])
         }
         DrawnSyntax::Path(point) => table([("path", point.name.as_str().into())]),
     }
