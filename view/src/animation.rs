@@ -19,11 +19,11 @@ pub fn fragment(motion: &Motion) -> String {
     recorded(motion, "piece", "h2")
 }
 
-/// A whole document whose motion is computed in the browser, by a module of WebAssembly for a scene. Its script is
-/// compressed too, by `pack`, as module and scene are.
+/// A whole document whose motion is computed in the browser, by a module of WebAssembly for a scene. Its script and its
+/// style sheet are compressed too, by `pack`, as module and scene are.
 ///
 /// # Errors
-/// The script cannot be compressed.
+/// They cannot be compressed.
 pub fn simulator_page<E>(page: &SimulatorPage, pack: impl Fn(&[u8]) -> Result<String, E>) -> Result<String, E> {
     let scripts = [
         include_str!("animation/simulator.js"),
@@ -36,12 +36,15 @@ pub fn simulator_page<E>(page: &SimulatorPage, pack: impl Fn(&[u8]) -> Result<St
         },
     ];
     let script = pack(format!("(() => {{\n\"use strict\";\n{}}})();", player(&scripts.concat())).as_bytes())?;
+    let style = pack(style(include_str!("animation/panel.css")).as_bytes())?;
     let piece = Piece {
         mode: "page",
         heading: "h1",
         title: page.title,
         doc: page.doc,
-        data: &data(&Packed { page, script }),
+        // Until the style sheet is there.
+        style: ".qrm-frame{visibility:hidden}".to_owned(),
+        data: &data(&Packed { page, style, script }),
         panel: include_str!("animation/panel.html"),
         script: compact(include_str!("animation/loader.js")),
     };
@@ -53,6 +56,7 @@ pub fn simulator_page<E>(page: &SimulatorPage, pack: impl Fn(&[u8]) -> Result<St
 struct Packed<'a> {
     #[serde(flatten)]
     page: &'a SimulatorPage<'a>,
+    style: String,
     script: String,
 }
 
@@ -85,6 +89,7 @@ fn recorded(motion: &Motion, mode: &str, heading: &str) -> String {
         heading,
         title: &motion.title,
         doc: &motion.doc,
+        style: style(""),
         data: &data(&rounded(motion)),
         panel: "",
         script: player(include_str!("animation/recorded.js")),
@@ -98,6 +103,8 @@ struct Piece<'a> {
     heading: &'a str,
     title: &'a str,
     doc: &'a str,
+    /// Its style sheet.
+    style: String,
     /// What the source takes, as JSON.
     data: &'a str,
     /// What stands below the controls.
@@ -106,15 +113,15 @@ struct Piece<'a> {
     script: String,
 }
 
-impl Piece<'_> {
-    fn css(&self) -> String {
-        let panel = if self.panel.is_empty() { "" } else { include_str!("animation/panel.css") };
-        // Spaces beside these signs mean nothing in a style sheet.
-        const TIGHT: [(&str, &str); 6] = [(": ", ":"), ("; ", ";"), (", ", ","), (" {", "{"), ("{ ", "{"), (" }", "}")];
-        let text = compact(&format!("{}{panel}", include_str!("animation/animation.css")));
-        TIGHT.iter().fold(text, |text, (loose, tight)| text.replace(loose, tight))
-    }
+/// The style sheet of an animation, with that of its panel.
+fn style(panel: &str) -> String {
+    // Spaces beside these signs mean nothing in a style sheet.
+    const TIGHT: [(&str, &str); 6] = [(": ", ":"), ("; ", ";"), (", ", ","), (" {", "{"), ("{ ", "{"), (" }", "}")];
+    let text = compact(&format!("{}{panel}", include_str!("animation/animation.css")));
+    TIGHT.iter().fold(text, |text, (loose, tight)| text.replace(loose, tight))
+}
 
+impl Piece<'_> {
     fn html(&self) -> String {
         format!(
             include_str!("animation/fragment.html"),
@@ -122,7 +129,7 @@ impl Piece<'_> {
             heading = self.heading,
             title = escaped(self.title),
             doc = escaped(self.doc),
-            css = self.css(),
+            css = self.style,
             panel = self.panel,
             data = self.data,
             script = self.script,

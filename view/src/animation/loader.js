@@ -1,4 +1,4 @@
-// The script of a simulated page is compressed: this one unpacks and starts it.
+// Script and style sheet of a simulated page are compressed: this script unpacks and starts them.
 
 const root = document.currentScript.closest(".qrm-animation");
 /** What the page holds. */
@@ -27,10 +27,13 @@ root.unpacked = async (text) => {
 };
 
 (async () => {
+  const text = async (packed) => new TextDecoder().decode(await root.unpacked(packed));
+  root.querySelector("style").textContent = await text(root.packed.style);
   const script = document.createElement("script");
-  script.textContent = new TextDecoder().decode(await root.unpacked(root.packed.script));
+  script.textContent = await text(root.packed.script);
   root.append(script);
 })().catch((problem) => {
+  root.querySelector("style").textContent = "";
   const shown = root.querySelector(".qrm-problem");
   [shown.textContent, shown.hidden] = [`the page cannot be started here: ${problem.message}`, false];
 });
