@@ -200,8 +200,8 @@ impl<R: Scalar> Kernel<R, 3, 2> for KernelByHand<R> {
         copy_outputs(&values, outputs);
     }
 
-    fn power(&self, t: R, q: &[R; 3], qd: &[R; 3], multipliers: &[R; 2]) -> R {
-        self.generated.power(t, q, qd, multipliers)
+    fn power(&self, t: R, q: &[R; 3], qd: &[R; 3], qdd: &[R; 3], multipliers: &[R; 2]) -> R {
+        self.generated.power(t, q, qd, qdd, multipliers)
     }
 }
 

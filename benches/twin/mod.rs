@@ -120,8 +120,8 @@ impl<E: PlainFunctions> Mechanism for Twin<E> {
         self.generated.energy(q, qd)
     }
 
-    fn power(&self, t: f64, q: &[f64], qd: &[f64], multipliers: &[f64]) -> f64 {
-        self.generated.power(t, q, qd, multipliers)
+    fn power(&self, t: f64, q: &[f64], qd: &[f64], qdd: &[f64], multipliers: &[f64]) -> f64 {
+        self.generated.power(t, q, qd, qdd, multipliers)
     }
 
     fn outputs(&self, t: f64, q: &[f64], qd: &[f64], qdd: &[f64], multipliers: &[f64], outputs: &mut [f64]) {

@@ -65,6 +65,7 @@ impl<D: Kind> Scalar for Dual<D> {
     fn floor(self) -> Self {
         Self(D::from(Scalar::floor(self.0.re())))
     }
+    #[inline(always)]
     fn sign(self) -> Self {
         Self(D::from(self.0.re().sign()))
     }

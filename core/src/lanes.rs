@@ -140,12 +140,13 @@ impl<S: Token> Scalar for Lanes<S> {
     }
     #[inline(always)]
     fn floor(self) -> Self {
-        // The nearest whole number, or the one before. Beyond 2^51 all numbers are whole, and stay what they are but for
-        // rounding.
+        // The nearest whole number, or the one before.
         let (simd, shift) = (S::again(), Self::from_f64(6_755_399_441_055_744.0));
         let nearest = self + shift - shift;
         let is_above = simd.less_than_f64s(self.vector(), nearest.vector());
-        Self::new(simd.select_f64s(is_above, (nearest - Self::from_f64(1.0)).vector(), nearest.vector()))
+        let below = simd.select_f64s(is_above, (nearest - Self::from_f64(1.0)).vector(), nearest.vector());
+        // Larger numbers are whole.
+        self.choose(2_251_799_813_685_248.0, Self::new(below), self)
     }
     one_by_one!(asin, acos, atan, exp, ln, sinh, cosh, tanh);
     #[inline(always)]

@@ -1,13 +1,15 @@
 //! Cubic splines through points.
 
+mod slopes;
+mod written;
+
 use std::hash::{Hash, Hasher};
 
-use crate::diagnostic::Span;
-use crate::expression::{Expression, Node, NodeId, Number};
-use crate::function::{Differentiable, Function};
+use crate::function::Differentiable;
+use slopes::{natural_slopes, periodic_slopes};
 
 /// A cubic spline: its pieces are polynomials of degree three in the distance from their bases, and it has two continuous
-/// derivatives. All its numbers are doubles, and so are the differences of bases and of coefficients of one degree.
+/// derivatives. All its numbers are doubles.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Spline {
@@ -27,8 +29,8 @@ pub struct Spline {
 
 impl Spline {
     /// The periodic spline through four points or more, whose last ordinate is the first one: it repeats from the last
-    /// abscissa on.
-    pub fn periodic(name: &str, x: &[f64], y: &[f64]) -> Self {
+    /// abscissa on. `None` if abscissae do not rise, or a coefficient is not finite.
+    pub fn periodic(name: &str, x: &[f64], y: &[f64]) -> Option<Self> {
         let slopes = periodic_slopes(x, y);
         let count = x.len() - 1;
         let spline = Self {
@@ -39,11 +41,12 @@ impl Spline {
             bases: x[..count].to_vec(),
             pieces: (0..count).map(|i| piece(x, y, &slopes, i)).collect(),
         };
-        spline.rounded()
+        spline.is_sound(x).then_some(spline)
     }
 
-    /// The natural spline through points, without curvature at its ends and straight beyond them.
-    pub fn natural(name: &str, x: &[f64], y: &[f64]) -> Self {
+    /// The natural spline through two points or more, without curvature at its ends and straight beyond them. `None` if
+    /// abscissae do not rise, or a coefficient is not finite.
+    pub fn natural(name: &str, x: &[f64], y: &[f64]) -> Option<Self> {
         let slopes = natural_slopes(x, y);
         let last = x.len() - 1;
         let inner = (0..last).map(|i| piece(x, y, &slopes, i));
@@ -56,23 +59,11 @@ impl Spline {
             bases: std::iter::once(x[0]).chain(x.iter().copied()).collect(),
             pieces: std::iter::once(line(0)).chain(inner).chain([line(last)]).collect(),
         };
-        spline.rounded()
+        spline.is_sound(x).then_some(spline)
     }
 
-    /// The spline with bases and coefficients that have their last digit in common.
-    fn rounded(mut self) -> Self {
-        let grid = |values: &mut dyn Iterator<Item = f64>| -> f64 {
-            let largest = values.fold(0.0, |most: f64, value| most.max(value.abs()));
-            // Adding it leaves 51 digits of the largest value, so that a difference has no more than 53.
-            if largest > 0.0 { 1.5 * 2.0_f64.powi(largest.log2().floor() as i32 + 2) } else { 0.0 }
-        };
-        let of_bases = grid(&mut self.bases.iter().copied());
-        let of_pieces: [f64; 4] = std::array::from_fn(|k| grid(&mut self.pieces.iter().map(|piece| piece[k])));
-        self.bases.iter_mut().for_each(|base| *base = (*base + of_bases) - of_bases);
-        for piece in &mut self.pieces {
-            piece.iter_mut().zip(of_pieces).for_each(|(c, grid)| *c = (*c + grid) - grid);
-        }
-        self
+    fn is_sound(&self, x: &[f64]) -> bool {
+        x.windows(2).all(|pair| pair[0] < pair[1]) && self.pieces.iter().flatten().all(|c| c.is_finite())
     }
 
     /// The value of its derivative of an order; the value itself where that is zero.
@@ -89,50 +80,10 @@ impl Spline {
 
     /// The shortest distance between points.
     pub fn shortest(&self) -> f64 {
-        let from = std::iter::once(&self.first).chain(&self.steps);
-        let between = from.zip(&self.steps).map(|(from, to)| to - from).filter(|length| *length > 0.0);
-        between.fold(f64::INFINITY, f64::min)
-    }
-
-    /// Appends the derivative of an order at an argument, in functions that step from piece to piece.
-    ///
-    /// With steps `H` of the height one, base and coefficients are sums such as `c_0 + sum (c_i - c_(i-1)) H(x - x_i)`.
-    pub fn append<N>(&self, order: usize, formula: &mut Expression<N>, argument: NodeId, span: &Span) -> NodeId {
-        let mut writer = Writer { formula, span };
-        let (x, inside, reach) = match self.period {
-            Some(period) => {
-                let (first, length) = (writer.number(self.first), writer.number(period));
-                let from_first = writer.push(Node::Subtract(argument, first));
-                let turns = writer.push(Node::Divide(from_first, length));
-                let turns = writer.call(Function::Floor, vec![turns]);
-                let back = writer.push(Node::Multiply(length, turns));
-                let x = writer.push(Node::Subtract(argument, back));
-                (x, x, period)
-            }
-            None => {
-                let last = self.steps[self.steps.len() - 1];
-                let length = last - self.first;
-                let ends = [self.first - length, last + length].map(|end| writer.number(end));
-                let inside = writer.call(Function::Max, vec![argument, ends[0]]);
-                let inside = writer.call(Function::Min, vec![inside, ends[1]]);
-                (argument, inside, 4.0 * length)
-            }
-        };
-        let steps: Vec<NodeId> = self.steps.iter().map(|step| writer.step(inside, *step, reach)).collect();
-        let base = writer.stepped(&self.bases, &steps);
-        let distance = writer.push(Node::Subtract(x, base));
-        let pieces: Vec<[f64; 4]> = self.pieces.iter().map(|piece| derived(*piece, order)).collect();
-        let coefficient = |writer: &mut Writer<N>, k: usize| {
-            writer.stepped(&pieces.iter().map(|p| p[k]).collect::<Vec<f64>>(), &steps)
-        };
-        let degree = 3 - order.min(3);
-        let mut sum = coefficient(&mut writer, degree);
-        for k in (0..degree).rev() {
-            let product = writer.push(Node::Multiply(sum, distance));
-            let own = coefficient(&mut writer, k);
-            sum = writer.push(Node::Add(product, own));
-        }
-        sum
+        let end = self.period.map(|period| self.first + period);
+        let points: Vec<f64> = std::iter::once(self.first).chain(self.steps.iter().copied()).chain(end).collect();
+        let lengths = points.windows(2).map(|pair| pair[1] - pair[0]).filter(|length| *length > 0.0);
+        lengths.fold(f64::INFINITY, f64::min)
     }
 
     /// All that tells it from another one.
@@ -186,111 +137,13 @@ fn piece(x: &[f64], y: &[f64], slopes: &[f64], i: usize) -> [f64; 4] {
     [y[i], left, (3.0 * chord - 2.0 * left - right) / h, (left + right - 2.0 * chord) / (h * h)]
 }
 
-/// What a row of the equations of the slopes has left of the diagonal, on it, right of it, and on the right side: second
-/// derivatives are equal on both sides of point `i`, which is `before` and `after` other ones.
-fn row(x: &[f64], y: &[f64], [before, i, after]: [usize; 3], period: f64) -> [f64; 4] {
-    let wrapped = |length: f64| if length > 0.0 { length } else { length + period };
-    let (left, right) = (wrapped(x[i] - x[before]), wrapped(x[after] - x[i]));
-    let chords = [(y[i] - y[before]) / left, (y[after] - y[i]) / right];
-    [right, 2.0 * (left + right), left, 3.0 * (right * chords[0] + left * chords[1])]
-}
-
-fn natural_slopes(x: &[f64], y: &[f64]) -> Vec<f64> {
-    let last = x.len() - 1;
-    let chord = |i: usize| (y[i + 1] - y[i]) / (x[i + 1] - x[i]);
-    let mut rows = vec![[0.0, 2.0, 1.0, 3.0 * chord(0)]];
-    rows.extend((1..last).map(|i| row(x, y, [i - 1, i, i + 1], 0.0)));
-    rows.push([1.0, 2.0, 0.0, 3.0 * chord(last - 1)]);
-    tridiagonal(&rows, &rows.iter().map(|row| row[3]).collect::<Vec<f64>>())
-}
-
-/// The equations are tridiagonal but for two corners, which a multiple of another solution makes up for.
-fn periodic_slopes(x: &[f64], y: &[f64]) -> Vec<f64> {
-    let count = x.len() - 1;
-    let period = x[count] - x[0];
-    let mut rows: Vec<[f64; 4]> =
-        (0..count).map(|i| row(x, y, [(i + count - 1) % count, i, (i + 1) % count], period)).collect();
-    let (upper, lower) = (rows[0][0], rows[count - 1][2]);
-    let shift = -rows[0][1];
-    rows[0][1] -= shift;
-    rows[count - 1][1] -= upper * lower / shift;
-    let right: Vec<f64> = rows.iter().map(|row| row[3]).collect();
-    let mut corner = vec![0.0; count];
-    (corner[0], corner[count - 1]) = (shift, lower);
-    let (slopes, other) = (tridiagonal(&rows, &right), tridiagonal(&rows, &corner));
-    let of = |v: &[f64]| v[0] + upper / shift * v[count - 1];
-    let factor = of(&slopes) / (1.0 + of(&other));
-    let mut slopes: Vec<f64> = slopes.iter().zip(&other).map(|(slope, other)| slope - factor * other).collect();
-    slopes.push(slopes[0]);
-    slopes
-}
-
-/// The solution of equations with entries next to the diagonal alone; the diagonal dominates.
-fn tridiagonal(rows: &[[f64; 4]], right: &[f64]) -> Vec<f64> {
-    let count = rows.len();
-    let (mut diagonal, mut x) = (rows.iter().map(|row| row[1]).collect::<Vec<f64>>(), right.to_vec());
-    for i in 1..count {
-        let ratio = rows[i][0] / diagonal[i - 1];
-        diagonal[i] -= ratio * rows[i - 1][2];
-        x[i] -= ratio * x[i - 1];
-    }
-    x[count - 1] /= diagonal[count - 1];
-    for i in (0..count - 1).rev() {
-        x[i] = (x[i] - rows[i][2] * x[i + 1]) / diagonal[i];
-    }
-    x
-}
-
-/// Appends operations that stand at one place of the text.
-struct Writer<'f, N> {
-    formula: &'f mut Expression<N>,
-    span: &'f Span,
-}
-
-impl<N> Writer<'_, N> {
-    fn push(&mut self, node: Node<N>) -> NodeId {
-        self.formula.push(node, self.span.clone())
-    }
-
-    fn call(&mut self, function: Function, arguments: Vec<NodeId>) -> NodeId {
-        self.push(Node::Call(function, arguments))
-    }
-
-    fn number(&mut self, value: f64) -> NodeId {
-        let size = self.push(Node::Number(Number::double(value.abs())));
-        if value < 0.0 { self.push(Node::Negate(size)) } else { size }
-    }
-
-    /// One where `x` is at or beyond `from`, else zero; both are less than `reach` apart.
-    fn step(&mut self, x: NodeId, from: f64, reach: f64) -> NodeId {
-        let (from, reach, one) = (self.number(from), self.number(reach), self.number(1.0));
-        let distance = self.push(Node::Subtract(x, from));
-        let part = self.push(Node::Divide(distance, reach));
-        let below = self.call(Function::Floor, vec![part]);
-        self.push(Node::Add(below, one))
-    }
-
-    /// What has these values one after another.
-    fn stepped(&mut self, values: &[f64], steps: &[NodeId]) -> NodeId {
-        let mut sum = self.number(values[0]);
-        for (pair, step) in values.windows(2).zip(steps) {
-            if pair[0] == pair[1] {
-                continue;
-            }
-            let height = self.number(pair[1] - pair[0]);
-            let term = self.push(Node::Multiply(height, *step));
-            sum = self.push(Node::Add(sum, term));
-        }
-        sum
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use num_dual::Dual2_64;
 
     use super::*;
     use crate::evaluate::evaluate;
+    use crate::expression::{Expression, Node};
 
     /// The value with two derivatives.
     fn at(spline: &Spline, x: f64) -> [f64; 3] {
@@ -306,7 +159,7 @@ mod tests {
     /// 2 m0 + 6 m1 + m2 = 4.5, m1 + 2 m2 = -1.5.
     #[test]
     fn a_natural_spline_through_three_points() {
-        let spline = Spline::natural("hill", &[-1.0, 0.0, 2.0], &[0.0, 1.0, 0.0]);
+        let spline = Spline::natural("hill", &[-1.0, 0.0, 2.0], &[0.0, 1.0, 0.0]).expect("a spline");
         near(at(&spline, 0.0)[1], 0.5, 1e-15);
         for (x, y) in [(-1.0, 0.0), (0.0, 1.0), (2.0, 0.0)] {
             near(at(&spline, x)[0], y, 1e-15);
@@ -323,7 +176,7 @@ mod tests {
         let x: Vec<f64> = (0..=12).map(|i| f64::from(i) * 30.0 - 40.0).collect();
         let mut y: Vec<f64> = (0..12).map(|i| (f64::from(i) * 1.7).sin() + 0.1 * f64::from(i * (12 - i))).collect();
         y.push(y[0]);
-        let spline = Spline::periodic("lift", &x, &y);
+        let spline = Spline::periodic("lift", &x, &y).expect("a spline");
         for turn in [-3.0, 0.0, 2.0] {
             for (x, y) in x.iter().zip(&y) {
                 near(at(&spline, x + 360.0 * turn)[0], *y, 1e-13);
@@ -345,7 +198,7 @@ mod tests {
             let x: Vec<f64> = (0..=count).map(|i| 360.0 / f64::from(count) * f64::from(i)).collect();
             let mut y: Vec<f64> = x.iter().map(|x| x.to_radians().sin()).collect();
             y[count as usize] = y[0];
-            let spline = Spline::periodic("wave", &x, &y);
+            let spline = Spline::periodic("wave", &x, &y).expect("a spline");
             (0..1000)
                 .map(|i| f64::from(i) * 0.36)
                 .map(|x| (at(&spline, x)[0] - x.to_radians().sin()).abs())
@@ -358,8 +211,8 @@ mod tests {
     #[test]
     fn the_steps_are_the_spline() {
         let x = [0.0, 20.0, 75.0, 180.0, 360.0];
-        let periodic = Spline::periodic("lift", &x, &[0.0, 2.0, 5.0, 1.0, 0.0]);
-        let natural = Spline::natural("lift", &x, &[0.0, 2.0, 5.0, 1.0, -3.0]);
+        let periodic = Spline::periodic("lift", &x, &[0.0, 2.0, 5.0, 1.0, 0.0]).expect("a spline");
+        let natural = Spline::natural("lift", &x, &[0.0, 2.0, 5.0, 1.0, -3.0]).expect("a spline");
         for spline in [periodic, natural] {
             for order in 0..=4 {
                 let mut formula = Expression::<()>::new();
@@ -371,5 +224,33 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// Distances of points that differ by a factor of ten thousand.
+    #[test]
+    fn points_may_stand_close_together() {
+        let x = [0.0, 1e-4, 2e-4, 1.0, 2.0];
+        let y = [0.0, 1.0, 0.5, -1.0, 0.0];
+        for spline in [Spline::natural("close", &x, &y), Spline::periodic("close", &x, &y)] {
+            let spline = spline.expect("a spline");
+            near(spline.shortest(), 1e-4, 1e-18);
+            for (x, y) in x.iter().zip(y) {
+                near(at(&spline, *x)[0], y, 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn the_last_interval_of_a_period_counts() {
+        let spline = Spline::periodic("late", &[0.0, 1.0, 2.0, 3.0, 3.5], &[0.0, 1.0, 1.0, 2.0, 0.0]);
+        near(spline.expect("a spline").shortest(), 0.5, 0.0);
+    }
+
+    #[test]
+    fn numbers_that_no_double_tells_apart_give_no_spline() {
+        assert!(Spline::natural("same", &[0.0, 1.0, 1.0], &[0.0, 1.0, 2.0]).is_none());
+        assert!(Spline::natural("huge", &[0.0, 1.0, 2.0], &[0.0, 1e308, -1e308]).is_none());
+        assert!(Spline::periodic("line", &[0.0, 1.0, 2.0, 3.0], &[1.0, 1.0, 1.0, 1.0]).is_some());
+        assert!(Spline::natural("line", &[0.0, 1.0], &[0.0, 2.0]).is_some_and(|line| at(&line, 0.25) == [0.5, 2.0, 0.0]));
     }
 }

@@ -40,8 +40,8 @@ macro_rules! delegate_without_kernel {
             self.$field.energy(q, qd)
         }
 
-        fn power(&self, t: f64, q: &[f64], qd: &[f64], multipliers: &[f64]) -> f64 {
-            self.$field.power(t, q, qd, multipliers)
+        fn power(&self, t: f64, q: &[f64], qd: &[f64], qdd: &[f64], multipliers: &[f64]) -> f64 {
+            self.$field.power(t, q, qd, qdd, multipliers)
         }
 
         fn outputs(&self, t: f64, q: &[f64], qd: &[f64], qdd: &[f64], multipliers: &[f64], outputs: &mut [f64]) {

@@ -119,6 +119,11 @@ impl Scalar for Bounded {
         let value = self.value.powf(exponent);
         self.function(value, exponent * value / self.value)
     }
+    fn floor(self) -> Self {
+        let whole = Scalar::floor(self.value);
+        let is_sure = Scalar::floor(self.value - self.error) == Scalar::floor(self.value + self.error);
+        Self { value: whole, error: if is_sure { 0.0 } else { 1.0 } }
+    }
     fn sign(self) -> Self {
         Self { value: self.value.sign(), error: if self.value.abs() > self.error { 0.0 } else { 2.0 } }
     }

@@ -72,6 +72,9 @@ impl Scalar for Lanes {
     fn powi(self, exponent: i32) -> Self {
         self.each(|x| x.powi(exponent))
     }
+    fn floor(self) -> Self {
+        self.each(|x| x.floor())
+    }
     fn sign(self) -> Self {
         self.each(|x| x.sign())
     }

@@ -97,7 +97,7 @@ pub(crate) fn by_tape<R: Number, const N: usize, const M: usize>(
         ("rate", rate.to_vec()),
         ("velocity residual", velocity_residual),
         ("energy", evaluator.energy(&q, &qd).to_vec()),
-        ("power", vec![evaluator.power(t, &q, &qd, &multipliers)]),
+        ("power", vec![evaluator.power(t, &q, &qd, &qdd, &multipliers)]),
         ("outputs", outputs),
         ("event", evaluator.event(t, &q, &qd).into_iter().collect()),
     ];
@@ -169,7 +169,7 @@ fn plain<const N: usize, const M: usize>(x: &dyn Mechanism, s: &State<N, M>) -> 
         ("jacobian of constraints", closed.constraint_jacobian.entries().to_vec()),
         ("rate", closed.constraint_rate),
         ("energy", x.energy(&s.q, &s.qd).to_vec()),
-        ("power", vec![x.power(s.t, &s.q, &s.qd, &s.multipliers)]),
+        ("power", vec![x.power(s.t, &s.q, &s.qd, &s.qdd, &s.multipliers)]),
         ("outputs", outputs),
         ("event", x.event(s.t, &s.q, &s.qd).into_iter().collect()),
     ];

@@ -24,6 +24,9 @@ const NOTHING: f64 = 1e-300;
 /// Accelerations and multipliers.
 pub(super) type Solution = (Vec<Value>, Vec<Value>);
 
+/// The solution for forces; with the name of a normal force, for forces alone.
+type Solve<'s, B> = &'s dyn Fn(&mut B, &[Value], Option<&str>) -> Solution;
+
 /// The components of a normal force.
 struct Components {
     rest: Vec<Value>,
@@ -38,7 +41,7 @@ impl Builder<'_> {
         &mut self,
         normal_forces: &[NormalForce],
         forces: &[Value],
-        solve: &dyn Fn(&mut Self, &[Value], Option<&str>) -> Solution,
+        solve: Solve<'_, Self>,
     ) -> Solution {
         let without = solve(self, forces, None);
         if normal_forces.is_empty() {

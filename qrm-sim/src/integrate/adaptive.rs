@@ -90,7 +90,8 @@ pub(super) trait StepFormula: std::fmt::Debug + Send {
             let t = step.from.t + half * (1.0 + place);
             step.at(t, q, qd);
             // They matter where constraints do work, and to friction that depends on forces in joints.
-            (qdd.fill(0.0), multipliers.fill(0.0));
+            qdd.fill(0.0);
+            multipliers.fill(0.0);
             if mechanism.is_driven() || !mechanism.description().friction.is_empty() {
                 let stats = work.solver.stats;
                 work.solver.accelerations(mechanism, t, (q, qd), (qdd, multipliers))?;

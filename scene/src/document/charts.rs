@@ -72,17 +72,21 @@ fn spline_through(
     [x, y]: [&[BigRational]; 2],
 ) -> Option<Arc<Spline>> {
     let name = &identifier.name;
-    let doubles = |axis: &[BigRational]| axis.iter().map(to_f64).collect::<Vec<f64>>();
+    let [x, y] = [x, y].map(|axis| axis.iter().map(to_f64).collect::<Vec<f64>>());
+    let natural = Spline::natural(name, &x, &y);
     let (wrong, label, help) = match kind {
-        "natural" => return Some(Arc::new(Spline::natural(name, &doubles(x), &doubles(y)))),
+        _ if natural.is_none() => {
+            ("points that no spline passes through", "too close together, or too large", "doubles have 16 digits")
+        }
+        "natural" => return natural.map(Arc::new),
         "periodic" if x.len() < 4 => ("too few points", "needs four or more", "the last point repeats the first one"),
         "periodic" if y.first() != y.last() => {
             ("a last point that is not the first one", "does not come back", "repeat the first `y` after a period")
         }
-        "periodic" => return Some(Arc::new(Spline::periodic(name, &doubles(x), &doubles(y)))),
+        "periodic" => return Spline::periodic(name, &x, &y).or(natural).map(Arc::new),
         _ => ("an unknown kind of spline", "not known", "write `spline = \"periodic\"` or `spline = \"natural\"`"),
     };
     r.findings.push(Diagnostic::error(format!("table `{name}` has {wrong}"), span, label).help(help));
     // Its uses are not wrong too.
-    Some(Arc::new(Spline::natural(name, &doubles(x), &doubles(y))))
+    natural.or_else(|| Spline::natural(name, &[0.0, 1.0], &[0.0, 0.0])).map(Arc::new)
 }

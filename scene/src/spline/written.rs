@@ -1,0 +1,100 @@
+//! Splines in functions that step from piece to piece.
+
+use super::{Spline, derived};
+use crate::diagnostic::Span;
+use crate::expression::{Expression, Node, NodeId, Number};
+use crate::function::Function;
+
+impl Spline {
+    /// Appends the derivative of an order at an argument, without branches.
+    ///
+    /// With windows `W_i`, one inside the piece `i` and zero elsewhere, base and coefficients are sums `sum c_i W_i` of which
+    /// one term is not zero. Windows are differences of steps from `floor`.
+    pub fn append<N>(&self, order: usize, formula: &mut Expression<N>, argument: NodeId, span: &Span) -> NodeId {
+        let mut writer = Writer { formula, span };
+        let (x, inside, reach) = match self.period {
+            Some(period) => {
+                let (first, length) = (writer.number(self.first), writer.number(period));
+                let from_first = writer.push(Node::Subtract(argument, first));
+                let turns = writer.push(Node::Divide(from_first, length));
+                let turns = writer.call(Function::Floor, vec![turns]);
+                let back = writer.push(Node::Multiply(length, turns));
+                let x = writer.push(Node::Subtract(argument, back));
+                (x, x, period)
+            }
+            None => {
+                let last = self.steps[self.steps.len() - 1];
+                let length = last - self.first;
+                let ends = [self.first - length, last + length].map(|end| writer.number(end));
+                let inside = writer.call(Function::Max, vec![argument, ends[0]]);
+                let inside = writer.call(Function::Min, vec![inside, ends[1]]);
+                (argument, inside, 4.0 * length)
+            }
+        };
+        let windows = writer.windows(inside, &self.steps, reach);
+        let base = writer.chosen(&self.bases, &windows);
+        let distance = writer.push(Node::Subtract(x, base));
+        let pieces: Vec<[f64; 4]> = self.pieces.iter().map(|piece| derived(*piece, order)).collect();
+        let coefficient =
+            |writer: &mut Writer<N>, k: usize| writer.chosen(&pieces.iter().map(|p| p[k]).collect::<Vec<f64>>(), &windows);
+        let degree = 3 - order.min(3);
+        let mut sum = coefficient(&mut writer, degree);
+        for k in (0..degree).rev() {
+            let product = writer.push(Node::Multiply(sum, distance));
+            let own = coefficient(&mut writer, k);
+            sum = writer.push(Node::Add(product, own));
+        }
+        sum
+    }
+}
+
+/// Appends operations that stand at one place of the text.
+struct Writer<'f, N> {
+    formula: &'f mut Expression<N>,
+    span: &'f Span,
+}
+
+impl<N> Writer<'_, N> {
+    fn push(&mut self, node: Node<N>) -> NodeId {
+        self.formula.push(node, self.span.clone())
+    }
+
+    fn call(&mut self, function: Function, arguments: Vec<NodeId>) -> NodeId {
+        self.push(Node::Call(function, arguments))
+    }
+
+    fn number(&mut self, value: f64) -> NodeId {
+        let size = self.push(Node::Number(Number::double(value.abs())));
+        if value < 0.0 { self.push(Node::Negate(size)) } else { size }
+    }
+
+    /// For each piece what is one inside it, else zero; `x` and the steps are less than `reach` apart.
+    fn windows(&mut self, x: NodeId, steps: &[f64], reach: f64) -> Vec<NodeId> {
+        // Zero beyond a step, and minus one before it.
+        let levels: Vec<NodeId> = steps
+            .iter()
+            .map(|step| {
+                let (from, reach) = (self.number(*step), self.number(reach));
+                let distance = self.push(Node::Subtract(x, from));
+                let part = self.push(Node::Divide(distance, reach));
+                self.call(Function::Floor, vec![part])
+            })
+            .collect();
+        let one = self.number(1.0);
+        let mut windows = vec![self.push(Node::Negate(levels[0]))];
+        windows.extend(levels.windows(2).map(|pair| self.push(Node::Subtract(pair[0], pair[1]))));
+        windows.push(self.push(Node::Add(one, levels[levels.len() - 1])));
+        windows
+    }
+
+    /// The value of the piece whose window is open.
+    fn chosen(&mut self, values: &[f64], windows: &[NodeId]) -> NodeId {
+        let mut sum = None;
+        for (value, window) in values.iter().zip(windows).filter(|(value, _)| **value != 0.0) {
+            let value = self.number(*value);
+            let term = self.push(Node::Multiply(value, *window));
+            sum = Some(sum.map_or(term, |sum| self.push(Node::Add(sum, term))));
+        }
+        sum.unwrap_or_else(|| self.number(0.0))
+    }
+}
