@@ -24,6 +24,7 @@ use std::path::PathBuf;
 use std::sync::Mutex;
 
 use crate::term::Equations;
+use normal_forces::Circular;
 use qrm_scene::diagnostic::Span;
 use qrm_scene::scene::Scene;
 
@@ -33,6 +34,16 @@ pub enum Error {
     /// The lock file cannot be made, or the thread cannot be started.
     #[error("the symbolic engine could not be started: {0}")]
     NotStarted(#[from] io::Error),
+    /// The normal force of friction contains that friction.
+    #[error("the normal force `{output}` contains the friction that depends on it")]
+    Circular {
+        /// Which of the scenes it is in.
+        scene: usize,
+        /// Where the load stands.
+        span: Span,
+        /// The output that is the normal force.
+        output: String,
+    },
     /// The engine gave up at a formula, or made something of it that has no meaning here.
     #[error("{reason}")]
     Formula {
@@ -72,6 +83,11 @@ pub fn derive(scenes: &[&Scene], announce: &dyn Fn(Waiting)) -> Result<Vec<Equat
     std::mem::forget(lock);
     joined.map_err(Error::NotStarted)?.map_err(|panic| {
         let (scene, span) = place.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
+        if let Some(Circular(output)) = panic.downcast_ref::<Circular>() {
+            let own = scenes[scene].loads.iter().find(|load| load.kind.normal() == Some(*output));
+            let span = own.map_or(0..0, |load| load.kind.forces().last().map_or(0..0, |size| size.whole_span()));
+            return Error::Circular { scene, span, output: scenes[scene].outputs[*output].name.clone() };
+        }
         let said = panic.downcast_ref::<String>().cloned();
         let reason = said.or_else(|| panic.downcast_ref::<&str>().map(|s| (*s).to_owned()));
         Error::Formula { scene, span, reason: reason.unwrap_or_else(|| "the engine gave up".to_owned()) }

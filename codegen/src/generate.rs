@@ -160,10 +160,20 @@ fn same_module(new: &Read, read: &[Read]) -> Option<Report> {
 
 /// Where the engine gave up, in the shape of other mistakes.
 fn engine_error(error: engine::Error, scenes: &[&Read]) -> Error {
-    let engine::Error::Formula { scene, span, reason } = error else { return Error::Engine(error) };
+    let title = error.to_string();
+    let (scene, finding) = match error {
+        engine::Error::Formula { scene, span, reason } => {
+            let help = "look for a division by something that is always zero, and for numbers beyond 1e308";
+            (scene, Diagnostic::error("a formula cannot be differentiated", span, reason).help(help))
+        }
+        engine::Error::Circular { scene, span, output } => {
+            let help = "name a force across the direction in which it slides, or give the joint `friction`";
+            let label = format!("`{output}` contains this friction");
+            (scene, Diagnostic::error(title, span, label).help(help))
+        }
+        error @ engine::Error::NotStarted(_) => return Error::Engine(error),
+    };
     let Read { path, source, .. } = scenes[scene];
-    let finding = Diagnostic::error("a formula cannot be differentiated", span, reason)
-        .help("look for a division by something that is always zero, and for numbers beyond 1e308");
     Error::Scenes(vec![Report::new(path, source, vec![finding])])
 }
 

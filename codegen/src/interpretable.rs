@@ -53,7 +53,7 @@ fn description(scene: &Scene, source: &str, [code, derivation]: [String; 2]) -> 
         parameters: scene.parameters.iter().filter(|p| !p.left_out).map(parameter).collect(),
         left_out: scene.left_out().map(|p| p.name.clone()).collect(),
         has_corners: scene.has_corners(),
-        friction: scene.loads.iter().filter(|l| l.kind.normal().is_some()).map(|l| l.name.clone()).collect(),
+        friction: scene.friction_by_forces().map(str::to_owned).collect(),
         until: crate::emit::until(scene, source).to_owned(),
     }
 }

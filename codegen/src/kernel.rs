@@ -3,7 +3,6 @@
 
 mod algebra;
 mod elimination;
-mod friction;
 mod inverse;
 mod normal_forces;
 mod range_space;

@@ -157,8 +157,8 @@ impl Lowering {
                     let all: Vec<Id> = arguments.iter().map(|a| self.positive(values[*a])).collect();
                     self.piecewise(*function, &all)
                 }
-                // The argument; nothing else occurs in it.
-                Node::Name(()) | Node::Power(..) | Node::Spline(..) => argument,
+                Node::Name(()) => argument,
+                Node::Power(..) | Node::Spline(..) => unreachable!("a spline is written without them"),
             };
             values.push(value);
         }

@@ -6,17 +6,17 @@ use qrm_scene::expression::Expression;
 use qrm_scene::scene::Quantity;
 use qrm_view::motion::Shape;
 
+use crate::force_elements::add_force_elements;
 use crate::parts::parts;
 use crate::pose::Pose;
 use crate::source::Source;
-use crate::struts::add_struts;
 use crate::teeth::mesh;
 
 /// The shapes, the lowest layer first.
 pub(super) fn draw(pose: &mut Pose) -> Vec<Shape> {
     let mut shapes = if pose.scene.drawing.is_empty() { guessed(pose) } else { parts(pose) };
     mesh(&mut shapes, &pose.nodes);
-    add_struts(pose, &mut shapes);
+    add_force_elements(pose, &mut shapes);
     shapes
 }
 

@@ -1,6 +1,7 @@
 //! Recorded runs as motions: what moves where, and which curves stand beside it.
 
 mod drawing;
+mod force_elements;
 mod groups;
 mod motion;
 mod parts;
@@ -8,7 +9,6 @@ mod pose;
 mod position_error;
 mod recording;
 mod source;
-mod struts;
 mod teeth;
 
 pub use groups::{Group, HEALTH, MAX_CURVES, Member, groups, printed_unit};

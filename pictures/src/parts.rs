@@ -7,8 +7,8 @@ use qrm_scene::evaluate::{State, constant, evaluate};
 use qrm_scene::scene::{DrawnKind, Quantity, Value};
 use qrm_view::motion::{Shape, Track};
 
+use crate::force_elements::part;
 use crate::pose::Pose;
-use crate::struts::part;
 
 /// The shapes of all parts.
 pub(super) fn parts(pose: &mut Pose) -> Vec<Shape> {
@@ -22,9 +22,9 @@ pub(super) fn parts(pose: &mut Pose) -> Vec<Shape> {
                 Shape::Guide { nodes: places.iter().map(|p| pose.place(p)).collect(), is_channel: false }
             }
             DrawnKind::Rod(ends) => Shape::Rod { name, nodes: ends.iter().map(|p| pose.place(p)).collect() },
-            DrawnKind::Strut(kind, ends) => {
+            DrawnKind::ForceElement(kind, ends) => {
                 let nodes = ends.iter().map(|p| pose.place(p)).collect();
-                Shape::Strut { name, nodes, parts: vec![part(*kind)] }
+                Shape::ForceElement { name, nodes, parts: vec![part(*kind)] }
             }
             DrawnKind::Pivot(at) => Shape::Pivot { node: pose.place(at) },
             DrawnKind::Block { at, angle, on } => {

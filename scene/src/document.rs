@@ -15,7 +15,7 @@ mod table;
 
 use crate::diagnostic::{Diagnostic, Span};
 use crate::parser::{Condition, Formula};
-pub use drawing::{DrawnSyntax, StrutKind};
+pub use drawing::{DrawnSyntax, ForceElementKind};
 pub use joints::{JointFriction, JointKind, JointSyntax, LinkPoint};
 pub use links::{LinkSyntax, Mass, Shape};
 pub use loads::{Along, FrictionSyntax, LoadSyntax, SpringSyntax};

@@ -4,6 +4,7 @@ mod check;
 mod drawing;
 mod extremes;
 mod friction;
+mod joints;
 mod limits;
 mod loads;
 mod outputs;
@@ -152,7 +153,7 @@ impl Resolver<'_> {
             four_bars: document.four_bars.clone(),
         };
         for (identifier, load) in &document.loads {
-            if let Some(kind) = self.load(document, &scene, load) {
+            if let Some(kind) = self.load(document, &scene, &identifier.name, load) {
                 scene.loads.push(Load { name: identifier.name.clone(), kind });
             }
         }
@@ -161,6 +162,7 @@ impl Resolver<'_> {
             number_parameters(&mut scene, replace);
             check::parts(document, &scene, &mut self.findings);
             friction::check(document, &scene, &mut self.findings);
+            self.check_joints(document, &scene);
             self.check_extremes(document, &scene, replace);
         }
         if self.is_whole {
@@ -170,6 +172,14 @@ impl Resolver<'_> {
                 limits::sizes(&scene, &mut self.findings);
             }
         }
+        // A formula of a joint may stand in several parts of the scene that it becomes.
+        let mut known: Vec<Diagnostic> = Vec::new();
+        for finding in std::mem::take(&mut self.findings) {
+            if !known.contains(&finding) {
+                known.push(finding);
+            }
+        }
+        self.findings = known;
         scene
     }
 

@@ -262,6 +262,16 @@ impl Scene {
         normals.into_iter().collect()
     }
 
+    /// What has friction that depends on the force in a joint, in words.
+    pub fn friction_by_forces(&self) -> impl Iterator<Item = &str> {
+        self.loads.iter().filter_map(|load| match &load.kind {
+            LoadKind::Spring { friction: Some(friction), .. } if friction.normal.is_some() => {
+                Some(friction.owner.as_str())
+            }
+            _ => None,
+        })
+    }
+
     /// Whether all of a formula could be read and looked up.
     pub fn is_known(value: &Value) -> bool {
         value.names().all(|name| *name != Quantity::Unknown)

@@ -251,6 +251,8 @@ mod tests {
         assert!(Spline::natural("same", &[0.0, 1.0, 1.0], &[0.0, 1.0, 2.0]).is_none());
         assert!(Spline::natural("huge", &[0.0, 1.0, 2.0], &[0.0, 1e308, -1e308]).is_none());
         assert!(Spline::periodic("line", &[0.0, 1.0, 2.0, 3.0], &[1.0, 1.0, 1.0, 1.0]).is_some());
-        assert!(Spline::natural("line", &[0.0, 1.0], &[0.0, 2.0]).is_some_and(|line| at(&line, 0.25) == [0.5, 2.0, 0.0]));
+        assert!(
+            Spline::natural("line", &[0.0, 1.0], &[0.0, 2.0]).is_some_and(|line| at(&line, 0.25) == [0.5, 2.0, 0.0])
+        );
     }
 }

@@ -548,6 +548,8 @@ def check(scene, columns, wanted_rows):
             x, y = [value(c) for c in rows.ends(j)[0]] if j.at else (0.0, 0.0)
             about = picks[:, 2] - (np.multiply(x, picks[:, 1].T) - np.multiply(y, picks[:, 0].T)).T
             asked.append((name, name, about))
+            if kind == "moment" and j.kind == "revolute" and j.friction:
+                sliding[name] = (j.name, on, 2)
         else:
             u = [value(c) for c in rows.line(j)[0]]
             asked.append((name, name, (u[0] * picks[:, 0].T + u[1] * picks[:, 1].T).T))

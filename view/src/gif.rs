@@ -3,12 +3,12 @@
 mod canvas;
 mod clock;
 mod film;
+mod force_elements;
 mod hull;
 mod labels;
 mod palette;
 mod shapes;
 mod stage;
-mod struts;
 mod teeth;
 mod track;
 

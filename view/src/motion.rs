@@ -77,13 +77,13 @@ pub enum Shape {
         nodes: Vec<usize>,
     },
     /// Springs, dampers and actuators, side by side.
-    Strut {
+    ForceElement {
         /// Its name.
         name: String,
         /// Its two ends.
         nodes: Vec<usize>,
         /// What it is made of.
-        parts: Vec<StrutPart>,
+        parts: Vec<ForceElementPart>,
     },
     /// A gear; one without a name belongs to the ground.
     Gear {
@@ -166,7 +166,7 @@ pub enum Shape {
 /// What acts between two nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum StrutPart {
+pub enum ForceElementPart {
     /// A spring.
     Spring,
     /// A damper.
@@ -182,7 +182,7 @@ impl Shape {
             Self::Link { nodes, .. }
             | Self::Guide { nodes, .. }
             | Self::Rod { nodes, .. }
-            | Self::Strut { nodes, .. }
+            | Self::ForceElement { nodes, .. }
             | Self::Belt { nodes, .. } => nodes,
             Self::Block { node, .. }
             | Self::Pivot { node }
@@ -201,7 +201,7 @@ impl Shape {
             | Self::Block { name, .. }
             | Self::Mass { name, .. }
             | Self::Rod { name, .. }
-            | Self::Strut { name, .. }
+            | Self::ForceElement { name, .. }
             | Self::Gear { name, .. }
             | Self::Rack { name, .. }
             | Self::Belt { name, .. }

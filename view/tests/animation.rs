@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 use std::process::Command;
 
 use qrm_view::animation::{fragment, page};
-use qrm_view::motion::{Arrow, Motion, Node, Plot, PlotCurve, Shape, StrutPart, Track};
+use qrm_view::motion::{Arrow, ForceElementPart, Motion, Node, Plot, PlotCurve, Shape, Track};
 
 /// The number of frames of the sample.
 const FRAMES: usize = 301;
@@ -198,7 +198,8 @@ fn machine() -> Motion {
         let angle = angle.clone();
         Shape::Gear { name, node: 0, angle, radius, teeth, phase: 0.1, is_internal }
     };
-    let strut = |parts: &[StrutPart]| Shape::Strut { name: name(), nodes: vec![0, 2], parts: parts.to_vec() };
+    let force_element =
+        |parts: &[ForceElementPart]| Shape::ForceElement { name: name(), nodes: vec![0, 2], parts: parts.to_vec() };
     let rack = |name: String, pitch| {
         let along = [-0.1, 0.3];
         Shape::Rack { name, node: 3, angle: vec![0.2], along, across: 0.05, pitch, phase: 0.01 }
@@ -211,8 +212,8 @@ fn machine() -> Motion {
     motion.shapes.extend([
         Shape::Guide { nodes: vec![0, 4], is_channel: true },
         Shape::Rod { name: name(), nodes: vec![1, 2] },
-        strut(&[StrutPart::Spring, StrutPart::Damper]),
-        strut(&[StrutPart::Actuator]),
+        force_element(&[ForceElementPart::Spring, ForceElementPart::Damper]),
+        force_element(&[ForceElementPart::Actuator]),
         gear("wheel".to_owned(), 0.1, 12, false),
         gear(String::new(), 0.3, 40, true),
         gear(name(), 0.0, 1, false),

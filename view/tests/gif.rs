@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use gif::{ColorOutput, DecodeOptions};
 use qrm_view::gif::{NoAnimation, gif};
-use qrm_view::motion::{Arrow, Motion, Node, Shape, StrutPart};
+use qrm_view::motion::{Arrow, ForceElementPart, Motion, Node, Shape};
 
 fn node(name: &str, x: Vec<f64>, y: Vec<f64>) -> Node {
     Node { name: name.to_owned(), is_traced: !name.is_empty() && x.len() > 1, x, y }
@@ -165,7 +165,8 @@ fn machine() -> Motion {
         phase: 0.1,
         is_internal,
     };
-    let strut = |parts: &[StrutPart]| Shape::Strut { name: name(), nodes: vec![0, 2], parts: parts.to_vec() };
+    let force_element =
+        |parts: &[ForceElementPart]| Shape::ForceElement { name: name(), nodes: vec![0, 2], parts: parts.to_vec() };
     let [along, turned] = [[-0.1, 0.3], [0.3, -0.1]];
     let rack = |along, pitch| Shape::Rack {
         name: String::new(),
@@ -182,9 +183,9 @@ fn machine() -> Motion {
     motion.shapes.extend([
         Shape::Guide { nodes: vec![3, 4], is_channel: true },
         Shape::Rod { name: name(), nodes: vec![1, 2] },
-        strut(&[StrutPart::Spring, StrutPart::Damper]),
-        strut(&[StrutPart::Actuator]),
-        strut(&[]),
+        force_element(&[ForceElementPart::Spring, ForceElementPart::Damper]),
+        force_element(&[ForceElementPart::Actuator]),
+        force_element(&[]),
         gear(1, 0.1, 12, false),
         gear(0, 0.3, 40, true),
         gear(0, 0.0, 0, false),

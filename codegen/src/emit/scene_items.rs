@@ -234,7 +234,7 @@ fn description(scene: &Scene, source: &str) -> TokenStream {
         quote!(ParameterDescription { name: #name, unit: #unit, doc: #doc, formula: #formula })
     });
     let has_corners = scene.has_corners();
-    let friction = scene.loads.iter().filter(|load| load.kind.normal().is_some()).map(|load| &load.name);
+    let friction = scene.friction_by_forces();
     let left_out = scene.left_out().map(|p| &p.name);
     let until = until(scene, source);
     let text = raw_string(source);

@@ -67,7 +67,7 @@ impl Loads {
                         |law: &Option<Value>| law.as_ref().map_or_else(|| Atom::num(0), |v| algebra.law(v, &stretch));
                     let (normal, friction) = friction.as_ref().map_or_else(
                         || (None, Atom::num(0)),
-                        |Friction { size, slip, normal }| {
+                        |Friction { size, slip, normal, .. }| {
                             let size = algebra.law(size, &stretch);
                             let size = normal.map_or(size.clone(), |k| size * algebra.symbol(Symbol::NormalForce(k)));
                             (*normal, -size * algebra.tanh(&(&stretch[1] / algebra.atom(slip))))

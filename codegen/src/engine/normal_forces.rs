@@ -7,7 +7,7 @@ use symbolica::atom::{Atom, AtomCore};
 use super::derive::{System, norm, output};
 use crate::term::{AffineForce, NormalForce, Symbol, Term};
 use qrm_scene::function::Function;
-use qrm_scene::scene::{LoadKind, OutputKind, Scene};
+use qrm_scene::scene::OutputKind;
 
 /// The normal forces of a scene, in the order of the outputs that they are.
 pub(super) fn normal_forces(system: &System) -> Vec<NormalForce> {
@@ -50,6 +50,9 @@ pub(super) fn normal_forces(system: &System) -> Vec<NormalForce> {
     normals.iter().map(normal_force).collect()
 }
 
+/// The output whose size friction depends on, while it contains that friction.
+pub(super) struct Circular(pub(super) usize);
+
 /// The sizes of normal forces by accelerations and multipliers alone, in place of their symbols.
 pub(super) struct Sizes(HashMap<usize, Term>);
 
@@ -57,7 +60,7 @@ impl Sizes {
     /// The sizes of all normal forces.
     ///
     /// # Panics
-    /// If a normal force contains friction that depends on it, for given accelerations and multipliers.
+    /// With a [`Circular`], if a normal force contains friction that depends on it, for given accelerations and multipliers.
     pub(super) fn new(system: &System) -> Self {
         let mut sizes = Self(HashMap::new());
         let mut open = system.algebra.scene.normal_forces();
@@ -65,7 +68,7 @@ impl Sizes {
             let before = open.len();
             open.retain(|&k| !sizes.add(system, k));
             if open.len() == before {
-                sizes.report(system, open[0]);
+                std::panic::panic_any(Circular(open[0]));
             }
         }
         sizes
@@ -99,17 +102,4 @@ impl Sizes {
         self.0.insert(k, size);
         true
     }
-
-    fn report(&self, system: &System, k: usize) {
-        let scene = system.algebra.scene;
-        let own = scene.loads.iter().find(|load| load.kind.normal() == Some(k));
-        if let Some(LoadKind::Spring { friction: Some(friction), .. }) = own.map(|load| &load.kind) {
-            drop(system.algebra.atom(&friction.slip));
-        }
-        panic!("the normal force `{}` contains friction that depends on it", name(scene, k));
-    }
-}
-
-fn name(scene: &Scene, k: usize) -> &str {
-    &scene.outputs[k].name
 }

@@ -17,7 +17,11 @@ pub(super) const ORDERS: usize = 3;
 impl Algebra<'_> {
     /// A spline at an argument.
     pub(super) fn spline(&self, spline: &Arc<Spline>, argument: Atom) -> Atom {
-        let place = self.splines.iter().position(|own| own == spline).unwrap_or_default();
+        let place = self
+            .splines
+            .iter()
+            .position(|own| own == spline)
+            .unwrap_or_else(|| unreachable!("all splines of a scene are known"));
         function!(symbol!(spline_name(place, 0)), argument)
     }
 

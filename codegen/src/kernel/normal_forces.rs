@@ -1,64 +1,261 @@
-//! Normal forces of friction in plain functions, which hold at any position.
+//! Friction that follows from normal forces, which follow from accelerations and multipliers, and so from friction.
+//!
+//! The equations of motion are linear in the sizes `N` of the normal forces: their components are
+//! `o = rest + by N`. With the direction `d = o/|o|` of each, `N = d . rest + (d . by) N`; Newton's method is to solve
+//! these equations and to take the directions at their solution. Where the matrix of the sizes `|by|` has a spectral
+//! radius below one, there is one solution. Otherwise there may be none or several (Painlevé): the normal forces are
+//! not numbers there.
+
+mod any_position;
 
 use super::algebra::{Matrix, Value};
-use super::range_space::RangeSpace;
 use super::{Block, Builder};
-use crate::graph::Signed;
-use crate::term::KernelEquations;
+use crate::graph::{Op, Signed};
+use crate::term::{AffineForce, NormalForce, Symbol, Term};
+use qrm_scene::function::Function;
+
+/// Steps of Newton's method. Five reach the last digit where the spectral radius is 0.5, and these where it is 0.97.
+const STEPS: usize = 8;
+/// Largest error of the solution, relative to the sum of the normal forces.
+const TOLERANCE: f64 = 1e-9;
+/// Added to the square of a size before its root is taken: a force of zero has no direction, and is not divided by.
+const TINY: f64 = 1e-300;
+/// Adds to a normal force what is far below its last digit, unless it is not a number.
+const NOTHING: f64 = 1e-300;
+
+/// Accelerations and multipliers.
+pub(super) type Solution = (Vec<Value>, Vec<Value>);
+
+/// The solution for forces; with the name of a normal force, for forces alone.
+type Solve<'s, B> = &'s dyn Fn(&mut B, &[Value], Option<&str>) -> Solution;
+
+/// The components of a normal force.
+struct Components {
+    rest: Vec<Value>,
+    /// For each component, its derivatives by all normal forces.
+    by: Matrix,
+}
 
 impl Builder<'_> {
-    /// Binds the symbols of normal forces, and gives the values on the way there with their names.
-    ///
-    /// `Mbar` is completed by `C_q' W C_q`, with weights `W` that give both parts the same size: it is regular where the
-    /// motion is determined, and the solution is the same.
-    pub(super) fn bind_normal_forces(mut self, e: &KernelEquations) -> Vec<(String, Signed)> {
-        let jacobian = self.jacobian(e);
-        let mass = self.mass_matrix(e);
-        let closing: Vec<Value> = e.constraint_bias.iter().map(|bias| self.value(bias).map(Signed::negated)).collect();
-        let forces: Vec<Value> = e.pushes.iter().flat_map(|push| &push.total).map(|force| self.value(force)).collect();
-        let weighted = self.weighted(&jacobian, &mass);
-        let completed = self.completed(&jacobian, &weighted, mass);
-        if let Some(system) = RangeSpace::new(&mut self, &jacobian, &completed) {
-            let still = vec![None; closing.len()];
-            let solve = |builder: &mut Self, forces: &[Value], unit: Option<&str>| {
-                let closing = if unit.is_some() { &still } else { &closing };
-                let pulled = |(i, force): (usize, &Value)| {
-                    let column: Vec<Value> = weighted.iter().map(|row| row[i]).collect();
-                    let more = builder.dot(&column, closing);
-                    builder.sum(force.iter().copied().chain(more).collect())
-                };
-                let forces: Vec<Value> = forces.iter().enumerate().map(pulled).collect();
-                system.accelerations(builder, closing, &forces)
+    /// The solution of the equations of motion with friction. `solve` gives it for other forces, or, with the name of a
+    /// normal force, for forces alone: with constraints that keep still.
+    pub(super) fn with_friction(
+        &mut self,
+        normal_forces: &[NormalForce],
+        forces: &[Value],
+        solve: Solve<'_, Self>,
+    ) -> Solution {
+        let without = solve(self, forces, None);
+        if normal_forces.is_empty() {
+            return without;
+        }
+        let units: Vec<Solution> = normal_forces
+            .iter()
+            .map(|own| {
+                let friction: Vec<Value> = own.friction.iter().map(|force| self.value(force)).collect();
+                solve(self, &friction, Some(&own.name))
+            })
+            .collect();
+        let components: Vec<Components> =
+            normal_forces.iter().map(|own| self.components(own, &without, &units)).collect();
+        let sizes = self.sizes(normal_forces, &components);
+        for (own, size) in normal_forces.iter().zip(&sizes) {
+            self.bind(Symbol::NormalForce(own.output), *size);
+        }
+        let mut total = |part: fn(&Solution) -> &Vec<Value>, name: &dyn Fn(&Self, usize) -> String, block: Block| {
+            let entry = |i: usize| {
+                let by: Vec<Value> = units.iter().map(|unit| part(unit)[i]).collect();
+                let more = self.dot(&by, &sizes);
+                let sum = self.sum(part(&without)[i].into_iter().chain(more).collect());
+                let name = name(self, i);
+                self.keep(block, &name, sum)
             };
-            self.with_friction(&e.normal_forces, &forces, &solve);
-        }
-        self.locals.into_iter().map(|local| (local.name, local.value)).collect()
+            (0..part(&without).len()).map(entry).collect::<Vec<Value>>()
+        };
+        let coordinate = |builder: &Self, i: usize| format!("{}_ddot", builder.scene.coordinates[i].name);
+        let constraint = |builder: &Self, k: usize| format!("lambda_{}", builder.scene.constraints[k].name);
+        let accelerations = total(|solution| &solution.0, &coordinate, Block::Friction);
+        (accelerations, total(|solution| &solution.1, &constraint, Block::Friction))
     }
 
-    /// `W C_q`
-    fn weighted(&mut self, jacobian: &Matrix, mass: &Matrix) -> Matrix {
-        let trace: Vec<Signed> = (0..mass.len()).filter_map(|i| mass[i][i]).collect();
-        let trace = self.sum(trace);
-        let mut weighted = Matrix::new();
-        for row in jacobian {
-            let square = self.dot(row, row);
-            let over = self.reciprocal(square);
-            let weight = self.multiply(trace, over);
-            let weight = self.keep(Block::Mass, "weight", weight);
-            weighted.push(row.iter().map(|entry| self.multiply(weight, *entry)).collect());
+    fn components(&mut self, own: &NormalForce, without: &Solution, units: &[Solution]) -> Components {
+        let (mut rest, mut by) = (Vec::new(), Matrix::new());
+        for (force, axis) in own.components.iter().zip(["", "_y"]) {
+            let name = format!("{}{axis}", own.name);
+            rest.push(self.component(force, without, &force.rest, &format!("{name}_rest")));
+            let of_units = units.iter().zip(&force.by_normal_forces).enumerate();
+            by.push(
+                of_units.map(|(k, (unit, own))| self.component(force, unit, own, &format!("{name}_by_{k}"))).collect(),
+            );
         }
-        weighted
+        Components { rest, by }
     }
 
-    /// `Mbar + C_q' W C_q`
-    fn completed(&mut self, jacobian: &Matrix, weighted: &Matrix, mut mass: Matrix) -> Matrix {
-        for (i, row) in mass.iter_mut().enumerate() {
-            for (j, entry) in row.iter_mut().enumerate() {
-                let products = jacobian.iter().zip(weighted).filter_map(|(own, by)| self.multiply(own[i], by[j]));
-                let terms: Vec<Signed> = entry.iter().copied().chain(products.collect::<Vec<_>>()).collect();
-                *entry = self.sum(terms);
+    /// A component at accelerations and multipliers.
+    fn component(
+        &mut self,
+        force: &AffineForce,
+        (accelerations, multipliers): &Solution,
+        more: &Term,
+        name: &str,
+    ) -> Value {
+        let mut values = |terms: &[Term]| terms.iter().map(|term| self.value(term)).collect::<Vec<Value>>();
+        let (by_accelerations, by_multipliers) = (values(&force.by_accelerations), values(&force.by_multipliers));
+        let more = self.value(more);
+        let parts = [self.dot(&by_accelerations, accelerations), self.dot(&by_multipliers, multipliers), more];
+        let sum = self.sum(parts.into_iter().flatten().collect());
+        self.keep(Block::Friction, name, sum)
+    }
+
+    /// The sizes of the normal forces.
+    fn sizes(&mut self, normal_forces: &[NormalForce], components: &[Components]) -> Vec<Value> {
+        let is_free = components.iter().flat_map(|own| &own.by).flatten().all(Option::is_none);
+        let name = |k: usize, what: &str| format!("{}_{what}", normal_forces[k].name);
+        let sizes_at = |builder: &mut Self, forces: &[Vec<Value>], what: &str| -> Vec<Value> {
+            let size = |(k, force): (usize, &Vec<Value>)| {
+                let size = builder.size(force);
+                builder.keep(Block::Friction, &name(k, what), size)
+            };
+            forces.iter().enumerate().map(size).collect()
+        };
+        let rest: Vec<Vec<Value>> = components.iter().map(|own| own.rest.clone()).collect();
+        if is_free {
+            return sizes_at(self, &rest, "size");
+        }
+        let mut forces = rest;
+        let mut sizes = Vec::new();
+        // What friction adds to a single component leaves its sign, where there is one solution.
+        let steps = if matches!(components, [only] if only.rest.len() == 1) { 1 } else { STEPS };
+        for _ in 0..steps {
+            let directions = self.directions(&forces);
+            let (mut matrix, mut right) = (Matrix::new(), Vec::new());
+            for (own, direction) in components.iter().zip(&directions) {
+                let by = |k: usize| own.by.iter().map(|by| by[k]).collect::<Vec<Value>>();
+                let row = (0..components.len()).map(|k| self.dot(direction, &by(k)));
+                matrix.push(row.collect());
+                right.push(self.dot(direction, &own.rest));
+            }
+            sizes = self.fixed_point(&matrix, right).0;
+            sizes =
+                sizes.iter().enumerate().map(|(k, size)| self.keep(Block::Friction, &name(k, "size"), *size)).collect();
+            forces = self.forces_of(components, &sizes);
+        }
+        let found = sizes_at(self, &forces, "found");
+        let doubt = self.doubt(components, &sizes, &found);
+        let checked = |(k, size): (usize, &Value)| {
+            let sum = self.sum(size.iter().copied().chain(doubt).collect());
+            self.keep(Block::Friction, &name(k, "normal"), sum)
+        };
+        sizes.iter().enumerate().map(checked).collect()
+    }
+
+    /// Zero but for rounding where the solution is the only one, else not a number.
+    fn doubt(&mut self, components: &[Components], sizes: &[Value], found: &[Value]) -> Value {
+        let contraction: Matrix = components
+            .iter()
+            .map(|own| {
+                let by = |k: usize| own.by.iter().map(|by| by[k]).collect::<Vec<Value>>();
+                (0..components.len()).map(|k| self.size(&by(k))).collect()
+            })
+            .collect();
+        let none = vec![None; components.len()];
+        // All pivots are positive where the spectral radius is below one.
+        let mut margins = self.fixed_point(&contraction, none).1;
+        let tiny = Some(self.lowering.graph.number(NOTHING));
+        let tolerance = Some(self.lowering.graph.number(TOLERANCE));
+        let total = self.sum(found.iter().copied().flatten().chain(tiny).collect());
+        let allowed = self.multiply(total, tolerance);
+        for (size, found) in sizes.iter().zip(found) {
+            let difference = self.difference(*size, *found);
+            let error = self.size(&[difference]);
+            margins.push(self.difference(allowed, error));
+        }
+        let nothing = Some(self.lowering.graph.number(NOTHING));
+        margins.retain(|margin| margin.is_some_and(|margin| !self.is_one(margin)));
+        let roots: Vec<Signed> = margins.into_iter().filter_map(|margin| self.root(margin)).collect();
+        let sum = self.sum(roots);
+        let doubt = self.multiply(nothing, sum);
+        self.keep(Block::Friction, "doubt", doubt)
+    }
+
+    /// `rest + by N`
+    fn forces_of(&mut self, components: &[Components], sizes: &[Value]) -> Vec<Vec<Value>> {
+        let mut force = |own: &Components| {
+            let component = |(rest, by): (&Value, &Vec<Value>)| {
+                let more = self.dot(by, sizes);
+                self.sum(rest.iter().copied().chain(more).collect())
+            };
+            own.rest.iter().zip(&own.by).map(component).collect()
+        };
+        components.iter().map(&mut force).collect()
+    }
+
+    fn directions(&mut self, forces: &[Vec<Value>]) -> Vec<Vec<Value>> {
+        let mut direction = |force: &Vec<Value>| match &force[..] {
+            [single] => vec![self.call(Function::Sign, *single)],
+            _ => {
+                let size = self.size(force);
+                let over = self.reciprocal(size);
+                force.iter().map(|component| self.multiply(*component, over)).collect()
+            }
+        };
+        forces.iter().map(&mut direction).collect()
+    }
+
+    /// The size of a force by its components.
+    fn size(&mut self, force: &[Value]) -> Value {
+        match force {
+            [single] => self.call(Function::Abs, *single),
+            _ => {
+                let square = self.dot(force, force)?;
+                let tiny = self.lowering.graph.number(TINY);
+                let square = self.sum(vec![square, tiny]);
+                self.root(square)
             }
         }
-        mass
+    }
+
+    fn call(&mut self, function: Function, argument: Value) -> Value {
+        let argument = self.lowering.positive(argument?);
+        Some(Signed { negative: false, id: self.lowering.graph.add(Op::Call(function, argument)) })
+    }
+
+    /// The solution of `x = matrix x + right`, and the pivots.
+    fn fixed_point(&mut self, matrix: &Matrix, right: Vec<Value>) -> Solution {
+        let size = matrix.len();
+        let one = self.lowering.graph.number(1.0);
+        let mut rows: Matrix = matrix
+            .iter()
+            .enumerate()
+            .map(|(i, row)| {
+                let entry = |(j, value): (usize, &Value)| {
+                    let negative = value.map(Signed::negated);
+                    if i == j { self.sum(negative.into_iter().chain([one]).collect()) } else { negative }
+                };
+                row.iter().enumerate().map(entry).collect()
+            })
+            .collect();
+        let (mut x, mut inverses) = (right, Vec::new());
+        for k in 0..size {
+            let inverse = self.reciprocal(rows[k][k]);
+            inverses.push(self.keep(Block::Friction, "over_pivot", inverse));
+            for i in k + 1..size {
+                let multiple = self.multiply(rows[i][k], inverses[k]);
+                let multiple = self.keep(Block::Friction, "multiple", multiple);
+                for j in k + 1..size {
+                    let product = self.multiply(multiple, rows[k][j]);
+                    rows[i][j] = self.difference(rows[i][j], product);
+                }
+                let product = self.multiply(multiple, x[k]);
+                x[i] = self.difference(x[i], product);
+            }
+        }
+        for k in (0..size).rev() {
+            let known: Vec<Value> = (k + 1..size).map(|j| self.multiply(rows[k][j], x[j])).collect();
+            let terms = x[k].into_iter().chain(known.into_iter().flatten().map(Signed::negated)).collect();
+            let sum = self.sum(terms);
+            x[k] = self.multiply(sum, inverses[k]);
+        }
+        (x, (0..size).map(|k| rows[k][k]).collect())
     }
 }

@@ -31,9 +31,11 @@ fn digits(number: f64) -> usize {
     format!("{number:e}").split('e').next().unwrap_or_default().chars().filter(char::is_ascii_digit).count()
 }
 
-/// Whether numbers of a module are rounded: slopes of tables, and products of numbers with many digits.
+/// Whether numbers of a module are rounded: slopes of tables, coefficients of splines, and products of numbers with many digits.
 pub(super) fn has_rounded_constants(scene: &Scene) -> bool {
-    let is_long = |node: &Node<Quantity>| matches!(node, Node::Number(number) if digits(number.value) > LONG);
+    let is_long = |node: &Node<Quantity>| {
+        matches!(node, Node::Number(number) if digits(number.value) > LONG) || matches!(node, Node::Spline(..))
+    };
     let has_long = |value: &&Value| value.nodes().iter().any(is_long);
     scene.loads_call(|function| function == Function::Abs) || all_values(scene).iter().any(has_long)
 }

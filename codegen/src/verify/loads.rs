@@ -51,7 +51,7 @@ impl<B: Differentiable> Sample<B> {
         });
         let law = |value: &Formula| plain.law(value, [along.re, along.v1]);
         let sliding = |slip: &Formula| Function::Tanh.evaluate(&[along.v1 / plain.value(slip)]);
-        let friction = friction.as_ref().map_or(zero, |Friction { size, slip, normal }| {
+        let friction = friction.as_ref().map_or(zero, |Friction { size, slip, normal, .. }| {
             law(size) * normal.map_or(B::from(1.0), |k| self.normal_forces[k]) * sliding(slip)
         });
         let loss = force.as_ref().map_or(zero, law) - friction - optional(damping) * along.v1;

@@ -83,11 +83,8 @@ pub(super) trait StepFormula: std::fmt::Debug + Send {
         room: &mut State,
     ) -> Result<f64, StepError> {
         self.complete_dense_output(mechanism, step, task, work)?;
-        let half = 0.5 * (step.to.t - step.from.t);
-        let mut sum = 0.0;
-        for (place, weight) in GAUSS_3 {
-            let State { q, qd, qdd, multipliers, .. } = room;
-            let t = step.from.t + half * (1.0 + place);
+        let mut power = |t: f64| -> Result<f64, StepError> {
+            let State { q, qd, qdd, multipliers, .. } = &mut *room;
             step.at(t, q, qd);
             // They matter where constraints do work, and to friction that depends on forces in joints.
             qdd.fill(0.0);
@@ -97,9 +94,29 @@ pub(super) trait StepFormula: std::fmt::Debug + Send {
                 work.solver.accelerations(mechanism, t, (q, qd), (qdd, multipliers))?;
                 work.solver.stats = stats;
             }
-            sum += half * weight * mechanism.power(t, q, qd, qdd, multipliers);
+            Ok(mechanism.power(t, q, qd, qdd, multipliers))
+        };
+        let (from, length) = (step.from.t, step.to.t - step.from.t);
+        let mut panels = 1_u32;
+        loop {
+            let half = 0.5 * length / f64::from(panels);
+            let (mut sum, mut size, mut coarse) = (0.0, 0.0, 0.0);
+            for panel in 0..panels {
+                let middle = from + half * f64::from(2 * panel + 1);
+                let mut powers = [0.0; 3];
+                for (found, (place, weight)) in powers.iter_mut().zip(GAUSS_3) {
+                    *found = power(middle + half * place)?;
+                    sum += half * weight * *found;
+                    size += (half * weight * *found).abs();
+                }
+                coarse += half * (powers[0] + powers[2]);
+            }
+            // The mean of the outer places differs from that of all where the power bends.
+            if (sum - coarse).abs() <= BEND * size || panels == MOST_PANELS {
+                return Ok(sum);
+            }
+            panels *= 4;
         }
-        Ok(sum)
     }
 
     /// A copy.
@@ -223,6 +240,13 @@ pub struct Counts {
     pub fallback: u64,
 }
 
+/// The work inside a step is integrated over more panels where its power bends by more than this part of it, up to so
+/// many.
+const BEND: f64 = 0.1;
+const MOST_PANELS: u32 = 64;
+/// Most guesses of the first step, each shorter than the last one by this factor.
+const FIRST_GUESSES: usize = 6;
+const SHORTER_GUESS: f64 = 0.01;
 /// The step is aimed at this part of the tolerance.
 const SAFETY: f64 = 0.8;
 /// More steps than this, and than so many for each row, mean that the motion cannot be followed.
@@ -511,12 +535,19 @@ impl Adaptive {
         };
         let (size, speed) = (norm(&first.q, &first.qd), norm(&first.qd, &first.qdd));
         let guess = if size < 1e-5 || speed < 1e-5 { 1e-6 } else { 0.01 * size / speed };
-        let guess = guess.min(self.task.end_time - first.t);
-        let along = |x: &[f64], v: &[f64]| -> Vec<f64> { x.iter().zip(v).map(|(x, v)| x + guess * v).collect() };
+        let mut guess = guess.min(self.task.end_time - first.t);
         let mut later = first.clone();
-        (later.t, later.q, later.qd) = (first.t + guess, along(&first.q, &first.qd), along(&first.qd, &first.qdd));
-        solver.projected(mechanism, (Projection::None, ProjectionTolerance::default()), &mut later)?;
-        self.counts.evaluations += 1;
+        for left in (0..FIRST_GUESSES).rev() {
+            let along = |x: &[f64], v: &[f64]| -> Vec<f64> { x.iter().zip(v).map(|(x, v)| x + guess * v).collect() };
+            (later.t, later.q, later.qd) = (first.t + guess, along(&first.q, &first.qd), along(&first.qd, &first.qdd));
+            self.counts.evaluations += 1;
+            match solver.projected(mechanism, (Projection::None, ProjectionTolerance::default()), &mut later) {
+                Ok(_) => break,
+                Err(reason) if left == 0 => return Err(reason),
+                // Forces may have no solution there.
+                Err(_) => guess *= SHORTER_GUESS,
+            }
+        }
         let change = |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| (a - b) / guess).collect() };
         let bend = norm(&change(&later.qd, &first.qd), &change(&later.qdd, &first.qdd));
         let largest = speed.max(bend);

@@ -163,9 +163,9 @@ impl StepError {
             }
             Self::ForcesNotFinite if !description.friction.is_empty() => {
                 let text = format!(
-                    "the friction of {} has no solution or several at this position and speed (Painleve's paradox), or another \
-                     force is not finite",
-                    quoted(description.friction)
+                    "the friction of {} has no solution or several at this position and speed (Painleve's paradox), or the \
+                     mechanism is singular here, or another force is not finite",
+                    description.friction.join(", ")
                 );
                 let help = "use a smaller coefficient of friction, a longer guide, or a larger `slip`";
                 (text, help.to_owned())
@@ -174,10 +174,9 @@ impl StepError {
                 let text = format!(
                     "constraints repeat others, so that the forces in joints are not unique, and the friction of {} depends on \
                      them",
-                    quoted(description.friction)
+                    description.friction.join(", ")
                 );
-                let help =
-                    "take out the constraints that are too many: `qrm check` names them; or take out the friction";
+                let help = "take out the constraints that are too many (without friction `qrm check` names them), or the friction";
                 (text, help.to_owned())
             }
             Self::NotFinite | Self::ForcesNotFinite => {
@@ -186,6 +185,11 @@ impl StepError {
                 let help = "use a shorter --step, or a smaller --tolerance with a method that chooses its steps; look for roots, \
                             logarithms and quotients in the scene";
                 (text, help.to_owned())
+            }
+            Self::NoLinearization if !description.friction.is_empty() => {
+                let text =
+                    "the method needs Jacobians, and there are none of friction that depends on forces in joints";
+                (text.to_owned(), "use `--method dop853` or `gauss`".to_owned())
             }
             Self::NoLinearization => {
                 let name = description.name;
@@ -197,10 +201,6 @@ impl StepError {
         };
         Explanation { text, help }
     }
-}
-
-fn quoted(names: &[&str]) -> String {
-    names.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
 }
 
 /// A length or angle, in readable digits.

@@ -27,7 +27,7 @@ pub enum DrawnSyntax {
     /// A line that something slides along.
     Guide(Vec<Position>),
     /// A spring, a damper or an actuator.
-    Strut(StrutKind, [Position; 2]),
+    ForceElement(ForceElementKind, [Position; 2]),
     /// A gear.
     Gear {
         /// Its middle.
@@ -79,7 +79,7 @@ pub enum DrawnSyntax {
 /// What acts between two places.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum StrutKind {
+pub enum ForceElementKind {
     /// A spring.
     Spring,
     /// A damper.
@@ -88,7 +88,7 @@ pub enum StrutKind {
     Actuator,
 }
 
-impl StrutKind {
+impl ForceElementKind {
     /// The key that it is written with.
     pub fn key(self) -> &'static str {
         match self {
@@ -106,14 +106,16 @@ pub(super) fn drawn(r: &mut Reader, identifier: &Identifier, value: table::Value
     let table = r.table(&format!("drawing of `{}`", identifier.name), value)?;
     let kind = table.one_of(r, &KINDS, "a part of a drawing is of one kind")?;
     let asked = table.required(r, kind)?;
-    let strut = |r: &mut Reader, strut: StrutKind| ends(r, kind, asked).map(|ends| DrawnSyntax::Strut(strut, ends));
+    let force_element = |r: &mut Reader, force_element: ForceElementKind| {
+        ends(r, kind, asked).map(|ends| DrawnSyntax::ForceElement(force_element, ends))
+    };
     let drawn = match kind {
         "link" => places(r, asked).map(DrawnSyntax::Link),
         "guide" => places(r, asked).map(DrawnSyntax::Guide),
         "rod" => ends(r, kind, asked).map(DrawnSyntax::Rod),
-        "spring" => strut(r, StrutKind::Spring),
-        "damper" => strut(r, StrutKind::Damper),
-        "actuator" => strut(r, StrutKind::Actuator),
+        "spring" => force_element(r, ForceElementKind::Spring),
+        "damper" => force_element(r, ForceElementKind::Damper),
+        "actuator" => force_element(r, ForceElementKind::Actuator),
         "block" => {
             let angle = optional(r, &table, "angle");
             let on = table.optional("on").and_then(|v| position(r, v));

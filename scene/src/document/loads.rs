@@ -118,7 +118,7 @@ fn spring(r: &mut Reader, identifier: &Identifier, table: &Table, kind: &str) ->
     let (stiffness, rest, damping) = (formula("spring"), formula("rest"), formula("damper"));
     let (potential, force) = (formula("potential"), formula("force"));
     let (friction, slip) = (formula("friction"), formula("slip"));
-    let normal = friction.is_some().then(|| table.optional("normal")).flatten().and_then(|v| r.text(v));
+    let normal = table.optional("normal").and_then(|v| r.text(v));
     let sizes = [&stiffness, &damping, &potential, &force, &friction];
     let mut wrong = |title: String, label: &str, help: &str| {
         r.findings.push(Diagnostic::error(title, identifier.span.clone(), label).help(help));
@@ -131,6 +131,10 @@ fn spring(r: &mut Reader, identifier: &Identifier, table: &Table, kind: &str) ->
     if friction.is_some() != slip.is_some() {
         let help = "friction is `-friction*tanh(s_dot/slip)`: give both, `slip` well below the speeds that matter";
         wrong(format!("load `{name}` has one of `friction` and `slip`"), "the other is missing", help);
+    }
+    if normal.is_some() && friction.is_none() {
+        let help = "the normal force is that of a friction: add `friction`, the coefficient, and `slip`";
+        wrong(format!("load `{name}` has `normal` and no `friction`"), "nothing rubs", help);
     }
     let friction = friction.zip(slip).map(|(size, slip)| FrictionSyntax { size, slip, normal });
     let spring = |along| SpringSyntax { along, stiffness, rest, damping, potential, force, friction };

@@ -6,6 +6,7 @@ use super::graph::{Graph, Joint, PointId};
 use super::places::{Places, distance_from_line, line, slide};
 use super::terms::{add, call, difference, dot, multiply, name, negate, subtract, whole};
 use super::tree::Tree;
+use crate::diagnostic::Diagnostic;
 use crate::document::{ConstraintSyntax, Identifier, JointKind};
 use crate::function::Function;
 use crate::parser::Formula;
@@ -16,6 +17,19 @@ pub(super) struct JointConstraint {
     pub(super) syntax: ConstraintSyntax,
     /// The derivative of its residual by the angle of each link, points held.
     pub(super) slopes: Vec<(usize, Formula)>,
+}
+
+/// Reports one-sided joints that are no constraints, but coordinates.
+pub(super) fn check_sides(graph: &Graph, tree: &Tree, findings: &mut Vec<Diagnostic>) {
+    for (number, joint) in graph.joints.iter().enumerate() {
+        let is_coordinate = joint.ends.iter().any(|end| tree.places(number, *end));
+        if joint.syntax.one_sided.is_some() && is_coordinate {
+            let own = &joint.syntax.identifier;
+            let title = format!("joint `{}` places a link and cannot be one-sided", own.name);
+            let error = Diagnostic::error(title, own.span.clone(), "nothing else places the link");
+            findings.push(error.help("take `one_sided` out, or hold the link by another joint"));
+        }
+    }
 }
 
 /// The constraints of all joints, in their order.

@@ -1,11 +1,12 @@
 //! Links and joints as they are drawn.
 
 use super::angles::Angles;
+use super::cams::THETA;
 use super::constants::Constants;
 use super::gears::gears;
-use super::graph::{Graph, PointId};
+use super::graph::{Graph, Joint, PointId};
 use super::places::Places;
-use super::terms::{add, whole};
+use super::terms::{add, difference, direction, dot, multiply, negate, substituted, sum, whole};
 use crate::document::{DrawnSyntax, Identifier, JointKind, Position};
 
 /// Gears and belts below all others, links as bars and plates, links that slide as blocks, pins on the ground as pivots.
@@ -56,7 +57,8 @@ pub(super) fn drawing(
                 let cam = DrawnSyntax::Cam { at: at(joint.ends[1]), angle, profile, is_flat };
                 let own = graph.links[joint.ends[1].link].map(|link| &link.identifier);
                 // Below all that follows it.
-                drawn.insert(0, (own.cloned().unwrap_or(identifier), cam));
+                drawn.insert(0, (own.cloned().unwrap_or_else(|| identifier.clone()), cam));
+                drawn.extend(face(angles, places, joint).map(|face| (identifier, face)));
             }
             (JointKind::Rod, _) => {
                 drawn.push((identifier, DrawnSyntax::Rod([at(joint.ends[0]), at(joint.ends[1])])));
@@ -66,6 +68,22 @@ pub(super) fn drawing(
         }
     }
     drawn
+}
+
+/// The face of a follower, as long as the cam is wide.
+fn face(angles: &Angles, places: &Places, joint: &Joint) -> Option<DrawnSyntax> {
+    let (face, profile) = (joint.syntax.face.as_ref()?, joint.syntax.profile.as_ref()?);
+    let span = &joint.syntax.identifier.span;
+    let centre = places.components(joint.ends[1], span);
+    let way = difference(places.components(joint.ends[0], span), centre.clone());
+    let [cos, sin] = direction(&add(angles.formula(joint.ends[0].link, span), face.clone()));
+    // The middle of the face is across from the middle of the cam.
+    let height = dot(way, [cos.clone(), sin.clone()]);
+    let middle = sum(centre, [cos.clone(), sin.clone()].map(|part| multiply(height.clone(), part)));
+    let half = substituted(profile, THETA, &whole(0));
+    let along = [negate(sin), cos].map(|part| multiply(half.clone(), part));
+    let ends = [difference(middle.clone(), along.clone()), sum(middle, along)];
+    Some(DrawnSyntax::Link(ends.map(Position::Pair).into()))
 }
 
 /// The links that move, each with those that are welded to it.

@@ -2,6 +2,7 @@
 
 use super::Linkage;
 use super::closures::{DRIVE, gear_slopes};
+use super::friction::load_of_joint;
 use super::graph::{GROUND, PointId};
 use super::terms::{add, difference, is_zero, multiply, negate, sum, whole};
 use super::tree::Placement;
@@ -24,7 +25,7 @@ pub(super) fn moment(
             let slope = slopes.into_iter().find(|(link, _)| *link == on.link).map_or_else(|| whole(0), |(_, own)| own);
             Ok(of_multiplier(linkage, number, "", negate(slope)))
         }
-        JointKind::Revolute if syntax.drive.is_some() => drive(linkage, number, on, asked),
+        JointKind::Revolute if syntax.drive.is_some() || syntax.friction.is_some() => Ok(of_pin(linkage, number, on)),
         kind if kind.holds_angle() => held(linkage, number, on, asked),
         _ => {
             let title = format!("joint `{}` carries no moment", asked.name);
@@ -32,6 +33,22 @@ pub(super) fn moment(
             Err(error
                 .help("ask for its force: `joint = \"NAME\"`, or for the moment of a weld, a slider, gears or a drive"))
         }
+    }
+}
+
+/// The moment of a pin: that of its drive, and that of its friction.
+fn of_pin(linkage: &Linkage, number: usize, on: PointId) -> OutputValue {
+    let joint = &linkage.graph.joints[number];
+    let Identifier { name, span } = &joint.syntax.identifier;
+    let identifier = |name: String| Identifier { name, span: span.clone() };
+    let sign = if on == joint.ends[0] { 1 } else { -1 };
+    let driven = joint.syntax.drive.as_ref().map(|_| (identifier(format!("{name}{DRIVE}")), whole(-sign)));
+    let radius = joint.syntax.friction.as_ref().and_then(|friction| friction.radius.clone());
+    let rubbed = radius.map(|radius| (identifier(load_of_joint(name)), multiply(whole(sign), radius)));
+    OutputValue::FreeBody {
+        displacements: Vec::new(),
+        multipliers: driven.into_iter().collect(),
+        loads: rubbed.into_iter().collect(),
     }
 }
 
@@ -77,7 +94,7 @@ fn held(linkage: &Linkage, number: usize, on: PointId, asked: &Identifier) -> Re
     // Formulae name the coordinate of the link that it is called after.
     let owner = if class > 0 { Some(angles.coordinates[class - 1].1) } else { None };
     let is_turned_in_formulae = owner.is_some_and(|owner| turned.contains(&owner));
-    let slopes = |slopes: &[(usize, Formula)]| {
+    let missing = |slopes: &[(usize, Formula)]| {
         slopes.iter().fold(whole(0), |sum, (link, slope)| {
             match (turned.contains(link), is_turned_in_formulae && angles.of(*link).class == class) {
                 (true, false) => add(sum, slope.clone()),
@@ -87,11 +104,19 @@ fn held(linkage: &Linkage, number: usize, on: PointId, asked: &Identifier) -> Re
         })
     };
     let multipliers =
-        closures.iter().map(|own| (own.syntax.identifier.clone(), multiply(whole(turn), slopes(&own.slopes))));
+        closures.iter().map(|own| (own.syntax.identifier.clone(), multiply(whole(turn), missing(&own.slopes))));
+    // Friction in pins works along the angles of their links.
+    let frictions = graph.joints.iter().filter_map(|own| {
+        let radius = own.syntax.friction.as_ref()?.radius.clone()?;
+        let slopes = [(own.ends[0].link, radius.clone()), (own.ends[1].link, negate(radius))];
+        let Identifier { name, span } = &own.syntax.identifier;
+        let load = Identifier { name: load_of_joint(name), span: span.clone() };
+        Some((load, multiply(whole(-turn), missing(&slopes))))
+    });
     Ok(OutputValue::FreeBody {
         displacements: displacements(linkage, number, &turned, turn, owner),
         multipliers: multipliers.filter(|(_, factor)| !is_zero(factor)).collect(),
-        loads: Vec::new(),
+        loads: frictions.filter(|(_, factor)| !is_zero(factor)).collect(),
     })
 }
 

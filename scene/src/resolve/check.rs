@@ -1,6 +1,5 @@
 //! Rules that a scene must keep beyond knowing its names.
 
-use super::friction::owner;
 use super::usage::all_values;
 use crate::diagnostic::Diagnostic;
 use crate::document::{BodySyntax, Document, Identifier};
@@ -16,7 +15,7 @@ pub(super) fn parts(document: &Document, scene: &Scene, findings: &mut Vec<Diagn
         body(syntax, scene, place, findings);
     }
     bodies_at_all_times(scene, findings);
-    loads(document, scene, findings);
+    loads(scene, findings);
     run(scene, findings);
     references(document, scene, findings);
     for constraint in &scene.constraints {
@@ -165,9 +164,9 @@ fn body(syntax: &BodySyntax, scene: &Scene, place: usize, findings: &mut Vec<Dia
 }
 
 /// Friction must resist, and a load act on something that moves.
-fn loads(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) {
+fn loads(scene: &Scene, findings: &mut Vec<Diagnostic>) {
     for Load { name, kind } in &scene.loads {
-        if let LoadKind::Spring { friction: Some(Friction { size, slip, .. }), .. } = kind {
+        if let LoadKind::Spring { friction: Some(Friction { size, slip, owner, .. }), .. } = kind {
             // Not a number where it is no constant.
             for (what, value, is_bad) in [
                 ("the friction of OWNER is negative", size, constant(scene, size) < 0.0),
@@ -175,7 +174,7 @@ fn loads(document: &Document, scene: &Scene, findings: &mut Vec<Diagnostic>) {
             ] {
                 if is_bad {
                     let label = format!("its value is {}", constant(scene, value));
-                    let title = what.replace("OWNER", &owner(document, name));
+                    let title = what.replace("OWNER", owner);
                     let help = "friction is `-friction*tanh(s_dot/slip)`: it would drive the motion instead";
                     findings.push(Diagnostic::error(title, value.whole_span(), label).help(help));
                 }

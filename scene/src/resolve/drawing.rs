@@ -20,7 +20,7 @@ impl Resolver<'_> {
             DrawnSyntax::Link(places) => DrawnKind::Link(self.places(places)?),
             DrawnSyntax::Guide(places) => DrawnKind::Guide(self.places(places)?),
             DrawnSyntax::Rod(ends) => DrawnKind::Rod(self.ends(ends)?),
-            DrawnSyntax::Strut(kind, ends) => DrawnKind::Strut(*kind, self.ends(ends)?),
+            DrawnSyntax::ForceElement(kind, ends) => DrawnKind::ForceElement(*kind, self.ends(ends)?),
             DrawnSyntax::Block { at, angle, on } => {
                 let angle = self.angle(angle);
                 let (at, on) = (self.drawn_place(at), on.as_ref().map(|on| self.drawn_place(on)));

@@ -1,5 +1,6 @@
 //! The resolution of loads.
 
+use super::friction::owner;
 use super::points::point_value;
 use super::{Context, Resolver};
 use crate::diagnostic::Diagnostic;
@@ -11,7 +12,13 @@ use crate::parser::Formula;
 use crate::scene::{Friction, LoadKind, Quantity, Scene, Value};
 
 impl Resolver<'_> {
-    pub(super) fn load(&mut self, document: &Document, scene: &Scene, load: &LoadSyntax) -> Option<LoadKind> {
+    pub(super) fn load(
+        &mut self,
+        document: &Document,
+        scene: &Scene,
+        name: &str,
+        load: &LoadSyntax,
+    ) -> Option<LoadKind> {
         Some(match load {
             LoadSyntax::Force { force, target } => {
                 let (at, body) = match target {
@@ -54,11 +61,11 @@ impl Resolver<'_> {
             LoadSyntax::Gravity(field) => {
                 LoadKind::Gravity([self.value(&field[0], Context::Constant), self.value(&field[1], Context::Constant)])
             }
-            LoadSyntax::Spring(spring) => self.spring(document, spring)?,
+            LoadSyntax::Spring(spring) => self.spring(document, name, spring)?,
         })
     }
 
-    fn spring(&mut self, document: &Document, spring: &SpringSyntax) -> Option<LoadKind> {
+    fn spring(&mut self, document: &Document, name: &str, spring: &SpringSyntax) -> Option<LoadKind> {
         let along = match &spring.along {
             Along::Formula(along) => Some(self.value(along, Context::Geometry)),
             Along::Between(from, to) => {
@@ -71,16 +78,16 @@ impl Resolver<'_> {
             [&spring.stiffness, &spring.rest, &spring.damping].map(|f| optional(f, Context::Constant));
         let (potential, force) =
             (optional(&spring.potential, Context::Potential), optional(&spring.force, Context::Law));
-        let friction = spring.friction.as_ref().map(|own| self.friction(document, own));
+        let friction = spring.friction.as_ref().map(|own| self.friction(document, name, own));
         let friction = friction.map_or(Some(None), |friction| friction.map(Some));
         Some(LoadKind::Spring { along: along?, stiffness, rest, damping, potential, force, friction: friction? })
     }
 
-    fn friction(&mut self, document: &Document, own: &FrictionSyntax) -> Option<Friction> {
+    fn friction(&mut self, document: &Document, name: &str, own: &FrictionSyntax) -> Option<Friction> {
         let (size, slip) = (self.value(&own.size, Context::Law), self.value(&own.slip, Context::Constant));
         let outputs: Vec<&str> = document.outputs.iter().map(|output| output.identifier.name.as_str()).collect();
         let normal = own.normal.as_ref().map_or(Some(None), |name| self.find("output", name, &outputs).map(Some));
-        Some(Friction { size, slip, normal: normal? })
+        Some(Friction { size, slip, normal: normal?, owner: owner(document, name) })
     }
 }
 

@@ -1,7 +1,7 @@
 //! What a picture of a mechanism shows.
 
 use super::Value;
-use crate::document::StrutKind;
+use crate::document::ForceElementKind;
 
 /// A part of a picture.
 #[derive(Clone, Debug)]
@@ -35,7 +35,7 @@ pub enum DrawnKind {
     /// A line that something slides along.
     Guide(Vec<[Value; 2]>),
     /// A spring, a damper or an actuator.
-    Strut(StrutKind, [[Value; 2]; 2]),
+    ForceElement(ForceElementKind, [[Value; 2]; 2]),
     /// A gear.
     Gear {
         /// Its middle.
@@ -90,7 +90,7 @@ impl DrawnKind {
     pub fn values(&self) -> Vec<&Value> {
         match self {
             Self::Link(places) | Self::Guide(places) => places.iter().flatten().collect(),
-            Self::Rod(ends) | Self::Strut(_, ends) => ends.iter().flatten().collect(),
+            Self::Rod(ends) | Self::ForceElement(_, ends) => ends.iter().flatten().collect(),
             Self::Block { at, angle, on } => at.iter().chain(angle).chain(on.iter().flatten()).collect(),
             Self::Pivot(at) => at.iter().collect(),
             Self::Gear { at, radius, angle, .. } => at.iter().chain([radius]).chain(angle).collect(),

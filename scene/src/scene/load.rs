@@ -57,6 +57,8 @@ pub struct Friction {
     pub slip: Value,
     /// The output that is the normal force.
     pub normal: Option<usize>,
+    /// What it belongs to, in words: a joint or a load.
+    pub owner: String,
 }
 
 impl LoadKind {
@@ -153,7 +155,7 @@ impl LoadKind {
                 let said =
                     said.into_iter().filter_map(|(what, value)| Some(format!("{what} `{}`", formula(value.as_ref()?))));
                 parts.extend(said);
-                parts.extend(friction.as_ref().map(|Friction { size, slip, normal }| {
+                parts.extend(friction.as_ref().map(|Friction { size, slip, normal, .. }| {
                     let what = if normal.is_some() { "friction of coefficient" } else { "friction" };
                     format!("{what} `{}` beyond the speed `{}`", formula(size), formula(slip))
                 }));

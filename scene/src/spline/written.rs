@@ -35,8 +35,9 @@ impl Spline {
         let base = writer.chosen(&self.bases, &windows);
         let distance = writer.push(Node::Subtract(x, base));
         let pieces: Vec<[f64; 4]> = self.pieces.iter().map(|piece| derived(*piece, order)).collect();
-        let coefficient =
-            |writer: &mut Writer<N>, k: usize| writer.chosen(&pieces.iter().map(|p| p[k]).collect::<Vec<f64>>(), &windows);
+        let coefficient = |writer: &mut Writer<N>, k: usize| {
+            writer.chosen(&pieces.iter().map(|p| p[k]).collect::<Vec<f64>>(), &windows)
+        };
         let degree = 3 - order.min(3);
         let mut sum = coefficient(&mut writer, degree);
         for k in (0..degree).rev() {

@@ -80,7 +80,7 @@ function cylinder(from, to, length, [low, high], half) {
  * Springs, dampers and actuators side by side, along the x axis: their lines, the areas that lie below them, and what is
  * filled. Their length moves in a range.
  */
-function strutPaths(parts, length, range, unit) {
+function forceElementPaths(parts, length, range, unit) {
   const [half, lane] = [0.95 * unit, 2.8 * unit];
   const lead = Math.min(1.3 * unit, 0.14 * length);
   const [from, to] = [lead, length - lead];

@@ -11,7 +11,7 @@ function machineParts({ motion, unit, scale, points, place, moving, onMove, tran
   const hub = (group) => element(group, "circle", { class: "qrm-pin", r: round(0.62 * unit) });
   return {
     turn,
-    strut(group, shape) {
+    forceElement(group, shape) {
       const styles = ["qrm-around", "qrm-area-of", "qrm-lines", "qrm-solid"];
       const [around, areas, lines, solids] = styles.map((style) => element(group, "path", { class: style }));
       const ends = shape.nodes.map(() => element(group, "circle", { class: "qrm-solid", r: round(0.38 * unit) }));
@@ -24,7 +24,7 @@ function machineParts({ motion, unit, scale, points, place, moving, onMove, tran
       onMove(shape.nodes, () => {
         const [[ax, ay], [bx, by]] = [points[from], points[to]];
         const length = Math.hypot(bx - ax, by - ay);
-        const paths = strutPaths(shape.parts, length, range, unit);
+        const paths = forceElementPaths(shape.parts, length, range, unit);
         around.setAttribute("d", paths.lines);
         areas.setAttribute("d", paths.areas);
         lines.setAttribute("d", paths.lines);

@@ -86,7 +86,7 @@ impl Label {
             Shape::Link { nodes, .. }
             | Shape::Guide { nodes, .. }
             | Shape::Rod { nodes, .. }
-            | Shape::Strut { nodes, .. }
+            | Shape::ForceElement { nodes, .. }
             | Shape::Belt { nodes, .. } => nodes
                 .windows(2)
                 .filter(|pair| along(seen(pair[0]), seen(pair[1])).any(|place| covers(place, 4.0)))

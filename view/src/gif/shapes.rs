@@ -7,7 +7,7 @@ use super::hull::hull;
 use super::palette::{BODIES, FIXED, GROUND, GUIDE, INK, LOAD, PIN, REACTION, Rgb, TRACE};
 use super::stage::{Point, Stage};
 use super::track::{Moment, angle, value};
-use super::{struts, teeth};
+use super::{force_elements, teeth};
 
 /// Half the width of a bar, and the width of its edge.
 const BAR: f32 = 5.5;
@@ -43,10 +43,10 @@ pub(super) fn draw(canvas: &mut Canvas, motion: &Motion, stage: &Stage, moment: 
             Shape::Guide { nodes, is_channel: true } => draw_channel(canvas, &all(nodes)),
             Shape::Mass { node, .. } => draw_mass(canvas, seen(*node)),
             Shape::Rod { nodes, .. } => canvas.line(&all(nodes), 2.2, INK),
-            Shape::Strut { nodes, parts, .. } => {
+            Shape::ForceElement { nodes, parts, .. } => {
                 let [Some(from), Some(to)] = [nodes.first(), nodes.last()] else { continue };
                 let range = distances(motion, stage, *from, *to);
-                struts::draw(canvas, parts, [seen(*from), seen(*to)], range);
+                force_elements::draw(canvas, parts, [seen(*from), seen(*to)], range);
             }
             Shape::Gear { node, angle, radius, teeth, phase, is_internal, .. } => {
                 let outline = turned(*node, angle, &teeth::gear(*radius, *teeth, *phase, *is_internal));

@@ -249,7 +249,7 @@ fn drawn(own: &DrawnSyntax) -> Value {
         DrawnSyntax::Link(places) => table([("link", list(places))]),
         DrawnSyntax::Guide(places) => table([("guide", list(places))]),
         DrawnSyntax::Rod(ends) => table([("rod", list(ends))]),
-        DrawnSyntax::Strut(kind, ends) => table([(kind.key(), list(ends))]),
+        DrawnSyntax::ForceElement(kind, ends) => table([(kind.key(), list(ends))]),
         DrawnSyntax::Block { at, angle, on } => {
             let on = on.as_ref().map_or_else(|| Value::from(""), place);
             table([("block", place(at)), ("angle", optional(angle)), ("on", on)])

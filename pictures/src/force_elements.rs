@@ -1,31 +1,31 @@
 //! Springs, dampers and actuators of loads.
 
-use qrm_scene::document::StrutKind;
+use qrm_scene::document::ForceElementKind;
 use qrm_scene::evaluate::constant;
 use qrm_scene::scene::{LoadKind, Quantity, Value};
-use qrm_view::motion::{Shape, StrutPart};
+use qrm_view::motion::{ForceElementPart, Shape};
 
 use crate::pose::Pose;
 
-/// What a strut is drawn as.
-pub(super) fn part(kind: StrutKind) -> StrutPart {
+/// What a force_element is drawn as.
+pub(super) fn part(kind: ForceElementKind) -> ForceElementPart {
     match kind {
-        StrutKind::Spring => StrutPart::Spring,
-        StrutKind::Damper => StrutPart::Damper,
-        StrutKind::Actuator => StrutPart::Actuator,
+        ForceElementKind::Spring => ForceElementPart::Spring,
+        ForceElementKind::Damper => ForceElementPart::Damper,
+        ForceElementKind::Actuator => ForceElementPart::Actuator,
     }
 }
 
 /// Adds all loads that act between two points, unless something of the kind is drawn there; where nothing else is drawn
 /// at an end on the ground, a bearing holds it.
-pub(super) fn add_struts(pose: &mut Pose, shapes: &mut Vec<Shape>) {
+pub(super) fn add_force_elements(pose: &mut Pose, shapes: &mut Vec<Shape>) {
     let scene = pose.scene;
     for load in &scene.loads {
         let Some(ends) = load.kind.between() else { continue };
         let parts = parts(pose, &load.kind);
         let nodes = ends.map(|point| pose.point(point));
         let is_there = |shape: &Shape| match shape {
-            Shape::Strut { nodes: own, .. } => nodes.iter().all(|node| own.contains(node)),
+            Shape::ForceElement { nodes: own, .. } => nodes.iter().all(|node| own.contains(node)),
             _ => false,
         };
         if parts.is_empty() || shapes.iter().any(is_there) {
@@ -43,21 +43,21 @@ pub(super) fn add_struts(pose: &mut Pose, shapes: &mut Vec<Shape>) {
                 shapes.push(Shape::Pivot { node });
             }
         }
-        shapes.push(Shape::Strut { name: load.name.clone(), nodes: nodes.into(), parts });
+        shapes.push(Shape::ForceElement { name: load.name.clone(), nodes: nodes.into(), parts });
     }
 }
 
 /// What a load is made of; a coefficient that is zero makes nothing.
-fn parts(pose: &Pose, load: &LoadKind) -> Vec<StrutPart> {
+fn parts(pose: &Pose, load: &LoadKind) -> Vec<ForceElementPart> {
     let LoadKind::Spring { stiffness, damping, potential, force, friction, .. } = load else { return Vec::new() };
     let acts = |value: &&Value| {
         let is_constant = value.names().all(|name| matches!(name, Quantity::Parameter(_) | Quantity::Pi));
         !is_constant || constant(value, pose.parameters) != 0.0
     };
     let has = |values: [Option<&Value>; 2]| values.into_iter().flatten().any(|value| acts(&value));
-    let spring = has([stiffness.as_ref(), potential.as_ref()]).then_some(StrutPart::Spring);
-    let damper = has([damping.as_ref(), friction.as_ref().map(|own| &own.size)]).then_some(StrutPart::Damper);
-    let actuator = has([force.as_ref(), None]).then_some(StrutPart::Actuator);
+    let spring = has([stiffness.as_ref(), potential.as_ref()]).then_some(ForceElementPart::Spring);
+    let damper = has([damping.as_ref(), friction.as_ref().map(|own| &own.size)]).then_some(ForceElementPart::Damper);
+    let actuator = has([force.as_ref(), None]).then_some(ForceElementPart::Actuator);
     [spring, damper, actuator].into_iter().flatten().collect()
 }
 
@@ -102,10 +102,10 @@ tie = { link = ["A", "S"] }
         crate::drawing::draw(&mut pose)
     }
 
-    fn names(shapes: &[Shape]) -> Vec<(&str, &[StrutPart])> {
+    fn names(shapes: &[Shape]) -> Vec<(&str, &[ForceElementPart])> {
         let mut names = Vec::new();
         for shape in shapes {
-            if let Shape::Strut { name, parts, .. } = shape {
+            if let Shape::ForceElement { name, parts, .. } = shape {
                 names.push((name.as_str(), &parts[..]));
             }
         }
@@ -114,7 +114,7 @@ tie = { link = ["A", "S"] }
 
     #[test]
     fn loads_between_points_are_drawn_as_what_they_are() {
-        use StrutPart::{Actuator, Damper, Spring};
+        use ForceElementPart::{Actuator, Damper, Spring};
         let shapes = shapes("");
         assert_eq!(names(&shapes), [("both", &[Spring, Damper][..]), ("push", &[Actuator])]);
         // The bar that stood for the spring is gone, and its end on the ground is held.
@@ -125,7 +125,10 @@ tie = { link = ["A", "S"] }
     #[test]
     fn what_the_scene_draws_is_not_drawn_again() {
         let shapes = shapes("coil = { spring = [\"S\", \"A\"] }\nO = { pivot = \"O\" }\n");
-        assert_eq!(names(&shapes), [("coil", &[StrutPart::Spring][..]), ("push", &[StrutPart::Actuator])]);
+        assert_eq!(
+            names(&shapes),
+            [("coil", &[ForceElementPart::Spring][..]), ("push", &[ForceElementPart::Actuator])]
+        );
         assert_eq!(shapes.iter().filter(|shape| matches!(shape, Shape::Pivot { .. })).count(), 1, "{shapes:?}");
     }
 }

@@ -1,6 +1,6 @@
 //! Springs, dampers and actuators.
 
-use crate::motion::StrutPart;
+use crate::motion::ForceElementPart;
 
 use super::canvas::Canvas;
 use super::palette::{GROUND, INK, PIN};
@@ -14,7 +14,7 @@ const LEAD: f32 = 9.0;
 const LINE: f32 = 1.6;
 
 /// Draws the parts between two places, whose distance moves in a range.
-pub(super) fn draw(canvas: &mut Canvas, parts: &[StrutPart], ends: [Point; 2], range: [f32; 2]) {
+pub(super) fn draw(canvas: &mut Canvas, parts: &[ForceElementPart], ends: [Point; 2], range: [f32; 2]) {
     let [(x, y), (to_x, to_y)] = ends;
     let length = (to_x - x).hypot(to_y - y);
     if !(length > 1.0) {
@@ -34,7 +34,7 @@ pub(super) fn draw(canvas: &mut Canvas, parts: &[StrutPart], ends: [Point; 2], r
         let aside = LANE * place as f32 - outermost;
         let at = |along: f32, own: f32| at(along, aside + own);
         match part {
-            StrutPart::Spring => {
+            ForceElementPart::Spring => {
                 let straight = 0.06 * (to - from);
                 // As many turns as look well at the mean length.
                 let count = 2 * ((range[0] + range[1]) / (4.6 * HALF)).round().clamp(4.0, 16.0) as u32;
@@ -47,7 +47,7 @@ pub(super) fn draw(canvas: &mut Canvas, parts: &[StrutPart], ends: [Point; 2], r
                 let line: Vec<Point> = ends[0].into_iter().chain(peaks).chain(ends[1]).collect();
                 canvas.line(&line, LINE, INK);
             }
-            StrutPart::Damper => {
+            ForceElementPart::Damper => {
                 let [start, end, piston] = cylinder(from, to, length, range);
                 let cup = [at(end, -HALF), at(start, -HALF), at(start, HALF), at(end, HALF)];
                 canvas.polygon(&cup, PIN, 255);
@@ -56,7 +56,7 @@ pub(super) fn draw(canvas: &mut Canvas, parts: &[StrutPart], ends: [Point; 2], r
                 canvas.line(&[at(piston, 0.0), at(to, 0.0)], LINE, INK);
                 canvas.line(&[at(piston, 1.8 - HALF), at(piston, HALF - 1.8)], 3.0, INK);
             }
-            StrutPart::Actuator => {
+            ForceElementPart::Actuator => {
                 let [start, end, piston] = cylinder(from, to, length, range);
                 let tube = [at(end, -HALF), at(start, -HALF), at(start, HALF), at(end, HALF)];
                 canvas.polygon(&tube, PIN, 255);
