@@ -14,5 +14,6 @@ fn main() {
         "weightless.toml",
         "redundant.toml",
         "arm.toml",
+        "rubbing.toml",
     ]);
 }

@@ -275,8 +275,10 @@ fn not_possible(setup: &Setup, reason: &NotPossible) -> Error {
         .help(
             "give as many coordinates in [initial] as there are degrees of freedom, at a position that is not singular",
         ),
-        NotPossible::Friction => Error::usage("friction depends on the forces in joints, which the torque would change")
-            .help("prescribe the motion by the `drive` of a joint, and ask for its torque: `{ drive = \"JOINT\" }`"),
+        NotPossible::Friction => {
+            Error::usage("friction depends on the forces in joints, which the torque would change")
+                .help("prescribe the motion by the `drive` of a joint, and ask for its torque: `{ drive = \"JOINT\" }`")
+        }
         NotPossible::LimitPosition { t, q } => {
             let at = setup.description.coordinates.iter().zip(q);
             let at: Vec<String> = at.map(|(c, q)| format!("{} = {}", c.name, quantity(*q, c.unit))).collect();
