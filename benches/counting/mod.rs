@@ -93,6 +93,10 @@ impl Scalar for Counting {
     fn abs(self) -> Self {
         Self(self.0.abs())
     }
+    fn floor(self) -> Self {
+        note(1);
+        Self(self.0.floor())
+    }
     fn powi(self, exponent: i32) -> Self {
         note(1);
         Self(self.0.powi(exponent))

@@ -111,6 +111,7 @@ fn equations() -> Equations {
     let inertia = product(&[m.clone(), squared(&r)]);
     let mut equations = Equations {
         names: Vec::new(),
+        normal_forces: Vec::new(),
         rows: [0, 1].map(|axis| Row { body: 0, axis, inertia: m.clone() }).into(),
         left_out: Vec::new(),
         com_positions: x.to_vec(),

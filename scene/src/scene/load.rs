@@ -7,6 +7,7 @@ use crate::function::Function;
 /// The kinds of applied loads.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[expect(clippy::large_enum_variant, reason = "a scene has few loads")]
 pub enum LoadKind {
     /// A force at a place.
     Force {

@@ -58,9 +58,8 @@ fn kernel_and_plain_functions_agree_on_accelerations() {
 #[test]
 fn designs_in_lanes_are_runs() {
     let set = [0.0, 0.02, 0.05, 0.08, 0.1, 0.12, 0.15, 0.2, 0.25];
-    let replaces: Vec<Box<dyn Fn(&str) -> Option<f64> + Sync>> =
-        set.iter().map(|&mu| Box::new(move |name: &str| (name == "mu").then_some(mu)) as Box<_>).collect();
-    let designs: Vec<Replace> = replaces.iter().map(|replace| &**replace as Replace).collect();
+    let replaces = set.map(|mu| move |name: &str| (name == "mu").then_some(mu));
+    let designs: Vec<Replace> = replaces.iter().map(|replace| replace as Replace).collect();
     let settings = MethodSettings::new(method_named("dop853").expect("a method"), 1e-11);
     let request = SweepRequest { settings, end: Some(SweepEnd::Time(0.5)), ..SweepRequest::default() };
     let found = sweep(model(), &designs, &request, LaneCount::Most);
