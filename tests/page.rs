@@ -24,7 +24,8 @@ fn opened(scene: &str, address: &str, browser: &mut Chromium) -> tempfile::TempD
 /// The run that the page shows.
 fn shown(browser: &mut Chromium) -> Value {
     let run = browser.value("document.querySelector('.qrm-animation').dataset.run");
-    serde_json::from_str(run.as_str().expect("a run")).expect("JSON")
+    let problem = browser.value("document.querySelector('.qrm-problem').textContent");
+    serde_json::from_str(run.as_str().unwrap_or_else(|| panic!("{problem}, {:?}", browser.complaints))).expect("JSON")
 }
 
 /// Compares the run that a page shows with one of the command.

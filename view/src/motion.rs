@@ -39,7 +39,7 @@ pub struct Node {
 
 /// Something drawn at or between nodes, which are given by their places in [`Motion::nodes`].
 #[derive(Clone, Debug, Serialize)]
-#[serde(tag = "kind", rename_all = "lowercase")]
+#[serde(tag = "kind", rename_all = "camelCase")]
 pub enum Shape {
     /// A rigid bar through two nodes, or a plate.
     Link {
