@@ -87,7 +87,7 @@ fn where_there_is_no_solution_it_is_refused() {
         let run = common::run(&[&path("painleve"), "--no-figures", "--set", &format!("mu={mu}"), "--end-time", "1e-4"]);
         let said = run.stderr();
         assert_eq!(!said.contains("Painleve"), is_possible, "{mu}: {said}");
-        assert!(is_possible || said.contains("`friction_line`"), "{said}");
+        assert!(is_possible || said.contains("joint `line`"), "{said}");
     }
     // From the other side there are several: the slot holds the rod on both sides.
     let run = common::run(&[&path("painleve"), "--no-figures", "--set", "mu=3", "--set", "angle=atan(2)"]);
