@@ -173,13 +173,8 @@ impl Resolver<'_> {
             }
         }
         // A formula of a joint may stand in several parts of the scene that it becomes.
-        let mut known: Vec<Diagnostic> = Vec::new();
-        for finding in std::mem::take(&mut self.findings) {
-            if !known.contains(&finding) {
-                known.push(finding);
-            }
-        }
-        self.findings = known;
+        let mut known = std::collections::HashSet::new();
+        self.findings.retain(|finding| known.insert((finding.span.clone(), finding.title.clone())));
         scene
     }
 
