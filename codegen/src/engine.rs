@@ -37,7 +37,7 @@ pub enum Error {
     /// The normal force of friction contains that friction.
     #[error("the normal force `{output}` contains the friction that depends on it")]
     Circular {
-        /// Which of the scenes it is in.
+        /// The number of the scene.
         scene: usize,
         /// Where the load stands.
         span: Span,

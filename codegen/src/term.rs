@@ -304,18 +304,18 @@ pub struct NormalForce {
 /// A force that depends on accelerations, multipliers and normal forces by constant factors.
 #[derive(Clone, Debug)]
 pub struct AffineForce {
-    /// What it is without them.
+    /// Its value without them.
     pub rest: Term,
     /// Its derivatives by the accelerations.
     pub by_accelerations: Vec<Term>,
-    /// By the multipliers.
+    /// Its derivatives by the multipliers.
     pub by_multipliers: Vec<Term>,
-    /// By the normal forces, in their order.
+    /// Its derivatives by the normal forces, in their order.
     pub by_normal_forces: Vec<Term>,
 }
 
 impl NormalForce {
-    /// The same with other terms.
+    /// The normal force with other terms.
     #[must_use]
     pub fn map(&self, f: impl Fn(&Term) -> Term) -> Self {
         let all = |terms: &[Term]| terms.iter().map(&f).collect();

@@ -35,7 +35,7 @@ const STATES: usize = 40;
 const NUMBERS: usize = 400;
 /// How many random states may lie outside the domain of the formulae for each that lies inside.
 const PATIENCE: usize = 50;
-/// The same for scenes with friction by forces in joints.
+/// How many random states there are for each that is wanted, in scenes with friction by forces in joints.
 const FRICTION_PATIENCE: usize = 3;
 /// Largest difference of a number, relative to itself or to a thousandth of its largest value at any state. Both sides
 /// are computed with 32 digits, and numbers in the text of a module have 16.
@@ -80,8 +80,8 @@ pub fn verify(scene: &Scene, equations: &Equations, file: &syn::File, tape: &Own
     let of_order_one: Vec<(Sample, Expected<Wide>)> = of_order_one.take(states / 4).collect();
     if scene.run.inverse && !module.functions.contains_key("inverse_dynamics") {
         return Err(Unverified::Undetermined(format!(
-            "error: scene `{}` asks for inverse dynamics, but its constraints repeat others\n  = help: take out the constraints \
-             that are too many, or `inverse = true` under [run]",
+            "error: scene `{}` asks for inverse dynamics, but its constraints repeat others\n  = help: take out the \
+             constraints that are too many, or `inverse = true` under [run]",
             scene.name
         )));
     }
@@ -102,8 +102,8 @@ pub fn verify(scene: &Scene, equations: &Equations, file: &syn::File, tape: &Own
     }
     let problem = if known.len() < states / 4 && !scene.normal_forces().is_empty() {
         return Err(Unverified::Undetermined(format!(
-            "error: friction of scene `{}` depends on forces that are not determined at {} of {} random states\n  = help: take \
-             out constraints that repeat others, or use a smaller coefficient of friction",
+            "error: friction of scene `{}` depends on forces that are not determined at {} of {} random states\n  = \
+             help: take out constraints that repeat others, or use a smaller coefficient of friction",
             scene.name,
             states * patience - known.len(),
             states * patience

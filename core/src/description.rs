@@ -25,7 +25,7 @@ pub struct Description {
     pub left_out: &'static [&'static str],
     /// Whether a load has a corner or jumps somewhere: steps across it are of a low order.
     pub has_corners: bool,
-    /// What has friction that depends on the force in a joint: joints and loads, in words.
+    /// The joints and loads with friction that depends on the force in a joint, in words.
     pub friction: &'static [&'static str],
     /// The stop condition as written; empty if there is none.
     pub until: &'static str,

@@ -175,7 +175,7 @@ fn inverse_dynamics(scene: &Scene, equations: &Equations, graph: &mut Graph) -> 
     Some(kernel)
 }
 
-/// What the power of loads and drives depends on in a scene.
+/// The arguments of the power of loads and drives in a scene.
 pub(super) fn power_arguments(scene: &Scene) -> &'static [Argument] {
     use Argument::{Accelerations, Coordinates, Multipliers, Rates, Time};
     match (scene.is_driven(), scene.normal_forces().is_empty()) {

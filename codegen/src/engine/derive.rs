@@ -57,17 +57,21 @@ pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> Equation
     equations.energy = [&kinetic, &loads.potential].into_iter().map(|atom| algebra.simple_term(atom)).collect();
     // A closure that moves by itself does work: -lambda' C_q qd = lambda' C_t.
     let driving = algebra.contract(&system.constraint_rates, Symbol::Multiplier);
-    let sizes = Sizes::new(&system);
-    equations.power = vec![sizes.insert(&algebra.simple_term(&(&loads.power + driving)))];
-    for own in &scene.outputs {
+    let power = algebra.simple_term(&(&loads.power + driving));
+    let outputs: Vec<Atom> =
+        scene.outputs.iter().map(|own| algebra.simplify(&output(scene, &system, &own.kind))).collect();
+    let terms_of_outputs = terms(&outputs);
+    let sizes = Sizes::new(scene, &terms_of_outputs);
+    equations.power = vec![sizes.insert(&power)];
+    for (own, term) in scene.outputs.iter().zip(&terms_of_outputs) {
         // The sum of the squares would be multiplied out.
         let term = match own.kind {
             OutputKind::Norm { components, .. } => norm(components.map(|i| &equations.outputs[i])),
-            _ => sizes.insert(&algebra.simple_term(&output(scene, &system, &own.kind))),
+            _ => sizes.insert(term),
         };
         equations.outputs.push(term);
     }
-    equations.normal_forces = normal_forces(&system);
+    equations.normal_forces = normal_forces(&system, &outputs);
     equations.points = (0..scene.points.len())
         .map(|i| [0, 1].map(|axis| algebra.simple_term(&algebra.definition(&algebra.point(i)[axis]))))
         .collect();
@@ -128,8 +132,8 @@ impl<'s> System<'s> {
     }
 }
 
-/// An output but a norm, which is not made of one expression.
-pub(super) fn output(scene: &Scene, system: &System, kind: &OutputKind) -> Atom {
+/// An output; zero for a norm, which is not made of one expression.
+fn output(scene: &Scene, system: &System, kind: &OutputKind) -> Atom {
     let algebra = &system.algebra;
     match kind {
         OutputKind::LoadPower(load) => system.loads.power_of(algebra, *load),

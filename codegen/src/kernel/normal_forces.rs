@@ -36,6 +36,13 @@ struct Components {
     by: Matrix,
 }
 
+impl Components {
+    /// The derivatives of all components by a normal force.
+    fn by_normal_force(&self, k: usize) -> Vec<Value> {
+        self.by.iter().map(|component| component[k]).collect()
+    }
+}
+
 impl Builder<'_> {
     /// The solution of the equations of motion with friction. `solve` gives it for other forces, or, with the name of a
     /// normal force, for forces alone: with constraints that keep still.
@@ -124,14 +131,13 @@ impl Builder<'_> {
         }
         let mut forces = rest;
         let mut sizes = Vec::new();
-        // What friction adds to a single component leaves its sign, where there is one solution.
+        // The sign of a single component does not change by friction, where there is one solution.
         let steps = if matches!(components, [only] if only.rest.len() == 1) { 1 } else { STEPS };
         for _ in 0..steps {
             let directions = self.directions(&forces);
             let (mut matrix, mut right) = (Matrix::new(), Vec::new());
             for (own, direction) in components.iter().zip(&directions) {
-                let by = |k: usize| own.by.iter().map(|by| by[k]).collect::<Vec<Value>>();
-                let row = (0..components.len()).map(|k| self.dot(direction, &by(k)));
+                let row = (0..components.len()).map(|k| self.dot(direction, &own.by_normal_force(k)));
                 matrix.push(row.collect());
                 right.push(self.dot(direction, &own.rest));
             }
@@ -153,10 +159,7 @@ impl Builder<'_> {
     fn doubt(&mut self, components: &[Components], sizes: &[Value], found: &[Value]) -> Value {
         let contraction: Matrix = components
             .iter()
-            .map(|own| {
-                let by = |k: usize| own.by.iter().map(|by| by[k]).collect::<Vec<Value>>();
-                (0..components.len()).map(|k| self.size(&by(k))).collect()
-            })
+            .map(|own| (0..components.len()).map(|k| self.size(&own.by_normal_force(k))).collect())
             .collect();
         let none = vec![None; components.len()];
         // All pivots are positive where the spectral radius is below one.

@@ -31,7 +31,8 @@ fn digits(number: f64) -> usize {
     format!("{number:e}").split('e').next().unwrap_or_default().chars().filter(char::is_ascii_digit).count()
 }
 
-/// Whether numbers of a module are rounded: slopes of tables, coefficients of splines, and products of numbers with many digits.
+/// Whether numbers of a module are rounded: slopes of tables, coefficients of splines, and products of numbers with many
+/// digits.
 pub(super) fn has_rounded_constants(scene: &Scene) -> bool {
     let is_long = |node: &Node<Quantity>| {
         matches!(node, Node::Number(number) if digits(number.value) > LONG) || matches!(node, Node::Spline(..))
@@ -46,6 +47,7 @@ pub(super) struct Errors<'a> {
     equations: &'a Equations,
     module: &'a GeneratedModule<'a>,
     sample: &'a Sample,
+    has_rounded_constants: bool,
     /// The expected numbers in doubles, and with 32 digits at a state nearby.
     known: OnceCell<[Option<Expected<f64>>; 2]>,
     nearby: OnceCell<Option<Expected<Wide>>>,
@@ -60,7 +62,8 @@ impl<'a> Errors<'a> {
         sample: &'a Sample,
     ) -> Self {
         let (known, nearby, force_sizes) = (OnceCell::new(), OnceCell::new(), OnceCell::new());
-        Self { scene, equations, module, sample, known, nearby, force_sizes }
+        let has_rounded_constants = has_rounded_constants(scene);
+        Self { scene, equations, module, sample, has_rounded_constants, known, nearby, force_sizes }
     }
 
     fn nearby(&self) -> Option<&Expected<Wide>> {
@@ -79,13 +82,13 @@ impl<'a> Errors<'a> {
         let of_expected = error(here, Some(expected)) + error(near, self.nearby().map(|n| n[place].1[i]));
         let of_got = self.rounded(place, i).map_or(0.0, |rounded| size(Wide::from(rounded) - Wide(got)));
         // Numbers in the text of a module have 16 digits: where terms cancel, no more of the sum is known.
-        let of_constants = if has_rounded_constants(self.scene) { CONSTANTS * of_expected } else { 0.0 };
+        let of_constants = if self.has_rounded_constants { CONSTANTS * of_expected } else { 0.0 };
         (ROUNDING * (of_expected + of_got) + SMALLEST * self.terms(place, i)).max(of_constants)
     }
 
     /// The errors that rounded numbers of the module leave in another number: rounding errors of doubles tell them.
     pub(super) fn of_constants(&self, name: &str, i: usize) -> f64 {
-        if !has_rounded_constants(self.scene) {
+        if !self.has_rounded_constants {
             return 0.0;
         }
         let errors = [self.sample.clone(), self.sample.nearby()].map(|sample| {

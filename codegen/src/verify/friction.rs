@@ -24,8 +24,8 @@ impl<B: Differentiable> Sample<B> {
         sample
     }
 
-    /// The sample with the normal forces of the motion at its coordinates and rates. They are not numbers where there may
-    /// be none or several, or the equations of motion are singular.
+    /// The sample with the normal forces of the motion at its coordinates and rates. They are not numbers where there
+    /// may be none or several, or the equations of motion are singular.
     pub(super) fn with_forces_of_motion(&self, scene: &Scene, rows: &[(&Formula, B)]) -> Self {
         let normals = scene.normal_forces();
         if normals.is_empty() {

@@ -31,7 +31,7 @@ impl<B: Differentiable> System<B> {
         self.rows[self.coordinates..].iter().map(row).collect()
     }
 
-    /// How far the solution is off by errors of all terms, for one of those: at most `|A^-1| (S |x| + s)`, with the sizes
+    /// The largest error of the solution for relative errors of one in all terms: `|A^-1| (S |x| + s)`, with the sizes
     /// `S` and `s` of the terms of entries and right sides.
     pub(super) fn error_bound(&self, sizes: &Self, x: &[B], right: &[B]) -> Option<Vec<f64>> {
         let (zero, one) = (B::from(0.0), B::from(1.0));

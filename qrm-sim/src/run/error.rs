@@ -163,8 +163,8 @@ impl StepError {
             }
             Self::ForcesNotFinite if !description.friction.is_empty() => {
                 let text = format!(
-                    "the friction of {} has no solution or several at this position and speed (Painleve's paradox), or the \
-                     mechanism is singular here, or another force is not finite",
+                    "the friction of {} has no solution or several at this position and speed (Painleve's paradox), or \
+                     the mechanism is singular here, or another force is not finite",
                     description.friction.join(", ")
                 );
                 let help = "use a smaller coefficient of friction, a longer guide, or a larger `slip`";
@@ -172,11 +172,12 @@ impl StepError {
             }
             Self::FrictionNotUnique => {
                 let text = format!(
-                    "constraints repeat others, so that the forces in joints are not unique, and the friction of {} depends on \
-                     them",
+                    "constraints repeat others, so that the forces in joints are not unique, and the friction of {} \
+                     depends on them",
                     description.friction.join(", ")
                 );
-                let help = "take out the constraints that are too many (without friction `qrm check` names them), or the friction";
+                let help = "take out the constraints that are too many (without friction `qrm check` names them), or \
+                            the friction";
                 (text, help.to_owned())
             }
             Self::NotFinite | Self::ForcesNotFinite => {

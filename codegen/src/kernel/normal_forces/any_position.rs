@@ -9,8 +9,8 @@ use crate::term::{KernelEquations, Symbol};
 impl Builder<'_> {
     /// Binds the symbols of normal forces, and gives the values on the way there with their names.
     ///
-    /// `Mbar` is completed by `C_q' W C_q`, with weights `W` that give both parts the same size: it is regular where the
-    /// motion is determined, and the solution is the same.
+    /// `Mbar` is completed by `C_q' W C_q`, with weights `W` that give both parts the same size: it is regular where
+    /// the motion is determined, and the solution is the same.
     pub(in crate::kernel) fn bind_normal_forces(mut self, e: &KernelEquations) -> Vec<(String, Signed)> {
         let jacobian = self.jacobian(e);
         let mass = self.mass_matrix(e);
