@@ -1,5 +1,6 @@
 //! What is wrong with a scene, where, and how to mend it; printed in the shape of rustc's own messages.
 
+use std::collections::HashSet;
 use std::fmt;
 use std::ops::Range;
 
@@ -91,7 +92,8 @@ impl Report {
     /// first.
     pub fn new(path: impl Into<String>, source: impl Into<String>, mut diagnostics: Vec<Diagnostic>) -> Self {
         diagnostics.sort_by_key(|d| d.span.as_ref().map_or((0, 0), |s| (s.start, s.end)));
-        diagnostics.dedup();
+        let mut known = HashSet::new();
+        diagnostics.retain(|d| known.insert((d.span.clone(), d.title.clone())));
         shorten(&mut diagnostics);
         Self { path: path.into(), source: source.into(), diagnostics }
     }

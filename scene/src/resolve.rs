@@ -172,9 +172,6 @@ impl Resolver<'_> {
                 limits::sizes(&scene, &mut self.findings);
             }
         }
-        // A formula of a joint may stand in several parts of the scene that it becomes.
-        let mut known = std::collections::HashSet::new();
-        self.findings.retain(|finding| known.insert((finding.span.clone(), finding.title.clone())));
         scene
     }
 

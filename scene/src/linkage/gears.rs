@@ -101,8 +101,7 @@ impl Wheels<'_, '_> {
             link => self.identifier(link, joint),
         };
         self.drawn.push((identifier, rack));
-        let is_negative = self.constants.value(radius) < 0.0;
-        self.gear(wheel.link, wheel, if is_negative { negate(radius.clone()) } else { radius.clone() }, false);
+        self.gear(wheel.link, wheel, positive(radius.clone(), self.constants.value(radius)), false);
     }
 
     /// Draws a gear, unless it is drawn already.

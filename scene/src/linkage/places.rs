@@ -97,8 +97,8 @@ impl Places {
     }
 
     /// The place of a vector in the frame of a link, where it moves along the line of the joint by which the ground
-    /// guides the link, and nowhere else; `None` without such a joint, and where forces are asked for: the multiplier of
-    /// the joint would lack what acts across the line.
+    /// guides the link, and nowhere else; `None` without such a joint, and where forces are asked for: the multiplier
+    /// of the joint would lack what acts across the line.
     pub(super) fn guided(
         &self,
         graph: &Graph,

@@ -1,5 +1,7 @@
 //! Rules that a scene must keep beyond knowing its names.
 
+use std::collections::HashSet;
+
 use super::usage::all_values;
 use crate::diagnostic::Diagnostic;
 use crate::document::{BodySyntax, Document, Identifier};
@@ -56,9 +58,7 @@ pub(super) fn differentiable(value: &Value, is_smooth: bool, source: &str, findi
                 let error =
                     Diagnostic::error(format!("`{name}` cannot be differentiated"), value.span(id), "not smooth here")
                         .help(help);
-                if !findings.contains(&error) {
-                    findings.push(error);
-                }
+                findings.push(error);
             }
             Node::Power(_, exponent) if !is_number(value, *exponent) => findings.push(
                 Diagnostic::error("the exponent is not a number", value.span(*exponent), "not made of numbers alone")
@@ -295,9 +295,10 @@ fn columns(document: &Document, findings: &mut Vec<Diagnostic>) {
         }
         columns.push(column);
     }
-    for (place, output) in document.outputs.iter().enumerate() {
+    let mut outputs = HashSet::new();
+    for output in &document.outputs {
         let name = &output.identifier.name;
-        if document.outputs[..place].iter().any(|other| other.identifier.name == *name) {
+        if !outputs.insert(name) {
             let title = format!("two outputs make the column `{name}`");
             findings.push(
                 Diagnostic::error(title, output.identifier.span.clone(), "a force in a joint has `_x` and `_y`")

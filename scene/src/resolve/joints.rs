@@ -60,14 +60,12 @@ impl Resolver<'_> {
             let title = format!("the profile of joint `{}` is another one after a turn", joint.identifier.name);
             let warning = Diagnostic::warning(title, profile.whole_span(), "does not come back");
             self.findings.push(warning.help(
-                "`theta` goes on beyond a turn: use functions with the period `2*pi`, or a \
-                                             table with `spline = \"periodic\"`",
+                "`theta` goes on beyond a turn: use functions with the period `2*pi`, or a table with `spline = \
+                 \"periodic\"`",
             ));
         }
     }
-}
 
-impl Resolver<'_> {
     /// Warns of a profile with a negative radius, or one that a flat face cannot follow: its radius of curvature,
     /// `h + h''`, must be positive.
     fn check_shape(&mut self, scene: &Scene, joint: &JointSyntax, profile: &Value) {
@@ -83,7 +81,8 @@ impl Resolver<'_> {
         let (title, help) = match is_flat {
             true => (
                 format!("no flat face can follow the profile of joint `{name}`"),
-                "the profile plus its second derivative by `theta` is a radius of curvature: make the base circle larger",
+                "the profile plus its second derivative by `theta` is a radius of curvature: make the base circle \
+                 larger",
             ),
             false => (format!("the profile of joint `{name}` has a negative radius"), "make the base circle larger"),
         };
