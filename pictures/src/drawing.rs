@@ -233,7 +233,7 @@ belt = { belt = [\"O\", \"A\"], radii = [0.1, 0.2], crossed = true, angle = 'phi
         assert!(ends[0] < 1.0 && ends[1] > 2.0, "{ends:?}");
         assert!(matches!(rail, Shape::Rail { along: [low, high], .. } if *low < 0.0 && *high > 0.6), "{rail:?}");
         assert!(matches!((slide, hook), (Shape::Block { .. }, Shape::Block { .. })));
-        // What is fixed belongs to the ground, and has no name.
+        // A rack that is fixed belongs to the ground, and has no name.
         let Shape::Rack { name, along, across, pitch, .. } = rack else { panic!("{rack:?}") };
         assert!(name.is_empty() && along[0] < -0.4 && along[1] > 0.0, "{rack:?}");
         assert!((across - 0.8).abs() < 1e-12 && (pitch - std::f64::consts::TAU * 0.2 / 12.0).abs() < 1e-12, "{rack:?}");

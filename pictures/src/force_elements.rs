@@ -7,7 +7,7 @@ use qrm_view::motion::{ForceElementPart, Shape};
 
 use crate::pose::Pose;
 
-/// What a force_element is drawn as.
+/// The part that a kind of force element is drawn as.
 pub(super) fn part(kind: ForceElementKind) -> ForceElementPart {
     match kind {
         ForceElementKind::Spring => ForceElementPart::Spring,

@@ -125,8 +125,13 @@ fn way(pose: &Pose, on: &[Value; 2], at: &[Value; 2], angle: Option<&Value>) -> 
 
 /// A place in a frame at another one.
 fn in_frame(state: &State<f64>, origin: &[Value; 2], at: &[Value; 2], angle: Option<&Value>) -> [f64; 2] {
-    let ([ox, oy], [x, y]) = (at_state(state, origin), at_state(state, at));
-    let (sin, cos) = angle.map_or(0.0, |angle| state.value(angle)).sin_cos();
+    let angle = angle.map_or(0.0, |angle| state.value(angle));
+    seen_from(at_state(state, origin), angle, at_state(state, at))
+}
+
+/// A place in a frame at an origin that is turned by an angle.
+pub(super) fn seen_from([ox, oy]: [f64; 2], angle: f64, [x, y]: [f64; 2]) -> [f64; 2] {
+    let (sin, cos) = angle.sin_cos();
     [(x - ox) * cos + (y - oy) * sin, (y - oy) * cos - (x - ox) * sin]
 }
 

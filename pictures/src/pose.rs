@@ -54,6 +54,9 @@ impl<'s> Pose<'s> {
 
     /// The node of a point, or one with a name that is always in the same place.
     pub(super) fn point_or_same(&mut self, point: usize) -> usize {
+        if let Some(own) = self.points[point] {
+            return own;
+        }
         let near = 1e-6 * self.size();
         let is_same = |node: &Node| {
             self.states.iter().enumerate().all(|(frame, state)| {
@@ -62,9 +65,8 @@ impl<'s> Pose<'s> {
                 (of(&node.x) - x).hypot(of(&node.y) - y) <= near
             })
         };
-        let own =
-            self.points[point].or_else(|| self.nodes.iter().position(|node| !node.name.is_empty() && is_same(node)));
-        own.unwrap_or_else(|| self.point(point))
+        let same = self.nodes.iter().position(|node| !node.name.is_empty() && is_same(node));
+        same.unwrap_or_else(|| self.point(point))
     }
 
     /// The node of a place: that of a point if it is one.

@@ -4,6 +4,8 @@ use std::f64::consts::{PI, TAU};
 
 use qrm_view::motion::{Node, Shape};
 
+use crate::parts::seen_from;
+
 /// A small gear has about so many teeth.
 const LEAST: u32 = 12;
 const MOST: u32 = 40;
@@ -59,12 +61,7 @@ fn mesh_rack(shape: &mut Shape, nodes: &[Node], gears: &[Gear]) {
     let Shape::Rack { node, angle, across, pitch, phase, .. } = shape else { return };
     let Some(direction) = angle.first().copied() else { return };
     let sign = pitch.signum();
-    let origin = place(&nodes[*node]);
-    let local = |gear: &Gear| {
-        let [x, y] = [gear.at[0] - origin[0], gear.at[1] - origin[1]];
-        let (sin, cos) = direction.sin_cos();
-        [x * cos + y * sin, y * cos - x * sin]
-    };
+    let local = |gear: &Gear| seen_from(place(&nodes[*node]), direction, gear.at);
     let touches = |gear: &&Gear| (local(gear)[1] - *across - sign * gear.radius).abs() <= NEAR * gear.radius;
     let Some(gear) = gears.iter().filter(|gear| !gear.is_internal).find(touches) else { return };
     // A gap of the gear is where a tooth of the rack is.
@@ -119,13 +116,8 @@ impl Gear {
     /// The direction of a tooth of another gear that meshes with this one.
     fn meshing(&self, other: &Self) -> f64 {
         let towards = |from: &Self, to: &Self| (to.at[1] - from.at[1]).atan2(to.at[0] - from.at[0]);
-        let ring = if other.is_internal { other } else { self };
-        let is_within = ring.is_internal;
-        let contact = match is_within {
-            true if self.is_internal => towards(self, other),
-            true => towards(other, self),
-            false => towards(self, other),
-        };
+        let is_within = self.is_internal || other.is_internal;
+        let contact = if other.is_internal { towards(other, self) } else { towards(self, other) };
         // Both move past their contact by the same way, in a ring into the same direction.
         let way = self.radius * ((self.tooth - contact) % self.pitch()) / other.radius;
         let gap = if is_within { contact + way } else { contact + PI - way };

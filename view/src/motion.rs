@@ -163,6 +163,10 @@ pub enum Shape {
     },
 }
 
+/// How far teeth reach beyond the pitch circle, and the rim of a ring, in modules.
+pub(crate) const TIP: f64 = 0.8;
+pub(crate) const RIM: f64 = 2.6;
+
 /// What acts between two nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -173,6 +177,21 @@ pub enum ForceElementPart {
     Damper,
     /// A cylinder that pushes or pulls.
     Actuator,
+}
+
+/// The angle of a shape, shared or to be changed as the shape is.
+macro_rules! angle_of {
+    ($shape:expr) => {
+        match $shape {
+            Self::Block { angle, .. }
+            | Self::Gear { angle, .. }
+            | Self::Rack { angle, .. }
+            | Self::Rail { angle, .. }
+            | Self::Belt { angle, .. }
+            | Self::Outline { angle, .. } => Some(angle),
+            _ => None,
+        }
+    };
 }
 
 impl Shape {
@@ -212,28 +231,12 @@ impl Shape {
 
     /// Its angle where it has one.
     pub fn angle(&self) -> Option<&Track> {
-        match self {
-            Self::Block { angle, .. }
-            | Self::Gear { angle, .. }
-            | Self::Rack { angle, .. }
-            | Self::Rail { angle, .. }
-            | Self::Belt { angle, .. }
-            | Self::Outline { angle, .. } => Some(angle),
-            _ => None,
-        }
+        angle_of!(self)
     }
 
-    /// The same, to be changed.
+    /// Its angle where it has one, to be changed.
     pub fn angle_mut(&mut self) -> Option<&mut Track> {
-        match self {
-            Self::Block { angle, .. }
-            | Self::Gear { angle, .. }
-            | Self::Rack { angle, .. }
-            | Self::Rail { angle, .. }
-            | Self::Belt { angle, .. }
-            | Self::Outline { angle, .. } => Some(angle),
-            _ => None,
-        }
+        angle_of!(self)
     }
 
     /// Its lengths and places in frames of its own.
@@ -254,7 +257,7 @@ impl Shape {
             // The rim of a ring is outside of its teeth.
             Self::Gear { radius, teeth, is_internal, .. } => {
                 let module = 2.0 * radius / f64::from((*teeth).max(1));
-                vec![radius + module * if *is_internal { 2.6 } else { 0.8 }]
+                vec![radius + module * if *is_internal { RIM } else { TIP }]
             }
             Self::Belt { radii, .. } => radii.to_vec(),
             Self::Outline { x, y, .. } => {

@@ -4,7 +4,7 @@ use crate::motion::ForceElementPart;
 
 use super::canvas::Canvas;
 use super::palette::{GROUND, INK, PIN};
-use super::stage::Point;
+use super::stage::{Point, frame_along};
 
 /// Half the width of a spring or a cylinder, and the distance of those side by side.
 const HALF: f32 = 6.5;
@@ -15,13 +15,7 @@ const LINE: f32 = 1.6;
 
 /// Draws the parts between two places, whose distance moves in a range.
 pub(super) fn draw(canvas: &mut Canvas, parts: &[ForceElementPart], ends: [Point; 2], range: [f32; 2]) {
-    let [(x, y), (to_x, to_y)] = ends;
-    let length = (to_x - x).hypot(to_y - y);
-    if !(length > 1.0) {
-        return;
-    }
-    let (ux, uy) = ((to_x - x) / length, (to_y - y) / length);
-    let at = |along: f32, aside: f32| (x + along * ux - aside * uy, y + along * uy + aside * ux);
+    let Some((length, at)) = frame_along(ends[0], ends[1]) else { return };
     let lead = LEAD.min(0.14 * length);
     let (from, to) = (lead, length - lead);
     canvas.line(&[at(0.0, 0.0), at(from, 0.0)], LINE, INK);
@@ -33,39 +27,32 @@ pub(super) fn draw(canvas: &mut Canvas, parts: &[ForceElementPart], ends: [Point
     for (place, part) in parts.iter().enumerate() {
         let aside = LANE * place as f32 - outermost;
         let at = |along: f32, own: f32| at(along, aside + own);
-        match part {
-            ForceElementPart::Spring => {
-                let straight = 0.06 * (to - from);
-                // As many turns as look well at the mean length.
-                let count = 2 * ((range[0] + range[1]) / (4.6 * HALF)).round().clamp(4.0, 16.0) as u32;
-                let step = (to - from - 2.0 * straight) / count as f32;
-                let peak = |i: u32| {
-                    at(from + straight + step * (i as f32 + 0.5), if i.is_multiple_of(2) { HALF } else { -HALF })
-                };
-                let ends = [[at(from, 0.0), at(from + straight, 0.0)], [at(to - straight, 0.0), at(to, 0.0)]];
-                let peaks = (0..count).map(peak);
-                let line: Vec<Point> = ends[0].into_iter().chain(peaks).chain(ends[1]).collect();
-                canvas.line(&line, LINE, INK);
-            }
-            ForceElementPart::Damper => {
-                let [start, end, piston] = cylinder(from, to, length, range);
-                let cup = [at(end, -HALF), at(start, -HALF), at(start, HALF), at(end, HALF)];
-                canvas.polygon(&cup, PIN, 255);
-                canvas.line(&cup, LINE, INK);
-                canvas.line(&[at(from, 0.0), at(start, 0.0)], LINE, INK);
-                canvas.line(&[at(piston, 0.0), at(to, 0.0)], LINE, INK);
-                canvas.line(&[at(piston, 1.8 - HALF), at(piston, HALF - 1.8)], 3.0, INK);
-            }
-            ForceElementPart::Actuator => {
-                let [start, end, piston] = cylinder(from, to, length, range);
-                let tube = [at(end, -HALF), at(start, -HALF), at(start, HALF), at(end, HALF)];
-                canvas.polygon(&tube, PIN, 255);
-                canvas.outline(&tube, LINE, INK);
-                canvas.line(&[at(from, 0.0), at(start, 0.0)], LINE, INK);
-                canvas.line(&[at(piston, 0.0), at(to, 0.0)], 5.0, INK);
-                canvas.line(&[at(piston, 0.0), at(to, 0.0)], 5.0 - 2.0 * LINE, PIN);
-                canvas.line(&[at(piston, 1.0 - HALF), at(piston, HALF - 1.0)], 4.5, GROUND);
-            }
+        if *part == ForceElementPart::Spring {
+            let straight = 0.06 * (to - from);
+            // As many turns as look well at the mean length.
+            let count = 2 * ((range[0] + range[1]) / (4.6 * HALF)).round().clamp(4.0, 16.0) as u32;
+            let step = (to - from - 2.0 * straight) / count as f32;
+            let peak =
+                |i: u32| at(from + straight + step * (i as f32 + 0.5), if i.is_multiple_of(2) { HALF } else { -HALF });
+            let ends = [[at(from, 0.0), at(from + straight, 0.0)], [at(to - straight, 0.0), at(to, 0.0)]];
+            let line: Vec<Point> = ends[0].into_iter().chain((0..count).map(peak)).chain(ends[1]).collect();
+            canvas.line(&line, LINE, INK);
+            continue;
+        }
+        let [start, end, piston] = cylinder(from, to, length, range);
+        let tube = [at(end, -HALF), at(start, -HALF), at(start, HALF), at(end, HALF)];
+        let rod = [at(piston, 0.0), at(to, 0.0)];
+        canvas.polygon(&tube, PIN, 255);
+        canvas.line(&[at(from, 0.0), at(start, 0.0)], LINE, INK);
+        if *part == ForceElementPart::Damper {
+            canvas.line(&tube, LINE, INK);
+            canvas.line(&rod, LINE, INK);
+            canvas.line(&[at(piston, 1.8 - HALF), at(piston, HALF - 1.8)], 3.0, INK);
+        } else {
+            canvas.outline(&tube, LINE, INK);
+            canvas.line(&rod, 5.0, INK);
+            canvas.line(&rod, 5.0 - 2.0 * LINE, PIN);
+            canvas.line(&[at(piston, 1.0 - HALF), at(piston, HALF - 1.0)], 4.5, GROUND);
         }
     }
     for end in ends {

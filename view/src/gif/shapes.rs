@@ -5,7 +5,7 @@ use crate::motion::{Arrow, Motion, Shape};
 use super::canvas::Canvas;
 use super::hull::hull;
 use super::palette::{BODIES, FIXED, GROUND, GUIDE, INK, LOAD, PIN, REACTION, Rgb, TRACE};
-use super::stage::{Point, Stage};
+use super::stage::{Point, Stage, frame_along};
 use super::track::{Moment, angle, value};
 use super::{force_elements, teeth};
 
@@ -107,18 +107,16 @@ pub(super) fn draw(canvas: &mut Canvas, motion: &Motion, stage: &Stage, moment: 
 fn colours(motion: &Motion) -> Vec<(Rgb, Rgb)> {
     let mut bodies: Vec<String> = Vec::new();
     let mut colour = |(place, shape): (usize, &Shape)| {
-        let name = match shape {
-            Shape::Link { .. } | Shape::Block { .. } | Shape::Outline { .. } if shape.name().is_empty() => {
-                place.to_string()
-            }
-            Shape::Gear { .. } | Shape::Rack { .. } if shape.name().is_empty() => return FIXED,
-            Shape::Link { .. }
-            | Shape::Block { .. }
-            | Shape::Outline { .. }
-            | Shape::Gear { .. }
-            | Shape::Rack { .. } => shape.name().to_owned(),
-            _ => return FIXED,
+        let has_name = !shape.name().is_empty();
+        let is_body = match shape {
+            Shape::Link { .. } | Shape::Block { .. } | Shape::Outline { .. } => true,
+            Shape::Gear { .. } | Shape::Rack { .. } => has_name,
+            _ => false,
         };
+        if !is_body {
+            return FIXED;
+        }
+        let name = if has_name { shape.name().to_owned() } else { place.to_string() };
         let number = bodies.iter().position(|body| *body == name).unwrap_or(bodies.len());
         if number == bodies.len() {
             bodies.push(name);
@@ -182,13 +180,8 @@ fn draw_block(canvas: &mut Canvas, (x, y): Point, angle: f64, (inside, edge): (R
 /// Walls with hatching, one at each side of a block.
 fn draw_channel(canvas: &mut Canvas, places: &[Point]) {
     const ASIDE: f32 = 12.5;
-    let [(x, y), .., (to_x, to_y)] = *places else { return };
-    let length = (to_x - x).hypot(to_y - y);
-    if !(length > 1.0) {
-        return;
-    }
-    let (ux, uy) = ((to_x - x) / length, (to_y - y) / length);
-    let at = |along: f32, aside: f32| (x + along * ux - aside * uy, y + along * uy + aside * ux);
+    let [from, .., to] = *places else { return };
+    let Some((length, at)) = frame_along(from, to) else { return };
     let strokes = (length / 7.0).floor().clamp(1.0, 200.0) as u32;
     for side in [-1.0, 1.0] {
         canvas.line(&[at(0.0, side * ASIDE), at(length, side * ASIDE)], 1.5, GROUND);

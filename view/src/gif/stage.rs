@@ -127,6 +127,15 @@ fn reached_by<'m>(motion: &'m Motion, shape: &'m Shape) -> impl Iterator<Item = 
     discs.chain(ends)
 }
 
+/// The distance of two points, and the place at a distance along their line and another one to its right; nothing for
+/// points that cannot be told apart.
+pub(super) fn frame_along((x, y): Point, (to_x, to_y): Point) -> Option<(f32, impl Fn(f32, f32) -> Point)> {
+    let length = (to_x - x).hypot(to_y - y);
+    let (ux, uy) = ((to_x - x) / length, (to_y - y) / length);
+    let at = move |along: f32, aside: f32| (x + along * ux - aside * uy, y + along * uy + aside * ux);
+    (length > 1.0).then_some((length, at))
+}
+
 /// A place in a frame at an origin that is turned by an angle.
 fn moved((x, y): (f64, f64), angle: f64, [along, across]: [f64; 2]) -> (f64, f64) {
     let (sin, cos) = angle.sin_cos();

@@ -2,10 +2,10 @@
 
 use std::f64::consts::TAU;
 
-/// How far teeth reach beyond the pitch circle and below it, and the rim of a ring, in modules.
-const TIP: f64 = 0.8;
+use crate::motion::{RIM, TIP};
+
+/// How far teeth reach below the pitch circle, in modules.
 const ROOT: f64 = 1.0;
-const RIM: f64 = 2.6;
 /// Half the width of a tooth at its root and at its tip, in pitches.
 const FLANKS: [f64; 2] = [0.32, 0.13];
 
@@ -15,10 +15,9 @@ pub(super) fn gear(radius: f64, teeth: u32, phase: f64, is_internal: bool) -> Ve
     let sign = if is_internal { -1.0 } else { 1.0 };
     let (root, tip) = (radius - sign * ROOT * module, radius + sign * TIP * module);
     let pitch = TAU / f64::from(teeth.max(1));
-    let corners = [(root, -FLANKS[0]), (tip, -FLANKS[1]), (tip, FLANKS[1]), (root, FLANKS[0])];
     let tooth = |number: u32| {
         let middle = phase + pitch * f64::from(number);
-        corners.map(|(radius, aside)| polar(radius, middle + aside * pitch))
+        corners(root, tip).map(|(radius, aside)| polar(radius, middle + aside * pitch))
     };
     (0..teeth).flat_map(tooth).collect()
 }
@@ -37,10 +36,9 @@ pub(super) fn rack([from, to]: [f64; 2], across: f64, pitch: f64, phase: f64) ->
     let (first, last) = (((from - phase) / size).ceil(), ((to - phase) / size).floor());
     // Of very fine teeth not all are drawn.
     let count = (last - first + 1.0).clamp(0.0, 1000.0) as u32;
-    let corners = [(root, -FLANKS[0]), (tip, -FLANKS[1]), (tip, FLANKS[1]), (root, FLANKS[0])];
     let tooth = |number: u32| {
         let middle = phase + size * (first + f64::from(number));
-        corners.map(|(height, aside)| [(middle + aside * size).max(from).min(to), height])
+        corners(root, tip).map(|(height, aside)| [(middle + aside * size).max(from).min(to), height])
     };
     let ends = [[to, root], [to, back], [from, back], [from, root]];
     (0..count).flat_map(tooth).chain(ends).collect()
@@ -67,6 +65,11 @@ pub(super) fn belt(first: [f64; 2], second: [f64; 2], [r, s]: [f64; 2], is_cross
         arc(second, s, line - opening, 2.0 * opening)
     };
     arc(first, r, line + opening, around).chain(far).collect()
+}
+
+/// The corners of a tooth: their heights, and where they are beside its middle in pitches.
+fn corners(root: f64, tip: f64) -> [(f64, f64); 4] {
+    [(root, -FLANKS[0]), (tip, -FLANKS[1]), (tip, FLANKS[1]), (root, FLANKS[0])]
 }
 
 fn polar(radius: f64, angle: f64) -> [f64; 2] {
