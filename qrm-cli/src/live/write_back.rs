@@ -60,7 +60,7 @@ fn span_in_links(document: &Document<&str>, name: &str) -> Option<Range<usize>> 
     document.get(section)?.get(&own)?.get(key)?.span()
 }
 
-/// A hint at the key of a link or joint that would hold a value; empty where there is none.
+/// A hint that names the key of the link or joint for a value; empty if no key takes it.
 fn where_to_add(document: &Document<&str>, name: &str) -> String {
     start_key(document, name).map_or_else(String::new, |(section, own, key)| {
         format!(": add `{key} = ...` to `{own}` under [{section}], and it can be written")
