@@ -198,7 +198,7 @@ fn explicit_steps_that_stability_bounds_are_counted() {
 fn a_force_without_value_fails_the_run() {
     let outcome =
         run(&Line { force: |x| 1e3 * (0.2 - x).sqrt(), ..line() }, None, &mut Notes::default()).expect("starts");
-    assert!(matches!(outcome.status, Status::Failed(StepError::NotFinite)), "{outcome:?}");
+    assert!(matches!(outcome.status, Status::Failed(StepError::ForcesNotFinite)), "{outcome:?}");
     assert!(outcome.q[0] < 0.2);
 }
 
