@@ -90,7 +90,7 @@ fn a_full_turn_needs_certain_lengths() {
     assert!(check(&["--set", "BC=0.3783"]).contains("turns all the way"), "just long enough");
     assert!(check_with(&["--set", "BC=0.3782"], 1).contains("phi2 locks"), "just too short");
     let unloaded = check_with(&["--set", "BC=0.37", "--set", "F6=0"], 1);
-    assert!(unloaded.contains("smallest     0.0000000 N m"), "no load, no torque: {unloaded}");
+    assert!(unloaded.contains("limit positions: always 0.0000000 N m"), "no load, no torque: {unloaded}");
 }
 
 #[test]
@@ -175,6 +175,42 @@ fn change_of_energy_is_that_of_the_trajectory() {
             table.records().map(|row| row.expect("a row")[place].parse().expect("a number")).collect();
         near("change", after(&text, "energy    changes by "), energy[energy.len() - 1] - energy[0], 1e-6);
     }
+}
+
+#[test]
+fn a_drive_is_released_to_look_at_its_way() {
+    let driven = check(&["quick-return-driven"]);
+    let lines = |text: &str, from: &str, to: &str| {
+        let (_, rest) = text.split_once(from).unwrap_or_else(|| panic!("no `{from}` in\n{text}"));
+        rest.split_once(to).unwrap_or_else(|| panic!("no `{to}` in\n{text}")).0.to_owned()
+    };
+    let of_turn = |text: &str| lines(text, "  turn ", "  run ");
+    assert_eq!(of_turn(&driven), of_turn(&check(&["quick-return"])));
+    // The drive holds what a torque on the crank would.
+    let at_rest = check(&["quick-return-driven", "--static", "phi2=45deg"]);
+    let torque = after(&check(&["quick-return", "--static", "phi2=45deg"]), "on phi2");
+    near("torque on the crank", after(&at_rest, "on phi2"), torque, 1e-9);
+    near("torque of the drive", after(&at_rest, "\n  torque"), torque, 1e-9);
+    // A slider on a rod of 0.5 m and a crank of 0.2 m, driven along its line from 0.6 m on.
+    let slider = check(&["tests/linkage/driven-slider.toml"]);
+    near("inner dead point", after(&slider, "open_drive locks: it can move from "), 0.5 - 0.2 - 0.6, 1e-6);
+    near("outer dead point", after(&slider, "holds it, to "), 0.5 + 0.2 - 0.6, 1e-6);
+    assert!(slider.contains("s_tree moves freely"), "{slider}");
+    // Scissors of two stages: the height is twice the rise of a bar of 2 m. By virtual work, that of the screw is
+    // F dx = sum m g dy.
+    let lift = "scenes/linkages/scissor-lift.toml";
+    let text = check(&[lift]);
+    near("lowered", after(&text, "holds it, to "), 0.4, 1e-6);
+    near("raised", after(&text, "4.0000000 m at screw_drive = "), -1.6, 1e-4);
+    let held = check(&[lift, "--static", "screw_drive=-0.4"]);
+    let weight = 9.81 * (40.0 * (0.5 + 0.5 + 1.5 + 1.5) + 450.0 * 2.0);
+    near("force of the screw", after(&held, "on screw_drive"), -weight * 1.2 / 1.6, 1e-6);
+}
+
+#[test]
+fn an_output_of_rounding_errors_does_not_move() {
+    let text = check(&["scenes/linkages/planetary.toml"]);
+    assert!(text.contains("ratio     always 0.0000000\n"), "{text}");
 }
 
 #[test]

@@ -149,11 +149,6 @@ impl Setup {
         assembled(&*self.mechanism()).map(|(q, _)| q).map_err(|reason| messages::not_assembled(&reason, self))
     }
 
-    /// Which coordinates are given at the start.
-    pub(crate) fn given(&self) -> Vec<bool> {
-        Start::of(&*self.mechanism()).given
-    }
-
     /// The values of all parameters of the scene, also of those that the generated code does without.
     pub(crate) fn parameters(&self) -> Vec<f64> {
         parameter_values(&self.scene, self.replace())

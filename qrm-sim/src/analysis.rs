@@ -10,6 +10,7 @@ mod inverse_kinematics;
 mod kinematics;
 mod measure;
 mod reference;
+mod released_drive;
 mod response;
 mod revolution;
 mod sensitivity;
@@ -24,6 +25,7 @@ pub use inverse_kinematics::{PositionError, inverse_kinematics};
 pub use kinematics::{Drive, LimitPosition, Position};
 pub use measure::{Measurement, Repetitions, StateAt, Trial, exact_states, measure};
 pub use reference::reference_states;
+pub use released_drive::ReleasedDrive;
 pub use revolution::{NoRevolution, Range, Revolution, Series, Vertex, can_revolve, revolution, wrap_angle};
 pub use sensitivity::{
     Derivatives, DualCondition, OutputValues, Sensitivity, SensitivityEnd, SensitivityError, SensitivityRequest,

@@ -17,6 +17,7 @@ mod friction;
 mod gears;
 mod graph;
 mod loads;
+mod meshes;
 mod moments;
 mod outputs;
 mod places;
@@ -43,6 +44,7 @@ struct Linkage<'l> {
     angles: &'l Angles,
     places: &'l Places,
     closures: &'l [JointConstraint],
+    constants: &'l Constants<'l>,
 }
 
 /// Adds to a scene what its links and joints are in coordinates, points, bodies, constraints and drawings.
@@ -77,7 +79,14 @@ pub fn expand(document: &mut Document, findings: &mut Vec<Diagnostic>) {
     let drawing = if is_drawn { Vec::new() } else { drawing::drawing(&graph, &angles, &places, &constants) };
     let count = [coordinates.len() + document.coordinates.len(), closures.len() + document.constraints.len()];
     let freedoms = count[0].saturating_sub(count[1]);
-    let linkage = Linkage { graph: &graph, tree: &tree, angles: &angles, places: &places, closures: &closures };
+    let linkage = Linkage {
+        graph: &graph,
+        tree: &tree,
+        angles: &angles,
+        places: &places,
+        closures: &closures,
+        constants: &constants,
+    };
     loads::check(document, &linkage, findings);
     let outputs = outputs::outputs(document, &linkage, findings);
     let frictions = Frictions::new(&linkage, findings);

@@ -8,8 +8,9 @@ all joints, which are compared with the columns of the outputs. They are 3 equat
 move freely there are more equations than unknowns, and the rest of them is the equation of motion. At last, rates are
 integrated and compared with positions, accelerations with rates. Exit code 1 if a difference exceeds its tolerance.
 
-Friction in joints is that of the forces found. Gears and belts act by moments alone, as in the scene: forces of teeth are not resolved. A load at a point that several
-links share acts on the one that is nearest to the ground by pins and welds.
+Friction in joints is that of the forces found. Teeth of gears act at the pitch point, across the line of the axes;
+belts, and gears without axes on their carrier, act by moments alone. A load at a point that several links share acts on
+the one that is nearest to the ground by pins and welds.
 """
 
 import argparse
@@ -383,6 +384,38 @@ def wrench(point, force):
     return np.array([fx + 0 * x, fy + 0 * x, x * fy - y * fx])
 
 
+def axes_of_teeth(rows, j):
+    """The axes of two gears on their carrier; None if they are not apart, or a belt joins them."""
+    scene = rows.scene
+    if "belt" in j.keys or j.ratio == 1:
+        return None
+    pins = [p for p in scene.joints.values() if p.kind == "revolute"]
+    place = lambda p, l: np.array([value(c) for c in rows.place(l, p.at[l])])
+    is_same = lambda p, q: np.max(np.abs(p - q)) < 1e-9
+
+    def axis(link):
+        for p in pins:
+            if link in p.links and j.carrier in p.links:
+                return place(p, link)
+        for p in pins:
+            for q in pins:
+                if link in p.links and j.carrier in q.links and set(p.links) & set(q.links):
+                    if is_same(place(p, link), place(q, j.carrier)):
+                        return place(p, link)
+        return None
+
+    axes = [axis(l) for l in j.links]
+    if any(a is None for a in axes) or is_same(*axes):
+        return None
+    if j.ratio > 0:
+        # The larger one is a ring on the axis of the carrier.
+        ring = 1 if j.ratio > 1 else 0
+        turns = [place(p, j.carrier) for p in pins if j.carrier in p.links and "ground" in p.links]
+        if j.carrier == "ground" or not (j.links[ring] == "ground" or any(is_same(t, axes[ring]) for t in turns)):
+            return None
+    return axes
+
+
 def columns_of_joints(rows):
     """The unknowns: what each of them does to which link."""
     scene, one, zero = rows.scene, np.ones(rows.count), np.zeros(rows.count)
@@ -432,7 +465,15 @@ def columns_of_joints(rows):
             d = [p - q for p, q in zip(*ends)]
             size = np.hypot(*d)
             yield pair("force", (d[0] / size, d[1] / size))
-        if j.kind == "gear":
+        if j.kind == "gear" and (axes := axes_of_teeth(rows, j)):
+            # The first gear is turned by one newton metre, by a force at the pitch point across the line of the axes.
+            (ax, ay), (bx, by) = axes
+            dx, dy = bx - ax, by - ay
+            pitch = (ax + dx / (1 - j.ratio), ay + dy / (1 - j.ratio))
+            size = (1 - j.ratio) / (dx * dx + dy * dy)
+            w = wrench(pitch, (-dy * size, dx * size))
+            yield j.name, "force", {a: w, b: -w}
+        elif j.kind == "gear":
             effect = {l: 0 * moment for l in (a, b, j.carrier)}
             for l, factor in ((a, 1.0), (b, -j.ratio), (j.carrier, j.ratio - 1)):
                 effect[l] = effect[l] + factor * moment
@@ -546,6 +587,8 @@ def check(scene, columns, wanted_rows):
                 sliding[f"{name}_{'xy'[axis]}"] = (j.name, on, axis)
         elif kind == "moment" or j.kind == "revolute":
             x, y = [value(c) for c in rows.ends(j)[0]] if j.at else (0.0, 0.0)
+            if j.kind == "gear" and (axes := axes_of_teeth(rows, j)):
+                x, y = axes[j.links.index(on)]
             about = picks[:, 2] - (np.multiply(x, picks[:, 1].T) - np.multiply(y, picks[:, 0].T)).T
             asked.append((name, name, about))
             if kind == "moment" and j.kind == "revolute" and j.friction:

@@ -8,9 +8,13 @@ mod motion;
 mod revolution;
 
 use clap::Args;
-use qrm_core::Model;
+use qrm_core::{Mechanism, Model, QuantityDescription};
+use qrm_sim::analysis::ReleasedDrive;
+use qrm_sim::run::NotAssembled;
+use qrm_sim::start::Start;
 
 use crate::error::Error;
+use crate::messages;
 use crate::options::{MethodOptions, SceneOptions};
 use crate::output::print;
 use crate::setup::Setup;
@@ -33,8 +37,9 @@ pub(crate) struct Options {
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
     let setup = Setup::new(models, &options.scene, &options.method)?;
     if !options.at_rest.is_empty() {
-        for position in equilibrium::positions(&setup, &options.at_rest)? {
-            print(&equilibrium::text(&setup, &position)?);
+        let mechanism = all_released(&setup)?;
+        for position in equilibrium::positions(&*mechanism, &options.at_rest)? {
+            print(&equilibrium::text(&setup, &*mechanism, &position)?);
         }
         return Ok(());
     }
@@ -57,6 +62,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
 }
 
 /// Lines about one topic.
+#[derive(Clone)]
 pub(crate) struct Topic {
     pub(crate) name: String,
     pub(crate) lines: Vec<String>,
@@ -75,6 +81,35 @@ pub(crate) fn report_lines(setup: &Setup) -> Result<(Vec<Topic>, Option<Error>),
     let (of_motion, problem) = motion::report_lines(setup)?;
     topics.extend(of_motion);
     Ok((topics, problem))
+}
+
+/// The constraints of drives: those that depend on time.
+fn drives(setup: &Setup) -> Vec<usize> {
+    let constraints = setup.scene.constraints.iter().enumerate();
+    let driven = constraints.filter(|(_, constraint)| setup.scene.depends_on_time(&constraint.residual));
+    driven.map(|(i, _)| i).collect()
+}
+
+/// The mechanism, at the time zero if one of its drives is released.
+fn released(setup: &Setup, drive: Option<usize>) -> Result<Box<dyn Mechanism>, NotAssembled> {
+    drive.into_iter().try_fold(setup.mechanism(), release)
+}
+
+/// The mechanism with all its drives released.
+fn all_released(setup: &Setup) -> Result<Box<dyn Mechanism>, Error> {
+    let released = drives(setup).into_iter().try_fold(setup.mechanism(), release);
+    released.map_err(|reason| messages::not_assembled(&reason, setup))
+}
+
+fn release(mechanism: Box<dyn Mechanism>, drive: usize) -> Result<Box<dyn Mechanism>, NotAssembled> {
+    Ok(Box::new(ReleasedDrive::new(mechanism, drive)?))
+}
+
+/// The names of coordinates that the scene gives at its start, or drives prescribe.
+fn inputs(setup: &Setup) -> Result<Vec<QuantityDescription>, Error> {
+    let mechanism = all_released(setup)?;
+    let coordinates = mechanism.description().coordinates.iter().zip(Start::of(&*mechanism).given);
+    Ok(coordinates.filter(|(_, given)| *given).map(|(coordinate, _)| *coordinate).collect())
 }
 
 /// The unit of a generalized force.

@@ -75,6 +75,8 @@ pub(super) const CONTINUATION: f64 = 0.1;
 const ROUNDING: f64 = 1e-12;
 /// Steps shorter than this fraction of the way are not tried.
 const SHORTEST: f64 = 1e-10;
+/// What is beyond a limit position is looked at so far away, in rad, or against the size of the mechanism.
+const BEYOND: f64 = 1e-2;
 /// Nor are steps of shorter angles: where branches cross, rounding errors join them at about this distance.
 const SHORTEST_ANGLE: f64 = 1e-7;
 
@@ -211,7 +213,9 @@ impl<'m> Drive<'m> {
         let LimitPosition { position, target: to } = limit;
         let n = to.len();
         let moves = |i: usize| self.partition.given[i] && to[i] != position.q[i];
-        let beyond = |i: usize| position.q[i] + if moves(i) { 1e-2 * (to[i] - position.q[i]).signum() } else { 0.0 };
+        let size = |i: usize| if self.is_angle(i) { 1.0 } else { self.size(position) };
+        let step = |i: usize| if moves(i) { BEYOND * size(i) * (to[i] - position.q[i]).signum() } else { 0.0 };
+        let beyond = |i: usize| position.q[i] + step(i);
         let start = Start {
             q: (0..n).map(beyond).collect(),
             given: self.partition.given.clone(),
@@ -219,6 +223,15 @@ impl<'m> Drive<'m> {
             given_rates: vec![false; n],
         };
         assemble(self.mechanism, &start).err().map(|reason| reason.constraint)
+    }
+
+    /// The largest length at a position: of the coordinates, and of the arms by which angles move the constraints.
+    pub(super) fn size(&self, at: &Position) -> f64 {
+        let (angles, lengths): (Vec<usize>, Vec<usize>) = (0..at.q.len()).partition(|&i| self.is_angle(i));
+        let rows = at.constraints.constraint_jacobian.iter();
+        let arms = rows.flat_map(|row| angles.iter().map(|&i| row[i].abs()));
+        let size = lengths.iter().map(|&i| at.q[i].abs()).chain(arms).fold(0.0, f64::max);
+        if size > 0.0 { size } else { 1.0 }
     }
 
     /// Whether a coordinate is given.

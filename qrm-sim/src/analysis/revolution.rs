@@ -1,4 +1,5 @@
-//! A slow revolution of a driven angle: positions, forces of static equilibrium, limit positions.
+//! A slow motion of a driven coordinate, over a turn or a length: positions, forces of static equilibrium, limit
+//! positions.
 
 use std::f64::consts::TAU;
 
@@ -12,6 +13,8 @@ use crate::start::Start;
 
 /// Positions in a turn.
 const SAMPLES: usize = 720;
+/// How far a driven length is moved, against the size of the mechanism.
+const REACH: f64 = 4.0;
 
 /// A revolution of the driven coordinate, or the range that it can move in.
 #[derive(Clone, Debug)]
@@ -70,7 +73,7 @@ impl Series {
 /// Between which values a driven coordinate can move, and the constraint that ends its way there.
 #[derive(Clone, Copy, Debug)]
 pub struct Range {
-    /// The smallest value; none if there is a whole turn without a lock.
+    /// The smallest value; none if it can be moved by a whole turn, or as far as a length is looked at.
     pub low: Option<(f64, Option<usize>)>,
     /// The largest value, likewise.
     pub high: Option<(f64, Option<usize>)>,
@@ -87,13 +90,11 @@ pub enum NoRevolution {
     Driven,
     /// The start is a singular position.
     Singular,
-    /// What is given at the start is no angle.
-    NotAnAngle(usize),
     /// The constraints cannot be met at the start.
     NotAssembled(NotAssembled),
 }
 
-/// Moves the driven coordinate through a revolution.
+/// Moves the driven coordinate through a revolution, or a length as far as it goes.
 ///
 /// # Errors
 /// No coordinate can be driven so.
@@ -109,7 +110,7 @@ pub fn revolution(mechanism: &dyn Mechanism) -> Result<Revolution, NoRevolution>
     };
     let followed = round.follow(round.direction, SAMPLES, &mut visit);
     let (range, returns) = match followed {
-        Ok(end) => {
+        Ok(end) if description.is_angle(driven) => {
             let is_periodic = |i: usize| {
                 let unit = description.coordinates[i].unit;
                 let size = if description.is_angle(i) { 1.0 } else { end.q[i].abs().max(round.start.q[i].abs()) };
@@ -117,7 +118,7 @@ pub fn revolution(mechanism: &dyn Mechanism) -> Result<Revolution, NoRevolution>
             };
             (None, (0..end.q.len()).all(is_periodic))
         }
-        Err(ahead) => {
+        ahead => {
             let mut behind = Vec::new();
             let mut visit = |step| match step {
                 Step::To(position) => behind.push(position),
@@ -126,26 +127,29 @@ pub fn revolution(mechanism: &dyn Mechanism) -> Result<Revolution, NoRevolution>
             let back = round.follow(-round.direction, SAMPLES, &mut visit).err();
             behind.extend(back.as_ref().map(|limit| limit.position.clone()));
             behind.reverse();
-            positions.push(ahead.position.clone());
+            let ahead = ahead.err();
+            positions.extend(ahead.as_ref().map(|limit| limit.position.clone()));
             positions.splice(0..0, behind);
             let end = |limit: &LimitPosition| (limit.position.q[driven], round.drive.open_beyond(limit));
-            let (ahead, back) = (Some(end(&ahead)), back.as_ref().map(end));
+            let (ahead, back) = (ahead.as_ref().map(end), back.as_ref().map(end));
             let (low, high) = if round.direction > 0.0 { (back, ahead) } else { (ahead, back) };
             (Some(Range { low, high }), false)
         }
     };
     // At a lock itself forces have no bounds.
     let inner = if range.is_some() { 1..positions.len() - 1 } else { 0..positions.len() };
-    let count = description.outputs.len();
+    let (count, rounding) = (description.outputs.len(), round.rounding_of_outputs());
     // The positions on both sides tell of the same one.
-    change_points.dedup_by(|a, b| (*a - *b).abs() < NEAR);
+    change_points.dedup_by(|a, b| round.is_near(*a, *b, NEAR));
     Ok(Revolution {
         coordinate: driven,
         start: round.start.q[driven],
         direction: round.direction,
-        outputs: (0..count).map(|i| round.course(&positions, returns, |at| round.outputs(at)[i])).collect(),
-        balance: round.course(&positions[inner.clone()], returns, |at| round.drive.balance(&at.q).1[driven]),
-        inertia: round.course(&positions[inner], returns, |at| round.inertia(at)),
+        outputs: (0..count)
+            .map(|i| round.course(&positions, returns, rounding[i], |at| round.outputs(&at.q)[i]))
+            .collect(),
+        balance: round.course(&positions[inner.clone()], returns, 0.0, |at| round.drive.balance(&at.q).1[driven]),
+        inertia: round.course(&positions[inner], returns, 0.0, |at| round.inertia(at)),
         range,
         change_points,
         returns,
@@ -165,18 +169,26 @@ enum Step {
     ChangePoint(f64),
 }
 
-/// Angles are the same that are this near to each other.
-const NEAR: f64 = 1e-4;
+/// Values are the same that are this near to each other, against the whole way.
+const NEAR: f64 = 2e-5;
+/// How well a vertex is located, likewise.
+const RESOLUTION: f64 = 1.6e-10;
 /// Between positions whose determinants are this small against the largest one, forces are lost in rounding errors.
 const SINGULAR: f64 = 1e-3;
-/// Limit positions this near to each other are one change point.
-const GAP: f64 = 1e-6;
+/// The step of a difference quotient, against the range of a coordinate.
+const DIFFERENCE: f64 = 1e-6;
+/// Rounding errors of a sum, against the size of its terms.
+const ROUNDING: f64 = 8.0 * f64::EPSILON;
+/// Limit positions this near to each other, likewise, are one change point.
+const GAP: f64 = 1.6e-7;
 
 /// A turn to be made.
 struct Round<'m> {
     drive: Drive<'m>,
     start: Position,
     driven: usize,
+    /// A whole turn, or how far a length is moved.
+    span: f64,
     /// 1 or -1.
     direction: f64,
 }
@@ -195,21 +207,24 @@ impl<'m> Round<'m> {
         let Some(driven) = start.given.iter().position(|given| *given) else {
             return Err(NoRevolution::NothingGiven);
         };
-        if !mechanism.description().is_angle(driven) {
-            return Err(NoRevolution::NotAnAngle(driven));
-        }
         let drive = Drive::new(mechanism, start.given.clone()).ok_or(NoRevolution::Singular)?;
         let direction = if qd[driven] < 0.0 { -1.0 } else { 1.0 };
         let start = drive.close(q).filter(|position| position.determinant != 0.0).ok_or(NoRevolution::Singular)?;
-        Ok(Self { drive, start, driven, direction })
+        let span = if drive.is_angle(driven) { TAU } else { REACH * drive.size(&start) };
+        Ok(Self { drive, start, driven, span, direction })
     }
 
-    /// Goes once around, one way or the other, and says where that ends.
+    /// Whether two values of the driven coordinate are the same, up to a part of the whole way.
+    fn is_near(&self, one: f64, other: f64, part: f64) -> bool {
+        (one - other).abs() < part * self.span
+    }
+
+    /// Goes the whole way, in one direction or the other, and says where that ends.
     fn follow(&self, direction: f64, samples: usize, visit: &mut dyn FnMut(Step)) -> Result<Position, LimitPosition> {
         let mut last = [self.start.clone(), self.start.clone(), self.start.clone()];
         // One step more, so that a smallest determinant at the start is between two others as well.
         for i in 1..=samples + 1 {
-            let angle = self.start.q[self.driven] + direction * TAU * i as f64 / samples as f64;
+            let angle = self.start.q[self.driven] + direction * self.span * i as f64 / samples as f64;
             let next = match self.at(&last[2], angle) {
                 Ok(next) => next,
                 // The turn is made already.
@@ -266,7 +281,7 @@ impl<'m> Round<'m> {
         let is_continued = missed.fold(0.0, f64::max) <= CONTINUATION * largest;
         // A gap may be shorter than the way between two positions.
         let back = || self.at(to, from.q[self.driven]).and_then(|_| self.lock_between(to, from));
-        is_continued && back().err().is_none_or(|limit| (limit.position.q[self.driven] - singular).abs() < GAP)
+        is_continued && back().err().is_none_or(|limit| self.is_near(limit.position.q[self.driven], singular, GAP))
     }
 
     /// An error if the mechanism locks between two positions, around the smallest determinant.
@@ -289,16 +304,21 @@ impl<'m> Round<'m> {
     ) -> Result<Vertex, LimitPosition> {
         let at = |angle: f64| self.at(from, angle).map(|position| (value(&position), ()));
         let ends = [from.q[self.driven], to.q[self.driven]];
-        let (angle, value, ()) = largest_between(ends, 1e-9, |_| false, at)?;
+        let (angle, value, ()) = largest_between(ends, RESOLUTION * self.span, |_| false, at)?;
         Ok(Vertex { angle, value })
     }
 
-    /// How a quantity goes over positions that follow each other.
-    fn course(&self, positions: &[Position], returns: bool, value: impl Fn(&Position) -> f64) -> Series {
+    /// How a quantity with these `rounding` errors goes over positions that follow each other.
+    fn course(&self, positions: &[Position], returns: bool, rounding: f64, value: impl Fn(&Position) -> f64) -> Series {
         let values: Vec<f64> = positions.iter().map(&value).collect();
         let (Some(&first), Some(&last)) = (values.first(), values.last()) else { return Series::default() };
-        let mut course = Series { ends: [first, last], ..Series::default() };
         let (low, high) = values.iter().fold((first, first), |(low, high), v| (low.min(*v), high.max(*v)));
+        if high - low <= rounding {
+            let constant = if first.abs() <= rounding { 0.0 } else { first };
+            let at = (constant, positions[0].q[self.driven]);
+            return Series { ends: [constant; 2], vertices: Vec::new(), smallest: at, largest: at };
+        }
+        let mut course = Series { ends: [first, last], ..Series::default() };
         let is_cycle = returns && (last - first).abs() <= 1e-9 * (high - low);
         let count = positions.len();
         let regular = positions.iter().fold(0.0, |most: f64, position| most.max(position.determinant.abs()));
@@ -312,7 +332,7 @@ impl<'m> Round<'m> {
             };
             let [v0, v, v1] = [values[before], values[i], values[after]];
             // Changes at the size of rounding errors are none.
-            let noise = 1e-12 * (high - low).max(v.abs() * 1e-2);
+            let noise = rounding.max(1e-12 * (high - low).max(v.abs() * 1e-2));
             let sign = if v >= v0 && v >= v1 { 1.0 } else { -1.0 };
             if !(sign * (v - v0) >= 0.0 && sign * (v - v1) >= 0.0 && (v - v0).abs().max((v - v1).abs()) > noise) {
                 continue;
@@ -328,7 +348,7 @@ impl<'m> Round<'m> {
                 |vertex| Vertex { value: sign * vertex.value, ..vertex },
             );
             // A vertex that lies on a sample is found from both sides.
-            if course.vertices.last().is_none_or(|before| (before.angle - vertex.angle).abs() > NEAR) {
+            if course.vertices.last().is_none_or(|before| !self.is_near(before.angle, vertex.angle, NEAR)) {
                 course.vertices.push(vertex);
             }
         }
@@ -355,21 +375,39 @@ impl<'m> Round<'m> {
         dot(&tangent, &momentum)
     }
 
-    fn outputs(&self, position: &Position) -> Vec<f64> {
-        let (multipliers, _) = self.drive.balance(&position.q);
-        self.drive.outputs(&position.q, &multipliers)
+    fn outputs(&self, q: &[f64]) -> Vec<f64> {
+        let (multipliers, _) = self.drive.balance(q);
+        self.drive.outputs(q, &multipliers)
+    }
+
+    /// The sizes of rounding errors in the outputs: those of terms that grow with the coordinates and may cancel.
+    fn rounding_of_outputs(&self) -> Vec<f64> {
+        let q = &self.start.q;
+        let here = self.outputs(q);
+        let mut sizes: Vec<f64> = here.iter().map(|value| value.abs()).collect();
+        for i in 0..q.len() {
+            // An angle goes through a turn, whatever it is at the start.
+            let range = q[i].abs() + if self.drive.is_angle(i) { TAU } else { 0.0 };
+            let mut beside = q.clone();
+            beside[i] += DIFFERENCE * range;
+            let change = self.outputs(&beside).into_iter().zip(&here).map(|(there, here)| (there - here).abs());
+            sizes.iter_mut().zip(change).for_each(|(size, change)| *size += change / DIFFERENCE);
+        }
+        sizes.iter().map(|size| ROUNDING * size).collect()
     }
 }
 
-/// The vertex of the parabola through three points.
+/// The vertex of the parabola through three points, if it is between them; the middle one otherwise.
 fn parabola([a0, a, a1]: [f64; 3], [v0, v, v1]: [f64; 3]) -> Vertex {
     let [left, right] = [(v0 - v) / (a0 - a), (v1 - v) / (a1 - a)];
     let curvature = (right - left) / (a1 - a0);
     let slope = left - curvature * (a0 - a);
-    if curvature == 0.0 {
-        return Vertex { angle: a, value: v };
+    let shift = -0.5 * slope / curvature;
+    if (a0 - a).min(a1 - a) < shift && shift < (a0 - a).max(a1 - a) {
+        Vertex { angle: a + shift, value: v + 0.5 * slope * shift }
+    } else {
+        Vertex { angle: a, value: v }
     }
-    Vertex { angle: a - 0.5 * slope / curvature, value: v - 0.25 * slope * slope / curvature }
 }
 
 /// A difference of two values in a unit; of angles without whole turns.

@@ -5,6 +5,7 @@ use super::cams::{CONTACT, Cam};
 use super::closures::{DRIVE, open_pins};
 use super::friction::load_of_joint;
 use super::graph::PointId;
+use super::meshes::forces_of_teeth;
 use super::places::line;
 use super::terms::{dot, negate, whole};
 use crate::document::{DisplacementSyntax, Identifier, JointKind, OutputValue, Target};
@@ -47,7 +48,8 @@ pub(super) fn force(linkage: &Linkage, number: usize, on: PointId, direction: [i
         let multipliers = std::iter::once((identifier(name.clone()), factor(along))).chain(contact).collect();
         return OutputValue::FreeBody { displacements: Vec::new(), multipliers, loads: Vec::new() };
     }
-    if joint.ends.len() == 2 && is_closed {
+    let teeth = forces_of_teeth(linkage, number, on, direction);
+    if joint.ends.len() == 2 && is_closed && teeth.is_empty() {
         let suffix = match (joint.syntax.kind.is_pin(), direction) {
             (true, [1, _]) => "_x",
             (true, _) => "_y",
@@ -62,7 +64,7 @@ pub(super) fn force(linkage: &Linkage, number: usize, on: PointId, direction: [i
     let axis = if direction[0] == 0 { "_y" } else { "_x" };
     if tree.places(number, on) {
         let displacements = vec![beyond(linkage, on, direction.map(whole))];
-        return OutputValue::FreeBody { displacements, multipliers: Vec::new(), loads: Vec::new() };
+        return OutputValue::FreeBody { displacements, multipliers: teeth, loads: Vec::new() };
     }
     // Constraints hold this end to another one, and it carries those that the tree places by it.
     let borne = joint.ends.iter().copied().filter(|end| tree.bearer(number, *end) == Some(on));
@@ -74,6 +76,7 @@ pub(super) fn force(linkage: &Linkage, number: usize, on: PointId, direction: [i
         multipliers: multipliers
             .filter(|(_, factor)| *factor != 0)
             .map(|(name, factor)| (identifier(name), whole(factor)))
+            .chain(teeth)
             .collect(),
         loads: Vec::new(),
     }

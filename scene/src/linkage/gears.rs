@@ -3,6 +3,7 @@
 use super::angles::Angles;
 use super::constants::Constants;
 use super::graph::{Graph, Joint, PointId};
+use super::meshes::{Mesh, axis};
 use super::terms::{add, call, difference, divide, is_zero, multiply, negate, subtract, whole};
 use crate::document::{DrawnSyntax, Identifier, JointKind, Position};
 use crate::function::Function;
@@ -40,42 +41,38 @@ impl Wheels<'_, '_> {
     /// Two gears, a gear in a ring, or two pulleys with a belt.
     fn pair(&mut self, joint: &Joint) {
         let Some(ratio) = &joint.syntax.size else { return };
-        let links = [joint.ends[0].link, joint.ends[1].link];
-        let axes = links.map(|link| axis(self.graph, self.constants, link, joint.carrier));
-        let [Some(first), Some(second)] = axes else { return };
-        let axes = [first, second];
-        if let Some(radii) = &joint.syntax.radii {
-            let is_crossed = self.constants.value(ratio) < 0.0;
-            return self.belt(joint, axes, radii.clone(), is_crossed);
-        }
-        let Some(apart) = self.distance(first, second) else { return };
         let size = self.constants.value(ratio);
-        if size < 0.0 {
-            let radius = divide(apart, subtract(whole(1), ratio.clone()));
-            let other = multiply(negate(ratio.clone()), radius.clone());
-            self.gear(links[0], first, radius, false);
-            self.gear(links[1], second, other, false);
+        let links = [joint.ends[0].link, joint.ends[1].link];
+        if let Some(Mesh { axes, ring }) = Mesh::new(self.graph, self.constants, joint) {
+            let Some(apart) = self.distance(axes[0], axes[1]) else { return };
+            let less = match ring {
+                Some(1) => subtract(ratio.clone(), whole(1)),
+                _ => subtract(whole(1), ratio.clone()),
+            };
+            let radius = divide(apart, less);
+            let other = multiply(if ring.is_none() { negate(ratio.clone()) } else { ratio.clone() }, radius.clone());
+            // What is within the ring lies upon it.
+            let mut both = [(0, radius), (1, other)];
+            both.rotate_left(ring.unwrap_or(0));
+            for (gear, radius) in both {
+                self.gear(links[gear], axes[gear], radius, ring == Some(gear));
+            }
             return;
         }
-        let ring = usize::from(size > 1.0);
-        if size > 0.0 && size != 1.0 && self.is_coaxial(joint.carrier, links[ring], axes[ring]) {
-            let less = if ring == 1 { subtract(ratio.clone(), whole(1)) } else { subtract(whole(1), ratio.clone()) };
-            let radius = divide(apart, less);
-            let other = multiply(ratio.clone(), radius.clone());
-            // What is within the ring lies upon it.
-            let mut both = [(links[0], first, radius, ring == 0), (links[1], second, other, ring == 1)];
-            both.rotate_left(ring);
-            for (link, axis, radius, is_internal) in both {
-                self.gear(link, axis, radius, is_internal);
-            }
-        } else if size > 0.0 {
+        let axes = links.map(|link| axis(self.graph, self.constants, link, joint.carrier));
+        let [Some(first), Some(second)] = axes else { return };
+        if let Some(radii) = &joint.syntax.radii {
+            self.belt(joint, [first, second], radii.clone(), size < 0.0);
+        } else if size > 0.0
+            && let Some(apart) = self.distance(first, second)
+        {
             let large = divide(apart, whole(5));
-            let radii = if ring == 1 {
+            let radii = if size > 1.0 {
                 [divide(large.clone(), ratio.clone()), large]
             } else {
                 [large.clone(), multiply(ratio.clone(), large)]
             };
-            self.belt(joint, axes, radii, false);
+            self.belt(joint, [first, second], radii, false);
         }
     }
 
@@ -141,40 +138,10 @@ impl Wheels<'_, '_> {
             _ => call(Function::Hypot, [x, y]),
         })
     }
-
-    /// Whether an axis is that on which the carrier turns, or belongs to the ground.
-    fn is_coaxial(&self, carrier: usize, link: usize, axis: PointId) -> bool {
-        let is_same = |own: PointId| self.constants.are_same(&self.graph.local(own), &self.graph.local(axis));
-        carrier != 0 && (link == 0 || pins(self.graph, carrier, 0).any(|(own, _)| is_same(own)))
-    }
 }
 
 fn positive(formula: Formula, value: f64) -> Formula {
     if value < 0.0 { negate(formula) } else { formula }
-}
-
-/// The point of the carrier about which a link turns on it: that of a pin of both, or of pins of both in one place of a
-/// third link.
-fn axis(graph: &Graph, constants: &Constants, link: usize, carrier: usize) -> Option<PointId> {
-    if let Some((_, on_carrier)) = pins(graph, link, carrier).next() {
-        return Some(on_carrier);
-    }
-    let others = (0..graph.links.len()).filter(|other| *other != link && *other != carrier);
-    let shared = others.flat_map(|other| {
-        let own = pins(graph, link, other);
-        own.flat_map(move |(_, at)| pins(graph, carrier, other).map(move |(on_carrier, to)| (at, to, on_carrier)))
-    });
-    let mut shared = shared.filter(|(at, to, _)| constants.are_same(&graph.local(*at), &graph.local(*to)));
-    shared.next().map(|(.., on_carrier)| on_carrier)
-}
-
-/// The points of two links that pins hold together.
-fn pins<'g>(graph: &'g Graph, first: usize, second: usize) -> impl Iterator<Item = (PointId, PointId)> + 'g {
-    let joints = graph.joints.iter().filter(|joint| joint.syntax.kind == JointKind::Revolute);
-    joints.filter_map(move |joint| {
-        let end = |link: usize| joint.ends.iter().find(|end| end.link == link).copied();
-        end(first).zip(end(second))
-    })
 }
 
 #[cfg(test)]

@@ -1,8 +1,10 @@
 //! Positions at rest, and the forces that balance the loads there.
 
+use qrm_core::Mechanism;
 use qrm_scene::names::suggestion;
 use qrm_scene::scene::Quantity;
 use qrm_sim::analysis::{NoEquilibrium, static_equilibrium};
+use qrm_sim::start::Start;
 
 use super::unit_of_force;
 use crate::error::Error;
@@ -18,11 +20,11 @@ const MAX_TURNS: f64 = 100.0;
 type Wanted = Vec<(usize, f64)>;
 
 /// Reads `phi2=45deg` or `phi=0.5,s=0.1`. A coordinate that is asked for again begins another position.
-pub(super) fn positions(setup: &Setup, texts: &[String]) -> Result<Vec<Wanted>, Error> {
+pub(super) fn positions(mechanism: &dyn Mechanism, texts: &[String]) -> Result<Vec<Wanted>, Error> {
     let mut positions: Vec<Wanted> = Vec::new();
     for text in texts {
         for part in text.split(',') {
-            let (place, value) = value(setup, text, part)?;
+            let (place, value) = value(mechanism, text, part)?;
             match positions.last_mut() {
                 Some(last) if last.iter().all(|(other, _)| *other != place) => last.push((place, value)),
                 _ => positions.push(vec![(place, value)]),
@@ -32,9 +34,9 @@ pub(super) fn positions(setup: &Setup, texts: &[String]) -> Result<Vec<Wanted>, 
     Ok(positions)
 }
 
-fn value(setup: &Setup, text: &str, part: &str) -> Result<(usize, f64), Error> {
-    let is_given = setup.given();
-    let coordinates = setup.description.coordinates;
+fn value(mechanism: &dyn Mechanism, text: &str, part: &str) -> Result<(usize, f64), Error> {
+    let is_given = Start::of(mechanism).given;
+    let coordinates = mechanism.description().coordinates;
     let given: Vec<&str> = (0..coordinates.len()).filter(|&i| is_given[i]).map(|i| coordinates[i].name).collect();
     let wrong = |why: String, help: String| Error::usage(format!("`--static {text}`: {why}")).help(help);
     let Some(first) = given.first() else {
@@ -47,12 +49,14 @@ fn value(setup: &Setup, text: &str, part: &str) -> Result<(usize, f64), Error> {
         return Err(wrong(format!("`{part}` has no `=`"), format!("write `--static {first}=45deg`")));
     };
     let name = name.trim();
-    let Some(place) = coordinates.iter().position(|c| c.name == name) else {
-        let help = suggestion(name, given.iter().copied(), || format!("the scene gives: {}", given.join(", ")));
+    // A released drive may have the name of the coordinate that it prescribes.
+    let places = || (0..coordinates.len()).filter(|&i| coordinates[i].name == name);
+    let Some(place) = places().find(|&i| is_given[i]).or_else(|| places().next()) else {
+        let help = suggestion(name, given.iter().copied(), || format!("these can be given: {}", given.join(", ")));
         return Err(wrong(format!("there is no coordinate `{name}`"), help));
     };
     if !is_given[place] {
-        let help = format!("give what [initial] gives: {}", given.join(", "));
+        let help = format!("give one that does not: {}", given.join(", "));
         return Err(wrong(format!("`{name}` follows from the constraints"), help));
     }
     let option = format!("--static {name}");
@@ -77,10 +81,11 @@ pub(super) fn when(setup: &Setup) -> &'static str {
 }
 
 /// The forces that hold a position, as text.
-pub(super) fn text(setup: &Setup, wanted: &[(usize, f64)]) -> Result<String, Error> {
-    let description = setup.description;
-    let rest = static_equilibrium(&*setup.mechanism(), wanted).map_err(|reason| no_equilibrium(setup, &reason))?;
-    let is_given = setup.given();
+pub(super) fn text(setup: &Setup, mechanism: &dyn Mechanism, wanted: &[(usize, f64)]) -> Result<String, Error> {
+    let description = mechanism.description();
+    let rest = static_equilibrium(mechanism, wanted).map_err(|reason| no_equilibrium(setup, mechanism, &reason))?;
+    let is_given = Start::of(mechanism).given;
+    let beside = if setup.mechanism().is_driven() { "instead of the drive" } else { "beside the loads of the scene" };
     let mut text = format!("{} at rest{}\n\n", description.name, when(setup));
     let mut line = |name: &str, value: f64, unit: &str, more: &str| {
         let also = if unit == "rad" { format!("= {}", quantity(value, unit)) } else { more.to_owned() };
@@ -92,12 +97,12 @@ pub(super) fn text(setup: &Setup, wanted: &[(usize, f64)]) -> Result<String, Err
         text += format!("  {name:12} {digits:>20} {unit:6} {also}").trim_end();
         text += "\n";
     };
-    for (coordinate, value) in description.coordinates.iter().zip(&rest.q) {
+    for (coordinate, value) in setup.description.coordinates.iter().zip(&rest.q) {
         line(coordinate.name, *value, coordinate.unit, "");
     }
     for (i, coordinate) in description.coordinates.iter().enumerate().filter(|(i, _)| is_given[*i]) {
         let name = format!("on {}", coordinate.name);
-        line(&name, rest.forces[i], &unit_of_force(coordinate.unit), "beside the loads of the scene, holds it at rest");
+        line(&name, rest.forces[i], &unit_of_force(coordinate.unit), &format!("{beside}, holds it at rest"));
     }
     for (output, value) in setup.scene.outputs.iter().zip(&rest.outputs) {
         if !output.kind.needs_motion() {
@@ -107,18 +112,15 @@ pub(super) fn text(setup: &Setup, wanted: &[(usize, f64)]) -> Result<String, Err
     Ok(text)
 }
 
-fn no_equilibrium(setup: &Setup, reason: &NoEquilibrium) -> Error {
-    let description = setup.description;
+fn no_equilibrium(setup: &Setup, mechanism: &dyn Mechanism, reason: &NoEquilibrium) -> Error {
+    let description = mechanism.description();
     match reason {
         NoEquilibrium::NotAssembled(reason) => messages::not_assembled(reason, setup),
         NoEquilibrium::Singular => {
             Error::usage("the start is singular: it does not determine which way the mechanism goes")
                 .help("give another start in [initial]")
         }
-        NoEquilibrium::Driven => {
-            Error::usage("a constraint depends on time: there is no position that the mechanism could be held in")
-                .help("leave the constraint out to see what balances the loads at rest")
-        }
+        NoEquilibrium::Driven => Error::usage("a constraint depends on time"),
         NoEquilibrium::NotFinite => Error::usage("forces at this position are not finite")
             .help("the position is a limit of the mechanism, or a formula leaves its domain"),
         NoEquilibrium::LimitPosition { q, constraint } => {

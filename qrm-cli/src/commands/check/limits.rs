@@ -1,8 +1,7 @@
 //! The lengths that allow a full turn.
 
 use qrm_scene::scene::{Quantity, Scene, Value};
-
-use qrm_sim::analysis::can_revolve;
+use qrm_sim::analysis::{ReleasedDrive, can_revolve};
 
 use crate::setup::Setup;
 
@@ -23,18 +22,22 @@ const FACTOR: f64 = 1.25;
 const ACCURACY: f64 = 1e-10;
 
 /// The limits of every parameter that the constraints contain, the others held: between them the turn is possible,
-/// whether
-/// it is now or not.
-pub(super) fn limits(setup: &Setup, turns: bool) -> Vec<Limits> {
-    let used = parameters_of_constraints(&setup.scene);
+/// whether it is now or not. The constraint of a released drive does not count.
+pub(super) fn limits(setup: &Setup, drive: Option<usize>, turns: bool) -> Vec<Limits> {
+    let used = parameters_of_constraints(&setup.scene, drive);
     let values = setup.model.parameter_values(&setup.replace());
     let described = setup.description.parameters.iter().zip(values);
     let relevant = described.filter(|(p, value)| *value != 0.0 && used.iter().any(|name| name == p.name));
+    let released = drive.and_then(|drive| ReleasedDrive::new(setup.mechanism(), drive).ok());
     let limits = relevant.map(|(parameter, value)| {
         let replace = setup.replace();
         let turns_with = |trial: f64| {
             let replace = |name: &str| if name == parameter.name { Some(trial) } else { replace(name) };
-            can_revolve(&*setup.model.mechanism(&replace))
+            let mechanism = setup.model.mechanism(&replace);
+            match &released {
+                None => can_revolve(&*mechanism),
+                Some(own) => own.with(mechanism).is_ok_and(|mechanism| can_revolve(&mechanism)),
+            }
         };
         let [down, up] = [1.0 / FACTOR, FACTOR].map(|factor| limit(&turns_with, value, factor, turns));
         // If the mechanism cannot turn now, a longer length with which it can is the lower limit.
@@ -61,8 +64,9 @@ fn limit(turns_with: &dyn Fn(f64) -> bool, value: f64, factor: f64, turns: bool)
 }
 
 /// The names of parameters in the constraints, through points and other parameters too.
-fn parameters_of_constraints(scene: &Scene) -> Vec<String> {
-    let mut pending: Vec<&Value> = scene.constraints.iter().map(|c| &c.residual).collect();
+fn parameters_of_constraints(scene: &Scene, drive: Option<usize>) -> Vec<String> {
+    let constraints = scene.constraints.iter().enumerate().filter(|(i, _)| Some(*i) != drive);
+    let mut pending: Vec<&Value> = constraints.map(|(_, constraint)| &constraint.residual).collect();
     let mut points = vec![false; scene.points.len()];
     let mut found = vec![false; scene.parameters.len()];
     while let Some(value) = pending.pop() {

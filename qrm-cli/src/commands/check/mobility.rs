@@ -5,7 +5,7 @@ use qrm_scene::evaluate::State;
 use qrm_sim::analysis::{FourBar, GrashofClass};
 use qrm_sim::solve::constraint_rank;
 
-use super::Topic;
+use super::{Topic, inputs};
 use crate::error::Error;
 use crate::format::{counted, number, quantity};
 use crate::setup::Setup;
@@ -52,11 +52,9 @@ fn grashof(setup: &Setup, state: &State<f64>, four_bar: &document::FourBar) -> O
         let [[ax, ay], [bx, by]] = [point(&four_bar.sides[side][0])?, point(&four_bar.sides[side][1])?];
         Some((bx - ax).hypot(by - ay))
     };
-    // The input is the link whose angle is given.
-    let given = setup.given();
-    let is_given =
-        |name: &str| setup.description.coordinates.iter().zip(&given).any(|(c, given)| *given && c.name == name);
-    let [input, output] = if is_given(&four_bar.angles[1]) && !is_given(&four_bar.angles[0]) { [3, 1] } else { [1, 3] };
+    let inputs = inputs(setup).ok()?;
+    let is_input = |name: &str| inputs.iter().any(|input| input.name == name);
+    let [input, output] = if is_input(&four_bar.angles[1]) && !is_input(&four_bar.angles[0]) { [3, 1] } else { [1, 3] };
     let linkage = FourBar { ground: length(0)?, input: length(input)?, coupler: length(2)?, output: length(output)? };
     let class = linkage.class()?;
     let name = |side: usize| four_bar.links[side].as_str();

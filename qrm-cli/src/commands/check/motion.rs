@@ -10,7 +10,7 @@ use qrm_sim::run::End;
 use qrm_sim::run::Extremes;
 use qrm_sim::run::Status;
 
-use super::Topic;
+use super::{Topic, inputs};
 use crate::error::Error;
 use crate::format::{number, quantity, seconds};
 use crate::progress::Progress;
@@ -32,12 +32,11 @@ pub(super) fn report_lines(setup: &Setup) -> Result<(Vec<Topic>, Option<Error>),
     Ok((topics, report.problem()))
 }
 
-/// The coordinate that the scene gives at its start, if it is a single angle.
+/// The coordinate that the scene gives at its start, or that a drive prescribes, if it is a single angle.
 fn driven(setup: &Setup) -> Option<usize> {
-    let given = setup.given();
-    let mut places = (0..given.len()).filter(|&i| given[i]);
-    let place = places.next()?;
-    (places.next().is_none() && setup.description.coordinates[place].unit == "rad").then_some(place)
+    let [input] = inputs(setup).ok()?[..] else { return None };
+    let place = setup.description.coordinates.iter().position(|coordinate| coordinate.name == input.name)?;
+    (input.unit == "rad").then_some(place)
 }
 
 fn peaks(setup: &Setup, recording: &Recording) -> Vec<Topic> {

@@ -1,4 +1,4 @@
-//! A slow full turn: strokes, dead points, limit positions, torque at rest.
+//! A slow full turn, or the way of a length: strokes, dead points, limit positions, torque at rest.
 
 use std::f64::consts::TAU;
 
@@ -7,37 +7,49 @@ use qrm_scene::scene::OutputKind;
 use qrm_sim::analysis::{NoRevolution, Range, Revolution, Series, revolution};
 
 use super::limits::{Limits, limits};
-use super::{Topic, equilibrium, unit_of_force};
+use super::{Topic, drives, equilibrium, released, unit_of_force};
 use crate::error::Error;
 use crate::format::{number, quantity};
 use crate::messages;
 use crate::setup::Setup;
 
-/// The lines about a full turn of the driven coordinate.
+/// The lines about the way of the driven coordinate, or of each drive.
 pub(super) fn report_lines(setup: &Setup) -> Result<Vec<Topic>, Error> {
-    let coordinates = setup.description.coordinates;
+    let drives = drives(setup);
+    if drives.is_empty() {
+        return of_input(setup, None);
+    }
+    let topics: Vec<Vec<Topic>> =
+        drives.into_iter().map(|drive| of_input(setup, Some(drive))).collect::<Result<_, _>>()?;
+    Ok(topics.concat())
+}
+
+/// The lines about the coordinate that the scene gives, or that a drive prescribes.
+fn of_input(setup: &Setup, drive: Option<usize>) -> Result<Vec<Topic>, Error> {
     let not_looked_at = |why: String| Ok(vec![Topic::new("turn", [format!("not looked at: {why}")])]);
-    let turn = match revolution(&*setup.mechanism()) {
+    let mechanism = released(setup, drive).map_err(|reason| messages::not_assembled(&reason, setup))?;
+    let coordinates = mechanism.description().coordinates;
+    let turn = match revolution(&*mechanism) {
         Ok(turn) => turn,
         Err(NoRevolution::DegreesOfFreedom(n)) => {
-            return not_looked_at(format!("the mechanism has {n} degrees of freedom, not one"));
+            let without = if drive.is_some() { "without the drive " } else { "" };
+            let freedoms = if n == 1 { "degree" } else { "degrees" };
+            return not_looked_at(format!("{without}the mechanism has {n} {freedoms} of freedom, not one"));
         }
         Err(NoRevolution::NothingGiven) => {
             return not_looked_at("no coordinate is given: move one from `solve` to `given` in [initial]".to_owned());
         }
         Err(NoRevolution::Driven) => return not_looked_at("a constraint depends on time".to_owned()),
-        Err(NoRevolution::NotAnAngle(i)) => {
-            return not_looked_at(format!("`{}`, which [initial] gives, is not in rad", coordinates[i].name));
-        }
         Err(NoRevolution::Singular) => return not_looked_at("the start is singular".to_owned()),
         Err(NoRevolution::NotAssembled(reason)) => {
             return Err(messages::not_assembled(&reason, setup));
         }
     };
     let driven = coordinates[turn.coordinate];
-    let mut topics = vec![Topic::new("turn", turning(setup, &turn, &driven))];
-    if !setup.description.constraints.is_empty() {
-        topics.extend(lengths(setup, turn.range.is_none()));
+    let is_angle = driven.unit == "rad";
+    let mut topics = vec![Topic::new(if is_angle { "turn" } else { "way" }, turning(setup, &turn, &driven))];
+    if is_angle && !setup.description.constraints.is_empty() {
+        topics.extend(lengths(setup, drive, turn.range.is_none()));
     }
     for (output, series) in setup.scene.outputs.iter().zip(&turn.outputs) {
         if matches!(output.kind, OutputKind::Value(_)) {
@@ -50,47 +62,58 @@ pub(super) fn report_lines(setup: &Setup) -> Result<Vec<Topic>, Error> {
 
 fn turning(setup: &Setup, turn: &Revolution, driven: &QuantityDescription) -> Vec<String> {
     let name = driven.name;
+    let unit = driven.unit;
     let way = match &turn.range {
         None if setup.description.constraints.is_empty() => format!("{name} turns freely"),
         None if turn.returns => format!("{name} turns all the way"),
         None => format!("{name} turns all the way, after which other coordinates are not back"),
         Some(Range { low, high }) => {
             let end = |limit: &Option<(f64, Option<usize>)>| match limit {
-                None => "a turn away or farther".to_owned(),
-                Some((angle, None)) => format!("{}, where another branch begins", quantity(*angle, "rad")),
-                Some((angle, Some(i))) => {
+                None if unit == "rad" => "a turn away or farther".to_owned(),
+                None => "farther than its parts are long".to_owned(),
+                Some((value, None)) => format!("{}, where another branch begins", quantity(*value, unit)),
+                Some((value, Some(i))) => {
                     let name = setup.description.constraints[*i].name;
-                    format!("{}, where constraint `{name}` holds it", quantity(*angle, "rad"))
+                    format!("{}, where constraint `{name}` holds it", quantity(*value, unit))
                 }
             };
-            format!("{name} locks: it can move from {}, to {}", end(low), end(high))
+            match (low, high) {
+                (None, None) => format!("{name} moves freely"),
+                _ => format!("{name} locks: it can move from {}, to {}", end(low), end(high)),
+            }
         }
     };
     let mut lines = vec![way];
-    let angles: Vec<String> = turn.change_points.iter().map(|angle| place(*angle, turn)).collect();
+    if setup.description.constraints.iter().any(|constraint| constraint.name == name) {
+        lines.push(format!("{name} is what the drive prescribes, counted from the start"));
+    }
+    let angles: Vec<String> = turn.change_points.iter().map(|value| place(*value, turn, unit)).collect();
     if !angles.is_empty() {
         lines.push(format!("change points, where the mechanism may go over to another branch: {}", angles.join(", ")));
     }
     let Series { smallest, largest, .. } = &turn.inertia;
-    let at = |(value, angle): (f64, f64)| format!("{} kg m^2 at {}", number(value), place(angle, turn));
+    let unit_of_inertia = if unit == "rad" { "kg m^2" } else { "kg" };
+    let at =
+        |(value, angle): (f64, f64)| format!("{} {unit_of_inertia} at {}", number(value), place(angle, turn, unit));
     let inertia = match largest.0 - smallest.0 > 1e-9 * largest.0 {
         true => format!("from {} to {}", at(*smallest), at(*largest)),
-        false => format!("always {} kg m^2", number(smallest.0)),
+        false => format!("always {} {unit_of_inertia}", number(smallest.0)),
     };
-    lines.push(format!("inertia that {name} has to move: {inertia}"));
+    let inertia_of = if unit == "rad" { "inertia" } else { "mass" };
+    lines.push(format!("{inertia_of} that {name} has to move: {inertia}"));
     lines
 }
 
-/// An angle within one turn, or as it is between locks.
-fn place(angle: f64, turn: &Revolution) -> String {
-    let within = angle.rem_euclid(TAU);
+/// A value of the driven coordinate: an angle within one turn, or what it is between locks.
+fn place(value: f64, turn: &Revolution, unit: &str) -> String {
+    let within = value.rem_euclid(TAU);
     // Rounding may leave the beginning of a turn at its end.
     let within = if TAU - within < 1e-7 { 0.0 } else { within };
-    quantity(if turn.range.is_none() { within } else { angle }, "rad")
+    quantity(if turn.range.is_none() && turn.returns { within } else { value }, unit)
 }
 
 /// For which lengths the turn is or would be possible, like Grashof's condition for four bars.
-fn lengths(setup: &Setup, turns: bool) -> Option<Topic> {
+fn lengths(setup: &Setup, drive: Option<usize>, turns: bool) -> Option<Topic> {
     let line = |limit: &Limits| {
         let (name, unit) = (limit.name, limit.unit);
         let range = match (limit.low, limit.high) {
@@ -102,13 +125,13 @@ fn lengths(setup: &Setup, turns: bool) -> Option<Topic> {
         };
         Some(format!("{}, and is {}", range.trim_end(), number(limit.value)))
     };
-    let lines: Vec<String> = limits(setup, turns).iter().filter_map(line).collect();
+    let lines: Vec<String> = limits(setup, drive, turns).iter().filter_map(line).collect();
     (!lines.is_empty()).then(|| Topic::new(if turns { "needs" } else { "turns if" }, lines))
 }
 
 fn stroke(name: &str, unit: &str, series: &Series, turn: &Revolution, driven: &QuantityDescription) -> Topic {
     let value = |value: f64| format!("{} {unit}", number(value)).trim_end().to_owned();
-    let at = |angle: f64| format!("{} = {}", driven.name, place(angle, turn));
+    let at = |angle: f64| format!("{} = {}", driven.name, place(angle, turn, driven.unit));
     let (low, high) = (series.smallest, series.largest);
     if !(low.0.is_finite() && high.0.is_finite()) {
         return Topic::new(name, ["has no finite value somewhere on the way".to_owned()]);
@@ -125,7 +148,7 @@ fn stroke(name: &str, unit: &str, series: &Series, turn: &Revolution, driven: &Q
         lines.push(format!("after a turn {} more than before", value(series.ends[1] - series.ends[0])));
         return Topic::new(name, lines);
     }
-    let dead: Vec<String> = series.vertices.iter().map(|vertex| place(vertex.angle, turn)).collect();
+    let dead: Vec<String> = series.vertices.iter().map(|vertex| place(vertex.angle, turn, driven.unit)).collect();
     if !dead.is_empty() {
         lines.push(format!("dead points  at {} = {}", driven.name, dead.join(", ")));
     }
@@ -148,12 +171,16 @@ fn stroke(name: &str, unit: &str, series: &Series, turn: &Revolution, driven: &Q
 fn at_rest(setup: &Setup, turn: &Revolution, driven: &QuantityDescription) -> Topic {
     let unit = unit_of_force(driven.unit);
     let line = |which: &str, (value, angle): (f64, f64)| {
-        format!("{which} {} {unit} at {} = {}", number(value), driven.name, place(angle, turn))
+        format!("{which} {} {unit} at {} = {}", number(value), driven.name, place(angle, turn, driven.unit))
     };
-    let mut title = format!("torque on {} that balances the loads{}", driven.name, equilibrium::when(setup));
-    if turn.range.is_some() {
+    let force = if driven.unit == "rad" { "torque" } else { "force" };
+    let mut title = format!("{force} on {} that balances the loads{}", driven.name, equilibrium::when(setup));
+    if turn.range.is_some_and(|range| range.low.is_some() || range.high.is_some()) {
         title += ", between the limit positions";
     }
     let Series { smallest, largest, .. } = &turn.balance;
+    if smallest.0 == largest.0 {
+        return Topic::new("at rest", [format!("{title}: always {} {unit}", number(smallest.0))]);
+    }
     Topic::new("at rest", [title + ":", line("smallest    ", *smallest), line("largest     ", *largest)])
 }
