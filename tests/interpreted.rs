@@ -6,7 +6,7 @@ use common::model;
 use qrm_core::{Model, Replace};
 use qrm_sim::batch::{LaneCount, SweepRequest, sweep};
 use qrm_sim::integrate::{METHODS, Method, MethodSettings};
-use qrm_sim::run::{Request, simulate};
+use qrm_sim::run::{ErrorEstimates, Request, simulate};
 
 /// The rows of a run, its estimated errors at the end.
 fn rows(model: &Model, method: &'static Method) -> Vec<f64> {
@@ -23,7 +23,7 @@ fn rows(model: &Model, method: &'static Method) -> Vec<f64> {
     let request = Request { settings, estimate_error: true, ..Request::default() };
     let mut rows = Rows(Vec::new());
     match simulate(&*model.mechanism(&|_| None), &request, &mut rows) {
-        Ok(outcome) => rows.0.extend(outcome.estimated_errors.unwrap_or_default()),
+        Ok(outcome) => rows.0.extend(outcome.errors.iter().flat_map(ErrorEstimates::of_coordinates)),
         Err(error) => panic!("{}: {error:?}", model.description.name),
     }
     rows.0

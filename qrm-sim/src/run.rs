@@ -2,6 +2,7 @@
 
 mod assembly;
 mod balance;
+mod companion;
 mod continuation;
 mod error;
 mod error_estimate;
@@ -12,6 +13,7 @@ mod judgement;
 mod monitor;
 mod observer;
 mod outcome;
+mod quantities;
 mod redundancy;
 mod sampler;
 mod simulate;
@@ -23,6 +25,7 @@ pub use assembly::{NotAssembled, assemble};
 pub use balance::Balance;
 pub use continuation::assembled;
 pub use error::{Explanation, Reason, SimError, readable_size};
+pub use error_estimate::{ErrorEstimate, ErrorEstimates};
 pub use extremes::{Extremes, ExtremesTracker};
 pub use judgement::{Doubt, accepted_fraction};
 pub use observer::{Observer, Row};

@@ -54,13 +54,19 @@ def planetary(c, scene):
     yield "carrier", c["phi_carrier"], carrier
     yield "planet", c["phi_planet"], carrier * (1 - 60 / 18)
     w, a = 40 * t * 24 / 84, 40 * 24 / 84
-    yield "planet pin, x", c["F_P_x"], 0.2 * 0.042 * (-a * np.sin(carrier) - w**2 * np.cos(carrier))
-    yield "planet pin, y", c["F_P_y"], 0.2 * (0.042 * (a * np.cos(carrier) - w**2 * np.sin(carrier)) + G)
     # Power: the torque of the drive by that of the brake and of the inertia.
     ratio = 24 / 84
     inertia = 1.2e-4 + ratio**2 * (6e-4 + 0.9 * 0.021**2 + 0.2 * 0.042**2) + 3.5e-5 * (ratio * (1 - 60 / 18)) ** 2
     weight = G * ratio * np.cos(carrier) * (0.9 * 0.021 + 0.2 * 0.042)
-    yield "torque of the drive", -c["lambda_S_drive"], inertia * 40 + ratio * (5 + 0.1 * w) + weight
+    torque = inertia * 40 + ratio * (5 + 0.1 * w) + weight
+    yield "torque of the drive", -c["lambda_S_drive"], torque
+    # The teeth of sun and ring push the planet across the line of the axes; the sun and the planet turn by them.
+    of_sun = (torque - 1.2e-4 * 40) / 0.024
+    of_ring = of_sun + 3.5e-5 * a * (1 - 60 / 18) / 0.018
+    teeth = of_sun + of_ring
+    along, across = -0.2 * 0.042 * w**2, 0.2 * 0.042 * a - teeth
+    yield "planet pin, x", c["F_P_x"], along * np.cos(carrier) - across * np.sin(carrier)
+    yield "planet pin, y", c["F_P_y"], along * np.sin(carrier) + across * np.cos(carrier) + 0.2 * G
 
 
 def scissor_lift(c, scene):

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use qrm_core::Description;
 
-use super::error_estimate::rounding;
+use super::error_estimate::{ErrorEstimates, rounding};
 use super::outcome::Outcome;
 use crate::solve::largest;
 
@@ -66,7 +66,7 @@ pub(crate) struct Evidence<'a> {
     pub(crate) tolerance: Option<f64>,
     /// Steps so far.
     pub(crate) steps: u64,
-    pub(crate) estimated_errors: Option<Vec<f64>>,
+    pub(crate) estimated_errors: Option<&'a [f64]>,
     pub(crate) companion_failed: bool,
     pub(crate) corrections: &'a [f64],
     /// The largest residual before a correction.
@@ -84,7 +84,7 @@ impl Evidence<'_> {
             doubts.push(Doubt::Energy { imbalance, is_conservative: self.is_conservative });
         }
         let accepted = accepted_errors(description, self.ranges, self.tolerance, self.steps);
-        match &self.estimated_errors {
+        match self.estimated_errors {
             Some(errors) => doubts.extend(worst(errors, &accepted).map(|coordinate| Doubt::Error {
                 coordinate,
                 error: errors[coordinate],
@@ -114,7 +114,7 @@ impl Outcome {
             ranges: &self.ranges,
             tolerance: self.tolerance,
             steps: self.counts.accepted,
-            estimated_errors: self.estimated_errors.clone(),
+            estimated_errors: self.errors.as_ref().map(ErrorEstimates::of_coordinates),
             companion_failed: self.companion_failed,
             corrections: &self.corrections,
             residual: self.stats.residual_before_correction,
@@ -247,7 +247,7 @@ mod tests {
             ranges: &[[-50.0, 50.0], [2e-5, 3e-5]],
             tolerance: None,
             steps: 1000,
-            estimated_errors: Some(vec![0.9e-3 * TAU, 0.9e-8]),
+            estimated_errors: Some(const { &[0.9e-3 * TAU, 0.9e-8] }),
             companion_failed: false,
             corrections: &[0.9e-3 * TAU, 0.9e-8],
             residual: 1e-6,
@@ -271,11 +271,11 @@ mod tests {
         assert_eq!(doubts(&trusted()), []);
         let energy = Evidence { energy_imbalance: 1.1e-3, ..trusted() };
         assert_eq!(doubts(&energy), [Doubt::Energy { imbalance: 1.1e-3, is_conservative: true }]);
-        let angle = Evidence { estimated_errors: Some(vec![1.1e-3 * TAU, 0.0]), ..trusted() };
+        let angle = Evidence { estimated_errors: Some(&[1.1e-3 * TAU, 0.0]), ..trusted() };
         assert!(matches!(doubts(&angle)[..], [Doubt::Error { coordinate: 0, .. }]), "however many turns");
-        let length = Evidence { estimated_errors: Some(vec![0.0, 1.1e-8]), ..trusted() };
+        let length = Evidence { estimated_errors: Some(&[0.0, 1.1e-8]), ..trusted() };
         assert!(matches!(doubts(&length)[..], [Doubt::Error { coordinate: 1, .. }]), "however short");
-        let unknown = Evidence { estimated_errors: Some(vec![0.0, f64::NAN]), ..trusted() };
+        let unknown = Evidence { estimated_errors: Some(&[0.0, f64::NAN]), ..trusted() };
         assert!(matches!(doubts(&unknown)[..], [Doubt::Error { coordinate: 1, .. }]));
         let failed = Evidence { estimated_errors: None, companion_failed: true, ..trusted() };
         assert_eq!(doubts(&failed), [Doubt::CompanionFailed]);
@@ -294,22 +294,21 @@ mod tests {
     #[test]
     fn a_tolerance_is_held_to_its_word() {
         let errors =
-            |error: f64| Evidence { tolerance: Some(1e-9), estimated_errors: Some(vec![0.0, error]), ..trusted() };
+            |error: &'static [f64; 2]| Evidence { tolerance: Some(1e-9), estimated_errors: Some(error), ..trusted() };
         // 1e4 times the tolerance, of a range of 1e-5 m.
-        assert_eq!(doubts(&errors(0.9e-10)), []);
-        assert!(matches!(doubts(&errors(1.1e-10))[..], [Doubt::Error { coordinate: 1, .. }]));
+        assert_eq!(doubts(&errors(&[0.0, 0.9e-10])), []);
+        assert!(matches!(doubts(&errors(&[0.0, 1.1e-10]))[..], [Doubt::Error { coordinate: 1, .. }]));
         // Many steps accumulate more.
-        assert_eq!(doubts(&Evidence { steps: 10_000, ..errors(9e-10) }), []);
-        assert_eq!(doubts(&Evidence { steps: 10_000, ..errors(1.1e-9) }).len(), 1);
+        assert_eq!(doubts(&Evidence { steps: 10_000, ..errors(&[0.0, 9e-10]) }), []);
+        assert_eq!(doubts(&Evidence { steps: 10_000, ..errors(&[0.0, 1.1e-9]) }).len(), 1);
     }
 
     #[test]
     fn what_hardly_moves_is_not_measured_by_its_range() {
         let ranges = &[[1.0, 1.0], [0.5, 0.5 + 1e-9]];
-        let still =
-            Evidence { ranges, estimated_errors: Some(vec![0.9e-5, 0.9e-5 * 0.5]), corrections: &[], ..trusted() };
+        let still = Evidence { ranges, estimated_errors: Some(&[0.9e-5, 0.9e-5 * 0.5]), corrections: &[], ..trusted() };
         assert_eq!(doubts(&still), []);
-        let off = Evidence { estimated_errors: Some(vec![1.1e-5, 0.0]), ..still };
+        let off = Evidence { estimated_errors: Some(&[1.1e-5, 0.0]), ..still };
         assert!(matches!(doubts(&off)[..], [Doubt::Error { coordinate: 0, .. }]));
     }
 }

@@ -3,10 +3,11 @@
 use std::time::Duration;
 
 use super::assembly::NotAssembled;
+use super::error_estimate::ErrorEstimates;
 use super::redundancy::Redundancy;
 use super::singularity::NearestSingularity;
 use crate::integrate::{Counts, StepError};
-use crate::solve::SolverStats;
+use crate::solve::{SolverStats, largest};
 
 /// The end of a run, and what is known of its accuracy.
 #[derive(Debug)]
@@ -48,8 +49,8 @@ pub struct Outcome {
     pub ranges: Vec<[f64; 2]>,
     /// The largest correction of each coordinate after a step.
     pub corrections: Vec<f64>,
-    /// Estimated largest error of each coordinate in any row.
-    pub estimated_errors: Option<Vec<f64>>,
+    /// Estimated errors.
+    pub errors: Option<ErrorEstimates>,
     /// Whether a companion run that estimates the error broke off.
     pub companion_failed: bool,
     /// Statistics of the linear solves.
@@ -59,7 +60,7 @@ pub struct Outcome {
 impl Outcome {
     /// Estimated largest error of a coordinate in any row.
     pub fn estimated_error(&self) -> Option<f64> {
-        self.estimated_errors.as_ref().map(|errors| errors.iter().fold(0.0_f64, |most, error| most.max(*error)))
+        self.errors.as_ref().map(|errors| largest(errors.of_coordinates()).1)
     }
 }
 

@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use qrm_core::{Mechanism, RowLayout, RowRequest};
 
+use super::companion::Companion;
 use super::continuation::Branch;
-use super::error_estimate::Companion;
 use super::event::{locate, touched};
 use super::monitor::RunMonitor;
 use super::observer::Observer;
@@ -88,7 +88,11 @@ pub fn simulate(
         },
         integrator: Integrator::new(mechanism, settings, &first, end_time).map_err(StartError::Step)?,
         sampler: Sampler::new(mechanism, &settings, &first, end_time),
-        companion: request.estimate_error.then(|| Companion::new(mechanism, &settings, &first, end_time)).flatten(),
+        companion: if request.estimate_error {
+            Companion::new(mechanism, &settings, &first, end_time, observer.wants_outputs())
+        } else {
+            None
+        },
         redundancy: Redundancy::at(mechanism, &first),
         monitor: RunMonitor::new(mechanism, &first, observer.wants_outputs()),
         buffer: Vec::new(),
@@ -349,7 +353,7 @@ impl Run<'_> {
         let is_conservative = monitor.is_conservative && self.integrator.is_conservative();
         Outcome {
             tolerance: self.request.settings.tolerance(),
-            estimated_errors: self.companion.as_ref().and_then(|companion| companion.errors(counts.accepted)),
+            errors: self.companion.as_ref().and_then(|companion| companion.errors(counts.accepted)),
             companion_failed: self.companion.as_ref().is_some_and(Companion::failed),
             ranges: monitor.ranges.clone(),
             corrections: self.integrator.corrections().to_vec(),

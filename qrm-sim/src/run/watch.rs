@@ -2,7 +2,8 @@
 
 use qrm_core::{Mechanism, RowRequest};
 
-use super::error_estimate::Companion;
+use super::companion::Companion;
+use super::error_estimate::ErrorEstimates;
 use super::judgement::{Doubt, Evidence};
 use super::monitor::RunMonitor;
 use super::sampler::Sampler;
@@ -42,7 +43,7 @@ impl Watch {
         let mut watch = Self {
             monitor: RunMonitor::new(mechanism, first, false),
             sampler: Sampler::new(mechanism, settings, first, f64::INFINITY),
-            companion: Companion::new(mechanism, settings, first, f64::INFINITY),
+            companion: Companion::new(mechanism, settings, first, f64::INFINITY, false),
             before: Before {
                 imbalance: 0.0,
                 is_conservative: true,
@@ -112,6 +113,7 @@ impl Watch {
         let steps = before.steps + integrator.counts(rows).accepted;
         let corrections = larger(&before.corrections, integrator.corrections());
         let companion = self.companion.as_ref();
+        let errors = companion.and_then(|companion| companion.errors(steps));
         let evidence = Evidence {
             energy_imbalance: self.imbalance(integrator),
             is_conservative: before.is_conservative && monitor.is_conservative,
@@ -120,7 +122,7 @@ impl Watch {
             ranges: &monitor.ranges,
             tolerance: integrator.settings.tolerance(),
             steps,
-            estimated_errors: companion.and_then(|companion| companion.errors(steps)),
+            estimated_errors: errors.as_ref().map(ErrorEstimates::of_coordinates),
             companion_failed: companion.is_some_and(Companion::failed),
             corrections: &corrections,
             residual: before.residual.max(integrator.stats().residual_before_correction),
