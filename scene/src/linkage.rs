@@ -17,7 +17,6 @@ mod friction;
 mod gears;
 mod graph;
 mod loads;
-mod meshes;
 mod moments;
 mod outputs;
 mod places;

@@ -49,7 +49,7 @@ impl Spline {
     pub fn natural(name: &str, x: &[f64], y: &[f64]) -> Option<Self> {
         let slopes = natural_slopes(x, y);
         let last = x.len() - 1;
-        let inner = (0..last).map(|i| piece(x, y, &slopes, i));
+        let inner = natural_pieces(x, y);
         let line = |i: usize| [y[i], slopes[i], 0.0, 0.0];
         let spline = Self {
             name: name.to_owned(),
@@ -57,7 +57,7 @@ impl Spline {
             first: x[0],
             steps: x.to_vec(),
             bases: std::iter::once(x[0]).chain(x.iter().copied()).collect(),
-            pieces: std::iter::once(line(0)).chain(inner).chain([line(last)]).collect(),
+            pieces: [vec![line(0)], inner, vec![line(last)]].concat(),
         };
         spline.is_sound(x).then_some(spline)
     }
@@ -91,6 +91,13 @@ impl Spline {
         let ends = [self.period.unwrap_or(0.0), self.first].into_iter();
         ends.chain(self.steps.iter().copied()).chain(self.pieces.iter().flatten().copied()).map(f64::to_bits)
     }
+}
+
+/// The coefficients of each piece of the natural spline between its points, by powers of the distance from where the piece
+/// begins, that of the constant first.
+pub fn natural_pieces(x: &[f64], y: &[f64]) -> Vec<[f64; 4]> {
+    let slopes = natural_slopes(x, y);
+    (0..x.len() - 1).map(|i| piece(x, y, &slopes, i)).collect()
 }
 
 impl PartialEq for Spline {

@@ -162,7 +162,7 @@ fn output(scene: &Scene, system: &System, kind: &OutputKind) -> Atom {
             let multipliers =
                 multipliers.iter().map(|(k, factor)| algebra.atom(factor) * algebra.symbol(Symbol::Multiplier(*k)));
             let loads = loads.iter().map(|(load, factor)| algebra.atom(factor) * system.loads.force_of(*load));
-            multipliers.chain(loads).fold(virtual_work::of_rest(system, displacements), |sum, term| sum + term)
+            multipliers.chain(loads).fold(virtual_work::free_body(system, displacements), |sum, term| sum + term)
         }
         OutputKind::ShakingForce(along) => virtual_work::on_ground(system, &Shift::along(system, along)),
         OutputKind::ShakingMoment(point) => virtual_work::on_ground(system, &Shift::about(system, *point)),

@@ -46,7 +46,7 @@ impl Shift {
 }
 
 /// The work of inertia, less that of loads and constraints, in displacements of bodies and points.
-pub(super) fn of_rest(system: &System, displacements: &[Displacement]) -> Atom {
+pub(super) fn free_body(system: &System, displacements: &[Displacement]) -> Atom {
     let algebra = &system.algebra;
     let shifts: Vec<Shift> = displacements.iter().map(|own| Shift::new(system, own)).collect();
     let moved = || displacements.iter().zip(&shifts);

@@ -2,7 +2,7 @@
 
 mod branches;
 mod equilibrium;
-mod limits;
+mod full_turn;
 mod mobility;
 mod motion;
 mod revolution;

@@ -3,7 +3,6 @@
 mod actuators;
 mod profile;
 mod report;
-mod spline;
 
 use std::f64::consts::TAU;
 use std::path::Path;

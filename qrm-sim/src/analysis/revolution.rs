@@ -36,7 +36,7 @@ pub struct Revolution {
     pub outputs: Vec<Series>,
     /// The course of the generalized force on the driven coordinate that balances the loads.
     pub balance: Series,
-    /// The course of the inertia that the driven coordinate has to move.
+    /// The course of the effective inertia at the driven coordinate.
     pub inertia: Series,
 }
 
@@ -366,7 +366,7 @@ impl<'m> Round<'m> {
         self.vertex(&before, next, value)
     }
 
-    /// The inertia that a change of the driven coordinate has to move: `t' Mbar t` with its tangent t.
+    /// The effective inertia at the driven coordinate: `t' Mbar t` with its tangent t.
     fn inertia(&self, position: &Position) -> f64 {
         let tangent = self.drive.tangent(position, self.driven);
         let mut mass_matrix = Matrix::zero(tangent.len(), tangent.len());

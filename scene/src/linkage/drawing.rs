@@ -1,9 +1,11 @@
 //! Links and joints as they are drawn.
 
+mod gears;
+
+use self::gears::gears;
 use super::angles::Angles;
 use super::cams::THETA;
 use super::constants::Constants;
-use super::gears::gears;
 use super::graph::{Graph, Joint, PointId};
 use super::places::Places;
 use super::terms::{add, difference, direction, dot, multiply, negate, substituted, sum, whole};

@@ -1,11 +1,12 @@
-//! The forces in joints, by the equations of motion of what is beyond them.
+//! The forces in joints, by free-body equations of the links that the joint places: virtual displacements, whose work
+//! `codegen/src/engine/virtual_work.rs` derives.
 
 use super::Linkage;
 use super::cams::{CONTACT, Cam};
 use super::closures::{DRIVE, open_pins};
 use super::friction::load_of_joint;
+use super::gears::forces_of_teeth;
 use super::graph::PointId;
-use super::meshes::forces_of_teeth;
 use super::places::line;
 use super::terms::{dot, negate, whole};
 use crate::document::{DisplacementSyntax, Identifier, JointKind, OutputValue, Target};

@@ -1,242 +1,136 @@
-//! Gears, racks and belts as they are drawn.
+//! Gears that mesh: their axes, and the forces of their teeth.
 
-use super::angles::Angles;
+use super::Linkage;
 use super::constants::Constants;
 use super::graph::{Graph, Joint, PointId};
-use super::meshes::{Mesh, axis};
-use super::terms::{add, call, difference, divide, is_zero, multiply, negate, subtract, whole};
-use crate::document::{DrawnSyntax, Identifier, JointKind, Position};
-use crate::function::Function;
+use super::terms::{difference, divide, dot, multiply, negate, subtract, whole};
+use crate::document::{Identifier, JointKind};
 use crate::parser::Formula;
 
-/// All gears, racks and belts whose axes are known.
-pub(super) fn gears(
-    graph: &Graph,
-    angles: &Angles,
-    constants: &Constants,
-    at: &dyn Fn(PointId) -> Position,
-) -> Vec<(Identifier, DrawnSyntax)> {
-    let mut wheels = Wheels { graph, angles, constants, at, gears: Vec::new(), drawn: Vec::new() };
-    for joint in &graph.joints {
-        match joint.syntax.kind {
-            JointKind::Gear => wheels.pair(joint),
-            JointKind::Rack => wheels.rack(joint),
-            _ => {}
-        }
-    }
-    wheels.drawn
+/// Two gears whose teeth mesh.
+pub(super) struct Mesh {
+    /// Their axes, as points of the carrier.
+    pub(super) axes: [PointId; 2],
+    /// Which of them is a ring, with teeth inside.
+    pub(super) ring: Option<usize>,
 }
 
-struct Wheels<'w, 'd> {
-    graph: &'w Graph<'d>,
-    angles: &'w Angles,
-    constants: &'w Constants<'w>,
-    at: &'w dyn Fn(PointId) -> Position,
-    /// The link, the axis and the radius of each gear that is drawn.
-    gears: Vec<(usize, PointId, f64)>,
-    drawn: Vec<(Identifier, DrawnSyntax)>,
-}
-
-impl Wheels<'_, '_> {
-    /// Two gears, a gear in a ring, or two pulleys with a belt.
-    fn pair(&mut self, joint: &Joint) {
-        let Some(ratio) = &joint.syntax.size else { return };
-        let size = self.constants.value(ratio);
-        let links = [joint.ends[0].link, joint.ends[1].link];
-        if let Some(Mesh { axes, ring }) = Mesh::new(self.graph, self.constants, joint) {
-            let Some(apart) = self.distance(axes[0], axes[1]) else { return };
-            let less = match ring {
-                Some(1) => subtract(ratio.clone(), whole(1)),
-                _ => subtract(whole(1), ratio.clone()),
-            };
-            let radius = divide(apart, less);
-            let other = multiply(if ring.is_none() { negate(ratio.clone()) } else { ratio.clone() }, radius.clone());
-            // What is within the ring lies upon it.
-            let mut both = [(0, radius), (1, other)];
-            both.rotate_left(ring.unwrap_or(0));
-            for (gear, radius) in both {
-                self.gear(links[gear], axes[gear], radius, ring == Some(gear));
-            }
-            return;
-        }
-        let axes = links.map(|link| axis(self.graph, self.constants, link, joint.carrier));
-        let [Some(first), Some(second)] = axes else { return };
-        if let Some(radii) = &joint.syntax.radii {
-            self.belt(joint, [first, second], radii.clone(), size < 0.0);
-        } else if size > 0.0
-            && let Some(apart) = self.distance(first, second)
-        {
-            let large = divide(apart, whole(5));
-            let radii = if size > 1.0 {
-                [divide(large.clone(), ratio.clone()), large]
-            } else {
-                [large.clone(), multiply(ratio.clone(), large)]
-            };
-            self.belt(joint, [first, second], radii, false);
-        }
-    }
-
-    /// A belt over pulleys of the links of a joint, whose axes are points of the carrier.
-    fn belt(&mut self, joint: &Joint, axes: [PointId; 2], radii: [Formula; 2], is_crossed: bool) {
-        let span = &joint.syntax.identifier.span;
-        let [first, carrier] = [joint.ends[0].link, joint.carrier].map(|link| self.angles.formula(link, span));
-        let angle = Some(subtract(first, carrier));
-        let belt = DrawnSyntax::Belt { at: axes.map(self.at), radii, is_crossed, angle };
-        self.drawn.push((joint.syntax.identifier.clone(), belt));
-    }
-
-    /// A gear on a rack.
-    fn rack(&mut self, joint: &Joint) {
-        let Some(radius) = &joint.syntax.size else { return };
-        let span = &joint.syntax.identifier.span;
-        let [wheel, on] = [joint.ends[0], joint.ends[1]];
-        let own = joint.syntax.direction.clone().unwrap_or_else(|| whole(0));
-        let angle = Some(add(self.angles.formula(on.link, span), own));
-        let rack = DrawnSyntax::Rack { on: (self.at)(on), wheel: (self.at)(wheel), radius: radius.clone(), angle };
-        let identifier = match on.link {
-            0 => joint.syntax.identifier.clone(),
-            link => self.identifier(link, joint),
-        };
-        self.drawn.push((identifier, rack));
-        self.gear(wheel.link, wheel, positive(radius.clone(), self.constants.value(radius)), false);
-    }
-
-    /// Draws a gear, unless it is drawn already.
-    fn gear(&mut self, link: usize, axis: PointId, radius: Formula, is_internal: bool) {
-        let size = self.constants.value(&radius);
-        let is_same = |(other, at, own): &(usize, PointId, f64)| {
-            (*other, *at) == (link, axis) && (own - size).abs() <= 1e-9 * size.abs()
-        };
-        if self.gears.iter().any(is_same) {
-            return;
-        }
-        self.gears.push((link, axis, size));
-        let span = self.graph.span(link);
-        let angle = Some(self.angles.formula(link, &span));
-        let identifier = Identifier { name: self.graph.name(link).to_owned(), span };
-        let gear = DrawnSyntax::Gear { at: (self.at)(axis), radius, angle, is_internal };
-        // Rings lie below all others.
-        let place = if is_internal { 0 } else { self.drawn.len() };
-        self.drawn.insert(place, (identifier, gear));
-    }
-
-    fn identifier(&self, link: usize, joint: &Joint) -> Identifier {
-        let own = self.graph.links[link].map(|link| &link.identifier);
-        own.unwrap_or(&joint.syntax.identifier).clone()
-    }
-
-    /// The distance of two points of a link, if they are apart.
-    fn distance(&self, a: PointId, b: PointId) -> Option<Formula> {
-        let [x, y] = difference(self.graph.local(b), self.graph.local(a));
-        let (along, across) = (self.constants.value(&x), self.constants.value(&y));
-        if !(along.hypot(across) > 0.0) {
+impl Mesh {
+    /// The gears of a joint; `None` if it turns its links in another way, or they have no axes apart from each other on
+    /// the carrier.
+    pub(super) fn new(graph: &Graph, constants: &Constants, joint: &Joint) -> Option<Self> {
+        if joint.syntax.kind != JointKind::Gear || joint.syntax.radii.is_some() {
             return None;
         }
-        Some(match (is_zero(&x), is_zero(&y)) {
-            (_, true) => positive(x, along),
-            (true, _) => positive(y, across),
-            _ => call(Function::Hypot, [x, y]),
-        })
-    }
-}
-
-fn positive(formula: Formula, value: f64) -> Formula {
-    if value < 0.0 { negate(formula) } else { formula }
-}
-
-#[cfg(test)]
-mod tests {
-    use crate::document::{Document, DrawnSyntax};
-    use crate::linkage::expand;
-    use crate::printer::print_formula;
-
-    /// What is drawn of links and joints, in words.
-    fn drawn(links: &str, joints: &str) -> Vec<String> {
-        let run = "run = { step = 1e-3, end_time = 1 }";
-        let (mut document, mut findings) =
-            Document::parse(&format!("name = \"drawn\"\n{run}\n[links]\n{links}\n[joints]\n{joints}\n"));
-        expand(&mut document, &mut findings);
-        let words = |(identifier, own): &(crate::document::Identifier, DrawnSyntax)| {
-            let name = &identifier.name;
-            match own {
-                DrawnSyntax::Gear { radius, is_internal, .. } => {
-                    format!("{} {name} {}", if *is_internal { "ring" } else { "gear" }, print_formula(radius))
-                }
-                DrawnSyntax::Belt { radii, is_crossed, .. } => {
-                    let [first, second] = radii.each_ref().map(print_formula);
-                    format!("belt {name} {first} {second} {is_crossed}")
-                }
-                DrawnSyntax::Rack { radius, .. } => format!("rack {name} {}", print_formula(radius)),
-                DrawnSyntax::Link(places) => format!("link {name} {}", places.len()),
-                DrawnSyntax::Rod(_) => format!("rod {name}"),
-                DrawnSyntax::Block { on, .. } => format!("block {name} {}", on.is_some()),
-                DrawnSyntax::Pivot(_) => format!("pivot {name}"),
-                other => format!("{other:?}"),
-            }
+        let links = [joint.ends[0].link, joint.ends[1].link];
+        let [Some(first), Some(second)] = links.map(|link| axis(graph, constants, link, joint.carrier)) else {
+            return None;
         };
-        document.drawing.iter().map(words).collect()
+        if constants.are_same(&graph.local(first), &graph.local(second)) {
+            return None;
+        }
+        let ratio = constants.value(joint.syntax.size.as_ref()?);
+        let ring = usize::from(ratio > 1.0);
+        let is_coaxial = |axis: PointId| {
+            let is_same = |own: PointId| constants.are_same(&graph.local(own), &graph.local(axis));
+            let carrier = joint.carrier;
+            carrier != 0 && (links[ring] == 0 || pins(graph, carrier, 0).any(|(own, _)| is_same(own)))
+        };
+        let axes = [first, second];
+        if ratio < 0.0 {
+            Some(Self { axes, ring: None })
+        } else if ratio > 0.0 && ratio != 1.0 && is_coaxial(axes[ring]) {
+            Some(Self { axes, ring: Some(ring) })
+        } else {
+            None
+        }
     }
+}
 
-    const PAIR: &str = "ground = { points = { A = [0, 0], B = [0.3, 0] } }
-a = { points = { A = [0, 0] }, mass = 1, com = \"A\", inertia = 1, angle = 0 }
-b = { points = { B = [0, 0] }, mass = 1, com = \"B\", inertia = 1 }";
-    const PINS: &str = "A = { revolute = [\"a\", \"ground\"] }\nB = { revolute = [\"b\", \"ground\"] }";
-
-    #[test]
-    fn a_negative_ratio_is_a_pair_of_gears() {
-        let drawn = drawn(PAIR, &format!("{PINS}\nmesh = {{ gear = [\"a\", \"b\"], ratio = -2 }}"));
-        assert_eq!(drawn, ["gear a 0.3/(1 + 2)", "gear b 2*(0.3/(1 + 2))", "pivot A", "pivot B"]);
+/// The point of the carrier about which a link turns on it: that of a pin of both, or of pins of both in one place of a
+/// third link.
+pub(super) fn axis(graph: &Graph, constants: &Constants, link: usize, carrier: usize) -> Option<PointId> {
+    if let Some((_, on_carrier)) = pins(graph, link, carrier).next() {
+        return Some(on_carrier);
     }
+    let others = (0..graph.links.len()).filter(|other| *other != link && *other != carrier);
+    let shared = others.flat_map(|other| {
+        let own = pins(graph, link, other);
+        own.flat_map(move |(_, at)| pins(graph, carrier, other).map(move |(on_carrier, to)| (at, to, on_carrier)))
+    });
+    let mut shared = shared.filter(|(at, to, _)| constants.are_same(&graph.local(*at), &graph.local(*to)));
+    shared.next().map(|(.., on_carrier)| on_carrier)
+}
 
-    #[test]
-    fn a_positive_ratio_is_a_belt() {
-        let drawn = drawn(PAIR, &format!("{PINS}\nstrap = {{ gear = [\"a\", \"b\"], ratio = 0.5 }}"));
-        assert_eq!(drawn, ["belt strap 0.3/5 0.5*(0.3/5) false", "pivot A", "pivot B"]);
-    }
+/// The points of two links that pins hold together.
+fn pins<'g>(graph: &'g Graph, first: usize, second: usize) -> impl Iterator<Item = (PointId, PointId)> + 'g {
+    let joints = graph.joints.iter().filter(|joint| joint.syntax.kind == JointKind::Revolute);
+    joints.filter_map(move |joint| {
+        let end = |link: usize| joint.ends.iter().find(|end| end.link == link).copied();
+        end(first).zip(end(second))
+    })
+}
 
-    #[test]
-    fn gears_on_one_axis_have_no_radii() {
-        let ground = "ground = { points = { A = [0, 0], B = [0, 0] } }";
-        let links = PAIR.replace(PAIR.lines().next().unwrap_or_default(), ground);
-        let drawn = drawn(&links, &format!("{PINS}\nmesh = {{ gear = [\"a\", \"b\"], ratio = -2 }}"));
-        assert_eq!(drawn, ["pivot A", "pivot B"]);
+/// What the teeth of gears add to the force that a pin has on the link of one of its ends: multiples of the
+/// multipliers of gears.
+///
+/// The constraint of gears with the ratio `i` turns them by moments: `-lambda` the first one. Teeth do so by a force
+/// `-lambda (1 - i)/a` on the first gear, across the line of the axes, which are `a` apart; the pins between gear and
+/// carrier hold it. The part along that line, by which teeth push gears apart, does no work and is left out.
+pub(super) fn forces_of_teeth(
+    linkage: &Linkage,
+    number: usize,
+    on: PointId,
+    direction: [i32; 2],
+) -> Vec<(Identifier, Formula)> {
+    let Linkage { graph, places, constants, .. } = linkage;
+    let pin = &graph.joints[number];
+    if pin.syntax.kind != JointKind::Revolute {
+        return Vec::new();
     }
+    let here = in_one_place(linkage, number, &[on]);
+    let others: Vec<PointId> = pin.ends.iter().copied().filter(|end| *end != on).collect();
+    let there = in_one_place(linkage, number, &others);
+    let force = |joint: &Joint| {
+        let mesh = Mesh::new(graph, constants, joint)?;
+        let between = |gear: usize| {
+            let carried = |one: &[usize], other: &[usize]| one.contains(&gear) && other.contains(&joint.carrier);
+            i32::from(carried(&here, &there)) - i32::from(carried(&there, &here))
+        };
+        let factor = between(joint.ends[0].link) - between(joint.ends[1].link);
+        if factor == 0 {
+            return None;
+        }
+        let span = &joint.syntax.identifier.span;
+        let [first, second] = mesh.axes.map(|axis| places.components(axis, span));
+        let apart = difference(second, first);
+        let [x, y] = apart.clone();
+        let across = dot([negate(y), x], direction.map(whole));
+        let ratio = joint.syntax.size.clone()?;
+        let size = multiply(multiply(whole(factor), subtract(whole(1), ratio)), across);
+        Some((joint.syntax.identifier.clone(), divide(size, dot(apart.clone(), apart))))
+    };
+    graph.joints.iter().filter_map(force).collect()
+}
 
-    #[test]
-    fn a_planet_rolls_in_the_ring_and_on_the_sun() {
-        let links = "ground = { points = { O = [0, 0] } }
-sun = { points = { O = [0, 0] }, mass = 1, com = \"O\", inertia = 1, angle = 0 }
-arm = { bar = [\"O\", \"P\"], length = 0.3, mass = 1, angle = 0 }
-planet = { points = { P = [0, 0] }, mass = 1, com = \"P\", inertia = 1, angle = 0 }";
-        let joints = "S = { revolute = [\"sun.O\", \"ground.O\"] }
-O = { revolute = [\"arm\", \"ground\"] }
-P = { revolute = [\"planet\", \"arm\"] }
-outer = { gear = [\"planet\", \"ground\"], ratio = 4, carrier = \"arm\" }
-inner = { gear = [\"planet\", \"sun\"], ratio = -2, carrier = \"arm\" }";
-        let drawn = drawn(links, joints);
-        let gears = ["ring ground 4*(0.3/(4 - 1))", "gear planet 0.3/(4 - 1)", "gear sun 2*(0.3/(1 + 2))"];
-        assert_eq!(drawn, [&gears[..], &["link arm 2", "pivot S", "pivot O"]].concat());
+/// The links that other pins than this one hold in one place with some of its ends.
+fn in_one_place(linkage: &Linkage, but: usize, ends: &[PointId]) -> Vec<usize> {
+    let Linkage { graph, constants, .. } = linkage;
+    let pins =
+        || graph.joints.iter().enumerate().filter(|(number, joint)| *number != but && joint.syntax.kind.is_pin());
+    let is_same = |a: &PointId, b: &PointId| {
+        a.link == b.link && (a == b || constants.are_same(&graph.local(*a), &graph.local(*b)))
+    };
+    let mut found = ends.to_vec();
+    let mut next = 0;
+    while next < found.len() {
+        for (_, joint) in pins() {
+            if joint.ends.iter().any(|end| is_same(end, &found[next])) {
+                let more: Vec<PointId> = joint.ends.iter().copied().filter(|end| !found.contains(end)).collect();
+                found.extend(more);
+            }
+        }
+        next += 1;
     }
-
-    #[test]
-    fn a_wheel_on_a_rack_needs_no_guide() {
-        let links = "ground = { points = { O = [0, 0] } }
-disc = { points = { C = [0, 0] }, mass = 1, com = \"C\", inertia = 1, angle = 0 }";
-        let joints = "keep = { pin_in_slot = [\"disc.C\", \"ground.O\"], start = 0 }
-roll = { rack = [\"disc.C\", \"ground.O\"], radius = -0.2 }";
-        assert_eq!(drawn(links, joints), ["rack roll -0.2", "gear disc 0.2"]);
-    }
-
-    #[test]
-    fn welded_links_are_one_and_rods_are_thin() {
-        let links = "ground = { points = { O = [0, 0], G = [1, 0] } }
-lower = { bar = [\"O\", \"A\"], length = 0.3, mass = 1, angle = 0, rate = 0 }
-upper = { bar = [\"A\", \"B\"], length = 0.3, mass = 1 }
-block = { points = { C = [0, 0] }, mass = 1, com = \"C\" }";
-        let joints = "O = { revolute = [\"lower\", \"ground\"] }
-A = { weld = [\"lower\", \"upper\"], rotation = 1 }
-tie = { rod = [\"upper.B\", \"block.C\"], length = 0.5 }
-guide = { prismatic = [\"block.C\", \"ground.G\"], start = 0 }";
-        assert_eq!(drawn(links, joints), ["link lower 3", "pivot O", "rod tie", "block block true"]);
-    }
+    found.into_iter().map(|end| end.link).collect()
 }

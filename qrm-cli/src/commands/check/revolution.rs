@@ -6,7 +6,7 @@ use qrm_core::QuantityDescription;
 use qrm_scene::scene::OutputKind;
 use qrm_sim::analysis::{NoRevolution, Range, Revolution, Series, revolution};
 
-use super::limits::{Limits, limits};
+use super::full_turn::{ParameterRange, parameter_ranges};
 use super::{Topic, drives, equilibrium, released, unit_of_force};
 use crate::error::Error;
 use crate::format::{number, quantity};
@@ -99,8 +99,8 @@ fn turning(setup: &Setup, turn: &Revolution, driven: &QuantityDescription) -> Ve
         true => format!("from {} to {}", at(*smallest), at(*largest)),
         false => format!("always {} {unit_of_inertia}", number(smallest.0)),
     };
-    let inertia_of = if unit == "rad" { "inertia" } else { "mass" };
-    lines.push(format!("{inertia_of} that {name} has to move: {inertia}"));
+    let kind = if unit == "rad" { "inertia" } else { "mass" };
+    lines.push(format!("effective {kind} at {name}: {inertia}"));
     lines
 }
 
@@ -114,7 +114,7 @@ fn place(value: f64, turn: &Revolution, unit: &str) -> String {
 
 /// For which lengths the turn is or would be possible, like Grashof's condition for four bars.
 fn lengths(setup: &Setup, drive: Option<usize>, turns: bool) -> Option<Topic> {
-    let line = |limit: &Limits| {
+    let line = |limit: &ParameterRange| {
         let (name, unit) = (limit.name, limit.unit);
         let range = match (limit.low, limit.high) {
             (None, None) => return None,
@@ -125,7 +125,7 @@ fn lengths(setup: &Setup, drive: Option<usize>, turns: bool) -> Option<Topic> {
         };
         Some(format!("{}, and is {}", range.trim_end(), number(limit.value)))
     };
-    let lines: Vec<String> = limits(setup, drive, turns).iter().filter_map(line).collect();
+    let lines: Vec<String> = parameter_ranges(setup, drive, turns).iter().filter_map(line).collect();
     (!lines.is_empty()).then(|| Topic::new(if turns { "needs" } else { "turns if" }, lines))
 }
 

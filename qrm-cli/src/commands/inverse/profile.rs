@@ -6,8 +6,8 @@ use num_dual::Dual2_64;
 use qrm_scene::diagnostic::Report;
 use qrm_scene::evaluate::evaluate;
 use qrm_scene::parser::{Formula, parse_formula};
+use qrm_scene::spline::natural_pieces;
 
-use super::spline::natural_spline;
 use crate::error::Error;
 
 /// A coordinate as a function of time.
@@ -83,7 +83,7 @@ impl Profile {
         if times.len() < 2 || times[0] != 0.0 || !times.is_sorted_by(|a, b| a < b) {
             return Err(wrong("it has too few rows, or times that do not increase from 0".to_owned()));
         }
-        let pieces = times.windows(2).zip(natural_spline(&times, &values)).map(|(ends, coefficients)| Piece {
+        let pieces = times.windows(2).zip(natural_pieces(&times, &values)).map(|(ends, coefficients)| Piece {
             begin: ends[0],
             end: ends[1],
             coefficients: coefficients.into(),

@@ -1,5 +1,5 @@
 //! The companion of a design: the same motion by a looser tolerance, whose difference is the error stated. Runs by
-//! themselves have a companion of another kind (`run/error_estimate.rs`).
+//! themselves have a companion of another kind (`run/companion.rs`).
 
 use qrm_core::{CHECKPOINTS, Description};
 

@@ -6,7 +6,7 @@ use qrm_sim::analysis::{ReleasedDrive, can_revolve};
 use crate::setup::Setup;
 
 /// The values between which a length allows a full turn, where an end was found.
-pub(super) struct Limits {
+pub(super) struct ParameterRange {
     pub(super) name: &'static str,
     pub(super) unit: &'static str,
     pub(super) value: f64,
@@ -23,7 +23,7 @@ const ACCURACY: f64 = 1e-10;
 
 /// The limits of every parameter that the constraints contain, the others held: between them the turn is possible,
 /// whether it is now or not. The constraint of a released drive does not count.
-pub(super) fn limits(setup: &Setup, drive: Option<usize>, turns: bool) -> Vec<Limits> {
+pub(super) fn parameter_ranges(setup: &Setup, drive: Option<usize>, turns: bool) -> Vec<ParameterRange> {
     let used = parameters_of_constraints(&setup.scene, drive);
     let values = setup.model.parameter_values(&setup.replace());
     let described = setup.description.parameters.iter().zip(values);
@@ -42,7 +42,7 @@ pub(super) fn limits(setup: &Setup, drive: Option<usize>, turns: bool) -> Vec<Li
         let [down, up] = [1.0 / FACTOR, FACTOR].map(|factor| limit(&turns_with, value, factor, turns));
         // If the mechanism cannot turn now, a longer length with which it can is the lower limit.
         let (low, high) = if (value > 0.0) == turns { (down, up) } else { (up, down) };
-        Limits { name: parameter.name, unit: parameter.unit, value, low, high }
+        ParameterRange { name: parameter.name, unit: parameter.unit, value, low, high }
     });
     limits.collect()
 }
