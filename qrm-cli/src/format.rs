@@ -27,6 +27,37 @@ pub(crate) fn decimals(value: f64) -> String {
     if value == 0.0 || (1e-4..1e6).contains(&value.abs()) { format!("{value:.7}") } else { format!("{value:.6e}") }
 }
 
+/// Most digits of a number with an error: those that a double holds.
+const MOST_DIGITS: i32 = 16;
+
+/// A number in its known digits, with the error of the last one in parentheses, rounded up: `-24359.2177(2)`.
+pub(crate) fn with_error(value: f64, error: f64) -> String {
+    if !(error > 0.0) || !error.is_finite() || !value.is_finite() {
+        return decimals(value);
+    }
+    let place = |x: f64| format!("{x:e}").split_once('e').and_then(|(_, place)| place.parse::<i32>().ok()).unwrap_or(0);
+    let mut last = place(error);
+    let leading = if value == 0.0 { last } else { place(value).max(last) };
+    last = last.max(leading - MOST_DIGITS + 1);
+    // A digit of the error, in units of the last place.
+    let unit = |last: i32| format!("1e{last}").parse::<f64>().unwrap_or(1.0);
+    let mut digit = (error / unit(last) * (1.0 - 1e-9)).ceil().max(1.0);
+    if digit >= 10.0 {
+        (digit, last) = (1.0, last + 1);
+    }
+    let leading = leading.max(last);
+    let behind = usize::try_from(leading - last).unwrap_or(0);
+    if (-4..6).contains(&leading) {
+        if last <= 0 {
+            return format!("{:.1$}({digit})", value + 0.0, usize::try_from(-last).unwrap_or(0));
+        }
+        let rounded = (value / unit(last)).round() * unit(last) + 0.0;
+        return format!("{rounded:.0}({:.0})", digit * unit(last));
+    }
+    let mantissa = value / unit(leading);
+    format!("{mantissa:.behind$}({digit})e{leading}")
+}
+
 /// A number in eight digits or so, however small it is.
 pub(crate) fn number(value: f64) -> String {
     if value == 0.0 || (1e-3..1e7).contains(&value.abs()) {
@@ -77,5 +108,31 @@ pub(crate) fn shortened(text: &str, width: usize) -> String {
     match text.char_indices().nth(width) {
         Some((end, _)) => format!("{}...", &text[..end]),
         None => text.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::with_error;
+
+    #[test]
+    fn known_digits_end_with_the_error() {
+        for (value, error, text) in [
+            (-24359.217_679_2, 1.6e-4, "-24359.2177(2)"),
+            (0.933_333_3, 2e-7, "0.9333333(2)"),
+            (0.933_333_3, 9.6e-8, "0.9333333(1)"),
+            (12_345.678, 31.0, "12350(40)"),
+            (1.5, 0.2, "1.5(2)"),
+            (1.234_567_8e-7, 3.2e-13, "1.234568(4)e-7"),
+            (6.022e23, 1e20, "6.022(1)e23"),
+            (0.0, 1e-3, "0.000(1)"),
+            (1e-9, 3e-7, "0(3)e-7"),
+            (-0.001, 0.2, "-0.0(2)"),
+            (1.0, 1e-30, "1.000000000000000(1)"),
+            (1.0, 0.0, "1.0000000"),
+            (2.5, f64::NAN, "2.5000000"),
+        ] {
+            assert_eq!(with_error(value, error), text, "{value} within {error}");
+        }
     }
 }

@@ -7,8 +7,8 @@ use std::path::Path;
 
 use qrm_core::Description;
 use qrm_scene::files::read_at_most;
-use qrm_sim::columns::Kind;
-use qrm_sim::run::{Outcome, Redundancy, Status};
+use qrm_sim::columns::{Column, Kind};
+use qrm_sim::run::{ErrorEstimate, Outcome, Redundancy, Status};
 use serde::Serialize;
 
 use crate::error::{Error, Message};
@@ -49,8 +49,13 @@ pub(crate) struct RunReport {
     start: Named<f64>,
     end_time: f64,
     end_state: Named<f64>,
+    /// The estimated errors of these.
+    end_state_errors: Named<f64>,
     run_seconds: f64,
+    /// The largest one of a coordinate.
     estimated_error: Option<f64>,
+    /// The largest one of each column.
+    estimated_errors: Named<f64>,
     max_residual_position: f64,
     max_residual_velocity: f64,
     /// Before the coordinates were corrected after a step, and by how much a coordinate was corrected at most.
@@ -79,8 +84,11 @@ pub(crate) struct RunReport {
 struct ExtremesEntry {
     min: f64,
     min_time: f64,
+    /// Estimated, as the other error.
+    min_error: Option<f64>,
     max: f64,
     max_time: f64,
+    max_error: Option<f64>,
 }
 
 /// The place where the smallest singular value of C_q was smallest.
@@ -153,8 +161,12 @@ impl RunReport {
             start: Named(setup.start().given_values(description)),
             end_time: outcome.end_time,
             end_state: end_state(outcome, recording),
+            end_state_errors: errors(outcome, recording, |error, kind| {
+                matches!(kind, Kind::Coordinate(_) | Kind::Rate(_)).then_some(error.at_end)
+            }),
             run_seconds: outcome.integration.as_secs_f64(),
             estimated_error: outcome.estimated_error(),
+            estimated_errors: errors(outcome, recording, |error, _| Some(error.largest)),
             max_residual_position: outcome.residual_position.1,
             max_residual_velocity: outcome.residual_velocity.1,
             max_residual_before_correction: outcome.stats.residual_before_correction,
@@ -171,7 +183,7 @@ impl RunReport {
             redundancy: RedundancyEntry::of(outcome, description),
             energy_drift: outcome.energy_drift,
             energy_imbalance: outcome.energy_imbalance,
-            extremes: extremes(recording),
+            extremes: extremes(outcome, recording),
             parameters: Named(parameters.zip(setup.model.parameter_values(&setup.replace())).collect()),
             figures: Vec::new(),
             has_jumps: setup.has_jumps(),
@@ -246,13 +258,22 @@ fn end_state(outcome: &Outcome, recording: &Recording) -> Named<f64> {
     Named(columns.filter_map(|column| Some((column.name.clone(), value(column.kind)?))).collect())
 }
 
+/// The errors of columns whose errors are estimated.
+fn errors(outcome: &Outcome, recording: &Recording, part: impl Fn(ErrorEstimate, Kind) -> Option<f64>) -> Named<f64> {
+    let Some(estimates) = &outcome.errors else { return Named(Vec::new()) };
+    let error = |column: &Column| Some((column.name.clone(), part(estimates.of(column.kind)?, column.kind)?));
+    Named(recording.columns().filter_map(error).collect())
+}
+
 /// Extremes of every column that describes the motion.
-fn extremes(recording: &Recording) -> Named<ExtremesEntry> {
+fn extremes(outcome: &Outcome, recording: &Recording) -> Named<ExtremesEntry> {
     let described = recording.columns().filter(|column| column.kind != Kind::Time && !column.kind.is_check());
     let entries = described.filter_map(|column| {
         let e = recording.extremes(column.kind)?;
         let ((min, min_time), (max, max_time)) = (e.minimum, e.maximum);
-        Some((column.name.clone(), ExtremesEntry { min, min_time, max, max_time }))
+        let error = outcome.errors.as_ref().and_then(|errors| errors.of(column.kind));
+        let [min_error, max_error] = [error.map(|error| error.of_minimum), error.map(|error| error.of_maximum)];
+        Some((column.name.clone(), ExtremesEntry { min, min_time, min_error, max, max_time, max_error }))
     });
     Named(entries.collect())
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::RunReport;
-use crate::format::{counted, decimals, seconds};
+use crate::format::{counted, decimals, seconds, with_error};
 use crate::output::written;
 
 impl RunReport {
@@ -25,7 +25,8 @@ impl RunReport {
         let row = |output: &qrm_core::QuantityDescription| {
             let e = self.extremes.get(output.name)?;
             let [at_min, at_max] = [e.min_time, e.max_time].map(|t| format!("{t:.6}"));
-            let (min, max) = (decimals(e.min), decimals(e.max));
+            let [min, max] = [(e.min, e.min_error), (e.max, e.max_error)]
+                .map(|(value, error)| error.map_or_else(|| decimals(value), |error| with_error(value, error)));
             Some([output.name.to_owned(), min, at_min, max, at_max, output.unit.to_owned()])
         };
         outputs.filter_map(row).collect()
@@ -43,10 +44,10 @@ impl RunReport {
             text += &format!("  {topic:8}  {line}\n");
         }
         if !self.description.outputs.is_empty() {
-            text += &format!("\n  {:10} {:>14} {:>11} {:>14} {:>11}\n", "", "minimum", "at t", "maximum", "at t");
+            text += &format!("\n  {:10} {:>19} {:>11} {:>19} {:>11}\n", "", "minimum", "at t", "maximum", "at t");
         }
         for [name, min, at_min, max, at_max, unit] in self.output_extremes() {
-            let row = format!("  {name:10} {min:>14} {at_min:>11} {max:>14} {at_max:>11}  {unit}");
+            let row = format!("  {name:10} {min:>19} {at_min:>11} {max:>19} {at_max:>11}  {unit}");
             let mark = if self.is_unique(&name) { "" } else { "  (not unique)" };
             text += &format!("{}{mark}\n", row.trim_end());
         }
