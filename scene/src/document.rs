@@ -162,6 +162,8 @@ pub struct ConstraintSyntax {
     pub unit: String,
     /// The side that the joint does not keep the residual from.
     pub one_sided: Option<Side>,
+    /// Whether it is the drive of a joint.
+    pub is_drive: bool,
     /// What it is.
     pub doc: String,
 }

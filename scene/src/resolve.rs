@@ -253,6 +253,7 @@ impl Resolver<'_> {
                 residual,
                 unit: syntax.unit.clone(),
                 one_sided: syntax.one_sided,
+                is_drive: syntax.is_drive,
                 doc: syntax.doc.clone(),
             });
         }

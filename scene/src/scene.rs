@@ -184,6 +184,8 @@ pub struct Constraint {
     pub unit: String,
     /// The side on which the joint would let the residual go; `None` if it holds on both.
     pub one_sided: Option<Side>,
+    /// Whether it is the drive of a joint.
+    pub is_drive: bool,
     /// What it is.
     pub doc: String,
     /// Where the formula stands.
@@ -282,9 +284,23 @@ impl Scene {
         self.constraints.iter().any(|constraint| self.depends_on_time(&constraint.residual))
     }
 
+    /// The constraints that drive: those of drives of joints, and others that depend on time.
+    pub fn drives(&self) -> Vec<usize> {
+        let is_drive = |i: &usize| {
+            let constraint = &self.constraints[*i];
+            constraint.is_drive || self.depends_on_time(&constraint.residual)
+        };
+        (0..self.constraints.len()).filter(is_drive).collect()
+    }
+
     /// Whether a formula names time, through points too.
     pub fn depends_on_time(&self, value: &Value) -> bool {
         self.quantities_of(value).any(|name| name == Quantity::Time)
+    }
+
+    /// Whether a formula names a rate, of a point too.
+    pub fn depends_on_rates(&self, value: &Value) -> bool {
+        self.quantities_of(value).any(|name| matches!(name, Quantity::Rate(_) | Quantity::PointRate(..)))
     }
 
     /// Which coordinates a formula depends on, through points too.

@@ -393,27 +393,31 @@ def axes_of_teeth(rows, j):
     place = lambda p, l: np.array([value(c) for c in rows.place(l, p.at[l])])
     is_same = lambda p, q: np.max(np.abs(p - q)) < 1e-9
 
+    def rigid(link):
+        """A link and those that are welded to it."""
+        links = {link}
+        for _ in scene.links:
+            for w in scene.joints.values():
+                if w.kind == "weld" and links & set(w.links):
+                    links |= set(w.links)
+        return links
+
     def axis(link):
+        own, carrier = rigid(link), rigid(j.carrier)
+        ends = lambda p, links: [l for l in p.links if l in links]
         for p in pins:
-            if link in p.links and j.carrier in p.links:
-                return place(p, link)
+            if ends(p, own) and ends(p, carrier):
+                return place(p, ends(p, own)[0])
         for p in pins:
             for q in pins:
-                if link in p.links and j.carrier in q.links and set(p.links) & set(q.links):
-                    if is_same(place(p, link), place(q, j.carrier)):
-                        return place(p, link)
+                if ends(p, own) and ends(q, carrier) and set(p.links) & set(q.links):
+                    at = place(p, ends(p, own)[0])
+                    if is_same(at, place(q, ends(q, carrier)[0])):
+                        return at
         return None
 
     axes = [axis(l) for l in j.links]
-    if any(a is None for a in axes) or is_same(*axes):
-        return None
-    if j.ratio > 0:
-        # The larger one is a ring on the axis of the carrier.
-        ring = 1 if j.ratio > 1 else 0
-        turns = [place(p, j.carrier) for p in pins if j.carrier in p.links and "ground" in p.links]
-        if j.carrier == "ground" or not (j.links[ring] == "ground" or any(is_same(t, axes[ring]) for t in turns)):
-            return None
-    return axes
+    return None if any(a is None for a in axes) or is_same(*axes) else axes
 
 
 def columns_of_joints(rows):

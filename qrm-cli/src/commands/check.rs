@@ -83,13 +83,6 @@ pub(crate) fn report_lines(setup: &Setup) -> Result<(Vec<Topic>, Option<Error>),
     Ok((topics, problem))
 }
 
-/// The constraints of drives: those that depend on time.
-fn drives(setup: &Setup) -> Vec<usize> {
-    let constraints = setup.scene.constraints.iter().enumerate();
-    let driven = constraints.filter(|(_, constraint)| setup.scene.depends_on_time(&constraint.residual));
-    driven.map(|(i, _)| i).collect()
-}
-
 /// The mechanism, at the time zero if one of its drives is released.
 fn released(setup: &Setup, drive: Option<usize>) -> Result<Box<dyn Mechanism>, NotAssembled> {
     drive.into_iter().try_fold(setup.mechanism(), release)
@@ -97,7 +90,7 @@ fn released(setup: &Setup, drive: Option<usize>) -> Result<Box<dyn Mechanism>, N
 
 /// The mechanism with all its drives released.
 fn all_released(setup: &Setup) -> Result<Box<dyn Mechanism>, Error> {
-    let released = drives(setup).into_iter().try_fold(setup.mechanism(), release);
+    let released = setup.scene.drives().into_iter().try_fold(setup.mechanism(), release);
     released.map_err(|reason| messages::not_assembled(&reason, setup))
 }
 

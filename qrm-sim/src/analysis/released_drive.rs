@@ -62,7 +62,13 @@ impl ReleasedDrive {
         start.qd.push(-constraints.constraint_rate[constraint]);
         start.given.push(true);
         start.given_rates.push(true);
-        Ok(Self { mechanism, description, constraint, offset: -value, start })
+        let mut released = Self { mechanism, description, constraint, offset: -value, start };
+        if assembled(&released).is_err() {
+            // Another drive prescribes the same, and holds it.
+            released.start.qd.fill(0.0);
+            released.start.given_rates.fill(false);
+        }
+        Ok(released)
     }
 
     /// The coordinates of the mechanism itself.

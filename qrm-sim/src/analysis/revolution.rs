@@ -47,7 +47,7 @@ pub struct Series {
     pub ends: [f64; 2],
     /// Where it turns back, in the order of the turn.
     pub vertices: Vec<Vertex>,
-    /// Its smallest value and where it is, at a vertex or an end.
+    /// Its smallest value and where it is, at a vertex or an end; infinite where it has no bound.
     pub smallest: (f64, f64),
     /// Its largest value and where it is.
     pub largest: (f64, f64),
@@ -109,14 +109,14 @@ pub fn revolution(mechanism: &dyn Mechanism) -> Result<Revolution, NoRevolution>
         Step::ChangePoint(angle) => change_points.push(angle),
     };
     let followed = round.follow(round.direction, SAMPLES, &mut visit);
-    let (range, returns) = match followed {
+    let (range, is_locked, returns) = match followed {
         Ok(end) if description.is_angle(driven) => {
             let is_periodic = |i: usize| {
                 let unit = description.coordinates[i].unit;
                 let size = if description.is_angle(i) { 1.0 } else { end.q[i].abs().max(round.start.q[i].abs()) };
                 wrap_angle(end.q[i] - round.start.q[i], unit).abs() <= 1e-9 * size
             };
-            (None, (0..end.q.len()).all(is_periodic))
+            (None, [false; 2], (0..end.q.len()).all(is_periodic))
         }
         ahead => {
             let mut behind = Vec::new();
@@ -128,16 +128,20 @@ pub fn revolution(mechanism: &dyn Mechanism) -> Result<Revolution, NoRevolution>
             behind.extend(back.as_ref().map(|limit| limit.position.clone()));
             behind.reverse();
             let ahead = ahead.err();
+            let is_at_start =
+                |limit: &LimitPosition| round.is_near(limit.position.q[driven], round.start.q[driven], GAP);
+            if [&ahead, &back].into_iter().all(|limit| limit.as_ref().is_some_and(is_at_start)) {
+                return Err(NoRevolution::Singular);
+            }
             positions.extend(ahead.as_ref().map(|limit| limit.position.clone()));
             positions.splice(0..0, behind);
             let end = |limit: &LimitPosition| (limit.position.q[driven], round.drive.open_beyond(limit));
             let (ahead, back) = (ahead.as_ref().map(end), back.as_ref().map(end));
+            let is_locked = [back.is_some(), ahead.is_some()];
             let (low, high) = if round.direction > 0.0 { (back, ahead) } else { (ahead, back) };
-            (Some(Range { low, high }), false)
+            (Some(Range { low, high }), is_locked, false)
         }
     };
-    // At a lock itself forces have no bounds.
-    let inner = if range.is_some() { 1..positions.len() - 1 } else { 0..positions.len() };
     let (count, rounding) = (description.outputs.len(), round.rounding_of_outputs());
     // The positions on both sides tell of the same one.
     change_points.dedup_by(|a, b| round.is_near(*a, *b, NEAR));
@@ -148,8 +152,8 @@ pub fn revolution(mechanism: &dyn Mechanism) -> Result<Revolution, NoRevolution>
         outputs: (0..count)
             .map(|i| round.course(&positions, returns, rounding[i], |at| round.outputs(&at.q)[i]))
             .collect(),
-        balance: round.course(&positions[inner.clone()], returns, 0.0, |at| round.drive.balance(&at.q).1[driven]),
-        inertia: round.course(&positions[inner], returns, 0.0, |at| round.inertia(at)),
+        balance: round.between_locks(&positions, is_locked, returns, |at| round.drive.balance(&at.q).1[driven]),
+        inertia: round.between_locks(&positions, is_locked, returns, |at| round.inertia(at)),
         range,
         change_points,
         returns,
@@ -179,6 +183,10 @@ const SINGULAR: f64 = 1e-3;
 const DIFFERENCE: f64 = 1e-6;
 /// Rounding errors of a sum, against the size of its terms.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
+/// How near a position is to a lock, against the next one.
+const NEAR_LOCK: f64 = 1e-3;
+/// A quantity that grows by more to there has no bound: forces grow with one over the root of the distance.
+const GROWTH: f64 = 5.0;
 /// Limit positions this near to each other, likewise, are one change point.
 const GAP: f64 = 1.6e-7;
 
@@ -356,6 +364,31 @@ impl<'m> Round<'m> {
         let all = || course.vertices.iter().map(|vertex| (vertex.value, vertex.angle)).chain(ends);
         course.smallest = all().fold(ends[0], |least, one| if one.0 < least.0 { one } else { least });
         course.largest = all().fold(ends[0], |most, one| if one.0 > most.0 { one } else { most });
+        course
+    }
+
+    /// The same between locks, where a quantity may grow without bound: it is infinite there.
+    fn between_locks(
+        &self,
+        positions: &[Position],
+        is_locked: [bool; 2],
+        returns: bool,
+        value: impl Fn(&Position) -> f64,
+    ) -> Series {
+        let [begin, end] = is_locked.map(usize::from);
+        let inner = &positions[begin..positions.len() - end];
+        let mut course = self.course(inner, returns, 0.0, &value);
+        let ends = [(positions.first(), inner.first()), (positions.last(), inner.last())];
+        for ((lock, next), _) in ends.into_iter().zip(is_locked).filter(|(_, is_locked)| *is_locked) {
+            let (Some(lock), Some(next)) = (lock, next) else { continue };
+            let lock = lock.q[self.driven];
+            let Ok(near) = self.at(next, lock + NEAR_LOCK * (next.q[self.driven] - lock)) else { continue };
+            let (near, next) = (value(&near), value(next));
+            if near.abs() > GROWTH * next.abs() {
+                let infinite = if near > 0.0 { &mut course.largest } else { &mut course.smallest };
+                *infinite = (near.signum() * f64::INFINITY, lock);
+            }
+        }
         course
     }
 

@@ -187,7 +187,7 @@ fn constraint(r: &mut Reader, identifier: Identifier, value: table::Value) -> Op
     let (unit, doc) = (table.string(r, "unit"), table.string(r, "doc"));
     let one_sided = table.optional("one_sided").and_then(|v| r.text(v)).and_then(|text| side(r, &text));
     table.finish(r);
-    Some(ConstraintSyntax { identifier, residual, unit, one_sided, doc })
+    Some(ConstraintSyntax { identifier, residual, unit, one_sided, is_drive: false, doc })
 }
 
 /// `<= 0` or `>= 0`.

@@ -45,6 +45,7 @@ pub(super) fn closures(graph: &Graph, tree: &Tree, angles: &Angles, places: &Pla
                 residual,
                 unit: unit.to_owned(),
                 one_sided: syntax.one_sided.filter(|_| suffix.is_empty()),
+                is_drive: suffix == DRIVE,
                 doc: syntax.doc.clone(),
             };
             closures.push(JointConstraint { syntax, slopes });

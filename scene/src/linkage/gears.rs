@@ -3,7 +3,7 @@
 use super::Linkage;
 use super::constants::Constants;
 use super::graph::{Graph, Joint, PointId};
-use super::terms::{difference, divide, dot, multiply, negate, subtract, whole};
+use super::terms::{difference, divide, dot, multiply, negate, rotated, subtract, whole};
 use crate::document::{Identifier, JointKind};
 use crate::parser::Formula;
 
@@ -16,66 +16,55 @@ pub(super) struct Mesh {
 }
 
 impl Mesh {
-    /// The gears of a joint; `None` if it turns its links in another way, or they have no axes apart from each other on
-    /// the carrier.
+    /// The gears of a joint; `None` if they have no axes apart from each other on the carrier, or do not mesh.
     pub(super) fn new(graph: &Graph, constants: &Constants, joint: &Joint) -> Option<Self> {
         if joint.syntax.kind != JointKind::Gear || joint.syntax.radii.is_some() {
             return None;
         }
-        let links = [joint.ends[0].link, joint.ends[1].link];
-        let [Some(first), Some(second)] = links.map(|link| axis(graph, constants, link, joint.carrier)) else {
-            return None;
-        };
-        if constants.are_same(&graph.local(first), &graph.local(second)) {
+        let axis = |end: usize| axis(graph, constants, joint.ends[end].link, joint.carrier);
+        let axes = [axis(0)?, axis(1)?];
+        if axes[0].link == axes[1].link && constants.are_same(&graph.local(axes[0]), &graph.local(axes[1])) {
             return None;
         }
         let ratio = constants.value(joint.syntax.size.as_ref()?);
-        let ring = usize::from(ratio > 1.0);
-        let is_coaxial = |axis: PointId| {
-            let is_same = |own: PointId| constants.are_same(&graph.local(own), &graph.local(axis));
-            let carrier = joint.carrier;
-            carrier != 0 && (links[ring] == 0 || pins(graph, carrier, 0).any(|(own, _)| is_same(own)))
-        };
-        let axes = [first, second];
-        if ratio < 0.0 {
-            Some(Self { axes, ring: None })
-        } else if ratio > 0.0 && ratio != 1.0 && is_coaxial(axes[ring]) {
-            Some(Self { axes, ring: Some(ring) })
-        } else {
-            None
-        }
+        let ring = (ratio > 0.0).then_some(usize::from(ratio > 1.0));
+        (ratio != 1.0 && ratio != 0.0).then_some(Self { axes, ring })
     }
 }
 
-/// The point of the carrier about which a link turns on it: that of a pin of both, or of pins of both in one place of a
-/// third link.
+/// The point of the carrier, or of a link that is welded to it, about which a link turns on it: that of a pin of both, or
+/// of pins of both in one place of a third link.
 pub(super) fn axis(graph: &Graph, constants: &Constants, link: usize, carrier: usize) -> Option<PointId> {
-    if let Some((_, on_carrier)) = pins(graph, link, carrier).next() {
+    let [own, carrier] = [link, carrier].map(|link| held(graph, None, &[], vec![link]));
+    if let Some((_, on_carrier)) = pins(graph, &own, &carrier).next() {
         return Some(on_carrier);
     }
-    let others = (0..graph.links.len()).filter(|other| *other != link && *other != carrier);
-    let shared = others.flat_map(|other| {
-        let own = pins(graph, link, other);
-        own.flat_map(move |(_, at)| pins(graph, carrier, other).map(move |(on_carrier, to)| (at, to, on_carrier)))
-    });
-    let mut shared = shared.filter(|(at, to, _)| constants.are_same(&graph.local(*at), &graph.local(*to)));
-    shared.next().map(|(.., on_carrier)| on_carrier)
+    let others: Vec<usize> =
+        (0..graph.links.len()).filter(|other| !own.contains(other) && !carrier.contains(other)).collect();
+    pins(graph, &own, &others).find_map(|(_, at)| {
+        let is_here = |to: &PointId| to.link == at.link && constants.are_same(&graph.local(at), &graph.local(*to));
+        pins(graph, &carrier, &[at.link]).find(|(_, to)| is_here(to)).map(|(on_carrier, _)| on_carrier)
+    })
 }
 
-/// The points of two links that pins hold together.
-fn pins<'g>(graph: &'g Graph, first: usize, second: usize) -> impl Iterator<Item = (PointId, PointId)> + 'g {
+/// The points of links of two groups that pins hold together.
+fn pins<'g>(
+    graph: &'g Graph,
+    first: &'g [usize],
+    second: &'g [usize],
+) -> impl Iterator<Item = (PointId, PointId)> + 'g {
     let joints = graph.joints.iter().filter(|joint| joint.syntax.kind == JointKind::Revolute);
     joints.filter_map(move |joint| {
-        let end = |link: usize| joint.ends.iter().find(|end| end.link == link).copied();
+        let end = |links: &[usize]| joint.ends.iter().find(|end| links.contains(&end.link)).copied();
         end(first).zip(end(second))
     })
 }
 
-/// What the teeth of gears add to the force that a pin has on the link of one of its ends: multiples of the
-/// multipliers of gears.
+/// What the teeth of gears add to the force that a pin or a weld has on the link of one of its ends, along a direction:
+/// multiples of the multipliers of gears.
 ///
 /// The constraint of gears with the ratio `i` turns them by moments: `-lambda` the first one. Teeth do so by a force
-/// `-lambda (1 - i)/a` on the first gear, across the line of the axes, which are `a` apart; the pins between gear and
+/// `-lambda (1 - i)/a` on the first gear, across the line of the axes, which are `a` apart; the joints between gear and
 /// carrier hold it. The part along that line, by which teeth push gears apart, does no work and is left out.
 pub(super) fn forces_of_teeth(
     linkage: &Linkage,
@@ -83,54 +72,116 @@ pub(super) fn forces_of_teeth(
     on: PointId,
     direction: [i32; 2],
 ) -> Vec<(Identifier, Formula)> {
-    let Linkage { graph, places, constants, .. } = linkage;
-    let pin = &graph.joints[number];
-    if pin.syntax.kind != JointKind::Revolute {
-        return Vec::new();
-    }
-    let here = in_one_place(linkage, number, &[on]);
-    let others: Vec<PointId> = pin.ends.iter().copied().filter(|end| *end != on).collect();
-    let there = in_one_place(linkage, number, &others);
-    let force = |joint: &Joint| {
-        let mesh = Mesh::new(graph, constants, joint)?;
-        let between = |gear: usize| {
-            let carried = |one: &[usize], other: &[usize]| one.contains(&gear) && other.contains(&joint.carrier);
-            i32::from(carried(&here, &there)) - i32::from(carried(&there, &here))
-        };
-        let factor = between(joint.ends[0].link) - between(joint.ends[1].link);
-        if factor == 0 {
-            return None;
-        }
-        let span = &joint.syntax.identifier.span;
-        let [first, second] = mesh.axes.map(|axis| places.components(axis, span));
-        let apart = difference(second, first);
-        let [x, y] = apart.clone();
-        let across = dot([negate(y), x], direction.map(whole));
-        let ratio = joint.syntax.size.clone()?;
-        let size = multiply(multiply(whole(factor), subtract(whole(1), ratio)), across);
-        Some((joint.syntax.identifier.clone(), divide(size, dot(apart.clone(), apart))))
-    };
-    graph.joints.iter().filter_map(force).collect()
+    work_of_teeth(linkage, number, on, |_| direction.map(whole))
 }
 
-/// The links that other pins than this one hold in one place with some of its ends.
-fn in_one_place(linkage: &Linkage, but: usize, ends: &[PointId]) -> Vec<usize> {
+/// What the teeth of gears add to the moment that a weld has on the link of one of its ends, about its point.
+pub(super) fn moments_of_teeth(linkage: &Linkage, number: usize, on: PointId) -> Vec<(Identifier, Formula)> {
+    let span = &linkage.graph.joints[number].syntax.identifier.span;
+    let place = |point: PointId| linkage.places.components(point, span);
+    work_of_teeth(linkage, number, on, |axis| {
+        let [x, y] = difference(place(axis), place(on));
+        [negate(y), x]
+    })
+}
+
+/// The work of teeth where what a pin or a weld holds on the side of one of its ends is displaced: by how much, is known
+/// for each axis.
+fn work_of_teeth(
+    linkage: &Linkage,
+    number: usize,
+    on: PointId,
+    displacement: impl Fn(PointId) -> [Formula; 2],
+) -> Vec<(Identifier, Formula)> {
     let Linkage { graph, constants, .. } = linkage;
-    let pins =
-        || graph.joints.iter().enumerate().filter(|(number, joint)| *number != but && joint.syntax.kind.is_pin());
+    if !graph.joints[number].syntax.kind.is_pin() {
+        return Vec::new();
+    }
+    let work = |joint: &Joint| {
+        let Mesh { axes, .. } = Mesh::new(graph, constants, joint)?;
+        let sides = [0, 1].map(|end| side(linkage, number, on, (joint, end, axes[end])));
+        if sides == [0, 0] {
+            return None;
+        }
+        let ([x, y], square) = apart(linkage, joint, axes);
+        let across = [negate(y), x];
+        let moved = |end: usize| dot(across.clone(), displacement(axes[end]));
+        let work = match sides {
+            [side, 0] => multiply(whole(side), moved(0)),
+            [0, side] => multiply(whole(-side), moved(1)),
+            [first, second] => subtract(multiply(whole(first), moved(0)), multiply(whole(second), moved(1))),
+        };
+        let factor = divide(subtract(whole(1), joint.syntax.size.clone()?), square);
+        Some((joint.syntax.identifier.clone(), multiply(factor, work)))
+    };
+    graph.joints.iter().filter_map(work).collect()
+}
+
+/// The vector from one axis to another, and the square of its length.
+fn apart(linkage: &Linkage, joint: &Joint, axes: [PointId; 2]) -> ([Formula; 2], Formula) {
+    let Linkage { graph, angles, places, .. } = linkage;
+    let span = &joint.syntax.identifier.span;
+    let square = |vector: &[Formula; 2]| dot(vector.clone(), vector.clone());
+    if axes[0].link == axes[1].link {
+        let local = difference(graph.local(axes[1]), graph.local(axes[0]));
+        let square = square(&local);
+        return (rotated(local, &angles.formula(axes[0].link, span)), square);
+    }
+    let vector = difference(places.components(axes[1], span), places.components(axes[0], span));
+    let square = square(&vector);
+    (vector, square)
+}
+
+/// Whether a joint is between a gear and its carrier, which others than it hold together on the axis by pins, and
+/// everywhere by welds: 1 if the gear is on the side of this end, -1 if the carrier is; 0 if they are on one side.
+fn side(linkage: &Linkage, number: usize, on: PointId, (joint, end, axis): (&Joint, usize, PointId)) -> i32 {
+    let (gear, carrier) = (joint.ends[end].link, joint.carrier);
+    let asked = &linkage.graph.joints[number];
+    let pinned = on_axis(linkage, axis);
+    let here = held(linkage.graph, Some(number), &pinned, vec![on.link]);
+    let there = asked.ends.iter().filter(|end| **end != on).map(|end| end.link);
+    let there = held(linkage.graph, Some(number), &pinned, there.collect());
+    let is_between = |one: &[usize], other: &[usize]| one.contains(&gear) && other.contains(&carrier);
+    i32::from(is_between(&here, &there)) - i32::from(is_between(&there, &here))
+}
+
+/// The pins on an axis, by their numbers.
+fn on_axis(linkage: &Linkage, axis: PointId) -> Vec<usize> {
+    let Linkage { graph, constants, .. } = linkage;
     let is_same = |a: &PointId, b: &PointId| {
         a.link == b.link && (a == b || constants.are_same(&graph.local(*a), &graph.local(*b)))
     };
-    let mut found = ends.to_vec();
+    let mut points = vec![axis];
+    let mut pins = Vec::new();
     let mut next = 0;
-    while next < found.len() {
-        for (_, joint) in pins() {
-            if joint.ends.iter().any(|end| is_same(end, &found[next])) {
-                let more: Vec<PointId> = joint.ends.iter().copied().filter(|end| !found.contains(end)).collect();
-                found.extend(more);
+    while next < points.len() {
+        for (number, joint) in graph.joints.iter().enumerate() {
+            if joint.syntax.kind.is_pin()
+                && !pins.contains(&number)
+                && joint.ends.iter().any(|end| is_same(end, &points[next]))
+            {
+                pins.push(number);
+                points.extend(&joint.ends);
             }
         }
         next += 1;
     }
-    found.into_iter().map(|end| end.link).collect()
+    pins
+}
+
+/// The links that some pins, and all welds, hold together with some links, without one of the joints.
+fn held(graph: &Graph, without: Option<usize>, pins: &[usize], mut links: Vec<usize>) -> Vec<usize> {
+    let joints = || graph.joints.iter().enumerate().filter(|(number, _)| Some(*number) != without);
+    let mut next = 0;
+    while next < links.len() {
+        for (number, joint) in joints() {
+            let holds = joint.syntax.kind == JointKind::Weld || pins.contains(&number);
+            if holds && joint.ends.iter().any(|end| end.link == links[next]) {
+                let more: Vec<usize> = joint.ends.iter().map(|end| end.link).filter(|l| !links.contains(l)).collect();
+                links.extend(more);
+            }
+        }
+        next += 1;
+    }
+    links
 }

@@ -3,6 +3,7 @@
 use super::Linkage;
 use super::closures::{DRIVE, gear_slopes};
 use super::friction::load_of_joint;
+use super::gears::moments_of_teeth;
 use super::graph::{GROUND, PointId};
 use super::terms::{add, difference, is_zero, multiply, negate, sum, whole};
 use super::tree::Placement;
@@ -105,6 +106,7 @@ fn held(linkage: &Linkage, number: usize, on: PointId, asked: &Identifier) -> Re
     };
     let multipliers =
         closures.iter().map(|own| (own.syntax.identifier.clone(), multiply(whole(turn), missing(&own.slopes))));
+    let teeth = moments_of_teeth(linkage, number, on);
     // Friction in pins works along the angles of their links.
     let frictions = graph.joints.iter().filter_map(|own| {
         let radius = own.syntax.friction.as_ref()?.radius.clone()?;
@@ -115,7 +117,7 @@ fn held(linkage: &Linkage, number: usize, on: PointId, asked: &Identifier) -> Re
     });
     Ok(OutputValue::FreeBody {
         displacements: displacements(linkage, number, &turned, turn, owner),
-        multipliers: multipliers.filter(|(_, factor)| !is_zero(factor)).collect(),
+        multipliers: multipliers.filter(|(_, factor)| !is_zero(factor)).chain(teeth).collect(),
         loads: frictions.filter(|(_, factor)| !is_zero(factor)).collect(),
     })
 }

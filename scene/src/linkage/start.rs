@@ -71,6 +71,7 @@ impl<'g, 'd> Rough<'g, 'd> {
             match joint.syntax.kind {
                 JointKind::Gear => self.follow_gears(joint),
                 JointKind::Revolute => self.follow_drive(joint),
+                kind if kind.is_slider() => self.follow_slider(joint),
                 _ => {}
             }
         }
@@ -122,6 +123,25 @@ impl<'g, 'd> Rough<'g, 'd> {
         match (self.angle(first), self.angle(second)) {
             (None, Some(other)) => self.set_angle(first, add(other, angle)),
             (Some(own), None) => self.set_angle(second, subtract(own, angle)),
+            _ => {}
+        }
+    }
+
+    /// The angle of the line of a slider by two points on it, and the second point by that angle and its place.
+    fn follow_slider(&mut self, joint: &Joint) {
+        let [own, on] = [joint.ends[0], joint.ends[1]];
+        let Some(base) = self.points.get(&on).cloned() else { return };
+        let direction_of_line = joint.syntax.direction.clone().unwrap_or_else(|| whole(0));
+        match (self.points.get(&own).cloned(), self.angle(on.link)) {
+            (Some(place), None) => {
+                let angle = angle_between([whole(1), whole(0)], difference(place, base));
+                self.set_angle(on.link, subtract(angle, direction_of_line));
+            }
+            (None, Some(angle)) => {
+                let Some(length) = start_of_slider(joint) else { return };
+                let way = direction(&add(angle, direction_of_line)).map(|part| multiply(length.clone(), part));
+                self.points.insert(own, sum(base, way));
+            }
             _ => {}
         }
     }
@@ -198,8 +218,25 @@ impl<'g, 'd> Rough<'g, 'd> {
         };
         StartValue {
             name: slide(self.graph, joint),
-            value: syntax.start.clone().or_else(seen),
+            value: start_of_slider(&self.graph.joints[joint]).or_else(seen),
             rate: syntax.rate.clone(),
+        }
+    }
+}
+
+/// The place along the line of a slider at the start, as far as the slider tells it.
+fn start_of_slider(joint: &Joint) -> Option<Formula> {
+    joint.syntax.start.clone().or_else(|| joint.syntax.drive.as_ref().map(at_time_zero))
+}
+
+/// Reports rates of sliders whose places are no coordinates.
+pub(super) fn check_rates(graph: &Graph, tree: &Tree, findings: &mut Vec<Diagnostic>) {
+    for (number, joint) in graph.joints.iter().enumerate().filter(|(_, joint)| joint.syntax.kind.is_slider()) {
+        let Some(rate) = &joint.syntax.rate else { continue };
+        if !joint.ends.iter().any(|end| tree.places(number, *end)) {
+            let title = format!("the place along joint `{}` is no coordinate", joint.syntax.identifier.name);
+            let error = Diagnostic::error(title, rate.whole_span(), "no rate can be given for it");
+            findings.push(error.help("pins place its links: give one of them a `rate` beside its `angle`"));
         }
     }
 }

@@ -4,7 +4,7 @@ use num_dual::Dual2_64;
 
 use super::{Context, Resolver};
 use crate::diagnostic::Diagnostic;
-use crate::document::{Document, JointSyntax};
+use crate::document::{Document, JointKind, JointSyntax};
 use crate::evaluate::evaluate;
 use crate::function::Differentiable;
 use crate::parser::Formula;
@@ -28,6 +28,9 @@ impl Resolver<'_> {
             {
                 self.check_positive(scene, joint, own, what);
             }
+            if let (JointKind::Gear, None, Some(ratio)) = (joint.kind, &joint.radii, &joint.size) {
+                self.check_not_zero(scene, joint, ratio);
+            }
             let constants = friction.into_iter().flat_map(|friction| [&friction.mu, &friction.slip]).chain(&joint.face);
             for constant in constants {
                 self.value(constant, Context::Constant);
@@ -37,6 +40,16 @@ impl Resolver<'_> {
                 self.check_turn(scene, joint, &profile);
                 self.check_shape(scene, joint, &profile);
             }
+        }
+    }
+
+    fn check_not_zero(&mut self, scene: &Scene, joint: &JointSyntax, ratio: &Formula) {
+        let value = self.value(ratio, Context::Constant);
+        if at(scene, &value, f64::NAN) == 0.0 {
+            let title = format!("the ratio of joint `{}` is zero", joint.identifier.name);
+            let error = Diagnostic::error(title, value.whole_span(), "the first link would not turn");
+            self.findings
+                .push(error.help("write the ratio of teeth, negative for gears side by side, or weld the link"));
         }
     }
 

@@ -122,8 +122,12 @@ impl OutputKind {
         }
     }
 
-    /// Whether the output is a rate or a power, which says nothing at rest.
-    pub fn needs_motion(&self) -> bool {
-        matches!(self, Self::Rate(_) | Self::SecondRate(_) | Self::LoadPower(_))
+    /// Whether the output is a rate or a power, or a formula of rates, which says nothing at rest.
+    pub fn needs_motion(&self, scene: &super::Scene) -> bool {
+        match self {
+            Self::Rate(_) | Self::SecondRate(_) | Self::LoadPower(_) | Self::DrivePower(_) => true,
+            Self::Value(value) => scene.depends_on_rates(value),
+            _ => false,
+        }
     }
 }

@@ -105,7 +105,7 @@ pub(super) fn text(setup: &Setup, mechanism: &dyn Mechanism, wanted: &[(usize, f
         line(&name, rest.forces[i], &unit_of_force(coordinate.unit), &format!("{beside}, holds it at rest"));
     }
     for (output, value) in setup.scene.outputs.iter().zip(&rest.outputs) {
-        if !output.kind.needs_motion() {
+        if !output.kind.needs_motion(&setup.scene) {
             line(&output.name, *value, &output.unit, &output.doc);
         }
     }

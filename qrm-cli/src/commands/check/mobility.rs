@@ -25,7 +25,7 @@ fn mobility(setup: &Setup, q: &[f64]) -> Topic {
     let rank = constraint_rank(&*setup.mechanism(), 0.0, q);
     let counted = |number: usize, noun: &str| counted(number as u64, noun);
     let freedoms = match q.len() - rank {
-        0 if setup.mechanism().is_driven() => "no degree of freedom is left by the drives".to_owned(),
+        0 if !setup.scene.drives().is_empty() => "no degree of freedom is left by the drives".to_owned(),
         1 => "1 degree of freedom".to_owned(),
         freedoms => format!("{freedoms} degrees of freedom"),
     };

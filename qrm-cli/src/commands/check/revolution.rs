@@ -7,7 +7,7 @@ use qrm_scene::scene::OutputKind;
 use qrm_sim::analysis::{NoRevolution, Range, Revolution, Series, revolution};
 
 use super::full_turn::{ParameterRange, parameter_ranges};
-use super::{Topic, drives, equilibrium, released, unit_of_force};
+use super::{Topic, equilibrium, released, unit_of_force};
 use crate::error::Error;
 use crate::format::{number, quantity};
 use crate::messages;
@@ -15,7 +15,7 @@ use crate::setup::Setup;
 
 /// The lines about the way of the driven coordinate, or of each drive.
 pub(super) fn report_lines(setup: &Setup) -> Result<Vec<Topic>, Error> {
-    let drives = drives(setup);
+    let drives = setup.scene.drives();
     if drives.is_empty() {
         return of_input(setup, None);
     }
@@ -40,7 +40,7 @@ fn of_input(setup: &Setup, drive: Option<usize>) -> Result<Vec<Topic>, Error> {
             return not_looked_at("no coordinate is given: move one from `solve` to `given` in [initial]".to_owned());
         }
         Err(NoRevolution::Driven) => return not_looked_at("a constraint depends on time".to_owned()),
-        Err(NoRevolution::Singular) => return not_looked_at("the start is singular".to_owned()),
+        Err(NoRevolution::Singular) => return not_looked_at("the start is a dead point or a change point".to_owned()),
         Err(NoRevolution::NotAssembled(reason)) => {
             return Err(messages::not_assembled(&reason, setup));
         }
@@ -52,7 +52,7 @@ fn of_input(setup: &Setup, drive: Option<usize>) -> Result<Vec<Topic>, Error> {
         topics.extend(lengths(setup, drive, turn.range.is_none()));
     }
     for (output, series) in setup.scene.outputs.iter().zip(&turn.outputs) {
-        if matches!(output.kind, OutputKind::Value(_)) {
+        if matches!(output.kind, OutputKind::Value(_)) && !output.kind.needs_motion(&setup.scene) {
             topics.push(stroke(&output.name, &output.unit, series, &turn, &driven));
         }
     }
@@ -72,6 +72,9 @@ fn turning(setup: &Setup, turn: &Revolution, driven: &QuantityDescription) -> Ve
                 None if unit == "rad" => "a turn away or farther".to_owned(),
                 None => "farther than its parts are long".to_owned(),
                 Some((value, None)) => format!("{}, where another branch begins", quantity(*value, unit)),
+                Some((value, Some(i))) if setup.scene.constraints[*i].is_drive => {
+                    format!("{}, its dead point", quantity(*value, unit))
+                }
                 Some((value, Some(i))) => {
                     let name = setup.description.constraints[*i].name;
                     format!("{}, where constraint `{name}` holds it", quantity(*value, unit))
@@ -93,9 +96,11 @@ fn turning(setup: &Setup, turn: &Revolution, driven: &QuantityDescription) -> Ve
     }
     let Series { smallest, largest, .. } = &turn.inertia;
     let unit_of_inertia = if unit == "rad" { "kg m^2" } else { "kg" };
-    let at =
-        |(value, angle): (f64, f64)| format!("{} {unit_of_inertia} at {}", number(value), place(angle, turn, unit));
-    let inertia = match largest.0 - smallest.0 > 1e-9 * largest.0 {
+    let at = |(value, angle): (f64, f64)| match value.is_finite() {
+        true => format!("{} {unit_of_inertia} at {}", number(value), place(angle, turn, unit)),
+        false => format!("beyond all bounds at {}", place(angle, turn, unit)),
+    };
+    let inertia = match largest.0.is_infinite() || largest.0 - smallest.0 > 1e-9 * largest.0 {
         true => format!("from {} to {}", at(*smallest), at(*largest)),
         false => format!("always {} {unit_of_inertia}", number(smallest.0)),
     };
@@ -171,12 +176,18 @@ fn stroke(name: &str, unit: &str, series: &Series, turn: &Revolution, driven: &Q
 fn at_rest(setup: &Setup, turn: &Revolution, driven: &QuantityDescription) -> Topic {
     let unit = unit_of_force(driven.unit);
     let line = |which: &str, (value, angle): (f64, f64)| {
-        format!("{which} {} {unit} at {} = {}", number(value), driven.name, place(angle, turn, driven.unit))
+        let at = format!("{} = {}", driven.name, place(angle, turn, driven.unit));
+        match value.is_finite() {
+            true => format!("{which} {} {unit} at {at}", number(value)),
+            false => format!("{which} without bound towards {at}"),
+        }
     };
     let force = if driven.unit == "rad" { "torque" } else { "force" };
     let mut title = format!("{force} on {} that balances the loads{}", driven.name, equilibrium::when(setup));
     if turn.range.is_some_and(|range| range.low.is_some() || range.high.is_some()) {
         title += ", between the limit positions";
+    } else if !turn.returns {
+        title += ", in the first turn";
     }
     let Series { smallest, largest, .. } = &turn.balance;
     if smallest.0 == largest.0 {

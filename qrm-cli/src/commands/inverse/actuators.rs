@@ -34,7 +34,6 @@ impl Actuators {
             let (what, unit) = kind(scene.coordinates[i].unit == "rad");
             Actuator { name: format!("{what}_{}", scene.coordinates[i].name), unit, source: Source::Coordinate(i) }
         };
-        let is_drive = |k: &usize| scene.depends_on_time(&scene.constraints[*k].residual);
         // A drive acts along its residual, whatever that is.
         let drive = |k: usize| {
             let (what, unit) = match scene.constraints[k].unit.as_str() {
@@ -45,7 +44,7 @@ impl Actuators {
             Actuator { name: format!("{what}_{}", scene.constraints[k].name), unit, source: Source::Constraint(k) }
         };
         let coordinates = (0..given.len()).filter(|&i| given[i]).map(coordinate);
-        let drives = (0..scene.constraints.len()).filter(is_drive).map(drive);
+        let drives = scene.drives().into_iter().map(drive);
         Self { all: coordinates.chain(drives).collect() }
     }
 

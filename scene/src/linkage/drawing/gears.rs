@@ -63,16 +63,11 @@ impl Wheels<'_, '_> {
         let [Some(first), Some(second)] = axes else { return };
         if let Some(radii) = &joint.syntax.radii {
             self.belt(joint, [first, second], radii.clone(), size < 0.0);
-        } else if size > 0.0
+        } else if size == 1.0
             && let Some(apart) = self.distance(first, second)
         {
-            let large = divide(apart, whole(5));
-            let radii = if size > 1.0 {
-                [divide(large.clone(), ratio.clone()), large]
-            } else {
-                [large.clone(), multiply(ratio.clone(), large)]
-            };
-            self.belt(joint, [first, second], radii, false);
+            let radius = divide(apart, whole(5));
+            self.belt(joint, [first, second], [radius.clone(), radius], false);
         }
     }
 
@@ -127,6 +122,9 @@ impl Wheels<'_, '_> {
 
     /// The distance of two points of a link, if they are apart.
     fn distance(&self, a: PointId, b: PointId) -> Option<Formula> {
+        if a.link != b.link {
+            return None;
+        }
         let [x, y] = difference(self.graph.local(b), self.graph.local(a));
         let (along, across) = (self.constants.value(&x), self.constants.value(&y));
         if !(along.hypot(across) > 0.0) {
@@ -189,9 +187,15 @@ b = { points = { B = [0, 0] }, mass = 1, com = \"B\", inertia = 1 }";
     }
 
     #[test]
-    fn a_positive_ratio_is_a_belt() {
-        let drawn = drawn(PAIR, &format!("{PINS}\nstrap = {{ gear = [\"a\", \"b\"], ratio = 0.5 }}"));
-        assert_eq!(drawn, ["belt strap 0.3/5 0.5*(0.3/5) false", "pivot A", "pivot B"]);
+    fn a_positive_ratio_is_a_gear_in_a_ring() {
+        let drawn = drawn(PAIR, &format!("{PINS}\nmesh = {{ gear = [\"a\", \"b\"], ratio = 0.5 }}"));
+        assert_eq!(drawn, ["ring a 0.3/(1 - 0.5)", "gear b 0.5*(0.3/(1 - 0.5))", "pivot A", "pivot B"]);
+    }
+
+    #[test]
+    fn a_ratio_of_one_is_a_belt() {
+        let drawn = drawn(PAIR, &format!("{PINS}\nstrap = {{ gear = [\"a\", \"b\"], ratio = 1 }}"));
+        assert_eq!(drawn, ["belt strap 0.3/5 0.3/5 false", "pivot A", "pivot B"]);
     }
 
     #[test]
