@@ -194,13 +194,14 @@ fn a_drive_is_released_to_look_at_its_way() {
     // A slider on a rod of 0.5 m and a crank of 0.2 m, driven along its line from 0.6 m on.
     let slider = check(&["tests/linkage/driven-slider.toml"]);
     near("inner dead point", after(&slider, "open_drive locks: it can move from "), 0.5 - 0.2 - 0.6, 1e-6);
-    near("outer dead point", after(&slider, "holds it, to "), 0.5 + 0.2 - 0.6, 1e-6);
+    near("outer dead point", after(&slider, "dead point, to "), 0.5 + 0.2 - 0.6, 1e-6);
     assert!(slider.contains("s_tree moves freely"), "{slider}");
+    assert!(slider.contains("beyond all bounds at "), "a force on a slider at its dead point moves nothing: {slider}");
     // Scissors of two stages: the height is twice the rise of a bar of 2 m. By virtual work, that of the screw is
     // F dx = sum m g dy.
     let lift = "scenes/linkages/scissor-lift.toml";
     let text = check(&[lift]);
-    near("lowered", after(&text, "holds it, to "), 0.4, 1e-6);
+    near("lowered", after(&text, "dead point, to "), 0.4, 1e-6);
     near("raised", after(&text, "4.0000000 m at screw_drive = "), -1.6, 1e-4);
     let held = check(&[lift, "--static", "screw_drive=-0.4"]);
     let weight = 9.81 * (40.0 * (0.5 + 0.5 + 1.5 + 1.5) + 450.0 * 2.0);

@@ -26,6 +26,8 @@ const LONG: f64 = 1e-5;
 /// meet one, and may agree by chance.
 const RATIO_AT_CORNERS: f64 = 1.0 / 3.0;
 
+/// Rows of the run at which the effect of rounding errors is looked at.
+const PROBES: usize = 16;
 /// Below this, a companion has the fraction of the tolerance that belongs to order 4: smaller ones may be out of reach
 /// near singular positions.
 const TIGHT: f64 = 1e-8;
@@ -47,6 +49,10 @@ pub(crate) struct Companion {
     rows: Vec<f64>,
     /// The numbers of both runs in the same row.
     compared: [Vec<f64>; 2],
+    /// The largest changes of the quantities where the coordinates change by rounding errors.
+    noise: Vec<f64>,
+    /// Rows at which they are still to be looked at.
+    probes: usize,
     differences: Differences,
     /// The largest differences of parts of the motion that are over, added up.
     before: Vec<f64>,
@@ -82,6 +88,8 @@ impl Companion {
             rows: Vec::new(),
             differences: Differences::new(&compared[0]),
             before: vec![0.0; quantities.count()],
+            noise: vec![0.0; quantities.count()],
+            probes: PROBES,
             compared,
             quantities,
             failed: false,
@@ -110,7 +118,9 @@ impl Companion {
         }
         let mut row = vec![0.0; self.layout.width()];
         end.write(&mut row);
-        self.compare(old, &row);
+        let mut own = vec![0.0; self.layout.width()];
+        self.at.write(&mut own);
+        self.compare(old, &row, &own);
         for (before, difference) in self.before.iter_mut().zip(self.differences.restart()) {
             *before += difference;
         }
@@ -169,14 +179,13 @@ impl Companion {
         let block = self.integrator.fill(mechanism, &longer, &mut self.rows[..length]);
         self.failed = matches!(block.reason, BlockEnd::Failed(_));
         let made = &self.rows[..(block.made + 1) * width];
-        let Self { quantities, compared: [of_run, of_companion], differences, layout, row: number, .. } = self;
-        for state in made.chunks_exact(width).step_by(own as usize).skip(1) {
-            *number += COMPANION_STEPS[0];
-            quantities.write(mechanism, *layout, &rows[(*number - first) as usize * width..][..width], of_run);
-            quantities.write(mechanism, *layout, state, of_companion);
-            differences.take(of_run, of_companion);
+        self.at.read(&made[block.made * width..]);
+        let made = std::mem::take(&mut self.rows);
+        for state in made[..(block.made + 1) * width].chunks_exact(width).step_by(own as usize).skip(1) {
+            self.row += of_run;
+            self.compare(mechanism, &rows[(self.row - first) as usize * width..][..width], state);
         }
-        self.at.read(&self.rows[block.made * width..]);
+        self.rows = made;
     }
 
     /// Moves to each row of the run.
@@ -190,18 +199,41 @@ impl Companion {
             }
             std::mem::swap(&mut self.at, &mut self.next);
             self.row = number;
-            self.compare(mechanism, &row[..width]);
+            let mut own = vec![0.0; width];
+            self.at.write(&mut own);
+            self.compare(mechanism, &row[..width], &own);
         }
     }
 
-    /// Compares the state that it stands at with a row of the run.
-    fn compare(&mut self, mechanism: &dyn Mechanism, row: &[f64]) {
-        let mut own = vec![0.0; self.layout.width()];
-        self.at.write(&mut own);
+    /// Compares a row of the run with its own.
+    fn compare(&mut self, mechanism: &dyn Mechanism, row: &[f64], own: &[f64]) {
         let Self { quantities, compared: [of_run, of_companion], differences, layout, .. } = self;
         quantities.write(mechanism, *layout, row, of_run);
-        quantities.write(mechanism, *layout, &own, of_companion);
+        quantities.write(mechanism, *layout, own, of_companion);
         differences.take(of_run, of_companion);
+        if let Some(probes) = self.probes.checked_sub(1) {
+            self.probes = probes;
+            self.probe(mechanism, row);
+        }
+    }
+
+    /// Looks at what rounding errors of the coordinates in a row of the run change.
+    fn probe(&mut self, mechanism: &dyn Mechanism, row: &[f64]) {
+        let mut beside = State::from_row(self.layout, row);
+        for (i, q) in beside.q.iter_mut().enumerate() {
+            *q *= 1.0 + if i % 2 == 0 { f64::EPSILON } else { -f64::EPSILON };
+        }
+        let State { t, q, qd, qdd, multipliers, .. } = &mut beside;
+        if !mechanism.accelerations(*t, q, qd, qdd, multipliers) {
+            return;
+        }
+        let mut numbers = vec![0.0; self.layout.width()];
+        beside.write(&mut numbers);
+        let Self { quantities, compared: [of_run, of_other], layout, noise, .. } = self;
+        quantities.write(mechanism, *layout, &numbers, of_other);
+        for ((noise, own), other) in noise.iter_mut().zip(of_run).zip(of_other) {
+            *noise = noise.max((*own - *other).abs());
+        }
     }
 
     /// The errors after so many steps; `None` if the companion broke off or never met the run.
@@ -240,19 +272,13 @@ impl Companion {
         }
     }
 
-    /// The errors below which a difference says nothing: rounding errors of both runs may agree, and where a tolerance
-    /// chooses the steps both may be off by what the companion tolerates.
+    /// The errors below which a difference says nothing: the rounding errors of both runs may agree.
     fn floors(&self, steps: u64) -> Vec<f64> {
         let ranges = &self.differences.ranges;
-        let tolerance = if self.integrator.is_fixed() { 0.0 } else { self.integrator.settings.tolerance };
         let mut floors = Vec::with_capacity(ranges.len());
         for group in self.quantities.groups() {
             let size = largest(ranges[group.clone()].as_flattened()).1;
-            let is_coordinate = group.start == 0;
-            floors.extend(ranges[group].iter().map(|[low, high]| {
-                let range = if is_coordinate { (high - low).min(1.0) } else { high - low };
-                rounding(size, steps).max(tolerance * range)
-            }));
+            floors.extend(self.noise[group].iter().map(|noise| rounding(size, steps).max(*noise)));
         }
         floors
     }

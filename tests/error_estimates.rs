@@ -1,0 +1,187 @@
+//! Estimated errors of all columns, against references in double-double numbers.
+
+#![cfg(feature = "generate")]
+
+mod common;
+
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use qrm_core::{DerivedScene, Mechanism, Model};
+use qrm_sim::analysis::reference_states;
+use qrm_sim::columns::{Kind, columns, numbers};
+use qrm_sim::integrate::{METHODS, Method, MethodSettings};
+use qrm_sim::run::{End, ErrorEstimates, Observer, Request, Row, simulate};
+use qrm_sim::state::State;
+
+/// Rows by which errors are known, in the longest steps; fewer where a reference would take too long.
+const ROWS: [usize; 3] = [150, 37, 9];
+/// Lengths of steps against those of the scene.
+const STEPS: [f64; 6] = [2.0, 1.0, 0.5, 0.25, 0.125, 0.0625];
+/// Tolerances of methods that choose their steps.
+const TOLERANCES: [f64; 6] = [1e-4, 1e-6, 1e-8, 1e-10, 1e-11, 1e-12];
+/// Errors that are this small against columns of the same kind are rounding errors, which the reference has too.
+const ROUNDING: f64 = 3e-14;
+/// The largest part of a column that an error may be unnoticed.
+const UNNOTICED: f64 = 2e-12;
+/// Scenes without a reference: constraints repeat others.
+const REDUNDANT: [&str; 2] = ["scissor-lift", "bricard"];
+
+/// The numbers of rows.
+type Numbers = Vec<Vec<f64>>;
+
+/// Keeps rows.
+#[derive(Default)]
+struct Rows(Numbers);
+
+impl Observer for Rows {
+    fn row(&mut self, row: &Row) -> io::Result<()> {
+        self.0.push(row.columns.to_vec());
+        Ok(())
+    }
+}
+
+/// The rows of a run with its estimates; `None` if it does not trust itself.
+fn run(
+    mechanism: &dyn Mechanism,
+    settings: MethodSettings,
+    [step, end]: [f64; 2],
+) -> Option<(Numbers, ErrorEstimates)> {
+    let end = Some(End::Time(end));
+    let request = Request { settings, step: Some(step), end, estimate_error: true, ..Request::default() };
+    let mut rows = Rows::default();
+    let outcome = simulate(mechanism, &request, &mut rows).ok()?;
+    let is_trusted = outcome.status.is_done() && outcome.doubts(mechanism.description()).is_empty();
+    if is_trusted { Some((rows.0, outcome.errors?)) } else { None }
+}
+
+/// The rows of the reference at some times.
+fn reference(model: &Model, mechanism: &dyn Mechanism, times: &[f64]) -> Option<Numbers> {
+    let states = reference_states(model, &|_| None, times, 1e-20).ok()?;
+    let completed = states.into_iter().map(|state| {
+        let mut full = State::zero(state.q.len(), mechanism.description().constraints.len());
+        (full.t, full.q, full.qd) = (state.t, state.q, state.qd);
+        let State { t, q, qd, qdd, multipliers, .. } = &mut full;
+        mechanism.accelerations(*t, q, qd, qdd, multipliers).then(|| numbers(mechanism, &full))
+    });
+    completed.collect()
+}
+
+/// The scenes that are not compiled.
+fn derived() -> Vec<Model> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scenes = ["scenes/linkages", "scenes/recipes"].map(|folder| fs::read_dir(folder).expect("scenes"));
+    let mut paths: Vec<PathBuf> = scenes.into_iter().flatten().map(|entry| entry.expect("a scene").path()).collect();
+    paths.sort();
+    paths.iter().map(|path| derive(path, &folder.path().join("scene"))).collect()
+}
+
+fn derive(path: &Path, file: &Path) -> Model {
+    let mut engine = Command::new(env!("CARGO_BIN_EXE_qrm-engine"));
+    engine.arg(path).arg(file).stdin(File::open(path).expect("a scene"));
+    let output = engine.output().expect("the engine starts");
+    assert!(output.status.success(), "{}: {}", path.display(), String::from_utf8_lossy(&output.stderr));
+    DerivedScene::from_bytes(&fs::read(file).expect("a derived scene")).expect("whole").into_model()
+}
+
+/// Whether quantities are computed from each other.
+fn is_same_kind(a: Kind, b: Kind) -> bool {
+    a == b || !matches!(a, Kind::Output(_)) && std::mem::discriminant(&a) == std::mem::discriminant(&b)
+}
+
+fn name_of(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Coordinate(_) => "coordinate",
+        Kind::Rate(_) => "rate",
+        Kind::Acceleration(_) => "acceleration",
+        Kind::Multiplier(_) => "multiplier",
+        Kind::Output(_) => "output",
+        _ => "energy",
+    }
+}
+
+/// True errors against estimates, by method and kind, with what they are.
+#[derive(Default)]
+struct Ratios(BTreeMap<(&'static str, &'static str), Vec<(f64, String)>>);
+
+impl Ratios {
+    /// Compares all columns of a run with the reference, whose rows are every so many of the run.
+    fn add(
+        &mut self,
+        model: &Model,
+        method: &Method,
+        (rows, estimates): &(Numbers, ErrorEstimates),
+        every: usize,
+        exact: &Numbers,
+    ) {
+        let columns = columns(model.description);
+        for (place, column) in columns.iter().enumerate() {
+            let Some(estimate) = estimates.of(column.kind) else { continue };
+            let alike: Vec<usize> =
+                (0..columns.len()).filter(|&i| is_same_kind(columns[i].kind, column.kind)).collect();
+            let size = exact.iter().flat_map(|row| alike.iter().map(|&i| row[i].abs())).fold(0.0, f64::max);
+            let differences =
+                rows.iter().step_by(every).zip(exact).map(|(own, exact)| (own[place] - exact[place]).abs());
+            let error = differences.fold(0.0, f64::max);
+            let noise = ROUNDING * size;
+            let mut ratio = error.max(noise) / estimate.largest.max(noise);
+            if error < UNNOTICED * size {
+                ratio = ratio.min(9.0);
+            }
+            // What is zero everywhere has no error.
+            if ratio.is_finite() {
+                let (scene, estimated) = (model.description.name, estimate.largest);
+                let what = format!("{} of {scene}: true {error:.1e}, estimated {estimated:.1e}", column.name);
+                self.0.entry((method.name, name_of(column.kind))).or_default().push((ratio, what));
+            }
+        }
+    }
+}
+
+fn within<'r>(ratios: impl Iterator<Item = &'r (f64, String)> + Clone) -> f64 {
+    let good = ratios.clone().filter(|(ratio, _)| (1.0 / 3.0..=3.0).contains(ratio)).count();
+    good as f64 / ratios.count() as f64
+}
+
+#[test]
+fn estimates_hold_for_every_column() {
+    let mut ratios = Ratios::default();
+    for model in qrm_model::MODELS.iter().chain(&derived()) {
+        let mechanism = model.mechanism(&|_| None);
+        let schedule = mechanism.schedule();
+        let step = STEPS[0] * schedule.step;
+        let most = (schedule.end_time / step) as usize;
+        let times: Vec<f64> = (0..=most).map(|row| step * row as f64).collect();
+        let found = ROWS.into_iter().find_map(|rows| reference(model, &*mechanism, &times[..=rows.min(most)]));
+        let name = model.description.name;
+        assert_eq!(found.is_none(), REDUNDANT.contains(&name), "{name}");
+        let Some(exact) = found else { continue };
+        let end = times[exact.len() - 1];
+        for method in METHODS.iter().filter(|method| !method.needs_linearization || mechanism.has_linearization()) {
+            for level in 0..STEPS.len() {
+                let settings = MethodSettings::new(method, TOLERANCES[level]);
+                let (step, every) =
+                    if method.is_adaptive() { (step, 1) } else { (STEPS[level] * schedule.step, 1 << level) };
+                if let Some(run) = run(&*mechanism, settings, [step, end]) {
+                    ratios.add(model, method, &run, every, &exact);
+                }
+            }
+        }
+    }
+    // With `--nocapture`: how true errors are against estimates, and the worst of them.
+    for ((method, kind), list) in &ratios.0 {
+        println!("{method:8} {kind:13} {:5}: {:.1} % within a factor of 3", list.len(), 100.0 * within(list.iter()));
+    }
+    let mut all: Vec<&(f64, String)> = ratios.0.values().flatten().collect();
+    all.sort_by(|a, b| b.0.total_cmp(&a.0));
+    for (ratio, what) in [&all[..10], &all[all.len() - 10..]].concat() {
+        println!("{ratio:.1e}  {what}");
+    }
+    let part = within(all.iter().copied());
+    println!("{}: {:.1} % within a factor of 3", all.len(), 100.0 * part);
+    assert!(all.len() > 10_000 && part >= 0.95, "{part} of {}", all.len());
+    assert!(all[0].0 <= 10.0, "{:?}", all[0]);
+}
