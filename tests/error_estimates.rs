@@ -14,7 +14,7 @@ use qrm_core::{DerivedScene, Mechanism, Model};
 use qrm_sim::analysis::reference_states;
 use qrm_sim::columns::{Kind, columns, numbers};
 use qrm_sim::integrate::{METHODS, Method, MethodSettings};
-use qrm_sim::run::{End, ErrorEstimates, Observer, Request, Row, simulate};
+use qrm_sim::run::{End, ErrorEstimates, Extremes, Observer, Request, Row, simulate};
 use qrm_sim::state::State;
 
 /// Rows by which errors are known, in the longest steps; fewer where a reference would take too long.
@@ -184,4 +184,93 @@ fn estimates_hold_for_every_column() {
     println!("{}: {:.1} % within a factor of 3", all.len(), 100.0 * part);
     assert!(all.len() > 10_000 && part >= 0.95, "{part} of {}", all.len());
     assert!(all[0].0 <= 10.0, "{:?}", all[0]);
+}
+
+/// Keeps the extremes of columns.
+#[derive(Default)]
+struct ExtremesOf(Vec<Extremes>);
+
+impl Observer for ExtremesOf {
+    fn row(&mut self, _: &Row) -> io::Result<()> {
+        Ok(())
+    }
+
+    fn wants_extremes(&self) -> bool {
+        true
+    }
+
+    fn extremes(&mut self, extremes: &[Extremes]) {
+        self.0 = extremes.to_vec();
+    }
+}
+
+#[test]
+fn estimates_hold_for_extremes() {
+    let mut ratios = Ratios::default();
+    for model in qrm_model::MODELS.iter().chain(&derived()) {
+        let mechanism = model.mechanism(&|_| None);
+        let schedule = mechanism.schedule();
+        let step = STEPS[0] * schedule.step;
+        let end = step * (ROWS[0] as f64).min((schedule.end_time / step).floor());
+        let columns = columns(model.description);
+        let run = |method: &'static Method, tolerance: f64, step: f64| {
+            let settings = MethodSettings::new(method, tolerance);
+            let request = Request {
+                settings,
+                step: Some(step),
+                end: Some(End::Time(end)),
+                estimate_error: true,
+                ..Request::default()
+            };
+            let mut extremes = ExtremesOf::default();
+            let outcome = simulate(&*mechanism, &request, &mut extremes).ok()?;
+            let is_trusted = outcome.status.is_done() && outcome.doubts(mechanism.description()).is_empty();
+            is_trusted.then_some((extremes.0, outcome.errors?))
+        };
+        let Some(dop853) = METHODS.iter().find(|method| method.name == "dop853") else { continue };
+        let Some((exact, known)) = run(dop853, 1e-13, step / 64.0) else {
+            println!("no reference {}", model.description.name);
+            continue;
+        };
+        for method in METHODS.iter().filter(|method| !method.needs_linearization || mechanism.has_linearization()) {
+            for level in 0..STEPS.len() {
+                let step = if method.is_adaptive() { step } else { STEPS[level] * schedule.step };
+                let Some((own, estimates)) = run(method, TOLERANCES[level], step) else { continue };
+                for (place, column) in columns.iter().enumerate() {
+                    let (Some(estimate), Some(of_reference)) = (estimates.of(column.kind), known.of(column.kind))
+                    else {
+                        continue;
+                    };
+                    let (Some(own), Some(exact)) = (own.get(place), exact.get(place)) else { continue };
+                    let size = exact.minimum.0.abs().max(exact.maximum.0.abs());
+                    for (own, exact, estimate, known) in [
+                        (own.minimum.0, exact.minimum.0, estimate.of_minimum, of_reference.of_minimum),
+                        (own.maximum.0, exact.maximum.0, estimate.of_maximum, of_reference.of_maximum),
+                    ] {
+                        let error = (own - exact).abs();
+                        let noise = (1e-12 * size).max(3.0 * known);
+                        let ratio = error.max(noise) / estimate.max(noise);
+                        if ratio.is_finite() {
+                            let what = format!(
+                                "{} of {} level {level}: {own} {exact} true {error:.1e}, estimated {estimate:.1e}",
+                                column.name, model.description.name
+                            );
+                            ratios.0.entry((method.name, name_of(column.kind))).or_default().push((ratio, what));
+                        }
+                    }
+                }
+            }
+        }
+    }
+    for ((method, kind), list) in &ratios.0 {
+        println!("{method:8} {kind:13} {:5}: {:.1} % within a factor of 3", list.len(), 100.0 * within(list.iter()));
+    }
+    let mut all: Vec<&(f64, String)> = ratios.0.values().flatten().collect();
+    all.sort_by(|a, b| b.0.total_cmp(&a.0));
+    println!("above 10: {}", all.iter().filter(|(r, _)| *r > 10.0).count());
+    println!("above 3: {}", all.iter().filter(|(r, _)| *r > 3.0).count());
+    for (ratio, what) in [&all[..60], &all[all.len() - 10..]].concat() {
+        println!("{ratio:.1e}  {what}");
+    }
+    println!("{}: {:.1} % within a factor of 3", all.len(), 100.0 * within(all.iter().copied()));
 }

@@ -4,7 +4,7 @@ use std::io;
 
 use qrm_core::Description;
 use qrm_sim::columns::{Column, Kind, columns};
-use qrm_sim::run::{Extremes, ExtremesTracker, Observer, Row};
+use qrm_sim::run::{Extremes, Observer, Row};
 use qrm_view::envelope::Envelope;
 
 /// Most frames that are kept for an animation; at least half as many of a long run are.
@@ -15,8 +15,7 @@ pub struct Recording {
     columns: Vec<Column>,
     envelope: Envelope,
     /// The extremes of the first columns, those that are no checks.
-    extremes: ExtremesTracker,
-    with_extremes: usize,
+    extremes: Vec<Extremes>,
     corrections: Envelope,
     last_corrections: f64,
     /// Rows at equal distances, as many as an animation needs.
@@ -39,10 +38,9 @@ impl Recording {
     pub fn with_frames(description: &Description, most_frames: usize) -> Self {
         let columns = columns(description);
         Self {
-            with_extremes: columns.iter().take_while(|column| !column.kind.is_check()).count(),
             columns,
             envelope: Envelope::default(),
-            extremes: ExtremesTracker::default(),
+            extremes: Vec::new(),
             corrections: Envelope::default(),
             last_corrections: 0.0,
             frames: Vec::new(),
@@ -74,7 +72,7 @@ impl Recording {
 
     /// The extremes of a column that is no check.
     pub fn extremes(&self, kind: Kind) -> Option<Extremes> {
-        self.place(kind).and_then(|place| self.extremes.extremes(place))
+        self.place(kind).and_then(|place| self.extremes.get(place).copied())
     }
 
     /// Times, and how often the coordinates were corrected.
@@ -103,7 +101,6 @@ impl Recording {
 impl Observer for Recording {
     fn row(&mut self, row: &Row) -> io::Result<()> {
         self.envelope.row(row.t, row.columns);
-        self.extremes.row(row.t, &row.columns[..self.with_extremes]);
         // No step leads to the first row.
         if row.index > 0 {
             self.last_corrections = f64::from(row.corrections);
@@ -125,12 +122,12 @@ impl Observer for Recording {
         Ok(())
     }
 
-    fn wants_states_between(&self) -> bool {
+    fn wants_extremes(&self) -> bool {
         true
     }
 
-    fn between(&mut self, columns: &[f64]) {
-        self.extremes.row(columns[0], &columns[..self.with_extremes]);
+    fn extremes(&mut self, extremes: &[Extremes]) {
+        self.extremes = extremes.to_vec();
     }
 
     fn finish(&mut self, last: &[f64]) -> io::Result<()> {

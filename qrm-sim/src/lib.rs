@@ -16,6 +16,6 @@ pub mod solve;
 pub mod start;
 pub mod state;
 
-mod golden_section;
+mod peak;
 mod quadrature;
 mod stopwatch;

@@ -8,7 +8,7 @@ use qrm_core::{Description, Mechanism, Model, Replace, Width};
 use super::lanes::LaneSweep;
 use crate::columns::{Kind, columns};
 use crate::integrate::{DOP853, MethodSettings, StepBounds};
-use crate::run::{Doubt, End, ExtremesTracker, Observer, Request, Row, StartError, Status, simulate};
+use crate::run::{Doubt, End, Extremes, Observer, Request, Row, StartError, Status, simulate};
 
 /// The settings of every design of a sweep.
 pub struct SweepRequest<'a> {
@@ -130,7 +130,7 @@ pub(super) fn run_alone(design: usize, mechanism: &dyn Mechanism, request: &Swee
             end_time: outcome.end_time,
             q: outcome.q,
             qd: outcome.qd,
-            extremes: ranges.found(),
+            extremes: ranges.found,
             is_alone: true,
         },
     }
@@ -141,25 +141,19 @@ struct Ranges {
     is_wanted: bool,
     /// The places of the outputs in the columns.
     places: Range<usize>,
-    tracker: ExtremesTracker,
+    found: Vec<[f64; 2]>,
 }
 
 impl Ranges {
     fn new(description: &Description, is_wanted: bool) -> Self {
         let begin = columns(description).iter().position(|column| matches!(column.kind, Kind::Output(_))).unwrap_or(0);
         let places = begin..begin + description.outputs.len();
-        Self { is_wanted, places, tracker: ExtremesTracker::default() }
-    }
-
-    fn found(&self) -> Vec<[f64; 2]> {
-        let found = (0..self.places.len()).map_while(|output| self.tracker.extremes(output));
-        found.map(|found| [found.minimum.0, found.maximum.0]).collect()
+        Self { is_wanted, places, found: Vec::new() }
     }
 }
 
 impl Observer for Ranges {
-    fn row(&mut self, row: &Row) -> io::Result<()> {
-        self.tracker.row(row.t, row.outputs);
+    fn row(&mut self, _: &Row) -> io::Result<()> {
         Ok(())
     }
 
@@ -167,12 +161,13 @@ impl Observer for Ranges {
         self.is_wanted
     }
 
-    fn wants_states_between(&self) -> bool {
+    fn wants_extremes(&self) -> bool {
         self.is_wanted
     }
 
-    fn between(&mut self, columns: &[f64]) {
-        self.tracker.row(columns[0], &columns[self.places.clone()]);
+    fn extremes(&mut self, extremes: &[Extremes]) {
+        let outputs = extremes.get(self.places.clone()).unwrap_or_default();
+        self.found = outputs.iter().map(|found| [found.minimum.0, found.maximum.0]).collect();
     }
 }
 

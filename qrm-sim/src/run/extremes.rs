@@ -38,11 +38,16 @@ pub struct ExtremesTracker<D = f64> {
     /// Their values, one row after another.
     values: Vec<D>,
     found: Vec<Extremes<D>>,
+    /// Between which rows they are to be looked for, the smallest and the largest.
+    brackets: Vec<[Bracket<D>; 2]>,
 }
+
+/// The times of two rows between which a column turns; none where it does not.
+type Bracket<D> = Option<[D; 2]>;
 
 impl<D> Default for ExtremesTracker<D> {
     fn default() -> Self {
-        Self { rows: 0, times: Vec::new(), values: Vec::new(), found: Vec::new() }
+        Self { rows: 0, times: Vec::new(), values: Vec::new(), found: Vec::new(), brackets: Vec::new() }
     }
 }
 
@@ -51,6 +56,7 @@ impl<D: Number> ExtremesTracker<D> {
     pub fn row(&mut self, t: D, values: &[D]) {
         if self.rows == 0 {
             self.found = values.iter().map(|value| Extremes { minimum: (*value, t), maximum: (*value, t) }).collect();
+            self.brackets = vec![[None; 2]; values.len()];
             self.times = vec![t; ROWS];
             self.values = values.repeat(ROWS);
         }
@@ -60,22 +66,80 @@ impl<D: Number> ExtremesTracker<D> {
         self.values[place].copy_from_slice(values);
         self.rows += 1;
         if self.window() < ROWS {
-            self.found.iter_mut().zip(values).for_each(|(found, value)| found.note(t, *value, begin));
+            for (column, value) in values.iter().enumerate() {
+                self.note(column, (t, *value), begin, None);
+            }
             return;
         }
         // The rows around the middle of the window.
         let first = self.rows - ROWS;
         let [before, at, after] = [1, 2, 3].map(|i| self.place(first + i).start);
         for column in 0..values.len() {
-            self.found[column].note(t, values[column], begin);
+            self.note(column, (t, values[column]), begin, None);
             let value = |place: usize| self.values[place + column].re();
-            if is_turn([value(before), value(at), value(after)])
-                && let Some((vertex_time, vertex)) = self.vertex(column, 2, &self.found[column])
-            {
-                let begin = self.time(0);
-                self.found[column].note(vertex_time, vertex, Some(begin));
+            if is_turn([value(before), value(at), value(after)]) {
+                self.turn(column, 2);
             }
         }
+    }
+
+    #[inline]
+    fn note(&mut self, column: usize, (t, value): (D, D), begin: Option<D>, bracket: Bracket<D>) {
+        let changed = self.found[column].note(t, value, begin);
+        for (own, _) in self.brackets[column].iter_mut().zip(changed).filter(|(_, changed)| *changed) {
+            *own = bracket;
+        }
+    }
+
+    /// Takes up a turn near a row: the vertex of a polynomial, or a corner at the row.
+    fn turn(&mut self, column: usize, middle: usize) {
+        let bracket = Some([self.time(middle - 1), self.time(middle + 1)]);
+        if let Some(vertex) = self.vertex(column, middle, &self.found[column]) {
+            self.note(column, vertex, Some(self.time(0)), bracket);
+            return;
+        }
+        let at = self.time(middle).re();
+        let Extremes { minimum, maximum } = self.found[column];
+        for (own, (_, t)) in self.brackets[column].iter_mut().zip([minimum, maximum]) {
+            if t.re() == at {
+                *own = bracket;
+            }
+        }
+    }
+
+    /// Takes up turns near the last rows, which have no five rows around them.
+    pub(crate) fn finish(&mut self) {
+        for column in 0..self.found.len() {
+            for middle in 1..self.window().saturating_sub(1) {
+                let [before, at, after] = [middle - 1, middle, middle + 1].map(|i| self.value(i, column).re());
+                if is_turn([before, at, after]) {
+                    self.turn(column, middle);
+                }
+            }
+        }
+    }
+
+    /// The extremes that lie between rows: column, 0 for the smallest value and 1 for the largest, the time as far as rows
+    /// tell it, and the times of the rows beside it.
+    pub(crate) fn between_rows(&self) -> Vec<(usize, usize, D, [D; 2])> {
+        let extremes = self.found.iter().zip(&self.brackets).enumerate();
+        let of_column = |(column, (found, brackets)): (usize, (&Extremes<D>, &[Bracket<D>; 2]))| {
+            let times = [found.minimum.1, found.maximum.1];
+            (0..2).filter_map(|end| Some((column, end, times[end], brackets[end]?))).collect::<Vec<_>>()
+        };
+        extremes.flat_map(of_column).collect()
+    }
+
+    /// Replaces an extreme by what was found between the rows, if it is better.
+    pub(crate) fn refine(&mut self, column: usize, end: usize, found: (D, D)) {
+        let Extremes { minimum, maximum } = &mut self.found[column];
+        *(if end == 0 { minimum } else { maximum }) = found;
+        self.brackets[column][end] = None;
+    }
+
+    /// The extremes of all columns so far.
+    pub(crate) fn found(&self) -> &[Extremes<D>] {
+        &self.found
     }
 
     /// The number of rows that are kept.
@@ -180,20 +244,24 @@ fn is_turn([before, at, after]: [f64; 3]) -> bool {
 }
 
 impl<D: Number> Extremes<D> {
-    /// Takes up a value; of values that tie with one from before the time `begin`, that one counts.
+    /// Takes up a value; of values that tie with one from before the time `begin`, that one counts. Returns whether it is
+    /// the smallest one now, and whether it is the largest.
     #[inline]
-    fn note(&mut self, t: D, value: D, begin: Option<D>) {
+    fn note(&mut self, t: D, value: D, begin: Option<D>) -> [bool; 2] {
         if self.minimum.0.re() <= value.re() && value.re() <= self.maximum.0.re() {
-            return;
+            return [false; 2];
         }
         let tie = TIE * (self.maximum.0.re() - self.minimum.0.re());
         let margin = |of: D| if begin.is_some_and(|begin| of.re() < begin.re()) { tie } else { 0.0 };
-        if value.re() < self.minimum.0.re() - margin(self.minimum.1) {
+        let is_smallest = value.re() < self.minimum.0.re() - margin(self.minimum.1);
+        let is_largest = value.re() > self.maximum.0.re() + margin(self.maximum.1);
+        if is_smallest {
             self.minimum = (value, t);
         }
-        if value.re() > self.maximum.0.re() + margin(self.maximum.1) {
+        if is_largest {
             self.maximum = (value, t);
         }
+        [is_smallest, is_largest]
     }
 }
 

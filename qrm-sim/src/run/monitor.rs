@@ -3,6 +3,7 @@
 use qrm_core::{Mechanism, RowLayout, RowQuantities, StateRef};
 
 use super::balance::Balance;
+use super::extremes::ExtremesTracker;
 use super::observer::{Observer, Row};
 use super::outcome::{Status, Undefined};
 use super::singularity::SingularityMonitor;
@@ -40,10 +41,16 @@ pub(crate) struct RunMonitor {
     pub(crate) balance: Balance,
     /// The distance from singular positions.
     pub(crate) singularity: SingularityMonitor,
+    /// The extremes of columns, where they are asked for.
+    extremes: Option<ExtremesTracker>,
 }
 
+/// The last columns, which are checks.
+const CHECKS: usize = 3;
+
 impl RunMonitor {
-    pub(crate) fn new(mechanism: &dyn Mechanism, first: &State, has_outputs: bool) -> Self {
+    pub(crate) fn new(mechanism: &dyn Mechanism, first: &State, observer: &dyn Observer) -> Self {
+        let has_outputs = observer.wants_outputs();
         let layout = RowLayout { n: first.q.len(), m: first.multipliers.len() };
         let rank = constraint_rank(mechanism, first.t, &first.q);
         Self {
@@ -63,6 +70,7 @@ impl RunMonitor {
             is_conservative: true,
             balance: Balance::default(),
             singularity: SingularityMonitor::new(layout.m, layout.n, rank),
+            extremes: observer.wants_extremes().then(ExtremesTracker::default),
         }
     }
 
@@ -88,8 +96,8 @@ impl RunMonitor {
         }
     }
 
-    /// Completes rows by their outputs and checks, and hands them on; before each row those states between it and the
-    /// row before that are known.
+    /// Completes rows by their outputs and checks, and hands them on. States between rows that are known count for
+    /// extremes and ranges.
     ///
     /// # Errors
     /// A number of a row is not finite, or the observer cannot keep it.
@@ -106,7 +114,7 @@ impl RunMonitor {
         for row in rows.chunks_exact(width) {
             let t = row[0];
             while let Some(state) = inner.next_if(|state| state[0] < t) {
-                self.between(mechanism, state, observer);
+                self.between(mechanism, state);
             }
             let (q, qd, qdd) = (&row[1..=n], &row[1 + n..=2 * n], &row[1 + 2 * n..=3 * n]);
             let multipliers = &row[1 + 3 * n..1 + 3 * n + m];
@@ -131,6 +139,8 @@ impl RunMonitor {
             self.residual_velocity = worse(self.residual_velocity, velocity);
             let checks = [position.1, velocity.1, energy];
             write_row(t, [q, qd, qdd], multipliers, &self.outputs, checks, &mut self.columns);
+            self.note_extremes(t);
+            let (q, qd, qdd) = (&row[1..=n], &row[1 + n..=2 * n], &row[1 + 2 * n..=3 * n]);
             let row = Row {
                 index: self.rows,
                 t,
@@ -152,20 +162,31 @@ impl RunMonitor {
         Ok(())
     }
 
-    /// Takes up a state between rows, and hands on its columns where they are of use and defined.
-    fn between(&mut self, mechanism: &dyn Mechanism, state: &[f64], observer: &mut dyn Observer) {
+    /// Takes up a state between rows, where its columns are defined.
+    fn between(&mut self, mechanism: &dyn Mechanism, state: &[f64]) {
         let RowLayout { n, m } = self.layout;
         let (t, q, qd, qdd) = (state[0], &state[1..=n], &state[1 + n..=2 * n], &state[1 + 2 * n..=3 * n]);
         let multipliers = &state[1 + 3 * n..1 + 3 * n + m];
         self.widen(q);
-        if !observer.wants_states_between() {
+        if self.extremes.is_none() {
             return;
         }
         mechanism.outputs(t, q, qd, qdd, multipliers, &mut self.outputs);
         if self.outputs.iter().all(|value| value.is_finite()) {
-            write_row(t, [q, qd, qdd], multipliers, &self.outputs, [0.0; 3], &mut self.columns);
-            observer.between(&self.columns);
+            write_row(t, [q, qd, qdd], multipliers, &self.outputs, [0.0; CHECKS], &mut self.columns);
+            self.note_extremes(t);
         }
+    }
+
+    fn note_extremes(&mut self, t: f64) {
+        if let Some(extremes) = &mut self.extremes {
+            extremes.row(t, &self.columns[..self.columns.len() - CHECKS]);
+        }
+    }
+
+    /// The extremes.
+    pub(crate) fn extremes(&mut self) -> Option<&mut ExtremesTracker> {
+        self.extremes.as_mut()
     }
 
     /// Takes coordinates up into their ranges.

@@ -1,5 +1,7 @@
 //! The rows of a run, and their receivers.
 
+use super::extremes::Extremes;
+
 /// A row of a trajectory.
 #[derive(Clone, Copy, Debug)]
 pub struct Row<'a> {
@@ -44,14 +46,14 @@ pub trait Observer {
         true
     }
 
-    /// Whether states between rows are of use: only then is [`between`](Self::between) called.
-    fn wants_states_between(&self) -> bool {
+    /// Whether extremes are of use: only then is [`extremes`](Self::extremes) called.
+    fn wants_extremes(&self) -> bool {
         false
     }
 
-    /// Takes the columns of a state between rows, where a method makes shorter steps than rows; the columns that are
-    /// checks are zero.
-    fn between(&mut self, _columns: &[f64]) {}
+    /// Takes the extremes of the columns that are no checks, in their order, between rows too; called once when no more
+    /// rows follow.
+    fn extremes(&mut self, _extremes: &[Extremes]) {}
 
     /// Called between chunks of rows; `false` ends the run.
     ///
@@ -87,17 +89,13 @@ impl<A: Observer, B: Observer> Observer for (A, B) {
         self.0.wants_outputs() || self.1.wants_outputs()
     }
 
-    fn wants_states_between(&self) -> bool {
-        self.0.wants_states_between() || self.1.wants_states_between()
+    fn wants_extremes(&self) -> bool {
+        self.0.wants_extremes() || self.1.wants_extremes()
     }
 
-    fn between(&mut self, columns: &[f64]) {
-        if self.0.wants_states_between() {
-            self.0.between(columns);
-        }
-        if self.1.wants_states_between() {
-            self.1.between(columns);
-        }
+    fn extremes(&mut self, extremes: &[Extremes]) {
+        self.0.extremes(extremes);
+        self.1.extremes(extremes);
     }
 
     fn goes_on(&mut self, t: f64, end_time: f64) -> std::io::Result<bool> {

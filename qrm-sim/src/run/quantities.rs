@@ -69,8 +69,10 @@ pub(crate) struct Differences {
     pub(crate) has_met: bool,
     /// The largest one in any row.
     pub(crate) largest: Vec<f64>,
-    /// Those where the quantity is smallest, and where it is largest.
+    /// The largest ones in the row where the quantity is smallest and those beside it, and around the largest value.
     pub(crate) at_extremes: Vec<[f64; 2]>,
+    /// Whether the last row was one of these.
+    is_extreme: Vec<[bool; 2]>,
     /// Those in the last row.
     pub(crate) latest: Vec<f64>,
     /// The smallest and the largest value of each quantity.
@@ -85,6 +87,8 @@ impl Differences {
             has_met: false,
             largest: zero.clone(),
             at_extremes: vec![[0.0; 2]; first.len()],
+            // The first row may be both.
+            is_extreme: vec![[true; 2]; first.len()],
             latest: zero,
             ranges: first.iter().map(|value| [*value; 2]).collect(),
         }
@@ -96,20 +100,26 @@ impl Differences {
         for (i, (value, other)) in of_run.iter().zip(of_other).enumerate() {
             let difference = (value - other).abs();
             self.largest[i] = self.largest[i].max(difference);
-            self.latest[i] = difference;
+            let around = difference.max(std::mem::replace(&mut self.latest[i], difference));
             let [low, high] = &mut self.ranges[i];
-            if value < low {
-                (*low, self.at_extremes[i][0]) = (*value, difference);
+            let is_extreme = [value < low, value > high];
+            (*low, *high) = (low.min(*value), high.max(*value));
+            for end in 0..2 {
+                let at = &mut self.at_extremes[i][end];
+                if is_extreme[end] {
+                    *at = around;
+                } else if self.is_extreme[i][end] {
+                    *at = at.max(difference);
+                }
             }
-            if value > high {
-                (*high, self.at_extremes[i][1]) = (*value, difference);
-            }
+            self.is_extreme[i] = is_extreme;
         }
     }
 
     /// Begins anew, and returns the largest differences so far.
     pub(crate) fn restart(&mut self) -> Vec<f64> {
         self.at_extremes.fill([0.0; 2]);
+        self.is_extreme.fill([true; 2]);
         self.latest.fill(0.0);
         let zero = vec![0.0; self.largest.len()];
         std::mem::replace(&mut self.largest, zero)

@@ -13,7 +13,9 @@ use super::observer::Observer;
 use super::outcome::{Outcome, StartError, Status, Undefined};
 use super::redundancy::Redundancy;
 use super::sampler::Sampler;
+use crate::columns::numbers;
 use crate::integrate::{BlockEnd, InnerRows, Integrator, MethodSettings, StepError};
+use crate::peak::peak_between;
 use crate::solve::{Solver, constraint_rank};
 use crate::start::Start;
 use crate::state::State;
@@ -21,6 +23,9 @@ use crate::stopwatch::Stopwatch;
 
 /// Rows between two calls of the observer.
 const CHUNK: usize = 1024;
+
+/// Rows that a polynomial for an extreme goes through.
+const TAIL: usize = 5;
 
 /// A condition may be met between two rows where its distance from true is less than so many of its changes from row to
 /// row.
@@ -94,13 +99,14 @@ pub fn simulate(
             None
         },
         redundancy: Redundancy::at(mechanism, &first),
-        monitor: RunMonitor::new(mechanism, &first, observer.wants_outputs()),
+        monitor: RunMonitor::new(mechanism, &first, observer),
         buffer: Vec::new(),
+        tail: Vec::new(),
         nearest: (0.0, f64::NEG_INFINITY),
     };
     let condition = run.condition(&first);
     check_condition(condition)?;
-    let is_sampled = condition.is_some() || observer.wants_states_between();
+    let is_sampled = condition.is_some() || observer.wants_extremes();
     run.integrator.keep_inner_rows(if is_sampled { InnerRows::Samples } else { InnerRows::StepEnds });
     run.nearest.1 = condition.unwrap_or(0.0);
     Ok(run.run(&first, observer))
@@ -156,6 +162,8 @@ struct Run<'a> {
     monitor: RunMonitor,
     /// The last row that was taken, and those after it.
     buffer: Vec<f64>,
+    /// The rows before those of the buffer between which extremes may still be found.
+    tail: Vec<f64>,
     /// The time at which the stop condition was nearest to true, and its value there.
     nearest: (f64, f64),
 }
@@ -206,6 +214,7 @@ impl Run<'_> {
             if taken.is_err() {
                 steps = self.monitor.rows.saturating_sub(1);
             }
+            self.refine_extremes(made);
             let goes_on = taken.and_then(|()| observer.goes_on(end.t, self.rows.end_time).map_err(Status::Unwritable));
             match goes_on {
                 Err(ending) => status = Some(ending),
@@ -213,11 +222,19 @@ impl Run<'_> {
                 Ok(_) => {}
             }
             if let Some(status) = status {
+                if let Some(extremes) = self.monitor.extremes() {
+                    extremes.finish();
+                    self.refine_extremes(made);
+                }
+                if let Some(extremes) = self.monitor.extremes() {
+                    observer.extremes(extremes.found());
+                }
                 let is_kept = !matches!(status, Status::Unwritable(_));
                 let last = if is_kept { &self.monitor.columns[..] } else { &[] };
                 let status = observer.finish(last).map_or_else(Status::Unwritable, |()| status);
                 return self.outcome(status, end, steps, integration);
             }
+            self.keep_tail(made);
             self.buffer.copy_within(made * width..(made + 1) * width, 0);
             begin = 1;
         }
@@ -274,6 +291,38 @@ impl Run<'_> {
             }
             BlockEnd::End => (made, Some(Status::Completed)),
         }
+    }
+
+    /// Looks for each extreme between rows in the motion itself, by steps from the rows.
+    fn refine_extremes(&mut self, made: usize) {
+        let Some(pending) = self.monitor.extremes().map(|extremes| extremes.between_rows()) else { return };
+        if pending.is_empty() {
+            return;
+        }
+        let width = self.layout.width();
+        // The steps of the run know nothing of these.
+        let mut integrator = self.integrator.clone();
+        for (column, end, t, bracket) in pending {
+            let sign = if end == 0 { -1.0 } else { 1.0 };
+            let value = |t: f64| {
+                let rows = self.buffer[..(made + 1) * width].chunks_exact(width).rev();
+                let from = rows.chain(self.tail.chunks_exact(width).rev()).find(|row| row[0] <= t)?;
+                let at = integrator.between(self.mechanism, &State::from_row(self.layout, from), t).ok()?;
+                Some(sign * numbers(self.mechanism, &at)[column]).filter(|value| value.is_finite())
+            };
+            let found = peak_between(bracket, t, value);
+            if let (Some((t, value)), Some(extremes)) = (found, self.monitor.extremes()) {
+                extremes.refine(column, end, (sign * value, t));
+            }
+        }
+    }
+
+    /// Keeps the last rows of the buffer, but for the one that stays in it.
+    fn keep_tail(&mut self, made: usize) {
+        let width = self.layout.width();
+        self.tail.extend_from_slice(&self.buffer[made.saturating_sub(TAIL) * width..made * width]);
+        let excess = self.tail.len().saturating_sub(TAIL * width);
+        self.tail.drain(..excess);
     }
 
     /// The first row of the buffer before which the condition was true inside the step, though it is true in no row

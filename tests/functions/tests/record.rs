@@ -20,7 +20,7 @@ use qrm_sim::analysis::{
 };
 use qrm_sim::batch::{LaneCount, SweepEnd, SweepRequest, sweep};
 use qrm_sim::integrate::{METHODS, MethodSettings};
-use qrm_sim::run::{End, ExtremesTracker, Observer, Request, Row, Simulation, StopFunction, assembled, simulate};
+use qrm_sim::run::{End, Extremes, Observer, Request, Row, Simulation, StopFunction, assembled, simulate};
 use qrm_sim::solve::Projection;
 use qrm_sim::start::Start;
 use qrm_sim::state::State;
@@ -125,9 +125,8 @@ struct Rows {
     /// Rows after which the run is interrupted; no interruption if zero.
     most: u64,
     count: u64,
-    between: u64,
     sums: Vec<f64>,
-    extremes: ExtremesTracker,
+    extremes: Vec<Extremes>,
 }
 
 impl Observer for Rows {
@@ -139,7 +138,6 @@ impl Observer for Rows {
         for (sum, value) in self.sums.iter_mut().zip(row.qdd.iter().chain(row.multipliers).chain(row.outputs)) {
             *sum += weight * value;
         }
-        self.extremes.row(row.t, row.outputs);
         Ok(())
     }
 
@@ -147,12 +145,12 @@ impl Observer for Rows {
         Ok(self.most == 0 || self.count < self.most)
     }
 
-    fn wants_states_between(&self) -> bool {
+    fn wants_extremes(&self) -> bool {
         true
     }
 
-    fn between(&mut self, _columns: &[f64]) {
-        self.between += 1;
+    fn extremes(&mut self, extremes: &[Extremes]) {
+        self.extremes = extremes.to_vec();
     }
 }
 
@@ -175,10 +173,8 @@ fn runs(model: &Model, replace: Replace, steps: f64, lines: &mut String) {
                 outcome.residual_position.0 = 0;
                 outcome.residual_velocity.0 = 0;
                 let doubts = outcome.doubts(model.description);
-                add(lines, &name, &(outcome, doubts, rows.count, rows.between, &rows.sums));
-                let extremes: Vec<_> =
-                    (0..model.description.outputs.len()).map(|i| rows.extremes.extremes(i)).collect();
-                add(lines, &format!("{name}, extremes"), &extremes);
+                add(lines, &name, &(outcome, doubts, rows.count, &rows.sums));
+                add(lines, &format!("{name}, extremes"), &rows.extremes);
             }
             Err(reason) => add(lines, &name, &reason),
         }

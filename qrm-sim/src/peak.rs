@@ -1,0 +1,121 @@
+//! The search of a largest value.
+
+/// The place between two at which a value is largest, its value there, and what came with it; the first place that is
+/// tried whose value is enough.
+///
+/// # Errors
+/// A value could not be computed.
+pub(crate) fn largest_between<T, E>(
+    [mut a, mut b]: [f64; 2],
+    resolution: f64,
+    is_enough: impl Fn(f64) -> bool,
+    mut at: impl FnMut(f64) -> Result<(f64, T), E>,
+) -> Result<(f64, f64, T), E> {
+    let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
+    let (mut c, mut d) = (b - golden * (b - a), a + golden * (b - a));
+    let (mut at_c, mut at_d) = (at(c)?, at(d)?);
+    while (b - a).abs() > resolution {
+        if is_enough(at_c.0) {
+            return Ok((c, at_c.0, at_c.1));
+        }
+        if is_enough(at_d.0) {
+            return Ok((d, at_d.0, at_d.1));
+        }
+        if at_c.0 > at_d.0 {
+            (b, d, at_d) = (d, c, at_c);
+            c = b - golden * (b - a);
+            at_c = at(c)?;
+        } else {
+            (a, c, at_c) = (c, d, at_d);
+            d = a + golden * (b - a);
+            at_d = at(d)?;
+        }
+    }
+    Ok(if at_c.0 > at_d.0 { (c, at_c.0, at_c.1) } else { (d, at_d.0, at_d.1) })
+}
+
+/// A peak is located as well as this part of the way between the ends: its value is known to the square of that.
+const LOCATED: f64 = 1e-5;
+/// Most values that are computed for a peak.
+const MOST_VALUES: usize = 60;
+
+/// The place between two at which a value is largest, and the value there, from a place near it on: by parabolas
+/// through the three best places, and golden sections where they do not help (Brent, Algorithms for Minimization without
+/// Derivatives, chapter 5). `None` if a value could not be computed.
+pub(crate) fn peak_between(
+    [mut a, mut b]: [f64; 2],
+    near: f64,
+    mut at: impl FnMut(f64) -> Option<f64>,
+) -> Option<(f64, f64)> {
+    let golden = 0.5 * (3.0 - 5.0_f64.sqrt());
+    let resolution = LOCATED * (b - a);
+    let mut best = (near, at(near)?);
+    let (mut second, mut third) = (best, best);
+    // The last two steps.
+    let [mut last, mut before] = [0.0_f64; 2];
+    for _ in 0..MOST_VALUES {
+        let middle = 0.5 * (a + b);
+        if (best.0 - middle).abs() <= 2.0 * resolution - 0.5 * (b - a) {
+            break;
+        }
+        let [r, q] = [(best.0 - second.0) * (best.1 - third.1), (best.0 - third.0) * (best.1 - second.1)];
+        let parabolic = -0.5 * ((best.0 - third.0) * q - (best.0 - second.0) * r) / (q - r);
+        let is_inside = a < best.0 + parabolic && best.0 + parabolic < b;
+        if before.abs() > resolution && is_inside && parabolic.abs() < 0.5 * before.abs() {
+            (before, last) = (last, parabolic);
+        } else {
+            before = if best.0 < middle { b - best.0 } else { a - best.0 };
+            last = golden * before;
+        }
+        let t = best.0 + if last.abs() >= resolution { last } else { resolution.copysign(last) };
+        let found = (t, at(t)?);
+        if found.1 >= best.1 {
+            *(if t >= best.0 { &mut a } else { &mut b }) = best.0;
+            (third, second, best) = (second, best, found);
+        } else {
+            *(if t < best.0 { &mut a } else { &mut b }) = t;
+            if found.1 >= second.1 || second.0 == best.0 {
+                (third, second) = (second, found);
+            } else if found.1 >= third.1 || third.0 == best.0 || third.0 == second.0 {
+                third = found;
+            }
+        }
+    }
+    Some(best)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::peak_between;
+
+    /// The peak, its value, and how many values it took.
+    fn peak(ends: [f64; 2], near: f64, value: impl Fn(f64) -> f64) -> (f64, f64, usize) {
+        let mut count = 0;
+        let found = peak_between(ends, near, |t| {
+            count += 1;
+            Some(value(t))
+        });
+        let (t, found) = found.expect("values");
+        (t, found, count)
+    }
+
+    #[test]
+    fn smooth_peaks_take_few_values() {
+        let (t, value, count) = peak([1.0, 2.0], 1.5, f64::sin);
+        assert!(
+            (t - std::f64::consts::FRAC_PI_2).abs() < 1e-4 && 1.0 - value < 1e-9 && count < 15,
+            "{t} {value} {count}"
+        );
+        let (t, value, count) = peak([-1.0, 1.0], 0.05, |t| -(t - 0.02) * (t - 0.02) + 0.3 * t.powi(3));
+        assert!((t - 0.02).abs() < 1e-3 && value > 0.0 && count < 20, "{t} {value} {count}");
+    }
+
+    #[test]
+    fn corners_and_ends_are_found() {
+        let (t, value, count) = peak([0.0, 1.0], 0.6, |t| if t < 0.7 { 2.0 * t } else { 1.4 - 3.0 * (t - 0.7) });
+        assert!((t - 0.7).abs() < 3e-5 && 1.4 - value < 1e-4 && count < 50, "{t} {value} {count}");
+        let (t, ..) = peak([0.0, 1.0], 0.5, |t| t);
+        assert!(t > 1.0 - 1e-4, "{t}");
+        assert!(peak_between([0.0, 1.0], 0.5, |t| (t < 0.6).then_some(t)).is_none());
+    }
+}
