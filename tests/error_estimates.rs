@@ -141,6 +141,54 @@ impl Ratios {
     }
 }
 
+impl Ratios {
+    /// Compares extremes with those of a reference that knows its errors.
+    fn add_extremes(
+        &mut self,
+        model: &Model,
+        method: &Method,
+        (own, estimates): &(Vec<Extremes>, ErrorEstimates),
+        (exact, known): &(&Vec<Extremes>, &ErrorEstimates),
+    ) {
+        let columns = columns(model.description);
+        for ((column, own), exact) in columns.iter().zip(own).zip(*exact) {
+            let errors = estimates.of_extremes(column.kind, own).zip(known.of_extremes(column.kind, exact));
+            let Some((estimated, known)) = errors else { continue };
+            let size = exact.minimum.0.abs().max(exact.maximum.0.abs());
+            let pairs = [(own.minimum.0, exact.minimum.0), (own.maximum.0, exact.maximum.0)];
+            for ((own, exact), (estimated, known)) in pairs.into_iter().zip(estimated.into_iter().zip(known)) {
+                let noise = (1e-12 * size).max(3.0 * known);
+                let ratio = (own - exact).abs().max(noise) / estimated.max(noise);
+                if ratio.is_finite() {
+                    let what = format!("{} of {}: {own} for {exact}", column.name, model.description.name);
+                    self.0.entry((method.name, name_of(column.kind))).or_default().push((ratio, what));
+                }
+            }
+        }
+    }
+
+    /// Prints how true errors are against estimates, and the worst of them (with `--nocapture`). This part of the
+    /// estimates holds within a factor of 3. Returns the part of the errors that are beyond 10 times their estimate.
+    fn report(&self, good: f64) -> f64 {
+        for ((method, kind), list) in &self.0 {
+            println!(
+                "{method:8} {kind:13} {:5}: {:.1} % within a factor of 3",
+                list.len(),
+                100.0 * within(list.iter())
+            );
+        }
+        let mut all: Vec<&(f64, String)> = self.0.values().flatten().collect();
+        all.sort_by(|a, b| b.0.total_cmp(&a.0));
+        for (ratio, what) in [&all[..10], &all[all.len() - 10..]].concat() {
+            println!("{ratio:.1e}  {what}");
+        }
+        let part = within(all.iter().copied());
+        println!("{}: {:.1} % within a factor of 3", all.len(), 100.0 * part);
+        assert!(all.len() > 10_000 && part >= good, "{part} of {}", all.len());
+        all.iter().filter(|(ratio, _)| *ratio > 10.0).count() as f64 / all.len() as f64
+    }
+}
+
 fn within<'r>(ratios: impl Iterator<Item = &'r (f64, String)> + Clone) -> f64 {
     let good = ratios.clone().filter(|(ratio, _)| (1.0 / 3.0..=3.0).contains(ratio)).count();
     good as f64 / ratios.count() as f64
@@ -171,19 +219,7 @@ fn estimates_hold_for_every_column() {
             }
         }
     }
-    // With `--nocapture`: how true errors are against estimates, and the worst of them.
-    for ((method, kind), list) in &ratios.0 {
-        println!("{method:8} {kind:13} {:5}: {:.1} % within a factor of 3", list.len(), 100.0 * within(list.iter()));
-    }
-    let mut all: Vec<&(f64, String)> = ratios.0.values().flatten().collect();
-    all.sort_by(|a, b| b.0.total_cmp(&a.0));
-    for (ratio, what) in [&all[..10], &all[all.len() - 10..]].concat() {
-        println!("{ratio:.1e}  {what}");
-    }
-    let part = within(all.iter().copied());
-    println!("{}: {:.1} % within a factor of 3", all.len(), 100.0 * part);
-    assert!(all.len() > 10_000 && part >= 0.95, "{part} of {}", all.len());
-    assert!(all[0].0 <= 10.0, "{:?}", all[0]);
+    assert_eq!(ratios.report(0.95), 0.0);
 }
 
 /// Keeps the extremes of columns.
@@ -206,71 +242,36 @@ impl Observer for ExtremesOf {
 
 #[test]
 fn estimates_hold_for_extremes() {
+    let dop853 = METHODS.iter().find(|method| method.name == "dop853").expect("a method");
     let mut ratios = Ratios::default();
     for model in qrm_model::MODELS.iter().chain(&derived()) {
         let mechanism = model.mechanism(&|_| None);
         let schedule = mechanism.schedule();
         let step = STEPS[0] * schedule.step;
         let end = step * (ROWS[0] as f64).min((schedule.end_time / step).floor());
-        let columns = columns(model.description);
         let run = |method: &'static Method, tolerance: f64, step: f64| {
             let settings = MethodSettings::new(method, tolerance);
-            let request = Request {
-                settings,
-                step: Some(step),
-                end: Some(End::Time(end)),
-                estimate_error: true,
-                ..Request::default()
-            };
+            let (step, end) = (Some(step), Some(End::Time(end)));
+            let request = Request { settings, step, end, estimate_error: true, ..Request::default() };
             let mut extremes = ExtremesOf::default();
             let outcome = simulate(&*mechanism, &request, &mut extremes).ok()?;
             let is_trusted = outcome.status.is_done() && outcome.doubts(mechanism.description()).is_empty();
-            is_trusted.then_some((extremes.0, outcome.errors?))
+            if is_trusted { Some((extremes.0, outcome.errors?)) } else { None }
         };
-        let Some(dop853) = METHODS.iter().find(|method| method.name == "dop853") else { continue };
+        // Extremes of a reference take more rows than double-double numbers can be computed in.
         let Some((exact, known)) = run(dop853, 1e-13, step / 64.0) else {
-            println!("no reference {}", model.description.name);
+            assert_eq!(model.description.name, "governor");
             continue;
         };
         for method in METHODS.iter().filter(|method| !method.needs_linearization || mechanism.has_linearization()) {
             for level in 0..STEPS.len() {
                 let step = if method.is_adaptive() { step } else { STEPS[level] * schedule.step };
-                let Some((own, estimates)) = run(method, TOLERANCES[level], step) else { continue };
-                for (place, column) in columns.iter().enumerate() {
-                    let (Some(estimate), Some(of_reference)) = (estimates.of(column.kind), known.of(column.kind))
-                    else {
-                        continue;
-                    };
-                    let (Some(own), Some(exact)) = (own.get(place), exact.get(place)) else { continue };
-                    let size = exact.minimum.0.abs().max(exact.maximum.0.abs());
-                    for (own, exact, estimate, known) in [
-                        (own.minimum.0, exact.minimum.0, estimate.of_minimum, of_reference.of_minimum),
-                        (own.maximum.0, exact.maximum.0, estimate.of_maximum, of_reference.of_maximum),
-                    ] {
-                        let error = (own - exact).abs();
-                        let noise = (1e-12 * size).max(3.0 * known);
-                        let ratio = error.max(noise) / estimate.max(noise);
-                        if ratio.is_finite() {
-                            let what = format!(
-                                "{} of {} level {level}: {own} {exact} true {error:.1e}, estimated {estimate:.1e}",
-                                column.name, model.description.name
-                            );
-                            ratios.0.entry((method.name, name_of(column.kind))).or_default().push((ratio, what));
-                        }
-                    }
+                if let Some(own) = run(method, TOLERANCES[level], step) {
+                    ratios.add_extremes(model, method, &own, &(&exact, &known));
                 }
             }
         }
     }
-    for ((method, kind), list) in &ratios.0 {
-        println!("{method:8} {kind:13} {:5}: {:.1} % within a factor of 3", list.len(), 100.0 * within(list.iter()));
-    }
-    let mut all: Vec<&(f64, String)> = ratios.0.values().flatten().collect();
-    all.sort_by(|a, b| b.0.total_cmp(&a.0));
-    println!("above 10: {}", all.iter().filter(|(r, _)| *r > 10.0).count());
-    println!("above 3: {}", all.iter().filter(|(r, _)| *r > 3.0).count());
-    for (ratio, what) in [&all[..60], &all[all.len() - 10..]].concat() {
-        println!("{ratio:.1e}  {what}");
-    }
-    println!("{}: {:.1} % within a factor of 3", all.len(), 100.0 * within(all.iter().copied()));
+    let silent = ratios.report(0.95);
+    assert!(silent < 0.01, "{silent}");
 }

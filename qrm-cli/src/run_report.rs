@@ -271,8 +271,8 @@ fn extremes(outcome: &Outcome, recording: &Recording) -> Named<ExtremesEntry> {
     let entries = described.filter_map(|column| {
         let e = recording.extremes(column.kind)?;
         let ((min, min_time), (max, max_time)) = (e.minimum, e.maximum);
-        let error = outcome.errors.as_ref().and_then(|errors| errors.of(column.kind));
-        let [min_error, max_error] = [error.map(|error| error.of_minimum), error.map(|error| error.of_maximum)];
+        let errors = outcome.errors.as_ref().and_then(|errors| errors.of_extremes(column.kind, &e));
+        let [min_error, max_error] = errors.map_or([None; 2], |errors| errors.map(Some));
         Some((column.name.clone(), ExtremesEntry { min, min_time, min_error, max, max_time, max_error }))
     });
     Named(entries.collect())

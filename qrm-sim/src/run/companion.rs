@@ -43,6 +43,8 @@ pub(crate) struct Companion {
     quantities: Quantities,
     at: State,
     next: State,
+    /// The time at which both began.
+    start: f64,
     /// The number of the row that it stands at.
     row: u64,
     /// Rows under way.
@@ -82,6 +84,7 @@ impl Companion {
         Some(Self {
             integrator: Integrator::new(mechanism, settings, first, end_time).ok()?,
             layout,
+            start: first.t,
             at: first.clone(),
             next: first.clone(),
             row: 0,
@@ -199,9 +202,11 @@ impl Companion {
             }
             std::mem::swap(&mut self.at, &mut self.next);
             self.row = number;
-            let mut own = vec![0.0; width];
+            let mut own = std::mem::take(&mut self.rows);
+            own.resize(width, 0.0);
             self.at.write(&mut own);
             self.compare(mechanism, &row[..width], &own);
+            self.rows = own;
         }
     }
 
@@ -249,6 +254,7 @@ impl Companion {
         };
         Some(ErrorEstimates {
             quantities: self.quantities,
+            start: self.start,
             largest: errors(&|i| differences.largest[i]),
             at_extremes: [0, 1].map(|end| errors(&|i| differences.at_extremes[i][end])),
             at_end: errors(&|i| differences.latest[i]),

@@ -1,5 +1,6 @@
 //! Estimated errors of the quantities of a run.
 
+use super::extremes::Extremes;
 use super::quantities::Quantities;
 use crate::columns::Kind;
 
@@ -10,6 +11,8 @@ const ROUNDING_PER_STEP: f64 = 0.2;
 #[derive(Clone, Debug)]
 pub struct ErrorEstimates {
     pub(crate) quantities: Quantities,
+    /// The time of the first row.
+    pub(crate) start: f64,
     pub(crate) largest: Vec<f64>,
     pub(crate) at_extremes: [Vec<f64>; 2],
     pub(crate) at_end: Vec<f64>,
@@ -20,10 +23,6 @@ pub struct ErrorEstimates {
 pub struct ErrorEstimate {
     /// The largest one in any row.
     pub largest: f64,
-    /// That of the smallest value.
-    pub of_minimum: f64,
-    /// That of the largest value.
-    pub of_maximum: f64,
     /// That in the last row.
     pub at_end: f64,
 }
@@ -32,8 +31,14 @@ impl ErrorEstimates {
     /// The error of a quantity; `None` for times, parameters and residuals.
     pub fn of(&self, kind: Kind) -> Option<ErrorEstimate> {
         let place = self.quantities.place(kind)?;
-        let [of_minimum, of_maximum] = [0, 1].map(|end| self.at_extremes[end][place]);
-        Some(ErrorEstimate { largest: self.largest[place], of_minimum, of_maximum, at_end: self.at_end[place] })
+        Some(ErrorEstimate { largest: self.largest[place], at_end: self.at_end[place] })
+    }
+
+    /// The errors of the smallest and of the largest value of a quantity; zero in the first row.
+    pub fn of_extremes(&self, kind: Kind, extremes: &Extremes) -> Option<[f64; 2]> {
+        let place = self.quantities.place(kind)?;
+        let times = [extremes.minimum.1, extremes.maximum.1];
+        Some([0, 1].map(|end| if times[end] == self.start { 0.0 } else { self.at_extremes[end][place] }))
     }
 
     /// The largest error of each coordinate in any row.

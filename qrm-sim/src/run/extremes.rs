@@ -38,6 +38,8 @@ pub struct ExtremesTracker<D = f64> {
     /// Their values, one row after another.
     values: Vec<D>,
     found: Vec<Extremes<D>>,
+    /// The times of the first two rows.
+    begin: Vec<D>,
     /// Between which rows they are to be looked for, the smallest and the largest.
     brackets: Vec<[Bracket<D>; 2]>,
 }
@@ -47,7 +49,14 @@ type Bracket<D> = Option<[D; 2]>;
 
 impl<D> Default for ExtremesTracker<D> {
     fn default() -> Self {
-        Self { rows: 0, times: Vec::new(), values: Vec::new(), found: Vec::new(), brackets: Vec::new() }
+        Self {
+            rows: 0,
+            times: Vec::new(),
+            values: Vec::new(),
+            found: Vec::new(),
+            begin: Vec::new(),
+            brackets: Vec::new(),
+        }
     }
 }
 
@@ -59,6 +68,9 @@ impl<D: Number> ExtremesTracker<D> {
             self.brackets = vec![[None; 2]; values.len()];
             self.times = vec![t; ROWS];
             self.values = values.repeat(ROWS);
+        }
+        if self.rows < 2 {
+            self.begin.push(t);
         }
         let begin = (self.rows > 0).then(|| self.time(0));
         self.times[self.rows % ROWS] = t;
@@ -107,13 +119,23 @@ impl<D: Number> ExtremesTracker<D> {
         }
     }
 
-    /// Takes up turns near the last rows, which have no five rows around them.
+    /// Takes up turns near the last rows, which have no five rows around them; extremes in the first row and the last one
+    /// may be larger beside it.
     pub(crate) fn finish(&mut self) {
+        let last: Vec<D> = (0..self.window()).rev().take(2).map(|i| self.time(i)).collect();
         for column in 0..self.found.len() {
             for middle in 1..self.window().saturating_sub(1) {
                 let [before, at, after] = [middle - 1, middle, middle + 1].map(|i| self.value(i, column).re());
                 if is_turn([before, at, after]) {
                     self.turn(column, middle);
+                }
+            }
+            let Extremes { minimum, maximum } = self.found[column];
+            for (own, (_, t)) in self.brackets[column].iter_mut().zip([minimum, maximum]) {
+                match (&self.begin[..], &last[..]) {
+                    ([first, second], _) if t.re() == first.re() => *own = Some([*first, *second]),
+                    (_, [last, before]) if t.re() == last.re() => *own = Some([*before, *last]),
+                    _ => {}
                 }
             }
         }

@@ -24,6 +24,9 @@ use crate::stopwatch::Stopwatch;
 /// Rows between two calls of the observer.
 const CHUNK: usize = 1024;
 
+/// Where it is looked at whether a column rises from a row, against the distance of rows.
+const BESIDE: f64 = 1e-3;
+
 /// Rows that a polynomial for an extreme goes through.
 const TAIL: usize = 5;
 
@@ -101,6 +104,7 @@ pub fn simulate(
         redundancy: Redundancy::at(mechanism, &first),
         monitor: RunMonitor::new(mechanism, &first, observer),
         buffer: Vec::new(),
+        first: Vec::new(),
         tail: Vec::new(),
         nearest: (0.0, f64::NEG_INFINITY),
     };
@@ -162,6 +166,8 @@ struct Run<'a> {
     monitor: RunMonitor,
     /// The last row that was taken, and those after it.
     buffer: Vec<f64>,
+    /// The first row.
+    first: Vec<f64>,
     /// The rows before those of the buffer between which extremes may still be found.
     tail: Vec<f64>,
     /// The time at which the stop condition was nearest to true, and its value there.
@@ -186,6 +192,8 @@ impl Run<'_> {
         self.buffer.resize((chunk + 1) * width, 0.0);
         first.write(&mut self.buffer);
         self.buffer[self.layout.event()] = self.nearest.1;
+        self.first = self.buffer[..width].to_vec();
+        self.tail.reserve(2 * TAIL * width);
         let mut integration = Duration::ZERO;
         let mut end = first.clone();
         let mut steps = 0;
@@ -304,12 +312,21 @@ impl Run<'_> {
         let mut integrator = self.integrator.clone();
         for (column, end, t, bracket) in pending {
             let sign = if end == 0 { -1.0 } else { 1.0 };
-            let value = |t: f64| {
+            let mut value = |t: f64| {
                 let rows = self.buffer[..(made + 1) * width].chunks_exact(width).rev();
-                let from = rows.chain(self.tail.chunks_exact(width).rev()).find(|row| row[0] <= t)?;
+                let mut rows = rows.chain(self.tail.chunks_exact(width).rev()).chain([&self.first[..]]);
+                let from = rows.find(|row| row[0] <= t)?;
                 let at = integrator.between(self.mechanism, &State::from_row(self.layout, from), t).ok()?;
                 Some(sign * numbers(self.mechanism, &at)[column]).filter(|value| value.is_finite())
             };
+            // An extreme at an end is one, unless the column rises from there.
+            let other = bracket.into_iter().find(|_| bracket.contains(&t)).map(|_| bracket[0] + bracket[1] - t);
+            let rises = |other: f64, value: &mut dyn FnMut(f64) -> Option<f64>| {
+                Some(value(t + BESIDE * (other - t))? > value(t)?)
+            };
+            if other.is_some_and(|other| rises(other, &mut value) != Some(true)) {
+                continue;
+            }
             let found = peak_between(bracket, t, value);
             if let (Some((t, value)), Some(extremes)) = (found, self.monitor.extremes()) {
                 extremes.refine(column, end, (sign * value, t));
