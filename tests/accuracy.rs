@@ -102,6 +102,31 @@ fn a_scene_without_energy_integral_is_measured_against_a_run() {
 }
 
 #[test]
+fn methods_are_judged_by_the_column_that_is_asked_for() {
+    let (table, said) = measured(&["--of", "N3", "--at", "0.5"]);
+    let row = |method: &str, tolerance: f64| {
+        let is_it =
+            |&row: &usize| table.text(row, "method").starts_with(method) && table.number(row, "tolerance") == tolerance;
+        (0..table.rows.len()).filter(|&row| !table.text(row, "tolerance").is_empty()).find(is_it).expect("measured")
+    };
+    // N3 is one of the reactions: their error is not smaller.
+    let error = |column: &str| table.number(row("dopri5", 1e-6), column);
+    assert!(
+        error("error_of_column") <= error("error_force") && error("error_of_column") > 1e3 * error("error_position")
+    );
+    near("its estimate", error("estimated_error"), error("error_of_column"), 5.0 * error("error_of_column"));
+    assert!(
+        said.contains("(N3 is uncertain by ") && said.contains("Cheapest for an error of N3 of at most\n"),
+        "{said}"
+    );
+    // Of a force of some kN, errors are asked for in N.
+    assert!(said.contains("\n    1e-1  ") && said.contains("\n    1e-7  "), "{said}");
+    let output = qrm(&["accuracy", "--of", "N33"]).output().expect("it starts");
+    let error = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.code() == Some(2) && error.contains("did you mean `N3`?"), "{error}");
+}
+
+#[test]
 fn references_agree_with_each_other() {
     // Three ways to the exact values, none of which knows the others: errors of a coarse run must come out the same.
     let error = |reference: &str| {

@@ -28,6 +28,7 @@ pub(crate) enum ReferenceKind {
 use qrm_sim::analysis::{
     NoEnergyIntegral, PANELS, Repetitions, StateAt, Trial, exact_states, measure, reference_states,
 };
+use qrm_sim::columns::Kind;
 use qrm_sim::integrate::{DOP853, MethodSettings};
 use qrm_sim::run::Status;
 
@@ -39,6 +40,8 @@ pub(crate) struct Reference {
     pub(crate) states: Vec<StateAt>,
     /// The largest errors that they may have.
     pub(crate) uncertainty: Errors,
+    /// The column that is looked at beside others.
+    pub(crate) of: Option<Kind>,
 }
 
 /// The number of times to compare at where none are asked for.
@@ -60,47 +63,54 @@ impl Reference {
     /// The reference that is asked for, or the most independent one that there is. Values of the scene hold at their
     /// own times,
     /// and are not used for other ones.
-    pub(crate) fn find(setup: &Setup, at: &[String], asked: Option<ReferenceKind>) -> Result<Self, Error> {
+    pub(crate) fn find(
+        setup: &Setup,
+        at: &[String],
+        of: Option<Kind>,
+        asked: Option<ReferenceKind>,
+    ) -> Result<Self, Error> {
         match asked {
-            Some(ReferenceKind::Energy) => Self::of_energy(setup, &times(setup, at)?).map_err(no_integral),
+            Some(ReferenceKind::Energy) => Self::of_energy(setup, &times(setup, at)?, of).map_err(no_integral),
             Some(ReferenceKind::Scene) if !at.is_empty() => {
                 Err(Error::usage("values in [reference] hold at their own times")
                     .help("omit `--at`, or compare with `--reference run`"))
             }
-            Some(ReferenceKind::Scene) => Self::of_scene(setup).ok_or_else(|| {
+            Some(ReferenceKind::Scene) => Self::of_scene(setup, of).ok_or_else(|| {
                 Error::usage("the scene has no values in [reference] that hold for these parameters")
                     .help("add some, or omit `--set`")
             }),
-            Some(ReferenceKind::Run) => Self::of_run(setup, &times(setup, at)?),
-            None => Self::best(setup, at),
+            Some(ReferenceKind::Run) => Self::of_run(setup, &times(setup, at)?, of),
+            None => Self::best(setup, at, of),
         }
     }
 
     /// The energy integral, unless it is less certain than a run: it is where the motion is about to stand still.
-    fn best(setup: &Setup, at: &[String]) -> Result<Self, Error> {
+    fn best(setup: &Setup, at: &[String], of: Option<Kind>) -> Result<Self, Error> {
         let times = times(setup, at)?;
-        match (Self::of_energy(setup, &times), Self::of_scene(setup).filter(|_| at.is_empty())) {
+        // Scenes hold values of some columns.
+        let of_scene = || Self::of_scene(setup, of).filter(|_| at.is_empty() && of.is_none());
+        match (Self::of_energy(setup, &times, of), of_scene()) {
             (Ok(exact), _) if exact.uncertainty.position <= ALMOST_EXACT => Ok(exact),
-            (Ok(exact), _) => match Self::of_run(setup, &times) {
+            (Ok(exact), _) => match Self::of_run(setup, &times, of) {
                 Ok(run) if run.uncertainty.position < exact.uncertainty.position => Ok(run),
                 _ => Ok(exact),
             },
             (Err(_), Some(known)) => Ok(known),
-            (Err(_), None) => Self::of_run(setup, &times),
+            (Err(_), None) => Self::of_run(setup, &times, of),
         }
     }
 
     /// States from the energy integral, whose rounding errors two divisions of the way tell.
-    fn of_energy(setup: &Setup, times: &[f64]) -> Result<Self, NoEnergyIntegral> {
+    fn of_energy(setup: &Setup, times: &[f64], of: Option<Kind>) -> Result<Self, NoEnergyIntegral> {
         let [states, others] = PANELS.map(|panels| exact_states(&*setup.mechanism(), times, panels));
         let (states, others) = (states?, others?);
-        let uncertainty = Errors::between(&setup.scene, &states, &others).max(rounding(setup, &states));
+        let uncertainty = Errors::between(&setup.scene, of, &states, &others).max(rounding(setup, of, &states));
         let origin = "the energy integral, with positions from the loops and time by quadrature".to_owned();
-        Ok(Self { origin, states, uncertainty })
+        Ok(Self { origin, states, uncertainty, of })
     }
 
     /// Values that the scene holds.
-    fn of_scene(setup: &Setup) -> Option<Self> {
+    fn of_scene(setup: &Setup, of: Option<Kind>) -> Option<Self> {
         // They hold for the scene as it stands.
         if setup.is_changed() {
             return None;
@@ -113,6 +123,8 @@ impl Reference {
             t,
             q: vec![f64::NAN; scene.coordinates.len()],
             qd: vec![f64::NAN; scene.coordinates.len()],
+            qdd: Vec::new(),
+            multipliers: Vec::new(),
             outputs: vec![f64::NAN; scene.outputs.len()],
             residual: 0.0,
             energy: f64::NAN,
@@ -140,12 +152,12 @@ impl Reference {
         states.sort_by(|a, b| a.t.total_cmp(&b.t));
         let names: Vec<&str> = scene.references.iter().map(|reference| reference.name.as_str()).collect();
         let origin = format!("the values that the scene holds in [reference]: {}", names.join(", "));
-        (!states.is_empty()).then_some(Self { origin, states, uncertainty })
+        (!states.is_empty()).then_some(Self { origin, states, uncertainty, of })
     }
 
     /// A run in double-double numbers, or one of the method of order 8 in doubles where that fails.
-    fn of_run(setup: &Setup, times: &[f64]) -> Result<Self, Error> {
-        if let Some(reference) = Self::of_double_doubles(setup, times) {
+    fn of_run(setup: &Setup, times: &[f64], of: Option<Kind>) -> Result<Self, Error> {
+        if let Some(reference) = Self::of_double_doubles(setup, times, of) {
             return Ok(reference);
         }
         let run = |tolerance: f64| {
@@ -156,22 +168,35 @@ impl Reference {
                 .map_err(|reason| -> Error { messages::no_end(&reason, setup).after("there is no reference: ").into() })
         };
         let runs = [run(TIGHT[0])?.states, run(TIGHT[1])?.states];
-        Ok(Self::of_two(setup, "DOP853", TIGHT, runs))
+        Ok(Self::of_two(setup, of, "DOP853", TIGHT, runs))
     }
 
     /// Extrapolation in double-double numbers; `None` if the motion is too long or not smooth enough for it.
-    fn of_double_doubles(setup: &Setup, times: &[f64]) -> Option<Self> {
+    fn of_double_doubles(setup: &Setup, times: &[f64], of: Option<Kind>) -> Option<Self> {
         let run = |tolerance| reference_states(setup.model, &setup.replace(), times, tolerance).ok();
         let runs = [run(TIGHTEST[0])?, run(TIGHTEST[1])?];
-        Some(Self::of_two(setup, "extrapolation in double-double numbers", TIGHTEST, runs))
+        Some(Self::of_two(setup, of, "extrapolation in double-double numbers", TIGHTEST, runs))
     }
 
     /// The finer of two runs, with their difference as uncertainty.
-    fn of_two(setup: &Setup, method: &str, [finer, coarser]: [f64; 2], [states, others]: [Vec<StateAt>; 2]) -> Self {
-        let uncertainty = Errors::between(&setup.scene, &states, &others).max(rounding(setup, &states));
+    fn of_two(
+        setup: &Setup,
+        of: Option<Kind>,
+        method: &str,
+        [finer, coarser]: [f64; 2],
+        [states, others]: [Vec<StateAt>; 2],
+    ) -> Self {
+        let uncertainty = Errors::between(&setup.scene, of, &states, &others).max(rounding(setup, of, &states));
         let origin =
             format!("{method} at a tolerance of {finer:e}, uncertain by its difference from one at {coarser:e}");
-        Self { origin, states, uncertainty }
+        Self { origin, states, uncertainty, of }
+    }
+
+    /// The size of the column that is asked for, as a power of ten; 1 for coordinates.
+    pub(crate) fn size(&self) -> f64 {
+        let Some(kind) = self.of else { return 1.0 };
+        let largest = self.states.iter().map(|state| state.value(kind).abs()).fold(0.0, f64::max);
+        if largest > 0.0 && largest.is_finite() { 10.0_f64.powi(largest.log10().ceil() as i32) } else { 1.0 }
     }
 
     /// The times of the states.
@@ -193,15 +218,18 @@ fn no_integral(reason: NoEnergyIntegral) -> Error {
 }
 
 /// A few units in the last place, which no comparison sees.
-fn rounding(setup: &Setup, states: &[StateAt]) -> Errors {
+fn rounding(setup: &Setup, of: Option<Kind>, states: &[StateAt]) -> Errors {
     let zero = |state: &StateAt| StateAt {
         q: vec![0.0; state.q.len()],
         qd: vec![0.0; state.qd.len()],
+        qdd: vec![0.0; state.qdd.len()],
+        multipliers: vec![0.0; state.multipliers.len()],
         outputs: vec![0.0; state.outputs.len()],
+        energy: 0.0,
         ..*state
     };
     let zeros: Vec<StateAt> = states.iter().map(zero).collect();
-    Errors::between(&setup.scene, states, &zeros).times(8.0 * f64::EPSILON)
+    Errors::between(&setup.scene, of, states, &zeros).times(8.0 * f64::EPSILON)
 }
 
 /// The times to compare at, rising: those that are asked for, or some up to the end of the scene's own run.

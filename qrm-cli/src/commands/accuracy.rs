@@ -9,6 +9,8 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use qrm_core::Model;
+use qrm_scene::names::suggestion;
+use qrm_sim::columns::{Column, Kind, columns};
 
 use crate::error::Error;
 use crate::format::counted;
@@ -25,6 +27,9 @@ pub(crate) struct Options {
     /// Compare at this time in seconds; may be repeated [default: eight times up to the end]
     #[arg(long, value_name = "T", allow_hyphen_values = true)]
     at: Vec<String>,
+    /// Judge methods by the error of this column, such as an output, instead of the coordinates
+    #[arg(long, value_name = "COLUMN")]
+    of: Option<String>,
     /// What to compare with [default: the energy integral where there is one, unless a run is more certain]
     #[arg(long, value_enum)]
     reference: Option<ReferenceKind>,
@@ -40,12 +45,14 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     let begun = Instant::now();
     let setup = Setup::new(models, &options.scene, &MethodOptions::default())?;
     let deadline = begun + budget(&options.budget)?.min(LONGEST);
-    let study = Study::new(&setup, &options.at, options.reference, deadline)?;
+    let of = options.of.as_deref().map(|name| column(&setup, name)).transpose()?;
+    let study = Study::new(&setup, &options.at, of, options.reference, deadline)?;
     let out = options.out.of(&setup.path);
     let (csv, svg) = (out.join("accuracy.csv"), out.join("accuracy.svg"));
     save(&csv, &study.csv()?)?;
     print(&study.table(&setup));
-    let mut recommendations = String::from("Cheapest for an error of the coordinates of at most\n");
+    let of = study.of.as_ref().map_or("the coordinates", |column| &column.name);
+    let mut recommendations = format!("Cheapest for an error of {of} of at most\n");
     for (goal, line) in study.recommendations() {
         recommendations += &format!("  {goal:>6}  {line}\n");
     }
@@ -64,6 +71,18 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     }
     print(&(written(&files) + &warnings));
     if study.is_interrupted() { Err(Error::run("interrupted: what was measured is written")) } else { Ok(()) }
+}
+
+/// The column of this name that a reference has.
+fn column(setup: &Setup, name: &str) -> Result<Column, Error> {
+    let is_known = |column: &Column| !matches!(column.kind, Kind::Time | Kind::Residual | Kind::ResidualRate);
+    let known: Vec<Column> = columns(setup.description).into_iter().filter(is_known).collect();
+    if let Some(column) = known.iter().find(|column| column.name == name) {
+        return Ok(column.clone());
+    }
+    let names = || known.iter().map(|column| column.name.as_str());
+    let help = suggestion(name, names(), || format!("columns: {}", names().collect::<Vec<_>>().join(", ")));
+    Err(Error::usage(format!("`--of {name}`: there is no such column")).help(help))
 }
 
 /// A budget beyond this is no limit.

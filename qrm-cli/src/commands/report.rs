@@ -105,7 +105,7 @@ fn summary(report: &RunReport) -> Vec<Content<'static>> {
 
 /// Error against run time.
 fn accuracy(setup: &Setup) -> Vec<Content<'static>> {
-    let study = match Study::new(setup, &[], None, Instant::now() + BUDGET) {
+    let study = match Study::new(setup, &[], None, None, Instant::now() + BUDGET) {
         Err(error) => return vec![Content::Warning(error.to_string())],
         Ok(study) => study,
     };

@@ -2,6 +2,7 @@
 
 use qrm_scene::scene::Scene;
 use qrm_sim::analysis::StateAt;
+use qrm_sim::columns::Kind;
 
 /// The largest difference of each kind.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -12,25 +13,39 @@ pub(crate) struct Errors {
     pub(crate) rate: f64,
     /// Of a reaction that the scene asks for.
     pub(crate) force: f64,
+    /// Of the column that is asked for.
+    pub(crate) asked: Option<f64>,
 }
 
 impl Errors {
-    /// Compares states at the same times; what is not known is not a number, and not compared.
-    pub(crate) fn between(scene: &Scene, states: &[StateAt], others: &[StateAt]) -> Self {
+    /// Compares states at the same times, also in one column; what is not known is not a number, and not compared.
+    pub(crate) fn between(scene: &Scene, of: Option<Kind>, states: &[StateAt], others: &[StateAt]) -> Self {
         let forces: Vec<usize> =
             scene.outputs.iter().enumerate().filter(|(_, output)| output.kind.is_reaction()).map(|(i, _)| i).collect();
-        let mut errors = Self::default();
+        let mut errors = Self { asked: of.map(|_| 0.0), ..Self::default() };
         for (a, b) in states.iter().zip(others) {
             errors.position = errors.position.max(largest(a.q.iter().zip(&b.q)));
             errors.rate = errors.rate.max(largest(a.qd.iter().zip(&b.qd)));
             errors.force = errors.force.max(largest(forces.iter().map(|&i| (&a.outputs[i], &b.outputs[i]))));
+            let asked = of.map(|kind| (a.value(kind) - b.value(kind)).abs());
+            errors.asked = errors.asked.zip(asked).map(|(most, asked)| most.max(asked));
         }
         errors
     }
 
+    /// The error that methods are judged by: of the column that is asked for, or of the coordinates.
+    pub(crate) fn judged(self) -> f64 {
+        self.asked.unwrap_or(self.position)
+    }
+
     /// The errors multiplied by a factor.
     pub(crate) fn times(self, factor: f64) -> Self {
-        Self { position: factor * self.position, rate: factor * self.rate, force: factor * self.force }
+        Self {
+            position: factor * self.position,
+            rate: factor * self.rate,
+            force: factor * self.force,
+            asked: self.asked.map(|asked| factor * asked),
+        }
     }
 
     /// The larger of each kind.
@@ -39,6 +54,7 @@ impl Errors {
             position: self.position.max(other.position),
             rate: self.rate.max(other.rate),
             force: self.force.max(other.force),
+            asked: self.asked.zip(other.asked).map(|(own, other)| own.max(other)),
         }
     }
 }

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use qrm_core::{Mechanism, RowLayout, RowRequest};
 
 use super::energy_integral::{EnergyIntegral, NoEnergyIntegral};
+use crate::columns::Kind;
 use crate::integrate::{BlockEnd, Counts, Integrator, MethodSettings, StepError};
 use crate::run::{Branch, StartError, first_state};
 use crate::solve::{LoopConstraints, Solver, largest};
@@ -20,6 +21,10 @@ pub struct StateAt {
     pub q: Vec<f64>,
     /// Rates.
     pub qd: Vec<f64>,
+    /// Accelerations.
+    pub qdd: Vec<f64>,
+    /// Multipliers.
+    pub multipliers: Vec<f64>,
     /// Outputs.
     pub outputs: Vec<f64>,
     /// Largest residual of a constraint.
@@ -28,6 +33,24 @@ pub struct StateAt {
     pub energy: f64,
     /// Power of the loads without potential, and of what drives constraints.
     pub power: f64,
+}
+
+impl StateAt {
+    /// The number of a kind; not a number where the mechanism has no such entry.
+    pub fn value(&self, kind: Kind) -> f64 {
+        let entry = |values: &[f64], i: usize| values.get(i).copied().unwrap_or(f64::NAN);
+        match kind {
+            Kind::Time => self.t,
+            Kind::Coordinate(i) => entry(&self.q, i),
+            Kind::Rate(i) => entry(&self.qd, i),
+            Kind::Acceleration(i) => entry(&self.qdd, i),
+            Kind::Multiplier(i) => entry(&self.multipliers, i),
+            Kind::Output(i) => entry(&self.outputs, i),
+            Kind::Residual => self.residual,
+            Kind::Energy => self.energy,
+            Kind::Parameter(_) | Kind::ResidualRate => f64::NAN,
+        }
+    }
 }
 
 /// The results and run times of a method.
@@ -159,6 +182,8 @@ fn described(mechanism: &dyn Mechanism, at: &State) -> StateAt {
         t: at.t,
         q: at.q.clone(),
         qd: at.qd.clone(),
+        qdd: at.qdd.clone(),
+        multipliers: at.multipliers.clone(),
         outputs,
         residual: largest(&LoopConstraints::of(mechanism, at.t, &at.q).residuals).1,
         energy: mechanism.energy(&at.q, &at.qd).iter().sum(),

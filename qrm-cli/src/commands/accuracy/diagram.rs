@@ -8,12 +8,12 @@ use crate::setup::Setup;
 impl Study {
     /// Error against run time, a line for each method.
     pub(crate) fn figure(&self, setup: &Setup) -> Figure {
-        let floor = self.reference.uncertainty.position;
+        let floor = self.reference.uncertainty.judged();
         let mut curves: Vec<Curve> = Vec::new();
         for sample in &self.samples {
             let Ok(measured) = &sample.result else { continue };
             // Errors below the floor are not known: a line ends where it gets there.
-            let point = (measured.seconds[1], measured.errors.position.max(floor));
+            let point = (measured.seconds[1], measured.errors.judged().max(floor));
             match curves.last_mut().filter(|curve| curve.name == sample.method) {
                 Some(curve) if curve.points.iter().any(|point| point.1 <= floor) => {}
                 Some(curve) => curve.points.push(point),
@@ -33,7 +33,10 @@ impl Study {
         let is_same = units.iter().all(|unit| *unit == units[0]);
         let unit = if is_same { units[0].to_owned() } else { "rad, m".to_owned() };
         let floor = Some((floor, "unknown below: the reference is uncertain by this".to_owned()));
-        let quantity = "largest error of a coordinate".to_owned();
+        let (quantity, unit) = match &self.of {
+            None => ("largest error of a coordinate".to_owned(), unit),
+            Some(column) => (format!("largest error of {}", column.name), column.unit.clone()),
+        };
         Figure {
             title: format!("{}: error against run time", setup.description.name),
             abscissa: Abscissa {

@@ -7,7 +7,7 @@ use crate::methods::series_name;
 use qrm_sim::integrate::RK4;
 use qrm_sim::solve::Projection;
 
-/// Errors of the coordinates that are asked for.
+/// Errors of the coordinates that are asked for, or parts of the size of a column.
 const GOALS: [f64; 5] = [1e-4, 1e-6, 1e-8, 1e-10, 1e-11];
 
 /// An error so many times larger than the method's own estimate is not the method's.
@@ -21,7 +21,8 @@ fn yardstick() -> String {
 impl Study {
     /// Each goal with a sentence about it.
     pub(crate) fn recommendations(&self) -> Vec<(String, String)> {
-        GOALS.map(|goal| (format!("{goal:.0e}"), self.cheapest(goal))).into()
+        let size = self.reference.size();
+        GOALS.map(|goal| (format!("{:.0e}", goal * size), self.cheapest(goal * size))).into()
     }
 
     /// The doubts that the measurements leave.
@@ -39,8 +40,8 @@ impl Study {
         let name = yardstick();
         let measured = |sample: &&Sample| sample.method == name && sample.result.is_ok();
         let finest = self.samples.iter().rfind(measured)?.result.as_ref().ok()?;
-        let (error, estimate) = (finest.errors.position, finest.estimate?);
-        let is_incredible = error > INCREDIBLE * estimate.max(self.reference.uncertainty.position);
+        let (error, estimate) = (finest.errors.judged(), finest.estimate?);
+        let is_incredible = error > INCREDIBLE * estimate.max(self.reference.uncertainty.judged());
         is_incredible.then(|| {
             Message::new(format!(
                 "the reference is in doubt: the shortest steps of {name} differ from it by {error:.1e}, but from \
@@ -54,13 +55,13 @@ impl Study {
     }
 
     fn cheapest(&self, goal: f64) -> String {
-        let uncertainty = self.reference.uncertainty.position;
+        let uncertainty = self.reference.uncertainty.judged();
         if goal < uncertainty {
             return format!("unknown: the reference is uncertain by {uncertainty:.1e}");
         }
         let needed = |method: &str| self.time_needed(method, goal);
         let time = |sample: &Sample| sample.result.as_ref().map_or(f64::INFINITY, |m| m.seconds[1]);
-        let reaches = |sample: &&Sample| sample.result.as_ref().is_ok_and(|m| m.errors.position <= goal);
+        let reaches = |sample: &&Sample| sample.result.as_ref().is_ok_and(|m| m.errors.judged() <= goal);
         let order = |a: &&Sample, b: &&Sample| {
             // Between methods, the time interpolated between their points; within one, its own fastest point.
             let of = |sample: &Sample| needed(&sample.method).unwrap_or(f64::INFINITY);
@@ -93,10 +94,10 @@ impl Study {
     fn time_needed(&self, method: &str, goal: f64) -> Option<f64> {
         let samples = self.samples.iter().filter(|sample| sample.method == method);
         let points: Vec<&Measured> = samples.filter_map(|sample| sample.result.as_ref().ok()).collect();
-        let first = points.iter().position(|m| m.errors.position <= goal)?;
+        let first = points.iter().position(|m| m.errors.judged() <= goal)?;
         let reached = points[first];
         let Some(before) = first.checked_sub(1).map(|i| points[i]) else { return Some(reached.seconds[1]) };
-        let (e0, e1) = (before.errors.position.ln(), reached.errors.position.max(f64::MIN_POSITIVE).ln());
+        let (e0, e1) = (before.errors.judged().ln(), reached.errors.judged().max(f64::MIN_POSITIVE).ln());
         let (t0, t1) = (before.seconds[1].ln(), reached.seconds[1].ln());
         Some((t0 + (t1 - t0) * (goal.ln() - e0) / (e1 - e0)).exp())
     }

@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use qrm_sim::analysis::{Measurement, Repetitions, Trial, measure};
+use qrm_sim::columns::{Column, Kind};
 use qrm_sim::integrate::{METHODS, Method, MethodSettings};
 use qrm_sim::run::{End, Request, simulate};
 use qrm_sim::solve::Projection;
@@ -18,6 +19,8 @@ use crate::setup::Setup;
 /// The measurements of a scene, and what they are compared with.
 pub(crate) struct Study {
     pub(super) reference: Reference,
+    /// The column whose errors are looked at, instead of those of the coordinates.
+    pub(super) of: Option<Column>,
     /// Method by method, from coarse to fine.
     pub(super) samples: Vec<Sample>,
     /// The reason why there are no more.
@@ -69,7 +72,7 @@ const PATIENCE: Repetitions = Repetitions { least: 7, time: Duration::from_milli
 /// The longest steps, in steps of the scene; further ones are halves.
 const COARSEST: f64 = 8.0;
 const HALVINGS: i32 = 11;
-/// Above this error, and above so many times the reference's own, it may be chance that a smaller step brought nothing.
+/// Above this part of the column, or this error of a coordinate, and above so many times the reference's own, it may be chance that a smaller step brought nothing.
 const FINE: f64 = 1e-9;
 const NEAR: f64 = 30.0;
 /// Tolerances go from one power of ten to another.
@@ -82,10 +85,11 @@ impl Study {
     pub(crate) fn new(
         setup: &Setup,
         at: &[String],
+        of: Option<Column>,
         reference: Option<ReferenceKind>,
         deadline: Instant,
     ) -> Result<Self, Error> {
-        let reference = Reference::find(setup, at, reference)?;
+        let reference = Reference::find(setup, at, of.as_ref().map(|of| of.kind), reference)?;
         let (samples, cut) = run_study(setup, &reference, deadline);
         if samples.is_empty() {
             return Err(Error::run("interrupted before anything was measured"));
@@ -99,13 +103,13 @@ impl Study {
                     Err(Error::run(text).help("give more time with `--budget`"))
                 }
             },
-            _ => Ok(Self { reference, samples, cut }),
+            _ => Ok(Self { reference, of, samples, cut }),
         }
     }
 
     /// The origin of the exact values.
     pub(crate) fn origin(&self) -> String {
-        format!("{}, uncertain by {:.1e}", self.reference.origin, self.reference.uncertainty.position)
+        format!("{}, uncertain by {:.1e}", self.reference.origin, self.reference.uncertainty.judged())
     }
 
     pub(super) fn is_interrupted(&self) -> bool {
@@ -128,7 +132,8 @@ struct Series {
 
 fn run_study(setup: &Setup, reference: &Reference, deadline: Instant) -> (Vec<Sample>, Option<Cut>) {
     let spinner = Spinner::new();
-    let floor = reference.uncertainty.position;
+    let floor = reference.uncertainty.judged();
+    let size = reference.size();
     let mut all = all_series(setup);
     let mut cut = None;
     let mut is_first = true;
@@ -148,7 +153,7 @@ fn run_study(setup: &Setup, reference: &Reference, deadline: Instant) -> (Vec<Sa
             spinner.show(format!("{}, {}", series.name(), setting.text()));
             let begun = Instant::now();
             let sample = series.measure(setup, reference, setting);
-            series.take(sample, begun.elapsed(), floor);
+            series.take(sample, begun.elapsed(), [floor, size]);
             is_first = false;
         }
     }
@@ -188,16 +193,17 @@ impl Series {
         self.settings = Vec::new().into_iter();
     }
 
-    fn take(&mut self, sample: Sample, took: Duration, floor: f64) {
+    fn take(&mut self, sample: Sample, took: Duration, [floor, size]: [f64; 2]) {
         self.took = took;
         if let Ok(measured) = &sample.result {
             // Where rounding errors or the reference's own are reached, more work brings nothing.
-            self.idle = if measured.errors.position < 0.5 * self.best { 0 } else { self.idle + 1 };
-            self.best = self.best.min(measured.errors.position);
+            let error = measured.errors.judged();
+            self.idle = if error < 0.5 * self.best { 0 } else { self.idle + 1 };
+            self.best = self.best.min(error);
         }
         self.samples.push(sample);
         let patience = if self.best < NEAR * floor { 2 } else { 4 };
-        if self.idle >= patience && self.best < FINE {
+        if self.idle >= patience && self.best < FINE * size {
             self.stop();
         }
     }
@@ -212,7 +218,7 @@ impl Series {
         let times = reference.times();
         let measured = measure(&*setup.mechanism(), &trial, &times, PATIENCE);
         let result = measured.map_err(|reason| messages::no_end(&reason, setup)).map(|measurement| Measured {
-            estimate: estimate(setup, &trial, times[times.len() - 1]),
+            estimate: estimate(setup, reference.of, &trial, times[times.len() - 1]),
             ..compare(setup, reference, &measurement)
         });
         Sample { method: self.name(), setting, result }
@@ -227,7 +233,7 @@ fn compare(setup: &Setup, reference: &Reference, measurement: &Measurement) -> M
         steps: measurement.counts.accepted,
         evaluations: measurement.counts.evaluations,
         seconds: [1, 2, 3].map(quarter),
-        errors: Errors::between(&setup.scene, states, &reference.states),
+        errors: Errors::between(&setup.scene, reference.of, states, &reference.states),
         residual: states.iter().map(|state| state.residual).fold(0.0, f64::max),
         energy_drift: is_conservative
             .then(|| states.iter().map(|state| (state.energy - measurement.energy).abs()).fold(0.0, f64::max)),
@@ -236,7 +242,7 @@ fn compare(setup: &Setup, reference: &Reference, measurement: &Measurement) -> M
 }
 
 /// The error at the last time as `qrm run` would estimate it.
-fn estimate(setup: &Setup, trial: &Trial, end: f64) -> Option<f64> {
+fn estimate(setup: &Setup, of: Option<Kind>, trial: &Trial, end: f64) -> Option<f64> {
     let request = Request {
         settings: trial.settings,
         step: Some(trial.step),
@@ -244,7 +250,11 @@ fn estimate(setup: &Setup, trial: &Trial, end: f64) -> Option<f64> {
         estimate_error: true,
         ..Request::default()
     };
-    simulate(&*setup.mechanism(), &request, &mut ()).ok()?.estimated_error()
+    let outcome = simulate(&*setup.mechanism(), &request, &mut ()).ok()?;
+    match of {
+        None => outcome.estimated_error(),
+        Some(kind) => Some(outcome.errors?.of(kind)?.largest),
+    }
 }
 
 impl Setting {

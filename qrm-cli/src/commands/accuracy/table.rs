@@ -6,7 +6,7 @@ use crate::format::milliseconds;
 use crate::output::csv;
 use crate::setup::Setup;
 
-const HEADER: [&str; 18] = [
+const HEADER: [&str; 20] = [
     "method",
     "step",
     "tolerance",
@@ -18,9 +18,11 @@ const HEADER: [&str; 18] = [
     "error_position",
     "error_rate",
     "error_force",
+    "error_of_column",
     "uncertainty_position",
     "uncertainty_rate",
     "uncertainty_force",
+    "uncertainty_of_column",
     "residual_position",
     "energy_drift",
     "estimated_error",
@@ -53,8 +55,11 @@ impl Study {
                     false => format!("<{uncertainty:?}"),
                 };
                 let e = m.errors;
+                let asked = e.asked.zip(u.asked);
                 record.extend([(e.position, u.position), (e.rate, u.rate), (e.force, u.force)].map(error));
+                record.push(asked.map_or(String::new(), error));
                 record.extend([u.position, u.rate, u.force].map(full));
+                record.push(u.asked.map_or(String::new(), full));
                 let known = |number: Option<f64>| number.map_or(String::new(), full);
                 record.extend([Some(m.residual), m.energy_drift, m.estimate].map(known));
                 record.push(String::new());
@@ -81,13 +86,19 @@ impl Study {
             u.rate,
             if u.force > 0.0 { format!(", {:.1e} in the reactions", u.force) } else { String::new() }
         );
+        let asked = self.of.as_ref().map_or(String::new(), |of| format!("{:>9} ", of.name));
+        if let (Some(column), Some(uncertainty)) = (&self.of, u.asked) {
+            let (name, unit) = (&column.name, &column.unit);
+            text += format!("({name} is uncertain by {uncertainty:.1e} {unit}").trim_end();
+            text += ")\n";
+        }
         let mut method = "";
         for sample in &self.samples {
             if sample.method != method {
                 method = &sample.method;
                 let order = self.order(method).map_or(String::new(), |order| format!(", of order {order:.2}"));
                 text += &format!(
-                    "\n  {method}{order}\n  {:>16} {:>8} {:>10} {:>9} {:>9} {:>9} {:>9} {:>9} {:>9}\n",
+                    "\n  {method}{order}\n  {:>16} {:>8} {:>10} {:>9} {:>9} {:>9} {asked}{:>9} {:>9} {:>9}\n",
                     "", "steps", "time", "position", "rate", "reaction", "residual", "energy", "estimate"
                 );
             }
@@ -114,8 +125,9 @@ impl Study {
         };
         let known = |number: Option<f64>| number.map_or("-".to_owned(), |number| format!("{number:.1e}"));
         let (e, u) = (m.errors, self.reference.uncertainty);
+        let asked = e.asked.zip(u.asked).map_or(String::new(), |(e, u)| format!("{:>9} ", error(e, u)));
         format!(
-            "  {setting:>16} {:>8} {:>10} {:>9} {:>9} {:>9} {:>9.1e} {:>9} {:>9}\n",
+            "  {setting:>16} {:>8} {:>10} {:>9} {:>9} {:>9} {asked}{:>9.1e} {:>9} {:>9}\n",
             m.steps,
             milliseconds(m.seconds[1]),
             error(e.position, u.position),
@@ -131,9 +143,9 @@ impl Study {
     /// nearest
     /// to its points, as far as they are clear of rounding errors, and of steps that are too long.
     fn order(&self, method: &str) -> Option<f64> {
-        let floor = CLEAR * self.reference.uncertainty.position;
+        let floor = CLEAR * self.reference.uncertainty.judged();
         let point = |sample: &Sample| match (&sample.setting, &sample.result) {
-            (Setting::Step(step), Ok(m)) if m.errors.position > floor => Some((step.ln(), m.errors.position.ln())),
+            (Setting::Step(step), Ok(m)) if m.errors.judged() > floor => Some((step.ln(), m.errors.judged().ln())),
             _ => None,
         };
         let samples = self.samples.iter().filter(|sample| sample.method == method);

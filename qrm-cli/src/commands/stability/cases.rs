@@ -124,7 +124,7 @@ impl Exact {
         }
         let end = variant.latest_end();
         let at: Vec<String> = if end.is_finite() { vec![format!("{end:?}")] } else { Vec::new() };
-        let reference = Reference::find(variant, &at, None).map_err(|error| error.message().text)?;
+        let reference = Reference::find(variant, &at, None, None).map_err(|error| error.message().text)?;
         let last = reference.states.last().ok_or("no state is known")?;
         let coordinates = last.q.iter().enumerate().map(|(i, value)| (Known::Coordinate(i), *value));
         let rates = last.qd.iter().enumerate().map(|(i, value)| (Known::Rate(i), *value));
