@@ -304,7 +304,8 @@ impl Run<'_> {
     /// Looks for each extreme between rows in the motion itself, by steps from the rows.
     fn refine_extremes(&mut self, made: usize) {
         let Some(pending) = self.monitor.extremes().map(|extremes| extremes.between_rows()) else { return };
-        if pending.is_empty() {
+        // Pages draw extremes, and are to be small.
+        if pending.is_empty() || cfg!(target_arch = "wasm32") {
             return;
         }
         let width = self.layout.width();
