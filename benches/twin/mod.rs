@@ -6,8 +6,8 @@ mod by_hand;
 mod kernel_by_hand;
 
 use qrm_core::{
-    Description, Dynamics, DynamicsMut, Equations, LinearizationMut, LoopConstraints, LoopConstraintsMut, Mechanism,
-    Model, Replace, RowRequest, RowResult, RowStop, Schedule, StartMut,
+    Description, Dynamics, DynamicsMut, Equations, LoopConstraints, LoopConstraintsMut, Mechanism, Model, Replace,
+    Schedule, StartMut,
 };
 
 pub(crate) use by_dual_numbers::ByDualNumbers;
@@ -77,10 +77,6 @@ impl<E: PlainFunctions> Mechanism for Twin<E> {
         false
     }
 
-    fn has_linearization(&self) -> bool {
-        false
-    }
-
     fn operations(&self) -> usize {
         self.generated.operations()
     }
@@ -126,18 +122,6 @@ impl<E: PlainFunctions> Mechanism for Twin<E> {
 
     fn outputs(&self, t: f64, q: &[f64], qd: &[f64], qdd: &[f64], multipliers: &[f64], outputs: &mut [f64]) {
         self.generated.outputs(t, q, qd, qdd, multipliers, outputs);
-    }
-
-    fn linearization(&self, _: f64, _: &[f64], _: &[f64], _: &[f64], _: &[f64], _: LinearizationMut) -> bool {
-        false
-    }
-
-    fn accelerations(&self, _: f64, _: &[f64], _: &[f64], _: &mut [f64], _: &mut [f64]) -> bool {
-        false
-    }
-
-    fn integrate_rk4(&self, _: &RowRequest, _: &mut [f64]) -> RowResult {
-        RowResult { made: 0, reason: RowStop::Unreliable }
     }
 }
 

@@ -16,7 +16,7 @@ use crate::kernel::{Equations, Generated, Kernel, Schedule};
 #[cfg(feature = "simd")]
 use crate::model::Model;
 use crate::projection::{ProjectionResult, StateMut, complete};
-use crate::rows::{RowRequest, RowResult, integrate_rk4};
+use crate::rows::{RowRequest, RowResult, RowStop, integrate_rk4};
 #[cfg(feature = "simd")]
 use crate::scalar::{Fused, Scalar};
 #[cfg(feature = "simd")]
@@ -44,7 +44,9 @@ pub trait Mechanism: Send + Sync {
     fn is_driven(&self) -> bool;
 
     /// Whether [`linearization`](Self::linearization) gives derivatives.
-    fn has_linearization(&self) -> bool;
+    fn has_linearization(&self) -> bool {
+        false
+    }
 
     /// The number of operations of accelerations and multipliers by the kernel.
     fn operations(&self) -> usize;
@@ -93,11 +95,17 @@ pub trait Mechanism: Send + Sync {
         qdd: &[f64],
         multipliers: &[f64],
         linearization: LinearizationMut,
-    ) -> bool;
+    ) -> bool {
+        let _ = (t, q, qd, qdd, multipliers, linearization);
+        false
+    }
 
     /// Accelerations and multipliers by the kernel; false where it does not suit the position, or a number is not
-    /// finite.
-    fn accelerations(&self, t: f64, q: &[f64], qd: &[f64], qdd: &mut [f64], multipliers: &mut [f64]) -> bool;
+    /// finite. Without a kernel all steps are made by the plain functions.
+    fn accelerations(&self, t: f64, q: &[f64], qd: &[f64], qdd: &mut [f64], multipliers: &mut [f64]) -> bool {
+        let _ = (t, q, qd, qdd, multipliers);
+        false
+    }
 
     /// Projects coordinates and rates onto the constraints at time `t` in the mass metric by the kernel, up to a
     /// `residual`, and completes the state by its accelerations and multipliers. `None`, and nothing is written, where
@@ -124,7 +132,10 @@ pub trait Mechanism: Send + Sync {
 
     /// Rows by steps of [`rk4_step`](crate::rk4_step) from the state in the first row of `rows` on, until there is room
     /// for no more, the end comes, the event occurs, or a step cannot be relied on.
-    fn integrate_rk4(&self, request: &RowRequest, rows: &mut [f64]) -> RowResult;
+    fn integrate_rk4(&self, request: &RowRequest, rows: &mut [f64]) -> RowResult {
+        let _ = (request, rows);
+        RowResult { made: 0, reason: RowStop::Unreliable }
+    }
 }
 
 /// A state of a mechanism.

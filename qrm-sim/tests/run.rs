@@ -2,10 +2,7 @@
 
 use std::io;
 
-use qrm_core::{
-    Description, DynamicsMut, LinearizationMut, LoopConstraintsMut, Mechanism, QuantityDescription, RowRequest,
-    RowResult, RowStop, Schedule, StartMut,
-};
+use qrm_core::{Description, DynamicsMut, LoopConstraintsMut, Mechanism, QuantityDescription, Schedule, StartMut};
 use qrm_sim::integrate::{AUTO, METHODS, MethodSettings, StepError};
 use qrm_sim::run::{End, Observer, Outcome, Request, Row, StartError, Status, Undefined, simulate};
 
@@ -49,10 +46,6 @@ impl Mechanism for Line {
         false
     }
 
-    fn has_linearization(&self) -> bool {
-        false
-    }
-
     fn operations(&self) -> usize {
         0
     }
@@ -93,19 +86,6 @@ impl Mechanism for Line {
 
     fn outputs(&self, _: f64, q: &[f64], _: &[f64], _: &[f64], _: &[f64], outputs: &mut [f64]) {
         outputs[0] = (self.output)(q[0]);
-    }
-
-    fn linearization(&self, _: f64, _: &[f64], _: &[f64], _: &[f64], _: &[f64], _: LinearizationMut) -> bool {
-        false
-    }
-
-    // There is no kernel: all steps are made by the plain functions.
-    fn accelerations(&self, _: f64, _: &[f64], _: &[f64], _: &mut [f64], _: &mut [f64]) -> bool {
-        false
-    }
-
-    fn integrate_rk4(&self, _: &RowRequest, _: &mut [f64]) -> RowResult {
-        RowResult { made: 0, reason: RowStop::Unreliable }
     }
 }
 

@@ -59,13 +59,5 @@ macro_rules! delegate_without_kernel {
         ) -> bool {
             self.$field.linearization(t, q, qd, qdd, multipliers, linearization)
         }
-
-        fn accelerations(&self, _: f64, _: &[f64], _: &[f64], _: &mut [f64], _: &mut [f64]) -> bool {
-            false
-        }
-
-        fn integrate_rk4(&self, _: &qrm_core::RowRequest, _: &mut [f64]) -> qrm_core::RowResult {
-            qrm_core::RowResult { made: 0, reason: qrm_core::RowStop::Unreliable }
-        }
     };
 }

@@ -1,9 +1,6 @@
 //! A mechanism at the time zero whose drive can be moved.
 
-use qrm_core::{
-    Description, DynamicsMut, LinearizationMut, LoopConstraintsMut, Mechanism, QuantityDescription, RowRequest,
-    RowResult, RowStop, Schedule, StartMut,
-};
+use qrm_core::{Description, DynamicsMut, LoopConstraintsMut, Mechanism, QuantityDescription, Schedule, StartMut};
 
 use crate::run::{NotAssembled, assembled};
 use crate::solve::{Dynamics, LoopConstraints};
@@ -109,10 +106,6 @@ impl Mechanism for ReleasedDrive {
         false
     }
 
-    fn has_linearization(&self) -> bool {
-        false
-    }
-
     fn operations(&self) -> usize {
         self.mechanism.operations()
     }
@@ -166,17 +159,5 @@ impl Mechanism for ReleasedDrive {
 
     fn outputs(&self, _: f64, q: &[f64], qd: &[f64], qdd: &[f64], multipliers: &[f64], outputs: &mut [f64]) {
         self.mechanism.outputs(0.0, self.inner(q), self.inner(qd), self.inner(qdd), multipliers, outputs);
-    }
-
-    fn linearization(&self, _: f64, _: &[f64], _: &[f64], _: &[f64], _: &[f64], _: LinearizationMut) -> bool {
-        false
-    }
-
-    fn accelerations(&self, _: f64, _: &[f64], _: &[f64], _: &mut [f64], _: &mut [f64]) -> bool {
-        false
-    }
-
-    fn integrate_rk4(&self, _: &RowRequest, _: &mut [f64]) -> RowResult {
-        RowResult { made: 0, reason: RowStop::Unreliable }
     }
 }

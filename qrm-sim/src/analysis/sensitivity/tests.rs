@@ -5,9 +5,8 @@
 use num_dual::{Dual64, DualNum};
 use qrm_core::Operation::{Add, Mul, Neg, Number, Sub};
 use qrm_core::{
-    Description, DynamicsMut, LinearizationMut, LoopConstraintsMut, Mechanism, ParameterDescription,
-    QuantityDescription, Replace, RowRequest, RowResult, RowStop, Schedule, StartMut, Tape, TapeEvaluator,
-    TapeFunction, TapeKernel,
+    Description, DynamicsMut, LoopConstraintsMut, Mechanism, ParameterDescription, QuantityDescription, Replace,
+    Schedule, StartMut, Tape, TapeEvaluator, TapeFunction, TapeKernel,
 };
 
 use super::dual_run::DualRun;
@@ -94,9 +93,6 @@ impl Mechanism for Pendulum {
     fn is_driven(&self) -> bool {
         false
     }
-    fn has_linearization(&self) -> bool {
-        false
-    }
     fn operations(&self) -> usize {
         0
     }
@@ -139,15 +135,6 @@ impl Mechanism for Pendulum {
     }
     fn outputs(&self, _: f64, q: &[f64], _: &[f64], _: &[f64], _: &[f64], outputs: &mut [f64]) {
         outputs[0] = q[1];
-    }
-    fn linearization(&self, _: f64, _: &[f64], _: &[f64], _: &[f64], _: &[f64], _: LinearizationMut) -> bool {
-        false
-    }
-    fn accelerations(&self, _: f64, _: &[f64], _: &[f64], _: &mut [f64], _: &mut [f64]) -> bool {
-        false
-    }
-    fn integrate_rk4(&self, _: &RowRequest, _: &mut [f64]) -> RowResult {
-        RowResult { made: 0, reason: RowStop::Unreliable }
     }
 }
 
