@@ -93,8 +93,8 @@ impl Spline {
     }
 }
 
-/// The coefficients of each piece of the natural spline between its points, by powers of the distance from where the piece
-/// begins, that of the constant first.
+/// The coefficients of each piece of the natural spline between its points, by powers of the distance from where the
+/// piece begins, that of the constant first.
 pub fn natural_pieces(x: &[f64], y: &[f64]) -> Vec<[f64; 4]> {
     let slopes = natural_slopes(x, y);
     (0..x.len() - 1).map(|i| piece(x, y, &slopes, i)).collect()

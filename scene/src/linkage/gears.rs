@@ -11,7 +11,7 @@ use crate::parser::Formula;
 pub(super) struct Mesh {
     /// Their axes, as points of the carrier.
     pub(super) axes: [PointId; 2],
-    /// Which of them is a ring, with teeth inside.
+    /// The end of the gear that is a ring, with teeth inside.
     pub(super) ring: Option<usize>,
 }
 
@@ -32,10 +32,11 @@ impl Mesh {
     }
 }
 
-/// The point of the carrier, or of a link that is welded to it, about which a link turns on it: that of a pin of both, or
-/// of pins of both in one place of a third link.
+/// The point of the carrier, or of a link that is welded to it, about which a link turns on it: that of a pin of both,
+/// or of pins of both in one place of a third link.
 pub(super) fn axis(graph: &Graph, constants: &Constants, link: usize, carrier: usize) -> Option<PointId> {
-    let [own, carrier] = [link, carrier].map(|link| held(graph, None, &[], vec![link]));
+    let [own, carrier] =
+        [link, carrier].map(|link| graph.joined(vec![link], |_, joint| joint.syntax.kind == JointKind::Weld));
     if let Some((_, on_carrier)) = pins(graph, &own, &carrier).next() {
         return Some(on_carrier);
     }
@@ -60,8 +61,8 @@ fn pins<'g>(
     })
 }
 
-/// What the teeth of gears add to the force that a pin or a weld has on the link of one of its ends, along a direction:
-/// multiples of the multipliers of gears.
+/// The part of teeth in the force that a pin or a weld has on the link of one of its ends, along a direction: multiples
+/// of the multipliers of gears.
 ///
 /// The constraint of gears with the ratio `i` turns them by moments: `-lambda` the first one. Teeth do so by a force
 /// `-lambda (1 - i)/a` on the first gear, across the line of the axes, which are `a` apart; the joints between gear and
@@ -75,7 +76,7 @@ pub(super) fn forces_of_teeth(
     work_of_teeth(linkage, number, on, |_| direction.map(whole))
 }
 
-/// What the teeth of gears add to the moment that a weld has on the link of one of its ends, about its point.
+/// The part of teeth in the moment that a weld has on the link of one of its ends, about its point.
 pub(super) fn moments_of_teeth(linkage: &Linkage, number: usize, on: PointId) -> Vec<(Identifier, Formula)> {
     let span = &linkage.graph.joints[number].syntax.identifier.span;
     let place = |point: PointId| linkage.places.components(point, span);
@@ -85,8 +86,8 @@ pub(super) fn moments_of_teeth(linkage: &Linkage, number: usize, on: PointId) ->
     })
 }
 
-/// The work of teeth where what a pin or a weld holds on the side of one of its ends is displaced: by how much, is known
-/// for each axis.
+/// The work of teeth in a virtual displacement of all that a pin or a weld holds on the side of one of its ends, which is
+/// given for each axis.
 fn work_of_teeth(
     linkage: &Linkage,
     number: usize,
@@ -138,9 +139,11 @@ fn side(linkage: &Linkage, number: usize, on: PointId, (joint, end, axis): (&Joi
     let (gear, carrier) = (joint.ends[end].link, joint.carrier);
     let asked = &linkage.graph.joints[number];
     let pinned = on_axis(linkage, axis);
-    let here = held(linkage.graph, Some(number), &pinned, vec![on.link]);
-    let there = asked.ends.iter().filter(|end| **end != on).map(|end| end.link);
-    let there = held(linkage.graph, Some(number), &pinned, there.collect());
+    let holds =
+        |own: usize, joint: &Joint| own != number && (joint.syntax.kind == JointKind::Weld || pinned.contains(&own));
+    let here = linkage.graph.joined(vec![on.link], holds);
+    let others = asked.ends.iter().filter(|end| **end != on).map(|end| end.link);
+    let there = linkage.graph.joined(others.collect(), holds);
     let is_between = |one: &[usize], other: &[usize]| one.contains(&gear) && other.contains(&carrier);
     i32::from(is_between(&here, &there)) - i32::from(is_between(&there, &here))
 }
@@ -167,21 +170,4 @@ fn on_axis(linkage: &Linkage, axis: PointId) -> Vec<usize> {
         next += 1;
     }
     pins
-}
-
-/// The links that some pins, and all welds, hold together with some links, without one of the joints.
-fn held(graph: &Graph, without: Option<usize>, pins: &[usize], mut links: Vec<usize>) -> Vec<usize> {
-    let joints = || graph.joints.iter().enumerate().filter(|(number, _)| Some(*number) != without);
-    let mut next = 0;
-    while next < links.len() {
-        for (number, joint) in joints() {
-            let holds = joint.syntax.kind == JointKind::Weld || pins.contains(&number);
-            if holds && joint.ends.iter().any(|end| end.link == links[next]) {
-                let more: Vec<usize> = joint.ends.iter().map(|end| end.link).filter(|l| !links.contains(l)).collect();
-                links.extend(more);
-            }
-        }
-        next += 1;
-    }
-    links
 }

@@ -87,6 +87,22 @@ impl<'d> Graph<'d> {
         Some(PointId { link, point })
     }
 
+    /// Some links, and all that are joined to them by joints that count, told by their numbers.
+    pub(super) fn joined(&self, mut links: Vec<usize>, counts: impl Fn(usize, &Joint) -> bool) -> Vec<usize> {
+        let mut next = 0;
+        while next < links.len() {
+            for (_, joint) in self.joints.iter().enumerate().filter(|(number, joint)| counts(*number, joint)) {
+                if joint.ends.iter().any(|end| end.link == links[next]) {
+                    let ends = joint.ends.iter().map(|end| end.link);
+                    let more: Vec<usize> = ends.filter(|link| !links.contains(link)).collect();
+                    links.extend(more);
+                }
+            }
+            next += 1;
+        }
+        links
+    }
+
     /// The name of a link.
     pub(super) fn name(&self, link: usize) -> &'d str {
         self.links[link].map_or(GROUND, |link| &link.identifier.name)

@@ -124,18 +124,7 @@ fn held(linkage: &Linkage, number: usize, on: PointId, asked: &Identifier) -> Re
 
 /// The links that joints hold at one angle with a link, beside this joint.
 fn held_together(linkage: &Linkage, but: usize, link: usize) -> Vec<usize> {
-    let joints = || linkage.graph.joints.iter().enumerate().filter(|(number, _)| *number != but);
-    let mut links = vec![link];
-    let mut next = 0;
-    while next < links.len() {
-        for (_, joint) in joints().filter(|(_, joint)| joint.syntax.kind.holds_angle()) {
-            let ends = [joint.ends[0].link, joint.ends[1].link];
-            let found = ends.contains(&links[next]).then(|| ends.into_iter().find(|end| !links.contains(end)));
-            links.extend(found.flatten());
-        }
-        next += 1;
-    }
-    links
+    linkage.graph.joined(vec![link], |number, joint| number != but && joint.syntax.kind.holds_angle())
 }
 
 /// How links move where some of them turn.

@@ -51,7 +51,7 @@ impl Wheels<'_, '_> {
             };
             let radius = divide(apart, less);
             let other = multiply(if ring.is_none() { negate(ratio.clone()) } else { ratio.clone() }, radius.clone());
-            // What is within the ring lies upon it.
+            // The gear within the ring lies upon it.
             let mut both = [(0, radius), (1, other)];
             both.rotate_left(ring.unwrap_or(0));
             for (gear, radius) in both {
@@ -148,7 +148,7 @@ mod tests {
     use crate::linkage::expand;
     use crate::printer::print_formula;
 
-    /// What is drawn of links and joints, in words.
+    /// The drawing of links and joints, in words.
     fn drawn(links: &str, joints: &str) -> Vec<String> {
         let run = "run = { step = 1e-3, end_time = 1 }";
         let (mut document, mut findings) =
