@@ -10,7 +10,6 @@ mod revolution;
 use clap::Args;
 use qrm_core::{Mechanism, Model, QuantityDescription};
 use qrm_sim::analysis::ReleasedDrive;
-use qrm_sim::run::NotAssembled;
 use qrm_sim::start::Start;
 
 use crate::error::Error;
@@ -37,7 +36,7 @@ pub(crate) struct Options {
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
     let setup = Setup::new(models, &options.scene, &options.method)?;
     if !options.at_rest.is_empty() {
-        let mechanism = all_released(&setup)?;
+        let mechanism = released(&setup, &setup.scene.drives())?;
         for position in equilibrium::positions(&*mechanism, &options.at_rest)? {
             print(&equilibrium::text(&setup, &*mechanism, &position)?);
         }
@@ -62,7 +61,6 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
 }
 
 /// Lines about one topic.
-#[derive(Clone)]
 pub(crate) struct Topic {
     pub(crate) name: String,
     pub(crate) lines: Vec<String>,
@@ -74,7 +72,8 @@ impl Topic {
     }
 }
 
-/// The lines about mobility, about a revolution and about the scene's own motion, with an error if its run did not do what was asked.
+/// The lines about mobility, about a revolution and about the scene's own motion, with an error if its run did not do
+/// what was asked.
 pub(crate) fn report_lines(setup: &Setup) -> Result<(Vec<Topic>, Option<Error>), Error> {
     let mut topics = mobility::report_lines(setup)?;
     topics.extend(revolution::report_lines(setup)?);
@@ -83,24 +82,16 @@ pub(crate) fn report_lines(setup: &Setup) -> Result<(Vec<Topic>, Option<Error>),
     Ok((topics, problem))
 }
 
-/// The mechanism, at the time zero if one of its drives is released.
-fn released(setup: &Setup, drive: Option<usize>) -> Result<Box<dyn Mechanism>, NotAssembled> {
-    drive.into_iter().try_fold(setup.mechanism(), release)
-}
-
-/// The mechanism with all its drives released.
-fn all_released(setup: &Setup) -> Result<Box<dyn Mechanism>, Error> {
-    let released = setup.scene.drives().into_iter().try_fold(setup.mechanism(), release);
+/// The mechanism with some of its drives released.
+fn released(setup: &Setup, drives: &[usize]) -> Result<Box<dyn Mechanism>, Error> {
+    let release = |mechanism, drive: &usize| ReleasedDrive::new(mechanism, *drive).map(|own| Box::new(own) as Box<_>);
+    let released = drives.iter().try_fold(setup.mechanism(), release);
     released.map_err(|reason| messages::not_assembled(&reason, setup))
-}
-
-fn release(mechanism: Box<dyn Mechanism>, drive: usize) -> Result<Box<dyn Mechanism>, NotAssembled> {
-    Ok(Box::new(ReleasedDrive::new(mechanism, drive)?))
 }
 
 /// The names of coordinates that the scene gives at its start, or drives prescribe.
 fn inputs(setup: &Setup) -> Result<Vec<QuantityDescription>, Error> {
-    let mechanism = all_released(setup)?;
+    let mechanism = released(setup, &setup.scene.drives())?;
     let coordinates = mechanism.description().coordinates.iter().zip(Start::of(&*mechanism).given);
     Ok(coordinates.filter(|(_, given)| *given).map(|(coordinate, _)| *coordinate).collect())
 }

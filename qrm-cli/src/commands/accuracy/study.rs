@@ -72,7 +72,8 @@ const PATIENCE: Repetitions = Repetitions { least: 7, time: Duration::from_milli
 /// The longest steps, in steps of the scene; further ones are halves.
 const COARSEST: f64 = 8.0;
 const HALVINGS: i32 = 11;
-/// Above this part of the column, or this error of a coordinate, and above so many times the reference's own, it may be chance that a smaller step brought nothing.
+/// Above this part of the column, or this error of a coordinate, and above so many times the reference's own, it may be
+/// chance that a smaller step brought nothing.
 const FINE: f64 = 1e-9;
 const NEAR: f64 = 30.0;
 /// Tolerances go from one power of ten to another.

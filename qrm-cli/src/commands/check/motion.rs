@@ -25,9 +25,12 @@ pub(super) fn report_lines(setup: &Setup) -> Result<(Vec<Topic>, Option<Error>),
     let (recording, balance) = observer.1;
     let report = RunReport::new(setup, &outcome, &recording);
     let mut topics = vec![Topic::new("run", [report.message.to_string()])];
-    topics.extend(peaks(setup, &recording));
+    let driven = driven(setup);
+    topics.extend(peaks(setup, driven, &recording));
     topics.push(energy(&balance, outcome.energy_drift.is_some()));
-    topics.extend(recurrence(setup)?);
+    if let Some(driven) = driven {
+        topics.extend(recurrence(setup, driven)?);
+    }
     topics.extend(report.warnings.iter().map(|warning| Topic::new("warning", warning.lines())));
     Ok((topics, report.problem()))
 }
@@ -39,8 +42,7 @@ fn driven(setup: &Setup) -> Option<usize> {
     (input.unit == "rad").then_some(place)
 }
 
-fn peaks(setup: &Setup, recording: &Recording) -> Vec<Topic> {
-    let driven = driven(setup);
+fn peaks(setup: &Setup, driven: Option<usize>, recording: &Recording) -> Vec<Topic> {
     let series = driven.map(|i| recording.series(Kind::Coordinate(i))).unwrap_or_default();
     let driven = driven.map(|i| setup.description.coordinates[i].name);
     let at = |t: f64| {
@@ -76,8 +78,7 @@ fn energy(balance: &Balance, is_conservative: bool) -> Topic {
 }
 
 /// Whether the state comes back after a turn of the driven angle.
-fn recurrence(setup: &Setup) -> Result<Option<Topic>, Error> {
-    let Some(driven) = driven(setup) else { return Ok(None) };
+fn recurrence(setup: &Setup, driven: usize) -> Result<Option<Topic>, Error> {
     let name = setup.description.coordinates[driven].name;
     let mut observer = (Progress::new(), Recording::new(setup.description));
     let latest = setup.latest_end();

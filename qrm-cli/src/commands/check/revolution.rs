@@ -21,13 +21,13 @@ pub(super) fn report_lines(setup: &Setup) -> Result<Vec<Topic>, Error> {
     }
     let topics: Vec<Vec<Topic>> =
         drives.into_iter().map(|drive| of_input(setup, Some(drive))).collect::<Result<_, _>>()?;
-    Ok(topics.concat())
+    Ok(topics.into_iter().flatten().collect())
 }
 
 /// The lines about the coordinate that the scene gives, or that a drive prescribes.
 fn of_input(setup: &Setup, drive: Option<usize>) -> Result<Vec<Topic>, Error> {
     let not_looked_at = |why: String| Ok(vec![Topic::new("turn", [format!("not looked at: {why}")])]);
-    let mechanism = released(setup, drive).map_err(|reason| messages::not_assembled(&reason, setup))?;
+    let mechanism = released(setup, drive.as_slice())?;
     let coordinates = mechanism.description().coordinates;
     let turn = match revolution(&*mechanism) {
         Ok(turn) => turn,
