@@ -40,8 +40,8 @@ const LOCATED: f64 = 1e-5;
 const MOST_VALUES: usize = 60;
 
 /// The place between two at which a value is largest, and the value there, from a place near it on: by parabolas
-/// through the three best places, and golden sections where they do not help (Brent, Algorithms for Minimization without
-/// Derivatives, chapter 5). `None` if a value could not be computed.
+/// through the three best places, and golden sections where they do not help (Brent, Algorithms for Minimization
+/// without Derivatives, chapter 5). `None` if a value could not be computed.
 pub(crate) fn peak_between(
     [mut a, mut b]: [f64; 2],
     near: f64,

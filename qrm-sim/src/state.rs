@@ -19,6 +19,18 @@ pub struct State {
     pub corrections: u32,
 }
 
+/// The state in a row: see [`RowLayout`].
+pub(crate) fn state_in(layout: RowLayout, row: &[f64]) -> StateRef<'_> {
+    let RowLayout { n, m } = layout;
+    StateRef {
+        t: row[0],
+        q: &row[1..=n],
+        qd: &row[1 + n..=2 * n],
+        qdd: &row[1 + 2 * n..=3 * n],
+        multipliers: &row[1 + 3 * n..=3 * n + m],
+    }
+}
+
 impl Clone for State {
     fn clone(&self) -> Self {
         let Self { t, q, qd, qdd, multipliers, corrections } = self;

@@ -367,7 +367,7 @@ impl<'m> Round<'m> {
         course
     }
 
-    /// The same between locks, where a quantity may grow without bound: it is infinite there.
+    /// The course of a quantity that may grow without bound towards locks, and is infinite there.
     fn between_locks(
         &self,
         positions: &[Position],

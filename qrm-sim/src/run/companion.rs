@@ -8,7 +8,7 @@ use super::error_estimate::{ErrorEstimates, rounding};
 use super::quantities::{Differences, Quantities};
 use crate::integrate::{BlockEnd, COMPANION_STEP_RATIO, Integrator, MethodSettings, StepError};
 use crate::solve::largest;
-use crate::state::State;
+use crate::state::{State, state_in};
 
 /// So many steps of a run take as long as so many of its companion. Steps that are no multiples of each other see
 /// different moments of a load, and come differently near to a singular position.
@@ -26,8 +26,6 @@ const LONG: f64 = 1e-5;
 /// meet one, and may agree by chance.
 const RATIO_AT_CORNERS: f64 = 1.0 / 3.0;
 
-/// Rows of the run at which the effect of rounding errors is looked at.
-const PROBES: usize = 16;
 /// Below this, a companion has the fraction of the tolerance that belongs to order 4: smaller ones may be out of reach
 /// near singular positions.
 const TIGHT: f64 = 1e-8;
@@ -40,7 +38,6 @@ const SMALLEST_TOLERANCE: f64 = 1e-15;
 pub(crate) struct Companion {
     integrator: Integrator,
     layout: RowLayout,
-    quantities: Quantities,
     at: State,
     next: State,
     /// The time at which both began.
@@ -49,12 +46,6 @@ pub(crate) struct Companion {
     row: u64,
     /// Rows under way.
     rows: Vec<f64>,
-    /// The numbers of both runs in the same row.
-    compared: [Vec<f64>; 2],
-    /// The largest changes of the quantities where the coordinates change by rounding errors.
-    noise: Vec<f64>,
-    /// Rows at which they are still to be looked at.
-    probes: usize,
     differences: Differences,
     /// The largest differences of parts of the motion that are over, added up.
     before: Vec<f64>,
@@ -77,10 +68,6 @@ impl Companion {
         let settings = MethodSettings { tolerance, ..*settings };
         let layout = RowLayout { n: first.q.len(), m: first.multipliers.len() };
         let quantities = Quantities::new(mechanism.description(), has_outputs);
-        let mut compared = [vec![0.0; quantities.count()], vec![0.0; quantities.count()]];
-        let mut row = vec![0.0; layout.width()];
-        first.write(&mut row);
-        quantities.write(mechanism, layout, &row, &mut compared[0]);
         Some(Self {
             integrator: Integrator::new(mechanism, settings, first, end_time).ok()?,
             layout,
@@ -89,12 +76,8 @@ impl Companion {
             next: first.clone(),
             row: 0,
             rows: Vec::new(),
-            differences: Differences::new(&compared[0]),
+            differences: Differences::new(quantities, mechanism, &first.as_ref()),
             before: vec![0.0; quantities.count()],
-            noise: vec![0.0; quantities.count()],
-            probes: PROBES,
-            compared,
-            quantities,
             failed: false,
             has_corners: mechanism.description().has_corners,
         })
@@ -119,11 +102,7 @@ impl Companion {
                 std::mem::swap(&mut self.at, &mut self.next);
             }
         }
-        let mut row = vec![0.0; self.layout.width()];
-        end.write(&mut row);
-        let mut own = vec![0.0; self.layout.width()];
-        self.at.write(&mut own);
-        self.compare(old, &row, &own);
+        self.differences.take(old, &end.as_ref(), &self.at.as_ref());
         for (before, difference) in self.before.iter_mut().zip(self.differences.restart()) {
             *before += difference;
         }
@@ -182,13 +161,12 @@ impl Companion {
         let block = self.integrator.fill(mechanism, &longer, &mut self.rows[..length]);
         self.failed = matches!(block.reason, BlockEnd::Failed(_));
         let made = &self.rows[..(block.made + 1) * width];
-        self.at.read(&made[block.made * width..]);
-        let made = std::mem::take(&mut self.rows);
-        for state in made[..(block.made + 1) * width].chunks_exact(width).step_by(own as usize).skip(1) {
+        for state in made.chunks_exact(width).step_by(own as usize).skip(1) {
             self.row += of_run;
-            self.compare(mechanism, &rows[(self.row - first) as usize * width..][..width], state);
+            let row = &rows[(self.row - first) as usize * width..];
+            self.differences.take(mechanism, &state_in(self.layout, row), &state_in(self.layout, state));
         }
-        self.rows = made;
+        self.at.read(&made[block.made * width..]);
     }
 
     /// Moves to each row of the run.
@@ -202,42 +180,7 @@ impl Companion {
             }
             std::mem::swap(&mut self.at, &mut self.next);
             self.row = number;
-            let mut own = std::mem::take(&mut self.rows);
-            own.resize(width, 0.0);
-            self.at.write(&mut own);
-            self.compare(mechanism, &row[..width], &own);
-            self.rows = own;
-        }
-    }
-
-    /// Compares a row of the run with its own.
-    fn compare(&mut self, mechanism: &dyn Mechanism, row: &[f64], own: &[f64]) {
-        let Self { quantities, compared: [of_run, of_companion], differences, layout, .. } = self;
-        quantities.write(mechanism, *layout, row, of_run);
-        quantities.write(mechanism, *layout, own, of_companion);
-        differences.take(of_run, of_companion);
-        if let Some(probes) = self.probes.checked_sub(1) {
-            self.probes = probes;
-            self.probe(mechanism, row);
-        }
-    }
-
-    /// Looks at what rounding errors of the coordinates in a row of the run change.
-    fn probe(&mut self, mechanism: &dyn Mechanism, row: &[f64]) {
-        let mut beside = State::from_row(self.layout, row);
-        for (i, q) in beside.q.iter_mut().enumerate() {
-            *q *= 1.0 + if i % 2 == 0 { f64::EPSILON } else { -f64::EPSILON };
-        }
-        let State { t, q, qd, qdd, multipliers, .. } = &mut beside;
-        if !mechanism.accelerations(*t, q, qd, qdd, multipliers) {
-            return;
-        }
-        let mut numbers = vec![0.0; self.layout.width()];
-        beside.write(&mut numbers);
-        let Self { quantities, compared: [of_run, of_other], layout, noise, .. } = self;
-        quantities.write(mechanism, *layout, &numbers, of_other);
-        for ((noise, own), other) in noise.iter_mut().zip(of_run).zip(of_other) {
-            *noise = noise.max((*own - *other).abs());
+            self.differences.take(mechanism, &state_in(self.layout, row), &self.at.as_ref());
         }
     }
 
@@ -253,7 +196,7 @@ impl Companion {
             (0..floors.len()).map(|i| ((own(i) + self.before[i]) / ratio).max(floors[i])).collect()
         };
         Some(ErrorEstimates {
-            quantities: self.quantities,
+            quantities: differences.quantities,
             start: self.start,
             largest: errors(&|i| differences.largest[i]),
             at_extremes: [0, 1].map(|end| errors(&|i| differences.at_extremes[i][end])),
@@ -282,9 +225,9 @@ impl Companion {
     fn floors(&self, steps: u64) -> Vec<f64> {
         let ranges = &self.differences.ranges;
         let mut floors = Vec::with_capacity(ranges.len());
-        for group in self.quantities.groups() {
+        for group in self.differences.quantities.groups() {
             let size = largest(ranges[group.clone()].as_flattened()).1;
-            floors.extend(self.noise[group].iter().map(|noise| rounding(size, steps).max(*noise)));
+            floors.extend(self.differences.noise[group].iter().map(|noise| rounding(size, steps).max(*noise)));
         }
         floors
     }

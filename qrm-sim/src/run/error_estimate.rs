@@ -21,9 +21,9 @@ pub struct ErrorEstimates {
 /// The estimated error of a quantity, in its unit.
 #[derive(Clone, Copy, Debug)]
 pub struct ErrorEstimate {
-    /// The largest one in any row.
+    /// The largest error in any row.
     pub largest: f64,
-    /// That in the last row.
+    /// The error in the last row.
     pub at_end: f64,
 }
 

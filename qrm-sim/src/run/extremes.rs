@@ -119,9 +119,9 @@ impl<D: Number> ExtremesTracker<D> {
         }
     }
 
-    /// Takes up turns near the last rows, which have no five rows around them; extremes in the first row and the last one
-    /// may be larger beside it.
-    pub(crate) fn finish(&mut self) {
+    /// Takes up what five rows around a row do not tell: turns near the last rows, and extremes in the first row and the
+    /// last one, which may be larger beside it.
+    pub fn finish(&mut self) {
         let last: Vec<D> = (0..self.window()).rev().take(2).map(|i| self.time(i)).collect();
         for column in 0..self.found.len() {
             for middle in 1..self.window().saturating_sub(1) {
@@ -141,8 +141,8 @@ impl<D: Number> ExtremesTracker<D> {
         }
     }
 
-    /// The extremes that lie between rows: column, 0 for the smallest value and 1 for the largest, the time as far as rows
-    /// tell it, and the times of the rows beside it.
+    /// The extremes that lie between rows: column, 0 for the smallest value and 1 for the largest, the time as far as
+    /// rows tell it, and the times of the rows beside it.
     pub(crate) fn between_rows(&self) -> Vec<(usize, usize, D, [D; 2])> {
         let extremes = self.found.iter().zip(&self.brackets).enumerate();
         let of_column = |(column, (found, brackets)): (usize, (&Extremes<D>, &[Bracket<D>; 2]))| {
@@ -152,15 +152,15 @@ impl<D: Number> ExtremesTracker<D> {
         extremes.flat_map(of_column).collect()
     }
 
-    /// Replaces an extreme by what was found between the rows, if it is better.
+    /// Replaces an extreme by what was found between the rows.
     pub(crate) fn refine(&mut self, column: usize, end: usize, found: (D, D)) {
         let Extremes { minimum, maximum } = &mut self.found[column];
         *(if end == 0 { minimum } else { maximum }) = found;
         self.brackets[column][end] = None;
     }
 
-    /// The extremes of all columns so far.
-    pub(crate) fn found(&self) -> &[Extremes<D>] {
+    /// The extremes of all columns so far; none without rows.
+    pub fn found(&self) -> &[Extremes<D>] {
         &self.found
     }
 
@@ -186,25 +186,10 @@ impl<D: Number> ExtremesTracker<D> {
         self.values[self.place(self.rows - self.window() + i).start + column]
     }
 
-    /// The extremes of a column in the rows so far; `None` without rows.
-    pub fn extremes(&self, column: usize) -> Option<Extremes<D>> {
-        let mut found = *self.found.get(column)?;
-        // The ends of the series have no five rows around them.
-        for middle in 1..self.window().saturating_sub(1) {
-            if let Some((t, value)) = self.vertex(column, middle, &found) {
-                found.note(t, value, Some(self.time(0)));
-            }
-        }
-        Some(found)
-    }
-
     /// The vertex near a row that is higher or lower than both its neighbours: time and value.
     fn vertex(&self, column: usize, middle: usize, found: &Extremes<D>) -> Option<(D, D)> {
         let value = |i: usize| self.value(i, column).re();
         let [before, at, after] = [value(middle - 1), value(middle), value(middle + 1)];
-        if !is_turn([before, at, after]) {
-            return None;
-        }
         // A vertex near this row that cannot beat what was found already is not worth its search.
         let reach = (at - before).abs() + (after - at).abs();
         if at + reach <= found.maximum.0.re() && at - reach >= found.minimum.0.re() {
@@ -266,8 +251,8 @@ fn is_turn([before, at, after]: [f64; 3]) -> bool {
 }
 
 impl<D: Number> Extremes<D> {
-    /// Takes up a value; of values that tie with one from before the time `begin`, that one counts. Returns whether it is
-    /// the smallest one now, and whether it is the largest.
+    /// Takes up a value; of values that tie with one from before the time `begin`, that one counts. Returns whether it
+    /// is the smallest one now, and whether it is the largest.
     #[inline]
     fn note(&mut self, t: D, value: D, begin: Option<D>) -> [bool; 2] {
         if self.minimum.0.re() <= value.re() && value.re() <= self.maximum.0.re() {
@@ -334,7 +319,8 @@ mod tests {
         let mut tracker = ExtremesTracker::default();
         let row = |i: i32| 0.05 * f64::from(i);
         (0..100).map(row).for_each(|t| tracker.row(t, &[(1.3 * t).sin()]));
-        let found = tracker.extremes(0).expect("rows were given");
+        tracker.finish();
+        let found = tracker.found()[0];
         assert!((found.maximum.0 - 1.0).abs() < 1e-8, "{found:?}");
         assert!((found.minimum.0 + 1.0).abs() < 1e-8, "{found:?}");
         assert!((found.maximum.1 - std::f64::consts::FRAC_PI_2 / 1.3).abs() < 1e-5, "{found:?}");
@@ -344,7 +330,8 @@ mod tests {
     fn corners_are_not_overshot() {
         let mut tracker = ExtremesTracker::default();
         (0..100).for_each(|i| tracker.row(f64::from(i), &[f64::from(i - 50).clamp(0.0, 20.0)]));
-        let found = tracker.extremes(0).expect("rows were given");
+        tracker.finish();
+        let found = tracker.found()[0];
         assert_eq!((found.minimum.0, found.maximum.0), (0.0, 20.0));
     }
 
@@ -352,7 +339,8 @@ mod tests {
     fn ends_of_the_series_count() {
         let mut tracker = ExtremesTracker::default();
         [1.0, 2.0, 4.0].iter().enumerate().for_each(|(i, v)| tracker.row(i as f64, &[*v]));
-        let found = tracker.extremes(0).expect("rows were given");
+        tracker.finish();
+        let found = tracker.found()[0];
         assert_eq!(found, Extremes { minimum: (1.0, 0.0), maximum: (4.0, 2.0) });
     }
 }

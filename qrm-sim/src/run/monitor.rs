@@ -9,7 +9,7 @@ use super::outcome::{Status, Undefined};
 use super::singularity::SingularityMonitor;
 use crate::columns::write_row;
 use crate::solve::{LoopConstraints, constraint_rank, largest};
-use crate::state::State;
+use crate::state::{State, state_in};
 
 /// The observations of all rows of a run.
 #[derive(Clone, Debug)]
@@ -49,8 +49,7 @@ pub(crate) struct RunMonitor {
 const CHECKS: usize = 3;
 
 impl RunMonitor {
-    pub(crate) fn new(mechanism: &dyn Mechanism, first: &State, observer: &dyn Observer) -> Self {
-        let has_outputs = observer.wants_outputs();
+    pub(crate) fn new(mechanism: &dyn Mechanism, first: &State, [has_outputs, has_extremes]: [bool; 2]) -> Self {
         let layout = RowLayout { n: first.q.len(), m: first.multipliers.len() };
         let rank = constraint_rank(mechanism, first.t, &first.q);
         Self {
@@ -70,7 +69,7 @@ impl RunMonitor {
             is_conservative: true,
             balance: Balance::default(),
             singularity: SingularityMonitor::new(layout.m, layout.n, rank),
-            extremes: observer.wants_extremes().then(ExtremesTracker::default),
+            extremes: has_extremes.then(ExtremesTracker::default),
         }
     }
 
@@ -108,17 +107,14 @@ impl RunMonitor {
         inner: &[f64],
         observer: &mut dyn Observer,
     ) -> Result<(), Status> {
-        let RowLayout { n, m } = self.layout;
         let width = self.layout.width();
         let mut inner = inner.chunks_exact(width).peekable();
         for row in rows.chunks_exact(width) {
-            let t = row[0];
+            let at = state_in(self.layout, row);
+            let StateRef { t, q, qd, qdd, multipliers } = at;
             while let Some(state) = inner.next_if(|state| state[0] < t) {
                 self.between(mechanism, state);
             }
-            let (q, qd, qdd) = (&row[1..=n], &row[1 + n..=2 * n], &row[1 + 2 * n..=3 * n]);
-            let multipliers = &row[1 + 3 * n..1 + 3 * n + m];
-            let at = StateRef { t, q, qd, qdd, multipliers };
             let RowQuantities { energy: [kinetic, potential], power } =
                 mechanism.row_quantities(&at, &mut self.outputs, self.constraints.as_mut());
             let position = largest(&self.constraints.residuals);
@@ -140,7 +136,6 @@ impl RunMonitor {
             let checks = [position.1, velocity.1, energy];
             write_row(t, [q, qd, qdd], multipliers, &self.outputs, checks, &mut self.columns);
             self.note_extremes(t);
-            let (q, qd, qdd) = (&row[1..=n], &row[1 + n..=2 * n], &row[1 + 2 * n..=3 * n]);
             let row = Row {
                 index: self.rows,
                 t,
@@ -164,9 +159,7 @@ impl RunMonitor {
 
     /// Takes up a state between rows, where its columns are defined.
     fn between(&mut self, mechanism: &dyn Mechanism, state: &[f64]) {
-        let RowLayout { n, m } = self.layout;
-        let (t, q, qd, qdd) = (state[0], &state[1..=n], &state[1 + n..=2 * n], &state[1 + 2 * n..=3 * n]);
-        let multipliers = &state[1 + 3 * n..1 + 3 * n + m];
+        let StateRef { t, q, qd, qdd, multipliers } = state_in(self.layout, state);
         self.widen(q);
         if self.extremes.is_none() {
             return;

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use qrm_core::{Description, Mechanism, RowLayout};
+use qrm_core::{Description, Mechanism, StateRef};
 
 use crate::columns::Kind;
 
@@ -48,56 +48,73 @@ impl Quantities {
         }
     }
 
-    /// Writes the quantities in a row of states.
-    pub(crate) fn write(self, mechanism: &dyn Mechanism, layout: RowLayout, row: &[f64], to: &mut [f64]) {
-        let RowLayout { n, m } = layout;
-        let motion = 3 * n + m;
-        to[..motion].copy_from_slice(&row[1..=motion]);
-        let (q, qd, qdd) = (&row[1..=n], &row[1 + n..=2 * n], &row[1 + 2 * n..=3 * n]);
-        let multipliers = &row[1 + 3 * n..=motion];
-        if self.outputs > 0 {
-            mechanism.outputs(row[0], q, qd, qdd, multipliers, &mut to[motion..motion + self.outputs]);
+    /// Writes the quantities of a state.
+    fn write(self, mechanism: &dyn Mechanism, at: &StateRef, to: &mut [f64]) {
+        let StateRef { t, q, qd, qdd, multipliers } = *at;
+        let motion = [q, qd, qdd, multipliers].into_iter().flatten();
+        to.iter_mut().zip(motion).for_each(|(to, number)| *to = *number);
+        let (outputs, energy) = to[3 * self.n + self.m..].split_at_mut(self.outputs);
+        if !outputs.is_empty() {
+            mechanism.outputs(t, q, qd, qdd, multipliers, outputs);
         }
-        to[motion + self.outputs] = mechanism.energy(q, qd).iter().sum();
+        energy[0] = mechanism.energy(q, qd).iter().sum();
     }
 }
+
+/// Rows at which the effect of rounding errors is looked at.
+const PROBES: usize = 16;
 
 /// The differences of quantities between two runs of one motion.
 #[derive(Clone, Debug)]
 pub(crate) struct Differences {
+    pub(crate) quantities: Quantities,
+    /// The quantities of both runs in the same row.
+    compared: [Vec<f64>; 2],
     /// Whether the runs were compared at all.
     pub(crate) has_met: bool,
-    /// The largest one in any row.
+    /// The largest difference in any row.
     pub(crate) largest: Vec<f64>,
-    /// The largest ones in the row where the quantity is smallest and those beside it, and around the largest value.
+    /// The largest difference in the row where the quantity is smallest and those beside it, and around the largest value.
     pub(crate) at_extremes: Vec<[f64; 2]>,
-    /// Whether the last row was one of these.
+    /// Whether the last row was the one with an extreme.
     is_extreme: Vec<[bool; 2]>,
-    /// Those in the last row.
+    /// The difference in the last row.
     pub(crate) latest: Vec<f64>,
     /// The smallest and the largest value of each quantity.
     pub(crate) ranges: Vec<[f64; 2]>,
+    /// The largest change of each quantity where the coordinates change by rounding errors.
+    pub(crate) noise: Vec<f64>,
+    /// Rows at which that is still to be looked at.
+    probes: usize,
 }
 
 impl Differences {
-    /// Begins at quantities that both runs share.
-    pub(crate) fn new(first: &[f64]) -> Self {
-        let zero = vec![0.0; first.len()];
+    /// Begins at a state that both runs share.
+    pub(crate) fn new(quantities: Quantities, mechanism: &dyn Mechanism, first: &StateRef) -> Self {
+        let zero = vec![0.0; quantities.count()];
+        let mut numbers = zero.clone();
+        quantities.write(mechanism, first, &mut numbers);
         Self {
+            quantities,
             has_met: false,
             largest: zero.clone(),
-            at_extremes: vec![[0.0; 2]; first.len()],
+            at_extremes: vec![[0.0; 2]; zero.len()],
             // The first row may be both.
-            is_extreme: vec![[true; 2]; first.len()],
-            latest: zero,
-            ranges: first.iter().map(|value| [*value; 2]).collect(),
+            is_extreme: vec![[true; 2]; zero.len()],
+            latest: zero.clone(),
+            ranges: numbers.iter().map(|value| [*value; 2]).collect(),
+            noise: zero.clone(),
+            probes: PROBES,
+            compared: [numbers, zero],
         }
     }
 
-    /// Compares the quantities of a run with those of another one.
-    pub(crate) fn take(&mut self, of_run: &[f64], of_other: &[f64]) {
+    /// Compares a row of a run with that of another one.
+    pub(crate) fn take(&mut self, mechanism: &dyn Mechanism, of_run: &StateRef, of_other: &StateRef) {
         self.has_met = true;
-        for (i, (value, other)) in of_run.iter().zip(of_other).enumerate() {
+        self.quantities.write(mechanism, of_run, &mut self.compared[0]);
+        self.quantities.write(mechanism, of_other, &mut self.compared[1]);
+        for (i, (value, other)) in self.compared[0].iter().zip(&self.compared[1]).enumerate() {
             let difference = (value - other).abs();
             self.largest[i] = self.largest[i].max(difference);
             let around = difference.max(std::mem::replace(&mut self.latest[i], difference));
@@ -113,6 +130,26 @@ impl Differences {
                 }
             }
             self.is_extreme[i] = is_extreme;
+        }
+        if let Some(probes) = self.probes.checked_sub(1) {
+            self.probes = probes;
+            self.probe(mechanism, of_run);
+        }
+    }
+
+    /// Looks at what rounding errors of the coordinates in a row of the run change, whose quantities were written last.
+    fn probe(&mut self, mechanism: &dyn Mechanism, of_run: &StateRef) {
+        let error = |i: usize| if i.is_multiple_of(2) { f64::EPSILON } else { -f64::EPSILON };
+        let q: Vec<f64> = of_run.q.iter().enumerate().map(|(i, q)| q * (1.0 + error(i))).collect();
+        let (mut qdd, mut multipliers) = (of_run.qdd.to_vec(), of_run.multipliers.to_vec());
+        if !mechanism.accelerations(of_run.t, &q, of_run.qd, &mut qdd, &mut multipliers) {
+            return;
+        }
+        let beside = StateRef { q: &q, qdd: &qdd, multipliers: &multipliers, ..*of_run };
+        let [of_run, of_other] = &mut self.compared;
+        self.quantities.write(mechanism, &beside, of_other);
+        for ((noise, own), other) in self.noise.iter_mut().zip(of_run).zip(of_other) {
+            *noise = noise.max((*own - *other).abs());
         }
     }
 

@@ -102,7 +102,7 @@ pub fn simulate(
             None
         },
         redundancy: Redundancy::at(mechanism, &first),
-        monitor: RunMonitor::new(mechanism, &first, observer),
+        monitor: RunMonitor::new(mechanism, &first, [observer.wants_outputs(), observer.wants_extremes()]),
         buffer: Vec::new(),
         first: Vec::new(),
         tail: Vec::new(),
@@ -242,7 +242,9 @@ impl Run<'_> {
                 let status = observer.finish(last).map_or_else(Status::Unwritable, |()| status);
                 return self.outcome(status, end, steps, integration);
             }
-            self.keep_tail(made);
+            if self.monitor.extremes().is_some() {
+                self.keep_tail(made);
+            }
             self.buffer.copy_within(made * width..(made + 1) * width, 0);
             begin = 1;
         }
@@ -321,11 +323,8 @@ impl Run<'_> {
                 Some(sign * numbers(self.mechanism, &at)[column]).filter(|value| value.is_finite())
             };
             // An extreme at an end is one, unless the column rises from there.
-            let other = bracket.into_iter().find(|_| bracket.contains(&t)).map(|_| bracket[0] + bracket[1] - t);
-            let rises = |other: f64, value: &mut dyn FnMut(f64) -> Option<f64>| {
-                Some(value(t + BESIDE * (other - t))? > value(t)?)
-            };
-            if other.is_some_and(|other| rises(other, &mut value) != Some(true)) {
+            let other = bracket[0] + bracket[1] - t;
+            if bracket.contains(&t) && !(value(t + BESIDE * (other - t)) > value(t)) {
                 continue;
             }
             let found = peak_between(bracket, t, value);

@@ -6,7 +6,6 @@ use super::companion::Companion;
 use super::error_estimate::ErrorEstimates;
 use super::judgement::{Doubt, Evidence};
 use super::monitor::RunMonitor;
-use super::observer::{Observer, Row};
 use super::sampler::Sampler;
 use crate::integrate::{Integrator, MethodSettings, StepError};
 use crate::state::State;
@@ -42,7 +41,7 @@ impl Watch {
     /// The energy is not finite there.
     pub(crate) fn new(mechanism: &dyn Mechanism, settings: &MethodSettings, first: &State) -> Result<Self, StepError> {
         let mut watch = Self {
-            monitor: RunMonitor::new(mechanism, first, &NoOutputs),
+            monitor: RunMonitor::new(mechanism, first, [false; 2]),
             sampler: Sampler::new(mechanism, settings, first, f64::INFINITY),
             companion: Companion::new(mechanism, settings, first, f64::INFINITY, false),
             before: Before {
@@ -143,19 +142,6 @@ impl Watch {
         let mut row = vec![0.0; self.monitor.width()];
         state.write(&mut row);
         self.monitor.take(mechanism, &row, &[], &mut ()).map_err(|_| StepError::NotFinite)
-    }
-}
-
-/// Motions under way are judged without outputs.
-struct NoOutputs;
-
-impl Observer for NoOutputs {
-    fn row(&mut self, _: &Row) -> std::io::Result<()> {
-        Ok(())
-    }
-
-    fn wants_outputs(&self) -> bool {
-        false
     }
 }
 

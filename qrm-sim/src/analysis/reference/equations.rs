@@ -149,17 +149,17 @@ impl<'t> Equations<'t> {
         let (qdd, multipliers) = self.solution.split_at(q.len());
         let mut outputs = vec![Number::zero(); self.evaluator.tape().outputs.results.len()];
         self.evaluator.outputs(t, q, qd, qdd, multipliers, &mut outputs);
-        let (qdd_of_state, multipliers_of_state) = (qdd.to_vec(), multipliers.to_vec());
         let power = self.evaluator.power(t, q, qd, qdd, multipliers).to_f64();
         let [kinetic, potential] = self.evaluator.energy(q, qd);
         let doubles = |numbers: &[Number]| numbers.iter().map(|number| number.to_f64()).collect::<Vec<f64>>();
+        let (qdd, multipliers) = (doubles(qdd), doubles(multipliers));
         let residual = doubles(&self.open(t, y, false)).into_iter().map(f64::abs).fold(0.0, f64::max);
         Ok(StateAt {
             t: t.to_f64(),
             q: doubles(q),
             qd: doubles(qd),
-            qdd: doubles(&qdd_of_state),
-            multipliers: doubles(&multipliers_of_state),
+            qdd,
+            multipliers,
             outputs: doubles(&outputs),
             residual,
             energy: (kinetic + potential).to_f64(),

@@ -7,7 +7,7 @@ use super::number::{Derived, Number, PARTS, derivatives, has_derivatives, number
 use super::result::{Motion, Output};
 use super::step::{DualState, DualStepper};
 use super::{SensitivityEnd, SensitivityError, SensitivityRequest};
-use crate::run::{Dependents, ExtremesTracker, Integral, StartError, assembled, check_condition, check_step};
+use crate::run::{Dependents, Extremes, ExtremesTracker, Integral, StartError, assembled, check_condition, check_step};
 use crate::solve::{LoopConstraints, ProjectionTolerance};
 use crate::start::Start;
 
@@ -186,11 +186,14 @@ impl Columns {
         Ok(())
     }
 
-    fn finish(&self) -> Vec<Output> {
-        let columns = self.integrals.iter().zip(&self.outputs).enumerate();
-        let output = |(column, (integral, end)): (usize, (&Integral<Derived>, &Number))| {
-            Some(Output { end: end.0, extremes: self.extremes.extremes(column)?, integral: integral.finish() })
+    fn finish(mut self) -> Vec<Output> {
+        self.extremes.finish();
+        let columns = self.integrals.iter().zip(&self.outputs).zip(self.extremes.found());
+        let output = |((integral, end), extremes): ((&Integral<Derived>, &Number), &Extremes<Derived>)| Output {
+            end: end.0,
+            extremes: *extremes,
+            integral: integral.finish(),
         };
-        columns.filter_map(output).collect()
+        columns.map(output).collect()
     }
 }

@@ -8,7 +8,7 @@ use super::event::value_alone;
 use super::result::{Derivatives, OutputValues, Sensitivity};
 use super::{SensitivityEnd, SensitivityError, SensitivityRequest};
 use crate::integrate::MethodSettings;
-use crate::run::{End, ExtremesTracker, Integral, Observer, Request, Row, Status, simulate};
+use crate::run::{End, Extremes, ExtremesTracker, Integral, Observer, Request, Row, Status, simulate};
 
 /// The values whose derivatives are not asked for, by the steps of the kernel.
 ///
@@ -38,22 +38,22 @@ pub(super) fn values(mechanism: &dyn Mechanism, request: &SensitivityRequest) ->
         Status::Interrupted | Status::Unwritable(_) => return Err(SensitivityError::Interrupted { t }),
     }
     let value = |value: f64| Derivatives { value, by: Vec::new() };
-    let outputs = columns.outputs.iter().zip(&columns.integrals).enumerate();
-    let output = |(column, (end, integral)): (usize, (&f64, &Integral<f64>))| {
-        let extremes = columns.extremes.extremes(column)?;
+    columns.extremes.finish();
+    let outputs = columns.outputs.iter().zip(&columns.integrals).zip(columns.extremes.found());
+    let output = |((end, integral), extremes): ((&f64, &Integral<f64>), &Extremes)| {
         let pair = |(found, t): (f64, f64)| [value(found), value(t)];
-        Some(OutputValues {
+        OutputValues {
             end: value(*end),
             minimum: pair(extremes.minimum),
             maximum: pair(extremes.maximum),
             integral: value(integral.finish()),
-        })
+        }
     };
     Ok(Sensitivity {
         end_time: value(t),
         q: outcome.q.into_iter().map(value).collect(),
         qd: outcome.qd.into_iter().map(value).collect(),
-        outputs: outputs.filter_map(output).collect(),
+        outputs: outputs.map(output).collect(),
     })
 }
 
