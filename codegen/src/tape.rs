@@ -3,6 +3,7 @@
 //! The printed functions are run on numbers that note what is done with them.
 
 mod places;
+mod switching;
 mod text;
 mod trace;
 
@@ -11,6 +12,7 @@ use qrm_scene::scene::Scene;
 
 use crate::interpret::{GeneratedModule, Value};
 use places::Places;
+use switching::Switching;
 pub use text::text;
 use trace::Traced;
 
@@ -78,9 +80,16 @@ pub(crate) fn of_module(scene: &Scene, file: &syn::File, operations: usize) -> R
 
     let trace = trace::end();
     let mut places = Places::new(&trace, inputs);
+    let Switching { functions: switching_functions, linear_in_time, tanh_arguments } =
+        Switching::of(&trace, &places, &[&dynamics, &loop_constraints]);
     let of_state = [&dynamics, &loop_constraints, &mass_matrix, &energy, &power, &outputs, &start, &schedule];
     let of_kernel = [&fields, &of_position, &velocity_residual, &correction, &accelerations, &multipliers, &outputs_at];
-    let all = of_state.into_iter().chain(of_kernel).chain(&linearization).chain(&event);
+    let all = of_state
+        .into_iter()
+        .chain(of_kernel)
+        .chain(&linearization)
+        .chain(&event)
+        .chain([&switching_functions, &tanh_arguments]);
     let constants = places.constants(all.flatten());
     let mut kernel = places.clone();
     Ok(OwnedTape {
@@ -97,6 +106,9 @@ pub(crate) fn of_module(scene: &Scene, file: &syn::File, operations: usize) -> R
         outputs: places.function(&outputs),
         linearization: linearization.map(|numbers| places.function(&numbers)),
         event: event.map(|numbers| places.function(&numbers)),
+        switching_functions: places.function(&switching_functions),
+        linear_in_time,
+        tanh_arguments: places.function(&tanh_arguments),
         start: places.function(&start),
         given,
         schedule: places.function(&schedule),

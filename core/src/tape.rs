@@ -154,6 +154,12 @@ pub struct Tape<'a> {
     pub linearization: Option<TapeFunction<'a>>,
     /// One value that rises through zero when the stop condition becomes true; `None` if the scene has none.
     pub event: Option<TapeFunction<'a>>,
+    /// The switching functions: where one of them is zero, the equations of motion have a corner or a jump.
+    pub switching_functions: TapeFunction<'a>,
+    /// So many of them, which come first, are `a + b t` with constants.
+    pub linear_in_time: u32,
+    /// The arguments of hyperbolic tangents in the equations of motion: these change within a few units around zero.
+    pub tanh_arguments: TapeFunction<'a>,
     /// Coordinates and rates at the start (`n` each); those that are not given are first guesses.
     pub start: TapeFunction<'a>,
     /// Which coordinates and rates are given (`n` each).
@@ -206,8 +212,8 @@ impl<'a> Tape<'a> {
     pub fn functions(&self) -> impl Iterator<Item = TapeFunction<'a>> {
         let dynamics = [self.dynamics, self.loop_constraints, self.mass_matrix];
         let rows = [self.energy, self.power, self.outputs];
-        let run = [self.parameters, self.start, self.schedule];
-        [dynamics, rows, run].into_iter().flatten().chain(self.linearization).chain(self.event)
+        let run = [self.parameters, self.start, self.schedule, self.switching_functions, self.tanh_arguments];
+        dynamics.into_iter().chain(rows).chain(run).chain(self.linearization).chain(self.event)
     }
 
     /// Mass matrix, generalized forces, constraint Jacobian and constraint bias in the results of `dynamics`.

@@ -14,13 +14,12 @@ const REACH: f64 = 6.0;
 pub(crate) fn step_bounds(scales: &[TimeScale], max_step: Option<f64>) -> StepBounds {
     let longest = |scale: &TimeScale| match scale {
         TimeScale::Period(rate) => Some(FRAC_PI_2 / rate),
-        TimeScale::Moment { .. } | TimeScale::Corner(_) => None,
+        TimeScale::Moment { .. } => None,
     };
     let longest = scales.iter().filter_map(longest).chain(max_step).fold(f64::INFINITY, f64::min);
     let times = scales.iter().flat_map(|scale| match *scale {
         TimeScale::Period(_) => Vec::new(),
         TimeScale::Moment { time, width } => vec![time - width, time, time + width],
-        TimeScale::Corner(time) => vec![time],
     });
     StepBounds::new(longest, &times.collect::<Vec<_>>())
 }
@@ -42,20 +41,6 @@ pub(crate) fn passed_over(scales: &[TimeScale], step: f64, end_time: f64) -> Opt
                 seconds(step)
             ))
         }
-        TimeScale::Corner(time) if time >= 0.0 && time <= end_time => {
-            let later = scales.iter().filter_map(|other| match *other {
-                TimeScale::Corner(later) if later > time && later < time + step => Some(later),
-                _ => None,
-            });
-            later.reduce(f64::min).map(|later| {
-                format!(
-                    "a load or drive has corners at t = {} and {}, and steps of {} pass over what is between them",
-                    seconds(time),
-                    seconds(later),
-                    seconds(step)
-                )
-            })
-        }
         _ => None,
     })
 }
@@ -66,12 +51,6 @@ mod tests {
 
     #[test]
     fn what_is_shorter_than_a_step_is_named() {
-        let corners = [TimeScale::Corner(0.5), TimeScale::Corner(0.25), TimeScale::Corner(0.2501)];
-        let said = passed_over(&corners, 1e-3, 1.0).expect("two corners are near");
-        assert!(said.contains("t = 0.25 s and 0.2501 s"), "{said}");
-        assert_eq!(passed_over(&corners, 5e-5, 1.0), None);
-        // They lie behind the end.
-        assert_eq!(passed_over(&corners, 1e-3, 0.2), None);
         let blow = [TimeScale::Moment { time: 0.3, width: 1e-4 }];
         assert!(passed_over(&blow, 1e-3, 1.0).is_some() && passed_over(&blow, 1e-5, 1.0).is_none());
         assert!(passed_over(&blow, 1e-3, 0.29).is_none());

@@ -3107,6 +3107,15 @@ pub static TAPE: qrm_core::Tape = {
         },
         linearization: None,
         event: None,
+        switching_functions: TapeFunction {
+            operations: &[],
+            results: &[],
+        },
+        linear_in_time: 0,
+        tanh_arguments: TapeFunction {
+            operations: &[],
+            results: &[],
+        },
         start: TapeFunction {
             operations: &[],
             results: &[151, 149, 152, 153, 154, 155, 156, 149, 149, 149, 149, 149, 149, 149],
@@ -3229,4 +3238,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: eb37c3ae385c7e45
+// Hash of this file and its derivation: f0b1e93202ea5668

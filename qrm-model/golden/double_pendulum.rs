@@ -894,6 +894,15 @@ pub static TAPE: qrm_core::Tape = {
         },
         linearization: None,
         event: None,
+        switching_functions: TapeFunction {
+            operations: &[],
+            results: &[],
+        },
+        linear_in_time: 0,
+        tanh_arguments: TapeFunction {
+            operations: &[],
+            results: &[],
+        },
         start: TapeFunction {
             operations: &[],
             results: &[3, 3, 21, 21],
@@ -942,4 +951,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: a20ecd3672b95232
+// Hash of this file and its derivation: c5ab60a26e51e2d9

@@ -1691,6 +1691,15 @@ pub static TAPE: qrm_core::Tape = {
         },
         linearization: None,
         event: None,
+        switching_functions: TapeFunction {
+            operations: &[],
+            results: &[],
+        },
+        linear_in_time: 0,
+        tanh_arguments: TapeFunction {
+            operations: &[],
+            results: &[],
+        },
         start: TapeFunction {
             operations: &[],
             results: &[52, 52, 52, 50, 50, 69, 50, 50, 50, 50],
@@ -1777,4 +1786,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: 3a085be9633c58cc
+// Hash of this file and its derivation: 451a6f877be9fa2f

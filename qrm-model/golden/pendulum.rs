@@ -888,6 +888,15 @@ pub static TAPE: qrm_core::Tape = {
         },
         linearization: None,
         event: None,
+        switching_functions: TapeFunction {
+            operations: &[],
+            results: &[],
+        },
+        linear_in_time: 0,
+        tanh_arguments: TapeFunction {
+            operations: &[],
+            results: &[],
+        },
         start: TapeFunction {
             operations: &[],
             results: &[18, 21, 21, 21],
@@ -934,4 +943,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: 99bcc54aa0d5c1b2
+// Hash of this file and its derivation: 95c9b643da6241ff

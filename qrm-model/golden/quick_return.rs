@@ -1676,6 +1676,15 @@ pub static TAPE: qrm_core::Tape = {
             operations: &[Abs(17), Sub(76, 75)],
             results: &[77],
         }),
+        switching_functions: TapeFunction {
+            operations: &[],
+            results: &[],
+        },
+        linear_in_time: 0,
+        tanh_arguments: TapeFunction {
+            operations: &[],
+            results: &[],
+        },
         start: TapeFunction {
             operations: &[],
             results: &[65, 66, 67, 15, 65, 65],
@@ -1744,4 +1753,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: a60c58403d9620b7
+// Hash of this file and its derivation: a8a110326b1d3dec

@@ -1889,6 +1889,15 @@ pub static TAPE: qrm_core::Tape = {
             ],
         }),
         event: None,
+        switching_functions: TapeFunction {
+            operations: &[],
+            results: &[],
+        },
+        linear_in_time: 0,
+        tanh_arguments: TapeFunction {
+            operations: &[],
+            results: &[],
+        },
         start: TapeFunction {
             operations: &[],
             results: &[67, 68, 69, 67, 67, 67],
@@ -1953,4 +1962,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: 53bc46f7c22c5843
+// Hash of this file and its derivation: 382b0cd7e6099b22

@@ -2416,6 +2416,15 @@ pub static TAPE: qrm_core::Tape = {
             operations: &[Abs(24), Sub(128, 127)],
             results: &[129],
         }),
+        switching_functions: TapeFunction {
+            operations: &[],
+            results: &[],
+        },
+        linear_in_time: 0,
+        tanh_arguments: TapeFunction {
+            operations: &[],
+            results: &[],
+        },
         start: TapeFunction {
             operations: &[],
             results: &[99, 103, 104, 20, 99, 99],
@@ -2488,4 +2497,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: db0a3796dd34f39f
+// Hash of this file and its derivation: ffd92e6a60bf88e8

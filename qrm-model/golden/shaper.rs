@@ -2610,6 +2610,22 @@ pub static TAPE: qrm_core::Tape = {
             operations: &[Sub(25, 181)],
             results: &[182],
         }),
+        switching_functions: TapeFunction {
+            operations: &[
+                Sub(28, 93), Sub(28, 116), Sub(28, 119), SinCos(26), SinCos(27), Mul(1, 186), Mul(2, 188),
+                Add(189, 190), Add(102, 191), Add(107, 191), Add(88, 191), Add(110, 191), Sub(21, 191), Neg(196),
+                Neg(197),
+            ],
+            results: &[28, 198, 192, 193, 194, 195, 182, 183, 184],
+        },
+        linear_in_time: 0,
+        tanh_arguments: TapeFunction {
+            operations: &[
+                SinCos(26), SinCos(27), Mul(182, 29), Mul(1, 186), Mul(184, 30), Mul(2, 188), Add(187, 189),
+                Mul(96, 190), Neg(191),
+            ],
+            results: &[192],
+        },
         start: TapeFunction {
             operations: &[],
             results: &[112, 95, 128, 23, 112, 112],
@@ -2696,4 +2712,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: 46901ef88f6a2370
+// Hash of this file and its derivation: e679a23352c8df34

@@ -1470,6 +1470,15 @@ pub static TAPE: qrm_core::Tape = {
             ],
         }),
         event: None,
+        switching_functions: TapeFunction {
+            operations: &[],
+            results: &[],
+        },
+        linear_in_time: 0,
+        tanh_arguments: TapeFunction {
+            operations: &[],
+            results: &[],
+        },
         start: TapeFunction {
             operations: &[],
             results: &[38, 39, 40, 36, 36, 36],
@@ -1529,4 +1538,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: f2d07d40b38a5a87
+// Hash of this file and its derivation: 8673bb03d93bf66c

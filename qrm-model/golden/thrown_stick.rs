@@ -918,6 +918,15 @@ pub static TAPE: qrm_core::Tape = {
         },
         linearization: None,
         event: None,
+        switching_functions: TapeFunction {
+            operations: &[],
+            results: &[],
+        },
+        linear_in_time: 0,
+        tanh_arguments: TapeFunction {
+            operations: &[],
+            results: &[],
+        },
         start: TapeFunction {
             operations: &[],
             results: &[29, 29, 29, 30, 31, 4],
@@ -965,4 +974,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: 96676cd9358bf441
+// Hash of this file and its derivation: e5b8f4d8df1e95dc

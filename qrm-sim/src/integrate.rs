@@ -6,10 +6,12 @@
 mod adaptive;
 mod auto;
 mod classical;
+mod corners;
 mod dense_output;
 mod dop853;
 mod dopri5;
 mod explicit;
+mod fixed;
 mod gauss;
 mod implicit;
 mod integrator;
@@ -17,6 +19,7 @@ mod method;
 mod rodas;
 mod step_bounds;
 mod tableau;
+mod transitions;
 
 pub use adaptive::{Adaptive, Counts};
 pub(crate) use adaptive::{COMPANION_STEP_RATIO, InnerRows};

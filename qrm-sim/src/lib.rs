@@ -16,6 +16,7 @@ pub mod solve;
 pub mod start;
 pub mod state;
 
+mod event;
 mod peak;
 mod quadrature;
 mod stopwatch;

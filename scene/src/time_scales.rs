@@ -21,8 +21,6 @@ pub enum TimeScale {
         /// The width, in s.
         width: f64,
     },
-    /// A formula has a corner or a jump at a time.
-    Corner(f64),
 }
 
 /// The time scales of the loads, drives and points of a scene with these values of its parameters.
@@ -62,7 +60,6 @@ fn of_formula(value: &Value, courses: &[Option<TimeFunction>]) -> Vec<TimeScale>
     scales.retain(|scale| match scale {
         TimeScale::Period(rate) => rate.is_finite(),
         TimeScale::Moment { time, width } => time.is_finite() && width.is_finite(),
-        TimeScale::Corner(time) => time.is_finite(),
     });
     scales
 }
@@ -113,20 +110,12 @@ fn of_smooth(course: TimeFunction) -> Vec<TimeScale> {
     }
 }
 
-/// The corners of a function that has one where its argument is zero.
+/// The time scales of a function that has a corner where its argument is zero. Single corners end steps by themselves.
 fn of_corner(course: TimeFunction) -> Vec<TimeScale> {
-    match course {
-        TimeFunction::Line { at_zero, rate } => vec![TimeScale::Corner(-at_zero / rate)],
-        TimeFunction::Bent { value, rate, time } => {
-            let apart = -value / rate;
-            if apart >= 0.0 { [time - apart, time, time + apart].map(TimeScale::Corner).into() } else { Vec::new() }
-        }
-        TimeFunction::Turning { middle, amplitude, rate } => {
-            // The shorter one of the times between two zeros.
-            let between = 2.0 * (middle / amplitude).abs().acos() / rate;
-            if between > 0.0 { vec![each(0.5 * between)] } else { Vec::new() }
-        }
-    }
+    let TimeFunction::Turning { middle, amplitude, rate } = course else { return Vec::new() };
+    // The shorter one of the times between two zeros.
+    let between = 2.0 * (middle / amplitude).abs().acos() / rate;
+    if between > 0.0 { vec![each(0.5 * between)] } else { Vec::new() }
 }
 
 /// The time scale of changes that come again and again, each within such a time.
@@ -176,8 +165,6 @@ end_time = 1
             matches!(pulse[..], [TimeScale::Moment { time, width }] if near(time, 0.5) && near(width, 1e-4)),
             "{pulse:?}"
         );
-        assert_eq!(scales("abs(2*t - 1)*m"), [TimeScale::Corner(0.5)]);
-        assert_eq!(scales("max(t, 0.25)"), [TimeScale::Corner(0.25)]);
         assert_eq!(scales("tanh(4*(t - 2))"), [TimeScale::Moment { time: 2.0, width: 0.25 }]);
         assert_eq!(scales("1/(1 + ((t - 0.5)*4)*((t - 0.5)*4))"), [TimeScale::Moment { time: 0.5, width: 0.25 }]);
     }
@@ -192,14 +179,11 @@ end_time = 1
     }
 
     #[test]
-    fn triangles_are_as_wide_as_they_are() {
-        let triangle = scales("max(0, 1 - abs(t - 0.5)/w)");
-        let [TimeScale::Corner(middle), TimeScale::Corner(begin), TimeScale::Corner(end)] = triangle[..] else {
-            panic!("{triangle:?}")
-        };
-        assert!(middle == 0.5 && (begin - 0.4999).abs() < 1e-12 && (end - 0.5001).abs() < 1e-12, "{triangle:?}");
-        assert_eq!(scales("max(0, -1 - abs(t - 0.5)/w)"), [TimeScale::Corner(0.5)]);
-        assert!(matches!(scales("exp(-abs(t - 0.5)/w)")[..], [_, TimeScale::Moment { time: 0.5, .. }]));
+    fn corners_have_none() {
+        for force in ["abs(2*t - 1)*m", "max(t, 0.25)", "max(0, 1 - abs(t - 0.5)/w)"] {
+            assert_eq!(scales(force), [], "{force}");
+        }
+        assert!(matches!(scales("exp(-abs(t - 0.5)/w)")[..], [TimeScale::Moment { time: 0.5, .. }]));
     }
 
     #[test]

@@ -96,7 +96,7 @@ impl<'t> Places<'t> {
     }
 
     /// Values without a place that are needed for others, in their order; sine and cosine come together.
-    fn needed(&self, roots: impl Iterator<Item = Traced>) -> Vec<Traced> {
+    pub(super) fn needed(&self, roots: impl Iterator<Item = Traced>) -> Vec<Traced> {
         let mut is_needed = vec![false; self.known.len()];
         let mut pending: Vec<u32> = roots.map(|root| root.0).collect();
         while let Some(value) = pending.pop() {

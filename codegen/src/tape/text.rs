@@ -36,6 +36,9 @@ pub fn text(tape: &Tape) -> String {
     };
     field("linearization", &optional(&tape.linearization));
     field("event", &optional(&tape.event));
+    field("switching_functions", &function(&tape.switching_functions, 8));
+    field("linear_in_time", &tape.linear_in_time.to_string());
+    field("tanh_arguments", &function(&tape.tanh_arguments, 8));
     field("start", &function(&tape.start, 8));
     field("given", &list(tape.given, 8));
     field("schedule", &function(&tape.schedule, 8));

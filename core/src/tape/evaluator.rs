@@ -117,6 +117,16 @@ impl<'t, R: Scalar, B: DerefMut<Target = [R]>> TapeEvaluator<'t, B> {
         Some(value[0])
     }
 
+    /// The switching functions.
+    pub fn switching_functions(&mut self, t: R, q: &[R], qd: &[R], results: &mut [R]) {
+        self.evaluate(&self.tape.switching_functions, t, [q, qd], results);
+    }
+
+    /// The arguments of hyperbolic tangents.
+    pub fn tanh_arguments(&mut self, t: R, q: &[R], qd: &[R], results: &mut [R]) {
+        self.evaluate(&self.tape.tanh_arguments, t, [q, qd], results);
+    }
+
     /// Coordinates and rates at the start; [`Tape::given`] says which of them are given.
     pub fn start(&mut self, q: &mut [R], qd: &mut [R]) {
         let (of_q, of_qd) = self.tape.start.results.split_at(q.len());

@@ -1343,6 +1343,15 @@ pub static TAPE: qrm_core::Tape = {
         },
         linearization: None,
         event: None,
+        switching_functions: TapeFunction {
+            operations: &[],
+            results: &[],
+        },
+        linear_in_time: 0,
+        tanh_arguments: TapeFunction {
+            operations: &[Mul(46, 18)],
+            results: &[69],
+        },
         start: TapeFunction {
             operations: &[],
             results: &[51, 45, 52, 51, 51, 51],
@@ -1407,4 +1416,4 @@ pub static TAPE: qrm_core::Tape = {
     }
 };
 
-// Hash of this file and its derivation: 56cbb8c7f50a2af5
+// Hash of this file and its derivation: e0d72681a0b7b10b

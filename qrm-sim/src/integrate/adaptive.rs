@@ -4,9 +4,11 @@ use std::collections::VecDeque;
 
 use qrm_core::Mechanism;
 
+use super::corners::{Corner, Corners};
 use super::dense_output::DenseOutput;
 use super::method::{MethodSettings, StepError};
 use super::step_bounds::StepBounds;
+use super::transitions::Transitions;
 use crate::quadrature::GAUSS_3;
 use crate::solve::{Projection, ProjectionTolerance, Solver};
 use crate::state::State;
@@ -181,7 +183,7 @@ pub(super) struct Accepted {
 }
 
 /// Keeps a state between rows.
-type KeepState<'a> = dyn FnMut(&State) + 'a;
+pub(super) type KeepState<'a> = dyn FnMut(&State) + 'a;
 
 /// The states between rows that are kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -197,6 +199,12 @@ pub(crate) enum InnerRows {
 pub struct Adaptive {
     formula: Box<dyn StepFormula>,
     task: Task,
+    /// The corners of the equations of motion; `None` if there are none.
+    corners: Option<Box<Corners>>,
+    /// The corner that the last step ended at.
+    corner: Option<Corner>,
+    /// Smooth transitions of forces; `None` if there are none.
+    transitions: Option<Box<Transitions>>,
     /// The last step.
     dense_output: DenseOutput,
     /// The end of the step under way.
@@ -262,6 +270,8 @@ const GROW: f64 = 6.0;
 const SAMPLES: f64 = 8.0;
 /// They are no nearer than this part of the step that the scene states: near singular positions steps are tiny.
 const SAMPLES_PER_SCENE_STEP: f64 = 64.0;
+/// Corners nearer to the ends of a step than this part of it do not end it; one just behind the beginning is crossed.
+const SHORTEST_TO_CORNER: f64 = 1e-6;
 /// The part of a step of another run that steps beside it are at most: errors of order 4 fall to an eleventh.
 pub(crate) const COMPANION_STEP_RATIO: f64 = 0.55;
 
@@ -280,6 +290,9 @@ impl Adaptive {
         let mut adaptive = Self {
             formula,
             task,
+            corners: Corners::of(mechanism),
+            corner: None,
+            transitions: Transitions::of(mechanism),
             dense_output: DenseOutput::new(first.clone(), first.clone()),
             next: first.clone(),
             h: 0.0,
@@ -306,6 +319,10 @@ impl Adaptive {
         again.asked = from.t;
         if from.t < self.dense_output.from.t {
             again.dense_output = DenseOutput::new(from.clone(), from.clone());
+            again.corner = None;
+            if let Some(corners) = &mut again.corners {
+                corners.forget();
+            }
         }
         again
     }
@@ -341,7 +358,7 @@ impl Adaptive {
             if *begin >= t + longest {
                 break;
             }
-            longest = longest.min(COMPANION_STEP_RATIO * (end - begin));
+            longest = longest.min((begin - t).max(COMPANION_STEP_RATIO * (end - begin)));
         }
         longest
     }
@@ -440,13 +457,29 @@ impl Adaptive {
         self.counts.accepted + self.counts.rejected
     }
 
-    /// Makes one accepted step.
+    /// Makes one accepted step, which ends where the equations of motion have a corner.
     fn step(&mut self, mechanism: &dyn Mechanism, solver: &mut Solver) -> Result<(), StepError> {
+        self.step_from_corner(mechanism, solver, true)
+    }
+
+    /// Makes one accepted step; `crosses` a corner just behind its beginning first.
+    fn step_from_corner(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        solver: &mut Solver,
+        crosses: bool,
+    ) -> Result<(), StepError> {
+        self.cross_corner(mechanism, solver)?;
         let t = self.dense_output.to.t;
-        let task = Task { end_time: self.task.end_time.min(self.task.bounds.next_end(t)), ..self.task };
-        let left = task.end_time - t;
+        // The corner that the step ends at.
+        let mut corner = self.corners.as_ref().and_then(|corners| corners.next_time(t));
+        let end = corner.map_or(f64::INFINITY, Corner::before);
+        let end_time = self.task.end_time.min(self.task.bounds.next_end(t)).min(end);
+        let mut task = Task { end_time, ..self.task };
         let longest = self.longest(t);
+        let asked = self.h.min(longest);
         loop {
+            let left = task.end_time - t;
             self.h = self.h.min(longest);
             // Two even steps to the end are better than a long and a very short one.
             let h = if self.h >= left {
@@ -462,7 +495,13 @@ impl Adaptive {
             let mut work = Work { evaluations: &mut self.counts.evaluations, solver };
             let from = &self.dense_output.to;
             let error = match self.formula.attempt(mechanism, from, h, &task, &mut work, &mut self.next) {
-                Ok(error) if error <= 1.0 => error,
+                Ok(error) if error <= 1.0 => match self.transition() {
+                    change if change > 1.0 => {
+                        self.reject(h * (SAFETY / change).max(SHRINK));
+                        continue;
+                    }
+                    _ => error,
+                },
                 Ok(error) => {
                     let factor = if error.is_finite() {
                         SAFETY * error.powf(-1.0 / f64::from(self.formula.order()))
@@ -479,23 +518,91 @@ impl Adaptive {
                     continue;
                 }
             };
-            let (order, beta) = (f64::from(self.formula.order()), self.formula.beta());
-            let error = error.max(1e-10);
-            let factor = SAFETY * error.powf(0.75 * beta - 1.0 / order) * self.last_error.powf(beta);
-            let most = if self.was_rejected { 1.0 } else { GROW };
-            self.h = h * factor.clamp(SHRINK, most);
-            self.last_error = error.max(1e-4);
-            self.was_rejected = false;
-            let accepted = self.formula.accepted(mechanism, from, &self.next);
-            self.counts.accepted += 1;
-            self.steps.push([t, self.next.t]);
-            self.counts.implicit += u64::from(accepted.is_implicit);
-            self.counts.stability_bound += u64::from(accepted.is_stability_bound);
-            self.counts.fallback += u64::from(accepted.is_fallback);
-            self.dense_output.go_on(&mut self.next);
+            let shortest = (SHORTEST_TO_CORNER * h).max(Corner::resolution(t));
+            if let Some(met) = self.corner_inside(mechanism, &task, solver, if crosses { 0.0 } else { shortest })? {
+                if met.0 - t <= shortest {
+                    self.corner = Some(met);
+                    return self.step_from_corner(mechanism, solver, false);
+                }
+                task.end_time = met.before();
+                corner = Some(met);
+                continue;
+            }
+            self.accept(mechanism, t, h, error);
+            self.corner = corner.filter(|corner| self.dense_output.to.t == corner.before());
+            if self.corner.is_some() {
+                // The step was short for the sake of the corner, and that says little of the next one.
+                self.h = self.h.max(asked);
+            }
             self.balance(mechanism, solver);
             return Ok(());
         }
+    }
+
+    /// How far the step that was just made passes through a transition; more than 1 is too far.
+    fn transition(&mut self) -> f64 {
+        let (from, to) = (self.dense_output.to.as_ref(), self.next.as_ref());
+        self.transitions.as_mut().map_or(0.0, |transitions| transitions.change(&from, &to))
+    }
+
+    /// Takes over an accepted step of length `h` from `t` on, and chooses the length of the next one.
+    fn accept(&mut self, mechanism: &dyn Mechanism, t: f64, h: f64, error: f64) {
+        let (order, beta) = (f64::from(self.formula.order()), self.formula.beta());
+        let error = error.max(1e-10);
+        let factor = SAFETY * error.powf(0.75 * beta - 1.0 / order) * self.last_error.powf(beta);
+        let most = if self.was_rejected { 1.0 } else { GROW };
+        self.h = h * factor.clamp(SHRINK, most);
+        self.last_error = error.max(1e-4);
+        self.was_rejected = false;
+        let accepted = self.formula.accepted(mechanism, &self.dense_output.to, &self.next);
+        self.counts.accepted += 1;
+        self.steps.push([t, self.next.t]);
+        self.counts.implicit += u64::from(accepted.is_implicit);
+        self.counts.stability_bound += u64::from(accepted.is_stability_bound);
+        self.counts.fallback += u64::from(accepted.is_fallback);
+        self.dense_output.go_on(&mut self.next);
+    }
+
+    /// Begins behind the corner that the last step ended at.
+    fn cross_corner(&mut self, mechanism: &dyn Mechanism, solver: &mut Solver) -> Result<(), StepError> {
+        let Some(corners) = &mut self.corners else { return Ok(()) };
+        let now = &mut self.dense_output.to;
+        if let Some(corner) = self.corner.take().or_else(|| corners.at(now.t)) {
+            corners.forget();
+            solver.cross(mechanism, self.task.projection, corner.behind(), now)?;
+        }
+        corners.leave(mechanism, (self.task.projection, solver), SHORTEST_TO_CORNER * self.h, now)
+    }
+
+    /// The first corner inside the step that was just made, further than `shortest` behind its beginning.
+    fn corner_inside(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        task: &Task,
+        solver: &mut Solver,
+        shortest: f64,
+    ) -> Result<Option<Corner>, StepError> {
+        let Self { corners: Some(corners), dense_output, next, formula, .. } = self else { return Ok(None) };
+        let from = &dense_output.to;
+        if !corners.may_meet(&from.as_ref(), &next.as_ref()) {
+            return Ok(None);
+        }
+        let h = next.t - from.t;
+        // The step may be made again, and its states inside are not those of the method.
+        let mut formula = formula.clone();
+        formula.accepted(mechanism, from, next);
+        let mut inside = DenseOutput::new(from.clone(), next.clone());
+        let mut work = Work { evaluations: &mut 0, solver };
+        let met = corners.first_inside([from, next], shortest, |t| {
+            let mut at = State { t, ..inside.to.clone() };
+            formula.state_inside(mechanism, &mut inside, task, &mut work, &mut at)?;
+            Ok(at)
+        })?;
+        let met = met.filter(|met| next.t - met.t > SHORTEST_TO_CORNER * h).map(|met| Corner(met.t));
+        if met.is_some() {
+            corners.forget();
+        }
+        Ok(met)
     }
 
     /// Compares the energy at the end of the last step with the work of its loads, whose power is integrated inside the

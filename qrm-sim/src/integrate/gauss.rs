@@ -42,10 +42,8 @@ struct Gauss {
 
 impl Gauss {
     fn new(mechanism: &dyn Mechanism) -> Self {
-        let steps = || [Width::Eight, Width::Four].into_iter().find_map(|width| mechanism.gauss_steps(width));
         Self {
-            // The order of the method is lost where the motion is not smooth.
-            steps: if mechanism.description().has_corners { None } else { steps() },
+            steps: [Width::Eight, Width::Four].into_iter().find_map(|width| mechanism.gauss_steps(width)),
             fallback: Auto::new(mechanism.description().coordinates.len()),
             attempted: None,
             work: None,

@@ -3,12 +3,14 @@
 use qrm_core::{Mechanism, RowLayout, RowRequest, RowStop};
 
 use super::adaptive::{Adaptive, Counts, InnerRows, Task};
-use super::classical::CLASSICAL;
-use super::explicit::Explicit;
+use super::corners::{Corner, Corners};
+use super::fixed::{Fixed, StepBy};
 use super::method::{MethodSettings, StepError};
 use crate::solve::{Projection, ProjectionTolerance, Solver, SolverStats};
-use crate::state::State;
+use crate::state::{State, state_in};
 
+/// Rows that the kernel makes before it is known whether the equations of motion had a corner between them.
+const ROWS_BETWEEN_CORNERS: usize = 16;
 /// Most numbers of states between rows that are kept.
 const MOST_INNER: usize = 1 << 20;
 
@@ -21,8 +23,7 @@ pub struct Integrator {
     steps: Steps,
     /// Room for the two rows of a step.
     pair: [State; 2],
-    /// Room for the two rows of a step, as numbers.
-    rows: Vec<f64>,
+    layout: RowLayout,
     /// Which states between rows are kept, and those of the last block.
     keeps_inner: Option<InnerRows>,
     inner: Vec<f64>,
@@ -31,7 +32,7 @@ pub struct Integrator {
 #[derive(Clone, Debug)]
 enum Steps {
     /// Each row is a step.
-    Fixed(Explicit),
+    Fixed(Box<Fixed>),
     /// Steps are chosen by a tolerance.
     Adaptive(Box<Adaptive>),
 }
@@ -69,10 +70,10 @@ impl Integrator {
         first: &State,
         end_time: f64,
     ) -> Result<Self, StepError> {
-        let n = first.q.len();
+        let layout = RowLayout { n: first.q.len(), m: first.multipliers.len() };
         let mut solver = Solver::at(mechanism, first.t, &first.q);
         let steps = match settings.method.formula {
-            None => Steps::Fixed(Explicit::new(&CLASSICAL, n)),
+            None => Steps::Fixed(Box::new(Fixed::new(mechanism, first))),
             Some(_) if settings.method.needs_linearization && !mechanism.has_linearization() => {
                 return Err(StepError::NoLinearization);
             }
@@ -83,8 +84,7 @@ impl Integrator {
             }
         };
         let pair = [first.clone(), first.clone()];
-        let width = RowLayout { n, m: first.multipliers.len() }.width();
-        Ok(Self { settings, solver, steps, pair, rows: vec![0.0; 2 * width], keeps_inner: None, inner: Vec::new() })
+        Ok(Self { settings, solver, steps, pair, layout, keeps_inner: None, inner: Vec::new() })
     }
 
     /// Has states between rows kept, where steps are shorter than these.
@@ -100,6 +100,13 @@ impl Integrator {
         }
     }
 
+    /// Makes the part of a fixed step behind a corner in so many steps.
+    pub(crate) fn set_steps_behind_corners(&mut self, count: u32) {
+        if let Steps::Fixed(fixed) = &mut self.steps {
+            fixed.steps_behind_corners = count;
+        }
+    }
+
     /// Keeps steps that are chosen by a tolerance below those of another run at the same time.
     pub(crate) fn limit_steps_by(&mut self, steps: &[[f64; 2]]) {
         if let Steps::Adaptive(adaptive) = &mut self.steps {
@@ -110,7 +117,7 @@ impl Integrator {
 
     /// A state between the rows of the last block, as a row.
     pub(crate) fn inner_row(&self, i: usize) -> Option<&[f64]> {
-        let width = self.rows.len() / 2;
+        let width = self.layout.width();
         self.inner.get(i * width..(i + 1) * width)
     }
 
@@ -150,27 +157,12 @@ impl Integrator {
         t: f64,
         to: &mut State,
     ) -> Result<(), StepError> {
-        if self.is_by_kernel() && self.advance_by_kernel(mechanism, from, t, to) {
-            return Ok(());
-        }
-        self.advance_by_functions(mechanism, from, t, to)
+        let asks_kernel = self.is_by_kernel();
+        self.advance_by(asks_kernel, mechanism, from, t, to)
     }
 
     fn is_by_kernel(&self) -> bool {
         self.settings.is_by_kernel() && !self.solver.is_redundant()
-    }
-
-    /// Makes a step by the kernel; false if it cannot be relied on.
-    fn advance_by_kernel(&mut self, mechanism: &dyn Mechanism, from: &State, t: f64, to: &mut State) -> bool {
-        let residual = self.settings.projection_tolerance.residual;
-        let step = t - from.t;
-        let request = RowRequest { origin: from.t, step, end_time: t, first: 0, residual, watches_event: false };
-        from.write(&mut self.rows);
-        let is_made = mechanism.integrate_rk4(&request, &mut self.rows).made == 1;
-        if is_made {
-            to.read(&self.rows[self.rows.len() / 2..]);
-        }
-        is_made
     }
 
     /// Moves from a row to the next one, at `t`, by the plain functions.
@@ -184,20 +176,32 @@ impl Integrator {
         t: f64,
         to: &mut State,
     ) -> Result<(), StepError> {
-        let projection = (self.settings.projection, self.settings.projection_tolerance);
-        match &mut self.steps {
-            Steps::Fixed(formula) => formula.step(mechanism, &mut self.solver, projection, (from, t), to),
+        self.advance_by(false, mechanism, from, t, to)
+    }
+
+    fn advance_by(
+        &mut self,
+        asks_kernel: bool,
+        mechanism: &dyn Mechanism,
+        from: &State,
+        t: f64,
+        to: &mut State,
+    ) -> Result<(), StepError> {
+        let Self { settings, solver, steps, layout, keeps_inner, inner, .. } = self;
+        let mut keep = |state: &State| {
+            let begin = inner.len();
+            if begin < MOST_INNER {
+                inner.resize(begin + layout.width(), 0.0);
+                state.write(&mut inner[begin..]);
+            }
+        };
+        match steps {
+            Steps::Fixed(fixed) => {
+                fixed.advance(&mut StepBy { mechanism, settings, solver, asks_kernel }, from, t, to, &mut keep)
+            }
             Steps::Adaptive(adaptive) => {
-                let inner = &mut self.inner;
-                let mut keep = |state: &State| {
-                    let begin = inner.len();
-                    if begin < MOST_INNER {
-                        inner.resize(begin + self.rows.len() / 2, 0.0);
-                        state.write(&mut inner[begin..]);
-                    }
-                };
-                let inner = self.keeps_inner.map(|which| (which, &mut keep as &mut dyn FnMut(&State)));
-                adaptive.advance_to(mechanism, t, &mut self.solver, to, inner)
+                let inner = keeps_inner.map(|which| (which, &mut keep as &mut dyn FnMut(&State)));
+                adaptive.advance_to(mechanism, t, solver, to, inner)
             }
         }
     }
@@ -208,11 +212,16 @@ impl Integrator {
     /// The motion does not get there.
     pub fn between(&mut self, mechanism: &dyn Mechanism, from: &State, t: f64) -> Result<State, StepError> {
         let mut to = from.clone();
-        match &self.steps {
-            Steps::Fixed(_) => self.advance(mechanism, from, t, &mut to)?,
+        let asks_kernel = self.is_by_kernel();
+        let Self { settings, solver, steps, .. } = self;
+        match steps {
+            Steps::Fixed(fixed) => {
+                let mut by = StepBy { mechanism, settings, solver, asks_kernel };
+                fixed.advance(&mut by, from, t, &mut to, &mut |_| ())?;
+            }
             Steps::Adaptive(adaptive) => {
                 let mut again = adaptive.restarted(from);
-                again.advance_to(mechanism, t, &mut self.solver, &mut to, None)?;
+                again.advance_to(mechanism, t, solver, &mut to, None)?;
             }
         }
         Ok(to)
@@ -220,15 +229,13 @@ impl Integrator {
 
     /// Fills a block with rows after its first one, by the generated kernel where the method allows it.
     pub(crate) fn fill(&mut self, mechanism: &dyn Mechanism, request: &RowRequest, rows: &mut [f64]) -> Block {
-        let description = mechanism.description();
-        let layout = RowLayout { n: description.coordinates.len(), m: description.constraints.len() };
         self.inner.clear();
         if let Steps::Adaptive(adaptive) = &mut self.steps {
             adaptive.forget_steps();
         }
         // The rows are borrowed beside the rest of the integrator.
         let mut pair = std::mem::replace(&mut self.pair, [State::zero(0, 0), State::zero(0, 0)]);
-        let block = self.fill_with(mechanism, request, layout, rows, &mut pair);
+        let block = self.fill_with(mechanism, request, rows, &mut pair);
         self.pair = pair;
         block
     }
@@ -237,24 +244,31 @@ impl Integrator {
         &mut self,
         mechanism: &dyn Mechanism,
         request: &RowRequest,
-        layout: RowLayout,
         rows: &mut [f64],
         [from, to]: &mut [State; 2],
     ) -> Block {
-        let width = layout.width();
+        let (layout, width) = (self.layout, self.layout.width());
         from.read(rows);
         let mut made = 0;
         loop {
             if self.is_by_kernel() {
                 let rest = RowRequest { first: request.first + made as u64, ..*request };
-                let result = mechanism.integrate_rk4(&rest, &mut rows[made * width..]);
-                made += result.made;
-                match result.reason {
-                    RowStop::Full => return Block { made, reason: BlockEnd::Full },
-                    RowStop::End => return Block { made, reason: BlockEnd::End },
-                    RowStop::Event => return Block { made, reason: BlockEnd::Event },
-                    RowStop::Unreliable => from.read(&rows[made * width..]),
+                let room = self.rows_to_corner(&rest, rows.len() / width - made - 1, rows[made * width]);
+                let result = mechanism.integrate_rk4(&rest, &mut rows[made * width..(made + room + 1) * width]);
+                let smooth = self.rows_without_corner(&rows[made * width..(made + result.made + 1) * width]);
+                made += smooth;
+                if smooth == result.made && room > 0 {
+                    match result.reason {
+                        RowStop::Full if rows.len() < (made + 2) * width => {
+                            return Block { made, reason: BlockEnd::Full };
+                        }
+                        RowStop::Full => continue,
+                        RowStop::End => return Block { made, reason: BlockEnd::End },
+                        RowStop::Event => return Block { made, reason: BlockEnd::Event },
+                        RowStop::Unreliable => {}
+                    }
                 }
+                from.read(&rows[made * width..]);
             }
             if rows.len() < (made + 2) * width {
                 return Block { made, reason: BlockEnd::Full };
@@ -274,6 +288,34 @@ impl Integrator {
         }
     }
 
+    /// The number of rows, at most `room`, for the kernel to make from `t` on.
+    fn rows_to_corner(&mut self, request: &RowRequest, room: usize, t: f64) -> usize {
+        let Some(corners) = self.corners() else { return room };
+        if corners.at(t).is_some() {
+            return 0;
+        }
+        let end = corners.next_time(t).map_or(f64::INFINITY, Corner::before);
+        let room = room.min(ROWS_BETWEEN_CORNERS);
+        (0..room).take_while(|row| request.time(request.first + *row as u64 + 1) <= end).count()
+    }
+
+    /// The corners that end steps of a fixed length.
+    fn corners(&mut self) -> Option<&mut Corners> {
+        match &mut self.steps {
+            Steps::Fixed(fixed) => fixed.corners.as_deref_mut(),
+            Steps::Adaptive(_) => None,
+        }
+    }
+
+    /// The number of rows of a block after its first one before which the motion meets no corner.
+    fn rows_without_corner(&mut self, rows: &[f64]) -> usize {
+        let (layout, width) = (self.layout, self.layout.width());
+        let count = rows.len() / width - 1;
+        let Some(corners) = self.corners() else { return count };
+        let row = |i: usize| state_in(layout, &rows[i * width..]);
+        (0..count).find(|i| corners.may_meet(&row(*i), &row(i + 1))).unwrap_or(count)
+    }
+
     /// Makes the row after row `row` by the plain functions, and returns the value of the event there.
     fn row(
         &mut self,
@@ -283,7 +325,7 @@ impl Integrator {
         from: &State,
         to: &mut State,
     ) -> Result<f64, StepError> {
-        self.advance_by_functions(mechanism, from, request.time(row + 1), to)?;
+        self.advance(mechanism, from, request.time(row + 1), to)?;
         let event = if request.watches_event { mechanism.event(to.t, &to.q, &to.qd) } else { None };
         Ok(event.unwrap_or(-1.0))
     }
@@ -332,6 +374,26 @@ fn end_of_row(event: f64, row: &State, request: &RowRequest, made: usize, room: 
 }
 
 impl Solver {
+    /// Moves a state along its rates and accelerations to a time so near that nothing else changes.
+    ///
+    /// # Errors
+    /// The projection does not converge, or the accelerations are not determined.
+    pub(super) fn cross(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        projection: (Projection, ProjectionTolerance),
+        t: f64,
+        state: &mut State,
+    ) -> Result<(), StepError> {
+        let h = t - state.t;
+        state.t = t;
+        for i in 0..state.q.len() {
+            state.q[i] += h * state.qd[i];
+            state.qd[i] += h * state.qdd[i];
+        }
+        self.projected(mechanism, projection, state)
+    }
+
     /// Completes a state by its accelerations and multipliers.
     ///
     /// # Errors

@@ -47,6 +47,19 @@ impl Balance {
         self.compare(from);
     }
 
+    /// Takes the change of the energy up to a row for the work: the power changed at once before it.
+    pub(crate) fn pass_over(&mut self, row: &Row) {
+        // Two rows do not tell how the power changed between them either.
+        if self.window.len() > 2 {
+            *self = self.finished();
+            self.window.drain(..self.window.len() - 1);
+        }
+        if let Some((_, _, energy)) = self.window.first() {
+            self.work += row.energy - energy;
+        }
+        self.window.clear();
+    }
+
     /// Compares work and change up to the row after that one.
     fn compare(&mut self, from: usize) {
         self.change = self.window[from + 1].2 - self.first.unwrap_or(0.0);

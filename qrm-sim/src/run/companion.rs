@@ -22,9 +22,6 @@ const RICHARDSON_FACTOR: f64 = 2.0;
 const RATIO_OF_LONG_STEPS: f64 = 1.26;
 /// Steps are long where the difference is a larger part than this of the largest coordinate, or of a turn.
 const LONG: f64 = 1e-5;
-/// The ratio of that difference to the error where loads have corners. The errors of both depend on where their steps
-/// meet one, and may agree by chance.
-const RATIO_AT_CORNERS: f64 = 1.0 / 3.0;
 
 /// Below this, a companion has the fraction of the tolerance that belongs to order 4: smaller ones may be out of reach
 /// near singular positions.
@@ -50,8 +47,6 @@ pub(crate) struct Companion {
     /// The largest differences of parts of the motion that are over, added up.
     before: Vec<f64>,
     failed: bool,
-    /// Whether loads have corners.
-    has_corners: bool,
 }
 
 impl Companion {
@@ -69,7 +64,7 @@ impl Companion {
         let layout = RowLayout { n: first.q.len(), m: first.multipliers.len() };
         let quantities = Quantities::new(mechanism.description(), has_outputs);
         Some(Self {
-            integrator: Integrator::new(mechanism, settings, first, end_time).ok()?,
+            integrator: integrator(mechanism, settings, first, end_time).ok()?,
             layout,
             start: first.t,
             at: first.clone(),
@@ -79,7 +74,6 @@ impl Companion {
             differences: Differences::new(quantities, mechanism, &first.as_ref()),
             before: vec![0.0; quantities.count()],
             failed: false,
-            has_corners: mechanism.description().has_corners,
         })
     }
 
@@ -107,7 +101,7 @@ impl Companion {
             *before += difference;
         }
         self.at.clone_from(first);
-        self.integrator = Integrator::new(new, self.integrator.settings, first, f64::INFINITY)?;
+        self.integrator = integrator(new, self.integrator.settings, first, f64::INFINITY)?;
         self.row = 0;
         Ok(())
     }
@@ -212,13 +206,7 @@ impl Companion {
         let n = self.layout.n;
         let total = self.differences.largest[..n].iter().zip(&self.before).map(|(own, before)| own + before);
         let size = largest(self.differences.ranges[..n].as_flattened()).1;
-        if self.has_corners {
-            RATIO_AT_CORNERS
-        } else if total.fold(0.0, f64::max) > LONG * size.min(TAU) {
-            RATIO_OF_LONG_STEPS
-        } else {
-            RICHARDSON_FACTOR
-        }
+        if total.fold(0.0, f64::max) > LONG * size.min(TAU) { RATIO_OF_LONG_STEPS } else { RICHARDSON_FACTOR }
     }
 
     /// The errors below which a difference says nothing: the rounding errors of both runs may agree.
@@ -236,4 +224,16 @@ impl Companion {
     pub(crate) fn failed(&self) -> bool {
         self.failed
     }
+}
+
+/// An integrator with coarser steps behind corners than that of a run.
+fn integrator(
+    mechanism: &dyn Mechanism,
+    settings: MethodSettings,
+    first: &State,
+    end_time: f64,
+) -> Result<Integrator, StepError> {
+    let mut integrator = Integrator::new(mechanism, settings, first, end_time)?;
+    integrator.set_steps_behind_corners(COMPANION_STEPS[1] as u32);
+    Ok(integrator)
 }

@@ -112,7 +112,9 @@ impl RunMonitor {
         for row in rows.chunks_exact(width) {
             let at = state_in(self.layout, row);
             let StateRef { t, q, qd, qdd, multipliers } = at;
-            while let Some(state) = inner.next_if(|state| state[0] < t) {
+            let is_inner = |state: &&[f64]| state[0] < t;
+            let has_inner = inner.peek().is_some_and(is_inner);
+            while let Some(state) = inner.next_if(is_inner) {
                 self.between(mechanism, state);
             }
             let RowQuantities { energy: [kinetic, potential], power } =
@@ -151,6 +153,9 @@ impl RunMonitor {
                 power,
                 corrections: row[self.layout.corrections()] as u32,
             };
+            if has_inner {
+                self.balance.pass_over(&row);
+            }
             observer.row(&row).and_then(|()| self.balance.row(&row)).map_err(Status::Unwritable)?;
             self.rows += 1;
         }
@@ -161,6 +166,7 @@ impl RunMonitor {
     fn between(&mut self, mechanism: &dyn Mechanism, state: &[f64]) {
         let StateRef { t, q, qd, qdd, multipliers } = state_in(self.layout, state);
         self.widen(q);
+        self.is_conservative &= mechanism.power(t, q, qd, qdd, multipliers) == 0.0;
         if self.extremes.is_none() {
             return;
         }

@@ -7,13 +7,13 @@ use qrm_core::{Mechanism, RowLayout, RowRequest};
 
 use super::companion::Companion;
 use super::continuation::Branch;
-use super::event::{locate, touched};
 use super::monitor::RunMonitor;
 use super::observer::Observer;
 use super::outcome::{Outcome, StartError, Status, Undefined};
 use super::redundancy::Redundancy;
 use super::sampler::Sampler;
 use crate::columns::numbers;
+use crate::event::{locate, touched};
 use crate::integrate::{BlockEnd, InnerRows, Integrator, MethodSettings, StepError};
 use crate::peak::peak_between;
 use crate::solve::{Solver, constraint_rank};

@@ -75,7 +75,7 @@ impl Watch {
         if let Some(companion) = &mut self.companion {
             companion.follow(mechanism, integrator, request, new, request.first + 1);
         }
-        self.monitor.take(mechanism, new, &[], &mut ()).map_err(|_| StepError::NotFinite)
+        self.monitor.take(mechanism, new, integrator.inner_rows(), &mut ()).map_err(|_| StepError::NotFinite)
     }
 
     /// Begins a new part of the motion with other parameters, at the state `first`; the last part ended at `end`, after

@@ -6,7 +6,7 @@ use qrm_core::{Mechanism, Scalar};
 use super::number::{Number, PARTS, derivatives, has_derivatives, number, of_part, of_parts};
 use super::step::{DualState, DualStepper, real};
 use super::{DualCondition, SensitivityEnd, SensitivityError};
-use crate::run::locate;
+use crate::event::locate;
 use crate::state::State;
 
 /// The stop condition `g(t, q, qd, p)` of a motion, negative before it becomes true.

@@ -40,6 +40,9 @@ static TAPE: Tape = Tape {
     outputs: TapeFunction { operations: &[], results: &[4] },
     linearization: None,
     event: Some(TapeFunction { operations: &[Neg(3)], results: &[20] }),
+    switching_functions: TapeFunction::NONE,
+    linear_in_time: 0,
+    tanh_arguments: TapeFunction::NONE,
     start: TapeFunction {
         operations: &[Number(0.6), Mul(20, 0), Number(-0.8), Mul(22, 0)],
         results: &[21, 23, 16, 16],

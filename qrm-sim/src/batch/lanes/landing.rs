@@ -5,8 +5,9 @@ use std::convert::Infallible;
 use qrm_core::LaneSchedule;
 
 use super::LaneSweep;
+use crate::event::locate;
 use crate::integrate::quintic;
-use crate::run::{Status, locate};
+use crate::run::Status;
 use crate::state::State;
 
 /// Longest change of time, as a part of the step, by which a state is moved along its Taylor series of order 2.

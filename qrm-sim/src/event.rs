@@ -16,7 +16,7 @@ const SHIFT: f64 = 1e-4;
 pub(crate) fn locate<E>(
     from: &State,
     beyond: &State,
-    value: impl Fn(&State) -> f64,
+    mut value: impl FnMut(&State) -> f64,
     mut step: impl FnMut(f64) -> Result<State, E>,
 ) -> Result<State, E> {
     // The zero lies between `a`, the last time, and `b`; `c` is the time before.
@@ -53,12 +53,12 @@ pub(crate) fn locate<E>(
 pub(crate) fn touched<E>(
     from: &State,
     to: &State,
-    value: impl Fn(&State) -> Option<f64>,
+    mut value: impl FnMut(&State) -> Option<f64>,
     mut step: impl FnMut(f64) -> Result<State, E>,
 ) -> Option<State> {
     let h = to.t - from.t;
     // The change of the value along the motion.
-    let slope = |at: &State, h: f64| {
+    let mut slope = |at: &State, h: f64| {
         let mut moved = at.clone();
         moved.t += h;
         for i in 0..at.q.len() {
@@ -74,7 +74,8 @@ pub(crate) fn touched<E>(
         let state = step(t).map_err(|_| ())?;
         Ok::<_, ()>((value(&state).ok_or(())?, state))
     };
-    let found = largest_between([from.t, to.t], SHIFT * h, |value| value >= 0.0, at);
+    let resolution = (SHIFT * h).max(4.0 * f64::EPSILON * to.t.abs());
+    let found = largest_between([from.t, to.t], resolution, |value| value >= 0.0, at);
     found.ok().map(|(_, _, state)| state)
 }
 

@@ -1,0 +1,92 @@
+//! Where the equations of motion change at once, or fast: the arguments of sizes and signs, and of hyperbolic tangents.
+
+use std::collections::BTreeSet;
+
+use qrm_core::Operation;
+
+use super::places::{Places, place};
+use super::trace::{Entry, Trace, Traced};
+
+/// The arguments of functions that switch.
+pub(super) struct Switching {
+    /// The switching functions.
+    pub(super) functions: Vec<Traced>,
+    /// So many of them, which come first, are linear in time.
+    pub(super) linear_in_time: u32,
+    /// The arguments of hyperbolic tangents.
+    pub(super) tanh_arguments: Vec<Traced>,
+}
+
+impl Switching {
+    /// Those on the way to these values.
+    pub(super) fn of(trace: &Trace, places: &Places, values: &[&Vec<Traced>]) -> Self {
+        let degrees = degrees_in_time(trace);
+        let [mut linear, mut other, mut of_tanh] = [BTreeSet::new(), BTreeSet::new(), BTreeSet::new()];
+        for Traced(value) in places.needed(values.iter().copied().flatten().copied()) {
+            let Entry::Operation(operation) = trace.entries[value as usize] else { continue };
+            match operation {
+                Operation::Abs(argument) | Operation::Sign(argument) => match degrees[argument as usize] {
+                    Degree::Constant => {}
+                    Degree::Linear => drop(linear.insert(argument)),
+                    Degree::Other => drop(other.insert(argument)),
+                },
+                Operation::Tanh(argument) if degrees[argument as usize] != Degree::Constant => {
+                    of_tanh.insert(argument);
+                }
+                _ => {}
+            }
+        }
+        let linear_in_time = place(linear.len());
+        let list = |arguments: BTreeSet<u32>| arguments.into_iter().map(Traced);
+        Self {
+            functions: list(linear).chain(list(other)).collect(),
+            linear_in_time,
+            tanh_arguments: list(of_tanh).collect(),
+        }
+    }
+}
+
+/// How a value depends on time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Degree {
+    /// It follows from parameters alone.
+    Constant,
+    /// It is `a + b t` with constants.
+    Linear,
+    /// It depends on the motion, or on time otherwise.
+    Other,
+}
+
+fn degrees_in_time(trace: &Trace) -> Vec<Degree> {
+    let mut degrees: Vec<Degree> = Vec::with_capacity(trace.entries.len());
+    for (i, entry) in trace.entries.iter().enumerate() {
+        let of = |operand: u32| degrees[operand as usize];
+        let product = |a: u32, b: u32| match (of(a), of(b)) {
+            (Degree::Constant, other) | (other, Degree::Constant) => other,
+            _ => Degree::Other,
+        };
+        degrees.push(match *entry {
+            Entry::Input if i < trace.parameters.len() => Degree::Constant,
+            // Time follows the parameters.
+            Entry::Input if i == trace.parameters.len() => Degree::Linear,
+            Entry::Input => Degree::Other,
+            Entry::Cosine => degrees[i - 1],
+            Entry::Operation(operation) => match operation {
+                Operation::Neg(a) => of(a),
+                Operation::Add(a, b) | Operation::Sub(a, b) => of(a).max(of(b)),
+                Operation::Mul(a, b) => product(a, b),
+                Operation::Div(a, b) if of(b) == Degree::Constant => of(a),
+                Operation::MulAdd(a, b, c) | Operation::NegMulAdd(a, b, c) => product(a, b).max(of(c)),
+                _ => {
+                    let mut is_constant = true;
+                    let _ = operation.map(|operand| {
+                        is_constant &= of(operand) == Degree::Constant;
+                        operand
+                    });
+                    if is_constant { Degree::Constant } else { Degree::Other }
+                }
+            },
+        });
+    }
+    degrees
+}

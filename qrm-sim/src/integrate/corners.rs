@@ -1,0 +1,303 @@
+//! Corners and jumps of the equations of motion: the zeros of their switching functions.
+
+use std::ops::Range;
+
+use qrm_core::{Mechanism, StateRef, TapeEvaluator};
+
+use super::method::StepError;
+use crate::event::{locate, touched};
+use crate::solve::{Projection, ProjectionTolerance, Solver};
+use crate::state::State;
+
+/// A switching function may have two zeros in a step where its smallest value at an end is less than so many of its
+/// changes in a step.
+const NEAR: f64 = 4.0;
+/// Steps towards a jump are shortened by at least this part of them, and at most to it.
+const SHORTEST_PART: f64 = 0.01;
+/// Changes of so many times what rounding errors of the state change are rounding errors.
+const NOISE: f64 = 4.0;
+/// A time along the tangent of a motion.
+const ALONG: f64 = 1e-6;
+/// Times nearer to each other than this part of themselves are equal.
+const EQUAL: f64 = 16.0 * f64::EPSILON;
+
+/// The switching functions of a mechanism along a motion.
+#[derive(Clone, Debug)]
+pub(super) struct Corners {
+    evaluator: TapeEvaluator<'static, Vec<f64>>,
+    /// The zeros of those that are linear in time, in order.
+    times: Vec<Corner>,
+    /// The others among all functions.
+    others: Range<usize>,
+    /// The time of the values at the end of a step, and the values at both ends.
+    t: f64,
+    values: [Vec<f64>; 2],
+    /// The changes of the values in the last step.
+    changes: Vec<f64>,
+    /// Whether stages of the last step may lie behind a corner that its end does not reach.
+    is_seen_by_stages: bool,
+    /// Changes that are rounding errors.
+    noise: Vec<f64>,
+    /// Room for a state that was moved a little, and for the values there.
+    moved: [Vec<f64>; 3],
+}
+
+/// The time at which the equations of motion have a corner or a jump.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Corner(pub(super) f64);
+
+impl Corner {
+    /// The shortest way from `t` to a corner for a step.
+    pub(super) fn resolution(t: f64) -> f64 {
+        4.0 * equal(t)
+    }
+
+    /// The end of a step towards it, where no stage is behind it yet.
+    pub(super) fn before(self) -> f64 {
+        self.0 - equal(self.0)
+    }
+
+    /// The beginning of a step from it on.
+    pub(super) fn behind(self) -> f64 {
+        self.0 + equal(self.0)
+    }
+}
+
+/// The distance within which times are equal.
+fn equal(t: f64) -> f64 {
+    (EQUAL * t.abs()).max(f64::MIN_POSITIVE)
+}
+
+impl Corners {
+    /// The switching functions; `None` if there are none.
+    pub(super) fn of(mechanism: &dyn Mechanism) -> Option<Box<Self>> {
+        let tape = mechanism.model()?.tape;
+        let count = tape.switching_functions.results.len();
+        if count == 0 {
+            return None;
+        }
+        let mut evaluator = TapeEvaluator::new(tape);
+        let parameters = mechanism.parameters();
+        evaluator.set_parameters(|i| Some(parameters[i]));
+        let others = tape.linear_in_time as usize..count;
+        let values = [vec![0.0; count], vec![0.0; count]];
+        let changes = vec![f64::INFINITY; count];
+        let n = mechanism.description().coordinates.len();
+        let moved = [vec![0.0; n], vec![0.0; n], vec![0.0; count]];
+        let mut corners = Self {
+            evaluator,
+            times: Vec::new(),
+            others,
+            t: f64::NAN,
+            values,
+            changes,
+            is_seen_by_stages: false,
+            noise: vec![0.0; count],
+            moved,
+        };
+        corners.find_times(n);
+        Some(Box::new(corners))
+    }
+
+    /// Finds the zeros of the functions that are linear in time.
+    fn find_times(&mut self, n: usize) {
+        let zero = vec![0.0; n];
+        for (values, t) in self.values.iter_mut().zip([0.0, 1.0]) {
+            self.evaluator.switching_functions(t, &zero, &zero, values);
+        }
+        let [at_zero, at_one] = &self.values;
+        let zeros = at_zero.iter().zip(at_one).take(self.others.start).map(|(a, b)| a / (a - b));
+        let mut times: Vec<f64> = zeros.filter(|t| t.is_finite()).collect();
+        times.sort_by(f64::total_cmp);
+        times.dedup_by(|b, a| *b - *a <= equal(*a));
+        self.times = times.into_iter().map(Corner).collect();
+    }
+
+    /// The first corner behind `t` whose time is known.
+    pub(super) fn next_time(&self, t: f64) -> Option<Corner> {
+        self.times.iter().copied().find(|corner| corner.before() > t)
+    }
+
+    /// The known corner at `t`, behind which a step is to begin.
+    pub(super) fn at(&self, t: f64) -> Option<Corner> {
+        self.times.iter().copied().find(|corner| corner.before() <= t && t < corner.behind())
+    }
+
+    /// Moves a state at which a switching function is zero off there, at most so far in time: its sign is to be that of
+    /// the motion behind.
+    ///
+    /// # Errors
+    /// The projection does not converge, or the accelerations are not determined.
+    pub(super) fn leave(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        (projection, solver): ((Projection, ProjectionTolerance), &mut Solver),
+        longest: f64,
+        state: &mut State,
+    ) -> Result<(), StepError> {
+        if !self.is_at(state) {
+            return Ok(());
+        }
+        let from = state.clone();
+        let mut far = equal(from.t);
+        while self.is_at(state) && far <= longest {
+            state.clone_from(&from);
+            solver.cross(mechanism, projection, from.t + far, state)?;
+            far *= 4.0;
+        }
+        if self.is_at(state) {
+            // It rests there.
+            state.clone_from(&from);
+        }
+        Ok(())
+    }
+
+    /// Whether a switching function is zero at a state, and not along its tangent.
+    fn is_at(&mut self, state: &State) -> bool {
+        let [_, end] = &mut self.values;
+        if self.t != state.t {
+            self.evaluator.switching_functions(state.t, &state.q, &state.qd, end);
+            self.changes.fill(f64::INFINITY);
+            self.t = state.t;
+        }
+        if !end[self.others.clone()].contains(&0.0) {
+            return false;
+        }
+        self.note_noise(&state.as_ref());
+        let [q, qd, values] = &mut self.moved;
+        for i in 0..q.len() {
+            q[i] = state.q[i] + ALONG * state.qd[i];
+            qd[i] = state.qd[i] + ALONG * state.qdd[i];
+        }
+        self.evaluator.switching_functions(state.t + ALONG, q, qd, values);
+        let [_, end] = &self.values;
+        self.others.clone().any(|i| end[i] == 0.0 && self.moved[2][i].abs() > self.noise[i])
+    }
+
+    /// Notes how much the values change where a state changes by rounding errors.
+    fn note_noise(&mut self, at: &StateRef) {
+        let [q, qd, _] = &mut self.moved;
+        for (perturbed, exact) in [(q, at.q), (qd, at.qd)] {
+            for (i, (perturbed, exact)) in perturbed.iter_mut().zip(exact).enumerate() {
+                *perturbed = exact * (1.0 + if i % 2 == 0 { EQUAL } else { -EQUAL });
+            }
+        }
+        let [q, qd, _] = &self.moved;
+        self.evaluator.switching_functions(at.t, q, qd, &mut self.noise);
+        self.evaluator.switching_functions(at.t, at.q, at.qd, &mut self.moved[2]);
+        for (noise, exact) in self.noise.iter_mut().zip(&self.moved[2]) {
+            *noise = NOISE * (*noise - exact).abs();
+        }
+    }
+
+    /// Whether the motion may meet a corner between two states of one step.
+    pub(super) fn may_meet(&mut self, from: &StateRef, to: &StateRef) -> bool {
+        let [begin, end] = &mut self.values;
+        if self.t == from.t {
+            std::mem::swap(begin, end);
+        } else {
+            self.evaluator.switching_functions(from.t, from.q, from.qd, begin);
+            self.changes.fill(f64::INFINITY);
+        }
+        self.evaluator.switching_functions(to.t, to.q, to.qd, end);
+        self.t = to.t;
+        self.is_seen_by_stages = false;
+        let [mut may, mut approaches, mut knows_noise] = [false; 3];
+        for i in self.others.clone() {
+            let [a, b] = [self.values[0][i], self.values[1][i]];
+            let change = (b - a).abs();
+            let is_near = a * b > 0.0 && a.abs().min(b.abs()) <= NEAR * change.max(self.changes[i]);
+            if a * b < 0.0 || is_near || (a == 0.0 && b != 0.0) {
+                if !knows_noise {
+                    self.note_noise(from);
+                    knows_noise = true;
+                }
+                may |= change > self.noise[i];
+            }
+            approaches |= a * b > 0.0 && b.abs() < a.abs() && b.abs() <= change;
+            self.changes[i] = change;
+        }
+        self.is_seen_by_stages = approaches && self.corrected_end_is_behind(from, to);
+        may || self.is_seen_by_stages
+    }
+
+    /// Whether stages of the last step may lie behind a corner that its end does not reach.
+    pub(super) fn is_seen_by_stages(&self) -> bool {
+        self.is_seen_by_stages
+    }
+
+    /// The part of the last step that lies before a corner which its end or its stages may have passed, by a secant.
+    pub(super) fn part_before(&self) -> Option<f64> {
+        let [begin, end] = &self.values;
+        let [.., corrected] = &self.moved;
+        let crossings = self.others.clone().flat_map(|i| {
+            let corrected = if self.is_seen_by_stages { corrected[i] } else { end[i] };
+            [end[i], corrected].map(|end| (begin[i], end))
+        });
+        let parts = crossings.filter(|(a, b)| a * b < 0.0).map(|(a, b)| a / (a - b));
+        parts.reduce(f64::min).map(|part| part.clamp(SHORTEST_PART, 1.0 - SHORTEST_PART))
+    }
+
+    /// Whether a switching function changes its sign up to an end by the trapezoidal rule, and not up to the end of the
+    /// step: a jump that its last stages saw may have kept it from there.
+    fn corrected_end_is_behind(&mut self, from: &StateRef, to: &StateRef) -> bool {
+        let [q, qd, values] = &mut self.moved;
+        let half = 0.5 * (to.t - from.t);
+        for i in 0..q.len() {
+            qd[i] = from.qd[i] + half * (from.qdd[i] + to.qdd[i]);
+            q[i] = to.q[i];
+        }
+        self.evaluator.switching_functions(to.t, q, qd, values);
+        let [begin, end] = &self.values;
+        self.others.clone().any(|i| {
+            let is_behind = begin[i] * end[i] > 0.0 && begin[i] * values[i] < 0.0;
+            is_behind && (values[i] - begin[i]).abs() > self.noise[i]
+        })
+    }
+
+    /// The first corner that the motion meets inside a step, and the state there or just behind it; `step` makes states
+    /// inside the step. Corners nearer to its beginning than `shortest` do not count.
+    ///
+    /// # Errors
+    /// A state inside the step could not be made.
+    pub(super) fn first_inside(
+        &mut self,
+        [from, to]: [&State; 2],
+        shortest: f64,
+        mut step: impl FnMut(f64) -> Result<State, StepError>,
+    ) -> Result<Option<State>, StepError> {
+        let mut first: Option<State> = None;
+        let Self { evaluator, values, noise, .. } = self;
+        let mut all = vec![0.0; values[0].len()];
+        for i in self.others.clone() {
+            let [a, b] = [values[0][i], values[1][i]];
+            if (b - a).abs() <= noise[i] {
+                continue;
+            }
+            // The function with a sign by which it rises through zero.
+            let mut rising = |at: &State| {
+                evaluator.switching_functions(at.t, &at.q, &at.qd, &mut all);
+                -a.signum() * all[i]
+            };
+            let beyond = if a * b < 0.0 {
+                Some(to.clone())
+            } else if a * b > 0.0 {
+                let found = touched(from, to, |at| Some(rising(at)), &mut step);
+                found.filter(|found| rising(found) >= 0.0)
+            } else {
+                None
+            };
+            let Some(beyond) = beyond else { continue };
+            let found = locate(from, &beyond, rising, &mut step)?;
+            if found.t - from.t >= shortest && first.as_ref().is_none_or(|first| found.t < first.t) {
+                first = Some(found);
+            }
+        }
+        Ok(first)
+    }
+
+    /// Forgets the values at the end of the last step.
+    pub(super) fn forget(&mut self) {
+        self.t = f64::NAN;
+    }
+}

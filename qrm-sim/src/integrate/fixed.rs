@@ -1,0 +1,244 @@
+//! Steps of a given length, by the generated kernel where that suits, from one corner of the equations of motion to the
+//! next.
+
+use qrm_core::{Mechanism, RowLayout, RowRequest};
+
+use super::adaptive::KeepState;
+use super::classical::CLASSICAL;
+use super::corners::{Corner, Corners};
+use super::explicit::Explicit;
+use super::method::{MethodSettings, StepError};
+use crate::solve::{Projection, ProjectionTolerance, Solver, largest};
+use crate::state::State;
+
+/// Most parts of a step; where corners ask for more, the motion slides along one.
+const MOST_PARTS: usize = 64;
+/// A part towards a jump leaves this part of the way, so that no stage lies behind it.
+const LEFT: f64 = 1e-3;
+/// A jump is crossed where it is as near as this part of the step.
+const CROSSED: f64 = 1e-12;
+/// The part of a step behind a corner is made in so many steps. It may end at the next corner, and its length then does
+/// not depend on that of the steps: those of a companion run are fewer.
+const STEPS_BEHIND_CORNERS: u32 = 3;
+/// Accelerations jump where they change by a larger part than `CONTINUOUS` within this part of the way to a corner.
+const BESIDE: f64 = 1e-6;
+const CONTINUOUS: f64 = 1e-5;
+
+/// The classical Runge-Kutta method with what it keeps between steps.
+#[derive(Clone, Debug)]
+pub(super) struct Fixed {
+    formula: Explicit,
+    /// The corners of the equations of motion; `None` if there are none.
+    pub(super) corners: Option<Box<Corners>>,
+    /// The number of steps in which the part of a step behind a corner is made.
+    pub(super) steps_behind_corners: u32,
+    /// Room for the two rows of a step.
+    rows: Vec<f64>,
+    /// Room for the beginning of a part of a step.
+    now: State,
+}
+
+/// What makes the steps.
+pub(super) struct StepBy<'a> {
+    pub(super) mechanism: &'a dyn Mechanism,
+    pub(super) settings: &'a MethodSettings,
+    pub(super) solver: &'a mut Solver,
+    /// Whether the kernel is asked first.
+    pub(super) asks_kernel: bool,
+}
+
+impl StepBy<'_> {
+    fn projection(&self) -> (Projection, ProjectionTolerance) {
+        (self.settings.projection, self.settings.projection_tolerance)
+    }
+}
+
+impl Fixed {
+    pub(super) fn new(mechanism: &dyn Mechanism, first: &State) -> Self {
+        let width = RowLayout { n: first.q.len(), m: first.multipliers.len() }.width();
+        Self {
+            formula: Explicit::new(&CLASSICAL, first.q.len()),
+            corners: Corners::of(mechanism),
+            steps_behind_corners: STEPS_BEHIND_CORNERS,
+            rows: vec![0.0; 2 * width],
+            now: first.clone(),
+        }
+    }
+
+    /// Moves to a time by one step, or by several ones that end where the equations of motion have a corner; `inner` is
+    /// given the states between them.
+    ///
+    /// # Errors
+    /// The motion does not get there.
+    pub(super) fn advance(
+        &mut self,
+        by: &mut StepBy,
+        from: &State,
+        t: f64,
+        to: &mut State,
+        inner: &mut KeepState,
+    ) -> Result<(), StepError> {
+        let Some(mut corners) = self.corners.take() else { return self.step(by, from, t, to) };
+        let mut now = std::mem::replace(&mut self.now, State::zero(0, 0));
+        now.clone_from(from);
+        let result = self.advance_by_parts(by, &mut corners, &mut now, t, to, inner);
+        (self.corners, self.now) = (Some(corners), now);
+        result
+    }
+
+    fn advance_by_parts(
+        &mut self,
+        by: &mut StepBy,
+        corners: &mut Corners,
+        now: &mut State,
+        t: f64,
+        to: &mut State,
+        inner: &mut KeepState,
+    ) -> Result<(), StepError> {
+        let begin = now.t;
+        let whole = t - begin;
+        for _ in 0..MOST_PARTS {
+            if let Some(corner) = corners.at(now.t).filter(|corner| corner.behind() < t) {
+                by.solver.cross(by.mechanism, by.projection(), corner.behind(), now)?;
+            }
+            corners.leave(by.mechanism, (by.projection(), by.solver), CROSSED * whole, now)?;
+            let mut count = 1;
+            if now.t > begin {
+                inner(now);
+                count = self.steps_behind_corners;
+            }
+            let end = corners.next_time(now.t).map_or(t, |corner| corner.before().min(t));
+            self.steps(by, (now, count), end, to)?;
+            if let Some(behind) = self.corner_inside(by, corners, (now, count), to)? {
+                self.go_to_corner(by, corners, behind, whole, (now, count))?;
+                corners.forget();
+            } else if corners.is_seen_by_stages() {
+                self.go_to_jump(by, corners, to.t, whole, (now, count))?;
+                corners.forget();
+            } else if end >= t || corners.at(end).is_some_and(|corner| corner.behind() >= t) {
+                to.t = t;
+                return Ok(());
+            } else {
+                inner(to);
+                std::mem::swap(now, to);
+            }
+            if now.t >= t {
+                to.clone_from(now);
+                return Ok(());
+            }
+        }
+        self.step(by, now, t, to)
+    }
+
+    /// The state at, or just behind, the first corner that the motion meets in a step.
+    fn corner_inside(
+        &mut self,
+        by: &mut StepBy,
+        corners: &mut Corners,
+        (from, count): (&State, u32),
+        to: &State,
+    ) -> Result<Option<State>, StepError> {
+        if !corners.may_meet(&from.as_ref(), &to.as_ref()) {
+            return Ok(None);
+        }
+        corners.first_inside([from, to], 0.0, |t| {
+            let mut inside = from.clone();
+            self.steps(by, (from, count), t, &mut inside)?;
+            Ok(inside)
+        })
+    }
+
+    /// Moves to a corner, or towards a jump.
+    fn go_to_corner(
+        &mut self,
+        by: &mut StepBy,
+        corners: &mut Corners,
+        behind: State,
+        whole: f64,
+        (now, count): (&mut State, u32),
+    ) -> Result<(), StepError> {
+        let beside = BESIDE * (behind.t - now.t);
+        if beside > Corner::resolution(now.t) {
+            let mut before = now.clone();
+            self.steps(by, (now, count), behind.t - beside, &mut before)?;
+            let size = largest(&behind.qdd).1.max(largest(&before.qdd).1);
+            if behind.qdd.iter().zip(&before.qdd).all(|(b, a)| (b - a).abs() <= CONTINUOUS * size) {
+                *now = behind;
+                return Ok(());
+            }
+        }
+        self.go_to_jump(by, corners, behind.t, whole, (now, count))
+    }
+
+    /// Moves towards a jump, so far that no stage lies behind it; and across it where it is near.
+    fn go_to_jump(
+        &mut self,
+        by: &mut StepBy,
+        corners: &mut Corners,
+        t: f64,
+        whole: f64,
+        (now, count): (&mut State, u32),
+    ) -> Result<(), StepError> {
+        let from = now.clone();
+        let mut left = t - from.t;
+        while left > (CROSSED * whole).max(Corner::resolution(t)) {
+            let length = (1.0 - LEFT) * left;
+            self.steps(by, (&from, count), from.t + length, now)?;
+            corners.forget();
+            corners.may_meet(&from.as_ref(), &now.as_ref());
+            match corners.part_before() {
+                Some(part) => left = length * part,
+                None => return Ok(()),
+            }
+        }
+        now.clone_from(&from);
+        by.solver.cross(by.mechanism, by.projection(), Corner(from.t + left).behind() + left, now)
+    }
+
+    /// Moves to a time by so many even steps.
+    ///
+    /// # Errors
+    /// A step could not be made.
+    fn steps(
+        &mut self,
+        by: &mut StepBy,
+        (from, count): (&State, u32),
+        t: f64,
+        to: &mut State,
+    ) -> Result<(), StepError> {
+        if count == 1 {
+            return self.step(by, from, t, to);
+        }
+        let mut at = from.clone();
+        for i in 1..=count {
+            let end = if i == count { t } else { from.t + (t - from.t) * f64::from(i) / f64::from(count) };
+            self.step(by, &at, end, to)?;
+            at.clone_from(to);
+        }
+        Ok(())
+    }
+
+    /// Makes one step, by the generated kernel where that suits.
+    ///
+    /// # Errors
+    /// The step could not be made.
+    fn step(&mut self, by: &mut StepBy, from: &State, t: f64, to: &mut State) -> Result<(), StepError> {
+        if by.asks_kernel && self.step_by_kernel(by, from, t, to) {
+            return Ok(());
+        }
+        self.formula.step(by.mechanism, by.solver, by.projection(), (from, t), to)
+    }
+
+    /// Makes a step by the kernel; false if it cannot be relied on.
+    fn step_by_kernel(&mut self, by: &StepBy, from: &State, t: f64, to: &mut State) -> bool {
+        let residual = by.settings.projection_tolerance.residual;
+        let step = t - from.t;
+        let request = RowRequest { origin: from.t, step, end_time: t, first: 0, residual, watches_event: false };
+        from.write(&mut self.rows);
+        let is_made = by.mechanism.integrate_rk4(&request, &mut self.rows).made == 1;
+        if is_made {
+            to.read(&self.rows[self.rows.len() / 2..]);
+        }
+        is_made
+    }
+}
