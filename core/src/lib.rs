@@ -38,6 +38,7 @@ mod dual;
 mod gauss;
 #[cfg(feature = "simd")]
 mod interpreted;
+mod interval;
 mod kernel;
 #[cfg(feature = "simd")]
 mod lane_steps;
@@ -67,6 +68,7 @@ pub use double_double::DoubleDouble;
 pub use dual::{Dual, Kind};
 #[cfg(feature = "simd")]
 pub use gauss::{Convergence, GAUSS_NODES, GaussEstimate, GaussRequest, GaussSteps};
+pub use interval::Interval;
 pub use kernel::{
     Dynamics, Equations, Generated, Kernel, Linearization, LoopConstraints, MAX_GROWTH, Schedule, Start, copy_outputs,
 };

@@ -1,0 +1,207 @@
+//! Intervals with outward rounding.
+
+use core::ops::{Add, Div, Mul, Neg, Sub};
+
+/// All real numbers between two doubles, both included.
+///
+/// The result of an operation contains the results for all numbers in its operands. Doubles are rounded to nearest, so an
+/// exact result lies between the neighbours of the rounded one; this also holds below the normal range. An end that
+/// overflows, or a result that is not defined for all numbers, makes [`Interval::ENTIRE`] of the result: it proves nothing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interval {
+    lo: f64,
+    hi: f64,
+}
+
+impl Interval {
+    /// All real numbers.
+    pub const ENTIRE: Self = Self { lo: f64::NEG_INFINITY, hi: f64::INFINITY };
+
+    /// The interval between two doubles; all real numbers where they are not finite or not in order.
+    #[must_use]
+    pub fn new(lo: f64, hi: f64) -> Self {
+        if lo <= hi && lo.is_finite() && hi.is_finite() { Self { lo, hi } } else { Self::ENTIRE }
+    }
+
+    /// A double and nothing else.
+    #[must_use]
+    pub fn point(value: f64) -> Self {
+        Self::new(value, value)
+    }
+
+    /// The lower end.
+    #[must_use]
+    pub const fn lo(self) -> f64 {
+        self.lo
+    }
+
+    /// The upper end.
+    #[must_use]
+    pub const fn hi(self) -> f64 {
+        self.hi
+    }
+
+    /// Whether both ends are finite.
+    #[must_use]
+    pub fn is_finite(self) -> bool {
+        self.lo.is_finite() && self.hi.is_finite()
+    }
+
+    /// Whether it contains a double.
+    #[must_use]
+    pub fn contains(self, value: f64) -> bool {
+        self.lo <= value && value <= self.hi
+    }
+
+    /// Whether it lies between the ends of another interval, and touches none.
+    #[must_use]
+    pub fn is_inside(self, other: Self) -> bool {
+        other.lo < self.lo && self.hi < other.hi
+    }
+
+    /// An upper bound of the difference of its ends.
+    #[must_use]
+    pub fn width(self) -> f64 {
+        (self - self).hi
+    }
+
+    /// The numbers in both intervals; `None` if there are none.
+    #[must_use]
+    pub fn intersection(self, other: Self) -> Option<Self> {
+        let (lo, hi) = (self.lo.max(other.lo), self.hi.min(other.hi));
+        (lo <= hi).then_some(Self { lo, hi })
+    }
+
+    /// Square root; all real numbers where some number has none.
+    #[cfg(feature = "std")]
+    #[must_use]
+    pub fn sqrt(self) -> Self {
+        if !self.is_finite() || self.lo < 0.0 {
+            return Self::ENTIRE;
+        }
+        Self::outward(self.lo.sqrt(), self.hi.sqrt())
+            .intersection(Self { lo: 0.0, hi: f64::MAX })
+            .unwrap_or(Self::ENTIRE)
+    }
+
+    /// Contains what rounds to ends between these.
+    fn outward(lo: f64, hi: f64) -> Self {
+        Self::new(lo.next_down(), hi.next_up())
+    }
+}
+
+/// The least and the largest of four numbers.
+fn ends(values: [f64; 4]) -> [f64; 2] {
+    [values.into_iter().fold(f64::INFINITY, f64::min), values.into_iter().fold(f64::NEG_INFINITY, f64::max)]
+}
+
+impl Neg for Interval {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self { lo: -self.hi, hi: -self.lo }
+    }
+}
+
+impl Add for Interval {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        if !self.is_finite() || !other.is_finite() {
+            return Self::ENTIRE;
+        }
+        Self::outward(self.lo + other.lo, self.hi + other.hi)
+    }
+}
+
+impl Sub for Interval {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        self + -other
+    }
+}
+
+impl Mul for Interval {
+    type Output = Self;
+    fn mul(self, other: Self) -> Self {
+        // Products of finite numbers are never NaN.
+        if !self.is_finite() || !other.is_finite() {
+            return Self::ENTIRE;
+        }
+        let [lo, hi] = ends([self.lo * other.lo, self.lo * other.hi, self.hi * other.lo, self.hi * other.hi]);
+        Self::outward(lo, hi)
+    }
+}
+
+impl Div for Interval {
+    type Output = Self;
+    fn div(self, other: Self) -> Self {
+        // Quotients of finite numbers by others than zero are never NaN.
+        if !self.is_finite() || !other.is_finite() || other.contains(0.0) {
+            return Self::ENTIRE;
+        }
+        let [lo, hi] = ends([self.lo / other.lo, self.lo / other.hi, self.hi / other.lo, self.hi / other.hi]);
+        Self::outward(lo, hi)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn next(state: &mut u64) -> f64 {
+        *state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((*state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5) * 8.0
+    }
+
+    #[test]
+    fn exact_results_are_contained() {
+        let mut state = 1;
+        for _ in 0..100_000 {
+            let [a, b] = [next(&mut state), next(&mut state)];
+            let [x, y] = [Interval::point(a), Interval::point(b)];
+            // The rounding error of a product and of a sum are doubles.
+            let (product, sum) = (a * b, a + b);
+            let product_error = a.mul_add(b, -product);
+            let part = sum - a;
+            let sum_error = (a - (sum - part)) + (b - part);
+            let holds = |i: Interval, value: f64, error: f64| {
+                (i.lo < value || (i.lo == value && error >= 0.0)) && (value < i.hi || (i.hi == value && error <= 0.0))
+            };
+            assert!(holds(x * y, product, product_error) && holds(x + y, sum, sum_error), "{a} {b}");
+            // `q b` surrounds `a` for the ends `q` of a quotient.
+            let quotient = x / y;
+            assert!((quotient * y).contains(a) && quotient.width() <= 4.0 * f64::EPSILON * (a / b).abs(), "{a} {b}");
+            let [low, high] = [quotient.lo.mul_add(b, -a), quotient.hi.mul_add(b, -a)];
+            assert!(low * high <= 0.0, "{a} / {b}");
+            let root = Interval::point(a.abs()).sqrt();
+            assert!(root.lo.mul_add(root.lo, -a.abs()) <= 0.0 && root.hi.mul_add(root.hi, -a.abs()) >= 0.0, "{a}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_known_is_everything() {
+        let [zero, one] = [Interval::new(-1.0, 1.0), Interval::point(1.0)];
+        let huge = Interval::point(f64::MAX);
+        for unknown in
+            [one / zero, zero.sqrt(), huge * huge, huge + huge, Interval::new(2.0, 1.0), Interval::point(f64::NAN)]
+        {
+            assert_eq!(unknown, Interval::ENTIRE);
+            assert_eq!(unknown * Interval::point(0.0), Interval::ENTIRE);
+            assert_eq!(unknown + one, Interval::ENTIRE);
+        }
+    }
+
+    #[test]
+    fn products_that_underflow_are_contained() {
+        let tiny = Interval::point(1e-300);
+        let product = tiny * tiny;
+        assert!(product.lo < 0.0 && product.hi > 0.0);
+    }
+
+    #[test]
+    fn a_product_has_the_extremes_of_its_ends() {
+        let product = Interval::new(-2.0, 3.0) * Interval::new(-5.0, 1.0);
+        assert!(Interval::new(-15.0, 10.0).is_inside(product) && product.width() < 25.0 + 1e-13);
+        assert!(!Interval::new(-15.1, 10.0).is_inside(product));
+        assert_eq!(Interval::new(0.0, 1.0).intersection(Interval::new(2.0, 3.0)), None);
+    }
+}
