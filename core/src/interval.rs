@@ -1,5 +1,7 @@
 //! Intervals with outward rounding.
 
+mod sine;
+
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
 /// All real numbers between two doubles, both included.
@@ -62,7 +64,7 @@ impl Interval {
     /// An upper bound of the difference of its ends.
     #[must_use]
     pub fn width(self) -> f64 {
-        (self - self).hi
+        (Self::point(self.hi) - Self::point(self.lo)).hi
     }
 
     /// The numbers in both intervals; `None` if there are none.

@@ -1,0 +1,112 @@
+//! Sine and cosine of intervals.
+
+use core::f64::consts::FRAC_PI_2;
+
+use super::Interval;
+
+/// The leading 33 bits of a quarter turn: products with whole numbers below 2^20 are exact.
+const QUARTER: f64 = f64::from_bits(FRAC_PI_2.to_bits() & !((1 << 20) - 1));
+/// The rest of the double nearest to a quarter turn, exactly.
+const REST: f64 = FRAC_PI_2 - QUARTER;
+/// A quarter turn minus the double nearest to it, 6.1232339957367658...e-17.
+const TAIL: [f64; 2] = [6.123_233_995_736_76e-17, 6.123_233_995_736_77e-17];
+/// Terms of the series.
+const TERMS: u32 = 13;
+
+impl Interval {
+    /// Sine and cosine.
+    ///
+    /// Whole quarter turns are subtracted by parts of the quarter turn that bound it. The rest is at most 1.5 in size, or
+    /// nothing is known but that both lie between -1 and 1. There the sine grows, and the cosine has its maximum at zero,
+    /// so that the ends are enough. Their values are those of Taylor's polynomials with the remainder by Lagrange.
+    #[must_use]
+    pub fn sin_cos(self) -> (Self, Self) {
+        let any = Self::new(-1.0, 1.0);
+        if !self.is_finite() || self.lo < -1e6 || self.hi > 1e6 {
+            return (any, any);
+        }
+        // Whole numbers of quarter turns: any choice is right, the nearest one is best.
+        let turns = whole((0.5 * self.lo + 0.5 * self.hi) / FRAC_PI_2);
+        let count = Self::point(turns as f64);
+        let rest = self
+            - Self::point(turns as f64 * QUARTER)
+            - count * Self::point(REST)
+            - count * Self::new(TAIL[0], TAIL[1]);
+        if !(rest.lo >= -1.5 && rest.hi <= 1.5) {
+            return (any, any);
+        }
+        let [(low_sine, low_cosine), (high_sine, high_cosine)] = [rest.lo, rest.hi].map(series);
+        let sine = Self { lo: low_sine.lo, hi: high_sine.hi };
+        let top = if rest.contains(0.0) { 1.0 } else { low_cosine.hi.max(high_cosine.hi) };
+        let cosine = Self { lo: low_cosine.lo.min(high_cosine.lo), hi: top };
+        let (sine, cosine) = match turns & 3 {
+            0 => (sine, cosine),
+            1 => (cosine, -sine),
+            2 => (-sine, -cosine),
+            _ => (-cosine, sine),
+        };
+        let bounded = |value: Self| value.intersection(any).unwrap_or(any);
+        (bounded(sine), bounded(cosine))
+    }
+}
+
+/// The whole number nearest to a number below 2^53 in size.
+fn whole(value: f64) -> i64 {
+    (if value < 0.0 { value - 0.5 } else { value + 0.5 }) as i64
+}
+
+/// Sine and cosine of a double of at most 1.5 in size.
+fn series(y: f64) -> (Interval, Interval) {
+    let y = Interval::point(y);
+    let square = y * y;
+    let one = Interval::point(1.0);
+    // The remainder is the next term, with a factor between -1 and 1.
+    let mut sine = Interval::new(-1.0, 1.0);
+    let mut cosine = sine;
+    for k in (1..=TERMS).rev() {
+        let even = f64::from(2 * k);
+        sine = one - square / Interval::point(even * (even + 1.0)) * sine;
+        cosine = one - square / Interval::point(even * (even - 1.0)) * cosine;
+    }
+    (y * sine, cosine)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{DoubleDouble, Scalar};
+
+    /// Whether an interval contains a number of 32 digits.
+    fn holds(interval: Interval, value: DoubleDouble) -> bool {
+        let above = (value - interval.lo.into()).to_f64();
+        above >= 0.0 && (DoubleDouble::from(interval.hi) - value).to_f64() >= 0.0
+    }
+
+    #[test]
+    fn values_of_32_digits_are_contained() {
+        for k in -40_000..40_000 {
+            let angle = f64::from(k) * 0.003_7;
+            let (sine, cosine) = Interval::point(angle).sin_cos();
+            let (exact_sine, exact_cosine) = DoubleDouble::from(angle).sin_cos();
+            assert!(holds(sine, exact_sine) && holds(cosine, exact_cosine), "{angle}");
+            assert!(sine.width().max(cosine.width()) < 4e-15, "{angle}");
+        }
+    }
+
+    #[test]
+    fn the_parts_of_a_quarter_turn_bound_it() {
+        let rest = (DoubleDouble::pi() * 0.5.into() - QUARTER.into() - REST.into()).to_f64();
+        assert!(TAIL[0] < rest && rest < TAIL[1]);
+        assert_eq!(QUARTER + REST, FRAC_PI_2);
+    }
+
+    #[test]
+    fn an_interval_has_the_extremes_between_its_ends() {
+        let (sine, cosine) = Interval::new(-0.5, 0.75).sin_cos();
+        assert!(cosine.hi == 1.0 && cosine.contains(0.75_f64.cos()) && cosine.lo > 0.73);
+        assert!(sine.contains(-(0.5_f64.sin())) && sine.contains(0.75_f64.sin()) && sine.width() < 1.17);
+        let (sine, _) = Interval::new(1.0, 2.0).sin_cos();
+        assert!(sine.hi == 1.0 && sine.lo > 0.84 && sine.contains(1.0_f64.sin()));
+        assert_eq!(Interval::new(0.0, 4.0).sin_cos().0, Interval::new(-1.0, 1.0));
+    }
+}
