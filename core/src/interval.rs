@@ -1,7 +1,10 @@
 //! Intervals with outward rounding.
 
+#[cfg(feature = "std")]
+mod functions;
 mod sine;
 
+use core::f64::consts::PI;
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
 /// All real numbers between two doubles, both included.
@@ -16,6 +19,10 @@ pub struct Interval {
 }
 
 impl Interval {
+    /// Zero, which sums and products with finite intervals keep exact.
+    pub const ZERO: Self = Self { lo: 0.0, hi: 0.0 };
+    /// One.
+    pub const ONE: Self = Self { lo: 1.0, hi: 1.0 };
     /// All real numbers.
     pub const ENTIRE: Self = Self { lo: f64::NEG_INFINITY, hi: f64::INFINITY };
 
@@ -29,6 +36,23 @@ impl Interval {
     #[must_use]
     pub fn point(value: f64) -> Self {
         Self::new(value, value)
+    }
+
+    /// All numbers that round to a double, among them the decimal that it was read from.
+    ///
+    /// Whole numbers and parts of 1024, of moderate size, are the only decimals of at most 15 digits that round to
+    /// themselves: they stay alone.
+    #[must_use]
+    pub fn rounded(value: f64) -> Self {
+        let is_short = |value: f64| value.abs() < 1e7 && (value as i64) as f64 == value;
+        if is_short(value) || is_short(value * 1024.0) { Self::point(value) } else { Self::outward(value, value) }
+    }
+
+    /// The ratio of a circle's circumference to its diameter.
+    #[must_use]
+    pub fn pi() -> Self {
+        // The double is the one below.
+        Self { lo: PI, hi: PI.next_up() }
     }
 
     /// The lower end.
@@ -67,6 +91,24 @@ impl Interval {
         (Self::point(self.hi) - Self::point(self.lo)).hi
     }
 
+    /// A double inside, near the middle.
+    #[must_use]
+    pub fn mid(self) -> f64 {
+        0.5 * self.lo + 0.5 * self.hi
+    }
+
+    /// The largest size of its numbers.
+    #[must_use]
+    pub fn magnitude(self) -> f64 {
+        self.lo.abs().max(self.hi.abs())
+    }
+
+    /// The smallest interval with the numbers of both.
+    #[must_use]
+    pub fn hull(self, other: Self) -> Self {
+        Self { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
+    }
+
     /// The numbers in both intervals; `None` if there are none.
     #[must_use]
     pub fn intersection(self, other: Self) -> Option<Self> {
@@ -84,6 +126,13 @@ impl Interval {
         Self::outward(self.lo.sqrt(), self.hi.sqrt())
             .intersection(Self { lo: 0.0, hi: f64::MAX })
             .unwrap_or(Self::ENTIRE)
+    }
+
+    /// Square.
+    #[must_use]
+    pub fn square(self) -> Self {
+        let square = self * self;
+        if self.is_finite() && self.contains(0.0) { Self { lo: 0.0, ..square } } else { square }
     }
 
     /// Contains what rounds to ends between these.
@@ -110,7 +159,11 @@ impl Add for Interval {
         if !self.is_finite() || !other.is_finite() {
             return Self::ENTIRE;
         }
-        Self::outward(self.lo + other.lo, self.hi + other.hi)
+        match (self == Self::ZERO, other == Self::ZERO) {
+            (true, _) => other,
+            (_, true) => self,
+            _ => Self::outward(self.lo + other.lo, self.hi + other.hi),
+        }
     }
 }
 
@@ -128,6 +181,9 @@ impl Mul for Interval {
         if !self.is_finite() || !other.is_finite() {
             return Self::ENTIRE;
         }
+        if self == Self::ZERO || other == Self::ZERO {
+            return Self::ZERO;
+        }
         let [lo, hi] = ends([self.lo * other.lo, self.lo * other.hi, self.hi * other.lo, self.hi * other.hi]);
         Self::outward(lo, hi)
     }
@@ -139,6 +195,9 @@ impl Div for Interval {
         // Quotients of finite numbers by others than zero are never NaN.
         if !self.is_finite() || !other.is_finite() || other.contains(0.0) {
             return Self::ENTIRE;
+        }
+        if self == Self::ZERO {
+            return self;
         }
         let [lo, hi] = ends([self.lo / other.lo, self.lo / other.hi, self.hi / other.lo, self.hi / other.hi]);
         Self::outward(lo, hi)

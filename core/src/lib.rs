@@ -85,9 +85,9 @@ pub use rows::{RowLayout, RowRequest, RowResult, RowStop};
 pub use scalar::{Fused, Scalar};
 pub use sine::sin_cos;
 pub use single_step::{StepEstimate, StepMut, StepRequest};
-pub use tape::{Operation, OperationKind, Tape, TapeEvaluator, TapeFunction, TapeKernel};
 #[cfg(feature = "std")]
-pub use tape::{OwnedFunction, OwnedKernel, OwnedTape};
+pub use tape::{Obstacle, OwnedFunction, OwnedKernel, OwnedTape, TapeSeries};
+pub use tape::{Operation, OperationKind, Tape, TapeEvaluator, TapeFunction, TapeKernel};
 
 /// The constructors of steps in lanes; none without `simd`.
 #[cfg(not(feature = "simd"))]

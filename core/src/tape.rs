@@ -3,7 +3,11 @@
 mod evaluator;
 mod execute;
 #[cfg(feature = "std")]
+mod nodes;
+#[cfg(feature = "std")]
 mod owned;
+#[cfg(feature = "std")]
+mod series;
 
 pub use evaluator::TapeEvaluator;
 pub(crate) use execute::execute;
@@ -11,6 +15,8 @@ pub(crate) use execute::execute;
 pub(crate) use execute::execute_one;
 #[cfg(feature = "std")]
 pub use owned::{OwnedFunction, OwnedKernel, OwnedTape};
+#[cfg(feature = "std")]
+pub use series::{Obstacle, TapeSeries};
 
 /// One operation on values; operands are places that hold a value already.
 ///

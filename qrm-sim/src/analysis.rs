@@ -2,6 +2,7 @@
 //! motions, reference motions, derivatives by parameters, run times.
 
 mod branches;
+mod enclosure;
 mod energy_integral;
 mod equilibrium;
 mod four_bar;
@@ -17,6 +18,7 @@ mod sensitivity;
 mod spectrum;
 
 pub use branches::{MAX_BRANCHES, branches};
+pub use enclosure::{Enclosure, EnclosureEnd, NoSeries, NotEnclosed, Reason, enclose};
 pub use energy_integral::{EnergyIntegral, NoEnergyIntegral, PANELS};
 pub use equilibrium::{NoEquilibrium, StaticEquilibrium, static_equilibrium};
 pub use four_bar::{FourBar, GrashofClass};

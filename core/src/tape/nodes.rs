@@ -1,0 +1,303 @@
+//! A function of a tape in the few operations whose Taylor series follow by recurrences.
+
+use std::vec;
+use std::vec::Vec;
+
+use super::{Operation, Tape, TapeFunction};
+use crate::Interval;
+
+/// One value of a function; operands are nodes before it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Node {
+    /// Time, a coordinate, a rate, an acceleration or a multiplier.
+    Argument,
+    /// A value that depends on parameters alone.
+    Constant(Interval),
+    Neg(u32),
+    Add(u32, u32),
+    Sub(u32, u32),
+    Mul(u32, u32),
+    Div(u32, u32),
+    Sqrt(u32),
+    /// The cosine is the next node.
+    Sin(u32),
+    /// The sine is the node before.
+    Cos(u32),
+    Exp(u32),
+    /// A function of the first operand; its derivative by it is one over the second one.
+    Inverse(Inverse, u32, u32),
+    Abs(u32),
+    /// The first operand where the third one is not below zero, the second one where that is not above zero.
+    Choice(u32, u32, u32),
+    /// Minus one or one.
+    Sign(u32),
+    /// The largest whole number that is not above.
+    Floor(u32),
+    /// What no recurrence is known for.
+    Unknown(&'static str, u32),
+}
+
+/// A function by its derivative.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Inverse {
+    Ln,
+    Asin,
+    Atan,
+}
+
+/// The nodes of a function of a tape.
+#[derive(Clone, Debug)]
+pub(super) struct Nodes {
+    /// The arguments come first: time, `q`, `qd`, `qdd`, the multipliers.
+    pub(super) nodes: Vec<Node>,
+    /// The nodes of the results.
+    pub(super) results: Vec<u32>,
+    /// The node of each place of the tape.
+    at: Vec<u32>,
+}
+
+impl Nodes {
+    /// The nodes of a function, with some parameters replaced by their index.
+    pub(super) fn new(tape: &Tape, function: TapeFunction, replace: impl Fn(usize) -> Option<Interval>) -> Self {
+        let places = tape.arguments();
+        let arguments = places.sin - places.t;
+        let mut nodes =
+            Self { nodes: vec![Node::Argument; arguments], results: Vec::new(), at: vec![0; tape.places()] };
+        for argument in 0..arguments {
+            nodes.at[places.t + argument] = argument as u32;
+        }
+        let (mut next, mut rest) = (places.end, tape.parameters.operations);
+        for (i, &result) in tape.parameters.results.iter().enumerate() {
+            while next <= result as usize
+                && let Some((operation, others)) = rest.split_first()
+            {
+                next = nodes.take(next, *operation);
+                rest = others;
+            }
+            nodes.at[i] = replace(i).map_or(nodes.at[result as usize], |value| nodes.push(Node::Constant(value)));
+        }
+        for (mut next, operations) in [(places.constants, tape.constants), (places.end, function.operations)] {
+            for operation in operations {
+                next = nodes.take(next, *operation);
+            }
+        }
+        nodes.results = function.results.iter().map(|&place| nodes.at[place as usize]).collect();
+        nodes
+    }
+
+    /// Whether a node depends on parameters alone.
+    pub(super) fn is_constant(&self, node: u32) -> bool {
+        matches!(self.nodes[node as usize], Node::Constant(_))
+    }
+
+    /// Adds an operation of the tape, whose result has the place `next`; the place after it.
+    fn take(&mut self, next: usize, operation: Operation) -> usize {
+        use Operation as Op;
+        let operation = operation.map(|place| self.at[place as usize]);
+        let node = match operation {
+            Op::Number(number) => self.push(Node::Constant(Interval::rounded(number))),
+            Op::Pi => self.push(Node::Constant(Interval::pi())),
+            Op::Neg(a) => self.push(Node::Neg(a)),
+            Op::Add(a, b) => self.push(Node::Add(a, b)),
+            Op::Sub(a, b) => self.push(Node::Sub(a, b)),
+            Op::Mul(a, b) => self.push(Node::Mul(a, b)),
+            Op::Div(a, b) => self.push(Node::Div(a, b)),
+            Op::Recip(a) => self.recip(a),
+            Op::Sqrt(a) => self.push(Node::Sqrt(a)),
+            Op::Sin(a) => self.sin_cos(a)[0],
+            Op::Cos(a) => self.sin_cos(a)[1],
+            Op::SinCos(a) => {
+                let [sine, cosine] = self.sin_cos(a);
+                self.at[next] = sine;
+                self.at[next + 1] = cosine;
+                return next + 2;
+            }
+            Op::Tan(a) => {
+                let [sine, cosine] = self.sin_cos(a);
+                self.push(Node::Div(sine, cosine))
+            }
+            Op::Asin(a) => self.asin(a),
+            Op::Acos(a) => {
+                let (quarter, angle) = (self.push(Node::Constant(Interval::pi() * Interval::point(0.5))), self.asin(a));
+                self.push(Node::Sub(quarter, angle))
+            }
+            Op::Atan(a) => {
+                let (one, square) = (self.push(Node::Constant(Interval::ONE)), self.push(Node::Mul(a, a)));
+                let slope = self.push(Node::Add(one, square));
+                self.push(Node::Inverse(Inverse::Atan, a, slope))
+            }
+            Op::Exp(a) => self.push(Node::Exp(a)),
+            Op::Ln(a) => self.push(Node::Inverse(Inverse::Ln, a, a)),
+            Op::Sinh(a) => self.hyperbolic(a)[0],
+            Op::Cosh(a) => self.hyperbolic(a)[1],
+            Op::Tanh(a) => {
+                let [sine, cosine] = self.hyperbolic(a);
+                self.push(Node::Div(sine, cosine))
+            }
+            Op::Abs(a) => self.push(Node::Abs(a)),
+            Op::Sign(a) => self.push(Node::Sign(a)),
+            Op::Floor(a) => self.push(Node::Floor(a)),
+            Op::Min(a, b) => {
+                let difference = self.push(Node::Sub(b, a));
+                self.push(Node::Choice(a, b, difference))
+            }
+            Op::Max(a, b) => {
+                let difference = self.push(Node::Sub(a, b));
+                self.push(Node::Choice(a, b, difference))
+            }
+            Op::Hypot(a, b) => {
+                let squares = [a, b].map(|x| self.push(Node::Mul(x, x)));
+                let sum = self.push(Node::Add(squares[0], squares[1]));
+                self.push(Node::Sqrt(sum))
+            }
+            Op::Atan2(a, _) => self.push(Node::Unknown("atan2", a)),
+            Op::PowI(a, exponent) => self.whole_power(a, exponent),
+            Op::PowF(a, exponent) => {
+                let exponent = self.push(Node::Constant(Interval::rounded(exponent)));
+                self.power(a, exponent)
+            }
+            Op::Pow(a, b) => self.power(a, b),
+            Op::MulAdd(a, b, c) => {
+                let product = self.push(Node::Mul(a, b));
+                self.push(Node::Add(product, c))
+            }
+            Op::NegMulAdd(a, b, c) => {
+                let product = self.push(Node::Mul(a, b));
+                self.push(Node::Sub(c, product))
+            }
+        };
+        self.at[next] = node;
+        next + 1
+    }
+
+    /// Adds a node; a constant if its operands are constants.
+    fn push(&mut self, node: Node) -> u32 {
+        let constant = |a: u32| match self.nodes[a as usize] {
+            Node::Constant(value) => Some(value),
+            _ => None,
+        };
+        let value = node.value(|a| constant(a).unwrap_or(Interval::ENTIRE));
+        let node = if value.is_finite() && node.operands().into_iter().flatten().all(|a| constant(a).is_some()) {
+            Node::Constant(value)
+        } else {
+            node
+        };
+        self.nodes.push(node);
+        (self.nodes.len() - 1) as u32
+    }
+
+    fn recip(&mut self, a: u32) -> u32 {
+        let one = self.push(Node::Constant(Interval::ONE));
+        self.push(Node::Div(one, a))
+    }
+
+    fn sin_cos(&mut self, a: u32) -> [u32; 2] {
+        [self.push(Node::Sin(a)), self.push(Node::Cos(a))]
+    }
+
+    fn asin(&mut self, a: u32) -> u32 {
+        let (one, square) = (self.push(Node::Constant(Interval::ONE)), self.push(Node::Mul(a, a)));
+        let rest = self.push(Node::Sub(one, square));
+        let slope = self.push(Node::Sqrt(rest));
+        self.push(Node::Inverse(Inverse::Asin, a, slope))
+    }
+
+    /// Hyperbolic sine and cosine.
+    fn hyperbolic(&mut self, a: u32) -> [u32; 2] {
+        let (half, growing) = (self.push(Node::Constant(Interval::point(0.5))), self.push(Node::Exp(a)));
+        let falling = self.recip(growing);
+        [Node::Sub(growing, falling), Node::Add(growing, falling)].map(|twice| {
+            let twice = self.push(twice);
+            self.push(Node::Mul(half, twice))
+        })
+    }
+
+    fn whole_power(&mut self, a: u32, exponent: i32) -> u32 {
+        let mut power = self.push(Node::Constant(Interval::ONE));
+        for bit in (0..u32::BITS).rev().skip_while(|bit| exponent.unsigned_abs() >> bit == 0) {
+            power = self.push(Node::Mul(power, power));
+            if exponent.unsigned_abs() >> bit & 1 == 1 {
+                power = self.push(Node::Mul(power, a));
+            }
+        }
+        if exponent < 0 { self.recip(power) } else { power }
+    }
+
+    fn power(&mut self, a: u32, exponent: u32) -> u32 {
+        let logarithm = self.push(Node::Inverse(Inverse::Ln, a, a));
+        let product = self.push(Node::Mul(exponent, logarithm));
+        self.push(Node::Exp(product))
+    }
+}
+
+impl Node {
+    /// Its value, by those of its operands.
+    pub(super) fn value(self, at: impl Fn(u32) -> Interval) -> Interval {
+        match self {
+            Self::Argument | Self::Unknown(..) => Interval::ENTIRE,
+            Self::Constant(value) => value,
+            Self::Neg(a) => -at(a),
+            Self::Add(a, b) => at(a) + at(b),
+            Self::Sub(a, b) => at(a) - at(b),
+            Self::Mul(a, b) if a == b => at(a).square(),
+            Self::Mul(a, b) => at(a) * at(b),
+            Self::Div(a, b) => at(a) / at(b),
+            Self::Sqrt(a) => at(a).sqrt(),
+            Self::Sin(a) => at(a).sin_cos().0,
+            Self::Cos(a) => at(a).sin_cos().1,
+            Self::Exp(a) => at(a).exp(),
+            Self::Inverse(Inverse::Ln, a, _) => at(a).ln(),
+            Self::Inverse(Inverse::Asin, a, _) => at(a).asin(),
+            Self::Inverse(Inverse::Atan, a, _) => at(a).atan(),
+            Self::Abs(a) if is_above(at(a)) => at(a),
+            Self::Abs(a) if is_above(-at(a)) => -at(a),
+            Self::Choice(a, _, c) if is_above(at(c)) => at(a),
+            Self::Choice(_, b, c) if is_above(-at(c)) => at(b),
+            Self::Abs(_) | Self::Choice(..) => Interval::ENTIRE,
+            Self::Sign(a) if at(a) == Interval::ZERO => Interval::ZERO,
+            Self::Sign(a) if at(a).contains(0.0) => Interval::ENTIRE,
+            Self::Sign(a) => Interval::point(at(a).mid().signum()),
+            Self::Floor(a) => {
+                let (low, high) = (at(a).lo().floor(), at(a).hi().floor());
+                if low == high { Interval::point(low) } else { Interval::ENTIRE }
+            }
+        }
+    }
+
+    /// What it is to a reader of messages.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Argument | Self::Constant(_) => "a number",
+            Self::Neg(_) | Self::Add(..) | Self::Sub(..) => "a sum",
+            Self::Mul(..) => "a product",
+            Self::Div(..) => "a quotient",
+            Self::Sqrt(_) => "a square root",
+            Self::Sin(_) | Self::Cos(_) => "a sine or cosine",
+            Self::Exp(_) => "an exponential",
+            Self::Inverse(Inverse::Ln, ..) => "a logarithm",
+            Self::Inverse(..) => "an inverse sine, cosine or tangent",
+            Self::Abs(_) => "an absolute value",
+            Self::Choice(..) => "a minimum or maximum",
+            Self::Sign(_) => "a sign",
+            Self::Floor(_) => "a whole part",
+            Self::Unknown(name, _) => name,
+        }
+    }
+
+    /// Its operands.
+    pub(super) fn operands(self) -> [Option<u32>; 3] {
+        match self {
+            Self::Argument | Self::Constant(_) => [None; 3],
+            Self::Neg(a) | Self::Sqrt(a) | Self::Sin(a) | Self::Cos(a) | Self::Exp(a) => [Some(a), None, None],
+            Self::Abs(a) | Self::Sign(a) | Self::Floor(a) | Self::Unknown(_, a) => [Some(a), None, None],
+            Self::Add(a, b) | Self::Sub(a, b) | Self::Mul(a, b) | Self::Div(a, b) => [Some(a), Some(b), None],
+            Self::Inverse(_, a, b) => [Some(a), Some(b), None],
+            Self::Choice(a, b, c) => [Some(a), Some(b), Some(c)],
+        }
+    }
+}
+
+/// Whether no number is below zero.
+pub(super) fn is_above(interval: Interval) -> bool {
+    interval.lo() >= 0.0
+}

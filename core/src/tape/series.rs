@@ -1,0 +1,249 @@
+//! Taylor series of the functions of a tape, in intervals.
+
+use std::vec;
+use std::vec::Vec;
+
+use super::nodes::{Node, Nodes, is_above};
+use super::{Tape, TapeFunction};
+use crate::Interval;
+
+/// Taylor coefficients of a function of a tape along a motion, one order at a time, each with derivatives.
+///
+/// A coefficient is an interval, followed by its derivatives in a number of directions. Arguments are numbered: time,
+/// then `q`, `qd`, `qdd` and the multipliers. A caller [sets](Self::set) the coefficients of an order, and
+/// [`advance`](Self::advance) computes all others of it, by the recurrences of R. E. Moore, Interval Analysis (1966).
+/// Numbers of the tape are [enclosed](Interval::rounded). Absolute values and the like have a series where the sign is
+/// certain.
+#[derive(Clone, Debug)]
+pub struct TapeSeries {
+    nodes: Nodes,
+    /// Value and derivatives.
+    width: usize,
+    /// Order by order, node by node.
+    coefficients: Vec<Interval>,
+}
+
+/// The operation that has no finite value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Obstacle {
+    /// What it is.
+    pub operation: &'static str,
+    /// The number that it is applied to.
+    pub operand: Interval,
+}
+
+impl TapeSeries {
+    /// The series of a function up to an order, with derivatives in so many directions, and some parameters replaced by
+    /// their index.
+    pub fn new(
+        tape: &Tape,
+        function: TapeFunction,
+        replace: impl Fn(usize) -> Option<Interval>,
+        [order, directions]: [usize; 2],
+    ) -> Self {
+        let (nodes, width) = (Nodes::new(tape, function, replace), 1 + directions);
+        let coefficients = vec![Interval::ZERO; (order + 1) * nodes.nodes.len() * width];
+        Self { nodes, width, coefficients }
+    }
+
+    /// Sets the coefficient of an argument.
+    pub fn set(&mut self, order: usize, argument: usize, coefficient: &[Interval]) {
+        let place = (order * self.nodes.nodes.len() + argument) * self.width;
+        self.coefficients[place..][..self.width].copy_from_slice(coefficient);
+    }
+
+    /// Computes the coefficients of an order from those of its arguments and from lower orders.
+    pub fn advance(&mut self, order: usize) {
+        for (i, node) in self.nodes.nodes.iter().enumerate() {
+            if *node == Node::Argument {
+                continue;
+            }
+            let place = (order * self.nodes.nodes.len() + i) * self.width;
+            let (known, own) = self.coefficients.split_at_mut(place);
+            let known = Known { nodes: &self.nodes, width: self.width, coefficients: known, node: i };
+            known.write(*node, order, &mut own[..self.width]);
+        }
+    }
+
+    /// The coefficient of a result.
+    pub fn result(&self, order: usize, i: usize) -> &[Interval] {
+        let place = (order * self.nodes.nodes.len() + self.nodes.results[i] as usize) * self.width;
+        &self.coefficients[place..][..self.width]
+    }
+
+    /// The number of results.
+    pub fn results(&self) -> usize {
+        self.nodes.results.len()
+    }
+
+    /// The first operation without a finite value, though its operands have one.
+    pub fn obstacle(&self) -> Option<Obstacle> {
+        let value = |node: u32| self.coefficients[node as usize * self.width];
+        let mut nodes = self.nodes.nodes.iter().enumerate();
+        nodes.find_map(|(i, node)| {
+            let operand = node.operands().into_iter().flatten().last().map(value)?;
+            (!value(i as u32).is_finite()).then(|| Obstacle { operation: node.name(), operand })
+        })
+    }
+}
+
+/// The coefficients before that of a node.
+struct Known<'a> {
+    nodes: &'a Nodes,
+    width: usize,
+    coefficients: &'a [Interval],
+    node: usize,
+}
+
+impl Known<'_> {
+    fn at(&self, order: usize, node: u32) -> &[Interval] {
+        &self.coefficients[(order * self.nodes.nodes.len() + node as usize) * self.width..][..self.width]
+    }
+
+    /// The order above which all coefficients of a node are zero, within those that are known.
+    fn last(&self, order: usize, node: u32) -> usize {
+        if self.nodes.is_constant(node) { 0 } else { order }
+    }
+
+    /// Writes the coefficient of a node.
+    fn write(&self, node: Node, order: usize, own: &mut [Interval]) {
+        let own_node = self.node as u32;
+        let value = |node| self.at(0, node)[0];
+        own.fill(Interval::ZERO);
+        match node {
+            Node::Argument => {}
+            _ if order == 0 => {
+                own[0] = node.value(value);
+                self.write_derivatives(node, own);
+            }
+            Node::Constant(_) | Node::Sign(_) | Node::Floor(_) => {}
+            Node::Unknown(..) => own.fill(Interval::ENTIRE),
+            Node::Neg(a) => subtract(own, self.at(order, a)),
+            Node::Add(a, b) => {
+                add(own, self.at(order, a));
+                add(own, self.at(order, b));
+            }
+            Node::Sub(a, b) => {
+                add(own, self.at(order, a));
+                subtract(own, self.at(order, b));
+            }
+            Node::Mul(a, b) => {
+                for j in order - self.last(order, a)..=self.last(order, b) {
+                    add_product(own, self.at(order - j, a), self.at(j, b), Interval::ONE);
+                }
+            }
+            Node::Div(a, b) => {
+                if !self.nodes.is_constant(a) {
+                    add(own, self.at(order, a));
+                }
+                for j in 1..=self.last(order, b) {
+                    add_product(own, self.at(j, b), self.at(order - j, own_node), -Interval::ONE);
+                }
+                divide(own, self.at(0, b));
+            }
+            Node::Sqrt(a) => {
+                add(own, self.at(order, a));
+                for j in 1..order {
+                    add_product(own, self.at(j, own_node), self.at(order - j, own_node), -Interval::ONE);
+                }
+                divide(own, self.at(0, own_node));
+                scale(own, Interval::point(0.5));
+            }
+            Node::Sin(a) => self.add_integral(own, order, [a, own_node + 1], Interval::ONE),
+            Node::Cos(a) => self.add_integral(own, order, [a, own_node - 1], -Interval::ONE),
+            Node::Exp(a) => self.add_integral(own, order, [a, own_node], Interval::ONE),
+            Node::Inverse(_, a, b) => {
+                for j in 1..order {
+                    add_product(own, self.at(j, own_node), self.at(order - j, b), whole(j));
+                }
+                scale(own, -Interval::ONE / whole(order));
+                add(own, self.at(order, a));
+                divide(own, self.at(0, b));
+            }
+            Node::Abs(a) if is_above(value(a)) => add(own, self.at(order, a)),
+            Node::Abs(a) => subtract(own, self.at(order, a)),
+            Node::Choice(a, _, c) if is_above(value(c)) => add(own, self.at(order, a)),
+            Node::Choice(_, b, _) => add(own, self.at(order, b)),
+        }
+    }
+
+    /// Adds the coefficient of the integral of `b da`, times a factor.
+    fn add_integral(&self, own: &mut [Interval], order: usize, [a, b]: [u32; 2], factor: Interval) {
+        for j in 1..=order {
+            add_product(own, self.at(j, a), self.at(order - j, b), whole(j));
+        }
+        scale(own, factor / whole(order));
+    }
+
+    /// Writes the derivatives of a value.
+    fn write_derivatives(&self, node: Node, own: &mut [Interval]) {
+        let own_value = own[0];
+        let value = |node| self.at(0, node)[0];
+        let mut add_scaled = |node, factor: Interval| {
+            let derivatives = own[1..].iter_mut().zip(&self.at(0, node)[1..]);
+            derivatives.for_each(|(own, derivative)| *own = *own + factor * *derivative);
+        };
+        let one = Interval::ONE;
+        match node {
+            Node::Argument | Node::Constant(_) | Node::Sign(_) | Node::Floor(_) | Node::Unknown(..) => {}
+            Node::Neg(a) => add_scaled(a, -one),
+            Node::Add(a, b) => {
+                add_scaled(a, one);
+                add_scaled(b, one);
+            }
+            Node::Sub(a, b) => {
+                add_scaled(a, one);
+                add_scaled(b, -one);
+            }
+            Node::Mul(a, b) => {
+                add_scaled(a, value(b));
+                add_scaled(b, value(a));
+            }
+            Node::Div(a, b) => {
+                add_scaled(a, one / value(b));
+                add_scaled(b, -own_value / value(b));
+            }
+            Node::Sqrt(a) => add_scaled(a, Interval::point(0.5) / own_value),
+            Node::Sin(a) => add_scaled(a, value(a).sin_cos().1),
+            Node::Cos(a) => add_scaled(a, -value(a).sin_cos().0),
+            Node::Exp(a) => add_scaled(a, own_value),
+            Node::Inverse(_, a, b) => add_scaled(a, one / value(b)),
+            Node::Abs(a) => add_scaled(a, if is_above(value(a)) { one } else { -one }),
+            Node::Choice(a, b, c) => add_scaled(if is_above(value(c)) { a } else { b }, one),
+        }
+    }
+}
+
+fn whole(number: usize) -> Interval {
+    Interval::point(number as f64)
+}
+
+fn add(own: &mut [Interval], other: &[Interval]) {
+    own.iter_mut().zip(other).for_each(|(own, other)| *own = *own + *other);
+}
+
+fn subtract(own: &mut [Interval], other: &[Interval]) {
+    own.iter_mut().zip(other).for_each(|(own, other)| *own = *own - *other);
+}
+
+fn scale(own: &mut [Interval], factor: Interval) {
+    own.iter_mut().for_each(|own| *own = *own * factor);
+}
+
+/// Adds a product times a factor.
+fn add_product(own: &mut [Interval], a: &[Interval], b: &[Interval], factor: Interval) {
+    let (a0, b0) = if factor == Interval::ONE { (a[0], b[0]) } else { (a[0] * factor, b[0] * factor) };
+    own[0] = own[0] + a0 * b[0];
+    for ((own, da), db) in own[1..].iter_mut().zip(&a[1..]).zip(&b[1..]) {
+        *own = *own + a0 * *db + b0 * *da;
+    }
+}
+
+/// Divides by another coefficient.
+fn divide(own: &mut [Interval], by: &[Interval]) {
+    let value = own[0] / by[0];
+    own[0] = value;
+    for (own, by_derivative) in own[1..].iter_mut().zip(&by[1..]) {
+        *own = (*own - value * *by_derivative) / by[0];
+    }
+}

@@ -1,0 +1,101 @@
+//! The time at which a coordinate of an enclosed motion takes a value.
+
+use qrm_core::Interval;
+
+use super::Reason;
+use super::flow::Flow;
+use super::step::{StateSet, Step};
+
+/// What a step leads to.
+pub(super) enum Passage {
+    /// The coordinate has not taken the value up to the time of these states.
+    Not(StateSet),
+    /// The time at which it took the value, and the states at that time.
+    At(Interval, Vec<Interval>),
+}
+
+/// The part of a step around an estimated time in which the value must be taken.
+const WINDOW: f64 = 1e-3;
+/// Halvings of a step that ends too near to the value.
+const HALVINGS: u32 = 20;
+/// Bisections to estimate a time.
+const BISECTIONS: u32 = 60;
+
+impl Step {
+    /// The states at a time of the step, or at the time before at which a coordinate takes one of two values.
+    ///
+    /// The coordinate has not taken them when the step begins. While its rate has one sign in the whole bound of the
+    /// step, it takes a value once at most. A step that ends too near to it is made shorter.
+    ///
+    /// # Errors
+    /// It is not certain whether the value is taken.
+    pub(super) fn passage(
+        &self,
+        flow: &mut Flow,
+        coordinate: usize,
+        targets: [Interval; 2],
+        mut to: f64,
+    ) -> Result<Passage, Reason> {
+        let begin = self.begin();
+        let n = self.bound.len() / 2;
+        let mut near = targets.into_iter().filter(|target| self.bound[coordinate].intersection(*target).is_some());
+        let states = |to: f64| self.states(to).ok_or(Reason::NotCrossed);
+        let Some(target) = near.next() else { return states(to).map(Passage::Not) };
+        let is_monotonic = near.next().is_none() && !self.bound[n + coordinate].contains(0.0);
+        let before = |x: Interval| x.intersection(target).is_none();
+        for _ in 0..HALVINGS {
+            if before(self.range(coordinate, Interval::new(0.0, to - begin))) {
+                return states(to).map(Passage::Not);
+            }
+            if is_monotonic {
+                let rises = self.bound[n + coordinate].lo() > 0.0;
+                let is_beyond = |x: Interval| if rises { x.lo() > target.hi() } else { x.hi() < target.lo() };
+                let end = states(to)?;
+                let reached = end.hull()[coordinate];
+                if !is_beyond(reached) && before(reached) {
+                    return Ok(Passage::Not(end));
+                }
+                if is_beyond(reached)
+                    && let Some((t, states)) = self.cross(flow, coordinate, target, to)
+                {
+                    return Ok(Passage::At(t, states));
+                }
+            }
+            to = begin + 0.5 * (to - begin);
+        }
+        Err(Reason::NotCrossed)
+    }
+
+    /// The time at which a coordinate takes a value, and the states then: one step of the interval Newton method in time,
+    /// from an estimate.
+    fn cross(
+        &self,
+        flow: &mut Flow,
+        coordinate: usize,
+        target: Interval,
+        to: f64,
+    ) -> Option<(Interval, Vec<Interval>)> {
+        let (begin, n) = (self.begin(), self.bound.len() / 2);
+        let [mut low, mut high] = [begin, to];
+        let is_before = self.range(coordinate, Interval::ZERO).mid() < target.mid();
+        for _ in 0..BISECTIONS {
+            let middle = 0.5 * (low + high);
+            let value = self.range(coordinate, Interval::point(middle - begin)).mid();
+            *(if (value < target.mid()) == is_before { &mut low } else { &mut high }) = middle;
+        }
+        let estimate = low;
+        let part = WINDOW * (to - begin);
+        let window = Interval::new((estimate - part).max(begin), (estimate + part).min(to));
+        let range = |i: usize, times: Interval| self.range(i, times - Interval::point(begin));
+        let at = self.states(estimate)?.hull();
+        let change = (target - at[coordinate]) / range(n + coordinate, window);
+        let time = Interval::point(estimate) + change;
+        if !time.is_inside(window) {
+            return None;
+        }
+        let times = time.hull(Interval::point(estimate));
+        let states: Vec<Interval> = (0..2 * n).map(|i| range(i, times)).collect();
+        let slopes = flow.expand(times, &states, 1, false).ok()?;
+        Some((time, at.iter().enumerate().map(|(i, at)| *at + change * slopes.at(1, i)[0]).collect()))
+    }
+}
