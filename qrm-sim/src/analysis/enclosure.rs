@@ -3,7 +3,10 @@
 mod crossing;
 mod flow;
 mod linear;
+mod manifold;
+mod matrix;
 mod start;
+mod state_set;
 mod step;
 
 use qrm_core::{Interval, Model, TapeSeries};
@@ -11,7 +14,8 @@ use qrm_core::{Interval, Model, TapeSeries};
 use self::crossing::Passage;
 use self::flow::Flow;
 pub use self::flow::NoSeries;
-use self::step::{ORDER, StateSet, Step};
+use self::state_set::StateSet;
+use self::step::{ORDER, Step};
 use crate::run::NotAssembled;
 
 /// New values for parameters, by their names.
@@ -84,6 +88,10 @@ pub enum Reason {
 
 /// Most steps.
 const MOST_STEPS: u64 = 100_000;
+/// How much longer a step may be than the one before.
+const GROWTH: f64 = 1.3;
+/// How far a step may go beyond the end, so that the end is within it for certain.
+const BEYOND: f64 = 1.0 + 1e-12;
 /// Steps shorter than this part of the longest one end an enclosure.
 const SHORTEST: f64 = 1e-4;
 
@@ -106,8 +114,7 @@ pub fn enclose(
     if !model.description.friction.is_empty() {
         return Err(at_start(Reason::Friction));
     }
-    let states = start::start(model, values).map_err(at_start)?;
-    Motion::new(model, values, &states).follow(end, is_interrupted)
+    Motion::new(model, values).map_err(at_start)?.follow(end, is_interrupted)
 }
 
 fn replaced(model: &Model, values: Values, i: usize) -> Option<Interval> {
@@ -124,26 +131,24 @@ struct Motion<'m> {
 }
 
 impl<'m> Motion<'m> {
-    fn new(model: &'m Model, values: Values, states: &[Interval]) -> Self {
+    fn new(model: &'m Model, values: Values) -> Result<Self, Reason> {
         let (tape, replace) = (model.tape, |i: usize| replaced(model, values, i));
-        Self {
-            model,
-            flow: Flow::new(tape, &replace, ORDER),
-            outputs: TapeSeries::new(tape, tape.outputs, replace, [0, 0]),
-            set: StateSet::new(0.0, states),
-            steps: 0,
-        }
+        let mut flow = Flow::new(tape, &replace, ORDER);
+        let states = start::start(model, values, &mut flow.manifold)?;
+        let set = StateSet::of_box(&mut flow.manifold, 0.0, &states).ok_or(Reason::NotIsolated)?;
+        Ok(Self { model, flow, outputs: TapeSeries::new(tape, tape.outputs, replace, [0, 0]), set, steps: 0 })
     }
 
     fn follow(mut self, end: EnclosureEnd, is_interrupted: &dyn Fn() -> bool) -> Result<Enclosure, NotEnclosed> {
         match self.advance(end, is_interrupted) {
             Ok(turned) => {
-                let (t, states) = turned.clone().unwrap_or_else(|| (Interval::point(self.set.t), self.set.hull()));
+                let (t, states) =
+                    turned.clone().unwrap_or_else(|| (Interval::point(self.set.t), self.set.hull.clone()));
                 let reached = self.described(t, &states, turned.is_some());
                 reached.map_err(|reason| NotEnclosed { reached: None, reason: Reason::NoSeries(reason) })
             }
             Err(reason) => {
-                let (t, states) = (Interval::point(self.set.t), self.set.hull());
+                let (t, states) = (Interval::point(self.set.t), self.set.hull.clone());
                 let reached = self.described(t, &states, false).ok().filter(|_| self.steps > 0);
                 Err(NotEnclosed { reached: reached.map(Box::new), reason })
             }
@@ -156,7 +161,7 @@ impl<'m> Motion<'m> {
         end: EnclosureEnd,
         is_interrupted: &dyn Fn() -> bool,
     ) -> Result<Option<(Interval, Vec<Interval>)>, Reason> {
-        let states = self.set.hull();
+        let states = self.set.hull.clone();
         let turn = Interval::point(2.0) * Interval::pi();
         let (end_time, targets) = match end {
             EnclosureEnd::Time(t) => (t, None),
@@ -164,14 +169,16 @@ impl<'m> Motion<'m> {
                 (before, Some((coordinate, [states[coordinate] - turn, states[coordinate] + turn])))
             }
         };
-        let mut longest: f64 = 0.0;
+        let (mut longest, mut last) = (0.0_f64, f64::INFINITY);
         while self.set.t < end_time {
             if is_interrupted() {
                 return Err(Reason::Interrupted);
             }
             let left = end_time - self.set.t;
-            let step = Step::new(&mut self.flow, self.set.clone(), left.next_up()).map_err(Reason::NoSeries)?;
-            longest = longest.max(step.length);
+            let length = (GROWTH * last).min(BEYOND * left);
+            let step = Step::new(&mut self.flow, self.set.clone(), length).map_err(Reason::NoSeries)?;
+            last = step.length;
+            longest = longest.max(last);
             // A time that is within the step for certain.
             let to = end_time.min((self.set.t + step.length).next_down());
             let is_short = to < end_time && step.length < SHORTEST * longest;
@@ -181,7 +188,7 @@ impl<'m> Motion<'m> {
             self.steps += 1;
             let passage = match targets {
                 Some((coordinate, targets)) => step.passage(&mut self.flow, coordinate, targets, to)?,
-                None => Passage::Not(step.states(to).ok_or(Reason::NoSeries(NoSeries::Singular))?),
+                None => Passage::Not(step.states(&mut self.flow, to).ok_or(Reason::NoSeries(NoSeries::Singular))?),
             };
             match passage {
                 Passage::Not(set) => self.set = set,
@@ -193,7 +200,7 @@ impl<'m> Motion<'m> {
 
     /// The state with all that follows from it.
     fn described(&mut self, t: Interval, states: &[Interval], has_turned: bool) -> Result<Enclosure, NoSeries> {
-        let forces = self.flow.expand(t, states, 1, false)?.forces;
+        let forces = self.flow.expand(t, states, None, 1)?.forces;
         let n = self.model.tape.coordinates as usize;
         let arguments = [&[t], states, &forces].concat();
         arguments.iter().enumerate().for_each(|(i, value)| self.outputs.set(0, i, &[*value]));

@@ -3,8 +3,9 @@
 use qrm_core::Interval;
 
 use super::Reason;
-use super::flow::Flow;
-use super::step::{StateSet, Step};
+use super::flow::{Flow, NoSeries};
+use super::state_set::StateSet;
+use super::step::Step;
 
 /// What a step leads to.
 pub(super) enum Passage {
@@ -39,19 +40,19 @@ impl Step {
         let begin = self.begin();
         let n = self.bound.len() / 2;
         let mut near = targets.into_iter().filter(|target| self.bound[coordinate].intersection(*target).is_some());
-        let states = |to: f64| self.states(to).ok_or(Reason::NotCrossed);
-        let Some(target) = near.next() else { return states(to).map(Passage::Not) };
+        let states = |flow: &mut Flow, to: f64| self.states(flow, to).ok_or(Reason::NoSeries(NoSeries::Singular));
+        let Some(target) = near.next() else { return states(flow, to).map(Passage::Not) };
         let is_monotonic = near.next().is_none() && !self.bound[n + coordinate].contains(0.0);
         let before = |x: Interval| x.intersection(target).is_none();
         for _ in 0..HALVINGS {
             if before(self.range(coordinate, Interval::new(0.0, to - begin))) {
-                return states(to).map(Passage::Not);
+                return states(flow, to).map(Passage::Not);
             }
             if is_monotonic {
                 let rises = self.bound[n + coordinate].lo() > 0.0;
                 let is_beyond = |x: Interval| if rises { x.lo() > target.hi() } else { x.hi() < target.lo() };
-                let end = states(to)?;
-                let reached = end.hull()[coordinate];
+                let end = states(flow, to)?;
+                let reached = end.hull[coordinate];
                 if !is_beyond(reached) && before(reached) {
                     return Ok(Passage::Not(end));
                 }
@@ -87,7 +88,7 @@ impl Step {
         let part = WINDOW * (to - begin);
         let window = Interval::new((estimate - part).max(begin), (estimate + part).min(to));
         let range = |i: usize, times: Interval| self.range(i, times - Interval::point(begin));
-        let at = self.states(estimate)?.hull();
+        let at = self.states(flow, estimate)?.hull;
         let change = (target - at[coordinate]) / range(n + coordinate, window);
         let time = Interval::point(estimate) + change;
         if !time.is_inside(window) {
@@ -95,7 +96,7 @@ impl Step {
         }
         let times = time.hull(Interval::point(estimate));
         let states: Vec<Interval> = (0..2 * n).map(|i| range(i, times)).collect();
-        let slopes = flow.expand(times, &states, 1, false).ok()?;
+        let slopes = flow.expand(times, &states, None, 1).ok()?;
         Some((time, at.iter().enumerate().map(|(i, at)| *at + change * slopes.at(1, i)[0]).collect()))
     }
 }

@@ -3,19 +3,20 @@
 use qrm_core::{Interval, Obstacle, Tape, TapeSeries};
 
 use super::linear::Linear;
+use super::manifold::Manifold;
+use super::matrix::IntervalMatrix;
 
 /// The equations of motion, which determine the Taylor series of a motion from its state.
 ///
 /// A state has `n` coordinates, then `n` rates. Accelerations and multipliers of each order solve
 /// `M x + C_q' w = f`, `C_q x = -b`, whose matrix is that of order zero for all orders.
 pub(super) struct Flow {
-    coordinates: usize,
-    constraints: usize,
-    /// The tape's `dynamics`, without derivatives and with those by the state.
+    pub(super) manifold: Manifold,
+    /// The tape's `dynamics`, without derivatives and with those in two directions for each degree of freedom.
     series: [TapeSeries; 2],
 }
 
-/// The Taylor coefficients of a state; each is a value, with derivatives by the state after it if it was asked for them.
+/// The Taylor coefficients of a state; each is a value, and derivatives after it if it was asked for them.
 #[derive(Clone, Debug)]
 pub(super) struct Expansion {
     states: usize,
@@ -38,11 +39,14 @@ impl Flow {
     /// The equations of a tape with some parameters replaced by their index, for series up to an order.
     pub(super) fn new(tape: &Tape, replace: &dyn Fn(usize) -> Option<Interval>, order: usize) -> Self {
         let (n, m) = (tape.coordinates as usize, tape.constraints as usize);
-        let series = [0, 2 * n].map(|directions| TapeSeries::new(tape, tape.dynamics, replace, [order, directions]));
-        Self { coordinates: n, constraints: m, series }
+        let directions = 2 * n.saturating_sub(m);
+        let series =
+            [0, directions].map(|directions| TapeSeries::new(tape, tape.dynamics, replace, [order, directions]));
+        Self { manifold: Manifold::new(tape, replace), series }
     }
 
-    /// The series of all motions through a box of states in an interval of time, up to an order.
+    /// The series of all motions through a box of states in an interval of time, up to an order; with their derivatives,
+    /// of which those of the state are given.
     ///
     /// # Errors
     /// Some state of the box has no accelerations, or it is not proved that all have.
@@ -50,12 +54,12 @@ impl Flow {
         &mut self,
         t: Interval,
         state: &[Interval],
+        frame: Option<&IntervalMatrix>,
         order: usize,
-        with_derivatives: bool,
     ) -> Result<Expansion, NoSeries> {
-        let (n, m) = (self.coordinates, self.constraints);
-        let series = &mut self.series[usize::from(with_derivatives)];
-        let (states, width) = (2 * n, if with_derivatives { 1 + 2 * n } else { 1 });
+        let [n, m] = self.manifold.sizes();
+        let series = &mut self.series[usize::from(frame.is_some())];
+        let (states, width) = (2 * n, 1 + frame.map_or(0, IntervalMatrix::columns));
         let mut expansion = Expansion {
             states,
             width,
@@ -65,8 +69,8 @@ impl Flow {
         for (i, value) in state.iter().enumerate() {
             let coefficient = expansion.at_mut(0, i);
             coefficient[0] = *value;
-            if with_derivatives {
-                coefficient[1 + i] = Interval::ONE;
+            if let Some(frame) = frame {
+                coefficient[1..].copy_from_slice(frame.row(i));
             }
         }
         let mut time = vec![Interval::ZERO; width];
@@ -82,7 +86,7 @@ impl Flow {
                 if let Some(obstacle) = series.obstacle() {
                     return Err(NoSeries::Operation(obstacle));
                 }
-                saddle = Some(Linear::new(&matrix(series, n, m), n + m).ok_or(NoSeries::Singular)?);
+                saddle = Some(Linear::new(&matrix(series, n, m)).ok_or(NoSeries::Singular)?);
             }
             let solution = match &saddle {
                 Some(saddle) => solve(series, saddle, &solutions, [n, m, width]),
@@ -105,6 +109,11 @@ impl Flow {
 }
 
 impl Expansion {
+    /// The number of components of a state.
+    pub(super) fn states(&self) -> usize {
+        self.states
+    }
+
     /// A coefficient with its derivatives.
     pub(super) fn at(&self, order: usize, i: usize) -> &[Interval] {
         &self.coefficients[(order * self.states + i) * self.width..][..self.width]
@@ -135,10 +144,9 @@ fn place(i: usize, j: usize, n: usize) -> Option<usize> {
 }
 
 /// The saddle-point matrix at order zero.
-fn matrix(series: &TapeSeries, n: usize, m: usize) -> Vec<Interval> {
-    let size = n + m;
-    let entry = |k: usize| place(k / size, k % size, n).map_or(Interval::ZERO, |place| series.result(0, place)[0]);
-    (0..size * size).map(entry).collect()
+fn matrix(series: &TapeSeries, n: usize, m: usize) -> IntervalMatrix {
+    let entry = |i, j| place(i, j, n).map_or(Interval::ZERO, |place| series.result(0, place)[0]);
+    IntervalMatrix::from_fn(n + m, n + m, entry)
 }
 
 /// Accelerations and multipliers of the next order, with their derivatives.

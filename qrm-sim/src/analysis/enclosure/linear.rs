@@ -1,7 +1,8 @@
 //! Linear equations with intervals as coefficients.
 
-use nalgebra::DMatrix;
 use qrm_core::Interval;
+
+use super::matrix::{IntervalMatrix, sum};
 
 /// Linear equations that have one solution for every matrix in an interval matrix `A`.
 ///
@@ -10,87 +11,95 @@ use qrm_core::Interval;
 /// with these weights (S. M. Rump, Verification methods, Acta Numerica 19, 2010).
 #[derive(Clone, Debug)]
 pub(super) struct Linear {
-    /// `R`, row by row.
-    inverse: Vec<Interval>,
-    /// `G`, row by row.
-    deviation: Vec<Interval>,
-    weights: Vec<f64>,
-    /// A lower bound of `1 - g`.
+    /// `R`.
+    inverse: IntervalMatrix,
+    /// `G`.
+    deviation: IntervalMatrix,
+    weights: Vec<Interval>,
+    /// Contains `1 - g`.
     margin: Interval,
 }
 
 /// Passes that make weights fit the matrix.
-const PASSES: usize = 8;
+const WEIGHT_PASSES: usize = 8;
+/// Passes that make an enclosure of a solution smaller.
+const PASSES: usize = 2;
 
 impl Linear {
-    /// The equations with a matrix, row by row; `None` if it is not proved that all of its matrices have an inverse.
-    pub(super) fn new(matrix: &[Interval], size: usize) -> Option<Self> {
-        if matrix.iter().any(|entry| !entry.is_finite()) {
+    /// The equations with a square matrix; `None` if it is not proved that all of its matrices have an inverse.
+    pub(super) fn new(matrix: &IntervalMatrix) -> Option<Self> {
+        if !matrix.is_finite() {
             return None;
         }
-        let midpoints = DMatrix::from_fn(size, size, |i, j| matrix[i * size + j].mid());
-        let near = midpoints.try_inverse()?;
-        let inverse: Vec<Interval> = (0..size * size).map(|k| Interval::point(near[(k / size, k % size)])).collect();
-        let mut deviation = product(&inverse, matrix, size);
-        deviation.iter_mut().for_each(|entry| *entry = -*entry);
-        for i in 0..size {
-            deviation[i * (size + 1)] = deviation[i * (size + 1)] + Interval::ONE;
+        let inverse = IntervalMatrix::of(&matrix.mid().try_inverse()?);
+        let product = inverse.times(matrix);
+        let size = matrix.rows();
+        let deviation = IntervalMatrix::from_fn(size, size, |i, j| {
+            (if i == j { Interval::ONE } else { Interval::ZERO }) - product.at(i, j)
+        });
+        let sizes = IntervalMatrix::from_fn(size, size, |i, j| Interval::point(deviation.at(i, j).magnitude()));
+        let mut weights = vec![Interval::ONE; size];
+        for _ in 0..WEIGHT_PASSES {
+            weights = sizes.applied(&weights).into_iter().map(|grown| Interval::point(1.0 + grown.hi())).collect();
         }
-        let grown = |weights: &[f64]| -> Vec<Interval> {
-            let rows = deviation.chunks_exact(size.max(1));
-            let sizes = |row: &[Interval]| {
-                let terms = row.iter().zip(weights);
-                terms.fold(Interval::ZERO, |sum, (entry, weight)| {
-                    sum + Interval::point(entry.magnitude()) * Interval::point(*weight)
-                })
-            };
-            rows.map(sizes).collect()
-        };
-        let mut weights = vec![1.0; size];
-        for _ in 0..PASSES {
-            weights = grown(&weights).iter().map(|grown| 1.0 + grown.hi()).collect();
-        }
-        let ratio = |(grown, weight): (&Interval, &f64)| (*grown / Interval::point(*weight)).hi();
-        let contraction = grown(&weights).iter().zip(&weights).map(ratio).fold(0.0, f64::max);
+        let contraction = norm(&sizes.applied(&weights), &weights);
         let margin = Interval::ONE - Interval::point(contraction);
         (margin.lo() > 0.0).then_some(Self { inverse, deviation, weights, margin })
     }
 
     /// An enclosure of the solutions.
     pub(super) fn solve(&self, right: &[Interval]) -> Vec<Interval> {
-        let first = applied(&self.inverse, right);
-        let ratio =
-            |(value, weight): (&Interval, &f64)| (Interval::point(value.magnitude()) / Interval::point(*weight)).hi();
-        let norm = first.iter().zip(&self.weights).map(ratio).fold(0.0, f64::max);
-        let bound = (Interval::point(norm) / self.margin).hi();
-        let solution: Vec<Interval> = (self.weights.iter())
-            .map(|weight| {
-                let size = (Interval::point(bound) * Interval::point(*weight)).hi();
-                Interval::new(-size, size)
-            })
-            .collect();
-        // Each pass keeps the solution, and makes its enclosure smaller.
-        (0..2).fold(solution, |solution, _| {
-            let change = applied(&self.deviation, &solution);
-            first.iter().zip(change).map(|(first, change)| *first + change).collect()
-        })
+        let first = self.inverse.applied(right);
+        let bound = Interval::point(norm(&first, &self.weights)) / self.margin;
+        let ball = |weight: &Interval| {
+            let size = (bound * *weight).hi();
+            Interval::new(-size, size)
+        };
+        let solution = self.weights.iter().map(ball).collect();
+        (0..PASSES).fold(solution, |solution, _| sum(&first, &self.deviation.applied(&solution)))
+    }
+
+    /// Enclosures of the solutions for each column of a matrix.
+    pub(super) fn solve_columns(&self, right: &IntervalMatrix) -> IntervalMatrix {
+        let columns: Vec<Vec<Interval>> = (0..right.columns()).map(|j| self.solve(&right.column(j))).collect();
+        IntervalMatrix::from_fn(right.rows(), right.columns(), |i, j| columns[j][i])
     }
 }
 
-/// A matrix, row by row, times a vector.
-pub(super) fn applied(matrix: &[Interval], vector: &[Interval]) -> Vec<Interval> {
-    matrix.chunks_exact(vector.len().max(1)).map(|row| dot(row, vector)).collect()
+/// An upper bound of the largest size of a component against its weight.
+fn norm(vector: &[Interval], weights: &[Interval]) -> f64 {
+    let ratio = |(value, weight): (&Interval, &Interval)| (Interval::point(value.magnitude()) / *weight).hi();
+    vector.iter().zip(weights).map(ratio).fold(0.0, f64::max)
 }
 
-/// The product of two square matrices.
-pub(super) fn product(a: &[Interval], b: &[Interval], size: usize) -> Vec<Interval> {
-    let entry = |k: usize| {
-        let (row, column) = (&a[k / size * size..][..size], b.iter().skip(k % size).step_by(size));
-        row.iter().zip(column).fold(Interval::ZERO, |sum, (a, b)| sum + *a * *b)
-    };
-    (0..size * size).map(entry).collect()
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-fn dot(a: &[Interval], b: &[Interval]) -> Interval {
-    a.iter().zip(b).fold(Interval::ZERO, |sum, (a, b)| sum + *a * *b)
+    fn matrix(entries: [[f64; 2]; 2], width: f64) -> IntervalMatrix {
+        IntervalMatrix::from_fn(2, 2, |i, j| Interval::new(entries[i][j] - width, entries[i][j] + width))
+    }
+
+    #[test]
+    fn solutions_at_all_corners_are_contained() {
+        // Unknowns of very different sizes, as accelerations and forces have them.
+        let (entries, width) = ([[100.0, 0.3], [0.2, 1e-3]], 1e-6);
+        let linear = Linear::new(&matrix(entries, width)).expect("all have an inverse");
+        let right = [1.0, 2.0];
+        let solution = linear.solve(&right.map(Interval::point));
+        for corner in 0..16 {
+            let entry = |k: usize| entries[k / 2][k % 2] + if corner >> k & 1 == 1 { width } else { -width };
+            let [a, b, c, d] = [0, 1, 2, 3].map(entry);
+            let determinant = a * d - b * c;
+            let exact = [(d * right[0] - b * right[1]) / determinant, (a * right[1] - c * right[0]) / determinant];
+            assert!(solution.iter().zip(exact).all(|(solution, exact)| solution.contains(exact)), "{corner}");
+        }
+    }
+
+    #[test]
+    fn a_singular_matrix_within_is_seen() {
+        assert!(Linear::new(&matrix([[1.0, 1.0], [1.0, 1.1]], 0.01)).is_some());
+        assert!(Linear::new(&matrix([[1.0, 1.0], [1.0, 1.1]], 0.06)).is_none());
+        assert!(Linear::new(&matrix([[1.0, 1.0], [1.0, 1.0]], 0.0)).is_none());
+    }
 }

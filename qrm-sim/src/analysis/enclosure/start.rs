@@ -2,8 +2,10 @@
 
 use qrm_core::{Interval, Model, TapeSeries};
 
-use super::linear::{Linear, applied};
-use super::{Reason, Values};
+use super::linear::Linear;
+use super::manifold::{Linearized, Manifold};
+use super::matrix::{IntervalMatrix, negative};
+use super::{Reason, Values, replaced};
 use crate::run::assembled;
 use crate::start::Start;
 
@@ -20,75 +22,47 @@ const ATTEMPTS: u32 = 12;
 ///
 /// # Errors
 /// The given values do not determine the others, or this was not proved.
-pub(super) fn start(model: &Model, values: Values) -> Result<Vec<Interval>, Reason> {
+pub(super) fn start(model: &Model, values: Values, manifold: &mut Manifold) -> Result<Vec<Interval>, Reason> {
     let mechanism = model.mechanism(values);
-    let replace = |i: usize| super::replaced(model, values, i);
-    let (tape, n) = (model.tape, model.tape.coordinates as usize);
     let Start { given, given_rates, .. } = Start::of(&*mechanism);
     let (q, _) = assembled(&*mechanism).map_err(Reason::NotAssembled)?;
-    let mut formulae = TapeSeries::new(tape, tape.start, replace, [0, 0]);
-    formulae.advance(0);
-    let value = |i: usize| formulae.result(0, i)[0];
-    let mut constraints = TapeSeries::new(tape, tape.loop_constraints, replace, [0, 0]);
-    let m = tape.constraints as usize;
+    let [n, m] = manifold.sizes();
     let free = |given: &[bool]| -> Vec<usize> { (0..n).filter(|&i| !given[i]).collect() };
     let (free_q, free_rates) = (free(&given), free(&given_rates));
     if free_q.len() != m || free_rates.len() != m {
         return Err(Reason::NotGiven);
     }
-    let mut box_of = |i: usize| if given[i] { value(i) } else { Interval::point(q[i]) };
-    let mut state: Vec<Interval> = (0..n).map(&mut box_of).collect();
-    let mut is_proved = m == 0;
-    for _ in 0..ATTEMPTS {
-        if is_proved {
-            break;
-        }
-        let center: Vec<Interval> =
-            (0..n).map(|i| if given[i] { state[i] } else { Interval::point(state[i].mid()) }).collect();
-        let wider: Vec<Interval> = (0..n)
-            .map(|i| {
-                let more = INFLATION * state[i].width() + SMALLEST * state[i].magnitude().max(1.0);
-                if given[i] { state[i] } else { state[i] + Interval::new(-more, more) }
-            })
-            .collect();
-        let jacobian = evaluate(&mut constraints, &wider, &free_q, n, m).1;
-        let Some(newton) = Linear::new(&jacobian, m) else { return Err(Reason::NotIsolated) };
-        let residuals = evaluate(&mut constraints, &center, &free_q, n, m).0;
-        let corrections = newton.solve(&residuals);
-        is_proved = true;
-        for (&i, correction) in free_q.iter().zip(corrections) {
-            let next = center[i] - correction;
-            is_proved &= next.is_inside(wider[i]);
-            state[i] = next;
-        }
-    }
-    if !is_proved {
-        return Err(Reason::NotIsolated);
-    }
-    let mut rates: Vec<Interval> = (0..n).map(|i| if given_rates[i] { value(n + i) } else { Interval::ZERO }).collect();
-    let columns = evaluate(&mut constraints, &state, &free_rates, n, m).1;
-    let all: Vec<Interval> = (0..m * n).map(|k| constraints.result(0, m + k)[0]).collect();
-    let right: Vec<Interval> = applied(&all, &rates)
-        .into_iter()
-        .enumerate()
-        .map(|(k, rate)| -(rate + constraints.result(0, m + m * n + k)[0]))
-        .collect();
-    let solution = Linear::new(&columns, m).ok_or(Reason::NotIsolated)?.solve(&right);
-    free_rates.iter().zip(solution).for_each(|(&i, rate)| rates[i] = rate);
-    Ok([state, rates].concat())
+    let mut formulae = TapeSeries::new(model.tape, model.tape.start, |i| replaced(model, values, i), [0, 0]);
+    formulae.advance(0);
+    let value = |i: usize| formulae.result(0, i)[0];
+    let given_q = (0..n).map(|i| if given[i] { value(i) } else { Interval::point(q[i]) });
+    let given_rates = (0..n).map(|i| if given_rates[i] { value(n + i) } else { Interval::ZERO });
+    let state: Vec<Interval> = given_q.chain(given_rates).collect();
+    let mut state = position(manifold, state, &free_q).ok_or(Reason::NotIsolated)?;
+    let Linearized { residuals, jacobian } = manifold.linearized(Interval::ZERO, &state);
+    let matrix = IntervalMatrix::from_fn(m, m, |k, j| jacobian.at(m + k, n + free_rates[j]));
+    let rates = Linear::new(&matrix).ok_or(Reason::NotIsolated)?.solve(&negative(&residuals[m..]));
+    free_rates.iter().zip(rates).for_each(|(&i, rate)| state[n + i] = rate);
+    Ok(state)
 }
 
-/// The residuals of the constraints at the start, and their derivatives by some coordinates.
-fn evaluate(
-    constraints: &mut TapeSeries,
-    q: &[Interval],
-    by: &[usize],
-    n: usize,
-    m: usize,
-) -> (Vec<Interval>, Vec<Interval>) {
-    q.iter().enumerate().for_each(|(i, q)| constraints.set(0, 1 + i, &[*q]));
-    constraints.advance(0);
-    let residuals = (0..m).map(|k| constraints.result(0, k)[0]).collect();
-    let columns = (0..m).flat_map(|k| by.iter().map(move |i| (k, *i)));
-    (residuals, columns.map(|(k, i)| constraints.result(0, m + k * n + i)[0]).collect())
+/// The state with its free coordinates in a box that contains exactly one position for all given ones.
+fn position(manifold: &mut Manifold, mut state: Vec<Interval>, free: &[usize]) -> Option<Vec<Interval>> {
+    for _ in 0..ATTEMPTS {
+        let (mut center, mut wider) = (state.clone(), state.clone());
+        for &i in free {
+            let more = INFLATION * state[i].width() + SMALLEST * state[i].magnitude().max(1.0);
+            center[i] = Interval::point(state[i].mid());
+            wider[i] = state[i] + Interval::new(-more, more);
+        }
+        let jacobian = manifold.linearized(Interval::ZERO, &wider).jacobian;
+        let matrix = IntervalMatrix::from_fn(free.len(), free.len(), |k, j| jacobian.at(k, free[j]));
+        let residuals = manifold.linearized(Interval::ZERO, &center).residuals;
+        let corrections = Linear::new(&matrix)?.solve(&residuals[..free.len()]);
+        free.iter().zip(corrections).for_each(|(&i, correction)| state[i] = center[i] - correction);
+        if free.iter().all(|&i| state[i].is_inside(wider[i])) {
+            return Some(state);
+        }
+    }
+    None
 }

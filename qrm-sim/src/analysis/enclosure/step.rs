@@ -1,10 +1,10 @@
 //! One step of an enclosed motion.
 
-use nalgebra::DMatrix;
 use qrm_core::Interval;
 
 use super::flow::{Expansion, Flow, NoSeries};
-use super::linear::{Linear, applied};
+use super::matrix::IntervalMatrix;
+use super::state_set::StateSet;
 
 /// Terms of a Taylor series before its remainder.
 pub(super) const ORDER: usize = 20;
@@ -14,82 +14,53 @@ const TOLERANCE: f64 = f64::EPSILON;
 const SMALLEST: f64 = 1e-3;
 /// What is added to the range of a series to guess a bound.
 const INFLATION: f64 = 1e-3;
-/// Attempts to find an a-priori bound.
+/// Attempts to find a bound, each with a shorter step.
 const ATTEMPTS: u32 = 60;
+/// Where the parts of a step end in which the remainder is bounded, in parts of its length.
+const PARTS: [f64; 5] = [0.0625, 0.15625, 0.28125, 0.5, 1.0];
 
-/// States `center + basis r` for all `r` in a box, at a time.
-///
-/// The basis is nearly orthogonal and turns with the motion, so that boxes need not contain boxes that are turned
-/// against them (R. J. Lohner, Enclosing the solutions of ordinary initial and boundary value problems, 1987).
-#[derive(Clone, Debug)]
-pub(super) struct StateSet {
-    pub(super) t: f64,
-    center: Vec<f64>,
-    basis: DMatrix<f64>,
-    rest: Vec<Interval>,
-}
-
-/// Where a motion from a set goes within some time.
-#[derive(Debug)]
+/// Where the motions from a set go within some time.
 pub(super) struct Step {
     from: StateSet,
     /// How long the bound holds.
     pub(super) length: f64,
     /// A box that no motion leaves within that time.
     pub(super) bound: Vec<Interval>,
-    /// The series at the center.
-    center: Expansion,
-    /// The series of the set, with derivatives.
+    /// The series at the origin of the set.
+    origin: Expansion,
+    /// The series of the set, with derivatives by `w`.
     hull: Expansion,
-    /// The coefficients after the last one, in the bound.
+    /// The coefficients of the remainder, for all times within the step.
     remainder: Vec<Interval>,
 }
 
-impl StateSet {
-    /// The set of a box.
-    pub(super) fn new(t: f64, states: &[Interval]) -> Self {
-        let center: Vec<f64> = states.iter().map(|x| x.mid()).collect();
-        let rest = states.iter().zip(&center).map(|(x, center)| *x - Interval::point(*center)).collect();
-        Self { t, basis: DMatrix::identity(center.len(), center.len()), center, rest }
-    }
-
-    /// The smallest box around it, but for rounding.
-    pub(super) fn hull(&self) -> Vec<Interval> {
-        let turned = applied(&intervals(&self.basis), &self.rest);
-        turned.into_iter().zip(&self.center).map(|(x, center)| x + Interval::point(*center)).collect()
-    }
-}
-
 impl Step {
-    /// A step of about this length at most, which is made shorter until its bound is proved.
+    /// A step of this length at most, which is made shorter until its bound is proved and its remainder is small.
     ///
     /// # Errors
     /// No bound was found.
     pub(super) fn new(flow: &mut Flow, from: StateSet, longest: f64) -> Result<Self, NoSeries> {
-        let (t, states) = (Interval::point(from.t), from.hull());
-        let center: Vec<Interval> = from.center.iter().map(|x| Interval::point(*x)).collect();
-        let center = flow.expand(t, &center, ORDER, false)?;
-        let hull = flow.expand(t, &states, ORDER - 1, true)?;
-        let tolerances = tolerances(&states);
-        let mut length = longest.min(estimate(&center, &tolerances));
+        let t = Interval::point(from.t);
+        let origin = flow.expand(t, &from.origin, None, ORDER)?;
+        let hull = flow.expand(t, &from.hull, Some(&from.frame), ORDER - 1)?;
+        let tolerance = TOLERANCE * from.hull.iter().map(|x| x.magnitude()).fold(SMALLEST, f64::max);
+        let mut length = longest.min(estimate(&origin, tolerance));
         let mut reason = NoSeries::Singular;
         for _ in 0..ATTEMPTS {
-            match bound(flow, t, &hull, length, &tolerances) {
+            match bound(flow, t, &hull, length, tolerance) {
                 Ok((bound, remainder)) => {
-                    let power = length.powi(ORDER as i32);
-                    let errors =
-                        remainder.iter().zip(&tolerances).map(|(x, tolerance)| x.magnitude() * power / tolerance);
-                    let error = errors.fold(0.0, f64::max);
+                    let largest = remainder.iter().map(|x| x.magnitude()).fold(0.0, f64::max);
+                    let error = largest * length.powi(ORDER as i32) / tolerance;
                     if error <= 1.0 {
-                        return Ok(Self { from, length, bound, center, hull, remainder });
+                        return Ok(Self { from, length, bound, origin, hull, remainder });
                     }
-                    length *= error.powf(-1.0 / ORDER as f64).clamp(0.3, 0.95);
+                    // Bounds of remainders fall faster than the remainders themselves.
+                    length *= error.powf(-0.8 / ORDER as f64).clamp(0.3, 0.95);
                 }
-                Err(Some(obstacle)) => {
-                    reason = obstacle;
-                    length *= 0.6;
+                Err(obstacle) => {
+                    reason = obstacle.unwrap_or(reason);
+                    length *= 0.7;
                 }
-                Err(None) => length *= 0.7,
             }
         }
         Err(reason)
@@ -100,103 +71,100 @@ impl Step {
         self.from.t
     }
 
-    /// The states after a time within the step, which ends at `t`.
+    /// The states at a time within the step.
     ///
-    /// The mean value form: the series at the center, and the derivatives on the whole set times the distance from it.
-    pub(super) fn states(&self, t: f64) -> Option<StateSet> {
-        let n = self.from.center.len();
-        let time = Interval::point(t) - Interval::point(self.from.t);
-        let moved: Vec<Interval> = (0..n).map(|i| self.center.sum(ORDER, i, time)[0] + self.rest(i, time)).collect();
-        let jacobian: Vec<Interval> = (0..n).flat_map(|i| self.hull.sum(ORDER, i, time).split_off(1)).collect();
-        let old_basis = intervals(&self.from.basis);
-        let moved_basis = super::linear::product(&jacobian, &old_basis, n);
-        let basis = orthogonal(&moved_basis, &self.from.rest);
-        let inverse = Linear::new(&intervals(&basis), n)?;
-        let center: Vec<f64> = moved.iter().map(|x| x.mid()).collect();
-        let shift: Vec<Interval> = moved.iter().zip(&center).map(|(x, center)| *x - Interval::point(*center)).collect();
-        let mut turned = vec![Interval::ZERO; n * n];
-        for j in 0..n {
-            let column: Vec<Interval> = moved_basis.iter().skip(j).step_by(n).copied().collect();
-            inverse.solve(&column).into_iter().enumerate().for_each(|(i, x)| turned[i * n + j] = x);
-        }
-        let rest =
-            applied(&turned, &self.from.rest).into_iter().zip(inverse.solve(&shift)).map(|(a, b)| a + b).collect();
-        Some(StateSet { t, center, basis, rest })
+    /// The mean value form: the series at the origin, and the derivatives on the whole set times the distance from it.
+    pub(super) fn states(&self, flow: &mut Flow, t: f64) -> Option<StateSet> {
+        let (size, time) = (self.bound.len(), Interval::point(t) - Interval::point(self.from.t));
+        let moved: Vec<Interval> = (0..size).map(|i| self.origin.sum(ORDER, i, time)[0] + self.rest(i, time)).collect();
+        let derivatives: Vec<Vec<Interval>> = (0..size).map(|i| self.hull.sum(ORDER, i, time).split_off(1)).collect();
+        let derivatives = IntervalMatrix::from_fn(size, self.from.along.len(), |i, j| derivatives[i][j]);
+        StateSet::moved(&mut flow.manifold, t, &moved, &derivatives, &self.from.along)
     }
 
-    /// A component in an interval of time within the step.
+    /// A component in an interval of time since the step began.
     pub(super) fn range(&self, i: usize, time: Interval) -> Interval {
         self.hull.sum(ORDER, i, time)[0] + self.rest(i, time)
     }
 
+    /// The remainder of a component.
     fn rest(&self, i: usize, time: Interval) -> Interval {
         (0..ORDER).fold(self.remainder[i], |rest, _| rest * time)
     }
 }
 
-/// A box that no motion from the set leaves within a time, and the coefficients of the remainder in it; an error where
-/// the box is not proved, with its reason if there is no series in it.
+/// A box that no motion from the set leaves within a time, and the coefficients of the remainder; an error where the
+/// box is not proved, with its reason if there is no series in it.
 ///
 /// The high-order enclosure of G. F. Corliss and R. Rihm (1996): where the series with its remainder over the box lies
-/// inside the box for all times, no motion gets to its border.
+/// inside the box for all times, no motion gets to its border. The remainder `p (1 - s)^(p - 1) x_p ds`, integrated over
+/// the step, has most of its weight where the step begins, so that it is bounded in parts.
 fn bound(
     flow: &mut Flow,
     t: Interval,
     hull: &Expansion,
     length: f64,
-    tolerances: &[f64],
+    tolerance: f64,
 ) -> Result<(Vec<Interval>, Vec<Interval>), Option<NoSeries>> {
-    // The powers of all times up to the length.
-    let mut powers = vec![Interval::ONE];
-    for k in 1..=ORDER {
-        powers.push(Interval::new(0.0, (Interval::point(powers[k - 1].hi()) * Interval::point(length)).hi()));
-    }
-    let polynomials: Vec<Interval> = (0..tolerances.len())
-        .map(|i| (0..ORDER).fold(Interval::ZERO, |sum, k| sum + powers[k] * hull.at(k, i)[0]))
-        .collect();
-    let wider = |(polynomial, tolerance): (&Interval, &f64)| {
-        let more = INFLATION * polynomial.width() + 4.0 * tolerance;
-        *polynomial + Interval::new(-more, more)
+    let size = hull.states();
+    let within = |part: f64| powers((Interval::point(length) * Interval::point(part)).hi());
+    let polynomials = |powers: &[Interval]| -> Vec<Interval> {
+        let polynomial = |i| (0..ORDER).fold(Interval::ZERO, |sum, k| sum + powers[k] * hull.at(k, i)[0]);
+        (0..size).map(polynomial).collect()
     };
-    let bound: Vec<Interval> = polynomials.iter().zip(tolerances).map(wider).collect();
-    let series = flow.expand(t + powers[1], &bound, ORDER, false).map_err(Some)?;
-    let remainder: Vec<Interval> = (0..bound.len()).map(|i| series.at(ORDER, i)[0]).collect();
-    let mut reached = polynomials.iter().zip(&remainder).map(|(x, remainder)| *x + powers[ORDER] * *remainder);
-    if reached.by_ref().zip(&bound).all(|(reached, bound)| reached.is_inside(*bound)) {
-        Ok((bound, remainder))
-    } else {
-        Err(None)
+    let mut remainder = |time: Interval, states: &[Interval]| -> Result<Vec<Interval>, Option<NoSeries>> {
+        let series = flow.expand(t + time, states, None, ORDER).map_err(Some)?;
+        Ok((0..size).map(|i| series.at(ORDER, i)[0]).collect())
+    };
+    let all = within(1.0);
+    let series = polynomials(&all);
+    let wider = |x: &Interval| {
+        let more = INFLATION * x.width() + 4.0 * tolerance;
+        *x + Interval::new(-more, more)
+    };
+    let bound: Vec<Interval> = series.iter().map(wider).collect();
+    let of_bound = remainder(all[1], &bound)?;
+    let add = |series: &[Interval], power: Interval| -> Vec<Interval> {
+        series.iter().zip(&of_bound).map(|(x, remainder)| *x + power * *remainder).collect()
+    };
+    if !add(&series, all[ORDER]).iter().zip(&bound).all(|(reached, bound)| reached.is_inside(*bound)) {
+        return Err(None);
     }
+    let mut sum = vec![Interval::ZERO; size];
+    let mut begin = 0.0;
+    for end in PARTS {
+        let powers = within(end);
+        let of_part = match end < 1.0 {
+            true => remainder(powers[1], &add(&polynomials(&powers), powers[ORDER]))?,
+            false => of_bound.clone(),
+        };
+        let [before, after] = [begin, end].map(|s| power(Interval::ONE - Interval::point(s)));
+        sum.iter_mut().zip(of_part).for_each(|(sum, of_part)| *sum = *sum + (before - after) * of_part);
+        begin = end;
+    }
+    Ok((bound, sum))
 }
 
-/// What a remainder may be, for each component.
-fn tolerances(states: &[Interval]) -> Vec<f64> {
-    let size = states.iter().map(|x| x.magnitude()).fold(SMALLEST, f64::max);
-    vec![TOLERANCE * size; states.len()]
+/// The powers of all numbers between zero and this one.
+fn powers(end: f64) -> Vec<Interval> {
+    let mut powers = vec![Interval::ONE, Interval::new(0.0, end)];
+    while powers.len() <= ORDER {
+        let last = powers[powers.len() - 1].hi();
+        powers.push(Interval::new(0.0, (Interval::point(last) * Interval::point(end)).hi()));
+    }
+    powers
 }
 
-/// The length of a step whose last terms are within the tolerances.
-fn estimate(center: &Expansion, tolerances: &[f64]) -> f64 {
+/// The power of the order of a series.
+fn power(x: Interval) -> Interval {
+    (0..ORDER).fold(Interval::ONE, |power, _| power * x)
+}
+
+/// The length of a step whose last terms are within the tolerance.
+fn estimate(origin: &Expansion, tolerance: f64) -> f64 {
     let length = |order: usize| {
-        let terms = tolerances.iter().enumerate();
-        let largest = terms.map(|(i, tolerance)| center.at(order, i)[0].magnitude() / tolerance).fold(0.0, f64::max);
-        largest.powf(-1.0 / order as f64)
+        let largest = (0..origin.states()).map(|i| origin.at(order, i)[0].magnitude()).fold(0.0, f64::max);
+        (largest / tolerance).powf(-1.0 / order as f64)
     };
     length(ORDER - 1).min(length(ORDER))
-}
-
-/// An orthogonal basis near to a moved one, whose longest sides come first.
-fn orthogonal(moved: &[Interval], rest: &[Interval]) -> DMatrix<f64> {
-    let n = rest.len();
-    let sides = DMatrix::from_fn(n, n, |i, j| moved[i * n + j].mid() * rest[j].width());
-    let mut order: Vec<usize> = (0..n).collect();
-    order.sort_by(|a, b| sides.column(*b).norm().total_cmp(&sides.column(*a).norm()));
-    // The directions alone count: short sides would be lost in rounding.
-    let directions = DMatrix::from_fn(n, n, |i, j| moved[i * n + order[j]].mid());
-    directions.qr().q()
-}
-
-/// The entries of a matrix, row by row.
-fn intervals(matrix: &DMatrix<f64>) -> Vec<Interval> {
-    matrix.transpose().iter().map(|entry| Interval::point(*entry)).collect()
 }
