@@ -12,7 +12,7 @@ use super::matrix::IntervalMatrix;
 /// `M x + C_q' w = f`, `C_q x = -b`, whose matrix is that of order zero for all orders.
 pub(super) struct Flow {
     pub(super) manifold: Manifold,
-    /// The tape's `dynamics`, without derivatives and with those in two directions for each degree of freedom.
+    /// The tape's `dynamics`, without derivatives and with those in as many directions as a state has.
     series: [TapeSeries; 2],
 }
 
@@ -38,10 +38,8 @@ pub enum NoSeries {
 impl Flow {
     /// The equations of a tape with some parameters replaced by their index, for series up to an order.
     pub(super) fn new(tape: &Tape, replace: &dyn Fn(usize) -> Option<Interval>, order: usize) -> Self {
-        let (n, m) = (tape.coordinates as usize, tape.constraints as usize);
-        let directions = 2 * n.saturating_sub(m);
-        let series =
-            [0, directions].map(|directions| TapeSeries::new(tape, tape.dynamics, replace, [order, directions]));
+        let directions = 2 * tape.coordinates as usize;
+        let series = [0, directions].map(|width| TapeSeries::new(tape, tape.dynamics, replace, [order, width]));
         Self { manifold: Manifold::new(tape, replace), series }
     }
 

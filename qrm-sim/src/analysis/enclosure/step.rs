@@ -26,9 +26,9 @@ pub(super) struct Step {
     pub(super) length: f64,
     /// A box that no motion leaves within that time.
     pub(super) bound: Vec<Interval>,
-    /// The series at the origin of the set.
-    origin: Expansion,
-    /// The series of the set, with derivatives by `w`.
+    /// The series at the center of the set.
+    center: Expansion,
+    /// The series of the set, with derivatives by `r`.
     hull: Expansion,
     /// The coefficients of the remainder, for all times within the step.
     remainder: Vec<Interval>,
@@ -41,10 +41,10 @@ impl Step {
     /// No bound was found.
     pub(super) fn new(flow: &mut Flow, from: StateSet, longest: f64) -> Result<Self, NoSeries> {
         let t = Interval::point(from.t);
-        let origin = flow.expand(t, &from.origin, None, ORDER)?;
-        let hull = flow.expand(t, &from.hull, Some(&from.frame), ORDER - 1)?;
+        let center = flow.expand(t, &from.center, None, ORDER)?;
+        let hull = flow.expand(t, &from.hull, Some(&from.basis), ORDER - 1)?;
         let tolerance = TOLERANCE * from.hull.iter().map(|x| x.magnitude()).fold(SMALLEST, f64::max);
-        let mut length = longest.min(estimate(&origin, tolerance));
+        let mut length = longest.min(estimate(&center, tolerance));
         let mut reason = NoSeries::Singular;
         for _ in 0..ATTEMPTS {
             match bound(flow, t, &hull, length, tolerance) {
@@ -52,7 +52,7 @@ impl Step {
                     let largest = remainder.iter().map(|x| x.magnitude()).fold(0.0, f64::max);
                     let error = largest * length.powi(ORDER as i32) / tolerance;
                     if error <= 1.0 {
-                        return Ok(Self { from, length, bound, origin, hull, remainder });
+                        return Ok(Self { from, length, bound, center, hull, remainder });
                     }
                     // Bounds of remainders fall faster than the remainders themselves.
                     length *= error.powf(-0.8 / ORDER as f64).clamp(0.3, 0.95);
@@ -73,13 +73,13 @@ impl Step {
 
     /// The states at a time within the step.
     ///
-    /// The mean value form: the series at the origin, and the derivatives on the whole set times the distance from it.
+    /// The mean value form: the series at the center, and the derivatives on the whole set times the distance from it.
     pub(super) fn states(&self, flow: &mut Flow, t: f64) -> Option<StateSet> {
         let (size, time) = (self.bound.len(), Interval::point(t) - Interval::point(self.from.t));
-        let moved: Vec<Interval> = (0..size).map(|i| self.origin.sum(ORDER, i, time)[0] + self.rest(i, time)).collect();
+        let moved: Vec<Interval> = (0..size).map(|i| self.center.sum(ORDER, i, time)[0] + self.rest(i, time)).collect();
         let derivatives: Vec<Vec<Interval>> = (0..size).map(|i| self.hull.sum(ORDER, i, time).split_off(1)).collect();
-        let derivatives = IntervalMatrix::from_fn(size, self.from.along.len(), |i, j| derivatives[i][j]);
-        StateSet::moved(&mut flow.manifold, t, &moved, &derivatives, &self.from.along)
+        let derivatives = IntervalMatrix::from_fn(size, size, |i, j| derivatives[i][j]);
+        StateSet::moved(&mut flow.manifold, t, &moved, &derivatives, &self.from.parts)
     }
 
     /// A component in an interval of time since the step began.
@@ -161,9 +161,9 @@ fn power(x: Interval) -> Interval {
 }
 
 /// The length of a step whose last terms are within the tolerance.
-fn estimate(origin: &Expansion, tolerance: f64) -> f64 {
+fn estimate(center: &Expansion, tolerance: f64) -> f64 {
     let length = |order: usize| {
-        let largest = (0..origin.states()).map(|i| origin.at(order, i)[0].magnitude()).fold(0.0, f64::max);
+        let largest = (0..center.states()).map(|i| center.at(order, i)[0].magnitude()).fold(0.0, f64::max);
         (largest / tolerance).powf(-1.0 / order as f64)
     };
     length(ORDER - 1).min(length(ORDER))
