@@ -88,7 +88,7 @@ impl Interval {
     /// An upper bound of the difference of its ends.
     #[must_use]
     pub fn width(self) -> f64 {
-        (Self::point(self.hi) - Self::point(self.lo)).hi
+        if self.lo == self.hi { 0.0 } else { (self.hi - self.lo).next_up() }
     }
 
     /// A double inside, near the middle.

@@ -48,6 +48,8 @@ commands! {
     Sensitivity: sensitivity,
     /// Forces and torques that a prescribed motion takes: inverse.csv, inverse.json, inverse.svg
     Inverse: inverse,
+    /// Prove intervals that contain the motion: certify.json
+    Certify: certify,
     /// Run a scene with many combinations of parameters: one row a design, in CSV or Parquet
     Sweep: sweep,
     /// Join the parts of a sweep that was run with `--shard`

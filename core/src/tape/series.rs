@@ -247,3 +247,121 @@ fn divide(own: &mut [Interval], by: &[Interval]) {
         *own = (*own - value * *by_derivative) / by[0];
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Operation as Op, OwnedFunction, OwnedTape};
+    use super::*;
+    use crate::{Scalar, TapeEvaluator};
+
+    /// A tape whose event is a function of time, which has the place 0; results of operations follow it.
+    fn tape(operations: &[Op]) -> OwnedTape {
+        let results = vec![operations.iter().map(|op| if matches!(op, Op::SinCos(_)) { 2 } else { 1 }).sum()];
+        OwnedTape { event: Some(OwnedFunction { operations: operations.to_vec(), results }), ..OwnedTape::default() }
+    }
+
+    /// The series of such a function at a time, with derivatives by time.
+    fn series(operations: &[Op], t: Interval, order: usize) -> TapeSeries {
+        let tape = tape(operations);
+        let tape = tape.tape();
+        let mut series = TapeSeries::new(&tape, tape.event.expect("a function"), |_| None, [order, 1]);
+        for k in 0..=order {
+            let coefficient = [[t, Interval::ONE], [Interval::ONE, Interval::ZERO]].get(k).copied();
+            series.set(k, 0, &coefficient.unwrap_or([Interval::ZERO; 2]));
+            series.advance(k);
+        }
+        series
+    }
+
+    const FUNCTIONS: &[&[Op]] = &[
+        &[Op::Number(0.75), Op::MulAdd(0, 1, 0), Op::NegMulAdd(2, 2, 1), Op::Sub(3, 0)],
+        &[Op::SinCos(0), Op::Mul(1, 2), Op::Div(3, 0), Op::Neg(4)],
+        &[Op::Sin(0), Op::Cos(1), Op::Add(1, 2), Op::Tan(3)],
+        &[Op::Sqrt(0), Op::Exp(1), Op::Ln(2), Op::Mul(2, 3)],
+        &[Op::Number(0.4), Op::Mul(1, 0), Op::Asin(2), Op::Acos(2), Op::Atan(0), Op::Div(3, 4), Op::Add(5, 6)],
+        &[Op::Sinh(0), Op::Cosh(0), Op::Tanh(0), Op::Mul(1, 2), Op::Recip(3), Op::Add(4, 5)],
+        &[
+            Op::PowI(0, 5),
+            Op::PowI(0, -3),
+            Op::PowF(0, 1.7),
+            Op::Pow(0, 0),
+            Op::Add(1, 2),
+            Op::Add(3, 4),
+            Op::Mul(5, 6),
+        ],
+        &[
+            Op::Abs(0),
+            Op::Sign(0),
+            Op::Number(3.0),
+            Op::Min(1, 3),
+            Op::Max(4, 2),
+            Op::Floor(0),
+            Op::Hypot(5, 3),
+            Op::Add(6, 7),
+        ],
+        &[Op::Pi, Op::Neg(0), Op::Abs(2), Op::Max(2, 1), Op::Min(3, 1), Op::Mul(4, 5)],
+    ];
+
+    #[test]
+    fn series_add_up_to_the_function() {
+        for operations in FUNCTIONS {
+            let (t, h, order) = (1.25, 0.0625, 16);
+            let series = series(operations, Interval::point(t), order);
+            let sum =
+                (0..=order).rev().fold(Interval::ZERO, |sum, k| sum * Interval::point(h) + series.result(k, 0)[0]);
+            let tape = tape(operations);
+            let tape = tape.tape();
+            let exact = TapeEvaluator::<Vec<f64>>::new(&tape).event(t + h, &[], &[]).expect("an event");
+            let width = 1e-12 * exact.abs().max(1.0);
+            assert!((sum.lo() - width..sum.hi() + width).contains(&exact), "{operations:?}: {sum:?} {exact}");
+            assert!(sum.width() < width, "{operations:?}: {}", sum.width());
+        }
+    }
+
+    #[test]
+    fn a_derivative_by_the_argument_is_that_of_the_next_coefficient() {
+        for operations in FUNCTIONS {
+            for t in [Interval::point(1.25), Interval::new(1.25, 1.2501)] {
+                let series = series(operations, t, 8);
+                for k in 0..8 {
+                    let [derivative, next] = [series.result(k, 0)[1], series.result(k + 1, 0)[0]];
+                    let next = next * whole(k + 1);
+                    assert!(derivative.intersection(next).is_some(), "{operations:?} {k}: {derivative:?} {next:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn values_of_32_digits_are_contained() {
+        for operations in FUNCTIONS {
+            let tape = tape(operations);
+            let tape = tape.tape();
+            for step in 0..200 {
+                let t = 1.0 + f64::from(step) / 256.0;
+                let value = series(operations, Interval::point(t), 0).result(0, 0)[0];
+                let exact =
+                    TapeEvaluator::<Vec<crate::DoubleDouble>>::new(&tape).event(t.into(), &[], &[]).expect("an event");
+                // The exponent 1.7 of the tape stands for the decimal.
+                let slack = crate::DoubleDouble::from(1e-28);
+                let above = (exact - value.lo().into() + slack).to_f64();
+                let below = (crate::DoubleDouble::from(value.hi()) - exact + slack).to_f64();
+                assert!(above >= 0.0 && below >= 0.0, "{operations:?} at {t}: {value:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn an_operation_without_value_is_named() {
+        let of = |operations: &[Op], t: Interval| series(operations, t, 1).obstacle();
+        let around = Interval::new(-0.5, 1.0);
+        assert_eq!(of(&[Op::Abs(0)], around), Some(Obstacle { operation: "an absolute value", operand: around }));
+        assert_eq!(of(&[Op::Sqrt(0), Op::Exp(1)], around).map(|obstacle| obstacle.operation), Some("a square root"));
+        assert_eq!(
+            of(&[Op::Number(1.0), Op::Div(1, 0)], around).map(|obstacle| obstacle.operation),
+            Some("a quotient")
+        );
+        assert_eq!(of(&[Op::Atan2(0, 0)], around).map(|obstacle| obstacle.operation), Some("atan2"));
+        assert_eq!(of(&[Op::Abs(0), Op::Sqrt(1)], Interval::point(2.0)), None);
+    }
+}

@@ -78,7 +78,7 @@ pub enum Reason {
     Friction,
     /// There is no series, or it was not proved that there is one.
     NoSeries(NoSeries),
-    /// Steps became too short or too many.
+    /// Steps became too short or too many, because the intervals became too wide.
     StepTooShort,
     /// The time of the turn was not separated from others.
     NotCrossed,
@@ -179,11 +179,12 @@ impl<'m> Motion<'m> {
             let step = Step::new(&mut self.flow, self.set.clone(), length).map_err(Reason::NoSeries)?;
             last = step.length;
             longest = longest.max(last);
-            // A time that is within the step for certain.
-            let to = end_time.min((self.set.t + step.length).next_down());
+            let reaches_end = (Interval::point(end_time) - Interval::point(self.set.t)).hi() <= step.length;
+            // Rounded down, the time is within the step for certain.
+            let to = if reaches_end { end_time } else { (self.set.t + step.length).next_down() };
             let is_short = to < end_time && step.length < SHORTEST * longest;
             if is_short || to <= self.set.t || self.steps >= MOST_STEPS {
-                return Err(Reason::StepTooShort);
+                return Err(step.obstacle.map_or(Reason::StepTooShort, Reason::NoSeries));
             }
             self.steps += 1;
             let passage = match targets {

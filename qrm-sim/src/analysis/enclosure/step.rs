@@ -32,6 +32,8 @@ pub(super) struct Step {
     hull: Expansion,
     /// The coefficients of the remainder, for all times within the step.
     remainder: Vec<Interval>,
+    /// What a longer step met.
+    pub(super) obstacle: Option<NoSeries>,
 }
 
 impl Step {
@@ -45,25 +47,25 @@ impl Step {
         let hull = flow.expand(t, &from.hull, Some(&from.basis), ORDER - 1)?;
         let tolerance = TOLERANCE * from.hull.iter().map(|x| x.magnitude()).fold(SMALLEST, f64::max);
         let mut length = longest.min(estimate(&center, tolerance));
-        let mut reason = NoSeries::Singular;
+        let mut obstacle = None;
         for _ in 0..ATTEMPTS {
             match bound(flow, t, &hull, length, tolerance) {
                 Ok((bound, remainder)) => {
                     let largest = remainder.iter().map(|x| x.magnitude()).fold(0.0, f64::max);
                     let error = largest * length.powi(ORDER as i32) / tolerance;
                     if error <= 1.0 {
-                        return Ok(Self { from, length, bound, center, hull, remainder });
+                        return Ok(Self { from, length, bound, center, hull, remainder, obstacle });
                     }
                     // Bounds of remainders fall faster than the remainders themselves.
                     length *= error.powf(-0.8 / ORDER as f64).clamp(0.3, 0.95);
                 }
-                Err(obstacle) => {
-                    reason = obstacle.unwrap_or(reason);
+                Err(met) => {
+                    obstacle = met.or(obstacle);
                     length *= 0.7;
                 }
             }
         }
-        Err(reason)
+        Err(obstacle.unwrap_or(NoSeries::Singular))
     }
 
     /// When it begins.
@@ -167,4 +169,77 @@ fn estimate(center: &Expansion, tolerance: f64) -> f64 {
         (largest / tolerance).powf(-1.0 / order as f64)
     };
     length(ORDER - 1).min(length(ORDER))
+}
+
+#[cfg(test)]
+mod tests {
+    use qrm_core::{Operation as Op, OwnedFunction, OwnedTape};
+
+    use super::*;
+
+    /// The motion `x'' = 6 x^2`, which is `1 / (1 - t)^2` from `x = 1`, `x' = 2`.
+    fn flow() -> Flow {
+        let operations = vec![Op::Number(1.0), Op::Mul(1, 1), Op::Number(6.0), Op::Mul(8, 7)];
+        let dynamics = OwnedFunction { operations, results: vec![6, 9] };
+        let tape = OwnedTape { coordinates: 1, dynamics, ..OwnedTape::default() };
+        Flow::new(&tape.tape(), &|_| None, ORDER)
+    }
+
+    fn exact(t: f64) -> [f64; 2] {
+        [1.0 / (1.0 - t).powi(2), 2.0 / (1.0 - t).powi(3)]
+    }
+
+    fn start(flow: &mut Flow) -> StateSet {
+        StateSet::of_box(&mut flow.manifold, 0.0, &[Interval::ONE, Interval::point(2.0)]).expect("no constraints")
+    }
+
+    #[test]
+    fn steps_contain_the_exact_motion() {
+        let mut flow = flow();
+        let mut set = start(&mut flow);
+        while set.t < 0.9 {
+            let step = Step::new(&mut flow, set, 1.0).expect("a step");
+            let to = (step.begin() + step.length).next_down();
+            for part in [0.2, 0.7, 1.0] {
+                let t = step.begin() + part * (to - step.begin());
+                let at = step.states(&mut flow, t).expect("states");
+                for ((i, exact), x) in exact(t).into_iter().enumerate().zip(&at.hull) {
+                    let rounding = 1e-13 * exact;
+                    assert!(x.lo() <= exact + rounding && exact - rounding <= x.hi(), "{t}: {x:?} {exact}");
+                    assert!(step.bound[i].contains(exact) && x.width() < 1e-10 * exact, "{t}: {x:?}");
+                }
+            }
+            set = step.states(&mut flow, to).expect("states");
+        }
+    }
+
+    #[test]
+    fn a_wrong_bound_is_rejected() {
+        let mut flow = flow();
+        let set = start(&mut flow);
+        let hull = flow.expand(Interval::ZERO, &set.hull, Some(&set.basis), ORDER - 1).expect("a series");
+        let mut proved = 0;
+        for k in 1..=40 {
+            // The motion goes to infinity at t = 1: every bound beyond is wrong.
+            let length = 0.05 * f64::from(k);
+            let found = bound(&mut flow, Interval::ZERO, &hull, length, 1e-16);
+            assert!(found.is_err() || length < 1.0, "{length}");
+            let Ok((bound, _)) = found else { continue };
+            proved += 1;
+            assert!(bound.iter().zip(exact(length)).all(|(bound, exact)| bound.contains(exact)), "{length}");
+        }
+        assert!(proved >= 4, "{proved}");
+    }
+
+    #[test]
+    fn remainders_bound_what_the_series_leaves() {
+        let mut flow = flow();
+        let set = start(&mut flow);
+        let step = Step::new(&mut flow, set, 0.1).expect("a step");
+        // The coefficient of `t^k` is `k + 1`; the rest of the series from `t^20` on.
+        for time in [0.5 * step.length, step.length] {
+            let rest: f64 = (ORDER..ORDER + 60).map(|k| (k + 1) as f64 * time.powi((k - ORDER) as i32)).sum();
+            assert!(step.remainder[0].contains(rest) && step.remainder[0].lo() >= 20.0, "{:?}", step.remainder[0]);
+        }
+    }
 }

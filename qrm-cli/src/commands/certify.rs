@@ -1,0 +1,119 @@
+//! `qrm certify`
+
+mod report;
+
+use std::time::Instant;
+
+use clap::Args;
+use qrm_core::{Model, Obstacle};
+use qrm_scene::evaluate::constant;
+use qrm_sim::analysis::{EnclosureEnd, NoSeries, NotEnclosed, Reason, enclose};
+
+use crate::error::Error;
+use crate::format::number;
+use crate::messages;
+use crate::options::{MethodOptions, OutFolder, SceneName, SceneOptions};
+use crate::output::{print, save_json, written};
+use crate::progress::interrupted;
+use crate::setup::Setup;
+use report::Report;
+
+#[derive(Args)]
+pub(crate) struct Options {
+    #[command(flatten)]
+    name: SceneName,
+    /// Give a parameter another value, such as `O2A=0.25` or `w0=3*pi`
+    #[arg(long = "set", value_name = "NAME=VALUE", allow_hyphen_values = true)]
+    set: Vec<String>,
+    /// End at this time in seconds [default: after one turn of the angle that the scene gives, at the scene's end at the
+    /// latest]
+    #[arg(long, value_name = "T", allow_hyphen_values = true)]
+    end_time: Option<String>,
+    #[command(flatten)]
+    out: OutFolder,
+}
+
+/// Encloses the motion of a scene, prints its state at the end, and writes it.
+pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
+    let scene = SceneOptions {
+        name: options.name.clone(),
+        set: options.set.clone(),
+        step: None,
+        end_time: options.end_time.clone(),
+        until: None,
+    };
+    let setup = Setup::new(models, &scene, &MethodOptions::default())?;
+    setup.refuse_redundant(&setup.assembled()?)?;
+    let begun = Instant::now();
+    let (reached, problem) = match enclose(setup.model, &setup.replace(), end(&setup), &interrupted) {
+        Ok(reached) => (Some(reached), None),
+        Err(NotEnclosed { reached, reason }) => (reached.map(|reached| *reached), Some(reason)),
+    };
+    let t = reached.as_ref().map(|reached| reached.t.lo());
+    if let Some(reached) = &reached {
+        let report = Report::new(&setup, reached);
+        let file = options.out.of(&setup.path).join("certify.json");
+        print(&report.text(begun.elapsed()));
+        save_json(&file, &report)?;
+        print(&written(&[file.display().to_string()]));
+    }
+    problem.map_or(Ok(()), |reason| Err(not_enclosed(&setup, &reason, t)))
+}
+
+/// Where the motion ends.
+fn end(setup: &Setup) -> EnclosureEnd {
+    let before = setup.end_time.unwrap_or_else(|| constant(&setup.scene.run.end_time, &setup.parameters()));
+    let start = setup.start();
+    let mut given = (0..start.given.len()).filter(|&i| start.given[i]);
+    match (setup.end_time, given.next(), given.next()) {
+        (None, Some(coordinate), None) if setup.description.is_angle(coordinate) => {
+            EnclosureEnd::Turn { coordinate, before }
+        }
+        _ => EnclosureEnd::Time(before),
+    }
+}
+
+/// An error that says how far a motion was enclosed, and why no further.
+fn not_enclosed(setup: &Setup, reason: &Reason, t: Option<f64>) -> Error {
+    let (text, help) = match reason {
+        Reason::NotAssembled(reason) => return messages::not_assembled(reason, setup),
+        Reason::NotGiven => (
+            "as many coordinates and rates must be given at the start as there are degrees of freedom".to_owned(),
+            "change `given` under [initial]; `qrm check` counts the degrees of freedom",
+        ),
+        Reason::NotIsolated => (
+            "it was not proved that there is one start only near the one that was found".to_owned(),
+            "start farther from singular positions",
+        ),
+        Reason::Friction => (
+            "friction by the forces in joints is found by iteration, which is not enclosed".to_owned(),
+            "take `friction` out of the joints, or estimate errors by `qrm run`",
+        ),
+        Reason::NoSeries(NoSeries::Operation(Obstacle { operation, operand })) => (
+            format!(
+                "the loads or constraints contain {operation}, which may have a corner or no value between {} and {}",
+                number(operand.lo()),
+                number(operand.hi())
+            ),
+            "end before by `--end-time`; a motion is enclosed between corners of `abs`, `sign`, `min`, `max`, tables and \
+             splines, not across them",
+        ),
+        Reason::NoSeries(NoSeries::Singular) => (
+            "it was not proved that the accelerations are determined".to_owned(),
+            "end before by `--end-time`, or keep away from singular positions",
+        ),
+        Reason::StepTooShort => (
+            "the intervals are so wide that steps become too short".to_owned(),
+            "end before by `--end-time`; small errors grow fast in this motion",
+        ),
+        Reason::NotCrossed => (
+            "it was not proved when the turn is complete".to_owned(),
+            "end by `--end-time`",
+        ),
+        Reason::Interrupted => ("interrupted".to_owned(), "the intervals of the last step are written"),
+    };
+    match t {
+        Some(t) => Error::run(format!("proved up to t = {t} s, and no further: {text}")).help(help),
+        None => Error::usage(format!("nothing is proved: {text}")).help(help),
+    }
+}

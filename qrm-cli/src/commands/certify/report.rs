@@ -1,0 +1,134 @@
+//! What was proved about the end of a motion, for people and for programs.
+
+use std::time::Duration;
+
+use qrm_core::Interval;
+use qrm_sim::analysis::Enclosure;
+use qrm_sim::columns::{Kind, columns};
+use serde::Serialize;
+
+use crate::format::counted;
+use crate::setup::Setup;
+
+/// The intervals at the end of a motion.
+#[derive(Serialize)]
+pub(super) struct Report {
+    scene: &'static str,
+    /// Whether the given angle has made its turn.
+    has_turned: bool,
+    steps: u64,
+    columns: Vec<Column>,
+}
+
+/// An interval with its name.
+#[derive(Serialize)]
+struct Column {
+    name: String,
+    unit: String,
+    lower: f64,
+    upper: f64,
+}
+
+impl Report {
+    pub(super) fn new(setup: &Setup, reached: &Enclosure) -> Self {
+        let value = |kind: Kind| match kind {
+            Kind::Time => Some(reached.t),
+            Kind::Coordinate(i) => Some(reached.q[i]),
+            Kind::Rate(i) => Some(reached.qd[i]),
+            Kind::Acceleration(i) => Some(reached.qdd[i]),
+            Kind::Multiplier(i) => Some(reached.multipliers[i]),
+            Kind::Output(i) => Some(reached.outputs[i]),
+            _ => None,
+        };
+        let of = |column: qrm_sim::columns::Column| {
+            let value = value(column.kind)?;
+            Some(Column { name: column.name, unit: column.unit, lower: outward(value)[0], upper: outward(value)[1] })
+        };
+        Self {
+            scene: setup.description.name,
+            has_turned: reached.has_turned,
+            steps: reached.steps,
+            columns: columns(setup.description).into_iter().filter_map(of).collect(),
+        }
+    }
+
+    /// The report as a table.
+    pub(super) fn text(&self, elapsed: Duration) -> String {
+        let end = if self.has_turned { "after one turn" } else { "at the end" };
+        let (steps, seconds) = (counted(self.steps, "step"), elapsed.as_secs_f64());
+        let mut rows = vec![["", "value", "width", "lower", "upper", ""].map(str::to_owned)];
+        rows.extend(self.columns.iter().map(Column::cells));
+        let widths: [usize; 6] =
+            std::array::from_fn(|i| rows.iter().map(|row| row[i].chars().count()).max().unwrap_or(0));
+        let line = |row: &[String; 6]| {
+            let cells: Vec<String> = row.iter().zip(widths).map(|(cell, width)| format!("{cell:width$}")).collect();
+            format!("  {}", cells.join("  ")).trim_end().to_owned()
+        };
+        let lines: Vec<String> = rows.iter().map(line).collect();
+        let title = format!("{}: intervals that contain the motion {end} ({steps}, {seconds:.2} s)", self.scene);
+        format!("{title}\n{}\n", lines.join("\n"))
+    }
+}
+
+impl Column {
+    fn cells(&self) -> [String; 6] {
+        let width = self.upper - self.lower;
+        let digits = digits(self.lower, self.upper);
+        let [lower, upper] = [self.lower, self.upper].map(|end| format!("{end:?}"));
+        [self.name.clone(), digits, format!("{width:.1e}"), lower, upper, self.unit.clone()]
+    }
+}
+
+/// The ends of an interval, rounded outward, so that their shortest decimals lie outside too.
+fn outward(interval: Interval) -> [f64; 2] {
+    let is_exact = |end: f64| Interval::rounded(end) == Interval::point(end);
+    let (lower, upper) = (interval.lo(), interval.hi());
+    let lower = if is_exact(lower) { lower } else { lower.next_down() };
+    [lower, if is_exact(upper) { upper } else { upper.next_up() }]
+}
+
+/// The number in the middle in digits of which the last one is off by one at most, for all numbers between two.
+fn digits(lower: f64, upper: f64) -> String {
+    let (middle, width) = (0.5 * lower + 0.5 * upper, upper - lower);
+    if width == 0.0 {
+        return format!("{middle:?}");
+    }
+    // Half a unit for the width, and half a unit for the rounding.
+    let place = (-(1.001 * width).log10()).floor();
+    let leading = middle.abs().log10().floor();
+    let is_plain = (1e-4..1e6).contains(&middle.abs()) || place + leading < 0.0;
+    if place >= 0.0 && is_plain {
+        format!("{middle:.0$}", place as usize)
+    } else if place + leading >= 0.0 {
+        format!("{middle:.0$e}", (place + leading) as usize)
+    } else {
+        "?".to_owned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn digits_are_those_that_are_proved() {
+        for (lower, upper, text) in [
+            (1.234_567_8, 1.234_567_9, "1.234568"),
+            (1.234_567_8, 1.234_567_8, "1.2345678"),
+            (6.283_185_307_17, 6.283_185_307_19, "6.2831853072"),
+            (-1e-9, 2e-9, "0.00000000"),
+            (1.2e-7, 1.203e-7, "1.20e-7"),
+            (12_340.0, 12_360.0, "1.24e4"),
+            (12_345_678.0, 12_345_679.5, "1.234568e7"),
+            (-5.0, 30.0, "?"),
+        ] {
+            assert_eq!(digits(lower, upper), text, "{lower} .. {upper}");
+        }
+    }
+
+    #[test]
+    fn decimals_of_ends_lie_outside() {
+        assert_eq!(outward(Interval::new(-2.0, 0.5)), [-2.0, 0.5]);
+        assert_eq!(outward(Interval::point(0.1)), [0.1_f64.next_down(), 0.1_f64.next_up()]);
+    }
+}
