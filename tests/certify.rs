@@ -30,9 +30,9 @@ fn one_revolution_of_the_quick_return() {
     assert!(begun.elapsed() < Duration::from_secs(10), "{:?}", begun.elapsed());
     assert!(end.has_turned);
     // With 50 digits from the energy integral. The motion recurs after a turn.
-    holds("t", end.t, 0.877_997_139_511_224_403_4, 1e-11);
-    let start = [TAU, 0.982_793_723_247_329_067_985_71, 2.583_847_219_989_957_676_756_3];
-    let rates = [7.853_981_633_974_483_096_156_6, 2.416_609_733_530_610_183_432_8, 1.843_253_610_983_725_403_670_6];
+    holds("t", end.t, 0.877_997_139_511_224_4, 1e-11);
+    let start = [TAU, 0.982_793_723_247_329, 2.583_847_219_989_958];
+    let rates = [7.853_981_633_974_483, 2.416_609_733_530_610_3, 1.843_253_610_983_725_4];
     let exact = start.iter().chain(&rates);
     for (i, (value, exact)) in end.q.iter().chain(&end.qd).zip(exact).enumerate() {
         holds(&i.to_string(), *value, *exact, 2e-11);
@@ -58,7 +58,7 @@ fn exact_states_of_the_quick_return() {
         assert_eq!(at.t, Interval::point(t));
     }
     let half = enclosed("quick-return", EnclosureEnd::Time(0.5));
-    for (value, exact) in half.outputs[4..].iter().zip([602.576_704_996_570_850_75, -960.811_495_641_164_619_06]) {
+    for (value, exact) in half.outputs[4..].iter().zip([602.576_704_996_570_8, -960.811_495_641_164_6]) {
         holds("force", *value, exact, 1e-8);
     }
 }
@@ -92,7 +92,7 @@ fn a_pendulum_by_elliptic_functions() {
         }
     }
     let at = enclosed("pendulum", EnclosureEnd::Time(10.0));
-    for (value, exact) in at.q.iter().zip([0.275_087_462_576_116_86, -0.961_419_205_099_125_064]) {
+    for (value, exact) in at.q.iter().zip([0.275_087_462_576_116_9, -0.961_419_205_099_125]) {
         holds("position", *value, exact, 1e-10);
     }
 }
@@ -185,7 +185,7 @@ fn the_command_writes_what_is_proved() {
 fn the_command_says_how_far_it_got() {
     let (status, printed, errors, file) = certify(&["shaper", "--end-time", "0.3"]);
     assert_eq!(status, Some(1), "{errors}");
-    assert!(printed.starts_with("shaper: intervals that contain the motion at the end"), "{printed}");
+    assert!(printed.starts_with("shaper: intervals that contain the motion at the time t"), "{printed}");
     assert!(errors.starts_with("error: proved up to t = 0.029") && errors.contains("may have a corner"), "{errors}");
     assert!(file.is_some());
     let (status, printed, errors, file) = certify(&["quick-return", "--set", "O2A=0.2999", "--end-time", "-1"]);

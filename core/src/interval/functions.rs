@@ -102,8 +102,7 @@ mod tests {
         };
         for k in -3000..3000 {
             let x = f64::from(k) * 0.013;
-            let [interval, number] = [(); 2].map(|()| x).into();
-            let (interval, number) = (Interval::point(interval), DoubleDouble::from(number));
+            let (interval, number) = (Interval::point(x), DoubleDouble::from(x));
             holds(interval.exp(), number.exp(), x);
             holds(interval.atan(), number.atan(), x);
             if x > 0.0 {

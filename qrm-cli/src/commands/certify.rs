@@ -91,7 +91,7 @@ fn not_enclosed(setup: &Setup, reason: &Reason, t: Option<f64>) -> Error {
         ),
         Reason::NoSeries(NoSeries::Operation(Obstacle { operation, operand })) => (
             format!(
-                "the loads or constraints contain {operation}, which may have a corner or no value between {} and {}",
+                "the equations contain {operation} of numbers between {} and {}, where it may have a corner or no value",
                 number(operand.lo()),
                 number(operand.hi())
             ),
@@ -104,12 +104,9 @@ fn not_enclosed(setup: &Setup, reason: &Reason, t: Option<f64>) -> Error {
         ),
         Reason::StepTooShort => (
             "the intervals are so wide that steps become too short".to_owned(),
-            "end before by `--end-time`; small errors grow fast in this motion",
+            "end before by `--end-time`; near singular positions, and in chaos, small errors grow fast",
         ),
-        Reason::NotCrossed => (
-            "it was not proved when the turn is complete".to_owned(),
-            "end by `--end-time`",
-        ),
+        Reason::NotCrossed => ("it was not proved when the turn is complete".to_owned(), "end by `--end-time`"),
         Reason::Interrupted => ("interrupted".to_owned(), "the intervals of the last step are written"),
     };
     match t {

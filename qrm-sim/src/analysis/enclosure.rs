@@ -98,9 +98,8 @@ const SHORTEST: f64 = 1e-4;
 /// Encloses the motion of a mechanism from its scene's start, with some parameters replaced by their names.
 ///
 /// The motion is that of the exact equations that the tape states, for all values of its numbers that round to their
-/// doubles ([`Interval::rounded`]). It is a motion in coordinates and rates, whose accelerations follow from the
-/// saddle-point system; constraints that are met at the start are met ever after, and errors across them grow no faster
-/// than time.
+/// doubles ([`Interval::rounded`]). Accelerations follow from the saddle-point system, so that a motion that meets the
+/// constraints at its start meets them ever after.
 ///
 /// # Errors
 /// Something was not proved; the error says how far the motion was enclosed.

@@ -10,6 +10,9 @@ use serde::Serialize;
 use crate::format::counted;
 use crate::setup::Setup;
 
+/// Most digits behind the point.
+const MOST_DECIMALS: f64 = 18.0;
+
 /// The intervals at the end of a motion.
 #[derive(Serialize)]
 pub(super) struct Report {
@@ -54,7 +57,7 @@ impl Report {
 
     /// The report as a table.
     pub(super) fn text(&self, elapsed: Duration) -> String {
-        let end = if self.has_turned { "after one turn" } else { "at the end" };
+        let end = if self.has_turned { "after one turn" } else { "at the time t" };
         let (steps, seconds) = (counted(self.steps, "step"), elapsed.as_secs_f64());
         let mut rows = vec![["", "value", "width", "lower", "upper", ""].map(str::to_owned)];
         rows.extend(self.columns.iter().map(Column::cells));
@@ -72,10 +75,13 @@ impl Report {
 
 impl Column {
     fn cells(&self) -> [String; 6] {
-        let width = self.upper - self.lower;
         let digits = digits(self.lower, self.upper);
+        let width = match self.upper - self.lower {
+            0.0 => "0".to_owned(),
+            width => format!("{width:.1e}"),
+        };
         let [lower, upper] = [self.lower, self.upper].map(|end| format!("{end:?}"));
-        [self.name.clone(), digits, format!("{width:.1e}"), lower, upper, self.unit.clone()]
+        [self.name.clone(), digits, width, lower, upper, self.unit.clone()]
     }
 }
 
@@ -94,7 +100,7 @@ fn digits(lower: f64, upper: f64) -> String {
         return format!("{middle:?}");
     }
     // Half a unit for the width, and half a unit for the rounding.
-    let place = (-(1.001 * width).log10()).floor();
+    let place = (-(1.001 * width).log10()).floor().min(MOST_DECIMALS);
     let leading = middle.abs().log10().floor();
     let is_plain = (1e-4..1e6).contains(&middle.abs()) || place + leading < 0.0;
     if place >= 0.0 && is_plain {
@@ -115,11 +121,12 @@ mod tests {
         for (lower, upper, text) in [
             (1.234_567_8, 1.234_567_9, "1.234568"),
             (1.234_567_8, 1.234_567_8, "1.2345678"),
-            (6.283_185_307_17, 6.283_185_307_19, "6.2831853072"),
+            (5.283_185_307_17, 5.283_185_307_19, "5.2831853072"),
             (-1e-9, 2e-9, "0.00000000"),
             (1.2e-7, 1.203e-7, "1.20e-7"),
             (12_340.0, 12_360.0, "1.24e4"),
             (12_345_678.0, 12_345_679.5, "1.234568e7"),
+            (0.0, 5e-324, "0.000000000000000000"),
             (-5.0, 30.0, "?"),
         ] {
             assert_eq!(digits(lower, upper), text, "{lower} .. {upper}");
