@@ -132,6 +132,25 @@ fn a_replaced_parameter_is_enclosed() {
 }
 
 #[test]
+fn a_turn_backwards_is_enclosed() {
+    let replaced = |name: &str| (name == "w0").then_some(-7.0);
+    let end = EnclosureEnd::Turn { coordinate: 0, before: 10.0 };
+    let found = enclose(model("quick-return"), &replaced, end, &|| false).expect("a motion");
+    assert!(found.has_turned);
+    holds("phi2", found.q[0], -TAU, 1e-10);
+    let exact = reference_states(model("quick-return"), &replaced, &[found.t.mid()], 1e-22).expect("a reference");
+    holds("phi2 at the time", found.q[0], exact[0].q[0], 1e-10);
+    // The energy recurs, and with it the rate.
+    holds("phi2_dot", found.qd[0], -7.0, 1e-10);
+}
+
+#[test]
+fn a_crank_that_does_not_turn_ends_at_the_time() {
+    let found = enclosed("four-bar", EnclosureEnd::Turn { coordinate: 0, before: 1.0 });
+    assert!(!found.has_turned && found.t == Interval::ONE);
+}
+
+#[test]
 fn a_corner_ends_what_is_proved() {
     let NotEnclosed { reached, reason } =
         enclose(model("shaper"), &|_| None, EnclosureEnd::Time(0.3), &|| false).expect_err("a table has corners");

@@ -89,6 +89,10 @@ fn not_enclosed(setup: &Setup, reason: &Reason, t: Option<f64>) -> Error {
             "friction by the forces in joints is found by iteration, which is not enclosed".to_owned(),
             "take `friction` out of the joints, or estimate errors by `qrm run`",
         ),
+        Reason::TooLarge => (
+            "the equations of motion are too large: their series would take more than 500 MB".to_owned(),
+            "choose a smaller mechanism, or estimate errors by `qrm run`",
+        ),
         Reason::NoSeries(NoSeries::Operation(Obstacle { operation, operand })) => (
             format!(
                 "the equations contain {operation} of numbers between {} and {}, where it may have a corner or no value",

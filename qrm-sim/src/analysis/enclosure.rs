@@ -76,6 +76,8 @@ pub enum Reason {
     NotIsolated,
     /// Friction by the forces in joints, which the functions of the tape find by iteration.
     Friction,
+    /// The series of the equations of motion need more memory than is reasonable.
+    TooLarge,
     /// There is no series, or it was not proved that there is one.
     NoSeries(NoSeries),
     /// Steps became too short or too many, because the intervals became too wide.
@@ -86,6 +88,8 @@ pub enum Reason {
     Interrupted,
 }
 
+/// Most intervals of a series, 500 MB.
+const MOST_INTERVALS: usize = 30_000_000;
 /// Most steps.
 const MOST_STEPS: u64 = 100_000;
 /// How much longer a step may be than the one before.
@@ -112,6 +116,10 @@ pub fn enclose(
     let at_start = |reason| NotEnclosed { reached: None, reason };
     if !model.description.friction.is_empty() {
         return Err(at_start(Reason::Friction));
+    }
+    let dynamics = model.tape.dynamics.operations.len();
+    if dynamics * (1 + 2 * model.tape.coordinates as usize) * (1 + ORDER) > MOST_INTERVALS {
+        return Err(at_start(Reason::TooLarge));
     }
     Motion::new(model, values).map_err(at_start)?.follow(end, is_interrupted)
 }
