@@ -39,6 +39,24 @@ impl Interval {
         })
     }
 
+    /// Angle of the vectors with this ordinate and that abscissa; all real numbers where they surround zero, or lie on both
+    /// sides of the negative half-axis.
+    #[must_use]
+    pub fn atan2(self, abscissa: Self) -> Self {
+        let quarter = Self::pi() * Self::point(0.5);
+        if abscissa.lo > 0.0 {
+            (self / abscissa).atan()
+        } else if self.lo > 0.0 {
+            quarter - (abscissa / self).atan()
+        } else if self.hi < 0.0 {
+            -quarter - (abscissa / self).atan()
+        } else if self == Self::ZERO && abscissa.hi < 0.0 {
+            Self::pi()
+        } else {
+            Self::ENTIRE
+        }
+    }
+
     fn by_ends(self, f: impl Fn(f64) -> Self) -> Self {
         if self.is_finite() { Self::new(f(self.lo).lo, f(self.hi).hi) } else { Self::ENTIRE }
     }
@@ -105,6 +123,8 @@ mod tests {
             let (interval, number) = (Interval::point(x), DoubleDouble::from(x));
             holds(interval.exp(), number.exp(), x);
             holds(interval.atan(), number.atan(), x);
+            let y = f64::from(k % 77) * 0.3 + 0.1;
+            holds(Interval::point(y).atan2(interval), DoubleDouble::from(y).atan2(number), x);
             if x > 0.0 {
                 holds(interval.ln(), number.ln(), x);
             }
@@ -120,6 +140,8 @@ mod tests {
             Interval::new(0.0, 1.0).asin(),
             Interval::new(0.0, 2.0).asin(),
             Interval::point(1e4).exp(),
+            Interval::new(0.0, 1.0).atan2(Interval::new(-1.0, 1.0)),
+            Interval::new(-0.1, 1.0).atan2(Interval::point(-1.0)),
         ] {
             assert_eq!(unknown, Interval::ENTIRE);
         }

@@ -33,8 +33,8 @@ pub(super) enum Node {
     Sign(u32),
     /// The largest whole number that is not above.
     Floor(u32),
-    /// What no recurrence is known for.
-    Unknown(&'static str, u32),
+    /// The angle of an ordinate and an abscissa, whose squares add up to the third operand.
+    Angle(u32, u32, u32),
 }
 
 /// A function by its derivative.
@@ -146,11 +146,13 @@ impl Nodes {
                 self.push(Node::Choice(a, b, difference))
             }
             Op::Hypot(a, b) => {
-                let squares = [a, b].map(|x| self.push(Node::Mul(x, x)));
-                let sum = self.push(Node::Add(squares[0], squares[1]));
-                self.push(Node::Sqrt(sum))
+                let square = self.square_of_length(a, b);
+                self.push(Node::Sqrt(square))
             }
-            Op::Atan2(a, _) => self.push(Node::Unknown("atan2", a)),
+            Op::Atan2(a, b) => {
+                let square = self.square_of_length(a, b);
+                self.push(Node::Angle(a, b, square))
+            }
             Op::PowI(a, exponent) => self.whole_power(a, exponent),
             Op::PowF(a, exponent) => {
                 let exponent = self.push(Node::Constant(Interval::rounded(exponent)));
@@ -184,6 +186,11 @@ impl Nodes {
         };
         self.nodes.push(node);
         (self.nodes.len() - 1) as u32
+    }
+
+    fn square_of_length(&mut self, a: u32, b: u32) -> u32 {
+        let squares = [a, b].map(|x| self.push(Node::Mul(x, x)));
+        self.push(Node::Add(squares[0], squares[1]))
     }
 
     fn recip(&mut self, a: u32) -> u32 {
@@ -234,7 +241,8 @@ impl Node {
     /// Its value, by those of its operands.
     pub(super) fn value(self, at: impl Fn(u32) -> Interval) -> Interval {
         match self {
-            Self::Argument | Self::Unknown(..) => Interval::ENTIRE,
+            Self::Argument => Interval::ENTIRE,
+            Self::Angle(a, b, _) => at(a).atan2(at(b)),
             Self::Constant(value) => value,
             Self::Neg(a) => -at(a),
             Self::Add(a, b) => at(a) + at(b),
@@ -280,7 +288,7 @@ impl Node {
             Self::Choice(..) => "a minimum or maximum",
             Self::Sign(_) => "a sign",
             Self::Floor(_) => "a whole part",
-            Self::Unknown(name, _) => name,
+            Self::Angle(..) => "the angle of a vector",
         }
     }
 
@@ -289,10 +297,10 @@ impl Node {
         match self {
             Self::Argument | Self::Constant(_) => [None; 3],
             Self::Neg(a) | Self::Sqrt(a) | Self::Sin(a) | Self::Cos(a) | Self::Exp(a) => [Some(a), None, None],
-            Self::Abs(a) | Self::Sign(a) | Self::Floor(a) | Self::Unknown(_, a) => [Some(a), None, None],
+            Self::Abs(a) | Self::Sign(a) | Self::Floor(a) => [Some(a), None, None],
             Self::Add(a, b) | Self::Sub(a, b) | Self::Mul(a, b) | Self::Div(a, b) => [Some(a), Some(b), None],
             Self::Inverse(_, a, b) => [Some(a), Some(b), None],
-            Self::Choice(a, b, c) => [Some(a), Some(b), Some(c)],
+            Self::Choice(a, b, c) | Self::Angle(a, b, c) => [Some(a), Some(b), Some(c)],
         }
     }
 }

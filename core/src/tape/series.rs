@@ -117,7 +117,6 @@ impl Known<'_> {
                 self.write_derivatives(node, own);
             }
             Node::Constant(_) | Node::Sign(_) | Node::Floor(_) => {}
-            Node::Unknown(..) => own.fill(Interval::ENTIRE),
             Node::Neg(a) => subtract(own, self.at(order, a)),
             Node::Add(a, b) => {
                 add(own, self.at(order, a));
@@ -160,6 +159,17 @@ impl Known<'_> {
                 add(own, self.at(order, a));
                 divide(own, self.at(0, b));
             }
+            Node::Angle(a, b, square) => {
+                for j in 1..=order {
+                    add_product(own, self.at(j, a), self.at(order - j, b), whole(j));
+                    add_product(own, self.at(j, b), self.at(order - j, a), -whole(j));
+                }
+                for j in 1..order {
+                    add_product(own, self.at(j, own_node), self.at(order - j, square), -whole(j));
+                }
+                scale(own, Interval::ONE / whole(order));
+                divide(own, self.at(0, square));
+            }
             Node::Abs(a) if is_above(value(a)) => add(own, self.at(order, a)),
             Node::Abs(a) => subtract(own, self.at(order, a)),
             Node::Choice(a, _, c) if is_above(value(c)) => add(own, self.at(order, a)),
@@ -185,7 +195,7 @@ impl Known<'_> {
         };
         let one = Interval::ONE;
         match node {
-            Node::Argument | Node::Constant(_) | Node::Sign(_) | Node::Floor(_) | Node::Unknown(..) => {}
+            Node::Argument | Node::Constant(_) | Node::Sign(_) | Node::Floor(_) => {}
             Node::Neg(a) => add_scaled(a, -one),
             Node::Add(a, b) => {
                 add_scaled(a, one);
@@ -208,6 +218,10 @@ impl Known<'_> {
             Node::Cos(a) => add_scaled(a, -value(a).sin_cos().0),
             Node::Exp(a) => add_scaled(a, own_value),
             Node::Inverse(_, a, b) => add_scaled(a, one / value(b)),
+            Node::Angle(a, b, square) => {
+                add_scaled(a, value(b) / value(square));
+                add_scaled(b, -value(a) / value(square));
+            }
             Node::Abs(a) => add_scaled(a, if is_above(value(a)) { one } else { -one }),
             Node::Choice(a, b, c) => add_scaled(if is_above(value(c)) { a } else { b }, one),
         }
@@ -299,6 +313,15 @@ mod tests {
             Op::Hypot(5, 3),
             Op::Add(6, 7),
         ],
+        &[
+            Op::Number(-0.6),
+            Op::Mul(0, 0),
+            Op::Atan2(1, 2),
+            Op::Atan2(0, 1),
+            Op::Add(3, 4),
+            Op::Atan2(2, 0),
+            Op::Add(5, 6),
+        ],
         &[Op::Pi, Op::Neg(0), Op::Abs(2), Op::Max(2, 1), Op::Min(3, 1), Op::Mul(4, 5)],
     ];
 
@@ -361,7 +384,8 @@ mod tests {
             of(&[Op::Number(1.0), Op::Div(1, 0)], around).map(|obstacle| obstacle.operation),
             Some("a quotient")
         );
-        assert_eq!(of(&[Op::Atan2(0, 0)], around).map(|obstacle| obstacle.operation), Some("atan2"));
+        let angle = of(&[Op::Number(-1.0), Op::Atan2(0, 1)], around).map(|obstacle| obstacle.operation);
+        assert_eq!(angle, Some("the angle of a vector"));
         assert_eq!(of(&[Op::Abs(0), Op::Sqrt(1)], Interval::point(2.0)), None);
     }
 }

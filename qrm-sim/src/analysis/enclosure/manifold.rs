@@ -1,6 +1,6 @@
 //! The states that meet the constraints.
 
-use qrm_core::{Interval, Tape, TapeSeries};
+use qrm_core::{Interval, Obstacle, Tape, TapeSeries};
 
 use super::matrix::IntervalMatrix;
 
@@ -31,6 +31,11 @@ impl Manifold {
     /// The numbers of coordinates and of constraints.
     pub(super) fn sizes(&self) -> [usize; 2] {
         [self.coordinates, self.constraints]
+    }
+
+    /// The operation that had no finite value in the last box.
+    pub(super) fn obstacle(&self) -> Option<Obstacle> {
+        self.series.obstacle()
     }
 
     /// The constraints in an interval of time and a box of states.

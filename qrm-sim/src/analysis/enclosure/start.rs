@@ -5,7 +5,7 @@ use qrm_core::{Interval, Model, TapeSeries};
 use super::linear::Linear;
 use super::manifold::{Linearized, Manifold};
 use super::matrix::{IntervalMatrix, negative};
-use super::{Reason, Values, replaced};
+use super::{NoSeries, Reason, Values, replaced};
 use crate::run::assembled;
 use crate::start::Start;
 
@@ -38,7 +38,10 @@ pub(super) fn start(model: &Model, values: Values, manifold: &mut Manifold) -> R
     let given_q = (0..n).map(|i| if given[i] { value(i) } else { Interval::point(q[i]) });
     let given_rates = (0..n).map(|i| if given_rates[i] { value(n + i) } else { Interval::ZERO });
     let state: Vec<Interval> = given_q.chain(given_rates).collect();
-    let mut state = position(manifold, state, &free_q).ok_or(Reason::NotIsolated)?;
+    let Some(mut state) = position(manifold, state, &free_q) else {
+        let obstacle = manifold.obstacle().map(NoSeries::Operation);
+        return Err(obstacle.map_or(Reason::NotIsolated, Reason::NoSeries));
+    };
     let Linearized { residuals, jacobian } = manifold.linearized(Interval::ZERO, &state);
     let matrix = IntervalMatrix::from_fn(m, m, |k, j| jacobian.at(m + k, n + free_rates[j]));
     let rates = Linear::new(&matrix).ok_or(Reason::NotIsolated)?.solve(&negative(&residuals[m..]));
