@@ -8,15 +8,15 @@ pub(crate) const GAUSS_3: [(f64, f64); 3] =
 pub(crate) const NODES: usize = 16;
 
 /// Nodes between 0 and 1 with their weights, by Newton's method on the Legendre polynomial.
-pub(crate) fn gauss_legendre() -> [(f64, f64); NODES] {
-    let n = NODES as f64;
+pub(crate) fn gauss_legendre<const N: usize>() -> [(f64, f64); N] {
+    let n = N as f64;
     std::array::from_fn(|i| {
         // Nodes come in pairs; the smaller one of a pair has its digits in the distance from -1.
         let mut x = -(std::f64::consts::PI * (i as f64 + 0.75) / (n + 0.5)).cos();
         let mut slope = 0.0;
         for _ in 0..10 {
             let (mut before, mut now) = (1.0, x);
-            for k in 2..=NODES {
+            for k in 2..=N {
                 let k = k as f64;
                 (before, now) = (now, ((2.0 * k - 1.0) * x * now - (k - 1.0) * before) / k);
             }
@@ -29,11 +29,11 @@ pub(crate) fn gauss_legendre() -> [(f64, f64); NODES] {
 
 #[cfg(test)]
 mod tests {
-    use super::gauss_legendre;
+    use super::{NODES, gauss_legendre};
 
     #[test]
     fn polynomials_are_integrated_exactly() {
-        let rule = gauss_legendre();
+        let rule = gauss_legendre::<NODES>();
         for degree in 0..32 {
             let sum: f64 = rule.iter().map(|(x, w)| w * x.powi(degree)).sum();
             assert!((sum * f64::from(degree + 1) - 1.0).abs() < 4e-15, "{degree}: {sum}");

@@ -1,30 +1,39 @@
 //! Derivatives of a motion by the parameters of its mechanism (forward sensitivity analysis).
 
+mod collocation;
+mod columns;
+mod crossing;
 mod dual_run;
+mod equations;
 mod event;
+mod explicit;
+mod mesh;
 mod number;
 mod result;
+mod rosenbrock;
 mod saddle;
-mod step;
+mod slope;
+mod start;
+mod stepper;
 #[cfg(test)]
 mod tests;
 mod values;
 
 pub use result::{Derivatives, OutputValues, Sensitivity};
 
-use num_dual::Dual64;
-use qrm_core::{Model, Replace};
+use num_dual::{Dual64, HyperDual64};
+use qrm_core::{Mechanism, Model, Replace, Tape};
 
-use crate::integrate::StepError;
+use crate::integrate::{MethodSettings, StepError};
 use crate::run::StartError;
 use dual_run::DualRun;
-use number::PARTS;
+use number::{Inner, PARTS};
 
 /// Derivatives of the end of a motion, and of its outputs, by parameters at the values that `replace` gives them.
 ///
-/// The motion is computed for up to eight parameters `p` at once, on dual numbers, by the classical Runge-Kutta method
-/// with a fixed step and the projection in the mass metric after each step. With `qdd` and `lambda` known, their
-/// derivatives follow from those of the equations of motion:
+/// The steps of an ordinary run by any method are made again on dual numbers, by the same formula, for up to eight
+/// parameters `p` at once (internal numerical differentiation); they end at rows too. With `qdd` and `lambda` known,
+/// their derivatives follow from those of the equations of motion:
 ///
 /// ```text
 /// | Mbar  C_q' | | dqdd/dp    |     | d(Mbar qdd + C_q' lambda - fbar)/dp |
@@ -32,16 +41,20 @@ use number::PARTS;
 /// ```
 ///
 /// On the right `qdd` and `lambda` are held, and `q` and `qd` change with `p`. The derivatives are those of the
-/// numerical solution. From those of the exact motion they differ by the error of the method, of order 4 in the step.
+/// numerical solution. From those of the exact motion they differ by the error of the method, which is estimated by
+/// steps half as long.
 ///
 /// At an event `g(t, q, qd, p) = 0` the end time moves by `dt/dp = -(dg/dp) / (dg/dt)`, and the derivatives are those
-/// at the moving end.
+/// at the moving end. So does the time of a corner or jump of the equations of motion: the derivatives of the state
+/// jump there by `(f- - f+) dt/dp`.
 ///
 /// ```
 /// # use qrm_core::Model;
 /// # use qrm_sim::analysis::{SensitivityError, SensitivityRequest, sensitivity};
+/// # use qrm_sim::integrate::{DOP853, MethodSettings};
 /// # fn by(model: &Model) -> Result<(), SensitivityError> {
-/// let request = SensitivityRequest { by: &["k", "c"], step: None, end: None, goes_on: None };
+/// let settings = MethodSettings::new(DOP853, 1e-10);
+/// let request = SensitivityRequest { by: &["k", "c"], settings, ..SensitivityRequest::default() };
 /// let found = sensitivity(model, &|_| None, &request)?;
 /// let [largest, _] = &found.outputs[0].maximum;
 /// println!("the largest output {} and its derivatives {:?}", largest.value, largest.by);
@@ -56,26 +69,64 @@ pub fn sensitivity(
     replace: Replace,
     request: &SensitivityRequest,
 ) -> Result<Sensitivity, SensitivityError> {
-    let mechanism = model.mechanism(replace);
+    derived(&*model.mechanism(replace), model.tape, replace, request)
+}
+
+fn derived(
+    mechanism: &dyn Mechanism,
+    tape: &Tape,
+    replace: Replace,
+    request: &SensitivityRequest,
+) -> Result<Sensitivity, SensitivityError> {
     if request.by.is_empty() {
-        return values::values(&*mechanism, request);
+        return values::values(mechanism, request);
     }
-    let mut all = Sensitivity::default();
+    let of_steps = if request.direction.is_empty() { motions::<f64> } else { motions::<Dual64> };
+    let (mut found, steps) = of_steps(mechanism, tape, replace, request, false)?;
+    if request.estimate_errors {
+        let (mut accurate, _) = of_steps(mechanism, tape, replace, request, true)?;
+        let ratio = if mechanism.description().has_corners { RATIO_AT_CORNERS } else { 1.0 };
+        found.estimate_errors(&mut accurate, ratio, steps);
+    }
+    Ok(found)
+}
+
+/// The ratio of errors to differences from steps half as long, where loads have corners. Both errors depend on where
+/// steps meet one, and may agree by chance.
+const RATIO_AT_CORNERS: f64 = 3.0;
+
+/// The derivatives by all parameters, eight at once, and the number of steps of a motion.
+fn motions<T: Inner>(
+    mechanism: &dyn Mechanism,
+    tape: &Tape,
+    replace: Replace,
+    request: &SensitivityRequest,
+    is_halved: bool,
+) -> Result<(Sensitivity, u64), SensitivityError> {
+    let (mut all, mut steps) = (Sensitivity::default(), 0);
     for parameters in request.by.chunks(PARTS) {
-        let motion = DualRun::new(&*mechanism, model.tape, replace, parameters, request)?.run()?;
+        let motion = DualRun::<T>::new(mechanism, tape, replace, parameters, request, is_halved)?.run()?;
+        steps = motion.steps;
         all.push(motion, parameters.len());
     }
-    Ok(all)
+    Ok((all, steps))
 }
 
 /// The derivatives to compute.
+#[derive(Default)]
 pub struct SensitivityRequest<'a> {
     /// The names of the parameters; without any, values alone are found, in a fraction of the time.
     pub by: &'a [&'a str],
-    /// The step, in s; the scene's if `None`.
+    /// The method, of which the derivatives are those of its steps.
+    pub settings: MethodSettings,
+    /// The step, or the time between rows of a method that chooses its steps, in s; the scene's if `None`.
     pub step: Option<f64>,
     /// The end; the scene's if `None`.
     pub end: Option<SensitivityEnd<'a>>,
+    /// A direction by names of parameters, others being zero: the products of Hessians with it are computed too.
+    pub direction: &'a [(&'a str, f64)],
+    /// Whether errors are estimated, by another motion with steps half as long.
+    pub estimate_errors: bool,
     /// Asked after some steps, with the time and the latest end of the motion under way; nothing more is computed where
     /// it says false.
     pub goes_on: Option<&'a dyn Fn(f64, f64) -> bool>,
@@ -96,12 +147,12 @@ pub enum SensitivityEnd<'a> {
     Condition(&'a DualCondition<'a>),
 }
 
-/// A function of the parameter's name, time, coordinates and rates, with its derivative by that parameter. It is called
-/// for one parameter after another, and without a name where the value alone is needed.
+/// A function of the parameter's name, time, coordinates and rates, with its derivative by that parameter (`eps1`),
+/// along the direction (`eps2`), and by both. It is called for one parameter after another, and without a name where
+/// the parameters are held.
 ///
-/// The arguments carry their own derivatives. Where the function depends on the parameter itself, it has to add that
-/// part.
-pub type DualCondition<'a> = dyn Fn(&str, Dual64, &[Dual64], &[Dual64]) -> Dual64 + 'a;
+/// The arguments carry their own derivatives. Where the function depends on parameters itself, it has to add that part.
+pub type DualCondition<'a> = dyn Fn(&str, HyperDual64, &[HyperDual64], &[HyperDual64]) -> HyperDual64 + 'a;
 
 /// Why there are no derivatives.
 #[derive(Clone, Debug, PartialEq)]

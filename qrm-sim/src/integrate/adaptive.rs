@@ -225,8 +225,9 @@ pub struct Adaptive {
     imbalance: f64,
     /// Whether such a load had power in any step.
     has_power: bool,
-    /// Begin and end of the accepted steps since they were last forgotten.
+    /// Begin and end of the accepted steps since they were last forgotten, and their kinds.
     steps: Vec<[f64; 2]>,
+    kinds: Vec<Accepted>,
     /// Steps of another run that those of this one stay below, the first of them under way.
     run_steps: VecDeque<[f64; 2]>,
 }
@@ -306,6 +307,7 @@ impl Adaptive {
             imbalance: 0.0,
             has_power: false,
             steps: Vec::new(),
+            kinds: Vec::new(),
             run_steps: VecDeque::new(),
         };
         adaptive.h = adaptive.first_step(mechanism, first, solver)?;
@@ -337,9 +339,15 @@ impl Adaptive {
         &self.steps
     }
 
+    /// The kinds of these steps.
+    pub(super) fn kinds(&self) -> &[Accepted] {
+        &self.kinds
+    }
+
     /// Forgets the steps so far.
     pub(super) fn forget_steps(&mut self) {
         self.steps.clear();
+        self.kinds.clear();
     }
 
     /// Keeps steps from now on below those of another run at the same time, of which more are known.
@@ -557,6 +565,7 @@ impl Adaptive {
         let accepted = self.formula.accepted(mechanism, &self.dense_output.to, &self.next);
         self.counts.accepted += 1;
         self.steps.push([t, self.next.t]);
+        self.kinds.push(accepted);
         self.counts.implicit += u64::from(accepted.is_implicit);
         self.counts.stability_bound += u64::from(accepted.is_stability_bound);
         self.counts.fallback += u64::from(accepted.is_fallback);

@@ -23,7 +23,7 @@ const EQUAL: f64 = 16.0 * f64::EPSILON;
 
 /// The switching functions of a mechanism along a motion.
 #[derive(Clone, Debug)]
-pub(super) struct Corners {
+pub(crate) struct Corners {
     evaluator: TapeEvaluator<'static, Vec<f64>>,
     /// The zeros of those that are linear in time, in order.
     times: Vec<Corner>,
@@ -44,7 +44,7 @@ pub(super) struct Corners {
 
 /// The time at which the equations of motion have a corner or a jump.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Corner(pub(super) f64);
+pub(crate) struct Corner(pub(crate) f64);
 
 impl Corner {
     /// The shortest way from `t` to a corner for a step.
@@ -53,12 +53,12 @@ impl Corner {
     }
 
     /// The end of a step towards it, where no stage is behind it yet.
-    pub(super) fn before(self) -> f64 {
+    pub(crate) fn before(self) -> f64 {
         self.0 - equal(self.0)
     }
 
     /// The beginning of a step from it on.
-    pub(super) fn behind(self) -> f64 {
+    pub(crate) fn behind(self) -> f64 {
         self.0 + equal(self.0)
     }
 }
@@ -70,7 +70,7 @@ fn equal(t: f64) -> f64 {
 
 impl Corners {
     /// The switching functions; `None` if there are none.
-    pub(super) fn of(mechanism: &dyn Mechanism) -> Option<Box<Self>> {
+    pub(crate) fn of(mechanism: &dyn Mechanism) -> Option<Box<Self>> {
         let tape = mechanism.model()?.tape;
         let count = tape.switching_functions.results.len();
         if count == 0 {
@@ -114,12 +114,12 @@ impl Corners {
     }
 
     /// The first corner behind `t` whose time is known.
-    pub(super) fn next_time(&self, t: f64) -> Option<Corner> {
+    pub(crate) fn next_time(&self, t: f64) -> Option<Corner> {
         self.times.iter().copied().find(|corner| corner.before() > t)
     }
 
     /// The known corner at `t`, behind which a step is to begin.
-    pub(super) fn at(&self, t: f64) -> Option<Corner> {
+    pub(crate) fn at(&self, t: f64) -> Option<Corner> {
         self.times.iter().copied().find(|corner| corner.before() <= t && t < corner.behind())
     }
 
@@ -191,7 +191,7 @@ impl Corners {
     }
 
     /// Whether the motion may meet a corner between two states of one step.
-    pub(super) fn may_meet(&mut self, from: &StateRef, to: &StateRef) -> bool {
+    pub(crate) fn may_meet(&mut self, from: &StateRef, to: &StateRef) -> bool {
         let [begin, end] = &mut self.values;
         if self.t == from.t {
             std::mem::swap(begin, end);
@@ -260,7 +260,7 @@ impl Corners {
     ///
     /// # Errors
     /// A state inside the step could not be made.
-    pub(super) fn first_inside(
+    pub(crate) fn first_inside(
         &mut self,
         [from, to]: [&State; 2],
         shortest: f64,
@@ -297,7 +297,7 @@ impl Corners {
     }
 
     /// Forgets the values at the end of the last step.
-    pub(super) fn forget(&mut self) {
+    pub(crate) fn forget(&mut self) {
         self.t = f64::NAN;
     }
 }

@@ -5,6 +5,7 @@ use qrm_core::{Mechanism, RowLayout, RowRequest, RowStop};
 use super::adaptive::{Adaptive, Counts, InnerRows, Task};
 use super::corners::{Corner, Corners};
 use super::fixed::{Fixed, StepBy};
+use super::formula::Formula;
 use super::method::{MethodSettings, StepError};
 use crate::solve::{Projection, ProjectionTolerance, Solver, SolverStats};
 use crate::state::{State, state_in};
@@ -105,6 +106,16 @@ impl Integrator {
         if let Steps::Fixed(fixed) = &mut self.steps {
             fixed.steps_behind_corners = count;
         }
+    }
+
+    /// End and formula of each step since the last call, where they are chosen by a tolerance.
+    pub(crate) fn take_steps(&mut self) -> Vec<(f64, Formula)> {
+        let Steps::Adaptive(adaptive) = &mut self.steps else { return Vec::new() };
+        let formula = |kind| Formula::of(self.settings.method, kind);
+        let steps = adaptive.steps().iter().zip(adaptive.kinds()).map(|([_, end], kind)| (*end, formula(kind)));
+        let steps = steps.collect();
+        adaptive.forget_steps();
+        steps
     }
 
     /// Keeps steps that are chosen by a tolerance below those of another run at the same time.

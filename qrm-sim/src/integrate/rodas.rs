@@ -18,17 +18,17 @@ pub const RODAS: &Method = &Method {
 };
 
 /// The diagonal coefficient.
-pub(super) const GAMMA: f64 = 0.25;
+pub(crate) const GAMMA: f64 = 0.25;
 
 /// At which fraction of the step the first stages are evaluated; the others are evaluated at its end.
-pub(super) const NODES: [f64; 6] = [0.0, 0.386, 0.21, 0.63, 1.0, 1.0];
+pub(crate) const NODES: [f64; 6] = [0.0, 0.386, 0.21, 0.63, 1.0, 1.0];
 
 /// How much of the derivative by time enters each stage.
-pub(super) const BY_TIME: [f64; 6] = [0.25, -0.1043, 0.1035, -0.036_200_000_000_000_23, 0.0, 0.0];
+pub(crate) const BY_TIME: [f64; 6] = [0.25, -0.1043, 0.1035, -0.036_200_000_000_000_23, 0.0, 0.0];
 
 /// How the argument of each stage is made of the increments before it.
 #[rustfmt::skip]
-pub(super) const ARGUMENTS: [[f64; 5]; 6] = [
+pub(crate) const ARGUMENTS: [[f64; 5]; 6] = [
     [0.0; 5],
     [1.544, 0.0, 0.0, 0.0, 0.0],
     [0.946_678_528_081_582_6, 0.255_701_169_898_328_4, 0.0, 0.0, 0.0],
@@ -39,7 +39,7 @@ pub(super) const ARGUMENTS: [[f64; 5]; 6] = [
 
 /// How the increments before it act on each stage.
 #[rustfmt::skip]
-pub(super) const INCREMENTS: [[f64; 5]; 6] = [
+pub(crate) const INCREMENTS: [[f64; 5]; 6] = [
     [0.0; 5],
     [-5.6688, 0.0, 0.0, 0.0, 0.0],
     [-2.430_093_356_833_875, -0.206_359_915_709_191_5, 0.0, 0.0, 0.0],

@@ -4,24 +4,24 @@ use qrm_core::dop853::Row;
 
 /// An explicit Runge-Kutta method, with an error estimate and dense output where it has them.
 #[derive(Debug)]
-pub(super) struct Tableau {
+pub(crate) struct Tableau {
     /// Number of stages of a step; the accelerations at its end are the stage after them.
-    pub(super) stages: usize,
+    pub(crate) stages: usize,
     /// Order of the step.
-    pub(super) order: i32,
+    pub(crate) order: i32,
     /// The exponent of the error before the last one in the PI control of the step length.
-    pub(super) beta: f64,
+    pub(crate) beta: f64,
     /// The fraction of the step at which each stage is evaluated.
-    pub(super) nodes: &'static [f64],
+    pub(crate) nodes: &'static [f64],
     /// The coefficients of each stage's argument; rows after the step's own serve the dense output.
-    pub(super) rows: &'static [Row],
+    pub(crate) rows: &'static [Row],
     /// The coefficients of the end of the step.
-    pub(super) weights: Row,
+    pub(crate) weights: Row,
     /// The coefficients of the error estimates, one or two.
-    pub(super) errors: &'static [Row],
+    pub(crate) errors: &'static [Row],
     /// The higher coefficients of the dense output; none where a polynomial of degree 5 through both ends suffices.
-    pub(super) dense: &'static [Row],
+    pub(crate) dense: &'static [Row],
     /// The error, 1 if just accepted, from the sums of squares of the scaled estimates of `count` numbers and the step
     /// length.
-    pub(super) error: fn([f64; 2], f64, f64) -> f64,
+    pub(crate) error: fn([f64; 2], f64, f64) -> f64,
 }

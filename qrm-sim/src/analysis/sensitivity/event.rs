@@ -1,12 +1,15 @@
 //! The end of a motion at an event, with its derivatives.
 
-use num_dual::Dual64;
-use qrm_core::{Mechanism, Scalar};
+use num_dual::HyperDual64;
+use qrm_core::Scalar;
 
-use super::number::{Number, PARTS, derivatives, has_derivatives, number, of_part, of_parts};
-use super::step::{DualState, DualStepper, real};
+use super::crossing::crossing;
+use super::equations::{DualState, Moving, moving};
+use super::number::{Inner, Number, PARTS, number, of_part};
+use super::stepper::DualStepper;
 use super::{DualCondition, SensitivityEnd, SensitivityError};
 use crate::event::locate;
+use crate::integrate::Formula;
 use crate::state::State;
 
 /// The stop condition `g(t, q, qd, p)` of a motion, negative before it becomes true.
@@ -17,67 +20,71 @@ pub(super) struct Condition<'a> {
 
 impl Condition<'_> {
     /// Its value, if there is a stop condition.
-    pub(super) fn value(&self, stepper: &mut DualStepper, at: &DualState) -> Option<Number> {
+    pub(super) fn value<T: Inner>(&self, stepper: &mut DualStepper<T>, at: &DualState<T>) -> Option<Number<T>> {
         match self.end {
             Some(SensitivityEnd::Time(_)) => None,
             Some(SensitivityEnd::Condition(condition)) => {
-                let mut value = 0.0;
-                let mut by = [0.0; PARTS];
+                let mut value = T::from(0.0);
+                let mut by = [value; PARTS];
                 for (part, parameter) in self.parameters.iter().enumerate() {
-                    let t = of_part(&at.t, part);
-                    let found = condition(parameter, t, &of_parts(&at.q, part), &of_parts(&at.qd, part));
-                    (value, by[part]) = (found.re, found.eps);
+                    let all = |numbers: &[Number<T>]| numbers.iter().map(|x| of_part(x, part)).collect::<Vec<_>>();
+                    let found = condition(parameter, of_part(&at.t, part), &all(&at.q), &all(&at.qd));
+                    value = T::new(found.re, found.eps2);
+                    by[part] = T::new(found.eps1, found.eps1eps2);
                 }
                 Some(number(value, by))
             }
-            None => stepper.evaluator.event(at.t, &at.q, &at.qd),
+            None => stepper.equations.evaluator.event(at.t, &at.q, &at.qd),
         }
     }
 
-    /// The state at the event in the step to `beyond`, with the derivatives of its time, `dt/dp = -(dg/dp) / (dg/dt)`.
+    /// The state at the event in the step to `beyond`, with the derivatives of its time.
     ///
     /// # Errors
     /// `g` does not cross zero, or a step cannot be made.
-    pub(super) fn locate(
+    pub(super) fn locate<T: Inner>(
         &self,
-        stepper: &mut DualStepper,
-        from: &DualState,
-        beyond: &DualState,
-    ) -> Result<DualState, SensitivityError> {
-        let mechanism = stepper.mechanism;
-        let step = |t: f64| stepper.step(from, Number::from_f64(t)).map(|at| real(&at));
-        let t = locate(&real(from), &real(beyond), |at| self.real_value(mechanism, at), step)?.t;
-        let mut value = |t: Number| -> Result<Number, SensitivityError> {
-            let at = stepper.step(from, t)?;
-            Ok(self.value(stepper, &at).unwrap_or_else(Number::zero))
-        };
-        let fixed = value(Number::from_f64(t))?;
-        if !has_derivatives(&fixed) {
-            return Err(SensitivityError::NotSmooth { t });
-        }
-        let by_parameter = derivatives(&fixed);
-        // The derivative by time comes on top of that by a parameter: the smallest one leaves it the most digits.
-        let used = 0..self.parameters.len();
-        let smallest = |a: &usize, b: &usize| by_parameter[*a].abs().total_cmp(&by_parameter[*b].abs());
-        let part = used.min_by(smallest).unwrap_or(0);
-        let moving = value(number(t, std::array::from_fn(|other| if other == part { 1.0 } else { 0.0 })))?;
-        let by_time = derivatives(&moving)[part] - by_parameter[part];
-        if !(by_time > 0.0) {
-            return Err(SensitivityError::GrazingEvent { t });
-        }
-        stepper.step(from, number(t, by_parameter.map(|by| -by / by_time)))
-    }
-
-    fn real_value(&self, mechanism: &dyn Mechanism, at: &State) -> f64 {
-        match self.end {
+        stepper: &mut DualStepper<T>,
+        formula: Formula,
+        [from, beyond]: [&DualState<T>; 2],
+    ) -> Result<DualState<T>, SensitivityError> {
+        let mechanism = stepper.equations.mechanism;
+        let value = |at: &State| match self.end {
             Some(SensitivityEnd::Condition(condition)) => value_alone(condition, at.t, &at.q, &at.qd),
             _ => mechanism.event(at.t, &at.q, &at.qd).unwrap_or(0.0),
+        };
+        let step = |t: f64| stepper.advance(formula, from, Number::from_f64(t)).map(|at| at.real());
+        let at = locate(&from.real(), &beyond.real(), value, step)?;
+        let by_time = self.by_time(stepper, &at);
+        if !(by_time > 0.0) {
+            return Err(SensitivityError::GrazingEvent { t: at.t });
+        }
+        crossing((at.t, by_time, stepper.equations.parts), |t| {
+            let at = stepper.advance(formula, from, t)?;
+            let value = self.value(stepper, &at).unwrap_or_else(Number::zero);
+            Ok((at, value))
+        })
+    }
+
+    /// The derivative of its value by time along the motion.
+    fn by_time<T: Inner>(&self, stepper: &mut DualStepper<T>, at: &State) -> f64 {
+        match self.end {
+            Some(SensitivityEnd::Condition(condition)) => {
+                let (t, q, qd) = moving(at);
+                let along = |x: &Moving| HyperDual64::new(x.0.re, x.0.eps, 0.0, 0.0);
+                let all = |x: &[Moving]| x.iter().map(along).collect::<Vec<_>>();
+                condition("", along(&t), &all(&q), &all(&qd)).eps1
+            }
+            _ => {
+                let event = stepper.equations.along_motion(at, |moving, t, q, qd| moving.event(t, q, qd));
+                event.map_or(0.0, |value| value.0.eps)
+            }
         }
     }
 }
 
 /// The value of a condition without derivatives.
 pub(super) fn value_alone(condition: &DualCondition, t: f64, q: &[f64], qd: &[f64]) -> f64 {
-    let constants = |x: &[f64]| x.iter().map(|x| Dual64::from(*x)).collect::<Vec<_>>();
-    condition("", Dual64::from(t), &constants(q), &constants(qd)).re
+    let constants = |x: &[f64]| x.iter().map(|x| HyperDual64::from(*x)).collect::<Vec<_>>();
+    condition("", HyperDual64::from(t), &constants(q), &constants(qd)).re
 }

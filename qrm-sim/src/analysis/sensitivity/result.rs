@@ -2,8 +2,8 @@
 
 use qrm_core::Dual;
 
-use super::number::{Derived, of_part};
-use crate::run::Extremes;
+use super::number::{Derived, Inner, Number, of_part};
+use crate::run::{Extremes, rounding};
 
 /// The end of a motion and its outputs, with derivatives by parameters.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -38,47 +38,77 @@ pub struct Derivatives {
     pub value: f64,
     /// Its derivatives, in its unit over those of the parameters.
     pub by: Vec<f64>,
+    /// The products of its Hessian with the direction: the derivatives of `by` along it; none without a direction.
+    pub hessian_vector: Vec<f64>,
+    /// Estimated errors of `by` and of `hessian_vector`; none unless they are asked for.
+    pub errors: [Vec<f64>; 2],
 }
 
 /// The results of the motion with derivatives by some of the parameters.
-pub(super) struct Motion {
-    pub(super) end_time: Derived,
-    pub(super) q: Vec<Derived>,
-    pub(super) qd: Vec<Derived>,
-    pub(super) outputs: Vec<Output>,
+pub(super) struct Motion<T: Inner> {
+    /// The number of steps.
+    pub(super) steps: u64,
+    pub(super) end_time: Derived<T>,
+    pub(super) q: Vec<Derived<T>>,
+    pub(super) qd: Vec<Derived<T>>,
+    pub(super) outputs: Vec<Output<T>>,
 }
 
 /// The results for one output.
-pub(super) struct Output {
-    pub(super) end: Derived,
-    pub(super) extremes: Extremes<Derived>,
-    pub(super) integral: Derived,
+pub(super) struct Output<T: Inner> {
+    pub(super) end: Derived<T>,
+    pub(super) extremes: Extremes<Derived<T>>,
+    pub(super) integral: Derived<T>,
 }
 
 impl Sensitivity {
     /// Adds the derivatives by the next `count` parameters.
-    pub(super) fn push(&mut self, motion: Motion, count: usize) {
+    pub(super) fn push<T: Inner>(&mut self, motion: Motion<T>, count: usize) {
         self.q.resize_with(motion.q.len(), Derivatives::default);
         self.qd.resize_with(motion.qd.len(), Derivatives::default);
         self.outputs.resize_with(motion.outputs.len(), OutputValues::default);
-        self.end_time.push(motion.end_time, count);
-        let numbers = motion.q.into_iter().chain(motion.qd);
-        self.q.iter_mut().chain(&mut self.qd).zip(numbers).for_each(|(all, number)| all.push(number, count));
-        for (all, output) in self.outputs.iter_mut().zip(motion.outputs) {
-            all.end.push(output.end, count);
-            all.integral.push(output.integral, count);
+        let outputs = motion.outputs.into_iter().flat_map(|output| {
             let Extremes { minimum, maximum } = output.extremes;
-            for ([value, time], found) in [(&mut all.minimum, minimum), (&mut all.maximum, maximum)] {
-                value.push(found.0, count);
-                time.push(found.1, count);
-            }
+            [output.end, minimum.0, minimum.1, maximum.0, maximum.1, output.integral]
+        });
+        let numbers = std::iter::once(motion.end_time).chain(motion.q).chain(motion.qd).chain(outputs);
+        self.all_mut().zip(numbers).for_each(|(all, number)| all.push(&Dual(number), count));
+    }
+
+    /// Estimates the errors of the derivatives by those of a more accurate motion, over so many steps: `ratio` is that
+    /// of errors to differences.
+    pub(super) fn estimate_errors(&mut self, accurate: &mut Self, ratio: f64, steps: u64) {
+        for (own, accurate) in self.all_mut().zip(accurate.all_mut()) {
+            let error =
+                |(own, accurate): (&f64, &f64)| (ratio * (own - accurate).abs()).max(rounding(own.abs(), steps));
+            let pairs = [(&own.by, &accurate.by), (&own.hessian_vector, &accurate.hessian_vector)];
+            own.errors = pairs.map(|(own, accurate)| own.iter().zip(accurate).map(error).collect());
         }
+    }
+
+    /// All values: the end time, coordinates and rates, then each output.
+    fn all_mut(&mut self) -> impl Iterator<Item = &mut Derivatives> {
+        let state = std::iter::once(&mut self.end_time).chain(&mut self.q).chain(&mut self.qd);
+        state.chain(self.outputs.iter_mut().flat_map(OutputValues::all_mut))
+    }
+}
+
+impl OutputValues {
+    fn all_mut(&mut self) -> [&mut Derivatives; 6] {
+        let Self { end, minimum: [minimum, at_minimum], maximum: [maximum, at_maximum], integral } = self;
+        [end, minimum, at_minimum, maximum, at_maximum, integral]
     }
 }
 
 impl Derivatives {
-    fn push(&mut self, number: Derived, count: usize) {
-        self.value = number.re;
-        self.by.extend((0..count).map(|place| of_part(&Dual(number), place).eps));
+    fn push<T: Inner>(&mut self, number: &Number<T>, count: usize) {
+        for part in 0..count {
+            let found = of_part(number, part);
+            self.value = found.re;
+            self.by.push(found.eps1);
+            if T::ORDER > 1 {
+                self.hessian_vector.push(found.eps1eps2);
+            }
+        }
     }
 }

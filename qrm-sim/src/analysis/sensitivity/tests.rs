@@ -2,16 +2,14 @@
 //!
 //! The motion from rest is `x(t; l, g) = l X(t sqrt(g/l))`, which gives its derivatives by `l` and `g`.
 
-use num_dual::{Dual64, DualNum};
+use num_dual::{DualNum, HyperDual64};
 use qrm_core::Operation::{Add, Mul, Neg, Number, Sub};
 use qrm_core::{
     Description, DynamicsMut, LoopConstraintsMut, Mechanism, ParameterDescription, QuantityDescription, Replace,
     Schedule, StartMut, Tape, TapeEvaluator, TapeFunction, TapeKernel,
 };
 
-use super::dual_run::DualRun;
-use super::number::PARTS;
-use super::{DualCondition, Sensitivity, SensitivityEnd, SensitivityError, SensitivityRequest};
+use super::{DualCondition, Sensitivity, SensitivityEnd, SensitivityError, SensitivityRequest, derived};
 use crate::run::StartError;
 
 const NONE: TapeFunction = TapeFunction::NONE;
@@ -142,13 +140,7 @@ impl Mechanism for Pendulum {
 }
 
 fn derive(replace: Replace, by: &[&str], end: Option<SensitivityEnd>) -> Result<Sensitivity, SensitivityError> {
-    let pendulum = Pendulum::new(replace);
-    let request = SensitivityRequest { by, step: None, end, goes_on: None };
-    let mut all = Sensitivity::default();
-    for parameters in by.chunks(PARTS) {
-        all.push(DualRun::new(&pendulum, &TAPE, replace, parameters, &request)?.run()?, parameters.len());
-    }
-    Ok(all)
+    derived(&Pendulum::new(replace), &TAPE, replace, &SensitivityRequest { by, end, ..SensitivityRequest::default() })
 }
 
 fn until(condition: &DualCondition) -> Result<Sensitivity, SensitivityError> {
@@ -194,7 +186,7 @@ fn the_time_of_an_event_moves() {
     // At the event the pendulum hangs down.
     close(found.q[0].by[0], 0.0, 1e-12);
     close(found.q[1].by[0], -1.0, 1e-12);
-    let condition = |_: &str, _: Dual64, q: &[Dual64], _: &[Dual64]| -q[0];
+    let condition = |_: &str, _: HyperDual64, q: &[HyperDual64], _: &[HyperDual64]| -q[0];
     let same = until(&condition).expect("smooth");
     assert_eq!((same.end_time.value, same.end_time.by[0]), (t.value, t.by[0]));
 }
@@ -203,8 +195,8 @@ fn the_time_of_an_event_moves() {
 fn motions_without_derivatives_are_refused() {
     let unknown = derive(&|_| None, &["k"], None);
     assert_eq!(unknown, Err(SensitivityError::NoParameter { name: "k".to_owned() }));
-    assert_eq!(until(&|_, _, _, _| Dual64::from(0.0)), Err(SensitivityError::Start(StartError::ConditionHolds)));
-    assert_eq!(until(&|_, _, _, _| Dual64::from(-1.0)), Err(SensitivityError::EventNotReached { end_time: 2.0 }));
+    assert_eq!(until(&|_, _, _, _| HyperDual64::from(0.0)), Err(SensitivityError::Start(StartError::ConditionHolds)));
+    assert_eq!(until(&|_, _, _, _| HyperDual64::from(-1.0)), Err(SensitivityError::EventNotReached { end_time: 2.0 }));
     let touching = until(&|_, t, _, _| -(t - 1.0) * (t - 1.0));
     assert_eq!(touching, Err(SensitivityError::GrazingEvent { t: 1.0 }));
     let undefined = until(&|_, t, _, _| -(-t + 1.0).sqrt() - 1.0);

@@ -7,7 +7,6 @@ use qrm_core::Mechanism;
 use super::event::value_alone;
 use super::result::{Derivatives, OutputValues, Sensitivity};
 use super::{SensitivityEnd, SensitivityError, SensitivityRequest};
-use crate::integrate::MethodSettings;
 use crate::run::{End, Extremes, ExtremesTracker, Integral, Observer, Request, Row, Status, simulate};
 
 /// The values whose derivatives are not asked for, by the steps of the kernel.
@@ -24,9 +23,8 @@ pub(super) fn values(mechanism: &dyn Mechanism, request: &SensitivityRequest) ->
         Some(SensitivityEnd::Time(t)) => Some(End::Time(t)),
         Some(SensitivityEnd::Condition(_)) => Some(End::Condition(&until)),
     };
-    let settings = MethodSettings::default();
     let mut columns = Columns { goes_on: request.goes_on, ..Columns::default() };
-    let run = Request { settings, step: request.step, end, ..Request::default() };
+    let run = Request { settings: request.settings, step: request.step, end, ..Request::default() };
     let outcome = simulate(mechanism, &run, &mut columns).map_err(SensitivityError::Start)?;
     let t = outcome.end_time;
     match outcome.status {
@@ -37,7 +35,7 @@ pub(super) fn values(mechanism: &dyn Mechanism, request: &SensitivityRequest) ->
         // The columns take every row.
         Status::Interrupted | Status::Unwritable(_) => return Err(SensitivityError::Interrupted { t }),
     }
-    let value = |value: f64| Derivatives { value, by: Vec::new() };
+    let value = |value: f64| Derivatives { value, ..Derivatives::default() };
     columns.extremes.finish();
     let outputs = columns.outputs.iter().zip(&columns.integrals).zip(columns.extremes.found());
     let output = |((end, integral), extremes): ((&f64, &Integral<f64>), &Extremes)| {

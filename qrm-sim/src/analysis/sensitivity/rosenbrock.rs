@@ -1,0 +1,128 @@
+//! Steps of RODAS on dual numbers.
+
+use std::convert::Infallible;
+
+use qrm_core::{Scalar, TapeFunction};
+
+use super::equations::{DualEquations, DualState};
+use super::number::{Inner, Number, complete, constants, values};
+use super::saddle::less_product;
+use super::slope::Slope;
+use crate::integrate::StepError;
+use crate::integrate::rodas::{ARGUMENTS, BY_TIME, GAMMA, INCREMENTS, NODES};
+use crate::solve::{Lu, Matrix};
+
+/// The state at `t` by one step of RODAS, whose matrix has derivatives too.
+///
+/// # Errors
+/// The step cannot be made.
+pub(super) fn step<T: Inner>(
+    equations: &mut DualEquations<T>,
+    from: &DualState<T>,
+    t: Number<T>,
+) -> Result<DualState<T>, StepError> {
+    let (h, one) = (t - from.t, Number::from_f64(1.0));
+    let system = System::new(equations, from, h * Number::from_f64(GAMMA))?;
+    let row = |weights: &'static [f64; 5], stage: usize| weights.iter().copied().enumerate().take(stage);
+    let mut increments = Vec::with_capacity(NODES.len());
+    let mut end = from.place();
+    for stage in 0..NODES.len() {
+        end = from.place().plus(one, row(&ARGUMENTS[stage], stage), &increments);
+        let qdd = if stage == 0 {
+            from.qdd.clone()
+        } else {
+            equations.accelerations(from.t + Number::from_f64(NODES[stage]) * h, &end.q, &end.qd)?.0
+        };
+        let slope = Slope { q: end.qd.clone(), qd: qdd };
+        let slope = slope.plus(h.recip(), row(&INCREMENTS[stage], stage), &increments);
+        increments.push(system.increment(&slope, Number::from_f64(BY_TIME[stage]) * h));
+    }
+    // The last increment ends the step.
+    let Slope { q, qd } = end.plus(one, [(NODES.len() - 1, 1.0)], &increments);
+    equations.projected(t, q, qd)
+}
+
+/// The linear equations of all stages of a step, with `g = h gamma`:
+///
+/// ```text
+/// | Mbar + g D + g^2 K     C_q' | | w  |     | Mbar r - g K v + d f_t  |
+/// | C_q + g D_c + g^2 K_c  0    | | mu | = g | C_q r - g K_c v + d c_t |
+/// ```
+struct System<T: Inner> {
+    g: Number<T>,
+    parts: usize,
+    n: usize,
+    /// The matrix on the left, row by row, and the factors of its values.
+    matrix: Vec<Number<T>>,
+    factors: Lu,
+    /// For each equation its rows of `Mbar` or `C_q`, and of `K` or `K_c`, and its entry of `f_t` or `c_t`.
+    mass: Vec<Number<T>>,
+    stiffness: Vec<Number<T>>,
+    forcing: Vec<Number<T>>,
+}
+
+impl<T: Inner> System<T> {
+    /// The equations of a step from a state.
+    ///
+    /// # Errors
+    /// The scene does not give the derivatives of its equations of motion, or the equations are singular.
+    fn new(equations: &mut DualEquations<T>, from: &DualState<T>, g: Number<T>) -> Result<Self, StepError> {
+        let tape = equations.evaluator.tape();
+        let (n, m) = (from.q.len(), from.multipliers.len());
+        let zero = |function: &TapeFunction| vec![Number::zero(); function.results.len()];
+        let mut dynamics = zero(&tape.dynamics);
+        equations.evaluator.dynamics(from.t, &from.q, &from.qd, &mut dynamics);
+        let mut linearization = zero(&tape.linearization.ok_or(StepError::NoLinearization)?);
+        let DualState { t, q, qd, qdd, multipliers } = from;
+        equations.evaluator.linearization(*t, q, qd, qdd, multipliers, &mut linearization);
+        let [mass, _, jacobian, _] = tape.split_dynamics(&dynamics);
+        let [stiffness, damping, of_constraints, constraint_damping, forcing, constraint_forcing] =
+            tape.split_linearization(&linearization);
+        let (mass, stiffness) = ([mass, jacobian].concat(), [stiffness, of_constraints].concat());
+        let damping = [damping, constraint_damping].concat();
+        let size = n + m;
+        let mut matrix = vec![Number::zero(); size * size];
+        for (i, row) in matrix.chunks_exact_mut(size).enumerate() {
+            for j in 0..n {
+                let place = i * n + j;
+                row[j] = mass[place] + g * (damping[place] + g * stiffness[place]);
+            }
+            if i < n {
+                (0..m).for_each(|k| row[n + k] = jacobian[k * n + i]);
+            }
+        }
+        let reals = values(&matrix);
+        let factors = Lu::new(Matrix::from_fn(size, size, |i, j| reals[i * size + j]));
+        if !(factors.determinant.is_finite() && factors.determinant != 0.0) {
+            return Err(StepError::NotFinite);
+        }
+        let forcing = [forcing, constraint_forcing].concat();
+        Ok(Self { g, parts: equations.parts, n, matrix, factors, mass, stiffness, forcing })
+    }
+
+    /// The increment `(u, w)` of coordinates and rates for a slope `(v, r)` and a part of the derivative by time.
+    fn increment(&self, slope: &Slope<T>, by_time: Number<T>) -> Slope<T> {
+        let Self { g, n, .. } = self;
+        let rows = self.mass.chunks_exact(*n).zip(self.stiffness.chunks_exact(*n)).zip(&self.forcing);
+        let right: Vec<Number<T>> = rows
+            .map(|((mass, stiffness), forcing)| {
+                let held = less_product(Number::zero(), mass, &slope.qd);
+                *g * (less_product(by_time * *forcing, stiffness, &along(*g, &slope.q)) - held)
+            })
+            .collect();
+        let mut w = constants(&self.factors.solve(&values(&right)));
+        let open = |w: &[Number<T>]| {
+            let rows = right.iter().zip(self.matrix.chunks_exact(w.len()));
+            Ok(rows.map(|(right, row)| less_product(*right, row, w)).collect())
+        };
+        let Ok(()) = complete(&mut w, self.parts, open, |right| Ok::<_, Infallible>(self.factors.solve(&right)));
+        w.truncate(*n);
+        let u = w.iter().zip(&slope.q).map(|(w, v)| *g * (*w + *v)).collect();
+        Slope { q: u, qd: w }
+    }
+}
+
+/// `g x`
+fn along<T: Inner>(g: Number<T>, x: &[Number<T>]) -> Vec<Number<T>> {
+    x.iter().map(|x| g * *x).collect()
+}

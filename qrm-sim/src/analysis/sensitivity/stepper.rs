@@ -1,0 +1,165 @@
+//! Steps on dual numbers, from one corner of the equations of motion to the next.
+
+use qrm_core::{Mechanism, Scalar, Tape};
+
+use super::crossing::crossing;
+use super::equations::{DualEquations, DualState};
+use super::number::{Inner, Number};
+use super::{SensitivityError, collocation, explicit, rosenbrock};
+use crate::integrate::{Corners, Formula, MethodSettings, StepError};
+
+/// Most parts of a step; where corners ask for more, the motion slides along one.
+const MOST_PARTS: usize = 64;
+/// A part towards a jump leaves this part of the way, so that no stage lies behind it.
+const LEFT: f64 = 1e-3;
+/// A corner is crossed where it is as near as this part of the step.
+const NEAR: f64 = 1e-6;
+/// It is crossed from this part of the step before it to this part behind it.
+const BESIDE: f64 = 1e-10;
+
+/// Makes steps with derivatives by parameters.
+pub(super) struct DualStepper<'m, T: Inner> {
+    pub(super) equations: DualEquations<'m, T>,
+    /// The corners of the equations of motion; `None` if there are none.
+    corners: Option<Box<Corners>>,
+    /// The switching functions.
+    switching: Vec<Number<T>>,
+}
+
+impl<'m, T: Inner> DualStepper<'m, T> {
+    pub(super) fn new(
+        mechanism: &'m dyn Mechanism,
+        tape: &'m Tape<'m>,
+        parts: usize,
+        settings: MethodSettings,
+    ) -> Self {
+        Self {
+            equations: DualEquations::new(mechanism, tape, parts, settings),
+            corners: Corners::of(mechanism),
+            switching: vec![Number::zero(); tape.switching_functions.results.len()],
+        }
+    }
+
+    /// The state at `t`, by one step or by several ones that end where the equations of motion have a corner.
+    ///
+    /// The time of a corner depends on the parameters, and so do the lengths of the steps beside it: where the
+    /// accelerations jump, the derivatives do as well.
+    ///
+    /// # Errors
+    /// A step cannot be made, or its end has no derivatives.
+    pub(super) fn advance(
+        &mut self,
+        formula: Formula,
+        from: &DualState<T>,
+        t: Number<T>,
+    ) -> Result<DualState<T>, SensitivityError> {
+        let Some(mut corners) = self.corners.take() else { return self.step(formula, from, t) };
+        corners.forget();
+        let made = self.advance_by_parts(formula, &mut corners, from.clone(), t);
+        self.corners = Some(corners);
+        made
+    }
+
+    fn advance_by_parts(
+        &mut self,
+        formula: Formula,
+        corners: &mut Corners,
+        mut now: DualState<T>,
+        t: Number<T>,
+    ) -> Result<DualState<T>, SensitivityError> {
+        let (begin, end) = (now.t.to_f64(), t.to_f64());
+        if let Some(corner) = corners.at(begin) {
+            now = self.moved(&now, corner.behind() - begin)?;
+        }
+        let whole = (end - begin).abs();
+        for _ in 0..MOST_PARTS {
+            let known = corners.next_time(now.t.to_f64()).filter(|corner| corner.before() < end);
+            let part_end = known.map_or(t, |corner| Number::from_f64(corner.before()));
+            let to = self.step(formula, &now, part_end)?;
+            let [before, behind] = match self.corner_inside(formula, corners, [&now, &to])? {
+                Some(found) => {
+                    let left = found - now.t.to_f64();
+                    if left > NEAR * whole {
+                        now = self.step(formula, &now, Number::from_f64(found - LEFT * left))?;
+                        continue;
+                    }
+                    [found - BESIDE * whole, found + BESIDE * whole]
+                }
+                None => match known {
+                    Some(corner) => [corner.before(), corner.behind()],
+                    None => return Ok(to),
+                },
+            };
+            now = self.cross(formula, &now, [before, behind])?;
+            corners.forget();
+            if now.t.to_f64() >= end {
+                break;
+            }
+        }
+        self.step(formula, &now, t)
+    }
+
+    /// The time of the first corner that the motion meets in a step.
+    fn corner_inside(
+        &mut self,
+        formula: Formula,
+        corners: &mut Corners,
+        [from, to]: [&DualState<T>; 2],
+    ) -> Result<Option<f64>, SensitivityError> {
+        let (begin, end) = (from.real(), to.real());
+        if !corners.may_meet(&begin.as_ref(), &end.as_ref()) {
+            return Ok(None);
+        }
+        let found = corners.first_inside([&begin, &end], 0.0, |t| {
+            self.stepped(formula, from, Number::from_f64(t)).map(|at| at.real())
+        });
+        let found = found.map_err(|error| SensitivityError::Step { t: begin.t, error })?;
+        Ok(found.map(|found| found.t))
+    }
+
+    /// The state behind a corner, from a state before it. The time before it follows the parameters as the corner does.
+    fn cross(
+        &mut self,
+        formula: Formula,
+        from: &DualState<T>,
+        [before, behind]: [f64; 2],
+    ) -> Result<DualState<T>, SensitivityError> {
+        let at = self.step(formula, from, Number::from_f64(before))?.real();
+        let mut values = vec![Scalar::zero(); self.switching.len()];
+        self.equations.along_motion(&at, |moving, t, q, qd| moving.switching_functions(t, q, qd, &mut values));
+        // The function that is zero at the corner, and its derivative by time.
+        let distance = |i: &usize| (values[*i].0.re / values[*i].0.eps).abs();
+        let nearest = (0..values.len()).filter(|i| !distance(i).is_nan());
+        let nearest = nearest.min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        let place = nearest.ok_or(SensitivityError::NotSmooth { t: before })?;
+        let by_time = values[place].0.eps;
+        let at = crossing((before, by_time, self.equations.parts), |t| {
+            let at = self.step(formula, from, t)?;
+            self.equations.evaluator.switching_functions(at.t, &at.q, &at.qd, &mut self.switching);
+            Ok((at, self.switching[place]))
+        })?;
+        self.moved(&at, behind - before)
+    }
+
+    /// A state moved along its rates and accelerations by a time so short that nothing else changes.
+    fn moved(&mut self, from: &DualState<T>, h: f64) -> Result<DualState<T>, SensitivityError> {
+        let h = Number::from_f64(h);
+        let end = from.place().plus(h, [(0, 1.0)], &[from.slope()]);
+        let made = self.equations.projected(from.t + h, end.q, end.qd);
+        self.equations.checked(from.t, made)
+    }
+
+    /// The state at `t` by one step.
+    fn step(&mut self, formula: Formula, from: &DualState<T>, t: Number<T>) -> Result<DualState<T>, SensitivityError> {
+        let made = self.stepped(formula, from, t);
+        self.equations.checked(from.t, made)
+    }
+
+    fn stepped(&mut self, formula: Formula, from: &DualState<T>, t: Number<T>) -> Result<DualState<T>, StepError> {
+        match formula {
+            Formula::Explicit(tableau) => explicit::step(tableau, &mut self.equations, from, t),
+            Formula::Rosenbrock => rosenbrock::step(&mut self.equations, from, t),
+            Formula::Gauss => collocation::step(&mut self.equations, from, t),
+        }
+    }
+}
