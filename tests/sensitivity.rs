@@ -138,7 +138,7 @@ fn many_parameters_give_what_each_gives_by_itself() {
         qrm_sim::analysis::sensitivity(
             model,
             &|_| None,
-            &SensitivityRequest { by, step: None, end: end(), goes_on: None },
+            &SensitivityRequest { by, end: end(), ..SensitivityRequest::default() },
         )
         .expect("smooth")
     };
@@ -165,7 +165,7 @@ fn an_interrupted_motion_says_so() {
     let goes_on = |t: f64, _: f64| t < 0.1;
     for by in [&["k"][..], &[]] {
         let end = Some(SensitivityEnd::Time(500.0));
-        let request = SensitivityRequest { by, step: None, end, goes_on: Some(&goes_on) };
+        let request = SensitivityRequest { by, end, goes_on: Some(&goes_on), ..SensitivityRequest::default() };
         let found = qrm_sim::analysis::sensitivity(model("slider-crank"), &|_| None, &request);
         assert!(matches!(found, Err(SensitivityError::Interrupted { t }) if t >= 0.1), "{found:?}");
     }

@@ -43,7 +43,7 @@ struct Design {
 impl Design {
     fn new(lengths: &[f64]) -> Result<Self, Error> {
         let replace = |name: &str| LENGTHS.iter().position(|length| *length == name).map(|i| lengths[i]);
-        let request = SensitivityRequest { by: &LENGTHS, step: None, end: None, goes_on: None };
+        let request = SensitivityRequest { by: &LENGTHS, ..SensitivityRequest::default() };
         let found = sensitivity(&MODEL, &replace, &request).map_err(|e| Error::msg(format!("{e:?}")))?;
         let output = |name| &found.outputs[DESCRIPTION.outputs.iter().position(|o| o.name == name).unwrap_or(0)];
         let OutputValues { minimum: [low, low_time], maximum: [high, high_time], .. } = output("x6");

@@ -4,8 +4,10 @@ mod check;
 mod quantities;
 mod table;
 
+use std::collections::BTreeMap;
+
 use clap::Args;
-use num_dual::Dual64;
+use num_dual::HyperDual64;
 use qrm_core::{Model, Replace};
 use qrm_scene::evaluate::parameter_values;
 use qrm_scene::names::suggestion;
@@ -14,7 +16,7 @@ use qrm_sim::analysis::{Sensitivity, SensitivityEnd, SensitivityError, Sensitivi
 use crate::error::{Error, Message};
 use crate::format::counted;
 use crate::messages::{no_start, step_error};
-use crate::options::{MethodOptions, OutFolder, SceneOptions, check_parameter};
+use crate::options::{MethodOptions, OutFolder, SceneOptions, assignments, check_parameter};
 use crate::output::{check_target, print, save};
 use crate::progress::{MotionProgress, interrupted};
 use crate::setup::Setup;
@@ -30,27 +32,43 @@ pub(crate) struct Options {
     /// Of this output, or `end` for the state at the end; may be repeated [default: of all]
     #[arg(long, value_name = "NAME")]
     of: Vec<String>,
-    /// Skip the runs at other values and at twice the step that check the derivatives
+    /// Also the products of the Hessians with the vector that has this entry and is zero elsewhere; may be repeated for
+    /// more entries
+    #[arg(long, value_name = "NAME=VALUE")]
+    hessian_vector: Vec<String>,
+    /// Skip the motions by steps half as long, which estimate errors, and those at other values of the parameters, which
+    /// check the derivatives
     #[arg(long)]
     no_check: bool,
+    #[command(flatten)]
+    how: MethodOptions,
     #[command(flatten)]
     out: OutFolder,
 }
 
 /// Takes derivatives of a motion by parameters, checks them, prints and writes them.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
-    let setup = Setup::new(models, &options.scene, &MethodOptions::default())?;
+    let setup = Setup::new(models, &options.scene, &options.how)?;
     let q = setup.assembled()?;
     setup.refuse_redundant(&q)?;
     let by = parameters(&setup, &options.by)?;
     check_outputs(&setup, &options.of)?;
+    let vector = vector(&setup, &options.hessian_vector)?;
+    let direction: Vec<(&str, f64)> = vector.iter().map(|(name, entry)| (name.as_str(), *entry)).collect();
     let path = options.out.of(&setup.path).join("sensitivity.csv");
     check_target(&path)?;
     // An earlier table would pass for this one's. If it cannot be removed, writing will fail too.
     let _ = std::fs::remove_file(&path);
     let checking = if options.no_check { 0 } else { check::motions(by.len()) };
     let progress = MotionProgress::new(SensitivityRequest::motions(by.len()) + checking);
-    let found = derive((&setup, &progress), &by, &setup.replace(), setup.step())?;
+    let asked = SensitivityRequest {
+        by: &by,
+        settings: setup.settings,
+        direction: &direction,
+        estimate_errors: !options.no_check,
+        ..SensitivityRequest::default()
+    };
+    let found = derive((&setup, &progress), &setup.replace(), asked)?;
     if let Some(reason) = setup.passed_over(found.end_time.value) {
         return Err(Error::run(reason).help("use a shorter --step"));
     }
@@ -58,7 +76,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     let checks = if options.no_check { Vec::new() } else { check::check((&setup, &progress), &by, &rows, &options.of) };
     drop(progress);
     save(&path, &table::csv(&rows, &by)?)?;
-    let text = table::text(&setup, &rows, &by) + &check::text(&checks, setup.step());
+    let text = table::text(&setup, &rows, &by) + &check::text(&checks);
     print(&format!("{text}\nwrote {} ({})", path.display(), counted(rows.len() as u64, "row")));
     if interrupted() {
         return Err(Error::run("interrupted: the derivatives are written, but not all of them are checked"));
@@ -89,19 +107,34 @@ fn check_outputs(setup: &Setup, asked: &[String]) -> Result<(), Error> {
     Err(Error::usage(format!("`--of {unknown}`: scene `{name}` has no output of this name")).help(help))
 }
 
-/// The derivatives where parameters have other values, or steps another length.
+/// The entries of the vector, by their parameters.
+fn vector(setup: &Setup, entries: &[String]) -> Result<BTreeMap<String, f64>, Error> {
+    let vector = assignments("--hessian-vector", entries)?;
+    vector.keys().try_for_each(|name| check_parameter(setup.description, name))?;
+    Ok(vector)
+}
+
+/// What is asked for, where parameters have other values.
 fn derive(
     (setup, progress): (&Setup, &MotionProgress),
-    by: &[&str],
     replace: Replace,
-    step: f64,
+    asked: SensitivityRequest,
 ) -> Result<Sensitivity, Error> {
-    let condition = |seeded: &str, t: Dual64, q: &[Dual64], qd: &[Dual64]| {
-        let number = |name: &str| replace(name).map(Dual64::from);
-        let value = |name: &str| if name == seeded { seed(setup, replace, name) } else { number(name) };
-        let parameters: Vec<Dual64> = parameter_values(&setup.scene, value);
+    let values = setup.model.parameter_values(replace);
+    let along = |name: &str| asked.direction.iter().find(|(own, _)| *own == name).map(|(_, along)| *along);
+    let condition = |seeded: &str, t: HyperDual64, q: &[HyperDual64], qd: &[HyperDual64]| {
+        let value = |name: &str| {
+            let along = along(name);
+            if name != seeded && along.is_none() {
+                return replace(name).map(HyperDual64::from);
+            }
+            let place = setup.description.parameters.iter().position(|parameter| parameter.name == name)?;
+            let by = if name == seeded { 1.0 } else { 0.0 };
+            Some(HyperDual64::new(values[place], by, along.unwrap_or(0.0), 0.0))
+        };
+        let parameters: Vec<HyperDual64> = parameter_values(&setup.scene, value);
         let condition = setup.condition.as_ref();
-        condition.map_or(Dual64::from(0.0), |c| c.value_in(&mut Vec::new(), &parameters, t, q, qd))
+        condition.map_or(HyperDual64::from(0.0), |c| c.value_in(&mut Vec::new(), &parameters, t, q, qd))
     };
     let end = match (setup.end_time, &setup.condition) {
         (Some(t), _) => Some(SensitivityEnd::Time(t)),
@@ -109,14 +142,8 @@ fn derive(
         (None, None) => None,
     };
     let goes_on = |t, end_time| progress.goes_on(t, end_time);
-    let request = SensitivityRequest { by, step: Some(step), end, goes_on: Some(&goes_on) };
+    let request = SensitivityRequest { step: Some(setup.step()), end, goes_on: Some(&goes_on), ..asked };
     sensitivity(setup.model, replace, &request).map_err(|reason| no_sensitivity(setup, &reason))
-}
-
-/// The value of a parameter, with its derivative by itself.
-fn seed(setup: &Setup, replace: Replace, name: &str) -> Option<Dual64> {
-    let place = setup.description.parameters.iter().position(|parameter| parameter.name == name)?;
-    setup.model.parameter_values(replace).get(place).map(|value| Dual64::new(*value, 1.0))
 }
 
 fn no_sensitivity(setup: &Setup, reason: &SensitivityError) -> Error {

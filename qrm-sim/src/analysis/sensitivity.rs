@@ -19,7 +19,7 @@ mod stepper;
 mod tests;
 mod values;
 
-pub use result::{Derivatives, OutputValues, Sensitivity};
+pub use result::{DerivativeErrors, Derivatives, OutputValues, Sensitivity};
 
 use num_dual::{Dual64, HyperDual64};
 use qrm_core::{Mechanism, Model, Replace, Tape};

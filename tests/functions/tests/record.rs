@@ -12,7 +12,7 @@ use std::io;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use num_dual::Dual64;
+use num_dual::HyperDual64;
 use qrm_core::{Model, Replace, Schedule};
 use qrm_sim::analysis::{
     EnergyIntegral, SensitivityEnd, SensitivityRequest, exact_states, reference_states, revolution, sensitivity,
@@ -270,13 +270,13 @@ fn derivatives(model: &Model, lines: &mut String) {
     let end = schedule.end_time.min(0.5 * STEPS * schedule.step);
     let by: Vec<&str> = numbers(model).take(3).map(|(name, _)| name).collect();
     let (to, way) = middle(model, &|_| None, STEPS);
-    let condition = |_: &str, _: Dual64, q: &[Dual64], _: &[Dual64]| (q[0] - to) * way;
+    let condition = |_: &str, _: HyperDual64, q: &[HyperDual64], _: &[HyperDual64]| (q[0] - to) * way;
     for (by, end) in [
         (&[][..], SensitivityEnd::Time(end)),
         (&by, SensitivityEnd::Time(end)),
         (&by, SensitivityEnd::Condition(&condition)),
     ] {
-        let request = SensitivityRequest { by, step: None, end: Some(end), goes_on: None };
+        let request = SensitivityRequest { by, end: Some(end), ..SensitivityRequest::default() };
         add(lines, "derivatives", &sensitivity(model, &|_| None, &request));
     }
 }

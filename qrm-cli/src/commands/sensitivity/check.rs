@@ -1,8 +1,9 @@
-//! Derivatives against difference quotients, and against derivatives of a motion at twice the step.
+//! Derivatives against difference quotients, and their estimated errors.
 
 use std::collections::BTreeSet;
 
-use qrm_sim::analysis::SensitivityRequest;
+use qrm_sim::analysis::{DerivativeErrors, Derivatives, SensitivityRequest};
+use qrm_sim::integrate::MethodSettings;
 
 use super::quantities::{Quantity, quantities};
 use crate::error::Error;
@@ -18,15 +19,20 @@ const SMALL: f64 = 1e-2;
 /// From this difference on, relative to the derivative, something is wrong.
 const WRONG: f64 = 1e-3;
 
-/// The distance of the derivatives by a parameter from others.
+/// Other values are followed with a tolerance that is smaller by this factor: a difference quotient magnifies the errors
+/// of steps that follow no rule.
+const TIGHTER: f64 = 1e-3;
+/// The smallest tolerance.
+const TIGHTEST: f64 = 1e-13;
+
+/// How far the derivatives by a parameter can be relied on.
 pub(super) struct Check {
     parameter: &'static str,
-    /// From difference quotients, relative to the derivative, and for which quantity; `None` if the motion does not
-    /// come to its end
-    /// where the parameter is a little different.
+    /// The distance from difference quotients, relative to the derivative, and for which quantity; `None` if the motion
+    /// does not come to its end where the parameter is a little different.
     differences: Option<(f64, String)>,
-    /// From those of a motion at twice the step, likewise.
-    coarse: Option<(f64, String)>,
+    /// The estimated error, likewise.
+    estimated: (f64, String),
     /// Times of extremes that jump to another one when the parameter changes a little.
     jumps: Vec<String>,
 }
@@ -36,16 +42,15 @@ pub(super) fn motions(parameters: usize) -> usize {
     SensitivityRequest::motions(parameters) + QUOTIENT.len() * parameters
 }
 
-/// Takes every derivative in two other ways, until it is interrupted.
+/// Takes every derivative in another way, until it is interrupted, and judges its estimated error.
 pub(super) fn check(
     (setup, progress): (&Setup, &MotionProgress),
     by: &[&'static str],
     exact: &[Quantity],
     of: &[String],
 ) -> Vec<Check> {
-    // Steps twice as long may lead nowhere, where these do.
-    let coarse = super::derive((setup, progress), by, &setup.replace(), 2.0 * setup.step()).ok();
-    let coarse = coarse.as_ref().map(|coarse| quantities(setup, coarse, of));
+    let tolerance = (TIGHTER * setup.settings.tolerance).max(TIGHTEST);
+    let settings = MethodSettings { tolerance, ..setup.settings };
     let values = setup.model.parameter_values(&setup.replace());
     let mut checks = Vec::new();
     for (place, parameter) in by.iter().enumerate() {
@@ -56,7 +61,8 @@ pub(super) fn check(
         for (steps, weight) in QUOTIENT {
             let own = setup.replace();
             let replace = |name: &str| if name == *parameter { Some(at + steps * change) } else { own(name) };
-            let Ok(moved) = super::derive((setup, progress), &[], &replace, setup.step()) else {
+            let request = SensitivityRequest { settings, ..SensitivityRequest::default() };
+            let Ok(moved) = super::derive((setup, progress), &replace, request) else {
                 quotients.clear();
                 break;
             };
@@ -71,27 +77,25 @@ pub(super) fn check(
         }
         let scale = if at == 0.0 { 1.0 } else { at.abs() };
         let jumps_at = |i: usize| {
-            let value = |row: &Quantity| row.value.value;
             let is_time = exact[i].what.starts_with("time");
-            let is_far = |coarse: &Vec<Quantity>| (value(&exact[i]) - value(&coarse[i])).abs() > 2.0 * setup.step();
-            has_jumped[i] || is_time && coarse.as_ref().is_some_and(is_far)
+            let is_far = |errors: &DerivativeErrors| errors.value > 2.0 * setup.step();
+            has_jumped[i] || is_time && exact[i].value.errors.as_ref().is_some_and(is_far)
         };
         // An extreme that another one replaces has a derivative for each.
         let jumps_at = |i: usize| jumps_at(i) || ["minimum", "maximum"].contains(&exact[i].what) && jumps_at(i + 1);
-        let worst = |others: &dyn Fn(usize) -> f64| {
+        let worst = |distance: &dyn Fn(usize, &Derivatives) -> f64| {
             let distances = exact.iter().enumerate().filter(|(i, _)| !jumps_at(*i)).map(|(i, row)| {
-                let (derivative, other) = (row.value.by[place], others(i));
                 // A derivative that is small against what it is taken of has fewer digits.
-                let size = derivative.abs().max(SMALL * row.scale / scale);
-                ((derivative - other).abs() / size, format!("{} {}", row.what, row.name))
+                let size = row.value.by[place].abs().max(SMALL * row.scale / scale);
+                (distance(i, row.value) / size, format!("{} {}", row.what, row.name))
             });
             distances.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap_or_default()
         };
         let jumping = exact.iter().enumerate().filter(|(i, _)| jumps_at(*i));
         checks.push(Check {
             parameter,
-            differences: (!quotients.is_empty()).then(|| worst(&|i| quotients[i])),
-            coarse: coarse.as_ref().map(|coarse| worst(&|i| coarse[i].value.by[place])),
+            differences: (!quotients.is_empty()).then(|| worst(&|i, own| (own.by[place] - quotients[i]).abs())),
+            estimated: worst(&|_, own| own.errors.as_ref().map_or(0.0, |errors| errors.by[place])),
             jumps: jumping.map(|(_, row)| format!("{} {}", row.what, row.name)).collect(),
         });
     }
@@ -99,22 +103,21 @@ pub(super) fn check(
 }
 
 /// The checks as text.
-pub(super) fn text(checks: &[Check], step: f64) -> String {
+pub(super) fn text(checks: &[Check]) -> String {
     if checks.is_empty() {
         return String::new();
     }
-    let worst = |which: fn(&Check) -> &Option<(f64, String)>| {
-        let known = checks.iter().filter_map(|check| Some((check.parameter, which(check).as_ref()?)));
+    let worst = |which: fn(&Check) -> Option<&(f64, String)>| {
+        let known = checks.iter().filter_map(|check| Some((check.parameter, which(check)?)));
         let line = |(parameter, (distance, quantity)): (&str, &(f64, String))| {
             format!("{distance:.1e} of the derivative ({quantity} by {parameter})")
         };
         known.max_by(|a, b| a.1.0.total_cmp(&b.1.0)).map_or("not possible: that motion has none".to_owned(), line)
     };
     let mut text = format!(
-        "\n  against difference quotients  {}\n  {:28}  {}\n",
-        worst(|check| &check.differences),
-        format!("against steps of {} s", 2.0 * step),
-        worst(|check| &check.coarse)
+        "\n  estimated error               {}\n  against difference quotients  {}\n",
+        worst(|check| Some(&check.estimated)),
+        worst(|check| check.differences.as_ref()),
     );
     let jumps: BTreeSet<&str> = checks.iter().flat_map(|check| &check.jumps).map(String::as_str).collect();
     if !jumps.is_empty() {
@@ -129,25 +132,26 @@ pub(super) fn text(checks: &[Check], step: f64) -> String {
 
 /// Whether the derivatives can be relied on.
 pub(super) fn verdict(checks: &[Check]) -> Result<(), Error> {
-    let wrong = |found: &Option<(f64, String)>| found.clone().filter(|(distance, _)| !(*distance < WRONG));
-    let found = checks.iter().find_map(|check| match (wrong(&check.coarse), wrong(&check.differences)) {
-        (Some((_, quantity)), _) => Some((check.parameter, quantity, true)),
-        (None, Some((_, quantity))) => Some((check.parameter, quantity, false)),
-        (None, None) => None,
+    let wrong = |found: &(f64, String)| (!(found.0 < WRONG)).then(|| found.1.clone());
+    let found = checks.iter().find_map(|check| {
+        let (estimated, differences) = (wrong(&check.estimated), check.differences.as_ref().and_then(wrong));
+        let is_estimated = estimated.is_some();
+        estimated.or(differences).map(|quantity| (check.parameter, quantity, is_estimated))
     });
-    let Some((parameter, quantity, is_coarse)) = found else { return Ok(()) };
-    let (how, help) = if is_coarse {
+    let Some((parameter, quantity, is_estimated)) = found else { return Ok(()) };
+    let (how, help) = if is_estimated {
         (
-            "steps twice as long",
-            "try a shorter --step; corners in loads, and steps so short that rounding errors add up, do the same",
+            "steps half as long contradict it",
+            "try a shorter --step or a smaller --tolerance; corners in loads, and steps so short that rounding errors \
+             add up, do the same",
         )
     } else {
         (
-            "difference quotients",
+            "difference quotients contradict it",
             "a corner in a load, two extremes of about the same size or a motion that soon loses its memory have no \
              useful derivative",
         )
     };
-    let text = format!("the derivative of {quantity} by {parameter} cannot be relied on: {how} contradict it");
+    let text = format!("the derivative of {quantity} by {parameter} cannot be relied on: {how}");
     Err(Error::run(text).help(help))
 }

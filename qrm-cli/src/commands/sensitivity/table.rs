@@ -1,5 +1,7 @@
 //! Derivatives as tables.
 
+use qrm_sim::analysis::{DerivativeErrors, Derivatives};
+
 use super::quantities::Quantity;
 use crate::error::Error;
 use crate::output;
@@ -8,15 +10,29 @@ use crate::setup::Setup;
 /// Columns of derivatives that stand side by side on a terminal.
 const ABREAST: usize = 5;
 
-/// `sensitivity.csv`: a row for each quantity, a column for each parameter.
+/// `sensitivity.csv`: a row for each quantity; for each parameter a column of derivatives, of products of the Hessian with
+/// the vector where there is one, and of the errors of both where they are estimated.
 pub(super) fn csv(rows: &[Quantity], by: &[&str]) -> Result<Vec<u8>, Error> {
-    let header = ["quantity", "of", "unit", "value"].map(str::to_owned).into_iter();
+    let mut header = ["quantity", "of", "unit", "value"].map(str::to_owned).to_vec();
+    for (prefix, suffix, _) in rows.first().map(|row| columns(row.value)).unwrap_or_default() {
+        header.extend(by.iter().map(|name| format!("{prefix}{name}{suffix}")));
+    }
     let record = |row: &Quantity| {
         let texts = [row.what.to_owned(), row.name.clone(), row.unit.clone()].into_iter();
-        let numbers = std::iter::once(&row.value.value).chain(&row.value.by).map(|number| format!("{number:?}"));
-        texts.chain(numbers).collect::<Vec<String>>()
+        let numbers = std::iter::once(row.value.value).chain(columns(row.value).into_iter().flat_map(|group| group.2));
+        texts.chain(numbers.map(|number| format!("{number:?}"))).collect::<Vec<String>>()
     };
-    output::csv(header.chain(by.iter().map(|name| format!("by_{name}"))), rows.iter().map(record))
+    output::csv(header.into_iter(), rows.iter().map(record))
+}
+
+/// The groups of columns: what stands before and behind the name of a parameter, and the numbers.
+fn columns(value: &Derivatives) -> Vec<(&'static str, &'static str, Vec<f64>)> {
+    let mut groups = vec![("by_", "", value.by.clone()), ("hessian_vector_", "", value.hessian_vector.clone())];
+    if let Some(DerivativeErrors { by, hessian_vector, .. }) = &value.errors {
+        groups.extend([("by_", "_error", by.clone()), ("hessian_vector_", "_error", hessian_vector.clone())]);
+    }
+    groups.retain(|(_, _, numbers)| !numbers.is_empty());
+    groups
 }
 
 /// The table for a terminal.
@@ -24,17 +40,23 @@ pub(super) fn text(setup: &Setup, rows: &[Quantity], by: &[&str]) -> String {
     let mut text = format!("{}: derivatives by parameters, in the units of both\n", setup.description.name);
     let label = |row: &Quantity| format!("{} {}", spoken(row.what), row.name);
     let width = rows.iter().map(|row| label(row).len()).max().unwrap_or(0);
-    for (block, names) in by.chunks(ABREAST).enumerate() {
-        text += &format!("\n  {:width$} {:>16} ", "", "value");
-        names.iter().for_each(|name| text += &format!("{:>17}", format!("by {name}")));
-        text.push('\n');
-        for row in rows {
-            text += &format!("  {:width$} {:>16} ", label(row), digits(row.value.value));
-            let derivatives = row.value.by.iter().skip(block * ABREAST).take(ABREAST);
-            derivatives.for_each(|derivative| text += &format!("{:>17}", digits(*derivative)));
-            text += format!("  {}", row.unit).trim_end();
+    let mut block = |title: &str, numbers: fn(&Derivatives) -> &[f64]| {
+        for (place, names) in by.chunks(ABREAST).enumerate() {
+            text += &format!("\n  {:width$} {:>16} ", "", "value");
+            names.iter().for_each(|name| text += &format!("{:>17}", format!("{title} {name}")));
             text.push('\n');
+            for row in rows {
+                text += &format!("  {:width$} {:>16} ", label(row), digits(row.value.value));
+                let numbers = numbers(row.value).iter().skip(place * ABREAST).take(ABREAST);
+                numbers.for_each(|number| text += &format!("{:>17}", digits(*number)));
+                text += format!("  {}", row.unit).trim_end();
+                text.push('\n');
+            }
         }
+    };
+    block("by", |value| &value.by);
+    if rows.iter().any(|row| !row.value.hessian_vector.is_empty()) {
+        block("H v,", |value| &value.hessian_vector);
     }
     text
 }

@@ -40,8 +40,19 @@ pub struct Derivatives {
     pub by: Vec<f64>,
     /// The products of its Hessian with the direction: the derivatives of `by` along it; none without a direction.
     pub hessian_vector: Vec<f64>,
-    /// Estimated errors of `by` and of `hessian_vector`; none unless they are asked for.
-    pub errors: [Vec<f64>; 2],
+    /// Estimated errors of all these; `None` unless they are asked for.
+    pub errors: Option<DerivativeErrors>,
+}
+
+/// Estimated errors of a value and its derivatives.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct DerivativeErrors {
+    /// The error of the value.
+    pub value: f64,
+    /// The errors of its derivatives.
+    pub by: Vec<f64>,
+    /// The errors of the products with the direction.
+    pub hessian_vector: Vec<f64>,
 }
 
 /// The results of the motion with derivatives by some of the parameters.
@@ -81,8 +92,12 @@ impl Sensitivity {
         for (own, accurate) in self.all_mut().zip(accurate.all_mut()) {
             let error =
                 |(own, accurate): (&f64, &f64)| (ratio * (own - accurate).abs()).max(rounding(own.abs(), steps));
-            let pairs = [(&own.by, &accurate.by), (&own.hessian_vector, &accurate.hessian_vector)];
-            own.errors = pairs.map(|(own, accurate)| own.iter().zip(accurate).map(error).collect());
+            let errors = |own: &[f64], accurate: &[f64]| own.iter().zip(accurate).map(error).collect();
+            own.errors = Some(DerivativeErrors {
+                value: error((&own.value, &accurate.value)),
+                by: errors(&own.by, &accurate.by),
+                hessian_vector: errors(&own.hessian_vector, &accurate.hessian_vector),
+            });
         }
     }
 
