@@ -71,14 +71,14 @@ impl<'a, T: Inner> DualRun<'a, T> {
         let value = self.condition.value(&mut self.stepper, &self.state);
         check_condition(value.map(Scalar::to_f64)).map_err(SensitivityError::Start)?;
         let has_condition = value.is_some();
-        let (mut row, mut steps, mut is_at_event) = (0, 0, false);
-        while self.state.t.to_f64() < self.rows.end_time && !is_at_event {
+        let (mut row, mut steps, mut is_over, mut is_at_event) = (0, 0, false, false);
+        while !is_over {
             row += 1;
             let (begin, t) = (self.state.t.to_f64(), self.rows.time(row));
             let mesh = self.mesh.steps_to(t).map_err(|error| SensitivityError::Step { t: begin, error })?;
             for step in mesh {
-                let is_last = step.end >= self.rows.end_time;
-                let end = if is_last { self.end_time } else { Number::from_f64(step.end) };
+                let is_at_end = step.end >= self.rows.end_time;
+                let end = if is_at_end { self.end_time } else { Number::from_f64(step.end) };
                 let mut next = self.stepper.advance(step.formula, &self.state, end)?;
                 let value = self.condition.value(&mut self.stepper, &next).map(Scalar::to_f64);
                 if value.is_some_and(f64::is_nan) {
@@ -93,7 +93,8 @@ impl<'a, T: Inner> DualRun<'a, T> {
                 if step.is_row || is_at_event {
                     columns.row(&mut self.stepper.equations, &self.state)?;
                 }
-                if is_at_event {
+                is_over = is_at_end || is_at_event;
+                if is_over {
                     break;
                 }
             }

@@ -22,34 +22,36 @@ pub(super) fn step<T: Inner>(
     t: Number<T>,
 ) -> Result<DualState<T>, StepError> {
     let (h, one) = (t - from.t, Number::from_f64(1.0));
-    let system = System::new(equations, from, h * Number::from_f64(GAMMA))?;
+    let system = System::new(equations, from, h)?;
     let row = |weights: &'static [f64; 5], stage: usize| weights.iter().copied().enumerate().take(stage);
     let mut increments = Vec::with_capacity(NODES.len());
     let mut end = from.place();
     for stage in 0..NODES.len() {
-        end = from.place().plus(one, row(&ARGUMENTS[stage], stage), &increments);
+        end = from.place().plus(h, row(&ARGUMENTS[stage], stage), &increments);
         let qdd = if stage == 0 {
             from.qdd.clone()
         } else {
             equations.accelerations(from.t + Number::from_f64(NODES[stage]) * h, &end.q, &end.qd)?.0
         };
         let slope = Slope { q: end.qd.clone(), qd: qdd };
-        let slope = slope.plus(h.recip(), row(&INCREMENTS[stage], stage), &increments);
+        let slope = slope.plus(one, row(&INCREMENTS[stage], stage), &increments);
         increments.push(system.increment(&slope, Number::from_f64(BY_TIME[stage]) * h));
     }
     // The last increment ends the step.
-    let Slope { q, qd } = end.plus(one, [(NODES.len() - 1, 1.0)], &increments);
+    let Slope { q, qd } = end.plus(h, [(NODES.len() - 1, 1.0)], &increments);
     equations.projected(t, q, qd)
 }
 
-/// The linear equations of all stages of a step, with `g = h gamma`:
+/// The linear equations of all stages of a step of length `h`, with `g = h gamma`:
 ///
 /// ```text
-/// | Mbar + g D + g^2 K     C_q' | | w  |     | Mbar r - g K v + d f_t  |
-/// | C_q + g D_c + g^2 K_c  0    | | mu | = g | C_q r - g K_c v + d c_t |
+/// | Mbar + g D + g^2 K     C_q' | | w  |         | Mbar r - g K v + d f_t  |
+/// | C_q + g D_c + g^2 K_c  0    | | mu | = gamma | C_q r - g K_c v + d c_t |
 /// ```
+///
+/// Increments are divided by `h`: the length of a step may be zero, and its derivatives not.
 struct System<T: Inner> {
-    g: Number<T>,
+    h: Number<T>,
     parts: usize,
     n: usize,
     /// The matrix on the left, row by row, and the factors of its values.
@@ -66,7 +68,8 @@ impl<T: Inner> System<T> {
     ///
     /// # Errors
     /// The scene does not give the derivatives of its equations of motion, or the equations are singular.
-    fn new(equations: &mut DualEquations<T>, from: &DualState<T>, g: Number<T>) -> Result<Self, StepError> {
+    fn new(equations: &mut DualEquations<T>, from: &DualState<T>, h: Number<T>) -> Result<Self, StepError> {
+        let g = Number::from_f64(GAMMA) * h;
         let tape = equations.evaluator.tape();
         let (n, m) = (from.q.len(), from.multipliers.len());
         let zero = |function: &TapeFunction| vec![Number::zero(); function.results.len()];
@@ -97,17 +100,20 @@ impl<T: Inner> System<T> {
             return Err(StepError::NotFinite);
         }
         let forcing = [forcing, constraint_forcing].concat();
-        Ok(Self { g, parts: equations.parts, n, matrix, factors, mass, stiffness, forcing })
+        Ok(Self { h, parts: equations.parts, n, matrix, factors, mass, stiffness, forcing })
     }
 
-    /// The increment `(u, w)` of coordinates and rates for a slope `(v, r)` and a part of the derivative by time.
+    /// The increment `(u, w)` of coordinates and rates, over `h`, for a slope `(v, r)` and a part of the derivative by
+    /// time.
     fn increment(&self, slope: &Slope<T>, by_time: Number<T>) -> Slope<T> {
-        let Self { g, n, .. } = self;
+        let Self { h, n, .. } = self;
+        let gamma = Number::from_f64(GAMMA);
+        let held: Vec<Number<T>> = slope.q.iter().map(|v| gamma * *h * *v).collect();
         let rows = self.mass.chunks_exact(*n).zip(self.stiffness.chunks_exact(*n)).zip(&self.forcing);
         let right: Vec<Number<T>> = rows
             .map(|((mass, stiffness), forcing)| {
-                let held = less_product(Number::zero(), mass, &slope.qd);
-                *g * (less_product(by_time * *forcing, stiffness, &along(*g, &slope.q)) - held)
+                let inertia = less_product(Number::zero(), mass, &slope.qd);
+                gamma * (less_product(by_time * *forcing, stiffness, &held) - inertia)
             })
             .collect();
         let mut w = constants(&self.factors.solve(&values(&right)));
@@ -117,12 +123,7 @@ impl<T: Inner> System<T> {
         };
         let Ok(()) = complete(&mut w, self.parts, open, |right| Ok::<_, Infallible>(self.factors.solve(&right)));
         w.truncate(*n);
-        let u = w.iter().zip(&slope.q).map(|(w, v)| *g * (*w + *v)).collect();
+        let u = w.iter().zip(&slope.q).map(|(w, v)| gamma * (*h * *w + *v)).collect();
         Slope { q: u, qd: w }
     }
-}
-
-/// `g x`
-fn along<T: Inner>(g: Number<T>, x: &[Number<T>]) -> Vec<Number<T>> {
-    x.iter().map(|x| g * *x).collect()
 }

@@ -14,8 +14,9 @@ const MOST_PARTS: usize = 64;
 const LEFT: f64 = 1e-3;
 /// A corner is crossed where it is as near as this part of the step.
 const NEAR: f64 = 1e-6;
-/// It is crossed from this part of the step before it to this part behind it.
+/// It is crossed from this part of the step before it to this part behind it, or from this part of the time.
 const BESIDE: f64 = 1e-10;
+const LEAST: f64 = 1e-12;
 
 /// Makes steps with derivatives by parameters.
 pub(super) struct DualStepper<'m, T: Inner> {
@@ -67,33 +68,47 @@ impl<'m, T: Inner> DualStepper<'m, T> {
         mut now: DualState<T>,
         t: Number<T>,
     ) -> Result<DualState<T>, SensitivityError> {
-        let (begin, end) = (now.t.to_f64(), t.to_f64());
-        if let Some(corner) = corners.at(begin) {
-            now = self.moved(&now, corner.behind() - begin)?;
-        }
-        let whole = (end - begin).abs();
+        let end = t.to_f64();
+        let whole = (end - now.t.to_f64()).abs();
+        // A state beside a corner stands for the one at the end, where the corner is too near to be crossed.
+        let beside = |before: f64| t + Number::from_f64(before - end);
         for _ in 0..MOST_PARTS {
-            let known = corners.next_time(now.t.to_f64()).filter(|corner| corner.before() < end);
-            let part_end = known.map_or(t, |corner| Number::from_f64(corner.before()));
-            let to = self.step(formula, &now, part_end)?;
-            let [before, behind] = match self.corner_inside(formula, corners, [&now, &to])? {
-                Some(found) => {
-                    let left = found - now.t.to_f64();
-                    if left > NEAR * whole {
-                        now = self.step(formula, &now, Number::from_f64(found - LEFT * left))?;
-                        continue;
-                    }
-                    [found - BESIDE * whole, found + BESIDE * whole]
+            let begin = now.t.to_f64();
+            if let Some(corner) = corners.at(begin) {
+                let (before, behind) = (corner.before(), corner.behind());
+                if behind > end {
+                    return self.step(formula, &now, beside(begin));
                 }
-                None => match known {
-                    Some(corner) => [corner.before(), corner.behind()],
-                    None => return Ok(to),
-                },
+                now = if begin == before {
+                    self.cross(formula, &now, [before, behind])?
+                } else {
+                    self.moved(&now, behind - begin)?
+                };
+                continue;
+            }
+            let known = corners.next_time(begin).filter(|corner| corner.before() < end);
+            let part_end = match known {
+                Some(corner) if corner.behind() > end => beside(corner.before()),
+                Some(corner) => Number::from_f64(corner.before()),
+                None => t,
             };
-            now = self.cross(formula, &now, [before, behind])?;
-            corners.forget();
-            if now.t.to_f64() >= end {
-                break;
+            let to = self.step(formula, &now, part_end)?;
+            let Some(found) = self.corner_inside(formula, corners, [&now, &to])? else {
+                if known.is_none_or(|corner| corner.behind() > end) {
+                    return Ok(to);
+                }
+                now = to;
+                continue;
+            };
+            let distance = (BESIDE * whole).max(LEAST * found.abs());
+            let (before, behind) = (found - distance, found + distance);
+            if found - begin > (NEAR * whole).max(2.0 * distance) {
+                now = self.step(formula, &now, Number::from_f64(found - LEFT * (found - begin)))?;
+            } else if behind > end {
+                return self.step(formula, &now, beside(before));
+            } else {
+                now = self.cross(formula, &now, [before, behind])?;
+                corners.forget();
             }
         }
         self.step(formula, &now, t)
