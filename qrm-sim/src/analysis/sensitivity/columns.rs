@@ -1,5 +1,6 @@
 //! The outputs of a motion on dual numbers: their ends, extremes and integrals.
 
+use num_dual::DualStruct;
 use qrm_core::Scalar;
 
 use super::SensitivityError;
@@ -7,6 +8,10 @@ use super::equations::{DualEquations, DualState};
 use super::number::{Derived, Inner, Number, has_derivatives};
 use super::result::Output;
 use crate::run::{Extremes, ExtremesTracker, Integral};
+
+/// Where the rows beside an extreme are, as parts of two steps. None of them is the extreme itself: its time would not be
+/// seen to change.
+const PLACES: [f64; 5] = [-2.5 / 16.0, -1.5 / 16.0, -0.5 / 16.0, 0.5 / 16.0, 1.5 / 16.0];
 
 /// Follows the outputs row by row.
 pub(super) struct Columns<T: Inner> {
@@ -30,7 +35,7 @@ impl<T: Inner> Columns<T> {
     /// # Errors
     /// An output has no value or no derivative.
     pub(super) fn row(&mut self, equations: &mut DualEquations<T>, at: &DualState<T>) -> Result<(), SensitivityError> {
-        equations.evaluator.outputs(at.t, &at.q, &at.qd, &at.qdd, &at.multipliers, &mut self.outputs);
+        self.outputs = equations.outputs(at);
         for (integral, output) in self.integrals.iter_mut().zip(&self.outputs) {
             if !(output.to_f64().is_finite() && has_derivatives(output)) {
                 return Err(SensitivityError::NotSmooth { t: at.t.to_f64() });
@@ -42,9 +47,40 @@ impl<T: Inner> Columns<T> {
         Ok(())
     }
 
-    /// The results for each output.
-    pub(super) fn finish(mut self) -> Vec<Output<T>> {
+    /// Looks for new extremes once more, between rows that are nearer to each other; `outputs` makes them.
+    ///
+    /// # Errors
+    /// A row cannot be made.
+    pub(super) fn refine(
+        &mut self,
+        mut outputs: impl FnMut(f64) -> Result<Vec<Number<T>>, SensitivityError>,
+    ) -> Result<(), SensitivityError> {
+        for (column, end, near, bracket) in self.extremes.between_rows() {
+            let (t, [begin, beyond]) = (near.re(), bracket.map(|t| t.re()));
+            if !(begin < t && t < beyond) {
+                continue;
+            }
+            let times = PLACES.map(|place| t + place * (beyond - begin));
+            let mut tracker = ExtremesTracker::default();
+            for t in times {
+                tracker.row(Derived::from(t), &[outputs(t)?[column].0]);
+            }
+            tracker.finish();
+            let of = |extremes: &Extremes<Derived<T>>| [extremes.minimum, extremes.maximum][end];
+            let found = of(&tracker.found()[0]);
+            let is_inside = times[0] < found.1.re() && found.1.re() < times[4];
+            self.extremes.refine(column, end, if is_inside { found } else { of(&self.extremes.found()[column]) });
+        }
+        Ok(())
+    }
+
+    /// Takes up what the rows so far do not tell, as no more follow.
+    pub(super) fn finish(&mut self) {
         self.extremes.finish();
+    }
+
+    /// The results for each output.
+    pub(super) fn outputs(&self) -> Vec<Output<T>> {
         let columns = self.integrals.iter().zip(&self.outputs).zip(self.extremes.found());
         let output = |((integral, end), extremes): ((&Integral<Derived<T>>, &Number<T>), &Extremes<Derived<T>>)| {
             Output { end: end.0, extremes: *extremes, integral: integral.finish() }

@@ -1,17 +1,23 @@
 //! A motion with its derivatives by parameters.
 
+use std::collections::VecDeque;
+
 use qrm_core::{Mechanism, Replace, RowRequest, Scalar, Tape};
 
 use super::columns::Columns;
 use super::equations::DualState;
 use super::event::Condition;
-use super::mesh::Mesh;
+use super::mesh::{Mesh, MeshStep};
 use super::number::{Inner, Number, number};
 use super::result::Motion;
 use super::start::start;
 use super::stepper::DualStepper;
 use super::{SensitivityEnd, SensitivityError, SensitivityRequest};
+use crate::integrate::Formula;
 use crate::run::{StartError, check_condition, check_step};
+
+/// The rows that are kept: an extreme is found between the last ones.
+const ROWS: usize = 5;
 
 /// The motion on dual numbers, by the steps of an ordinary run.
 pub(super) struct DualRun<'a, T: Inner> {
@@ -22,6 +28,11 @@ pub(super) struct DualRun<'a, T: Inner> {
     /// The end of the rows, and its derivatives.
     end_time: Number<T>,
     state: DualState<T>,
+    /// The last rows.
+    last_rows: VecDeque<DualState<T>>,
+    columns: Columns<T>,
+    /// The number of steps so far.
+    steps: u64,
     goes_on: Option<&'a dyn Fn(f64, f64) -> bool>,
 }
 
@@ -58,7 +69,9 @@ impl<'a, T: Inner> DualRun<'a, T> {
         let mesh = Mesh::new(mechanism, request.settings, &state.real(), rows.end_time, is_halved);
         let mesh = mesh.map_err(|error| SensitivityError::Start(StartError::Step(error)))?;
         let condition = Condition { parameters, end: request.end.as_ref() };
-        Ok(Self { stepper, mesh, condition, rows, end_time, state, goes_on: request.goes_on })
+        let columns = Columns::new(mechanism.description().outputs.len());
+        let (last_rows, goes_on) = (VecDeque::new(), request.goes_on);
+        Ok(Self { stepper, mesh, condition, rows, end_time, state, last_rows, columns, steps: 0, goes_on })
     }
 
     /// Follows the motion to its end.
@@ -66,36 +79,17 @@ impl<'a, T: Inner> DualRun<'a, T> {
     /// # Errors
     /// It does not come to its end, has no derivative, or is interrupted.
     pub(super) fn run(mut self) -> Result<Motion<T>, SensitivityError> {
-        let mut columns = Columns::new(self.stepper.equations.mechanism.description().outputs.len());
-        columns.row(&mut self.stepper.equations, &self.state)?;
+        self.take_row(Formula::fixed())?;
         let value = self.condition.value(&mut self.stepper, &self.state);
         check_condition(value.map(Scalar::to_f64)).map_err(SensitivityError::Start)?;
-        let has_condition = value.is_some();
-        let (mut row, mut steps, mut is_over, mut is_at_event) = (0, 0, false, false);
-        while !is_over {
+        let mut row = 0;
+        loop {
             row += 1;
-            let (begin, t) = (self.state.t.to_f64(), self.rows.time(row));
-            let mesh = self.mesh.steps_to(t).map_err(|error| SensitivityError::Step { t: begin, error })?;
-            for step in mesh {
-                let is_at_end = step.end >= self.rows.end_time;
-                let end = if is_at_end { self.end_time } else { Number::from_f64(step.end) };
-                let mut next = self.stepper.advance(step.formula, &self.state, end)?;
-                let value = self.condition.value(&mut self.stepper, &next).map(Scalar::to_f64);
-                if value.is_some_and(f64::is_nan) {
-                    return Err(SensitivityError::NotSmooth { t: self.state.t.to_f64() });
-                }
-                is_at_event = value.is_some_and(|value| value >= 0.0);
-                if is_at_event {
-                    next = self.condition.locate(&mut self.stepper, step.formula, [&self.state, &next])?;
-                }
-                self.state = next;
-                steps += 1;
-                if step.is_row || is_at_event {
-                    columns.row(&mut self.stepper.equations, &self.state)?;
-                }
-                is_over = is_at_end || is_at_event;
-                if is_over {
-                    break;
+            let steps = self.mesh.steps_to(self.rows.time(row));
+            let t = self.state.t.to_f64();
+            for step in steps.map_err(|error| SensitivityError::Step { t, error })? {
+                if self.make(&step)? {
+                    return self.finish(step.formula);
                 }
             }
             let t = self.state.t.to_f64();
@@ -103,13 +97,62 @@ impl<'a, T: Inner> DualRun<'a, T> {
                 return Err(SensitivityError::Interrupted { t });
             }
         }
-        if has_condition && !is_at_event {
+    }
+
+    /// Makes a step; whether the motion is over.
+    fn make(&mut self, step: &MeshStep) -> Result<bool, SensitivityError> {
+        let is_at_end = step.end >= self.rows.end_time;
+        let end = if is_at_end { self.end_time } else { Number::from_f64(step.end) };
+        let mut next = self.stepper.advance(step.formula, &self.state, end)?;
+        let value = self.condition.value(&mut self.stepper, &next).map(Scalar::to_f64);
+        if value.is_some_and(f64::is_nan) {
+            return Err(SensitivityError::NotSmooth { t: self.state.t.to_f64() });
+        }
+        let is_at_event = value.is_some_and(|value| value >= 0.0);
+        if is_at_event {
+            next = self.condition.locate(&mut self.stepper, step.formula, [&self.state, &next])?;
+        } else if is_at_end && value.is_some() {
             return Err(SensitivityError::EventNotReached { end_time: self.rows.end_time });
         }
-        let derived = |numbers: &[Number<T>]| numbers.iter().map(|number| number.0).collect();
-        let DualState { t, q, qd, .. } = &self.state;
-        Ok(Motion { steps, end_time: t.0, q: derived(q), qd: derived(qd), outputs: columns.finish() })
+        self.state = next;
+        self.steps += 1;
+        if step.is_row || is_at_event {
+            self.take_row(step.formula)?;
+        }
+        Ok(is_at_end || is_at_event)
     }
+
+    /// Takes the state as a row, and looks for extremes between the last rows.
+    fn take_row(&mut self, formula: Formula) -> Result<(), SensitivityError> {
+        let Self { stepper, columns, last_rows, state, .. } = self;
+        columns.row(&mut stepper.equations, state)?;
+        if last_rows.len() == ROWS {
+            last_rows.pop_front();
+        }
+        last_rows.push_back(state.clone());
+        columns.refine(|t| outputs(stepper, formula, last_rows, t))
+    }
+
+    fn finish(self, formula: Formula) -> Result<Motion<T>, SensitivityError> {
+        let Self { mut stepper, mut columns, last_rows, state, steps, .. } = self;
+        columns.finish();
+        columns.refine(|t| outputs(&mut stepper, formula, &last_rows, t))?;
+        let derived = |numbers: &[Number<T>]| numbers.iter().map(|number| number.0).collect();
+        let DualState { t, q, qd, .. } = &state;
+        Ok(Motion { steps, end_time: t.0, q: derived(q), qd: derived(qd), outputs: columns.outputs() })
+    }
+}
+
+/// The outputs at a time, by a step from a row before it.
+fn outputs<T: Inner>(
+    stepper: &mut DualStepper<T>,
+    formula: Formula,
+    rows: &VecDeque<DualState<T>>,
+    t: f64,
+) -> Result<Vec<Number<T>>, SensitivityError> {
+    let from = rows.iter().rev().find(|row| row.t.to_f64() <= t).unwrap_or(&rows[0]);
+    let at = stepper.advance(formula, from, Number::from_f64(t))?;
+    Ok(stepper.equations.outputs(&at))
 }
 
 /// Gives the parameters their values, and the derivatives by themselves and along the direction.

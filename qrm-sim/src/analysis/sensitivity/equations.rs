@@ -140,6 +140,13 @@ impl<'m, T: Inner> DualEquations<'m, T> {
         Ok((qdd, multipliers))
     }
 
+    /// The outputs of a state.
+    pub(super) fn outputs(&mut self, at: &DualState<T>) -> Vec<Number<T>> {
+        let mut outputs = vec![Number::zero(); self.evaluator.tape().outputs.results.len()];
+        self.evaluator.outputs(at.t, &at.q, &at.qd, &at.qdd, &at.multipliers, &mut outputs);
+        outputs
+    }
+
     /// A state that a step from `t` on has led to.
     ///
     /// # Errors

@@ -55,7 +55,6 @@ impl<'m, T: Inner> DualStepper<'m, T> {
         t: Number<T>,
     ) -> Result<DualState<T>, SensitivityError> {
         let Some(mut corners) = self.corners.take() else { return self.step(formula, from, t) };
-        corners.forget();
         let made = self.advance_by_parts(formula, &mut corners, from.clone(), t);
         self.corners = Some(corners);
         made
