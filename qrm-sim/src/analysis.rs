@@ -30,8 +30,8 @@ pub use reference::reference_states;
 pub use released_drive::ReleasedDrive;
 pub use revolution::{NoRevolution, Range, Revolution, Series, Vertex, can_revolve, revolution, wrap_angle};
 pub use sensitivity::{
-    DerivativeErrors, Derivatives, DualCondition, OutputValues, Sensitivity, SensitivityEnd, SensitivityError, SensitivityRequest,
-    sensitivity,
+    DerivativeErrors, Derivatives, DualCondition, OutputValues, Sensitivity, SensitivityEnd, SensitivityError,
+    SensitivityRequest, sensitivity,
 };
 pub use spectrum::{Spectrum, longest_step, spectrum};
 

@@ -103,12 +103,12 @@ impl<D: Number> ExtremesTracker<D> {
         }
     }
 
-    /// Takes up a turn near a row: the vertex of a polynomial, or the row itself, at a corner or where the vertex is no
-    /// higher.
+    /// Takes up a turn near a row: the vertex of a polynomial, or a corner at the row.
     fn turn(&mut self, column: usize, middle: usize) {
         let bracket = Some([self.time(middle - 1), self.time(middle + 1)]);
         if let Some(vertex) = self.vertex(column, middle, &self.found[column]) {
             self.note(column, vertex, Some(self.time(0)), bracket);
+            return;
         }
         let at = self.time(middle).re();
         let Extremes { minimum, maximum } = self.found[column];

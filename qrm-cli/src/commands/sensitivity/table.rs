@@ -22,7 +22,7 @@ pub(super) fn csv(rows: &[Quantity], by: &[&str]) -> Result<Vec<u8>, Error> {
         let numbers = std::iter::once(row.value.value).chain(columns(row.value).into_iter().flat_map(|group| group.2));
         texts.chain(numbers.map(|number| format!("{number:?}"))).collect::<Vec<String>>()
     };
-    output::csv(header.into_iter(), rows.iter().map(record))
+    output::csv(header, rows.iter().map(record))
 }
 
 /// The groups of columns: what stands before and behind the name of a parameter, and the numbers.

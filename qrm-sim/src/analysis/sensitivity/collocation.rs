@@ -34,7 +34,7 @@ pub(super) fn step<T: Inner>(
         let mut change: f64 = 0.0;
         for (stage, (node, _)) in nodes.iter().enumerate() {
             let at = from.place().plus(h, rows[stage].into_iter().enumerate(), &slopes);
-            let (qdd, _) = equations.accelerations(from.t + Number::from_f64(*node) * h, &at.q, &at.qd)?;
+            let [qdd, _] = equations.accelerations(from.t + Number::from_f64(*node) * h, &at.q, &at.qd)?;
             let next = Slope { q: at.qd, qd: qdd };
             for (new, old) in [(&next.q, &slopes[stage].q), (&next.qd, &slopes[stage].qd)] {
                 change = change.max(relative_change(equations.parts, new, old));

@@ -81,10 +81,11 @@ impl<T: Inner> Columns<T> {
 
     /// The results for each output.
     pub(super) fn outputs(&self) -> Vec<Output<T>> {
-        let columns = self.integrals.iter().zip(&self.outputs).zip(self.extremes.found());
-        let output = |((integral, end), extremes): ((&Integral<Derived<T>>, &Number<T>), &Extremes<Derived<T>>)| {
-            Output { end: end.0, extremes: *extremes, integral: integral.finish() }
+        let output = |i: usize| Output {
+            end: self.outputs[i].0,
+            extremes: self.extremes.found()[i],
+            integral: self.integrals[i].finish(),
         };
-        columns.map(output).collect()
+        (0..self.outputs.len()).map(output).collect()
     }
 }

@@ -119,7 +119,7 @@ impl<'m, T: Inner> DualEquations<'m, T> {
         q: Vec<Number<T>>,
         qd: Vec<Number<T>>,
     ) -> Result<DualState<T>, StepError> {
-        let (qdd, multipliers) = self.accelerations(t, &q, &qd)?;
+        let [qdd, multipliers] = self.accelerations(t, &q, &qd)?;
         Ok(DualState { t, q, qd, qdd, multipliers })
     }
 
@@ -132,12 +132,12 @@ impl<'m, T: Inner> DualEquations<'m, T> {
         t: Number<T>,
         q: &[Number<T>],
         qd: &[Number<T>],
-    ) -> Result<(Vec<Number<T>>, Vec<Number<T>>), StepError> {
+    ) -> Result<[Vec<Number<T>>; 2], StepError> {
         self.evaluator.dynamics(t, q, qd, &mut self.dynamics);
         let [mass_matrix, forces, jacobian, bias] = self.evaluator.tape().split_dynamics(&self.dynamics);
         let mut qdd = self.saddle.solve(&Equations { mass_matrix, forces, jacobian, bias })?;
         let multipliers = qdd.split_off(q.len());
-        Ok((qdd, multipliers))
+        Ok([qdd, multipliers])
     }
 
     /// The outputs of a state.

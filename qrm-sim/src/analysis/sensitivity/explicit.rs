@@ -22,7 +22,7 @@ pub(super) fn step<T: Inner>(
     for stage in 1..tableau.stages {
         let at = from.place().plus(h, tableau.rows[stage].iter().copied(), &slopes);
         let node = from.t + Number::from_f64(tableau.nodes[stage]) * h;
-        let (qdd, _) = equations.accelerations(node, &at.q, &at.qd)?;
+        let [qdd, _] = equations.accelerations(node, &at.q, &at.qd)?;
         slopes.push(Slope { q: at.qd, qd: qdd });
     }
     let Slope { q, qd } = from.place().plus(h, tableau.weights.iter().copied(), &slopes);

@@ -28,10 +28,10 @@ pub(super) fn step<T: Inner>(
     let mut end = from.place();
     for stage in 0..NODES.len() {
         end = from.place().plus(h, row(&ARGUMENTS[stage], stage), &increments);
-        let qdd = if stage == 0 {
-            from.qdd.clone()
+        let [qdd, _] = if stage == 0 {
+            [from.qdd.clone(), from.multipliers.clone()]
         } else {
-            equations.accelerations(from.t + Number::from_f64(NODES[stage]) * h, &end.q, &end.qd)?.0
+            equations.accelerations(from.t + Number::from_f64(NODES[stage]) * h, &end.q, &end.qd)?
         };
         let slope = Slope { q: end.qd.clone(), qd: qdd };
         let slope = slope.plus(one, row(&INCREMENTS[stage], stage), &increments);

@@ -29,29 +29,35 @@ pub(super) fn start<T: Inner>(equations: &mut DualEquations<T>) -> Result<DualSt
 
     let tape = equations.evaluator.tape();
     let mut results = vec![Number::zero(); tape.loop_constraints.results.len()];
-    let follow = |x: &mut [Number<T>], given: &[bool], open: &mut dyn FnMut(&[Number<T>]) -> Vec<Number<T>>| {
-        let dependents = Dependents::new(&jacobian, given);
-        let solve = |right: Vec<f64>| {
-            let mut change = vec![0.0; given.len()];
-            let residuals: Vec<f64> = right.iter().map(|right| -right).collect();
-            dependents.follow(&mut change, &residuals);
-            Ok::<_, Infallible>(change)
-        };
-        let Ok(()) = complete(x, equations.parts, |x| Ok(open(x)), solve);
-    };
-    let evaluator = &mut equations.evaluator;
-    follow(&mut q, &given.given, &mut |q| {
+    let (evaluator, parts) = (&mut equations.evaluator, equations.parts);
+    follow(&mut q, parts, &Dependents::new(&jacobian, &given.given), |q| {
         evaluator.loop_constraints(Number::zero(), q, &mut results);
         tape.split_loop_constraints(&results)[0].iter().map(|residual| -*residual).collect()
     });
     evaluator.loop_constraints(Number::zero(), &q, &mut results);
     let [_, rows, rates] = tape.split_loop_constraints(&results);
-    follow(&mut qd, &given.given_rates, &mut |qd| {
+    follow(&mut qd, parts, &Dependents::new(&jacobian, &given.given_rates), |qd| {
         let rows = rows.chunks_exact(qd.len()).zip(rates);
         rows.map(|(row, rate)| less_product(-*rate, row, qd)).collect()
     });
     let made = equations.completed(Number::zero(), q, qd);
     equations.checked(Number::zero(), made)
+}
+
+/// Lets the derivatives of dependent coordinates or rates follow; `open` is the negative residual of the constraints.
+fn follow<T: Inner>(
+    x: &mut [Number<T>],
+    parts: usize,
+    dependents: &Dependents,
+    mut open: impl FnMut(&[Number<T>]) -> Vec<Number<T>>,
+) {
+    let n = x.len();
+    let solve = |right: Vec<f64>| {
+        let mut change = vec![0.0; n];
+        dependents.follow(&mut change, &right.iter().map(|right| -right).collect::<Vec<f64>>());
+        Ok::<_, Infallible>(change)
+    };
+    let Ok(()) = complete(x, parts, |x| Ok(open(x)), solve);
 }
 
 /// Takes over assembled values; only given ones keep their derivatives.
