@@ -81,7 +81,7 @@ pub(crate) fn of_module(scene: &Scene, file: &syn::File, operations: usize) -> R
     let trace = trace::end();
     let mut places = Places::new(&trace, inputs);
     let Switching { functions: switching_functions, linear_in_time, tanh_arguments } =
-        Switching::of(&trace, &places, &[&dynamics, &loop_constraints]);
+        Switching::of(&trace, &places, &[&dynamics, &loop_constraints], scene.friction_by_forces().next().is_some());
     let of_state = [&dynamics, &loop_constraints, &mass_matrix, &energy, &power, &outputs, &start, &schedule];
     let of_kernel = [&fields, &of_position, &velocity_residual, &correction, &accelerations, &multipliers, &outputs_at];
     let all = of_state

@@ -18,13 +18,17 @@ pub(super) struct Switching {
 }
 
 impl Switching {
-    /// Those on the way to these values.
-    pub(super) fn of(trace: &Trace, places: &Places, values: &[&Vec<Traced>]) -> Self {
+    /// Those on the way to these values. Where these contain solved forces, which follow from a linear system, the sizes
+    /// of its solutions are none: they belong to the search for normal forces of friction.
+    pub(super) fn of(trace: &Trace, places: &Places, values: &[&Vec<Traced>], has_solved_forces: bool) -> Self {
         let degrees = degrees_in_time(trace);
+        let solved = if has_solved_forces { follows_from_quotients(trace, &degrees) } else { Vec::new() };
         let [mut linear, mut other, mut of_tanh] = [BTreeSet::new(), BTreeSet::new(), BTreeSet::new()];
         for Traced(value) in places.needed(values.iter().copied().flatten().copied()) {
             let Entry::Operation(operation) = trace.entries[value as usize] else { continue };
             match operation {
+                Operation::Abs(argument) | Operation::Sign(argument)
+                    if solved.get(argument as usize) == Some(&true) => {}
                 Operation::Abs(argument) | Operation::Sign(argument) => match degrees[argument as usize] {
                     Degree::Constant => {}
                     Degree::Linear => drop(linear.insert(argument)),
@@ -44,6 +48,31 @@ impl Switching {
             tanh_arguments: list(of_tanh).collect(),
         }
     }
+}
+
+/// Which values follow from a quotient by one that depends on the motion.
+fn follows_from_quotients(trace: &Trace, degrees: &[Degree]) -> Vec<bool> {
+    let mut follows: Vec<bool> = Vec::with_capacity(trace.entries.len());
+    for (i, entry) in trace.entries.iter().enumerate() {
+        follows.push(match *entry {
+            Entry::Input => false,
+            Entry::Cosine => follows[i - 1],
+            Entry::Operation(operation) => {
+                let mut is_one = match operation {
+                    Operation::Div(_, divisor) | Operation::Recip(divisor) => {
+                        degrees[divisor as usize] == Degree::Other
+                    }
+                    _ => false,
+                };
+                let _ = operation.map(|operand| {
+                    is_one |= follows[operand as usize];
+                    operand
+                });
+                is_one
+            }
+        });
+    }
+    follows
 }
 
 /// How a value depends on time.
