@@ -99,8 +99,7 @@ fn not_enclosed(setup: &Setup, reason: &Reason, t: Option<f64>) -> Error {
                 number(operand.lo()),
                 number(operand.hi())
             ),
-            "end before by `--end-time`; a motion is enclosed between corners of `abs`, `sign`, `min`, `max`, tables and \
-             splines, not across them",
+            "start and end (`--end-time`) between two corners of `abs`, `sign`, `min`, `max`, tables and splines",
         ),
         Reason::NoSeries(NoSeries::Singular) => (
             "it was not proved that the accelerations are determined".to_owned(),
