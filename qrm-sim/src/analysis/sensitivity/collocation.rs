@@ -8,23 +8,41 @@ use super::slope::Slope;
 use crate::integrate::StepError;
 use crate::quadrature::gauss_legendre;
 
-/// Most iterations of a step; the method's own steps take fewer.
+/// Most iterations of a step; where more are needed, shorter steps take less work.
 const MOST_ITERATIONS: usize = 100;
 /// Slopes that change by this part of the largest have converged.
 const CONVERGED: f64 = 1e-15;
 /// Changes below this part that fall no more are rounding errors.
 const SETTLED: f64 = 1e-11;
 
-/// The state at `t` by one step of the Gauss method: collocation at the zeros of a Legendre polynomial, solved by
-/// fixed-point iteration, derivatives included.
+/// The state at `t` by a step of the Gauss method, or by shorter ones where its iteration does not converge.
 ///
 /// # Errors
-/// The iteration does not converge, or the step cannot be made.
+/// A step cannot be made, or steps became too short.
 pub(super) fn step<T: Inner>(
     equations: &mut DualEquations<T>,
     from: &DualState<T>,
     t: Number<T>,
 ) -> Result<DualState<T>, StepError> {
+    if let Some(made) = iterated(equations, from, t)? {
+        return Ok(made);
+    }
+    let half = Number::from_f64(0.5) * (t - from.t);
+    let (begin, h) = (from.t.to_f64(), half.to_f64());
+    if !(h.abs() > f64::EPSILON * begin.abs()) {
+        return Err(StepError::StepTooShort { h });
+    }
+    let middle = step(equations, from, from.t + half)?;
+    step(equations, &middle, t)
+}
+
+/// The state at `t` by one step: collocation at the zeros of a Legendre polynomial, solved by fixed-point iteration,
+/// derivatives included; `None` if it does not converge.
+fn iterated<T: Inner>(
+    equations: &mut DualEquations<T>,
+    from: &DualState<T>,
+    t: Number<T>,
+) -> Result<Option<DualState<T>>, StepError> {
     let h = t - from.t;
     let nodes: [(f64, f64); GAUSS_NODES] = gauss_legendre();
     let rows = nodes.map(|(node, _)| integrals_to(node, &nodes));
@@ -44,11 +62,11 @@ pub(super) fn step<T: Inner>(
         if change <= CONVERGED || change >= last && change <= SETTLED {
             let weights = nodes.into_iter().map(|(_, weight)| weight);
             let Slope { q, qd } = from.place().plus(h, weights.enumerate(), &slopes);
-            return equations.projected(t, q, qd);
+            return equations.projected(t, q, qd).map(Some);
         }
         last = change;
     }
-    Err(StepError::StepTooShort { h: h.to_f64() })
+    Ok(None)
 }
 
 /// The integrals from 0 to `c` of the polynomials that are one at a node and zero at the others.
