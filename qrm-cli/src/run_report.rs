@@ -214,7 +214,7 @@ impl RunReport {
                  change the dimensions"
             }
         } else if self.tolerance.is_some() && self.has_jumps {
-            "loads with `sign` jump, which no tolerance follows: write `tanh(x/x0)` with a small x0 instead"
+            "a motion along a jump of `sign` cannot be followed: write `tanh(x/x0)` with a small x0 instead"
         } else if self.tolerance.is_some() {
             "use a smaller --tolerance; motions that are sensitive by nature cannot be followed for ever"
         } else {

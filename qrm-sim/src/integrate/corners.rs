@@ -14,8 +14,8 @@ use crate::state::State;
 const NEAR: f64 = 4.0;
 /// Steps towards a jump are shortened by at least this part of them, and at most to it.
 const SHORTEST_PART: f64 = 0.01;
-/// Changes of so many times what rounding errors of the state change are rounding errors.
-const NOISE: f64 = 4.0;
+/// Changes below this part of those by a state that is moved by 16 units in the last place are rounding errors.
+const NOISE: f64 = 0.25;
 /// A time along the tangent of a motion.
 const ALONG: f64 = 1e-6;
 /// Times nearer to each other than this part of themselves are equal.
