@@ -273,6 +273,9 @@ const SAMPLES: f64 = 8.0;
 const SAMPLES_PER_SCENE_STEP: f64 = 64.0;
 /// Corners nearer to the ends of a step than this part of it do not end it; one just behind the beginning is crossed.
 const SHORTEST_TO_CORNER: f64 = 1e-6;
+/// Steps as short as this against the time may be rejected for a jump that lies as near as that behind their beginning.
+const SHORT: f64 = 1e-8;
+const NEAR_CORNER: f64 = 1e-12;
 /// The part of a step of another run that steps beside it are at most: errors of order 4 fall to an eleventh.
 pub(crate) const COMPANION_STEP_RATIO: f64 = 0.55;
 
@@ -517,6 +520,16 @@ impl Adaptive {
                         SHRINK
                     };
                     self.reject(h * factor.clamp(SHRINK, 0.9));
+                    let near = NEAR_CORNER * (1.0 + t.abs());
+                    if crosses
+                        && h < SHORT * (1.0 + t.abs())
+                        && let Some(corners) = &mut self.corners
+                        && let Some(met) = corners.along_tangent(&self.dense_output.to.as_ref(), h)
+                        && met.0 - t <= near
+                    {
+                        self.corner = Some(met);
+                        return self.step_from_corner(mechanism, solver, false);
+                    }
                     continue;
                 }
                 // A formula may leave its domain, or a projection its branch, where the step is too long.
@@ -578,6 +591,8 @@ impl Adaptive {
         let now = &mut self.dense_output.to;
         if let Some(corner) = self.corner.take().or_else(|| corners.at(now.t)) {
             corners.forget();
+            let power = mechanism.power(now.t, &now.q, &now.qd, &now.qdd, &now.multipliers);
+            self.work += power * (corner.behind() - now.t);
             solver.cross(mechanism, self.task.projection, corner.behind(), now)?;
         }
         corners.leave(mechanism, (self.task.projection, solver), SHORTEST_TO_CORNER * self.h, now)

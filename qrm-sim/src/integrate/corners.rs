@@ -296,6 +296,22 @@ impl Corners {
         Ok(first)
     }
 
+    /// The first corner that the tangent of the motion meets within a time so short that nothing else changes.
+    pub(super) fn along_tangent(&mut self, from: &StateRef, h: f64) -> Option<Corner> {
+        let [q, qd, ahead] = &mut self.moved;
+        for i in 0..q.len() {
+            q[i] = from.q[i] + h * from.qd[i];
+            qd[i] = from.qd[i] + h * from.qdd[i];
+        }
+        self.evaluator.switching_functions(from.t + h, q, qd, ahead);
+        let [_, here] = &mut self.values;
+        self.evaluator.switching_functions(from.t, from.q, from.qd, here);
+        self.t = from.t;
+        self.changes.fill(f64::INFINITY);
+        let crossings = self.others.clone().map(|i| (here[i], self.moved[2][i])).filter(|(a, b)| a * b < 0.0);
+        crossings.map(|(a, b)| from.t + h * (a / (a - b))).reduce(f64::min).map(Corner)
+    }
+
     /// Forgets the values at the end of the last step.
     pub(crate) fn forget(&mut self) {
         self.t = f64::NAN;
