@@ -14,6 +14,8 @@ use crate::state::State;
 const NEAR: f64 = 4.0;
 /// Steps towards a jump are shortened by at least this part of them, and at most to it.
 const SHORTEST_PART: f64 = 0.01;
+/// A corner that was found is crossed by so many times the shortest way at most.
+const MOST_UNITS: f64 = 64.0;
 /// Changes below this part of those by a state that is moved by 16 units in the last place are rounding errors.
 const NOISE: f64 = 0.25;
 /// A time along the tangent of a motion.
@@ -38,6 +40,8 @@ pub(crate) struct Corners {
     is_seen_by_stages: bool,
     /// Changes that are rounding errors.
     noise: Vec<f64>,
+    /// The function of the corner that was found last, and its sign before.
+    found: Option<(usize, f64)>,
     /// Room for a state that was moved a little, and for the values there.
     moved: [Vec<f64>; 3],
 }
@@ -93,6 +97,7 @@ impl Corners {
             changes,
             is_seen_by_stages: false,
             noise: vec![0.0; count],
+            found: None,
             moved,
         };
         corners.find_times(n);
@@ -124,7 +129,8 @@ impl Corners {
     }
 
     /// Moves a state at which a switching function is zero off there, at most so far in time: its sign is to be that of
-    /// the motion behind.
+    /// the motion behind. So is the sign of the function whose corner was found last, which may lack a unit in the last
+    /// place.
     ///
     /// # Errors
     /// The projection does not converge, or the accelerations are not determined.
@@ -135,12 +141,14 @@ impl Corners {
         longest: f64,
         state: &mut State,
     ) -> Result<(), StepError> {
-        if !self.is_at(state) {
+        let found = self.found.take();
+        if !self.is_at(state) && !self.is_before(found, state) {
             return Ok(());
         }
         let from = state.clone();
         let mut far = equal(from.t);
-        while self.is_at(state) && far <= longest {
+        let nearest = MOST_UNITS * Corner::resolution(from.t);
+        while self.is_at(state) && far <= longest || self.is_before(found, state) && far <= nearest {
             state.clone_from(&from);
             solver.cross(mechanism, projection, from.t + far, state)?;
             far *= 4.0;
@@ -150,6 +158,14 @@ impl Corners {
             state.clone_from(&from);
         }
         Ok(())
+    }
+
+    /// Whether a function has the sign still that it had before its corner.
+    fn is_before(&mut self, found: Option<(usize, f64)>, state: &State) -> bool {
+        found.is_some_and(|(i, sign)| {
+            self.evaluator.switching_functions(state.t, &state.q, &state.qd, &mut self.moved[2]);
+            self.moved[2][i] * sign > 0.0
+        })
     }
 
     /// Whether a switching function is zero at a state, and not along its tangent.
@@ -267,7 +283,7 @@ impl Corners {
         mut step: impl FnMut(f64) -> Result<State, StepError>,
     ) -> Result<Option<State>, StepError> {
         let mut first: Option<State> = None;
-        let Self { evaluator, values, noise, .. } = self;
+        let Self { evaluator, values, noise, found: of_first, .. } = self;
         let mut all = vec![0.0; values[0].len()];
         for i in self.others.clone() {
             let [a, b] = [values[0][i], values[1][i]];
@@ -291,6 +307,7 @@ impl Corners {
             let found = locate(from, &beyond, rising, &mut step)?;
             if found.t - from.t >= shortest && first.as_ref().is_none_or(|first| found.t < first.t) {
                 first = Some(found);
+                *of_first = Some((i, a.signum()));
             }
         }
         Ok(first)
