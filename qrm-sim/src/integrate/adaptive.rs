@@ -589,7 +589,8 @@ impl Adaptive {
     fn cross_corner(&mut self, mechanism: &dyn Mechanism, solver: &mut Solver) -> Result<(), StepError> {
         let Some(corners) = &mut self.corners else { return Ok(()) };
         let now = &mut self.dense_output.to;
-        if let Some(corner) = self.corner.take().or_else(|| corners.at(now.t)) {
+        let corner = self.corner.take().or_else(|| corners.at(now.t));
+        if let Some(corner) = corner.filter(|corner| corner.behind() < self.task.end_time) {
             corners.forget();
             let power = mechanism.power(now.t, &now.q, &now.qd, &now.qdd, &now.multipliers);
             self.work += power * (corner.behind() - now.t);
