@@ -329,6 +329,11 @@ impl Corners {
         crossings.map(|(a, b)| from.t + h * (a / (a - b))).reduce(f64::min).map(Corner)
     }
 
+    /// Leaves the corner that was found last to be found again, where the motion is before it still.
+    pub(super) fn forget_found(&mut self) {
+        self.found = None;
+    }
+
     /// Forgets the values at the end of the last step.
     pub(crate) fn forget(&mut self) {
         self.t = f64::NAN;

@@ -112,6 +112,7 @@ impl Fixed {
             if let Some(behind) = self.corner_inside(by, corners, (now, count), to)? {
                 self.go_to_corner(by, corners, behind, whole, (now, count))?;
                 corners.forget();
+                corners.forget_found();
             } else if corners.is_seen_by_stages() {
                 self.go_to_jump(by, corners, to.t, whole, (now, count))?;
                 corners.forget();
