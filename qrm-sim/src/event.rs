@@ -16,8 +16,8 @@ const SHIFT: f64 = 1e-4;
 pub(crate) fn locate<E>(
     from: &State,
     beyond: &State,
-    mut value: impl FnMut(&State) -> f64,
-    mut step: impl FnMut(f64) -> Result<State, E>,
+    value: &mut dyn FnMut(&State) -> f64,
+    step: &mut dyn FnMut(f64) -> Result<State, E>,
 ) -> Result<State, E> {
     // The zero lies between `a`, the last time, and `b`; `c` is the time before.
     let (mut b, mut f_b) = (from.t, value(from));
@@ -53,8 +53,8 @@ pub(crate) fn locate<E>(
 pub(crate) fn touched<E>(
     from: &State,
     to: &State,
-    mut value: impl FnMut(&State) -> Option<f64>,
-    mut step: impl FnMut(f64) -> Result<State, E>,
+    value: &mut dyn FnMut(&State) -> Option<f64>,
+    step: &mut dyn FnMut(f64) -> Result<State, E>,
 ) -> Option<State> {
     let h = to.t - from.t;
     // The change of the value along the motion.
@@ -102,11 +102,11 @@ mod tests {
     /// The zero of a function between 0 and 2, and the number of its evaluations.
     fn zero_of(f: impl Fn(f64) -> f64) -> (f64, u32) {
         let count = Cell::new(0);
-        let value = |at: &State| {
+        let mut value = |at: &State| {
             count.set(count.get() + 1);
             f(at.t)
         };
-        let found = locate::<()>(&at(0.0), &at(2.0), value, |t| Ok(at(t))).expect("no step fails");
+        let found = locate::<()>(&at(0.0), &at(2.0), &mut value, &mut |t| Ok(at(t))).expect("no step fails");
         assert!(f(found.t) >= 0.0, "the value is negative still");
         (found.t, count.get())
     }

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use qrm_core::Mechanism;
 
-use super::corners::{Corner, Corners};
+use super::corners::{Corner, Corners, ENDS_STEPS};
 use super::dense_output::DenseOutput;
 use super::method::{MethodSettings, StepError};
 use super::step_bounds::StepBounds;
@@ -521,7 +521,8 @@ impl Adaptive {
                     };
                     self.reject(h * factor.clamp(SHRINK, 0.9));
                     let near = NEAR_CORNER * (1.0 + t.abs());
-                    if crosses
+                    if ENDS_STEPS
+                        && crosses
                         && h < SHORT * (1.0 + t.abs())
                         && let Some(corners) = &mut self.corners
                         && let Some(met) = corners.along_tangent(&self.dense_output.to.as_ref(), h)
@@ -587,7 +588,7 @@ impl Adaptive {
 
     /// Begins behind the corner that the last step ended at.
     fn cross_corner(&mut self, mechanism: &dyn Mechanism, solver: &mut Solver) -> Result<(), StepError> {
-        let Some(corners) = &mut self.corners else { return Ok(()) };
+        let Some(corners) = self.corners.as_mut().filter(|_| ENDS_STEPS) else { return Ok(()) };
         let now = &mut self.dense_output.to;
         let corner = self.corner.take().or_else(|| corners.at(now.t));
         if let Some(corner) = corner.filter(|corner| corner.behind() < self.task.end_time) {
@@ -608,6 +609,9 @@ impl Adaptive {
         shortest: f64,
     ) -> Result<Option<Corner>, StepError> {
         let Self { corners: Some(corners), dense_output, next, formula, .. } = self else { return Ok(None) };
+        if !ENDS_STEPS {
+            return Ok(None);
+        }
         let from = &dense_output.to;
         if !corners.may_meet(&from.as_ref(), &next.as_ref()) {
             return Ok(None);
@@ -618,7 +622,7 @@ impl Adaptive {
         formula.accepted(mechanism, from, next);
         let mut inside = DenseOutput::new(from.clone(), next.clone());
         let mut work = Work { evaluations: &mut 0, solver };
-        let met = corners.first_inside([from, next], shortest, |t| {
+        let met = corners.first_inside([from, next], shortest, &mut |t| {
             let mut at = State { t, ..inside.to.clone() };
             formula.state_inside(mechanism, &mut inside, task, &mut work, &mut at)?;
             Ok(at)

@@ -9,6 +9,8 @@ use crate::event::{locate, touched};
 use crate::solve::{Projection, ProjectionTolerance, Solver};
 use crate::state::State;
 
+/// Whether steps end at corners. Pages are to be small, and do without.
+pub(super) const ENDS_STEPS: bool = !cfg!(target_arch = "wasm32");
 /// A switching function may have two zeros in a step where its smallest value at an end is less than so many of its
 /// changes in a step.
 const NEAR: f64 = 4.0;
@@ -75,6 +77,9 @@ fn equal(t: f64) -> f64 {
 impl Corners {
     /// The switching functions; `None` if there are none.
     pub(crate) fn of(mechanism: &dyn Mechanism) -> Option<Box<Self>> {
+        if !ENDS_STEPS {
+            return None;
+        }
         let tape = mechanism.model()?.tape;
         let count = tape.switching_functions.results.len();
         if count == 0 {
@@ -113,7 +118,7 @@ impl Corners {
         let [at_zero, at_one] = &self.values;
         let zeros = at_zero.iter().zip(at_one).take(self.others.start).map(|(a, b)| a / (a - b));
         let mut times: Vec<f64> = zeros.filter(|t| t.is_finite()).collect();
-        times.sort_by(f64::total_cmp);
+        times.sort_unstable_by(f64::total_cmp);
         times.dedup_by(|b, a| *b - *a <= equal(*a));
         self.times = times.into_iter().map(Corner).collect();
     }
@@ -280,7 +285,7 @@ impl Corners {
         &mut self,
         [from, to]: [&State; 2],
         shortest: f64,
-        mut step: impl FnMut(f64) -> Result<State, StepError>,
+        step: &mut dyn FnMut(f64) -> Result<State, StepError>,
     ) -> Result<Option<State>, StepError> {
         let mut first: Option<State> = None;
         let Self { evaluator, values, noise, found: of_first, .. } = self;
@@ -298,13 +303,13 @@ impl Corners {
             let beyond = if a * b < 0.0 {
                 Some(to.clone())
             } else if a * b > 0.0 {
-                let found = touched(from, to, |at| Some(rising(at)), &mut step);
+                let found = touched(from, to, &mut |at| Some(rising(at)), step);
                 found.filter(|found| rising(found) >= 0.0)
             } else {
                 None
             };
             let Some(beyond) = beyond else { continue };
-            let found = locate(from, &beyond, rising, &mut step)?;
+            let found = locate(from, &beyond, &mut rising, step)?;
             if found.t - from.t >= shortest && first.as_ref().is_none_or(|first| found.t < first.t) {
                 first = Some(found);
                 *of_first = Some((i, a.signum()));

@@ -5,7 +5,7 @@ use qrm_core::{Mechanism, RowLayout, RowRequest};
 
 use super::adaptive::KeepState;
 use super::classical::CLASSICAL;
-use super::corners::{Corner, Corners};
+use super::corners::{Corner, Corners, ENDS_STEPS};
 use super::explicit::Explicit;
 use super::method::{MethodSettings, StepError};
 use crate::solve::{Projection, ProjectionTolerance, Solver, largest};
@@ -78,7 +78,7 @@ impl Fixed {
         to: &mut State,
         inner: &mut KeepState,
     ) -> Result<(), StepError> {
-        let Some(mut corners) = self.corners.take() else { return self.step(by, from, t, to) };
+        let Some(mut corners) = self.corners.take().filter(|_| ENDS_STEPS) else { return self.step(by, from, t, to) };
         let mut now = std::mem::replace(&mut self.now, State::zero(0, 0));
         now.clone_from(from);
         let result = self.advance_by_parts(by, &mut corners, &mut now, t, to, inner);
@@ -142,7 +142,7 @@ impl Fixed {
         if !corners.may_meet(&from.as_ref(), &to.as_ref()) {
             return Ok(None);
         }
-        corners.first_inside([from, to], 0.0, |t| {
+        corners.first_inside([from, to], 0.0, &mut |t| {
             let mut inside = from.clone();
             self.steps(by, (from, count), t, &mut inside)?;
             Ok(inside)

@@ -3,7 +3,7 @@
 use qrm_core::{Mechanism, RowLayout, RowRequest, RowStop};
 
 use super::adaptive::{Adaptive, Counts, InnerRows, Task};
-use super::corners::{Corner, Corners};
+use super::corners::{Corner, Corners, ENDS_STEPS};
 use super::fixed::{Fixed, StepBy};
 use super::formula::Formula;
 use super::method::{MethodSettings, StepError};
@@ -313,7 +313,7 @@ impl Integrator {
     /// The corners that end steps of a fixed length.
     fn corners(&mut self) -> Option<&mut Corners> {
         match &mut self.steps {
-            Steps::Fixed(fixed) => fixed.corners.as_deref_mut(),
+            Steps::Fixed(fixed) => fixed.corners.as_deref_mut().filter(|_| ENDS_STEPS),
             Steps::Adaptive(_) => None,
         }
     }

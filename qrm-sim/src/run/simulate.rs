@@ -381,7 +381,7 @@ impl Run<'_> {
     fn touched(&mut self, from: &State, to: &State) -> Option<State> {
         let (mechanism, request) = (self.mechanism, self.request);
         let value = |at: &State| condition(mechanism, request, at);
-        let found = touched(from, to, value, |t| self.integrator.between(mechanism, from, t))?;
+        let found = touched(from, to, &mut { value }, &mut |t| self.integrator.between(mechanism, from, t))?;
         value(&found).is_some_and(|value| value >= 0.0).then_some(found)
     }
 
@@ -400,7 +400,7 @@ impl Run<'_> {
         let beyond = State::from_row(self.layout, &self.buffer[made * width..]);
         let (mechanism, request) = (self.mechanism, self.request);
         let value = |at: &State| condition(mechanism, request, at).unwrap_or(0.0);
-        locate(&from, &beyond, value, |t| self.integrator.between(mechanism, &from, t))
+        locate(&from, &beyond, &mut { value }, &mut |t| self.integrator.between(mechanism, &from, t))
     }
 
     fn has_condition(&self) -> bool {

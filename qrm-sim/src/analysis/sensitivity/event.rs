@@ -54,7 +54,7 @@ impl Condition<'_> {
             _ => mechanism.event(at.t, &at.q, &at.qd).unwrap_or(0.0),
         };
         let step = |t: f64| stepper.advance(formula, from, Number::from_f64(t)).map(|at| at.real());
-        let at = locate(&from.real(), &beyond.real(), value, step)?;
+        let at = locate(&from.real(), &beyond.real(), &mut { value }, &mut { step })?;
         let by_time = self.by_time(stepper, &at);
         if !(by_time > 0.0) {
             return Err(SensitivityError::GrazingEvent { t: at.t });

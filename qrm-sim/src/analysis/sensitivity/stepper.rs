@@ -124,7 +124,7 @@ impl<'m, T: Inner> DualStepper<'m, T> {
         if !corners.may_meet(&begin.as_ref(), &end.as_ref()) {
             return Ok(None);
         }
-        let found = corners.first_inside([&begin, &end], 0.0, |t| {
+        let found = corners.first_inside([&begin, &end], 0.0, &mut |t| {
             self.stepped(formula, from, Number::from_f64(t)).map(|at| at.real())
         });
         let found = found.map_err(|error| SensitivityError::Step { t: begin.t, error })?;

@@ -62,7 +62,7 @@ impl LaneSweep<'_> {
     fn step_again(&mut self, lane: usize, from: &State, to: &State) {
         let Some(design) = self.lanes[lane].as_ref().map(|lane| lane.design) else { return };
         let condition = |at: &State| self.condition_value(design, at);
-        let Ok(at) = locate(from, to, condition, |t| Ok::<_, Infallible>(quintic(from, to, t)));
+        let Ok(at) = locate(from, to, &mut { condition }, &mut |t| Ok::<_, Infallible>(quintic(from, to, t)));
         from.write(&mut self.row);
         let outputs = self.outputs(design, from);
         self.batch.take_back(lane, &self.row, &outputs);
