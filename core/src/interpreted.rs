@@ -114,8 +114,7 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 impl<const C: usize> Interpreted<C> {
     fn new(model: Model, values: Vec<f64>) -> Self {
-        let mut evaluator = TapeEvaluator::new(model.tape);
-        evaluator.set_parameters(|i| Some(values[i]));
+        let evaluator = TapeEvaluator::with_parameters(model.tape, &values);
         let mut kernel = InterpretedKernel::new(model.tape, model.description);
         let mut fused = InterpretedKernel::new(model.tape, model.description);
         if let (Some(kernel), Some(fused)) = (&mut kernel, &mut fused) {

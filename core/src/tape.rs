@@ -86,6 +86,14 @@ impl Operation {
         }
     }
 
+    /// Hands the operands to a function, in their order.
+    pub fn for_each_operand(self, mut f: impl FnMut(u32)) {
+        let _ = self.map(|operand| {
+            f(operand);
+            operand
+        });
+    }
+
     /// The operation with its operands replaced, in their order.
     #[must_use]
     pub fn map(self, mut f: impl FnMut(u32) -> u32) -> Self {

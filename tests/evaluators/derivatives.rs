@@ -71,8 +71,7 @@ fn by_state<const N: usize, const M: usize>(tape: &Tape, values: &[f64], state: 
     if known.iter().flat_map(|(_, numbers)| numbers).any(|number| !number.is_finite()) {
         return;
     }
-    let mut evaluator = TapeEvaluator::new(tape);
-    evaluator.set_parameters(|i| Some(D::from_f64(values[i])));
+    let mut evaluator = TapeEvaluator::<Vec<D>>::with_parameters(tape, values);
     let mut closed = vec![D::zero(); tape.loop_constraints.results.len()];
     let mut dynamics = vec![D::zero(); tape.dynamics.results.len()];
 

@@ -110,10 +110,7 @@ impl<'t> Places<'t> {
                     if matches!(operation, Operation::SinCos(_)) {
                         pending.push(value + 1);
                     }
-                    let _ = operation.map(|operand| {
-                        pending.push(operand);
-                        operand
-                    });
+                    operation.for_each_operand(|operand| pending.push(operand));
                 }
             }
         }
@@ -121,7 +118,7 @@ impl<'t> Places<'t> {
     }
 
     /// Which values follow from parameters alone.
-    fn are_constant(&self) -> Vec<bool> {
+    pub(super) fn are_constant(&self) -> Vec<bool> {
         let mut constant: Vec<bool> = Vec::with_capacity(self.trace.entries.len());
         for (i, entry) in self.trace.entries.iter().enumerate() {
             constant.push(match entry {
@@ -129,10 +126,7 @@ impl<'t> Places<'t> {
                 Entry::Cosine => constant[i - 1],
                 Entry::Operation(operation) => {
                     let mut all = true;
-                    let _ = operation.map(|operand| {
-                        all &= constant[operand as usize];
-                        operand
-                    });
+                    operation.for_each_operand(|operand| all &= constant[operand as usize]);
                     all
                 }
             });

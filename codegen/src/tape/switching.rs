@@ -18,10 +18,10 @@ pub(super) struct Switching {
 }
 
 impl Switching {
-    /// Those on the way to these values. Where these contain solved forces, which follow from a linear system, the sizes
-    /// of its solutions are none: they belong to the search for normal forces of friction.
+    /// The arguments on the way to these values. Sizes of solutions of a linear system are left out where the values
+    /// contain solved forces: they belong to the search for normal forces of friction.
     pub(super) fn of(trace: &Trace, places: &Places, values: &[&Vec<Traced>], has_solved_forces: bool) -> Self {
-        let degrees = degrees_in_time(trace);
+        let degrees = degrees_in_time(trace, &places.are_constant());
         let solved = if has_solved_forces { follows_from_quotients(trace, &degrees) } else { Vec::new() };
         let [mut linear, mut other, mut of_tanh] = [BTreeSet::new(), BTreeSet::new(), BTreeSet::new()];
         for Traced(value) in places.needed(values.iter().copied().flatten().copied()) {
@@ -50,7 +50,7 @@ impl Switching {
     }
 }
 
-/// Which values follow from a quotient by one that depends on the motion.
+/// Whether each value follows from a quotient by one that depends on the motion.
 fn follows_from_quotients(trace: &Trace, degrees: &[Degree]) -> Vec<bool> {
     let mut follows: Vec<bool> = Vec::with_capacity(trace.entries.len());
     for (i, entry) in trace.entries.iter().enumerate() {
@@ -64,10 +64,7 @@ fn follows_from_quotients(trace: &Trace, degrees: &[Degree]) -> Vec<bool> {
                     }
                     _ => false,
                 };
-                let _ = operation.map(|operand| {
-                    is_one |= follows[operand as usize];
-                    operand
-                });
+                operation.for_each_operand(|operand| is_one |= follows[operand as usize]);
                 is_one
             }
         });
@@ -86,7 +83,8 @@ enum Degree {
     Other,
 }
 
-fn degrees_in_time(trace: &Trace) -> Vec<Degree> {
+/// The degree of each value, where it is known which of them are constant.
+fn degrees_in_time(trace: &Trace, constant: &[bool]) -> Vec<Degree> {
     let mut degrees: Vec<Degree> = Vec::with_capacity(trace.entries.len());
     for (i, entry) in trace.entries.iter().enumerate() {
         let of = |operand: u32| degrees[operand as usize];
@@ -95,7 +93,7 @@ fn degrees_in_time(trace: &Trace) -> Vec<Degree> {
             _ => Degree::Other,
         };
         degrees.push(match *entry {
-            Entry::Input if i < trace.parameters.len() => Degree::Constant,
+            _ if constant[i] => Degree::Constant,
             // Time follows the parameters.
             Entry::Input if i == trace.parameters.len() => Degree::Linear,
             Entry::Input => Degree::Other,
@@ -106,14 +104,7 @@ fn degrees_in_time(trace: &Trace) -> Vec<Degree> {
                 Operation::Mul(a, b) => product(a, b),
                 Operation::Div(a, b) if of(b) == Degree::Constant => of(a),
                 Operation::MulAdd(a, b, c) | Operation::NegMulAdd(a, b, c) => product(a, b).max(of(c)),
-                _ => {
-                    let mut is_constant = true;
-                    let _ = operation.map(|operand| {
-                        is_constant &= of(operand) == Degree::Constant;
-                        operand
-                    });
-                    if is_constant { Degree::Constant } else { Degree::Other }
-                }
+                _ => Degree::Other,
             },
         });
     }

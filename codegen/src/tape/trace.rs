@@ -80,10 +80,9 @@ impl Trace {
 fn key(operation: Operation) -> Key {
     let mut numbers = [0; 3];
     let mut next = 0;
-    let _ = operation.map(|operand| {
+    operation.for_each_operand(|operand| {
         numbers[next] = u64::from(operand);
         next += 1;
-        operand
     });
     match operation {
         Operation::Number(number) | Operation::PowF(_, number) => numbers[2] = number.to_bits(),

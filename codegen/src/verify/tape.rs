@@ -11,8 +11,7 @@ use qrm_scene::scene::Scene;
 pub(super) fn agrees(scene: &Scene, module: &GeneratedModule, tape: &Tape, sample: &Sample) -> Result<(), String> {
     let kept = scene.parameters.iter().zip(&sample.parameters).filter(|(p, _)| !p.left_out);
     let kept: Vec<f64> = kept.map(|(_, value)| *value).collect();
-    let mut evaluator = TapeEvaluator::new(tape);
-    evaluator.set_parameters(|i| Some(kept[i]));
+    let mut evaluator = TapeEvaluator::<Vec<f64>>::with_parameters(tape, &kept);
     let model = module.model::<f64>(scene, &sample.parameters)?;
     let Sample { t, q, qd, qdd, multipliers, .. } = sample;
     let printed = |function: &str, parts: &[&str]| -> Result<Vec<f64>, String> {

@@ -39,8 +39,8 @@ impl Interval {
         })
     }
 
-    /// Angle of the vectors with this ordinate and that abscissa; all real numbers where they surround zero, or lie on both
-    /// sides of the negative half-axis.
+    /// Angle of the vectors with this ordinate and that abscissa; all real numbers where they surround zero, or lie on
+    /// both sides of the negative half-axis.
     #[must_use]
     pub fn atan2(self, abscissa: Self) -> Self {
         let quarter = Self::pi() * Self::point(0.5);

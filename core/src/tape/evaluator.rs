@@ -23,6 +23,13 @@ impl<'t, R: Scalar> TapeEvaluator<'t, Vec<R>> {
     pub fn new(tape: &'t Tape<'t>) -> Self {
         Self::with_buffer(tape, std::vec![R::zero(); tape.places()])
     }
+
+    /// The mechanism with these values of all parameters.
+    pub fn with_parameters(tape: &'t Tape<'t>, parameters: &[f64]) -> Self {
+        let mut evaluator = Self::new(tape);
+        evaluator.set_parameters(|i| Some(R::from_f64(parameters[i])));
+        evaluator
+    }
 }
 
 impl<'t, R: Scalar, B: DerefMut<Target = [R]>> TapeEvaluator<'t, B> {

@@ -272,7 +272,7 @@ impl Node {
         }
     }
 
-    /// What it is to a reader of messages.
+    /// The name of the operation in messages.
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Argument | Self::Constant(_) => "a number",

@@ -26,7 +26,7 @@ pub struct TapeSeries {
 /// The operation that has no finite value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Obstacle {
-    /// What it is.
+    /// The name of the operation.
     pub operation: &'static str,
     /// The number that it is applied to.
     pub operand: Interval,

@@ -17,14 +17,13 @@ pub(super) fn scheduled(trace: &Trace, needed: &[Traced]) -> Vec<Traced> {
     for &Traced(value) in needed {
         let Entry::Operation(operation) = trace.entries[value as usize] else { continue };
         let mut operands = 0;
-        let _ = operation.map(|operand| {
+        operation.for_each_operand(|operand| {
             // A cosine is there with its sine.
             let source = if matches!(trace.entries[operand as usize], Entry::Cosine) { operand - 1 } else { operand };
             if waiting.contains_key(&source) {
                 uses.entry(source).or_default().push(value);
                 operands += 1;
             }
-            operand
         });
         waiting.insert(value, operands);
         if operands == 0 {

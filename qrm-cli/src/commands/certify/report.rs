@@ -1,4 +1,4 @@
-//! What was proved about the end of a motion, for people and for programs.
+//! The proved end of a motion, for people and for programs.
 
 use std::time::Duration;
 

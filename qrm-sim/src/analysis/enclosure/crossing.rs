@@ -7,7 +7,7 @@ use super::flow::{Flow, NoSeries};
 use super::state_set::StateSet;
 use super::step::Step;
 
-/// What a step leads to.
+/// The result of a step towards a value of a coordinate.
 pub(super) enum Passage {
     /// The coordinate has not taken the value up to the time of these states.
     Not(StateSet),

@@ -43,8 +43,8 @@ impl Flow {
         Self { manifold: Manifold::new(tape, replace), series }
     }
 
-    /// The series of all motions through a box of states in an interval of time, up to an order; with their derivatives,
-    /// of which those of the state are given.
+    /// The series of all motions through a box of states in an interval of time, up to an order; with their
+    /// derivatives, of which those of the state are given.
     ///
     /// # Errors
     /// Some state of the box has no accelerations, or it is not proved that all have.

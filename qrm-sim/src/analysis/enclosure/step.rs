@@ -8,7 +8,7 @@ use super::state_set::StateSet;
 
 /// Terms of a Taylor series before its remainder.
 pub(super) const ORDER: usize = 20;
-/// What the remainder of a step may be, against the size of the state.
+/// The largest remainder of a step, against the size of the state.
 const TOLERANCE: f64 = f64::EPSILON;
 /// The least size of a state that the tolerance refers to.
 const SMALLEST: f64 = 1e-3;
