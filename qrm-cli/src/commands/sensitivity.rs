@@ -114,7 +114,7 @@ fn vector(setup: &Setup, entries: &[String]) -> Result<BTreeMap<String, f64>, Er
     Ok(vector)
 }
 
-/// What is asked for, where parameters have other values.
+/// The derivatives that are asked for, at other values of parameters.
 fn derive(
     (setup, progress): (&Setup, &MotionProgress),
     replace: Replace,

@@ -4,7 +4,7 @@ use qrm_core::Mechanism;
 
 use super::adaptive::{Accepted, StepFormula, Task, Work};
 use super::dense_output::DenseOutput;
-use super::dop853::Dop853;
+use super::dop853::{self, Dop853};
 use super::implicit::Implicit;
 use super::method::Method;
 use super::method::StepError;
@@ -19,6 +19,7 @@ pub const AUTO: &Method = &Method {
     order: 8,
     is_for_stiff: true,
     needs_linearization: false,
+    tableau: Some(&dop853::TABLEAU),
     formula: Some(|mechanism| Box::new(Auto::new(mechanism.description().coordinates.len()))),
 };
 

@@ -11,6 +11,7 @@ pub const RK4: &Method = &Method {
     order: 4,
     is_for_stiff: false,
     needs_linearization: false,
+    tableau: Some(&CLASSICAL),
     formula: None,
 };
 

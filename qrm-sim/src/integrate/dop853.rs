@@ -17,6 +17,7 @@ pub const DOP853: &Method = &Method {
     order: 8,
     is_for_stiff: false,
     needs_linearization: false,
+    tableau: Some(&TABLEAU),
     formula: Some(|mechanism| Box::new(Dop853::new(mechanism.description().coordinates.len()))),
 };
 

@@ -13,6 +13,7 @@ pub const DOPRI5: &Method = &Method {
     order: 5,
     is_for_stiff: false,
     needs_linearization: false,
+    tableau: Some(&TABLEAU),
     formula: Some(|mechanism| Box::new(Explicit::new(&TABLEAU, mechanism.description().coordinates.len()))),
 };
 

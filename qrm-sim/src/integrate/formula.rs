@@ -3,8 +3,7 @@
 use super::adaptive::Accepted;
 use super::method::Method;
 use super::tableau::Tableau;
-use super::{DOPRI5, GAUSS, RK4};
-use super::{classical, dop853, dopri5};
+use super::{GAUSS, RK4};
 
 /// The formula of a step.
 #[derive(Clone, Copy, Debug)]
@@ -20,16 +19,10 @@ pub(crate) enum Formula {
 impl Formula {
     /// The formula of an accepted step of a method.
     pub(super) fn of(method: &Method, step: &Accepted) -> Self {
-        if step.is_implicit {
-            Self::Rosenbrock
-        } else if method == GAUSS && !step.is_fallback {
-            Self::Gauss
-        } else if method == RK4 {
-            Self::Explicit(&classical::CLASSICAL)
-        } else if method == DOPRI5 {
-            Self::Explicit(&dopri5::TABLEAU)
-        } else {
-            Self::Explicit(&dop853::TABLEAU)
+        match method.tableau {
+            _ if method == GAUSS && !step.is_fallback => Self::Gauss,
+            Some(tableau) if !step.is_implicit => Self::Explicit(tableau),
+            _ => Self::Rosenbrock,
         }
     }
 

@@ -5,6 +5,7 @@ use qrm_core::{Convergence, GAUSS_NODES, GaussRequest, GaussSteps, Mechanism, Wi
 use super::adaptive::{Accepted, Adaptive, StepFormula, Task, Work};
 use super::auto::Auto;
 use super::dense_output::DenseOutput;
+use super::dop853;
 use super::method::{Method, StepError};
 use crate::state::State;
 
@@ -15,6 +16,7 @@ pub const GAUSS: &Method = &Method {
     order: 16,
     is_for_stiff: false,
     needs_linearization: false,
+    tableau: Some(&dop853::TABLEAU),
     formula: Some(|mechanism| Box::new(Gauss::new(mechanism))),
 };
 

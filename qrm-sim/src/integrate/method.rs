@@ -10,6 +10,7 @@ use super::dopri5::DOPRI5;
 use super::gauss::GAUSS;
 use super::rodas::RODAS;
 use super::step_bounds::StepBounds;
+use super::tableau::Tableau;
 use crate::solve::{NotConverged, Projection, ProjectionTolerance, Undetermined};
 
 /// Makes the formula of a method for a mechanism.
@@ -28,6 +29,8 @@ pub struct Method {
     pub is_for_stiff: bool,
     /// Whether the scene must give the derivatives of its equations of motion (`stiff = true`).
     pub needs_linearization: bool,
+    /// The tableau of its explicit steps, if it makes any.
+    pub(super) tableau: Option<&'static Tableau>,
     /// The formula of a method that chooses its steps; `None` for steps of a fixed length.
     pub(super) formula: Option<NewFormula>,
 }

@@ -14,6 +14,7 @@ pub const RODAS: &Method = &Method {
     order: 4,
     is_for_stiff: true,
     needs_linearization: true,
+    tableau: None,
     formula: Some(|_| Box::new(Implicit)),
 };
 

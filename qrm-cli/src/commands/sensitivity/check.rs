@@ -19,8 +19,8 @@ const SMALL: f64 = 1e-2;
 /// From this difference on, relative to the derivative, something is wrong.
 const WRONG: f64 = 1e-3;
 
-/// Other values are followed with a tolerance that is smaller by this factor: a difference quotient magnifies the errors
-/// of steps that follow no rule.
+/// Motions at other values of parameters have a tolerance that is smaller by this factor: a difference quotient
+/// magnifies the errors of steps that follow no rule.
 const TIGHTER: f64 = 1e-3;
 /// The smallest tolerance.
 const TIGHTEST: f64 = 1e-13;

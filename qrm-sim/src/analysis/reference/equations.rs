@@ -38,10 +38,8 @@ impl<'t> Equations<'t> {
     pub(super) fn new(tape: &'t Tape<'t>, parameters: &[f64]) -> Self {
         let (n, m) = (tape.coordinates as usize, tape.constraints as usize);
         let zero = |size| vec![Number::zero(); size];
-        let mut evaluator = TapeEvaluator::new(tape);
-        evaluator.set_parameters(|i| parameters.get(i).copied().map(Number::from));
         Self {
-            evaluator,
+            evaluator: TapeEvaluator::with_parameters(tape, parameters),
             saddle: Elimination::zero(n + m),
             right: zero(n + m),
             solution: zero(n + m),

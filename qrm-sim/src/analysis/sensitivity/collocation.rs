@@ -1,5 +1,7 @@
 //! Steps of the Gauss method on dual numbers.
 
+use std::sync::LazyLock;
+
 use qrm_core::{GAUSS_NODES, Scalar};
 
 use super::equations::{DualEquations, DualState};
@@ -44,14 +46,13 @@ fn iterated<T: Inner>(
     t: Number<T>,
 ) -> Result<Option<DualState<T>>, StepError> {
     let h = t - from.t;
-    let nodes: [(f64, f64); GAUSS_NODES] = gauss_legendre();
-    let rows = nodes.map(|(node, _)| integrals_to(node, &nodes));
+    let Rule { nodes, rows } = &*RULE;
     let mut slopes = vec![from.slope(); GAUSS_NODES];
     let mut last = f64::INFINITY;
     for _ in 0..MOST_ITERATIONS {
         let mut change: f64 = 0.0;
         for (stage, (node, _)) in nodes.iter().enumerate() {
-            let at = from.place().plus(h, rows[stage].into_iter().enumerate(), &slopes);
+            let at = from.place().plus(h, rows[stage].iter().copied().enumerate(), &slopes);
             let [qdd, _] = equations.accelerations(from.t + Number::from_f64(*node) * h, &at.q, &at.qd)?;
             let next = Slope { q: at.qd, qd: qdd };
             for (new, old) in [(&next.q, &slopes[stage].q), (&next.qd, &slopes[stage].qd)] {
@@ -60,7 +61,7 @@ fn iterated<T: Inner>(
             slopes[stage] = next;
         }
         if change <= CONVERGED || change >= last && change <= SETTLED {
-            let weights = nodes.into_iter().map(|(_, weight)| weight);
+            let weights = nodes.iter().map(|(_, weight)| *weight);
             let Slope { q, qd } = from.place().plus(h, weights.enumerate(), &slopes);
             return equations.projected(t, q, qd).map(Some);
         }
@@ -68,6 +69,19 @@ fn iterated<T: Inner>(
     }
     Ok(None)
 }
+
+/// The coefficients of the method.
+struct Rule {
+    /// The nodes in a step of length one, with their weights.
+    nodes: [(f64, f64); GAUSS_NODES],
+    /// For each node the weights of the integrals up to it.
+    rows: [[f64; GAUSS_NODES]; GAUSS_NODES],
+}
+
+static RULE: LazyLock<Rule> = LazyLock::new(|| {
+    let nodes = gauss_legendre();
+    Rule { nodes, rows: nodes.map(|(node, _)| integrals_to(node, &nodes)) }
+});
 
 /// The integrals from 0 to `c` of the polynomials that are one at a node and zero at the others.
 fn integrals_to(c: f64, nodes: &[(f64, f64); GAUSS_NODES]) -> [f64; GAUSS_NODES] {

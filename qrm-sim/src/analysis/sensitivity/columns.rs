@@ -9,8 +9,8 @@ use super::number::{Derived, Inner, Number, has_derivatives};
 use super::result::Output;
 use crate::run::{Extremes, ExtremesTracker, Integral};
 
-/// Where the rows beside an extreme are, as parts of two steps. None of them is the extreme itself: its time would not be
-/// seen to change.
+/// The places of the rows beside an extreme, as parts of two steps. None of them is the extreme itself: its time would
+/// not be seen to change.
 const PLACES: [f64; 5] = [-2.5 / 16.0, -1.5 / 16.0, -0.5 / 16.0, 0.5 / 16.0, 1.5 / 16.0];
 
 /// Follows the outputs row by row.

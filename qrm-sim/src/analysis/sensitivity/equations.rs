@@ -79,13 +79,11 @@ impl<'m, T: Inner> DualEquations<'m, T> {
     ) -> Self {
         let (n, m) = (tape.coordinates as usize, tape.constraints as usize);
         let zero = |size| vec![Number::zero(); size];
-        let mut moving = TapeEvaluator::new(tape);
-        moving.set_parameters(|i| Some(Moving::from_f64(mechanism.parameters()[i])));
         Self {
             mechanism,
             evaluator: TapeEvaluator::new(tape),
             parts,
-            moving,
+            moving: TapeEvaluator::with_parameters(tape, mechanism.parameters()),
             settings,
             solver: Solver::new(mechanism),
             saddle: DualSaddlePoint::zero(n, m, parts),

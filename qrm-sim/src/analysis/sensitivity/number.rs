@@ -20,7 +20,7 @@ pub(super) trait Inner: Kind {
     /// The value with its derivative along the direction.
     fn new(value: f64, along: f64) -> Self;
 
-    /// The derivative along the direction; zero where there is none.
+    /// The derivative along the direction; zero for a plain double.
     fn along(&self) -> f64;
 }
 

@@ -6,12 +6,8 @@ use super::crossing::crossing;
 use super::equations::{DualEquations, DualState};
 use super::number::{Inner, Number};
 use super::{SensitivityError, collocation, explicit, rosenbrock};
-use crate::integrate::{Corners, Formula, MethodSettings, StepError};
+use crate::integrate::{Corners, Formula, LEFT, MOST_PARTS, MethodSettings, StepError};
 
-/// Most parts of a step; where corners ask for more, the motion slides along one.
-const MOST_PARTS: usize = 64;
-/// A part towards a jump leaves this part of the way, so that no stage lies behind it.
-const LEFT: f64 = 1e-3;
 /// A corner is crossed where it is as near as this part of the step.
 const NEAR: f64 = 1e-6;
 /// It is crossed from this part of the step before it to this part behind it, or from this part of the time.
@@ -22,7 +18,7 @@ const LEAST: f64 = 1e-12;
 pub(super) struct DualStepper<'m, T: Inner> {
     pub(super) equations: DualEquations<'m, T>,
     /// The corners of the equations of motion; `None` if there are none.
-    corners: Option<Box<Corners>>,
+    corners: Option<Corners>,
     /// The switching functions.
     switching: Vec<Number<T>>,
 }
