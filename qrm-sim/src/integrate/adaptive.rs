@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use qrm_core::Mechanism;
 
-use super::corners::{Corner, Corners, ENDS_STEPS};
+use super::corners::{Corner, Corners};
 use super::dense_output::DenseOutput;
 use super::method::{MethodSettings, StepError};
 use super::step_bounds::StepBounds;
@@ -200,7 +200,7 @@ pub struct Adaptive {
     formula: Box<dyn StepFormula>,
     task: Task,
     /// The corners of the equations of motion; `None` if there are none.
-    corners: Option<Box<Corners>>,
+    corners: Option<Corners>,
     /// The corner that the last step ended at.
     corner: Option<Corner>,
     /// Smooth transitions of forces; `None` if there are none.
@@ -506,13 +506,7 @@ impl Adaptive {
             let mut work = Work { evaluations: &mut self.counts.evaluations, solver };
             let from = &self.dense_output.to;
             let error = match self.formula.attempt(mechanism, from, h, &task, &mut work, &mut self.next) {
-                Ok(error) if error <= 1.0 => match self.transition() {
-                    change if change > 1.0 => {
-                        self.reject(h * (SAFETY / change).max(SHRINK));
-                        continue;
-                    }
-                    _ => error,
-                },
+                Ok(error) if error <= 1.0 => error,
                 Ok(error) => {
                     let factor = if error.is_finite() {
                         SAFETY * error.powf(-1.0 / f64::from(self.formula.order()))
@@ -520,15 +514,7 @@ impl Adaptive {
                         SHRINK
                     };
                     self.reject(h * factor.clamp(SHRINK, 0.9));
-                    let near = NEAR_CORNER * (1.0 + t.abs());
-                    if ENDS_STEPS
-                        && crosses
-                        && h < SHORT * (1.0 + t.abs())
-                        && let Some(corners) = &mut self.corners
-                        && let Some(met) = corners.along_tangent(&self.dense_output.to.as_ref(), h)
-                        && met.0 - t <= near
-                    {
-                        self.corner = Some(met);
+                    if crosses && self.meets_jump_at_once(h) {
                         return self.step_from_corner(mechanism, solver, false);
                     }
                     continue;
@@ -540,6 +526,11 @@ impl Adaptive {
                     continue;
                 }
             };
+            let change = self.transition();
+            if change > 1.0 {
+                self.reject(h * (SAFETY / change).max(SHRINK));
+                continue;
+            }
             let shortest = (SHORTEST_TO_CORNER * h).max(Corner::resolution(t));
             if let Some(met) = self.corner_inside(mechanism, &task, solver, if crosses { 0.0 } else { shortest })? {
                 if met.0 - t <= shortest {
@@ -559,6 +550,19 @@ impl Adaptive {
             self.balance(mechanism, solver);
             return Ok(());
         }
+    }
+
+    /// Whether a rejected step of length `h` met a jump just behind its beginning, to be crossed there.
+    fn meets_jump_at_once(&mut self, h: f64) -> bool {
+        let from = self.dense_output.to.as_ref();
+        let size = 1.0 + from.t.abs();
+        if h >= SHORT * size {
+            return false;
+        }
+        let met = self.corners.as_mut().and_then(|corners| corners.along_tangent(&from, h));
+        let near = met.filter(|met| met.0 - from.t <= NEAR_CORNER * size);
+        self.corner = near.or(self.corner);
+        near.is_some()
     }
 
     /// How far the step that was just made passes through a transition; more than 1 is too far.
@@ -588,7 +592,7 @@ impl Adaptive {
 
     /// Begins behind the corner that the last step ended at.
     fn cross_corner(&mut self, mechanism: &dyn Mechanism, solver: &mut Solver) -> Result<(), StepError> {
-        let Some(corners) = self.corners.as_mut().filter(|_| ENDS_STEPS) else { return Ok(()) };
+        let Some(corners) = &mut self.corners else { return Ok(()) };
         let now = &mut self.dense_output.to;
         let corner = self.corner.take().or_else(|| corners.at(now.t));
         if let Some(corner) = corner.filter(|corner| corner.behind() < self.task.end_time) {
@@ -609,9 +613,6 @@ impl Adaptive {
         shortest: f64,
     ) -> Result<Option<Corner>, StepError> {
         let Self { corners: Some(corners), dense_output, next, formula, .. } = self else { return Ok(None) };
-        if !ENDS_STEPS {
-            return Ok(None);
-        }
         let from = &dense_output.to;
         if !corners.may_meet(&from.as_ref(), &next.as_ref()) {
             return Ok(None);

@@ -9,8 +9,10 @@ use crate::event::{locate, touched};
 use crate::solve::{Projection, ProjectionTolerance, Solver};
 use crate::state::State;
 
-/// Whether steps end at corners. Pages are to be small, and do without.
-pub(super) const ENDS_STEPS: bool = !cfg!(target_arch = "wasm32");
+/// Most parts of a step; where corners ask for more, the motion slides along one.
+pub(crate) const MOST_PARTS: usize = 64;
+/// A part of a step towards a jump leaves this part of the way, so that no stage lies behind it.
+pub(crate) const LEFT: f64 = 1e-3;
 /// A switching function may have two zeros in a step where its smallest value at an end is less than so many of its
 /// changes in a step.
 const NEAR: f64 = 4.0;
@@ -28,6 +30,8 @@ const EQUAL: f64 = 16.0 * f64::EPSILON;
 /// The switching functions of a mechanism along a motion.
 #[derive(Clone, Debug)]
 pub(crate) struct Corners {
+    /// No value where steps do not end at corners: what would use them is not compiled there.
+    _ends_steps: EndsSteps,
     evaluator: TapeEvaluator<'static, Vec<f64>>,
     /// The zeros of those that are linear in time, in order.
     times: Vec<Corner>,
@@ -47,6 +51,18 @@ pub(crate) struct Corners {
     /// Room for a state that was moved a little, and for the values there.
     moved: [Vec<f64>; 3],
 }
+
+/// The mark of a program whose steps end at corners. Pages are to be small: they have none.
+#[cfg(not(target_arch = "wasm32"))]
+#[derive(Clone, Copy, Debug)]
+struct EndsSteps;
+#[cfg(target_arch = "wasm32")]
+type EndsSteps = std::convert::Infallible;
+
+#[cfg(not(target_arch = "wasm32"))]
+const ENDS_STEPS: Option<EndsSteps> = Some(EndsSteps);
+#[cfg(target_arch = "wasm32")]
+const ENDS_STEPS: Option<EndsSteps> = None;
 
 /// The time at which the equations of motion have a corner or a jump.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -76,24 +92,21 @@ fn equal(t: f64) -> f64 {
 
 impl Corners {
     /// The switching functions; `None` if there are none.
-    pub(crate) fn of(mechanism: &dyn Mechanism) -> Option<Box<Self>> {
-        if !ENDS_STEPS {
-            return None;
-        }
+    pub(crate) fn of(mechanism: &dyn Mechanism) -> Option<Self> {
+        let ends_steps = ENDS_STEPS?;
         let tape = mechanism.model()?.tape;
         let count = tape.switching_functions.results.len();
         if count == 0 {
             return None;
         }
-        let mut evaluator = TapeEvaluator::new(tape);
-        let parameters = mechanism.parameters();
-        evaluator.set_parameters(|i| Some(parameters[i]));
+        let evaluator = TapeEvaluator::with_parameters(tape, mechanism.parameters());
         let others = tape.linear_in_time as usize..count;
         let values = [vec![0.0; count], vec![0.0; count]];
         let changes = vec![f64::INFINITY; count];
         let n = mechanism.description().coordinates.len();
         let moved = [vec![0.0; n], vec![0.0; n], vec![0.0; count]];
         let mut corners = Self {
+            _ends_steps: ends_steps,
             evaluator,
             times: Vec::new(),
             others,
@@ -106,7 +119,7 @@ impl Corners {
             moved,
         };
         corners.find_times(n);
-        Some(Box::new(corners))
+        Some(corners)
     }
 
     /// Finds the zeros of the functions that are linear in time.
@@ -175,28 +188,37 @@ impl Corners {
 
     /// Whether a switching function is zero at a state, and not along its tangent.
     fn is_at(&mut self, state: &State) -> bool {
-        let [_, end] = &mut self.values;
-        if self.t != state.t {
-            self.evaluator.switching_functions(state.t, &state.q, &state.qd, end);
-            self.changes.fill(f64::INFINITY);
-            self.t = state.t;
-        }
-        if !end[self.others.clone()].contains(&0.0) {
+        let state = state.as_ref();
+        self.begin_at(&state);
+        if !self.values[1][self.others.clone()].contains(&0.0) {
             return false;
         }
-        self.note_noise(&state.as_ref());
-        let [q, qd, values] = &mut self.moved;
-        for i in 0..q.len() {
-            q[i] = state.q[i] + ALONG * state.qd[i];
-            qd[i] = state.qd[i] + ALONG * state.qdd[i];
-        }
-        self.evaluator.switching_functions(state.t + ALONG, q, qd, values);
-        let [_, end] = &self.values;
-        self.others.clone().any(|i| end[i] == 0.0 && self.moved[2][i].abs() > self.noise[i])
+        self.note_noise(&state, 1);
+        self.move_along(&state, ALONG);
+        self.others.clone().any(|i| self.values[1][i] == 0.0 && self.moved[2][i].abs() > self.noise[i])
     }
 
-    /// Notes how much the values change where a state changes by rounding errors.
-    fn note_noise(&mut self, at: &StateRef) {
+    /// Evaluates the functions at a state, unless it is the end of the last step.
+    fn begin_at(&mut self, at: &StateRef) {
+        if self.t != at.t {
+            self.evaluator.switching_functions(at.t, at.q, at.qd, &mut self.values[1]);
+            self.changes.fill(f64::INFINITY);
+            self.t = at.t;
+        }
+    }
+
+    /// Evaluates the functions at a state that is moved along its rates and accelerations.
+    fn move_along(&mut self, at: &StateRef, h: f64) {
+        let [q, qd, values] = &mut self.moved;
+        for i in 0..q.len() {
+            q[i] = at.q[i] + h * at.qd[i];
+            qd[i] = at.qd[i] + h * at.qdd[i];
+        }
+        self.evaluator.switching_functions(at.t + h, q, qd, values);
+    }
+
+    /// Notes how much the values change where a state changes by rounding errors: one at an end of the last step.
+    fn note_noise(&mut self, at: &StateRef, end: usize) {
         let [q, qd, _] = &mut self.moved;
         for (perturbed, exact) in [(q, at.q), (qd, at.qd)] {
             for (i, (perturbed, exact)) in perturbed.iter_mut().zip(exact).enumerate() {
@@ -205,22 +227,16 @@ impl Corners {
         }
         let [q, qd, _] = &self.moved;
         self.evaluator.switching_functions(at.t, q, qd, &mut self.noise);
-        self.evaluator.switching_functions(at.t, at.q, at.qd, &mut self.moved[2]);
-        for (noise, exact) in self.noise.iter_mut().zip(&self.moved[2]) {
+        for (noise, exact) in self.noise.iter_mut().zip(&self.values[end]) {
             *noise = NOISE * (*noise - exact).abs();
         }
     }
 
     /// Whether the motion may meet a corner between two states of one step.
     pub(crate) fn may_meet(&mut self, from: &StateRef, to: &StateRef) -> bool {
-        let [begin, end] = &mut self.values;
-        if self.t == from.t {
-            std::mem::swap(begin, end);
-        } else {
-            self.evaluator.switching_functions(from.t, from.q, from.qd, begin);
-            self.changes.fill(f64::INFINITY);
-        }
-        self.evaluator.switching_functions(to.t, to.q, to.qd, end);
+        self.begin_at(from);
+        self.values.swap(0, 1);
+        self.evaluator.switching_functions(to.t, to.q, to.qd, &mut self.values[1]);
         self.t = to.t;
         self.is_seen_by_stages = false;
         let [mut may, mut approaches, mut knows_noise] = [false; 3];
@@ -230,7 +246,7 @@ impl Corners {
             let is_near = a * b > 0.0 && a.abs().min(b.abs()) <= NEAR * change.max(self.changes[i]);
             if a * b < 0.0 || is_near || (a == 0.0 && b != 0.0) {
                 if !knows_noise {
-                    self.note_noise(from);
+                    self.note_noise(from, 0);
                     knows_noise = true;
                 }
                 may |= change > self.noise[i];
@@ -320,17 +336,11 @@ impl Corners {
 
     /// The first corner that the tangent of the motion meets within a time so short that nothing else changes.
     pub(super) fn along_tangent(&mut self, from: &StateRef, h: f64) -> Option<Corner> {
-        let [q, qd, ahead] = &mut self.moved;
-        for i in 0..q.len() {
-            q[i] = from.q[i] + h * from.qd[i];
-            qd[i] = from.qd[i] + h * from.qdd[i];
-        }
-        self.evaluator.switching_functions(from.t + h, q, qd, ahead);
-        let [_, here] = &mut self.values;
-        self.evaluator.switching_functions(from.t, from.q, from.qd, here);
-        self.t = from.t;
-        self.changes.fill(f64::INFINITY);
-        let crossings = self.others.clone().map(|i| (here[i], self.moved[2][i])).filter(|(a, b)| a * b < 0.0);
+        self.forget();
+        self.begin_at(from);
+        self.move_along(from, h);
+        let ends = self.others.clone().map(|i| (self.values[1][i], self.moved[2][i]));
+        let crossings = ends.filter(|(a, b)| a * b < 0.0);
         crossings.map(|(a, b)| from.t + h * (a / (a - b))).reduce(f64::min).map(Corner)
     }
 

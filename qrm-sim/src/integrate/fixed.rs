@@ -5,16 +5,12 @@ use qrm_core::{Mechanism, RowLayout, RowRequest};
 
 use super::adaptive::KeepState;
 use super::classical::CLASSICAL;
-use super::corners::{Corner, Corners, ENDS_STEPS};
+use super::corners::{Corner, Corners, LEFT, MOST_PARTS};
 use super::explicit::Explicit;
 use super::method::{MethodSettings, StepError};
 use crate::solve::{Projection, ProjectionTolerance, Solver, largest};
 use crate::state::State;
 
-/// Most parts of a step; where corners ask for more, the motion slides along one.
-const MOST_PARTS: usize = 64;
-/// A part towards a jump leaves this part of the way, so that no stage lies behind it.
-const LEFT: f64 = 1e-3;
 /// A jump is crossed where it is as near as this part of the step.
 const CROSSED: f64 = 1e-12;
 /// The part of a step behind a corner is made in so many steps. It may end at the next corner, and its length then does
@@ -29,7 +25,7 @@ const CONTINUOUS: f64 = 1e-5;
 pub(super) struct Fixed {
     formula: Explicit,
     /// The corners of the equations of motion; `None` if there are none.
-    pub(super) corners: Option<Box<Corners>>,
+    pub(super) corners: Option<Corners>,
     /// The number of steps in which the part of a step behind a corner is made.
     pub(super) steps_behind_corners: u32,
     /// Room for the two rows of a step.
@@ -78,7 +74,7 @@ impl Fixed {
         to: &mut State,
         inner: &mut KeepState,
     ) -> Result<(), StepError> {
-        let Some(mut corners) = self.corners.take().filter(|_| ENDS_STEPS) else { return self.step(by, from, t, to) };
+        let Some(mut corners) = self.corners.take() else { return self.step(by, from, t, to) };
         let mut now = std::mem::replace(&mut self.now, State::zero(0, 0));
         now.clone_from(from);
         let result = self.advance_by_parts(by, &mut corners, &mut now, t, to, inner);

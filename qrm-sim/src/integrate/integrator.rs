@@ -3,7 +3,7 @@
 use qrm_core::{Mechanism, RowLayout, RowRequest, RowStop};
 
 use super::adaptive::{Adaptive, Counts, InnerRows, Task};
-use super::corners::{Corner, Corners, ENDS_STEPS};
+use super::corners::{Corner, Corners};
 use super::fixed::{Fixed, StepBy};
 use super::formula::Formula;
 use super::method::{MethodSettings, StepError};
@@ -223,16 +223,17 @@ impl Integrator {
     /// The motion does not get there.
     pub fn between(&mut self, mechanism: &dyn Mechanism, from: &State, t: f64) -> Result<State, StepError> {
         let mut to = from.clone();
-        let asks_kernel = self.is_by_kernel();
-        let Self { settings, solver, steps, .. } = self;
-        match steps {
-            Steps::Fixed(fixed) => {
-                let mut by = StepBy { mechanism, settings, solver, asks_kernel };
-                fixed.advance(&mut by, from, t, &mut to, &mut |_| ())?;
+        match &self.steps {
+            Steps::Fixed(_) => {
+                // States on the way are none of the block.
+                let kept = self.inner.len();
+                let made = self.advance(mechanism, from, t, &mut to);
+                self.inner.truncate(kept);
+                made?;
             }
             Steps::Adaptive(adaptive) => {
                 let mut again = adaptive.restarted(from);
-                again.advance_to(mechanism, t, solver, &mut to, None)?;
+                again.advance_to(mechanism, t, &mut self.solver, &mut to, None)?;
             }
         }
         Ok(to)
@@ -313,7 +314,7 @@ impl Integrator {
     /// The corners that end steps of a fixed length.
     fn corners(&mut self) -> Option<&mut Corners> {
         match &mut self.steps {
-            Steps::Fixed(fixed) => fixed.corners.as_deref_mut().filter(|_| ENDS_STEPS),
+            Steps::Fixed(fixed) => fixed.corners.as_mut(),
             Steps::Adaptive(_) => None,
         }
     }

@@ -20,9 +20,7 @@ impl Transitions {
         if count == 0 {
             return None;
         }
-        let mut evaluator = TapeEvaluator::new(tape);
-        let parameters = mechanism.parameters();
-        evaluator.set_parameters(|i| Some(parameters[i]));
+        let evaluator = TapeEvaluator::with_parameters(tape, mechanism.parameters());
         Some(Box::new(Self { evaluator, values: [vec![0.0; count], vec![0.0; count]] }))
     }
 
