@@ -83,14 +83,16 @@ impl<D: Number> ExtremesTracker<D> {
             }
             return;
         }
-        // The rows around the middle of the window.
+        // The rows around the middle of the window, and around the second row once.
         let first = self.rows - ROWS;
-        let [before, at, after] = [1, 2, 3].map(|i| self.place(first + i).start);
-        for column in 0..values.len() {
-            self.note(column, (t, values[column]), begin, None);
-            let value = |place: usize| self.values[place + column].re();
-            if is_turn([value(before), value(at), value(after)]) {
-                self.turn(column, 2);
+        for middle in if first == 0 { 1..3 } else { 2..3 } {
+            let [before, at, after] = [middle - 1, middle, middle + 1].map(|i| self.place(first + i).start);
+            for column in 0..values.len() {
+                self.note(column, (t, values[column]), begin, None);
+                let value = |place: usize| self.values[place + column].re();
+                if is_turn([value(before), value(at), value(after)]) {
+                    self.turn(column, middle);
+                }
             }
         }
     }
