@@ -25,6 +25,7 @@ pub use balance::Balance;
 pub use continuation::assembled;
 pub use error::{Explanation, Reason, SimError, readable_size};
 pub use error_estimate::{ErrorEstimate, ErrorEstimates};
+pub(crate) use extremes::Vertex;
 pub use extremes::{Extremes, ExtremesTracker};
 pub use judgement::{Doubt, accepted_fraction};
 pub use observer::{Observer, Row};

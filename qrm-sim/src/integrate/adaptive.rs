@@ -256,6 +256,10 @@ const MOST_PANELS: u32 = 64;
 /// Most guesses of the first step, each shorter than the last one by this factor.
 const FIRST_GUESSES: usize = 6;
 const SHORTER_GUESS: f64 = 0.01;
+/// Steps from a row to a state before the last step are made with this part of the tolerance, and not less than another
+/// one: nothing corrects the state by its next row.
+const BETWEEN: f64 = 1e-3;
+const FINEST: f64 = 1e-13;
 /// The step is aimed at this part of the tolerance.
 const SAFETY: f64 = 0.8;
 /// More steps than this, and than so many for each row, mean that the motion cannot be followed.
@@ -317,13 +321,15 @@ impl Adaptive {
         Ok(adaptive)
     }
 
-    /// A copy that can go back to a state in the last step, or before it.
+    /// A copy that can go to a time from a state in the last step, or from one before it: then by steps that end there.
     #[must_use]
-    pub(super) fn restarted(&self, from: &State) -> Self {
+    pub(super) fn restarted(&self, from: &State, t: f64) -> Self {
         let mut again = self.clone();
         again.asked = from.t;
         if from.t < self.dense_output.from.t {
             again.dense_output = DenseOutput::new(from.clone(), from.clone());
+            again.task.tolerance = (BETWEEN * self.task.tolerance).max(FINEST).min(self.task.tolerance);
+            again.task.end_time = t;
             again.corner = None;
             if let Some(corners) = &mut again.corners {
                 corners.forget();

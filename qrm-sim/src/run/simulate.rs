@@ -7,6 +7,7 @@ use qrm_core::{Mechanism, RowLayout, RowRequest};
 
 use super::companion::Companion;
 use super::continuation::Branch;
+use super::extremes::Vertex;
 use super::monitor::RunMonitor;
 use super::observer::Observer;
 use super::outcome::{Outcome, StartError, Status, Undefined};
@@ -305,15 +306,22 @@ impl Run<'_> {
 
     /// Looks for each extreme between rows in the motion itself, by steps from the rows.
     fn refine_extremes(&mut self, made: usize) {
-        let Some(pending) = self.monitor.extremes().map(|extremes| extremes.between_rows()) else { return };
+        let Some(extremes) = self.monitor.extremes() else { return };
         // Pages draw extremes, and are to be small.
-        if pending.is_empty() || cfg!(target_arch = "wasm32") {
+        if cfg!(target_arch = "wasm32") {
+            extremes.note_estimates();
+            return;
+        }
+        let vertices = extremes.take_vertices();
+        if vertices.is_empty() {
             return;
         }
         let width = self.layout.width();
         // The steps of the run know nothing of these.
         let mut integrator = self.integrator.clone();
-        for (column, end, t, bracket) in pending {
+        for vertex in vertices {
+            let Vertex { column, end, estimate, bracket, .. } = vertex;
+            let t = estimate.1;
             let sign = if end == 0 { -1.0 } else { 1.0 };
             let mut value = |t: f64| {
                 let rows = self.buffer[..(made + 1) * width].chunks_exact(width).rev();
@@ -327,9 +335,9 @@ impl Run<'_> {
             if bracket.contains(&t) && !(value(t + BESIDE * (other - t)) > value(t)) {
                 continue;
             }
-            let found = peak_between(bracket, t, value);
-            if let (Some((t, value)), Some(extremes)) = (found, self.monitor.extremes()) {
-                extremes.refine(column, end, (sign * value, t));
+            let found = peak_between(bracket, t, value).map_or(estimate, |(t, value)| (sign * value, t));
+            if let Some(extremes) = self.monitor.extremes() {
+                extremes.note(&vertex, found);
             }
         }
     }
