@@ -4,7 +4,7 @@ mod common;
 
 use std::f64::consts::TAU;
 
-use common::{Table, mechanism, model, near};
+use common::{Table, mechanism, near};
 use qrm_sim::analysis::{EnergyIntegral, NoEnergyIntegral, PANELS};
 
 #[test]
