@@ -7,6 +7,7 @@ mod continuation;
 mod error;
 mod error_estimate;
 mod extremes;
+mod follower;
 mod integral;
 mod judgement;
 mod monitor;

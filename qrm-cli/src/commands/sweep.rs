@@ -4,6 +4,7 @@ mod axes;
 mod journal;
 mod part;
 mod rows;
+mod self_check;
 mod table;
 
 use std::collections::BTreeMap;
@@ -17,7 +18,7 @@ use qrm_scene::evaluate::{constant, parameter_values};
 use qrm_scene::time_scales::time_scales;
 use qrm_sim::batch::{DesignResult, LaneCount, SweepEnd, SweepRequest, sweep};
 use qrm_sim::columns::Column;
-use qrm_sim::integrate::DOP853;
+use qrm_sim::integrate::{DOP853, MethodSettings};
 
 use crate::columns::write_units;
 use crate::error::Error;
@@ -109,17 +110,30 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
         Part::save(&plan.identity(), plan.axes.count(), plan.range, &plan.columns, &plan.out)?;
     }
     let units = write_units(&plan.out, &plan.columns).map_err(Error::while_running)?;
+    let checked = self_check::compare(&plan);
     print(&format!(
-        "{}: {}, {done} done, {failed} failed\n\nwrote {} (units in {})",
+        "{}: {}, {done} done, {failed} failed{}\n\nwrote {} (units in {})",
         plan.setup.description.name,
         counted((done + failed) as u64, "design"),
+        checked.as_ref().map(ToString::to_string).unwrap_or_default(),
         plan.out.display(),
         units.file_name().unwrap_or_default().display()
     ));
+    checked.map_err(self_check::Difference::error)?;
     if done == 0 && failed > 0 {
         return Err(Error::run("no design came to its end; the column `reason` says why"));
     }
     Ok(())
+}
+
+/// A design of a sweep and its end.
+struct Design {
+    /// The values of the parameters that are varied.
+    values: Vec<f64>,
+    /// The values of all parameters.
+    parameters: Vec<f64>,
+    /// Its end, or why it cannot be run.
+    result: Result<DesignResult, String>,
 }
 
 /// A sweep that is to be made.
@@ -226,19 +240,33 @@ impl<'s> Plan<'s> {
 
     /// The rows of some designs.
     fn rows(&self, begin: usize, end: usize) -> Vec<Row> {
-        let values: Vec<Vec<f64>> = (begin..end).map(|design| self.axes.values(design)).collect();
+        let numbers: Vec<usize> = (begin..end).collect();
+        let row = |(number, design): (&usize, Design)| match &design.result {
+            Err(reason) => rows::refused(&self.columns, *number, &design.values, reason),
+            Ok(result) => {
+                let passed_over = self.passed_over(&design.parameters, result.end_time);
+                rows::row(&self.columns, &self.setup, *number, &design.values, result, passed_over)
+            }
+        };
+        let designs = self.designs(&numbers, self.setup.settings, self.options.lanes.count());
+        numbers.iter().zip(designs).map(row).collect()
+    }
+
+    /// Runs the designs of some numbers.
+    fn designs(&self, numbers: &[usize], settings: MethodSettings, lanes: LaneCount) -> Vec<Design> {
+        let values: Vec<Vec<f64>> = numbers.iter().map(|number| self.axes.values(*number)).collect();
         let own = self.setup.replace();
         let replacing = |values: &Vec<f64>| {
             let (values, own) = (values.clone(), &own);
             move |name: &str| self.axes.value(&values, name).or_else(|| own(name))
         };
         let replacements: Vec<_> = values.iter().map(replacing).collect();
-        let designs: Vec<Replace> = replacements.iter().map(|replace| replace as Replace).collect();
-        let parameters = |replace: &Replace| parameter_values(&self.setup.scene, replace);
-        let parameters: Vec<Vec<f64>> = designs.iter().map(parameters).collect();
+        let replacements: Vec<Replace> = replacements.iter().map(|replace| replace as Replace).collect();
+        let parameters: Vec<Vec<f64>> =
+            replacements.iter().map(|replace| parameter_values(&self.setup.scene, replace)).collect();
         let refused: Vec<Option<String>> = parameters.iter().map(|parameters| self.refused(parameters)).collect();
-        let kept: Vec<usize> = (0..designs.len()).filter(|i| refused[*i].is_none()).collect();
-        let designs: Vec<Replace> = kept.iter().map(|i| designs[*i]).collect();
+        let kept: Vec<usize> = (0..numbers.len()).filter(|i| refused[*i].is_none()).collect();
+        let designs: Vec<Replace> = kept.iter().map(|i| replacements[*i]).collect();
         let until = |design: usize, t: f64, q: &[f64], qd: &[f64]| {
             let condition = self.setup.condition.as_ref();
             condition.map_or(0.0, |condition| condition.value(&parameters[kept[design]], t, q, qd))
@@ -250,24 +278,20 @@ impl<'s> Plan<'s> {
         };
         let step_bounds = |design: usize| self.setup.step_bounds(&parameters[kept[design]]);
         let request = SweepRequest {
-            settings: self.setup.settings,
+            settings,
             step_bounds: Some(&step_bounds),
             step: self.setup.own_step,
             end: stop,
             extremes: !self.options.no_extremes,
             estimate_error: !self.options.no_error_estimate,
         };
-        let finished: Vec<DesignResult> = sweep(self.setup.model, &designs, &request, self.options.lanes.count());
-        let mut finished = finished.iter();
-        let row = |(i, values): (usize, &Vec<f64>)| match &refused[i] {
-            Some(reason) => Some(rows::refused(&self.columns, begin + i, values, reason)),
-            None => {
-                let finished = finished.next()?;
-                let passed_over = self.passed_over(&parameters[i], finished.end_time);
-                Some(rows::row(&self.columns, &self.setup, begin + i, values, finished, passed_over))
-            }
+        let mut results = sweep(self.setup.model, &designs, &request, lanes).into_iter();
+        let all = values.into_iter().zip(parameters).zip(refused);
+        let design = |((values, parameters), refused): ((Vec<f64>, Vec<f64>), Option<String>)| {
+            let result = refused.map_or_else(|| results.next().ok_or_else(String::new), Err);
+            Design { values, parameters, result }
         };
-        values.iter().enumerate().filter_map(row).collect()
+        all.map(design).collect()
     }
 
     /// The reason why the steps of a design pass over a change of a load with time.

@@ -232,7 +232,7 @@ impl Integrator {
                 made?;
             }
             Steps::Adaptive(adaptive) => {
-                let mut again = adaptive.restarted(from, t);
+                let mut again = adaptive.restarted(from);
                 again.advance_to(mechanism, t, &mut self.solver, &mut to, None)?;
             }
         }

@@ -1,6 +1,7 @@
 //! A run from start to end: steps until a time, an event or a full buffer, rows for an observer, estimates of the
 //! errors.
 
+use std::thread::{self, Scope};
 use std::time::Duration;
 
 use qrm_core::{Mechanism, RowLayout, RowRequest};
@@ -8,6 +9,7 @@ use qrm_core::{Mechanism, RowLayout, RowRequest};
 use super::companion::Companion;
 use super::continuation::Branch;
 use super::extremes::Vertex;
+use super::follower::Follower;
 use super::monitor::RunMonitor;
 use super::observer::Observer;
 use super::outcome::{Outcome, StartError, Status, Undefined};
@@ -114,7 +116,7 @@ pub fn simulate(
     let is_sampled = condition.is_some() || observer.wants_extremes();
     run.integrator.keep_inner_rows(if is_sampled { InnerRows::Samples } else { InnerRows::StepEnds });
     run.nearest.1 = condition.unwrap_or(0.0);
-    Ok(run.run(&first, observer))
+    Ok(thread::scope(|scope| run.run(scope, &first, observer)))
 }
 
 /// An error for a step so short that time would stand still.
@@ -184,8 +186,12 @@ enum Sample {
     Inner(usize),
 }
 
-impl Run<'_> {
-    fn run(&mut self, first: &State, observer: &mut dyn Observer) -> Outcome {
+impl<'a> Run<'a> {
+    fn run<'scope>(&mut self, scope: &'scope Scope<'scope, 'a>, first: &State, observer: &mut dyn Observer) -> Outcome
+    where
+        'a: 'scope,
+    {
+        let mut follower = Follower::new(self.mechanism, self.rows, self.companion.take());
         let width = self.layout.width();
         // A method that chooses its steps must not go beyond a condition that it does not know.
         let knows_condition = self.request.end.as_ref().is_none_or(|end| matches!(end, End::Time(_)));
@@ -209,9 +215,7 @@ impl Run<'_> {
                 sampler.follow(self.mechanism, rows, steps, self.integrator.solver_mut());
             }
             let rows = &self.buffer[begin * width..(made + 1) * width];
-            if let Some(companion) = &mut self.companion {
-                companion.follow(self.mechanism, &self.integrator, &self.rows, rows, steps + begin as u64);
-            }
+            follower.follow(scope, &self.integrator, (rows, steps + begin as u64));
             let before = self.monitor.rows;
             let taken = self.monitor.take(self.mechanism, rows, self.integrator.inner_rows(), observer);
             steps += made as u64;
@@ -241,6 +245,7 @@ impl Run<'_> {
                 let is_kept = !matches!(status, Status::Unwritable(_));
                 let last = if is_kept { &self.monitor.columns[..] } else { &[] };
                 let status = observer.finish(last).map_or_else(Status::Unwritable, |()| status);
+                self.companion = follower.finish();
                 return self.outcome(status, end, steps, integration);
             }
             if self.monitor.extremes().is_some() {
