@@ -1,6 +1,7 @@
 //! The companion of a run, in a thread of its own where the run is long.
 
 use std::panic;
+#[cfg(not(target_arch = "wasm32"))]
 use std::sync::LazyLock;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::{self, Scope, ScopedJoinHandle};
@@ -15,10 +16,24 @@ const BLOCK: usize = 4096;
 /// The number of blocks on their way between the threads.
 const BLOCKS: usize = 4;
 
-/// Whether threads run at the same time.
-static HAS_OTHER_PROCESSOR: LazyLock<bool> = LazyLock::new(|| {
-    !cfg!(target_arch = "wasm32") && thread::available_parallelism().is_ok_and(|count| count.get() > 1)
-});
+/// Where threads are begun.
+#[cfg(not(target_arch = "wasm32"))]
+pub(super) type ThreadScope<'scope, 'env> = &'scope Scope<'scope, 'env>;
+/// Pages are to be small, and have no threads.
+#[cfg(target_arch = "wasm32")]
+pub(super) type ThreadScope<'scope, 'env> = (std::convert::Infallible, &'scope &'env ());
+
+/// Does something by threads, where they run at the same time.
+#[cfg(not(target_arch = "wasm32"))]
+pub(super) fn with_threads<'env, R>(run: impl for<'scope> FnOnce(Option<ThreadScope<'scope, 'env>>) -> R) -> R {
+    static ARE_PARALLEL: LazyLock<bool> =
+        LazyLock::new(|| thread::available_parallelism().is_ok_and(|count| count.get() > 1));
+    if *ARE_PARALLEL { thread::scope(|scope| run(Some(scope))) } else { run(None) }
+}
+#[cfg(target_arch = "wasm32")]
+pub(super) fn with_threads<'env, R>(run: impl for<'scope> FnOnce(Option<ThreadScope<'scope, 'env>>) -> R) -> R {
+    run(None)
+}
 
 /// Rows of a run that its companion is to follow.
 #[derive(Default)]
@@ -31,36 +46,38 @@ struct RowBlock {
 }
 
 /// A companion that follows a run block by block.
-pub(crate) struct Follower<'scope> {
+pub(crate) struct Follower<'scope, 'env> {
+    scope: Option<ThreadScope<'scope, 'env>>,
     mechanism: &'scope dyn Mechanism,
     request: RowRequest,
     block: RowBlock,
     /// The companion in the thread of the run, unless it has a thread of its own.
     beside: Option<Companion>,
-    thread: Option<CompanionThread<'scope>>,
+    thread: Option<CompanionThread<'scope, 'env>>,
 }
 
 /// A companion in a thread.
-struct CompanionThread<'scope> {
+struct CompanionThread<'scope, 'env> {
+    _scope: ThreadScope<'scope, 'env>,
     sender: SyncSender<RowBlock>,
     /// Blocks that the companion has followed.
     followed: Receiver<RowBlock>,
     thread: ScopedJoinHandle<'scope, Companion>,
 }
 
-impl<'scope> Follower<'scope> {
+impl<'scope, 'env> Follower<'scope, 'env> {
     /// Begins with a run, if it has a companion.
-    pub(crate) fn new(mechanism: &'scope dyn Mechanism, request: RowRequest, companion: Option<Companion>) -> Self {
-        Self { mechanism, request, block: RowBlock::default(), beside: companion, thread: None }
+    pub(crate) fn new(
+        scope: Option<ThreadScope<'scope, 'env>>,
+        mechanism: &'scope dyn Mechanism,
+        request: RowRequest,
+        companion: Option<Companion>,
+    ) -> Self {
+        Self { scope, mechanism, request, block: RowBlock::default(), beside: companion, thread: None }
     }
 
     /// Follows rows of a run, the last of its integrator, of which the first has the number `first`.
-    pub(crate) fn follow<'env>(
-        &mut self,
-        scope: &'scope Scope<'scope, 'env>,
-        run: &Integrator,
-        (rows, first): (&[f64], u64),
-    ) {
+    pub(crate) fn follow(&mut self, run: &Integrator, (rows, first): (&[f64], u64)) {
         if self.beside.is_none() && self.thread.is_none() {
             return;
         }
@@ -75,7 +92,7 @@ impl<'scope> Follower<'scope> {
         }
         // A run of one block is over before a thread would have begun.
         if block.first > 0
-            && *HAS_OTHER_PROCESSOR
+            && let Some(scope) = self.scope
             && let Some(companion) = self.beside.take()
         {
             self.thread = Some(CompanionThread::spawn(scope, self.mechanism, self.request, companion));
@@ -113,9 +130,15 @@ impl RowBlock {
     }
 }
 
-impl<'scope> CompanionThread<'scope> {
-    fn spawn<'env>(
-        scope: &'scope Scope<'scope, 'env>,
+impl<'scope, 'env> CompanionThread<'scope, 'env> {
+    #[cfg(target_arch = "wasm32")]
+    fn spawn(scope: ThreadScope<'scope, 'env>, _: &'scope dyn Mechanism, _: RowRequest, _: Companion) -> Self {
+        match scope.0 {}
+    }
+
+    #[cfg(not(target_arch = "wasm32"))]
+    fn spawn(
+        scope: ThreadScope<'scope, 'env>,
         mechanism: &'scope dyn Mechanism,
         request: RowRequest,
         mut companion: Companion,
@@ -134,7 +157,7 @@ impl<'scope> CompanionThread<'scope> {
             }
             companion
         });
-        Self { sender, followed, thread }
+        Self { _scope: scope, sender, followed, thread }
     }
 
     /// Hands a block over, and takes an empty one as soon as there is one.

@@ -1,7 +1,6 @@
 //! A run from start to end: steps until a time, an event or a full buffer, rows for an observer, estimates of the
 //! errors.
 
-use std::thread::{self, Scope};
 use std::time::Duration;
 
 use qrm_core::{Mechanism, RowLayout, RowRequest};
@@ -9,7 +8,7 @@ use qrm_core::{Mechanism, RowLayout, RowRequest};
 use super::companion::Companion;
 use super::continuation::Branch;
 use super::extremes::Vertex;
-use super::follower::Follower;
+use super::follower::{Follower, ThreadScope, with_threads};
 use super::monitor::RunMonitor;
 use super::observer::Observer;
 use super::outcome::{Outcome, StartError, Status, Undefined};
@@ -116,7 +115,7 @@ pub fn simulate(
     let is_sampled = condition.is_some() || observer.wants_extremes();
     run.integrator.keep_inner_rows(if is_sampled { InnerRows::Samples } else { InnerRows::StepEnds });
     run.nearest.1 = condition.unwrap_or(0.0);
-    Ok(thread::scope(|scope| run.run(scope, &first, observer)))
+    Ok(with_threads(|scope| run.run(scope, &first, observer)))
 }
 
 /// An error for a step so short that time would stand still.
@@ -187,11 +186,16 @@ enum Sample {
 }
 
 impl<'a> Run<'a> {
-    fn run<'scope>(&mut self, scope: &'scope Scope<'scope, 'a>, first: &State, observer: &mut dyn Observer) -> Outcome
+    fn run<'scope, 'env>(
+        &mut self,
+        scope: Option<ThreadScope<'scope, 'env>>,
+        first: &State,
+        observer: &mut dyn Observer,
+    ) -> Outcome
     where
         'a: 'scope,
     {
-        let mut follower = Follower::new(self.mechanism, self.rows, self.companion.take());
+        let mut follower = Follower::new(scope, self.mechanism, self.rows, self.companion.take());
         let width = self.layout.width();
         // A method that chooses its steps must not go beyond a condition that it does not know.
         let knows_condition = self.request.end.as_ref().is_none_or(|end| matches!(end, End::Time(_)));
@@ -215,7 +219,7 @@ impl<'a> Run<'a> {
                 sampler.follow(self.mechanism, rows, steps, self.integrator.solver_mut());
             }
             let rows = &self.buffer[begin * width..(made + 1) * width];
-            follower.follow(scope, &self.integrator, (rows, steps + begin as u64));
+            follower.follow(&self.integrator, (rows, steps + begin as u64));
             let before = self.monitor.rows;
             let taken = self.monitor.take(self.mechanism, rows, self.integrator.inner_rows(), observer);
             steps += made as u64;
