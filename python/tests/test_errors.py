@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pickle
-import shutil
 
 import pytest
 import qrm
@@ -128,11 +127,3 @@ def test_a_run_that_is_not_to_be_trusted_is_an_error():
         qrm.load("double-pendulum").run(end_time=60, step=0.01)
     assert raised.value.result.summary["distrust"]
     assert raised.value.hints
-
-
-def test_a_scene_file_without_engine_says_how_to_get_it(scene_file, monkeypatch):
-    if shutil.which("qrm-engine"):
-        pytest.skip("there is an engine")
-    path = scene_file('name = "quick-return"', 'name = "another-name"')
-    with pytest.raises(qrm.OptionError, match="qrm-engine"):
-        qrm.load(path)
