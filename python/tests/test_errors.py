@@ -93,6 +93,19 @@ def test_a_wrong_option_is_named(quick_return, options, message, hint):
         assert any(hint in own for own in raised.value.hints), raised.value.hints
 
 
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("use a smaller --tolerance", "use a smaller tolerance"),
+        ("add `--method dop853`, or choose `--step` instead", 'add `method="dop853"`, or choose `step` instead'),
+        ("`--set O2A` needs a number", "`O2A` needs a number"),
+        ("`--shard 1/4`; a--b, --closure-tolerance", "`shard`: `1/4`; a--b, closure_tolerance"),
+    ],
+)
+def test_options_of_the_command_are_arguments_in_messages(text, expected):
+    assert str(qrm.Error(text)) == expected
+
+
 def test_an_unknown_scene_is_named():
     with pytest.raises(qrm.OptionError, match="there is no scene `quick-retrun`") as raised:
         qrm.load("quick-retrun")

@@ -94,7 +94,9 @@ def _in_python(text: str) -> str:
 
     def quoted(match: re.Match[str]) -> str:
         name, value = match[1].replace("-", "_"), match[2]
-        if name in ("set", "start") or not re.fullmatch(r"[\w.+-]+", value):
+        if name in ("set", "start"):
+            return f"`{value}`"
+        if not re.fullmatch(r"[\w.+-]+", value):
             return f"`{name}`: `{value}`"
         return f"`{name}={value}`" if value[0].isdigit() else f'`{name}="{value}"`'
 
