@@ -34,11 +34,11 @@ thread_local! {
 
 /// Whether a signal has been raised since the work began.
 fn is_raised() -> bool {
-    WATCH.with_borrow_mut(|watch| {
-        if watch.raised.is_none() && watch.looked.elapsed() >= INTERVAL {
-            watch.raised = Python::attach(|py| py.check_signals().err());
-            watch.looked = Instant::now();
-        }
-        watch.raised.is_some()
-    })
+    let is_due = WATCH.with_borrow(|watch| watch.raised.is_none() && watch.looked.elapsed() >= INTERVAL);
+    if is_due {
+        // A handler of signals may do such work too.
+        let raised = Python::attach(|py| py.check_signals().err());
+        WATCH.set(Watch { looked: Instant::now(), raised });
+    }
+    WATCH.with_borrow(|watch| watch.raised.is_some())
 }

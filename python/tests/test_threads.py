@@ -79,3 +79,20 @@ except KeyboardInterrupt:
         process.kill()
     assert rest == "interrupted completed\n"
     assert time.perf_counter() - begun < 5
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of Unix")
+def test_a_handler_of_signals_may_run_a_mechanism(quick_return):
+    results = []
+
+    def handle(*_):
+        results.append(quick_return.run(end_time=0.01))
+
+    before = signal.signal(signal.SIGALRM, handle)
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.05)
+        result = quick_return.run(end_time=2000, estimate_error=False, every=10**6)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+    assert result.summary["status"] == results[0].summary["status"] == "completed"
