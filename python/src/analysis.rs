@@ -13,7 +13,6 @@ use crate::scene::Scene;
 #[pymethods]
 impl Scene {
     /// Derivatives by parameters.
-    #[expect(clippy::too_many_arguments, reason = "arguments of Python")]
     fn sensitivity<'py>(
         &self,
         py: Python<'py>,
