@@ -23,7 +23,7 @@ mod watch;
 
 pub use assembly::{NotAssembled, assemble};
 pub use balance::Balance;
-pub use continuation::assembled;
+pub use continuation::{assembled, assembled_from};
 pub use error::{Explanation, Reason, SimError, readable_size};
 pub use error_estimate::{ErrorEstimate, ErrorEstimates};
 pub(crate) use extremes::Vertex;

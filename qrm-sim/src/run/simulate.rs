@@ -14,7 +14,7 @@ use super::observer::Observer;
 use super::outcome::{Outcome, StartError, Status, Undefined};
 use super::redundancy::Redundancy;
 use super::sampler::Sampler;
-use crate::columns::numbers;
+use crate::columns::number;
 use crate::event::{locate, touched};
 use crate::integrate::{BlockEnd, InnerRows, Integrator, MethodSettings, StepError};
 use crate::peak::peak_between;
@@ -153,6 +153,21 @@ pub(crate) fn first_position(mechanism: &dyn Mechanism, branch: &Branch, start: 
     let mut first = State::zero(q.len(), count);
     (first.q, first.qd) = (q, qd);
     Ok(first)
+}
+
+/// The last of some rows whose time is not after `t`; the times increase.
+fn last_until(rows: &[f64], width: usize, t: f64) -> Option<&[f64]> {
+    let (mut begin, mut end) = (0, rows.len() / width);
+    while begin < end {
+        let middle = (begin + end) / 2;
+        if rows[middle * width] <= t {
+            begin = middle + 1;
+        } else {
+            end = middle;
+        }
+    }
+    let place = begin.checked_sub(1)? * width;
+    Some(&rows[place..place + width])
 }
 
 struct Run<'a> {
@@ -333,11 +348,10 @@ impl<'a> Run<'a> {
             let t = estimate.1;
             let sign = if end == 0 { -1.0 } else { 1.0 };
             let mut value = |t: f64| {
-                let rows = self.buffer[..(made + 1) * width].chunks_exact(width).rev();
-                let mut rows = rows.chain(self.tail.chunks_exact(width).rev()).chain([&self.first[..]]);
-                let from = rows.find(|row| row[0] <= t)?;
+                let rows = [&self.buffer[..(made + 1) * width], &self.tail, &self.first];
+                let from = rows.into_iter().find_map(|rows| last_until(rows, width, t))?;
                 let at = integrator.between(self.mechanism, &State::from_row(self.layout, from), t).ok()?;
-                Some(sign * numbers(self.mechanism, &at)[column]).filter(|value| value.is_finite())
+                Some(sign * number(self.mechanism, &at, column)).filter(|value| value.is_finite())
             };
             // An extreme at an end is one, unless the column rises from there.
             let other = bracket[0] + bracket[1] - t;

@@ -5,7 +5,7 @@ use std::fmt;
 use qrm_sim::batch::{DesignResult, LaneCount};
 use qrm_sim::integrate::MethodSettings;
 
-use super::Plan;
+use super::designs::Designs;
 use crate::error::Error;
 use crate::format::counted;
 
@@ -35,18 +35,17 @@ pub(super) struct Difference {
 ///
 /// The coordinates at the end must agree within the estimated errors, and so must its time. Without estimates, and with fixed steps, nothing is
 /// compared: designs with those run by themselves already.
-pub(super) fn compare(plan: &Plan) -> Result<Agreement, Difference> {
-    let (begin, end) = plan.range;
-    let settings = plan.setup.settings;
+pub(super) fn compare(designs: &Designs, (begin, end): (usize, usize)) -> Result<Agreement, Difference> {
+    let settings = designs.setup.settings;
     let mut agreement = Agreement { designs: 0, largest: 0.0 };
-    if plan.options.no_error_estimate || !settings.method.is_adaptive() {
+    if !designs.estimate_error || !settings.method.is_adaptive() {
         return Ok(agreement);
     }
     let count = DESIGNS.min(end - begin);
     let numbers: Vec<usize> = (0..count).map(|k| begin + (2 * k + 1) * (end - begin) / (2 * count)).collect();
     let finer = MethodSettings { tolerance: FINER * settings.tolerance, ..settings };
-    let of_sweep = plan.designs(&numbers, settings, plan.options.lanes.count());
-    let alone = plan.designs(&numbers, finer, LaneCount::One);
+    let of_sweep = designs.results(&numbers, settings, designs.lanes);
+    let alone = designs.results(&numbers, finer, LaneCount::One);
     for ((design, own), exact) in numbers.into_iter().zip(of_sweep).zip(alone) {
         let (Ok(own), Ok(exact)) = (own.result, exact.result) else { continue };
         if !is_trusted(&own) || !is_trusted(&exact) {
