@@ -52,6 +52,9 @@ commands! {
     Certify: certify,
     /// Run a scene with many combinations of parameters: one row a design, in CSV or Parquet
     Sweep: sweep,
+    /// Say what tolerances of parameters do to a motion, by derivatives, at worst and by samples: tolerance.json,
+    /// tolerance.svg
+    Tolerance: tolerance,
     /// Join the parts of a sweep that was run with `--shard`
     Merge: merge,
     /// Pack a scene for simulation tools, as a unit of FMI 3.0 for co-simulation and model exchange: SCENE.fmu

@@ -75,7 +75,7 @@ impl Axes {
     }
 
     /// The values of a design, in the order of the names.
-    pub(super) fn values(&self, design: usize) -> Vec<f64> {
+    pub(crate) fn values(&self, design: usize) -> Vec<f64> {
         if self.is_paired {
             return self.axes.iter().map(|axis| axis.values[design]).collect();
         }

@@ -14,7 +14,7 @@ use crate::setup::Setup;
 /// The cells of a row, and whether the design came to its end.
 pub(crate) struct Row {
     pub(crate) cells: Vec<Cell>,
-    pub(super) is_done: bool,
+    pub(crate) is_done: bool,
 }
 
 /// An entry of a row.

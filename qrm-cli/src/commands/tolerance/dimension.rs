@@ -1,0 +1,71 @@
+//! Parameters with tolerances.
+
+use crate::error::Error;
+use crate::options::{check_parameter, number};
+use crate::setup::Setup;
+
+/// A parameter that varies about its value.
+pub(super) struct Dimension {
+    pub(super) name: String,
+    pub(super) unit: &'static str,
+    /// The value as it was given; the scene's if it was not.
+    given: Option<f64>,
+    pub(super) value: f64,
+    /// The largest difference from the value.
+    pub(super) tolerance: f64,
+}
+
+impl Dimension {
+    /// A parameter as `NAME=VALUE+-TOLERANCE` or `NAME=+-TOLERANCE`.
+    pub(super) fn new(text: &str) -> Result<Self, Error> {
+        let parts = text.split_once('=').and_then(|(name, rest)| {
+            let (value, tolerance) = rest.split_once("+-").or_else(|| rest.split_once('±'))?;
+            Some((name.trim(), value.trim(), tolerance.trim()))
+        });
+        let Some((name, value, tolerance)) = parts else {
+            return Err(wrong(text, "has no tolerance"));
+        };
+        let option = format!("--vary {name}");
+        let given = if value.is_empty() { None } else { Some(number(&option, value)?) };
+        let tolerance = number(&option, tolerance)?;
+        if !(tolerance > 0.0 && tolerance.is_finite()) {
+            return Err(wrong(text, "has a tolerance that is not above zero"));
+        }
+        Ok(Self { name: name.to_owned(), unit: "", given, value: f64::NAN, tolerance })
+    }
+
+    /// The assignment of its value, as for `--set`, if one was given.
+    pub(super) fn assignment(&self) -> Option<String> {
+        self.given.map(|value| format!("{}={value:?}", self.name))
+    }
+}
+
+/// An error if a parameter is not known, or named twice.
+pub(super) fn check(dimensions: &[Dimension], setup: &Setup) -> Result<(), Error> {
+    for (i, Dimension { name, .. }) in dimensions.iter().enumerate() {
+        check_parameter(setup.description, name)?;
+        if dimensions[..i].iter().any(|other| other.name == *name) {
+            return Err(Error::usage(format!("`--vary {name}` is given twice")).help("keep one of the two"));
+        }
+        if setup.set.contains_key(name) {
+            return Err(Error::usage(format!("`{name}` is both set and varied"))
+                .help(format!("omit `--set {name}`, and write `--vary {name}=VALUE+-TOLERANCE`")));
+        }
+    }
+    Ok(())
+}
+
+/// Takes values and units from a scene with the values that were given.
+pub(super) fn complete(dimensions: &mut [Dimension], setup: &Setup) {
+    let values = setup.model.parameter_values(&setup.replace());
+    for (parameter, value) in setup.description.parameters.iter().zip(values) {
+        for dimension in dimensions.iter_mut().filter(|dimension| dimension.name == parameter.name) {
+            (dimension.value, dimension.unit) = (value, parameter.unit);
+        }
+    }
+}
+
+fn wrong(text: &str, why: &str) -> Error {
+    Error::usage(format!("`--vary {text}` {why}"))
+        .help("write `--vary NAME=VALUE+-TOLERANCE`, or `--vary NAME=+-TOLERANCE` for the value of the scene")
+}
