@@ -47,24 +47,29 @@ pub(super) fn compare(designs: &Designs, (begin, end): (usize, usize)) -> Result
     let of_sweep = designs.results(&numbers, settings, designs.lanes);
     let alone = designs.results(&numbers, finer, LaneCount::One);
     for ((design, own), exact) in numbers.into_iter().zip(of_sweep).zip(alone) {
-        let (Ok(own), Ok(exact)) = (own.result, exact.result) else { continue };
-        if !is_trusted(&own) || !is_trusted(&exact) {
-            continue;
+        if let (Ok(own), Ok(exact)) = (own.result, exact.result)
+            && let Some(difference) = difference(design, &own, &exact)?
+        {
+            agreement.designs += 1;
+            agreement.largest = agreement.largest.max(difference);
         }
-        let Some(estimated) = own.estimated_error else { continue };
-        let pairs = || own.q.iter().zip(&exact.q);
-        let largest = |numbers: &[f64]| numbers.iter().map(|number| number.abs()).fold(0.0, f64::max);
-        // A condition may fix the coordinates at the end, and leave the time open.
-        let by_time = (own.end_time - exact.end_time).abs() * largest(&exact.qd);
-        let difference = pairs().map(|(own, exact)| (own - exact).abs()).fold(by_time, f64::max);
-        let size = largest(&exact.q).max(1.0);
-        if difference > ALLOWED * estimated + ROUNDING * size {
-            return Err(Difference { design, difference, estimated });
-        }
-        agreement.designs += 1;
-        agreement.largest = agreement.largest.max(difference);
     }
     Ok(agreement)
+}
+
+/// The difference of a design from a run of its own; `None` if one of them says nothing.
+fn difference(design: usize, own: &DesignResult, exact: &DesignResult) -> Result<Option<f64>, Difference> {
+    let Some(estimated) = own.estimated_error.filter(|_| is_trusted(own) && is_trusted(exact)) else { return Ok(None) };
+    let pairs = || own.q.iter().zip(&exact.q);
+    let largest = |numbers: &[f64]| numbers.iter().map(|number| number.abs()).fold(0.0, f64::max);
+    // A condition may fix the coordinates at the end, and leave the time open.
+    let by_time = (own.end_time - exact.end_time).abs() * largest(&exact.qd);
+    let difference = pairs().map(|(own, exact)| (own - exact).abs()).fold(by_time, f64::max);
+    let size = largest(&exact.q).max(1.0);
+    if difference > ALLOWED * estimated + ROUNDING * size {
+        return Err(Difference { design, difference, estimated });
+    }
+    Ok(Some(difference))
 }
 
 fn is_trusted(result: &DesignResult) -> bool {
@@ -89,5 +94,37 @@ impl Difference {
             "design {design} differs by {difference:.1e} from a run of its own, and {estimated:.1e} was estimated"
         ))
         .help("do not trust the table; a smaller `--tolerance` or `--lanes one` may help")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use qrm_sim::run::Status;
+
+    use super::*;
+
+    fn result(q: f64, end_time: f64, estimated: f64) -> DesignResult {
+        DesignResult {
+            status: Ok(Status::Completed),
+            steps: 100,
+            end_time,
+            q: vec![q],
+            qd: vec![2.0],
+            extremes: Vec::new(),
+            estimated_error: Some(estimated),
+            doubts: Vec::new(),
+            is_alone: false,
+        }
+    }
+
+    #[test]
+    fn a_design_that_differs_is_named() {
+        let exact = result(1.0, 3.0, 1e-9);
+        let of = |own: &DesignResult| difference(7, own, &exact);
+        assert!(of(&result(1.0 + 5e-9, 3.0, 1e-9)).is_ok_and(|found| found.is_some_and(|d| (d - 5e-9).abs() < 1e-14)));
+        assert!(of(&result(1.0 + 5e-8, 3.0, 1e-9)).is_err_and(|found| found.error().to_string().contains("design 7")));
+        assert!(of(&result(1.0, 3.0 + 5e-8, 1e-9)).is_err(), "the time counts by the rate");
+        let failed = DesignResult { status: Ok(Status::Interrupted), ..result(9.0, 3.0, 1e-9) };
+        assert!(of(&failed).is_ok_and(|found| found.is_none()), "a failed design says nothing");
     }
 }

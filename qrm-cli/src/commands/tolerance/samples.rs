@@ -86,10 +86,12 @@ impl Samples {
             |rows: Vec<Row>| {
                 progress.add(rows.len());
                 for row in rows {
-                    if !row.is_done {
-                        let why =
-                            if let Some(Cell::Text(why)) = row.cells.get(reason) { why.clone() } else { String::new() };
-                        failures.push((values[0].len(), why));
+                    if let (false, Cell::Text(why)) = (row.is_done, &row.cells[reason]) {
+                        let design = values[0].len();
+                        if design < first {
+                            return Err(fails(design, why));
+                        }
+                        failures.push(why.clone());
                     }
                     for (values, place) in values.iter_mut().zip(&places) {
                         let value = if let Cell::Number(value) = row.cells[*place] { value } else { f64::NAN };
@@ -103,10 +105,6 @@ impl Samples {
         if done < count || interrupted() {
             return Err(Error::run(format!("interrupted after {done} of {count} designs")));
         }
-        if let Some((design, why)) = failures.first().filter(|(design, _)| *design < first) {
-            let which = if *design == 0 { "without tolerances" } else { "at the ends of its tolerances" };
-            return Err(Error::run(format!("the mechanism {which} fails: {why}")).help("choose smaller tolerances"));
-        }
         let inputs: Vec<Vec<f64>> = (0..designs.axes.values(0).len())
             .map(|i| (first..count).map(|design| designs.axes.values(design)[i]).collect())
             .collect();
@@ -119,7 +117,13 @@ impl Samples {
             values.drain(..first);
             quantity.statistics = Statistics::of(values, &inputs);
         }
-        let reason = failures.first().map(|(_, why)| why.clone());
-        Ok(Self { first, values, failed: failures.len(), reason })
+        let (failed, reason) = (failures.len(), failures.into_iter().next());
+        Ok(Self { first, values, failed, reason })
     }
+}
+
+/// The error of a design that is no sample.
+fn fails(design: usize, why: &str) -> Error {
+    let which = if design == 0 { "without tolerances" } else { "at the ends of its tolerances" };
+    Error::run(format!("the mechanism {which} fails: {why}")).help("choose other values or smaller tolerances")
 }
