@@ -29,6 +29,7 @@ mod interpret;
 #[cfg(feature = "engine")]
 pub mod interpretable;
 pub mod kernel;
+pub mod language;
 pub mod lower;
 pub mod names;
 pub mod omissions;

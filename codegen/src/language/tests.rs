@@ -1,0 +1,77 @@
+//! Translations of the golden modules, compared with the modules themselves.
+
+mod compiler;
+mod driver;
+mod libm;
+mod states;
+
+use std::fs;
+use std::path::PathBuf;
+
+use super::{read, syntax};
+use compiler::compilers;
+use driver::driver;
+use states::{State, expected};
+
+/// States of each mechanism.
+const STATES: usize = 1000;
+/// The largest relative difference.
+const TOLERANCE: f64 = 1e-14;
+
+fn golden() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../qrm-model/golden")
+}
+
+/// The golden modules, by their names.
+fn modules() -> Vec<(String, syn::File)> {
+    let files = fs::read_dir(golden()).expect("the golden copy").map(|entry| entry.expect("a file").path());
+    let mut files: Vec<PathBuf> = files.filter(|path| path.extension().is_some_and(|e| e == "rs")).collect();
+    files.retain(|path| !path.ends_with("scenes.rs"));
+    files.sort();
+    let module = |path: PathBuf| {
+        let name = path.file_stem().expect("a name").to_string_lossy().into_owned();
+        (name, syntax(&fs::read_to_string(path).expect("a module")).expect("Rust"))
+    };
+    files.into_iter().map(module).collect()
+}
+
+#[test]
+fn c_gives_the_same_numbers() {
+    let compilers = compilers();
+    if compilers.is_empty() {
+        eprintln!("skipped: there is neither `gcc` nor `clang`");
+        return;
+    }
+    for (name, module) in modules() {
+        let program = read::program(&name, &module).expect("a plain form");
+        let code = super::c(&name, &module).expect("a translation");
+        let states = State::random(&program, STATES);
+        let wanted = expected(&program, &module, &states);
+        for compiler in &compilers {
+            let given = compiler.run(&name, &code, &driver(&program), &states);
+            assert_eq!(given.len(), wanted.len(), "{name}: results by {}", compiler.name);
+            for ((function, wanted), given) in wanted.iter().zip(given) {
+                let is_same = *wanted == given || wanted.is_nan() && given.is_nan();
+                let is_near = (wanted - given).abs() <= TOLERANCE * wanted.abs();
+                assert!(is_same || is_near, "{name}_{function} by {}: {given:e}, not {wanted:e}", compiler.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn what_has_no_translation_is_named() {
+    let pendulum = fs::read_to_string(golden().join("pendulum.rs")).expect("a module");
+    let said = |from: &str, to: &str| {
+        assert!(pendulum.contains(from), "{from}");
+        let module = syntax(&pendulum.replace(from, to)).expect("Rust");
+        super::c("pendulum", &module).expect_err(to).to_string()
+    };
+    assert_eq!(said("rod_x.recip()", "rod_x.erf()"), "no translation of the call `rod_x . erf ()`");
+    assert_eq!(
+        said("rod_x.recip()", "if true { x } else { y }"),
+        "no translation of the expression `if true { x } else { y }`"
+    );
+    assert_eq!(said("k.k1 * x;", "k.k1 % x;"), "no translation of the operator of `k . k1 % x`");
+    assert_eq!(said("let rod_y =", "let rod_x ="), "no translation of a name that is given twice, `rod_x`");
+}

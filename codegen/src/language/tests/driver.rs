@@ -1,0 +1,136 @@
+//! A main file that calls all functions at states that it reads, and prints what they give.
+
+use super::states::fields;
+use crate::language::program::{Argument, Function, Part, Program, Shape};
+
+/// The text of the file.
+pub(super) fn driver(program: &Program) -> String {
+    let Program { name, coordinates, constraints, .. } = program;
+    let mut text = format!("#include \"{name}.h\"\n\n#include <stdio.h>\n\n");
+    text += "static void print(const double *numbers, int count)\n{\n    for (int i = 0; i < count; i++) {\n        \
+             printf(\"%.17g\\n\", numbers[i]);\n    }\n}\n\n";
+    text += "static int scan(double *numbers, int count)\n{\n    for (int i = 0; i < count; i++) {\n        \
+             if (scanf(\"%lf\", &numbers[i]) != 1) return 0;\n    }\n    return 1;\n}\n\nint main(void)\n{\n";
+    for part in [Part::Mechanism, Part::Parameters, Part::Constants, Part::Position, Part::Angles] {
+        if part == Part::Mechanism || part == Part::Angles || program.has(part) {
+            text += &format!("    struct {name}{} {};\n", suffix(part), variable(part));
+        }
+    }
+    let arrays = [
+        ("change", fields(program, Part::Parameters).len()),
+        ("q", *coordinates),
+        ("qd", *coordinates),
+        ("qdd", *coordinates),
+        ("multipliers", *constraints),
+        ("residuals", *constraints),
+    ];
+    for (array, count) in arrays {
+        text += &format!("    double {array}[{}] = {{0.0}};\n", count.max(1));
+    }
+    text += "    double t;\n    while (scan(&t, 1)";
+    for (array, count) in arrays {
+        text += &format!(" && scan({array}, {count})");
+    }
+    text += ") {\n";
+    for function in &program.functions {
+        text += &call(program, function);
+    }
+    text + "    }\n    return 0;\n}\n"
+}
+
+/// A call of a function, and its results in print.
+fn call(program: &Program, function: &Function) -> String {
+    let name = &program.name;
+    let mut arguments: Vec<String> = function.arguments.iter().map(argument).collect();
+    if function.is_number() {
+        return format!(
+            "        {{\n            double value = {name}_{}({});\n            print(&value, 1);\n        }}\n",
+            function.name,
+            arguments.join(", ")
+        );
+    }
+    let (mut declared, mut printed) = (String::new(), String::new());
+    for (i, result) in function.results.iter().enumerate() {
+        let place = format!("r{i}");
+        match result.shape {
+            Shape::Number => {
+                declared += &format!("            double {place};\n");
+                printed += &format!("            print(&{place}, 1);\n");
+                arguments.push(format!("&{place}"));
+            }
+            Shape::Vector(count) => {
+                declared += &format!("            double {place}[{}];\n", count.max(1));
+                printed += &format!("            print({place}, {count});\n");
+                arguments.push(place);
+            }
+            Shape::Matrix(rows, columns) => {
+                declared += &format!("            double {place}[{}][{columns}];\n", rows.max(1));
+                printed += &format!("            print(&{place}[0][0], {rows} * {columns});\n");
+                arguments.push(place);
+            }
+            Shape::Truths(count) => {
+                declared += &format!("            int {place}[{count}];\n");
+                printed += &format!(
+                    "            for (int i = 0; i < {count}; i++) {{\n                printf(\"%d\\n\", {place}[i]);\n            }}\n"
+                );
+                arguments.push(place);
+            }
+            Shape::Record(part) => {
+                printed += &record(program, part);
+                arguments.push(format!("&{}", variable(part)));
+            }
+        }
+    }
+    format!(
+        "        {{\n{declared}            {name}_{}({});\n{printed}        }}\n",
+        function.name,
+        arguments.join(", ")
+    )
+}
+
+/// What is done once a struct is filled: it is printed, parameters are changed before.
+fn record(program: &Program, part: Part) -> String {
+    if part == Part::Angles {
+        let print = |list| format!("            print(angles.{list}, {});\n", program.coordinates);
+        return ["sin", "cos"].map(print).concat();
+    }
+    let fields = fields(program, part);
+    let variable = variable(part);
+    let each = |write: &dyn Fn(usize, &str) -> String| -> String {
+        fields.iter().enumerate().map(|(i, field)| format!("            {};\n", write(i, field))).collect()
+    };
+    let print = each(&|_, field| format!("print(&{variable}.{field}, 1)"));
+    if part != Part::Parameters {
+        return print;
+    }
+    each(&|i, field| format!("p.{field} += change[{i}]"))
+        + &print
+        + &format!("            {}_new(&p, &m);\n", program.name)
+}
+
+fn argument(argument: &Argument) -> String {
+    match argument.shape {
+        Shape::Record(part) => format!("&{}", variable(part)),
+        _ => argument.name.clone(),
+    }
+}
+
+fn variable(part: Part) -> &'static str {
+    match part {
+        Part::Mechanism => "m",
+        Part::Parameters => "p",
+        Part::Constants => "k",
+        Part::Position => "position",
+        Part::Angles => "angles",
+    }
+}
+
+fn suffix(part: Part) -> &'static str {
+    match part {
+        Part::Mechanism => "",
+        Part::Parameters => "_parameters",
+        Part::Constants => "_constants",
+        Part::Position => "_position",
+        Part::Angles => "_angles",
+    }
+}
