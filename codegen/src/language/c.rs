@@ -5,6 +5,7 @@ mod function;
 mod lines;
 mod record;
 mod routines;
+mod steps;
 
 use super::names::Names;
 use super::program::{Part, Program, Shape};
@@ -45,7 +46,7 @@ impl<'p> Writer<'p> {
         for function in functions {
             text += &format!("\n{}{};\n", comment(summary(&function.doc)), self.signature(function)?);
         }
-        Ok(text + "\n#endif\n")
+        Ok(text + &self.step_header() + "\n#endif\n")
     }
 
     fn source(&self) -> Result<String, Untranslated> {
@@ -55,7 +56,7 @@ impl<'p> Writer<'p> {
         for function in functions {
             text += &format!("\n{}", self.function(function)?);
         }
-        Ok(text + &self.construction())
+        Ok(text + &self.construction() + &self.step_source())
     }
 
     /// The signature of the function that makes a mechanism.

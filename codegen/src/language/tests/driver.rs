@@ -88,24 +88,21 @@ fn call(program: &Program, function: &Function) -> String {
     )
 }
 
-/// What is done once a struct is filled: it is printed, parameters are changed before.
+/// What is done once a struct is filled, which holds numbers alone: it is printed, parameters are changed before.
 fn record(program: &Program, part: Part) -> String {
-    if part == Part::Angles {
-        let print = |list| format!("            print(angles.{list}, {});\n", program.coordinates);
-        return ["sin", "cos"].map(print).concat();
-    }
-    let fields = fields(program, part);
-    let variable = variable(part);
-    let each = |write: &dyn Fn(usize, &str) -> String| -> String {
-        fields.iter().enumerate().map(|(i, field)| format!("            {};\n", write(i, field))).collect()
+    let count = match part {
+        Part::Angles => 2 * program.coordinates,
+        _ => fields(program, part).len(),
     };
-    let print = each(&|_, field| format!("print(&{variable}.{field}, 1)"));
+    let variable = variable(part);
+    let print = format!("            print((const double *)&{variable}, {count});\n");
     if part != Part::Parameters {
         return print;
     }
-    each(&|i, field| format!("p.{field} += change[{i}]"))
-        + &print
-        + &format!("            {}_new(&p, &m);\n", program.name)
+    let change = format!(
+        "            for (int i = 0; i < {count}; i++) {{\n                ((double *)&p)[i] += change[i];\n            }}\n"
+    );
+    change + &print + &format!("            {}_new(&p, &m);\n", program.name)
 }
 
 fn argument(argument: &Argument) -> String {

@@ -1,0 +1,42 @@
+
+// An array of `count` numbers has at least one place: C has none of size 0.
+#define SCENE_PLACES(count) ((count) > 0 ? (count) : 1)
+
+// A state, with what a step needs at its beginning.
+struct scene_state {
+    double q[SCENE_COORDINATES];
+    double qd[SCENE_COORDINATES];
+    double qdd[SCENE_COORDINATES];
+    double multipliers[SCENE_PLACES(SCENE_CONSTRAINTS)];
+};
+
+// The end of a step, with what is known of the way there.
+struct scene_step {
+    struct scene_state end;
+    // What follows from the position there.
+    struct scene_position position;
+    // Largest growth of rounding errors at any stage.
+    double growth_factor;
+    // Largest residual of a constraint at the end, in its unit.
+    double residual;
+    // How often the coordinates were corrected, 4 times at most.
+    int corrections;
+};
+
+// Completes a state at time `t`, whose coordinates and rates fulfil the constraints, by accelerations and multipliers.
+void scene_complete(const struct scene *m, double t, struct scene_state *state);
+
+// Projects coordinates and rates onto the constraints, in the mass metric, and completes the state. The state stays as
+// it is, and the result is 0, if a residual is larger than `tolerance`, the kernel does not suit the position, or a
+// number is not finite.
+int scene_project(const struct scene *m, double t, double tolerance, struct scene_state *state);
+
+// One step of length `h` from time `t`: the classical Runge-Kutta formula of order 4, then the projection. `from` may
+// be the end in `step`.
+//
+// The work is bounded: at most five evaluations of the accelerations and four corrections of the coordinates.
+void scene_rk4_step(const struct scene *m, double t, double h, const struct scene_state *from, struct scene_step *step);
+
+// Whether a step can be relied on: all numbers are finite, no residual is larger than `tolerance`, and the kernel suits
+// the position.
+int scene_is_good(const struct scene_step *step, double tolerance);
