@@ -26,50 +26,98 @@ const STEPS: usize = 200;
 /// C, and follow turns in Rust.
 const TOLERANCE: f64 = 1e-12;
 
-#[test]
-fn steps_in_c_agree_with_those_in_rust() {
-    let Some(compiler) = ["gcc", "clang"].into_iter().find(|name| Command::new(name).arg("--version").output().is_ok())
-    else {
+/// The compiler of C of this machine.
+fn compiler() -> Option<&'static str> {
+    let found = ["gcc", "clang"].into_iter().find(|name| Command::new(name).arg("--version").output().is_ok());
+    if found.is_none() {
         eprintln!("skipped: there is neither `gcc` nor `clang`");
-        return;
-    };
-    compare::<double_pendulum::DoublePendulum, 2, 0>(compiler, "double_pendulum");
-    compare::<pendulum::Pendulum, 2, 1>(compiler, "pendulum");
-    compare::<quick_return_driven::QuickReturnDriven, 3, 3>(compiler, "quick_return_driven");
-    compare::<shaper::Shaper, 3, 2>(compiler, "shaper");
+    }
+    found
+}
+
+#[test]
+fn steps_of_order_4_agree_with_those_in_rust() {
+    let Some(compiler) = compiler() else { return };
+    order_4::<double_pendulum::DoublePendulum, 2, 0>(compiler, "double_pendulum");
+    order_4::<pendulum::Pendulum, 2, 1>(compiler, "pendulum");
+    order_4::<quick_return_driven::QuickReturnDriven, 3, 3>(compiler, "quick_return_driven");
+    order_4::<shaper::Shaper, 3, 2>(compiler, "shaper");
+}
+
+#[test]
+fn steps_of_order_8_agree_with_many_short_ones() {
+    let Some(compiler) = compiler() else { return };
+    order_8::<double_pendulum::DoublePendulum, 2, 0>(compiler, "double_pendulum");
+    order_8::<pendulum::Pendulum, 2, 1>(compiler, "pendulum");
+    order_8::<quick_return_driven::QuickReturnDriven, 3, 3>(compiler, "quick_return_driven");
 }
 
 /// Makes the steps of a motion in both languages.
-fn compare<K: Equations<f64, N, M> + Default, const N: usize, const M: usize>(compiler: &str, name: &str) {
+fn order_4<K: Equations<f64, N, M> + Default, const N: usize, const M: usize>(compiler: &str, name: &str) {
     let kernel = K::default();
-    let rows = rows(compiler, name);
+    let rows = rows(compiler, name, MOTION);
     assert_eq!(rows.len(), STEPS + 1, "{name}: rows");
     let step = kernel.schedule().step;
-    let numbers = |row: &[f64]| row[..N].try_into().expect("coordinates");
-    let mut state = KernelState::new(&kernel, 0.0, numbers(&rows[0]), numbers(&rows[0][N..]));
+    let mut state = first(&kernel, &rows);
     for (i, row) in rows[1..].iter().enumerate() {
         let made = rk4_step(&kernel, i as f64 * step, step, &state);
         assert!(made.is_good(1e-12), "{name}: step {i}");
         state = made.end;
-        let parts: [&[f64]; 4] = [&state.q, &state.qd, &state.qdd, &state.multipliers];
-        let mut rest = &row[..];
-        for part in parts {
-            let largest = part.iter().fold(1.0, |largest: f64, number| largest.max(number.abs()));
-            let (given, others) = rest.split_at(part.len());
-            for (wanted, given) in part.iter().zip(given) {
-                assert!((wanted - given).abs() <= TOLERANCE * largest, "{name}: step {i}: {given:e}, not {wanted:e}");
-            }
-            rest = others;
+        agree(&format!("{name}: step {i}"), &state, row, TOLERANCE);
+    }
+}
+
+/// Makes steps of order 8 in C, and many short ones of order 4 in Rust.
+fn order_8<K: Equations<f64, N, M> + Default, const N: usize, const M: usize>(compiler: &str, name: &str) {
+    let kernel = K::default();
+    let rows = rows(compiler, name, LONG_STEPS);
+    let mut errors = Vec::new();
+    for row in &rows[1..] {
+        let (&[h, error], row) = row.split_first_chunk().expect("a length and an error");
+        let mut state = first(&kernel, &rows);
+        let parts = 1000;
+        let step = h / f64::from(parts);
+        for i in 0..parts {
+            state = rk4_step(&kernel, f64::from(i) * step, step, &state).end;
         }
+        agree(&format!("{name}: step of {h} s"), &state, row, 1e-9);
+        errors.push(error);
+    }
+    for pair in errors.windows(2) {
+        let ratio = pair[0] / pair[1];
+        assert!((128.0..1024.0).contains(&ratio), "{name}: errors {errors:?}");
+    }
+}
+
+/// The state in the first row.
+fn first<K: Equations<f64, N, M>, const N: usize, const M: usize>(
+    kernel: &K,
+    rows: &[Vec<f64>],
+) -> KernelState<f64, N, M> {
+    let numbers = |from: usize| rows[0][from..from + N].try_into().expect("a row");
+    KernelState::new(kernel, 0.0, numbers(0), numbers(N))
+}
+
+/// Compares a state with a row.
+fn agree<const N: usize, const M: usize>(what: &str, state: &KernelState<f64, N, M>, row: &[f64], tolerance: f64) {
+    let parts: [&[f64]; 4] = [&state.q, &state.qd, &state.qdd, &state.multipliers];
+    let mut rest = row;
+    for part in parts {
+        let largest = part.iter().fold(1.0, |largest: f64, number| largest.max(number.abs()));
+        let (given, others) = rest.split_at(part.len());
+        for (wanted, given) in part.iter().zip(given) {
+            assert!((wanted - given).abs() <= tolerance * largest, "{what}: {given:e}, not {wanted:e}");
+        }
+        rest = others;
     }
 }
 
 /// The states of a motion in C: coordinates, rates, accelerations, multipliers.
-fn rows(compiler: &str, name: &str) -> Vec<Vec<f64>> {
+fn rows(compiler: &str, name: &str, motion: &str) -> Vec<Vec<f64>> {
     let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../qrm-model/golden/{name}.rs"));
     let module = language::syntax(&fs::read_to_string(golden).expect("a module")).expect("Rust");
     let code = language::c(name, &module).expect("a translation");
-    let folder = std::env::temp_dir().join(format!("qrm-steps-{}-{name}", std::process::id()));
+    let folder = std::env::temp_dir().join(format!("qrm-steps-{}-{name}-{}", std::process::id(), motion.len()));
     fs::create_dir_all(&folder).expect("a folder");
     let write = |file: String, text: &str| -> PathBuf {
         let path = folder.join(file);
@@ -77,7 +125,11 @@ fn rows(compiler: &str, name: &str) -> Vec<Vec<f64>> {
         path
     };
     write(format!("{name}.h"), &code.header);
-    let main = MAIN.replace("scene", name).replace("SCENE", &name.to_uppercase()).replace("STEPS", &STEPS.to_string());
+    let main = MAIN
+        .replace("MOTION", motion)
+        .replace("scene", name)
+        .replace("SCENE", &name.to_uppercase())
+        .replace("STEPS", &STEPS.to_string());
     let sources = [write(format!("{name}.c"), &code.source), write("main.c".to_owned(), &main)];
     let program = folder.join("program");
     let flags = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O2"];
@@ -91,7 +143,7 @@ fn rows(compiler: &str, name: &str) -> Vec<Vec<f64>> {
     String::from_utf8(output.stdout).expect("text").lines().map(row).collect()
 }
 
-/// Closes the loops from the start of the scene, and prints the states of a motion.
+/// Closes the loops from the start of the scene, and prints the first state and those of a motion.
 const MAIN: &str = r#"
 #include "scene.h"
 
@@ -131,6 +183,12 @@ int main(void)
         }
     }
     print_state(&step.end);
+MOTION    return 0;
+}
+"#;
+
+/// Steps of order 4.
+const MOTION: &str = r#"
     for (int i = 0; i < STEPS; i++) {
         scene_rk4_step(&m, i * h, h, &step.end, &step);
         if (!scene_is_good(&step, 1e-12)) {
@@ -138,6 +196,17 @@ int main(void)
         }
         print_state(&step.end);
     }
-    return 0;
-}
+"#;
+
+/// Steps of order 8 from the same state: their lengths, estimated errors, and ends.
+const LONG_STEPS: &str = r#"
+    for (double length = 0.08; length > 0.015; length /= 2.0) {
+        struct scene_step end;
+        double error = scene_dop853_step(&m, 0.0, length, 1e-6, &step.end, &end);
+        if (h <= 0.0 || !scene_is_good(&end, 1e-12)) {
+            return 2;
+        }
+        printf("%.17g %.17g ", length, error);
+        print_state(&end.end);
+    }
 "#;

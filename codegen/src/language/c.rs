@@ -51,7 +51,7 @@ impl<'p> Writer<'p> {
 
     fn source(&self) -> Result<String, Untranslated> {
         let Program { name, functions, .. } = self.program;
-        let mut text = format!("#include \"{name}.h\"\n\n#include <math.h>\n");
+        let mut text = format!("#include \"{name}.h\"\n\n#include <float.h>\n#include <math.h>\n");
         text += &routines::helpers(self.program);
         for function in functions {
             text += &format!("\n{}", self.function(function)?);

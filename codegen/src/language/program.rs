@@ -8,6 +8,8 @@ pub(super) struct Program {
     pub(super) doc: Vec<String>,
     pub(super) coordinates: usize,
     pub(super) constraints: usize,
+    /// Which coordinates are lengths, not angles.
+    pub(super) is_length: Vec<bool>,
     pub(super) records: Vec<Record>,
     pub(super) functions: Vec<Function>,
 }

@@ -41,7 +41,8 @@ pub(super) fn program(name: &str, file: &syn::File) -> Result<Program, Untransla
     let mut given = reader.values()?;
     given.append(&mut functions);
     let Sizes { coordinates, constraints } = reader.sizes;
-    Ok(Program { name: name.to_owned(), doc, coordinates, constraints, records, functions: given })
+    let is_length = reader.truths("is_length")?;
+    Ok(Program { name: name.to_owned(), doc, coordinates, constraints, is_length, records, functions: given })
 }
 
 /// What functions are read with.

@@ -1,12 +1,20 @@
 //! Steps of a motion: the same for all mechanisms but for names and sizes.
 
+use qrm_core::dop853::{ERROR_3, ERROR_5, NODES, ROWS, Row};
+
 use super::Writer;
 use crate::language::program::Part;
 
 /// What others see of the steps.
-const HEADER: &str = include_str!("rk4.h");
-/// The steps of the Runge-Kutta method of order 4, with the projection.
-const SOURCE: &str = include_str!("rk4.c");
+const HEADER: &str = include_str!("steps.h");
+/// States and their projection.
+const PROJECTION: &str = include_str!("projection.c");
+/// The step of the Runge-Kutta method of order 4.
+const RK4: &str = include_str!("rk4.c");
+/// The step of order 8.
+const DOP853: &str = include_str!("dop853.c");
+/// Stages of the step of order 8.
+const STAGES: usize = 12;
 
 impl Writer<'_> {
     /// The declarations of the steps.
@@ -16,7 +24,14 @@ impl Writer<'_> {
 
     /// The functions of the steps.
     pub(super) fn step_source(&self) -> String {
-        self.named(SOURCE)
+        let rows = |rows: &[Row]| list(rows.iter().map(|row| weights(row)), ",\n    ");
+        let lengths = self.program.is_length.iter().map(|is_length| u8::from(*is_length).to_string());
+        let dop853 = DOP853
+            .replace("NUMBERS_OF_NODES", &list(NODES[..STAGES].iter().map(|node| format!("{node:?}")), ", "))
+            .replace("NUMBERS_OF_ROWS", &rows(&ROWS[..=STAGES]))
+            .replace("NUMBERS_OF_ERRORS", &rows(&[ERROR_5, ERROR_3]))
+            .replace("NUMBERS_OF_LENGTHS", &list(lengths, ", "));
+        self.named(&[PROJECTION, RK4, &dop853].concat())
     }
 
     fn named(&self, text: &str) -> String {
@@ -25,4 +40,15 @@ impl Writer<'_> {
             .replace("scene_", &format!("{name}_"))
             .replace("SCENE_", &format!("{}_", name.to_uppercase()))
     }
+}
+
+/// The weights of all stages.
+fn weights(row: Row) -> String {
+    let mut weights = [0.0; STAGES];
+    row.iter().for_each(|&(stage, weight)| weights[stage] = weight);
+    list(weights.iter().map(|weight| format!("{weight:?}")), ", ")
+}
+
+fn list(items: impl Iterator<Item = String>, separator: &str) -> String {
+    format!("{{{}}}", items.collect::<Vec<_>>().join(separator))
 }

@@ -112,7 +112,7 @@ impl Values {
             }
             "constants" => {
                 let p = self.named["p"].clone();
-                let constants = generated.method("Constants::new", &[p.clone()]).expect("constants");
+                let constants = generated.method("Constants::new", std::slice::from_ref(&p)).expect("constants");
                 self.named.insert("m".to_owned(), Value::fields([("parameters", p), ("constants", constants.clone())]));
                 constants
             }

@@ -37,6 +37,14 @@ int scene_project(const struct scene *m, double t, double tolerance, struct scen
 // The work is bounded: at most five evaluations of the accelerations and four corrections of the coordinates.
 void scene_rk4_step(const struct scene *m, double t, double h, const struct scene_state *from, struct scene_step *step);
 
+// One step of length `h` from time `t` by the pair of Dormand and Prince of order 8, then the projection. `from` may be
+// the end in `step`.
+//
+// The result is the estimated error: 1 if it is as large as `tolerance`, which is the largest error of an angle itself,
+// of a length or a rate `x` relative to `1 + |x|`.
+double scene_dop853_step(const struct scene *m, double t, double h, double tolerance, const struct scene_state *from,
+                         struct scene_step *step);
+
 // Whether a step can be relied on: all numbers are finite, no residual is larger than `tolerance`, and the kernel suits
 // the position.
 int scene_is_good(const struct scene_step *step, double tolerance);
