@@ -50,6 +50,18 @@ pub(super) enum Part {
     Angles,
 }
 
+impl Part {
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Mechanism => "mechanism",
+            Self::Parameters => "parameters",
+            Self::Constants => "constants",
+            Self::Position => "position",
+            Self::Angles => "angles",
+        }
+    }
+}
+
 /// A function without loops and branches.
 #[derive(Debug)]
 pub(super) struct Function {

@@ -59,6 +59,7 @@ fn compare(name: &str, module: &syn::File, states: usize) {
     }
     let program = read::program(name, module).expect("a plain form");
     let code = super::c(name, module).expect("a translation");
+    assert_eq!(super::c(name, module).as_ref(), Ok(&code), "{name}: the same module, other code");
     let states = State::random(&program, states);
     let wanted = expected(&program, module, &states);
     for compiler in &compilers {
@@ -70,6 +71,17 @@ fn compare(name: &str, module: &syn::File, states: usize) {
             assert!(is_same || is_near, "{name}_{function} by {}: {given:e}, not {wanted:e}", compiler.name);
         }
     }
+}
+
+#[test]
+fn all_functions_of_numbers_are_translated() {
+    let text = fs::read_to_string(golden().join("pendulum.rs")).expect("a module");
+    let residual = "-(k.k1 * (k.half_l_sq - R::from_f64(0.5) * (x * x + y * y)))";
+    let sum = "k.k1 + x.tanh().asin() + y.tanh().acos() + x.atan() + x.sinh() * y.cosh() + x.exp().ln() + x.abs().sqrt() \
+               + y.floor() + x.sign() + x.tan() + x.sin() + y.cos() + x.atan2(y) + x.hypot(y) + x.min(y) + x.max(y) \
+               + R::powi(x, 2) + R::pow(R::abs(x), y) + x.abs().powf(1.5) + R::pi() - (x - (y - x)) / (x / y) - -x";
+    assert!(text.contains(residual), "{residual}");
+    compare("pendulum", &syntax(&text.replace(residual, sum)).expect("Rust"), 100);
 }
 
 #[test]

@@ -9,15 +9,11 @@ impl Writer<'_> {
     /// The type of a struct.
     pub(super) fn structure(&self, part: Part) -> String {
         let name = &self.program.name;
-        let part = match part {
-            Part::Mechanism if is_word(name) => "_",
-            Part::Mechanism => "",
-            Part::Parameters => "_parameters",
-            Part::Constants => "_constants",
-            Part::Position => "_position",
-            Part::Angles => "_angles",
-        };
-        format!("struct {name}{part}")
+        match part {
+            Part::Mechanism if is_word(name) => format!("struct {name}_"),
+            Part::Mechanism => format!("struct {name}"),
+            part => format!("struct {name}_{}", part.name()),
+        }
     }
 
     pub(super) fn records(&self) -> String {
@@ -28,9 +24,9 @@ impl Writer<'_> {
             self.structure(Part::Angles)
         );
         text += &format!("\n{}{} {{\n", comment(&self.program.doc), self.structure(Part::Mechanism));
-        for (part, field) in [(Part::Parameters, "parameters"), (Part::Constants, "constants")] {
+        for part in [Part::Parameters, Part::Constants] {
             if self.program.has(part) {
-                text += &format!("    {} {field};\n", self.structure(part));
+                text += &format!("    {} {};\n", self.structure(part), part.name());
             }
         }
         text + "};\n"

@@ -4,6 +4,7 @@ use std::fs;
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::states::State;
 use crate::language::Code;
@@ -24,7 +25,10 @@ pub(super) fn compilers() -> Vec<Compiler> {
 impl Compiler {
     /// The numbers that a program with this code and this main file prints.
     pub(super) fn run(&self, name: &str, code: &Code, main: &str, states: &[State]) -> Vec<f64> {
-        let folder = std::env::temp_dir().join(format!("qrm-language-{}-{}-{name}", std::process::id(), self.name));
+        // Tests run side by side.
+        static RUNS: AtomicUsize = AtomicUsize::new(0);
+        let run = RUNS.fetch_add(1, Ordering::Relaxed);
+        let folder = std::env::temp_dir().join(format!("qrm-language-{}-{run}", std::process::id()));
         fs::create_dir_all(&folder).expect("a folder");
         let file = |name: &str| folder.join(name);
         fs::write(file(&format!("{name}.h")), &code.header).expect("a header");

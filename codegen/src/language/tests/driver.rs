@@ -11,10 +11,10 @@ pub(super) fn driver(program: &Program) -> String {
              printf(\"%.17g\\n\", numbers[i]);\n    }\n}\n\n";
     text += "static int scan(double *numbers, int count)\n{\n    for (int i = 0; i < count; i++) {\n        \
              if (scanf(\"%lf\", &numbers[i]) != 1) return 0;\n    }\n    return 1;\n}\n\nint main(void)\n{\n";
-    for part in [Part::Mechanism, Part::Parameters, Part::Constants, Part::Position, Part::Angles] {
-        if part == Part::Mechanism || part == Part::Angles || program.has(part) {
-            text += &format!("    struct {name}{} {};\n", suffix(part), variable(part));
-        }
+    text += &format!("    struct {name} m;\n");
+    let is_there = |part: &Part| *part == Part::Angles || program.has(*part);
+    for part in [Part::Parameters, Part::Constants, Part::Position, Part::Angles].into_iter().filter(is_there) {
+        text += &format!("    struct {name}_{} {};\n", part.name(), variable(part));
     }
     let arrays = [
         ("change", fields(program, Part::Parameters).len()),
@@ -116,18 +116,6 @@ fn variable(part: Part) -> &'static str {
     match part {
         Part::Mechanism => "m",
         Part::Parameters => "p",
-        Part::Constants => "k",
-        Part::Position => "position",
-        Part::Angles => "angles",
-    }
-}
-
-fn suffix(part: Part) -> &'static str {
-    match part {
-        Part::Mechanism => "",
-        Part::Parameters => "_parameters",
-        Part::Constants => "_constants",
-        Part::Position => "_position",
-        Part::Angles => "_angles",
+        part => part.name(),
     }
 }
