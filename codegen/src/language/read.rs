@@ -13,13 +13,12 @@ use super::Untranslated;
 use super::program::{
     Argument, Expression, Field, Function, Part, Program, Record, Result as Output, Routine, Shape, Statement,
 };
-use crate::emit::struct_name;
 use documentation::documentation;
 use shape::Sizes;
 
 /// The plain form of a module.
 pub(super) fn program(name: &str, file: &syn::File) -> Result<Program, Untranslated> {
-    let reader = Reader::new(name, file)?;
+    let reader = Reader::new(file)?;
     let mut records = Vec::new();
     let mut doc = Vec::new();
     let mut functions = Vec::new();
@@ -46,6 +45,7 @@ pub(super) fn program(name: &str, file: &syn::File) -> Result<Program, Untransla
 }
 
 /// What functions are read with.
+#[derive(Default)]
 struct Reader<'f> {
     /// The struct that is the mechanism.
     own: String,
@@ -57,9 +57,8 @@ struct Reader<'f> {
 }
 
 impl<'f> Reader<'f> {
-    fn new(name: &str, file: &'f syn::File) -> Result<Self, Untranslated> {
-        let own = struct_name(name);
-        let mut reader = Self { own, sizes: Sizes::default(), methods: BTreeMap::new(), makers: BTreeMap::new() };
+    fn new(file: &'f syn::File) -> Result<Self, Untranslated> {
+        let mut reader = Self::default();
         for item in &file.items {
             let Item::Impl(block) = item else { continue };
             let owner = shape::last_segment(&block.self_ty)?.ident.to_string();
@@ -73,6 +72,7 @@ impl<'f> Reader<'f> {
                     reader.makers.extend(methods.map(|method| (owner.clone(), method)))
                 }
                 (_, Some(of)) if of.ident == "Kernel" || of.ident == "Equations" => {
+                    reader.own = owner;
                     reader.sizes = Sizes::of(of)?;
                     reader.methods.extend(methods.map(|method| (method.sig.ident.to_string(), method)));
                 }
