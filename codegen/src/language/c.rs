@@ -41,7 +41,7 @@ impl<'p> Writer<'p> {
         for (size, count) in [("COORDINATES", coordinates), ("CONSTRAINTS", constraints), ("OUTPUTS", &outputs)] {
             text += &format!("#define {guard}_{size} {count}\n");
         }
-        text += "\n// An array of size 0 has one place that is not used: C has none of size 0.\n";
+        text += "\n// An array of no numbers has one place: C has none of size 0.\n";
         text += &self.records();
         text += &format!("\n// The mechanism with these parameters.\n{};\n", self.constructor());
         for function in functions {

@@ -110,7 +110,7 @@ pub(super) enum Shape {
     Record(Part),
 }
 
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) enum Statement {
     /// What the statements after it compute.
     Comment(String),
@@ -240,4 +240,6 @@ pub(super) enum Routine {
     Min,
     /// The first number if it is larger, else the second.
     Max,
+    /// The second number where the first one is not a number, else the first.
+    Given,
 }

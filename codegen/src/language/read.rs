@@ -85,14 +85,21 @@ impl<'f> Reader<'f> {
     /// The functions that give parameters, constants, and what a run needs.
     fn values(&self) -> Result<Vec<Function>, Untranslated> {
         let mut functions = Vec::new();
-        for (owner, name, doc) in [
-            ("Parameters", "default_parameters", "The scene's values."),
-            ("Constants", "constants", "The values that depend on parameters alone."),
-        ] {
-            let Some(maker) = self.makers.get(owner) else { continue };
-            let mut function = self.maker(owner, maker)?;
-            (function.name, function.doc) = (name.to_owned(), vec![doc.to_owned()]);
-            functions.push(function);
+        if let Some(maker) = self.makers.get("Parameters") {
+            let mut with = self.maker(Part::Parameters, maker)?;
+            with.name = "parameters_with".to_owned();
+            with.doc = vec![
+                "The scene's values, but for those that `replace` has in their place; the others of it are not a number."
+                    .to_owned(),
+                "What the scene computes from other values follows them.".to_owned(),
+            ];
+            functions.push(defaults(&with));
+            functions.push(with);
+        }
+        if let Some(maker) = self.makers.get("Constants") {
+            let mut constants = self.maker(Part::Constants, maker)?;
+            constants.doc = vec!["The values that depend on parameters alone.".to_owned()];
+            functions.push(constants);
         }
         for (name, doc) in [
             ("start", "The start of the motion: given values, and first guesses of the others."),
@@ -132,6 +139,23 @@ impl<'f> Reader<'f> {
             other => Err(Untranslated::new("the truth", other)),
         };
         array.elems.iter().map(truth).collect()
+    }
+}
+
+/// The function that gives the scene's values of parameters, none of them replaced.
+fn defaults(with: &Function) -> Function {
+    let own = |statement: &Statement| match statement {
+        Statement::Let { name, value: Expression::Call(Routine::Given, values) } => {
+            Statement::Let { name: name.clone(), value: values[1].clone() }
+        }
+        other => other.clone(),
+    };
+    Function {
+        name: "default_parameters".to_owned(),
+        doc: vec!["The scene's values.".to_owned()],
+        arguments: Vec::new(),
+        results: with.results.clone(),
+        body: with.body.iter().map(own).collect(),
     }
 }
 

@@ -27,6 +27,7 @@ pub(super) fn function(routine: Routine) -> &'static str {
         Routine::Sign => "sign",
         Routine::Min => "min",
         Routine::Max => "max",
+        Routine::Given => "number_or",
     }
 }
 
@@ -51,6 +52,9 @@ fn helper(routine: Routine) -> Option<&'static str> {
         ),
         Routine::Min => Some("static double min(double x, double y)\n{\n    return x < y ? x : y;\n}"),
         Routine::Max => Some("static double max(double x, double y)\n{\n    return x > y ? x : y;\n}"),
+        Routine::Given => {
+            Some("static double number_or(double x, double otherwise)\n{\n    return isnan(x) ? otherwise : x;\n}")
+        }
         _ => None,
     }
 }
@@ -171,7 +175,26 @@ const WORDS: [&str; 103] = [
     "NULL",
 ];
 
-const FUNCTIONS: [&str; 20] = [
-    "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "exp", "log", "sqrt", "fabs", "floor", "pow",
-    "hypot", "atan2", "sign", "min", "max",
+const FUNCTIONS: [&str; 21] = [
+    "sin",
+    "cos",
+    "tan",
+    "asin",
+    "acos",
+    "atan",
+    "sinh",
+    "cosh",
+    "tanh",
+    "exp",
+    "log",
+    "sqrt",
+    "fabs",
+    "floor",
+    "pow",
+    "hypot",
+    "atan2",
+    "sign",
+    "min",
+    "max",
+    "number_or",
 ];

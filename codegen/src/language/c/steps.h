@@ -1,5 +1,5 @@
 
-// An array of `count` numbers has at least one place: C has none of size 0.
+// The places of an array of `count` numbers.
 #define SCENE_PLACES(count) ((count) > 0 ? (count) : 1)
 
 // A state, with what a step needs at its beginning.

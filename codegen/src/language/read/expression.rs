@@ -40,14 +40,10 @@ pub(super) fn expression(value: &Expr) -> Result<Expression, Untranslated> {
         }
         Expr::Field(field) => Ok(expression(&field.base)?.field(&member(&field.member)?)),
         Expr::Index(index) => Ok(expression(&index.expr)?.element(shape::whole(&index.index)?)),
-        Expr::MethodCall(call) => match (call.method.to_string().as_str(), call.args.first()) {
-            // The value of a parameter that nothing replaces.
-            ("unwrap_or", Some(value)) => expression(value),
-            (name, _) => {
-                let arguments = expressions(std::iter::once(&*call.receiver).chain(&call.args))?;
-                function(name, arguments).ok_or_else(|| Untranslated::new("the call", value))
-            }
-        },
+        Expr::MethodCall(call) => {
+            let arguments = expressions(std::iter::once(&*call.receiver).chain(&call.args))?;
+            function(&call.method.to_string(), arguments).ok_or_else(|| Untranslated::new("the call", value))
+        }
         Expr::Call(call) => {
             let Expr::Path(path) = &*call.func else { return Err(Untranslated::new("the call", value)) };
             let mut arguments = expressions(&call.args)?;

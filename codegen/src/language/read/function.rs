@@ -27,30 +27,39 @@ impl Reader<'_> {
     }
 
     /// A function that makes parameters or constants.
-    pub(super) fn maker(&self, owner: &str, maker: &ImplItemFn) -> Result<Function, Untranslated> {
-        let name = owner.to_lowercase();
-        let part = shape::part(owner).ok_or_else(|| Untranslated::new("the function", maker))?;
-        // What replaces parameters is no number.
-        let arguments = if part == Part::Parameters { Vec::new() } else { self.arguments(&maker.sig)? };
-        let mut results = vec![Output { name: name.clone(), shape: Shape::Record(part) }];
+    pub(super) fn maker(&self, part: Part, maker: &ImplItemFn) -> Result<Function, Untranslated> {
+        let arguments = match (part, maker.sig.inputs.first()) {
+            // What replaces values are parameters too.
+            (Part::Parameters, Some(FnArg::Typed(input))) => {
+                vec![Argument { name: argument_name(&input.pat)?, shape: Shape::Record(part) }]
+            }
+            _ => self.arguments(&maker.sig)?,
+        };
+        let mut results = vec![Output { name: part.name().to_owned(), shape: Shape::Record(part) }];
         let body = Body::read(&arguments, &mut results, &maker.block)?;
-        Ok(Function { name, doc: Vec::new(), arguments, results, body })
+        Ok(Function { name: part.name().to_owned(), doc: Vec::new(), arguments, results, body })
     }
 
-    /// The arguments of a function. A name with an underscore is that of an argument that is not used.
+    /// The arguments of a function.
     pub(super) fn arguments(&self, signature: &Signature) -> Result<Vec<Argument>, Untranslated> {
         let argument = |input: &FnArg| match input {
             FnArg::Receiver(_) => Ok(Argument { name: "m".to_owned(), shape: Shape::Record(Part::Mechanism) }),
             FnArg::Typed(input) => {
-                let Pat::Ident(name) = &*input.pat else { return Err(Untranslated::new("the argument", input)) };
-                let name = plain(&name.ident);
+                let name = argument_name(&input.pat)?;
                 let is_own = shape::last_segment(&input.ty).is_ok_and(|segment| segment.ident == self.own);
                 let shape = if is_own { Shape::Record(Part::Mechanism) } else { shape::shape(&input.ty)? };
-                Ok(Argument { name: name.strip_prefix('_').unwrap_or(&name).to_owned(), shape })
+                Ok(Argument { name, shape })
             }
         };
         signature.inputs.iter().map(argument).collect()
     }
+}
+
+/// The name of an argument. One with an underscore in front is not used.
+fn argument_name(pattern: &Pat) -> Result<String, Untranslated> {
+    let Pat::Ident(name) = pattern else { return Err(Untranslated::new("the argument", pattern)) };
+    let name = plain(&name.ident);
+    Ok(name.strip_prefix('_').unwrap_or(&name).to_owned())
 }
 
 /// The statements of a function.
@@ -93,6 +102,14 @@ impl Body {
                     self.define(pattern, Expression::Call(routine, vec![angle.clone()]))?;
                 }
                 Ok(())
+            }
+            // A value of the scene, unless there is another one.
+            (Pat::Ident(name), Expr::MethodCall(call)) if call.method == "unwrap_or" => {
+                let (Expr::Call(replace), Some(own)) = (&*call.receiver, call.args.first()) else {
+                    return Err(Untranslated::new("the call", value));
+                };
+                let other = expression(&replace.func)?.field(&plain(&name.ident));
+                self.define(pattern, Expression::Call(Routine::Given, vec![other, expression(own)?]))
             }
             (_, value) => {
                 let value = expression(value)?;

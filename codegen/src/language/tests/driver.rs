@@ -6,12 +6,12 @@ use crate::language::program::{Argument, Function, Part, Program, Shape};
 /// The text of the file.
 pub(super) fn driver(program: &Program) -> String {
     let Program { name, coordinates, constraints, .. } = program;
-    let mut text = format!("#include \"{name}.h\"\n\n#include <stdio.h>\n\n");
+    let mut text = format!("#include \"{name}.h\"\n\n#include <math.h>\n#include <stdio.h>\n\n");
     text += "static void print(const double *numbers, int count)\n{\n    for (int i = 0; i < count; i++) {\n        \
              printf(\"%.17g\\n\", numbers[i]);\n    }\n}\n\n";
     text += "static int scan(double *numbers, int count)\n{\n    for (int i = 0; i < count; i++) {\n        \
              if (scanf(\"%lf\", &numbers[i]) != 1) return 0;\n    }\n    return 1;\n}\n\nint main(void)\n{\n";
-    text += &format!("    struct {name} m;\n");
+    text += &format!("    struct {name} m;\n    struct {name}_parameters replace;\n");
     let is_there = |part: &Part| *part == Part::Angles || program.has(*part);
     for part in [Part::Parameters, Part::Constants, Part::Position, Part::Angles].into_iter().filter(is_there) {
         text += &format!("    struct {name}_{} {};\n", part.name(), variable(part));
@@ -76,7 +76,7 @@ fn call(program: &Program, function: &Function) -> String {
                 arguments.push(place);
             }
             Shape::Record(part) => {
-                printed += &record(program, part);
+                printed += &record(program, function, part);
                 arguments.push(format!("&{}", variable(part)));
             }
         }
@@ -88,25 +88,28 @@ fn call(program: &Program, function: &Function) -> String {
     )
 }
 
-/// What is done once a struct is filled, which holds numbers alone: it is printed, parameters are changed before.
-fn record(program: &Program, part: Part) -> String {
+/// What is done once a struct is filled, which holds numbers alone: it is printed, and parameters are used.
+fn record(program: &Program, function: &Function, part: Part) -> String {
     let count = match part {
         Part::Angles => 2 * program.coordinates,
         _ => fields(program, part).len(),
     };
-    let variable = variable(part);
-    let print = format!("            print((const double *)&{variable}, {count});\n");
-    if part != Part::Parameters {
-        return print;
-    }
-    let change = format!(
-        "            for (int i = 0; i < {count}; i++) {{\n                ((double *)&p)[i] += change[i];\n            }}\n"
-    );
-    change + &print + &format!("            {}_new(&p, &m);\n", program.name)
+    let print = format!("            print((const double *)&{}, {count});\n", variable(part));
+    let use_them = match function.name.as_str() {
+        // Every other one is replaced.
+        "default_parameters" => format!(
+            "            for (int i = 0; i < {count}; i++) {{\n                ((double *)&replace)[i] = i % 2 ? NAN : \
+             ((double *)&p)[i] + change[i];\n            }}\n"
+        ),
+        "parameters_with" => format!("            {}_new(&p, &m);\n", program.name),
+        _ => String::new(),
+    };
+    print + &use_them
 }
 
 fn argument(argument: &Argument) -> String {
     match argument.shape {
+        Shape::Record(Part::Parameters) if argument.name != "p" => "&replace".to_owned(),
         Shape::Record(part) => format!("&{}", variable(part)),
         _ => argument.name.clone(),
     }

@@ -2,13 +2,13 @@
 
 use std::collections::HashMap;
 
-use super::libm::Libm;
+use super::libm::{self, Libm};
 use crate::interpret::{GeneratedModule, Value};
 use crate::language::program::{Function, Part, Program, Shape};
 
 pub(super) struct State {
     t: f64,
-    /// What is added to the parameters.
+    /// What is added to parameters.
     change: Vec<f64>,
     q: Vec<f64>,
     qd: Vec<f64>,
@@ -67,6 +67,8 @@ pub(super) fn expected<'p>(program: &'p Program, module: &syn::File, states: &[S
 /// Arguments of functions by their names.
 struct Values {
     named: HashMap<String, Value<Libm>>,
+    /// What replaces parameters.
+    replace: Vec<f64>,
 }
 
 impl Values {
@@ -81,7 +83,7 @@ impl Values {
         let mut named: HashMap<String, Value<Libm>> =
             lists.into_iter().map(|(name, list)| (name.to_owned(), Value::list(list))).collect();
         named.insert("t".to_owned(), Value::Number(Libm(state.t)));
-        Self { named }
+        Self { named, replace: Vec::new() }
     }
 
     /// The result of a function, kept where others need it.
@@ -95,17 +97,19 @@ impl Values {
         let name = function.name.as_str();
         match name {
             "default_parameters" => {
-                let Value::Fields(mut parameters) =
-                    generated.method::<Libm>("with", &[Value::Nothing]).expect("parameters")
-                else {
-                    panic!("parameters without fields");
-                };
-                for (name, change) in fields(program, Part::Parameters).iter().zip(change) {
-                    if let Some(Value::Number(number)) = parameters.get_mut(*name) {
-                        number.0 += change;
-                    }
-                }
-                let parameters = Value::Fields(parameters);
+                let defaults = generated.method::<Libm>("with", &[Value::Nothing]).expect("parameters");
+                let number = |name: &&str| defaults.field(name).expect("a field").numbers()[0].0;
+                let names = fields(program, Part::Parameters);
+                let places = names.iter().zip(change).enumerate();
+                // Every other one is replaced.
+                let replace =
+                    places.map(|(i, (name, change))| if i % 2 == 1 { f64::NAN } else { number(name) + change });
+                self.replace = replace.collect();
+                defaults
+            }
+            "parameters_with" => {
+                libm::replace(&self.replace);
+                let parameters = generated.method::<Libm>("with", &[Value::Nothing]).expect("parameters");
                 self.named.insert("p".to_owned(), parameters.clone());
                 self.named.insert("m".to_owned(), Value::fields([("parameters", parameters.clone())]));
                 parameters
