@@ -98,5 +98,6 @@ fn what_has_no_translation_is_named() {
         "no translation of the expression `if true { x } else { y }`"
     );
     assert_eq!(said("k.k1 * x;", "k.k1 % x;"), "no translation of the operator of `k . k1 % x`");
+    assert_eq!(said("rod_x.recip()", "LENGTH"), "no translation of the name `LENGTH`");
     assert_eq!(said("let rod_y =", "let rod_x ="), "no translation of a name that is given twice, `rod_x`");
 }

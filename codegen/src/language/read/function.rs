@@ -90,7 +90,23 @@ impl Body {
             }
         }
         body.results(results, &fields, value)?;
-        Ok(body.statements)
+        body.names.extend(results.iter().map(|result| result.name.clone()));
+        match body.unknown() {
+            Some(name) => Err(Untranslated(format!("the name `{name}`"))),
+            None => Ok(body.statements),
+        }
+    }
+
+    /// A name that stands for nothing in the function.
+    fn unknown(&self) -> Option<String> {
+        let mut unknown = None;
+        for statement in &self.statements {
+            statement.visit(&mut |value| match value {
+                Expression::Name(name) if !self.names.contains(name) => unknown = Some(name.clone()),
+                _ => {}
+            });
+        }
+        unknown
     }
 
     /// Names what a pattern names.
@@ -157,7 +173,7 @@ impl Body {
     /// Gives the results their values; `fields` are their names where they are parts of a struct.
     fn results(&mut self, results: &[Output], fields: &[String], value: &Expr) -> Result<(), Untranslated> {
         match (results, value) {
-            (_, Expr::Struct(structure)) => {
+            (_, Expr::Struct(structure)) if structure.rest.is_none() => {
                 for field in &structure.fields {
                     let name = member(&field.member)?;
                     match results {
