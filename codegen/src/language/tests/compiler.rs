@@ -9,7 +9,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use super::states::State;
 use crate::language::Code;
 
-const FLAGS: [&str; 6] = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O1"];
+// Products and sums are rounded by themselves, as the interpreter rounds them.
+const FLAGS: [&str; 7] = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O1", "-ffp-contract=off"];
 
 pub(super) struct Compiler {
     pub(super) name: &'static str,
