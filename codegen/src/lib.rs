@@ -29,12 +29,13 @@ mod interpret;
 #[cfg(feature = "engine")]
 pub mod interpretable;
 pub mod kernel;
-pub mod language;
 pub mod lower;
 pub mod names;
 pub mod omissions;
 pub mod share;
 pub mod tape;
 pub mod term;
+#[cfg(test)]
+mod translations;
 pub mod verify;
 pub mod words;

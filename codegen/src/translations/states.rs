@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::libm::{self, Libm};
 use crate::interpret::{GeneratedModule, Value};
-use crate::language::program::{Function, Part, Program, Shape};
+use qrm_language::program::{Function, Part, Program, Shape};
 
 pub(super) struct State {
     t: f64,
@@ -170,7 +170,7 @@ fn numbers(program: &Program, function: &Function, value: &Value<Libm>) -> Vec<f
         },
         _ if matches!(value, Value::List(_)) => plain(value),
         results => {
-            let number = |result: &crate::language::program::Result| match result.shape {
+            let number = |result: &qrm_language::program::Result| match result.shape {
                 Shape::Truths(_) => of(&result.name).truths().into_iter().map(|t| f64::from(u8::from(t))).collect(),
                 _ => plain(of(&result.name)),
             };

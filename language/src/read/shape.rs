@@ -3,7 +3,7 @@
 use syn::{Expr, ExprLit, GenericArgument, Lit, PathArguments, PathSegment, Type};
 
 use super::Untranslated;
-use crate::language::program::{Part, Result as Output, Shape};
+use crate::program::{Part, Result as Output, Shape};
 
 /// How many coordinates and constraints there are.
 #[derive(Clone, Copy, Debug, Default)]

@@ -8,9 +8,9 @@ mod states;
 use std::fs;
 use std::path::PathBuf;
 
-use super::{read, syntax};
 use compiler::compilers;
 use driver::driver;
+use qrm_language::syntax;
 use states::{State, expected};
 
 /// States of each mechanism.
@@ -52,18 +52,13 @@ fn names_that_mean_something_in_c_are_changed() {
 
 /// Compares a module with its translation, by each compiler that is there.
 fn compare(name: &str, module: &syn::File, states: usize) {
-    let compilers = compilers();
-    if compilers.is_empty() {
-        eprintln!("skipped: there is neither `gcc` nor `clang`");
-        return;
-    }
-    let program = read::program(name, module).expect("a plain form");
-    let code = super::c(name, module).expect("a translation");
-    assert_eq!(super::c(name, module).as_ref(), Ok(&code), "{name}: the same module, other code");
+    let program = qrm_language::program(name, module).expect("a plain form");
+    let files = qrm_language::c(&program).expect("a translation");
+    assert_eq!(qrm_language::c(&program).as_ref(), Ok(&files), "{name}: the same module, other code");
     let states = State::random(&program, states);
     let wanted = expected(&program, module, &states);
-    for compiler in &compilers {
-        let given = compiler.run(name, &code, &driver(&program), &states);
+    for compiler in &compilers() {
+        let given = compiler.run(name, &files, &driver(&program), &states);
         assert_eq!(given.len(), wanted.len(), "{name}: results by {}", compiler.name);
         for ((function, wanted), given) in wanted.iter().zip(given) {
             let is_same = *wanted == given || wanted.is_nan() && given.is_nan();
@@ -90,7 +85,7 @@ fn what_has_no_translation_is_named() {
     let said = |from: &str, to: &str| {
         assert!(pendulum.contains(from), "{from}");
         let module = syntax(&pendulum.replace(from, to)).expect("Rust");
-        super::c("pendulum", &module).expect_err(to).to_string()
+        qrm_language::program("pendulum", &module).expect_err(to).to_string()
     };
     assert_eq!(said("rod_x.recip()", "rod_x.erf()"), "no translation of the call `rod_x . erf ()`");
     assert_eq!(

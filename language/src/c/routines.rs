@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::language::program::{Expression, Program, Routine};
+use crate::program::{Expression, Program, Routine};
 
 /// The function of a routine.
 pub(super) fn function(routine: Routine) -> &'static str {

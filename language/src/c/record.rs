@@ -3,7 +3,7 @@
 use super::Writer;
 use super::lines::comment;
 use super::routines::is_word;
-use crate::language::program::{Part, Record};
+use crate::program::{Part, Record};
 
 impl Writer<'_> {
     /// The type of a struct.

@@ -9,14 +9,15 @@ mod steps;
 
 use super::names::Names;
 use super::program::{Part, Program, Shape};
-use super::{Code, Untranslated};
+use super::{File, Untranslated};
 use lines::comment;
 use routines::is_word;
 
 /// Header and source of a program.
-pub(super) fn write(program: &Program) -> Result<Code, Untranslated> {
+pub(super) fn write(program: &Program) -> Result<Vec<File>, Untranslated> {
     let writer = Writer::new(program)?;
-    Ok(Code { header: writer.header()?, source: writer.source()? })
+    let file = |extension: &str, text| File { name: format!("{}.{extension}", program.name), text };
+    Ok(vec![file("h", writer.header()?), file("c", writer.source()?)])
 }
 
 struct Writer<'p> {

@@ -1,8 +1,8 @@
 //! Expressions.
 
 use super::{Writer, routines};
-use crate::language::names::Names;
-use crate::language::program::{Expression, Operator};
+use crate::names::Names;
+use crate::program::{Expression, Operator};
 
 /// How tightly an expression holds together.
 #[derive(Clone, Copy, PartialEq, PartialOrd)]

@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::states::State;
-use crate::language::Code;
+use qrm_language::File;
 
 // Products and sums are rounded by themselves, as the interpreter rounds them.
 const FLAGS: [&str; 7] = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O1", "-ffp-contract=off"];
@@ -20,21 +20,22 @@ pub(super) struct Compiler {
 pub(super) fn compilers() -> Vec<Compiler> {
     let is_there =
         |name: &&str| Command::new(name).arg("--version").output().is_ok_and(|output| output.status.success());
-    ["gcc", "clang"].into_iter().filter(is_there).map(|name| Compiler { name }).collect()
+    let (found, others): (Vec<_>, Vec<_>) = ["gcc", "clang"].into_iter().partition(is_there);
+    others.iter().for_each(|name| eprintln!("skipped: there is no `{name}`"));
+    found.into_iter().map(|name| Compiler { name }).collect()
 }
 
 impl Compiler {
     /// The numbers that a program with this code and this main file prints.
-    pub(super) fn run(&self, name: &str, code: &Code, main: &str, states: &[State]) -> Vec<f64> {
+    pub(super) fn run(&self, name: &str, files: &[File], main: &str, states: &[State]) -> Vec<f64> {
         // Tests run side by side.
         static RUNS: AtomicUsize = AtomicUsize::new(0);
         let run = RUNS.fetch_add(1, Ordering::Relaxed);
         let folder = std::env::temp_dir().join(format!("qrm-language-{}-{run}", std::process::id()));
         fs::create_dir_all(&folder).expect("a folder");
         let file = |name: &str| folder.join(name);
-        fs::write(file(&format!("{name}.h")), &code.header).expect("a header");
+        files.iter().for_each(|written| fs::write(file(&written.name), &written.text).expect("a file"));
         let sources = [file(&format!("{name}.c")), file("main.c")];
-        fs::write(&sources[0], &code.source).expect("a source");
         fs::write(&sources[1], main).expect("a source");
         let program = file("program");
         let mut command = Command::new(self.name);

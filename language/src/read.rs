@@ -16,6 +16,22 @@ use super::program::{
 use documentation::documentation;
 use shape::Sizes;
 
+/// The syntax of a generated module, the comments of its statements included.
+///
+/// # Errors
+/// The text is not Rust.
+pub fn syntax(text: &str) -> syn::Result<syn::File> {
+    // A parser keeps documentation alone.
+    let line = |line: &str| match line.split_once("// ") {
+        Some((indent, comment)) if !indent.is_empty() && indent.trim().is_empty() => format!("{indent}/// {comment}\n"),
+        _ => format!("{line}\n"),
+    };
+    // Behind the functions stands the scene, in a literal.
+    let (functions, rest) = text.split_at(text.find("pub const SOURCE").unwrap_or(text.len()));
+    let functions: String = functions.lines().map(line).collect();
+    syn::parse_file(&(functions + rest))
+}
+
 /// The plain form of a module.
 pub(super) fn program(name: &str, file: &syn::File) -> Result<Program, Untranslated> {
     let reader = Reader::new(file)?;

@@ -2,56 +2,73 @@
 
 /// A module: structs of numbers, and functions.
 #[derive(Debug)]
-pub(super) struct Program {
+pub struct Program {
     /// What the names of its functions begin with.
-    pub(super) name: String,
-    pub(super) doc: Vec<String>,
-    pub(super) coordinates: usize,
-    pub(super) constraints: usize,
+    pub name: String,
+    /// The lines of its documentation.
+    pub doc: Vec<String>,
+    /// How many coordinates there are.
+    pub coordinates: usize,
+    /// How many constraints there are.
+    pub constraints: usize,
     /// Which coordinates are lengths, not angles.
-    pub(super) is_length: Vec<bool>,
-    pub(super) records: Vec<Record>,
-    pub(super) functions: Vec<Function>,
+    pub is_length: Vec<bool>,
+    /// Its structs.
+    pub records: Vec<Record>,
+    /// Its functions, each behind those that it needs results of.
+    pub functions: Vec<Function>,
 }
 
 impl Program {
-    pub(super) fn function(&self, name: &str) -> Option<&Function> {
+    /// The function of this name.
+    pub fn function(&self, name: &str) -> Option<&Function> {
         self.functions.iter().find(|function| function.name == name)
     }
 
-    pub(super) fn has(&self, part: Part) -> bool {
+    /// Whether the module has this struct.
+    pub fn has(&self, part: Part) -> bool {
         self.records.iter().any(|record| record.part == part)
     }
 }
 
 /// A struct of numbers.
 #[derive(Debug)]
-pub(super) struct Record {
-    pub(super) part: Part,
-    pub(super) doc: Vec<String>,
-    pub(super) fields: Vec<Field>,
+pub struct Record {
+    /// Which one it is.
+    pub part: Part,
+    /// The lines of its documentation.
+    pub doc: Vec<String>,
+    /// Its numbers.
+    pub fields: Vec<Field>,
 }
 
+/// A number in a struct.
 #[derive(Debug)]
-pub(super) struct Field {
-    pub(super) name: String,
-    pub(super) doc: Vec<String>,
+pub struct Field {
+    /// Its name.
+    pub name: String,
+    /// The lines of its documentation.
+    pub doc: Vec<String>,
 }
 
 /// The structs of a module.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Part {
+pub enum Part {
     /// Parameters and constants.
     Mechanism,
+    /// The numbers of the scene that can be changed.
     Parameters,
+    /// What depends on parameters alone.
     Constants,
+    /// What follows from the position alone.
     Position,
     /// Sines and cosines of all coordinates.
     Angles,
 }
 
 impl Part {
-    pub(super) fn name(self) -> &'static str {
+    /// Its name.
+    pub fn name(self) -> &'static str {
         match self {
             Self::Mechanism => "mechanism",
             Self::Parameters => "parameters",
@@ -64,22 +81,27 @@ impl Part {
 
 /// A function without loops and branches.
 #[derive(Debug)]
-pub(super) struct Function {
-    pub(super) name: String,
-    pub(super) doc: Vec<String>,
-    pub(super) arguments: Vec<Argument>,
-    pub(super) results: Vec<Result>,
-    pub(super) body: Vec<Statement>,
+pub struct Function {
+    /// Its name.
+    pub name: String,
+    /// The lines of its documentation.
+    pub doc: Vec<String>,
+    /// Its arguments.
+    pub arguments: Vec<Argument>,
+    /// What it gives.
+    pub results: Vec<Result>,
+    /// Its statements; each place of a result is set once they have been executed.
+    pub body: Vec<Statement>,
 }
 
 impl Function {
     /// Whether its one result is a number.
-    pub(super) fn is_number(&self) -> bool {
+    pub fn is_number(&self) -> bool {
         matches!(&self.results[..], [result] if result.shape == Shape::Number)
     }
 
     /// Whether any statement mentions a name.
-    pub(super) fn mentions(&self, name: &str) -> bool {
+    pub(crate) fn mentions(&self, name: &str) -> bool {
         let mut found = false;
         for statement in &self.body {
             statement.visit(&mut |value| found |= matches!(value, Expression::Name(other) if other == name));
@@ -88,50 +110,72 @@ impl Function {
     }
 }
 
+/// An argument of a function.
 #[derive(Clone, Debug)]
-pub(super) struct Argument {
-    pub(super) name: String,
-    pub(super) shape: Shape,
+pub struct Argument {
+    /// Its name.
+    pub name: String,
+    /// Its shape.
+    pub shape: Shape,
 }
 
+/// A result of a function.
 #[derive(Clone, Debug)]
-pub(super) struct Result {
-    pub(super) name: String,
-    pub(super) shape: Shape,
+pub struct Result {
+    /// Its name.
+    pub name: String,
+    /// Its shape.
+    pub shape: Shape,
 }
 
+/// The shape of an argument or a result.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Shape {
+pub enum Shape {
+    /// A number.
     Number,
+    /// So many numbers.
     Vector(usize),
     /// Rows and columns.
     Matrix(usize, usize),
+    /// So many truths.
     Truths(usize),
+    /// A struct.
     Record(Part),
 }
 
+/// A statement of a function.
 #[derive(Clone, Debug)]
-pub(super) enum Statement {
+pub enum Statement {
     /// What the statements after it compute.
     Comment(String),
     /// A short name of a struct.
     Alias {
+        /// The short name.
         name: String,
+        /// Which struct it is.
         part: Part,
+        /// What it stands for.
         of: Expression,
     },
+    /// A name for a number.
     Let {
+        /// The name.
         name: String,
+        /// The number.
         value: Expression,
     },
     /// Zeros in all places of a result.
     Clear {
+        /// The result.
         place: Expression,
+        /// Its shape.
         shape: Shape,
     },
     /// A number in a place of a result.
     Set {
+        /// The place.
         place: Expression,
+        /// The number.
         value: Expression,
     },
     /// The one result.
@@ -140,7 +184,7 @@ pub(super) enum Statement {
 
 impl Statement {
     /// Calls a function for each expression in the statement.
-    pub(super) fn visit(&self, f: &mut impl FnMut(&Expression)) {
+    pub(crate) fn visit(&self, f: &mut impl FnMut(&Expression)) {
         match self {
             Self::Comment(_) => {}
             Self::Alias { of: value, .. } | Self::Let { value, .. } | Self::Clear { place: value, .. } => {
@@ -155,40 +199,49 @@ impl Statement {
     }
 }
 
+/// A number, and how it is computed.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Expression {
+pub enum Expression {
     /// A decimal.
     Number(String),
+    /// A truth.
     Truth(bool),
+    /// The ratio of a circle's circumference to its diameter.
     Pi,
+    /// What is larger than all numbers.
     Infinity,
+    /// What has a name in the function.
     Name(String),
+    /// A number in a struct.
     Field(Box<Expression>, String),
     /// The element at a place that is counted from zero.
     Element(Box<Expression>, usize),
+    /// A number with the other sign.
     Negative(Box<Expression>),
+    /// A sum, difference, product or quotient.
     Binary(Operator, Box<Expression>, Box<Expression>),
+    /// A function of numbers.
     Call(Routine, Vec<Expression>),
 }
 
 impl Expression {
-    pub(super) fn name(name: &str) -> Self {
+    pub(crate) fn name(name: &str) -> Self {
         Self::Name(name.to_owned())
     }
 
-    pub(super) fn field(self, name: &str) -> Self {
+    pub(crate) fn field(self, name: &str) -> Self {
         Self::Field(Box::new(self), name.to_owned())
     }
 
-    pub(super) fn element(self, place: usize) -> Self {
+    pub(crate) fn element(self, place: usize) -> Self {
         Self::Element(Box::new(self), place)
     }
 
-    pub(super) fn negative(self) -> Self {
+    pub(crate) fn negative(self) -> Self {
         Self::Negative(Box::new(self))
     }
 
-    pub(super) fn binary(operator: Operator, left: Self, right: Self) -> Self {
+    pub(crate) fn binary(operator: Operator, left: Self, right: Self) -> Self {
         Self::Binary(operator, Box::new(left), Box::new(right))
     }
 
@@ -206,8 +259,10 @@ impl Expression {
     }
 }
 
+/// An operation on two numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Operator {
+#[allow(missing_docs, reason = "their names say it")]
+pub enum Operator {
     Add,
     Subtract,
     Multiply,
@@ -216,7 +271,8 @@ pub(super) enum Operator {
 
 /// The functions of numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Routine {
+#[allow(missing_docs, reason = "their names say it")]
+pub enum Routine {
     Sin,
     Cos,
     Tan,

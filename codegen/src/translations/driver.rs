@@ -1,7 +1,7 @@
 //! A main file that calls all functions at states that it reads, and prints what they give.
 
 use super::states::fields;
-use crate::language::program::{Argument, Function, Part, Program, Shape};
+use qrm_language::program::{Argument, Function, Part, Program, Shape};
 
 /// The text of the file.
 pub(super) fn driver(program: &Program) -> String {

@@ -3,7 +3,7 @@
 use qrm_core::dop853::{ERROR_3, ERROR_5, NODES, ROWS, Row};
 
 use super::Writer;
-use crate::language::program::Part;
+use crate::program::Part;
 
 /// What others see of the steps.
 const HEADER: &str = include_str!("steps.h");

@@ -8,7 +8,7 @@ use syn::{Attribute, Block, Expr, FnArg, ImplItemFn, Pat, ReturnType, Signature,
 use super::documentation::documentation;
 use super::expression::{expression, plain};
 use super::{Reader, Untranslated, member, shape};
-use crate::language::program::{Argument, Expression, Function, Part, Result as Output, Routine, Shape, Statement};
+use crate::program::{Argument, Expression, Function, Part, Result as Output, Routine, Shape, Statement};
 
 impl Reader<'_> {
     pub(super) fn function(

@@ -4,7 +4,7 @@ use proc_macro2::Ident;
 use syn::{BinOp, Expr, ExprLit, Lit, UnOp};
 
 use super::{Untranslated, member, shape};
-use crate::language::program::{Expression, Operator, Routine};
+use crate::program::{Expression, Operator, Routine};
 
 /// The plain form of an expression.
 pub(super) fn expression(value: &Expr) -> Result<Expression, Untranslated> {

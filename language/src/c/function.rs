@@ -3,9 +3,9 @@
 use super::Writer;
 use super::lines::{self, comment};
 use super::routines::is_reserved;
-use crate::language::Untranslated;
-use crate::language::names::Names;
-use crate::language::program::{Expression, Function, Shape, Statement};
+use crate::Untranslated;
+use crate::names::Names;
+use crate::program::{Expression, Function, Shape, Statement};
 
 impl Writer<'_> {
     pub(super) fn signature(&self, function: &Function) -> Result<String, Untranslated> {

@@ -1,0 +1,86 @@
+//! Writes generated modules of mechanisms in other languages.
+//!
+//! The text of a module in Rust is read into a [plain form](program), from which each language is written: the functions
+//! keep their names, their formulae and the order of their operations. Only the text is needed, so that this works where
+//! the equations are not derived.
+//!
+//! ```
+//! # let text = include_str!("../../qrm-model/golden/pendulum.rs");
+//! let program = qrm_language::read("pendulum", text)?;
+//! let files = qrm_language::c(&program)?;
+//! assert_eq!(files[0].name, "pendulum.h");
+//! # Ok::<(), qrm_language::Untranslated>(())
+//! ```
+
+mod c;
+mod names;
+pub mod program;
+mod read;
+
+use quote::ToTokens;
+
+use program::Program;
+
+/// A language of generated code.
+#[derive(Clone, Copy, Debug)]
+pub struct Language {
+    /// The word for it on a command line.
+    pub name: &'static str,
+    /// The language as it calls itself.
+    pub title: &'static str,
+    /// Writes a module in it.
+    pub write: fn(&Program) -> Result<Vec<File>, Untranslated>,
+}
+
+/// The languages that generated modules are translated into.
+pub const LANGUAGES: [Language; 1] = [Language { name: "c", title: "C99", write: c }];
+
+/// A file of generated code.
+#[derive(Clone, Debug, PartialEq)]
+pub struct File {
+    /// Its name, without a folder.
+    pub name: String,
+    /// Its text.
+    pub text: String,
+}
+
+/// The plain form of a generated module.
+///
+/// `name` is that of the scene; what others see of the translations begins with it: with `quick_return` for
+/// `quick-return`.
+///
+/// # Errors
+/// The text is not Rust, or a construct has no translation.
+pub fn read(name: &str, text: &str) -> Result<Program, Untranslated> {
+    let module = read::syntax(text).map_err(|e| Untranslated(format!("the module `{name}`: {e}")))?;
+    program(name, &module)
+}
+
+/// The plain form of the syntax of a generated module.
+///
+/// # Errors
+/// A construct has no translation.
+pub fn program(name: &str, module: &syn::File) -> Result<Program, Untranslated> {
+    read::program(&name.to_lowercase().replace('-', "_"), module)
+}
+
+pub use read::syntax;
+
+/// A module in C99, as a header and a source file: it needs `libm` and no allocator.
+///
+/// # Errors
+/// A name cannot be one in C.
+pub fn c(program: &Program) -> Result<Vec<File>, Untranslated> {
+    c::write(program)
+}
+
+/// What has no translation.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("no translation of {0}")]
+pub struct Untranslated(String);
+
+impl Untranslated {
+    fn new(what: &str, construct: &impl ToTokens) -> Self {
+        Self(format!("{what} `{}`", construct.to_token_stream()))
+    }
+}
