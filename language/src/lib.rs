@@ -13,13 +13,14 @@
 //! ```
 
 mod c;
+mod lines;
 mod names;
 pub mod program;
 mod read;
 
 use quote::ToTokens;
 
-use program::Program;
+use program::{Function, Program};
 
 /// A language of generated code.
 #[derive(Clone, Copy, Debug)]
@@ -28,12 +29,27 @@ pub struct Language {
     pub name: &'static str,
     /// The language as it calls itself.
     pub title: &'static str,
-    /// Writes a module in it.
+    /// What is written, in a few words.
+    pub doc: &'static str,
+    /// What begins a comment.
+    pub comment: &'static str,
+    /// Writes a module.
     pub write: fn(&Program) -> Result<Vec<File>, Untranslated>,
+    /// Writes a function of a module.
+    pub write_function: fn(&Program, &Function) -> Result<String, Untranslated>,
 }
 
 /// The languages that generated modules are translated into.
-pub const LANGUAGES: [Language; 1] = [Language { name: "c", title: "C99", write: c }];
+pub const LANGUAGES: [Language; 1] = [
+    Language {
+        name: "c",
+        title: "C",
+        doc: "C99, a header and a source file that need libm alone",
+        comment: "//",
+        write: c,
+        write_function: c::write_function,
+    },
+];
 
 /// A file of generated code.
 #[derive(Clone, Debug, PartialEq)]

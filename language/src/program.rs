@@ -7,10 +7,14 @@ pub struct Program {
     pub name: String,
     /// The lines of its documentation.
     pub doc: Vec<String>,
-    /// How many coordinates there are.
-    pub coordinates: usize,
-    /// How many constraints there are.
-    pub constraints: usize,
+    /// Its coordinates.
+    pub coordinates: Vec<Quantity>,
+    /// Its constraints.
+    pub constraints: Vec<Quantity>,
+    /// Its outputs.
+    pub outputs: Vec<Quantity>,
+    /// Which coordinates have sines and cosines in the equations.
+    pub has_angle: Vec<bool>,
     /// Which coordinates are lengths, not angles.
     pub is_length: Vec<bool>,
     /// Its structs.
@@ -29,6 +33,17 @@ impl Program {
     pub fn has(&self, part: Part) -> bool {
         self.records.iter().any(|record| record.part == part)
     }
+}
+
+/// A coordinate, a constraint or an output.
+#[derive(Debug)]
+pub struct Quantity {
+    /// Its name.
+    pub name: String,
+    /// Its unit.
+    pub unit: String,
+    /// What it is.
+    pub doc: String,
 }
 
 /// A struct of numbers.

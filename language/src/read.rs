@@ -3,6 +3,7 @@
 mod documentation;
 mod expression;
 mod function;
+mod quantities;
 mod shape;
 
 use std::collections::BTreeMap;
@@ -14,6 +15,7 @@ use super::program::{
     Argument, Expression, Field, Function, Part, Program, Record, Result as Output, Routine, Shape, Statement,
 };
 use documentation::documentation;
+use quantities::quantities;
 use shape::Sizes;
 
 /// The syntax of a generated module, the comments of its statements included.
@@ -55,9 +57,10 @@ pub(super) fn program(name: &str, file: &syn::File) -> Result<Program, Untransla
     }
     let mut given = reader.values()?;
     given.append(&mut functions);
-    let Sizes { coordinates, constraints } = reader.sizes;
-    let is_length = reader.truths("is_length")?;
-    Ok(Program { name: name.to_owned(), doc, coordinates, constraints, is_length, records, functions: given })
+    let [coordinates, constraints, outputs] = quantities(file)?;
+    let [has_angle, is_length] = [reader.truths("has_angle")?, reader.truths("is_length")?];
+    let name = name.to_owned();
+    Ok(Program { name, doc, coordinates, constraints, outputs, has_angle, is_length, records, functions: given })
 }
 
 /// What functions are read with.

@@ -18,11 +18,11 @@ pub(super) fn driver(program: &Program) -> String {
     }
     let arrays = [
         ("change", fields(program, Part::Parameters).len()),
-        ("q", *coordinates),
-        ("qd", *coordinates),
-        ("qdd", *coordinates),
-        ("multipliers", *constraints),
-        ("residuals", *constraints),
+        ("q", coordinates.len()),
+        ("qd", coordinates.len()),
+        ("qdd", coordinates.len()),
+        ("multipliers", constraints.len()),
+        ("residuals", constraints.len()),
     ];
     for (array, count) in arrays {
         text += &format!("    double {array}[{}] = {{0.0}};\n", count.max(1));
@@ -91,7 +91,7 @@ fn call(program: &Program, function: &Function) -> String {
 /// What is done once a struct is filled, which holds numbers alone: it is printed, and parameters are used.
 fn record(program: &Program, function: &Function, part: Part) -> String {
     let count = match part {
-        Part::Angles => 2 * program.coordinates,
+        Part::Angles => 2 * program.coordinates.len(),
         _ => fields(program, part).len(),
     };
     let print = format!("            print((const double *)&{}, {count});\n", variable(part));

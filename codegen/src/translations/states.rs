@@ -23,7 +23,7 @@ impl State {
         let mut numbers =
             |count: usize, size: f64| -> Vec<f64> { (0..count).map(|_| size * (2.0 * random.f64() - 1.0)).collect() };
         let parameters = fields(program, Part::Parameters).len();
-        let (n, m) = (program.coordinates, program.constraints);
+        let (n, m) = (program.coordinates.len(), program.constraints.len());
         let mut state = || State {
             t: numbers(1, 1.0)[0],
             change: numbers(parameters, 0.01),

@@ -52,7 +52,9 @@ double scene_dop853_step(const struct scene *m, double t, double h, double toler
     double v[STAGES][N], a[STAGES][N], multipliers[SCENE_PLACES(M)], q[N], increment[N], rate[N], acceleration[N];
     struct scene_angles angles;
     struct scene_position position;
-    struct scene_step next = {.end = *from};
+    struct scene_step next;
+    next.growth_factor = 0.0;
+    next.corrections = 0;
     for (int i = 0; i < N; i++) {
         v[0][i] = from->qd[i];
         a[0][i] = from->qdd[i];
@@ -65,9 +67,10 @@ double scene_dop853_step(const struct scene *m, double t, double h, double toler
             q[i] = from->q[i] + h * rate[i];
             v[stage][i] = from->qd[i] + h * acceleration[i];
         }
-        locate(m, at, q, &angles, &position);
+        compute_angles(q, &angles);
+        scene_position(m, at, q, &angles, &position);
         scene_accelerations(m, &position, at, q, v[stage], &angles, a[stage], multipliers);
-        next.growth_factor = fmax(next.growth_factor, scene_growth_factor(m, &position));
+        next.growth_factor = larger(scene_growth_factor(m, &position), next.growth_factor);
     }
     add_up(v, ROWS[STAGES], STAGES, rate);
     add_up(a, ROWS[STAGES], STAGES, acceleration);
@@ -77,8 +80,9 @@ double scene_dop853_step(const struct scene *m, double t, double h, double toler
         next.end.qd[i] = from->qd[i] + h * acceleration[i];
     }
     const double estimate = error(v, a, h, tolerance, from, &next.end);
-    locate(m, t + h, next.end.q, &angles, &position);
-    correct_first(m, &position, &position, from->q, increment, &next);
+    compute_angles(next.end.q, &next.end.angles);
+    scene_position(m, t + h, next.end.q, &next.end.angles, &position);
+    correct_first(m, t + h, &position, from->q, increment, &next);
     finish(m, t + h, &next);
     *step = next;
     return estimate;

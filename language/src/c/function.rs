@@ -1,9 +1,10 @@
 //! Functions.
 
 use super::Writer;
-use super::lines::{self, comment};
+use super::comment::comment;
 use super::routines::is_reserved;
 use crate::Untranslated;
+use crate::lines;
 use crate::names::Names;
 use crate::program::{Expression, Function, Shape, Statement};
 
@@ -36,9 +37,11 @@ impl Writer<'_> {
         }
     }
 
-    pub(super) fn function(&self, function: &Function) -> Result<String, Untranslated> {
+    /// The source of a function.
+    pub(super) fn function(&self, function: &Function, is_inline: bool) -> Result<String, Untranslated> {
         let names = names(function)?;
-        let mut text = format!("{}{}\n{{\n", comment(&function.doc), self.signature(function)?);
+        let inline = if is_inline { "INLINE " } else { "" };
+        let mut text = format!("{}{inline}{}\n{{\n", comment(&function.doc), self.signature(function)?);
         for name in unused(function) {
             text += &format!("    (void){};\n", names.get(name));
         }
@@ -57,7 +60,7 @@ impl Writer<'_> {
                 format!("    const {structure} *{name} = &{};\n", expression(of))
             }
             Statement::Let { name, value } => {
-                lines::statement(&format!("const double {} = {};", names.get(name), expression(value)))
+                lines::statement(&format!("const double {} = {};", names.get(name), expression(value)), "")
             }
             Statement::Clear { place, shape } => clear(&expression(place), *shape),
             Statement::Set { place, value } => {
@@ -68,9 +71,9 @@ impl Writer<'_> {
                     Expression::Name(name) if is_number(name) => "*",
                     _ => "",
                 };
-                lines::statement(&format!("{pointer}{} = {};", expression(place), expression(value)))
+                lines::statement(&format!("{pointer}{} = {};", expression(place), expression(value)), "")
             }
-            Statement::Return(value) => lines::statement(&format!("return {};", expression(value))),
+            Statement::Return(value) => lines::statement(&format!("return {};", expression(value)), ""),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Structs.
 
 use super::Writer;
-use super::lines::comment;
+use super::comment::comment;
 use super::routines::is_word;
 use crate::program::{Part, Record};
 
@@ -18,7 +18,7 @@ impl Writer<'_> {
 
     pub(super) fn records(&self) -> String {
         let mut text: String = self.program.records.iter().map(|record| self.record(record)).collect();
-        let n = self.program.coordinates.max(1);
+        let n = self.program.coordinates.len().max(1);
         text += &format!(
             "\n// Sines and cosines of the coordinates that are angles.\n{} {{\n    double sin[{n}];\n    double cos[{n}];\n}};\n",
             self.structure(Part::Angles)

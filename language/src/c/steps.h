@@ -8,6 +8,8 @@ struct scene_state {
     double qd[SCENE_COORDINATES];
     double qdd[SCENE_COORDINATES];
     double multipliers[SCENE_PLACES(SCENE_CONSTRAINTS)];
+    // Sines and cosines of `q`.
+    struct scene_angles angles;
 };
 
 // The end of a step, with what is known of the way there.
@@ -23,7 +25,11 @@ struct scene_step {
     int corrections;
 };
 
-// Completes a state at time `t`, whose coordinates and rates fulfil the constraints, by accelerations and multipliers.
+// Finds the state at time 0 from which the scene starts: what it gives stays, the other coordinates and rates close the
+// loops. The result is 0 if they cannot be closed from the scene's guesses.
+int scene_initial_state(const struct scene *m, struct scene_state *state);
+
+// Completes a state at time `t`, whose coordinates and rates fulfil the constraints, by all that follows from them.
 void scene_complete(const struct scene *m, double t, struct scene_state *state);
 
 // Projects coordinates and rates onto the constraints, in the mass metric, and completes the state. The state stays as

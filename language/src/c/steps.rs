@@ -7,8 +7,14 @@ use crate::program::Part;
 
 /// What others see of the steps.
 const HEADER: &str = include_str!("steps.h");
+/// The sizes of arrays.
+const SIZES: &str = "\nenum { N = SCENE_COORDINATES, M = SCENE_CONSTRAINTS };\n";
 /// States and their projection.
 const PROJECTION: &str = include_str!("projection.c");
+/// Sines and cosines that follow turns.
+const ANGLES: &str = include_str!("angles.c");
+/// The state at the beginning of a motion.
+const INITIAL: &str = include_str!("initial.c");
 /// The step of the Runge-Kutta method of order 4.
 const RK4: &str = include_str!("rk4.c");
 /// The step of order 8.
@@ -25,13 +31,14 @@ impl Writer<'_> {
     /// The functions of the steps.
     pub(super) fn step_source(&self) -> String {
         let rows = |rows: &[Row]| list(rows.iter().map(|row| weights(row)), ",\n    ");
-        let lengths = self.program.is_length.iter().map(|is_length| u8::from(*is_length).to_string());
+        let truths = |truths: &[bool]| list(truths.iter().map(|truth| u8::from(*truth).to_string()), ", ");
         let dop853 = DOP853
             .replace("NUMBERS_OF_NODES", &list(NODES[..STAGES].iter().map(|node| format!("{node:?}")), ", "))
             .replace("NUMBERS_OF_ROWS", &rows(&ROWS[..=STAGES]))
             .replace("NUMBERS_OF_ERRORS", &rows(&[ERROR_5, ERROR_3]))
-            .replace("NUMBERS_OF_LENGTHS", &list(lengths, ", "));
-        self.named(&[PROJECTION, RK4, &dop853].concat())
+            .replace("NUMBERS_OF_LENGTHS", &truths(&self.program.is_length));
+        let angles = ANGLES.replace("NUMBERS_OF_ANGLES", &truths(&self.program.has_angle));
+        self.named(&[SIZES, &angles, PROJECTION, INITIAL, RK4, &dop853].concat())
     }
 
     fn named(&self, text: &str) -> String {

@@ -1,25 +1,14 @@
-//! Lines of C that are not too long.
+//! Lines of code that are not too long.
 
 const WIDTH: usize = 110;
 
-/// A comment.
-pub(super) fn comment<S: AsRef<str>>(lines: &[S]) -> String {
-    let line = |line: &S| {
-        let line = line.as_ref().trim_end();
-        // A backslash, or what stands for one, would join the next line.
-        let end = if line.ends_with('\\') || line.ends_with("??/") { "." } else { "" };
-        format!("// {line}{end}").trim_end().to_owned() + "\n"
-    };
-    lines.iter().map(line).collect()
-}
-
-/// A statement, broken before operators.
-pub(super) fn statement(text: &str) -> String {
+/// A statement, broken before operators; a line that is continued ends with `continuation`.
+pub(super) fn statement(text: &str, continuation: &str) -> String {
     let mut lines = String::new();
     let (mut rest, mut indent) = (text, "    ");
     while indent.len() + rest.len() > WIDTH {
-        let Some(end) = last_break(rest, WIDTH - indent.len()) else { break };
-        lines += &format!("{indent}{}\n", &rest[..end]);
+        let Some(end) = last_break(rest, WIDTH - indent.len() - continuation.len()) else { break };
+        lines += &format!("{indent}{}{continuation}\n", &rest[..end]);
         (rest, indent) = (&rest[end + 1..], "        ");
     }
     lines + indent + rest + "\n"
@@ -38,4 +27,10 @@ fn last_break(text: &str, width: usize) -> Option<usize> {
 pub(super) fn signature(start: &str, arguments: &[String]) -> String {
     let line = format!("{start}({})", arguments.join(", "));
     if line.len() <= WIDTH { line } else { format!("{start}(\n    {})", arguments.join(",\n    ")) }
+}
+
+/// The first paragraph of a documentation.
+pub(super) fn summary(doc: &[String]) -> &[String] {
+    let end = doc.iter().position(String::is_empty).unwrap_or(doc.len());
+    &doc[..end]
 }
