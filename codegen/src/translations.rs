@@ -3,10 +3,13 @@
 mod compiler;
 mod driver;
 mod libm;
+mod octave;
 mod states;
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use compiler::compilers;
 use driver::driver;
@@ -22,22 +25,25 @@ fn golden() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../qrm-model/golden")
 }
 
-/// The golden modules, by their names.
-fn modules() -> Vec<(String, syn::File)> {
+/// The files of the golden modules.
+fn paths() -> Vec<PathBuf> {
     let files = fs::read_dir(golden()).expect("the golden copy").map(|entry| entry.expect("a file").path());
     let mut files: Vec<PathBuf> = files.filter(|path| path.extension().is_some_and(|e| e == "rs")).collect();
     files.retain(|path| !path.ends_with("scenes.rs"));
     files.sort();
-    let module = |path: PathBuf| {
-        let name = path.file_stem().expect("a name").to_string_lossy().into_owned();
-        (name, syntax(&fs::read_to_string(path).expect("a module")).expect("Rust"))
-    };
-    files.into_iter().map(module).collect()
+    files
+}
+
+/// The name and the syntax of a golden module.
+fn module(path: &Path) -> (String, syn::File) {
+    let name = path.file_stem().expect("a name").to_string_lossy().into_owned();
+    (name, syntax(&fs::read_to_string(path).expect("a module")).expect("Rust"))
 }
 
 #[test]
 fn c_gives_the_same_numbers() {
-    for (name, module) in modules() {
+    for path in paths() {
+        let (name, module) = module(&path);
         compare(&name, &module, STATES);
     }
 }
@@ -50,7 +56,36 @@ fn names_that_mean_something_in_c_are_changed() {
     compare("pendulum", &syntax(&text).expect("Rust"), 10);
 }
 
-/// Compares a module with its translation, by each compiler that is there.
+#[test]
+fn matlab_gives_the_same_numbers() {
+    if !octave::has_octave() {
+        return;
+    }
+    let paths = Mutex::new(paths());
+    let next = || paths.lock().expect("no other thread has failed").pop();
+    std::thread::scope(|scope| {
+        for _ in 0..2 {
+            scope.spawn(|| {
+                while let Some(path) = next() {
+                    let (name, module) = module(&path);
+                    compare_matlab(&name, &module, STATES);
+                }
+            });
+        }
+    });
+}
+
+#[test]
+fn names_that_mean_something_in_matlab_are_changed() {
+    let text = fs::read_to_string(golden().join("pendulum.rs")).expect("a module");
+    let renamed = [("half_m", "end"), ("rod_x", "until"), ("inv_rod", "sin"), ("rod_residual", "residuals")];
+    let text = renamed.into_iter().fold(text, |text, (from, to)| text.replace(from, to));
+    if octave::has_octave() {
+        compare_matlab("pendulum", &syntax(&text).expect("Rust"), 10);
+    }
+}
+
+/// Compares a module with its translation into C, by each compiler that is there.
 fn compare(name: &str, module: &syn::File, states: usize) {
     let program = qrm_language::program(name, module).expect("a plain form");
     let files = qrm_language::c(&program).expect("a translation");
@@ -59,13 +94,37 @@ fn compare(name: &str, module: &syn::File, states: usize) {
     let wanted = expected(&program, module, &states);
     for compiler in &compilers() {
         let given = compiler.run(name, &files, &driver(&program), &states);
-        assert_eq!(given.len(), wanted.len(), "{name}: results by {}", compiler.name);
-        for ((function, wanted), given) in wanted.iter().zip(given) {
-            let is_same = *wanted == given || wanted.is_nan() && given.is_nan();
-            let is_near = (wanted - given).abs() <= TOLERANCE * wanted.abs();
-            assert!(is_same || is_near, "{name}_{function} by {}: {given:e}, not {wanted:e}", compiler.name);
-        }
+        agree(&format!("{name} by {}", compiler.name), &wanted, &given);
     }
+}
+
+/// Compares a module with its translation into MATLAB.
+fn compare_matlab(name: &str, module: &syn::File, states: usize) {
+    let program = qrm_language::program(name, module).expect("a plain form");
+    let files = qrm_language::matlab(&program).expect("a translation");
+    assert_eq!(qrm_language::matlab(&program).as_ref(), Ok(&files), "{name}: the same module, other code");
+    let states = State::random(&program, states);
+    agree(name, &expected(&program, module, &states), &octave::run(&program, &files, &states));
+}
+
+/// Compares results, wanted ones with their functions.
+fn agree(what: &str, wanted: &[(&str, f64)], given: &[f64]) {
+    assert_eq!(given.len(), wanted.len(), "{what}: results");
+    for ((function, wanted), given) in wanted.iter().zip(given) {
+        let is_same = wanted == given || wanted.is_nan() && given.is_nan();
+        let is_near = (wanted - given).abs() <= TOLERANCE * wanted.abs();
+        assert!(is_same || is_near, "{function} of {what}: {given:e}, not {wanted:e}");
+    }
+}
+
+/// A new folder.
+fn folder() -> PathBuf {
+    // Tests run side by side.
+    static FOLDERS: AtomicUsize = AtomicUsize::new(0);
+    let folder = FOLDERS.fetch_add(1, Ordering::Relaxed);
+    let folder = std::env::temp_dir().join(format!("qrm-translations-{}-{folder}", std::process::id()));
+    fs::create_dir_all(&folder).expect("a folder");
+    folder
 }
 
 #[test]
@@ -76,7 +135,11 @@ fn all_functions_of_numbers_are_translated() {
                + y.floor() + x.sign() + x.tan() + x.sin() + y.cos() + x.atan2(y) + x.hypot(y) + x.min(y) + x.max(y) \
                + R::powi(x, 2) + R::pow(R::abs(x), y) + x.abs().powf(1.5) + R::pi() - (x - (y - x)) / (x / y) - -x";
     assert!(text.contains(residual), "{residual}");
-    compare("pendulum", &syntax(&text.replace(residual, sum)).expect("Rust"), 100);
+    let module = syntax(&text.replace(residual, sum)).expect("Rust");
+    compare("pendulum", &module, 100);
+    if octave::has_octave() {
+        compare_matlab("pendulum", &module, 100);
+    }
 }
 
 #[test]

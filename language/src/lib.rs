@@ -14,6 +14,7 @@
 
 mod c;
 mod lines;
+mod matlab;
 mod names;
 pub mod program;
 mod read;
@@ -40,7 +41,7 @@ pub struct Language {
 }
 
 /// The languages that generated modules are translated into.
-pub const LANGUAGES: [Language; 1] = [
+pub const LANGUAGES: [Language; 2] = [
     Language {
         name: "c",
         title: "C",
@@ -48,6 +49,14 @@ pub const LANGUAGES: [Language; 1] = [
         comment: "//",
         write: c,
         write_function: c::write_function,
+    },
+    Language {
+        name: "matlab",
+        title: "MATLAB",
+        doc: "MATLAB and Octave, a file for each function",
+        comment: "%",
+        write: matlab,
+        write_function: matlab::write_function,
     },
 ];
 
@@ -88,6 +97,14 @@ pub use read::syntax;
 /// A name cannot be one in C.
 pub fn c(program: &Program) -> Result<Vec<File>, Untranslated> {
     c::write(program)
+}
+
+/// A module in MATLAB, as a file for each function, and a script that simulates the motion. It runs in Octave too.
+///
+/// # Errors
+/// A name cannot be one in MATLAB.
+pub fn matlab(program: &Program) -> Result<Vec<File>, Untranslated> {
+    matlab::write(program)
 }
 
 /// What has no translation.

@@ -4,7 +4,6 @@ use std::fs;
 use std::io::Write;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::states::State;
 use qrm_language::File;
@@ -28,11 +27,7 @@ pub(super) fn compilers() -> Vec<Compiler> {
 impl Compiler {
     /// The numbers that a program with this code and this main file prints.
     pub(super) fn run(&self, name: &str, files: &[File], main: &str, states: &[State]) -> Vec<f64> {
-        // Tests run side by side.
-        static RUNS: AtomicUsize = AtomicUsize::new(0);
-        let run = RUNS.fetch_add(1, Ordering::Relaxed);
-        let folder = std::env::temp_dir().join(format!("qrm-language-{}-{run}", std::process::id()));
-        fs::create_dir_all(&folder).expect("a folder");
+        let folder = super::folder();
         let file = |name: &str| folder.join(name);
         files.iter().for_each(|written| fs::write(file(&written.name), &written.text).expect("a file"));
         let sources = [file(&format!("{name}.c")), file("main.c")];
