@@ -7,14 +7,14 @@ use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use common::{qrm, run};
+use common::{Table, qrm, run};
 
 /// The largest difference, relative to the largest number of a column or to 1.
 const TOLERANCE: f64 = 1e-10;
 /// The longest that the script may take.
 const LONGEST: Duration = Duration::from_secs(60);
 
-/// Runs the script without windows, and writes the columns of the motion and the curves of the figures.
+/// Runs the script without windows: the columns of the motion and the curves of the figures.
 const DRIVER: &str = "
 set(0, 'defaultfigurevisible', 'off');
 run('SCRIPT');
@@ -28,6 +28,14 @@ for number = 6:11
         rows = [rows, get(curves(i), 'YData')(:)];
     end
 end
+";
+/// Simulates the motion of the four-bar.
+const FOUR_BAR: &str = "
+motion = four_bar_motion();
+rows = [motion.t, motion.q];
+";
+/// Writes the rows.
+const WRITE: &str = "
 file = fopen('rows.txt', 'w');
 fprintf(file, [repmat('%.17g ', 1, columns(rows)), '\\n'], rows.');
 fclose(file);
@@ -61,29 +69,46 @@ const COLUMNS: [&str; 21] = [
 
 #[test]
 fn figures_in_matlab_show_the_run() {
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/matlab/quick_return_figures.m");
+    let begun = Instant::now();
+    let Some(rows) = rows("quick-return", &DRIVER.replace("SCRIPT", &script.to_string_lossy())) else { return };
+    assert!(begun.elapsed() < LONGEST, "{:?}", begun.elapsed());
+    compare(&rows, &run(&["quick-return"]).trajectory(), &COLUMNS);
+}
+
+/// The rods of this four-bar come to lie in one line, where the kernel does not suit.
+#[test]
+fn motions_in_matlab_go_on_where_the_kernel_does_not_suit() {
+    let Some(rows) = rows("four-bar", FOUR_BAR) else { return };
+    let coordinates = &common::model("four-bar").description.coordinates;
+    let names: Vec<&str> = coordinates.iter().map(|coordinate| coordinate.name).collect();
+    compare(&rows, &run(&["four-bar"]).trajectory(), &[&["t"], &names[..]].concat());
+}
+
+/// The rows that a script writes into `rows.txt`, with the functions of a scene; `None` without Octave.
+fn rows(scene: &str, script: &str) -> Option<Vec<Vec<f64>>> {
     if !Command::new("octave-cli").arg("--version").output().is_ok_and(|output| output.status.success()) {
         eprintln!("skipped: there is no `octave-cli`");
-        return;
+        return None;
     }
     let folder = tempfile::tempdir().expect("a temporary folder");
-    let arguments = ["code", "quick-return", "--language", "matlab", "--out"];
+    let arguments = ["code", scene, "--language", "matlab", "--out"];
     let output = qrm(&arguments).arg(folder.path()).output().expect("the command starts");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/matlab/quick_return_figures.m");
-    fs::write(folder.path().join("driver.m"), DRIVER.replace("SCRIPT", &script.to_string_lossy())).expect("written");
-    let begun = Instant::now();
+    fs::write(folder.path().join("driver.m"), script.to_owned() + WRITE).expect("written");
     let mut octave = Command::new("octave-cli");
     octave.args(["--quiet", "--norc", "--path"]).arg(folder.path()).arg("driver.m").current_dir(folder.path());
     let output = octave.output().expect("Octave starts");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    assert!(begun.elapsed() < LONGEST, "{:?}", begun.elapsed());
-
     let text = fs::read_to_string(folder.path().join("rows.txt")).expect("rows");
-    let row = |line: &str| -> Vec<f64> { line.split_whitespace().map(|n| n.parse().expect("a number")).collect() };
-    let given: Vec<Vec<f64>> = text.lines().map(row).collect();
-    let trajectory = run(&["quick-return"]).trajectory();
+    let row = |line: &str| line.split_whitespace().map(|number| number.parse().expect("a number")).collect();
+    Some(text.lines().map(row).collect())
+}
+
+/// Compares rows with the columns of a trajectory.
+fn compare(given: &[Vec<f64>], trajectory: &Table, columns: &[&str]) {
     assert_eq!(given.len(), trajectory.rows.len(), "rows");
-    for (i, name) in COLUMNS.iter().enumerate() {
+    for (i, name) in columns.iter().enumerate() {
         let column: Vec<f64> = (0..given.len()).map(|row| trajectory.number(row, name)).collect();
         let largest = column.iter().fold(1.0, |largest: f64, number| largest.max(number.abs()));
         for (row, wanted) in given.iter().zip(&column) {

@@ -46,7 +46,7 @@ impl<'p> Writer<'p> {
     fn header(&self) -> Result<String, Untranslated> {
         let Program { name, coordinates, constraints, outputs, functions, .. } = self.program;
         let guard = name.to_uppercase();
-        let mut text = origin();
+        let mut text = origin() + "//\n" + &comment(&self.program.notes) + &self.named(USE);
         text += &format!("\n#ifndef {guard}_H\n#define {guard}_H\n\n");
         text += "#ifdef __cplusplus\nextern \"C\" {\n#endif\n\n";
         for (size, count) in [("COORDINATES", coordinates), ("CONSTRAINTS", constraints), ("OUTPUTS", outputs)] {
@@ -105,6 +105,21 @@ const INLINE: &str = "
 #else
 #define INLINE
 #endif
+";
+
+/// How the functions are called.
+const USE: &str = "
+// Two steps from the start:
+//
+//     struct scene_parameters parameters;
+//     struct scene mechanism;
+//     struct scene_step step;
+//     scene_default_parameters(&parameters);
+//     scene_new(&parameters, &mechanism);
+//     if (!scene_initial_state(&mechanism, &step.end)) { the loops cannot be closed }
+//     scene_rk4_step(&mechanism, 0.0, 1e-3, &step.end, &step);
+//     scene_rk4_step(&mechanism, 1e-3, 1e-3, &step.end, &step);
+//     if (!scene_is_good(&step, 1e-12)) { choose a shorter step }
 ";
 
 /// The first line of both files.

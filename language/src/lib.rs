@@ -78,7 +78,7 @@ pub struct File {
 /// The text is not Rust, or a construct has no translation.
 pub fn read(name: &str, text: &str) -> Result<Program, Untranslated> {
     let module = read::syntax(text).map_err(|e| Untranslated(format!("the module `{name}`: {e}")))?;
-    program(name, &module)
+    Ok(Program { notes: read::notes(text), ..program(name, &module)? })
 }
 
 /// The plain form of the syntax of a generated module.

@@ -34,6 +34,13 @@ pub fn syntax(text: &str) -> syn::Result<syn::File> {
     syn::parse_file(&(functions + rest))
 }
 
+/// What the comment at the top of a module says of its operations, and of what was left out.
+pub(super) fn notes(text: &str) -> Vec<String> {
+    let comment = text.lines().map_while(|line| line.strip_prefix("//"));
+    let notes = comment.map(|line| line.strip_prefix(' ').unwrap_or(line).to_owned());
+    notes.skip_while(|line| line != "Operations:").collect()
+}
+
 /// The plain form of a module.
 pub(super) fn program(name: &str, file: &syn::File) -> Result<Program, Untranslated> {
     let reader = Reader::new(file)?;
@@ -60,7 +67,18 @@ pub(super) fn program(name: &str, file: &syn::File) -> Result<Program, Untransla
     let [coordinates, constraints, outputs] = quantities(file)?;
     let [has_angle, is_length] = [reader.truths("has_angle")?, reader.truths("is_length")?];
     let name = name.to_owned();
-    Ok(Program { name, doc, coordinates, constraints, outputs, has_angle, is_length, records, functions: given })
+    Ok(Program {
+        name,
+        doc,
+        notes: Vec::new(),
+        coordinates,
+        constraints,
+        outputs,
+        has_angle,
+        is_length,
+        records,
+        functions: given,
+    })
 }
 
 /// What functions are read with.

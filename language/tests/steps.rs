@@ -4,7 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use qrm_core::{Equations, KernelState, rk4_step};
+use qrm_core::{Equations, Generated, Kernel, KernelState, Model, rk4_step};
+use qrm_sim::run::{End, Request, simulate};
 
 macro_rules! golden {
     ($($name:ident),*) => {
@@ -17,7 +18,7 @@ macro_rules! golden {
     };
 }
 
-golden!(double_pendulum, pendulum, quick_return, quick_return_driven, shaper);
+golden!(double_pendulum, four_bar, n_four_bar_2, pendulum, quick_return, quick_return_driven, shaper);
 
 /// The largest difference, relative to the largest number of its kind: sines and cosines of stages are computed anew in
 /// C, and follow turns in Rust.
@@ -49,6 +50,40 @@ fn steps_of_order_8_agree_with_many_short_ones() {
         order_8::<double_pendulum::DoublePendulum, 2, 0>(compiler, "double_pendulum");
         order_8::<pendulum::Pendulum, 2, 1>(compiler, "pendulum");
         order_8::<quick_return_driven::QuickReturnDriven, 3, 3>(compiler, "quick_return_driven");
+    }
+}
+
+#[test]
+fn motions_go_on_where_the_kernel_does_not_suit() {
+    for compiler in compilers() {
+        through::<four_bar::FourBar, 3, 2>(compiler, "four_bar", 2000);
+        through::<n_four_bar_2::NFourBar2, 5, 4>(compiler, "n_four_bar_2", 2000);
+        through::<pendulum::Pendulum, 2, 1>(compiler, "pendulum", 2000);
+    }
+}
+
+/// Compares the end of a motion with that of a run, which makes some steps by the plain functions.
+fn through<K: Generated<N, M> + Kernel<f64, N, M> + Default, const N: usize, const M: usize>(
+    compiler: &str,
+    name: &str,
+    steps: usize,
+) {
+    let rows = rows(compiler, name, &MOTION.replace("STEPS", &steps.to_string()));
+    let model = Model::of::<K, N, M>();
+    let mechanism = model.mechanism(&|_| None);
+    let end = mechanism.schedule().step * steps as f64;
+    let request = Request { end: Some(End::Time(end)), ..Request::default() };
+    let outcome = simulate(&*mechanism, &request, &mut ()).expect("a run");
+    assert_eq!(outcome.end_time, end, "{name}");
+    let kernel = K::default();
+    let suits = |row: &Vec<f64>| {
+        let numbers = |from: usize| row[from..from + N].try_into().expect("a row");
+        rk4_step(&kernel, 0.0, 1e-3, &KernelState::new(&kernel, 0.0, numbers(0), numbers(N))).is_good(1e-12)
+    };
+    assert!(!rows.iter().all(suits), "{name}: the kernel suits everywhere");
+    let numbers = outcome.q.iter().chain(&outcome.qd);
+    for (wanted, given) in numbers.zip(&rows[steps]) {
+        assert!((wanted - given).abs() <= 1e-10 * wanted.abs().max(1.0), "{name}: {given:e}, not {wanted:e}");
     }
 }
 

@@ -7,6 +7,18 @@ static const double SHORT_TURN = 1.0 / 40.0, SMALL_TURN = 6e-6, TINY_TURN = 1e-8
 // Up to this angle, in rad, the quarter turns in it have 20 bits.
 static const double FAR = 1e6;
 
+// Sines and cosines by the library, which are seldom needed: copies let others stay in registers.
+static INLINE void library_angles(const double *q, struct scene_angles *angles)
+{
+    double at[N];
+    struct scene_angles fresh;
+    for (int i = 0; i < N; i++) {
+        at[i] = q[i];
+    }
+    scene_angles(at, &fresh);
+    *angles = fresh;
+}
+
 // Sine and cosine of an angle up to `FAR`, with errors below 0.8 units in the last place. The angle is reduced by quarter
 // turns in three parts (Cody and Waite, Software Manual for the Elementary Functions, 1980); the polynomials are those
 // of fdlibm.
@@ -41,7 +53,7 @@ static INLINE void compute_angles(const double *q, struct scene_angles *angles)
         is_near = is_near && (!HAS_ANGLE[i] || fabs(q[i]) <= FAR);
     }
     if (!is_near) {
-        scene_angles(q, angles);
+        library_angles(q, angles);
         return;
     }
     for (int i = 0; i < N; i++) {
@@ -68,7 +80,7 @@ static INLINE void turn_angles(const struct scene_angles *from, const double *tu
                                struct scene_angles *angles)
 {
     if (!(largest_turn(turn) <= SHORT_TURN)) {
-        scene_angles(q, angles);
+        library_angles(q, angles);
         return;
     }
     for (int i = 0; i < N; i++) {
@@ -85,7 +97,7 @@ static INLINE void nudge_angles(const struct scene_angles *from, const double *t
                                 struct scene_angles *angles)
 {
     if (!(largest_turn(turn) <= SMALL_TURN)) {
-        scene_angles(q, angles);
+        library_angles(q, angles);
         return;
     }
     for (int i = 0; i < N; i++) {
@@ -100,7 +112,7 @@ static INLINE void nudge_angles(const struct scene_angles *from, const double *t
 static INLINE void correct_angles(const double *turn, const double *q, struct scene_angles *angles)
 {
     if (!(largest_turn(turn) <= TINY_TURN)) {
-        scene_angles(q, angles);
+        library_angles(q, angles);
         return;
     }
     for (int i = 0; i < N; i++) {

@@ -53,7 +53,6 @@ double scene_dop853_step(const struct scene *m, double t, double h, double toler
     struct scene_angles angles;
     struct scene_position position;
     struct scene_step next;
-    next.growth_factor = 0.0;
     next.corrections = 0;
     for (int i = 0; i < N; i++) {
         v[0][i] = from->qd[i];
@@ -69,8 +68,7 @@ double scene_dop853_step(const struct scene *m, double t, double h, double toler
         }
         compute_angles(q, &angles);
         scene_position(m, at, q, &angles, &position);
-        scene_accelerations(m, &position, at, q, v[stage], &angles, a[stage], multipliers);
-        next.growth_factor = larger(scene_growth_factor(m, &position), next.growth_factor);
+        accelerate(m, suits(m, &position), &position, at, q, v[stage], &angles, a[stage], multipliers);
     }
     add_up(v, ROWS[STAGES], STAGES, rate);
     add_up(a, ROWS[STAGES], STAGES, acceleration);
@@ -82,7 +80,7 @@ double scene_dop853_step(const struct scene *m, double t, double h, double toler
     const double estimate = error(v, a, h, tolerance, from, &next.end);
     compute_angles(next.end.q, &next.end.angles);
     scene_position(m, t + h, next.end.q, &next.end.angles, &position);
-    correct_first(m, t + h, &position, from->q, increment, &next);
+    correct_first(m, suits(m, &position), t + h, &position, from->q, increment, &next);
     finish(m, t + h, &next);
     *step = next;
     return estimate;

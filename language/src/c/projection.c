@@ -5,8 +5,6 @@ enum { MOST_CORRECTIONS = 4 };
 static const double CLOSED = 4e-16;
 // Corrections up to this size, in rad or m, are rounding errors.
 static const double ROUNDING = 1e-15;
-// The growth of rounding errors beyond which the kernel does not suit a position.
-static const double MOST_GROWTH = 1e3;
 
 static INLINE double largest(const double *x, int count)
 {
@@ -17,12 +15,6 @@ static INLINE double largest(const double *x, int count)
         }
     }
     return largest;
-}
-
-// The larger of two numbers; not a number if the first is none.
-static INLINE double larger(double x, double y)
-{
-    return x <= y ? y : x;
 }
 
 // Whether all numbers of a state are finite: accelerations and multipliers depend on all the others.
@@ -39,7 +31,7 @@ static INLINE int is_finite(const struct scene_state *state)
 }
 
 // Corrects the coordinates and returns 1, unless no correction is needed.
-static INLINE int correct(const struct scene *m, struct scene_step *step)
+static INLINE int correct(const struct scene *m, int is_suited, double t, struct scene_step *step)
 {
     struct scene_state *end = &step->end;
     double residuals[SCENE_PLACES(M)], correction[N];
@@ -50,29 +42,30 @@ static INLINE int correct(const struct scene *m, struct scene_step *step)
     if (largest(residuals, M) <= CLOSED) {
         return 0;
     }
-    scene_correction(m, &step->position, residuals, correction);
+    compute_correction(m, is_suited, &step->position, t, end->q, residuals, correction);
     if (largest(correction, N) <= ROUNDING) {
         return 0;
     }
     for (int i = 0; i < N; i++) {
         end->q[i] += correction[i];
     }
-    scene_angles(end->q, &end->angles);
+    library_angles(end->q, &end->angles);
     step->corrections += 1;
     return 1;
 }
 
-// Projects the rates onto the tangent space of the constraints.
-static INLINE void project_rates(const struct scene *m, const struct scene_position *position, double *qd)
+// Projects the rates of a state onto the tangent space of the constraints.
+static INLINE void project_rates(const struct scene *m, int is_suited, const struct scene_position *position,
+                                 double t, struct scene_state *state)
 {
     double residuals[SCENE_PLACES(M)], correction[N];
     if (M == 0) {
         return;
     }
-    scene_velocity_residual(m, position, qd, residuals);
-    scene_correction(m, position, residuals, correction);
+    scene_velocity_residual(m, position, state->qd, residuals);
+    compute_correction(m, is_suited, position, t, state->q, residuals, correction);
     for (int i = 0; i < N; i++) {
-        qd[i] += correction[i];
+        state->qd[i] += correction[i];
     }
 }
 
@@ -81,12 +74,12 @@ void scene_complete(const struct scene *m, double t, struct scene_state *state)
     struct scene_position position;
     scene_angles(state->q, &state->angles);
     scene_position(m, t, state->q, &state->angles, &position);
-    scene_accelerations(m, &position, t, state->q, state->qd, &state->angles, state->qdd, state->multipliers);
+    accelerate(m, suits(m, &position), &position, t, state->q, state->qd, &state->angles, state->qdd, state->multipliers);
 }
 
 // Corrects the coordinates at the end of a step for the first time, by Jacobian and mass matrix at a position nearby;
 // `increment` is their change in the step.
-static INLINE void correct_first(const struct scene *m, double t, const struct scene_position *near,
+static INLINE void correct_first(const struct scene *m, int is_suited, double t, const struct scene_position *near,
                                  const double *from, const double *increment, struct scene_step *step)
 {
     struct scene_state *end = &step->end;
@@ -96,7 +89,7 @@ static INLINE void correct_first(const struct scene *m, double t, const struct s
     }
     scene_position(m, t, end->q, &end->angles, &step->position);
     scene_residuals(m, &step->position, residuals);
-    scene_correction(m, near, residuals, correction);
+    compute_correction(m, is_suited, near, t, end->q, residuals, correction);
     for (int i = 0; i < N; i++) {
         end->q[i] = from[i] + (increment[i] + correction[i]);
         // As the coordinates took it up, rounding included.
@@ -111,14 +104,15 @@ static INLINE void finish(const struct scene *m, double t, struct scene_step *st
 {
     struct scene_state *end = &step->end;
     double residuals[SCENE_PLACES(M)];
+    int is_suited;
     do {
         scene_position(m, t, end->q, &end->angles, &step->position);
-    } while (correct(m, step));
-    project_rates(m, &step->position, end->qd);
-    scene_accelerations(m, &step->position, t, end->q, end->qd, &end->angles, end->qdd, end->multipliers);
+        is_suited = suits(m, &step->position);
+    } while (correct(m, is_suited, t, step));
+    project_rates(m, is_suited, &step->position, t, end);
+    accelerate(m, is_suited, &step->position, t, end->q, end->qd, &end->angles, end->qdd, end->multipliers);
     scene_residuals(m, &step->position, residuals);
     step->residual = largest(residuals, M);
-    step->growth_factor = larger(scene_growth_factor(m, &step->position), step->growth_factor);
     // Rounding errors of turns would add up.
     compute_angles(end->q, &end->angles);
 }
@@ -137,5 +131,5 @@ int scene_project(const struct scene *m, double t, double tolerance, struct scen
 
 int scene_is_good(const struct scene_step *step, double tolerance)
 {
-    return step->growth_factor <= MOST_GROWTH && step->residual <= tolerance && is_finite(&step->end);
+    return step->residual <= tolerance && is_finite(&step->end);
 }

@@ -1,9 +1,9 @@
 
-// Coordinates and angles at a stage, `part` of the step away from its beginning along `v` and `a`, then rates,
-// accelerations, and what follows from the position. The result is the growth of rounding errors.
-static INLINE double stage(const struct scene *m, double t, double part, const struct scene_state *from,
-                           const double *v, const double *a, double *way, struct scene_angles *angles,
-                           struct scene_position *position, double *qd, double *qdd)
+// Rates and accelerations at a stage, `part` of the step and a `way` from its beginning, along `v` and `a`; angles, and
+// what follows from the position. The result is whether the kernel suits.
+static INLINE int stage(const struct scene *m, double t, double part, const struct scene_state *from,
+                        const double *v, const double *a, double *way, struct scene_angles *angles,
+                        struct scene_position *position, double *qd, double *qdd)
 {
     double q[N], multipliers[SCENE_PLACES(M)];
     for (int i = 0; i < N; i++) {
@@ -13,8 +13,9 @@ static INLINE double stage(const struct scene *m, double t, double part, const s
     }
     turn_angles(&from->angles, way, q, angles);
     scene_position(m, t + part, q, angles, position);
-    scene_accelerations(m, position, t + part, q, qd, angles, qdd, multipliers);
-    return scene_growth_factor(m, position);
+    const int is_suited = suits(m, position);
+    accelerate(m, is_suited, position, t + part, q, qd, angles, qdd, multipliers);
+    return is_suited;
 }
 
 void scene_rk4_step(const struct scene *m, double t, double h, const struct scene_state *from, struct scene_step *step)
@@ -22,10 +23,9 @@ void scene_rk4_step(const struct scene *m, double t, double h, const struct scen
     double v[4][N], a[4][N], way[N], begin[N], increment[N];
     struct scene_angles angles;
     struct scene_position position;
-    const double first = stage(m, t, 0.5 * h, from, from->qd, from->qdd, way, &angles, &position, v[1], a[1]);
-    const double second = stage(m, t, 0.5 * h, from, v[1], a[1], way, &angles, &position, v[2], a[2]);
-    const double last = stage(m, t, h, from, v[2], a[2], way, &angles, &position, v[3], a[3]);
-    step->growth_factor = larger(last, larger(second, first));
+    stage(m, t, 0.5 * h, from, from->qd, from->qdd, way, &angles, &position, v[1], a[1]);
+    stage(m, t, 0.5 * h, from, v[1], a[1], way, &angles, &position, v[2], a[2]);
+    const int is_suited = stage(m, t, h, from, v[2], a[2], way, &angles, &position, v[3], a[3]);
     step->corrections = 0;
     for (int i = 0; i < N; i++) {
         begin[i] = from->q[i];
@@ -36,6 +36,6 @@ void scene_rk4_step(const struct scene *m, double t, double h, const struct scen
     }
     // The last stage lies near enough.
     nudge_angles(&angles, way, step->end.q, &step->end.angles);
-    correct_first(m, t + h, &position, begin, increment, step);
+    correct_first(m, is_suited, t + h, &position, begin, increment, step);
     finish(m, t + h, step);
 }

@@ -17,8 +17,6 @@ struct scene_step {
     struct scene_state end;
     // What follows from the position there.
     struct scene_position position;
-    // Largest growth of rounding errors at any stage.
-    double growth_factor;
     // Largest residual of a constraint at the end, in its unit.
     double residual;
     // How often the coordinates were corrected, 4 times at most.
@@ -33,8 +31,7 @@ int scene_initial_state(const struct scene *m, struct scene_state *state);
 void scene_complete(const struct scene *m, double t, struct scene_state *state);
 
 // Projects coordinates and rates onto the constraints, in the mass metric, and completes the state. The state stays as
-// it is, and the result is 0, if a residual is larger than `tolerance`, the kernel does not suit the position, or a
-// number is not finite.
+// it is, and the result is 0, if a residual is larger than `tolerance` or a number is not finite.
 int scene_project(const struct scene *m, double t, double tolerance, struct scene_state *state);
 
 // One step of length `h` from time `t`: the classical Runge-Kutta formula of order 4, then the projection. `from` may
@@ -51,6 +48,5 @@ void scene_rk4_step(const struct scene *m, double t, double h, const struct scen
 double scene_dop853_step(const struct scene *m, double t, double h, double tolerance, const struct scene_state *from,
                          struct scene_step *step);
 
-// Whether a step can be relied on: all numbers are finite, no residual is larger than `tolerance`, and the kernel suits
-// the position.
+// Whether a step can be relied on: all numbers are finite, and no residual is larger than `tolerance`.
 int scene_is_good(const struct scene_step *step, double tolerance);

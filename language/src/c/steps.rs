@@ -13,6 +13,8 @@ const SIZES: &str = "\nenum { N = SCENE_COORDINATES, M = SCENE_CONSTRAINTS };\n"
 const PROJECTION: &str = include_str!("projection.c");
 /// Sines and cosines that follow turns.
 const ANGLES: &str = include_str!("angles.c");
+/// The equations of motion where the kernel does not suit a position.
+const PLAIN: &str = include_str!("plain.c");
 /// The state at the beginning of a motion.
 const INITIAL: &str = include_str!("initial.c");
 /// The step of the Runge-Kutta method of order 4.
@@ -38,10 +40,11 @@ impl Writer<'_> {
             .replace("NUMBERS_OF_ERRORS", &rows(&[ERROR_5, ERROR_3]))
             .replace("NUMBERS_OF_LENGTHS", &truths(&self.program.is_length));
         let angles = ANGLES.replace("NUMBERS_OF_ANGLES", &truths(&self.program.has_angle));
-        self.named(&[SIZES, &angles, PROJECTION, INITIAL, RK4, &dop853].concat())
+        self.named(&[SIZES, &angles, PLAIN, PROJECTION, INITIAL, RK4, &dop853].concat())
     }
 
-    fn named(&self, text: &str) -> String {
+    /// A template with the names of the program.
+    pub(super) fn named(&self, text: &str) -> String {
         let name = &self.program.name;
         text.replace("struct scene ", &format!("{} ", self.structure(Part::Mechanism)))
             .replace("scene_", &format!("{name}_"))

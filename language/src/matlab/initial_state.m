@@ -3,7 +3,7 @@ function state = scene_initial_state(p)
     %
     %   What the scene gives stays, the other coordinates and rates close the loops.
     %
-    %   `p` holds the parameters: see scene_parameters. `state` has the fields q, qd, qdd and multipliers.
+    %   `p` holds the parameters: see scene_parameters. `state` is as scene_state gives it.
     [q, is_given, qd, is_given_rate] = scene_start(p);
     for iteration = 1:50
         [residuals, jacobian, rates] = scene_loop_constraints(0, q, p);
@@ -19,8 +19,5 @@ function state = scene_initial_state(p)
     for iteration = 1:2
         qd(~is_given_rate) = qd(~is_given_rate) - pinv(jacobian(:, ~is_given_rate)) * (jacobian * qd + rates);
     end
-    angles = scene_angles(q);
-    position = scene_position(0, q, angles, p);
-    [qdd, multipliers] = scene_accelerations(position, 0, q, qd, angles, p);
-    state = struct('q', q, 'qd', qd, 'qdd', qdd, 'multipliers', multipliers);
+    state = scene_state(0, q, qd, p);
 end

@@ -5,6 +5,8 @@ use crate::program::Quantity;
 
 /// The state at the beginning of a motion.
 const INITIAL_STATE: &str = include_str!("initial_state.m");
+/// The state of given coordinates and rates.
+const STATE: &str = include_str!("state.m");
 /// The step of the Runge-Kutta method of order 4.
 const RK4_STEP: &str = include_str!("rk4_step.m");
 /// The motion from the scene's start.
@@ -18,6 +20,7 @@ impl Writer<'_> {
                 .replace("scene_", &format!("{}_", self.program.name))
         };
         vec![
+            ("state", named(STATE)),
             ("initial_state", named(INITIAL_STATE)),
             ("rk4_step", named(RK4_STEP)),
             ("motion", named(MOTION)),
@@ -31,6 +34,11 @@ impl Writer<'_> {
         let title = self.program.doc.first().map_or("", String::as_str);
         let mut text = format!("%{}_RUN {title}\n%\n", name.to_uppercase());
         text += "%   Simulates the motion from the scene's start, and plots rates and outputs over time.\n\n";
+        for line in &self.program.notes {
+            text += format!("% {line}").trim_end();
+            text += "\n";
+        }
+        text += "\n";
         text += &format!("p = {name}_parameters();\nmotion = {name}_motion(p);\n");
         text += "fprintf('%d steps, end at t = %.15g s, largest residual %.1e\\n', ...\n    numel(motion.t) - 1, motion.t(end), \
                  max([motion.residual; 0]));\n";
