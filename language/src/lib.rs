@@ -1,6 +1,6 @@
 //! Writes generated modules of mechanisms in other languages.
 //!
-//! The text of a module in Rust is read into a [plain form](program), from which each language is written: the functions
+//! The text of a module in Rust is read into a [plain form](mod@program), from which each language is written: the functions
 //! keep their names, their formulae and the order of their operations. Only the text is needed, so that this works where
 //! the equations are not derived.
 //!

@@ -69,7 +69,7 @@ pub(super) fn is_word(name: &str) -> bool {
     WORDS.contains(&name) || name.starts_with("FP_") || name.starts_with("MATH_")
 }
 
-const WORDS: [&str; 103] = [
+const WORDS: [&str; 104] = [
     "auto",
     "break",
     "case",
@@ -149,6 +149,7 @@ const WORDS: [&str; 103] = [
     "HUGE_VALF",
     "HUGE_VALL",
     "INFINITY",
+    "INLINE",
     "NAN",
     "linux",
     "unix",
