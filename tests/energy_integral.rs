@@ -4,8 +4,8 @@ mod common;
 
 use std::f64::consts::TAU;
 
-use common::{Table, mechanism, model, near};
-use qrm_sim::analysis::{EnergyIntegral, NoEnergyIntegral, PANELS, reference_states};
+use common::{Table, mechanism, near};
+use qrm_sim::analysis::{EnergyIntegral, NoEnergyIntegral, PANELS};
 
 #[test]
 fn the_period_is_exact() {
@@ -28,24 +28,6 @@ fn the_states_are_exact() {
             let rate = format!("{name}_dot");
             near(&format!("{rate} at t = {t}"), qd[i], exact.number(row, &rate), 1e-12);
         }
-    }
-}
-
-#[test]
-fn reference_states_are_exact() {
-    let exact = Table::reference("quick-return-states.csv");
-    let mut rows: Vec<usize> = (0..exact.rows.len()).collect();
-    rows.sort_by(|&a, &b| exact.number(a, "t").total_cmp(&exact.number(b, "t")));
-    let times: Vec<f64> = rows.iter().map(|&row| exact.number(row, "t")).collect();
-    let states = reference_states(model("quick-return"), &|_| None, &times, 1e-22).expect("a smooth motion");
-    for (state, row) in states.iter().zip(rows) {
-        let t = state.t;
-        for (i, name) in ["phi2", "phi4", "phi5"].into_iter().enumerate() {
-            near(&format!("{name} at t = {t}"), state.q[i], exact.number(row, name), 1e-14);
-            let rate = format!("{name}_dot");
-            near(&format!("{rate} at t = {t}"), state.qd[i], exact.number(row, &rate), 1e-14);
-        }
-        near(&format!("energy at t = {t}"), state.energy, exact.number(row, "E"), 1e-11);
     }
 }
 

@@ -88,7 +88,7 @@ impl Case {
     fn exact(&self, moved: &[(&str, f64)]) -> Vec<f64> {
         let at = |t: f64| {
             let replace = |name: &str| self.value(name, moved);
-            reference_states(model(self.scene), &replace, &[t], 1e-22).expect("a motion").remove(0)
+            reference_states(model(self.scene), &replace, &[t], 1e-22).expect("a motion").remove(0).rounded
         };
         let state = match self.end {
             End::Time(t) => at(t),

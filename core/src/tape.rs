@@ -8,6 +8,8 @@ mod nodes;
 mod owned;
 #[cfg(feature = "std")]
 mod series;
+#[cfg(feature = "std")]
+mod smooth;
 
 pub use evaluator::TapeEvaluator;
 pub(crate) use execute::execute;

@@ -23,6 +23,8 @@ pub struct Recording {
     most_frames: usize,
     /// Every how many rows one is kept.
     every: u64,
+    /// Whether series are kept.
+    has_series: bool,
 }
 
 /// The numbers of a row, in the order of the columns.
@@ -46,7 +48,13 @@ impl Recording {
             frames: Vec::new(),
             most_frames,
             every: 1,
+            has_series: true,
         }
+    }
+
+    /// Of a run of this mechanism, with extremes alone: no series and no frames.
+    pub fn of_extremes(description: &Description) -> Self {
+        Self { has_series: false, ..Self::with_frames(description, 0) }
     }
 
     /// The columns of the rows.
@@ -100,6 +108,9 @@ impl Recording {
 
 impl Observer for Recording {
     fn row(&mut self, row: &Row) -> io::Result<()> {
+        if !self.has_series {
+            return Ok(());
+        }
         self.envelope.row(row.t, row.columns);
         // No step leads to the first row.
         if row.index > 0 {
@@ -131,7 +142,7 @@ impl Observer for Recording {
     }
 
     fn finish(&mut self, last: &[f64]) -> io::Result<()> {
-        let Some(t) = last.first() else { return Ok(()) };
+        let Some(t) = last.first().filter(|_| self.has_series) else { return Ok(()) };
         self.envelope.finish(*t, last);
         self.corrections.finish(*t, &[self.last_corrections]);
         // A motion is shown to its end.

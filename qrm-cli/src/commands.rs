@@ -9,7 +9,7 @@ use crate::error::Error;
 /// reads.
 macro_rules! commands {
     ($($(#[doc = $doc:literal])+ $name:ident: $module:ident,)+) => {
-        $(mod $module;)+
+        $(pub(crate) mod $module;)+
 
         #[derive(Subcommand)]
         pub(crate) enum Command {

@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::Path;
 
 use qrm_pictures::NoPlace;
-use qrm_scene::diagnostic::Report;
+use qrm_scene::diagnostic::{Diagnostic, Report};
 use serde::{Serialize, Serializer};
 
 /// A sentence about what is wrong, and how to mend it.
@@ -63,9 +63,22 @@ impl Serialize for Message {
 
 /// The reason why a command did not do what was asked.
 #[derive(Debug)]
-pub(crate) struct Error {
+pub struct Error {
     kind: Kind,
     details: Vec<Detail>,
+}
+
+/// A problem and its place in a scene.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Finding {
+    /// The file of the scene, as the user knows it.
+    pub path: String,
+    /// Line and column, from 1 on, of the first character; `None` for the whole file.
+    pub place: Option<[usize; 2]>,
+    /// The problem, in one sentence.
+    pub text: String,
+    /// The way to mend it.
+    pub help: Option<String>,
 }
 
 /// The kind of an error, which decides the exit status.
@@ -138,6 +151,30 @@ impl Error {
         Err(Self { kind: Kind::Run, details: errors.into_iter().flat_map(|error| error.details).collect() })
     }
 
+    /// Whether a run that was under way failed, and not the use of the command or the scene.
+    pub fn is_of_run(&self) -> bool {
+        self.kind == Kind::Run
+    }
+
+    /// The problems in the text of a scene.
+    pub fn findings(&self) -> Vec<Finding> {
+        let reports = self.details.iter().filter_map(|detail| match detail {
+            // The value of an option is a text too.
+            Detail::Places(report) if !report.path.starts_with("--") => Some(report),
+            _ => None,
+        });
+        reports.flat_map(Finding::of).collect()
+    }
+
+    /// The ways to mend it.
+    pub fn hints(&self) -> Vec<String> {
+        let hints = self.details.iter().flat_map(|detail| match detail {
+            Detail::Message(message) => vec![message.help.clone()],
+            Detail::Places(report) => report.diagnostics.iter().map(|found| found.help.clone()).collect(),
+        });
+        hints.flatten().collect()
+    }
+
     /// The status that the command ends with.
     pub(crate) fn status(&self) -> u8 {
         match self.kind {
@@ -158,6 +195,25 @@ impl Error {
         }
     }
 }
+
+impl Finding {
+    fn of(report: &Report) -> Vec<Self> {
+        let place = |start: usize| {
+            let before = report.source.get(..start)?;
+            let line = before.rsplit('\n').next().unwrap_or_default();
+            Some([before.matches('\n').count() + 1, line.chars().count() + 1])
+        };
+        let finding = |found: &Diagnostic| Self {
+            path: report.path.clone(),
+            place: found.span.as_ref().and_then(|span| place(span.start)),
+            text: found.title.clone(),
+            help: found.help.clone(),
+        };
+        report.diagnostics.iter().map(finding).collect()
+    }
+}
+
+impl std::error::Error for Error {}
 
 impl From<Message> for Error {
     fn from(message: Message) -> Self {

@@ -2,6 +2,7 @@
 //!
 //! Each subcommand is a module of `commands` with its options and a function `run`, and a row in the table there.
 
+pub mod api;
 mod columns;
 mod commands;
 mod condition;

@@ -14,13 +14,35 @@ const SILENCE: Duration = Duration::from_millis(300);
 /// Set when the user wants the command to end.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
+thread_local! {
+    /// How a program that embeds the command learns of interrupts; unused by the command itself.
+    static EMBEDDER: Cell<Option<fn() -> bool>> = const { Cell::new(None) };
+}
+
 /// Whether the user wants the command to end.
 pub(crate) fn interrupted() -> bool {
-    INTERRUPTED.load(Ordering::Relaxed)
+    INTERRUPTED.load(Ordering::Relaxed) || EMBEDDER.get().is_some_and(|check| check())
+}
+
+/// Does some work that ends when `check` returns true, on this thread. No handler of signals is installed meanwhile, and
+/// no progress is shown.
+pub(crate) fn interruptible<T>(check: fn() -> bool, work: impl FnOnce() -> T) -> T {
+    /// Restores what was there before, also when the work panics.
+    struct Restored(Option<fn() -> bool>);
+    impl Drop for Restored {
+        fn drop(&mut self) {
+            EMBEDDER.set(self.0);
+        }
+    }
+    let _restored = Restored(EMBEDDER.replace(Some(check)));
+    work()
 }
 
 /// Takes note of interrupts from now on.
 pub(crate) fn watch_interrupts() {
+    if EMBEDDER.get().is_some() {
+        return;
+    }
     // A second handler in one process is refused; the first one is enough.
     let _ = ctrlc::set_handler(|| {
         // Who asks twice does not want to wait for the end of what is under way.
@@ -34,7 +56,9 @@ pub(crate) fn watch_interrupts() {
 fn bar(length: u64, template: &str) -> ProgressBar {
     let style = ProgressStyle::with_template(template);
     match style {
-        Ok(style) if io::stderr().is_terminal() => ProgressBar::new(length).with_style(style),
+        Ok(style) if io::stderr().is_terminal() && EMBEDDER.get().is_none() => {
+            ProgressBar::new(length).with_style(style)
+        }
         _ => ProgressBar::hidden(),
     }
 }

@@ -173,7 +173,10 @@ impl Reference {
 
     /// Extrapolation in double-double numbers; `None` if the motion is too long or not smooth enough for it.
     fn of_double_doubles(setup: &Setup, times: &[f64], of: Option<Kind>) -> Option<Self> {
-        let run = |tolerance| reference_states(setup.model, &setup.replace(), times, tolerance).ok();
+        let run = |tolerance| -> Option<Vec<StateAt>> {
+            let states = reference_states(setup.model, &setup.replace(), times, tolerance).ok()?;
+            Some(states.into_iter().map(|state| state.rounded).collect())
+        };
         let runs = [run(TIGHTEST[0])?, run(TIGHTEST[1])?];
         Some(Self::of_two(setup, of, "extrapolation in double-double numbers", TIGHTEST, runs))
     }

@@ -5,11 +5,12 @@ pub(crate) mod engine;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 
 use qrm_core::{Description, Model};
 use qrm_scene::names::suggestion;
 use qrm_scene::resolve;
+use qrm_scene::scene::Scene;
 use qrm_scene::source::read_text;
 
 use crate::error::Error;
@@ -23,6 +24,8 @@ pub(crate) struct FoundScene {
     pub(crate) model: &'static Model,
     /// Its file, as users know it.
     pub(crate) path: String,
+    /// What was read from its text, with its own values of the parameters; `None` if it is still to be read.
+    pub(crate) scene: Option<Arc<Scene>>,
 }
 
 /// What the name of a scene means.
@@ -46,9 +49,9 @@ impl SceneName {
     /// The scene of this name, or that of a file.
     pub(crate) fn find(&self, models: &'static [Model]) -> Result<FoundScene, Error> {
         match self.source(models)? {
-            SceneSource::Model(model) => Ok(FoundScene { model, path: path_of(model.description) }),
+            SceneSource::Model(model) => Ok(FoundScene { model, path: path_of(model.description), scene: None }),
             SceneSource::File(path) => {
-                Ok(FoundScene { model: model_of_file(models, &path)?, path: self.scene.clone() })
+                Ok(FoundScene { model: model_of_file(models, &path)?, path: self.scene.clone(), scene: None })
             }
         }
     }
@@ -86,14 +89,27 @@ fn model_of_file(models: &'static [Model], path: &Path) -> Result<&'static Model
     if let Some(model) = read.get(path) {
         return Ok(model);
     }
-    let source = read_text(path)?;
-    protect(path);
-    let model = match model_of_text(models, &source) {
-        Some(model) => model,
-        None => interpreted(path, &source)?,
-    };
+    let model = model_of_file_now(models, path)?;
     read.insert(path.to_owned(), model);
     Ok(model)
+}
+
+/// The interpreted models by their texts: a model lives as long as the program.
+static INTERPRETED: Mutex<BTreeMap<String, &'static Model>> = Mutex::new(BTreeMap::new());
+
+/// The model of what a scene file contains now.
+pub(crate) fn model_of_file_now(models: &'static [Model], path: &Path) -> Result<&'static Model, Error> {
+    let source = read_text(path)?;
+    protect(path);
+    if let Some(model) = model_of_text(models, &source) {
+        return Ok(model);
+    }
+    let known = || INTERPRETED.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    if let Some(model) = known().get(&source) {
+        return Ok(model);
+    }
+    let model = interpreted(path, &source)?;
+    Ok(known().entry(source).or_insert(model))
 }
 
 /// The scene of the program that has this text.

@@ -1,6 +1,7 @@
 //! A scene as the command line wants it run.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use qrm_core::{Description, Mechanism, Model};
 use qrm_scene::diagnostic::{Diagnostic, Report};
@@ -11,7 +12,7 @@ use qrm_scene::resolve;
 use qrm_scene::scene::Scene;
 use qrm_scene::time_scales::{TimeScale, time_scales};
 use qrm_sim::integrate::{MethodSettings, RK4, StepBounds};
-use qrm_sim::run::{End, Observer, Outcome, Request, assembled, simulate};
+use qrm_sim::run::{End, Observer, Outcome, Request, assembled, assembled_from, simulate};
 use qrm_sim::solve::{ProjectionTolerance, constraint_rank};
 use qrm_sim::start::Start;
 
@@ -30,7 +31,7 @@ pub(crate) struct Setup {
     pub(crate) path: String,
     pub(crate) description: &'static Description,
     /// The scene that the code was generated from.
-    pub(crate) scene: Scene,
+    pub(crate) scene: Arc<Scene>,
     pub(crate) settings: MethodSettings,
     /// How fast its loads and drives change with time.
     scales: Vec<TimeScale>,
@@ -52,11 +53,20 @@ pub(crate) struct Setup {
 
 impl Setup {
     pub(crate) fn new(models: &'static [Model], options: &SceneOptions, how: &MethodOptions) -> Result<Self, Error> {
-        let FoundScene { model, path } = options.name.find(models)?;
+        Self::of(options.name.find(models)?, options, how)
+    }
+
+    /// The setup of a scene that is already found, and read with its own values if it has a scene; the name in `options`
+    /// is not used.
+    pub(crate) fn of(found: FoundScene, options: &SceneOptions, how: &MethodOptions) -> Result<Self, Error> {
+        let FoundScene { model, path, scene } = found;
         let description = model.description;
         let set = parameters(description, &options.set)?;
         let replace = |name: &str| set.get(name).copied();
-        let (scene, _) = resolve::read_with(&path, description.source, &replace)?;
+        let scene = match scene.filter(|_| set.is_empty()) {
+            Some(scene) => scene,
+            None => Arc::new(resolve::read_with(&path, description.source, &replace)?.0),
+        };
         let own_step = optional_positive("--step", options.step.as_ref())?;
         let end_time = optional_positive("--end-time", options.end_time.as_ref())?;
         let residual = optional_positive("--closure-tolerance", how.closure_tolerance.as_ref())?;
@@ -124,6 +134,11 @@ impl Setup {
         Ok(self)
     }
 
+    /// Whether the motion starts elsewhere than the scene says.
+    pub(crate) fn has_own_start(&self) -> bool {
+        self.start.is_some()
+    }
+
     /// The bounds of steps that a method chooses, with these values of the scene's parameters.
     pub(crate) fn step_bounds(&self, parameters: &[f64]) -> StepBounds {
         resolution::step_bounds(&time_scales(&self.scene, parameters), self.max_step)
@@ -142,6 +157,13 @@ impl Setup {
     /// The start of the command line, or of the scene.
     pub(crate) fn start(&self) -> Start {
         self.start.clone().unwrap_or_else(|| Start::of(&*self.mechanism()))
+    }
+
+    /// Coordinates and rates at the start, wherever it is.
+    pub(crate) fn first_state(&self) -> Result<[Vec<f64>; 2], Error> {
+        let (q, qd) = assembled_from(&*self.mechanism(), self.start())
+            .map_err(|reason| messages::not_assembled(&reason, self))?;
+        Ok([q, qd])
     }
 
     /// The coordinates at the start.

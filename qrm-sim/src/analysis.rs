@@ -26,7 +26,7 @@ pub use inverse_dynamics::{NotPossible, Prescribed, PrescribedMotion, Prescribed
 pub use inverse_kinematics::{PositionError, inverse_kinematics};
 pub use kinematics::{Drive, LimitPosition, Position};
 pub use measure::{Measurement, Repetitions, StateAt, Trial, exact_states, measure};
-pub use reference::reference_states;
+pub use reference::{ReferenceState, reference_states};
 pub use released_drive::ReleasedDrive;
 pub use revolution::{NoRevolution, Range, Revolution, Series, Vertex, can_revolve, revolution, wrap_angle};
 pub use sensitivity::{

@@ -118,6 +118,23 @@ pub fn numbers(mechanism: &dyn Mechanism, at: &State) -> Vec<f64> {
     numbers
 }
 
+/// One of the numbers of a state, by its place among [`columns`].
+pub(crate) fn number(mechanism: &dyn Mechanism, at: &State, column: usize) -> f64 {
+    let State { t, q, qd, qdd, multipliers, .. } = at;
+    let outputs_begin = 1 + 3 * q.len() + multipliers.len();
+    match column {
+        0 => *t,
+        _ if column <= 3 * q.len() => [q, qd, qdd][(column - 1) % 3][(column - 1) / 3],
+        _ if column < outputs_begin => multipliers[column - 1 - 3 * q.len()],
+        _ if column - outputs_begin < mechanism.description().outputs.len() => {
+            let mut outputs = vec![f64::NAN; mechanism.description().outputs.len()];
+            mechanism.outputs(*t, q, qd, qdd, multipliers, &mut outputs);
+            outputs[column - outputs_begin]
+        }
+        _ => numbers(mechanism, at).get(column).copied().unwrap_or(f64::NAN),
+    }
+}
+
 /// The state in numbers in the order of [`columns`].
 pub fn state(description: &Description, numbers: &[f64]) -> State {
     let (n, m) = (description.coordinates.len(), description.constraints.len());

@@ -38,6 +38,10 @@ pub(crate) fn largest_between<T, E>(
 const LOCATED: f64 = 1e-5;
 /// Most values that are computed for a peak.
 const MOST_VALUES: usize = 60;
+/// A peak is a corner where the value beside it is lower by more than this part of the way down that was seen.
+const CORNER: f64 = 1e-6;
+/// Lengths of lines that meet at a corner, as parts of the way between the ends.
+const LINES: [f64; 2] = [2e-5, 2e-9];
 
 /// The place between two at which a value is largest, and the value there, from a place near it on: by parabolas
 /// through the three best places, and golden sections where they do not help (Brent, Algorithms for Minimization
@@ -47,10 +51,12 @@ pub(crate) fn peak_between(
     near: f64,
     mut at: impl FnMut(f64) -> Option<f64>,
 ) -> Option<(f64, f64)> {
+    let ends = [a, b];
     let golden = 0.5 * (3.0 - 5.0_f64.sqrt());
     let resolution = LOCATED * (b - a);
     let mut best = (near, at(near)?);
     let (mut second, mut third) = (best, best);
+    let mut lowest = best.1;
     // The last two steps.
     let [mut last, mut before] = [0.0_f64; 2];
     for _ in 0..MOST_VALUES {
@@ -69,6 +75,7 @@ pub(crate) fn peak_between(
         }
         let t = best.0 + if last.abs() >= resolution { last } else { resolution.copysign(last) };
         let found = (t, at(t)?);
+        lowest = lowest.min(found.1);
         if found.1 >= best.1 {
             *(if t >= best.0 { &mut a } else { &mut b }) = best.0;
             (third, second, best) = (second, best, found);
@@ -79,6 +86,32 @@ pub(crate) fn peak_between(
             } else if found.1 >= third.1 || third.0 == best.0 || third.0 == second.0 {
                 third = found;
             }
+        }
+    }
+    let is_corner = best.1 - second.1 > CORNER * (best.1 - lowest);
+    if is_corner { corner_near(best, ends, at) } else { Some(best) }
+}
+
+/// The place and the value of a peak that is a corner, from a place near it on: where the lines through two values on
+/// each side meet. `None` if a value could not be computed.
+fn corner_near(mut best: (f64, f64), [a, b]: [f64; 2], mut at: impl FnMut(f64) -> Option<f64>) -> Option<(f64, f64)> {
+    for length in LINES {
+        let h = length * (b - a);
+        let t = best.0;
+        if t - 2.0 * h < a || t + 2.0 * h > b {
+            break;
+        }
+        let [farther, left, right, beyond] = [at(t - 2.0 * h)?, at(t - h)?, at(t + h)?, at(t + 2.0 * h)?];
+        let [rise, fall] = [left - farther, right - beyond];
+        // `left + rise (x + 1) = right + fall (1 - x)` at `t + h x`
+        let x = (right - left + fall - rise) / (rise + fall);
+        if !(x.abs() < 1.0) {
+            break;
+        }
+        let met = t + h * x;
+        let found = (met, at(met)?);
+        if found.1 > best.1 {
+            best = found;
         }
     }
     Some(best)
@@ -113,7 +146,10 @@ mod tests {
     #[test]
     fn corners_and_ends_are_found() {
         let (t, value, count) = peak([0.0, 1.0], 0.6, |t| if t < 0.7 { 2.0 * t } else { 1.4 - 3.0 * (t - 0.7) });
-        assert!((t - 0.7).abs() < 3e-5 && 1.4 - value < 1e-4 && count < 50, "{t} {value} {count}");
+        assert!((t - 0.7).abs() < 1e-14 && 1.4 - value < 1e-14 && count < 60, "{t} {value} {count}");
+        let bent = |t: f64| if t < 0.7 { t.exp() } else { 0.7_f64.exp() * (1.0 - (t - 0.7).sin()) };
+        let (t, value, count) = peak([0.0, 1.0], 0.6, bent);
+        assert!((t - 0.7).abs() < 1e-13 && 0.7_f64.exp() - value < 1e-13 && count < 60, "{t} {value} {count}");
         let (t, ..) = peak([0.0, 1.0], 0.5, |t| t);
         assert!(t > 1.0 - 1e-4, "{t}");
         assert!(peak_between([0.0, 1.0], 0.5, |t| (t < 0.6).then_some(t)).is_none());

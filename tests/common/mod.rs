@@ -26,6 +26,19 @@ pub fn model(name: &str) -> &'static Model {
     qrm_model::MODELS.iter().find(|model| model.description.name == name).expect("a generated scene")
 }
 
+/// The mechanism of a scene file that is not compiled.
+#[cfg(feature = "generate")]
+pub fn derived(scene: &Path) -> Model {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = folder.path().join("scene");
+    let mut engine = Command::new(env!("CARGO_BIN_EXE_qrm-engine"));
+    engine.arg(scene).arg(&file).stdin(std::fs::File::open(scene).expect("a scene"));
+    let output = engine.output().expect("the engine starts");
+    assert!(output.status.success(), "{}: {}", scene.display(), String::from_utf8_lossy(&output.stderr));
+    let bytes = std::fs::read(file).expect("a derived scene");
+    qrm_core::DerivedScene::from_bytes(&bytes).expect("whole").into_model()
+}
+
 /// The mechanism of this name, some parameters replaced.
 pub fn mechanism(name: &str, replaced: &[(&str, f64)]) -> Box<dyn Mechanism> {
     model(name).mechanism(&|name| replaced.iter().find(|(replaced, _)| *replaced == name).map(|(_, value)| *value))

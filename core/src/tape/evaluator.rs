@@ -12,9 +12,9 @@ use crate::{Scalar, Schedule};
 /// Slices of results have the lengths of the tape's `results`; matrices are stored row by row.
 #[derive(Clone, Debug)]
 pub struct TapeEvaluator<'t, B> {
-    tape: &'t Tape<'t>,
+    pub(super) tape: &'t Tape<'t>,
     places: Arguments,
-    values: B,
+    pub(super) values: B,
 }
 
 #[cfg(feature = "std")]
@@ -155,13 +155,18 @@ impl<'t, R: Scalar, B: DerefMut<Target = [R]>> TapeEvaluator<'t, B> {
 
     /// The results of a function of time and as many of `q`, `qd`, `qdd` as it has.
     fn evaluate<const K: usize>(&mut self, function: &TapeFunction, t: R, arguments: [&[R]; K], results: &mut [R]) {
+        self.evaluate_at(t, arguments, function.operations);
+        self.read(function.results, results);
+    }
+
+    /// Executes operations at a time and at as many of `q`, `qd`, `qdd` as are given.
+    pub(super) fn evaluate_at<const K: usize>(&mut self, t: R, arguments: [&[R]; K], operations: &[Operation]) {
         let (first, n) = (self.places.t, self.tape.coordinates as usize);
         self.values[first] = t;
         for (k, argument) in arguments.into_iter().enumerate() {
             self.values[first + 1 + k * n..][..n].copy_from_slice(argument);
         }
-        self.run(function.operations);
-        self.read(function.results, results);
+        self.run(operations);
     }
 
     fn run(&mut self, operations: &[Operation]) {

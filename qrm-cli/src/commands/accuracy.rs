@@ -44,7 +44,7 @@ pub(crate) struct Options {
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
     let begun = Instant::now();
     let setup = Setup::new(models, &options.scene, &MethodOptions::default())?;
-    let deadline = begun + budget(&options.budget)?.min(LONGEST);
+    let deadline = begun + budget(&options.budget)?;
     let of = options.of.as_deref().map(|name| column(&setup, name)).transpose()?;
     let study = Study::new(&setup, &options.at, of, options.reference, deadline)?;
     let out = options.out.of(&setup.path);
@@ -74,7 +74,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
 }
 
 /// The column of this name that a reference has.
-fn column(setup: &Setup, name: &str) -> Result<Column, Error> {
+pub(crate) fn column(setup: &Setup, name: &str) -> Result<Column, Error> {
     let is_known = |column: &Column| !matches!(column.kind, Kind::Time | Kind::Residual | Kind::ResidualRate);
     let known: Vec<Column> = columns(setup.description).into_iter().filter(is_known).collect();
     if let Some(column) = known.iter().find(|column| column.name == name) {
@@ -89,11 +89,11 @@ fn column(setup: &Setup, name: &str) -> Result<Column, Error> {
 const LONGEST: Duration = Duration::from_secs(100 * 365 * 86_400);
 
 /// Reads `30s`, `500ms`, `2min` or a number of seconds.
-fn budget(text: &str) -> Result<Duration, Error> {
+pub(crate) fn budget(text: &str) -> Result<Duration, Error> {
     let text = text.trim();
     let units = [("ms", 1e-3), ("min", 60.0), ("s", 1.0), ("m", 60.0), ("h", 3600.0)];
     let found = units.into_iter().find_map(|(unit, factor)| Some((text.strip_suffix(unit)?, factor)));
     let (number, factor) = found.unwrap_or((text, 1.0));
     let seconds = positive("--budget", number.trim())? * factor;
-    Ok(Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX))
+    Ok(Duration::try_from_secs_f64(seconds).map_or(LONGEST, |budget| budget.min(LONGEST)))
 }

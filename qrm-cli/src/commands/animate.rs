@@ -10,6 +10,7 @@ use crate::progress::Progress;
 use crate::run_report::RunReport;
 use crate::setup::Setup;
 use qrm_pictures::{Recording, motion};
+use qrm_view::motion::Motion;
 
 #[derive(Args)]
 pub(crate) struct Options {
@@ -30,14 +31,7 @@ pub(crate) struct Options {
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
     let setup = Setup::new(models, &options.scene, &options.method)?.starting_from(&options.start)?;
     let out = options.out.of(&setup.path);
-    let mut observer = (Progress::new(), Recording::new(setup.description));
-    let outcome = setup.simulate(false, &mut observer)?;
-    let recording = observer.1;
-    let report = RunReport::new(&setup, &outcome, &recording);
-    if recording.frames.len() < 2 {
-        return Err(report.message.into());
-    }
-    let (motion, _) = motion(&setup.scene, &setup.parameters(), &recording)?;
+    let (motion, report) = animation(&setup)?;
     print(&format!("{}: {}\n", setup.description.name, report.message));
     save_and_print(&out.join("animation.html"), qrm_view::animation::page(&motion).as_bytes())?;
     if !options.no_gif {
@@ -45,4 +39,17 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
         save_and_print(&out.join("animation.gif"), &gif)?;
     }
     report.problem().map_or(Ok(()), Err)
+}
+
+/// The motion of a run, and the report of that run.
+pub(crate) fn animation(setup: &Setup) -> Result<(Motion, RunReport), Error> {
+    let mut observer = (Progress::new(), Recording::new(setup.description));
+    let outcome = setup.simulate(false, &mut observer)?;
+    let recording = observer.1;
+    let report = RunReport::new(setup, &outcome, &recording);
+    if recording.frames.len() < 2 {
+        return Err(report.message.into());
+    }
+    let (motion, _) = motion(&setup.scene, &setup.parameters(), &recording)?;
+    Ok((motion, report))
 }

@@ -24,22 +24,27 @@ pub(crate) struct Options {
 
 /// Writes a page with a scene and its simulator.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
-    let FoundScene { model, path } = options.scene.find(models)?;
-    let stem = Path::new(&path).file_stem().unwrap_or_default();
+    let found = options.scene.find(models)?;
+    let stem = Path::new(&found.path).file_stem().unwrap_or_default();
     let out = options.out.clone().unwrap_or_else(|| Path::new(stem).with_added_extension("html"));
     check_place(&out)?;
+    save_and_print(&out, page(&found, &options.scene.scene)?.as_bytes())
+}
+
+/// The page of a scene, which the command line calls `name`.
+pub(crate) fn page(found: &FoundScene, name: &str) -> Result<String, Error> {
+    let FoundScene { model, path, .. } = found;
     let description = model.description;
-    let (scene, _) = resolve::read(&path, description.source)?;
+    let (scene, _) = resolve::read(path, description.source)?;
     let page = SimulatorPage {
         title: description.name,
         doc: description.doc,
-        command: &shell_word(&options.scene.scene),
+        command: &shell_word(name),
         is_writable: false,
         module: &packing::module(),
         scene: Some(&packing::packed(DerivedScene::of(model), scene)?),
     };
-    let page = simulator_page(&page, packing::compressed)?;
-    save_and_print(&out, page.as_bytes())
+    simulator_page(&page, packing::compressed)
 }
 
 /// An error if a page would replace a file of another kind.

@@ -20,6 +20,8 @@ use crate::options::{MethodOptions, OutFolder, SceneOptions, assignments, check_
 use crate::output::{check_target, print, save};
 use crate::progress::{MotionProgress, interrupted};
 use crate::setup::Setup;
+use check::Check;
+pub(crate) use quantities::Quantity;
 use quantities::quantities;
 
 #[derive(Args)]
@@ -49,39 +51,92 @@ pub(crate) struct Options {
 /// Takes derivatives of a motion by parameters, checks them, prints and writes them.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
     let setup = Setup::new(models, &options.scene, &options.how)?;
-    let q = setup.assembled()?;
-    setup.refuse_redundant(&q)?;
-    let by = parameters(&setup, &options.by)?;
-    check_outputs(&setup, &options.of)?;
-    let vector = vector(&setup, &options.hessian_vector)?;
-    let direction: Vec<(&str, f64)> = vector.iter().map(|(name, entry)| (name.as_str(), *entry)).collect();
+    let vector = assignments("--hessian-vector", &options.hessian_vector)?;
+    let asked = Asked::new(&setup, &options.by, &options.of, vector, !options.no_check)?;
     let path = options.out.of(&setup.path).join("sensitivity.csv");
     check_target(&path)?;
     // An earlier table would pass for this one's. If it cannot be removed, writing will fail too.
     let _ = std::fs::remove_file(&path);
-    let checking = if options.no_check { 0 } else { check::motions(by.len()) };
-    let progress = MotionProgress::new(SensitivityRequest::motions(by.len()) + checking);
-    let asked = SensitivityRequest {
-        by: &by,
-        settings: setup.settings,
-        direction: &direction,
-        estimate_errors: !options.no_check,
-        ..SensitivityRequest::default()
-    };
-    let found = derive((&setup, &progress), &setup.replace(), asked)?;
-    if let Some(reason) = setup.passed_over(found.end_time.value) {
-        return Err(Error::run(reason).help("use a shorter --step"));
-    }
-    let rows = quantities(&setup, &found, &options.of);
-    let checks = if options.no_check { Vec::new() } else { check::check((&setup, &progress), &by, &rows, &options.of) };
-    drop(progress);
-    save(&path, &table::csv(&rows, &by)?)?;
-    let text = table::text(&setup, &rows, &by) + &check::text(&checks);
+    let found = asked.find(&setup)?;
+    let rows = found.quantities(&setup);
+    save(&path, &table::csv(&rows, &found.by)?)?;
+    let text = table::text(&setup, &rows, &found.by) + &check::text(&found.checks);
     print(&format!("{text}\nwrote {} ({})", path.display(), counted(rows.len() as u64, "row")));
     if interrupted() {
         return Err(Error::run("interrupted: the derivatives are written, but not all of them are checked"));
     }
-    check::verdict(&checks)
+    found.verdict()
+}
+
+/// Derivatives that are asked for.
+pub(crate) struct Asked {
+    by: Vec<&'static str>,
+    of: Vec<String>,
+    /// The entries of the vector that Hessians are multiplied by.
+    vector: BTreeMap<String, f64>,
+    /// Whether errors are estimated and derivatives compared with difference quotients.
+    is_checked: bool,
+}
+
+/// Derivatives of a motion, with what checks them.
+pub(crate) struct Found {
+    /// The parameters, in the order of the derivatives.
+    pub(crate) by: Vec<&'static str>,
+    of: Vec<String>,
+    derivatives: Sensitivity,
+    checks: Vec<Check>,
+}
+
+impl Asked {
+    /// By all parameters where `by` is empty, and of everything where `of` is.
+    pub(crate) fn new(
+        setup: &Setup,
+        by: &[String],
+        of: &[String],
+        vector: BTreeMap<String, f64>,
+        is_checked: bool,
+    ) -> Result<Self, Error> {
+        let q = setup.assembled()?;
+        setup.refuse_redundant(&q)?;
+        let by = parameters(setup, by)?;
+        check_outputs(setup, of)?;
+        vector.keys().try_for_each(|name| check_parameter(setup.description, name))?;
+        Ok(Self { by, of: of.to_vec(), vector, is_checked })
+    }
+
+    /// Takes the derivatives and checks them.
+    pub(crate) fn find(self, setup: &Setup) -> Result<Found, Error> {
+        let Self { by, of, vector, is_checked } = self;
+        let direction: Vec<(&str, f64)> = vector.iter().map(|(name, entry)| (name.as_str(), *entry)).collect();
+        let checking = if is_checked { check::motions(by.len()) } else { 0 };
+        let progress = MotionProgress::new(SensitivityRequest::motions(by.len()) + checking);
+        let request = SensitivityRequest {
+            by: &by,
+            settings: setup.settings,
+            direction: &direction,
+            estimate_errors: is_checked,
+            ..SensitivityRequest::default()
+        };
+        let derivatives = derive((setup, &progress), &setup.replace(), request)?;
+        if let Some(reason) = setup.passed_over(derivatives.end_time.value) {
+            return Err(Error::run(reason).help("use a shorter --step"));
+        }
+        let rows = quantities(setup, &derivatives, &of);
+        let checks = if is_checked { check::check((setup, &progress), &by, &rows, &of) } else { Vec::new() };
+        Ok(Found { by, of, derivatives, checks })
+    }
+}
+
+impl Found {
+    /// The quantities with their derivatives.
+    pub(crate) fn quantities(&self, setup: &Setup) -> Vec<Quantity<'_>> {
+        quantities(setup, &self.derivatives, &self.of)
+    }
+
+    /// Whether the derivatives can be relied on, as far as they were checked.
+    pub(crate) fn verdict(&self) -> Result<(), Error> {
+        check::verdict(&self.checks)
+    }
 }
 
 /// The parameters that are asked for, or all.
@@ -105,13 +160,6 @@ fn check_outputs(setup: &Setup, asked: &[String]) -> Result<(), Error> {
     let help = suggestion(unknown, outputs(), || format!("outputs: {}", outputs().collect::<Vec<_>>().join(", ")));
     let name = setup.description.name;
     Err(Error::usage(format!("`--of {unknown}`: scene `{name}` has no output of this name")).help(help))
-}
-
-/// The entries of the vector, by their parameters.
-fn vector(setup: &Setup, entries: &[String]) -> Result<BTreeMap<String, f64>, Error> {
-    let vector = assignments("--hessian-vector", entries)?;
-    vector.keys().try_for_each(|name| check_parameter(setup.description, name))?;
-    Ok(vector)
 }
 
 /// The derivatives that are asked for, at other values of parameters.

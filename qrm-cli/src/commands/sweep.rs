@@ -1,37 +1,33 @@
 //! `qrm sweep`
 
 mod axes;
+mod designs;
 mod journal;
 mod part;
 mod rows;
+mod self_check;
 mod table;
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::mpsc;
 
 use clap::{Args, ValueEnum};
-use qrm_core::{Description, Model, Replace, digest};
-use qrm_scene::evaluate::{constant, parameter_values};
-use qrm_scene::time_scales::time_scales;
-use qrm_sim::batch::{DesignResult, LaneCount, SweepEnd, SweepRequest, sweep};
-use qrm_sim::columns::Column;
-use qrm_sim::integrate::DOP853;
+use qrm_core::{Description, Model, digest};
+use qrm_sim::batch::LaneCount;
 
 use crate::columns::write_units;
 use crate::error::Error;
 use crate::format::counted;
 use crate::options::{MethodOptions, SceneOptions, default_folder};
 use crate::output::print;
-use crate::progress::{DesignProgress, interrupted, watch_interrupts};
-use crate::resolution;
+use crate::progress::{DesignProgress, watch_interrupts};
 use crate::setup::Setup;
-use axes::Axes;
+pub(crate) use axes::Axes;
+pub(crate) use designs::{Designs, by_lanes, threads};
 use journal::Journal;
 use part::Part;
 pub(super) use part::join;
-use rows::{Field, Row};
+use rows::Record;
+pub(crate) use rows::{Cell, Field, Row};
 use table::Format;
 
 #[derive(Args)]
@@ -84,14 +80,12 @@ impl Lanes {
     }
 }
 
-/// The number of designs that a core takes at once.
-const BLOCK: usize = 256;
-
 /// Runs a scene with every combination of parameter values.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
     let plan = Plan::new(models, options)?;
     let (begin, end) = plan.range;
-    let (mut journal, done) = Journal::open(&plan.out, &plan.title(), &plan.columns)?;
+    let columns = plan.designs.columns();
+    let (mut journal, done) = Journal::open(&plan.out, &plan.title(), &columns)?;
     if done > 0 {
         print(&format!("goes on after {} of an interrupted sweep", counted(done as u64, "design")));
     }
@@ -106,16 +100,19 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     let (done, failed) = journal.counts();
     journal.finish(&plan.out)?;
     if options.shard.is_some() {
-        Part::save(&plan.identity(), plan.axes.count(), plan.range, &plan.columns, &plan.out)?;
+        Part::save(&plan.identity(), plan.designs.count(), plan.range, &columns, &plan.out)?;
     }
-    let units = write_units(&plan.out, &plan.columns).map_err(Error::while_running)?;
+    let units = write_units(&plan.out, &columns).map_err(Error::while_running)?;
+    let checked = self_check::compare(&plan.designs, plan.range);
     print(&format!(
-        "{}: {}, {done} done, {failed} failed\n\nwrote {} (units in {})",
-        plan.setup.description.name,
+        "{}: {}, {done} done, {failed} failed{}\n\nwrote {} (units in {})",
+        plan.designs.setup.description.name,
         counted((done + failed) as u64, "design"),
+        checked.as_ref().map(ToString::to_string).unwrap_or_default(),
         plan.out.display(),
         units.file_name().unwrap_or_default().display()
     ));
+    checked.map_err(self_check::Difference::error)?;
     if done == 0 && failed > 0 {
         return Err(Error::run("no design came to its end; the column `reason` says why"));
     }
@@ -125,28 +122,17 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
 /// A sweep that is to be made.
 struct Plan<'s> {
     options: &'s Options,
-    setup: Setup,
-    axes: Axes,
+    designs: Designs,
     /// The first design of this part, and the first beyond it.
     range: (usize, usize),
     threads: usize,
-    columns: Vec<Column<Field>>,
     out: PathBuf,
 }
 
 impl<'s> Plan<'s> {
     fn new(models: &'static [Model], options: &'s Options) -> Result<Self, Error> {
-        let how = MethodOptions { method: options.how.method.or(Some(DOP853)), ..options.how.clone() };
-        let setup = Setup::new(models, &options.scene, &how)?;
-        if setup.own_step.is_some() && setup.settings.method.is_adaptive() {
-            return Err(Error::usage("`--step` needs a method of fixed steps, as a sweep writes no rows")
-                .help("add `--method rk4`, or choose `--tolerance` instead"));
-        }
+        let setup = Setup::new(models, &options.scene, &by_lanes(&options.how))?;
         let axes = Axes::new(setup.description, &options.vary)?;
-        if let Some(name) = axes.names().find(|name| setup.set.contains_key(*name)) {
-            return Err(Error::usage(format!("`{name}` is both set and varied"))
-                .help(format!("omit `--set {name}` or `--vary {name}`")));
-        }
         let range = match &options.shard {
             Some(shard) => axes::shard(shard, axes.count())?,
             None => (0, axes.count()),
@@ -157,12 +143,14 @@ impl<'s> Plan<'s> {
             return Err(Error::usage("a part of a sweep is written as CSV")
                 .help("let `--out` end in `.csv`; `qrm merge OUT.parquet PART...` writes Parquet"));
         }
-        let threads = match options.threads {
-            Some(threads) => threads as usize,
-            None => std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
+        let designs = Designs::new(setup, axes)?;
+        let designs = Designs {
+            has_extremes: !options.no_extremes,
+            estimate_error: !options.no_error_estimate,
+            lanes: options.lanes.count(),
+            ..designs
         };
-        let columns = rows::columns(&setup, &axes, !options.no_extremes);
-        Ok(Self { options, columns, setup, axes, range, threads, out })
+        Ok(Self { options, designs, range, threads: threads(options.threads), out })
     }
 
     /// A line that differs between sweeps, and is the same for the parts of one.
@@ -171,10 +159,10 @@ impl<'s> Plan<'s> {
         // Four lanes and eight give the same digits.
         let is_single = *lanes == Lanes::One;
         let MethodOptions { method: _, tolerance, max_step, projection, closure_tolerance, closure_iterations } = how;
-        let name = self.setup.settings.method.name;
+        let name = self.designs.setup.settings.method.name;
         let how = (name, tolerance, max_step, projection, closure_tolerance, closure_iterations);
         let asked = format!("{scene:?} {how:?} {vary:?} {no_extremes} {no_error_estimate} {is_single}");
-        let Description { name, source, .. } = self.setup.description;
+        let Description { name, source, .. } = self.designs.setup.description;
         format!("{name} {} {:016x}", env!("CARGO_PKG_VERSION"), digest(source.bytes().chain(asked.bytes())))
     }
 
@@ -188,110 +176,11 @@ impl<'s> Plan<'s> {
     fn run(&self, journal: &mut Journal, done: usize) -> Result<usize, Error> {
         let (begin, end) = self.range;
         let progress = DesignProgress::new(end - begin, done);
-        let next = AtomicUsize::new(begin + done);
-        let mut written = Ok(begin + done);
-        std::thread::scope(|scope| {
-            let (sender, receiver) = mpsc::sync_channel(4 * self.threads);
-            for _ in 0..self.threads {
-                let (sender, next) = (sender.clone(), &next);
-                scope.spawn(move || {
-                    while !interrupted() {
-                        let from = next.fetch_add(BLOCK, Ordering::Relaxed);
-                        let to = end.min(from.saturating_add(BLOCK));
-                        if from >= to || sender.send((from, self.rows(from, to))).is_err() {
-                            break;
-                        }
-                    }
-                });
-            }
-            drop(sender);
-            // Blocks come as they are ready; rows are written in the order of the designs.
-            let mut waiting = BTreeMap::new();
-            for (from, rows) in receiver {
-                waiting.insert(from, rows);
-                while let Ok(at) = written
-                    && let Some(rows) = waiting.remove(&at)
-                {
-                    let count = rows.len();
-                    written = journal.write(&rows).map(|()| at + count);
-                    progress.add(count);
-                }
-                if written.is_err() {
-                    next.store(end, Ordering::Relaxed);
-                }
-            }
-        });
-        written
-    }
-
-    /// The rows of some designs.
-    fn rows(&self, begin: usize, end: usize) -> Vec<Row> {
-        let values: Vec<Vec<f64>> = (begin..end).map(|design| self.axes.values(design)).collect();
-        let own = self.setup.replace();
-        let replacing = |values: &Vec<f64>| {
-            let (values, own) = (values.clone(), &own);
-            move |name: &str| self.axes.value(&values, name).or_else(|| own(name))
-        };
-        let replacements: Vec<_> = values.iter().map(replacing).collect();
-        let designs: Vec<Replace> = replacements.iter().map(|replace| replace as Replace).collect();
-        let parameters = |replace: &Replace| parameter_values(&self.setup.scene, replace);
-        let parameters: Vec<Vec<f64>> = designs.iter().map(parameters).collect();
-        let refused: Vec<Option<String>> = parameters.iter().map(|parameters| self.refused(parameters)).collect();
-        let kept: Vec<usize> = (0..designs.len()).filter(|i| refused[*i].is_none()).collect();
-        let designs: Vec<Replace> = kept.iter().map(|i| designs[*i]).collect();
-        let until = |design: usize, t: f64, q: &[f64], qd: &[f64]| {
-            let condition = self.setup.condition.as_ref();
-            condition.map_or(0.0, |condition| condition.value(&parameters[kept[design]], t, q, qd))
-        };
-        let stop = match (self.setup.end_time, &self.setup.condition) {
-            (Some(t), _) => Some(SweepEnd::Time(t)),
-            (None, Some(_)) => Some(SweepEnd::Condition(&until)),
-            (None, None) => None,
-        };
-        let step_bounds = |design: usize| self.setup.step_bounds(&parameters[kept[design]]);
-        let request = SweepRequest {
-            settings: self.setup.settings,
-            step_bounds: Some(&step_bounds),
-            step: self.setup.own_step,
-            end: stop,
-            extremes: !self.options.no_extremes,
-            estimate_error: !self.options.no_error_estimate,
-        };
-        let finished: Vec<DesignResult> = sweep(self.setup.model, &designs, &request, self.options.lanes.count());
-        let mut finished = finished.iter();
-        let row = |(i, values): (usize, &Vec<f64>)| match &refused[i] {
-            Some(reason) => Some(rows::refused(&self.columns, begin + i, values, reason)),
-            None => {
-                let finished = finished.next()?;
-                let passed_over = self.passed_over(&parameters[i], finished.end_time);
-                Some(rows::row(&self.columns, &self.setup, begin + i, values, finished, passed_over))
-            }
-        };
-        values.iter().enumerate().filter_map(row).collect()
-    }
-
-    /// The reason why the steps of a design pass over a change of a load with time.
-    fn passed_over(&self, parameters: &[f64], end_time: f64) -> Option<String> {
-        if self.setup.settings.method.is_adaptive() {
-            return None;
-        }
-        let scene = &self.setup.scene;
-        let step = self.setup.own_step.unwrap_or_else(|| constant(&scene.run.step, parameters));
-        resolution::passed_over(&time_scales(scene, parameters), step, end_time)
-    }
-
-    /// The reason why a design cannot be run.
-    fn refused(&self, parameters: &[f64]) -> Option<String> {
-        let parts = self
-            .setup
-            .scene
-            .bodies
-            .iter()
-            .flat_map(|body| [(&body.name, "mass", &body.mass), (&body.name, "inertia", &body.inertia)]);
-        let mut values =
-            parts.filter_map(|(name, what, value)| Some((name, what, constant(value.as_ref()?, parameters))));
-        let (name, what, value) = values.find(|(_, _, value)| !(*value >= 0.0 && value.is_finite()))?;
-        let wrong = if value < 0.0 { "a negative" } else { "no finite" };
-        Some(format!("body `{name}` has {wrong} {what}: {value}"))
+        let records = |rows: Vec<Row>| rows.into_iter().map(Record::from).collect();
+        self.designs.run((begin + done, end), self.threads, records, |records: Vec<Record>| {
+            journal.write(&records)?;
+            progress.add(records.len());
+            Ok(())
+        })
     }
 }

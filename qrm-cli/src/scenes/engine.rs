@@ -4,8 +4,8 @@
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant, SystemTime};
 
@@ -20,8 +20,19 @@ pub(crate) const POLL_INTERVAL: Duration = Duration::from_millis(1);
 /// A derivation that takes longer shows that it goes on.
 const NOTICE_DELAY: Duration = Duration::from_secs(2);
 
-/// The engine beside this program, if it was built with one.
+/// The engine of a program that embeds the command, and does not lie beside it.
+static EMBEDDED: OnceLock<PathBuf> = OnceLock::new();
+
+/// Makes a file the engine of this program, unless one is chosen already.
+pub(crate) fn choose(program: PathBuf) {
+    let _ = EMBEDDED.set(program);
+}
+
+/// The engine that was chosen, or the one beside this program, if it was built with one.
 pub(super) fn program() -> Option<PathBuf> {
+    if let Some(chosen) = EMBEDDED.get().filter(|program| program.is_file()) {
+        return Some(chosen.clone());
+    }
     let own = std::env::current_exe().ok()?;
     let beside = |folder: &Path| folder.join(format!("qrm-engine{}", std::env::consts::EXE_SUFFIX));
     // Programs that cargo builds for examples and tests lie one folder deeper.

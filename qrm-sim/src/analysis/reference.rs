@@ -1,8 +1,10 @@
 //! Reference states: a motion in numbers of 32 digits.
 
+mod corner;
 mod elimination;
 mod equations;
 mod extrapolation;
+mod least_norm;
 
 use qrm_core::{DoubleDouble, Model, Replace, Scalar};
 
@@ -12,29 +14,66 @@ use super::measure::StateAt;
 use crate::integrate::StepError;
 use crate::run::StartError;
 
+/// A state of a reference motion.
+#[derive(Clone, Debug)]
+pub struct ReferenceState {
+    /// Coordinates, then rates, in all digits.
+    pub digits: Vec<DoubleDouble>,
+    /// The state with its accelerations, multipliers, outputs and checks, rounded to doubles.
+    pub rounded: StateAt,
+}
+
 /// The states of a motion at times that rise, followed in double-double numbers with relative errors of about
-/// `tolerance` in each step, and rounded to doubles at the end.
+/// `tolerance` in each step.
 ///
 /// Parameters have the doubles that a simulation has too; coordinates and rates at the start that the scene gives have
 /// all digits of its formulae. Steps are those of the extrapolated midpoint rule, after each of which coordinates and
-/// rates are projected onto the constraints in the mass metric. Tolerances below 1e-26 drown in rounding errors.
+/// rates are projected onto the constraints in the mass metric. They end at corners and jumps of the equations of motion,
+/// up to which the smooth continuation from the beginning of a step is followed. Tolerances below 1e-26 drown in
+/// rounding errors.
 ///
 /// # Errors
-/// The constraints cannot be met at the start; the accelerations are not determined, also where constraints depend on
-/// each other; or it would take more than some 2e7 operations, about half a second, as it does with stiff motions and
-/// with loads that jump.
+/// The constraints cannot be met at the start; the accelerations are not determined; or it would take more than some 1e8 operations, a few seconds, as it does with stiff motions and
+/// with motions along a jump.
 pub fn reference_states(
     model: &Model,
     replace: Replace,
     times: &[f64],
     tolerance: f64,
-) -> Result<Vec<StateAt>, StartError> {
+) -> Result<Vec<ReferenceState>, StartError> {
     let mechanism = model.mechanism(replace);
-    let mut equations = Equations::new(model.tape, mechanism.parameters());
-    let start = equations.start(&*mechanism).map_err(StartError::NotAssembled)?;
+    let parameters = mechanism.parameters();
+    let mut equations = Equations::new(model.tape, parameters);
+    let y = equations.start(&*mechanism).map_err(StartError::NotAssembled)?;
+    let mut equations = equations.without_redundancy(&*mechanism, &y[..y.len() / 2]);
     let step = equations.evaluator.schedule().step.to_f64();
-    let states = Motion::new(equations, start, step, tolerance).and_then(|mut motion| motion.visit(times));
-    states.map_err(StartError::Step)
+    follow(equations, parameters, y, step, (times, tolerance)).map_err(StartError::Step)
+}
+
+/// Follows the smooth parts of a motion one after the other.
+fn follow(
+    mut equations: Equations,
+    parameters: &[f64],
+    y: Vec<Number>,
+    step: f64,
+    (times, tolerance): (&[f64], f64),
+) -> Result<Vec<ReferenceState>, StepError> {
+    let mut slope = y.clone();
+    equations.slope(Number::zero(), &y, &mut slope)?;
+    let mut at = At { t: Number::zero(), y, slope, h: step };
+    let mut states = Vec::with_capacity(times.len());
+    loop {
+        let smooth = equations.smooth_from(&at);
+        let tape = smooth.tape();
+        let mut part = Equations::new(&tape, parameters).with_constraints_of(&equations);
+        part.budget = equations.budget;
+        let mut motion = Motion::new(part, at, tolerance)?;
+        motion.visit(times, &mut states)?;
+        if states.len() == times.len() {
+            return Ok(states);
+        }
+        (at, equations.budget) = (motion.at, motion.equations.budget);
+    }
 }
 
 /// A number of 32 digits.
@@ -47,86 +86,110 @@ const SAFETY: f64 = 0.9;
 /// Time stands still where steps are as short as this against it.
 const SHORTEST: f64 = 1e-29;
 
-/// A motion that is being followed.
-struct Motion<'t> {
-    equations: Equations<'t>,
-    tolerance: f64,
-    /// Number of attempted steps.
-    attempts: u64,
-    /// Length of the next step.
-    h: f64,
+/// Where a motion is.
+#[derive(Clone)]
+struct At {
     t: Number,
     /// Coordinates, then rates.
     y: Vec<Number>,
     /// Their derivative by time.
     slope: Vec<Number>,
+    /// Length of the next step.
+    h: f64,
+}
+
+/// A smooth part of a motion that is being followed.
+struct Motion<'t> {
+    equations: Equations<'t>,
+    tolerance: f64,
+    /// Number of attempted steps.
+    attempts: u64,
+    at: At,
+    /// The signs of the switching functions in this part.
+    signs: Vec<f64>,
 }
 
 impl<'t> Motion<'t> {
-    /// A motion at its start, with the length of the first step to try.
+    /// A part at its beginning.
     ///
     /// # Errors
     /// The accelerations are not determined there.
-    fn new(mut equations: Equations<'t>, y: Vec<Number>, h: f64, tolerance: f64) -> Result<Self, StepError> {
-        let (t, mut slope) = (Number::zero(), y.clone());
-        equations.slope(t, &y, &mut slope)?;
-        Ok(Self { equations, tolerance, attempts: 0, h, t, y, slope })
+    fn new(mut equations: Equations<'t>, mut at: At, tolerance: f64) -> Result<Self, StepError> {
+        equations.slope(at.t, &at.y, &mut at.slope)?;
+        let signs = equations.signs_from(&at);
+        Ok(Self { equations, tolerance, attempts: 0, at, signs })
     }
 
-    /// The states at times that rise.
-    fn visit(&mut self, times: &[f64]) -> Result<Vec<StateAt>, StepError> {
-        let state = |&t: &f64| {
-            self.advance_to(t.into())?;
-            self.equations.described(self.t, &self.y)
-        };
-        times.iter().map(state).collect()
-    }
-
-    fn advance_to(&mut self, t: Number) -> Result<(), StepError> {
-        while self.t < t {
-            let left = t - self.t;
-            // Two even steps to the end are better than a long and a very short one.
-            let h = if !(self.h < left.to_f64()) {
-                left
-            } else if self.h > 0.5 * left.to_f64() {
-                (0.5 * left.to_f64()).into()
-            } else {
-                self.h.into()
-            };
-            let end = if h == left { t } else { self.t + h };
-            self.attempt(h, end)?;
+    /// Adds states at the times that have none yet, up to the end of this part.
+    fn visit(&mut self, times: &[f64], states: &mut Vec<ReferenceState>) -> Result<(), StepError> {
+        for &t in &times[states.len()..] {
+            if self.advance_to(t.into())? {
+                return Ok(());
+            }
+            let rounded = self.equations.described(self.at.t, &self.at.y)?;
+            states.push(ReferenceState { digits: self.at.y.clone(), rounded });
         }
         Ok(())
     }
 
-    /// Tries one step, and chooses the length of the next one.
+    /// Moves to a time; true if this part of the motion ends before.
+    fn advance_to(&mut self, t: Number) -> Result<bool, StepError> {
+        while self.at.t < t {
+            let left = t - self.at.t;
+            // Two even steps to the end are better than a long and a very short one.
+            let h = if !(self.at.h < left.to_f64()) {
+                left
+            } else if self.at.h > 0.5 * left.to_f64() {
+                (0.5 * left.to_f64()).into()
+            } else {
+                self.at.h.into()
+            };
+            let end = if h == left { t } else { self.at.t + h };
+            if self.attempt(h, end)? {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    /// Tries one step, and chooses the length of the next one; true if it ended at a corner.
     ///
     /// # Errors
     /// Steps became too short or too many, or an accepted one leads to where the accelerations are not determined.
-    fn attempt(&mut self, step: Number, end: Number) -> Result<(), StepError> {
+    fn attempt(&mut self, step: Number, end: Number) -> Result<bool, StepError> {
         let h = step.to_f64();
         self.attempts += 1;
         if self.equations.is_spent() {
             return Err(StepError::TooManySteps { attempts: self.attempts, h });
         }
-        if !(h > SHORTEST * self.t.to_f64()) {
+        if !(h > SHORTEST * self.at.t.to_f64()) {
             return Err(StepError::StepTooShort { h });
         }
-        let Self { equations, t, y, slope, .. } = self;
-        let made = extrapolated(&mut |t, y, slope| equations.slope(t, y, slope), (*t, y, slope), step);
         // A step that leaves the domain of a formula is too long.
-        let (next, error) = made.unwrap_or((Vec::new(), f64::INFINITY));
+        let (next, error) = self.extrapolated(step).unwrap_or((Vec::new(), f64::INFINITY));
         let factor = SAFETY * (self.tolerance / error).powf(1.0 / ORDER);
         let proposed = h * if factor.is_nan() { FACTORS[0] } else { factor.clamp(FACTORS[0], FACTORS[1]) };
         if !(error <= self.tolerance) {
-            self.h = proposed.min(SAFETY * h);
-            return Ok(());
+            self.at.h = proposed.min(SAFETY * h);
+            return Ok(false);
         }
         // A step that is short for the sake of its end says little of the next one.
-        self.h = if h < self.h { proposed.max(self.h) } else { proposed };
-        (self.t, self.y) = (end, next);
-        self.equations.project(end, &mut self.y)?;
-        self.equations.slope(end, &self.y, &mut self.slope)
+        self.at.h = if h < self.at.h { proposed.max(self.at.h) } else { proposed };
+        let corner = self.first_corner(step, &next)?;
+        let is_corner = corner.is_some();
+        (self.at.t, self.at.y) = corner.unwrap_or((end, next));
+        self.equations.project(self.at.t, &mut self.at.y)?;
+        self.equations.slope(self.at.t, &self.at.y, &mut self.at.slope)?;
+        Ok(is_corner)
+    }
+
+    /// The state after a step from here, and its error.
+    ///
+    /// # Errors
+    /// A slope has no value.
+    fn extrapolated(&mut self, h: Number) -> Result<(Vec<Number>, f64), StepError> {
+        let Self { equations, at: At { t, y, slope, .. }, .. } = self;
+        extrapolated(&mut |t, y, slope| equations.slope(t, y, slope), (*t, y, slope), h)
     }
 }
 

@@ -201,6 +201,8 @@ pub struct Adaptive {
     task: Task,
     /// The corners of the equations of motion; `None` if there are none.
     corners: Option<Corners>,
+    /// More attempts than this are too many.
+    most_attempts: u64,
     /// The corner that the last step ended at.
     corner: Option<Corner>,
     /// Smooth transitions of forces; `None` if there are none.
@@ -261,6 +263,8 @@ const SAFETY: f64 = 0.8;
 /// More steps than this, and than so many for each row, mean that the motion cannot be followed.
 const MAX_STEPS: u64 = 1_000_000;
 const MAX_STEPS_PER_ROW: u64 = 1000;
+/// A state between rows may take as many steps as the run did, and so many more.
+const FEW: u64 = 100;
 /// Progress is checked after so many steps; less than this part of the way to the next row is no progress.
 const CHECKED: u64 = 5000;
 const MIN_PROGRESS: f64 = 1e-3;
@@ -295,6 +299,7 @@ impl Adaptive {
             formula,
             task,
             corners: Corners::of(mechanism),
+            most_attempts: u64::MAX,
             corner: None,
             transitions: Transitions::of(mechanism),
             dense_output: DenseOutput::new(first.clone(), first.clone()),
@@ -324,6 +329,7 @@ impl Adaptive {
         again.asked = from.t;
         if from.t < self.dense_output.from.t {
             again.dense_output = DenseOutput::new(from.clone(), from.clone());
+            again.most_attempts = 2 * self.attempts() + FEW;
             again.corner = None;
             if let Some(corners) = &mut again.corners {
                 corners.forget();
@@ -417,6 +423,9 @@ impl Adaptive {
                 break;
             }
             let (attempts, now) = (self.attempts(), self.dense_output.to.t);
+            if attempts > self.most_attempts {
+                return Err(StepError::TooManySteps { attempts, h: self.h });
+            }
             if attempts > checked + CHECKED {
                 let is_stuck = now - then < MIN_PROGRESS * (t - then);
                 if is_stuck || attempts > MAX_STEPS + MAX_STEPS_PER_ROW * self.rows {

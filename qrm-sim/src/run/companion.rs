@@ -106,12 +106,12 @@ impl Companion {
         Ok(())
     }
 
-    /// Follows rows of the run, the last of its integrator, of which the first has the number `first`; a last one that
-    /// is no whole step is left out.
+    /// Follows rows of the run, of which the first has the number `first`; a last one that is no whole step is left out.
+    /// A method that chooses its steps made `steps` meanwhile.
     pub(crate) fn follow(
         &mut self,
         mechanism: &dyn Mechanism,
-        run: &Integrator,
+        steps: &[[f64; 2]],
         request: &RowRequest,
         rows: &[f64],
         first: u64,
@@ -123,7 +123,7 @@ impl Companion {
         if self.failed {
             return;
         }
-        self.integrator.limit_steps_by(run.steps());
+        self.integrator.limit_steps_by(steps);
         if end <= self.row + 1 {
             return;
         }

@@ -145,5 +145,13 @@ impl SceneStart {
 /// # Errors
 /// Some constraint cannot be met, or only on another branch.
 pub fn assembled(mechanism: &dyn Mechanism) -> Result<(Vec<f64>, Vec<f64>), NotAssembled> {
-    Branch::of(mechanism).assemble(mechanism, Start::of(mechanism))
+    assembled_from(mechanism, Start::of(mechanism))
+}
+
+/// Coordinates and rates of a mechanism at another start, on the branch of its scene's own parameters.
+///
+/// # Errors
+/// Some constraint cannot be met, or only on another branch.
+pub fn assembled_from(mechanism: &dyn Mechanism, start: Start) -> Result<(Vec<f64>, Vec<f64>), NotAssembled> {
+    Branch::of(mechanism).assemble(mechanism, start)
 }

@@ -25,10 +25,22 @@ const MOST_ITERATIONS: usize = 60;
 /// Of extremes that differ by less than this part of the range, rounding errors would choose: the first one counts.
 const TIE: f64 = 1e-9;
 
+/// The value of a vertex may be off by this part of its height above the row.
+const SLACK: f64 = 0.1;
+
+/// Most vertices of a column that may be its smallest or its largest value.
+const MOST_VERTICES: usize = 3;
+
+/// Rows are at the same time where they are nearer to each other than this part of the way between those before.
+const SAME: f64 = 1e-6;
+
 /// Rows that a polynomial goes through.
 const ROWS: usize = 5;
 
 /// Follows columns row by row and looks between the rows with polynomials of degree 4 through five of them.
+///
+/// Polynomials tell where extremes may lie between the rows: as [`Vertex`] they are taken by
+/// [`take_vertices`](Self::take_vertices), and handed back as they were found in the motion, or as they are.
 #[derive(Clone, Debug)]
 pub struct ExtremesTracker<D = f64> {
     /// Rows so far.
@@ -40,12 +52,24 @@ pub struct ExtremesTracker<D = f64> {
     found: Vec<Extremes<D>>,
     /// The times of the first two rows.
     begin: Vec<D>,
-    /// Between which rows they are to be looked for, the smallest and the largest.
-    brackets: Vec<[Bracket<D>; 2]>,
+    /// For each column the smallest values and the largest ones between rows, the best first.
+    vertices: Vec<[Vec<Vertex<D>>; 2]>,
 }
 
-/// The times of two rows between which a column turns; none where it does not.
-type Bracket<D> = Option<[D; 2]>;
+/// Where a column may be smallest or largest, between two rows.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Vertex<D = f64> {
+    /// The column.
+    pub(crate) column: usize,
+    /// 0 for a smallest value, 1 for a largest one.
+    pub(crate) end: usize,
+    /// The value and its time as far as rows tell them.
+    pub(crate) estimate: (D, D),
+    /// The times of the rows beside it.
+    pub(crate) bracket: [D; 2],
+    /// How far the value may be from the estimate.
+    slack: f64,
+}
 
 impl<D> Default for ExtremesTracker<D> {
     fn default() -> Self {
@@ -55,7 +79,7 @@ impl<D> Default for ExtremesTracker<D> {
             values: Vec::new(),
             found: Vec::new(),
             begin: Vec::new(),
-            brackets: Vec::new(),
+            vertices: Vec::new(),
         }
     }
 }
@@ -65,7 +89,7 @@ impl<D: Number> ExtremesTracker<D> {
     pub fn row(&mut self, t: D, values: &[D]) {
         if self.rows == 0 {
             self.found = values.iter().map(|value| Extremes { minimum: (*value, t), maximum: (*value, t) }).collect();
-            self.brackets = vec![[None; 2]; values.len()];
+            self.vertices = vec![[const { Vec::new() }; 2]; values.len()];
             self.times = vec![t; ROWS];
             self.values = values.repeat(ROWS);
         }
@@ -73,50 +97,77 @@ impl<D: Number> ExtremesTracker<D> {
             self.begin.push(t);
         }
         let begin = (self.rows > 0).then(|| self.time(0));
+        for (found, value) in self.found.iter_mut().zip(values) {
+            found.note(t, *value, begin);
+        }
+        // Of rows at the same time, no polynomial goes through more than the last one.
+        let is_at_last = self.rows > 1 && {
+            let [before, last] = [2, 1].map(|back| self.times[(self.rows - back) % ROWS].re());
+            t.re() - last < SAME * (last - before)
+        };
+        self.rows -= usize::from(is_at_last);
         self.times[self.rows % ROWS] = t;
         let place = self.place(self.rows);
         self.values[place].copy_from_slice(values);
         self.rows += 1;
-        if self.window() < ROWS {
-            for (column, value) in values.iter().enumerate() {
-                self.note(column, (t, *value), begin, None);
-            }
+        if self.window() < ROWS || is_at_last {
             return;
         }
-        // The rows around the middle of the window.
+        // The rows around the middle of the window, and around the second row once.
         let first = self.rows - ROWS;
-        let [before, at, after] = [1, 2, 3].map(|i| self.place(first + i).start);
-        for column in 0..values.len() {
-            self.note(column, (t, values[column]), begin, None);
-            let value = |place: usize| self.values[place + column].re();
-            if is_turn([value(before), value(at), value(after)]) {
-                self.turn(column, 2);
+        for middle in if first == 0 { 1..3 } else { 2..3 } {
+            let [before, at, after] = [middle - 1, middle, middle + 1].map(|i| self.place(first + i).start);
+            for column in 0..values.len() {
+                let value = |place: usize| self.values[place + column].re();
+                if is_turn([value(before), value(at), value(after)]) {
+                    self.turn(column, middle);
+                }
             }
-        }
-    }
-
-    #[inline]
-    fn note(&mut self, column: usize, (t, value): (D, D), begin: Option<D>, bracket: Bracket<D>) {
-        let changed = self.found[column].note(t, value, begin);
-        for (own, _) in self.brackets[column].iter_mut().zip(changed).filter(|(_, changed)| *changed) {
-            *own = bracket;
         }
     }
 
     /// Takes up a turn near a row: the vertex of a polynomial, or a corner at the row.
     fn turn(&mut self, column: usize, middle: usize) {
-        let bracket = Some([self.time(middle - 1), self.time(middle + 1)]);
-        if let Some(vertex) = self.vertex(column, middle, &self.found[column]) {
-            self.note(column, vertex, Some(self.time(0)), bracket);
+        let value = |i: usize| self.value(i, column).re();
+        let [before, at, after] = [value(middle - 1), value(middle), value(middle + 1)];
+        let end = usize::from(at > before || at > after);
+        // A vertex near this row that cannot beat what was found already is not worth its search.
+        let reach = (at - before).abs() + (after - at).abs();
+        if sign(end) * (self.extreme(column, end).0.re() - at) > reach {
             return;
         }
-        let at = self.time(middle).re();
-        let Extremes { minimum, maximum } = self.found[column];
-        for (own, (_, t)) in self.brackets[column].iter_mut().zip([minimum, maximum]) {
-            if t.re() == at {
-                *own = bracket;
-            }
+        let row = (self.value(middle, column), self.time(middle));
+        let estimate = self.search(column, middle, reach).unwrap_or(row);
+        let slack = SLACK * (estimate.0.re() - at).abs();
+        let bracket = [self.time(middle - 1), self.time(middle + 1)];
+        self.take_up(Vertex { column, end, estimate, bracket, slack });
+    }
+
+    /// Takes up a vertex, unless better ones are known.
+    fn take_up(&mut self, vertex: Vertex<D>) {
+        if !self.may_be_extreme(&vertex) {
+            return;
         }
+        let Extremes { minimum, maximum } = &self.found[vertex.column];
+        let tie = TIE * (maximum.0.re() - minimum.0.re());
+        let known = &mut self.vertices[vertex.column][vertex.end];
+        let lead = |other: &Vertex<D>| sign(vertex.end) * (vertex.estimate.0.re() - other.estimate.0.re());
+        let place = known.iter().position(|other| lead(other) > tie).unwrap_or(known.len());
+        if place < MOST_VERTICES {
+            known.truncate(MOST_VERTICES - 1);
+            known.insert(place, vertex);
+        }
+    }
+
+    /// Whether the column may be smaller or larger there than in any row.
+    fn may_be_extreme(&self, vertex: &Vertex<D>) -> bool {
+        let lead = vertex.estimate.0.re() - self.extreme(vertex.column, vertex.end).0.re();
+        sign(vertex.end) * lead + vertex.slack >= 0.0
+    }
+
+    fn extreme(&self, column: usize, end: usize) -> (D, D) {
+        let Extremes { minimum, maximum } = self.found[column];
+        [minimum, maximum][end]
     }
 
     /// Takes up what five rows around a row do not tell: turns near the last rows, and extremes in the first row and the
@@ -130,33 +181,39 @@ impl<D: Number> ExtremesTracker<D> {
                     self.turn(column, middle);
                 }
             }
-            let Extremes { minimum, maximum } = self.found[column];
-            for (own, (_, t)) in self.brackets[column].iter_mut().zip([minimum, maximum]) {
-                match (&self.begin[..], &last[..]) {
-                    ([first, second], _) if t.re() == first.re() => *own = Some([*first, *second]),
-                    (_, [last, before]) if t.re() == last.re() => *own = Some([*before, *last]),
-                    _ => {}
-                }
+            for end in 0..2 {
+                let estimate = self.extreme(column, end);
+                let t = estimate.1.re();
+                let bracket = match (&self.begin[..], &last[..]) {
+                    ([first, second], _) if t == first.re() => [*first, *second],
+                    (_, [last, before]) if t == last.re() => [*before, *last],
+                    _ => continue,
+                };
+                self.take_up(Vertex { column, end, estimate, bracket, slack: 0.0 });
             }
         }
     }
 
-    /// The extremes that lie between rows: column, 0 for the smallest value and 1 for the largest, the time as far as
-    /// rows tell it, and the times of the rows beside it.
-    pub(crate) fn between_rows(&self) -> Vec<(usize, usize, D, [D; 2])> {
-        let extremes = self.found.iter().zip(&self.brackets).enumerate();
-        let of_column = |(column, (found, brackets)): (usize, (&Extremes<D>, &[Bracket<D>; 2]))| {
-            let times = [found.minimum.1, found.maximum.1];
-            (0..2).filter_map(|end| Some((column, end, times[end], brackets[end]?))).collect::<Vec<_>>()
-        };
-        extremes.flat_map(of_column).collect()
+    /// Takes away what may be extremes between the rows, for the motion there to be looked at.
+    pub(crate) fn take_vertices(&mut self) -> Vec<Vertex<D>> {
+        let all: Vec<Vertex<D>> = self.vertices.iter_mut().flatten().flat_map(|known| known.drain(..)).collect();
+        all.into_iter().filter(|vertex| self.may_be_extreme(vertex)).collect()
     }
 
-    /// Replaces an extreme by what was found between the rows.
-    pub(crate) fn refine(&mut self, column: usize, end: usize, found: (D, D)) {
-        let Extremes { minimum, maximum } = &mut self.found[column];
-        *(if end == 0 { minimum } else { maximum }) = found;
-        self.brackets[column][end] = None;
+    /// Takes up the value and the time of a vertex.
+    pub(crate) fn note(&mut self, vertex: &Vertex<D>, found: (D, D)) {
+        let lead = sign(vertex.end) * (found.0.re() - self.extreme(vertex.column, vertex.end).0.re());
+        if lead > 0.0 {
+            let Extremes { minimum, maximum } = &mut self.found[vertex.column];
+            *(if vertex.end == 0 { minimum } else { maximum }) = found;
+        }
+    }
+
+    /// Takes up what may be extremes between the rows as polynomials tell it.
+    pub(crate) fn note_estimates(&mut self) {
+        for vertex in self.take_vertices() {
+            self.note(&vertex, vertex.estimate);
+        }
     }
 
     /// The extremes of all columns so far; none without rows.
@@ -186,19 +243,7 @@ impl<D: Number> ExtremesTracker<D> {
         self.values[self.place(self.rows - self.window() + i).start + column]
     }
 
-    /// The vertex near a row that is higher or lower than both its neighbours: time and value.
-    fn vertex(&self, column: usize, middle: usize, found: &Extremes<D>) -> Option<(D, D)> {
-        let value = |i: usize| self.value(i, column).re();
-        let [before, at, after] = [value(middle - 1), value(middle), value(middle + 1)];
-        // A vertex near this row that cannot beat what was found already is not worth its search.
-        let reach = (at - before).abs() + (after - at).abs();
-        if at + reach <= found.maximum.0.re() && at - reach >= found.minimum.0.re() {
-            return None;
-        }
-        self.search(column, middle, reach)
-    }
-
-    /// Searches the vertex near a row; its value differs from that of the row by `reach` at most.
+    /// Searches the vertex near a row, its value and its time; the value differs from that of the row by `reach` at most.
     fn search(&self, column: usize, middle: usize, reach: f64) -> Option<(D, D)> {
         let row = |i: usize| (self.time(i).re(), self.value(i, column).re());
         // At a corner one row bends alone, and a polynomial through it would overshoot.
@@ -239,9 +284,15 @@ impl<D: Number> ExtremesTracker<D> {
         let is_small = shift.re().abs() < 1e-3 * (row(middle + 1).0 - row(middle - 1).0);
         let t = if is_small { D::from(t) - shift } else { D::from(t) };
         let vertex = polynomial.value(t);
-        // Between neighbours a smooth column rises no higher; a polynomial through noise may.
-        ((vertex.re() - at).abs() <= reach).then_some((t, vertex))
+        // Between neighbours a smooth column rises no higher; a polynomial through noise may, or miss the row.
+        let rise = sign * (vertex.re() - at);
+        (0.0..=reach).contains(&rise).then_some((vertex, t))
     }
+}
+
+/// Larger values are better, or smaller ones.
+fn sign(end: usize) -> f64 {
+    if end == 0 { -1.0 } else { 1.0 }
 }
 
 /// Whether the second of three values is higher or lower than both others, or as high as one of them.
@@ -251,24 +302,20 @@ fn is_turn([before, at, after]: [f64; 3]) -> bool {
 }
 
 impl<D: Number> Extremes<D> {
-    /// Takes up a value; of values that tie with one from before the time `begin`, that one counts. Returns whether it
-    /// is the smallest one now, and whether it is the largest.
+    /// Takes up a value; of values that tie with one from before the time `begin`, that one counts.
     #[inline]
-    fn note(&mut self, t: D, value: D, begin: Option<D>) -> [bool; 2] {
+    fn note(&mut self, t: D, value: D, begin: Option<D>) {
         if self.minimum.0.re() <= value.re() && value.re() <= self.maximum.0.re() {
-            return [false; 2];
+            return;
         }
         let tie = TIE * (self.maximum.0.re() - self.minimum.0.re());
         let margin = |of: D| if begin.is_some_and(|begin| of.re() < begin.re()) { tie } else { 0.0 };
-        let is_smallest = value.re() < self.minimum.0.re() - margin(self.minimum.1);
-        let is_largest = value.re() > self.maximum.0.re() + margin(self.maximum.1);
-        if is_smallest {
+        if value.re() < self.minimum.0.re() - margin(self.minimum.1) {
             self.minimum = (value, t);
         }
-        if is_largest {
+        if value.re() > self.maximum.0.re() + margin(self.maximum.1) {
             self.maximum = (value, t);
         }
-        [is_smallest, is_largest]
     }
 }
 
@@ -320,6 +367,7 @@ mod tests {
         let row = |i: i32| 0.05 * f64::from(i);
         (0..100).map(row).for_each(|t| tracker.row(t, &[(1.3 * t).sin()]));
         tracker.finish();
+        tracker.note_estimates();
         let found = tracker.found()[0];
         assert!((found.maximum.0 - 1.0).abs() < 1e-8, "{found:?}");
         assert!((found.minimum.0 + 1.0).abs() < 1e-8, "{found:?}");
@@ -331,6 +379,7 @@ mod tests {
         let mut tracker = ExtremesTracker::default();
         (0..100).for_each(|i| tracker.row(f64::from(i), &[f64::from(i - 50).clamp(0.0, 20.0)]));
         tracker.finish();
+        tracker.note_estimates();
         let found = tracker.found()[0];
         assert_eq!((found.minimum.0, found.maximum.0), (0.0, 20.0));
     }
@@ -340,6 +389,7 @@ mod tests {
         let mut tracker = ExtremesTracker::default();
         [1.0, 2.0, 4.0].iter().enumerate().for_each(|(i, v)| tracker.row(i as f64, &[*v]));
         tracker.finish();
+        tracker.note_estimates();
         let found = tracker.found()[0];
         assert_eq!(found, Extremes { minimum: (1.0, 0.0), maximum: (4.0, 2.0) });
     }

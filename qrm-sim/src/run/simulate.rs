@@ -7,12 +7,14 @@ use qrm_core::{Mechanism, RowLayout, RowRequest};
 
 use super::companion::Companion;
 use super::continuation::Branch;
+use super::extremes::Vertex;
+use super::follower::{Follower, ThreadScope, with_threads};
 use super::monitor::RunMonitor;
 use super::observer::Observer;
 use super::outcome::{Outcome, StartError, Status, Undefined};
 use super::redundancy::Redundancy;
 use super::sampler::Sampler;
-use crate::columns::numbers;
+use crate::columns::number;
 use crate::event::{locate, touched};
 use crate::integrate::{BlockEnd, InnerRows, Integrator, MethodSettings, StepError};
 use crate::peak::peak_between;
@@ -113,7 +115,7 @@ pub fn simulate(
     let is_sampled = condition.is_some() || observer.wants_extremes();
     run.integrator.keep_inner_rows(if is_sampled { InnerRows::Samples } else { InnerRows::StepEnds });
     run.nearest.1 = condition.unwrap_or(0.0);
-    Ok(run.run(&first, observer))
+    Ok(with_threads(|scope| run.run(scope, &first, observer)))
 }
 
 /// An error for a step so short that time would stand still.
@@ -153,6 +155,21 @@ pub(crate) fn first_position(mechanism: &dyn Mechanism, branch: &Branch, start: 
     Ok(first)
 }
 
+/// The last of some rows whose time is not after `t`; the times increase.
+fn last_until(rows: &[f64], width: usize, t: f64) -> Option<&[f64]> {
+    let (mut begin, mut end) = (0, rows.len() / width);
+    while begin < end {
+        let middle = (begin + end) / 2;
+        if rows[middle * width] <= t {
+            begin = middle + 1;
+        } else {
+            end = middle;
+        }
+    }
+    let place = begin.checked_sub(1)? * width;
+    Some(&rows[place..place + width])
+}
+
 struct Run<'a> {
     mechanism: &'a dyn Mechanism,
     request: &'a Request<'a>,
@@ -183,8 +200,17 @@ enum Sample {
     Inner(usize),
 }
 
-impl Run<'_> {
-    fn run(&mut self, first: &State, observer: &mut dyn Observer) -> Outcome {
+impl<'a> Run<'a> {
+    fn run<'scope, 'env>(
+        &mut self,
+        scope: Option<ThreadScope<'scope, 'env>>,
+        first: &State,
+        observer: &mut dyn Observer,
+    ) -> Outcome
+    where
+        'a: 'scope,
+    {
+        let mut follower = Follower::new(scope, self.mechanism, self.rows, self.companion.take());
         let width = self.layout.width();
         // A method that chooses its steps must not go beyond a condition that it does not know.
         let knows_condition = self.request.end.as_ref().is_none_or(|end| matches!(end, End::Time(_)));
@@ -208,9 +234,7 @@ impl Run<'_> {
                 sampler.follow(self.mechanism, rows, steps, self.integrator.solver_mut());
             }
             let rows = &self.buffer[begin * width..(made + 1) * width];
-            if let Some(companion) = &mut self.companion {
-                companion.follow(self.mechanism, &self.integrator, &self.rows, rows, steps + begin as u64);
-            }
+            follower.follow(&self.integrator, (rows, steps + begin as u64));
             let before = self.monitor.rows;
             let taken = self.monitor.take(self.mechanism, rows, self.integrator.inner_rows(), observer);
             steps += made as u64;
@@ -240,6 +264,7 @@ impl Run<'_> {
                 let is_kept = !matches!(status, Status::Unwritable(_));
                 let last = if is_kept { &self.monitor.columns[..] } else { &[] };
                 let status = observer.finish(last).map_or_else(Status::Unwritable, |()| status);
+                self.companion = follower.finish();
                 return self.outcome(status, end, steps, integration);
             }
             if self.monitor.extremes().is_some() {
@@ -305,31 +330,37 @@ impl Run<'_> {
 
     /// Looks for each extreme between rows in the motion itself, by steps from the rows.
     fn refine_extremes(&mut self, made: usize) {
-        let Some(pending) = self.monitor.extremes().map(|extremes| extremes.between_rows()) else { return };
+        let Some(extremes) = self.monitor.extremes() else { return };
         // Pages draw extremes, and are to be small.
-        if pending.is_empty() || cfg!(target_arch = "wasm32") {
+        if cfg!(target_arch = "wasm32") {
+            extremes.note_estimates();
+            return;
+        }
+        let vertices = extremes.take_vertices();
+        if vertices.is_empty() {
             return;
         }
         let width = self.layout.width();
         // The steps of the run know nothing of these.
         let mut integrator = self.integrator.clone();
-        for (column, end, t, bracket) in pending {
+        for vertex in vertices {
+            let Vertex { column, end, estimate, bracket, .. } = vertex;
+            let t = estimate.1;
             let sign = if end == 0 { -1.0 } else { 1.0 };
             let mut value = |t: f64| {
-                let rows = self.buffer[..(made + 1) * width].chunks_exact(width).rev();
-                let mut rows = rows.chain(self.tail.chunks_exact(width).rev()).chain([&self.first[..]]);
-                let from = rows.find(|row| row[0] <= t)?;
+                let rows = [&self.buffer[..(made + 1) * width], &self.tail, &self.first];
+                let from = rows.into_iter().find_map(|rows| last_until(rows, width, t))?;
                 let at = integrator.between(self.mechanism, &State::from_row(self.layout, from), t).ok()?;
-                Some(sign * numbers(self.mechanism, &at)[column]).filter(|value| value.is_finite())
+                Some(sign * number(self.mechanism, &at, column)).filter(|value| value.is_finite())
             };
             // An extreme at an end is one, unless the column rises from there.
             let other = bracket[0] + bracket[1] - t;
             if bracket.contains(&t) && !(value(t + BESIDE * (other - t)) > value(t)) {
                 continue;
             }
-            let found = peak_between(bracket, t, value);
-            if let (Some((t, value)), Some(extremes)) = (found, self.monitor.extremes()) {
-                extremes.refine(column, end, (sign * value, t));
+            let found = peak_between(bracket, t, value).map_or(estimate, |(t, value)| (sign * value, t));
+            if let Some(extremes) = self.monitor.extremes() {
+                extremes.note(&vertex, found);
             }
         }
     }

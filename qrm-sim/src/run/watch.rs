@@ -73,7 +73,7 @@ impl Watch {
         }
         let new = &rows[self.monitor.width()..];
         if let Some(companion) = &mut self.companion {
-            companion.follow(mechanism, integrator, request, new, request.first + 1);
+            companion.follow(mechanism, integrator.steps(), request, new, request.first + 1);
         }
         self.monitor.take(mechanism, new, integrator.inner_rows(), &mut ()).map_err(|_| StepError::NotFinite)
     }

@@ -342,7 +342,12 @@ fn positions(model: &Model, lines: &mut String) {
     }
     let until = 0.2 * mechanism.schedule().end_time;
     let times = [0.01, 0.02].map(|part| part * until);
-    add(lines, "reference", &reference_states(model, &|_| None, &times, 1e-18));
+    let references = reference_states(model, &|_| None, &times, 1e-18);
+    add(
+        lines,
+        "reference",
+        &references.map(|states| states.into_iter().map(|state| state.rounded).collect::<Vec<_>>()),
+    );
     match EnergyIntegral::new(&*mechanism, until, 200.0) {
         Ok(integral) => add(lines, "energy integral", &(integral.state(0.5 * until), integral.state(1.5 * until))),
         Err(reason) => add(lines, "no energy integral", &reason),

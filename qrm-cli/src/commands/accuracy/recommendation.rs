@@ -26,7 +26,7 @@ impl Study {
     }
 
     /// The doubts that the measurements leave.
-    pub(super) fn warnings(&self, budget: &str) -> Vec<Message> {
+    pub(crate) fn warnings(&self, budget: &str) -> Vec<Message> {
         let cut = (self.cut == Some(Cut::Budget)).then(|| {
             Message::new("finer steps were not measured: there was no time left")
                 .help(format!("give more with `--budget`, which was {budget}"))

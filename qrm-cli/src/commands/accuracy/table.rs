@@ -31,7 +31,7 @@ const HEADER: [&str; 20] = [
 
 impl Study {
     /// `accuracy.csv`
-    pub(super) fn csv(&self) -> Result<Vec<u8>, Error> {
+    pub(crate) fn csv(&self) -> Result<Vec<u8>, Error> {
         csv(HEADER, self.samples.iter().map(|sample| self.record(sample)))
     }
 
@@ -73,7 +73,7 @@ impl Study {
     }
 
     /// The table for a terminal.
-    pub(super) fn table(&self, setup: &Setup) -> String {
+    pub(crate) fn table(&self, setup: &Setup) -> String {
         let shown = |&t: &f64| if t < 1e-3 { format!("{t:.6e}") } else { format!("{t:.6}") };
         let times: Vec<String> = self.reference.times().iter().map(shown).collect();
         let u = self.reference.uncertainty;

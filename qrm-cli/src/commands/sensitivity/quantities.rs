@@ -6,13 +6,13 @@ use qrm_sim::columns::per_second;
 use crate::setup::Setup;
 
 /// A quantity of a motion with its derivatives: a row of the table.
-pub(super) struct Quantity<'f> {
+pub(crate) struct Quantity<'f> {
     /// Its kind: `end`, `minimum`, `time_of_minimum`, ...
-    pub(super) what: &'static str,
+    pub(crate) what: &'static str,
     /// The column of the trajectory.
-    pub(super) name: String,
-    pub(super) unit: String,
-    pub(super) value: &'f Derivatives,
+    pub(crate) name: String,
+    pub(crate) unit: String,
+    pub(crate) value: &'f Derivatives,
     /// A relevant size of it.
     pub(super) scale: f64,
 }

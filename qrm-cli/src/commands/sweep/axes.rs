@@ -5,8 +5,12 @@ use qrm_core::Description;
 use crate::error::Error;
 use crate::options::{check_parameter, number};
 
-/// Every combination of some values of some parameters; those of the last one change first.
-pub(super) struct Axes(Vec<Axis>);
+/// Every combination of some values of some parameters, those of the last one changing first; or pairs of them.
+pub(crate) struct Axes {
+    axes: Vec<Axis>,
+    /// Whether a design takes the values at the same place of every axis, instead of a combination.
+    is_paired: bool,
+}
 
 struct Axis {
     name: String,
@@ -19,7 +23,7 @@ const MAX_DESIGNS: usize = 1_000_000_000;
 impl Axes {
     /// Each as `NAME=FROM:TO:COUNT`, or `NAME=VALUE,VALUE,...`.
     pub(super) fn new(description: &Description, vary: &[String]) -> Result<Self, Error> {
-        let mut axes: Vec<Axis> = Vec::new();
+        let mut named = Vec::new();
         for text in vary {
             let Some((name, values)) = text.split_once('=') else {
                 return Err(wrong(text, "has no `=`"));
@@ -27,33 +31,57 @@ impl Axes {
             let name = name.trim();
             let values = values_of(name, text, values)?;
             check_parameter(description, name)?;
-            if axes.iter().any(|axis| axis.name == name) {
+            if named.iter().any(|(other, _)| other == name) {
                 return Err(wrong(text, "varies a parameter for the second time"));
             }
-            axes.push(Axis { name: name.to_owned(), values });
+            named.push((name.to_owned(), values));
         }
+        Self::combinations(description, named)
+    }
+
+    /// Every combination of these values.
+    pub(crate) fn combinations(description: &Description, values: Vec<(String, Vec<f64>)>) -> Result<Self, Error> {
+        let axes = axes(description, values)?;
         let count = axes.iter().try_fold(1_usize, |count, axis| count.checked_mul(axis.values.len()));
         match count {
-            Some(count) if count <= MAX_DESIGNS => Ok(Self(axes)),
+            Some(count) if count <= MAX_DESIGNS => Ok(Self { axes, is_paired: false }),
             _ => Err(Error::usage(format!("these are more than {MAX_DESIGNS} designs"))
                 .help("vary fewer parameters, or take fewer values of each")),
         }
     }
 
+    /// A design for each place of these values, which are equally many for each parameter.
+    pub(crate) fn paired(description: &Description, values: Vec<(String, Vec<f64>)>) -> Result<Self, Error> {
+        let axes = axes(description, values)?;
+        if let Some([first, other]) = axes.array_windows().find(|[a, b]| a.values.len() != b.values.len()) {
+            let [[name, count], [other, others]] =
+                [first, other].map(|axis| [axis.name.clone(), axis.values.len().to_string()]);
+            return Err(Error::usage(format!("`{name}` has {count} values and `{other}` has {others}"))
+                .help("designs that are given one by one take a value of each parameter"));
+        }
+        Ok(Self { axes, is_paired: true })
+    }
+
     /// The number of designs.
     pub(super) fn count(&self) -> usize {
-        self.0.iter().map(|axis| axis.values.len()).product()
+        if self.is_paired {
+            return self.axes.first().map_or(0, |axis| axis.values.len());
+        }
+        self.axes.iter().map(|axis| axis.values.len()).product()
     }
 
     pub(super) fn names(&self) -> impl Iterator<Item = &str> {
-        self.0.iter().map(|axis| axis.name.as_str())
+        self.axes.iter().map(|axis| axis.name.as_str())
     }
 
     /// The values of a design, in the order of the names.
     pub(super) fn values(&self, design: usize) -> Vec<f64> {
+        if self.is_paired {
+            return self.axes.iter().map(|axis| axis.values[design]).collect();
+        }
         let mut rest = design;
         let mut values: Vec<f64> = self
-            .0
+            .axes
             .iter()
             .rev()
             .map(|axis| {
@@ -68,8 +96,20 @@ impl Axes {
 
     /// The value of a parameter, if it is varied.
     pub(super) fn value(&self, values: &[f64], name: &str) -> Option<f64> {
-        self.0.iter().position(|axis| axis.name == name).map(|place| values[place])
+        self.axes.iter().position(|axis| axis.name == name).map(|place| values[place])
     }
+}
+
+/// The axes of these values, which are parameters of the mechanism.
+fn axes(description: &Description, values: Vec<(String, Vec<f64>)>) -> Result<Vec<Axis>, Error> {
+    let axis = |(name, values): (String, Vec<f64>)| {
+        check_parameter(description, &name)?;
+        match values.iter().find(|value| !value.is_finite()) {
+            Some(value) => Err(Error::usage(format!("a value of `{name}` is {value}")).help("vary over numbers")),
+            None => Ok(Axis { name, values }),
+        }
+    };
+    values.into_iter().map(axis).collect()
 }
 
 fn wrong(text: &str, why: &str) -> Error {

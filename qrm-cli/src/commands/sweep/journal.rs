@@ -8,7 +8,7 @@ use qrm_core::digest;
 use qrm_scene::files::{open_alone, under_way};
 use qrm_sim::columns::Column;
 
-use super::rows::{Field, Row};
+use super::rows::{Field, Record};
 use super::table::Format;
 use crate::error::Error;
 use crate::output::check_target;
@@ -88,7 +88,7 @@ impl Journal {
         (self.mark.done, self.mark.failed)
     }
 
-    pub(super) fn write(&mut self, rows: &[Row]) -> Result<(), Error> {
+    pub(super) fn write(&mut self, rows: &[Record]) -> Result<(), Error> {
         let mut writer = csv::Writer::from_writer(Vec::new());
         rows.iter().try_for_each(|row| writer.write_record(&row.fields))?;
         let mut block = writer.into_inner().map_err(|e| csv::Error::from(e.into_error()))?;

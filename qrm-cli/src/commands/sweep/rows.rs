@@ -11,15 +11,52 @@ use crate::messages;
 use crate::parquet;
 use crate::setup::Setup;
 
-/// The fields of a row, and whether the design came to its end.
-pub(super) struct Row {
+/// The cells of a row, and whether the design came to its end.
+pub(crate) struct Row {
+    pub(crate) cells: Vec<Cell>,
+    pub(super) is_done: bool,
+}
+
+/// An entry of a row.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Cell {
+    /// A whole number.
+    Whole(u64),
+    /// A number, which may be undefined.
+    Number(f64),
+    /// A text.
+    Text(String),
+    /// Nothing is known.
+    Empty,
+}
+
+impl Cell {
+    /// The cell in a table of texts.
+    fn text(&self) -> String {
+        match self {
+            Self::Whole(number) => number.to_string(),
+            Self::Number(number) => full(*number),
+            Self::Text(text) => text.clone(),
+            Self::Empty => String::new(),
+        }
+    }
+}
+
+/// A row as texts.
+pub(super) struct Record {
     pub(super) fields: Vec<String>,
     pub(super) is_done: bool,
 }
 
+impl From<Row> for Record {
+    fn from(row: Row) -> Self {
+        Self { fields: row.cells.iter().map(Cell::text).collect(), is_done: row.is_done }
+    }
+}
+
 /// The source of a field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Field {
+pub(crate) enum Field {
     Design,
     /// The value of a parameter that is varied.
     Varied(usize),
@@ -100,14 +137,14 @@ pub(super) fn columns(setup: &Setup, axes: &Axes, has_extremes: bool) -> Vec<Col
 
 /// The row of a design that cannot be run.
 pub(super) fn refused(columns: &[Column<Field>], design: usize, values: &[f64], reason: &str) -> Row {
-    let field = |column: &Column<Field>| match column.kind {
-        Field::Design => design.to_string(),
-        Field::Varied(i) => full(values[i]),
-        Field::Status => "failed".to_owned(),
-        Field::Reason => reason.to_owned(),
-        _ => String::new(),
+    let cell = |column: &Column<Field>| match column.kind {
+        Field::Design => Cell::Whole(design as u64),
+        Field::Varied(i) => Cell::Number(values[i]),
+        Field::Status => Cell::Text("failed".to_owned()),
+        Field::Reason => Cell::Text(reason.to_owned()),
+        _ => Cell::Empty,
     };
-    Row { fields: columns.iter().map(field).collect(), is_done: false }
+    Row { cells: columns.iter().map(cell).collect(), is_done: false }
 }
 
 /// The row of a design that was run.
@@ -129,21 +166,20 @@ pub(super) fn row(
         Err(reason) => messages::no_start(reason, setup).message().text,
     };
     let has_begun = finished.status.is_ok();
-    let at = |values: &[f64], i: usize| values.get(i).map_or_else(String::new, |value| full(*value));
-    let extreme = |i: usize, end: usize| finished.extremes.get(i).map_or_else(String::new, |e| full(e[end]));
-    let field = |column: &Column<Field>| match column.kind {
-        Field::Design => design.to_string(),
-        Field::Varied(i) => full(values[i]),
-        Field::Status => if reason.is_empty() { "done" } else { "failed" }.to_owned(),
-        Field::Reason => reason.clone(),
-        Field::EndTime if has_begun => full(finished.end_time),
-        Field::Steps if has_begun => finished.steps.to_string(),
-        Field::EndTime | Field::Steps => String::new(),
-        Field::Coordinate(i) => at(&finished.q, i),
-        Field::Rate(i) => at(&finished.qd, i),
-        Field::Minimum(i) => extreme(i, 0),
-        Field::Maximum(i) => extreme(i, 1),
-        Field::EstimatedError => finished.estimated_error.map_or_else(String::new, full),
+    let number = |value: Option<&f64>| value.map_or(Cell::Empty, |value| Cell::Number(*value));
+    let cell = |column: &Column<Field>| match column.kind {
+        Field::Design => Cell::Whole(design as u64),
+        Field::Varied(i) => Cell::Number(values[i]),
+        Field::Status => Cell::Text(if reason.is_empty() { "done" } else { "failed" }.to_owned()),
+        Field::Reason => Cell::Text(reason.clone()),
+        Field::EndTime if has_begun => Cell::Number(finished.end_time),
+        Field::Steps if has_begun => Cell::Whole(finished.steps),
+        Field::EndTime | Field::Steps => Cell::Empty,
+        Field::Coordinate(i) => number(finished.q.get(i)),
+        Field::Rate(i) => number(finished.qd.get(i)),
+        Field::Minimum(i) => number(finished.extremes.get(i).map(|e| &e[0])),
+        Field::Maximum(i) => number(finished.extremes.get(i).map(|e| &e[1])),
+        Field::EstimatedError => number(finished.estimated_error.as_ref()),
     };
-    Row { fields: columns.iter().map(field).collect(), is_done: reason.is_empty() }
+    Row { cells: columns.iter().map(cell).collect(), is_done: reason.is_empty() }
 }

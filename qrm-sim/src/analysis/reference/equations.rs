@@ -3,18 +3,21 @@
 use qrm_core::{Mechanism, Scalar, Tape, TapeEvaluator};
 
 use super::elimination::Elimination;
+use super::least_norm::least_norm;
 use super::{Number, StateAt};
 use crate::integrate::StepError;
 use crate::run::{Dependents, NotAssembled, assembled};
-use crate::solve::LoopConstraints;
+use crate::solve::{LoopConstraints, PivotedLdl, constraint_rank, row_products};
 use crate::start::Start;
 
 /// The equations of motion of a mechanism by its tape.
 ///
 /// States are coordinates followed by rates. Accelerations, multipliers and corrections solve a saddle-point system
-/// `M x + C_q' w = f`, `C_q x = -b`.
+/// `M x + C_q' w = f`, `C_q x = -b`, in which `C_q` has independent rows.
 pub(super) struct Equations<'t> {
     pub(super) evaluator: TapeEvaluator<'t, Vec<Number>>,
+    /// The constraints that do not repeat others.
+    independent: Vec<usize>,
     saddle: Elimination,
     /// Right-hand side of the system, `f` then `-b`, and its solution, `x` then `w`.
     right: Vec<Number>,
@@ -27,19 +30,20 @@ pub(super) struct Equations<'t> {
     pub(super) budget: u64,
 }
 
-/// Most operations on numbers in one run: about half a second.
-const BUDGET: u64 = 20_000_000;
+/// Most operations on numbers in one run: a few seconds.
+const BUDGET: u64 = 100_000_000;
 
 /// Passes to a start on the constraints, each of which adds some twelve digits to the sixteen that there are.
 const PASSES: usize = 4;
 
 impl<'t> Equations<'t> {
-    /// The equations with these values of all parameters.
+    /// The equations with these values of all parameters, and with all constraints.
     pub(super) fn new(tape: &'t Tape<'t>, parameters: &[f64]) -> Self {
         let (n, m) = (tape.coordinates as usize, tape.constraints as usize);
         let zero = |size| vec![Number::zero(); size];
         Self {
             evaluator: TapeEvaluator::with_parameters(tape, parameters),
+            independent: (0..m).collect(),
             saddle: Elimination::zero(n + m),
             right: zero(n + m),
             solution: zero(n + m),
@@ -48,6 +52,30 @@ impl<'t> Equations<'t> {
             mass_matrix: zero(n * n),
             budget: BUDGET,
         }
+    }
+
+    /// The equations with the constraints of others, which have the same ones.
+    pub(super) fn with_constraints_of(self, others: &Equations) -> Self {
+        self.with_constraints(others.independent.clone())
+    }
+
+    /// The equations without the constraints that repeat others wherever the motion goes from a closed position.
+    pub(super) fn without_redundancy(self, mechanism: &dyn Mechanism, q: &[Number]) -> Self {
+        let q: Vec<f64> = q.iter().map(|q| q.to_f64()).collect();
+        let rank = constraint_rank(mechanism, 0.0, &q);
+        if rank == self.independent.len() {
+            return self;
+        }
+        let jacobian = LoopConstraints::of(mechanism, 0.0, &q).constraint_jacobian;
+        let mut independent = PivotedLdl::of_rank(&row_products(&jacobian), rank).independent().to_vec();
+        independent.sort_unstable();
+        self.with_constraints(independent)
+    }
+
+    fn with_constraints(self, independent: Vec<usize>) -> Self {
+        let size = self.evaluator.tape().coordinates as usize + independent.len();
+        let [right, solution] = [(); 2].map(|()| vec![Number::zero(); size]);
+        Self { independent, saddle: Elimination::zero(size), right, solution, ..self }
     }
 
     /// Coordinates and rates at the start: given ones are kept, the others follow by the constraints.
@@ -97,11 +125,11 @@ impl<'t> Equations<'t> {
         self.evaluator.dynamics(t, q, qd, &mut self.dynamics);
         let tape = self.evaluator.tape();
         let [mass_matrix, forces, jacobian, bias] = tape.split_dynamics(&self.dynamics);
-        write_saddle(self.saddle.entries_mut(), n, mass_matrix, jacobian);
+        write_saddle(self.saddle.entries_mut(), n, mass_matrix, (jacobian, &self.independent));
         let size = self.right.len() as u64;
         self.budget = self.budget.saturating_sub(tape.dynamics.operations.len() as u64 + size * size * (size / 3 + 1));
         self.right[..n].copy_from_slice(forces);
-        self.right[n..].iter_mut().zip(bias).for_each(|(right, bias)| *right = -*bias);
+        self.right[n..].iter_mut().zip(&self.independent).for_each(|(right, &k)| *right = -bias[k]);
         self.factor()?;
         self.solve()?;
         slope[..n].copy_from_slice(qd);
@@ -123,12 +151,12 @@ impl<'t> Equations<'t> {
         self.evaluator.mass_matrix(&y[..n], &mut self.mass_matrix);
         self.evaluator.loop_constraints(t, &y[..n], &mut self.constraints);
         let [_, jacobian, _] = self.evaluator.tape().split_loop_constraints(&self.constraints);
-        write_saddle(self.saddle.entries_mut(), n, &self.mass_matrix, jacobian);
+        write_saddle(self.saddle.entries_mut(), n, &self.mass_matrix, (jacobian, &self.independent));
         self.factor()?;
         for rates in [false, true] {
             let open = self.open(t, y, rates);
             self.right[..n].fill(Number::zero());
-            self.right[n..].iter_mut().zip(open).for_each(|(right, open)| *right = -open);
+            self.right[n..].iter_mut().zip(&self.independent).for_each(|(right, &k)| *right = -open[k]);
             self.solve()?;
             let moved = &mut y[if rates { n } else { 0 }..][..n];
             moved.iter_mut().zip(&self.solution).for_each(|(x, change)| *x = *x + *change);
@@ -145,12 +173,18 @@ impl<'t> Equations<'t> {
         self.slope(t, y, &mut slope)?;
         let (q, qd) = y.split_at(y.len() / 2);
         let (qdd, multipliers) = self.solution.split_at(q.len());
+        let [_, _, jacobian, bias] = self.evaluator.tape().split_dynamics(&self.dynamics);
+        let multipliers = if multipliers.len() == bias.len() {
+            multipliers.to_vec()
+        } else {
+            least_norm(jacobian, q.len(), &self.independent, multipliers).ok_or(StepError::NotFinite)?
+        };
         let mut outputs = vec![Number::zero(); self.evaluator.tape().outputs.results.len()];
-        self.evaluator.outputs(t, q, qd, qdd, multipliers, &mut outputs);
-        let power = self.evaluator.power(t, q, qd, qdd, multipliers).to_f64();
+        self.evaluator.outputs(t, q, qd, qdd, &multipliers, &mut outputs);
+        let power = self.evaluator.power(t, q, qd, qdd, &multipliers).to_f64();
         let [kinetic, potential] = self.evaluator.energy(q, qd);
         let doubles = |numbers: &[Number]| numbers.iter().map(|number| number.to_f64()).collect::<Vec<f64>>();
-        let (qdd, multipliers) = (doubles(qdd), doubles(multipliers));
+        let (qdd, multipliers) = (doubles(qdd), doubles(&multipliers));
         let residual = doubles(&self.open(t, y, false)).into_iter().map(f64::abs).fold(0.0, f64::max);
         Ok(StateAt {
             t: t.to_f64(),
@@ -188,17 +222,17 @@ impl<'t> Equations<'t> {
     }
 }
 
-/// Writes `[M C_q'; C_q 0]`.
-fn write_saddle(entries: &mut [Number], n: usize, mass_matrix: &[Number], jacobian: &[Number]) {
-    let m = jacobian.len() / n.max(1);
+/// Writes `[M C_q'; C_q 0]` with some rows of `C_q`.
+fn write_saddle(entries: &mut [Number], n: usize, mass_matrix: &[Number], (jacobian, rows): (&[Number], &[usize])) {
+    let m = rows.len();
     let size = n + m;
     for i in 0..n {
         entries[i * size..][..n].copy_from_slice(&mass_matrix[i * n..][..n]);
     }
-    for k in 0..m {
+    for (k, row) in rows.iter().enumerate() {
         for i in 0..n {
-            entries[i * size + n + k] = jacobian[k * n + i];
-            entries[(n + k) * size + i] = jacobian[k * n + i];
+            entries[i * size + n + k] = jacobian[row * n + i];
+            entries[(n + k) * size + i] = jacobian[row * n + i];
         }
         entries[(n + k) * size + n..][..m].fill(Number::zero());
     }

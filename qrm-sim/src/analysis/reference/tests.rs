@@ -4,7 +4,8 @@ use qrm_core::Operation::{Add, Mul, Neg, Number as Constant, Sub};
 use qrm_core::{Scalar, Tape, TapeFunction, TapeKernel};
 
 use super::equations::Equations;
-use super::{Motion, Number};
+use super::{At, Motion, Number, ReferenceState};
+use crate::analysis::StateAt;
 use crate::integrate::StepError;
 
 /// Parameters `l`, `a`, `g` have the places 0 to 2, time 3, coordinates, rates and accelerations 4 to 9, the multiplier
@@ -57,7 +58,14 @@ static ROD: Tape = Tape {
 fn motion(parameters: [f64; 3], v: f64) -> Result<Motion<'static>, StepError> {
     let [l, a, _] = parameters;
     let y = [l, 0.0, a, v].map(Number::from).to_vec();
-    Motion::new(Equations::new(&ROD, &parameters), y, 0.001, 1e-22)
+    let at = At { t: Number::zero(), slope: y.clone(), y, h: 0.001 };
+    Motion::new(Equations::new(&ROD, &parameters), at, 1e-22)
+}
+
+fn visit(motion: &mut Motion, times: &[f64]) -> Result<Vec<StateAt>, StepError> {
+    let mut states: Vec<ReferenceState> = Vec::new();
+    motion.visit(times, &mut states)?;
+    Ok(states.into_iter().map(|state| state.rounded).collect())
 }
 
 fn far(a: Number, b: Number) -> f64 {
@@ -69,13 +77,13 @@ fn far(a: Number, b: Number) -> f64 {
 fn a_rod_that_grows_turns_as_it_must() {
     let [l, a, v] = [1.0, 0.25, 3.0];
     let mut motion = motion([l, a, 0.0], v).expect("regular");
-    let states = motion.visit(&[0.5, 2.0]).expect("smooth");
+    let states = visit(&mut motion, &[0.5, 2.0]).expect("smooth");
     let r = Number::from(l + 2.0 * a);
     let angle = Number::from(v / a) * (Number::from(1.0) - r.recip());
     let (sin, cos) = angle.sin_cos();
     let (radial, across) = (Number::from(a), Number::from(v) / r);
     let exact = [r * cos, r * sin, radial * cos - across * sin, radial * sin + across * cos];
-    for (y, exact) in motion.y.iter().zip(exact) {
+    for (y, exact) in motion.at.y.iter().zip(exact) {
         assert!(far(*y, exact) < 1e-19, "{y:?} instead of {exact:?}");
     }
     assert!(states[1].residual < 1e-30, "{states:?}");
@@ -89,14 +97,14 @@ fn a_rod_that_grows_turns_as_it_must() {
 fn energy_and_length_of_a_pendulum_stay() {
     let mut motion = motion([1.0, 0.0, 9.81], 2.0).expect("regular");
     let energy = |motion: &mut Motion| {
-        let [kinetic, potential] = motion.equations.evaluator.energy(&motion.y[..2], &motion.y[2..]);
+        let [kinetic, potential] = motion.equations.evaluator.energy(&motion.at.y[..2], &motion.at.y[2..]);
         kinetic + potential
     };
     let first = energy(&mut motion);
-    motion.visit(&[1.0, 3.0]).expect("smooth");
+    visit(&mut motion, &[1.0, 3.0]).expect("smooth");
     assert!(far(energy(&mut motion), first) < 1e-19);
     for rates in [false, true] {
-        let open = motion.equations.open(motion.t, &motion.y, rates)[0];
+        let open = motion.equations.open(motion.at.t, &motion.at.y, rates)[0];
         assert!(open.to_f64().abs() < 1e-28, "{open:?}");
     }
 }
@@ -108,6 +116,6 @@ fn what_cannot_be_followed_is_told() {
     // A rod that shrinks to nothing makes its mass turn ever faster.
     let mut motion = motion([1.0, -1.0, 0.0], 1.0).expect("regular");
     motion.equations.budget = 100_000;
-    let error = motion.visit(&[1.5]).err();
+    let error = visit(&mut motion, &[1.5]).err();
     assert!(matches!(error, Some(StepError::TooManySteps { .. })), "{error:?}");
 }

@@ -7,7 +7,7 @@ use super::SensitivityError;
 use super::equations::{DualEquations, DualState};
 use super::number::{Derived, Inner, Number, has_derivatives};
 use super::result::Output;
-use crate::run::{Extremes, ExtremesTracker, Integral};
+use crate::run::{Extremes, ExtremesTracker, Integral, Vertex};
 
 /// The places of the rows beside an extreme, as parts of two steps. None of them is the extreme itself: its time would
 /// not be seen to change.
@@ -55,8 +55,9 @@ impl<T: Inner> Columns<T> {
         &mut self,
         mut outputs: impl FnMut(f64) -> Result<Vec<Number<T>>, SensitivityError>,
     ) -> Result<(), SensitivityError> {
-        for (column, end, near, bracket) in self.extremes.between_rows() {
-            let (t, [begin, beyond]) = (near.re(), bracket.map(|t| t.re()));
+        for vertex in self.extremes.take_vertices() {
+            let Vertex { column, end, estimate, bracket, .. } = vertex;
+            let (t, [begin, beyond]) = (estimate.1.re(), bracket.map(|t| t.re()));
             if !(begin < t && t < beyond) {
                 continue;
             }
@@ -66,10 +67,11 @@ impl<T: Inner> Columns<T> {
                 tracker.row(Derived::from(t), &[outputs(t)?[column].0]);
             }
             tracker.finish();
-            let of = |extremes: &Extremes<Derived<T>>| [extremes.minimum, extremes.maximum][end];
-            let found = of(&tracker.found()[0]);
+            tracker.note_estimates();
+            let Extremes { minimum, maximum } = tracker.found()[0];
+            let found = [minimum, maximum][end];
             let is_inside = times[0] < found.1.re() && found.1.re() < times[4];
-            self.extremes.refine(column, end, if is_inside { found } else { of(&self.extremes.found()[column]) });
+            self.extremes.note(&vertex, if is_inside { found } else { estimate });
         }
         Ok(())
     }

@@ -37,6 +37,7 @@ pub(super) fn values(mechanism: &dyn Mechanism, request: &SensitivityRequest) ->
     }
     let value = |value: f64| Derivatives { value, ..Derivatives::default() };
     columns.extremes.finish();
+    columns.extremes.note_estimates();
     let outputs = columns.outputs.iter().zip(&columns.integrals).zip(columns.extremes.found());
     let output = |((end, integral), extremes): ((&f64, &Integral<f64>), &Extremes)| {
         let pair = |(found, t): (f64, f64)| [value(found), value(t)];

@@ -1,0 +1,45 @@
+"""Mechanisms with closed loops: formulae in, motion out.
+
+>>> import qrm
+>>> m = qrm.load("quick-return")
+>>> result = m.run(O2A=0.25, method="dop853", tolerance=1e-10)
+>>> result["x6"].max(), result.units["x6"], result.errors["x6"]
+"""
+
+from __future__ import annotations
+
+from ._engine import choose_engine
+from .accuracy import Accuracy
+from .equations import Equations
+from .errors import Error, Finding, OptionError, RunError, RunWarning, SceneError
+from .mechanism import Mechanism
+from .page import Page
+from .quantity import Quantity
+from .result import Result
+from .scenes import load, methods, scenes
+from .sensitivity import MotionQuantity, Objectives, Sensitivity
+from .sweep import SweepTable
+
+__all__ = [
+    "Accuracy",
+    "Equations",
+    "Error",
+    "Finding",
+    "Mechanism",
+    "MotionQuantity",
+    "Objectives",
+    "OptionError",
+    "Page",
+    "Quantity",
+    "Result",
+    "RunError",
+    "RunWarning",
+    "SceneError",
+    "Sensitivity",
+    "SweepTable",
+    "load",
+    "methods",
+    "scenes",
+]
+
+choose_engine()

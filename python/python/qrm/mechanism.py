@@ -1,0 +1,303 @@
+"""A mechanism that is loaded: what can be asked of it."""
+
+from __future__ import annotations
+
+import warnings
+from functools import cached_property
+from os import PathLike, fspath
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from . import _native
+from .accuracy import Accuracy
+from .equations import Equations
+from .errors import RunError, RunWarning
+from .options import split
+from .page import Page
+from .quantity import Quantity
+from .result import Result
+from .sensitivity import Objectives, Sensitivity
+from .sweep import SweepTable, sweep
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from matplotlib.axes import Axes
+    from numpy.typing import ArrayLike, NDArray
+
+    from .options import Number
+
+
+class Mechanism:
+    """A mechanism with its parameters, constraints, coordinates and outputs.
+
+    Arguments that are no options are parameters: `run(O2A=0.25)`. All numbers are in SI units and radians; a text such
+    as `"3*pi"` is as good as a number. A `Mechanism` does not change, and threads can share it: the interpreter is free
+    while it computes. Ctrl-C ends what is computed.
+    """
+
+    def __init__(self, scene: str | PathLike[str]):
+        self._path = fspath(scene)
+        self._scene = _native.load(self._path)
+
+    def __repr__(self) -> str:
+        return f"<Mechanism {self.name}: {self.doc}>"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self._path,)
+
+    @property
+    def name(self) -> str:
+        """The name of the scene."""
+        return self._scene.name
+
+    @property
+    def doc(self) -> str:
+        """What the mechanism is."""
+        return self._scene.doc
+
+    @property
+    def source(self) -> str:
+        """The text of the scene."""
+        return self._scene.source
+
+    @property
+    def is_compiled(self) -> bool:
+        """Whether its functions are compiled; otherwise they are interpreted, and give the same numbers more slowly."""
+        return self._scene.is_compiled
+
+    @cached_property
+    def coordinates(self) -> tuple[Quantity, ...]:
+        """The generalized coordinates, in the order of `q`."""
+        return tuple(Quantity(*entry) for entry in self._scene.coordinates())
+
+    @cached_property
+    def constraints(self) -> tuple[Quantity, ...]:
+        """The constraints, in the order of the multipliers."""
+        return tuple(Quantity(*entry) for entry in self._scene.constraints())
+
+    @cached_property
+    def outputs(self) -> tuple[Quantity, ...]:
+        """The outputs that the scene asks for."""
+        return tuple(Quantity(*entry) for entry in self._scene.outputs())
+
+    @cached_property
+    def columns(self) -> tuple[Quantity, ...]:
+        """The columns of the result of a run."""
+        return tuple(Quantity(*entry) for entry in self._scene.columns())
+
+    @cached_property
+    def parameters(self) -> tuple[Quantity, ...]:
+        """The parameters that can be set; `values()` has their values."""
+        return tuple(Quantity(*entry) for entry in self._scene.parameters())
+
+    def values(self, **parameters: Number) -> dict[str, float]:
+        """The value of each parameter, some of them replaced."""
+        names = (parameter.name for parameter in self.parameters)
+        return dict(zip(names, self._scene.values(split(parameters))))
+
+    def run(
+        self,
+        *,
+        method: str | None = None,
+        tolerance: Number | None = None,
+        step: Number | None = None,
+        end_time: Number | None = None,
+        until: str | None = None,
+        start: Mapping[str, Number] | None = None,
+        max_step: Number | None = None,
+        projection: str | None = None,
+        closure_tolerance: Number | None = None,
+        closure_iterations: int | None = None,
+        every: int = 1,
+        estimate_error: bool = True,
+        set: Mapping[str, Number] | None = None,
+        **parameters: Number,
+    ) -> Result:
+        """Runs the mechanism, as `qrm run` does, and returns the rows.
+
+        Parameters
+        ----------
+        method : the integration method, `"rk4"` by default; see `qrm.methods()`.
+        tolerance : largest error of a step of a method that chooses its steps, in the unit of each coordinate and rate.
+        step : step of the integration in s; of the rows, if the method chooses its steps. The scene's by default.
+        end_time : end of the run in s.
+        until : a condition that ends the run when it becomes true, such as `"phi2 >= 2*pi"`.
+        start : coordinates and rates at the start, such as `{"phi2": 0.5, "phi2_dot": 10}`.
+        max_step : longest step of a method that chooses its steps, in s.
+        projection : `"mass"` by default, `"euclidean"` or `"none"`.
+        closure_tolerance, closure_iterations : when the correction of the coordinates ends.
+        every : keep every so many rows; the last one is always kept.
+        estimate_error : whether a second run estimates the errors.
+        set : parameters by name, for names that are options too.
+        **parameters : parameters by name.
+
+        Raises
+        ------
+        OptionError, SceneError : the run cannot begin.
+        RunError : the run did not come to its end, or its numbers are not to be trusted; `result` has its rows.
+        """
+        options = split(
+            parameters,
+            set=set,
+            method=method,
+            tolerance=tolerance,
+            step=step,
+            end_time=end_time,
+            until=until,
+            start=start,
+            max_step=max_step,
+            projection=projection,
+            closure_tolerance=closure_tolerance,
+            closure_iterations=closure_iterations,
+        )
+        return self._run(options, every, estimate_error)
+
+    def _run(self, options: dict[str, Any], every: int = 1, estimate_error: bool = True) -> Result:
+        if every < 1:
+            raise ValueError(f"`every` must be 1 or more, but is {every}")
+        values, summary, notes, problem = self._scene.run(options, every, estimate_error)
+        result = Result(self.columns, values, summary, notes)
+        if problem is not None:
+            if isinstance(problem, RunError):
+                problem.result = result
+            raise problem
+        for note in notes:
+            warnings.warn(note, RunWarning, stacklevel=3)
+        return result
+
+    def sweep(
+        self,
+        *,
+        paired: bool = False,
+        extremes: bool = True,
+        estimate_error: bool = True,
+        threads: int | None = None,
+        **values: Any,
+    ) -> SweepTable:
+        """Runs many designs on all cores, as `qrm sweep` does, and returns a structured array with a row for each.
+
+        A parameter with several values is varied: `sweep(O2A=np.linspace(0.15, 0.25, 100), J2=[50, 100])` runs the 200
+        combinations, those of the last parameter changing first.
+
+        Parameters
+        ----------
+        paired : run a design for each place of the values, which are equally many, instead of all combinations.
+        extremes : whether the columns `NAME_min` and `NAME_max` of the outputs are computed.
+        estimate_error : whether the error of each design is estimated.
+        threads : how many cores to use; all by default.
+        **values : values of parameters, and the options of `run` but `start`; the method is `"dop853"` by default.
+
+        Raises
+        ------
+        OptionError, SceneError : an option is wrong. A design that fails is a row with its reason.
+        """
+        return sweep(
+            self._scene,
+            values,
+            paired=paired,
+            extremes=extremes,
+            estimate_error=estimate_error,
+            threads=threads,
+        )
+
+    def sensitivity(
+        self,
+        *,
+        by: Sequence[str] = (),
+        of: Sequence[str] = (),
+        hessian_vector: Mapping[str, float] | None = None,
+        check: bool = True,
+        **options: Any,
+    ) -> Sensitivity:
+        """Derivatives of the end of the motion, and of extremes and integrals of the outputs, by parameters.
+
+        Parameters
+        ----------
+        by : the parameters; all by default.
+        of : the outputs, and `"end"` for the end of the motion; everything by default.
+        hessian_vector : entries of a vector by parameters, for the products of the Hessians with it.
+        check : whether errors are estimated by steps half as long, and derivatives compared with difference quotients.
+        **options : parameters, and the options of `run` but `start`.
+
+        Raises
+        ------
+        OptionError, SceneError : an option is wrong, or the motion cannot begin.
+        RunError : the motion has no derivatives, or a check contradicts them.
+        """
+        if isinstance(by, str) or isinstance(of, str):
+            raise TypeError("`by` and `of` are sequences of names, such as by=['O2A']")
+        vector = [(name, float(entry)) for name, entry in (hessian_vector or {}).items()]
+        found = self._scene.sensitivity(split(options), list(by), list(of), vector, check)
+        if found["problem"] is not None:
+            raise found["problem"]
+        return Sensitivity(found)
+
+    def objectives(self, by: Sequence[str], of: str | Sequence[str], **options: Any) -> Objectives:
+        """Quantities such as `"maximum N3"` as functions of parameters, for `scipy.optimize`.
+
+        >>> peak = m.objectives(by=["O2A", "BC"], of="maximum N6")
+        >>> scipy.optimize.minimize(peak.fun, peak.x0, jac=peak.jac)
+        """
+        return Objectives(self, by, of, options)
+
+    def start(self, **options: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """The coordinates and rates at the start, which meet the constraints: two arrays of shape `(n,)`."""
+        q, qd = self._scene.start(split(options))
+        return q, qd
+
+    def equations(
+        self, q: ArrayLike | None = None, qd: ArrayLike | None = None, *, t: float = 0.0, **parameters: Number
+    ) -> Equations:
+        """The terms of the equations of motion at a state, and the accelerations and multipliers that follow.
+
+        `q` and `qd` have shape `(n,)`, in the order of `coordinates`; those of the start are the default. They need not
+        meet the constraints.
+        """
+        options = split(parameters)
+        if q is None or qd is None:
+            own = self._scene.start(options)
+            q, qd = (own[0] if q is None else q), (own[1] if qd is None else qd)
+        vectors = [np.asarray(vector, dtype=np.float64).ravel().tolist() for vector in (q, qd)]
+        found = self._scene.equations(options, t, *vectors)
+        found["outputs"] = dict(zip((output.name for output in self.outputs), found["outputs"].tolist()))
+        return Equations(**found)
+
+    def accuracy(
+        self,
+        *,
+        at: Sequence[float] = (),
+        of: str | None = None,
+        reference: str | None = None,
+        budget: float = 30.0,
+        **options: Any,
+    ) -> Accuracy:
+        """Measures run time and error of every method, as `qrm accuracy` does.
+
+        Parameters
+        ----------
+        at : times in s at which runs are compared; eight up to the end by default.
+        of : the column whose error counts, such as an output; the coordinates by default.
+        reference : `"energy"`, `"scene"` or `"run"`; the best that is available by default.
+        budget : the time that measurements may take, in s.
+        **options : parameters, `step`, `end_time` and `until`.
+        """
+        found = self._scene.accuracy(split(options), list(at), of, reference, f"{budget!r}s")
+        return Accuracy(found)
+
+    def plot(self, *names: str, x: str = "t", axes: Axes | None = None, **options: Any) -> Axes:
+        """Runs the mechanism, and plots columns of the result over another one by matplotlib.
+
+        `options` are those of `run`.
+        """
+        return self._run(split(options)).plot(*names, x=x, axes=axes)
+
+    def animate(self, *, height: int = 720, **options: Any) -> Page:
+        """A page that shows the mechanism moving, for a cell of a notebook or a file.
+
+        Without options the page simulates the scene itself, with a slider for each parameter, and bodies can be
+        dragged. With options, which are those of `run`, it plays that run.
+        """
+        text = self._scene.animation(split(options)) if options else self._scene.page()
+        return Page(self.name, text, height)

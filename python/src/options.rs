@@ -1,0 +1,65 @@
+//! The options of a run from a dictionary.
+
+use pyo3::exceptions::PyTypeError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use qrm_cli::api::RunOptions;
+
+/// The options in a dictionary, whose keys are the fields of [`RunOptions`]; `None` is as good as no entry.
+pub(crate) fn options(dict: &Bound<PyDict>) -> PyResult<RunOptions> {
+    let mut options = RunOptions::default();
+    for (key, value) in dict {
+        let key: String = key.extract()?;
+        if value.is_none() {
+            continue;
+        }
+        let field = match key.as_str() {
+            "set" => {
+                options.set = assignments(&key, &value)?;
+                continue;
+            }
+            "start" => {
+                options.start = assignments(&key, &value)?;
+                continue;
+            }
+            "closure_iterations" => {
+                options.closure_iterations = Some(value.extract()?);
+                continue;
+            }
+            "step" => &mut options.step,
+            "end_time" => &mut options.end_time,
+            "until" => &mut options.until,
+            "method" => &mut options.method,
+            "tolerance" => &mut options.tolerance,
+            "max_step" => &mut options.max_step,
+            "projection" => &mut options.projection,
+            "closure_tolerance" => &mut options.closure_tolerance,
+            _ => return Err(PyTypeError::new_err(format!("there is no option `{key}`"))),
+        };
+        *field = Some(text(&key, &value)?);
+    }
+    Ok(options)
+}
+
+/// The names and values of a dictionary.
+fn assignments(option: &str, values: &Bound<PyAny>) -> PyResult<Vec<(String, String)>> {
+    let wrong = || PyTypeError::new_err(format!("`{option}` must be a dict of names and numbers"));
+    let values = values.cast::<PyDict>().map_err(|_| wrong())?;
+    let assignment = |(name, value): (Bound<PyAny>, Bound<PyAny>)| {
+        let name: String = name.extract().map_err(|_| wrong())?;
+        let value = text(&name, &value)?;
+        Ok((name, value))
+    };
+    values.iter().map(assignment).collect()
+}
+
+/// A number, or a formula, in the digits that read back as the same number.
+fn text(name: &str, value: &Bound<PyAny>) -> PyResult<String> {
+    if let Ok(text) = value.extract::<String>() {
+        return Ok(text);
+    }
+    let number: f64 = value
+        .extract()
+        .map_err(|_| PyTypeError::new_err(format!("`{name}` must be a number or a text, not {}", value.get_type())))?;
+    Ok(format!("{number:?}"))
+}

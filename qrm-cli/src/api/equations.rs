@@ -1,0 +1,86 @@
+//! The equations of motion at one state, in numbers.
+
+use qrm_sim::integrate::StepError;
+use qrm_sim::run::StartError;
+use qrm_sim::solve::{Dynamics, LoopConstraints, Solver};
+
+use super::options::RunOptions;
+use super::scene::LoadedScene;
+use crate::error::Error;
+use crate::messages::no_start;
+
+/// The terms of `Mbar qdd + C_q' lambda = fbar`, `C_q qdd + bias = 0` and of the constraints `C = 0` at a state, and
+/// their solution. Matrices are stored row after row.
+#[derive(Clone, Debug)]
+pub struct EquationsOfMotion {
+    /// Mbar, `n` by `n`.
+    pub mass_matrix: Vec<f64>,
+    /// fbar, `n`.
+    pub generalized_forces: Vec<f64>,
+    /// C, `m`.
+    pub residuals: Vec<f64>,
+    /// C_q, `m` by `n`.
+    pub constraint_jacobian: Vec<f64>,
+    /// C_t, `m`.
+    pub constraint_rate: Vec<f64>,
+    /// `(C_q qd)_q qd + 2 C_qt qd + C_tt`, `m`.
+    pub constraint_bias: Vec<f64>,
+    /// qdd, `n`.
+    pub accelerations: Vec<f64>,
+    /// lambda, `m`.
+    pub multipliers: Vec<f64>,
+    /// The outputs.
+    pub outputs: Vec<f64>,
+    /// The kinetic energy, and the potential of the conservative loads, in J.
+    pub energy: [f64; 2],
+}
+
+impl LoadedScene {
+    /// The equations of motion at a time, at coordinates and rates that need not meet the constraints.
+    ///
+    /// # Errors
+    /// An option is wrong, a vector has another length than there are coordinates, or the accelerations are not
+    /// determined.
+    pub fn equations(&self, options: &RunOptions, t: f64, q: &[f64], qd: &[f64]) -> Result<EquationsOfMotion, Error> {
+        let setup = self.setup(options)?;
+        let count = setup.description.coordinates.len();
+        for (name, vector) in [("q", q), ("qd", qd)] {
+            if vector.len() != count {
+                let names: Vec<&str> = setup.description.coordinates.iter().map(|c| c.name).collect();
+                let text = format!("`{name}` has {} entries instead of {count}", vector.len());
+                return Err(Error::usage(text).help(format!("give one for each of {}", names.join(", "))));
+            }
+        }
+        let mechanism = &*setup.mechanism();
+        let Dynamics { mass_matrix, generalized_forces, constraint_jacobian, constraint_bias } =
+            Dynamics::of(mechanism, t, q, qd);
+        let LoopConstraints { residuals, constraint_rate, .. } = LoopConstraints::of(mechanism, t, q);
+        let (mut accelerations, mut multipliers) = (vec![0.0; count], vec![0.0; residuals.len()]);
+        Solver::at(mechanism, t, q)
+            .accelerations(mechanism, t, (q, qd), (&mut accelerations, &mut multipliers))
+            .map_err(|reason| no_start(&StartError::Step(StepError::from(reason)), &setup))?;
+        let mut outputs = vec![f64::NAN; setup.description.outputs.len()];
+        mechanism.outputs(t, q, qd, &accelerations, &multipliers, &mut outputs);
+        Ok(EquationsOfMotion {
+            mass_matrix: mass_matrix.entries().to_vec(),
+            generalized_forces,
+            residuals,
+            constraint_jacobian: constraint_jacobian.entries().to_vec(),
+            constraint_rate,
+            constraint_bias,
+            accelerations,
+            multipliers,
+            outputs,
+            energy: mechanism.energy(q, qd),
+        })
+    }
+
+    /// Coordinates and rates at the start of the motion, which meet the constraints.
+    ///
+    /// # Errors
+    /// An option is wrong, or the mechanism cannot be assembled.
+    pub fn start(&self, options: &RunOptions) -> Result<[Vec<f64>; 2], Error> {
+        let setup = self.setup(options)?;
+        setup.first_state()
+    }
+}

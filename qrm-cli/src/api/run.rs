@@ -1,0 +1,96 @@
+//! A run whose rows are kept in memory.
+
+use std::io;
+
+use qrm_pictures::Recording;
+use qrm_sim::columns::{Column, columns};
+use qrm_sim::run::{Observer, Row};
+
+use super::options::RunOptions;
+use super::scene::LoadedScene;
+use crate::error::Error;
+use crate::progress::interrupted;
+use crate::run_report::RunReport;
+
+/// A run that began, however it ended.
+#[derive(Debug)]
+pub struct Run {
+    /// The columns of its rows.
+    pub columns: Vec<Column>,
+    /// The numbers, row after row.
+    pub values: Vec<f64>,
+    /// The text of `summary.json`.
+    pub summary: String,
+    /// The warnings about it, with their hints.
+    pub warnings: Vec<String>,
+    /// The reason why it did not do what was asked.
+    pub problem: Option<Error>,
+}
+
+impl LoadedScene {
+    /// Runs the scene: `qrm run`.
+    ///
+    /// # Errors
+    /// The run cannot begin. A run that began is returned with its problem, if it has one.
+    pub fn run(&self, options: &RunOptions, every: u64, estimate_error: bool) -> Result<Run, Error> {
+        let setup = self.setup(options)?;
+        // Warnings about joints that open take the series of their multipliers.
+        let has_one_sided = setup.scene.constraints.iter().any(|joint| joint.one_sided.is_some());
+        let recording = if has_one_sided { Recording::new } else { Recording::of_extremes };
+        let mut observer = (Table::new(every), recording(setup.description));
+        let outcome = setup.simulate(estimate_error, &mut observer)?;
+        let (table, recording) = observer;
+        let columns = columns(setup.description);
+        let mut report = RunReport::new(&setup, &outcome, &recording);
+        report.rows = (table.values.len() / columns.len()) as u64;
+        Ok(Run {
+            columns,
+            values: table.values,
+            summary: serde_json::to_string(&report)?,
+            warnings: report.warnings.iter().map(ToString::to_string).collect(),
+            problem: report.problem(),
+        })
+    }
+}
+
+/// The number of rows for which there is room at once.
+const ROWS: usize = 2048;
+
+/// An observer that keeps rows.
+struct Table {
+    values: Vec<f64>,
+    every: u64,
+    /// Whether the last row was not kept.
+    is_behind: bool,
+}
+
+impl Table {
+    fn new(every: u64) -> Self {
+        Self { values: Vec::new(), every: every.max(1), is_behind: false }
+    }
+}
+
+impl Observer for Table {
+    fn row(&mut self, row: &Row) -> io::Result<()> {
+        self.is_behind = !row.index.is_multiple_of(self.every);
+        if !self.is_behind {
+            if self.values.is_empty() {
+                self.values.reserve(ROWS * row.columns.len());
+            }
+            self.values.extend_from_slice(row.columns);
+        }
+        Ok(())
+    }
+
+    fn goes_on(&mut self, _t: f64, _end_time: f64) -> io::Result<bool> {
+        Ok(!interrupted())
+    }
+
+    fn finish(&mut self, last: &[f64]) -> io::Result<()> {
+        // The last row is kept even if it is not its turn.
+        if self.is_behind {
+            self.values.extend_from_slice(last);
+        }
+        Ok(())
+    }
+}

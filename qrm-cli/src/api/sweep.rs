@@ -1,0 +1,99 @@
+//! A sweep whose rows are kept in memory.
+
+use qrm_sim::columns::Column;
+
+use super::options::RunOptions;
+use super::scene::LoadedScene;
+use crate::commands::sweep::{Axes, Cell, Designs, Field, Row, by_lanes, threads};
+use crate::error::Error;
+use crate::setup::Setup;
+
+/// The designs of a sweep.
+#[derive(Clone, Debug, Default)]
+pub struct SweepOptions {
+    /// The options of each run.
+    pub run: RunOptions,
+    /// The values of the parameters that are varied.
+    pub vary: Vec<(String, Vec<f64>)>,
+    /// Whether a design takes the values at the same place of every parameter, instead of a combination.
+    pub is_paired: bool,
+    /// Whether the extremes of the outputs are left out.
+    pub no_extremes: bool,
+    /// Whether the estimates of the errors are left out.
+    pub no_error_estimate: bool,
+    /// The number of cores; all if `None`.
+    pub threads: Option<u32>,
+}
+
+/// The table of a sweep.
+#[derive(Clone, Debug)]
+pub struct Sweep {
+    /// The columns with their numbers or texts, a value for each design.
+    pub columns: Vec<(Column<()>, Values)>,
+}
+
+/// The values of a column.
+#[derive(Clone, Debug)]
+pub enum Values {
+    /// Whole numbers; zero where nothing is known.
+    Whole(Vec<u64>),
+    /// Numbers; not a number where nothing is known.
+    Number(Vec<f64>),
+    /// Texts.
+    Text(Vec<String>),
+}
+
+impl LoadedScene {
+    /// Runs many designs: `qrm sweep`. An interrupted sweep has fewer rows.
+    ///
+    /// # Errors
+    /// An option is wrong. Designs that fail are rows with a reason.
+    pub fn sweep(&self, options: &SweepOptions) -> Result<Sweep, Error> {
+        let (scene, start, how) = options.run.parsed()?;
+        if !start.start.is_empty() {
+            return Err(Error::usage("a sweep begins at the start of the scene").help("leave out `start`"));
+        }
+        let setup = Setup::of(self.found(), &scene, &by_lanes(&how))?;
+        let axes = if options.is_paired { Axes::paired } else { Axes::combinations };
+        let axes = axes(setup.description, options.vary.clone())?;
+        let designs = Designs {
+            has_extremes: !options.no_extremes,
+            estimate_error: !options.no_error_estimate,
+            ..Designs::new(setup, axes)?
+        };
+        let columns = designs.columns();
+        let mut values: Vec<Values> = columns.iter().map(|column| Values::of(column.kind, designs.count())).collect();
+        designs.run(
+            (0, designs.count()),
+            threads(options.threads),
+            |rows| rows,
+            |rows: Vec<Row>| {
+                for cells in rows {
+                    values.iter_mut().zip(cells.cells).for_each(|(values, cell)| values.push(cell));
+                }
+                Ok(())
+            },
+        )?;
+        let column = |Column { name, unit, doc, .. }: Column<Field>| Column { name, unit, doc, kind: () };
+        Ok(Sweep { columns: columns.into_iter().map(column).zip(values).collect() })
+    }
+}
+
+impl Values {
+    /// Room for the values of a column.
+    fn of(field: Field, count: usize) -> Self {
+        match field {
+            Field::Design | Field::Steps => Self::Whole(Vec::with_capacity(count)),
+            Field::Status | Field::Reason => Self::Text(Vec::with_capacity(count)),
+            _ => Self::Number(Vec::with_capacity(count)),
+        }
+    }
+
+    fn push(&mut self, cell: Cell) {
+        match self {
+            Self::Whole(values) => values.push(if let Cell::Whole(value) = cell { value } else { 0 }),
+            Self::Number(values) => values.push(if let Cell::Number(value) = cell { value } else { f64::NAN }),
+            Self::Text(values) => values.push(if let Cell::Text(value) = cell { value } else { String::new() }),
+        }
+    }
+}

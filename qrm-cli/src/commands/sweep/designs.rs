@@ -1,0 +1,215 @@
+//! The designs of a sweep, and how they are run on all cores.
+
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::time::Duration;
+
+use qrm_core::Replace;
+use qrm_scene::evaluate::{constant, parameter_values};
+use qrm_scene::time_scales::time_scales;
+use qrm_sim::batch::{DesignResult, LaneCount, SweepEnd, SweepRequest, sweep};
+use qrm_sim::columns::Column;
+use qrm_sim::integrate::{DOP853, MethodSettings};
+
+use super::axes::Axes;
+use super::rows::{self, Field, Row};
+use crate::error::Error;
+use crate::options::MethodOptions;
+use crate::progress::interrupted;
+use crate::resolution;
+use crate::setup::Setup;
+
+/// Designs of a scene, each with its own values of the parameters that are varied.
+pub(crate) struct Designs {
+    pub(crate) setup: Setup,
+    pub(crate) axes: Axes,
+    /// Whether the extremes of the outputs are wanted.
+    pub(crate) has_extremes: bool,
+    /// Whether the error of each design is estimated.
+    pub(crate) estimate_error: bool,
+    /// How many designs a core makes at once.
+    pub(crate) lanes: LaneCount,
+}
+
+/// A design and its end.
+pub(super) struct Design {
+    /// The values of the parameters that are varied.
+    values: Vec<f64>,
+    /// The values of all parameters.
+    parameters: Vec<f64>,
+    /// Its end, or why it cannot be run.
+    pub(super) result: Result<DesignResult, String>,
+}
+
+/// The number of designs that a core takes at once.
+const BLOCK: usize = 256;
+
+/// The time between two looks at interrupts.
+const POLL_INTERVAL: Duration = Duration::from_millis(20);
+
+/// The method that is asked for, or the one that lanes make.
+pub(crate) fn by_lanes(how: &MethodOptions) -> MethodOptions {
+    MethodOptions { method: how.method.or(Some(DOP853)), ..how.clone() }
+}
+
+/// The number of cores that is asked for, or that of the machine.
+pub(crate) fn threads(asked: Option<u32>) -> usize {
+    match asked {
+        Some(threads) => threads as usize,
+        None => std::thread::available_parallelism().map_or(1, std::num::NonZero::get),
+    }
+}
+
+impl Designs {
+    /// The designs, with extremes and errors, in all lanes.
+    pub(crate) fn new(setup: Setup, axes: Axes) -> Result<Self, Error> {
+        if setup.own_step.is_some() && setup.settings.method.is_adaptive() {
+            return Err(Error::usage("`--step` needs a method of fixed steps, as a sweep writes no rows")
+                .help("add `--method rk4`, or choose `--tolerance` instead"));
+        }
+        if let Some(name) = axes.names().find(|name| setup.set.contains_key(*name)) {
+            return Err(Error::usage(format!("`{name}` is both set and varied"))
+                .help(format!("omit `--set {name}` or `--vary {name}`")));
+        }
+        Ok(Self { setup, axes, has_extremes: true, estimate_error: true, lanes: LaneCount::Most })
+    }
+
+    /// The number of designs.
+    pub(crate) fn count(&self) -> usize {
+        self.axes.count()
+    }
+
+    /// The columns of their rows.
+    pub(crate) fn columns(&self) -> Vec<Column<Field>> {
+        rows::columns(&self.setup, &self.axes, self.has_extremes)
+    }
+
+    /// Runs a range of designs; `convert` takes the rows of a block on the thread that made them, and `take` what it
+    /// makes of them on this one, in the order of the designs. Returns the first design that was not taken.
+    pub(crate) fn run<T: Send>(
+        &self,
+        (begin, end): (usize, usize),
+        threads: usize,
+        convert: impl Fn(Vec<Row>) -> T + Sync,
+        mut take: impl FnMut(T) -> Result<(), Error>,
+    ) -> Result<usize, Error> {
+        let next = AtomicUsize::new(begin);
+        let mut taken = Ok(begin);
+        std::thread::scope(|scope| {
+            let (sender, receiver) = mpsc::sync_channel(4 * threads);
+            for _ in 0..threads {
+                let (sender, next, convert) = (sender.clone(), &next, &convert);
+                scope.spawn(move || {
+                    loop {
+                        let from = next.fetch_add(BLOCK, Ordering::Relaxed);
+                        let to = end.min(from.saturating_add(BLOCK));
+                        if from >= to || sender.send((from, to, convert(self.rows(from, to)))).is_err() {
+                            break;
+                        }
+                    }
+                });
+            }
+            drop(sender);
+            // Blocks come as they are ready, and are taken in the order of the designs.
+            let mut waiting = BTreeMap::new();
+            loop {
+                match receiver.recv_timeout(POLL_INTERVAL) {
+                    Ok((from, to, block)) => waiting.insert(from, (to, block)),
+                    Err(RecvTimeoutError::Timeout) => None,
+                    Err(RecvTimeoutError::Disconnected) => break,
+                };
+                while let Ok(at) = taken
+                    && let Some((to, block)) = waiting.remove(&at)
+                {
+                    taken = take(block).map(|()| to);
+                }
+                if taken.is_err() || interrupted() {
+                    next.store(end, Ordering::Relaxed);
+                }
+            }
+        });
+        taken
+    }
+
+    /// The rows of some designs.
+    fn rows(&self, begin: usize, end: usize) -> Vec<Row> {
+        let columns = self.columns();
+        let numbers: Vec<usize> = (begin..end).collect();
+        let row = |(number, design): (&usize, Design)| match &design.result {
+            Err(reason) => rows::refused(&columns, *number, &design.values, reason),
+            Ok(result) => {
+                let passed_over = self.passed_over(&design.parameters, result.end_time);
+                rows::row(&columns, &self.setup, *number, &design.values, result, passed_over)
+            }
+        };
+        numbers.iter().zip(self.results(&numbers, self.setup.settings, self.lanes)).map(row).collect()
+    }
+
+    /// Runs the designs of some numbers.
+    pub(super) fn results(&self, numbers: &[usize], settings: MethodSettings, lanes: LaneCount) -> Vec<Design> {
+        let values: Vec<Vec<f64>> = numbers.iter().map(|number| self.axes.values(*number)).collect();
+        let own = self.setup.replace();
+        let replacing = |values: &Vec<f64>| {
+            let (values, own) = (values.clone(), &own);
+            move |name: &str| self.axes.value(&values, name).or_else(|| own(name))
+        };
+        let replacements: Vec<_> = values.iter().map(replacing).collect();
+        let replacements: Vec<Replace> = replacements.iter().map(|replace| replace as Replace).collect();
+        let parameters: Vec<Vec<f64>> =
+            replacements.iter().map(|replace| parameter_values(&self.setup.scene, replace)).collect();
+        let refused: Vec<Option<String>> = parameters.iter().map(|parameters| self.refused(parameters)).collect();
+        let kept: Vec<usize> = (0..numbers.len()).filter(|i| refused[*i].is_none()).collect();
+        let designs: Vec<Replace> = kept.iter().map(|i| replacements[*i]).collect();
+        let until = |design: usize, t: f64, q: &[f64], qd: &[f64]| {
+            let condition = self.setup.condition.as_ref();
+            condition.map_or(0.0, |condition| condition.value(&parameters[kept[design]], t, q, qd))
+        };
+        let stop = match (self.setup.end_time, &self.setup.condition) {
+            (Some(t), _) => Some(SweepEnd::Time(t)),
+            (None, Some(_)) => Some(SweepEnd::Condition(&until)),
+            (None, None) => None,
+        };
+        let step_bounds = |design: usize| self.setup.step_bounds(&parameters[kept[design]]);
+        let request = SweepRequest {
+            settings,
+            step_bounds: Some(&step_bounds),
+            step: self.setup.own_step,
+            end: stop,
+            extremes: self.has_extremes,
+            estimate_error: self.estimate_error,
+        };
+        let mut results = sweep(self.setup.model, &designs, &request, lanes).into_iter();
+        let all = values.into_iter().zip(parameters).zip(refused);
+        let design = |((values, parameters), refused): ((Vec<f64>, Vec<f64>), Option<String>)| {
+            let result = refused.map_or_else(|| results.next().ok_or_else(String::new), Err);
+            Design { values, parameters, result }
+        };
+        all.map(design).collect()
+    }
+
+    /// The reason why the steps of a design pass over a change of a load with time.
+    fn passed_over(&self, parameters: &[f64], end_time: f64) -> Option<String> {
+        if self.setup.settings.method.is_adaptive() {
+            return None;
+        }
+        let scene = &self.setup.scene;
+        let step = self.setup.own_step.unwrap_or_else(|| constant(&scene.run.step, parameters));
+        resolution::passed_over(&time_scales(scene, parameters), step, end_time)
+    }
+
+    /// The reason why a design cannot be run.
+    fn refused(&self, parameters: &[f64]) -> Option<String> {
+        let parts = self
+            .setup
+            .scene
+            .bodies
+            .iter()
+            .flat_map(|body| [(&body.name, "mass", &body.mass), (&body.name, "inertia", &body.inertia)]);
+        let mut values =
+            parts.filter_map(|(name, what, value)| Some((name, what, constant(value.as_ref()?, parameters))));
+        let (name, what, value) = values.find(|(_, _, value)| !(*value >= 0.0 && value.is_finite()))?;
+        let wrong = if value < 0.0 { "a negative" } else { "no finite" };
+        Some(format!("body `{name}` has {wrong} {what}: {value}"))
+    }
+}

@@ -1,0 +1,137 @@
+//! Corners and jumps of a motion, to all digits: the zeros of switching functions on the smooth continuation.
+
+use qrm_core::{OwnedTape, Scalar};
+
+use super::equations::Equations;
+use super::{At, Motion, Number};
+use crate::integrate::StepError;
+
+/// The signs of switching functions are those after this part of a step: behind the corner that it begins at.
+const BEHIND: f64 = 1e-9;
+/// A step is looked at in so many places by its cubic.
+const LOOKS: i32 = 32;
+/// Most steps to a corner, and what is left then of the bracket or the value.
+const MOST: usize = 100;
+const LEFT: f64 = 1e-29;
+
+impl Equations<'_> {
+    /// The smooth continuation of the equations from a state on.
+    pub(super) fn smooth_from(&mut self, at: &At) -> OwnedTape {
+        let (t, y) = behind(at);
+        let (q, qd) = y.split_at(y.len() / 2);
+        self.evaluator.with_signs_of(t, q, qd)
+    }
+
+    /// The signs of the switching functions from a state on.
+    pub(super) fn signs_from(&mut self, at: &At) -> Vec<f64> {
+        let (t, y) = behind(at);
+        self.switching_functions(t, &y).iter().map(|value| value.to_f64().signum()).collect()
+    }
+
+    fn switching_functions(&mut self, t: Number, y: &[Number]) -> Vec<Number> {
+        let mut values = vec![Number::zero(); self.evaluator.tape().switching_functions.results.len()];
+        let (q, qd) = y.split_at(y.len() / 2);
+        self.evaluator.switching_functions(t, q, qd, &mut values);
+        values
+    }
+}
+
+/// The state a little later, along the tangent.
+fn behind(at: &At) -> (Number, Vec<Number>) {
+    let h = Number::from(BEHIND * at.h);
+    (at.t + h, at.y.iter().zip(&at.slope).map(|(y, slope)| *y + h * *slope).collect())
+}
+
+impl Motion<'_> {
+    /// The first corner in a step from here to `next`; `None` if there is none.
+    ///
+    /// # Errors
+    /// A step to it could not be made.
+    pub(super) fn first_corner(
+        &mut self,
+        h: Number,
+        next: &[Number],
+    ) -> Result<Option<(Number, Vec<Number>)>, StepError> {
+        if self.signs.is_empty() {
+            return Ok(None);
+        }
+        let mut end_slope = next.to_vec();
+        self.equations.slope(self.at.t + h, next, &mut end_slope)?;
+        let (mut low, mut value_low) = (Number::zero(), self.least(self.at.t, &self.at.y.clone()));
+        for look in 1..=LOOKS {
+            let part = Number::from(f64::from(look) / f64::from(LOOKS));
+            let is_end = look == LOOKS;
+            let y = if is_end { next.to_vec() } else { self.cubic(part, h, next, &end_slope) };
+            if self.least(self.at.t + part * h, &y) > Number::zero() {
+                (low, value_low) = (part, Number::from(f64::INFINITY));
+                continue;
+            }
+            // The cubic only says where to look.
+            let y = if is_end { y } else { self.extrapolated(part * h)?.0 };
+            let value = self.least(self.at.t + part * h, &y);
+            if value <= Number::zero() {
+                return self.zero_between([low, part], [value_low, value], h, y).map(Some);
+            }
+            (low, value_low) = (part, value);
+        }
+        Ok(None)
+    }
+
+    /// The zero between two parts of a step, by the secant of the Illinois method, and the state there.
+    ///
+    /// # Errors
+    /// A step to it could not be made.
+    fn zero_between(
+        &mut self,
+        [mut low, mut high]: [Number; 2],
+        [mut value_low, mut value_high]: [Number; 2],
+        h: Number,
+        mut state: Vec<Number>,
+    ) -> Result<(Number, Vec<Number>), StepError> {
+        let size = value_high.to_f64().abs();
+        let half = Number::from(0.5);
+        let mut found = size;
+        let mut was_low = None;
+        for _ in 0..MOST {
+            if found <= LEFT * size || (high - low).to_f64() <= LEFT || self.equations.is_spent() {
+                break;
+            }
+            let secant = low + (high - low) * value_low / (value_low - value_high);
+            let part = if secant > low && secant < high { secant } else { low + (high - low) * half };
+            let y = self.extrapolated(part * h)?.0;
+            let value = self.least(self.at.t + part * h, &y);
+            let is_low = value > Number::zero();
+            let is_twice = was_low.replace(is_low) == Some(is_low);
+            if is_low {
+                (low, value_low) = (part, value);
+                value_high = if is_twice { value_high * half } else { value_high };
+            } else {
+                (high, value_high, state) = (part, value, y);
+                found = value.to_f64().abs();
+                value_low = if is_twice { value_low * half } else { value_low };
+            }
+        }
+        Ok((self.at.t + high * h, state))
+    }
+
+    /// The smallest value of a switching function, with the signs of this part of the motion.
+    fn least(&mut self, t: Number, y: &[Number]) -> Number {
+        let values = self.equations.switching_functions(t, y);
+        let signed = values.iter().zip(&self.signs).map(|(value, sign)| *value * Number::from(*sign));
+        signed.fold(Number::from(f64::INFINITY), |least, value| if value < least { value } else { least })
+    }
+
+    /// The cubic through the ends of a step.
+    fn cubic(&self, part: Number, h: Number, next: &[Number], end_slope: &[Number]) -> Vec<Number> {
+        let one = Number::from(1.0);
+        let (rest, two) = (one - part, Number::from(2.0));
+        let weights = [
+            (one + two * part) * rest * rest,
+            part * part * (Number::from(3.0) - two * part),
+            h * part * rest * rest,
+            -(h * part * part * rest),
+        ];
+        let ends = self.at.y.iter().zip(next).zip(self.at.slope.iter().zip(end_slope));
+        ends.map(|((a, b), (va, vb))| weights[0] * *a + weights[1] * *b + weights[2] * *va + weights[3] * *vb).collect()
+    }
+}
