@@ -45,6 +45,49 @@ fn code_is_printed_whole_or_in_parts() {
 }
 
 #[test]
+fn code_is_printed_and_written_in_c() {
+    let text = printed(&["code", "quick-return", "T", "--language", "c"]);
+    assert!(text.starts_with("// The transformation matrix of the TMT method, `T = dx/dq`"), "{text}");
+    assert!(text.contains("\n//     block.x, phi2       -O2A*sin(phi2)\n"), "{text}");
+    assert!(text.contains("\n// Operations: 6 additions, 9 multiplications, 3 sine-cosine pairs.\n"), "{text}");
+    assert!(text.contains("    com_jacobian[1][0] = -(p->O2A * sin_phi2);\n") && text.ends_with("\n}\n"), "{text}");
+    let folder = into_folder(&["code", "quick-return", "--language", "c"]);
+    let files = ["quick_return.h", "quick_return.c"];
+    let texts = files.map(|file| std::fs::read_to_string(folder.path().join(file)).expect("a file"));
+    assert!(texts[1].contains(text.trim_end()), "a part of the whole");
+    let all = printed(&["code", "quick-return", "--language", "c"]);
+    let listing = format!("// {}\n\n{}\n// {}\n\n{}", files[0], texts[0], files[1], texts[1]);
+    assert_eq!(all, listing);
+    let folder = into_folder(&["code", "quick-return"]);
+    assert_eq!(std::fs::read_to_string(folder.path().join("quick_return.rs")).expect("a file"), CODE);
+}
+
+#[test]
+fn files_of_code_appear_together() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    std::fs::create_dir(folder.path().join("quick_return.c")).expect("a folder in the way");
+    let output =
+        qrm(&["code", "quick-return", "--language", "c", "--out"]).arg(folder.path()).output().expect("it starts");
+    let error = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.code() == Some(2) && error.contains("quick_return.c: is a directory"), "{error}");
+    assert_eq!(std::fs::read_dir(folder.path()).expect("a folder").count(), 1);
+}
+
+#[test]
+fn unknown_languages_are_errors() {
+    let output = qrm(&["code", "quick-return", "--language", "python"]).output().expect("the command starts");
+    let error = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2));
+    let known = "error: invalid value 'python' for '--language <LANGUAGE>'\n  [possible values: rust, c";
+    assert!(error.starts_with(known), "{error}");
+    let output = qrm(&["code", "quick-return", "QuickReturn", "--language", "c"]).output().expect("it starts");
+    let error = String::from_utf8_lossy(&output.stderr).into_owned();
+    let wanted = "error: `QuickReturn` of scene `quick-return` is no function in C\n  \
+                  = help: `qrm code quick-return --language c` prints all of it\n";
+    assert_eq!((output.status.code(), &*error), (Some(2), wanted));
+}
+
+#[test]
 fn code_has_colours_on_a_terminal_only() {
     let plain = printed(&["code", "quick-return", "mass_matrix"]);
     assert!(!plain.contains('\u{1b}'));

@@ -126,10 +126,11 @@ fn a_damaged_cache_is_made_anew() {
 fn every_command_takes_a_file() {
     let place = Workplace::new();
     place.copy("quick-return-loaded", "mine");
-    let commands: [&[&str]; 10] = [
+    let commands: [&[&str]; 11] = [
         &["check"],
         &["explain"],
         &["code"],
+        &["code", "--language", "c"],
         &["derive", "--out", "out"],
         &["animate", "--no-gif"],
         &["report"],

@@ -35,5 +35,7 @@ pub mod omissions;
 pub mod share;
 pub mod tape;
 pub mod term;
+#[cfg(test)]
+mod translations;
 pub mod verify;
 pub mod words;

@@ -4,8 +4,7 @@
 
 mod coefficients;
 
-use coefficients::END_3;
-pub use coefficients::{DENSE, ERROR_3, ERROR_5, NODES, ROWS, Row};
+pub use coefficients::{DENSE, END_3, ERROR_3, ERROR_5, NODES, ROWS, Row};
 
 use crate::kernel::Kernel;
 use crate::rk4::{KernelState, StepEnd, StepResult, along, difference, finish, has_constraints, largest, scaled, sum};

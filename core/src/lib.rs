@@ -31,6 +31,10 @@ mod description;
 mod digest;
 #[cfg(feature = "simd")]
 pub mod dop853;
+// The coefficients alone.
+#[cfg(not(feature = "simd"))]
+#[path = "dop853/coefficients.rs"]
+pub mod dop853;
 mod double_double;
 #[cfg(feature = "dual")]
 mod dual;

@@ -63,7 +63,7 @@ commands! {
     Check: check,
     /// Say what the generated code of a scene costs, and what was left out of it and why
     Explain: explain,
-    /// Print the generated code of a scene
+    /// Print the generated code of a scene, or write it in C or MATLAB
     Code: code,
     /// Write the derivation of a scene's equations: derivation.md
     Derive: derive,

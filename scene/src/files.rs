@@ -86,6 +86,31 @@ pub fn write_whole_with<T>(path: &Path, write: impl FnOnce(&mut File) -> io::Res
     Ok(written)
 }
 
+/// Writes files that belong together: none appears before all of them are written.
+///
+/// # Errors
+/// The path of a file, and why it cannot be written. Nothing is left of the attempt, unless a file that was written
+/// cannot be moved to its place.
+pub fn write_all_whole(files: &[(PathBuf, impl AsRef<[u8]>)]) -> Result<(), (&Path, io::Error)> {
+    let mut parts = Vec::new();
+    for (path, bytes) in files {
+        let written = || -> io::Result<Part> {
+            if path.is_dir() {
+                return Err(io::ErrorKind::IsADirectory.into());
+            }
+            path.parent().map_or(Ok(()), fs::create_dir_all)?;
+            let (part, mut file) = Part::create(path)?;
+            file.write_all(bytes.as_ref())?;
+            Ok(part)
+        };
+        parts.push(written().map_err(|e| (path.as_path(), e))?);
+    }
+    for (part, (path, _)) in parts.iter().zip(files) {
+        fs::rename(&part.0, path).map_err(|e| (path.as_path(), e))?;
+    }
+    Ok(())
+}
+
 /// A file under way, removed when it is dropped; after it was renamed there is nothing to remove.
 struct Part(PathBuf);
 
@@ -134,6 +159,21 @@ mod tests {
         assert!(failed.is_err());
         assert_eq!(fs::read(&path).expect("there"), b"first");
         assert_eq!(fs::read_dir(folder.join("below")).expect("a folder").count(), 1);
+        fs::remove_dir_all(folder).expect("removed");
+    }
+
+    #[test]
+    fn files_that_belong_together_appear_together() {
+        let folder = folder("together");
+        let files: Vec<(PathBuf, &str)> = ["a", "b"].map(|name| (folder.join(name), name)).to_vec();
+        fs::create_dir_all(folder.join("b")).expect("made");
+        let (path, e) = write_all_whole(&files).expect_err("one is a folder");
+        assert_eq!((path, e.kind()), (&*folder.join("b"), io::ErrorKind::IsADirectory));
+        assert_eq!(fs::read_dir(&folder).expect("a folder").count(), 1);
+        fs::remove_dir(folder.join("b")).expect("removed");
+        write_all_whole(&files).expect("written");
+        assert_eq!(fs::read_dir(&folder).expect("a folder").count(), 2);
+        assert_eq!(fs::read(folder.join("b")).expect("there"), b"b");
         fs::remove_dir_all(folder).expect("removed");
     }
 

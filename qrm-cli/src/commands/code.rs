@@ -1,6 +1,9 @@
 //! `qrm code`
 
 mod items;
+mod languages;
+
+use std::path::PathBuf;
 
 use anstyle::{AnsiColor, Style};
 use clap::Args;
@@ -10,8 +13,9 @@ use ra_ap_rustc_lexer::{FrontmatterAllowed, LiteralKind, TokenKind, tokenize};
 
 use crate::error::Error;
 use crate::options::SceneName;
-use crate::output::print;
+use crate::output::{print, save_all, written};
 use items::{Item, items};
+use languages::{OutputLanguage, parser};
 
 #[derive(Args)]
 pub(crate) struct Options {
@@ -19,28 +23,55 @@ pub(crate) struct Options {
     scene: SceneName,
     /// A function such as `com_jacobian`, or its symbol: `T`, `C_q`, `Mbar`
     function: Option<String>,
+    /// Language of the code
+    #[arg(long, value_parser = parser(), default_value = "rust")]
+    language: OutputLanguage,
+    /// Folder for the files, which are printed without it
+    #[arg(long, value_name = "DIR", conflicts_with = "function")]
+    out: Option<PathBuf>,
 }
 
-/// Prints the generated code of a scene, or a part of it.
+/// Prints the generated code of a scene, or a part of it, or writes it into files.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
-    let code = options.scene.find(models)?.model.description.code;
-    let shown = match &options.function {
-        None => code.to_owned(),
-        Some(name) => {
-            let items = items(code);
-            let wanted = items.iter().filter(|item| item.name == name || item.aliases.contains(&name.as_str()));
-            let found: Vec<&str> = wanted.map(|item| item.text).collect();
-            if found.is_empty() {
-                return Err(unknown(&items, &options.scene.scene, name));
-            }
-            found.join("\n\n")
+    let Options { scene, function, language, out } = options;
+    let description = scene.find(models)?.model.description;
+    if let Some(name) = function {
+        let items = items(description.code);
+        let wanted = items.iter().filter(|item| item.name == name || item.aliases.contains(&name.as_str()));
+        let found: Vec<&Item> = wanted.collect();
+        if found.is_empty() {
+            return Err(unknown(&items, &scene.scene, name));
         }
-    };
-    print(&match anstream::AutoStream::choice(&std::io::stdout()) {
-        anstream::ColorChoice::Never => shown.trim_end().to_owned(),
-        _ => highlighted(shown.trim_end()),
-    });
+        let text = language.part(description, &found)?;
+        show(*language, &text.ok_or_else(|| not_a_function(&scene.scene, name, *language))?);
+        return Ok(());
+    }
+    let files = language.files(description)?;
+    match out {
+        Some(folder) => {
+            let files: Vec<(PathBuf, String)> =
+                files.into_iter().map(|file| (folder.join(file.name), file.text)).collect();
+            save_all(&files)?;
+            let paths: Vec<String> = files.iter().map(|(path, _)| path.display().to_string()).collect();
+            print(&written(&paths));
+        }
+        None => show(*language, &language.listing(&files)),
+    }
     Ok(())
+}
+
+fn not_a_function(scene: &str, name: &str, language: OutputLanguage) -> Error {
+    let text = format!("`{name}` of scene `{scene}` is no function in {}", language.title());
+    Error::usage(text).help(format!("`qrm code {scene} --language {}` prints all of it", language.name()))
+}
+
+/// Prints code, in colours where a terminal shows Rust.
+fn show(language: OutputLanguage, code: &str) {
+    let code = code.trim_end();
+    print(&match anstream::AutoStream::choice(&std::io::stdout()) {
+        anstream::ColorChoice::Always | anstream::ColorChoice::AlwaysAnsi if language.is_rust() => highlighted(code),
+        _ => code.to_owned(),
+    });
 }
 
 fn unknown(items: &[Item], scene: &str, name: &str) -> Error {

@@ -1,0 +1,57 @@
+//! Compilers of C.
+
+use std::fs;
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+
+use super::states::State;
+use qrm_language::File;
+
+// Products and sums are rounded by themselves, as the interpreter rounds them.
+const FLAGS: [&str; 7] = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-O1", "-ffp-contract=off"];
+
+pub(super) struct Compiler {
+    pub(super) name: &'static str,
+}
+
+/// The compilers of this machine.
+pub(super) fn compilers() -> Vec<Compiler> {
+    let is_there =
+        |name: &&str| Command::new(name).arg("--version").output().is_ok_and(|output| output.status.success());
+    let (found, others): (Vec<_>, Vec<_>) = ["gcc", "clang"].into_iter().partition(is_there);
+    others.iter().for_each(|name| eprintln!("skipped: there is no `{name}`"));
+    found.into_iter().map(|name| Compiler { name }).collect()
+}
+
+impl Compiler {
+    /// The numbers that a program with this code and this main file prints.
+    pub(super) fn run(&self, name: &str, files: &[File], main: &str, states: &[State]) -> Vec<f64> {
+        let folder = super::folder();
+        let file = |name: &str| folder.join(name);
+        files.iter().for_each(|written| fs::write(file(&written.name), &written.text).expect("a file"));
+        let sources = [file(&format!("{name}.c")), file("main.c")];
+        fs::write(&sources[1], main).expect("a source");
+        let program = file("program");
+        let mut command = Command::new(self.name);
+        let output =
+            command.args(FLAGS).args(&sources).arg("-o").arg(&program).arg("-lm").output().expect("a compiler");
+        assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
+        let numbers = numbers(&program, states);
+        fs::remove_dir_all(&folder).expect("the folder can be removed");
+        numbers
+    }
+}
+
+fn numbers(program: &PathBuf, states: &[State]) -> Vec<f64> {
+    let mut child =
+        Command::new(program).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().expect("the program runs");
+    let mut input = child.stdin.take().expect("an input");
+    let text: String = states.iter().flat_map(State::numbers).map(|number| format!("{number:e}\n")).collect();
+    let writer = std::thread::spawn(move || input.write_all(text.as_bytes()));
+    let output = child.wait_with_output().expect("an output");
+    writer.join().expect("a thread").expect("all states are read");
+    assert!(output.status.success(), "the program ends with {}", output.status);
+    let text = String::from_utf8(output.stdout).expect("text");
+    text.lines().map(|line| line.parse().expect("a number")).collect()
+}

@@ -1,0 +1,124 @@
+//! A main file that calls all functions at states that it reads, and prints what they give.
+
+use super::states::fields;
+use qrm_language::program::{Argument, Function, Part, Program, Shape};
+
+/// The text of the file.
+pub(super) fn driver(program: &Program) -> String {
+    let Program { name, coordinates, constraints, .. } = program;
+    let mut text = format!("#include \"{name}.h\"\n\n#include <math.h>\n#include <stdio.h>\n\n");
+    text += "static void print(const double *numbers, int count)\n{\n    for (int i = 0; i < count; i++) {\n        \
+             printf(\"%.17g\\n\", numbers[i]);\n    }\n}\n\n";
+    text += "static int scan(double *numbers, int count)\n{\n    for (int i = 0; i < count; i++) {\n        \
+             if (scanf(\"%lf\", &numbers[i]) != 1) return 0;\n    }\n    return 1;\n}\n\nint main(void)\n{\n";
+    text += &format!("    struct {name} m;\n    struct {name}_parameters replace;\n");
+    let is_there = |part: &Part| *part == Part::Angles || program.has(*part);
+    for part in [Part::Parameters, Part::Constants, Part::Position, Part::Angles].into_iter().filter(is_there) {
+        text += &format!("    struct {name}_{} {};\n", part.name(), variable(part));
+    }
+    let arrays = [
+        ("change", fields(program, Part::Parameters).len()),
+        ("q", coordinates.len()),
+        ("qd", coordinates.len()),
+        ("qdd", coordinates.len()),
+        ("multipliers", constraints.len()),
+        ("residuals", constraints.len()),
+    ];
+    for (array, count) in arrays {
+        text += &format!("    double {array}[{}] = {{0.0}};\n", count.max(1));
+    }
+    text += "    double t;\n    while (scan(&t, 1)";
+    for (array, count) in arrays {
+        text += &format!(" && scan({array}, {count})");
+    }
+    text += ") {\n";
+    for function in &program.functions {
+        text += &call(program, function);
+    }
+    text + "    }\n    return 0;\n}\n"
+}
+
+/// A call of a function, and its results in print.
+fn call(program: &Program, function: &Function) -> String {
+    let name = &program.name;
+    let mut arguments: Vec<String> = function.arguments.iter().map(argument).collect();
+    if function.is_number() {
+        return format!(
+            "        {{\n            double value = {name}_{}({});\n            print(&value, 1);\n        }}\n",
+            function.name,
+            arguments.join(", ")
+        );
+    }
+    let (mut declared, mut printed) = (String::new(), String::new());
+    for (i, result) in function.results.iter().enumerate() {
+        let place = format!("r{i}");
+        match result.shape {
+            Shape::Number => {
+                declared += &format!("            double {place};\n");
+                printed += &format!("            print(&{place}, 1);\n");
+                arguments.push(format!("&{place}"));
+            }
+            Shape::Vector(count) => {
+                declared += &format!("            double {place}[{}];\n", count.max(1));
+                printed += &format!("            print({place}, {count});\n");
+                arguments.push(place);
+            }
+            Shape::Matrix(rows, columns) => {
+                declared += &format!("            double {place}[{}][{columns}];\n", rows.max(1));
+                printed += &format!("            print(&{place}[0][0], {rows} * {columns});\n");
+                arguments.push(place);
+            }
+            Shape::Truths(count) => {
+                declared += &format!("            int {place}[{count}];\n");
+                printed += &format!(
+                    "            for (int i = 0; i < {count}; i++) {{\n                printf(\"%d\\n\", {place}[i]);\n            }}\n"
+                );
+                arguments.push(place);
+            }
+            Shape::Record(part) => {
+                printed += &record(program, function, part);
+                arguments.push(format!("&{}", variable(part)));
+            }
+        }
+    }
+    format!(
+        "        {{\n{declared}            {name}_{}({});\n{printed}        }}\n",
+        function.name,
+        arguments.join(", ")
+    )
+}
+
+/// What is done once a struct is filled, which holds numbers alone: it is printed, and parameters are used.
+fn record(program: &Program, function: &Function, part: Part) -> String {
+    let count = match part {
+        Part::Angles => 2 * program.coordinates.len(),
+        _ => fields(program, part).len(),
+    };
+    let print = format!("            print((const double *)&{}, {count});\n", variable(part));
+    let use_them = match function.name.as_str() {
+        // Every other one is replaced.
+        "default_parameters" => format!(
+            "            for (int i = 0; i < {count}; i++) {{\n                ((double *)&replace)[i] = i % 2 ? NAN : \
+             ((double *)&p)[i] + change[i];\n            }}\n"
+        ),
+        "parameters_with" => format!("            {}_new(&p, &m);\n", program.name),
+        _ => String::new(),
+    };
+    print + &use_them
+}
+
+fn argument(argument: &Argument) -> String {
+    match argument.shape {
+        Shape::Record(Part::Parameters) if argument.name != "p" => "&replace".to_owned(),
+        Shape::Record(part) => format!("&{}", variable(part)),
+        _ => argument.name.clone(),
+    }
+}
+
+fn variable(part: Part) -> &'static str {
+    match part {
+        Part::Mechanism => "m",
+        Part::Parameters => "p",
+        part => part.name(),
+    }
+}

@@ -1,0 +1,128 @@
+//! C99.
+
+mod comment;
+mod expression;
+mod function;
+mod record;
+mod routines;
+mod steps;
+
+use super::lines::summary;
+use super::names::Names;
+use super::program::{Function, Part, Program};
+use super::{File, Untranslated};
+use comment::comment;
+use routines::is_word;
+
+/// Header and source of a program.
+pub(super) fn write(program: &Program) -> Result<Vec<File>, Untranslated> {
+    let writer = Writer::new(program)?;
+    let file = |extension: &str, text| File { name: format!("{}.{extension}", program.name), text };
+    Ok(vec![file("h", writer.header()?), file("c", writer.source()?)])
+}
+
+/// The source of a function.
+pub(super) fn write_function(program: &Program, function: &Function) -> Result<String, Untranslated> {
+    Writer::new(program)?.function(function, false)
+}
+
+/// The functions of the kernel that steps call.
+const KERNEL: [&str; 6] =
+    ["position", "residuals", "velocity_residual", "correction", "accelerations", "growth_factor"];
+/// Up to so many statements, a kernel is compiled into the steps: beyond it, a call costs little.
+const MOST_INLINE: usize = 400;
+
+struct Writer<'p> {
+    program: &'p Program,
+    fields: Names,
+}
+
+impl<'p> Writer<'p> {
+    fn new(program: &'p Program) -> Result<Self, Untranslated> {
+        let fields = program.records.iter().flat_map(|record| &record.fields).map(|field| field.name.as_str());
+        Ok(Self { program, fields: Names::new(fields, is_word)? })
+    }
+
+    fn header(&self) -> Result<String, Untranslated> {
+        let Program { name, coordinates, constraints, outputs, functions, .. } = self.program;
+        let guard = name.to_uppercase();
+        let mut text = origin() + "//\n" + &comment(&self.program.notes) + &self.named(USE);
+        text += &format!("\n#ifndef {guard}_H\n#define {guard}_H\n\n");
+        text += "#ifdef __cplusplus\nextern \"C\" {\n#endif\n\n";
+        for (size, count) in [("COORDINATES", coordinates), ("CONSTRAINTS", constraints), ("OUTPUTS", outputs)] {
+            text += &format!("#define {guard}_{size} {}\n", count.len());
+        }
+        text += "\n// An array of no numbers has one place: C has none of size 0.\n";
+        text += &self.records();
+        text += &format!("\n// The mechanism with these parameters.\n{};\n", self.constructor());
+        for function in functions {
+            text += &format!("\n{}{};\n", comment(summary(&function.doc)), self.signature(function)?);
+        }
+        Ok(text + &self.step_header() + "\n#ifdef __cplusplus\n}\n#endif\n\n#endif\n")
+    }
+
+    fn source(&self) -> Result<String, Untranslated> {
+        let Program { name, functions, .. } = self.program;
+        let mut text = origin() + &format!("\n#include \"{name}.h\"\n\n#include <float.h>\n#include <math.h>\n");
+        text += self.inlining();
+        text += &routines::helpers(self.program);
+        for function in functions {
+            text += &format!("\n{}", self.function(function, KERNEL.contains(&&*function.name))?);
+        }
+        Ok(text + &self.construction() + &self.step_source())
+    }
+
+    /// How functions are compiled into those that call them.
+    fn inlining(&self) -> &'static str {
+        let kernel = KERNEL.iter().filter_map(|name| self.program.function(name));
+        match kernel.map(|function| function.body.len()).sum::<usize>() <= MOST_INLINE {
+            true => INLINE,
+            false => "\n#define INLINE\n",
+        }
+    }
+
+    /// The signature of the function that makes a mechanism.
+    fn constructor(&self) -> String {
+        let [parameters, mechanism] = [Part::Parameters, Part::Mechanism].map(|part| self.structure(part));
+        format!("void {}_new(const {parameters} *p, {mechanism} *m)", self.program.name)
+    }
+
+    fn construction(&self) -> String {
+        let constants = match self.program.has(Part::Constants) {
+            true => format!("    {}_constants(p, &m->constants);\n", self.program.name),
+            false => String::new(),
+        };
+        format!("\n{}\n{{\n    m->parameters = *p;\n{constants}}}\n", self.constructor())
+    }
+}
+
+/// The word for functions that are compiled into those that call them.
+const INLINE: &str = "
+#if defined(__clang__)
+#define INLINE __attribute__((always_inline))
+#elif defined(__GNUC__)
+#define INLINE inline __attribute__((always_inline))
+#else
+#define INLINE
+#endif
+";
+
+/// How the functions are called.
+const USE: &str = "
+// Two steps from the start:
+//
+//     struct scene_parameters parameters;
+//     struct scene mechanism;
+//     struct scene_step step;
+//     scene_default_parameters(&parameters);
+//     scene_new(&parameters, &mechanism);
+//     if (!scene_initial_state(&mechanism, &step.end)) { the loops cannot be closed }
+//     scene_rk4_step(&mechanism, 0.0, 1e-3, &step.end, &step);
+//     scene_rk4_step(&mechanism, 1e-3, 1e-3, &step.end, &step);
+//     if (!scene_is_good(&step, 1e-12)) { choose a shorter step }
+";
+
+/// The first line of both files.
+fn origin() -> String {
+    format!("// Generated by qrm-codegen {}. Do not edit: change the scene.\n", env!("CARGO_PKG_VERSION"))
+}

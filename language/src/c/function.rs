@@ -1,0 +1,111 @@
+//! Functions.
+
+use super::Writer;
+use super::comment::comment;
+use super::routines::is_reserved;
+use crate::Untranslated;
+use crate::lines;
+use crate::names::Names;
+use crate::program::{Expression, Function, Shape, Statement};
+
+impl Writer<'_> {
+    pub(super) fn signature(&self, function: &Function) -> Result<String, Untranslated> {
+        let names = names(function)?;
+        let mut arguments: Vec<String> = Vec::new();
+        for argument in &function.arguments {
+            let constant = if argument.shape == Shape::Number { "" } else { "const " };
+            arguments.push(format!("{constant}{}", self.declaration(argument.shape, names.get(&argument.name))));
+        }
+        if !function.is_number() {
+            for result in &function.results {
+                let pointer = if result.shape == Shape::Number { "*" } else { "" };
+                let name = format!("{pointer}{}", names.get(&result.name));
+                arguments.push(self.declaration(result.shape, &name));
+            }
+        }
+        let of = if function.is_number() { "double" } else { "void" };
+        Ok(lines::signature(&format!("{of} {}_{}", self.program.name, function.name), &arguments))
+    }
+
+    fn declaration(&self, shape: Shape, name: &str) -> String {
+        match shape {
+            Shape::Number => format!("double {name}"),
+            Shape::Vector(count) => format!("double {name}[{}]", count.max(1)),
+            Shape::Matrix(rows, columns) => format!("double {name}[{}][{}]", rows.max(1), columns.max(1)),
+            Shape::Truths(count) => format!("int {name}[{}]", count.max(1)),
+            Shape::Record(part) => format!("{} *{name}", self.structure(part)),
+        }
+    }
+
+    /// The source of a function.
+    pub(super) fn function(&self, function: &Function, is_inline: bool) -> Result<String, Untranslated> {
+        let names = names(function)?;
+        let inline = if is_inline { "INLINE " } else { "" };
+        let mut text = format!("{}{inline}{}\n{{\n", comment(&function.doc), self.signature(function)?);
+        for name in unused(function) {
+            text += &format!("    (void){};\n", names.get(name));
+        }
+        for statement in &function.body {
+            text += &self.statement(&names, function, statement);
+        }
+        Ok(text + "}\n")
+    }
+
+    fn statement(&self, names: &Names, function: &Function, statement: &Statement) -> String {
+        let expression = |value| self.expression(names, value);
+        match statement {
+            Statement::Comment(text) => format!("\n    {}", comment(&[text])),
+            Statement::Alias { name, part, of } => {
+                let (structure, name) = (self.structure(*part), names.get(name));
+                format!("    const {structure} *{name} = &{};\n", expression(of))
+            }
+            Statement::Let { name, value } => {
+                lines::statement(&format!("const double {} = {};", names.get(name), expression(value)), "")
+            }
+            Statement::Clear { place, shape } => clear(&expression(place), *shape),
+            Statement::Set { place, value } => {
+                let is_number = |name: &str| {
+                    function.results.iter().any(|result| result.name == name && result.shape == Shape::Number)
+                };
+                let pointer = match place {
+                    Expression::Name(name) if is_number(name) => "*",
+                    _ => "",
+                };
+                lines::statement(&format!("{pointer}{} = {};", expression(place), expression(value)), "")
+            }
+            Statement::Return(value) => lines::statement(&format!("return {};", expression(value)), ""),
+        }
+    }
+}
+
+/// The names of arguments, results and values.
+fn names(function: &Function) -> Result<Names, Untranslated> {
+    let arguments = function.arguments.iter().map(|argument| argument.name.as_str());
+    let results = function.results.iter().map(|result| result.name.as_str());
+    let values = function.body.iter().filter_map(|statement| match statement {
+        Statement::Alias { name, .. } | Statement::Let { name, .. } => Some(name.as_str()),
+        _ => None,
+    });
+    Names::new(arguments.chain(results).chain(values), is_reserved)
+}
+
+/// Arguments and results that no statement mentions.
+fn unused(function: &Function) -> impl Iterator<Item = &str> {
+    let arguments = function.arguments.iter().map(|argument| argument.name.as_str());
+    let results = function.results.iter().map(|result| result.name.as_str()).filter(|_| !function.is_number());
+    arguments.chain(results).filter(|name| !function.mentions(name))
+}
+
+/// Zeros in all places.
+fn clear(place: &str, shape: Shape) -> String {
+    match shape {
+        Shape::Vector(count) => {
+            format!("    for (int i = 0; i < {count}; i++) {{\n        {place}[i] = 0.0;\n    }}\n")
+        }
+        Shape::Matrix(rows, columns) => format!(
+            "    for (int i = 0; i < {rows}; i++) {{\n        for (int j = 0; j < {columns}; j++) {{\n            \
+             {place}[i][j] = 0.0;\n        }}\n    }}\n"
+        ),
+        Shape::Number | Shape::Truths(_) | Shape::Record(_) => format!("    {place} = 0.0;\n"),
+    }
+}

@@ -1,0 +1,64 @@
+//! Steps of a motion: the same for all mechanisms but for names and sizes.
+
+use qrm_core::dop853::{ERROR_3, ERROR_5, NODES, ROWS, Row};
+
+use super::Writer;
+use crate::program::Part;
+
+/// What others see of the steps.
+const HEADER: &str = include_str!("steps.h");
+/// The sizes of arrays.
+const SIZES: &str = "\nenum { N = SCENE_COORDINATES, M = SCENE_CONSTRAINTS };\n";
+/// States and their projection.
+const PROJECTION: &str = include_str!("projection.c");
+/// Sines and cosines that follow turns.
+const ANGLES: &str = include_str!("angles.c");
+/// The equations of motion where the kernel does not suit a position.
+const PLAIN: &str = include_str!("plain.c");
+/// The state at the beginning of a motion.
+const INITIAL: &str = include_str!("initial.c");
+/// The step of the Runge-Kutta method of order 4.
+const RK4: &str = include_str!("rk4.c");
+/// The step of order 8.
+const DOP853: &str = include_str!("dop853.c");
+/// Stages of the step of order 8.
+const STAGES: usize = 12;
+
+impl Writer<'_> {
+    /// The declarations of the steps.
+    pub(super) fn step_header(&self) -> String {
+        self.named(HEADER)
+    }
+
+    /// The functions of the steps.
+    pub(super) fn step_source(&self) -> String {
+        let rows = |rows: &[Row]| list(rows.iter().map(|row| weights(row)), ",\n    ");
+        let truths = |truths: &[bool]| list(truths.iter().map(|truth| u8::from(*truth).to_string()), ", ");
+        let dop853 = DOP853
+            .replace("NUMBERS_OF_NODES", &list(NODES[..STAGES].iter().map(|node| format!("{node:?}")), ", "))
+            .replace("NUMBERS_OF_ROWS", &rows(&ROWS[..=STAGES]))
+            .replace("NUMBERS_OF_ERRORS", &rows(&[ERROR_5, ERROR_3]))
+            .replace("NUMBERS_OF_LENGTHS", &truths(&self.program.is_length));
+        let angles = ANGLES.replace("NUMBERS_OF_ANGLES", &truths(&self.program.has_angle));
+        self.named(&[SIZES, &angles, PLAIN, PROJECTION, INITIAL, RK4, &dop853].concat())
+    }
+
+    /// A template with the names of the program.
+    pub(super) fn named(&self, text: &str) -> String {
+        let name = &self.program.name;
+        text.replace("struct scene ", &format!("{} ", self.structure(Part::Mechanism)))
+            .replace("scene_", &format!("{name}_"))
+            .replace("SCENE_", &format!("{}_", name.to_uppercase()))
+    }
+}
+
+/// The weights of all stages.
+fn weights(row: Row) -> String {
+    let mut weights = [0.0; STAGES];
+    row.iter().for_each(|&(stage, weight)| weights[stage] = weight);
+    list(weights.iter().map(|weight| format!("{weight:?}")), ", ")
+}
+
+fn list(items: impl Iterator<Item = String>, separator: &str) -> String {
+    format!("{{{}}}", items.collect::<Vec<_>>().join(separator))
+}

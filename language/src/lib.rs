@@ -1,0 +1,119 @@
+//! Writes generated modules of mechanisms in other languages.
+//!
+//! The text of a module in Rust is read into a [plain form](mod@program), from which each language is written: the functions
+//! keep their names, their formulae and the order of their operations. Only the text is needed, so that this works where
+//! the equations are not derived.
+//!
+//! ```
+//! # let text = include_str!("../../qrm-model/golden/pendulum.rs");
+//! let program = qrm_language::read("pendulum", text)?;
+//! let files = qrm_language::c(&program)?;
+//! assert_eq!(files[0].name, "pendulum.h");
+//! # Ok::<(), qrm_language::Untranslated>(())
+//! ```
+
+mod c;
+mod lines;
+mod matlab;
+mod names;
+pub mod program;
+mod read;
+
+use quote::ToTokens;
+
+use program::{Function, Program};
+
+/// A language of generated code.
+#[derive(Clone, Copy, Debug)]
+pub struct Language {
+    /// The word for it on a command line.
+    pub name: &'static str,
+    /// The language as it calls itself.
+    pub title: &'static str,
+    /// What is written, in a few words.
+    pub doc: &'static str,
+    /// What begins a comment.
+    pub comment: &'static str,
+    /// Writes a module.
+    pub write: fn(&Program) -> Result<Vec<File>, Untranslated>,
+    /// Writes a function of a module.
+    pub write_function: fn(&Program, &Function) -> Result<String, Untranslated>,
+}
+
+/// The languages that generated modules are translated into.
+pub const LANGUAGES: [Language; 2] = [
+    Language {
+        name: "c",
+        title: "C",
+        doc: "C99, a header and a source file that need libm alone",
+        comment: "//",
+        write: c,
+        write_function: c::write_function,
+    },
+    Language {
+        name: "matlab",
+        title: "MATLAB",
+        doc: "MATLAB and Octave, a file for each function",
+        comment: "%",
+        write: matlab,
+        write_function: matlab::write_function,
+    },
+];
+
+/// A file of generated code.
+#[derive(Clone, Debug, PartialEq)]
+pub struct File {
+    /// Its name, without a folder.
+    pub name: String,
+    /// Its text.
+    pub text: String,
+}
+
+/// The plain form of a generated module.
+///
+/// `name` is that of the scene; what others see of the translations begins with it: with `quick_return` for
+/// `quick-return`.
+///
+/// # Errors
+/// The text is not Rust, or a construct has no translation.
+pub fn read(name: &str, text: &str) -> Result<Program, Untranslated> {
+    let module = read::syntax(text).map_err(|e| Untranslated(format!("the module `{name}`: {e}")))?;
+    Ok(Program { notes: read::notes(text), ..program(name, &module)? })
+}
+
+/// The plain form of the syntax of a generated module.
+///
+/// # Errors
+/// A construct has no translation.
+pub fn program(name: &str, module: &syn::File) -> Result<Program, Untranslated> {
+    read::program(&name.to_lowercase().replace('-', "_"), module)
+}
+
+pub use read::syntax;
+
+/// A module in C99, as a header and a source file: it needs `libm` and no allocator.
+///
+/// # Errors
+/// A name cannot be one in C.
+pub fn c(program: &Program) -> Result<Vec<File>, Untranslated> {
+    c::write(program)
+}
+
+/// A module in MATLAB, as a file for each function, and a script that simulates the motion. It runs in Octave too.
+///
+/// # Errors
+/// A name cannot be one in MATLAB.
+pub fn matlab(program: &Program) -> Result<Vec<File>, Untranslated> {
+    matlab::write(program)
+}
+
+/// What has no translation.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("no translation of {0}")]
+pub struct Untranslated(String);
+
+impl Untranslated {
+    fn new(what: &str, construct: &impl ToTokens) -> Self {
+        Self(format!("{what} `{}`", construct.to_token_stream()))
+    }
+}

@@ -1,0 +1,59 @@
+//! MATLAB: what Octave understands too.
+
+mod expression;
+mod function;
+mod routines;
+mod scripts;
+
+use super::names::Names;
+use super::program::{Function, Part, Program};
+use super::{File, Untranslated};
+use routines::is_reserved;
+
+/// The files of a program: its functions, steps of its motion, and a script.
+pub(super) fn write(program: &Program) -> Result<Vec<File>, Untranslated> {
+    let writer = Writer::new(program)?;
+    let mut files = Vec::new();
+    for function in program.functions.iter().filter(|function| function.name != DEFAULTS) {
+        files.push(writer.file(writer.name(function), writer.function(function)?)?);
+    }
+    for (name, text) in writer.scripts() {
+        files.push(writer.file(name, text)?);
+    }
+    Ok(files)
+}
+
+/// The text of the file of a function.
+pub(super) fn write_function(program: &Program, function: &Function) -> Result<String, Untranslated> {
+    Writer::new(program)?.function(function)
+}
+
+/// The function of the scene's values: where values can be replaced, arguments can be left out.
+const DEFAULTS: &str = "default_parameters";
+/// Names have no more letters.
+const LONGEST_NAME: usize = 63;
+
+struct Writer<'p> {
+    program: &'p Program,
+    fields: Names,
+}
+
+impl<'p> Writer<'p> {
+    fn new(program: &'p Program) -> Result<Self, Untranslated> {
+        let fields = program.records.iter().flat_map(|record| &record.fields).map(|field| field.name.as_str());
+        Ok(Self { program, fields: Names::new(fields, is_reserved)? })
+    }
+
+    /// What is added to the name of the program for that of a function.
+    fn name<'f>(&self, function: &'f Function) -> &'f str {
+        if function.name == "parameters_with" { Part::Parameters.name() } else { &function.name }
+    }
+
+    fn file(&self, name: &str, text: String) -> Result<File, Untranslated> {
+        let name = format!("{}_{name}", self.program.name);
+        if name.len() > LONGEST_NAME {
+            return Err(Untranslated(format!("the name `{name}`, which is longer than {LONGEST_NAME} letters")));
+        }
+        Ok(File { name: format!("{name}.m"), text })
+    }
+}

@@ -1,0 +1,73 @@
+//! Expressions.
+
+use super::{Writer, routines};
+use crate::names::Names;
+use crate::program::{Expression, Operator, Routine};
+
+/// How tightly an expression holds together.
+#[derive(Clone, Copy, PartialEq, PartialOrd)]
+enum Strength {
+    Sum,
+    Product,
+    Sign,
+    Whole,
+}
+
+impl Writer<'_> {
+    /// The text of an expression; `names` are those of its function.
+    pub(super) fn expression(&self, names: &Names, value: &Expression) -> String {
+        let within = |inner: &Expression, least: Strength| {
+            let text = self.expression(names, inner);
+            if strength(inner) < least { format!("({text})") } else { text }
+        };
+        match value {
+            Expression::Number(digits) => digits.strip_suffix(".0").unwrap_or(digits).to_owned(),
+            Expression::Truth(truth) => truth.to_string(),
+            Expression::Pi => "pi".to_owned(),
+            Expression::Infinity => "Inf".to_owned(),
+            Expression::Name(name) => names.get(name).to_owned(),
+            Expression::Field(of, field) => match (&**of, field.as_str()) {
+                (Expression::Name(mechanism), "parameters") if mechanism == "m" => "p".to_owned(),
+                (Expression::Name(mechanism), "constants") if mechanism == "m" => "k".to_owned(),
+                _ => format!("{}.{}", self.expression(names, of), self.fields.get(field)),
+            },
+            Expression::Element(of, place) => match &**of {
+                Expression::Element(rows, row) => {
+                    format!("{}({}, {})", self.expression(names, rows), row + 1, place + 1)
+                }
+                _ => format!("{}({})", self.expression(names, of), place + 1),
+            },
+            Expression::Negative(inner) => format!("-{}", within(inner, Strength::Whole)),
+            Expression::Binary(operator, left, right) => {
+                // The right operand keeps its parentheses: sums and products are rounded in their order.
+                let (sign, own, next) = match operator {
+                    Operator::Add => ("+", Strength::Sum, Strength::Product),
+                    Operator::Subtract => ("-", Strength::Sum, Strength::Product),
+                    Operator::Multiply => ("*", Strength::Product, Strength::Sign),
+                    Operator::Divide => ("/", Strength::Product, Strength::Sign),
+                };
+                format!("{} {sign} {}", within(left, own), within(right, next))
+            }
+            Expression::Call(Routine::Given, arguments) => match &arguments[..] {
+                [Expression::Field(of, field), own] => {
+                    let [of, own] = [of, own].map(|value| self.expression(names, value));
+                    format!("value_of({of}, '{}', {own})", self.fields.get(field))
+                }
+                _ => unreachable!("the reader makes it of a field and a value"),
+            },
+            Expression::Call(routine, arguments) => {
+                let arguments: Vec<String> = arguments.iter().map(|value| self.expression(names, value)).collect();
+                format!("{}({})", routines::function(*routine), arguments.join(", "))
+            }
+        }
+    }
+}
+
+fn strength(value: &Expression) -> Strength {
+    match value {
+        Expression::Binary(Operator::Add | Operator::Subtract, ..) => Strength::Sum,
+        Expression::Binary(Operator::Multiply | Operator::Divide, ..) => Strength::Product,
+        Expression::Negative(_) => Strength::Sign,
+        _ => Strength::Whole,
+    }
+}

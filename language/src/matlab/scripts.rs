@@ -1,0 +1,87 @@
+//! Steps of a motion and a script: the same for all mechanisms but for names.
+
+use super::Writer;
+use crate::program::Quantity;
+
+/// The state at the beginning of a motion.
+const INITIAL_STATE: &str = include_str!("initial_state.m");
+/// The state of given coordinates and rates.
+const STATE: &str = include_str!("state.m");
+/// The step of the Runge-Kutta method of order 4.
+const RK4_STEP: &str = include_str!("rk4_step.m");
+/// The motion from the scene's start.
+const MOTION: &str = include_str!("motion.m");
+
+impl Writer<'_> {
+    /// Names and texts of what is no translation of a function.
+    pub(super) fn scripts(&self) -> Vec<(&'static str, String)> {
+        let named = |text: &str| {
+            text.replace("SCENE", &self.program.name.to_uppercase())
+                .replace("scene_", &format!("{}_", self.program.name))
+        };
+        vec![
+            ("state", named(STATE)),
+            ("initial_state", named(INITIAL_STATE)),
+            ("rk4_step", named(RK4_STEP)),
+            ("motion", named(MOTION)),
+            ("run", self.run()),
+        ]
+    }
+
+    /// A script that simulates the motion and plots it.
+    fn run(&self) -> String {
+        let name = &self.program.name;
+        let title = self.program.doc.first().map_or("", String::as_str);
+        let mut text = format!("%{}_RUN {title}\n%\n", name.to_uppercase());
+        text += "%   Simulates the motion from the scene's start, and plots rates and outputs over time.\n\n";
+        for line in &self.program.notes {
+            text += format!("% {line}").trim_end();
+            text += "\n";
+        }
+        text += "\n";
+        text += &format!("p = {name}_parameters();\nmotion = {name}_motion(p);\n");
+        text += "fprintf('%d steps, end at t = %.15g s, largest residual %.1e\\n', ...\n    numel(motion.t) - 1, motion.t(end), \
+                 max([motion.residual; 0]));\n";
+        for (unit, places) in by_unit(&self.program.coordinates) {
+            let label = format!("rates ({unit}/s)");
+            let names: Vec<String> =
+                places.iter().map(|&i| quoted(&format!("{}_dot", self.program.coordinates[i].name))).collect();
+            let columns: Vec<String> = places.iter().map(|i| (i + 1).to_string()).collect();
+            text += &figure("rates", &format!("motion.qd(:, [{}])", columns.join(" ")), &label);
+            text += &format!("legend({{{}}}, 'Interpreter', 'none');\n", names.join(", "));
+        }
+        for (i, output) in self.program.outputs.iter().enumerate() {
+            let Quantity { name, unit, doc } = output;
+            text += &figure(name, &format!("motion.outputs(:, {})", i + 1), &format!("{name} ({unit})"));
+            let title = if doc.is_empty() { name.clone() } else { format!("{name}: {doc}") };
+            text += &format!("title({}, 'Interpreter', 'none');\n", quoted(&title));
+        }
+        text
+    }
+}
+
+/// A figure of columns over time.
+fn figure(name: &str, columns: &str, label: &str) -> String {
+    format!(
+        "\nfigure('Name', {});\nplot(motion.t, {columns});\ngrid on;\nxlabel('t (s)');\nylabel({}, 'Interpreter', 'none');\n",
+        quoted(name),
+        quoted(label)
+    )
+}
+
+/// The places of quantities that have the same unit.
+fn by_unit(quantities: &[Quantity]) -> Vec<(&str, Vec<usize>)> {
+    let mut groups: Vec<(&str, Vec<usize>)> = Vec::new();
+    for (i, quantity) in quantities.iter().enumerate() {
+        match groups.iter_mut().find(|(unit, _)| *unit == quantity.unit) {
+            Some((_, places)) => places.push(i),
+            None => groups.push((&quantity.unit, vec![i])),
+        }
+    }
+    groups
+}
+
+/// A text between single quotes.
+fn quoted(text: &str) -> String {
+    format!("'{}'", text.replace('\'', "''"))
+}

@@ -1,0 +1,221 @@
+//! The plain form of a generated module, from which all languages are written.
+
+mod expression;
+
+pub use expression::{Expression, Operator, Routine};
+
+/// A module: structs of numbers, and functions.
+#[derive(Debug)]
+pub struct Program {
+    /// What the names of its functions begin with.
+    pub name: String,
+    /// The lines of its documentation.
+    pub doc: Vec<String>,
+    /// What its operations are, and what was left out.
+    pub notes: Vec<String>,
+    /// Its coordinates.
+    pub coordinates: Vec<Quantity>,
+    /// Its constraints.
+    pub constraints: Vec<Quantity>,
+    /// Its outputs.
+    pub outputs: Vec<Quantity>,
+    /// Which coordinates have sines and cosines in the equations.
+    pub has_angle: Vec<bool>,
+    /// Which coordinates are lengths, not angles.
+    pub is_length: Vec<bool>,
+    /// Its structs.
+    pub records: Vec<Record>,
+    /// Its functions, each behind those that it needs results of.
+    pub functions: Vec<Function>,
+}
+
+impl Program {
+    /// The function of this name.
+    pub fn function(&self, name: &str) -> Option<&Function> {
+        self.functions.iter().find(|function| function.name == name)
+    }
+
+    /// Whether the module has this struct.
+    pub fn has(&self, part: Part) -> bool {
+        self.records.iter().any(|record| record.part == part)
+    }
+}
+
+/// A coordinate, a constraint or an output.
+#[derive(Debug)]
+pub struct Quantity {
+    /// Its name.
+    pub name: String,
+    /// Its unit.
+    pub unit: String,
+    /// What it is.
+    pub doc: String,
+}
+
+/// A struct of numbers.
+#[derive(Debug)]
+pub struct Record {
+    /// Which one it is.
+    pub part: Part,
+    /// The lines of its documentation.
+    pub doc: Vec<String>,
+    /// Its numbers.
+    pub fields: Vec<Field>,
+}
+
+/// A number in a struct.
+#[derive(Debug)]
+pub struct Field {
+    /// Its name.
+    pub name: String,
+    /// The lines of its documentation.
+    pub doc: Vec<String>,
+}
+
+/// The structs of a module.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Part {
+    /// Parameters and constants.
+    Mechanism,
+    /// The numbers of the scene that can be changed.
+    Parameters,
+    /// What depends on parameters alone.
+    Constants,
+    /// What follows from the position alone.
+    Position,
+    /// Sines and cosines of all coordinates.
+    Angles,
+}
+
+impl Part {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Mechanism => "mechanism",
+            Self::Parameters => "parameters",
+            Self::Constants => "constants",
+            Self::Position => "position",
+            Self::Angles => "angles",
+        }
+    }
+}
+
+/// A function without loops and branches.
+#[derive(Debug)]
+pub struct Function {
+    /// Its name.
+    pub name: String,
+    /// The lines of its documentation.
+    pub doc: Vec<String>,
+    /// Its arguments.
+    pub arguments: Vec<Argument>,
+    /// What it gives.
+    pub results: Vec<Result>,
+    /// Its statements; each place of a result is set once they have been executed.
+    pub body: Vec<Statement>,
+}
+
+impl Function {
+    /// Whether its one result is a number.
+    pub fn is_number(&self) -> bool {
+        matches!(&self.results[..], [result] if result.shape == Shape::Number)
+    }
+
+    /// Whether any statement mentions a name.
+    pub(crate) fn mentions(&self, name: &str) -> bool {
+        let mut found = false;
+        for statement in &self.body {
+            statement.visit(&mut |value| found |= matches!(value, Expression::Name(other) if other == name));
+        }
+        found
+    }
+}
+
+/// An argument of a function.
+#[derive(Clone, Debug)]
+pub struct Argument {
+    /// Its name.
+    pub name: String,
+    /// Its shape.
+    pub shape: Shape,
+}
+
+/// A result of a function.
+#[derive(Clone, Debug)]
+pub struct Result {
+    /// Its name.
+    pub name: String,
+    /// Its shape.
+    pub shape: Shape,
+}
+
+/// The shape of an argument or a result.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shape {
+    /// A number.
+    Number,
+    /// So many numbers.
+    Vector(usize),
+    /// Rows and columns.
+    Matrix(usize, usize),
+    /// So many truths.
+    Truths(usize),
+    /// A struct.
+    Record(Part),
+}
+
+/// A statement of a function.
+#[derive(Clone, Debug)]
+pub enum Statement {
+    /// What the statements after it compute.
+    Comment(String),
+    /// A short name of a struct.
+    Alias {
+        /// The short name.
+        name: String,
+        /// Which struct it is.
+        part: Part,
+        /// What it stands for.
+        of: Expression,
+    },
+    /// A name for a number.
+    Let {
+        /// The name.
+        name: String,
+        /// The number.
+        value: Expression,
+    },
+    /// Zeros in all places of a result.
+    Clear {
+        /// The result.
+        place: Expression,
+        /// Its shape.
+        shape: Shape,
+    },
+    /// A number in a place of a result.
+    Set {
+        /// The place.
+        place: Expression,
+        /// The number.
+        value: Expression,
+    },
+    /// The one result.
+    Return(Expression),
+}
+
+impl Statement {
+    /// Calls a function for each expression in the statement.
+    pub(crate) fn visit(&self, f: &mut impl FnMut(&Expression)) {
+        match self {
+            Self::Comment(_) => {}
+            Self::Alias { of: value, .. } | Self::Let { value, .. } | Self::Clear { place: value, .. } => {
+                value.visit(f)
+            }
+            Self::Set { place, value } => {
+                place.visit(f);
+                value.visit(f);
+            }
+            Self::Return(value) => value.visit(f),
+        }
+    }
+}

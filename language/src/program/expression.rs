@@ -1,0 +1,102 @@
+//! Numbers, and how they are computed.
+
+/// A number, and how it is computed.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Expression {
+    /// A decimal.
+    Number(String),
+    /// A truth.
+    Truth(bool),
+    /// The ratio of a circle's circumference to its diameter.
+    Pi,
+    /// What is larger than all numbers.
+    Infinity,
+    /// What has a name in the function.
+    Name(String),
+    /// A number in a struct.
+    Field(Box<Expression>, String),
+    /// The element at a place that is counted from zero.
+    Element(Box<Expression>, usize),
+    /// A number with the other sign.
+    Negative(Box<Expression>),
+    /// A sum, difference, product or quotient.
+    Binary(Operator, Box<Expression>, Box<Expression>),
+    /// A function of numbers.
+    Call(Routine, Vec<Expression>),
+}
+
+impl Expression {
+    pub(crate) fn name(name: &str) -> Self {
+        Self::Name(name.to_owned())
+    }
+
+    pub(crate) fn field(self, name: &str) -> Self {
+        Self::Field(Box::new(self), name.to_owned())
+    }
+
+    pub(crate) fn element(self, place: usize) -> Self {
+        Self::Element(Box::new(self), place)
+    }
+
+    pub(crate) fn negative(self) -> Self {
+        Self::Negative(Box::new(self))
+    }
+
+    pub(crate) fn binary(operator: Operator, left: Self, right: Self) -> Self {
+        Self::Binary(operator, Box::new(left), Box::new(right))
+    }
+
+    pub(super) fn visit(&self, f: &mut impl FnMut(&Self)) {
+        f(self);
+        match self {
+            Self::Number(_) | Self::Truth(_) | Self::Pi | Self::Infinity | Self::Name(_) => {}
+            Self::Field(inner, _) | Self::Element(inner, _) | Self::Negative(inner) => inner.visit(f),
+            Self::Binary(_, left, right) => {
+                left.visit(f);
+                right.visit(f);
+            }
+            Self::Call(_, arguments) => arguments.iter().for_each(|argument| argument.visit(f)),
+        }
+    }
+}
+
+/// An operation on two numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[allow(missing_docs, reason = "their names say it")]
+pub enum Operator {
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+}
+
+/// The functions of numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[allow(missing_docs, reason = "their names say it")]
+pub enum Routine {
+    Sin,
+    Cos,
+    Tan,
+    Asin,
+    Acos,
+    Atan,
+    Sinh,
+    Cosh,
+    Tanh,
+    Exp,
+    Ln,
+    Sqrt,
+    Abs,
+    Floor,
+    Power,
+    Hypot,
+    Atan2,
+    /// -1, 0 or 1; what is not a number stays what it is.
+    Sign,
+    /// The first number if it is smaller, else the second.
+    Min,
+    /// The first number if it is larger, else the second.
+    Max,
+    /// The second number where the first one is not a number, else the first.
+    Given,
+}

@@ -1,0 +1,119 @@
+//! The script of the quick-return in MATLAB, run by Octave: what its figures show is what `qrm run` writes.
+
+mod common;
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+use common::{Table, qrm, run};
+
+/// The largest difference, relative to the largest number of a column or to 1.
+const TOLERANCE: f64 = 1e-10;
+/// The longest that the script may take.
+const LONGEST: Duration = Duration::from_secs(60);
+
+/// Runs the script without windows: the columns of the motion and the curves of the figures.
+const DRIVER: &str = "
+set(0, 'defaultfigurevisible', 'off');
+run('SCRIPT');
+rows = [motion.t, motion.q, motion.qd, motion.qdd, motion.multipliers];
+for number = 6:11
+    curves = flipud(findobj(get(number, 'CurrentAxes'), 'Type', 'line'));
+    for i = 1:numel(curves)
+        if ~isequal(get(curves(i), 'XData')(:), motion.t)
+            error('figure %d has another abscissa', number);
+        end
+        rows = [rows, get(curves(i), 'YData')(:)];
+    end
+end
+";
+/// Simulates the motion of the four-bar.
+const FOUR_BAR: &str = "
+motion = four_bar_motion();
+rows = [motion.t, motion.q];
+";
+/// Writes the rows.
+const WRITE: &str = "
+file = fopen('rows.txt', 'w');
+fprintf(file, [repmat('%.17g ', 1, columns(rows)), '\\n'], rows.');
+fclose(file);
+";
+
+/// The columns in the order of the driver.
+const COLUMNS: [&str; 21] = [
+    "t",
+    "phi2",
+    "phi4",
+    "phi5",
+    "phi2_dot",
+    "phi4_dot",
+    "phi5_dot",
+    "phi2_ddot",
+    "phi4_ddot",
+    "phi5_ddot",
+    "lambda_slot",
+    "lambda_guide",
+    // The figures.
+    "phi2_dot",
+    "phi4_dot",
+    "phi5_dot",
+    "x6",
+    "x6_dot",
+    "x6_ddot",
+    "v_slide",
+    "N3",
+    "N6",
+];
+
+#[test]
+fn figures_in_matlab_show_the_run() {
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/matlab/quick_return_figures.m");
+    let begun = Instant::now();
+    let Some(rows) = rows("quick-return", &DRIVER.replace("SCRIPT", &script.to_string_lossy())) else { return };
+    assert!(begun.elapsed() < LONGEST, "{:?}", begun.elapsed());
+    compare(&rows, &run(&["quick-return"]).trajectory(), &COLUMNS);
+}
+
+/// The rods of this four-bar come to lie in one line, where the kernel does not suit.
+#[test]
+fn motions_in_matlab_go_on_where_the_kernel_does_not_suit() {
+    let Some(rows) = rows("four-bar", FOUR_BAR) else { return };
+    let coordinates = &common::model("four-bar").description.coordinates;
+    let names: Vec<&str> = coordinates.iter().map(|coordinate| coordinate.name).collect();
+    compare(&rows, &run(&["four-bar"]).trajectory(), &[&["t"], &names[..]].concat());
+}
+
+/// The rows that a script writes into `rows.txt`, with the functions of a scene; `None` without Octave.
+fn rows(scene: &str, script: &str) -> Option<Vec<Vec<f64>>> {
+    if !Command::new("octave-cli").arg("--version").output().is_ok_and(|output| output.status.success()) {
+        eprintln!("skipped: there is no `octave-cli`");
+        return None;
+    }
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let arguments = ["code", scene, "--language", "matlab", "--out"];
+    let output = qrm(&arguments).arg(folder.path()).output().expect("the command starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    fs::write(folder.path().join("driver.m"), script.to_owned() + WRITE).expect("written");
+    let mut octave = Command::new("octave-cli");
+    octave.args(["--quiet", "--norc", "--path"]).arg(folder.path()).arg("driver.m").current_dir(folder.path());
+    let output = octave.output().expect("Octave starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = fs::read_to_string(folder.path().join("rows.txt")).expect("rows");
+    let row = |line: &str| line.split_whitespace().map(|number| number.parse().expect("a number")).collect();
+    Some(text.lines().map(row).collect())
+}
+
+/// Compares rows with the columns of a trajectory.
+fn compare(given: &[Vec<f64>], trajectory: &Table, columns: &[&str]) {
+    assert_eq!(given.len(), trajectory.rows.len(), "rows");
+    for (i, name) in columns.iter().enumerate() {
+        let column: Vec<f64> = (0..given.len()).map(|row| trajectory.number(row, name)).collect();
+        let largest = column.iter().fold(1.0, |largest: f64, number| largest.max(number.abs()));
+        for (row, wanted) in given.iter().zip(&column) {
+            let difference = (row[i] - wanted).abs() / largest;
+            assert!(difference <= TOLERANCE, "{name} at {} s: {} is not {wanted}", row[0], row[i]);
+        }
+    }
+}
