@@ -160,7 +160,7 @@ impl<D: Number> ExtremesTracker<D> {
     }
 
     /// Whether the column may be smaller or larger there than in any row.
-    fn may_be_extreme(&self, vertex: &Vertex<D>) -> bool {
+    pub(crate) fn may_be_extreme(&self, vertex: &Vertex<D>) -> bool {
         let lead = vertex.estimate.0.re() - self.extreme(vertex.column, vertex.end).0.re();
         sign(vertex.end) * lead + vertex.slack >= 0.0
     }

@@ -12,7 +12,9 @@ use super::companion::Companion;
 use crate::integrate::Integrator;
 
 /// The companion follows once there are so many numbers in rows.
-const BLOCK: usize = 4096;
+const BLOCK: usize = 8192;
+/// Shorter runs are over before a thread would be of use.
+const LONG: usize = 8 * BLOCK;
 /// The number of blocks on their way between the threads.
 const BLOCKS: usize = 4;
 
@@ -51,6 +53,8 @@ pub(crate) struct Follower<'scope, 'env> {
     mechanism: &'scope dyn Mechanism,
     request: RowRequest,
     block: RowBlock,
+    /// The number of numbers so far.
+    count: usize,
     /// The companion in the thread of the run, unless it has a thread of its own.
     beside: Option<Companion>,
     thread: Option<CompanionThread<'scope, 'env>>,
@@ -73,7 +77,7 @@ impl<'scope, 'env> Follower<'scope, 'env> {
         request: RowRequest,
         companion: Option<Companion>,
     ) -> Self {
-        Self { scope, mechanism, request, block: RowBlock::default(), beside: companion, thread: None }
+        Self { scope, mechanism, request, block: RowBlock::default(), count: 0, beside: companion, thread: None }
     }
 
     /// Follows rows of a run, the last of its integrator, of which the first has the number `first`.
@@ -90,8 +94,8 @@ impl<'scope, 'env> Follower<'scope, 'env> {
         if block.rows.len() < BLOCK {
             return;
         }
-        // A run of one block is over before a thread would have begun.
-        if block.first > 0
+        self.count += block.rows.len();
+        if self.count > LONG
             && let Some(scope) = self.scope
             && let Some(companion) = self.beside.take()
         {

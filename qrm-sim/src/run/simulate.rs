@@ -345,6 +345,9 @@ impl<'a> Run<'a> {
         let mut integrator = self.integrator.clone();
         for vertex in vertices {
             let Vertex { column, end, estimate, bracket, .. } = vertex;
+            if !self.monitor.extremes().is_some_and(|extremes| extremes.may_be_extreme(&vertex)) {
+                continue;
+            }
             let t = estimate.1;
             let sign = if end == 0 { -1.0 } else { 1.0 };
             let mut value = |t: f64| {
