@@ -104,7 +104,7 @@ fn record(program: &Program, function: &Function, part: Part) -> String {
         "parameters_with" => format!("            {}_new(&p, &m);\n", program.name),
         _ => String::new(),
     };
-    print + &use_them
+    [print, use_them].concat()
 }
 
 fn argument(argument: &Argument) -> String {
