@@ -36,6 +36,10 @@ pub(crate) fn largest_between<T, E>(
 
 /// A peak is located as well as this part of the way between the ends: its value is known to the square of that.
 const LOCATED: f64 = 1e-5;
+/// A parabola through values as far apart as this part of the way tells a peak between them.
+const PARABOLA: f64 = 2e-3;
+/// It tells the value of the peak to this part of its height over them.
+const FITTING: f64 = 1e-3;
 /// Most values that are computed for a peak.
 const MOST_VALUES: usize = 60;
 /// A peak is a corner where the value beside it is lower by more than this part of the way down that was seen.
@@ -43,18 +47,50 @@ const CORNER: f64 = 1e-6;
 /// Lengths of lines that meet at a corner, as parts of the way between the ends.
 const LINES: [f64; 2] = [2e-5, 2e-9];
 
-/// The place between two at which a value is largest, and the value there, from a place near it on: by parabolas
-/// through the three best places, and golden sections where they do not help (Brent, Algorithms for Minimization
-/// without Derivatives, chapter 5). `None` if a value could not be computed.
-pub(crate) fn peak_between(
+/// The place between two at which a value is largest, and the value there, from a place near it on. `None` if a value
+/// could not be computed.
+pub(crate) fn peak_between(ends: [f64; 2], near: f64, mut at: impl FnMut(f64) -> Option<f64>) -> Option<(f64, f64)> {
+    let first = (near, at(near)?);
+    match vertex_near(first, ends, &mut at)? {
+        Some(vertex) => Some(vertex),
+        None => peak_from(first, ends, at),
+    }
+}
+
+/// The vertex of a parabola through a place and two beside it, if it is a peak between them.
+#[allow(clippy::option_option, reason = "no value and no vertex are different")]
+fn vertex_near(
+    (t, middle): (f64, f64),
+    [a, b]: [f64; 2],
+    at: &mut impl FnMut(f64) -> Option<f64>,
+) -> Option<Option<(f64, f64)>> {
+    let h = PARABOLA * (b - a);
+    if t - h < a || t + h > b {
+        return Some(None);
+    }
+    let [left, right] = [at(t - h)?, at(t + h)?];
+    let (slope, bend) = (0.5 * (right - left), right - 2.0 * middle + left);
+    let x = -slope / bend;
+    if !(bend < 0.0 && x.abs() < 1.0) {
+        return Some(None);
+    }
+    let vertex = (t + h * x, at(t + h * x)?);
+    let told = middle + 0.5 * slope * x;
+    let is_peak = (vertex.1 - told).abs() <= FITTING * (told - left.min(right));
+    let best = if vertex.1 > middle { vertex } else { (t, middle) };
+    Some(is_peak.then_some(best))
+}
+
+/// The largest value by parabolas through the three best places, and golden sections where they do not help (Brent, Algorithms
+/// for Minimization without Derivatives, chapter 5); at a corner then by the lines that meet there.
+fn peak_from(
+    mut best: (f64, f64),
     [mut a, mut b]: [f64; 2],
-    near: f64,
     mut at: impl FnMut(f64) -> Option<f64>,
 ) -> Option<(f64, f64)> {
     let ends = [a, b];
     let golden = 0.5 * (3.0 - 5.0_f64.sqrt());
     let resolution = LOCATED * (b - a);
-    let mut best = (near, at(near)?);
     let (mut second, mut third) = (best, best);
     let mut lowest = best.1;
     // The last two steps.

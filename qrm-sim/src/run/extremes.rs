@@ -148,8 +148,7 @@ impl<D: Number> ExtremesTracker<D> {
         if !self.may_be_extreme(&vertex) {
             return;
         }
-        let Extremes { minimum, maximum } = &self.found[vertex.column];
-        let tie = TIE * (maximum.0.re() - minimum.0.re());
+        let tie = self.tie(vertex.column);
         let known = &mut self.vertices[vertex.column][vertex.end];
         let lead = |other: &Vertex<D>| sign(vertex.end) * (vertex.estimate.0.re() - other.estimate.0.re());
         let place = known.iter().position(|other| lead(other) > tie).unwrap_or(known.len());
@@ -200,13 +199,22 @@ impl<D: Number> ExtremesTracker<D> {
         all.into_iter().filter(|vertex| self.may_be_extreme(vertex)).collect()
     }
 
-    /// Takes up the value and the time of a vertex.
+    /// Takes up the value and the time of a vertex; of values that tie at other places, the first one counts.
     pub(crate) fn note(&mut self, vertex: &Vertex<D>, found: (D, D)) {
-        let lead = sign(vertex.end) * (found.0.re() - self.extreme(vertex.column, vertex.end).0.re());
-        if lead > 0.0 {
+        let (known, t) = self.extreme(vertex.column, vertex.end);
+        let lead = sign(vertex.end) * (found.0.re() - known.re());
+        let is_here = vertex.bracket[0].re() <= t.re() && t.re() <= vertex.bracket[1].re();
+        let tie = if is_here { 0.0 } else { self.tie(vertex.column) };
+        if lead > tie || (!is_here && lead > -tie && found.1.re() < t.re()) {
             let Extremes { minimum, maximum } = &mut self.found[vertex.column];
             *(if vertex.end == 0 { minimum } else { maximum }) = found;
         }
+    }
+
+    /// The difference between values of a column that tie.
+    fn tie(&self, column: usize) -> f64 {
+        let Extremes { minimum, maximum } = &self.found[column];
+        TIE * (maximum.0.re() - minimum.0.re())
     }
 
     /// Takes up what may be extremes between the rows as polynomials tell it.
