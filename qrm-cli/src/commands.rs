@@ -52,8 +52,7 @@ commands! {
     Certify: certify,
     /// Run a scene with many combinations of parameters: one row a design, in CSV or Parquet
     Sweep: sweep,
-    /// Say what tolerances of parameters do to a motion, by derivatives, at worst and by samples: tolerance.json,
-    /// tolerance.svg
+    /// Propagate tolerances of parameters by linearization, worst case and Monte Carlo: tolerance.json, tolerance.svg
     Tolerance: tolerance,
     /// Join the parts of a sweep that was run with `--shard`
     Merge: merge,

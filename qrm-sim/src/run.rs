@@ -3,11 +3,11 @@
 mod assembly;
 mod balance;
 mod companion;
+mod companion_thread;
 mod continuation;
 mod error;
 mod error_estimate;
 mod extremes;
-mod follower;
 mod integral;
 mod judgement;
 mod monitor;

@@ -19,6 +19,7 @@ impl<R: Scalar> TapeEvaluator<'_, Vec<R>> {
                 *operation = match *operation {
                     Operation::Sign(a) => Operation::Number(Scalar::sign(value(a))),
                     Operation::Abs(a) if value(a) < 0.0 => Operation::Neg(a),
+                    // The operand itself, in a place of its own.
                     Operation::Abs(a) => Operation::PowI(a, 1),
                     other => other,
                 };

@@ -46,8 +46,8 @@ impl Writer<'_> {
     /// A template with the names of the program.
     pub(super) fn named(&self, text: &str) -> String {
         let name = &self.program.name;
-        text.replace("struct scene ", &format!("{} ", self.structure(Part::Mechanism)))
-            .replace("scene_", &format!("{name}_"))
+        text.replace("scene_", &format!("{name}_"))
+            .replace("struct scene ", &format!("{} ", self.structure(Part::Mechanism)))
             .replace("SCENE_", &format!("{}_", name.to_uppercase()))
     }
 }

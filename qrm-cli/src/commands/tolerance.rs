@@ -1,7 +1,7 @@
 //! `qrm tolerance`
 
-mod dimension;
 mod figure;
+mod parameter;
 mod report;
 mod samples;
 mod statistics;
@@ -18,7 +18,7 @@ use crate::error::Error;
 use crate::options::{MethodOptions, OutFolder, SceneOptions};
 use crate::output::{check_target, print, save, save_json};
 use crate::setup::Setup;
-use dimension::Dimension;
+use parameter::TolerancedParameter;
 use report::Report;
 use samples::Samples;
 use statistics::Statistics;
@@ -33,17 +33,17 @@ pub(crate) struct Options {
     /// repeated
     #[arg(long, value_name = "NAME=VALUE+-TOL", required = true, allow_hyphen_values = true)]
     vary: Vec<String>,
-    /// Of this column of `qrm sweep`, such as `x6_max` or `end_time`; may be repeated [default: the extremes of all
+    /// The column of `qrm sweep` to analyse, such as `x6_max` or `end_time`; may be repeated [default: the extremes of all
     /// outputs]
     #[arg(long, value_name = "NAME")]
     of: Vec<String>,
-    /// How many mechanisms are made at random
+    /// Number of Monte Carlo samples
     #[arg(long, value_name = "N", default_value_t = 10_000, value_parser = clap::value_parser!(u32).range(100..=10_000_000))]
     samples: u32,
     /// How parameters vary within their tolerances
     #[arg(long, value_enum, default_value_t = Distribution::Normal)]
     distribution: Distribution,
-    /// Another number makes other samples
+    /// Seed of the random numbers
     #[arg(long, value_name = "N", default_value_t = 0)]
     seed: u64,
     /// Write all samples too: samples.csv
@@ -99,40 +99,47 @@ struct Quantity {
 
 impl Quantity {
     /// The standard deviation by derivatives, and the share of each parameter in its square.
-    fn linear(&self, dimensions: &[Dimension], distribution: Distribution) -> (f64, Vec<f64>) {
-        let square =
-            |(by, dimension): (&f64, &Dimension)| (by * dimension.tolerance * distribution.deviation()).powi(2);
-        let squares: Vec<f64> = self.derivatives.iter().zip(dimensions).map(square).collect();
+    fn linear(&self, parameters: &[TolerancedParameter], distribution: Distribution) -> (f64, Vec<f64>) {
+        let square = |(by, parameter): (&f64, &TolerancedParameter)| {
+            (by * parameter.tolerance * distribution.deviation()).powi(2)
+        };
+        let squares: Vec<f64> = self.derivatives.iter().zip(parameters).map(square).collect();
         let sum: f64 = squares.iter().sum();
         (sum.sqrt(), squares.iter().map(|square| if sum > 0.0 { square / sum } else { 0.0 }).collect())
     }
 }
 
-/// Says what tolerances of parameters do to a motion: by derivatives, at worst, and by samples.
+/// Propagates tolerances of parameters to quantities of a motion: by linearization, at worst, and by Monte Carlo.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
-    let mut dimensions = options.vary.iter().map(|text| Dimension::new(text)).collect::<Result<Vec<_>, _>>()?;
+    let mut parameters =
+        options.vary.iter().map(|text| TolerancedParameter::new(text)).collect::<Result<Vec<_>, _>>()?;
     let how = by_lanes(&options.how);
     let setup = Setup::new(models, &options.scene, &how)?;
     // The parameters that have tolerances are set where derivatives are taken, and varied in the samples.
     let mut scene = options.scene.clone();
-    scene.set.extend(dimensions.iter().filter_map(Dimension::assignment));
-    dimension::check(&dimensions, &setup)?;
+    scene.set.extend(parameters.iter().filter_map(TolerancedParameter::assignment));
+    parameter::check(&parameters, &setup)?;
     let nominal = Setup::new(models, &scene, &how)?;
-    dimension::complete(&mut dimensions, &nominal);
+    parameter::complete(&mut parameters, &nominal);
     let folder = options.out.of(&setup.path);
     let [json, picture, csv] = ["tolerance.json", "tolerance.svg", "samples.csv"].map(|name| folder.join(name));
     [&json, &picture, &csv].into_iter().try_for_each(|path| check_target(path))?;
 
-    let mut quantities = with_derivatives(&nominal, &dimensions, &options.of)?;
-    let values = samples::values(&dimensions, &quantities, options);
+    let mut quantities = with_derivatives(&nominal, &parameters, &options.of)?;
+    let values = samples::draw(&parameters, &quantities, options);
     let axes = Axes::paired(setup.description, values)?;
     let designs = Designs { estimate_error: false, ..Designs::new(setup, axes)? };
     let samples = Samples::run(&designs, &mut quantities, threads(options.threads))?;
     let report =
-        Report { designs: &designs, dimensions: &dimensions, quantities: &quantities, samples: &samples, options };
+        Report { designs: &designs, parameters: &parameters, quantities: &quantities, samples: &samples, options };
     save_json(&json, &report.summary())?;
-    save(&picture, report.figure().svg().map_err(|reason| Error::run(reason.to_string()))?.as_bytes())?;
-    let mut written = vec![json, picture];
+    let mut written = vec![json];
+    let figure = report.figure();
+    // Quantities that no tolerance changes have no histogram.
+    if !figure.panels.is_empty() {
+        save(&picture, figure.svg().map_err(|reason| Error::run(reason.to_string()))?.as_bytes())?;
+        written.push(picture);
+    }
     if options.keep_samples {
         save(&csv, &report.csv()?)?;
         written.push(csv);
@@ -143,8 +150,8 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
 }
 
 /// The quantities that are asked for, with their derivatives.
-fn with_derivatives(setup: &Setup, dimensions: &[Dimension], of: &[String]) -> Result<Vec<Quantity>, Error> {
-    let names: Vec<String> = dimensions.iter().map(|dimension| dimension.name.clone()).collect();
+fn with_derivatives(setup: &Setup, parameters: &[TolerancedParameter], of: &[String]) -> Result<Vec<Quantity>, Error> {
+    let names: Vec<String> = parameters.iter().map(|parameter| parameter.name.clone()).collect();
     let found = Asked::new(setup, &names, &[], BTreeMap::new(), false)?.find(setup)?;
     let place = |name: &String| found.by.iter().position(|by| by == name).unwrap_or(0);
     let quantity = |row: &Derived| {

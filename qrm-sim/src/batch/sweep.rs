@@ -118,6 +118,7 @@ pub(super) fn run_alone(design: usize, mechanism: &dyn Mechanism, request: &Swee
         step: request.step,
         end,
         estimate_error: request.estimate_error,
+        is_single_threaded: true,
         ..Request::default()
     };
     match simulate(mechanism, &request, &mut ranges) {

@@ -137,8 +137,11 @@ impl<D: Number> ExtremesTracker<D> {
             return;
         }
         let row = (self.value(middle, column), self.time(middle));
-        let estimate = self.search(column, middle, reach).unwrap_or(row);
-        let slack = SLACK * (estimate.0.re() - at).abs();
+        // The polynomial says little of a corner.
+        let (estimate, slack) = match self.search(column, end, middle, reach) {
+            Some(vertex) => (vertex, SLACK * (vertex.0.re() - at).abs()),
+            None => (row, reach),
+        };
         let bracket = [self.time(middle - 1), self.time(middle + 1)];
         self.take_up(Vertex { column, end, estimate, bracket, slack });
     }
@@ -252,7 +255,7 @@ impl<D: Number> ExtremesTracker<D> {
     }
 
     /// Searches the vertex near a row, its value and its time; the value differs from that of the row by `reach` at most.
-    fn search(&self, column: usize, middle: usize, reach: f64) -> Option<(D, D)> {
+    fn search(&self, column: usize, end: usize, middle: usize, reach: f64) -> Option<(D, D)> {
         let row = |i: usize| (self.time(i).re(), self.value(i, column).re());
         // At a corner one row bends alone, and a polynomial through it would overshoot.
         let bend = |i: usize| {
@@ -266,7 +269,7 @@ impl<D: Number> ExtremesTracker<D> {
         }
         let points: Vec<(D, D)> = (0..self.window()).map(|i| (self.time(i), self.value(i, column))).collect();
         let polynomial = Polynomial::through(&points);
-        let (at, sign) = (row(middle).1, if row(middle).1 >= row(middle - 1).1 { 1.0 } else { -1.0 });
+        let (at, sign) = (row(middle).1, sign(end));
         let (mut low, mut high) = (row(middle - 1).0, row(middle + 1).0);
         let enough = f64::EPSILON * (high - low);
         let mut t = row(middle).0;

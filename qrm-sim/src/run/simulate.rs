@@ -6,9 +6,9 @@ use std::time::Duration;
 use qrm_core::{Mechanism, RowLayout, RowRequest};
 
 use super::companion::Companion;
+use super::companion_thread::{Follower, ThreadScope, with_threads};
 use super::continuation::Branch;
 use super::extremes::Vertex;
-use super::follower::{Follower, ThreadScope, with_threads};
 use super::monitor::RunMonitor;
 use super::observer::Observer;
 use super::outcome::{Outcome, StartError, Status, Undefined};
@@ -49,6 +49,8 @@ pub struct Request<'a> {
     pub step: Option<f64>,
     /// The end; the scene's if `None`.
     pub end: Option<End<'a>>,
+    /// Whether a long run stays in one thread, though a companion run estimates its error.
+    pub is_single_threaded: bool,
     /// Whether a companion run estimates the error.
     pub estimate_error: bool,
 }
@@ -115,7 +117,8 @@ pub fn simulate(
     let is_sampled = condition.is_some() || observer.wants_extremes();
     run.integrator.keep_inner_rows(if is_sampled { InnerRows::Samples } else { InnerRows::StepEnds });
     run.nearest.1 = condition.unwrap_or(0.0);
-    Ok(with_threads(|scope| run.run(scope, &first, observer)))
+    let is_parallel = request.estimate_error && !request.is_single_threaded;
+    Ok(with_threads(is_parallel, |scope| run.run(scope, &first, observer)))
 }
 
 /// An error for a step so short that time would stand still.

@@ -143,11 +143,17 @@ impl Designs {
                 rows::row(&columns, &self.setup, *number, &design.values, result, passed_over)
             }
         };
-        numbers.iter().zip(self.results(&numbers, self.setup.settings, self.lanes)).map(row).collect()
+        numbers.iter().zip(self.results(&numbers, self.setup.settings, self.lanes, None)).map(row).collect()
     }
 
-    /// Runs the designs of some numbers.
-    pub(super) fn results(&self, numbers: &[usize], settings: MethodSettings, lanes: LaneCount) -> Vec<Design> {
+    /// Runs the designs of some numbers, up to a time if one is given.
+    pub(super) fn results(
+        &self,
+        numbers: &[usize],
+        settings: MethodSettings,
+        lanes: LaneCount,
+        end_time: Option<f64>,
+    ) -> Vec<Design> {
         let values: Vec<Vec<f64>> = numbers.iter().map(|number| self.axes.values(*number)).collect();
         let own = self.setup.replace();
         let replacing = |values: &Vec<f64>| {
@@ -165,7 +171,7 @@ impl Designs {
             let condition = self.setup.condition.as_ref();
             condition.map_or(0.0, |condition| condition.value(&parameters[kept[design]], t, q, qd))
         };
-        let stop = match (self.setup.end_time, &self.setup.condition) {
+        let stop = match (end_time.or(self.setup.end_time), &self.setup.condition) {
             (Some(t), _) => Some(SweepEnd::Time(t)),
             (None, Some(_)) => Some(SweepEnd::Condition(&until)),
             (None, None) => None,

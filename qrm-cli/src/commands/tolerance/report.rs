@@ -3,7 +3,7 @@
 use qrm_view::figure::Figure;
 use serde::Serialize;
 
-use super::dimension::Dimension;
+use super::parameter::TolerancedParameter;
 use super::samples::Samples;
 use super::{Options, Quantity, figure};
 use crate::commands::sweep::Designs;
@@ -14,7 +14,7 @@ use crate::output::{Named, csv};
 /// What tolerances do, in all forms.
 pub(super) struct Report<'r> {
     pub(super) designs: &'r Designs,
-    pub(super) dimensions: &'r [Dimension],
+    pub(super) parameters: &'r [TolerancedParameter],
     pub(super) quantities: &'r [Quantity],
     pub(super) samples: &'r Samples,
     pub(super) options: &'r Options,
@@ -77,9 +77,9 @@ const MOST_PARAMETERS: usize = 4;
 impl Report<'_> {
     /// The contents of `tolerance.json`.
     pub(super) fn summary(&self) -> Summary {
-        let varied = |dimension: &Dimension| {
-            let Dimension { unit, value, tolerance, .. } = *dimension;
-            (dimension.name.clone(), Varied { unit, value, tolerance })
+        let varied = |parameter: &TolerancedParameter| {
+            let TolerancedParameter { unit, value, tolerance, .. } = *parameter;
+            (parameter.name.clone(), Varied { unit, value, tolerance })
         };
         Summary {
             scene: self.designs.setup.description.name,
@@ -87,7 +87,7 @@ impl Report<'_> {
             failed: self.samples.failed,
             distribution: self.options.distribution.name(),
             seed: self.options.seed,
-            parameters: Named(self.dimensions.iter().map(varied).collect()),
+            parameters: Named(self.parameters.iter().map(varied).collect()),
             quantities: Named(
                 self.quantities.iter().map(|quantity| (quantity.name.clone(), self.effect(quantity))).collect(),
             ),
@@ -96,13 +96,13 @@ impl Report<'_> {
 
     fn effect(&self, quantity: &Quantity) -> Effect {
         let named = |values: &[f64]| {
-            let names = self.dimensions.iter().map(|dimension| dimension.name.clone());
+            let names = self.parameters.iter().map(|parameter| parameter.name.clone());
             Named(names.zip(values.iter().copied()).collect())
         };
-        let (standard_deviation, shares) = quantity.linear(self.dimensions, self.options.distribution);
+        let (standard_deviation, shares) = quantity.linear(self.parameters, self.options.distribution);
         let nominal = quantity.nominal;
-        let products = quantity.derivatives.iter().zip(self.dimensions);
-        let reach: f64 = products.map(|(by, dimension)| (by * dimension.tolerance).abs()).sum();
+        let products = quantity.derivatives.iter().zip(self.parameters);
+        let reach: f64 = products.map(|(by, parameter)| (by * parameter.tolerance).abs()).sum();
         let own = &quantity.statistics;
         let [minimum, quantile_0_135_percent, median, quantile_99_865_percent, maximum] = own.quantiles;
         Effect {
@@ -131,10 +131,10 @@ impl Report<'_> {
 
     /// The results as a table.
     pub(super) fn text(&self) -> String {
-        let mut rows = vec![["", "nominal", "linear", "Monte Carlo", "at worst", "due to"].map(str::to_owned)];
+        let mut rows = vec![["", "nominal", "linear", "Monte Carlo", "worst case", "due to"].map(str::to_owned)];
         for quantity in self.quantities {
             let Quantity { name, unit, nominal, worst, statistics, .. } = quantity;
-            let (deviation, shares) = quantity.linear(self.dimensions, self.options.distribution);
+            let (deviation, shares) = quantity.linear(self.parameters, self.options.distribution);
             let name = if unit.is_empty() { name.clone() } else { format!("{name}, {unit}") };
             let spread = |deviation: f64| format!("+-{:.2e}", 3.0 * deviation);
             let [least, most] = worst.map(|worst| format!("{:+.2e}", worst - nominal));
@@ -177,7 +177,7 @@ impl Report<'_> {
     /// The parameters by their shares, the largest first.
     fn ranking(&self, shares: &[f64]) -> String {
         let mut ranked: Vec<(&str, f64)> =
-            self.dimensions.iter().map(|dimension| dimension.name.as_str()).zip(shares.iter().copied()).collect();
+            self.parameters.iter().map(|parameter| parameter.name.as_str()).zip(shares.iter().copied()).collect();
         ranked.sort_by(|a, b| b.1.total_cmp(&a.1));
         let large = ranked.into_iter().filter(|(_, share)| *share >= LEAST_SHARE).take(MOST_PARAMETERS);
         large.map(|(name, share)| format!("{name} {:.0} %", 100.0 * share)).collect::<Vec<_>>().join(", ")
@@ -188,7 +188,7 @@ impl Report<'_> {
     /// # Errors
     /// The table could not be made.
     pub(super) fn csv(&self) -> Result<Vec<u8>, Error> {
-        let names = self.dimensions.iter().map(|dimension| dimension.name.as_str());
+        let names = self.parameters.iter().map(|parameter| parameter.name.as_str());
         let names: Vec<&str> = names.chain(self.quantities.iter().map(|quantity| quantity.name.as_str())).collect();
         let Samples { first, values, .. } = self.samples;
         let rows = (0..self.samples.count()).map(|i| {

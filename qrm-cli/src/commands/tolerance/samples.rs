@@ -1,23 +1,27 @@
-//! Mechanisms made at random within the tolerances.
+//! Monte Carlo samples of mechanisms with tolerances.
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
-use super::dimension::Dimension;
+use super::parameter::TolerancedParameter;
 use super::statistics::Statistics;
 use super::{Distribution, Options, Quantity};
 use crate::commands::sweep::{Cell, Designs, Row};
 use crate::error::Error;
 use crate::progress::{DesignProgress, interrupted, watch_interrupts};
 
-/// The values of the parameters of all designs: without tolerances, at worst for each quantity, and at random.
-pub(super) fn values(dimensions: &[Dimension], quantities: &[Quantity], options: &Options) -> Vec<(String, Vec<f64>)> {
+/// Draws the parameters of all designs: the nominal one, two worst cases for each quantity, then random samples.
+pub(super) fn draw(
+    parameters: &[TolerancedParameter],
+    quantities: &[Quantity],
+    options: &Options,
+) -> Vec<(String, Vec<f64>)> {
     let count = options.samples as usize;
-    let mut values: Vec<(String, Vec<f64>)> = dimensions
+    let mut values: Vec<(String, Vec<f64>)> = parameters
         .iter()
         .enumerate()
-        .map(|(i, Dimension { name, value, tolerance, .. })| {
+        .map(|(i, TolerancedParameter { name, value, tolerance, .. })| {
             let mut values = Vec::with_capacity(designs_before_samples(quantities.len()) + count);
             values.push(*value);
             for Quantity { derivatives, .. } in quantities {
@@ -30,7 +34,7 @@ pub(super) fn values(dimensions: &[Dimension], quantities: &[Quantity], options:
         .collect();
     let mut random = ChaCha8Rng::seed_from_u64(options.seed);
     for _ in 0..count {
-        for ((_, values), Dimension { value, tolerance, .. }) in values.iter_mut().zip(dimensions) {
+        for ((_, values), TolerancedParameter { value, tolerance, .. }) in values.iter_mut().zip(parameters) {
             values.push(match options.distribution {
                 Distribution::Normal => {
                     value + tolerance * options.distribution.deviation() * random.sample::<f64, _>(StandardNormal)
@@ -104,6 +108,10 @@ impl Samples {
         drop(progress);
         if done < count || interrupted() {
             return Err(Error::run(format!("interrupted after {done} of {count} designs")));
+        }
+        if failures.len() == count - first {
+            let why = failures.first().map_or("", String::as_str);
+            return Err(Error::run(format!("every sample fails: {why}")).help("choose smaller tolerances"));
         }
         let inputs: Vec<Vec<f64>> = (0..designs.axes.values(0).len())
             .map(|i| (first..count).map(|design| designs.axes.values(design)[i]).collect())

@@ -18,16 +18,12 @@ pub(super) struct Statistics {
 const PROBABILITIES: [f64; 3] = [0.001_349_898, 0.5, 0.998_650_102];
 
 impl Statistics {
-    /// Those of values that are numbers; `inputs` are those of each parameter in the same samples.
+    /// Statistics of the finite values; `inputs` holds the values of each parameter in the same samples.
     pub(super) fn of(values: &[f64], inputs: &[Vec<f64>]) -> Self {
         let known: Vec<usize> = (0..values.len()).filter(|&i| values[i].is_finite()).collect();
         if known.is_empty() {
-            return Self {
-                correlations: vec![0.0; inputs.len()],
-                quantiles: [f64::NAN; 5],
-                mean: f64::NAN,
-                ..Self::default()
-            };
+            let correlations = vec![0.0; inputs.len()];
+            return Self { correlations, quantiles: [f64::NAN; 5], mean: f64::NAN, ..Self::default() };
         }
         let centred = |of: &[f64]| -> (f64, Vec<f64>) {
             let first = of[known[0]];

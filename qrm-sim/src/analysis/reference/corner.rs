@@ -57,22 +57,28 @@ impl Motion<'_> {
         }
         let mut end_slope = next.to_vec();
         self.equations.slope(self.at.t + h, next, &mut end_slope)?;
-        let (mut low, mut value_low) = (Number::zero(), self.least(self.at.t, &self.at.y.clone()));
+        let place = |look: i32| Number::from(f64::from(look) / f64::from(LOOKS));
         for look in 1..=LOOKS {
-            let part = Number::from(f64::from(look) / f64::from(LOOKS));
-            let is_end = look == LOOKS;
+            let (part, is_end) = (place(look), look == LOOKS);
             let y = if is_end { next.to_vec() } else { self.cubic(part, h, next, &end_slope) };
             if self.least(self.at.t + part * h, &y) > Number::zero() {
-                (low, value_low) = (part, Number::from(f64::INFINITY));
                 continue;
             }
             // The cubic only says where to look.
-            let y = if is_end { y } else { self.extrapolated(part * h)?.0 };
-            let value = self.least(self.at.t + part * h, &y);
-            if value <= Number::zero() {
-                return self.zero_between([low, part], [value_low, value], h, y).map(Some);
+            let mut high = (part, if is_end { y } else { self.extrapolated(part * h)?.0 });
+            let mut value_high = self.least(self.at.t + part * h, &high.1);
+            if value_high > Number::zero() {
+                continue;
             }
-            (low, value_low) = (part, value);
+            for before in (0..look).rev() {
+                let low = place(before);
+                let y = if before == 0 { self.at.y.clone() } else { self.extrapolated(low * h)?.0 };
+                let value = self.least(self.at.t + low * h, &y);
+                if value > Number::zero() || before == 0 {
+                    return self.zero_between([low, high.0], [value, value_high], h, high.1).map(Some);
+                }
+                (high, value_high) = ((low, y), value);
+            }
         }
         Ok(None)
     }

@@ -16,6 +16,9 @@ pub(super) fn least_norm(
     independent: &[usize],
     multipliers: &[Number],
 ) -> Option<Vec<Number>> {
+    if independent.is_empty() {
+        return Some(vec![Number::zero(); jacobian.len() / n]);
+    }
     let row = |k: usize| &jacobian[k * n..][..n];
     // The rows of `C D'`.
     let products: Vec<Vec<Number>> = jacobian

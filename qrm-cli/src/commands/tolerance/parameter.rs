@@ -5,7 +5,7 @@ use crate::options::{check_parameter, number};
 use crate::setup::Setup;
 
 /// A parameter that varies about its value.
-pub(super) struct Dimension {
+pub(super) struct TolerancedParameter {
     pub(super) name: String,
     pub(super) unit: &'static str,
     /// The value as it was given; the scene's if it was not.
@@ -15,7 +15,7 @@ pub(super) struct Dimension {
     pub(super) tolerance: f64,
 }
 
-impl Dimension {
+impl TolerancedParameter {
     /// A parameter as `NAME=VALUE+-TOLERANCE` or `NAME=+-TOLERANCE`.
     pub(super) fn new(text: &str) -> Result<Self, Error> {
         let parts = text.split_once('=').and_then(|(name, rest)| {
@@ -41,10 +41,10 @@ impl Dimension {
 }
 
 /// An error if a parameter is not known, or named twice.
-pub(super) fn check(dimensions: &[Dimension], setup: &Setup) -> Result<(), Error> {
-    for (i, Dimension { name, .. }) in dimensions.iter().enumerate() {
+pub(super) fn check(parameters: &[TolerancedParameter], setup: &Setup) -> Result<(), Error> {
+    for (i, TolerancedParameter { name, .. }) in parameters.iter().enumerate() {
         check_parameter(setup.description, name)?;
-        if dimensions[..i].iter().any(|other| other.name == *name) {
+        if parameters[..i].iter().any(|other| other.name == *name) {
             return Err(Error::usage(format!("`--vary {name}` is given twice")).help("keep one of the two"));
         }
         if setup.set.contains_key(name) {
@@ -56,11 +56,11 @@ pub(super) fn check(dimensions: &[Dimension], setup: &Setup) -> Result<(), Error
 }
 
 /// Takes values and units from a scene with the values that were given.
-pub(super) fn complete(dimensions: &mut [Dimension], setup: &Setup) {
+pub(super) fn complete(parameters: &mut [TolerancedParameter], setup: &Setup) {
     let values = setup.model.parameter_values(&setup.replace());
-    for (parameter, value) in setup.description.parameters.iter().zip(values) {
-        for dimension in dimensions.iter_mut().filter(|dimension| dimension.name == parameter.name) {
-            (dimension.value, dimension.unit) = (value, parameter.unit);
+    for (described, value) in setup.description.parameters.iter().zip(values) {
+        for parameter in parameters.iter_mut().filter(|parameter| parameter.name == described.name) {
+            (parameter.value, parameter.unit) = (value, described.unit);
         }
     }
 }

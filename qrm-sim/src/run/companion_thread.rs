@@ -11,7 +11,7 @@ use qrm_core::{Mechanism, RowRequest};
 use super::companion::Companion;
 use crate::integrate::Integrator;
 
-/// The companion follows once there are so many numbers in rows.
+/// The number of values that are buffered before the companion processes them.
 const BLOCK: usize = 8192;
 /// Shorter runs are over before a thread would be of use.
 const LONG: usize = 8 * BLOCK;
@@ -25,15 +25,21 @@ pub(super) type ThreadScope<'scope, 'env> = &'scope Scope<'scope, 'env>;
 #[cfg(target_arch = "wasm32")]
 pub(super) type ThreadScope<'scope, 'env> = (std::convert::Infallible, &'scope &'env ());
 
-/// Does something by threads, where they run at the same time.
+/// Calls `run` with a scope for threads, on machines with several cores.
 #[cfg(not(target_arch = "wasm32"))]
-pub(super) fn with_threads<'env, R>(run: impl for<'scope> FnOnce(Option<ThreadScope<'scope, 'env>>) -> R) -> R {
-    static ARE_PARALLEL: LazyLock<bool> =
+pub(super) fn with_threads<'env, R>(
+    is_parallel: bool,
+    run: impl for<'scope> FnOnce(Option<ThreadScope<'scope, 'env>>) -> R,
+) -> R {
+    static HAS_CORES: LazyLock<bool> =
         LazyLock::new(|| thread::available_parallelism().is_ok_and(|count| count.get() > 1));
-    if *ARE_PARALLEL { thread::scope(|scope| run(Some(scope))) } else { run(None) }
+    if is_parallel && *HAS_CORES { thread::scope(|scope| run(Some(scope))) } else { run(None) }
 }
 #[cfg(target_arch = "wasm32")]
-pub(super) fn with_threads<'env, R>(run: impl for<'scope> FnOnce(Option<ThreadScope<'scope, 'env>>) -> R) -> R {
+pub(super) fn with_threads<'env, R>(
+    _: bool,
+    run: impl for<'scope> FnOnce(Option<ThreadScope<'scope, 'env>>) -> R,
+) -> R {
     run(None)
 }
 
@@ -53,7 +59,7 @@ pub(crate) struct Follower<'scope, 'env> {
     mechanism: &'scope dyn Mechanism,
     request: RowRequest,
     block: RowBlock,
-    /// The number of numbers so far.
+    /// The number of values so far.
     count: usize,
     /// The companion in the thread of the run, unless it has a thread of its own.
     beside: Option<Companion>,
@@ -62,6 +68,7 @@ pub(crate) struct Follower<'scope, 'env> {
 
 /// A companion in a thread.
 struct CompanionThread<'scope, 'env> {
+    /// Makes this type impossible where there are no threads, so that its code is not compiled.
     _scope: ThreadScope<'scope, 'env>,
     sender: SyncSender<RowBlock>,
     /// Blocks that the companion has followed.
