@@ -155,9 +155,10 @@ impl<D: Number> ExtremesTracker<D> {
         let known = &mut self.vertices[vertex.column][vertex.end];
         let lead = |other: &Vertex<D>| sign(vertex.end) * (vertex.estimate.0.re() - other.estimate.0.re());
         let place = known.iter().position(|other| lead(other) > tie).unwrap_or(known.len());
-        if place < MOST_VERTICES {
-            known.truncate(MOST_VERTICES - 1);
-            known.insert(place, vertex);
+        let mut worse = vertex;
+        known[place..].iter_mut().for_each(|known| std::mem::swap(known, &mut worse));
+        if known.len() < MOST_VERTICES {
+            known.push(worse);
         }
     }
 
@@ -198,8 +199,10 @@ impl<D: Number> ExtremesTracker<D> {
 
     /// Takes away what may be extremes between the rows, for the motion there to be looked at.
     pub(crate) fn take_vertices(&mut self) -> Vec<Vertex<D>> {
-        let all: Vec<Vertex<D>> = self.vertices.iter_mut().flatten().flat_map(|known| known.drain(..)).collect();
-        all.into_iter().filter(|vertex| self.may_be_extreme(vertex)).collect()
+        let mut all = Vec::new();
+        self.vertices.iter_mut().flatten().for_each(|known| all.append(known));
+        all.retain(|vertex| self.may_be_extreme(vertex));
+        all
     }
 
     /// Takes up the value and the time of a vertex; of values that tie at other places, the first one counts.
