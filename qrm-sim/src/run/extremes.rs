@@ -39,8 +39,8 @@ const ROWS: usize = 5;
 
 /// Follows columns row by row and looks between the rows with polynomials of degree 4 through five of them.
 ///
-/// Polynomials tell where extremes may lie between the rows: as [`Vertex`] they are taken by
-/// [`take_vertices`](Self::take_vertices), and handed back as they were found in the motion, or as they are.
+/// Polynomials tell where extremes may lie between the rows. Those places are handed out, and extremes are noted as they
+/// are found in the motion there.
 #[derive(Clone, Debug)]
 pub struct ExtremesTracker<D = f64> {
     /// Rows so far.
