@@ -47,10 +47,13 @@ const CORNER: f64 = 1e-6;
 /// Lengths of lines that meet at a corner, as parts of the way between the ends.
 const LINES: [f64; 2] = [2e-5, 2e-9];
 
-/// The place between two at which a value is largest, and the value there, from a place near it on. `None` if a value
-/// could not be computed.
-pub(crate) fn peak_between(ends: [f64; 2], near: f64, mut at: impl FnMut(f64) -> Option<f64>) -> Option<(f64, f64)> {
-    let first = (near, at(near)?);
+/// The place between two at which a value is largest, and the value there, from a place near it and its value on. `None`
+/// if a value could not be computed.
+pub(crate) fn peak_between(
+    ends: [f64; 2],
+    first: (f64, f64),
+    mut at: impl FnMut(f64) -> Option<f64>,
+) -> Option<(f64, f64)> {
     match vertex_near(first, ends, &mut at)? {
         Some(vertex) => Some(vertex),
         None => peak_from(first, ends, at),
@@ -160,7 +163,7 @@ mod tests {
     /// The peak, its value, and how many values it took.
     fn peak(ends: [f64; 2], near: f64, value: impl Fn(f64) -> f64) -> (f64, f64, usize) {
         let mut count = 0;
-        let found = peak_between(ends, near, |t| {
+        let found = peak_between(ends, (near, value(near)), |t| {
             count += 1;
             Some(value(t))
         });
@@ -188,6 +191,6 @@ mod tests {
         assert!((t - 0.7).abs() < 1e-13 && 0.7_f64.exp() - value < 1e-13 && count < 60, "{t} {value} {count}");
         let (t, ..) = peak([0.0, 1.0], 0.5, |t| t);
         assert!(t > 1.0 - 1e-4, "{t}");
-        assert!(peak_between([0.0, 1.0], 0.5, |t| (t < 0.6).then_some(t)).is_none());
+        assert!(peak_between([0.0, 1.0], (0.5, 0.5), |t| (t < 0.6).then_some(t)).is_none());
     }
 }

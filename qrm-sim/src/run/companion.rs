@@ -5,9 +5,8 @@ use std::f64::consts::TAU;
 use qrm_core::{Mechanism, RowLayout, RowRequest};
 
 use super::error_estimate::{ErrorEstimates, rounding};
-use super::quantities::{Differences, Quantities};
+use super::quantities::{Difference, Differences, Quantities};
 use crate::integrate::{BlockEnd, COMPANION_STEP_RATIO, Integrator, MethodSettings, StepError};
-use crate::solve::largest;
 use crate::state::{State, state_in};
 
 /// So many steps of a run take as long as so many of its companion. Steps that are no multiples of each other see
@@ -186,15 +185,16 @@ impl Companion {
         let differences = &self.differences;
         let floors = self.floors(steps);
         let ratio = self.ratio();
-        let errors = |own: &dyn Fn(usize) -> f64| -> Vec<f64> {
-            (0..floors.len()).map(|i| ((own(i) + self.before[i]) / ratio).max(floors[i])).collect()
+        let errors = |own: &dyn Fn(&Difference) -> f64| -> Vec<f64> {
+            let differences = differences.each.iter().map(own).zip(&self.before).zip(&floors);
+            differences.map(|((own, before), floor)| ((own + before) / ratio).max(*floor)).collect()
         };
         Some(ErrorEstimates {
             quantities: differences.quantities,
             start: self.start,
-            largest: errors(&|i| differences.largest[i]),
-            at_extremes: [0, 1].map(|end| errors(&|i| differences.at_extremes[i][end])),
-            at_end: errors(&|i| differences.latest[i]),
+            largest: errors(&|difference| difference.largest),
+            at_extremes: [0, 1].map(|end| errors(&|difference| difference.at_extremes[end])),
+            at_end: errors(&|difference| difference.latest),
         })
     }
 
@@ -203,27 +203,32 @@ impl Companion {
         if !self.integrator.is_fixed() {
             return 1.0;
         }
-        let n = self.layout.n;
-        let total = self.differences.largest[..n].iter().zip(&self.before).map(|(own, before)| own + before);
-        let size = largest(self.differences.ranges[..n].as_flattened()).1;
+        let of_coordinates = &self.differences.each[..self.layout.n];
+        let total = of_coordinates.iter().zip(&self.before).map(|(own, before)| own.largest + before);
+        let size = size(of_coordinates);
         if total.fold(0.0, f64::max) > LONG * size.min(TAU) { RATIO_OF_LONG_STEPS } else { RICHARDSON_FACTOR }
     }
 
     /// The errors below which a difference says nothing: the rounding errors of both runs may agree.
     fn floors(&self, steps: u64) -> Vec<f64> {
-        let ranges = &self.differences.ranges;
-        let mut floors = Vec::with_capacity(ranges.len());
-        for group in self.differences.quantities.groups() {
-            let size = largest(ranges[group.clone()].as_flattened()).1;
-            floors.extend(self.differences.noise[group].iter().map(|noise| rounding(size, steps).max(*noise)));
-        }
-        floors
+        let groups = self.differences.quantities.groups().into_iter().map(|group| &self.differences.each[group]);
+        groups
+            .flat_map(|group| {
+                let rounding = rounding(size(group), steps);
+                group.iter().map(move |difference| rounding.max(difference.noise))
+            })
+            .collect()
     }
 
     /// Whether it broke off.
     pub(crate) fn failed(&self) -> bool {
         self.failed
     }
+}
+
+/// The largest value of any of some quantities.
+fn size(of: &[Difference]) -> f64 {
+    of.iter().flat_map(|difference| difference.range).fold(0.0, |size, value| size.max(value.abs()))
 }
 
 /// An integrator with coarser steps behind corners than that of a run.

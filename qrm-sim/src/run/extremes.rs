@@ -28,6 +28,10 @@ const TIE: f64 = 1e-9;
 /// The value of a vertex may be off by this part of its height above the row.
 const SLACK: f64 = 0.1;
 
+/// A polynomial tells a vertex where its value differs from that of the motion by no more than this part of the way
+/// between the rows beside it: the time of the vertex is then known to about a hundred thousandth of their distance.
+const AGREEMENT: f64 = 1e-6;
+
 /// Most vertices of a column that may be its smallest or its largest value.
 const MOST_VERTICES: usize = 3;
 
@@ -47,8 +51,8 @@ pub struct ExtremesTracker<D = f64> {
     rows: usize,
     /// The times of the last five rows; row `k` stands at `k` modulo 5.
     times: Vec<D>,
-    /// Their values, one row after another.
-    values: Vec<D>,
+    /// The values of each column in them.
+    values: Vec<[D; ROWS]>,
     found: Vec<Extremes<D>>,
     /// The times of the first two rows.
     begin: Vec<D>,
@@ -69,6 +73,15 @@ pub(crate) struct Vertex<D = f64> {
     pub(crate) bracket: [D; 2],
     /// How far the value may be from the estimate.
     slack: f64,
+    /// How far the value may be from the estimate if the polynomial tells the vertex; `None` at corners.
+    agreement: Option<f64>,
+}
+
+impl Vertex {
+    /// Whether a value of the motion at the time of the estimate agrees with it.
+    pub(crate) fn agrees(&self, value: f64) -> bool {
+        self.agreement.is_some_and(|agreement| (value - self.estimate.0).abs() <= agreement)
+    }
 }
 
 impl<D> Default for ExtremesTracker<D> {
@@ -91,15 +104,12 @@ impl<D: Number> ExtremesTracker<D> {
             self.found = values.iter().map(|value| Extremes { minimum: (*value, t), maximum: (*value, t) }).collect();
             self.vertices = vec![[const { Vec::new() }; 2]; values.len()];
             self.times = vec![t; ROWS];
-            self.values = values.repeat(ROWS);
+            self.values = values.iter().map(|value| [*value; ROWS]).collect();
         }
         if self.rows < 2 {
             self.begin.push(t);
         }
         let begin = (self.rows > 0).then(|| self.time(0));
-        for (found, value) in self.found.iter_mut().zip(values) {
-            found.note(t, *value, begin);
-        }
         // Of rows at the same time, no polynomial goes through more than the last one.
         let is_at_last = self.rows > 1 && {
             let [before, last] = [2, 1].map(|back| self.times[(self.rows - back) % ROWS].re());
@@ -107,8 +117,11 @@ impl<D: Number> ExtremesTracker<D> {
         };
         self.rows -= usize::from(is_at_last);
         self.times[self.rows % ROWS] = t;
-        let place = self.place(self.rows);
-        self.values[place].copy_from_slice(values);
+        let place = self.rows % ROWS;
+        for ((found, kept), value) in self.found.iter_mut().zip(&mut self.values).zip(values) {
+            found.note(t, *value, begin);
+            kept[place] = *value;
+        }
         self.rows += 1;
         if self.window() < ROWS || is_at_last {
             return;
@@ -116,10 +129,10 @@ impl<D: Number> ExtremesTracker<D> {
         // The rows around the middle of the window, and around the second row once.
         let first = self.rows - ROWS;
         for middle in if first == 0 { 1..3 } else { 2..3 } {
-            let [before, at, after] = [middle - 1, middle, middle + 1].map(|i| self.place(first + i).start);
-            for column in 0..values.len() {
-                let value = |place: usize| self.values[place + column].re();
-                if is_turn([value(before), value(at), value(after)]) {
+            let [before, at, after] = [middle - 1, middle, middle + 1].map(|i| (first + i) % ROWS);
+            for column in 0..self.values.len() {
+                let kept = &self.values[column];
+                if is_turn([before, at, after].map(|place| kept[place].re())) {
                     self.turn(column, middle);
                 }
             }
@@ -138,12 +151,12 @@ impl<D: Number> ExtremesTracker<D> {
         }
         let row = (self.value(middle, column), self.time(middle));
         // The polynomial says little of a corner.
-        let (estimate, slack) = match self.search(column, end, middle, reach) {
-            Some(vertex) => (vertex, SLACK * (vertex.0.re() - at).abs()),
-            None => (row, reach),
+        let (estimate, slack, agreement) = match self.search(column, end, middle, reach) {
+            Some(vertex) => (vertex, SLACK * (vertex.0.re() - at).abs(), Some(AGREEMENT * reach)),
+            None => (row, reach, None),
         };
         let bracket = [self.time(middle - 1), self.time(middle + 1)];
-        self.take_up(Vertex { column, end, estimate, bracket, slack });
+        self.take_up(Vertex { column, end, estimate, bracket, slack, agreement });
     }
 
     /// Takes up a vertex, unless better ones are known.
@@ -192,7 +205,7 @@ impl<D: Number> ExtremesTracker<D> {
                     (_, [last, before]) if t == last.re() => [*before, *last],
                     _ => continue,
                 };
-                self.take_up(Vertex { column, end, estimate, bracket, slack: 0.0 });
+                self.take_up(Vertex { column, end, estimate, bracket, slack: 0.0, agreement: None });
             }
         }
     }
@@ -240,13 +253,6 @@ impl<D: Number> ExtremesTracker<D> {
         self.rows.min(ROWS)
     }
 
-    /// The place of the values of a row.
-    fn place(&self, row: usize) -> std::ops::Range<usize> {
-        let count = self.found.len();
-        let begin = row % ROWS * count;
-        begin..begin + count
-    }
-
     /// The time of a kept row, the oldest first.
     fn time(&self, i: usize) -> D {
         self.times[(self.rows - self.window() + i) % ROWS]
@@ -254,7 +260,7 @@ impl<D: Number> ExtremesTracker<D> {
 
     /// The value of a column in a kept row, the oldest first.
     fn value(&self, i: usize, column: usize) -> D {
-        self.values[self.place(self.rows - self.window() + i).start + column]
+        self.values[column][(self.rows - self.window() + i) % ROWS]
     }
 
     /// Searches the vertex near a row, its value and its time; the value differs from that of the row by `reach` at most.

@@ -68,24 +68,55 @@ const PROBES: usize = 16;
 #[derive(Clone, Debug)]
 pub(crate) struct Differences {
     pub(crate) quantities: Quantities,
+    /// The difference of each quantity.
+    pub(crate) each: Vec<Difference>,
     /// The quantities of both runs in the same row.
     compared: [Vec<f64>; 2],
     /// Whether the runs were compared at all.
     pub(crate) has_met: bool,
-    /// The largest difference in any row.
-    pub(crate) largest: Vec<f64>,
-    /// The largest difference in the row where the quantity is smallest and those beside it, and around the largest value.
-    pub(crate) at_extremes: Vec<[f64; 2]>,
-    /// Whether the last row was the one with an extreme.
-    is_extreme: Vec<[bool; 2]>,
-    /// The difference in the last row.
-    pub(crate) latest: Vec<f64>,
-    /// The smallest and the largest value of each quantity.
-    pub(crate) ranges: Vec<[f64; 2]>,
-    /// The largest change of each quantity where the coordinates change by rounding errors.
-    pub(crate) noise: Vec<f64>,
-    /// Rows at which that is still to be looked at.
+    /// Rows at which the effect of rounding errors is still to be looked at.
     probes: usize,
+}
+
+/// The difference of one quantity between two runs of one motion.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Difference {
+    /// The largest one in any row.
+    pub(crate) largest: f64,
+    /// The one in the last row.
+    pub(crate) latest: f64,
+    /// The largest one in the row where the quantity is smallest and those beside it, and around the largest value.
+    pub(crate) at_extremes: [f64; 2],
+    /// Whether the last row was the one with an extreme.
+    is_extreme: [bool; 2],
+    /// The smallest and the largest value of the quantity.
+    pub(crate) range: [f64; 2],
+    /// The largest change of the quantity where the coordinates change by rounding errors.
+    pub(crate) noise: f64,
+}
+
+impl Difference {
+    /// Begins at a value that both runs share, which may be both extremes.
+    fn new(value: f64) -> Self {
+        Self { largest: 0.0, latest: 0.0, at_extremes: [0.0; 2], is_extreme: [true; 2], range: [value; 2], noise: 0.0 }
+    }
+
+    /// Compares a value of a run with that of another one.
+    fn take(&mut self, value: f64, other: f64) {
+        let difference = (value - other).abs();
+        self.largest = self.largest.max(difference);
+        let around = difference.max(std::mem::replace(&mut self.latest, difference));
+        let [low, high] = &mut self.range;
+        let was_extreme = std::mem::replace(&mut self.is_extreme, [value < *low, value > *high]);
+        (*low, *high) = (low.min(value), high.max(value));
+        for (end, at) in self.at_extremes.iter_mut().enumerate() {
+            if self.is_extreme[end] {
+                *at = around;
+            } else if was_extreme[end] {
+                *at = at.max(difference);
+            }
+        }
+    }
 }
 
 impl Differences {
@@ -96,14 +127,8 @@ impl Differences {
         quantities.write(mechanism, first, &mut numbers);
         Self {
             quantities,
+            each: numbers.iter().map(|value| Difference::new(*value)).collect(),
             has_met: false,
-            largest: zero.clone(),
-            at_extremes: vec![[0.0; 2]; zero.len()],
-            // The first row may be both.
-            is_extreme: vec![[true; 2]; zero.len()],
-            latest: zero.clone(),
-            ranges: numbers.iter().map(|value| [*value; 2]).collect(),
-            noise: zero.clone(),
             probes: PROBES,
             compared: [numbers, zero],
         }
@@ -112,24 +137,11 @@ impl Differences {
     /// Compares a row of a run with that of another one.
     pub(crate) fn take(&mut self, mechanism: &dyn Mechanism, of_run: &StateRef, of_other: &StateRef) {
         self.has_met = true;
-        self.quantities.write(mechanism, of_run, &mut self.compared[0]);
-        self.quantities.write(mechanism, of_other, &mut self.compared[1]);
-        for (i, (value, other)) in self.compared[0].iter().zip(&self.compared[1]).enumerate() {
-            let difference = (value - other).abs();
-            self.largest[i] = self.largest[i].max(difference);
-            let around = difference.max(std::mem::replace(&mut self.latest[i], difference));
-            let [low, high] = &mut self.ranges[i];
-            let is_extreme = [value < low, value > high];
-            (*low, *high) = (low.min(*value), high.max(*value));
-            for end in 0..2 {
-                let at = &mut self.at_extremes[i][end];
-                if is_extreme[end] {
-                    *at = around;
-                } else if self.is_extreme[i][end] {
-                    *at = at.max(difference);
-                }
-            }
-            self.is_extreme[i] = is_extreme;
+        let [own, others] = &mut self.compared;
+        self.quantities.write(mechanism, of_run, own);
+        self.quantities.write(mechanism, of_other, others);
+        for (difference, (value, other)) in self.each.iter_mut().zip(own.iter().zip(others)) {
+            difference.take(*value, *other);
         }
         if let Some(probes) = self.probes.checked_sub(1) {
             self.probes = probes;
@@ -148,17 +160,18 @@ impl Differences {
         let beside = StateRef { q: &q, qdd: &qdd, multipliers: &multipliers, ..*of_run };
         let [of_run, of_other] = &mut self.compared;
         self.quantities.write(mechanism, &beside, of_other);
-        for ((noise, own), other) in self.noise.iter_mut().zip(of_run).zip(of_other) {
-            *noise = noise.max((*own - *other).abs());
+        for (difference, (own, other)) in self.each.iter_mut().zip(of_run.iter().zip(of_other)) {
+            difference.noise = difference.noise.max((*own - *other).abs());
         }
     }
 
     /// Begins anew, and returns the largest differences so far.
     pub(crate) fn restart(&mut self) -> Vec<f64> {
-        self.at_extremes.fill([0.0; 2]);
-        self.is_extreme.fill([true; 2]);
-        self.latest.fill(0.0);
-        let zero = vec![0.0; self.largest.len()];
-        std::mem::replace(&mut self.largest, zero)
+        let largest = self.each.iter().map(|difference| difference.largest).collect();
+        for difference in &mut self.each {
+            let Difference { range, noise, .. } = *difference;
+            *difference = Difference { range, noise, ..Difference::new(0.0) };
+        }
+        largest
     }
 }

@@ -8,63 +8,22 @@ use qrm_core::{Mechanism, RowLayout, RowRequest};
 use super::companion::Companion;
 use super::companion_thread::{Follower, ThreadScope, with_threads};
 use super::continuation::Branch;
-use super::extremes::Vertex;
+use super::extreme_search::ExtremeSearch;
+use super::first_state::first_state;
 use super::monitor::RunMonitor;
 use super::observer::Observer;
 use super::outcome::{Outcome, StartError, Status, Undefined};
 use super::redundancy::Redundancy;
+use super::request::{End, Request, check_step};
 use super::sampler::Sampler;
-use crate::columns::number;
-use crate::event::{locate, touched};
-use crate::integrate::{BlockEnd, InnerRows, Integrator, MethodSettings, StepError};
-use crate::peak::peak_between;
-use crate::solve::{Solver, constraint_rank};
+use super::stop_condition::StopCondition;
+use crate::integrate::{BlockEnd, InnerRows, Integrator};
 use crate::start::Start;
 use crate::state::State;
 use crate::stopwatch::Stopwatch;
 
 /// Rows between two calls of the observer.
 const CHUNK: usize = 1024;
-
-/// Where it is looked at whether a column rises from a row, against the distance of rows.
-const BESIDE: f64 = 1e-3;
-
-/// Rows that a polynomial for an extreme goes through.
-const TAIL: usize = 5;
-
-/// A condition may be met between two rows where its distance from true is less than so many of its changes from row to
-/// row.
-const NEAR: f64 = 8.0;
-
-/// A run to make.
-#[derive(Default)]
-pub struct Request<'a> {
-    /// The method.
-    pub settings: MethodSettings,
-    /// The start; the scene's if `None`.
-    pub start: Option<Start>,
-    /// The scene's own values of the parameters, whose branch the start is on; those of the model if `None`.
-    pub scene_parameters: Option<Vec<f64>>,
-    /// Length of the steps, or the time between rows of a method that chooses its steps; the scene's if `None`.
-    pub step: Option<f64>,
-    /// The end; the scene's if `None`.
-    pub end: Option<End<'a>>,
-    /// Whether a long run stays in one thread, though a companion run estimates its error.
-    pub is_single_threaded: bool,
-    /// Whether a companion run estimates the error.
-    pub estimate_error: bool,
-}
-
-/// The end of a run.
-pub enum End<'a> {
-    /// At a time.
-    Time(f64),
-    /// When a function rises through zero.
-    Condition(&'a StopFunction<'a>),
-}
-
-/// A function of time, coordinates and rates.
-pub type StopFunction<'a> = dyn Fn(f64, &[f64], &[f64]) -> f64 + 'a;
 
 /// Runs a mechanism.
 ///
@@ -107,70 +66,13 @@ pub fn simulate(
         },
         redundancy: Redundancy::at(mechanism, &first),
         monitor: RunMonitor::new(mechanism, &first, [observer.wants_outputs(), observer.wants_extremes()]),
+        condition: StopCondition::new(mechanism, request.end.as_ref(), &first)?,
         buffer: Vec::new(),
-        first: Vec::new(),
-        tail: Vec::new(),
-        nearest: (0.0, f64::NEG_INFINITY),
     };
-    let condition = run.condition(&first);
-    check_condition(condition)?;
-    let is_sampled = condition.is_some() || observer.wants_extremes();
+    let is_sampled = run.condition.is_some() || observer.wants_extremes();
     run.integrator.keep_inner_rows(if is_sampled { InnerRows::Samples } else { InnerRows::StepEnds });
-    run.nearest.1 = condition.unwrap_or(0.0);
     let is_parallel = request.estimate_error && !request.is_single_threaded;
     Ok(with_threads(is_parallel, |scope| run.run(scope, &first, observer)))
-}
-
-/// An error for a step so short that time would stand still.
-pub(crate) fn check_step(step: f64, end_time: f64) -> Result<(), StartError> {
-    if step > end_time * f64::EPSILON { Ok(()) } else { Err(StartError::StepTooShort { step, end_time }) }
-}
-
-/// An error for a stop condition that is true or undefined at the start.
-pub(crate) fn check_condition(value: Option<f64>) -> Result<(), StartError> {
-    match value {
-        Some(value) if !value.is_finite() => Err(StartError::ConditionNotFinite),
-        Some(value) if value >= 0.0 => Err(StartError::ConditionHolds),
-        _ => Ok(()),
-    }
-}
-
-/// The consistent state at the start of a mechanism's motion.
-///
-/// # Errors
-/// The constraints cannot be met, or the accelerations are not determined.
-pub(crate) fn first_state(mechanism: &dyn Mechanism, branch: &Branch, start: Start) -> Result<State, StartError> {
-    let mut first = first_position(mechanism, branch, start)?;
-    Solver::at(mechanism, first.t, &first.q).complete(mechanism, &mut first).map_err(StartError::Step)?;
-    Ok(first)
-}
-
-/// The first state without accelerations and multipliers.
-pub(crate) fn first_position(mechanism: &dyn Mechanism, branch: &Branch, start: Start) -> Result<State, StartError> {
-    let (q, qd) = branch.assemble(mechanism, start).map_err(StartError::NotAssembled)?;
-    let description = mechanism.description();
-    let count = description.constraints.len();
-    if !description.friction.is_empty() && constraint_rank(mechanism, 0.0, &q) < count {
-        return Err(StartError::Step(StepError::FrictionNotUnique));
-    }
-    let mut first = State::zero(q.len(), count);
-    (first.q, first.qd) = (q, qd);
-    Ok(first)
-}
-
-/// The last of some rows whose time is not after `t`; the times increase.
-fn last_until(rows: &[f64], width: usize, t: f64) -> Option<&[f64]> {
-    let (mut begin, mut end) = (0, rows.len() / width);
-    while begin < end {
-        let middle = (begin + end) / 2;
-        if rows[middle * width] <= t {
-            begin = middle + 1;
-        } else {
-            end = middle;
-        }
-    }
-    let place = begin.checked_sub(1)? * width;
-    Some(&rows[place..place + width])
 }
 
 struct Run<'a> {
@@ -184,23 +86,9 @@ struct Run<'a> {
     companion: Option<Companion>,
     redundancy: Option<Redundancy>,
     monitor: RunMonitor,
+    condition: Option<StopCondition<'a>>,
     /// The last row that was taken, and those after it.
     buffer: Vec<f64>,
-    /// The first row.
-    first: Vec<f64>,
-    /// The rows before those of the buffer between which extremes may still be found.
-    tail: Vec<f64>,
-    /// The time at which the stop condition was nearest to true, and its value there.
-    nearest: (f64, f64),
-}
-
-/// A state that the condition is evaluated at.
-#[derive(Clone, Copy)]
-enum Sample {
-    /// A row of the buffer.
-    Row(usize),
-    /// A state between rows.
-    Inner(usize),
 }
 
 impl<'a> Run<'a> {
@@ -220,9 +108,8 @@ impl<'a> Run<'a> {
         let chunk = if knows_condition || self.integrator.is_fixed() { CHUNK } else { 1 };
         self.buffer.resize((chunk + 1) * width, 0.0);
         first.write(&mut self.buffer);
-        self.buffer[self.layout.event()] = self.nearest.1;
-        self.first = self.buffer[..width].to_vec();
-        self.tail.reserve(2 * TAIL * width);
+        self.buffer[self.layout.event()] = self.condition.as_ref().map_or(0.0, StopCondition::nearest);
+        let mut search = ExtremeSearch::new(self.layout, &self.buffer[..width]);
         let mut integration = Duration::ZERO;
         let mut end = first.clone();
         let mut steps = 0;
@@ -249,7 +136,10 @@ impl<'a> Run<'a> {
             if taken.is_err() {
                 steps = self.monitor.rows.saturating_sub(1);
             }
-            self.refine_extremes(made);
+            let block = &self.buffer[..(made + 1) * width];
+            if let Some(extremes) = self.monitor.extremes() {
+                search.refine(self.mechanism, &self.integrator, block, extremes);
+            }
             let goes_on = taken.and_then(|()| observer.goes_on(end.t, self.rows.end_time).map_err(Status::Unwritable));
             match goes_on {
                 Err(ending) => status = Some(ending),
@@ -259,9 +149,7 @@ impl<'a> Run<'a> {
             if let Some(status) = status {
                 if let Some(extremes) = self.monitor.extremes() {
                     extremes.finish();
-                    self.refine_extremes(made);
-                }
-                if let Some(extremes) = self.monitor.extremes() {
+                    search.refine(self.mechanism, &self.integrator, block, extremes);
                     observer.extremes(extremes.found());
                 }
                 let is_kept = !matches!(status, Status::Unwritable(_));
@@ -270,9 +158,7 @@ impl<'a> Run<'a> {
                 self.companion = follower.finish();
                 return self.outcome(status, end, steps, integration);
             }
-            if self.monitor.extremes().is_some() {
-                self.keep_tail(made);
-            }
+            search.keep(block);
             self.buffer.copy_within(made * width..(made + 1) * width, 0);
             begin = 1;
         }
@@ -285,168 +171,36 @@ impl<'a> Run<'a> {
         let block = self.integrator.fill(self.mechanism, &self.rows, &mut self.buffer);
         let mut made = block.made;
         let mut reason = block.reason;
-        if let Some(End::Condition(condition)) = self.request.end {
-            let RowLayout { n, .. } = self.layout;
-            for (number, row) in self.buffer.chunks_exact_mut(width).enumerate().take(made + 1).skip(1) {
-                let value = condition(row[0], &row[1..=n], &row[1 + n..=2 * n]);
-                row[self.layout.event()] = value;
-                if !(value < 0.0) {
-                    (made, reason) = (number, BlockEnd::Event);
-                    break;
-                }
+        if let Some(condition) = &mut self.condition {
+            let found = condition.write(&mut self.buffer[..(made + 1) * width]);
+            made = found.unwrap_or(made);
+            let crossed = condition.first_crossing(&mut self.integrator, &mut self.buffer[..(made + 1) * width]);
+            made = crossed.unwrap_or(made);
+            if found.or(crossed).is_some() {
+                reason = BlockEnd::Event;
             }
-        }
-        let has_condition = !matches!(self.request.end, Some(End::Time(_))) && self.has_condition();
-        if has_condition && let Some(row) = self.first_crossing(made) {
-            (made, reason) = (row, BlockEnd::Event);
+            condition.note(&self.buffer[..(made + usize::from(reason != BlockEnd::Event)) * width]);
         }
         let last = self.buffer[made * width + self.layout.event()];
-        let is_crossed = reason == BlockEnd::Event;
-        if has_condition {
-            for row in self.buffer.chunks_exact(width).take(made + usize::from(!is_crossed)).skip(1) {
-                if row[self.layout.event()] > self.nearest.1 {
-                    self.nearest = (row[0], row[self.layout.event()]);
-                }
-            }
-        }
-        match reason {
-            BlockEnd::Full => (made, None),
-            BlockEnd::Failed(reason) => (made, Some(Status::Failed(reason))),
-            BlockEnd::Event if last.is_nan() => {
+        match (reason, &self.condition) {
+            (BlockEnd::Full, _) => (made, None),
+            (BlockEnd::Failed(reason), _) => (made, Some(Status::Failed(reason))),
+            (BlockEnd::Event, _) if last.is_nan() => {
                 let t = self.buffer[made * width];
                 (made - 1, Some(Status::NotFinite { t, what: Undefined::Condition }))
             }
-            BlockEnd::Event => match self.locate(made) {
-                Ok(found) => {
-                    found.write(&mut self.buffer[made * width..]);
-                    (made, Some(Status::Stopped))
+            (BlockEnd::Event, Some(condition)) => {
+                match condition.locate(&mut self.integrator, &self.buffer[..(made + 1) * width]) {
+                    Ok(found) => {
+                        found.write(&mut self.buffer[made * width..]);
+                        (made, Some(Status::Stopped))
+                    }
+                    Err(reason) => (made - 1, Some(Status::Failed(reason))),
                 }
-                Err(reason) => (made - 1, Some(Status::Failed(reason))),
-            },
-            BlockEnd::End if has_condition => {
-                let (nearest_time, nearest) = self.nearest;
-                (made, Some(Status::StopNotReached { nearest_time, missing: -nearest }))
             }
-            BlockEnd::End => (made, Some(Status::Completed)),
+            (BlockEnd::End, Some(condition)) => (made, Some(condition.not_reached())),
+            (BlockEnd::End | BlockEnd::Event, None) => (made, Some(Status::Completed)),
         }
-    }
-
-    /// Looks for each extreme between rows in the motion itself, by steps from the rows.
-    fn refine_extremes(&mut self, made: usize) {
-        let Some(extremes) = self.monitor.extremes() else { return };
-        // Pages draw extremes, and are to be small.
-        if cfg!(target_arch = "wasm32") {
-            extremes.note_estimates();
-            return;
-        }
-        let vertices = extremes.take_vertices();
-        if vertices.is_empty() {
-            return;
-        }
-        let width = self.layout.width();
-        // The steps of the run know nothing of these.
-        let mut integrator = self.integrator.clone();
-        for vertex in vertices {
-            let Vertex { column, end, estimate, bracket, .. } = vertex;
-            if !self.monitor.extremes().is_some_and(|extremes| extremes.may_be_extreme(&vertex)) {
-                continue;
-            }
-            let t = estimate.1;
-            let sign = if end == 0 { -1.0 } else { 1.0 };
-            let mut value = |t: f64| {
-                let rows = [&self.buffer[..(made + 1) * width], &self.tail, &self.first];
-                let from = rows.into_iter().find_map(|rows| last_until(rows, width, t))?;
-                let at = integrator.between(self.mechanism, &State::from_row(self.layout, from), t).ok()?;
-                Some(sign * number(self.mechanism, &at, column)).filter(|value| value.is_finite())
-            };
-            // An extreme at an end is one, unless the column rises from there.
-            let other = bracket[0] + bracket[1] - t;
-            if bracket.contains(&t) && !(value(t + BESIDE * (other - t)) > value(t)) {
-                continue;
-            }
-            let found = peak_between(bracket, t, value).map_or(estimate, |(t, value)| (sign * value, t));
-            if let Some(extremes) = self.monitor.extremes() {
-                extremes.note(&vertex, found);
-            }
-        }
-    }
-
-    /// Keeps the last rows of the buffer, but for the one that stays in it.
-    fn keep_tail(&mut self, made: usize) {
-        let width = self.layout.width();
-        self.tail.extend_from_slice(&self.buffer[made.saturating_sub(TAIL) * width..made * width]);
-        let excess = self.tail.len().saturating_sub(TAIL * width);
-        self.tail.drain(..excess);
-    }
-
-    /// The first row of the buffer before which the condition was true inside the step, though it is true in no row
-    /// before; the row becomes the state where it was found true.
-    fn first_crossing(&mut self, made: usize) -> Option<usize> {
-        let (width, event) = (self.layout.width(), self.layout.event());
-        let (mut row, mut inner) = (1, 0);
-        // The last sample, a row of the buffer or a state between rows, with the condition's value there.
-        let (mut last, mut before) = (Sample::Row(0), self.buffer[event]);
-        let mut last_change = 0.0;
-        while row <= made && before < 0.0 {
-            let is_inner = self.integrator.inner_row(inner).is_some_and(|at| at[0] < self.buffer[row * width]);
-            let sample = if is_inner { Sample::Inner(inner) } else { Sample::Row(row) };
-            let value = match sample {
-                Sample::Row(row) => self.buffer[row * width + event],
-                Sample::Inner(_) => self.condition(&self.state(&sample)).unwrap_or(-1.0),
-            };
-            let change = (value - before).abs();
-            let found = if value >= 0.0 {
-                // A row where the condition is true is found without help.
-                is_inner.then(|| self.state(&sample))
-            } else if -before.max(value) <= NEAR * change.max(last_change) {
-                self.touched(&self.state(&last), &self.state(&sample))
-            } else {
-                None
-            };
-            if let Some(found) = found {
-                found.write(&mut self.buffer[row * width..]);
-                self.buffer[row * width + event] = 0.0;
-                return Some(row);
-            }
-            (last, before, last_change) = (sample, value, change);
-            if is_inner { inner += 1 } else { row += 1 }
-        }
-        None
-    }
-
-    /// The state at which the condition is true between two states at which it is not.
-    fn touched(&mut self, from: &State, to: &State) -> Option<State> {
-        let (mechanism, request) = (self.mechanism, self.request);
-        let value = |at: &State| condition(mechanism, request, at);
-        let found = touched(from, to, &mut { value }, &mut |t| self.integrator.between(mechanism, from, t))?;
-        value(&found).is_some_and(|value| value >= 0.0).then_some(found)
-    }
-
-    fn state(&self, sample: &Sample) -> State {
-        let numbers = match *sample {
-            Sample::Row(row) => &self.buffer[row * self.layout.width()..],
-            Sample::Inner(inner) => self.integrator.inner_row(inner).unwrap_or_default(),
-        };
-        State::from_row(self.layout, numbers)
-    }
-
-    /// The state in the step to row `made` of the buffer at which the condition becomes true.
-    fn locate(&mut self, made: usize) -> Result<State, StepError> {
-        let width = self.layout.width();
-        let from = State::from_row(self.layout, &self.buffer[(made - 1) * width..]);
-        let beyond = State::from_row(self.layout, &self.buffer[made * width..]);
-        let (mechanism, request) = (self.mechanism, self.request);
-        let value = |at: &State| condition(mechanism, request, at).unwrap_or(0.0);
-        locate(&from, &beyond, &mut { value }, &mut |t| self.integrator.between(mechanism, &from, t))
-    }
-
-    fn has_condition(&self) -> bool {
-        self.request.end.is_some() || !self.mechanism.description().until.is_empty()
-    }
-
-    /// The distance of the stop condition from true (negative), if there is one.
-    fn condition(&self, at: &State) -> Option<f64> {
-        condition(self.mechanism, self.request, at)
     }
 
     fn outcome(&mut self, status: Status, end: State, steps: u64, integration: Duration) -> Outcome {
@@ -481,13 +235,5 @@ impl<'a> Run<'a> {
             energy_drift: is_conservative.then_some(monitor.energy_drift),
             stats: *self.integrator.stats(),
         }
-    }
-}
-
-fn condition(mechanism: &dyn Mechanism, request: &Request, at: &State) -> Option<f64> {
-    match request.end {
-        Some(End::Time(_)) => None,
-        Some(End::Condition(condition)) => Some(condition(at.t, &at.q, &at.qd)),
-        None => mechanism.event(at.t, &at.q, &at.qd),
     }
 }

@@ -6,9 +6,9 @@ use qrm_core::{Mechanism, Model, Replace, RowLayout, RowRequest};
 
 use super::continuation::Branch;
 use super::error::{Reason, SimError};
+use super::first_state::first_state;
 use super::judgement::Doubt;
 use super::outcome::StartError;
-use super::simulate::first_state;
 use super::watch::Watch;
 use crate::integrate::{BlockEnd, Integrator, MethodSettings, StepError};
 use crate::solve::{LoopConstraints, Matrix, Solver, is_positive, largest};

@@ -1,0 +1,99 @@
+//! The search of extremes between the rows of a run, in the motion itself.
+
+use qrm_core::{Mechanism, RowLayout};
+
+use super::extremes::{ExtremesTracker, Vertex};
+use crate::columns::number;
+use crate::integrate::Integrator;
+use crate::peak::peak_between;
+use crate::state::State;
+
+/// Where it is looked at whether a column rises from a row, against the distance of rows.
+const BESIDE: f64 = 1e-3;
+
+/// Rows that a polynomial for an extreme goes through.
+const TAIL: usize = 5;
+
+/// The rows of a run from which steps are made to extremes between them.
+#[derive(Clone, Debug)]
+pub(super) struct ExtremeSearch {
+    layout: RowLayout,
+    /// The first row.
+    first: Vec<f64>,
+    /// The rows before the last block between which extremes may still be found.
+    tail: Vec<f64>,
+}
+
+impl ExtremeSearch {
+    /// Begins with a run at its first row.
+    pub(super) fn new(layout: RowLayout, first: &[f64]) -> Self {
+        Self { layout, first: first.to_vec(), tail: Vec::new() }
+    }
+
+    /// Looks for each extreme between rows, of which `rows` are the last.
+    pub(super) fn refine(
+        &self,
+        mechanism: &dyn Mechanism,
+        run: &Integrator,
+        rows: &[f64],
+        extremes: &mut ExtremesTracker,
+    ) {
+        // Pages draw extremes, and are to be small.
+        if cfg!(target_arch = "wasm32") {
+            extremes.note_estimates();
+            return;
+        }
+        let vertices = extremes.take_vertices();
+        if vertices.is_empty() {
+            return;
+        }
+        // The steps of the run know nothing of these.
+        let mut integrator = run.clone();
+        for vertex in vertices {
+            if !extremes.may_be_extreme(&vertex) {
+                continue;
+            }
+            let Vertex { column, end, estimate, bracket, .. } = vertex;
+            let t = estimate.1;
+            let sign = if end == 0 { -1.0 } else { 1.0 };
+            let mut value = |t: f64| {
+                let from = State::from_row(self.layout, self.last_until(rows, t)?);
+                let at = integrator.between(mechanism, &from, t).ok()?;
+                Some(sign * number(mechanism, &at, column)).filter(|value| value.is_finite())
+            };
+            let at = value(t);
+            // An extreme at an end is one, unless the column rises from there.
+            let other = bracket[0] + bracket[1] - t;
+            if bracket.contains(&t) && !(value(t + BESIDE * (other - t)) > at) {
+                continue;
+            }
+            let peak = at.and_then(|at| {
+                if vertex.agrees(sign * at) { Some((t, at)) } else { peak_between(bracket, (t, at), value) }
+            });
+            extremes.note(&vertex, peak.map_or(estimate, |(t, value)| (sign * value, t)));
+        }
+    }
+
+    /// Keeps the last of some rows but one, which stays the first of the next rows.
+    pub(super) fn keep(&mut self, rows: &[f64]) {
+        let width = self.layout.width();
+        let made = rows.len() / width - 1;
+        self.tail.extend_from_slice(&rows[made.saturating_sub(TAIL) * width..made * width]);
+        let excess = self.tail.len().saturating_sub(TAIL * width);
+        self.tail.drain(..excess);
+    }
+
+    /// The last row whose time is not after `t`.
+    fn last_until<'a>(&'a self, rows: &'a [f64], t: f64) -> Option<&'a [f64]> {
+        let width = self.layout.width();
+        let begins_until = |rows: &&[f64]| rows.first().is_some_and(|begin| *begin <= t);
+        let rows = [rows, &self.tail, &self.first].into_iter().find(begins_until)?;
+        // The times increase.
+        let (mut last, mut beyond) = (0, rows.len() / width);
+        while beyond - last > 1 {
+            let middle = (last + beyond) / 2;
+            if rows[middle * width] <= t { last = middle } else { beyond = middle }
+        }
+        Some(&rows[last * width..(last + 1) * width])
+    }
+}

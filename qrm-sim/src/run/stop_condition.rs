@@ -1,0 +1,166 @@
+//! The condition that ends a run.
+
+use qrm_core::{Mechanism, RowLayout};
+
+use super::outcome::{StartError, Status};
+use super::request::{End, StopFunction};
+use crate::event::{locate, touched};
+use crate::integrate::{Integrator, StepError};
+use crate::state::State;
+
+/// A condition may be met between two rows where its distance from true is less than so many of its changes from row to
+/// row.
+const NEAR: f64 = 8.0;
+
+/// The condition that ends a run, a function that rises through zero, and where it was nearest to true.
+#[derive(Clone, Copy)]
+pub(super) struct StopCondition<'a> {
+    mechanism: &'a dyn Mechanism,
+    layout: RowLayout,
+    /// The function; that of the scene if `None`.
+    function: Option<&'a StopFunction<'a>>,
+    /// The time at which the condition was nearest to true, and its value there.
+    nearest: (f64, f64),
+}
+
+/// A state that the condition is evaluated at.
+#[derive(Clone, Copy)]
+enum Sample {
+    /// A row of the block.
+    Row(usize),
+    /// A state between rows.
+    Inner(usize),
+}
+
+impl<'a> StopCondition<'a> {
+    /// Begins with a run; `None` if it ends at a time.
+    ///
+    /// # Errors
+    /// The condition is true or undefined at the start.
+    pub(super) fn new(
+        mechanism: &'a dyn Mechanism,
+        end: Option<&'a End<'a>>,
+        first: &State,
+    ) -> Result<Option<Self>, StartError> {
+        let function = match end {
+            Some(End::Time(_)) => return Ok(None),
+            Some(End::Condition(function)) => Some(*function),
+            None => None,
+        };
+        let layout = RowLayout { n: first.q.len(), m: first.multipliers.len() };
+        let mut condition = Self { mechanism, layout, function, nearest: (first.t, f64::NEG_INFINITY) };
+        let value = condition.value(first);
+        check_condition(value)?;
+        condition.nearest.1 = value.unwrap_or(f64::NEG_INFINITY);
+        Ok(value.is_some().then_some(condition))
+    }
+
+    /// Its value at the start of the run, or the largest one since.
+    pub(super) fn nearest(&self) -> f64 {
+        self.nearest.1
+    }
+
+    /// The distance from true (negative); `None` if neither the run nor the scene has a condition.
+    fn value(&self, at: &State) -> Option<f64> {
+        match self.function {
+            Some(function) => Some(function(at.t, &at.q, &at.qd)),
+            None => self.mechanism.event(at.t, &at.q, &at.qd),
+        }
+    }
+
+    /// Writes the values of a condition of the run into rows after the first; the first row at which it is not false.
+    pub(super) fn write(&self, rows: &mut [f64]) -> Option<usize> {
+        let (function, RowLayout { n, .. }) = (self.function?, self.layout);
+        for (number, row) in rows.chunks_exact_mut(self.layout.width()).enumerate().skip(1) {
+            let value = function(row[0], &row[1..=n], &row[1 + n..=2 * n]);
+            row[self.layout.event()] = value;
+            if !(value < 0.0) {
+                return Some(number);
+            }
+        }
+        None
+    }
+
+    /// Looks where it is nearest to true in rows after the first.
+    pub(super) fn note(&mut self, rows: &[f64]) {
+        for row in rows.chunks_exact(self.layout.width()).skip(1) {
+            let value = row[self.layout.event()];
+            if value > self.nearest.1 {
+                self.nearest = (row[0], value);
+            }
+        }
+    }
+
+    /// The end of a run in which it did not become true.
+    pub(super) fn not_reached(&self) -> Status {
+        let (nearest_time, nearest) = self.nearest;
+        Status::StopNotReached { nearest_time, missing: -nearest }
+    }
+
+    /// The first row before which the condition was true inside the step, though it is true in no row before; the row
+    /// becomes the state where it was found true.
+    pub(super) fn first_crossing(&self, integrator: &mut Integrator, rows: &mut [f64]) -> Option<usize> {
+        let (width, event) = (self.layout.width(), self.layout.event());
+        let made = rows.len() / width - 1;
+        let (mut row, mut inner) = (1, 0);
+        // The last sample, a row or a state between rows, with the condition's value there.
+        let (mut last, mut before) = (Sample::Row(0), rows[event]);
+        let mut last_change = 0.0;
+        while row <= made && before < 0.0 {
+            let is_inner = integrator.inner_row(inner).is_some_and(|at| at[0] < rows[row * width]);
+            let sample = if is_inner { Sample::Inner(inner) } else { Sample::Row(row) };
+            let state = |integrator: &Integrator, sample: Sample| match sample {
+                Sample::Row(row) => State::from_row(self.layout, &rows[row * width..]),
+                Sample::Inner(inner) => State::from_row(self.layout, integrator.inner_row(inner).unwrap_or_default()),
+            };
+            let value = match sample {
+                Sample::Row(row) => rows[row * width + event],
+                Sample::Inner(_) => self.value(&state(integrator, sample)).unwrap_or(-1.0),
+            };
+            let change = (value - before).abs();
+            let found = if value >= 0.0 {
+                // A row where the condition is true is found without help.
+                is_inner.then(|| state(integrator, sample))
+            } else if -before.max(value) <= NEAR * change.max(last_change) {
+                let [from, to] = [last, sample].map(|sample| state(integrator, sample));
+                self.touched(integrator, &from, &to)
+            } else {
+                None
+            };
+            if let Some(found) = found {
+                found.write(&mut rows[row * width..]);
+                rows[row * width + event] = 0.0;
+                return Some(row);
+            }
+            (last, before, last_change) = (sample, value, change);
+            if is_inner { inner += 1 } else { row += 1 }
+        }
+        None
+    }
+
+    /// The state at which the condition is true between two states at which it is not.
+    fn touched(&self, integrator: &mut Integrator, from: &State, to: &State) -> Option<State> {
+        let found = touched(from, to, &mut |at| self.value(at), &mut |t| integrator.between(self.mechanism, from, t))?;
+        self.value(&found).is_some_and(|value| value >= 0.0).then_some(found)
+    }
+
+    /// The state at which it becomes true in the step between the last two of some rows.
+    ///
+    /// # Errors
+    /// A step could not be made.
+    pub(super) fn locate(&self, integrator: &mut Integrator, rows: &[f64]) -> Result<State, StepError> {
+        let width = self.layout.width();
+        let [from, beyond] = [2, 1].map(|back| State::from_row(self.layout, &rows[rows.len() - back * width..]));
+        let value = |at: &State| self.value(at).unwrap_or(0.0);
+        locate(&from, &beyond, &mut { value }, &mut |t| integrator.between(self.mechanism, &from, t))
+    }
+}
+
+/// An error for a stop condition that is true or undefined at the start.
+pub(crate) fn check_condition(value: Option<f64>) -> Result<(), StartError> {
+    match value {
+        Some(value) if !value.is_finite() => Err(StartError::ConditionNotFinite),
+        Some(value) if value >= 0.0 => Err(StartError::ConditionHolds),
+        _ => Ok(()),
+    }
+}
