@@ -24,8 +24,7 @@ pub const GAUSS_NODES: usize = 8;
 pub trait GaussSteps: core::fmt::Debug + Send {
     /// A step from a state to its end, which is not projected. `None` where the kernel does not suit a position, or a
     /// number is not finite.
-    fn step(&mut self, request: &GaussRequest, from: &StateRef, q: &mut [f64], qd: &mut [f64])
-    -> Option<GaussEstimate>;
+    fn step(&mut self, request: &GaussRequest, from: &StateRef, end: GaussEnd) -> Option<GaussEstimate>;
 
     /// A copy.
     fn boxed_clone(&self) -> Box<dyn GaussSteps>;
@@ -47,6 +46,17 @@ pub struct GaussRequest {
     /// Whether it is a shorter step from the same state as the last one, directly after it. The next step goes on from
     /// the last one all the same.
     pub is_inside: bool,
+}
+
+/// The end of a step of the Gauss method.
+#[derive(Debug)]
+pub struct GaussEnd<'a> {
+    /// The coordinates there.
+    pub q: &'a mut [f64],
+    /// The rates there.
+    pub qd: &'a mut [f64],
+    /// The accelerations of the polynomials at the beginning and at the end, where no nodes are.
+    pub extrapolated: [&'a mut [f64]; 2],
 }
 
 /// How an iteration ended.

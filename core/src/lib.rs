@@ -71,7 +71,7 @@ pub use double_double::DoubleDouble;
 #[cfg(feature = "dual")]
 pub use dual::{Dual, Kind};
 #[cfg(feature = "simd")]
-pub use gauss::{Convergence, GAUSS_NODES, GaussEstimate, GaussRequest, GaussSteps};
+pub use gauss::{Convergence, GAUSS_NODES, GaussEnd, GaussEstimate, GaussRequest, GaussSteps};
 pub use interval::Interval;
 pub use kernel::{
     Dynamics, Equations, Generated, Kernel, Linearization, LoopConstraints, MAX_GROWTH, Schedule, Start, copy_outputs,

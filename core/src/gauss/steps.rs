@@ -5,7 +5,7 @@ extern crate alloc;
 use alloc::boxed::Box;
 
 use super::coefficients::{A, A_SQUARED, BARYCENTRIC, Column, Columns, END_AND_MODES, NODES};
-use super::{Convergence, GAUSS_NODES, GaussEstimate, GaussRequest, GaussSteps};
+use super::{Convergence, GAUSS_NODES, GaussEnd, GaussEstimate, GaussRequest, GaussSteps};
 use crate::angles::Angles;
 use crate::batch::Width;
 use crate::kernel::{Equations, Generated, Kernel, MAX_GROWTH};
@@ -334,7 +334,7 @@ struct Solve<'a, K, S: Token, const N: usize, const M: usize> {
     steps: &'a mut Steps<K, S, N, M>,
     request: &'a GaussRequest,
     from: &'a StateRef<'a>,
-    end: (&'a mut [f64], &'a mut [f64]),
+    end: GaussEnd<'a>,
 }
 
 impl<K, S, const N: usize, const M: usize> pulp::NullaryFnOnce for Solve<'_, K, S, N, M>
@@ -346,7 +346,7 @@ where
 
     #[inline(always)]
     fn call(self) -> Self::Output {
-        let Self { steps, request, from, end: (end_q, end_qd) } = self;
+        let Self { steps, request, from, mut end } = self;
         let (t, h, is_inside) = (from.t, request.h, request.is_inside);
         let [n, _] = steps.kernel.sizes();
         let (q, qd, qdd) = (&padded(from.q, n)?, &padded(from.qd, n)?, &padded(from.qdd, n)?);
@@ -356,8 +356,15 @@ where
         let known = if is_inside { &steps.last } else { &steps.before };
         let mut values = Steps::<K, S, N, M>::first_values(known, (t, h), qdd);
         let (q, qd, estimate) = steps.solve(request, (t, q, qd), &mut values)?;
-        end_q.copy_from_slice(&q[..n]);
-        end_qd.copy_from_slice(&qd[..n]);
+        end.q.copy_from_slice(&q[..n]);
+        end.qd.copy_from_slice(&qd[..n]);
+        for (i, values) in values.iter().enumerate().take(n) {
+            let whole = sums(&END_AND_MODES, values);
+            for (place, to) in end.extrapolated.iter_mut().enumerate() {
+                let lane = 4 + place;
+                to[i] = whole[lane / S::F64_LANES].get(lane % S::F64_LANES);
+            }
+        }
         if !is_inside && estimate.convergence == Convergence::Converged {
             steps.last = Polynomials { t, h, values };
         }
@@ -371,14 +378,8 @@ where
     S: Token,
 {
     #[inline]
-    fn step(
-        &mut self,
-        request: &GaussRequest,
-        from: &StateRef,
-        q: &mut [f64],
-        qd: &mut [f64],
-    ) -> Option<GaussEstimate> {
-        self.token.vectorize(Solve { steps: self, request, from, end: (q, qd) })
+    fn step(&mut self, request: &GaussRequest, from: &StateRef, end: GaussEnd) -> Option<GaussEstimate> {
+        self.token.vectorize(Solve { steps: self, request, from, end })
     }
 
     #[inline]

@@ -1,6 +1,6 @@
 //! The Gauss method of order 16, its nodes in the lanes of vectors.
 
-use qrm_core::{Convergence, GAUSS_NODES, GaussRequest, GaussSteps, Mechanism, Width};
+use qrm_core::{Convergence, GAUSS_NODES, GaussEnd, GaussRequest, GaussSteps, Mechanism, Width};
 
 use super::adaptive::{Accepted, Adaptive, StepFormula, Task, Work};
 use super::auto::Auto;
@@ -28,6 +28,10 @@ const DIVERGED: f64 = 50.0;
 /// The method is given up when attempts count so much against it.
 const GIVEN_UP: u32 = 80;
 
+/// A polynomial that misses accelerations at the ends of a step by more than this multiple of the root of the tolerance, in
+/// changes of rates, has missed a load that acts between an end and the node beside it.
+const ENDS: f64 = 20.0;
+
 /// Steps of the Gauss method, and by `auto` where it does not suit.
 #[derive(Clone, Debug)]
 struct Gauss {
@@ -40,16 +44,20 @@ struct Gauss {
     work: Option<f64>,
     /// What counts against the method.
     failures: u32,
+    /// The accelerations of the polynomials of a step at its beginning and its end.
+    extrapolated: [Vec<f64>; 2],
 }
 
 impl Gauss {
     fn new(mechanism: &dyn Mechanism) -> Self {
+        let n = mechanism.description().coordinates.len();
         Self {
             steps: [Width::Eight, Width::Four].into_iter().find_map(|width| mechanism.gauss_steps(width)),
-            fallback: Auto::new(mechanism.description().coordinates.len()),
+            fallback: Auto::new(n),
             attempted: None,
             work: None,
             failures: 0,
+            extrapolated: [vec![0.0; n], vec![0.0; n]],
         }
     }
 }
@@ -78,7 +86,9 @@ impl StepFormula for Gauss {
             && !work.solver.is_redundant()
         {
             let request = GaussRequest { h, tolerance: task.tolerance, is_inside: false };
-            if let Some(estimate) = steps.step(&request, &from.as_ref(), &mut to.q, &mut to.qd) {
+            let [begin, end] = &mut self.extrapolated;
+            let end = GaussEnd { q: &mut to.q, qd: &mut to.qd, extrapolated: [begin, end] };
+            if let Some(estimate) = steps.step(&request, &from.as_ref(), end) {
                 *work.evaluations += u64::from(estimate.iterations) * GAUSS_NODES as u64;
                 self.attempted = Some(estimate.work);
                 if estimate.convergence == Convergence::Diverged {
@@ -93,6 +103,11 @@ impl StepFormula for Gauss {
                     to.t = task.end_of_step(from.t, h);
                     *work.evaluations += 1;
                     work.solver.projected(mechanism, task.projection, to)?;
+                    let [begin, end] = &self.extrapolated;
+                    let unseen = unseen(from, begin).max(unseen(to, end)) * h / (ENDS * task.tolerance.sqrt());
+                    if unseen > 1.0 {
+                        return Ok(unseen);
+                    }
                 }
                 return Ok(estimate.error);
             }
@@ -114,7 +129,9 @@ impl StepFormula for Gauss {
         // The polynomials of the step are less accurate inside than its end: a shorter step it is.
         let from = &step.from;
         let request = GaussRequest { h: to.t - from.t, tolerance: task.tolerance, is_inside: true };
-        if let Some(estimate) = steps.step(&request, &from.as_ref(), &mut to.q, &mut to.qd) {
+        let [begin, end] = &mut self.extrapolated;
+        let end = GaussEnd { q: &mut to.q, qd: &mut to.qd, extrapolated: [begin, end] };
+        if let Some(estimate) = steps.step(&request, &from.as_ref(), end) {
             *work.evaluations += u64::from(estimate.iterations) * GAUSS_NODES as u64 + 1;
             if estimate.convergence == Convergence::Converged {
                 return work.solver.projected(mechanism, task.projection, to);
@@ -151,4 +168,10 @@ impl StepFormula for Gauss {
     fn boxed_clone(&self) -> Box<dyn StepFormula> {
         Box::new(self.clone())
     }
+}
+
+/// The largest difference between accelerations and those of polynomials, against the size of the rates.
+fn unseen(at: &State, extrapolated: &[f64]) -> f64 {
+    let differences = at.qdd.iter().zip(extrapolated).map(|(own, other)| (own - other).abs());
+    differences.zip(&at.qd).map(|(difference, rate)| difference / (1.0 + rate.abs())).fold(0.0, f64::max)
 }

@@ -54,8 +54,6 @@ pub struct ExtremesTracker<D = f64> {
     /// The values of each column in them.
     values: Vec<[D; ROWS]>,
     found: Vec<Extremes<D>>,
-    /// The times of the first two rows.
-    begin: Vec<D>,
     /// For each column the smallest values and the largest ones between rows, the best first.
     vertices: Vec<[Vec<Vertex<D>>; 2]>,
 }
@@ -86,14 +84,7 @@ impl Vertex {
 
 impl<D> Default for ExtremesTracker<D> {
     fn default() -> Self {
-        Self {
-            rows: 0,
-            times: Vec::new(),
-            values: Vec::new(),
-            found: Vec::new(),
-            begin: Vec::new(),
-            vertices: Vec::new(),
-        }
+        Self { rows: 0, times: Vec::new(), values: Vec::new(), found: Vec::new(), vertices: Vec::new() }
     }
 }
 
@@ -105,9 +96,6 @@ impl<D: Number> ExtremesTracker<D> {
             self.vertices = vec![[const { Vec::new() }; 2]; values.len()];
             self.times = vec![t; ROWS];
             self.values = values.iter().map(|value| [*value; ROWS]).collect();
-        }
-        if self.rows < 2 {
-            self.begin.push(t);
         }
         let begin = (self.rows > 0).then(|| self.time(0));
         // Of rows at the same time, no polynomial goes through more than the last one.
@@ -123,6 +111,9 @@ impl<D: Number> ExtremesTracker<D> {
             kept[place] = *value;
         }
         self.rows += 1;
+        if self.rows == 2 && !is_at_last {
+            self.take_up_end([0, 1]);
+        }
         if self.window() < ROWS || is_at_last {
             return;
         }
@@ -186,10 +177,9 @@ impl<D: Number> ExtremesTracker<D> {
         [minimum, maximum][end]
     }
 
-    /// Takes up what five rows around a row do not tell: turns near the last rows, and extremes in the first row and the
-    /// last one, which may be larger beside it.
+    /// Takes up what five rows around a row do not tell: turns near the last rows, and the last row, beside which a column
+    /// may be larger.
     pub fn finish(&mut self) {
-        let last: Vec<D> = (0..self.window()).rev().take(2).map(|i| self.time(i)).collect();
         for column in 0..self.found.len() {
             for middle in 1..self.window().saturating_sub(1) {
                 let [before, at, after] = [middle - 1, middle, middle + 1].map(|i| self.value(i, column).re());
@@ -197,16 +187,21 @@ impl<D: Number> ExtremesTracker<D> {
                     self.turn(column, middle);
                 }
             }
-            for end in 0..2 {
-                let estimate = self.extreme(column, end);
-                let t = estimate.1.re();
-                let bracket = match (&self.begin[..], &last[..]) {
-                    ([first, second], _) if t == first.re() => [*first, *second],
-                    (_, [last, before]) if t == last.re() => [*before, *last],
-                    _ => continue,
-                };
-                self.take_up(Vertex { column, end, estimate, bracket, slack: 0.0, agreement: None });
-            }
+        }
+        if let Some(before) = self.window().checked_sub(2) {
+            self.take_up_end([before + 1, before]);
+        }
+    }
+
+    /// Takes up a row at an end of the series, with the row beside it: the column may rise from there, as from a row
+    /// that is no extreme itself.
+    fn take_up_end(&mut self, [at, beside]: [usize; 2]) {
+        let times = [at.min(beside), at.max(beside)].map(|i| self.time(i));
+        for column in 0..self.found.len() {
+            let [own, other] = [at, beside].map(|i| self.value(i, column));
+            let end = usize::from(own.re() > other.re());
+            let (estimate, slack) = ((own, self.time(at)), (own.re() - other.re()).abs());
+            self.take_up(Vertex { column, end, estimate, bracket: times, slack, agreement: None });
         }
     }
 
