@@ -25,7 +25,9 @@ use errors::{Errors, has_rounded_constants};
 use expected::Expected;
 use hessians::second_derivatives;
 use qrm_scene::evaluate::{State, constant, parameter_values};
-use qrm_scene::scene::{Coordinate, Scene, Start, Value as Formula};
+use qrm_scene::expression::Node;
+use qrm_scene::resolve::all_values;
+use qrm_scene::scene::{Coordinate, Quantity, Scene, Start, Value as Formula};
 use sample::Sample;
 use wide::Wide;
 
@@ -40,7 +42,7 @@ const FRICTION_PATIENCE: usize = 3;
 /// Largest difference of a number, relative to itself or to a thousandth of its largest value at any state. Both sides
 /// are computed with 32 digits, and numbers in the text of a module have 16.
 const TOLERANCE: f64 = 1e-12;
-/// Rounding errors of 32 digits, relative to the largest number of any function at any state.
+/// Rounding errors of 32 digits, relative to the largest number of any function at any state, and in any formula.
 const SMALLEST: f64 = 1e-28;
 /// Numbers of this size have lost the second half of their digits.
 const TINY: f64 = 1e-290;
@@ -142,6 +144,12 @@ fn largest(expected: &Expected<Wide>, scales: &[Vec<f64>]) -> f64 {
     of_equations.flat_map(|(_, scales)| scales).fold(0.0, |most: f64, &scale| most.max(scale))
 }
 
+/// The largest number in a formula. Terms of a table with steep lines cancel wherever it is zero.
+fn largest_constant(scene: &Scene) -> f64 {
+    let of_node = |node: &Node<Quantity>| if let Node::Number(number) = node { number.value.abs() } else { 0.0 };
+    all_values(scene).iter().flat_map(|value| value.nodes().iter().map(of_node)).fold(0.0, f64::max)
+}
+
 fn size(number: Wide) -> f64 {
     number.abs().0.hi()
 }
@@ -157,7 +165,7 @@ fn agrees(
 ) -> Result<bool, String> {
     let model = module.model(scene, &sample.parameters)?;
     let errors = Errors::new(scene, equations, module, sample);
-    let largest = largest(expected, scales);
+    let largest = largest(expected, scales).max(largest_constant(scene));
     let mut all_compared = true;
     let mut last = ("", Value::Nothing);
     for (place, ((function, expected), scales)) in expected.iter().zip(scales).enumerate() {

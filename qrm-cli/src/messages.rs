@@ -6,7 +6,7 @@ use qrm_sim::integrate::StepError;
 use qrm_sim::run::{Explanation, NotAssembled, StartError, Status, Undefined, readable_size};
 
 use crate::error::{Error, Message};
-use crate::format::seconds;
+use crate::format::{seconds, with_error};
 use crate::setup::Setup;
 
 /// An error for a run that could not begin, with the place in the scene where there is one.
@@ -89,9 +89,14 @@ pub(crate) fn not_assembled(reason: &NotAssembled, setup: &Setup) -> Error {
     setup.at_place(diagnostic)
 }
 
-/// The end of a run in a sentence or a few.
-pub(crate) fn status(status: &Status, end_time: f64, description: &Description, until: &str) -> Message {
-    let t = seconds(end_time);
+/// The end of a run, at a time with an error, in a sentence or a few.
+pub(crate) fn status(
+    status: &Status,
+    (end_time, error): (f64, Option<f64>),
+    description: &Description,
+    until: &str,
+) -> Message {
+    let t = error.map_or_else(|| seconds(end_time), |error| format!("{} s", with_error(end_time, error)));
     Message::new(match status {
         Status::Completed => format!("reached the end time {t}"),
         Status::Stopped => format!("`{until}` became true at t = {t}"),

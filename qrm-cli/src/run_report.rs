@@ -8,7 +8,7 @@ use std::path::Path;
 use qrm_core::Description;
 use qrm_scene::files::read_at_most;
 use qrm_sim::columns::{Column, Kind};
-use qrm_sim::run::{ErrorEstimate, Outcome, Redundancy, Status};
+use qrm_sim::run::{ErrorEstimate, ErrorEstimates, Outcome, Redundancy, Status};
 use serde::Serialize;
 
 use crate::error::{Error, Message};
@@ -48,6 +48,8 @@ pub(crate) struct RunReport {
     /// The coordinates and rates that are given at the start.
     start: Named<f64>,
     end_time: f64,
+    /// The estimated error of a time that a condition tells.
+    end_time_error: Option<f64>,
     end_state: Named<f64>,
     /// The estimated errors of these.
     end_state_errors: Named<f64>,
@@ -140,6 +142,7 @@ impl RunReport {
         let mut distrust = distrust(outcome, description);
         distrust.extend(setup.passed_over(outcome.end_time));
         let parameters = description.parameters.iter().map(|p| p.name.to_owned());
+        let end_time_error = outcome.errors.as_ref().and_then(ErrorEstimates::of_end_time);
         Self {
             description,
             scene: description.name,
@@ -157,9 +160,10 @@ impl RunReport {
             rows: 0,
             status: status(outcome),
             is_done: outcome.status.is_done(),
-            message: messages::status(&outcome.status, outcome.end_time, description, &setup.until),
+            message: messages::status(&outcome.status, (outcome.end_time, end_time_error), description, &setup.until),
             start: Named(setup.start().given_values(description)),
             end_time: outcome.end_time,
+            end_time_error,
             end_state: end_state(outcome, recording),
             end_state_errors: errors(outcome, recording, |error, kind| {
                 matches!(kind, Kind::Coordinate(_) | Kind::Rate(_)).then_some(error.at_end)

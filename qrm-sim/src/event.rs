@@ -48,6 +48,17 @@ pub(crate) fn locate<E>(
     Ok(found)
 }
 
+/// The change of a value along the motion from a state, by its difference over a time.
+pub(crate) fn slope(at: &State, h: f64, value: &mut dyn FnMut(&State) -> Option<f64>) -> Option<f64> {
+    let mut moved = at.clone();
+    moved.t += h;
+    for i in 0..at.q.len() {
+        moved.q[i] += h * at.qd[i];
+        moved.qd[i] += h * at.qdd[i];
+    }
+    Some((value(&moved)? - value(at)?) / h)
+}
+
 /// The state inside a step at which a value that is negative at both ends is largest, if it rises from the beginning and
 /// falls to the end; in the resolution of a golden section search until it is positive.
 pub(crate) fn touched<E>(
@@ -57,17 +68,7 @@ pub(crate) fn touched<E>(
     step: &mut dyn FnMut(f64) -> Result<State, E>,
 ) -> Option<State> {
     let h = to.t - from.t;
-    // The change of the value along the motion.
-    let mut slope = |at: &State, h: f64| {
-        let mut moved = at.clone();
-        moved.t += h;
-        for i in 0..at.q.len() {
-            moved.q[i] += h * at.qd[i];
-            moved.qd[i] += h * at.qdd[i];
-        }
-        Some((value(&moved)? - value(at)?) / h)
-    };
-    if !(slope(from, SHIFT * h)? > 0.0 && slope(to, -SHIFT * h)? < 0.0) {
+    if !(slope(from, SHIFT * h, value)? > 0.0 && slope(to, -SHIFT * h, value)? < 0.0) {
         return None;
     }
     let at = |t: f64| {

@@ -104,6 +104,11 @@ class Result(Mapping[str, "NDArray[np.float64]"]):
         return cast("float", self.summary["end_time"])
 
     @property
+    def end_time_error(self) -> float | None:
+        """The estimated error of the time at which a condition ended the run, in s; `None` where a time ended it."""
+        return cast("float | None", self.summary["end_time_error"])
+
+    @property
     def parameters(self) -> dict[str, float]:
         """The values of the parameters of this run."""
         return cast("dict[str, float]", self.summary["parameters"])

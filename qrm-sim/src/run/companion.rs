@@ -5,7 +5,10 @@ use std::f64::consts::TAU;
 use qrm_core::{Mechanism, RowLayout, RowRequest};
 
 use super::error_estimate::{ErrorEstimates, rounding};
+use super::extremes::FoundExtreme;
 use super::quantities::{Difference, Differences, Quantities};
+use super::stop_condition::StopCondition;
+use crate::columns::number;
 use crate::integrate::{BlockEnd, COMPANION_STEP_RATIO, Integrator, MethodSettings, StepError};
 use crate::state::{State, state_in};
 
@@ -45,7 +48,21 @@ pub(crate) struct Companion {
     differences: Differences,
     /// The largest differences of parts of the motion that are over, added up.
     before: Vec<f64>,
+    /// The difference of the times at which the condition that ended the run became true.
+    of_end_time: Option<f64>,
     failed: bool,
+}
+
+/// Rows of a run that its companion is to follow.
+#[derive(Clone, Copy)]
+pub(crate) struct RowBlock<'a> {
+    pub(crate) rows: &'a [f64],
+    /// The number of the first row.
+    pub(crate) first: u64,
+    /// Begin and end of the steps meanwhile, where a method chose them.
+    pub(crate) steps: &'a [[f64; 2]],
+    /// The extremes that were found meanwhile, none of them before the last row of the block before.
+    pub(crate) extremes: &'a [FoundExtreme],
 }
 
 impl Companion {
@@ -72,6 +89,7 @@ impl Companion {
             rows: Vec::new(),
             differences: Differences::new(quantities, mechanism, &first.as_ref()),
             before: vec![0.0; quantities.count()],
+            of_end_time: None,
             failed: false,
         })
     }
@@ -87,15 +105,7 @@ impl Companion {
     }
 
     fn try_change(&mut self, [old, new]: [&dyn Mechanism; 2], [end, first]: [&State; 2]) -> Result<(), StepError> {
-        // Two steps where the run may have made one: the same step would show no difference.
-        let middle = 0.5 * (self.at.t + end.t);
-        for t in [middle, end.t] {
-            if t > self.at.t {
-                self.integrator.advance(old, &self.at, t, &mut self.next)?;
-                std::mem::swap(&mut self.at, &mut self.next);
-            }
-        }
-        self.differences.take(old, &end.as_ref(), &self.at.as_ref());
+        self.come_to(old, end)?;
         for (before, difference) in self.before.iter_mut().zip(self.differences.restart()) {
             *before += difference;
         }
@@ -105,16 +115,39 @@ impl Companion {
         Ok(())
     }
 
-    /// Follows rows of the run, of which the first has the number `first`; a last one that is no whole step is left out.
-    /// A method that chooses its steps made `steps` meanwhile.
-    pub(crate) fn follow(
-        &mut self,
-        mechanism: &dyn Mechanism,
-        steps: &[[f64; 2]],
-        request: &RowRequest,
-        rows: &[f64],
-        first: u64,
-    ) {
+    /// Comes to the state `end` of the run.
+    fn come_to(&mut self, mechanism: &dyn Mechanism, end: &State) -> Result<(), StepError> {
+        // Two steps where the run may have made one: the same step would show no difference.
+        let middle = 0.5 * (self.at.t + end.t);
+        for t in [middle, end.t] {
+            self.move_to(mechanism, t)?;
+        }
+        self.differences.take(mechanism, &end.as_ref(), &self.at.as_ref());
+        Ok(())
+    }
+
+    /// Moves to a time, unless it is there.
+    fn move_to(&mut self, mechanism: &dyn Mechanism, t: f64) -> Result<(), StepError> {
+        if t > self.at.t {
+            self.integrator.advance(mechanism, &self.at, t, &mut self.next)?;
+            std::mem::swap(&mut self.at, &mut self.next);
+        }
+        Ok(())
+    }
+
+    /// Comes to the end of the run, at which `condition` may have become true.
+    pub(crate) fn finish(&mut self, mechanism: &dyn Mechanism, end: &State, condition: Option<&StopCondition>) {
+        // A run that could not go on may have been followed further.
+        if self.failed || self.at.t > end.t {
+            return;
+        }
+        self.failed = self.come_to(mechanism, end).is_err();
+        self.of_end_time = condition.and_then(|condition| condition.time_between(end, &self.at));
+    }
+
+    /// Follows rows of the run; a last one that is no whole step is left out.
+    pub(crate) fn follow(&mut self, mechanism: &dyn Mechanism, request: &RowRequest, block: RowBlock) {
+        let RowBlock { rows, first, steps, .. } = block;
         let width = self.layout.width();
         let count = (rows.len() / width) as u64;
         let is_whole = |row: u64| rows[(row - first) as usize * width] == request.time(row);
@@ -123,26 +156,17 @@ impl Companion {
             return;
         }
         self.integrator.limit_steps_by(steps);
-        if end <= self.row + 1 {
-            return;
-        }
         if self.integrator.is_fixed() {
-            self.follow_steps(mechanism, request, rows, (first, end));
+            self.follow_steps(mechanism, request, block, end);
         } else {
-            self.follow_rows(mechanism, rows, (first, end));
+            self.failed = self.follow_rows(mechanism, block, end).is_err();
         }
     }
 
-    /// Makes longer steps, up to the last row of the run that one of them ends at.
-    fn follow_steps(
-        &mut self,
-        mechanism: &dyn Mechanism,
-        request: &RowRequest,
-        rows: &[f64],
-        (first, end): (u64, u64),
-    ) {
+    /// Makes longer steps, up to the last row of the run before number `end` that one of them ends at.
+    fn follow_steps(&mut self, mechanism: &dyn Mechanism, request: &RowRequest, block: RowBlock, end: u64) {
         let (width, [of_run, own]) = (self.layout.width(), COMPANION_STEPS);
-        let steps = (end - 1 - self.row) / of_run * own;
+        let steps = end.saturating_sub(1 + self.row) / of_run * own;
         let length = (steps as usize + 1) * width;
         if self.rows.len() < length {
             // Later blocks may have some steps more.
@@ -151,30 +175,74 @@ impl Companion {
         self.at.write(&mut self.rows);
         let step = of_run as f64 / own as f64 * request.step;
         let longer = RowRequest { step, first: self.row / of_run * own, watches_event: false, ..*request };
-        let block = self.integrator.fill(mechanism, &longer, &mut self.rows[..length]);
-        self.failed = matches!(block.reason, BlockEnd::Failed(_));
-        let made = &self.rows[..(block.made + 1) * width];
-        for state in made.chunks_exact(width).step_by(own as usize).skip(1) {
+        let mut made = 0;
+        if steps > 0 {
+            let filled = self.integrator.fill(mechanism, &longer, &mut self.rows[..length]);
+            self.failed = matches!(filled.reason, BlockEnd::Failed(_));
+            made = filled.made;
+        }
+        let states = &self.rows[..(made + 1) * width];
+        for state in states.chunks_exact(width).step_by(own as usize).skip(1) {
             self.row += of_run;
-            let row = &rows[(self.row - first) as usize * width..];
+            let row = &block.rows[(self.row - block.first) as usize * width..];
             self.differences.take(mechanism, &state_in(self.layout, row), &state_in(self.layout, state));
         }
-        self.at.read(&made[block.made * width..]);
+        self.at.read(&states[made * width..]);
+        for extreme in block.extremes {
+            let other = self.step_to(mechanism, made, step, extreme.t);
+            self.compare(mechanism, extreme, other.as_ref());
+        }
     }
 
-    /// Moves to each row of the run.
-    fn follow_rows(&mut self, mechanism: &dyn Mechanism, rows: &[f64], (first, end): (u64, u64)) {
+    /// The state at a time behind the first of the last rows, by steps no longer than others.
+    fn step_to(&self, mechanism: &dyn Mechanism, made: usize, step: f64, t: f64) -> Option<State> {
         let width = self.layout.width();
-        for number in first.max(self.row + 1)..end {
-            let row = &rows[(number - first) as usize * width..];
-            if self.integrator.advance(mechanism, &self.at, row[0], &mut self.next).is_err() {
-                self.failed = true;
-                return;
+        let states = &self.rows[..(made + 1) * width];
+        let later = states.chunks_exact(width).rev().position(|row| row[0] <= t)?;
+        let mut at = State::from_row(self.layout, &states[(made - later) * width..]);
+        // The steps of the companion know nothing of these.
+        let mut integrator = self.integrator.clone();
+        while at.t < t {
+            at = integrator.between(mechanism, &at, t.min(at.t + step)).ok()?;
+        }
+        Some(at)
+    }
+
+    /// Moves to each row of the run before number `end`, and to each extreme.
+    fn follow_rows(&mut self, mechanism: &dyn Mechanism, block: RowBlock, end: u64) -> Result<(), StepError> {
+        let width = self.layout.width();
+        let mut extremes = block.extremes.to_vec();
+        extremes.sort_by(|a, b| a.t.total_cmp(&b.t));
+        let mut extremes = extremes.into_iter().peekable();
+        let first = block.first.max(self.row + 1);
+        for number in first..end.max(first) {
+            let row = &block.rows[(number - block.first) as usize * width..];
+            while let Some(extreme) = extremes.next_if(|extreme| extreme.t < row[0]) {
+                self.compare_at(mechanism, &extreme)?;
             }
-            std::mem::swap(&mut self.at, &mut self.next);
+            self.move_to(mechanism, row[0])?;
             self.row = number;
             self.differences.take(mechanism, &state_in(self.layout, row), &self.at.as_ref());
         }
+        extremes.try_for_each(|extreme| self.compare_at(mechanism, &extreme))
+    }
+
+    /// Compares an extreme of the run with the motion at its time.
+    fn compare_at(&mut self, mechanism: &dyn Mechanism, extreme: &FoundExtreme) -> Result<(), StepError> {
+        self.move_to(mechanism, extreme.t)?;
+        let at = (self.at.t == extreme.t).then(|| self.at.clone());
+        self.compare(mechanism, extreme, at.as_ref());
+        Ok(())
+    }
+
+    /// Compares an extreme of the run with a state at its time.
+    fn compare(&mut self, mechanism: &dyn Mechanism, extreme: &FoundExtreme, other: Option<&State>) {
+        let Some(place) = self.differences.quantities.place_of_column(extreme.column) else { return };
+        let Some(difference) = self.differences.each.get_mut(place) else { return };
+        let other = other.map(|other| number(mechanism, other, extreme.column));
+        // Where the other motion is not known, its largest difference counts.
+        let found = other.map_or(difference.largest, |other| (extreme.value - other).abs());
+        difference.at_extremes[extreme.end] = found;
     }
 
     /// The errors after so many steps; `None` if the companion broke off or never met the run.
@@ -195,6 +263,7 @@ impl Companion {
             largest: errors(&|difference| difference.largest),
             at_extremes: [0, 1].map(|end| errors(&|difference| difference.at_extremes[end])),
             at_end: errors(&|difference| difference.latest),
+            of_end_time: self.of_end_time.map(|difference| (difference / ratio).max(rounding(self.at.t, steps))),
         })
     }
 
@@ -218,6 +287,11 @@ impl Companion {
                 group.iter().map(move |difference| rounding.max(difference.noise))
             })
             .collect()
+    }
+
+    /// The number of values of a row.
+    pub(crate) fn width(&self) -> usize {
+        self.layout.width()
     }
 
     /// Whether it broke off.

@@ -8,7 +8,8 @@ use std::thread::{self, Scope, ScopedJoinHandle};
 
 use qrm_core::{Mechanism, RowRequest};
 
-use super::companion::Companion;
+use super::companion::{Companion, RowBlock};
+use super::extremes::{Extremes, FoundExtreme};
 use crate::integrate::Integrator;
 
 /// The number of values that are buffered before the companion processes them.
@@ -17,6 +18,8 @@ const BLOCK: usize = 8192;
 const LONG: usize = 8 * BLOCK;
 /// The number of blocks on their way between the threads.
 const BLOCKS: usize = 4;
+/// So many rows wait for the next block: extremes between them may not be known yet.
+const WAITING: usize = 5;
 
 /// Where threads are begun.
 #[cfg(not(target_arch = "wasm32"))]
@@ -43,14 +46,13 @@ pub(super) fn with_threads<'env, R>(
     run(None)
 }
 
-/// Rows of a run that its companion is to follow.
+/// A block of rows that are kept until the companion follows them.
 #[derive(Default)]
-struct RowBlock {
+struct KeptRows {
     rows: Vec<f64>,
-    /// The number of the first row.
     first: u64,
-    /// Begin and end of the steps that a method chose.
     steps: Vec<[f64; 2]>,
+    extremes: Vec<FoundExtreme>,
 }
 
 /// A companion that follows a run block by block.
@@ -58,7 +60,13 @@ pub(crate) struct Follower<'scope, 'env> {
     scope: Option<ThreadScope<'scope, 'env>>,
     mechanism: &'scope dyn Mechanism,
     request: RowRequest,
-    block: RowBlock,
+    /// The number of values of a row.
+    width: usize,
+    block: KeptRows,
+    /// Room for the next block.
+    spare: KeptRows,
+    /// The extremes that were known last.
+    known: Vec<Extremes>,
     /// The number of values so far.
     count: usize,
     /// The companion in the thread of the run, unless it has a thread of its own.
@@ -70,9 +78,9 @@ pub(crate) struct Follower<'scope, 'env> {
 struct CompanionThread<'scope, 'env> {
     /// Makes this type impossible where there are no threads, so that its code is not compiled.
     _scope: ThreadScope<'scope, 'env>,
-    sender: SyncSender<RowBlock>,
+    sender: SyncSender<KeptRows>,
     /// Blocks that the companion has followed.
-    followed: Receiver<RowBlock>,
+    followed: Receiver<KeptRows>,
     thread: ScopedJoinHandle<'scope, Companion>,
 }
 
@@ -84,11 +92,23 @@ impl<'scope, 'env> Follower<'scope, 'env> {
         request: RowRequest,
         companion: Option<Companion>,
     ) -> Self {
-        Self { scope, mechanism, request, block: RowBlock::default(), count: 0, beside: companion, thread: None }
+        Self {
+            scope,
+            mechanism,
+            request,
+            width: companion.as_ref().map_or(0, Companion::width),
+            block: KeptRows::default(),
+            spare: KeptRows::default(),
+            known: Vec::new(),
+            count: 0,
+            beside: companion,
+            thread: None,
+        }
     }
 
-    /// Follows rows of a run, the last of its integrator, of which the first has the number `first`.
-    pub(crate) fn follow(&mut self, run: &Integrator, (rows, first): (&[f64], u64)) {
+    /// Follows rows of a run, the last of its integrator, of which the first has the number `first`; `extremes` are known
+    /// after them.
+    pub(crate) fn follow(&mut self, run: &Integrator, (rows, first): (&[f64], u64), extremes: &[Extremes]) {
         if self.beside.is_none() && self.thread.is_none() {
             return;
         }
@@ -98,46 +118,84 @@ impl<'scope, 'env> Follower<'scope, 'env> {
         }
         block.rows.extend_from_slice(rows);
         block.steps.extend_from_slice(run.steps());
-        if block.rows.len() < BLOCK {
+        self.take_extremes(extremes);
+        if self.block.rows.len() < BLOCK {
             return;
         }
-        self.count += block.rows.len();
+        self.count += self.block.rows.len();
         if self.count > LONG
             && let Some(scope) = self.scope
             && let Some(companion) = self.beside.take()
         {
             self.thread = Some(CompanionThread::spawn(scope, self.mechanism, self.request, companion));
         }
-        self.follow_block();
+        self.follow_block(WAITING);
     }
 
-    /// Follows the rows that have come together.
-    fn follow_block(&mut self) {
+    /// Takes up the extremes that are new.
+    fn take_extremes(&mut self, extremes: &[Extremes]) {
+        let is_first = self.known.is_empty();
+        for (column, new) in extremes.iter().enumerate() {
+            let known = self.known.get(column);
+            for (end, (value, t)) in [new.minimum, new.maximum].into_iter().enumerate() {
+                let is_new = known.is_none_or(|known| [known.minimum, known.maximum][end] != (value, t));
+                if is_new && !(is_first && t == self.block.rows[0]) {
+                    self.block.extremes.push(FoundExtreme { column, end, value, t });
+                }
+            }
+        }
+        self.known.clear();
+        self.known.extend_from_slice(extremes);
+    }
+
+    /// Follows the rows that have come together, but for so many at the end.
+    fn follow_block(&mut self, waiting: usize) {
+        let mut later = match &self.thread {
+            Some(thread) => thread.empty(),
+            None => std::mem::take(&mut self.spare),
+        };
+        if waiting > 0 {
+            self.block.move_last(waiting * self.width, self.width, &mut later);
+        }
+        let mut block = std::mem::replace(&mut self.block, later);
         if let Some(companion) = &mut self.beside {
-            self.block.follow(companion, self.mechanism, &self.request);
-            self.block.clear();
+            block.follow(companion, self.mechanism, &self.request);
+            block.clear();
+            self.spare = block;
         } else if let Some(thread) = &self.thread {
-            self.block = thread.exchange(std::mem::take(&mut self.block));
+            thread.send(block);
         }
     }
 
     /// The companion at the end of the run.
     pub(crate) fn finish(mut self) -> Option<Companion> {
-        self.follow_block();
+        self.follow_block(0);
         let Some(CompanionThread { sender, thread, .. }) = self.thread else { return self.beside };
         drop(sender);
         Some(thread.join().unwrap_or_else(|panic| panic::resume_unwind(panic)))
     }
 }
 
-impl RowBlock {
+impl KeptRows {
     fn follow(&self, companion: &mut Companion, mechanism: &dyn Mechanism, request: &RowRequest) {
-        companion.follow(mechanism, &self.steps, request, &self.rows, self.first);
+        let Self { rows, first, steps, extremes } = self;
+        companion.follow(mechanism, request, RowBlock { rows, first: *first, steps, extremes });
+    }
+
+    /// Moves the last values to the next block, with the extremes behind those that stay.
+    fn move_last(&mut self, count: usize, width: usize, to: &mut Self) {
+        let left = self.rows.len() - count;
+        to.first = self.first + (left / width) as u64;
+        to.rows.extend(self.rows.drain(left..));
+        let end = self.rows[left - width];
+        to.extremes.extend(self.extremes.iter().filter(|extreme| extreme.t > end));
+        self.extremes.retain(|extreme| extreme.t <= end);
     }
 
     fn clear(&mut self) {
         self.rows.clear();
         self.steps.clear();
+        self.extremes.clear();
     }
 }
 
@@ -154,11 +212,11 @@ impl<'scope, 'env> CompanionThread<'scope, 'env> {
         request: RowRequest,
         mut companion: Companion,
     ) -> Self {
-        let (sender, receiver) = sync_channel::<RowBlock>(BLOCKS);
+        let (sender, receiver) = sync_channel::<KeptRows>(BLOCKS);
         let (used, followed) = sync_channel(BLOCKS);
         for _ in 0..BLOCKS {
             // There is room, and the receiver is there.
-            let _ = used.send(RowBlock::default());
+            let _ = used.send(KeptRows::default());
         }
         let thread = scope.spawn(move || {
             for block in receiver {
@@ -171,12 +229,16 @@ impl<'scope, 'env> CompanionThread<'scope, 'env> {
         Self { _scope: scope, sender, followed, thread }
     }
 
-    /// Hands a block over, and takes an empty one as soon as there is one.
-    fn exchange(&self, block: RowBlock) -> RowBlock {
+    /// An empty block, as soon as there is one.
+    fn empty(&self) -> KeptRows {
         // Where the thread has panicked, joining it tells.
+        let mut block = self.followed.recv().unwrap_or_default();
+        block.clear();
+        block
+    }
+
+    /// Hands a block over.
+    fn send(&self, block: KeptRows) {
         let _ = self.sender.send(block);
-        let mut empty = self.followed.recv().unwrap_or_default();
-        empty.clear();
-        empty
     }
 }

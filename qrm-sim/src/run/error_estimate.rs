@@ -16,6 +16,7 @@ pub struct ErrorEstimates {
     pub(crate) largest: Vec<f64>,
     pub(crate) at_extremes: [Vec<f64>; 2],
     pub(crate) at_end: Vec<f64>,
+    pub(crate) of_end_time: Option<f64>,
 }
 
 /// The estimated error of a quantity, in its unit.
@@ -39,6 +40,11 @@ impl ErrorEstimates {
         let place = self.quantities.place(kind)?;
         let times = [extremes.minimum.1, extremes.maximum.1];
         Some([0, 1].map(|end| if times[end] == self.start { 0.0 } else { self.at_extremes[end][place] }))
+    }
+
+    /// The error of the time at which a condition ended the run, in s; `None` where a time ended it.
+    pub fn of_end_time(&self) -> Option<f64> {
+        self.of_end_time
     }
 
     /// The largest error of each coordinate in any row.

@@ -16,6 +16,19 @@ pub struct Extremes<D = f64> {
     pub maximum: (D, D),
 }
 
+/// An extreme of a column that a run has found.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FoundExtreme {
+    /// The column.
+    pub(crate) column: usize,
+    /// 0 for the smallest value, 1 for the largest one.
+    pub(crate) end: usize,
+    /// The value.
+    pub(crate) value: f64,
+    /// Its time.
+    pub(crate) t: f64,
+}
+
 /// Where a column is smooth, it bends at neighbouring rows by at least this part of what it bends at a vertex.
 const EVEN: f64 = 0.3;
 

@@ -34,6 +34,13 @@ impl Quantities {
         motion.chain([multipliers]).chain(others).collect()
     }
 
+    /// The place of the quantity of a column that has extremes; `None` for times.
+    pub(super) fn place_of_column(self, column: usize) -> Option<usize> {
+        let column = column.checked_sub(1)?;
+        // Coordinates, rates and accelerations stand in turn there.
+        Some(if column < 3 * self.n { column % 3 * self.n + column / 3 } else { column })
+    }
+
     /// The place of a quantity; `None` if errors of it are not estimated.
     pub(super) fn place(self, kind: Kind) -> Option<usize> {
         let Self { n, m, outputs } = self;
@@ -85,10 +92,8 @@ pub(crate) struct Difference {
     pub(crate) largest: f64,
     /// The one in the last row.
     pub(crate) latest: f64,
-    /// The largest one in the row where the quantity is smallest and those beside it, and around the largest value.
+    /// The ones where the quantity is smallest and where it is largest.
     pub(crate) at_extremes: [f64; 2],
-    /// Whether the last row was the one with an extreme.
-    is_extreme: [bool; 2],
     /// The smallest and the largest value of the quantity.
     pub(crate) range: [f64; 2],
     /// The largest change of the quantity where the coordinates change by rounding errors.
@@ -98,24 +103,15 @@ pub(crate) struct Difference {
 impl Difference {
     /// Begins at a value that both runs share, which may be both extremes.
     fn new(value: f64) -> Self {
-        Self { largest: 0.0, latest: 0.0, at_extremes: [0.0; 2], is_extreme: [true; 2], range: [value; 2], noise: 0.0 }
+        Self { largest: 0.0, latest: 0.0, at_extremes: [0.0; 2], range: [value; 2], noise: 0.0 }
     }
 
     /// Compares a value of a run with that of another one.
     fn take(&mut self, value: f64, other: f64) {
-        let difference = (value - other).abs();
-        self.largest = self.largest.max(difference);
-        let around = difference.max(std::mem::replace(&mut self.latest, difference));
+        self.latest = (value - other).abs();
+        self.largest = self.largest.max(self.latest);
         let [low, high] = &mut self.range;
-        let was_extreme = std::mem::replace(&mut self.is_extreme, [value < *low, value > *high]);
         (*low, *high) = (low.min(value), high.max(value));
-        for (end, at) in self.at_extremes.iter_mut().enumerate() {
-            if self.is_extreme[end] {
-                *at = around;
-            } else if was_extreme[end] {
-                *at = at.max(difference);
-            }
-        }
     }
 }
 

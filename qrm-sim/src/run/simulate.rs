@@ -124,9 +124,9 @@ impl<'a> Run<'a> {
                 sampler.follow(self.mechanism, rows, steps, self.integrator.solver_mut());
             }
             let rows = &self.buffer[begin * width..(made + 1) * width];
-            follower.follow(&self.integrator, (rows, steps + begin as u64));
             let before = self.monitor.rows;
             let taken = self.monitor.take(self.mechanism, rows, self.integrator.inner_rows(), observer);
+            let first = steps + begin as u64;
             steps += made as u64;
             // A run that cannot go on ends with its last row, however much further the computation had come.
             let kept = if taken.is_err() { (self.monitor.rows - before) as usize } else { made + 1 - begin };
@@ -136,26 +136,34 @@ impl<'a> Run<'a> {
             if taken.is_err() {
                 steps = self.monitor.rows.saturating_sub(1);
             }
-            let block = &self.buffer[..(made + 1) * width];
-            if let Some(extremes) = self.monitor.extremes() {
-                search.refine(self.mechanism, &self.integrator, block, extremes);
-            }
             let goes_on = taken.and_then(|()| observer.goes_on(end.t, self.rows.end_time).map_err(Status::Unwritable));
             match goes_on {
                 Err(ending) => status = Some(ending),
                 Ok(false) if status.is_none() => status = Some(Status::Interrupted),
                 Ok(_) => {}
             }
-            if let Some(status) = status {
-                if let Some(extremes) = self.monitor.extremes() {
+            let block = &self.buffer[..(made + 1) * width];
+            if let Some(extremes) = self.monitor.extremes() {
+                search.refine(self.mechanism, &self.integrator, block, extremes);
+                if status.is_some() {
                     extremes.finish();
                     search.refine(self.mechanism, &self.integrator, block, extremes);
-                    observer.extremes(extremes.found());
+                }
+            }
+            let extremes = self.monitor.extremes().map_or(&[][..], |extremes| extremes.found());
+            follower.follow(&self.integrator, (rows, first), extremes);
+            if let Some(status) = status {
+                if !extremes.is_empty() {
+                    observer.extremes(extremes);
                 }
                 let is_kept = !matches!(status, Status::Unwritable(_));
                 let last = if is_kept { &self.monitor.columns[..] } else { &[] };
                 let status = observer.finish(last).map_or_else(Status::Unwritable, |()| status);
                 self.companion = follower.finish();
+                if let Some(companion) = &mut self.companion {
+                    let condition = self.condition.as_ref().filter(|_| matches!(status, Status::Stopped));
+                    companion.finish(self.mechanism, &end, condition);
+                }
                 return self.outcome(status, end, steps, integration);
             }
             search.keep(block);

@@ -4,13 +4,16 @@ use qrm_core::{Mechanism, RowLayout};
 
 use super::outcome::{StartError, Status};
 use super::request::{End, StopFunction};
-use crate::event::{locate, touched};
+use crate::event::{locate, slope, touched};
 use crate::integrate::{Integrator, StepError};
 use crate::state::State;
 
 /// A condition may be met between two rows where its distance from true is less than so many of its changes from row to
 /// row.
 const NEAR: f64 = 8.0;
+
+/// The part of the time over which the slope of a condition is taken.
+const SHIFT: f64 = 1e-7;
 
 /// The condition that ends a run, a function that rises through zero, and where it was nearest to true.
 #[derive(Clone, Copy)]
@@ -95,6 +98,13 @@ impl<'a> StopCondition<'a> {
     pub(super) fn not_reached(&self) -> Status {
         let (nearest_time, nearest) = self.nearest;
         Status::StopNotReached { nearest_time, missing: -nearest }
+    }
+
+    /// The time between two motions' becoming true, of which one ended there and the other one is `other` at that time.
+    pub(super) fn time_between(&self, end: &State, other: &State) -> Option<f64> {
+        let [own, other] = [self.value(end)?, self.value(other)?];
+        let slope = slope(end, SHIFT * end.t.abs().max(f64::MIN_POSITIVE), &mut |at| self.value(at))?;
+        Some((other - own).abs() / slope.abs()).filter(|time| time.is_finite())
     }
 
     /// The first row before which the condition was true inside the step, though it is true in no row before; the row

@@ -2,7 +2,7 @@
 
 use qrm_core::{Mechanism, RowRequest};
 
-use super::companion::Companion;
+use super::companion::{Companion, RowBlock};
 use super::error_estimate::ErrorEstimates;
 use super::judgement::{Doubt, Evidence};
 use super::monitor::RunMonitor;
@@ -73,7 +73,8 @@ impl Watch {
         }
         let new = &rows[self.monitor.width()..];
         if let Some(companion) = &mut self.companion {
-            companion.follow(mechanism, integrator.steps(), request, new, request.first + 1);
+            let block = RowBlock { rows: new, first: request.first + 1, steps: integrator.steps(), extremes: &[] };
+            companion.follow(mechanism, request, block);
         }
         self.monitor.take(mechanism, new, integrator.inner_rows(), &mut ()).map_err(|_| StepError::NotFinite)
     }

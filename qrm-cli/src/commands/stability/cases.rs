@@ -177,7 +177,7 @@ fn run_case(variant: &Setup, exact: Option<&Exact>) -> CaseResult {
     };
     let steps = outcome.counts.accepted;
     if !outcome.status.is_done() {
-        let reason = messages::status(&outcome.status, outcome.end_time, variant.description, &variant.until);
+        let reason = messages::status(&outcome.status, (outcome.end_time, None), variant.description, &variant.until);
         return result(steps, Verdict::Refused(reason.text));
     }
     let tolerance = variant.settings.tolerance();

@@ -162,7 +162,7 @@ pub(super) fn row(
             let doubts = finished.doubts.iter().map(|doubt| doubt.text(tolerance, setup.description));
             doubts.chain(passed_over).collect::<Vec<_>>().join("; and ")
         }
-        Ok(status) => messages::status(status, finished.end_time, setup.description, &setup.until).text,
+        Ok(status) => messages::status(status, (finished.end_time, None), setup.description, &setup.until).text,
         Err(reason) => messages::no_start(reason, setup).message().text,
     };
     let has_begun = finished.status.is_ok();
