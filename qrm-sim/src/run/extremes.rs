@@ -43,7 +43,7 @@ const SLACK: f64 = 0.1;
 
 /// A polynomial tells a vertex where its value differs from that of the motion by no more than this part of the way
 /// between the rows beside it: the time of the vertex is then known to about a hundred thousandth of their distance.
-const AGREEMENT: f64 = 1e-6;
+const AGREEMENT: f64 = 1e-8;
 
 /// Most vertices of a column that may be its smallest or its largest value.
 const MOST_VERTICES: usize = 3;
