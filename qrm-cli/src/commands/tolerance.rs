@@ -1,26 +1,33 @@
 //! `qrm tolerance`
 
+mod derivatives;
 mod figure;
+mod motions;
+mod nominal;
 mod parameter;
+mod probes;
 mod report;
 mod samples;
+mod slope;
 mod statistics;
-
-use std::collections::BTreeMap;
+mod table;
 
 use clap::{Args, ValueEnum};
 use qrm_core::Model;
-use qrm_scene::names::suggestion;
 
-use super::sensitivity::{Asked, Quantity as Derived};
-use super::sweep::{Axes, Designs, by_lanes, threads};
+use super::sweep::{by_lanes, threads};
 use crate::error::Error;
 use crate::options::{MethodOptions, OutFolder, SceneOptions};
 use crate::output::{check_target, print, save, save_json};
 use crate::setup::Setup;
+use derivatives::Derived;
+use motions::Motions;
+use nominal::Nominal;
 use parameter::TolerancedParameter;
+use probes::{Probes, WorstCase};
 use report::Report;
 use samples::Samples;
+use slope::Slope;
 use statistics::Statistics;
 
 #[derive(Args)]
@@ -88,22 +95,27 @@ struct Quantity {
     /// The column of a sweep.
     name: String,
     unit: String,
-    /// The value without tolerances.
-    nominal: f64,
-    /// The derivative by each parameter that has a tolerance.
-    derivatives: Vec<f64>,
-    /// The values with every parameter at the end of its tolerance that makes it smaller, and larger.
-    worst: [f64; 2],
+    nominal: Nominal,
+    /// How it changes with each parameter that has a tolerance.
+    slopes: Vec<Slope>,
+    worst: WorstCase,
     statistics: Statistics,
+    /// Changes below this one are not known.
+    resolution: f64,
+    /// The error of its values in the samples, as far as it was seen.
+    sample_error: f64,
 }
 
+/// Differences of values are known to this part of their size, or to the tolerance of the method.
+const RESOLUTION: f64 = 1e-9;
+
 impl Quantity {
-    /// The standard deviation by derivatives, and the share of each parameter in its square.
+    /// The standard deviation by slopes, and the share of each parameter in its square.
     fn linear(&self, parameters: &[TolerancedParameter], distribution: Distribution) -> (f64, Vec<f64>) {
-        let square = |(by, parameter): (&f64, &TolerancedParameter)| {
-            (by * parameter.tolerance * distribution.deviation()).powi(2)
+        let square = |(slope, parameter): (&Slope, &TolerancedParameter)| {
+            (slope.value() * parameter.tolerance * distribution.deviation()).powi(2)
         };
-        let squares: Vec<f64> = self.derivatives.iter().zip(parameters).map(square).collect();
+        let squares: Vec<f64> = self.slopes.iter().zip(parameters).map(square).collect();
         let sum: f64 = squares.iter().sum();
         (sum.sqrt(), squares.iter().map(|square| if sum > 0.0 { square / sum } else { 0.0 }).collect())
     }
@@ -125,13 +137,33 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     let [json, picture, csv] = ["tolerance.json", "tolerance.svg", "samples.csv"].map(|name| folder.join(name));
     [&json, &picture, &csv].into_iter().try_for_each(|path| check_target(path))?;
 
-    let mut quantities = with_derivatives(&nominal, &parameters, &options.of)?;
-    let values = samples::draw(&parameters, &quantities, options);
-    let axes = Axes::paired(setup.description, values)?;
-    let designs = Designs { estimate_error: false, ..Designs::new(setup, axes)? };
-    let samples = Samples::run(&designs, &mut quantities, threads(options.threads))?;
-    let report =
-        Report { designs: &designs, parameters: &parameters, quantities: &quantities, samples: &samples, options };
+    let derived = derivatives::find(&nominal, &parameters, &options.of)?;
+    let columns: Vec<&str> = derived.iter().map(|derived| derived.name.as_str()).collect();
+    let mut motions = Motions::new(setup, &parameters, &columns, threads(options.threads))?;
+    let scene = nominal.description.name;
+    let resolution = nominal.settings.tolerance().map_or(RESOLUTION, |tolerance| tolerance.max(RESOLUTION));
+    let nominal = nominal::run(nominal, &motions.fields())?;
+    let (mut probes, slopes) = Probes::run(&mut motions, &parameters, &derived, &nominal, resolution)?;
+    let samples = Samples::run(&mut motions, &parameters, &mut probes, options)?;
+    let quantity = |(i, (derived, slopes)): (usize, (Derived, Vec<Slope>))| Quantity {
+        name: derived.name,
+        unit: derived.unit,
+        nominal: nominal[i],
+        slopes,
+        worst: probes.worst_case(i),
+        statistics: Statistics::of(&samples.values[i], &samples.points),
+        resolution: resolution * nominal[i].size,
+        sample_error: samples.errors[i],
+    };
+    let quantities: Vec<Quantity> = derived.into_iter().zip(slopes).enumerate().map(quantity).collect();
+    let report = Report {
+        scene,
+        parameters: &parameters,
+        quantities: &quantities,
+        probes: &probes,
+        samples: &samples,
+        options,
+    };
     save_json(&json, &report.summary())?;
     let mut written = vec![json];
     let figure = report.figure();
@@ -145,44 +177,6 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
         written.push(csv);
     }
     let written: Vec<String> = written.iter().map(|path| path.display().to_string()).collect();
-    print(&format!("{}\nwrote {}", report.text(), written.join(", ")));
+    print(&format!("{}\nwrote {}", table::text(&report), written.join(", ")));
     Ok(())
-}
-
-/// The quantities that are asked for, with their derivatives.
-fn with_derivatives(setup: &Setup, parameters: &[TolerancedParameter], of: &[String]) -> Result<Vec<Quantity>, Error> {
-    let names: Vec<String> = parameters.iter().map(|parameter| parameter.name.clone()).collect();
-    let found = Asked::new(setup, &names, &[], BTreeMap::new(), false)?.find(setup)?;
-    let place = |name: &String| found.by.iter().position(|by| by == name).unwrap_or(0);
-    let quantity = |row: &Derived| {
-        let name = match (row.what, row.name.as_str()) {
-            ("end", "t") => "end_time".to_owned(),
-            ("end", name) if !setup.description.outputs.iter().any(|output| output.name == name) => name.to_owned(),
-            ("minimum", name) => format!("{name}_min"),
-            ("maximum", name) => format!("{name}_max"),
-            _ => return None,
-        };
-        let derivatives = names.iter().map(|name| row.value.by[place(name)]).collect();
-        let (unit, nominal) = (row.unit.clone(), row.value.value);
-        let is_default = row.what != "end" || name == "end_time";
-        Some((
-            is_default,
-            Quantity { name, unit, nominal, derivatives, worst: [nominal; 2], statistics: Statistics::default() },
-        ))
-    };
-    let all: Vec<(bool, Quantity)> = found.quantities(setup).iter().filter_map(quantity).collect();
-    let known = || all.iter().map(|(_, quantity)| quantity.name.as_str());
-    if let Some(unknown) = of.iter().find(|of| !known().any(|name| name == of.as_str())) {
-        let help = suggestion(unknown, known(), || format!("columns: {}", known().collect::<Vec<_>>().join(", ")));
-        return Err(Error::usage(format!("`--of {unknown}`: no column of a sweep has this name")).help(help));
-    }
-    let is_asked = |(is_default, quantity): &(bool, Quantity)| {
-        if of.is_empty() { *is_default } else { of.contains(&quantity.name) }
-    };
-    let chosen: Vec<Quantity> = all.into_iter().filter(is_asked).map(|(_, quantity)| quantity).collect();
-    if chosen.is_empty() {
-        return Err(Error::usage(format!("scene `{}` has no outputs", setup.description.name))
-            .help("name a coordinate by `--of`, or give the scene outputs"));
-    }
-    Ok(chosen)
 }

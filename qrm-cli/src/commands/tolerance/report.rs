@@ -1,21 +1,22 @@
-//! The results of tolerances as text and tables.
+//! The results of tolerances as files.
 
 use qrm_view::figure::Figure;
 use serde::Serialize;
 
 use super::parameter::TolerancedParameter;
+use super::probes::Probes;
 use super::samples::Samples;
 use super::{Options, Quantity, figure};
-use crate::commands::sweep::Designs;
 use crate::error::Error;
-use crate::format::{counted, full, number};
+use crate::format::full;
 use crate::output::{Named, csv};
 
 /// What tolerances do, in all forms.
 pub(super) struct Report<'r> {
-    pub(super) designs: &'r Designs,
+    pub(super) scene: &'static str,
     pub(super) parameters: &'r [TolerancedParameter],
     pub(super) quantities: &'r [Quantity],
+    pub(super) probes: &'r Probes,
     pub(super) samples: &'r Samples,
     pub(super) options: &'r Options,
 }
@@ -43,8 +44,14 @@ struct Varied {
 struct Effect {
     unit: String,
     nominal: f64,
+    /// Estimated, of the nominal value.
+    error: Option<f64>,
     linear: Linear,
     worst_case: [f64; 2],
+    /// The parameters of the motions that attain these.
+    worst_case_at: [Named<f64>; 2],
+    /// Whether no motion contradicts that it rises, or falls, with each parameter.
+    monotonic: bool,
     monte_carlo: MonteCarlo,
 }
 
@@ -52,7 +59,10 @@ struct Effect {
 struct Linear {
     standard_deviation: f64,
     worst_case: [f64; 2],
-    derivatives: Named<f64>,
+    /// None where other motions do not confirm it.
+    derivatives: Named<Option<f64>>,
+    /// The difference quotients over the whole tolerances, which take the place of derivatives that are not confirmed.
+    differences: Named<f64>,
     shares: Named<f64>,
 }
 
@@ -66,13 +76,10 @@ struct MonteCarlo {
     median: f64,
     quantile_99_865_percent: f64,
     maximum: f64,
+    /// The largest difference between a motion in lanes and the same one by itself.
+    error: f64,
     shares: Named<f64>,
 }
-
-/// Parameters with a smaller share than this are not printed.
-const LEAST_SHARE: f64 = 0.005;
-/// Most parameters that are printed for a quantity.
-const MOST_PARAMETERS: usize = 4;
 
 impl Report<'_> {
     /// The contents of `tolerance.json`.
@@ -82,7 +89,7 @@ impl Report<'_> {
             (parameter.name.clone(), Varied { unit, value, tolerance })
         };
         Summary {
-            scene: self.designs.setup.description.name,
+            scene: self.scene,
             samples: self.samples.count(),
             failed: self.samples.failed,
             distribution: self.options.distribution.name(),
@@ -95,26 +102,30 @@ impl Report<'_> {
     }
 
     fn effect(&self, quantity: &Quantity) -> Effect {
-        let named = |values: &[f64]| {
-            let names = self.parameters.iter().map(|parameter| parameter.name.clone());
-            Named(names.zip(values.iter().copied()).collect())
-        };
         let (standard_deviation, shares) = quantity.linear(self.parameters, self.options.distribution);
-        let nominal = quantity.nominal;
-        let products = quantity.derivatives.iter().zip(self.parameters);
-        let reach: f64 = products.map(|(by, parameter)| (by * parameter.tolerance).abs()).sum();
+        let nominal = quantity.nominal.value;
+        let slopes = &quantity.slopes;
+        let products = slopes.iter().zip(self.parameters);
+        let reach: f64 = products.map(|(slope, parameter)| (slope.value() * parameter.tolerance).abs()).sum();
         let own = &quantity.statistics;
         let [minimum, quantile_0_135_percent, median, quantile_99_865_percent, maximum] = own.quantiles;
         Effect {
             unit: quantity.unit.clone(),
             nominal,
+            error: quantity.nominal.error,
             linear: Linear {
                 standard_deviation,
                 worst_case: [nominal - reach, nominal + reach],
-                derivatives: named(&quantity.derivatives),
-                shares: named(&shares),
+                derivatives: self.named(slopes.iter().map(|slope| slope.is_confirmed.then_some(slope.derivative))),
+                differences: self.named(slopes.iter().map(|slope| slope.difference)),
+                shares: self.named(shares),
             },
-            worst_case: quantity.worst,
+            worst_case: quantity.worst.ends,
+            worst_case_at: quantity
+                .worst
+                .designs
+                .map(|design| self.named(self.probes.points.iter().map(|points| points[design]))),
+            monotonic: quantity.worst.is_monotonic,
             monte_carlo: MonteCarlo {
                 samples: own.count,
                 mean: own.mean,
@@ -124,63 +135,15 @@ impl Report<'_> {
                 median,
                 quantile_99_865_percent,
                 maximum,
-                shares: named(&own.correlations),
+                error: quantity.sample_error,
+                shares: self.named(own.correlations.iter().copied()),
             },
         }
     }
 
-    /// The results as a table.
-    pub(super) fn text(&self) -> String {
-        let mut rows = vec![["", "nominal", "linear", "Monte Carlo", "worst case", "due to"].map(str::to_owned)];
-        for quantity in self.quantities {
-            let Quantity { name, unit, nominal, worst, statistics, .. } = quantity;
-            let (deviation, shares) = quantity.linear(self.parameters, self.options.distribution);
-            let name = if unit.is_empty() { name.clone() } else { format!("{name}, {unit}") };
-            let spread = |deviation: f64| format!("+-{:.2e}", 3.0 * deviation);
-            let [least, most] = worst.map(|worst| format!("{:+.2e}", worst - nominal));
-            rows.push([
-                name,
-                number(*nominal),
-                spread(deviation),
-                spread(statistics.deviation),
-                format!("{least} {most}"),
-                self.ranking(&shares),
-            ]);
-        }
-        let widths: Vec<usize> =
-            (0..6).map(|k| rows.iter().map(|row| row[k].chars().count()).max().unwrap_or(0)).collect();
-        let line = |row: &[String; 6]| {
-            let cells = row.iter().zip(&widths).enumerate().map(|(k, (cell, &width))| match k {
-                0 | 5 => format!("{cell:<width$}"),
-                _ => format!("{cell:>width$}"),
-            });
-            format!("  {}", cells.collect::<Vec<_>>().join("  ")).trim_end().to_owned()
-        };
-        let Options { distribution, .. } = self.options;
-        let count = counted(self.samples.count() as u64, "sample");
-        let mut lines = vec![
-            format!(
-                "{}: {count}, {}; +- is three standard deviations",
-                self.designs.setup.description.name,
-                distribution.name()
-            ),
-            String::new(),
-        ];
-        lines.extend(rows.iter().map(line));
-        if let (failed @ 1.., Some(reason)) = (self.samples.failed, &self.samples.reason) {
-            lines.push(format!("\nwarning: {} failed: {reason}", counted(failed as u64, "sample")));
-        }
-        lines.push(String::new());
-        lines.join("\n")
-    }
-
-    /// The parameters by their shares, the largest first.
-    fn ranking(&self, shares: &[f64]) -> String {
-        let mut ranked: Vec<(&str, f64)> =
-            self.parameters.iter().map(|parameter| parameter.name.as_str()).zip(shares.iter().copied()).collect();
-        ranked.sort_by(|a, b| b.1.total_cmp(&a.1));
-        let large = ranked.into_iter().filter(|(_, share)| *share >= LEAST_SHARE).take(MOST_PARAMETERS);
-        large.map(|(name, share)| format!("{name} {:.0} %", 100.0 * share)).collect::<Vec<_>>().join(", ")
+    /// Values of all parameters with their names.
+    fn named<T>(&self, values: impl IntoIterator<Item = T>) -> Named<T> {
+        Named(self.parameters.iter().map(|parameter| parameter.name.clone()).zip(values).collect())
     }
 
     /// The samples as a table.
@@ -190,16 +153,14 @@ impl Report<'_> {
     pub(super) fn csv(&self) -> Result<Vec<u8>, Error> {
         let names = self.parameters.iter().map(|parameter| parameter.name.as_str());
         let names: Vec<&str> = names.chain(self.quantities.iter().map(|quantity| quantity.name.as_str())).collect();
-        let Samples { first, values, .. } = self.samples;
-        let rows = (0..self.samples.count()).map(|i| {
-            let inputs = self.designs.axes.values(first + i);
-            inputs.into_iter().chain(values.iter().map(|values| values[i])).map(full).collect::<Vec<String>>()
-        });
+        let Samples { points, values, .. } = self.samples;
+        let rows = (0..self.samples.count())
+            .map(|i| points.iter().chain(values).map(|values| full(values[i])).collect::<Vec<String>>());
         csv(&names, rows)
     }
 
     /// The histograms.
     pub(super) fn figure(&self) -> Figure {
-        figure::figure(self.designs.setup.description.name, self.quantities, &self.samples.values)
+        figure::figure(self.scene, self.quantities, &self.samples.values)
     }
 }
