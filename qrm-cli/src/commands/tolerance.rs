@@ -142,7 +142,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     let mut motions = Motions::new(setup, &parameters, &columns, threads(options.threads))?;
     let scene = nominal.description.name;
     let resolution = nominal.settings.tolerance().map_or(RESOLUTION, |tolerance| tolerance.max(RESOLUTION));
-    let nominal = nominal::run(nominal, &motions.fields())?;
+    let nominal = nominal::run(&nominal, &motions.fields())?;
     let (mut probes, slopes) = Probes::run(&mut motions, &parameters, &derived, &nominal, resolution)?;
     let samples = Samples::run(&mut motions, &parameters, &mut probes, options)?;
     let quantity = |(i, (derived, slopes)): (usize, (Derived, Vec<Slope>))| Quantity {

@@ -2,7 +2,7 @@
 
 use qrm_pictures::Recording;
 use qrm_sim::columns::Kind;
-use qrm_sim::run::{Extremes, Outcome};
+use qrm_sim::run::{ErrorEstimates, Extremes, Outcome};
 
 use crate::commands::sweep::Field;
 use crate::error::Error;
@@ -20,28 +20,18 @@ pub(super) struct Nominal {
     pub(super) size: f64,
 }
 
-/// The factors of the tolerance, and of a fixed step, of the motion that tells the error of the end time.
-const TIGHTER: f64 = 0.1;
-const SHORTER: f64 = 0.5;
-
 /// Runs the scene as `qrm run` does, with estimates of errors.
 ///
 /// # Errors
 /// The motion does not come to its end, or its numbers are not to be trusted.
-pub(super) fn run(mut setup: Setup, fields: &[Field]) -> Result<Vec<Nominal>, Error> {
+pub(super) fn run(setup: &Setup, fields: &[Field]) -> Result<Vec<Nominal>, Error> {
     let mut observer = (Progress::new(), Recording::of_extremes(setup.description));
     let outcome = setup.simulate(true, &mut observer)?;
     let (_, recording) = observer;
-    if let Some(problem) = RunReport::new(&setup, &outcome, &recording).problem() {
+    if let Some(problem) = RunReport::new(setup, &outcome, &recording).problem() {
         return Err(problem);
     }
-    let mut quantities: Vec<Nominal> = fields.iter().map(|field| nominal(*field, &outcome, &recording)).collect();
-    let ends: Vec<usize> = (0..fields.len()).filter(|i| fields[*i] == Field::EndTime).collect();
-    if !ends.is_empty() {
-        let error = end_time_error(&mut setup, outcome.end_time)?;
-        ends.into_iter().for_each(|i| quantities[i].error = Some(error));
-    }
-    Ok(quantities)
+    Ok(fields.iter().map(|field| nominal(*field, &outcome, &recording)).collect())
 }
 
 fn nominal(field: Field, outcome: &Outcome, recording: &Recording) -> Nominal {
@@ -64,17 +54,10 @@ fn nominal(field: Field, outcome: &Outcome, recording: &Recording) -> Nominal {
         Field::Maximum(i) => extreme(i, 1),
         Field::Coordinate(i) => at_end(Kind::Coordinate(i), outcome.q[i]),
         Field::Rate(i) => at_end(Kind::Rate(i), outcome.qd[i]),
-        _ => Nominal { value: outcome.end_time, error: None, size: outcome.end_time.abs() },
+        _ => Nominal {
+            value: outcome.end_time,
+            error: errors.and_then(ErrorEstimates::of_end_time),
+            size: outcome.end_time.abs(),
+        },
     }
-}
-
-/// The distance of the end time from that of a more accurate motion.
-fn end_time_error(setup: &mut Setup, end_time: f64) -> Result<f64, Error> {
-    if setup.settings.method.is_adaptive() {
-        setup.settings.tolerance *= TIGHTER;
-    } else {
-        setup.own_step = Some(SHORTER * setup.step());
-    }
-    let accurate = setup.simulate(false, &mut Progress::new())?;
-    Ok((accurate.end_time - end_time).abs().max(f64::EPSILON * end_time.abs()))
 }
