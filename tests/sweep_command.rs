@@ -263,3 +263,44 @@ fn the_kernel_takes_few_operations_and_says_so() {
         assert!(text.contains(reason), "{reason} is not in\n{text}");
     }
 }
+
+/// An oscillator with an output that has a narrow peak between the steps of a lane.
+const NARROW: &str = r#"
+name = "narrow"
+coordinates = [{ name = "x", unit = "m" }]
+[parameters]
+k = { value = 4, unit = "N/m" }
+w = { value = 0.01, unit = "s" }
+[points]
+P = ['x', '0']
+[bodies]
+b = { mass = '1', com = "P" }
+[loads]
+s = { along = 'x', spring = 'k' }
+[initial]
+given = { x = 1, x_dot = 0 }
+[outputs]
+peak = { value = 'exp(-((t - 1)/w)^2)' }
+wide = { value = 'exp(-(t - 1)^2)' }
+[run]
+step = 1e-2
+end_time = 2
+"#;
+
+#[test]
+fn an_extreme_that_lanes_miss_is_named() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scene = folder.path().join("narrow.toml");
+    fs::write(&scene, NARROW).expect("a scene");
+    let run = |width: &str, out: &str| {
+        let mut command = qrm(&["sweep"]);
+        command.arg(&scene).args(["--vary", "k=3:5:24", "--set", width, "--out"]).arg(folder.path().join(out));
+        command.output().expect("the command starts")
+    };
+    let missed = run("w=0.01", "missed.csv");
+    let said_of_missed = said(&missed);
+    assert!(missed.status.success(), "{said_of_missed}");
+    assert!(said_of_missed.contains("warning: `peak_max` of design "), "{said_of_missed}");
+    let found = run("w=0.5", "found.csv");
+    assert!(!said(&found).contains("warning"), "{}", said(&found));
+}

@@ -27,7 +27,7 @@ impl Scene {
         extremes: bool,
         estimate_error: bool,
         threads: Option<u32>,
-    ) -> PyResult<Vec<Column<'py>>> {
+    ) -> PyResult<(Vec<Column<'py>>, Vec<String>)> {
         let asked = SweepOptions {
             run: options(asked)?,
             vary,
@@ -41,7 +41,7 @@ impl Scene {
             .columns
             .into_iter()
             .map(|(column, values)| Ok((column.name, column.unit, column.doc, converted(py, values)?)));
-        columns.collect()
+        Ok((columns.collect::<PyResult<_>>()?, sweep.warnings))
     }
 }
 

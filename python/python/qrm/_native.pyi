@@ -36,7 +36,7 @@ class Scene:
         extremes: bool,
         estimate_error: bool,
         threads: int | None,
-    ) -> list[tuple[str, str, str, Any]]: ...
+    ) -> tuple[list[tuple[str, str, str, Any]], list[str]]: ...
     def sensitivity(
         self,
         asked: dict[str, Any],

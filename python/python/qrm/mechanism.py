@@ -179,7 +179,8 @@ class Mechanism:
         """Runs many designs on all cores, as `qrm sweep` does, and returns a structured array with a row for each.
 
         A parameter with several values is varied: `sweep(O2A=np.linspace(0.15, 0.25, 100), J2=[50, 100])` runs the 200
-        combinations, those of the last parameter changing first.
+        combinations, those of the last parameter changing first. Some designs are run once more by themselves, and a
+        `RunWarning` tells if one differs.
 
         Parameters
         ----------

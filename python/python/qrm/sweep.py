@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from .errors import RunWarning
 from .options import split
 
 if TYPE_CHECKING:
@@ -67,7 +69,9 @@ def sweep(
     vary = [(name, _numbers(name, values)) for name, values in varied.items()]
     if not vary:
         raise TypeError("a sweep varies at least one parameter: give it several values, as O2A=[0.2, 0.25]")
-    columns = scene.sweep(options, vary, paired, extremes, estimate_error, threads)
+    columns, notes = scene.sweep(options, vary, paired, extremes, estimate_error, threads)
+    for note in notes:
+        warnings.warn(note, RunWarning, stacklevel=3)
     return _table(columns)
 
 

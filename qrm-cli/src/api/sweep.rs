@@ -4,7 +4,7 @@ use qrm_sim::columns::Column;
 
 use super::options::RunOptions;
 use super::scene::LoadedScene;
-use crate::commands::sweep::{Axes, Cell, Designs, Field, Row, by_lanes, threads};
+use crate::commands::sweep::{Axes, Cell, Designs, Field, Row, by_lanes, self_check, threads};
 use crate::error::Error;
 use crate::setup::Setup;
 
@@ -30,6 +30,8 @@ pub struct SweepOptions {
 pub struct Sweep {
     /// The columns with their numbers or texts, a value for each design.
     pub columns: Vec<(Column<()>, Values)>,
+    /// What runs of some designs by themselves show that is wrong with it.
+    pub warnings: Vec<String>,
 }
 
 /// The values of a column.
@@ -74,8 +76,12 @@ impl LoadedScene {
                 Ok(())
             },
         )?;
+        let warnings = match self_check::compare(&designs, (0, designs.count())) {
+            Ok(agreement) => agreement.warning().iter().map(ToString::to_string).collect(),
+            Err(difference) => vec![difference.error().to_string()],
+        };
         let column = |Column { name, unit, doc, .. }: Column<Field>| Column { name, unit, doc, kind: () };
-        Ok(Sweep { columns: columns.into_iter().map(column).zip(values).collect() })
+        Ok(Sweep { columns: columns.into_iter().map(column).zip(values).collect(), warnings })
     }
 }
 

@@ -5,7 +5,7 @@ mod designs;
 mod journal;
 mod part;
 mod rows;
-mod self_check;
+pub(crate) mod self_check;
 mod table;
 
 use std::path::PathBuf;

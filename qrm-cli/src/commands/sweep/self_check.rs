@@ -2,12 +2,13 @@
 
 use std::fmt;
 
+use qrm_core::Description;
 use qrm_sim::batch::{DesignResult, LaneCount};
 use qrm_sim::integrate::MethodSettings;
 
 use super::designs::Designs;
-use crate::error::Error;
-use crate::format::counted;
+use crate::error::{Error, Message};
+use crate::format::{counted, number};
 use crate::progress::interrupted;
 
 /// The number of designs that are compared.
@@ -20,15 +21,29 @@ const COARSEST: f64 = 1e-11;
 const ALLOWED: f64 = 10.0;
 const ROUNDING: f64 = 1e-11;
 
+/// Extremes may differ by this part of the range of the output.
+const EXTREMES: f64 = 1e-4;
+
 /// Designs that agree with runs of their own.
-pub(super) struct Agreement {
+pub(crate) struct Agreement {
     designs: usize,
     /// The largest difference of a coordinate.
     largest: f64,
+    /// An extreme of an output that the sweep did not find.
+    missed: Option<MissedExtreme>,
+}
+
+/// An extreme of an output that is another one in a run of its own.
+struct MissedExtreme {
+    design: usize,
+    column: String,
+    values: [f64; 2],
+    /// The difference of the two, as a part of the range of the output.
+    part: f64,
 }
 
 /// A design that differs from a run of its own.
-pub(super) struct Difference {
+pub(crate) struct Difference {
     design: usize,
     difference: f64,
     estimated: f64,
@@ -38,9 +53,9 @@ pub(super) struct Difference {
 ///
 /// The coordinates at the end of the design must agree within the estimated errors. Without estimates, and with fixed steps, nothing is
 /// compared: designs with those run by themselves already.
-pub(super) fn compare(designs: &Designs, (begin, end): (usize, usize)) -> Result<Agreement, Difference> {
+pub(crate) fn compare(designs: &Designs, (begin, end): (usize, usize)) -> Result<Agreement, Difference> {
     let settings = designs.setup.settings;
-    let mut agreement = Agreement { designs: 0, largest: 0.0 };
+    let mut agreement = Agreement { designs: 0, largest: 0.0, missed: None };
     if !designs.estimate_error || !settings.method.is_adaptive() {
         return Ok(agreement);
     }
@@ -60,6 +75,12 @@ pub(super) fn compare(designs: &Designs, (begin, end): (usize, usize)) -> Result
         {
             agreement.designs += 1;
             agreement.largest = agreement.largest.max(difference);
+            let of_own = if own.is_alone { &[] } else { &own.extremes[..] };
+            let missed = missed_extreme(design, of_own, &exact.extremes, designs.setup.description);
+            let part = |missed: &Option<MissedExtreme>| missed.as_ref().map_or(EXTREMES, |missed| missed.part);
+            if part(&missed) > part(&agreement.missed) {
+                agreement.missed = missed;
+            }
         }
     }
     Ok(agreement)
@@ -78,23 +99,61 @@ fn difference(design: usize, own: &DesignResult, exact: &DesignResult) -> Result
     Ok(Some(difference))
 }
 
+/// The extreme of a design that differs most from that of its own run, if any differs.
+fn missed_extreme(
+    design: usize,
+    own: &[[f64; 2]],
+    exact: &[[f64; 2]],
+    description: &Description,
+) -> Option<MissedExtreme> {
+    let extremes = own.iter().zip(exact).zip(description.outputs).flat_map(|((own, exact), output)| {
+        let range = exact[1] - exact[0];
+        let rounding = ROUNDING * exact[0].abs().max(exact[1].abs());
+        [(0, "min"), (1, "max")].into_iter().filter_map(move |(end, suffix)| {
+            let difference = (own[end] - exact[end]).abs();
+            let part = difference / range;
+            (part > EXTREMES && difference > rounding).then(|| MissedExtreme {
+                design,
+                column: format!("{}_{suffix}", output.name),
+                values: [own[end], exact[end]],
+                part,
+            })
+        })
+    });
+    extremes.max_by(|a, b| a.part.total_cmp(&b.part))
+}
+
 fn is_trusted(result: &DesignResult) -> bool {
     result.status.as_ref().is_ok_and(|status| status.is_done()) && result.doubts.is_empty()
 }
 
+impl Agreement {
+    /// A warning of an extreme that the sweep did not find.
+    pub(crate) fn warning(&self) -> Option<Message> {
+        let MissedExtreme { design, column, values, .. } = self.missed.as_ref()?;
+        let [own, exact] = values.map(number);
+        let text = format!("`{column}` of design {design} is {own}, and {exact} in a run of its own");
+        Some(Message::new(text).help(
+            "lanes look at outputs four times a step, and miss narrow peaks and corners: use a shorter `--max-step`, or \
+             `--lanes one`",
+        ))
+    }
+}
+
 impl fmt::Display for Agreement {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let Self { designs, largest } = self;
+        let Self { designs, largest, .. } = self;
         if *designs == 0 {
             return Ok(());
         }
         let designs = counted(*designs as u64, "design");
-        write!(f, "\nself-check: {designs} within {largest:.1e} of runs of their own at a finer tolerance")
+        write!(f, "\nself-check: {designs} within {largest:.1e} of runs of their own at a finer tolerance")?;
+        self.warning().map_or(Ok(()), |warning| write!(f, "\n\n{}", warning.warning()))
     }
 }
 
 impl Difference {
-    pub(super) fn error(self) -> Error {
+    pub(crate) fn error(self) -> Error {
         let Self { design, difference, estimated } = self;
         Error::run(format!(
             "design {design} differs by {difference:.1e} from a run of its own, and {estimated:.1e} was estimated"
