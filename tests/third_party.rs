@@ -1,6 +1,6 @@
-//! The crates of others in the command and in units: `qrm-cli/THIRD-PARTY.txt` is current, and so is the README.
+//! The crates of others in the command, in units and in wheels: their lists are current, and so is the README.
 //!
-//! `QRM_REFRESH=1 cargo test --release --test third_party` writes the file anew.
+//! `QRM_REFRESH=1 cargo test --release --test third_party` writes the files anew.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
@@ -24,41 +24,79 @@ const TEXTS: [(&str, &str, &str); 8] = [
     ("Unicode-3.0", "unicode-ident", "LICENSE-UNICODE"),
 ];
 
-const LOCK: &str = include_str!("../Cargo.lock");
 const README: &str = include_str!("../README.md");
 
-fn file() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("qrm-cli/THIRD-PARTY.txt")
+/// What is handed on with code of others in it.
+struct Product {
+    /// The package that is linked.
+    package: &'static str,
+    /// The folder of its workspace.
+    folder: &'static str,
+    /// Its lock file.
+    lock: &'static str,
+    /// The list of its crates.
+    file: &'static str,
+    /// What it is.
+    name: &'static str,
 }
 
-/// The line that ties the file to the lock file.
-fn tie() -> String {
-    format!("Made from a Cargo.lock with the digest {:016x}.", qrm_core::digest(LOCK.replace('\r', "").bytes()))
+const COMMAND: Product = Product {
+    package: "qrm",
+    folder: ".",
+    lock: include_str!("../Cargo.lock"),
+    file: "qrm-cli/THIRD-PARTY.txt",
+    name: "the command `qrm` and in the units that it exports",
+};
+const WHEEL: Product = Product {
+    package: "qrm-python",
+    folder: "python",
+    lock: include_str!("../python/Cargo.lock"),
+    file: "python/THIRD-PARTY.txt",
+    name: "the Python package `qrm`",
+};
+
+impl Product {
+    fn path(&self) -> PathBuf {
+        Path::new(env!("CARGO_MANIFEST_DIR")).join(self.file)
+    }
+
+    fn lock(&self) -> String {
+        self.lock.replace('\r', "")
+    }
+
+    /// The line that ties the file to the lock file.
+    fn tie(&self) -> String {
+        format!("Made from a Cargo.lock with the digest {:016x}.", qrm_core::digest(self.lock().bytes()))
+    }
 }
 
-fn cargo(arguments: &[&str]) -> String {
+fn cargo(product: &Product, arguments: &[&str]) -> String {
     let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".to_owned());
-    let output = Command::new(cargo).args(arguments).current_dir(env!("CARGO_MANIFEST_DIR")).output();
+    let output = Command::new(cargo)
+        .args(arguments)
+        .current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join(product.folder))
+        .output();
     let output = output.expect("cargo starts");
     assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8(output.stdout).expect("text")
 }
 
 /// Name and version of each crate of others that is linked on any system.
-fn linked() -> BTreeSet<(String, String)> {
+fn linked(product: &Product) -> BTreeSet<(String, String)> {
     let mut linked = BTreeSet::new();
     for system in SYSTEMS {
         let tree = [
             "tree",
             "--locked",
-            "--package=qrm",
+            "--package",
+            product.package,
             "--no-default-features",
             "--edges=normal,no-proc-macro",
             "--prefix=none",
             "--target",
             system,
         ];
-        for line in cargo(&tree).lines() {
+        for line in cargo(product, &tree).lines() {
             let mut words = line.split(' ');
             if let (Some(name), Some(version)) = (words.next(), words.next())
                 && !name.starts_with("qrm")
@@ -102,21 +140,22 @@ fn bare(text: &str) -> String {
     text.lines().filter(is_own).map(str::trim_end).collect::<Vec<_>>().join("\n").trim_matches('\n').to_owned()
 }
 
-fn made() -> String {
+fn made(product: &Product) -> String {
     let metadata: Value =
-        serde_json::from_str(&cargo(&["metadata", "--locked", "--format-version=1"])).expect("metadata");
+        serde_json::from_str(&cargo(product, &["metadata", "--locked", "--format-version=1"])).expect("metadata");
     let packages = metadata["packages"].as_array().expect("packages");
     let text = |package: &Value, key: &str| package[key].as_str().unwrap_or_default().to_owned();
     let folder = |package: &Value| Path::new(&text(package, "manifest_path")).with_file_name("");
-    let linked = linked();
+    let linked = linked(product);
     let mut made = format!(
-        "Code of others in the command `qrm` and in the units that it exports\n\n\
+        "Code of others in {}\n\n\
          {} crates, for Linux, Windows or macOS; and the Rust standard library, MIT OR Apache-2.0,\n\
          Copyright (c) The Rust Project Contributors. The texts of the licences follow the list.\n\n\
          qrm itself is licensed under MIT OR Apache-2.0. The scene of a unit has the licence that its author gives it.\n\n\
          {}\n\n",
+        product.name,
         linked.len(),
-        tie(),
+        product.tie(),
     );
     let mut notices = String::new();
     for (name, version) in &linked {
@@ -149,14 +188,14 @@ fn made() -> String {
     made
 }
 
-#[test]
-fn the_list_is_that_of_the_lock_file() {
+/// The number of crates in a list, which is current.
+fn listed(product: &Product) -> usize {
     if std::env::var_os("QRM_REFRESH").is_some() {
-        std::fs::write(file(), made()).expect("the file can be written");
+        std::fs::write(product.path(), made(product)).expect("the file can be written");
     }
-    let text = std::fs::read_to_string(file()).expect("the file");
+    let text = std::fs::read_to_string(product.path()).expect("the file");
     let help = "QRM_REFRESH=1 cargo test --release --test third_party";
-    assert!(text.contains(&tie()), "Cargo.lock has changed: {help} lists its crates anew");
+    assert!(text.contains(&product.tie()), "Cargo.lock has changed: {help} lists its crates anew");
     let (list, texts) = text.split_once("\n==== ").expect("texts after the list");
     let entries: Vec<(&str, &str)> = list
         .lines()
@@ -166,13 +205,20 @@ fn the_list_is_that_of_the_lock_file() {
     assert!(entries.len() > 50, "{entries:?}");
     for (name, version) in &entries {
         let entry = format!("name = \"{name}\"\nversion = \"{version}\"\n");
-        assert!(LOCK.replace('\r', "").contains(&entry), "{name} {version} is not in Cargo.lock");
+        assert!(product.lock().contains(&entry), "{name} {version} is not in Cargo.lock");
     }
     for (licence, ..) in TEXTS {
         assert!(texts.contains(&format!("\n==== {licence} ====\n")), "{licence}");
     }
     let count = entries.len();
     assert!(list.contains(&format!("\n{count} crates, ")), "the file counts other than {count} crates");
+    count
+}
+
+#[test]
+fn the_lists_are_those_of_the_lock_files() {
+    let count = listed(&COMMAND);
     let flowing = README.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(flowing.contains(&format!(" {count} crates of others")), "the README counts other than {count} crates");
+    listed(&WHEEL);
 }

@@ -8,7 +8,7 @@ use std::thread::{self, Scope, ScopedJoinHandle};
 
 use qrm_core::{Mechanism, RowRequest};
 
-use super::companion::{Companion, RowBlock};
+use super::companion::{COMES_TO_EXTREMES, Companion, RowBlock};
 use super::extremes::{Extremes, FoundExtreme};
 use crate::integrate::Integrator;
 
@@ -118,7 +118,9 @@ impl<'scope, 'env> Follower<'scope, 'env> {
         }
         block.rows.extend_from_slice(rows);
         block.steps.extend_from_slice(run.steps());
-        self.take_extremes(extremes);
+        if COMES_TO_EXTREMES {
+            self.take_extremes(extremes);
+        }
         if self.block.rows.len() < BLOCK {
             return;
         }
@@ -129,7 +131,7 @@ impl<'scope, 'env> Follower<'scope, 'env> {
         {
             self.thread = Some(CompanionThread::spawn(scope, self.mechanism, self.request, companion));
         }
-        self.follow_block(WAITING);
+        self.follow_block(if COMES_TO_EXTREMES { WAITING } else { 0 });
     }
 
     /// Takes up the extremes that are new.

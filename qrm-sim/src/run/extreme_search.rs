@@ -57,7 +57,11 @@ impl ExtremeSearch {
             let t = estimate.1;
             let sign = if end == 0 { -1.0 } else { 1.0 };
             let mut value = |t: f64| {
-                let from = State::from_row(self.layout, self.last_until(rows, t)?);
+                // States between rows are nearer, but only those of the last block are known.
+                let known = [rows, run.inner_rows(), &self.tail, &self.first].into_iter();
+                let last =
+                    known.filter_map(|states| self.last_until(states, t)).max_by(|a, b| a[0].total_cmp(&b[0]))?;
+                let from = State::from_row(self.layout, last);
                 let at = integrator.between(mechanism, &from, t).ok()?;
                 Some(sign * number(mechanism, &at, column)).filter(|value| value.is_finite())
             };
@@ -83,17 +87,15 @@ impl ExtremeSearch {
         self.tail.drain(..excess);
     }
 
-    /// The last row whose time is not after `t`.
-    fn last_until<'a>(&'a self, rows: &'a [f64], t: f64) -> Option<&'a [f64]> {
+    /// The last of some states in a row whose time is not after `t`; the times increase.
+    fn last_until<'a>(&self, states: &'a [f64], t: f64) -> Option<&'a [f64]> {
         let width = self.layout.width();
-        let begins_until = |rows: &&[f64]| rows.first().is_some_and(|begin| *begin <= t);
-        let rows = [rows, &self.tail, &self.first].into_iter().find(begins_until)?;
-        // The times increase.
-        let (mut last, mut beyond) = (0, rows.len() / width);
-        while beyond - last > 1 {
-            let middle = (last + beyond) / 2;
-            if rows[middle * width] <= t { last = middle } else { beyond = middle }
+        let (mut begin, mut end) = (0, states.len() / width);
+        while begin < end {
+            let middle = (begin + end) / 2;
+            if states[middle * width] <= t { begin = middle + 1 } else { end = middle }
         }
-        Some(&rows[last * width..(last + 1) * width])
+        let place = begin.checked_sub(1)? * width;
+        Some(&states[place..place + width])
     }
 }
