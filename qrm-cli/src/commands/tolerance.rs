@@ -156,14 +156,8 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
         sample_error: samples.errors[i],
     };
     let quantities: Vec<Quantity> = derived.into_iter().zip(slopes).enumerate().map(quantity).collect();
-    let report = Report {
-        scene,
-        parameters: &parameters,
-        quantities: &quantities,
-        probes: &probes,
-        samples: &samples,
-        options,
-    };
+    let report =
+        Report { scene, parameters: &parameters, quantities: &quantities, probes: &probes, samples: &samples, options };
     save_json(&json, &report.summary())?;
     let mut written = vec![json];
     let figure = report.figure();

@@ -111,11 +111,7 @@ impl Probes {
     }
 
     /// Runs designs and adds them; returns those that fail, and why.
-    pub(super) fn add(
-        &mut self,
-        motions: &mut Motions,
-        designs: &[Vec<f64>],
-    ) -> Result<Vec<(usize, String)>, Error> {
+    pub(super) fn add(&mut self, motions: &mut Motions, designs: &[Vec<f64>]) -> Result<Vec<(usize, String)>, Error> {
         let points: Vec<Vec<f64>> =
             (0..self.points.len()).map(|i| designs.iter().map(|design| design[i]).collect()).collect();
         let found = motions.alone(&points)?;
@@ -165,7 +161,8 @@ impl Probes {
 /// The error of a design that fails.
 fn fails(parameters: &[TolerancedParameter], design: &[f64], why: &str) -> Error {
     let changed = parameters.iter().zip(design).filter(|(parameter, value)| parameter.value != **value);
-    let changed: Vec<String> = changed.map(|(parameter, value)| format!("{} = {}", parameter.name, number(*value))).collect();
+    let changed: Vec<String> =
+        changed.map(|(parameter, value)| format!("{} = {}", parameter.name, number(*value))).collect();
     let which = if changed.is_empty() { "without tolerances".to_owned() } else { format!("at {}", changed.join(", ")) };
     Error::run(format!("the mechanism {which} fails: {why}")).help("choose other values or smaller tolerances")
 }

@@ -51,8 +51,7 @@ impl Samples {
             return Err(Error::run(format!("every sample fails: {why}")).help("choose smaller tolerances"));
         }
         points.iter_mut().for_each(|points| drop(points.drain(..first)));
-        let of_probes: Vec<Vec<f64>> =
-            found.values.iter_mut().map(|values| values.drain(..first).collect()).collect();
+        let of_probes: Vec<Vec<f64>> = found.values.iter_mut().map(|values| values.drain(..first).collect()).collect();
         let mut samples = Self {
             points,
             values: found.values,

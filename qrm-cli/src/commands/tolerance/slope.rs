@@ -46,7 +46,8 @@ mod tests {
 
     #[test]
     fn derivatives_of_curved_quantities_are_confirmed() {
-        for (derivative, f) in [(1.0, f64::exp as fn(f64) -> f64), (1.0, f64::sin), (0.0, f64::cos), (2.0, |x| 2.0 * x)] {
+        for (derivative, f) in [(1.0, f64::exp as fn(f64) -> f64), (1.0, f64::sin), (0.0, f64::cos), (2.0, |x| 2.0 * x)]
+        {
             let found = slope(derivative, f, 1e-9);
             assert!(found.is_confirmed && found.value() == derivative, "{found:?}");
             let wrong = slope(derivative + 0.1, f, 1e-9);

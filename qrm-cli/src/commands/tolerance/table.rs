@@ -20,8 +20,7 @@ pub(super) fn text(report: &Report) -> String {
     let header = ["", "nominal", "linear", "Monte Carlo", "worst case", "due to"].map(str::to_owned);
     let rows: Vec<[String; 6]> =
         std::iter::once(header).chain(report.quantities.iter().map(|quantity| row(report, quantity))).collect();
-    let widths: Vec<usize> =
-        (0..6).map(|k| rows.iter().map(|row| row[k].chars().count()).max().unwrap_or(0)).collect();
+    let widths: Vec<usize> = (0..6).map(|k| rows.iter().map(|row| row[k].chars().count()).max().unwrap_or(0)).collect();
     let line = |row: &[String; 6]| {
         let cells = row.iter().zip(&widths).enumerate().map(|(k, (cell, &width))| match k {
             0 | 5 => format!("{cell:<width$}"),
@@ -31,8 +30,7 @@ pub(super) fn text(report: &Report) -> String {
     };
     let Options { distribution, .. } = report.options;
     let count = counted(report.samples.count() as u64, "sample");
-    let title =
-        format!("{}: {count}, {}; +- is three standard deviations", report.scene, distribution.name());
+    let title = format!("{}: {count}, {}; +- is three standard deviations", report.scene, distribution.name());
     let mut lines = vec![title, String::new()];
     lines.extend(rows.iter().map(line));
     let warnings = warnings(report);
