@@ -19,7 +19,7 @@ const FLAGS: [&str; 2] = ["-O3", "-march=native"];
 
 fn main() -> ExitCode {
     let code = Model::of::<QuickReturn, 3, 2>().description.code;
-    let files = match qrm_language::read("quick-return", code).and_then(|program| qrm_language::c(&program)) {
+    let files = match qrm_language::parse("quick-return", code).and_then(|program| qrm_language::c(&program)) {
         Ok(files) => files,
         Err(e) => {
             eprintln!("error: {e}");

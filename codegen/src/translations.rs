@@ -87,7 +87,7 @@ fn names_that_mean_something_in_matlab_are_changed() {
 
 /// Compares a module with its translation into C, by each compiler that is there.
 fn compare(name: &str, module: &syn::File, states: usize) {
-    let program = qrm_language::program(name, module).expect("a plain form");
+    let program = qrm_language::lower(name, module).expect("an intermediate representation");
     let files = qrm_language::c(&program).expect("a translation");
     assert_eq!(qrm_language::c(&program).as_ref(), Ok(&files), "{name}: the same module, other code");
     let states = State::random(&program, states);
@@ -100,7 +100,7 @@ fn compare(name: &str, module: &syn::File, states: usize) {
 
 /// Compares a module with its translation into MATLAB.
 fn compare_matlab(name: &str, module: &syn::File, states: usize) {
-    let program = qrm_language::program(name, module).expect("a plain form");
+    let program = qrm_language::lower(name, module).expect("an intermediate representation");
     let files = qrm_language::matlab(&program).expect("a translation");
     assert_eq!(qrm_language::matlab(&program).as_ref(), Ok(&files), "{name}: the same module, other code");
     let states = State::random(&program, states);
@@ -148,7 +148,7 @@ fn what_has_no_translation_is_named() {
     let said = |from: &str, to: &str| {
         assert!(pendulum.contains(from), "{from}");
         let module = syntax(&pendulum.replace(from, to)).expect("Rust");
-        qrm_language::program("pendulum", &module).expect_err(to).to_string()
+        qrm_language::lower("pendulum", &module).expect_err(to).to_string()
     };
     assert_eq!(said("rod_x.recip()", "rod_x.erf()"), "no translation of the call `rod_x . erf ()`");
     assert_eq!(

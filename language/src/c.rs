@@ -1,18 +1,18 @@
 //! C99.
 
+mod builtins;
 mod comment;
 mod expression;
 mod function;
-mod record;
-mod routines;
 mod steps;
+mod structs;
 
+use super::ir::{Function, Program, StructKind};
 use super::lines::summary;
 use super::names::Names;
-use super::program::{Function, Part, Program};
 use super::{File, Untranslated};
+use builtins::is_keyword;
 use comment::comment;
-use routines::is_word;
 
 /// Header and source of a program.
 pub(super) fn write(program: &Program) -> Result<Vec<File>, Untranslated> {
@@ -39,8 +39,8 @@ struct Writer<'p> {
 
 impl<'p> Writer<'p> {
     fn new(program: &'p Program) -> Result<Self, Untranslated> {
-        let fields = program.records.iter().flat_map(|record| &record.fields).map(|field| field.name.as_str());
-        Ok(Self { program, fields: Names::new(fields, is_word)? })
+        let fields = program.structs.iter().flat_map(|structure| &structure.fields).map(|field| field.name.as_str());
+        Ok(Self { program, fields: Names::new(fields, is_keyword)? })
     }
 
     fn header(&self) -> Result<String, Untranslated> {
@@ -53,7 +53,7 @@ impl<'p> Writer<'p> {
             text += &format!("#define {guard}_{size} {}\n", count.len());
         }
         text += "\n// An array of no numbers has one place: C has none of size 0.\n";
-        text += &self.records();
+        text += &self.structs();
         text += &format!("\n// The mechanism with these parameters.\n{};\n", self.constructor());
         for function in functions {
             text += &format!("\n{}{};\n", comment(summary(&function.doc)), self.signature(function)?);
@@ -65,7 +65,7 @@ impl<'p> Writer<'p> {
         let Program { name, functions, .. } = self.program;
         let mut text = origin() + &format!("\n#include \"{name}.h\"\n\n#include <float.h>\n#include <math.h>\n");
         text += self.inlining();
-        text += &routines::helpers(self.program);
+        text += &builtins::helpers(self.program);
         for function in functions {
             text += &format!("\n{}", self.function(function, KERNEL.contains(&&*function.name))?);
         }
@@ -83,12 +83,12 @@ impl<'p> Writer<'p> {
 
     /// The signature of the function that makes a mechanism.
     fn constructor(&self) -> String {
-        let [parameters, mechanism] = [Part::Parameters, Part::Mechanism].map(|part| self.structure(part));
+        let [parameters, mechanism] = [StructKind::Parameters, StructKind::Mechanism].map(|kind| self.structure(kind));
         format!("void {}_new(const {parameters} *p, {mechanism} *m)", self.program.name)
     }
 
     fn construction(&self) -> String {
-        let constants = match self.program.has(Part::Constants) {
+        let constants = match self.program.has(StructKind::Constants) {
             true => format!("    {}_constants(p, &m->constants);\n", self.program.name),
             false => String::new(),
         };
@@ -96,7 +96,7 @@ impl<'p> Writer<'p> {
     }
 }
 
-/// The word for functions that are compiled into those that call them.
+/// The macro for functions that are compiled into those that call them.
 const INLINE: &str = "
 #if defined(__clang__)
 #define INLINE __attribute__((always_inline))

@@ -1,27 +1,27 @@
 //! Writes generated modules of mechanisms in other languages.
 //!
-//! The text of a module in Rust is read into a [plain form](mod@program), from which each language is written: the functions
-//! keep their names, their formulae and the order of their operations. Only the text is needed, so that this works where
-//! the equations are not derived.
+//! The text of a module in Rust is parsed into an [intermediate representation](mod@ir), from which each language is
+//! written: the functions keep their names, their formulae and the order of their operations. Only the text is needed, so
+//! that this works where the equations are not derived.
 //!
 //! ```
 //! # let text = include_str!("../../qrm-model/golden/pendulum.rs");
-//! let program = qrm_language::read("pendulum", text)?;
+//! let program = qrm_language::parse("pendulum", text)?;
 //! let files = qrm_language::c(&program)?;
 //! assert_eq!(files[0].name, "pendulum.h");
 //! # Ok::<(), qrm_language::Untranslated>(())
 //! ```
 
 mod c;
+pub mod ir;
 mod lines;
 mod matlab;
 mod names;
-pub mod program;
-mod read;
+mod parse;
 
 use quote::ToTokens;
 
-use program::{Function, Program};
+use ir::{Function, Program};
 
 /// A language of generated code.
 #[derive(Clone, Copy, Debug)]
@@ -69,27 +69,27 @@ pub struct File {
     pub text: String,
 }
 
-/// The plain form of a generated module.
+/// The intermediate representation of a generated module.
 ///
 /// `name` is that of the scene; what others see of the translations begins with it: with `quick_return` for
 /// `quick-return`.
 ///
 /// # Errors
 /// The text is not Rust, or a construct has no translation.
-pub fn read(name: &str, text: &str) -> Result<Program, Untranslated> {
-    let module = read::syntax(text).map_err(|e| Untranslated(format!("the module `{name}`: {e}")))?;
-    Ok(Program { notes: read::notes(text), ..program(name, &module)? })
+pub fn parse(name: &str, text: &str) -> Result<Program, Untranslated> {
+    let module = parse::syntax(text).map_err(|e| Untranslated(format!("the module `{name}`: {e}")))?;
+    Ok(Program { notes: parse::notes(text), ..lower(name, &module)? })
 }
 
-/// The plain form of the syntax of a generated module.
+/// The intermediate representation of the syntax of a generated module.
 ///
 /// # Errors
 /// A construct has no translation.
-pub fn program(name: &str, module: &syn::File) -> Result<Program, Untranslated> {
-    read::program(&name.to_lowercase().replace('-', "_"), module)
+pub fn lower(name: &str, module: &syn::File) -> Result<Program, Untranslated> {
+    parse::lower(&name.to_lowercase().replace('-', "_"), module)
 }
 
-pub use read::syntax;
+pub use parse::syntax;
 
 /// A module in C99, as a header and a source file: it needs `libm` and no allocator.
 ///

@@ -1,14 +1,14 @@
 //! MATLAB: what Octave understands too.
 
+mod builtins;
 mod expression;
 mod function;
-mod routines;
 mod scripts;
 
+use super::ir::{Function, Program, StructKind};
 use super::names::Names;
-use super::program::{Function, Part, Program};
 use super::{File, Untranslated};
-use routines::is_reserved;
+use builtins::is_reserved;
 
 /// The files of a program: its functions, steps of its motion, and a script.
 pub(super) fn write(program: &Program) -> Result<Vec<File>, Untranslated> {
@@ -40,13 +40,13 @@ struct Writer<'p> {
 
 impl<'p> Writer<'p> {
     fn new(program: &'p Program) -> Result<Self, Untranslated> {
-        let fields = program.records.iter().flat_map(|record| &record.fields).map(|field| field.name.as_str());
+        let fields = program.structs.iter().flat_map(|structure| &structure.fields).map(|field| field.name.as_str());
         Ok(Self { program, fields: Names::new(fields, is_reserved)? })
     }
 
     /// What is added to the name of the program for that of a function.
     fn name<'f>(&self, function: &'f Function) -> &'f str {
-        if function.name == "parameters_with" { Part::Parameters.name() } else { &function.name }
+        if function.name == "parameters_with" { StructKind::Parameters.name() } else { &function.name }
     }
 
     fn file(&self, name: &str, text: String) -> Result<File, Untranslated> {

@@ -166,7 +166,8 @@ fn agree<const N: usize, const M: usize>(what: &str, state: &KernelState<f64, N,
 /// The states of a motion in C: coordinates, rates, accelerations, multipliers.
 fn rows(compiler: &str, name: &str, motion: &str) -> Vec<Vec<f64>> {
     let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../qrm-model/golden/{name}.rs"));
-    let program = qrm_language::read(name, &fs::read_to_string(golden).expect("a module")).expect("a plain form");
+    let program = qrm_language::parse(name, &fs::read_to_string(golden).expect("a module"))
+        .expect("an intermediate representation");
     let files = qrm_language::c(&program).expect("a translation");
     let folder =
         std::env::temp_dir().join(format!("qrm-steps-{}-{compiler}-{name}-{}", std::process::id(), motion.len()));

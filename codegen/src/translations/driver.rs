@@ -1,7 +1,7 @@
 //! A main file that calls all functions at states that it reads, and prints what they give.
 
 use super::states::fields;
-use qrm_language::program::{Argument, Function, Part, Program, Shape};
+use qrm_language::ir::{Function, Program, Shape, StructKind, Variable};
 
 /// The text of the file.
 pub(super) fn driver(program: &Program) -> String {
@@ -12,12 +12,15 @@ pub(super) fn driver(program: &Program) -> String {
     text += "static int scan(double *numbers, int count)\n{\n    for (int i = 0; i < count; i++) {\n        \
              if (scanf(\"%lf\", &numbers[i]) != 1) return 0;\n    }\n    return 1;\n}\n\nint main(void)\n{\n";
     text += &format!("    struct {name} m;\n    struct {name}_parameters replace;\n");
-    let is_there = |part: &Part| *part == Part::Angles || program.has(*part);
-    for part in [Part::Parameters, Part::Constants, Part::Position, Part::Angles].into_iter().filter(is_there) {
-        text += &format!("    struct {name}_{} {};\n", part.name(), variable(part));
+    let is_there = |kind: &StructKind| *kind == StructKind::Angles || program.has(*kind);
+    for kind in [StructKind::Parameters, StructKind::Constants, StructKind::Position, StructKind::Angles]
+        .into_iter()
+        .filter(is_there)
+    {
+        text += &format!("    struct {name}_{} {};\n", kind.name(), variable(kind));
     }
     let arrays = [
-        ("change", fields(program, Part::Parameters).len()),
+        ("change", fields(program, StructKind::Parameters).len()),
         ("q", coordinates.len()),
         ("qd", coordinates.len()),
         ("qdd", coordinates.len()),
@@ -42,7 +45,7 @@ pub(super) fn driver(program: &Program) -> String {
 fn call(program: &Program, function: &Function) -> String {
     let name = &program.name;
     let mut arguments: Vec<String> = function.arguments.iter().map(argument).collect();
-    if function.is_number() {
+    if function.returns_scalar() {
         return format!(
             "        {{\n            double value = {name}_{}({});\n            print(&value, 1);\n        }}\n",
             function.name,
@@ -53,7 +56,7 @@ fn call(program: &Program, function: &Function) -> String {
     for (i, result) in function.results.iter().enumerate() {
         let place = format!("r{i}");
         match result.shape {
-            Shape::Number => {
+            Shape::Scalar => {
                 declared += &format!("            double {place};\n");
                 printed += &format!("            print(&{place}, 1);\n");
                 arguments.push(format!("&{place}"));
@@ -68,16 +71,16 @@ fn call(program: &Program, function: &Function) -> String {
                 printed += &format!("            print(&{place}[0][0], {rows} * {columns});\n");
                 arguments.push(place);
             }
-            Shape::Truths(count) => {
+            Shape::Booleans(count) => {
                 declared += &format!("            int {place}[{count}];\n");
                 printed += &format!(
                     "            for (int i = 0; i < {count}; i++) {{\n                printf(\"%d\\n\", {place}[i]);\n            }}\n"
                 );
                 arguments.push(place);
             }
-            Shape::Record(part) => {
-                printed += &record(program, function, part);
-                arguments.push(format!("&{}", variable(part)));
+            Shape::Struct(kind) => {
+                printed += &structure(program, function, kind);
+                arguments.push(format!("&{}", variable(kind)));
             }
         }
     }
@@ -89,12 +92,12 @@ fn call(program: &Program, function: &Function) -> String {
 }
 
 /// What is done once a struct is filled, which holds numbers alone: it is printed, and parameters are used.
-fn record(program: &Program, function: &Function, part: Part) -> String {
-    let count = match part {
-        Part::Angles => 2 * program.coordinates.len(),
-        _ => fields(program, part).len(),
+fn structure(program: &Program, function: &Function, kind: StructKind) -> String {
+    let count = match kind {
+        StructKind::Angles => 2 * program.coordinates.len(),
+        _ => fields(program, kind).len(),
     };
-    let print = format!("            print((const double *)&{}, {count});\n", variable(part));
+    let print = format!("            print((const double *)&{}, {count});\n", variable(kind));
     let use_them = match function.name.as_str() {
         // Every other one is replaced.
         "default_parameters" => format!(
@@ -107,18 +110,18 @@ fn record(program: &Program, function: &Function, part: Part) -> String {
     [print, use_them].concat()
 }
 
-fn argument(argument: &Argument) -> String {
+fn argument(argument: &Variable) -> String {
     match argument.shape {
-        Shape::Record(Part::Parameters) if argument.name != "p" => "&replace".to_owned(),
-        Shape::Record(part) => format!("&{}", variable(part)),
+        Shape::Struct(StructKind::Parameters) if argument.name != "p" => "&replace".to_owned(),
+        Shape::Struct(kind) => format!("&{}", variable(kind)),
         _ => argument.name.clone(),
     }
 }
 
-fn variable(part: Part) -> &'static str {
-    match part {
-        Part::Mechanism => "m",
-        Part::Parameters => "p",
-        part => part.name(),
+fn variable(kind: StructKind) -> &'static str {
+    match kind {
+        StructKind::Mechanism => "m",
+        StructKind::Parameters => "p",
+        kind => kind.name(),
     }
 }

@@ -4,7 +4,7 @@ use std::fs;
 use std::process::Command;
 
 use qrm_language::File;
-use qrm_language::program::{Argument, Function, Part, Program, Shape};
+use qrm_language::ir::{Function, Program, Shape, StructKind, Variable};
 
 use super::states::{State, fields};
 
@@ -35,7 +35,7 @@ pub(super) fn run(program: &Program, files: &[File], states: &[State]) -> Vec<f6
 /// A script that calls all functions at the states in a file, and writes what they give into another.
 fn driver(program: &Program) -> String {
     let (n, m) = (program.coordinates.len(), program.constraints.len());
-    let parameters = fields(program, Part::Parameters).len();
+    let parameters = fields(program, StructKind::Parameters).len();
     let mut text = "1;\nfunction x = numbers(x)\n    x = cell2mat(struct2cell(x));\nend\n".to_owned();
     text += "function results = call(s)\n    t = s(1);\n";
     let mut place = 1;
@@ -72,21 +72,21 @@ fn call(program: &Program, function: &Function, number: usize, written: &mut Vec
         }
         _ => {}
     }
-    let is_mechanism = |argument: &&Argument| argument.shape == Shape::Record(Part::Mechanism);
+    let is_mechanism = |argument: &&Variable| argument.shape == Shape::Struct(StructKind::Mechanism);
     let mut arguments: Vec<&str> =
         function.arguments.iter().filter(|argument| !is_mechanism(argument)).map(|argument| &*argument.name).collect();
     arguments.extend(function.arguments.iter().find(is_mechanism).map(|_| "p"));
     let mut variables = Vec::new();
     for (i, result) in function.results.iter().enumerate() {
         let variable = match result.shape {
-            Shape::Record(part) => part.name().to_owned(),
+            Shape::Struct(kind) => kind.name().to_owned(),
             _ => format!("r{number}_{i}"),
         };
         written.push(match result.shape {
-            Shape::Record(_) => format!("numbers({variable})"),
+            Shape::Struct(_) => format!("numbers({variable})"),
             Shape::Matrix(..) => format!("{variable}.'(:)"),
-            Shape::Number | Shape::Vector(_) => variable.clone(),
-            Shape::Truths(_) => format!("double({variable})"),
+            Shape::Scalar | Shape::Vector(_) => variable.clone(),
+            Shape::Booleans(_) => format!("double({variable})"),
         });
         variables.push(variable);
     }

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::libm::{self, Libm};
 use crate::interpret::{GeneratedModule, Value};
-use qrm_language::program::{Function, Part, Program, Shape};
+use qrm_language::ir::{Function, Program, Shape, StructKind};
 
 pub(super) struct State {
     t: f64,
@@ -22,7 +22,7 @@ impl State {
         let mut random = fastrand::Rng::with_seed(7);
         let mut numbers =
             |count: usize, size: f64| -> Vec<f64> { (0..count).map(|_| size * (2.0 * random.f64() - 1.0)).collect() };
-        let parameters = fields(program, Part::Parameters).len();
+        let parameters = fields(program, StructKind::Parameters).len();
         let (n, m) = (program.coordinates.len(), program.constraints.len());
         let mut state = || State {
             t: numbers(1, 1.0)[0],
@@ -44,8 +44,9 @@ impl State {
 }
 
 /// The names of a struct's fields.
-pub(super) fn fields(program: &Program, part: Part) -> Vec<&str> {
-    let fields = program.records.iter().find(|record| record.part == part).map_or(&[][..], |record| &record.fields);
+pub(super) fn fields(program: &Program, kind: StructKind) -> Vec<&str> {
+    let fields =
+        program.structs.iter().find(|structure| structure.kind == kind).map_or(&[][..], |structure| &structure.fields);
     fields.iter().map(|field| field.name.as_str()).collect()
 }
 
@@ -99,7 +100,7 @@ impl Values {
             "default_parameters" => {
                 let defaults = generated.method::<Libm>("with", &[Value::Nothing]).expect("parameters");
                 let number = |name: &&str| defaults.field(name).expect("a field").numbers()[0].0;
-                let names = fields(program, Part::Parameters);
+                let names = fields(program, StructKind::Parameters);
                 let places = names.iter().zip(change).enumerate();
                 // Every other one is replaced.
                 let replace =
@@ -164,14 +165,14 @@ fn numbers(program: &Program, function: &Function, value: &Value<Libm>) -> Vec<f
     let of = |name: &str| value.field(name).expect("a field");
     match &function.results[..] {
         [result] => match result.shape {
-            Shape::Record(Part::Angles) => ["sin", "cos"].into_iter().flat_map(|name| plain(of(name))).collect(),
-            Shape::Record(part) => fields(program, part).into_iter().flat_map(|name| plain(of(name))).collect(),
+            Shape::Struct(StructKind::Angles) => ["sin", "cos"].into_iter().flat_map(|name| plain(of(name))).collect(),
+            Shape::Struct(kind) => fields(program, kind).into_iter().flat_map(|name| plain(of(name))).collect(),
             _ => plain(value),
         },
         _ if matches!(value, Value::List(_)) => plain(value),
         results => {
-            let number = |result: &qrm_language::program::Result| match result.shape {
-                Shape::Truths(_) => of(&result.name).truths().into_iter().map(|t| f64::from(u8::from(t))).collect(),
+            let number = |result: &qrm_language::ir::Variable| match result.shape {
+                Shape::Booleans(_) => of(&result.name).truths().into_iter().map(|t| f64::from(u8::from(t))).collect(),
                 _ => plain(of(&result.name)),
             };
             results.iter().flat_map(number).collect()

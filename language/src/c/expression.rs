@@ -1,8 +1,8 @@
 //! Expressions.
 
-use super::{Writer, routines};
+use super::{Writer, builtins};
+use crate::ir::{Expression, Operator};
 use crate::names::Names;
-use crate::program::{Expression, Operator};
 
 /// How tightly an expression holds together.
 #[derive(Clone, Copy, PartialEq, PartialOrd)]
@@ -22,7 +22,7 @@ impl Writer<'_> {
         };
         match value {
             Expression::Number(digits) => digits.clone(),
-            Expression::Truth(truth) => u8::from(*truth).to_string(),
+            Expression::Boolean(boolean) => u8::from(*boolean).to_string(),
             Expression::Pi => "3.14159265358979323846".to_owned(),
             Expression::Infinity => "INFINITY".to_owned(),
             Expression::Name(name) => names.get(name).to_owned(),
@@ -42,9 +42,9 @@ impl Writer<'_> {
                 };
                 format!("{} {sign} {}", within(left, own), within(right, next))
             }
-            Expression::Call(routine, arguments) => {
+            Expression::Call(builtin, arguments) => {
                 let arguments: Vec<String> = arguments.iter().map(|value| self.expression(names, value)).collect();
-                format!("{}({})", routines::function(*routine), arguments.join(", "))
+                format!("{}({})", builtins::function(*builtin), arguments.join(", "))
             }
         }
     }

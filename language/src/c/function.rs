@@ -1,39 +1,39 @@
 //! Functions.
 
 use super::Writer;
+use super::builtins::is_reserved;
 use super::comment::comment;
-use super::routines::is_reserved;
 use crate::Untranslated;
+use crate::ir::{Expression, Function, Shape, Statement};
 use crate::lines;
 use crate::names::Names;
-use crate::program::{Expression, Function, Shape, Statement};
 
 impl Writer<'_> {
     pub(super) fn signature(&self, function: &Function) -> Result<String, Untranslated> {
         let names = names(function)?;
         let mut arguments: Vec<String> = Vec::new();
         for argument in &function.arguments {
-            let constant = if argument.shape == Shape::Number { "" } else { "const " };
+            let constant = if argument.shape == Shape::Scalar { "" } else { "const " };
             arguments.push(format!("{constant}{}", self.declaration(argument.shape, names.get(&argument.name))));
         }
-        if !function.is_number() {
+        if !function.returns_scalar() {
             for result in &function.results {
-                let pointer = if result.shape == Shape::Number { "*" } else { "" };
+                let pointer = if result.shape == Shape::Scalar { "*" } else { "" };
                 let name = format!("{pointer}{}", names.get(&result.name));
                 arguments.push(self.declaration(result.shape, &name));
             }
         }
-        let of = if function.is_number() { "double" } else { "void" };
+        let of = if function.returns_scalar() { "double" } else { "void" };
         Ok(lines::signature(&format!("{of} {}_{}", self.program.name, function.name), &arguments))
     }
 
     fn declaration(&self, shape: Shape, name: &str) -> String {
         match shape {
-            Shape::Number => format!("double {name}"),
+            Shape::Scalar => format!("double {name}"),
             Shape::Vector(count) => format!("double {name}[{}]", count.max(1)),
             Shape::Matrix(rows, columns) => format!("double {name}[{}][{}]", rows.max(1), columns.max(1)),
-            Shape::Truths(count) => format!("int {name}[{}]", count.max(1)),
-            Shape::Record(part) => format!("{} *{name}", self.structure(part)),
+            Shape::Booleans(count) => format!("int {name}[{}]", count.max(1)),
+            Shape::Struct(kind) => format!("{} *{name}", self.structure(kind)),
         }
     }
 
@@ -55,17 +55,17 @@ impl Writer<'_> {
         let expression = |value| self.expression(names, value);
         match statement {
             Statement::Comment(text) => format!("\n    {}", comment(&[text])),
-            Statement::Alias { name, part, of } => {
-                let (structure, name) = (self.structure(*part), names.get(name));
+            Statement::Alias { name, kind, of } => {
+                let (structure, name) = (self.structure(*kind), names.get(name));
                 format!("    const {structure} *{name} = &{};\n", expression(of))
             }
             Statement::Let { name, value } => {
                 lines::statement(&format!("const double {} = {};", names.get(name), expression(value)), "")
             }
             Statement::Clear { place, shape } => clear(&expression(place), *shape),
-            Statement::Set { place, value } => {
+            Statement::Assign { place, value } => {
                 let is_number = |name: &str| {
-                    function.results.iter().any(|result| result.name == name && result.shape == Shape::Number)
+                    function.results.iter().any(|result| result.name == name && result.shape == Shape::Scalar)
                 };
                 let pointer = match place {
                     Expression::Name(name) if is_number(name) => "*",
@@ -92,7 +92,7 @@ fn names(function: &Function) -> Result<Names, Untranslated> {
 /// Arguments and results that no statement mentions.
 fn unused(function: &Function) -> impl Iterator<Item = &str> {
     let arguments = function.arguments.iter().map(|argument| argument.name.as_str());
-    let results = function.results.iter().map(|result| result.name.as_str()).filter(|_| !function.is_number());
+    let results = function.results.iter().map(|result| result.name.as_str()).filter(|_| !function.returns_scalar());
     arguments.chain(results).filter(|name| !function.mentions(name))
 }
 
@@ -106,6 +106,6 @@ fn clear(place: &str, shape: Shape) -> String {
             "    for (int i = 0; i < {rows}; i++) {{\n        for (int j = 0; j < {columns}; j++) {{\n            \
              {place}[i][j] = 0.0;\n        }}\n    }}\n"
         ),
-        Shape::Number | Shape::Truths(_) | Shape::Record(_) => format!("    {place} = 0.0;\n"),
+        Shape::Scalar | Shape::Booleans(_) | Shape::Struct(_) => format!("    {place} = 0.0;\n"),
     }
 }

@@ -3,7 +3,7 @@
 use qrm_core::dop853::{ERROR_3, ERROR_5, NODES, ROWS, Row};
 
 use super::Writer;
-use crate::program::Part;
+use crate::ir::StructKind;
 
 /// What others see of the steps.
 const HEADER: &str = include_str!("steps.h");
@@ -14,7 +14,7 @@ const PROJECTION: &str = include_str!("projection.c");
 /// Sines and cosines that follow turns.
 const ANGLES: &str = include_str!("angles.c");
 /// The equations of motion where the kernel does not suit a position.
-const PLAIN: &str = include_str!("plain.c");
+const SADDLE_POINT: &str = include_str!("saddle_point.c");
 /// The state at the beginning of a motion.
 const INITIAL: &str = include_str!("initial.c");
 /// The step of the Runge-Kutta method of order 4.
@@ -33,21 +33,21 @@ impl Writer<'_> {
     /// The functions of the steps.
     pub(super) fn step_source(&self) -> String {
         let rows = |rows: &[Row]| list(rows.iter().map(|row| weights(row)), ",\n    ");
-        let truths = |truths: &[bool]| list(truths.iter().map(|truth| u8::from(*truth).to_string()), ", ");
+        let booleans = |booleans: &[bool]| list(booleans.iter().map(|boolean| u8::from(*boolean).to_string()), ", ");
         let dop853 = DOP853
             .replace("NUMBERS_OF_NODES", &list(NODES[..STAGES].iter().map(|node| format!("{node:?}")), ", "))
             .replace("NUMBERS_OF_ROWS", &rows(&ROWS[..=STAGES]))
             .replace("NUMBERS_OF_ERRORS", &rows(&[ERROR_5, ERROR_3]))
-            .replace("NUMBERS_OF_LENGTHS", &truths(&self.program.is_length));
-        let angles = ANGLES.replace("NUMBERS_OF_ANGLES", &truths(&self.program.has_angle));
-        self.named(&[SIZES, &angles, PLAIN, PROJECTION, INITIAL, RK4, &dop853].concat())
+            .replace("NUMBERS_OF_LENGTHS", &booleans(&self.program.is_length));
+        let angles = ANGLES.replace("NUMBERS_OF_ANGLES", &booleans(&self.program.has_angle));
+        self.named(&[SIZES, &angles, SADDLE_POINT, PROJECTION, INITIAL, RK4, &dop853].concat())
     }
 
     /// A template with the names of the program.
     pub(super) fn named(&self, text: &str) -> String {
         let name = &self.program.name;
         text.replace("scene_", &format!("{name}_"))
-            .replace("struct scene ", &format!("{} ", self.structure(Part::Mechanism)))
+            .replace("struct scene ", &format!("{} ", self.structure(StructKind::Mechanism)))
             .replace("SCENE_", &format!("{}_", name.to_uppercase()))
     }
 }

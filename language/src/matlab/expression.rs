@@ -1,8 +1,8 @@
 //! Expressions.
 
-use super::{Writer, routines};
+use super::{Writer, builtins};
+use crate::ir::{Builtin, Expression, Operator};
 use crate::names::Names;
-use crate::program::{Expression, Operator, Routine};
 
 /// How tightly an expression holds together.
 #[derive(Clone, Copy, PartialEq, PartialOrd)]
@@ -22,7 +22,7 @@ impl Writer<'_> {
         };
         match value {
             Expression::Number(digits) => digits.strip_suffix(".0").unwrap_or(digits).to_owned(),
-            Expression::Truth(truth) => truth.to_string(),
+            Expression::Boolean(boolean) => boolean.to_string(),
             Expression::Pi => "pi".to_owned(),
             Expression::Infinity => "Inf".to_owned(),
             Expression::Name(name) => names.get(name).to_owned(),
@@ -48,16 +48,16 @@ impl Writer<'_> {
                 };
                 format!("{} {sign} {}", within(left, own), within(right, next))
             }
-            Expression::Call(Routine::Given, arguments) => match &arguments[..] {
+            Expression::Call(Builtin::ValueOr, arguments) => match &arguments[..] {
                 [Expression::Field(of, field), own] => {
                     let [of, own] = [of, own].map(|value| self.expression(names, value));
                     format!("value_of({of}, '{}', {own})", self.fields.get(field))
                 }
-                _ => unreachable!("the reader makes it of a field and a value"),
+                _ => unreachable!("the parser makes it of a field and a value"),
             },
-            Expression::Call(routine, arguments) => {
+            Expression::Call(builtin, arguments) => {
                 let arguments: Vec<String> = arguments.iter().map(|value| self.expression(names, value)).collect();
-                format!("{}({})", routines::function(*routine), arguments.join(", "))
+                format!("{}({})", builtins::function(*builtin), arguments.join(", "))
             }
         }
     }

@@ -3,11 +3,11 @@
 use std::collections::BTreeSet;
 
 use super::Writer;
-use super::routines::{helpers, is_reserved};
+use super::builtins::{helpers, is_reserved};
 use crate::Untranslated;
+use crate::ir::{Expression, Function, Shape, Statement, StructKind, Variable};
 use crate::lines;
 use crate::names::Names;
-use crate::program::{Argument, Expression, Function, Part, Result as Output, Shape, Statement};
 
 impl Writer<'_> {
     /// The text of a function's file.
@@ -38,7 +38,7 @@ impl Writer<'_> {
 
     /// The line that names results and arguments: the parameters come last.
     fn head(&self, function: &Function, names: &Names) -> String {
-        let is_mechanism = |argument: &&Argument| argument.shape == Shape::Record(Part::Mechanism);
+        let is_mechanism = |argument: &&Variable| argument.shape == Shape::Struct(StructKind::Mechanism);
         let others = function.arguments.iter().filter(|argument| !is_mechanism(argument));
         let mut arguments: Vec<&str> = others.map(|argument| names.get(&argument.name)).collect();
         arguments.extend(function.arguments.iter().find(is_mechanism).map(|_| "p"));
@@ -66,11 +66,11 @@ impl Writer<'_> {
             false => function.doc.clone(),
         };
         if is_parameters(function) {
-            let record = self.program.records.iter().find(|record| record.part == Part::Parameters);
-            for field in record.map_or(&[][..], |record| &record.fields) {
+            let parameters = self.program.structs.iter().find(|structure| structure.kind == StructKind::Parameters);
+            for field in parameters.map_or(&[][..], |structure| &structure.fields) {
                 lines.push(format!("    {}  {}", self.fields.get(&field.name), field.doc.join(" ")));
             }
-        } else if function.arguments.iter().any(|argument| argument.shape == Shape::Record(Part::Mechanism)) {
+        } else if function.arguments.iter().any(|argument| argument.shape == Shape::Struct(StructKind::Mechanism)) {
             lines.extend([String::new(), format!("`p` holds the parameters: see {name}_parameters.")]);
         }
         let title = format!("{}_{}", name.to_uppercase(), self.name(function).to_uppercase());
@@ -93,10 +93,10 @@ impl Writer<'_> {
     }
 
     /// A result before its places are set.
-    fn prepare(&self, names: &Names, result: &Output) -> String {
+    fn prepare(&self, names: &Names, result: &Variable) -> String {
         let value = match result.shape {
-            Shape::Number => return String::new(),
-            Shape::Record(Part::Angles) => {
+            Shape::Scalar => return String::new(),
+            Shape::Struct(StructKind::Angles) => {
                 let zeros = empty(Shape::Vector(self.program.coordinates.len()));
                 format!("struct('sin', {zeros}, 'cos', {zeros})")
             }
@@ -123,12 +123,12 @@ impl Writer<'_> {
                 prepared.extend(root(place));
                 format!("    {} = {};\n", expression(place), empty(*shape))
             }
-            Statement::Set { place, value } => {
+            Statement::Assign { place, value } => {
                 let result = root(place).and_then(|name| function.results.iter().find(|result| result.name == name));
                 let fresh = result.filter(|result| prepared.insert(&result.name));
                 let before = fresh.map_or_else(String::new, |result| self.prepare(names, result));
                 // All places of lists are zero at first.
-                let is_zero = *value == Expression::Number("0.0".to_owned()) || *value == Expression::Truth(false);
+                let is_zero = *value == Expression::Number("0.0".to_owned()) || *value == Expression::Boolean(false);
                 if is_zero && matches!(place, Expression::Element(..)) {
                     return before;
                 }
@@ -170,10 +170,10 @@ fn root(place: &Expression) -> Option<&str> {
 /// The value of a shape without anything in it.
 fn empty(shape: Shape) -> String {
     match shape {
-        Shape::Number => "0".to_owned(),
+        Shape::Scalar => "0".to_owned(),
         Shape::Vector(count) => format!("zeros({count}, 1)"),
         Shape::Matrix(rows, columns) => format!("zeros({rows}, {columns})"),
-        Shape::Truths(count) => format!("false({count}, 1)"),
-        Shape::Record(_) => "struct()".to_owned(),
+        Shape::Booleans(count) => format!("false({count}, 1)"),
+        Shape::Struct(_) => "struct()".to_owned(),
     }
 }

@@ -1,7 +1,7 @@
 //! Steps of a motion and a script: the same for all mechanisms but for names.
 
 use super::Writer;
-use crate::program::Quantity;
+use crate::ir::Quantity;
 
 /// The state at the beginning of a motion.
 const INITIAL_STATE: &str = include_str!("initial_state.m");

@@ -40,7 +40,7 @@ impl OutputLanguage {
             let name = description.name.to_lowercase().replace('-', "_");
             return Ok(vec![File { name: format!("{name}.rs"), text: description.code.to_owned() }]);
         };
-        let program = qrm_language::read(description.name, description.code);
+        let program = qrm_language::parse(description.name, description.code);
         program.and_then(|program| (language.write)(&program)).map_err(|e| self.untranslated(description, &e))
     }
 
@@ -51,7 +51,7 @@ impl OutputLanguage {
             return Ok(Some(texts.join("\n\n")));
         };
         let untranslated = |e| self.untranslated(description, &e);
-        let program = qrm_language::read(description.name, description.code).map_err(untranslated)?;
+        let program = qrm_language::parse(description.name, description.code).map_err(untranslated)?;
         let functions: Option<Vec<_>> = items.iter().map(|item| program.function(item.name)).collect();
         let Some(functions) = functions else { return Ok(None) };
         let texts = functions.into_iter().map(|function| (language.write_function)(&program, function));

@@ -3,7 +3,7 @@
 use syn::{Expr, ExprLit, FieldValue, Item, Lit, Member};
 
 use super::Untranslated;
-use crate::program::Quantity;
+use crate::ir::Quantity;
 
 /// The coordinates, constraints and outputs that a module describes.
 pub(super) fn quantities(file: &syn::File) -> Result<[Vec<Quantity>; 3], Untranslated> {

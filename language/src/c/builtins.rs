@@ -1,33 +1,33 @@
-//! The functions of numbers, and the words that C and its library keep for themselves.
+//! Builtin functions, and the reserved words of C and its library.
 
 use std::collections::BTreeSet;
 
-use crate::program::{Expression, Program, Routine};
+use crate::ir::{Builtin, Expression, Program};
 
-/// The function of a routine.
-pub(super) fn function(routine: Routine) -> &'static str {
-    match routine {
-        Routine::Sin => "sin",
-        Routine::Cos => "cos",
-        Routine::Tan => "tan",
-        Routine::Asin => "asin",
-        Routine::Acos => "acos",
-        Routine::Atan => "atan",
-        Routine::Sinh => "sinh",
-        Routine::Cosh => "cosh",
-        Routine::Tanh => "tanh",
-        Routine::Exp => "exp",
-        Routine::Ln => "log",
-        Routine::Sqrt => "sqrt",
-        Routine::Abs => "fabs",
-        Routine::Floor => "floor",
-        Routine::Power => "pow",
-        Routine::Hypot => "hypot",
-        Routine::Atan2 => "atan2",
-        Routine::Sign => "sign",
-        Routine::Min => "min",
-        Routine::Max => "max",
-        Routine::Given => "number_or",
+/// The function that is called for a builtin.
+pub(super) fn function(builtin: Builtin) -> &'static str {
+    match builtin {
+        Builtin::Sin => "sin",
+        Builtin::Cos => "cos",
+        Builtin::Tan => "tan",
+        Builtin::Asin => "asin",
+        Builtin::Acos => "acos",
+        Builtin::Atan => "atan",
+        Builtin::Sinh => "sinh",
+        Builtin::Cosh => "cosh",
+        Builtin::Tanh => "tanh",
+        Builtin::Exp => "exp",
+        Builtin::Ln => "log",
+        Builtin::Sqrt => "sqrt",
+        Builtin::Abs => "fabs",
+        Builtin::Floor => "floor",
+        Builtin::Power => "pow",
+        Builtin::Hypot => "hypot",
+        Builtin::Atan2 => "atan2",
+        Builtin::Sign => "sign",
+        Builtin::Min => "min",
+        Builtin::Max => "max",
+        Builtin::ValueOr => "number_or",
     }
 }
 
@@ -36,40 +36,40 @@ pub(super) fn helpers(program: &Program) -> String {
     let mut used = BTreeSet::new();
     for statement in program.functions.iter().flat_map(|function| &function.body) {
         statement.visit(&mut |value| {
-            if let Expression::Call(routine, _) = value {
-                used.insert(*routine);
+            if let Expression::Call(builtin, _) = value {
+                used.insert(*builtin);
             }
         });
     }
     used.into_iter().filter_map(helper).map(|text| format!("\n{text}\n")).collect()
 }
 
-fn helper(routine: Routine) -> Option<&'static str> {
-    match routine {
-        Routine::Sign => Some(
+fn helper(builtin: Builtin) -> Option<&'static str> {
+    match builtin {
+        Builtin::Sign => Some(
             "// -1, 0 or 1; what is not a number stays what it is.\n\
              static double sign(double x)\n{\n    return x > 0.0 ? 1.0 : x < 0.0 ? -1.0 : x;\n}",
         ),
-        Routine::Min => Some("static double min(double x, double y)\n{\n    return x < y ? x : y;\n}"),
-        Routine::Max => Some("static double max(double x, double y)\n{\n    return x > y ? x : y;\n}"),
-        Routine::Given => {
+        Builtin::Min => Some("static double min(double x, double y)\n{\n    return x < y ? x : y;\n}"),
+        Builtin::Max => Some("static double max(double x, double y)\n{\n    return x > y ? x : y;\n}"),
+        Builtin::ValueOr => {
             Some("static double number_or(double x, double otherwise)\n{\n    return isnan(x) ? otherwise : x;\n}")
         }
         _ => None,
     }
 }
 
-/// Whether no value can be called so: a word, or what generated functions call.
+/// Whether no value can be called so: a keyword, or what generated functions call.
 pub(super) fn is_reserved(name: &str) -> bool {
-    is_word(name) || FUNCTIONS.contains(&name)
+    is_keyword(name) || FUNCTIONS.contains(&name)
 }
 
-/// Whether a name is a word of C99 or C++, or a macro of `math.h`.
-pub(super) fn is_word(name: &str) -> bool {
-    WORDS.contains(&name) || name.starts_with("FP_") || name.starts_with("MATH_")
+/// Whether a name is a keyword of C99 or C++, or a macro of `math.h`.
+pub(super) fn is_keyword(name: &str) -> bool {
+    KEYWORDS.contains(&name) || name.starts_with("FP_") || name.starts_with("MATH_")
 }
 
-const WORDS: [&str; 104] = [
+const KEYWORDS: [&str; 104] = [
     "auto",
     "break",
     "case",

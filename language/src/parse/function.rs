@@ -6,11 +6,11 @@ use quote::ToTokens;
 use syn::{Attribute, Block, Expr, FnArg, ImplItemFn, Pat, ReturnType, Signature, Stmt};
 
 use super::documentation::documentation;
-use super::expression::{expression, plain};
-use super::{Reader, Untranslated, member, shape};
-use crate::program::{Argument, Expression, Function, Part, Result as Output, Routine, Shape, Statement};
+use super::expression::{expression, identifier};
+use super::{Parser, Untranslated, member, shape};
+use crate::ir::{Builtin, Expression, Function, Shape, Statement, StructKind, Variable};
 
-impl Reader<'_> {
+impl Parser<'_> {
     pub(super) fn function(
         &self,
         signature: &Signature,
@@ -22,33 +22,33 @@ impl Reader<'_> {
             return Err(Untranslated::new("the signature", signature));
         };
         let (arguments, mut results) = (self.arguments(signature)?, self.sizes.results(&name, of)?);
-        let body = Body::read(&arguments, &mut results, block)?;
+        let body = Body::parse(&arguments, &mut results, block)?;
         Ok(Function { name, doc: documentation(attributes), arguments, results, body })
     }
 
-    /// A function that makes parameters or constants.
-    pub(super) fn maker(&self, part: Part, maker: &ImplItemFn) -> Result<Function, Untranslated> {
-        let arguments = match (part, maker.sig.inputs.first()) {
+    /// The constructor of parameters or constants.
+    pub(super) fn constructor(&self, kind: StructKind, constructor: &ImplItemFn) -> Result<Function, Untranslated> {
+        let arguments = match (kind, constructor.sig.inputs.first()) {
             // What replaces values are parameters too.
-            (Part::Parameters, Some(FnArg::Typed(input))) => {
-                vec![Argument { name: argument_name(&input.pat)?, shape: Shape::Record(part) }]
+            (StructKind::Parameters, Some(FnArg::Typed(input))) => {
+                vec![Variable { name: argument_name(&input.pat)?, shape: Shape::Struct(kind) }]
             }
-            _ => self.arguments(&maker.sig)?,
+            _ => self.arguments(&constructor.sig)?,
         };
-        let mut results = vec![Output { name: part.name().to_owned(), shape: Shape::Record(part) }];
-        let body = Body::read(&arguments, &mut results, &maker.block)?;
-        Ok(Function { name: part.name().to_owned(), doc: Vec::new(), arguments, results, body })
+        let mut results = vec![Variable { name: kind.name().to_owned(), shape: Shape::Struct(kind) }];
+        let body = Body::parse(&arguments, &mut results, &constructor.block)?;
+        Ok(Function { name: kind.name().to_owned(), doc: Vec::new(), arguments, results, body })
     }
 
     /// The arguments of a function.
-    pub(super) fn arguments(&self, signature: &Signature) -> Result<Vec<Argument>, Untranslated> {
+    pub(super) fn arguments(&self, signature: &Signature) -> Result<Vec<Variable>, Untranslated> {
         let argument = |input: &FnArg| match input {
-            FnArg::Receiver(_) => Ok(Argument { name: "m".to_owned(), shape: Shape::Record(Part::Mechanism) }),
+            FnArg::Receiver(_) => Ok(Variable { name: "m".to_owned(), shape: Shape::Struct(StructKind::Mechanism) }),
             FnArg::Typed(input) => {
                 let name = argument_name(&input.pat)?;
-                let is_own = shape::last_segment(&input.ty).is_ok_and(|segment| segment.ident == self.own);
-                let shape = if is_own { Shape::Record(Part::Mechanism) } else { shape::shape(&input.ty)? };
-                Ok(Argument { name, shape })
+                let is_mechanism = shape::last_segment(&input.ty).is_ok_and(|segment| segment.ident == self.mechanism);
+                let shape = if is_mechanism { Shape::Struct(StructKind::Mechanism) } else { shape::shape(&input.ty)? };
+                Ok(Variable { name, shape })
             }
         };
         signature.inputs.iter().map(argument).collect()
@@ -58,7 +58,7 @@ impl Reader<'_> {
 /// The name of an argument. One with an underscore in front is not used.
 fn argument_name(pattern: &Pat) -> Result<String, Untranslated> {
     let Pat::Ident(name) = pattern else { return Err(Untranslated::new("the argument", pattern)) };
-    let name = plain(&name.ident);
+    let name = identifier(&name.ident);
     Ok(name.strip_prefix('_').unwrap_or(&name).to_owned())
 }
 
@@ -71,7 +71,7 @@ struct Body {
 
 impl Body {
     /// The statements; results that are called like something else get other names.
-    fn read(arguments: &[Argument], results: &mut [Output], block: &Block) -> Result<Vec<Statement>, Untranslated> {
+    fn parse(arguments: &[Variable], results: &mut [Variable], block: &Block) -> Result<Vec<Statement>, Untranslated> {
         let names = arguments.iter().map(|argument| argument.name.clone()).collect();
         let mut body = Self { statements: Vec::new(), names };
         let Some((Stmt::Expr(value, None), statements)) = block.stmts.split_last() else {
@@ -114,8 +114,8 @@ impl Body {
         match (pattern, value) {
             (Pat::Tuple(pair), Expr::MethodCall(call)) if call.method == "sin_cos" => {
                 let angle = expression(&call.receiver)?;
-                for (pattern, routine) in pair.elems.iter().zip([Routine::Sin, Routine::Cos]) {
-                    self.define(pattern, Expression::Call(routine, vec![angle.clone()]))?;
+                for (pattern, builtin) in pair.elems.iter().zip([Builtin::Sin, Builtin::Cos]) {
+                    self.define(pattern, Expression::Call(builtin, vec![angle.clone()]))?;
                 }
                 Ok(())
             }
@@ -124,8 +124,8 @@ impl Body {
                 let (Expr::Call(replace), Some(own)) = (&*call.receiver, call.args.first()) else {
                     return Err(Untranslated::new("the call", value));
                 };
-                let other = expression(&replace.func)?.field(&plain(&name.ident));
-                self.define(pattern, Expression::Call(Routine::Given, vec![other, expression(own)?]))
+                let other = expression(&replace.func)?.field(&identifier(&name.ident));
+                self.define(pattern, Expression::Call(Builtin::ValueOr, vec![other, expression(own)?]))
             }
             (_, value) => {
                 let value = expression(value)?;
@@ -138,20 +138,20 @@ impl Body {
         match pattern {
             Pat::Wild(_) => {}
             Pat::Ident(name) => {
-                let name = plain(&name.ident);
+                let name = identifier(&name.ident);
                 if !self.names.insert(name.clone()) {
                     return Err(Untranslated::new("a name that is given twice,", pattern));
                 }
-                let part = match &value {
+                let kind = match &value {
                     Expression::Field(of, field) if **of == Expression::name("m") => match field.as_str() {
-                        "parameters" => Some(Part::Parameters),
-                        "constants" => Some(Part::Constants),
+                        "parameters" => Some(StructKind::Parameters),
+                        "constants" => Some(StructKind::Constants),
                         _ => None,
                     },
                     _ => None,
                 };
-                self.statements.push(match part {
-                    Some(part) => Statement::Alias { name, part, of: value },
+                self.statements.push(match kind {
+                    Some(kind) => Statement::Alias { name, kind, of: value },
                     None => Statement::Let { name, value },
                 });
             }
@@ -170,16 +170,16 @@ impl Body {
         Ok(())
     }
 
-    /// Gives the results their values; `fields` are their names where they are parts of a struct.
-    fn results(&mut self, results: &[Output], fields: &[String], value: &Expr) -> Result<(), Untranslated> {
+    /// Gives the results their values; `fields` are their names where they are fields of a struct.
+    fn results(&mut self, results: &[Variable], fields: &[String], value: &Expr) -> Result<(), Untranslated> {
         match (results, value) {
             (_, Expr::Struct(structure)) if structure.rest.is_none() => {
                 for field in &structure.fields {
                     let name = member(&field.member)?;
                     match results {
-                        [Output { name: result, shape: Shape::Record(_) }] => {
+                        [Variable { name: result, shape: Shape::Struct(_) }] => {
                             if !is_marker(&field.expr) {
-                                self.set(Expression::name(result).field(&name), Shape::Number, &field.expr)?;
+                                self.set(Expression::name(result).field(&name), Shape::Scalar, &field.expr)?;
                             }
                         }
                         _ => {
@@ -191,7 +191,7 @@ impl Body {
                 }
                 Ok(())
             }
-            ([result], value) if result.shape == Shape::Number => {
+            ([result], value) if result.shape == Shape::Scalar => {
                 self.statements.push(Statement::Return(expression(value)?));
                 Ok(())
             }
@@ -209,13 +209,13 @@ impl Body {
     /// Fills a place.
     fn set(&mut self, place: Expression, shape: Shape, value: &Expr) -> Result<(), Untranslated> {
         let (count, inner) = match shape {
-            Shape::Number => {
-                self.statements.push(Statement::Set { place, value: expression(value)? });
+            Shape::Scalar => {
+                self.statements.push(Statement::Assign { place, value: expression(value)? });
                 return Ok(());
             }
-            Shape::Vector(count) | Shape::Truths(count) => (count, Shape::Number),
+            Shape::Vector(count) | Shape::Booleans(count) => (count, Shape::Scalar),
             Shape::Matrix(rows, columns) => (rows, Shape::Vector(columns)),
-            Shape::Record(_) => return Err(Untranslated::new("the result", value)),
+            Shape::Struct(_) => return Err(Untranslated::new("the result", value)),
         };
         match value {
             Expr::Array(array) if array.elems.len() == count => {
@@ -242,8 +242,8 @@ impl Body {
         self.statements.push(Statement::Clear { place: place.clone(), shape });
         for entry in entries {
             let Stmt::Expr(Expr::Assign(entry), Some(_)) = entry else { return Err(wrong()) };
-            let target = within(&expression(&entry.left)?, &plain(&rows.ident), place).ok_or_else(wrong)?;
-            self.set(target, Shape::Number, &entry.right)?;
+            let target = within(&expression(&entry.left)?, &identifier(&rows.ident), place).ok_or_else(wrong)?;
+            self.set(target, Shape::Scalar, &entry.right)?;
         }
         Ok(())
     }

@@ -4,9 +4,9 @@ use proc_macro2::Ident;
 use syn::{BinOp, Expr, ExprLit, Lit, UnOp};
 
 use super::{Untranslated, member, shape};
-use crate::program::{Expression, Operator, Routine};
+use crate::ir::{Builtin, Expression, Operator};
 
-/// The plain form of an expression.
+/// The intermediate representation of an expression.
 pub(super) fn expression(value: &Expr) -> Result<Expression, Untranslated> {
     match value {
         Expr::Paren(inner) => expression(&inner.expr),
@@ -16,10 +16,10 @@ pub(super) fn expression(value: &Expr) -> Result<Expression, Untranslated> {
         Expr::Lit(ExprLit { lit: Lit::Int(number), .. }) => {
             Ok(Expression::Number(format!("{}.0", number.base10_digits())))
         }
-        Expr::Lit(ExprLit { lit: Lit::Bool(truth), .. }) => Ok(Expression::Truth(truth.value)),
+        Expr::Lit(ExprLit { lit: Lit::Bool(boolean), .. }) => Ok(Expression::Boolean(boolean.value)),
         Expr::Path(path) => match path.path.get_ident() {
             Some(name) if name == "None" => Ok(Expression::Infinity.negative()),
-            Some(name) => Ok(Expression::Name(plain(name))),
+            Some(name) => Ok(Expression::Name(identifier(name))),
             None if path_of(&path.path) == "f64::INFINITY" => Ok(Expression::Infinity),
             None => Err(Untranslated::new("the name", value)),
         },
@@ -42,7 +42,7 @@ pub(super) fn expression(value: &Expr) -> Result<Expression, Untranslated> {
         Expr::Index(index) => Ok(expression(&index.expr)?.element(shape::whole(&index.index)?)),
         Expr::MethodCall(call) => {
             let arguments = expressions(std::iter::once(&*call.receiver).chain(&call.args))?;
-            function(&call.method.to_string(), arguments).ok_or_else(|| Untranslated::new("the call", value))
+            self::call(&call.method.to_string(), arguments).ok_or_else(|| Untranslated::new("the call", value))
         }
         Expr::Call(call) => {
             let Expr::Path(path) = &*call.func else { return Err(Untranslated::new("the call", value)) };
@@ -52,7 +52,7 @@ pub(super) fn expression(value: &Expr) -> Result<Expression, Untranslated> {
                 ("R::pi", 0) => Ok(Expression::Pi),
                 ("R::from_f64" | "Some", 1) => Ok(arguments.remove(0)),
                 (path, _) => {
-                    let function = path.strip_prefix("R::").and_then(|name| function(name, arguments));
+                    let function = path.strip_prefix("R::").and_then(|name| self::call(name, arguments));
                     function.ok_or_else(|| Untranslated::new("the call", value))
                 }
             }
@@ -66,7 +66,7 @@ fn expressions<'e>(values: impl IntoIterator<Item = &'e Expr>) -> Result<Vec<Exp
 }
 
 /// A name without the mark of a raw identifier; the mechanism is called `m` in methods too.
-pub(super) fn plain(name: &Ident) -> String {
+pub(super) fn identifier(name: &Ident) -> String {
     let name = name.to_string();
     match name.as_str() {
         "self" => "m".to_owned(),
@@ -75,11 +75,11 @@ pub(super) fn plain(name: &Ident) -> String {
 }
 
 fn path_of(path: &syn::Path) -> String {
-    path.segments.iter().map(|part| part.ident.to_string()).collect::<Vec<_>>().join("::")
+    path.segments.iter().map(|segment| segment.ident.to_string()).collect::<Vec<_>>().join("::")
 }
 
-/// A function of numbers; `None` if there is none of this name and number of arguments.
-fn function(name: &str, arguments: Vec<Expression>) -> Option<Expression> {
+/// A call of a function; `None` if there is none of this name and number of arguments.
+fn call(name: &str, arguments: Vec<Expression>) -> Option<Expression> {
     use Operator::{Add, Divide, Multiply, Subtract};
     match (name, &arguments[..]) {
         // Whether product and sum are rounded together is left to the compiler, as it is in Rust.
@@ -93,35 +93,35 @@ fn function(name: &str, arguments: Vec<Expression>) -> Option<Expression> {
         }
         ("recip", [x]) => Some(Expression::binary(Divide, Expression::Number("1.0".to_owned()), x.clone())),
         _ => {
-            let routine = routine(name, arguments.len())?;
-            Some(Expression::Call(routine, arguments))
+            let builtin = builtin(name, arguments.len())?;
+            Some(Expression::Call(builtin, arguments))
         }
     }
 }
 
-/// The function of numbers with this name and so many arguments.
-fn routine(name: &str, arguments: usize) -> Option<Routine> {
+/// The builtin function with this name and so many arguments.
+fn builtin(name: &str, arguments: usize) -> Option<Builtin> {
     Some(match (name, arguments) {
-        ("sin", 1) => Routine::Sin,
-        ("cos", 1) => Routine::Cos,
-        ("tan", 1) => Routine::Tan,
-        ("asin", 1) => Routine::Asin,
-        ("acos", 1) => Routine::Acos,
-        ("atan", 1) => Routine::Atan,
-        ("sinh", 1) => Routine::Sinh,
-        ("cosh", 1) => Routine::Cosh,
-        ("tanh", 1) => Routine::Tanh,
-        ("exp", 1) => Routine::Exp,
-        ("ln", 1) => Routine::Ln,
-        ("sqrt", 1) => Routine::Sqrt,
-        ("abs", 1) => Routine::Abs,
-        ("floor", 1) => Routine::Floor,
-        ("sign", 1) => Routine::Sign,
-        ("powf" | "pow" | "powi", 2) => Routine::Power,
-        ("hypot", 2) => Routine::Hypot,
-        ("atan2", 2) => Routine::Atan2,
-        ("min", 2) => Routine::Min,
-        ("max", 2) => Routine::Max,
+        ("sin", 1) => Builtin::Sin,
+        ("cos", 1) => Builtin::Cos,
+        ("tan", 1) => Builtin::Tan,
+        ("asin", 1) => Builtin::Asin,
+        ("acos", 1) => Builtin::Acos,
+        ("atan", 1) => Builtin::Atan,
+        ("sinh", 1) => Builtin::Sinh,
+        ("cosh", 1) => Builtin::Cosh,
+        ("tanh", 1) => Builtin::Tanh,
+        ("exp", 1) => Builtin::Exp,
+        ("ln", 1) => Builtin::Ln,
+        ("sqrt", 1) => Builtin::Sqrt,
+        ("abs", 1) => Builtin::Abs,
+        ("floor", 1) => Builtin::Floor,
+        ("sign", 1) => Builtin::Sign,
+        ("powf" | "pow" | "powi", 2) => Builtin::Power,
+        ("hypot", 2) => Builtin::Hypot,
+        ("atan2", 2) => Builtin::Atan2,
+        ("min", 2) => Builtin::Min,
+        ("max", 2) => Builtin::Max,
         _ => return None,
     })
 }

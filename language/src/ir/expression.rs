@@ -5,8 +5,8 @@
 pub enum Expression {
     /// A decimal.
     Number(String),
-    /// A truth.
-    Truth(bool),
+    /// A boolean.
+    Boolean(bool),
     /// The ratio of a circle's circumference to its diameter.
     Pi,
     /// What is larger than all numbers.
@@ -21,8 +21,8 @@ pub enum Expression {
     Negative(Box<Expression>),
     /// A sum, difference, product or quotient.
     Binary(Operator, Box<Expression>, Box<Expression>),
-    /// A function of numbers.
-    Call(Routine, Vec<Expression>),
+    /// A call of a builtin function.
+    Call(Builtin, Vec<Expression>),
 }
 
 impl Expression {
@@ -49,7 +49,7 @@ impl Expression {
     pub(super) fn visit(&self, f: &mut impl FnMut(&Self)) {
         f(self);
         match self {
-            Self::Number(_) | Self::Truth(_) | Self::Pi | Self::Infinity | Self::Name(_) => {}
+            Self::Number(_) | Self::Boolean(_) | Self::Pi | Self::Infinity | Self::Name(_) => {}
             Self::Field(inner, _) | Self::Element(inner, _) | Self::Negative(inner) => inner.visit(f),
             Self::Binary(_, left, right) => {
                 left.visit(f);
@@ -70,10 +70,10 @@ pub enum Operator {
     Divide,
 }
 
-/// The functions of numbers.
+/// The builtin functions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 #[allow(missing_docs, reason = "their names say it")]
-pub enum Routine {
+pub enum Builtin {
     Sin,
     Cos,
     Tan,
@@ -98,5 +98,5 @@ pub enum Routine {
     /// The first number if it is larger, else the second.
     Max,
     /// The second number where the first one is not a number, else the first.
-    Given,
+    ValueOr,
 }

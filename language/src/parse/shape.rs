@@ -3,7 +3,7 @@
 use syn::{Expr, ExprLit, GenericArgument, Lit, PathArguments, PathSegment, Type};
 
 use super::Untranslated;
-use crate::program::{Part, Result as Output, Shape};
+use crate::ir::{Shape, StructKind, Variable};
 
 /// How many coordinates and constraints there are.
 #[derive(Clone, Copy, Debug, Default)]
@@ -29,11 +29,11 @@ impl Sizes {
     }
 
     /// The results of a function.
-    pub(super) fn results(self, function: &str, of: &Type) -> Result<Vec<Output>, Untranslated> {
+    pub(super) fn results(self, function: &str, of: &Type) -> Result<Vec<Variable>, Untranslated> {
         let Self { coordinates: n, constraints: m } = self;
         let unknown = || Untranslated::new("the result", of);
-        let named = |parts: &[(&str, Shape)]| {
-            parts.iter().map(|&(name, shape)| Output { name: name.to_owned(), shape }).collect::<Vec<_>>()
+        let named = |variables: &[(&str, Shape)]| {
+            variables.iter().map(|&(name, shape)| Variable { name: name.to_owned(), shape }).collect::<Vec<_>>()
         };
         match of {
             Type::Array(_) => Ok(named(&[(function, shape(of)?)])),
@@ -47,8 +47,8 @@ impl Sizes {
                 Ok(names.iter().zip(shapes).flat_map(|(name, shape)| named(&[(name, shape)])).collect())
             }
             _ => match last_segment(of)?.ident.to_string().as_str() {
-                "R" | "Option" => Ok(named(&[(function, Shape::Number)])),
-                "Position" => Ok(named(&[("position", Shape::Record(Part::Position))])),
+                "R" | "Option" => Ok(named(&[(function, Shape::Scalar)])),
+                "Position" => Ok(named(&[("position", Shape::Struct(StructKind::Position))])),
                 "Dynamics" => Ok(named(&[
                     ("mass_matrix", Shape::Matrix(n, n)),
                     ("generalized_forces", Shape::Vector(n)),
@@ -70,11 +70,11 @@ impl Sizes {
                 ])),
                 "Start" => Ok(named(&[
                     ("q", Shape::Vector(n)),
-                    ("given", Shape::Truths(n)),
+                    ("given", Shape::Booleans(n)),
                     ("qd", Shape::Vector(n)),
-                    ("given_rates", Shape::Truths(n)),
+                    ("given_rates", Shape::Booleans(n)),
                 ])),
-                "Schedule" => Ok(named(&[("step", Shape::Number), ("end_time", Shape::Number)])),
+                "Schedule" => Ok(named(&[("step", Shape::Scalar), ("end_time", Shape::Scalar)])),
                 _ => Err(unknown()),
             },
         }
@@ -89,25 +89,25 @@ pub(super) fn shape(of: &Type) -> Result<Shape, Untranslated> {
         Type::Array(array) => {
             let count = whole(&array.len)?;
             match shape(&array.elem)? {
-                Shape::Number => Ok(Shape::Vector(count)),
+                Shape::Scalar => Ok(Shape::Vector(count)),
                 Shape::Vector(columns) => Ok(Shape::Matrix(count, columns)),
                 _ => Err(unknown()),
             }
         }
         _ => match last_segment(of)?.ident.to_string().as_str() {
-            "R" => Ok(Shape::Number),
-            name => part(name).map(Shape::Record).ok_or_else(unknown),
+            "R" => Ok(Shape::Scalar),
+            name => struct_kind(name).map(Shape::Struct).ok_or_else(unknown),
         },
     }
 }
 
-/// The struct of a name.
-pub(super) fn part(name: &str) -> Option<Part> {
+/// The kind of the struct of this name.
+pub(super) fn struct_kind(name: &str) -> Option<StructKind> {
     match name {
-        "Parameters" => Some(Part::Parameters),
-        "Constants" => Some(Part::Constants),
-        "Position" => Some(Part::Position),
-        "Angles" => Some(Part::Angles),
+        "Parameters" => Some(StructKind::Parameters),
+        "Constants" => Some(StructKind::Constants),
+        "Position" => Some(StructKind::Position),
+        "Angles" => Some(StructKind::Angles),
         _ => None,
     }
 }

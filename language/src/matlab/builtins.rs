@@ -1,33 +1,33 @@
-//! The functions of numbers, and the words that MATLAB and Octave keep for themselves.
+//! Builtin functions, and the reserved words of MATLAB and Octave.
 
 use std::collections::BTreeSet;
 
-use crate::program::{Expression, Function, Routine};
+use crate::ir::{Builtin, Expression, Function};
 
-/// The function of a routine.
-pub(super) fn function(routine: Routine) -> &'static str {
-    match routine {
-        Routine::Sin => "sin",
-        Routine::Cos => "cos",
-        Routine::Tan => "tan",
-        Routine::Asin => "real_asin",
-        Routine::Acos => "real_acos",
-        Routine::Atan => "atan",
-        Routine::Sinh => "sinh",
-        Routine::Cosh => "cosh",
-        Routine::Tanh => "tanh",
-        Routine::Exp => "exp",
-        Routine::Ln => "real_log",
-        Routine::Sqrt => "real_sqrt",
-        Routine::Abs => "abs",
-        Routine::Floor => "floor",
-        Routine::Power => "real_power",
-        Routine::Hypot => "hypot",
-        Routine::Atan2 => "atan2",
-        Routine::Sign => "sign",
-        Routine::Min => "smaller",
-        Routine::Max => "larger",
-        Routine::Given => "value_of",
+/// The function that is called for a builtin.
+pub(super) fn function(builtin: Builtin) -> &'static str {
+    match builtin {
+        Builtin::Sin => "sin",
+        Builtin::Cos => "cos",
+        Builtin::Tan => "tan",
+        Builtin::Asin => "real_asin",
+        Builtin::Acos => "real_acos",
+        Builtin::Atan => "atan",
+        Builtin::Sinh => "sinh",
+        Builtin::Cosh => "cosh",
+        Builtin::Tanh => "tanh",
+        Builtin::Exp => "exp",
+        Builtin::Ln => "real_log",
+        Builtin::Sqrt => "real_sqrt",
+        Builtin::Abs => "abs",
+        Builtin::Floor => "floor",
+        Builtin::Power => "real_power",
+        Builtin::Hypot => "hypot",
+        Builtin::Atan2 => "atan2",
+        Builtin::Sign => "sign",
+        Builtin::Min => "smaller",
+        Builtin::Max => "larger",
+        Builtin::ValueOr => "value_of",
     }
 }
 
@@ -36,32 +36,32 @@ pub(super) fn helpers(function: &Function) -> String {
     let mut used = BTreeSet::new();
     for statement in &function.body {
         statement.visit(&mut |value| {
-            if let Expression::Call(routine, _) = value {
-                used.insert(*routine);
+            if let Expression::Call(builtin, _) = value {
+                used.insert(*builtin);
             }
         });
     }
     used.into_iter().filter_map(helper).map(|text| format!("\n{text}\n")).collect()
 }
 
-/// The definition of a routine that MATLAB does not have in this form: its roots, powers and inverse functions are
+/// The definition of a builtin that MATLAB does not have in this form: its roots, powers and inverse functions are
 /// complex numbers where they are not real, and its extremes leave out what is not a number.
-fn helper(routine: Routine) -> Option<String> {
+fn helper(builtin: Builtin) -> Option<String> {
     let real = |call: &str, library: &str, condition: &str| {
         format!(
             "function y = {call}\n    % NaN where it is not real.\n    y = NaN;\n    if {condition}\n        y = {library};\n    \
              end\nend"
         )
     };
-    Some(match routine {
-        Routine::Sqrt => real("real_sqrt(x)", "sqrt(x)", "x >= 0"),
-        Routine::Ln => real("real_log(x)", "log(x)", "x >= 0"),
-        Routine::Asin => real("real_asin(x)", "asin(x)", "abs(x) <= 1"),
-        Routine::Acos => real("real_acos(x)", "acos(x)", "abs(x) <= 1"),
-        Routine::Power => real("real_power(x, exponent)", "x^exponent", "x >= 0 || exponent == floor(exponent)"),
-        Routine::Min => "function z = smaller(x, y)\n    z = y;\n    if x < y\n        z = x;\n    end\nend".to_owned(),
-        Routine::Max => "function z = larger(x, y)\n    z = y;\n    if x > y\n        z = x;\n    end\nend".to_owned(),
-        Routine::Given => {
+    Some(match builtin {
+        Builtin::Sqrt => real("real_sqrt(x)", "sqrt(x)", "x >= 0"),
+        Builtin::Ln => real("real_log(x)", "log(x)", "x >= 0"),
+        Builtin::Asin => real("real_asin(x)", "asin(x)", "abs(x) <= 1"),
+        Builtin::Acos => real("real_acos(x)", "acos(x)", "abs(x) <= 1"),
+        Builtin::Power => real("real_power(x, exponent)", "x^exponent", "x >= 0 || exponent == floor(exponent)"),
+        Builtin::Min => "function z = smaller(x, y)\n    z = y;\n    if x < y\n        z = x;\n    end\nend".to_owned(),
+        Builtin::Max => "function z = larger(x, y)\n    z = y;\n    if x > y\n        z = x;\n    end\nend".to_owned(),
+        Builtin::ValueOr => {
             "function value = value_of(replace, name, value)\n    if isfield(replace, name)\n        value = \
                            replace.(name);\n    end\nend"
                 .to_owned()
@@ -70,12 +70,12 @@ fn helper(routine: Routine) -> Option<String> {
     })
 }
 
-/// Whether no value can be called so: a word, or what generated functions call.
+/// Whether no value can be called so: a keyword, or what generated functions call.
 pub(super) fn is_reserved(name: &str) -> bool {
-    WORDS.contains(&name) || FUNCTIONS.contains(&name)
+    KEYWORDS.contains(&name) || FUNCTIONS.contains(&name)
 }
 
-const WORDS: [&str; 41] = [
+const KEYWORDS: [&str; 41] = [
     "arguments",
     "break",
     "case",

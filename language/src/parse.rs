@@ -1,4 +1,4 @@
-//! Reads the syntax of a generated module into its plain form.
+//! Parses a generated module into its intermediate representation.
 
 mod documentation;
 mod expression;
@@ -11,9 +11,7 @@ use std::collections::BTreeMap;
 use syn::{Expr, ImplItem, ImplItemFn, Item, Member, Stmt};
 
 use super::Untranslated;
-use super::program::{
-    Argument, Expression, Field, Function, Part, Program, Record, Result as Output, Routine, Shape, Statement,
-};
+use super::ir::{Builtin, Expression, Field, Function, Program, Shape, Statement, Struct, StructKind, Variable};
 use documentation::documentation;
 use quantities::quantities;
 use shape::Sizes;
@@ -41,20 +39,20 @@ pub(super) fn notes(text: &str) -> Vec<String> {
     notes.skip_while(|line| line != "Operations:").collect()
 }
 
-/// The plain form of a module.
-pub(super) fn program(name: &str, file: &syn::File) -> Result<Program, Untranslated> {
-    let reader = Reader::new(file)?;
-    let mut records = Vec::new();
+/// The intermediate representation of a module.
+pub(super) fn lower(name: &str, file: &syn::File) -> Result<Program, Untranslated> {
+    let parser = Parser::new(file)?;
+    let mut structs = Vec::new();
     let mut doc = Vec::new();
     let mut functions = Vec::new();
     for item in &file.items {
         match item {
-            Item::Struct(structure) if structure.ident == reader.own => doc = documentation(&structure.attrs),
-            Item::Struct(structure) => records.push(record(structure)?),
+            Item::Struct(structure) if structure.ident == parser.mechanism => doc = documentation(&structure.attrs),
+            Item::Struct(structure) => structs.push(lower_struct(structure)?),
             Item::Fn(item) => {
-                let mut function = reader.function(&item.sig, &item.block, &item.attrs)?;
-                if let Some(method) = reader.method_of(&function.name) {
-                    function.arguments = reader.arguments(&method.sig)?;
+                let mut function = parser.function(&item.sig, &item.block, &item.attrs)?;
+                if let Some(method) = parser.method_of(&function.name) {
+                    function.arguments = parser.arguments(&method.sig)?;
                 }
                 functions.push(function);
             }
@@ -62,10 +60,10 @@ pub(super) fn program(name: &str, file: &syn::File) -> Result<Program, Untransla
             other => return Err(Untranslated::new("the item", other)),
         }
     }
-    let mut given = reader.values()?;
-    given.append(&mut functions);
+    let mut all_functions = parser.values()?;
+    all_functions.append(&mut functions);
     let [coordinates, constraints, outputs] = quantities(file)?;
-    let [has_angle, is_length] = [reader.truths("has_angle")?, reader.truths("is_length")?];
+    let [has_angle, is_length] = [parser.booleans("has_angle")?, parser.booleans("is_length")?];
     let name = name.to_owned();
     Ok(Program {
         name,
@@ -76,26 +74,26 @@ pub(super) fn program(name: &str, file: &syn::File) -> Result<Program, Untransla
         outputs,
         has_angle,
         is_length,
-        records,
-        functions: given,
+        structs,
+        functions: all_functions,
     })
 }
 
-/// What functions are read with.
+/// What functions are parsed with.
 #[derive(Default)]
-struct Reader<'f> {
+struct Parser<'f> {
     /// The struct that is the mechanism.
-    own: String,
+    mechanism: String,
     sizes: Sizes,
     /// The methods of the implementations of traits.
     methods: BTreeMap<String, &'f ImplItemFn>,
     /// The functions that make parameters and constants.
-    makers: BTreeMap<String, &'f ImplItemFn>,
+    constructors: BTreeMap<String, &'f ImplItemFn>,
 }
 
-impl<'f> Reader<'f> {
+impl<'f> Parser<'f> {
     fn new(file: &'f syn::File) -> Result<Self, Untranslated> {
-        let mut reader = Self::default();
+        let mut parser = Self::default();
         for item in &file.items {
             let Item::Impl(block) = item else { continue };
             let owner = shape::last_segment(&block.self_ty)?.ident.to_string();
@@ -106,24 +104,24 @@ impl<'f> Reader<'f> {
             let of = block.trait_.as_ref().and_then(|implemented| implemented.0.segments.last());
             match (owner.as_str(), of) {
                 ("Parameters" | "Constants", None) => {
-                    reader.makers.extend(methods.map(|method| (owner.clone(), method)))
+                    parser.constructors.extend(methods.map(|method| (owner.clone(), method)))
                 }
                 (_, Some(of)) if of.ident == "Kernel" || of.ident == "Equations" => {
-                    reader.own = owner;
-                    reader.sizes = Sizes::of(of)?;
-                    reader.methods.extend(methods.map(|method| (method.sig.ident.to_string(), method)));
+                    parser.mechanism = owner;
+                    parser.sizes = Sizes::of(of)?;
+                    parser.methods.extend(methods.map(|method| (method.sig.ident.to_string(), method)));
                 }
                 _ => {}
             }
         }
-        Ok(reader)
+        Ok(parser)
     }
 
     /// The functions that give parameters, constants, and what a run needs.
     fn values(&self) -> Result<Vec<Function>, Untranslated> {
         let mut functions = Vec::new();
-        if let Some(maker) = self.makers.get("Parameters") {
-            let mut with = self.maker(Part::Parameters, maker)?;
+        if let Some(constructor) = self.constructors.get("Parameters") {
+            let mut with = self.constructor(StructKind::Parameters, constructor)?;
             with.name = "parameters_with".to_owned();
             with.doc = vec![
                 "The scene's values, but for those that `replace` has in their place; the others of it are not a number."
@@ -133,8 +131,8 @@ impl<'f> Reader<'f> {
             functions.push(defaults(&with));
             functions.push(with);
         }
-        if let Some(maker) = self.makers.get("Constants") {
-            let mut constants = self.maker(Part::Constants, maker)?;
+        if let Some(constructor) = self.constructors.get("Constants") {
+            let mut constants = self.constructor(StructKind::Constants, constructor)?;
             constants.doc = vec!["The values that depend on parameters alone.".to_owned()];
             functions.push(constants);
         }
@@ -151,7 +149,7 @@ impl<'f> Reader<'f> {
             function.doc = vec![doc.to_owned()];
             functions.push(function);
         }
-        functions.push(angles(&self.truths("has_angle")?));
+        functions.push(angles(&self.booleans("has_angle")?));
         Ok(functions)
     }
 
@@ -165,24 +163,24 @@ impl<'f> Reader<'f> {
         }
     }
 
-    /// The truths that a method gives.
-    fn truths(&self, name: &str) -> Result<Vec<bool>, Untranslated> {
+    /// The booleans that a method gives.
+    fn booleans(&self, name: &str) -> Result<Vec<bool>, Untranslated> {
         let method = self.methods.get(name).ok_or_else(|| Untranslated(format!("a module without `{name}`")))?;
         let [Stmt::Expr(Expr::Array(array), None)] = &method.block.stmts[..] else {
             return Err(Untranslated::new("the method", method));
         };
-        let truth = |value: &Expr| match value {
-            Expr::Lit(syn::ExprLit { lit: syn::Lit::Bool(truth), .. }) => Ok(truth.value),
-            other => Err(Untranslated::new("the truth", other)),
+        let boolean = |value: &Expr| match value {
+            Expr::Lit(syn::ExprLit { lit: syn::Lit::Bool(boolean), .. }) => Ok(boolean.value),
+            other => Err(Untranslated::new("the boolean", other)),
         };
-        array.elems.iter().map(truth).collect()
+        array.elems.iter().map(boolean).collect()
     }
 }
 
 /// The function that gives the scene's values of parameters, none of them replaced.
 fn defaults(with: &Function) -> Function {
     let own = |statement: &Statement| match statement {
-        Statement::Let { name, value: Expression::Call(Routine::Given, values) } => {
+        Statement::Let { name, value: Expression::Call(Builtin::ValueOr, values) } => {
             Statement::Let { name: name.clone(), value: values[1].clone() }
         }
         other => other.clone(),
@@ -200,37 +198,38 @@ fn defaults(with: &Function) -> Function {
 fn angles(is_angle: &[bool]) -> Function {
     let mut body = Vec::new();
     for (i, is_angle) in is_angle.iter().enumerate() {
-        for (field, routine) in [("sin", Routine::Sin), ("cos", Routine::Cos)] {
+        for (field, builtin) in [("sin", Builtin::Sin), ("cos", Builtin::Cos)] {
             let value = match is_angle {
-                true => Expression::Call(routine, vec![Expression::name("q").element(i)]),
+                true => Expression::Call(builtin, vec![Expression::name("q").element(i)]),
                 false => Expression::Number("0.0".to_owned()),
             };
-            body.push(Statement::Set { place: Expression::name("angles").field(field).element(i), value });
+            body.push(Statement::Assign { place: Expression::name("angles").field(field).element(i), value });
         }
     }
-    let q = Argument { name: "q".to_owned(), shape: Shape::Vector(is_angle.len()) };
-    let angles = Output { name: "angles".to_owned(), shape: Shape::Record(Part::Angles) };
+    let q = Variable { name: "q".to_owned(), shape: Shape::Vector(is_angle.len()) };
+    let angles = Variable { name: "angles".to_owned(), shape: Shape::Struct(StructKind::Angles) };
     let doc = "Sines and cosines of the coordinates that are angles; zero in the places of others.";
     Function { name: "angles".to_owned(), doc: vec![doc.to_owned()], arguments: vec![q], results: vec![angles], body }
 }
 
-fn record(structure: &syn::ItemStruct) -> Result<Record, Untranslated> {
-    let part = shape::part(&structure.ident.to_string()).ok_or_else(|| Untranslated::new("the struct", structure))?;
+fn lower_struct(structure: &syn::ItemStruct) -> Result<Struct, Untranslated> {
+    let kind =
+        shape::struct_kind(&structure.ident.to_string()).ok_or_else(|| Untranslated::new("the struct", structure))?;
     let mut fields = Vec::new();
     for field in &structure.fields {
         let name = field.ident.as_ref().ok_or_else(|| Untranslated::new("the tuple struct", structure))?;
         // It mentions the type of numbers.
         if shape::last_segment(&field.ty)?.ident != "PhantomData" {
-            fields.push(Field { name: expression::plain(name), doc: documentation(&field.attrs) });
+            fields.push(Field { name: expression::identifier(name), doc: documentation(&field.attrs) });
         }
     }
-    Ok(Record { part, doc: documentation(&structure.attrs), fields })
+    Ok(Struct { kind, doc: documentation(&structure.attrs), fields })
 }
 
 /// The name of a field.
 fn member(member: &Member) -> Result<String, Untranslated> {
     match member {
-        Member::Named(name) => Ok(expression::plain(name)),
+        Member::Named(name) => Ok(expression::identifier(name)),
         Member::Unnamed(_) => Err(Untranslated::new("the field", member)),
     }
 }

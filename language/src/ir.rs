@@ -1,8 +1,8 @@
-//! The plain form of a generated module, from which all languages are written.
+//! The intermediate representation of a generated module, from which all languages are written.
 
 mod expression;
 
-pub use expression::{Expression, Operator, Routine};
+pub use expression::{Builtin, Expression, Operator};
 
 /// A module: structs of numbers, and functions.
 #[derive(Debug)]
@@ -24,7 +24,7 @@ pub struct Program {
     /// Which coordinates are lengths, not angles.
     pub is_length: Vec<bool>,
     /// Its structs.
-    pub records: Vec<Record>,
+    pub structs: Vec<Struct>,
     /// Its functions, each behind those that it needs results of.
     pub functions: Vec<Function>,
 }
@@ -36,8 +36,8 @@ impl Program {
     }
 
     /// Whether the module has this struct.
-    pub fn has(&self, part: Part) -> bool {
-        self.records.iter().any(|record| record.part == part)
+    pub fn has(&self, kind: StructKind) -> bool {
+        self.structs.iter().any(|structure| structure.kind == kind)
     }
 }
 
@@ -54,9 +54,9 @@ pub struct Quantity {
 
 /// A struct of numbers.
 #[derive(Debug)]
-pub struct Record {
+pub struct Struct {
     /// Which one it is.
-    pub part: Part,
+    pub kind: StructKind,
     /// The lines of its documentation.
     pub doc: Vec<String>,
     /// Its numbers.
@@ -72,9 +72,9 @@ pub struct Field {
     pub doc: Vec<String>,
 }
 
-/// The structs of a module.
+/// The kinds of structs of a module.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Part {
+pub enum StructKind {
     /// Parameters and constants.
     Mechanism,
     /// The numbers of the scene that can be changed.
@@ -87,7 +87,7 @@ pub enum Part {
     Angles,
 }
 
-impl Part {
+impl StructKind {
     /// Its name.
     pub fn name(self) -> &'static str {
         match self {
@@ -108,17 +108,17 @@ pub struct Function {
     /// The lines of its documentation.
     pub doc: Vec<String>,
     /// Its arguments.
-    pub arguments: Vec<Argument>,
+    pub arguments: Vec<Variable>,
     /// What it gives.
-    pub results: Vec<Result>,
+    pub results: Vec<Variable>,
     /// Its statements; each place of a result is set once they have been executed.
     pub body: Vec<Statement>,
 }
 
 impl Function {
     /// Whether its one result is a number.
-    pub fn is_number(&self) -> bool {
-        matches!(&self.results[..], [result] if result.shape == Shape::Number)
+    pub fn returns_scalar(&self) -> bool {
+        matches!(&self.results[..], [result] if result.shape == Shape::Scalar)
     }
 
     /// Whether any statement mentions a name.
@@ -131,18 +131,9 @@ impl Function {
     }
 }
 
-/// An argument of a function.
+/// An argument or a result of a function.
 #[derive(Clone, Debug)]
-pub struct Argument {
-    /// Its name.
-    pub name: String,
-    /// Its shape.
-    pub shape: Shape,
-}
-
-/// A result of a function.
-#[derive(Clone, Debug)]
-pub struct Result {
+pub struct Variable {
     /// Its name.
     pub name: String,
     /// Its shape.
@@ -153,15 +144,15 @@ pub struct Result {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
     /// A number.
-    Number,
+    Scalar,
     /// So many numbers.
     Vector(usize),
     /// Rows and columns.
     Matrix(usize, usize),
-    /// So many truths.
-    Truths(usize),
+    /// So many booleans.
+    Booleans(usize),
     /// A struct.
-    Record(Part),
+    Struct(StructKind),
 }
 
 /// A statement of a function.
@@ -174,7 +165,7 @@ pub enum Statement {
         /// The short name.
         name: String,
         /// Which struct it is.
-        part: Part,
+        kind: StructKind,
         /// What it stands for.
         of: Expression,
     },
@@ -193,7 +184,7 @@ pub enum Statement {
         shape: Shape,
     },
     /// A number in a place of a result.
-    Set {
+    Assign {
         /// The place.
         place: Expression,
         /// The number.
@@ -211,7 +202,7 @@ impl Statement {
             Self::Alias { of: value, .. } | Self::Let { value, .. } | Self::Clear { place: value, .. } => {
                 value.visit(f)
             }
-            Self::Set { place, value } => {
+            Self::Assign { place, value } => {
                 place.visit(f);
                 value.visit(f);
             }
