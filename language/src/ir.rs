@@ -2,6 +2,10 @@
 
 mod expression;
 
+use std::collections::BTreeSet;
+
+use super::Untranslated;
+use super::names::Names;
 pub use expression::{Builtin, Expression, Operator};
 
 /// A module: structs of numbers, and functions.
@@ -119,6 +123,30 @@ impl Function {
     /// Whether its one result is a number.
     pub fn returns_scalar(&self) -> bool {
         matches!(&self.results[..], [result] if result.shape == Shape::Scalar)
+    }
+
+    /// The names of arguments, results and values in a language.
+    pub(crate) fn local_names(&self, is_reserved: impl Fn(&str) -> bool) -> Result<Names, Untranslated> {
+        let arguments = self.arguments.iter().map(|argument| argument.name.as_str());
+        let results = self.results.iter().map(|result| result.name.as_str());
+        let values = self.body.iter().filter_map(|statement| match statement {
+            Statement::Alias { name, .. } | Statement::Let { name, .. } => Some(name.as_str()),
+            _ => None,
+        });
+        Names::new(arguments.chain(results).chain(values), is_reserved)
+    }
+
+    /// The builtin functions that it calls.
+    pub(crate) fn builtins(&self) -> BTreeSet<Builtin> {
+        let mut called = BTreeSet::new();
+        for statement in &self.body {
+            statement.visit(&mut |value| {
+                if let Expression::Call(builtin, _) = value {
+                    called.insert(*builtin);
+                }
+            });
+        }
+        called
     }
 
     /// Whether any statement mentions a name.

@@ -18,6 +18,7 @@ mod lines;
 mod matlab;
 mod names;
 mod parse;
+mod precedence;
 
 use quote::ToTokens;
 

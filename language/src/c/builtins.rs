@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::ir::{Builtin, Expression, Program};
+use crate::ir::{Builtin, Function, Program};
 
 /// The function that is called for a builtin.
 pub(super) fn function(builtin: Builtin) -> &'static str {
@@ -33,14 +33,7 @@ pub(super) fn function(builtin: Builtin) -> &'static str {
 
 /// The functions that a program needs and the library does not have.
 pub(super) fn helpers(program: &Program) -> String {
-    let mut used = BTreeSet::new();
-    for statement in program.functions.iter().flat_map(|function| &function.body) {
-        statement.visit(&mut |value| {
-            if let Expression::Call(builtin, _) = value {
-                used.insert(*builtin);
-            }
-        });
-    }
+    let used: BTreeSet<Builtin> = program.functions.iter().flat_map(Function::builtins).collect();
     used.into_iter().filter_map(helper).map(|text| format!("\n{text}\n")).collect()
 }
 

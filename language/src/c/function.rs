@@ -10,7 +10,7 @@ use crate::names::Names;
 
 impl Writer<'_> {
     pub(super) fn signature(&self, function: &Function) -> Result<String, Untranslated> {
-        let names = names(function)?;
+        let names = function.local_names(is_reserved)?;
         let mut arguments: Vec<String> = Vec::new();
         for argument in &function.arguments {
             let constant = if argument.shape == Shape::Scalar { "" } else { "const " };
@@ -39,7 +39,7 @@ impl Writer<'_> {
 
     /// The source of a function.
     pub(super) fn function(&self, function: &Function, is_inline: bool) -> Result<String, Untranslated> {
-        let names = names(function)?;
+        let names = function.local_names(is_reserved)?;
         let inline = if is_inline { "INLINE " } else { "" };
         let mut text = format!("{}{inline}{}\n{{\n", comment(&function.doc), self.signature(function)?);
         for name in unused(function) {
@@ -76,17 +76,6 @@ impl Writer<'_> {
             Statement::Return(value) => lines::statement(&format!("return {};", expression(value)), ""),
         }
     }
-}
-
-/// The names of arguments, results and values.
-fn names(function: &Function) -> Result<Names, Untranslated> {
-    let arguments = function.arguments.iter().map(|argument| argument.name.as_str());
-    let results = function.results.iter().map(|result| result.name.as_str());
-    let values = function.body.iter().filter_map(|statement| match statement {
-        Statement::Alias { name, .. } | Statement::Let { name, .. } => Some(name.as_str()),
-        _ => None,
-    });
-    Names::new(arguments.chain(results).chain(values), is_reserved)
 }
 
 /// Arguments and results that no statement mentions.

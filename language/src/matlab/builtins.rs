@@ -1,8 +1,6 @@
 //! Builtin functions, and the reserved words of MATLAB and Octave.
 
-use std::collections::BTreeSet;
-
-use crate::ir::{Builtin, Expression, Function};
+use crate::ir::{Builtin, Function};
 
 /// The function that is called for a builtin.
 pub(super) fn function(builtin: Builtin) -> &'static str {
@@ -33,15 +31,7 @@ pub(super) fn function(builtin: Builtin) -> &'static str {
 
 /// The local functions that a function needs.
 pub(super) fn helpers(function: &Function) -> String {
-    let mut used = BTreeSet::new();
-    for statement in &function.body {
-        statement.visit(&mut |value| {
-            if let Expression::Call(builtin, _) = value {
-                used.insert(*builtin);
-            }
-        });
-    }
-    used.into_iter().filter_map(helper).map(|text| format!("\n{text}\n")).collect()
+    function.builtins().into_iter().filter_map(helper).map(|text| format!("\n{text}\n")).collect()
 }
 
 /// The definition of a builtin that MATLAB does not have in this form: its roots, powers and inverse functions are

@@ -1,25 +1,14 @@
 //! Expressions.
 
 use super::{Writer, builtins};
-use crate::ir::{Builtin, Expression, Operator};
+use crate::ir::{Builtin, Expression};
 use crate::names::Names;
-
-/// How tightly an expression holds together.
-#[derive(Clone, Copy, PartialEq, PartialOrd)]
-enum Strength {
-    Sum,
-    Product,
-    Sign,
-    Whole,
-}
+use crate::precedence;
 
 impl Writer<'_> {
     /// The text of an expression; `names` are those of its function.
     pub(super) fn expression(&self, names: &Names, value: &Expression) -> String {
-        let within = |inner: &Expression, least: Strength| {
-            let text = self.expression(names, inner);
-            if strength(inner) < least { format!("({text})") } else { text }
-        };
+        let write = |value: &Expression| self.expression(names, value);
         match value {
             Expression::Number(digits) => digits.strip_suffix(".0").unwrap_or(digits).to_owned(),
             Expression::Boolean(boolean) => boolean.to_string(),
@@ -29,45 +18,27 @@ impl Writer<'_> {
             Expression::Field(of, field) => match (&**of, field.as_str()) {
                 (Expression::Name(mechanism), "parameters") if mechanism == "m" => "p".to_owned(),
                 (Expression::Name(mechanism), "constants") if mechanism == "m" => "k".to_owned(),
-                _ => format!("{}.{}", self.expression(names, of), self.fields.get(field)),
+                _ => format!("{}.{}", write(of), self.fields.get(field)),
             },
             Expression::Element(of, place) => match &**of {
                 Expression::Element(rows, row) => {
-                    format!("{}({}, {})", self.expression(names, rows), row + 1, place + 1)
+                    format!("{}({}, {})", write(rows), row + 1, place + 1)
                 }
-                _ => format!("{}({})", self.expression(names, of), place + 1),
+                _ => format!("{}({})", write(of), place + 1),
             },
-            Expression::Negative(inner) => format!("-{}", within(inner, Strength::Whole)),
-            Expression::Binary(operator, left, right) => {
-                // The right operand keeps its parentheses: sums and products are rounded in their order.
-                let (sign, own, next) = match operator {
-                    Operator::Add => ("+", Strength::Sum, Strength::Product),
-                    Operator::Subtract => ("-", Strength::Sum, Strength::Product),
-                    Operator::Multiply => ("*", Strength::Product, Strength::Sign),
-                    Operator::Divide => ("/", Strength::Product, Strength::Sign),
-                };
-                format!("{} {sign} {}", within(left, own), within(right, next))
-            }
+            Expression::Negative(operand) => precedence::negative(operand, write),
+            Expression::Binary(operator, left, right) => precedence::binary(*operator, left, right, write),
             Expression::Call(Builtin::ValueOr, arguments) => match &arguments[..] {
                 [Expression::Field(of, field), own] => {
-                    let [of, own] = [of, own].map(|value| self.expression(names, value));
+                    let [of, own] = [&**of, own].map(write);
                     format!("value_of({of}, '{}', {own})", self.fields.get(field))
                 }
                 _ => unreachable!("the parser makes it of a field and a value"),
             },
             Expression::Call(builtin, arguments) => {
-                let arguments: Vec<String> = arguments.iter().map(|value| self.expression(names, value)).collect();
+                let arguments: Vec<String> = arguments.iter().map(write).collect();
                 format!("{}({})", builtins::function(*builtin), arguments.join(", "))
             }
         }
-    }
-}
-
-fn strength(value: &Expression) -> Strength {
-    match value {
-        Expression::Binary(Operator::Add | Operator::Subtract, ..) => Strength::Sum,
-        Expression::Binary(Operator::Multiply | Operator::Divide, ..) => Strength::Product,
-        Expression::Negative(_) => Strength::Sign,
-        _ => Strength::Whole,
     }
 }

@@ -12,7 +12,7 @@ use crate::names::Names;
 impl Writer<'_> {
     /// The text of a function's file.
     pub(super) fn function(&self, function: &Function) -> Result<String, Untranslated> {
-        let names = names(function)?;
+        let names = function.local_names(is_reserved)?;
         let mut text = self.head(function, &names) + &self.help(function);
         if is_parameters(function) {
             text += "    if nargin < 1\n        replace = struct();\n    end\n";
@@ -145,17 +145,6 @@ impl Writer<'_> {
 /// Whether it gives the parameters.
 fn is_parameters(function: &Function) -> bool {
     function.name == "parameters_with"
-}
-
-/// The names of arguments, results and values.
-fn names(function: &Function) -> Result<Names, Untranslated> {
-    let arguments = function.arguments.iter().map(|argument| argument.name.as_str());
-    let results = function.results.iter().map(|result| result.name.as_str());
-    let values = function.body.iter().filter_map(|statement| match statement {
-        Statement::Alias { name, .. } | Statement::Let { name, .. } => Some(name.as_str()),
-        _ => None,
-    });
-    Names::new(arguments.chain(results).chain(values), is_reserved)
 }
 
 /// The result that a place is in.

@@ -1,0 +1,51 @@
+//! Operators and the parentheses around their operands: the same in all languages.
+
+use super::ir::{Expression, Operator};
+
+/// The precedence of an expression, the lowest first.
+#[derive(Clone, Copy, PartialEq, PartialOrd)]
+enum Precedence {
+    Sum,
+    Product,
+    Unary,
+    Primary,
+}
+
+impl Precedence {
+    fn of(value: &Expression) -> Self {
+        match value {
+            Expression::Binary(Operator::Add | Operator::Subtract, ..) => Self::Sum,
+            Expression::Binary(Operator::Multiply | Operator::Divide, ..) => Self::Product,
+            Expression::Negative(_) => Self::Unary,
+            _ => Self::Primary,
+        }
+    }
+}
+
+/// The text of a number with the other sign; `write` gives the text of the operand.
+pub(super) fn negative(operand: &Expression, write: impl Fn(&Expression) -> String) -> String {
+    format!("-{}", parenthesized(operand, Precedence::Primary, write))
+}
+
+/// The text of a sum, difference, product or quotient; `write` gives the text of an operand.
+pub(super) fn binary(
+    operator: Operator,
+    left: &Expression,
+    right: &Expression,
+    write: impl Fn(&Expression) -> String,
+) -> String {
+    // The right operand keeps its parentheses: sums and products are rounded in their order.
+    let (sign, own, next) = match operator {
+        Operator::Add => ("+", Precedence::Sum, Precedence::Product),
+        Operator::Subtract => ("-", Precedence::Sum, Precedence::Product),
+        Operator::Multiply => ("*", Precedence::Product, Precedence::Unary),
+        Operator::Divide => ("/", Precedence::Product, Precedence::Unary),
+    };
+    format!("{} {sign} {}", parenthesized(left, own, &write), parenthesized(right, next, &write))
+}
+
+/// The text of an operand, in parentheses if its precedence is lower than `least`.
+fn parenthesized(operand: &Expression, least: Precedence, write: impl Fn(&Expression) -> String) -> String {
+    let text = write(operand);
+    if Precedence::of(operand) < least { format!("({text})") } else { text }
+}
