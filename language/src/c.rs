@@ -4,8 +4,8 @@ mod builtins;
 mod comment;
 mod expression;
 mod function;
-mod steps;
 mod structs;
+mod templates;
 
 use super::ir::{Function, Program, StructKind};
 use super::lines::summary;

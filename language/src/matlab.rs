@@ -3,7 +3,8 @@
 mod builtins;
 mod expression;
 mod function;
-mod scripts;
+mod run;
+mod templates;
 
 use super::ir::{Function, Program, StructKind};
 use super::names::Names;
@@ -17,9 +18,10 @@ pub(super) fn write(program: &Program) -> Result<Vec<File>, Untranslated> {
     for function in program.functions.iter().filter(|function| function.name != DEFAULTS) {
         files.push(writer.file(writer.name(function), writer.function(function)?)?);
     }
-    for (name, text) in writer.scripts() {
+    for (name, text) in writer.templates() {
         files.push(writer.file(name, text)?);
     }
+    files.push(writer.file("run", writer.run())?);
     Ok(files)
 }
 

@@ -1,35 +1,11 @@
-//! Steps of a motion and a script: the same for all mechanisms but for names.
+//! The script that simulates a motion and plots it.
 
 use super::Writer;
 use crate::ir::Quantity;
 
-/// The state at the beginning of a motion.
-const INITIAL_STATE: &str = include_str!("initial_state.m");
-/// The state of given coordinates and rates.
-const STATE: &str = include_str!("state.m");
-/// The step of the Runge-Kutta method of order 4.
-const RK4_STEP: &str = include_str!("rk4_step.m");
-/// The motion from the scene's start.
-const MOTION: &str = include_str!("motion.m");
-
 impl Writer<'_> {
-    /// Names and texts of what is no translation of a function.
-    pub(super) fn scripts(&self) -> Vec<(&'static str, String)> {
-        let named = |text: &str| {
-            text.replace("SCENE", &self.program.name.to_uppercase())
-                .replace("scene_", &format!("{}_", self.program.name))
-        };
-        vec![
-            ("state", named(STATE)),
-            ("initial_state", named(INITIAL_STATE)),
-            ("rk4_step", named(RK4_STEP)),
-            ("motion", named(MOTION)),
-            ("run", self.run()),
-        ]
-    }
-
-    /// A script that simulates the motion and plots it.
-    fn run(&self) -> String {
+    /// The text of the script.
+    pub(super) fn run(&self) -> String {
         let name = &self.program.name;
         let title = self.program.doc.first().map_or("", String::as_str);
         let mut text = format!("%{}_RUN {title}\n%\n", name.to_uppercase());

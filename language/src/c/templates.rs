@@ -1,4 +1,4 @@
-//! Steps of a motion: the same for all mechanisms but for names and sizes.
+//! Templates of the steps of a motion: the same for all mechanisms but for names and sizes.
 
 use qrm_core::dop853::{ERROR_3, ERROR_5, NODES, ROWS, Row};
 
@@ -6,21 +6,21 @@ use super::Writer;
 use crate::ir::StructKind;
 
 /// What others see of the steps.
-const HEADER: &str = include_str!("steps.h");
+const HEADER: &str = include_str!("templates/steps.h");
 /// The sizes of arrays.
 const SIZES: &str = "\nenum { N = SCENE_COORDINATES, M = SCENE_CONSTRAINTS };\n";
 /// States and their projection.
-const PROJECTION: &str = include_str!("projection.c");
+const PROJECTION: &str = include_str!("templates/projection.c");
 /// Sines and cosines that follow turns.
-const ANGLES: &str = include_str!("angles.c");
+const ANGLES: &str = include_str!("templates/angles.c");
 /// The equations of motion where the kernel does not suit a position.
-const SADDLE_POINT: &str = include_str!("saddle_point.c");
+const SADDLE_POINT: &str = include_str!("templates/saddle_point.c");
 /// The state at the beginning of a motion.
-const INITIAL: &str = include_str!("initial.c");
+const INITIAL: &str = include_str!("templates/initial.c");
 /// The step of the Runge-Kutta method of order 4.
-const RK4: &str = include_str!("rk4.c");
+const RK4: &str = include_str!("templates/rk4.c");
 /// The step of order 8.
-const DOP853: &str = include_str!("dop853.c");
+const DOP853: &str = include_str!("templates/dop853.c");
 /// Stages of the step of order 8.
 const STAGES: usize = 12;
 
@@ -44,9 +44,10 @@ impl Writer<'_> {
     }
 
     /// A template with the names of the program.
-    pub(super) fn named(&self, text: &str) -> String {
+    pub(super) fn named(&self, template: &str) -> String {
         let name = &self.program.name;
-        text.replace("scene_", &format!("{name}_"))
+        template
+            .replace("scene_", &format!("{name}_"))
             .replace("struct scene ", &format!("{} ", self.structure(StructKind::Mechanism)))
             .replace("SCENE_", &format!("{}_", name.to_uppercase()))
     }

@@ -1,0 +1,26 @@
+//! Templates of the steps of a motion: the same for all mechanisms but for names.
+
+use super::Writer;
+
+/// The state at the beginning of a motion.
+const INITIAL_STATE: &str = include_str!("templates/initial_state.m");
+/// The state of given coordinates and rates.
+const STATE: &str = include_str!("templates/state.m");
+/// The step of the Runge-Kutta method of order 4.
+const RK4_STEP: &str = include_str!("templates/rk4_step.m");
+/// The motion from the scene's start.
+const MOTION: &str = include_str!("templates/motion.m");
+
+impl Writer<'_> {
+    /// The names of the templates' files, with their texts.
+    pub(super) fn templates(&self) -> [(&'static str, String); 4] {
+        [("state", STATE), ("initial_state", INITIAL_STATE), ("rk4_step", RK4_STEP), ("motion", MOTION)]
+            .map(|(name, template)| (name, self.named(template)))
+    }
+
+    /// A template with the names of the program.
+    fn named(&self, template: &str) -> String {
+        let name = &self.program.name;
+        template.replace("SCENE", &name.to_uppercase()).replace("scene_", &format!("{name}_"))
+    }
+}
