@@ -84,7 +84,7 @@ pub use mechanism::{
 #[cfg(feature = "simd")]
 pub use model::{Model, Replace};
 pub use projection::{ProjectionResult, StateMut};
-pub use rk4::{KernelState, MAX_CORRECTIONS, StepResult, rk4_step};
+pub use rk4::{CORRECTION_ROUNDING, KernelState, MAX_CORRECTIONS, RESIDUAL_ROUNDING, StepResult, rk4_step};
 pub use rows::{RowLayout, RowRequest, RowResult, RowStop};
 pub use scalar::{Fused, Scalar};
 pub use sine::sin_cos;

@@ -93,9 +93,9 @@ impl<R: Scalar, P, const N: usize, const M: usize> StepResult<R, P, N, M> {
 }
 
 /// Residuals up to this size, in the unit of a constraint, are rounding errors.
-const CLOSED: f64 = 4e-16;
+pub const RESIDUAL_ROUNDING: f64 = 4e-16;
 /// Corrections up to this size, in rad or m, are rounding errors.
-const ROUNDING: f64 = 1e-15;
+pub const CORRECTION_ROUNDING: f64 = 1e-15;
 /// Most corrections; a step that needs more is left to the robust method.
 pub const MAX_CORRECTIONS: u32 = 4;
 
@@ -274,19 +274,19 @@ impl<R: Scalar, const N: usize> StepEnd<R, N> {
         }
         let open = kernel.residuals(position);
         let residual = largest(&open);
-        if residual.is_within(CLOSED) {
+        if residual.is_within(RESIDUAL_ROUNDING) {
             return false;
         }
         let correction = kernel.correction(position, &open);
         // Lanes without a residual stay as they are, whatever others need.
-        let size = residual.choose(CLOSED, R::zero(), largest(&correction));
-        if size.is_within(ROUNDING) {
+        let size = residual.choose(RESIDUAL_ROUNDING, R::zero(), largest(&correction));
+        if size.is_within(CORRECTION_ROUNDING) {
             return false;
         }
         for i in 0..N {
-            self.q[i] = self.q[i] + size.choose(ROUNDING, R::zero(), correction[i]);
+            self.q[i] = self.q[i] + size.choose(CORRECTION_ROUNDING, R::zero(), correction[i]);
         }
-        self.angles = self.angles.refreshed(&self.q, size, ROUNDING, kernel.has_angle());
+        self.angles = self.angles.refreshed(&self.q, size, CORRECTION_ROUNDING, kernel.has_angle());
         self.corrections += 1;
         true
     }

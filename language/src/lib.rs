@@ -13,6 +13,7 @@
 //! ```
 
 mod c;
+mod constants;
 pub mod ir;
 mod lines;
 mod matlab;

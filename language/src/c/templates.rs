@@ -3,6 +3,7 @@
 use qrm_core::dop853::{ERROR_3, ERROR_5, NODES, ROWS, Row};
 
 use super::Writer;
+use crate::constants::substitute;
 use crate::ir::StructKind;
 
 /// What others see of the steps.
@@ -43,10 +44,10 @@ impl Writer<'_> {
         self.named(&[SIZES, &angles, SADDLE_POINT, PROJECTION, INITIAL, RK4, &dop853].concat())
     }
 
-    /// A template with the names of the program.
+    /// A template with the constants of the projection and the names of the program.
     pub(super) fn named(&self, template: &str) -> String {
         let name = &self.program.name;
-        template
+        substitute(template)
             .replace("scene_", &format!("{name}_"))
             .replace("struct scene ", &format!("{} ", self.structure(StructKind::Mechanism)))
             .replace("SCENE_", &format!("{}_", name.to_uppercase()))

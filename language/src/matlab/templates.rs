@@ -1,6 +1,7 @@
 //! Templates of the steps of a motion: the same for all mechanisms but for names.
 
 use super::Writer;
+use crate::constants::substitute;
 
 /// The state at the beginning of a motion.
 const INITIAL_STATE: &str = include_str!("templates/initial_state.m");
@@ -18,9 +19,9 @@ impl Writer<'_> {
             .map(|(name, template)| (name, self.named(template)))
     }
 
-    /// A template with the names of the program.
+    /// A template with the constants of the projection and the names of the program.
     fn named(&self, template: &str) -> String {
         let name = &self.program.name;
-        template.replace("SCENE", &name.to_uppercase()).replace("scene_", &format!("{name}_"))
+        substitute(template).replace("SCENE", &name.to_uppercase()).replace("scene_", &format!("{name}_"))
     }
 }

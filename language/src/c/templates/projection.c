@@ -1,10 +1,10 @@
 
-enum { MOST_CORRECTIONS = 4 };
+enum { MOST_CORRECTIONS = QRM_MAX_CORRECTIONS };
 
 // Residuals up to this size, in the unit of a constraint, are rounding errors.
-static const double CLOSED = 4e-16;
+static const double CLOSED = QRM_RESIDUAL_ROUNDING;
 // Corrections up to this size, in rad or m, are rounding errors.
-static const double ROUNDING = 1e-15;
+static const double ROUNDING = QRM_CORRECTION_ROUNDING;
 
 static INLINE double largest(const double *x, int count)
 {

@@ -63,7 +63,7 @@ static void plain_correction(const struct scene *m, double t, const double *q, c
 // Whether the kernel suits a position: where a coordinate cannot follow the others, rounding errors grow.
 static INLINE int suits(const struct scene *m, const struct scene_position *position)
 {
-    return scene_growth_factor(m, position) <= 1e3;
+    return scene_growth_factor(m, position) <= QRM_MAX_GROWTH;
 }
 
 // Accelerations and multipliers, by the kernel where it suits.

@@ -19,7 +19,7 @@ struct scene_step {
     struct scene_position position;
     // Largest residual of a constraint at the end, in its unit.
     double residual;
-    // How often the coordinates were corrected, 4 times at most.
+    // How often the coordinates were corrected, QRM_MAX_CORRECTIONS times at most.
     int corrections;
 };
 

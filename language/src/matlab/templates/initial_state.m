@@ -7,7 +7,7 @@ function state = scene_initial_state(p)
     [q, is_given, qd, is_given_rate] = scene_start(p);
     for iteration = 1:50
         [residuals, jacobian, rates] = scene_loop_constraints(0, q, p);
-        if all(abs(residuals) <= 4e-16)
+        if all(abs(residuals) <= QRM_RESIDUAL_ROUNDING)
             break
         end
         q(~is_given) = q(~is_given) - pinv(jacobian(:, ~is_given)) * residuals;

@@ -20,15 +20,15 @@ end
 
 function [q, qd, residual] = project(t, q, qd, p)
     % Projects coordinates onto the constraints, and rates onto their tangent space.
-    for corrections = 0:4
+    for corrections = 0:QRM_MAX_CORRECTIONS
         position = scene_position(t, q, scene_angles(q), p);
         residuals = scene_residuals(position, p);
         residual = max([abs(residuals); 0]);
-        if corrections == 4 || residual <= 4e-16
+        if corrections == QRM_MAX_CORRECTIONS || residual <= QRM_RESIDUAL_ROUNDING
             break
         end
         change = correction(t, q, position, residuals, p);
-        if max(abs(change)) <= 1e-15
+        if max(abs(change)) <= QRM_CORRECTION_ROUNDING
             break
         end
         q = q + change;
@@ -40,7 +40,7 @@ end
 
 function change = correction(t, q, position, residuals, p)
     % The smallest change in the mass metric that takes residuals back.
-    if scene_growth_factor(position, p) <= 1e3
+    if scene_growth_factor(position, p) <= QRM_MAX_GROWTH
         change = scene_correction(position, residuals, p);
     else
         [others, jacobian] = scene_loop_constraints(t, q, p);

@@ -4,7 +4,7 @@ function state = scene_state(t, q, qd, p)
     %   `state` has the fields q, qd, qdd and multipliers. `p` holds the parameters: see scene_parameters.
     angles = scene_angles(q);
     position = scene_position(t, q, angles, p);
-    if scene_growth_factor(position, p) <= 1e3
+    if scene_growth_factor(position, p) <= QRM_MAX_GROWTH
         [qdd, multipliers] = scene_accelerations(position, t, q, qd, angles, p);
     else
         % Where a coordinate cannot follow the others, the equations of motion are solved as a whole.
