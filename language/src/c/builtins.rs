@@ -59,10 +59,15 @@ pub(super) fn is_reserved(name: &str) -> bool {
 
 /// Whether a name is a keyword of C99 or C++, or a macro of `math.h`.
 pub(super) fn is_keyword(name: &str) -> bool {
-    KEYWORDS.contains(&name) || name.starts_with("FP_") || name.starts_with("MATH_")
+    let is_constant = |name: &str| CONSTANTS.contains(&name);
+    KEYWORDS.contains(&name)
+        || name.starts_with("FP_")
+        || name.starts_with("MATH_")
+        || is_constant(name)
+        || name.strip_suffix('l').is_some_and(is_constant)
 }
 
-const KEYWORDS: [&str; 104] = [
+const KEYWORDS: [&str; 124] = [
     "auto",
     "break",
     "case",
@@ -127,6 +132,24 @@ const KEYWORDS: [&str; 104] = [
     "using",
     "virtual",
     "wchar_t",
+    "alignas",
+    "alignof",
+    "char8_t",
+    "char16_t",
+    "char32_t",
+    "concept",
+    "consteval",
+    "constexpr",
+    "constinit",
+    "co_await",
+    "co_return",
+    "co_yield",
+    "decltype",
+    "noexcept",
+    "nullptr",
+    "requires",
+    "static_assert",
+    "thread_local",
     "and",
     "and_eq",
     "bitand",
@@ -166,7 +189,26 @@ const KEYWORDS: [&str; 104] = [
     "PLOSS",
     "TLOSS",
     "HUGE",
+    "MAXFLOAT",
+    "X_TLOSS",
     "NULL",
+];
+
+/// Constants that `math.h` has beside those of C99; the GNU compilers have them in `long double` too, as `M_PIl`.
+const CONSTANTS: [&str; 13] = [
+    "M_E",
+    "M_LOG2E",
+    "M_LOG10E",
+    "M_LN2",
+    "M_LN10",
+    "M_PI",
+    "M_PI_2",
+    "M_PI_4",
+    "M_1_PI",
+    "M_2_PI",
+    "M_2_SQRTPI",
+    "M_SQRT2",
+    "M_SQRT1_2",
 ];
 
 const FUNCTIONS: [&str; 21] = [
@@ -192,3 +234,14 @@ const FUNCTIONS: [&str; 21] = [
     "max",
     "number_or",
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::is_keyword;
+
+    #[test]
+    fn macros_of_compilers_are_no_names() {
+        assert!(["M_PI", "M_PIl", "FP_NAN", "nullptr", "NULL"].into_iter().all(is_keyword));
+        assert!(!["M_1", "M_rod", "l", "PI"].into_iter().any(is_keyword));
+    }
+}
