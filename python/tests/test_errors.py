@@ -99,7 +99,8 @@ def test_a_wrong_option_is_named(quick_return, options, message, hint):
         ("use a smaller --tolerance", "use a smaller tolerance"),
         ("add `--method dop853`, or choose `--step` instead", 'add `method="dop853"`, or choose `step` instead'),
         ("`--set O2A` needs a number", "`O2A` needs a number"),
-        ("`--shard 1/4`; a--b, --closure-tolerance", "`shard`: `1/4`; a--b, closure_tolerance"),
+        ("`--shard 1/4`; a--b, --closure-tolerance", "`--shard 1/4`; a--b, closure_tolerance"),
+        ("`cargo build --release`", "`cargo build --release`"),
     ],
 )
 def test_options_of_the_command_are_arguments_in_messages(text, expected):

@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from .options import NAMES
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -84,9 +86,26 @@ class RunError(Error, RuntimeError):
 class RunWarning(UserWarning):
     """Something about a run that its user should know."""
 
+    def __init__(self, message: str):
+        super().__init__(_in_python(message))
 
-_QUOTED = re.compile(r"`--([a-z]+(?:-[a-z]+)*) ([^`]+)`")
-_OPTION = re.compile(r"(?<![\w-])--([a-z]+(?:-[a-z]+)*)")
+
+_OF_COMMANDS = (
+    "set",
+    "vary",
+    "of",
+    "by",
+    "at",
+    "budget",
+    "reference",
+    "every",
+    "threads",
+    "no-extremes",
+    "no-error-estimate",
+)
+_NAMES = "|".join(sorted({*_OF_COMMANDS, *(name.replace("_", "-") for name in NAMES)}))
+_QUOTED = re.compile(rf"`--({_NAMES}) ([^`]+)`")
+_OPTION = re.compile(rf"(?<![\w-])--({_NAMES})(?![\w-])")
 
 
 def _in_python(text: str) -> str:

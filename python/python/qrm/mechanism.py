@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from functools import cached_property
-from os import PathLike, fspath
+from os import PathLike, fsdecode
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -38,7 +38,7 @@ class Mechanism:
     """
 
     def __init__(self, scene: str | PathLike[str]):
-        self._path = fspath(scene)
+        self._path = fsdecode(scene)
         self._scene = _native.load(self._path)
 
     def __repr__(self) -> str:
@@ -271,7 +271,7 @@ class Mechanism:
         at: Sequence[float] = (),
         of: str | None = None,
         reference: str | None = None,
-        budget: float = 30.0,
+        budget: float | str = 30.0,
         **options: Any,
     ) -> Accuracy:
         """Measures run time and error of every method, as `qrm accuracy` does.
@@ -281,10 +281,12 @@ class Mechanism:
         at : times in s at which runs are compared; eight up to the end by default.
         of : the column whose error counts, such as an output; the coordinates by default.
         reference : `"energy"`, `"scene"` or `"run"`; the best that is available by default.
-        budget : the time that measurements may take, in s.
+        budget : the time that measurements may take, in s; or a text such as `"30s"`.
         **options : parameters, `step`, `end_time` and `until`.
         """
-        found = self._scene.accuracy(split(options), list(at), of, reference, f"{budget!r}s")
+        found = self._scene.accuracy(
+            split(options), list(at), of, reference, budget if isinstance(budget, str) else f"{budget!r}s"
+        )
         return Accuracy(found)
 
     def plot(self, *names: str, x: str = "t", axes: Axes | None = None, **options: Any) -> Axes:
