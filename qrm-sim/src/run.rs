@@ -5,6 +5,7 @@ mod balance;
 mod companion;
 mod companion_thread;
 mod continuation;
+mod differences;
 mod error;
 mod error_estimate;
 mod extreme_search;
@@ -21,7 +22,7 @@ mod request;
 mod sampler;
 mod simulate;
 mod simulation;
-mod singularity;
+mod singularity_monitor;
 mod stop_condition;
 mod watch;
 
@@ -38,7 +39,7 @@ pub use outcome::{Outcome, StartError, Status, Undefined};
 pub use redundancy::Redundancy;
 pub use request::{End, Request, StopFunction};
 pub use simulate::simulate;
-pub use singularity::NearestSingularity;
+pub use singularity_monitor::NearestSingularity;
 
 pub use simulation::Simulation;
 

@@ -8,7 +8,7 @@ mod lu;
 mod matrix;
 mod projection;
 mod rank;
-mod singular;
+mod smallest_singular_value;
 mod stats;
 
 pub use accelerations::{Solver, Undetermined};
@@ -19,7 +19,7 @@ pub use lu::Lu;
 pub use matrix::{Matrix, dot, largest};
 pub use projection::{NotConverged, Projection, ProjectionTolerance};
 pub use rank::constraint_rank;
-pub use singular::SmallestSingularValue;
+pub use smallest_singular_value::SmallestSingularValue;
 pub use stats::SolverStats;
 
 pub(crate) use accelerations::{SaddlePoint, minv_ct, schur_complement, subtract_combination};

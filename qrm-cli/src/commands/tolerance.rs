@@ -1,16 +1,16 @@
 //! `qrm tolerance`
 
 mod derivatives;
-mod figure;
+mod histogram;
+mod monte_carlo;
 mod motions;
 mod nominal;
 mod parameter;
-mod probes;
 mod report;
-mod samples;
 mod slope;
 mod statistics;
 mod table;
+mod worst_case;
 
 use clap::{Args, ValueEnum};
 use qrm_core::Model;
@@ -21,14 +21,14 @@ use crate::options::{MethodOptions, OutFolder, SceneOptions};
 use crate::output::{check_target, print, save, save_json};
 use crate::setup::Setup;
 use derivatives::Derived;
+use monte_carlo::Samples;
 use motions::Motions;
 use nominal::Nominal;
 use parameter::TolerancedParameter;
-use probes::{Probes, WorstCase};
 use report::Report;
-use samples::Samples;
 use slope::Slope;
 use statistics::Statistics;
+use worst_case::{Probes, WorstCase};
 
 #[derive(Args)]
 pub(crate) struct Options {

@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use qrm_core::Mechanism;
 
 use super::kinematics::{CONTINUATION, Drive, LimitPosition, Position};
-use crate::peak::largest_between;
+use crate::maximum::largest_between;
 use crate::run::{NotAssembled, assembled};
 use crate::solve::{Matrix, constraint_rank, dot};
 use crate::start::Start;

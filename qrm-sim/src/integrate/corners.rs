@@ -5,7 +5,7 @@ use std::ops::Range;
 use qrm_core::{Mechanism, StateRef, TapeEvaluator};
 
 use super::method::StepError;
-use crate::event::{locate, touched};
+use crate::root_finding::{locate, touched};
 use crate::solve::{Projection, ProjectionTolerance, Solver};
 use crate::state::State;
 

@@ -4,9 +4,10 @@ use std::f64::consts::TAU;
 
 use qrm_core::{Mechanism, RowLayout, RowRequest};
 
+use super::differences::{Difference, Differences};
 use super::error_estimate::{ErrorEstimates, rounding};
 use super::extremes::FoundExtreme;
-use super::quantities::{Difference, Differences, Quantities};
+use super::quantities::Quantities;
 use super::stop_condition::StopCondition;
 use crate::columns::number;
 use crate::integrate::{BlockEnd, COMPANION_STEP_RATIO, Integrator, MethodSettings, StepError};

@@ -5,7 +5,7 @@ use qrm_core::{Mechanism, RowLayout};
 use super::extremes::{ExtremesTracker, Vertex};
 use crate::columns::number;
 use crate::integrate::Integrator;
-use crate::peak::peak_between;
+use crate::maximum::peak_between;
 use crate::state::State;
 
 /// Where it is looked at whether a column rises from a row, against the distance of rows.

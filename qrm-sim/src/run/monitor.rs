@@ -6,7 +6,7 @@ use super::balance::Balance;
 use super::extremes::ExtremesTracker;
 use super::observer::{Observer, Row};
 use super::outcome::{Status, Undefined};
-use super::singularity::SingularityMonitor;
+use super::singularity_monitor::SingularityMonitor;
 use crate::columns::write_row;
 use crate::solve::{LoopConstraints, constraint_rank, largest};
 use crate::state::{State, state_in};

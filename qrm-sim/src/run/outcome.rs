@@ -5,7 +5,7 @@ use std::time::Duration;
 use super::assembly::NotAssembled;
 use super::error_estimate::ErrorEstimates;
 use super::redundancy::Redundancy;
-use super::singularity::NearestSingularity;
+use super::singularity_monitor::NearestSingularity;
 use crate::integrate::{Counts, StepError};
 use crate::solve::{SolverStats, largest};
 

@@ -4,8 +4,8 @@ use qrm_core::{Mechanism, RowLayout};
 
 use super::outcome::{StartError, Status};
 use super::request::{End, StopFunction};
-use crate::event::{locate, slope, touched};
 use crate::integrate::{Integrator, StepError};
+use crate::root_finding::{locate, slope, touched};
 use crate::state::State;
 
 /// A condition may be met between two rows where its distance from true is less than so many of its changes from row to

@@ -3,10 +3,10 @@
 use qrm_view::figure::Figure;
 use serde::Serialize;
 
+use super::monte_carlo::Samples;
 use super::parameter::TolerancedParameter;
-use super::probes::Probes;
-use super::samples::Samples;
-use super::{Options, Quantity, figure};
+use super::worst_case::Probes;
+use super::{Options, Quantity, histogram};
 use crate::error::Error;
 use crate::format::full;
 use crate::output::{Named, csv};
@@ -161,6 +161,6 @@ impl Report<'_> {
 
     /// The histograms.
     pub(super) fn figure(&self) -> Figure {
-        figure::figure(self.scene, self.quantities, &self.samples.values)
+        histogram::figure(self.scene, self.quantities, &self.samples.values)
     }
 }

@@ -8,8 +8,8 @@ use super::equations::{DualState, Moving, moving};
 use super::number::{Inner, Number, PARTS, number, of_part};
 use super::stepper::DualStepper;
 use super::{DualCondition, SensitivityEnd, SensitivityError};
-use crate::event::locate;
 use crate::integrate::Formula;
+use crate::root_finding::locate;
 use crate::state::State;
 
 /// The stop condition `g(t, q, qd, p)` of a motion, negative before it becomes true.

@@ -5,8 +5,8 @@ use std::convert::Infallible;
 use qrm_core::LaneSchedule;
 
 use super::LaneSweep;
-use crate::event::locate;
 use crate::integrate::quintic;
+use crate::root_finding::locate;
 use crate::run::Status;
 use crate::state::State;
 

@@ -1,6 +1,6 @@
 //! The location of an event inside a step.
 
-use crate::peak::largest_between;
+use crate::maximum::largest_between;
 use crate::state::State;
 
 /// The part of a step over which slopes are taken, and to which a largest value is located.

@@ -8,7 +8,7 @@ use rand_distr::StandardNormal;
 
 use super::motions::Motions;
 use super::parameter::TolerancedParameter;
-use super::probes::Probes;
+use super::worst_case::Probes;
 use super::{Distribution, Options};
 use crate::error::Error;
 

@@ -1,0 +1,109 @@
+//! The differences of quantities between two runs of one motion.
+
+use qrm_core::{Mechanism, StateRef};
+
+use super::quantities::Quantities;
+
+/// Rows at which the effect of rounding errors is looked at.
+const PROBES: usize = 16;
+
+/// The differences of quantities between two runs of one motion.
+#[derive(Clone, Debug)]
+pub(crate) struct Differences {
+    pub(crate) quantities: Quantities,
+    /// The difference of each quantity.
+    pub(crate) each: Vec<Difference>,
+    /// The quantities of both runs in the same row.
+    compared: [Vec<f64>; 2],
+    /// Whether the runs were compared at all.
+    pub(crate) has_met: bool,
+    /// Rows at which the effect of rounding errors is still to be looked at.
+    probes: usize,
+}
+
+/// The difference of one quantity between two runs of one motion.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Difference {
+    /// The largest one in any row.
+    pub(crate) largest: f64,
+    /// The one in the last row.
+    pub(crate) latest: f64,
+    /// The ones where the quantity is smallest and where it is largest.
+    pub(crate) at_extremes: [f64; 2],
+    /// The smallest and the largest value of the quantity.
+    pub(crate) range: [f64; 2],
+    /// The largest change of the quantity where the coordinates change by rounding errors.
+    pub(crate) noise: f64,
+}
+
+impl Difference {
+    /// Begins at a value that both runs share, which may be both extremes.
+    fn new(value: f64) -> Self {
+        Self { largest: 0.0, latest: 0.0, at_extremes: [0.0; 2], range: [value; 2], noise: 0.0 }
+    }
+
+    /// Compares a value of a run with that of another one.
+    fn take(&mut self, value: f64, other: f64) {
+        self.latest = (value - other).abs();
+        self.largest = self.largest.max(self.latest);
+        let [low, high] = &mut self.range;
+        (*low, *high) = (low.min(value), high.max(value));
+    }
+}
+
+impl Differences {
+    /// Begins at a state that both runs share.
+    pub(crate) fn new(quantities: Quantities, mechanism: &dyn Mechanism, first: &StateRef) -> Self {
+        let zero = vec![0.0; quantities.count()];
+        let mut numbers = zero.clone();
+        quantities.write(mechanism, first, &mut numbers);
+        Self {
+            quantities,
+            each: numbers.iter().map(|value| Difference::new(*value)).collect(),
+            has_met: false,
+            probes: PROBES,
+            compared: [numbers, zero],
+        }
+    }
+
+    /// Compares a row of a run with that of another one.
+    pub(crate) fn take(&mut self, mechanism: &dyn Mechanism, of_run: &StateRef, of_other: &StateRef) {
+        self.has_met = true;
+        let [own, others] = &mut self.compared;
+        self.quantities.write(mechanism, of_run, own);
+        self.quantities.write(mechanism, of_other, others);
+        for (difference, (value, other)) in self.each.iter_mut().zip(own.iter().zip(others)) {
+            difference.take(*value, *other);
+        }
+        if let Some(probes) = self.probes.checked_sub(1) {
+            self.probes = probes;
+            self.probe(mechanism, of_run);
+        }
+    }
+
+    /// Looks at what rounding errors of the coordinates in a row of the run change, whose quantities were written last.
+    fn probe(&mut self, mechanism: &dyn Mechanism, of_run: &StateRef) {
+        let error = |i: usize| if i.is_multiple_of(2) { f64::EPSILON } else { -f64::EPSILON };
+        let q: Vec<f64> = of_run.q.iter().enumerate().map(|(i, q)| q * (1.0 + error(i))).collect();
+        let (mut qdd, mut multipliers) = (of_run.qdd.to_vec(), of_run.multipliers.to_vec());
+        if !mechanism.accelerations(of_run.t, &q, of_run.qd, &mut qdd, &mut multipliers) {
+            return;
+        }
+        let beside = StateRef { q: &q, qdd: &qdd, multipliers: &multipliers, ..*of_run };
+        let [of_run, of_other] = &mut self.compared;
+        self.quantities.write(mechanism, &beside, of_other);
+        for (difference, (own, other)) in self.each.iter_mut().zip(of_run.iter().zip(of_other)) {
+            difference.noise = difference.noise.max((*own - *other).abs());
+        }
+    }
+
+    /// Begins anew, and returns the largest differences so far.
+    pub(crate) fn restart(&mut self) -> Vec<f64> {
+        let largest = self.each.iter().map(|difference| difference.largest).collect();
+        for difference in &mut self.each {
+            let Difference { range, noise, .. } = *difference;
+            *difference = Difference { range, noise, ..Difference::new(0.0) };
+        }
+        largest
+    }
+}
