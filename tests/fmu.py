@@ -62,7 +62,8 @@ def compare(unit, scene, *arguments, start_values=(), interface="CoSimulation", 
 
 def check_file(unit):
     assert validate_fmu(unit) == [], validate_fmu(unit)
-    here = [os.path.expanduser("~"), os.path.dirname(os.path.dirname(os.path.dirname(QRM))), os.getcwd(), "/.cargo/"]
+    folders = [os.path.expanduser("~"), os.path.dirname(os.path.dirname(os.path.dirname(QRM))), os.getcwd()]
+    here = [f"{folder}/" for folder in folders] + ["/.cargo/"]
     with zipfile.ZipFile(unit) as files:
         for name in files.namelist():
             for path in here:
