@@ -32,7 +32,7 @@ const TIGHT: f64 = 1e-8;
 /// Tolerances below this ask for more than double precision has.
 const SMALLEST_TOLERANCE: f64 = 1e-15;
 
-/// Pages show no errors of extremes and of ends, and are to be small.
+/// Pages show no errors of extremes and of the end time, and are to be small.
 pub(super) const COMES_TO_EXTREMES: bool = cfg!(not(target_arch = "wasm32"));
 
 /// A companion run beside a run: with longer steps; or, where a tolerance chooses them, with shorter ones, where the
@@ -142,11 +142,13 @@ impl Companion {
     /// Comes to the end of the run, at which `condition` may have become true.
     pub(crate) fn finish(&mut self, mechanism: &dyn Mechanism, end: &State, condition: Option<&StopCondition>) {
         // A run that could not go on may have been followed further.
-        if !COMES_TO_EXTREMES || self.failed || self.at.t > end.t {
+        if self.failed || self.at.t > end.t {
             return;
         }
         self.failed = self.come_to(mechanism, end).is_err();
-        self.of_end_time = condition.and_then(|condition| condition.time_between(end, &self.at));
+        if COMES_TO_EXTREMES {
+            self.of_end_time = condition.and_then(|condition| condition.time_between(end, &self.at));
+        }
     }
 
     /// Follows rows of the run; a last one that is no whole step is left out.
@@ -217,7 +219,7 @@ impl Companion {
     /// Moves to each row of the run before number `end`, and to each extreme.
     fn follow_rows(&mut self, mechanism: &dyn Mechanism, block: RowBlock, end: u64) -> Result<(), StepError> {
         let width = self.layout.width();
-        let mut extremes = block.extremes.to_vec();
+        let mut extremes = if COMES_TO_EXTREMES { block.extremes.to_vec() } else { Vec::new() };
         if COMES_TO_EXTREMES {
             extremes.sort_by(|a, b| a.t.total_cmp(&b.t));
         }
@@ -269,7 +271,11 @@ impl Companion {
             quantities: differences.quantities,
             start: self.start,
             largest: errors(&|difference| difference.largest),
-            at_extremes: [0, 1].map(|end| errors(&|difference| difference.at_extremes[end])),
+            at_extremes: if COMES_TO_EXTREMES {
+                [0, 1].map(|end| errors(&|difference| difference.at_extremes[end]))
+            } else {
+                [const { Vec::new() }; 2]
+            },
             at_end: errors(&|difference| difference.latest),
             of_end_time: self.of_end_time.map(|difference| (difference / ratio).max(rounding(self.at.t, steps))),
         })

@@ -131,7 +131,7 @@ impl<'scope, 'env> Follower<'scope, 'env> {
         {
             self.thread = Some(CompanionThread::spawn(scope, self.mechanism, self.request, companion));
         }
-        self.follow_block(if COMES_TO_EXTREMES { WAITING } else { 0 });
+        self.follow_block(WAITING);
     }
 
     /// Takes up the extremes that are new.
@@ -156,7 +156,7 @@ impl<'scope, 'env> Follower<'scope, 'env> {
             Some(thread) => thread.empty(),
             None => std::mem::take(&mut self.spare),
         };
-        if waiting > 0 {
+        if COMES_TO_EXTREMES && waiting > 0 {
             self.block.move_last(waiting * self.width, self.width, &mut later);
         }
         let mut block = std::mem::replace(&mut self.block, later);

@@ -8,6 +8,9 @@ use crate::integrate::Integrator;
 use crate::maximum::peak_between;
 use crate::state::State;
 
+/// Pages draw extremes, and are to be small.
+const SEARCHES: bool = cfg!(not(target_arch = "wasm32"));
+
 /// Where it is looked at whether a column rises from a row, against the distance of rows.
 const BESIDE: f64 = 1e-3;
 
@@ -27,7 +30,7 @@ pub(super) struct ExtremeSearch {
 impl ExtremeSearch {
     /// Begins with a run at its first row.
     pub(super) fn new(layout: RowLayout, first: &[f64]) -> Self {
-        Self { layout, first: first.to_vec(), tail: Vec::new() }
+        Self { layout, first: if SEARCHES { first.to_vec() } else { Vec::new() }, tail: Vec::new() }
     }
 
     /// Looks for each extreme between rows, of which `rows` are the last.
@@ -38,8 +41,7 @@ impl ExtremeSearch {
         rows: &[f64],
         extremes: &mut ExtremesTracker,
     ) {
-        // Pages draw extremes, and are to be small.
-        if cfg!(target_arch = "wasm32") {
+        if !SEARCHES {
             extremes.note_estimates();
             return;
         }
@@ -80,6 +82,9 @@ impl ExtremeSearch {
 
     /// Keeps the last of some rows but one, which stays the first of the next rows.
     pub(super) fn keep(&mut self, rows: &[f64]) {
+        if !SEARCHES {
+            return;
+        }
         let width = self.layout.width();
         let made = rows.len() / width - 1;
         self.tail.extend_from_slice(&rows[made.saturating_sub(TAIL) * width..made * width]);
