@@ -80,11 +80,15 @@ fn unknown_languages_are_errors() {
     assert_eq!(output.status.code(), Some(2));
     let known = "error: invalid value 'python' for '--language <LANGUAGE>'\n  [possible values: rust, c";
     assert!(error.starts_with(known), "{error}");
-    let output = qrm(&["code", "quick-return", "QuickReturn", "--language", "c"]).output().expect("it starts");
-    let error = String::from_utf8_lossy(&output.stderr).into_owned();
-    let wanted = "error: `QuickReturn` of scene `quick-return` is no function in C\n  \
-                  = help: `qrm code quick-return --language c` prints all of it\n";
-    assert_eq!((output.status.code(), &*error), (Some(2), wanted));
+    for name in ["QuickReturn", "rk4_step", "initial_state"] {
+        let output = qrm(&["code", "quick-return", name, "--language", "c"]).output().expect("it starts");
+        let error = String::from_utf8_lossy(&output.stderr).into_owned();
+        let wanted = format!(
+            "error: `{name}` of scene `quick-return` is not printed by itself in C\n  \
+             = help: `qrm code quick-return --language c` prints all of it\n"
+        );
+        assert_eq!((output.status.code(), error), (Some(2), wanted));
+    }
 }
 
 #[test]

@@ -103,7 +103,8 @@ pub(crate) fn field_name(parameter: &str) -> String {
 }
 
 /// Names of arguments and of the two halves of a mechanism.
-const RESERVED: [&str; 8] = ["p", "k", "q", "qd", "qdd", "m", "multipliers", "rows"];
+const RESERVED: [&str; 11] =
+    ["p", "k", "q", "qd", "qdd", "m", "multipliers", "rows", "angles", "position", "residuals"];
 
 struct Writer<'a> {
     scene: &'a Scene,

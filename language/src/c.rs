@@ -11,13 +11,13 @@ use super::ir::{Function, Program, StructKind};
 use super::lines::summary;
 use super::names::Names;
 use super::{File, Untranslated};
-use builtins::is_keyword;
+use builtins::{is_header, is_keyword};
 use comment::comment;
 
 /// Header and source of a program.
 pub(super) fn write(program: &Program) -> Result<Vec<File>, Untranslated> {
     let writer = Writer::new(program)?;
-    let file = |extension: &str, text| File { name: format!("{}.{extension}", program.name), text };
+    let file = |extension: &str, text| File { name: format!("{}.{extension}", writer.stem()), text };
     Ok(vec![file("h", writer.header()?), file("c", writer.source()?)])
 }
 
@@ -40,7 +40,14 @@ struct Writer<'p> {
 impl<'p> Writer<'p> {
     fn new(program: &'p Program) -> Result<Self, Untranslated> {
         let fields = program.structs.iter().flat_map(|structure| &structure.fields).map(|field| field.name.as_str());
-        Ok(Self { program, fields: Names::new(fields, is_keyword)? })
+        let fields = Names::new(fields, |name| is_keyword(name) || is_own_macro(program, name))?;
+        Ok(Self { program, fields })
+    }
+
+    /// The names of the files, without their ends: the headers of the library stay what they are.
+    fn stem(&self) -> String {
+        let name = &self.program.name;
+        if is_header(name) { format!("{name}_") } else { name.clone() }
     }
 
     fn header(&self) -> Result<String, Untranslated> {
@@ -49,7 +56,7 @@ impl<'p> Writer<'p> {
         let mut text = origin() + "//\n" + &comment(&self.program.notes) + &self.named(USE);
         text += &format!("\n#ifndef {guard}_H\n#define {guard}_H\n\n");
         text += "#ifdef __cplusplus\nextern \"C\" {\n#endif\n\n";
-        for (size, count) in [("COORDINATES", coordinates), ("CONSTRAINTS", constraints), ("OUTPUTS", outputs)] {
+        for (size, count) in SIZES.into_iter().zip([coordinates, constraints, outputs]) {
             text += &format!("#define {guard}_{size} {}\n", count.len());
         }
         text += "\n// An array of no numbers has one place: C has none of size 0.\n";
@@ -62,8 +69,9 @@ impl<'p> Writer<'p> {
     }
 
     fn source(&self) -> Result<String, Untranslated> {
-        let Program { name, functions, .. } = self.program;
-        let mut text = origin() + &format!("\n#include \"{name}.h\"\n\n#include <float.h>\n#include <math.h>\n");
+        let Program { functions, .. } = self.program;
+        let stem = self.stem();
+        let mut text = origin() + &format!("\n#include \"{stem}.h\"\n\n#include <float.h>\n#include <math.h>\n");
         text += self.inlining();
         text += &builtins::helpers(self.program);
         for function in functions {
@@ -94,6 +102,15 @@ impl<'p> Writer<'p> {
         };
         format!("\n{}\n{{\n    m->parameters = *p;\n{constants}}}\n", self.constructor())
     }
+}
+
+/// What the names of the header's sizes end with.
+const SIZES: [&str; 3] = ["COORDINATES", "CONSTRAINTS", "OUTPUTS"];
+
+/// Whether a name is a macro of the header.
+fn is_own_macro(program: &Program, name: &str) -> bool {
+    let end = name.strip_prefix(&program.name.to_uppercase()).and_then(|end| end.strip_prefix('_'));
+    end.is_some_and(|end| SIZES.contains(&end) || ["H", "PLACES"].contains(&end))
 }
 
 /// The macro for functions that are compiled into those that call them.

@@ -43,7 +43,9 @@ struct Writer<'p> {
 impl<'p> Writer<'p> {
     fn new(program: &'p Program) -> Result<Self, Untranslated> {
         let fields = program.structs.iter().flat_map(|structure| &structure.fields).map(|field| field.name.as_str());
-        Ok(Self { program, fields: Names::new(fields, is_reserved)? })
+        let fields = Names::new(fields, is_reserved)?;
+        fields.iter().try_for_each(check_length)?;
+        Ok(Self { program, fields })
     }
 
     /// What is added to the name of the program for that of a function.
@@ -53,9 +55,15 @@ impl<'p> Writer<'p> {
 
     fn file(&self, name: &str, text: String) -> Result<File, Untranslated> {
         let name = format!("{}_{name}", self.program.name);
-        if name.len() > LONGEST_NAME {
-            return Err(Untranslated(format!("the name `{name}`, which is longer than {LONGEST_NAME} letters")));
-        }
+        check_length(&name)?;
         Ok(File { name: format!("{name}.m"), text })
+    }
+}
+
+/// Refuses a name that MATLAB cuts off.
+fn check_length(name: &str) -> Result<(), Untranslated> {
+    match name.len() <= LONGEST_NAME {
+        true => Ok(()),
+        false => Err(Untranslated(format!("the name `{name}`, which is longer than {LONGEST_NAME} letters"))),
     }
 }

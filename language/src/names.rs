@@ -11,7 +11,8 @@ pub(super) struct Names {
 }
 
 impl Names {
-    /// Renames those that the language reserves, so that all differ: underscores are added.
+    /// Renames those that the language reserves, so that all differ: underscores are added, which makes no name a
+    /// reserved one.
     pub(super) fn new<'n>(
         names: impl IntoIterator<Item = &'n str>,
         is_reserved: impl Fn(&str) -> bool,
@@ -31,6 +32,11 @@ impl Names {
             renamed.insert(name.to_owned(), free);
         }
         Ok(Self { renamed })
+    }
+
+    /// The names in the language.
+    pub(super) fn iter(&self) -> impl Iterator<Item = &str> {
+        self.renamed.values().map(String::as_str)
     }
 
     pub(super) fn get<'n>(&'n self, name: &'n str) -> &'n str {

@@ -17,5 +17,5 @@ qrm_fmu::export!(qrm_model::MODELS);
 #[pymodule]
 mod _native {
     #[pymodule_export]
-    use super::scene::{Scene, choose_engine, load, methods, scenes};
+    use super::scene::{Scene, choose_engine, load, load_source, methods, scenes};
 }

@@ -1,8 +1,8 @@
 //! The options of a run from a dictionary.
 
-use pyo3::exceptions::PyTypeError;
+use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyBool, PyDict};
 use qrm_cli::api::RunOptions;
 
 /// The options in a dictionary, whose keys are the fields of [`RunOptions`]; `None` is as good as no entry.
@@ -23,7 +23,7 @@ pub(crate) fn options(dict: &Bound<PyDict>) -> PyResult<RunOptions> {
                 continue;
             }
             "closure_iterations" => {
-                options.closure_iterations = Some(value.extract()?);
+                options.closure_iterations = Some(whole(&key, &value, 0)?);
                 continue;
             }
             "step" => &mut options.step,
@@ -53,13 +53,33 @@ fn assignments(option: &str, values: &Bound<PyAny>) -> PyResult<Vec<(String, Str
     values.iter().map(assignment).collect()
 }
 
+/// A whole number that is not below `least`.
+pub(crate) fn whole(name: &str, value: &Bound<PyAny>, least: u32) -> PyResult<u32> {
+    let most = u32::MAX;
+    let outside = || PyValueError::new_err(format!("`{name}` must be from {least} to {most}, but is {value}"));
+    match value.extract() {
+        Ok(number) if number >= least => Ok(number),
+        Ok(_) => Err(outside()),
+        Err(error) if error.is_instance_of::<PyOverflowError>(value.py()) => Err(outside()),
+        Err(_) => Err(PyTypeError::new_err(format!("`{name}` must be a whole number, not {}", value.get_type()))),
+    }
+}
+
 /// A number, or a formula, in the digits that read back as the same number.
 fn text(name: &str, value: &Bound<PyAny>) -> PyResult<String> {
     if let Ok(text) = value.extract::<String>() {
         return Ok(text);
     }
-    let number: f64 = value
-        .extract()
-        .map_err(|_| PyTypeError::new_err(format!("`{name}` must be a number or a text, not {}", value.get_type())))?;
+    let number: PyResult<f64> = if value.is_instance_of::<PyBool>() {
+        Err(PyTypeError::new_err("a boolean"))
+    } else {
+        value.extract()
+    };
+    let number = number.map_err(|error| {
+        if error.is_instance_of::<PyOverflowError>(value.py()) {
+            return PyValueError::new_err(format!("`{name}` is too large: it must be below 1.8e308"));
+        }
+        PyTypeError::new_err(format!("`{name}` must be a number or a text, not {}", value.get_type()))
+    })?;
     Ok(format!("{number:?}"))
 }

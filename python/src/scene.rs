@@ -13,7 +13,7 @@ use qrm_sim::integrate::METHODS;
 
 use crate::error::{exception, made};
 use crate::interrupt::detached;
-use crate::options::options;
+use crate::options::{options, whole};
 
 /// A scene that is loaded.
 #[pyclass(frozen, module = "qrm._native")]
@@ -25,6 +25,13 @@ pub(crate) struct Scene {
 #[pyfunction]
 pub(crate) fn load(py: Python, name: &str) -> PyResult<Scene> {
     let loaded = detached(py, || LoadedScene::load(MODELS, name))?;
+    Ok(Scene { loaded: loaded.map_err(|error| exception(py, &error))? })
+}
+
+/// Loads the scene of a text that was read from a file.
+#[pyfunction]
+pub(crate) fn load_source(py: Python, path: &str, source: &str) -> PyResult<Scene> {
+    let loaded = detached(py, || LoadedScene::from_source(MODELS, path, source))?;
     Ok(Scene { loaded: loaded.map_err(|error| exception(py, &error))? })
 }
 
@@ -106,11 +113,12 @@ impl Scene {
         &self,
         py: Python<'py>,
         asked: &Bound<'py, PyDict>,
-        every: u64,
+        every: &Bound<'py, PyAny>,
         estimate_error: bool,
     ) -> PyResult<(Bound<'py, PyArray2<f64>>, String, Vec<String>, Option<Bound<'py, PyAny>>)> {
         let asked = options(asked)?;
-        let run = detached(py, || self.loaded.run(&asked, every, estimate_error))?;
+        let every = whole("every", every, 1)?;
+        let run = detached(py, || self.loaded.run(&asked, every.into(), estimate_error))?;
         let run = run.map_err(|error| exception(py, &error))?;
         let width = run.columns.len();
         let values = PyArray1::from_vec(py, run.values);

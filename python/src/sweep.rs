@@ -7,7 +7,7 @@ use qrm_cli::api::{SweepOptions, Values};
 
 use crate::error::exception;
 use crate::interrupt::detached;
-use crate::options::options;
+use crate::options::{options, whole};
 use crate::scene::Scene;
 
 /// Name, unit and meaning of a column, and its values: an array, or a list of texts.
@@ -26,7 +26,7 @@ impl Scene {
         is_paired: bool,
         extremes: bool,
         estimate_error: bool,
-        threads: Option<u32>,
+        threads: Option<Bound<'py, PyAny>>,
     ) -> PyResult<(Vec<Column<'py>>, Vec<String>)> {
         let asked = SweepOptions {
             run: options(asked)?,
@@ -34,7 +34,7 @@ impl Scene {
             is_paired,
             no_extremes: !extremes,
             no_error_estimate: !estimate_error,
-            threads,
+            threads: threads.map(|threads| whole("threads", &threads, 1)).transpose()?,
         };
         let sweep = detached(py, || self.loaded.sweep(&asked))?.map_err(|error| exception(py, &error))?;
         let columns = sweep

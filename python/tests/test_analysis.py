@@ -51,6 +51,18 @@ def test_a_vector_of_another_length_is_refused(quick_return):
     assert "phi2, phi4, phi5" in raised.value.hints[0]
 
 
+def test_the_equations_take_finite_numbers_and_parameters_alone(quick_return):
+    q, qd = quick_return.start()
+    with pytest.raises(TypeError, match="`q` must be real numbers"):
+        quick_return.equations(q + 1j, qd)
+    with pytest.raises(ValueError, match="`qd` must be finite"):
+        quick_return.equations(q, [0, np.nan, 0])
+    with pytest.raises(qrm.OptionError, match="no parameter `step`"):
+        quick_return.equations(q, qd, step=3.0)
+    same = quick_return.equations(q, qd, set={"O2A": np.float32(0.25)})
+    np.testing.assert_array_equal(same.mass_matrix, quick_return.equations(q, qd, O2A=0.25).mass_matrix)
+
+
 def test_the_start_can_be_elsewhere(quick_return):
     q, qd = quick_return.start(start={"phi2": 1.0}, w0=3)
     assert q[0] == 1.0 and qd[0] == 3.0

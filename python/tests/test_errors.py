@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import pickle
 
+import numpy as np
 import pytest
 import qrm
 from conftest import ROOT
@@ -117,6 +119,8 @@ def test_an_unknown_scene_is_named():
     ("options", "message"),
     [
         ({"O2A": [0.2]}, "`O2A` must be a number or a text"),
+        ({"O2A": True}, "`O2A` must be a number or a text"),
+        ({"every": 2.5}, "`every` must be a whole number"),
         ({"start": 3}, "`start` must be a dict"),
         ({"set": {"O2A": 1}, "O2A": 1}, "`O2A` is given twice"),
     ],
@@ -124,8 +128,45 @@ def test_an_unknown_scene_is_named():
 def test_a_value_of_another_type_is_a_type_error(quick_return, options, message):
     with pytest.raises(TypeError, match=message):
         quick_return.run(**options)
-    with pytest.raises(ValueError, match="`every` must be 1 or more"):
-        quick_return.run(every=0)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"every": 0}, "`every` must be from 1 to"),
+        ({"every": -1}, "`every` must be from 1 to"),
+        ({"closure_iterations": -1}, "`closure_iterations` must be from 0 to"),
+        ({"closure_iterations": 2**63}, "`closure_iterations` must be from 0 to"),
+        ({"O2A": 10**400}, "`O2A` is too large"),
+    ],
+)
+def test_a_value_that_cannot_be_is_a_value_error(quick_return, options, message):
+    with pytest.raises(ValueError, match=message):
+        quick_return.run(**options)
+
+
+@pytest.mark.parametrize("threads", [0, -1, 5000, 10**6, 2**63])
+def test_a_number_of_threads_that_cannot_be_is_a_value_error(quick_return, threads):
+    with pytest.raises(ValueError, match=r"threads`? must be from 1 to"):
+        quick_return.sweep(O2A=[0.2, 0.25], threads=threads)
+
+
+def test_a_table_beyond_the_memory_is_refused(quick_return):
+    values = np.linspace(0.1, 0.2, 10_000)
+    with pytest.raises(qrm.OptionError, match=r"1000000000000 designs with .* need .* GB of memory") as raised:
+        quick_return.sweep(O2A=values, BC=values, yC=values)
+    assert raised.value.hints == ["vary fewer values, or let `qrm sweep` write a file"]
+
+
+def test_a_parameter_is_varied_once(quick_return):
+    for call in (quick_return.sensitivity, lambda by: quick_return.objectives(by, "maximum N3")):
+        with pytest.raises(qrm.OptionError, match='`by="O2A"` is given twice'):
+            call(by=["O2A", "O2A"])
+
+
+def test_a_path_that_is_not_utf_8_is_an_option_error():
+    with pytest.raises(qrm.OptionError, match="is not UTF-8"):
+        qrm.load(os.fsdecode(b"\xff.toml"))
 
 
 def test_a_run_that_fails_keeps_its_rows(quick_return):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import pickle
 import shutil
 
 import pytest
@@ -54,6 +55,13 @@ def test_a_file_is_read_anew(four_bar):
     four_bar.write_text(four_bar.read_text().replace("rate = 10", "rate = 11"))
     after = qrm.load(four_bar).run()
     assert (before["phi_crank_dot"][0], after["phi_crank_dot"][0]) == (10, 11)
+
+
+@needs_engine
+def test_a_pickled_mechanism_keeps_the_text_of_its_file(four_bar):
+    stored = pickle.dumps(qrm.load(four_bar))
+    four_bar.unlink()
+    assert pickle.loads(stored).run(end_time=0.01)["phi_crank_dot"][0] == 10
 
 
 @needs_engine

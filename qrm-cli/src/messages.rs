@@ -125,6 +125,10 @@ pub(crate) fn status(
             };
             format!("{what} is not finite at t = {}; the rows before that are kept", seconds(*t))
         }
+        Status::Unwritable(e) if e.kind() == std::io::ErrorKind::OutOfMemory => {
+            return Message::new(format!("the rows fill the memory at t = {t}"))
+                .help("keep fewer of them, for instance with `--every 100`");
+        }
         Status::Unwritable(e) => format!("a row could not be written: {e}"),
     })
 }

@@ -101,6 +101,12 @@ static INTERPRETED: Mutex<BTreeMap<String, &'static Model>> = Mutex::new(BTreeMa
 pub(crate) fn model_of_file_now(models: &'static [Model], path: &Path) -> Result<&'static Model, Error> {
     let source = read_text(path)?;
     protect(path);
+    model_of_source(models, path, source)
+}
+
+/// The model of a text: a compiled one that has it, or an interpreted one. Paths in it are relative to that of the file
+/// that it is from.
+pub(crate) fn model_of_source(models: &'static [Model], path: &Path, source: String) -> Result<&'static Model, Error> {
     if let Some(model) = model_of_text(models, &source) {
         return Ok(model);
     }

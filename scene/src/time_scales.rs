@@ -25,8 +25,8 @@ pub enum TimeScale {
 
 /// The time scales of the loads, drives and points of a scene with these values of its parameters.
 ///
-/// A time scale is found where a function is applied to `a + b*t`, to the size of that, or to `a + b*sin(c*t + d)`,
-/// with any factors of constants; points and driven coordinates that are such functions of time count as what they are.
+/// A time scale is found where a function is applied to `a + b*t + c*t^2`, to the size of `a + b*t`, or to
+/// `a + b*sin(c*t + d)`, with any factors of constants; points and driven coordinates that are such functions of time count as what they are.
 /// Arguments that depend on time otherwise, or on the motion as well, have none.
 pub fn time_scales(scene: &Scene, parameters: &[f64]) -> Vec<TimeScale> {
     let courses = TimeFunctions::new(scene, parameters);
@@ -47,8 +47,8 @@ pub fn time_scales(scene: &Scene, parameters: &[f64]) -> Vec<TimeScale> {
 fn of_formula(value: &Value, courses: &[Option<TimeFunction>]) -> Vec<TimeScale> {
     let mut scales: Vec<Vec<TimeScale>> = Vec::new();
     for (node, course) in value.nodes().iter().zip(courses) {
-        // What is multiplied by zero does not matter, and a line has no scale.
-        let of_node = if matches!(course, Some(TimeFunction::Line { .. })) {
+        // What is multiplied by zero does not matter, and neither a line nor a parabola has a scale.
+        let of_node = if matches!(course, Some(TimeFunction::Line { .. } | TimeFunction::Parabola { .. })) {
             Vec::new()
         } else {
             let of_operands = node.operands().into_iter().flat_map(|operand| scales[operand].clone());
@@ -81,6 +81,9 @@ fn own_scales(node: &Node<Quantity>, courses: &[Option<TimeFunction>]) -> Vec<Ti
             Some(course) => of_smooth(course),
             None => Vec::new(),
         },
+        Node::Call(Function::Ln | Function::Sqrt, arguments) => {
+            moves(&arguments[0]).map_or_else(Vec::new, of_proportional)
+        }
         Node::Call(_, arguments) => arguments.iter().filter_map(moves).flat_map(of_smooth).collect(),
         Node::Spline(spline, argument) => match moves(argument) {
             Some(TimeFunction::Line { rate, .. }) => vec![TimeScale::Period(rate.abs() / spline.shortest())],
@@ -88,18 +91,28 @@ fn own_scales(node: &Node<Quantity>, courses: &[Option<TimeFunction>]) -> Vec<Ti
             None => Vec::new(),
         },
         // A square of a sine is smooth in its period, and other powers nearly so.
-        Node::Power(a, _) if !matches!(moves(a), Some(TimeFunction::Turning { .. })) => smooth(a),
-        Node::Divide(_, a) => smooth(a),
+        Node::Power(a, _) if !matches!(moves(a), Some(TimeFunction::Turning { .. })) => {
+            moves(a).map_or_else(Vec::new, of_proportional)
+        }
+        Node::Divide(_, a) => moves(a).map_or_else(Vec::new, of_proportional),
         Node::Multiply(a, b) if moves(a).is_some() && moves(a) == moves(b) => smooth(b),
         _ => Vec::new(),
     }
 }
 
-/// The time scales of a smooth function: its argument passes zero, and changes by one there.
+/// The time scales of a smooth function: its argument passes zero or turns back, and changes by one there.
 fn of_smooth(course: TimeFunction) -> Vec<TimeScale> {
     match course {
         TimeFunction::Line { at_zero, rate } => {
             vec![TimeScale::Moment { time: -at_zero / rate, width: rate.abs().recip() }]
+        }
+        TimeFunction::Parabola { value, bend, time } => {
+            let mut moments = vec![TimeScale::Moment { time, width: bend.abs().sqrt().recip() }];
+            if let Some(half) = half_distance(value, bend) {
+                let width = bend.abs().recip() / (half + (half * half + bend.abs().recip()).sqrt());
+                moments.extend([time - half, time + half].map(|time| TimeScale::Moment { time, width }));
+            }
+            moments
         }
         TimeFunction::Bent { rate, time, .. } => vec![TimeScale::Moment { time, width: rate.abs().recip() }],
         TimeFunction::Turning { middle, amplitude, rate } => {
@@ -110,12 +123,35 @@ fn of_smooth(course: TimeFunction) -> Vec<TimeScale> {
     }
 }
 
+/// The time scales of a smooth function that changes with the ratio of two arguments: a power, a fraction.
+fn of_proportional(course: TimeFunction) -> Vec<TimeScale> {
+    match course {
+        // It is twice its smallest value there.
+        TimeFunction::Parabola { value, bend, time } if value / bend > 0.0 => {
+            vec![TimeScale::Moment { time, width: (value / bend).sqrt() }]
+        }
+        course => of_smooth(course),
+    }
+}
+
 /// The time scales of a function that has a corner where its argument is zero. Single corners end steps by themselves.
 fn of_corner(course: TimeFunction) -> Vec<TimeScale> {
-    let TimeFunction::Turning { middle, amplitude, rate } = course else { return Vec::new() };
-    // The shorter one of the times between two zeros.
-    let between = 2.0 * (middle / amplitude).abs().acos() / rate;
-    if between > 0.0 { vec![each(0.5 * between)] } else { Vec::new() }
+    match course {
+        TimeFunction::Parabola { value, bend, time } => {
+            half_distance(value, bend).map(|width| TimeScale::Moment { time, width }).into_iter().collect()
+        }
+        TimeFunction::Turning { middle, amplitude, rate } => {
+            // The shorter one of the times between two zeros.
+            let between = 2.0 * (middle / amplitude).abs().acos() / rate;
+            if between > 0.0 { vec![each(0.5 * between)] } else { Vec::new() }
+        }
+        TimeFunction::Line { .. } | TimeFunction::Bent { .. } => Vec::new(),
+    }
+}
+
+/// Half the time between two zeros of a parabola, if it has two.
+fn half_distance(value: f64, bend: f64) -> Option<f64> {
+    (value / bend < 0.0).then(|| (-value / bend).sqrt())
 }
 
 /// The time scale of changes that come again and again, each within such a time.
@@ -167,6 +203,32 @@ end_time = 1
         );
         assert_eq!(scales("tanh(4*(t - 2))"), [TimeScale::Moment { time: 2.0, width: 0.25 }]);
         assert_eq!(scales("1/(1 + ((t - 0.5)*4)*((t - 0.5)*4))"), [TimeScale::Moment { time: 0.5, width: 0.25 }]);
+    }
+
+    #[test]
+    fn parabolas_have_scales_where_functions_bend_them() {
+        let moments = |force: &str, expected: &[(f64, f64)]| {
+            let found = scales(force);
+            assert_eq!(found.len(), expected.len(), "{force}: {found:?}");
+            for (scale, (at, wide)) in found.iter().zip(expected) {
+                let TimeScale::Moment { time, width } = scale else { panic!("{force}: {scale:?}") };
+                assert!((time - at).abs() <= 1e-9 && (width / wide - 1.0).abs() <= 1e-6, "{force}: {found:?}");
+            }
+        };
+        for force in [
+            "exp(-((t - 0.5)^2)/w^2)",
+            "exp(-(t - 0.5)^2/(w*w))",
+            "exp((t - 0.5)*(0.5 - t)/w^2)",
+            "exp(-(t^2 - t + 0.25)/w^2)",
+            "1/(w^2 + (t - 0.5)^2)",
+            "(w^2 + (t - 0.5)^2)^(-3/2)",
+            "max(w^2 - (t - 0.5)^2, 0)",
+        ] {
+            moments(force, &[(0.5, 1e-4)]);
+        }
+        // At its zeros, 0.2 and 0.8, its slope is 0.6/w; in the middle it changes by one within the root of w.
+        moments("tanh((t - 0.2)*(t - 0.8)/w)", &[(0.5, 1e-2), (0.2, 1e-4 / 0.6), (0.8, 1e-4 / 0.6)]);
+        moments("t^2 - 3*t + m*t*(t - 1)", &[]);
     }
 
     /// The longest step for what happens again and again.

@@ -15,5 +15,6 @@ fn main() {
         "redundant.toml",
         "arm.toml",
         "rubbing.toml",
+        "names.toml",
     ]);
 }

@@ -56,7 +56,7 @@ impl<'a> Emitter<'a> {
             }
         }
         let mut taken: HashSet<String> = super::RESERVED.map(str::to_owned).into();
-        taken.extend(["t", "angles", "residuals", "position"].map(str::to_owned));
+        taken.insert("t".to_owned());
         let results = |id: Id| matches!(graph.op(id), Op::Input(Symbol::Acceleration(_) | Symbol::Multiplier(_)));
         taken.extend(outside.iter().filter(|(id, _)| !results(**id)).map(|(_, tokens)| tokens.to_string()));
         let inputs: HashMap<Id, &Local> = kernel.locals.iter().map(|local| (local.input.id, local)).collect();

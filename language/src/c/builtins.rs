@@ -57,17 +57,23 @@ pub(super) fn is_reserved(name: &str) -> bool {
     is_keyword(name) || FUNCTIONS.contains(&name)
 }
 
-/// Whether a name is a keyword of C99 or C++, or a macro of `math.h`.
+/// Whether a name is a keyword of C99 or C++, or a macro of `math.h` or `float.h`.
 pub(super) fn is_keyword(name: &str) -> bool {
     let is_constant = |name: &str| CONSTANTS.contains(&name);
+    // No macro ends with an underscore.
+    let is_macro = |prefix: &str| name.starts_with(prefix) && !name.ends_with('_');
     KEYWORDS.contains(&name)
-        || name.starts_with("FP_")
-        || name.starts_with("MATH_")
+        || MACROS.into_iter().any(is_macro)
         || is_constant(name)
         || name.strip_suffix('l').is_some_and(is_constant)
 }
 
-const KEYWORDS: [&str; 124] = [
+/// Whether a header of the library of C is called so.
+pub(super) fn is_header(name: &str) -> bool {
+    HEADERS.contains(&name)
+}
+
+const KEYWORDS: [&str; 127] = [
     "auto",
     "break",
     "case",
@@ -128,6 +134,8 @@ const KEYWORDS: [&str; 124] = [
     "true",
     "try",
     "typeid",
+    "typeof",
+    "typeof_unqual",
     "typename",
     "using",
     "virtual",
@@ -192,6 +200,42 @@ const KEYWORDS: [&str; 124] = [
     "MAXFLOAT",
     "X_TLOSS",
     "NULL",
+    "DECIMAL_DIG",
+];
+
+/// What names of macros of `math.h` and `float.h` begin with.
+const MACROS: [&str; 5] = ["FP_", "MATH_", "DBL_", "FLT_", "LDBL_"];
+
+const HEADERS: [&str; 29] = [
+    "assert",
+    "complex",
+    "ctype",
+    "errno",
+    "fenv",
+    "float",
+    "inttypes",
+    "iso646",
+    "limits",
+    "locale",
+    "math",
+    "setjmp",
+    "signal",
+    "stdalign",
+    "stdarg",
+    "stdatomic",
+    "stdbool",
+    "stddef",
+    "stdint",
+    "stdio",
+    "stdlib",
+    "stdnoreturn",
+    "string",
+    "tgmath",
+    "threads",
+    "time",
+    "uchar",
+    "wchar",
+    "wctype",
 ];
 
 /// Constants that `math.h` has beside those of C99; the GNU compilers have them in `long double` too, as `M_PIl`.
@@ -241,7 +285,7 @@ mod tests {
 
     #[test]
     fn macros_of_compilers_are_no_names() {
-        assert!(["M_PI", "M_PIl", "FP_NAN", "nullptr", "NULL"].into_iter().all(is_keyword));
-        assert!(!["M_1", "M_rod", "l", "PI"].into_iter().any(is_keyword));
+        assert!(["M_PI", "M_PIl", "FP_NAN", "DBL_MIN", "nullptr", "NULL"].into_iter().all(is_keyword));
+        assert!(!["M_1", "M_rod", "l", "PI", "FP_NAN_"].into_iter().any(is_keyword));
     }
 }

@@ -1,8 +1,8 @@
 //! Functions.
 
-use super::Writer;
 use super::builtins::is_reserved;
 use super::comment::comment;
+use super::{Writer, is_own_macro};
 use crate::Untranslated;
 use crate::ir::{Expression, Function, Shape, Statement};
 use crate::lines;
@@ -10,7 +10,7 @@ use crate::names::Names;
 
 impl Writer<'_> {
     pub(super) fn signature(&self, function: &Function) -> Result<String, Untranslated> {
-        let names = function.local_names(is_reserved)?;
+        let names = self.local_names(function)?;
         let mut arguments: Vec<String> = Vec::new();
         for argument in &function.arguments {
             let constant = if argument.shape == Shape::Scalar { "" } else { "const " };
@@ -27,6 +27,10 @@ impl Writer<'_> {
         Ok(lines::signature(&format!("{of} {}_{}", self.program.name, function.name), &arguments))
     }
 
+    fn local_names(&self, function: &Function) -> Result<Names, Untranslated> {
+        function.local_names(|name| is_reserved(name) || is_own_macro(self.program, name))
+    }
+
     fn declaration(&self, shape: Shape, name: &str) -> String {
         match shape {
             Shape::Scalar => format!("double {name}"),
@@ -39,7 +43,7 @@ impl Writer<'_> {
 
     /// The source of a function.
     pub(super) fn function(&self, function: &Function, is_inline: bool) -> Result<String, Untranslated> {
-        let names = function.local_names(is_reserved)?;
+        let names = self.local_names(function)?;
         let inline = if is_inline { "INLINE " } else { "" };
         let mut text = format!("{}{inline}{}\n{{\n", comment(&function.doc), self.signature(function)?);
         for name in unused(function) {

@@ -109,7 +109,7 @@ const KEYWORDS: [&str; 41] = [
     "import",
 ];
 
-const FUNCTIONS: [&str; 38] = [
+const FUNCTIONS: [&str; 39] = [
     "Inf",
     "NaN",
     "abs",
@@ -128,6 +128,7 @@ const FUNCTIONS: [&str; 38] = [
     "hypot",
     "isempty",
     "isfield",
+    "isstruct",
     "larger",
     "log",
     "nargin",

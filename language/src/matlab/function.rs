@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use super::Writer;
 use super::builtins::{helpers, is_reserved};
+use super::{Writer, check_length};
 use crate::Untranslated;
 use crate::ir::{Expression, Function, Shape, Statement, StructKind, Variable};
 use crate::lines;
@@ -13,9 +13,11 @@ impl Writer<'_> {
     /// The text of a function's file.
     pub(super) fn function(&self, function: &Function) -> Result<String, Untranslated> {
         let names = function.local_names(is_reserved)?;
-        let mut text = self.head(function, &names) + &self.help(function);
+        names.iter().try_for_each(check_length)?;
+        let mut text = self.head(function, &names) + &self.help(function, &names);
+        let replace = function.arguments.first().map_or("", |argument| names.get(&argument.name));
         if is_parameters(function) {
-            text += "    if nargin < 1\n        replace = struct();\n    end\n";
+            text += &self.replacement(replace);
         }
         let is_constant = |value: &Expression| *value == Expression::name("m").field("constants");
         let mut has_constants = false;
@@ -31,7 +33,7 @@ impl Writer<'_> {
             text += &self.prepare(&names, result);
         }
         if is_parameters(function) {
-            text += &self.check(names.get(&function.results[0].name));
+            text += &self.check(replace, names.get(&function.results[0].name));
         }
         Ok(text + "end\n" + &helpers(function))
     }
@@ -51,14 +53,16 @@ impl Writer<'_> {
     }
 
     /// What `help` shows.
-    fn help(&self, function: &Function) -> String {
+    fn help(&self, function: &Function, names: &Names) -> String {
         let name = &self.program.name;
         let mut lines: Vec<String> = match is_parameters(function) {
             true => vec![
                 "The parameters of the scene.".to_owned(),
                 String::new(),
-                "Fields of the struct `replace`, which can be left out, stand for the scene's values. What the scene"
-                    .to_owned(),
+                format!(
+                    "Fields of the struct `{}`, which can be left out, stand for the scene's values. What the scene",
+                    names.get(&function.arguments[0].name)
+                ),
                 "computes from other values follows them.".to_owned(),
                 String::new(),
                 "Fields:".to_owned(),
@@ -83,10 +87,19 @@ impl Writer<'_> {
         text
     }
 
-    /// The end of the function of parameters: names that are none are errors.
-    fn check(&self, parameters: &str) -> String {
+    /// The beginning of the function of parameters: what replaces values is a struct.
+    fn replacement(&self, replace: &str) -> String {
         format!(
-            "    unknown = setdiff(fieldnames(replace), fieldnames({parameters}));\n    if ~isempty(unknown)\n        \
+            "    if nargin < 1\n        {replace} = struct();\n    elseif ~isstruct({replace})\n        \
+             error('{}_parameters: values are given as a struct, such as struct(''name'', 1)');\n    end\n",
+            self.program.name
+        )
+    }
+
+    /// The end of the function of parameters: names that are none are errors.
+    fn check(&self, replace: &str, parameters: &str) -> String {
+        format!(
+            "    unknown = setdiff(fieldnames({replace}), fieldnames({parameters}));\n    if ~isempty(unknown)\n        \
              error('{}_parameters: there is no parameter `%s` that can be changed', unknown{{1}});\n    end\n",
             self.program.name
         )

@@ -22,6 +22,9 @@ impl Writer<'_> {
     /// A template with the constants of the projection and the names of the program.
     fn named(&self, template: &str) -> String {
         let name = &self.program.name;
-        substitute(template).replace("SCENE", &name.to_uppercase()).replace("scene_", &format!("{name}_"))
+        substitute(template)
+            .replace("COORDINATES", &self.program.coordinates.len().to_string())
+            .replace("SCENE", &name.to_uppercase())
+            .replace("scene_", &format!("{name}_"))
     }
 }

@@ -12,8 +12,8 @@ import numpy as np
 from . import _native
 from .accuracy import Accuracy
 from .equations import Equations
-from .errors import RunError, RunWarning
-from .options import split
+from .errors import OptionError, RunError, RunWarning
+from .options import only_parameters, split
 from .page import Page
 from .quantity import Quantity
 from .result import Result
@@ -38,14 +38,22 @@ class Mechanism:
     """
 
     def __init__(self, scene: str | PathLike[str]):
-        self._path = fsdecode(scene)
-        self._scene = _native.load(self._path)
+        path = fsdecode(scene)
+        try:
+            native = _native.load(path)
+        except UnicodeEncodeError:
+            raise OptionError(f"the path {path!r} is not UTF-8", ["rename the file"]) from None
+        self._init(path, native)
+
+    def _init(self, path: str, native: _native.Scene) -> None:
+        self._path, self._scene = path, native
 
     def __repr__(self) -> str:
         return f"<Mechanism {self.name}: {self.doc}>"
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self._path,)
+        # The file may have another text by the time that this is read.
+        return _from_source, (type(self), self._path, self.source)
 
     @property
     def name(self) -> str:
@@ -92,10 +100,10 @@ class Mechanism:
         """The parameters that can be set; `values()` has their values."""
         return tuple(Quantity(*entry) for entry in self._scene.parameters())
 
-    def values(self, **parameters: Number) -> dict[str, float]:
-        """The value of each parameter, some of them replaced."""
+    def values(self, *, set: Mapping[str, Number] | None = None, **parameters: Number) -> dict[str, float]:
+        """The value of each parameter, some of them replaced: by name, or in `set`."""
         names = (parameter.name for parameter in self.parameters)
-        return dict(zip(names, self._scene.values(split(parameters))))
+        return dict(zip(names, self._scene.values(only_parameters(parameters, set))))
 
     def run(
         self,
@@ -155,8 +163,6 @@ class Mechanism:
         return self._run(options, every, estimate_error)
 
     def _run(self, options: dict[str, Any], every: int = 1, estimate_error: bool = True) -> Result:
-        if every < 1:
-            raise ValueError(f"`every` must be 1 or more, but is {every}")
         values, summary, notes, problem = self._scene.run(options, every, estimate_error)
         result = Result(self.columns, values, summary, notes)
         if problem is not None:
@@ -249,18 +255,24 @@ class Mechanism:
         return q, qd
 
     def equations(
-        self, q: ArrayLike | None = None, qd: ArrayLike | None = None, *, t: float = 0.0, **parameters: Number
+        self,
+        q: ArrayLike | None = None,
+        qd: ArrayLike | None = None,
+        *,
+        t: float = 0.0,
+        set: Mapping[str, Number] | None = None,
+        **parameters: Number,
     ) -> Equations:
         """The terms of the equations of motion at a state, and the accelerations and multipliers that follow.
 
         `q` and `qd` have shape `(n,)`, in the order of `coordinates`; those of the start are the default. They need not
-        meet the constraints.
+        meet the constraints. All other arguments are parameters; `set` has those that are called `q`, `qd` or `t`.
         """
-        options = split(parameters)
+        options = only_parameters(parameters, set)
         if q is None or qd is None:
             own = self._scene.start(options)
             q, qd = (own[0] if q is None else q), (own[1] if qd is None else qd)
-        vectors = [np.asarray(vector, dtype=np.float64).ravel().tolist() for vector in (q, qd)]
+        vectors = [_numbers(name, vector) for name, vector in (("q", q), ("qd", qd))]
         found = self._scene.equations(options, t, *vectors)
         found["outputs"] = dict(zip((output.name for output in self.outputs), found["outputs"].tolist()))
         return Equations(**found)
@@ -304,3 +316,19 @@ class Mechanism:
         """
         text = self._scene.animation(split(options)) if options else self._scene.page()
         return Page(self.name, text, height)
+
+
+def _from_source(kind: type[Mechanism], path: str, source: str) -> Mechanism:
+    mechanism = kind.__new__(kind)
+    mechanism._init(path, _native.load_source(path, source))
+    return mechanism
+
+
+def _numbers(name: str, vector: ArrayLike) -> list[float]:
+    array = np.asarray(vector)
+    if np.iscomplexobj(array):
+        raise TypeError(f"`{name}` must be real numbers")
+    numbers: list[float] = array.astype(np.float64).ravel().tolist()
+    if not np.isfinite(numbers).all():
+        raise ValueError(f"`{name}` must be finite, but is {numbers}")
+    return numbers

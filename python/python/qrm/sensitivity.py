@@ -107,10 +107,9 @@ class Objectives:
         self._mechanism, self._options = mechanism, dict(options)
         self._last: tuple[bytes, Sensitivity] | None = None
         values = mechanism.values(**self._options)
-        unknown = [name for name in self.by if name not in values]
-        if unknown:
-            # The error that the mechanism has for it.
-            mechanism.sensitivity(by=unknown, check=False, **self._options)
+        if len({*self.by} & {*values}) < len(self.by):
+            # The error that the mechanism has for an unknown name, or one that is given twice.
+            mechanism.sensitivity(by=self.by, check=False, **self._options)
         self.x0 = np.array([values[name] for name in self.by])
 
     def at(self, x: ArrayLike) -> Sensitivity:

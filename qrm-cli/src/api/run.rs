@@ -68,16 +68,23 @@ impl Table {
     fn new(every: u64) -> Self {
         Self { values: Vec::new(), every: every.max(1), is_behind: false }
     }
+
+    fn push(&mut self, row: &[f64]) -> io::Result<()> {
+        if self.values.capacity() - self.values.len() < row.len() {
+            // As many again: rows are copied a few times at most.
+            let more = self.values.len().max(ROWS * row.len());
+            self.values.try_reserve_exact(more).map_err(|_| io::Error::from(io::ErrorKind::OutOfMemory))?;
+        }
+        self.values.extend_from_slice(row);
+        Ok(())
+    }
 }
 
 impl Observer for Table {
     fn row(&mut self, row: &Row) -> io::Result<()> {
         self.is_behind = !row.index.is_multiple_of(self.every);
         if !self.is_behind {
-            if self.values.is_empty() {
-                self.values.reserve(ROWS * row.columns.len());
-            }
-            self.values.extend_from_slice(row.columns);
+            self.push(row.columns)?;
         }
         Ok(())
     }
@@ -89,7 +96,7 @@ impl Observer for Table {
     fn finish(&mut self, last: &[f64]) -> io::Result<()> {
         // The last row is kept even if it is not its turn.
         if self.is_behind {
-            self.values.extend_from_slice(last);
+            self.push(last)?;
         }
         Ok(())
     }

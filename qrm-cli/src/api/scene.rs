@@ -9,7 +9,7 @@ use qrm_scene::resolve;
 use super::options::RunOptions;
 use crate::error::Error;
 use crate::options::SceneName;
-use crate::scenes::{FoundScene, SceneSource, model_of_file_now, path_of};
+use crate::scenes::{FoundScene, SceneSource, model_of_file_now, model_of_source, path_of};
 use crate::setup::Setup;
 
 /// A scene of the program, or one that was read from a file.
@@ -28,6 +28,18 @@ impl LoadedScene {
             SceneSource::Model(model) => (model, path_of(model.description)),
             SceneSource::File(path) => (model_of_file_now(models, &path)?, name.to_owned()),
         };
+        Self::of(model, path)
+    }
+
+    /// The scene with this text, which was read from the file with this path, whatever is there now.
+    ///
+    /// # Errors
+    /// The scene is wrong or cannot be derived.
+    pub fn from_source(models: &'static [Model], path: &str, source: &str) -> Result<Self, Error> {
+        Self::of(model_of_source(models, Path::new(path), source.to_owned())?, path.to_owned())
+    }
+
+    fn of(model: &'static Model, path: String) -> Result<Self, Error> {
         let (scene, _) = resolve::read(&path, model.description.source)?;
         Ok(Self { found: FoundScene { model, path, scene: Some(Arc::new(scene)) } })
     }

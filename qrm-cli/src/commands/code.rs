@@ -40,10 +40,14 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
         let wanted = items.iter().filter(|item| item.name == name || item.aliases.contains(&name.as_str()));
         let found: Vec<&Item> = wanted.collect();
         if found.is_empty() {
-            return Err(unknown(&items, &scene.scene, name));
+            let is_written = language.files(description)?.iter().any(|file| file.text.contains(&format!("_{name}(")));
+            return Err(match is_written {
+                true => not_by_itself(&scene.scene, name, *language),
+                false => unknown(&items, &scene.scene, name),
+            });
         }
         let text = language.part(description, &found)?;
-        show(*language, &text.ok_or_else(|| not_a_function(&scene.scene, name, *language))?);
+        show(*language, &text.ok_or_else(|| not_by_itself(&scene.scene, name, *language))?);
         return Ok(());
     }
     let files = language.files(description)?;
@@ -60,8 +64,8 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     Ok(())
 }
 
-fn not_a_function(scene: &str, name: &str, language: OutputLanguage) -> Error {
-    let text = format!("`{name}` of scene `{scene}` is no function in {}", language.title());
+fn not_by_itself(scene: &str, name: &str, language: OutputLanguage) -> Error {
+    let text = format!("`{name}` of scene `{scene}` is not printed by itself in {}", language.title());
     Error::usage(text).help(format!("`qrm code {scene} --language {}` prints all of it", language.name()))
 }
 

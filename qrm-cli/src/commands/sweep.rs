@@ -22,7 +22,7 @@ use crate::output::print;
 use crate::progress::{DesignProgress, watch_interrupts};
 use crate::setup::Setup;
 pub(crate) use axes::Axes;
-pub(crate) use designs::{Designs, by_lanes, threads};
+pub(crate) use designs::{Designs, THREADS, by_lanes, threads};
 use journal::Journal;
 use part::Part;
 pub(super) use part::join;
@@ -50,7 +50,7 @@ pub(crate) struct Options {
     no_error_estimate: bool,
     /// How many cores to use [default: all]
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
-    #[arg(value_parser = clap::value_parser!(u32).range(1..=4096))]
+    #[arg(value_parser = clap::value_parser!(u32).range(THREADS))]
     threads: Option<u32>,
     /// How many designs a core makes at once
     #[arg(long, value_enum, default_value_t = Lanes::Most)]

@@ -9,6 +9,8 @@ use crate::scene::{Quantity, Scene, Value};
 pub(super) enum TimeFunction {
     /// `at_zero + rate*t`
     Line { at_zero: f64, rate: f64 },
+    /// `value + bend*(t - time)^2`
+    Parabola { value: f64, bend: f64, time: f64 },
     /// `value + rate*abs(t - time)`
     Bent { value: f64, rate: f64, time: f64 },
     /// `middle + amplitude*sin(rate*t + phase)`
@@ -28,6 +30,9 @@ impl TimeFunction {
         }
         match self {
             Self::Line { at_zero, rate } => Self::Line { at_zero: shift + factor * at_zero, rate: factor * rate },
+            Self::Parabola { value, bend, time } => {
+                Self::Parabola { value: shift + factor * value, bend: factor * bend, time }
+            }
             Self::Bent { value, rate, time } => Self::Bent { value: shift + factor * value, rate: factor * rate, time },
             Self::Turning { middle, amplitude, rate } => {
                 Self::Turning { middle: shift + factor * middle, amplitude: factor * amplitude, rate }
@@ -41,6 +46,12 @@ impl TimeFunction {
             (Self::Line { at_zero: a, rate: r }, Self::Line { at_zero: b, rate: s }) => {
                 Some(Self::Line { at_zero: a + b, rate: r + s })
             }
+            (Self::Parabola { value, bend, time }, Self::Line { at_zero, rate })
+            | (Self::Line { at_zero, rate }, Self::Parabola { value, bend, time }) => {
+                let shift = -0.5 * rate / bend;
+                let value = value + at_zero + rate * (time + 0.5 * shift);
+                Some(Self::Parabola { value, bend, time: time + shift })
+            }
             _ => match (self.fixed(), other.fixed()) {
                 (Some(shift), _) => Some(other.scaled(1.0, shift)),
                 (_, Some(shift)) => Some(self.scaled(1.0, shift)),
@@ -49,10 +60,15 @@ impl TimeFunction {
         }
     }
 
-    /// The square of a sine is a cosine of twice the angle.
-    fn squared(self) -> Option<Self> {
-        match self {
-            Self::Turning { middle: 0.0, amplitude, rate } => {
+    /// The product, where it is such a function too.
+    fn times(self, other: Self) -> Option<Self> {
+        match (self, other) {
+            (Self::Line { at_zero: a, rate: r }, Self::Line { at_zero: b, rate: s }) => {
+                let (bend, half) = (r * s, 0.5 * (a / r - b / s));
+                Some(Self::Parabola { value: -bend * half * half, bend, time: -0.5 * (a / r + b / s) })
+            }
+            // The square of a sine is a cosine of twice the angle.
+            (Self::Turning { middle: 0.0, amplitude, rate }, other) if self == other => {
                 let half = 0.5 * amplitude * amplitude;
                 Some(Self::Turning { middle: half, amplitude: half, rate: 2.0 * rate })
             }
@@ -123,13 +139,12 @@ impl<'a> TimeFunctions<'a> {
                 (Some(0.0), _) | (_, Some(0.0)) => constant(0.0),
                 (Some(factor), _) => Some(course(b)?.scaled(factor, 0.0)),
                 (_, Some(factor)) => Some(course(a)?.scaled(factor, 0.0)),
-                _ if course(a) == course(b) => course(a)?.squared(),
-                _ => None,
+                _ => course(a)?.times(course(b)?),
             },
             Node::Divide(a, b) => Some(course(a)?.scaled(fixed(b)?.recip(), 0.0)),
             Node::Power(a, b) => match (fixed(a), fixed(b)?) {
                 (Some(base), exponent) => constant(base.powf(exponent)),
-                (None, 2.0) => course(a)?.squared(),
+                (None, 2.0) => course(a)?.times(course(a)?),
                 _ => None,
             },
             Node::Call(function, arguments) => {

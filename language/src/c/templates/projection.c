@@ -6,23 +6,25 @@ static const double CLOSED = QRM_RESIDUAL_ROUNDING;
 // Corrections up to this size, in rad or m, are rounding errors.
 static const double ROUNDING = QRM_CORRECTION_ROUNDING;
 
+// The largest absolute value; not a number if one of them is none.
 static INLINE double largest(const double *x, int count)
 {
     double largest = 0.0;
     for (int i = 0; i < count; i++) {
-        if (fabs(x[i]) > largest) {
-            largest = fabs(x[i]);
+        const double size = fabs(x[i]);
+        if (size > largest || isnan(size)) {
+            largest = size;
         }
     }
     return largest;
 }
 
-// Whether all numbers of a state are finite: accelerations and multipliers depend on all the others.
+// Whether all numbers of a state are finite.
 static INLINE int is_finite(const struct scene_state *state)
 {
     double sum = 0.0;
     for (int i = 0; i < N; i++) {
-        sum += state->qdd[i];
+        sum += state->q[i] + state->qd[i] + state->qdd[i];
     }
     for (int i = 0; i < M; i++) {
         sum += state->multipliers[i];

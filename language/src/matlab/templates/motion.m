@@ -13,6 +13,9 @@ function motion = scene_motion(p, step)
     if nargin < 2
         step = scene_step;
     end
+    if ~(isscalar(step) && step > 0)
+        error('scene_motion: the length of a step must be a number above 0, in s');
+    end
     t = 0;
     state = scene_initial_state(p);
     event = scene_event(t, state.q, state.qd, p);

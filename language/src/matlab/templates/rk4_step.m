@@ -13,7 +13,7 @@ function [state, residual] = scene_rk4_step(t, h, from, p)
     qd = from.qd + h / 6 * (from.qdd + 2 * (second.qdd + third.qdd) + fourth.qdd);
     [q, qd, residual] = project(t + h, q, qd, p);
     state = scene_state(t + h, q, qd, p);
-    if ~(residual <= 1e-12 && all(isfinite([state.qdd; state.multipliers])))
+    if ~(residual <= 1e-12 && all(isfinite([q; qd; state.qdd; state.multipliers])))
         error('scene_rk4_step: the step from t = %g s cannot be relied on: choose a shorter one', t);
     end
 end
@@ -24,6 +24,9 @@ function [q, qd, residual] = project(t, q, qd, p)
         position = scene_position(t, q, scene_angles(q), p);
         residuals = scene_residuals(position, p);
         residual = max([abs(residuals); 0]);
+        if any(isnan(residuals))
+            residual = NaN;
+        end
         if corrections == QRM_MAX_CORRECTIONS || residual <= QRM_RESIDUAL_ROUNDING
             break
         end

@@ -1,6 +1,7 @@
 //! The designs of a sweep, and how they are run on all cores.
 
 use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::time::Duration;
@@ -52,6 +53,9 @@ const POLL_INTERVAL: Duration = Duration::from_millis(20);
 pub(crate) fn by_lanes(how: &MethodOptions) -> MethodOptions {
     MethodOptions { method: how.method.or(Some(DOP853)), ..how.clone() }
 }
+
+/// How many cores can be asked for.
+pub(crate) const THREADS: RangeInclusive<i64> = 1..=4096;
 
 /// The number of cores that is asked for, or that of the machine.
 pub(crate) fn threads(asked: Option<u32>) -> usize {

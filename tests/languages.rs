@@ -1,4 +1,4 @@
-//! The script of the quick-return in MATLAB, run by Octave: what its figures show is what `qrm run` writes.
+//! Motions in C and MATLAB, compiled and run by Octave: they show what `qrm run` writes.
 
 mod common;
 
@@ -85,24 +85,101 @@ fn motions_in_matlab_go_on_where_the_kernel_does_not_suit() {
     compare(&rows, &run(&["four-bar"]).trajectory(), &[&["t"], &names[..]].concat());
 }
 
+/// A scene whose names are words, macros or arguments somewhere in generated code.
+const NAMES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/functions/names.toml");
+const NAMES_COORDINATES: [&str; 4] = ["angles", "position", "residuals", "FP_NAN"];
+
+#[test]
+fn names_that_mean_something_in_matlab_are_changed() {
+    let script = "motion = names_motion(names_parameters(struct('replace', 0.6)));\nrows = [motion.t, motion.q];\n";
+    let Some(rows) = rows(NAMES, script) else { return };
+    let wanted = run(&[NAMES, "--set", "replace=0.6"]).trajectory();
+    compare(&rows, &wanted, &[&["t"], &NAMES_COORDINATES[..]].concat());
+}
+
+/// Prints the motion of the scene above.
+const NAMES_MAIN: &str = r#"
+#include "names.h"
+#include <stdio.h>
+
+int main(void)
+{
+    struct names_parameters parameters;
+    struct names mechanism;
+    struct names_step step;
+    names_default_parameters(&parameters);
+    parameters.replace = 0.6;
+    names_new(&parameters, &mechanism);
+    if (!names_initial_state(&mechanism, &step.end)) {
+        return 1;
+    }
+    for (int i = 0; i <= 1000; i++) {
+        printf("%.17g", i * 1e-3);
+        for (int k = 0; k < 4; k++) {
+            printf(" %.17g", step.end.q[k]);
+        }
+        printf("\n");
+        names_rk4_step(&mechanism, i * 1e-3, 1e-3, &step.end, &step);
+    }
+    return 0;
+}
+"#;
+
+#[test]
+fn names_that_mean_something_in_c_are_changed() {
+    let folder = code(NAMES, "c");
+    fs::write(folder.path().join("main.c"), NAMES_MAIN).expect("written");
+    let is_compiled = |compiler: &str, arguments: &[&str]| {
+        let warnings = ["-Wall", "-Wextra", "-Werror"];
+        let mut command = Command::new(compiler);
+        let Ok(output) = command.args(warnings).args(arguments).current_dir(folder.path()).output() else {
+            eprintln!("skipped: there is no `{compiler}`");
+            return false;
+        };
+        assert!(output.status.success(), "{compiler}: {}", String::from_utf8_lossy(&output.stderr));
+        true
+    };
+    // What C++ reserves is in the header too.
+    is_compiled("g++", &["-std=c++20", "-fsyntax-only", "-x", "c++", "main.c"]);
+    let wanted = run(&[NAMES, "--set", "replace=0.6"]).trajectory();
+    for compiler in ["gcc", "clang"] {
+        if is_compiled(compiler, &["-std=c99", "-O1", "-o", "motion", "main.c", "names.c", "-lm"]) {
+            let output = Command::new(folder.path().join("motion")).output().expect("it starts");
+            assert!(output.status.success());
+            let rows = rows_of(&String::from_utf8_lossy(&output.stdout));
+            compare(&rows, &wanted, &[&["t"], &NAMES_COORDINATES[..]].concat());
+        }
+    }
+}
+
+/// A folder with the code of a scene.
+fn code(scene: &str, language: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let arguments = ["code", scene, "--language", language, "--out"];
+    let output = qrm(&arguments).arg(folder.path()).output().expect("the command starts");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    folder
+}
+
+/// The numbers in each line.
+fn rows_of(text: &str) -> Vec<Vec<f64>> {
+    let row = |line: &str| line.split_whitespace().map(|number| number.parse().expect("a number")).collect();
+    text.lines().map(row).collect()
+}
+
 /// The rows that a script writes into `rows.txt`, with the functions of a scene; `None` without Octave.
 fn rows(scene: &str, script: &str) -> Option<Vec<Vec<f64>>> {
     if !Command::new("octave-cli").arg("--version").output().is_ok_and(|output| output.status.success()) {
         eprintln!("skipped: there is no `octave-cli`");
         return None;
     }
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let arguments = ["code", scene, "--language", "matlab", "--out"];
-    let output = qrm(&arguments).arg(folder.path()).output().expect("the command starts");
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let folder = code(scene, "matlab");
     fs::write(folder.path().join("driver.m"), script.to_owned() + WRITE).expect("written");
     let mut octave = Command::new("octave-cli");
     octave.args(["--quiet", "--norc", "--path"]).arg(folder.path()).arg("driver.m").current_dir(folder.path());
     let output = octave.output().expect("Octave starts");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let text = fs::read_to_string(folder.path().join("rows.txt")).expect("rows");
-    let row = |line: &str| line.split_whitespace().map(|number| number.parse().expect("a number")).collect();
-    Some(text.lines().map(row).collect())
+    Some(rows_of(&fs::read_to_string(folder.path().join("rows.txt")).expect("rows")))
 }
 
 /// Compares rows with the columns of a trajectory.
