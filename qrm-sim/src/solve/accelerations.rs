@@ -12,9 +12,12 @@ use super::stats::SolverStats;
 /// Products of larger masses overflow.
 const LARGEST_MASS: f64 = 1e150;
 
+/// How often a solution is refined.
+const REFINEMENTS: usize = 2;
+
 /// Distances of positions beside a singular one, in rad or m, of which the first that is regular serves: rounding
 /// errors are magnified by one over this, and the interpolation between them is wrong by its fourth power.
-const ASIDE: [f64; 2] = [1e-4, 1e-3];
+const ASIDE: [f64; 3] = [1e-2, 1e-3, 1e-4];
 
 /// Why the accelerations are not determined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,6 +83,9 @@ impl SaddlePoint {
     ) -> Result<bool, Undetermined> {
         if !self.is_redundant() && self.factor() {
             self.solve_factored(qdd, multipliers);
+            if !self.schur_factors.is_precise {
+                self.refine(qdd, multipliers);
+            }
             self.check_terms()?;
             return Ok(true);
         }
@@ -105,6 +111,30 @@ impl SaddlePoint {
         excess(dynamics, qdd, multipliers);
         schur_factors.solve(multipliers);
         subtract_combination(qdd, pull, multipliers);
+    }
+
+    /// Refines a solution by what is left of the equations: the Schur complement has the square of the condition number
+    /// that the equations have.
+    #[cold]
+    fn refine(&self, qdd: &mut [f64], multipliers: &mut [f64]) {
+        let Self { dynamics, mass, minv_ct: pull, schur_factors, .. } = self;
+        let (mut change, mut forces) = (vec![0.0; qdd.len()], vec![0.0; multipliers.len()]);
+        for _ in 0..REFINEMENTS {
+            for (i, (left, row)) in change.iter_mut().zip(dynamics.mass_matrix.iter()).enumerate() {
+                let of_joints =
+                    dynamics.constraint_jacobian.iter().zip(&*multipliers).map(|(row, force)| row[i] * force);
+                *left = dynamics.generalized_forces[i] - dot(row, qdd) - of_joints.sum::<f64>();
+            }
+            mass.solve(&mut change);
+            excess(dynamics, qdd, &mut forces);
+            for (force, row) in forces.iter_mut().zip(dynamics.constraint_jacobian.iter()) {
+                *force += dot(row, &change);
+            }
+            schur_factors.solve(&mut forces);
+            subtract_combination(&mut change, pull, &forces);
+            qdd.iter_mut().zip(&change).for_each(|(value, change)| *value += change);
+            multipliers.iter_mut().zip(&forces).for_each(|(value, change)| *value += change);
+        }
     }
 
     /// Whether all terms of the equations are finite.
@@ -309,12 +339,15 @@ impl Solver {
         let before = self.stats.suspicious_constraints;
         self.saddle.dynamics.evaluate(mechanism, t, q, qd);
         self.has_mass = self.saddle.solve(qdd, multipliers, &mut self.stats)?;
-        if self.stats.suspicious_constraints != before {
+        if self.stats.suspicious_constraints != before || !self.saddle.schur_factors.is_precise {
             let rank = self.saddle.rank;
             let solver = self.beside.get_or_insert_with(|| Box::new(Self::of_rank(mechanism, rank)));
-            let _ = ASIDE
-                .into_iter()
-                .find_map(|aside| across_singularity(mechanism, (solver, aside), t, (q, qd), (qdd, multipliers)));
+            let found =
+                ASIDE.into_iter().filter_map(|aside| across_singularity(mechanism, (solver, aside), t, (q, qd)));
+            if let Some(best) = found.min_by(|a, b| a.error.total_cmp(&b.error)) {
+                qdd.copy_from_slice(&best.qdd);
+                multipliers.copy_from_slice(&best.multipliers);
+            }
         }
         Ok(())
     }
@@ -338,20 +371,31 @@ impl Solver {
     }
 }
 
-/// Replaces accelerations and multipliers by the cubic through two positions on each side; `None`, and nothing is
-/// replaced, if the constraints say too little there too, or the mechanism is at rest.
+/// The pairs of positions beside a singular one that accelerations are interpolated between.
+const PAIRS: usize = 4;
+
+/// Accelerations and multipliers at a singular position, from those at positions on both sides.
+struct Interpolated {
+    qdd: Vec<f64>,
+    multipliers: Vec<f64>,
+    /// The difference to the interpolation without the outer pair, relative to the largest acceleration or force.
+    error: f64,
+}
+
+/// Interpolates accelerations and multipliers between positions at distances from the given one, along the rates; `None`
+/// if the constraints say too little there too, or the mechanism is at rest.
 #[cold]
 fn across_singularity(
     mechanism: &dyn Mechanism,
     (solver, aside): (&mut Solver, f64),
     t: f64,
     (q, qd): (&[f64], &[f64]),
-    (qdd, multipliers): (&mut [f64], &mut [f64]),
-) -> Option<()> {
+) -> Option<Interpolated> {
     let speed = largest(qd).1;
     if !(speed > 0.0 && speed.is_finite()) {
         return None;
     }
+    let m = solver.weights.len();
     let mut beside = |distance: f64| {
         solver.stats = SolverStats::default();
         // Constraints that depend on time are met at the time when the motion is there.
@@ -361,22 +405,35 @@ fn across_singularity(
         solver.factor_mass(mechanism, &position);
         let projection = (Projection::Mass, ProjectionTolerance::default());
         solver.project(mechanism, projection, t, &mut position, &mut rates).ok()?;
-        let (mut qdd, mut multipliers) = (vec![0.0; q.len()], vec![0.0; multipliers.len()]);
+        let (mut qdd, mut multipliers) = (vec![0.0; q.len()], vec![0.0; m]);
         solver.saddle.dynamics.evaluate(mechanism, t, &position, &rates);
         solver.saddle.solve(&mut qdd, &mut multipliers, &mut solver.stats).ok()?;
-        (solver.stats.suspicious_constraints == 0).then_some((qdd, multipliers))
+        qdd.append(&mut multipliers);
+        (solver.stats.suspicious_constraints == 0).then_some(qdd)
     };
-    let (far_before, before) = (beside(-2.0 * aside)?, beside(-aside)?);
-    let (after, far_after) = (beside(aside)?, beside(2.0 * aside)?);
-    // The cubic through all four, in the middle.
-    let middle = |outer: f64, inner: f64| (4.0 * inner - outer) / 6.0;
-    for (i, value) in qdd.iter_mut().enumerate() {
-        *value = middle(far_before.0[i] + far_after.0[i], before.0[i] + after.0[i]);
+    let mut sums = [const { Vec::new() }; PAIRS];
+    for (k, sum) in (1..).zip(&mut sums) {
+        let distance = f64::from(k) * aside;
+        let (before, after) = (beside(-distance)?, beside(distance)?);
+        *sum = before.iter().zip(after).map(|(before, after)| before + after).collect();
     }
-    for (k, value) in multipliers.iter_mut().enumerate() {
-        *value = middle(far_before.1[k] + far_after.1[k], before.1[k] + after.1[k]);
+    let value = |pairs: usize, i: usize| -> f64 { (0..pairs).map(|k| weight(pairs, k) * sums[k][i]).sum() };
+    let mut values: Vec<f64> = (0..q.len() + m).map(|i| value(PAIRS, i)).collect();
+    let mut error = 0.0_f64;
+    for part in [0..q.len(), q.len()..q.len() + m] {
+        let size = part.clone().fold(0.0, |size: f64, i| size.max(values[i].abs()));
+        let difference = part.fold(0.0, |most: f64, i| most.max((values[i] - value(PAIRS - 1, i)).abs()));
+        error = error.max(if difference > 0.0 { difference / size } else { 0.0 });
     }
-    Some(())
+    let multipliers = values.split_off(q.len());
+    Some(Interpolated { qdd: values, multipliers, error })
+}
+
+/// The weight of a pair of values at `k + 1` places to each side, of which so many are interpolated, in the middle.
+fn weight(pairs: usize, k: usize) -> f64 {
+    let square = |k: usize| ((k + 1) * (k + 1)) as f64;
+    let others = (0..pairs).filter(|&j| j != k);
+    0.5 * others.map(|j| square(j) / (square(j) - square(k))).product::<f64>()
 }
 
 #[cfg(test)]

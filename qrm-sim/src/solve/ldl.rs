@@ -6,6 +6,9 @@ use super::matrix::{Matrix, dot};
 /// suspicious.
 const SUSPICIOUS: f64 = 1e-9;
 
+/// Pivots below this part of their diagonal entry magnify rounding errors so much that a solution is refined.
+const IMPRECISE: f64 = 1e-4;
+
 /// The factors of a positive definite matrix, `A = L D L'`.
 #[derive(Clone, Debug)]
 pub struct Ldl {
@@ -13,12 +16,14 @@ pub struct Ldl {
     inverse_d: Vec<f64>,
     /// The row under way, times the pivots.
     scaled: Vec<f64>,
+    /// Whether no pivot is so small that a solution loses half of its digits.
+    pub(super) is_precise: bool,
 }
 
 impl Ldl {
     /// Room for the factors of a matrix of this size.
     pub fn with_size(size: usize) -> Self {
-        Self { l: Matrix::zero(size, size), inverse_d: vec![0.0; size], scaled: vec![0.0; size] }
+        Self { l: Matrix::zero(size, size), inverse_d: vec![0.0; size], scaled: vec![0.0; size], is_precise: true }
     }
 
     /// The factors of `a`; `None` if a pivot is a rounding error of its diagonal entry.
@@ -45,7 +50,8 @@ impl Ldl {
     /// Factors with pivots above this part of their diagonal entries.
     fn factor_above(&mut self, a: &Matrix, smallest: f64) -> bool {
         let n = a.columns();
-        let Self { l, inverse_d, scaled } = self;
+        let Self { l, inverse_d, scaled, is_precise } = self;
+        *is_precise = true;
         l.copy_from(a);
         let l = l.entries_mut();
         let mut is_definite = true;
@@ -61,6 +67,7 @@ impl Ldl {
             }
             // Written so that a pivot that is not a number fails too.
             is_definite &= pivot > smallest * diagonal;
+            *is_precise &= pivot > IMPRECISE * diagonal;
             inverse_d[j] = 1.0 / pivot;
             for other in below.chunks_exact_mut(n) {
                 let (before, rest) = other.split_at_mut(j);
