@@ -100,15 +100,18 @@ fn names_that_mean_something_in_matlab_are_changed() {
 /// Prints the motion of the scene above.
 const NAMES_MAIN: &str = r#"
 #include "names.h"
+#include <math.h>
 #include <stdio.h>
 
 int main(void)
 {
-    struct names_parameters parameters;
+    struct names_parameters replace, parameters;
     struct names mechanism;
     struct names_step step;
-    names_default_parameters(&parameters);
-    parameters.replace = 0.6;
+    names_default_parameters(&replace);
+    replace.replace = 0.6;
+    replace.unknown = NAN;
+    names_parameters_with(&replace, &parameters);
     names_new(&parameters, &mechanism);
     if (!names_initial_state(&mechanism, &step.end)) {
         return 1;

@@ -4,20 +4,18 @@ use qrm_core::Mechanism;
 
 use super::buffers::{Dynamics, LoopConstraints};
 use super::ldl::{Ldl, PivotedLdl};
-use super::matrix::{Matrix, dot, largest};
-use super::projection::{Projection, ProjectionTolerance};
+use super::matrix::{Matrix, dot};
 use super::rank::constraint_rank;
+use super::singular_position;
 use super::stats::SolverStats;
 
 /// Products of larger masses overflow.
 const LARGEST_MASS: f64 = 1e150;
 
+/// Where the Schur complement has a smaller condition, solutions are refined.
+pub(super) const IMPRECISE: f64 = 1e-4;
 /// How often a solution is refined.
 const REFINEMENTS: usize = 2;
-
-/// Distances of positions beside a singular one, in rad or m, of which the first that is regular serves: rounding
-/// errors are magnified by one over this, and the interpolation between them is wrong by its fourth power.
-const ASIDE: [f64; 3] = [1e-2, 1e-3, 1e-4];
 
 /// Why the accelerations are not determined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -83,7 +81,7 @@ impl SaddlePoint {
     ) -> Result<bool, Undetermined> {
         if !self.is_redundant() && self.factor() {
             self.solve_factored(qdd, multipliers);
-            if !self.schur_factors.is_precise {
+            if self.schur_factors.condition() < IMPRECISE {
                 self.refine(qdd, multipliers);
             }
             self.check_terms()?;
@@ -339,15 +337,12 @@ impl Solver {
         let before = self.stats.suspicious_constraints;
         self.saddle.dynamics.evaluate(mechanism, t, q, qd);
         self.has_mass = self.saddle.solve(qdd, multipliers, &mut self.stats)?;
-        if self.stats.suspicious_constraints != before || !self.saddle.schur_factors.is_precise {
+        let is_suspicious = self.stats.suspicious_constraints != before;
+        let condition = if is_suspicious { 0.0 } else { self.saddle.schur_factors.condition() };
+        if condition < singular_position::SUSPICIOUS {
             let rank = self.saddle.rank;
             let solver = self.beside.get_or_insert_with(|| Box::new(Self::of_rank(mechanism, rank)));
-            let found =
-                ASIDE.into_iter().filter_map(|aside| across_singularity(mechanism, (solver, aside), t, (q, qd)));
-            if let Some(best) = found.min_by(|a, b| a.error.total_cmp(&b.error)) {
-                qdd.copy_from_slice(&best.qdd);
-                multipliers.copy_from_slice(&best.multipliers);
-            }
+            singular_position::interpolate(mechanism, (solver, condition), t, (q, qd), (qdd, multipliers));
         }
         Ok(())
     }
@@ -369,71 +364,6 @@ impl Solver {
         self.has_metric = self.has_mass;
         std::mem::swap(&mut self.metric, &mut self.saddle.mass);
     }
-}
-
-/// The pairs of positions beside a singular one that accelerations are interpolated between.
-const PAIRS: usize = 4;
-
-/// Accelerations and multipliers at a singular position, from those at positions on both sides.
-struct Interpolated {
-    qdd: Vec<f64>,
-    multipliers: Vec<f64>,
-    /// The difference to the interpolation without the outer pair, relative to the largest acceleration or force.
-    error: f64,
-}
-
-/// Interpolates accelerations and multipliers between positions at distances from the given one, along the rates; `None`
-/// if the constraints say too little there too, or the mechanism is at rest.
-#[cold]
-fn across_singularity(
-    mechanism: &dyn Mechanism,
-    (solver, aside): (&mut Solver, f64),
-    t: f64,
-    (q, qd): (&[f64], &[f64]),
-) -> Option<Interpolated> {
-    let speed = largest(qd).1;
-    if !(speed > 0.0 && speed.is_finite()) {
-        return None;
-    }
-    let m = solver.weights.len();
-    let mut beside = |distance: f64| {
-        solver.stats = SolverStats::default();
-        // Constraints that depend on time are met at the time when the motion is there.
-        let t = if mechanism.is_driven() { t + distance / speed } else { t };
-        let mut position: Vec<f64> = q.iter().zip(qd).map(|(q, v)| q + distance / speed * v).collect();
-        let mut rates = qd.to_vec();
-        solver.factor_mass(mechanism, &position);
-        let projection = (Projection::Mass, ProjectionTolerance::default());
-        solver.project(mechanism, projection, t, &mut position, &mut rates).ok()?;
-        let (mut qdd, mut multipliers) = (vec![0.0; q.len()], vec![0.0; m]);
-        solver.saddle.dynamics.evaluate(mechanism, t, &position, &rates);
-        solver.saddle.solve(&mut qdd, &mut multipliers, &mut solver.stats).ok()?;
-        qdd.append(&mut multipliers);
-        (solver.stats.suspicious_constraints == 0).then_some(qdd)
-    };
-    let mut sums = [const { Vec::new() }; PAIRS];
-    for (k, sum) in (1..).zip(&mut sums) {
-        let distance = f64::from(k) * aside;
-        let (before, after) = (beside(-distance)?, beside(distance)?);
-        *sum = before.iter().zip(after).map(|(before, after)| before + after).collect();
-    }
-    let value = |pairs: usize, i: usize| -> f64 { (0..pairs).map(|k| weight(pairs, k) * sums[k][i]).sum() };
-    let mut values: Vec<f64> = (0..q.len() + m).map(|i| value(PAIRS, i)).collect();
-    let mut error = 0.0_f64;
-    for part in [0..q.len(), q.len()..q.len() + m] {
-        let size = part.clone().fold(0.0, |size: f64, i| size.max(values[i].abs()));
-        let difference = part.fold(0.0, |most: f64, i| most.max((values[i] - value(PAIRS - 1, i)).abs()));
-        error = error.max(if difference > 0.0 { difference / size } else { 0.0 });
-    }
-    let multipliers = values.split_off(q.len());
-    Some(Interpolated { qdd: values, multipliers, error })
-}
-
-/// The weight of a pair of values at `k + 1` places to each side, of which so many are interpolated, in the middle.
-fn weight(pairs: usize, k: usize) -> f64 {
-    let square = |k: usize| ((k + 1) * (k + 1)) as f64;
-    let others = (0..pairs).filter(|&j| j != k);
-    0.5 * others.map(|j| square(j) / (square(j) - square(k))).product::<f64>()
 }
 
 #[cfg(test)]

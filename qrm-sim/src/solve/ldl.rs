@@ -6,9 +6,6 @@ use super::matrix::{Matrix, dot};
 /// suspicious.
 const SUSPICIOUS: f64 = 1e-9;
 
-/// Pivots below this part of their diagonal entry magnify rounding errors so much that a solution is refined.
-const IMPRECISE: f64 = 1e-4;
-
 /// The factors of a positive definite matrix, `A = L D L'`.
 #[derive(Clone, Debug)]
 pub struct Ldl {
@@ -16,14 +13,13 @@ pub struct Ldl {
     inverse_d: Vec<f64>,
     /// The row under way, times the pivots.
     scaled: Vec<f64>,
-    /// Whether no pivot is so small that a solution loses half of its digits.
-    pub(super) is_precise: bool,
+    condition: f64,
 }
 
 impl Ldl {
     /// Room for the factors of a matrix of this size.
     pub fn with_size(size: usize) -> Self {
-        Self { l: Matrix::zero(size, size), inverse_d: vec![0.0; size], scaled: vec![0.0; size], is_precise: true }
+        Self { l: Matrix::zero(size, size), inverse_d: vec![0.0; size], scaled: vec![0.0; size], condition: 1.0 }
     }
 
     /// The factors of `a`; `None` if a pivot is a rounding error of its diagonal entry.
@@ -44,14 +40,22 @@ impl Ldl {
         for i in 0..a.columns() {
             (least, most) = (least.min(a[i][i]), most.max(a[i][i]));
         }
-        least > SUSPICIOUS * most && self.factor_above(a, SUSPICIOUS)
+        let is_definite = least > SUSPICIOUS * most && self.factor_above(a, SUSPICIOUS);
+        self.condition = self.condition.min(least / most);
+        is_definite
+    }
+
+    /// The smallest pivot relative to its diagonal entry; of products, also the ratio of the smallest diagonal entry to
+    /// the largest: about the square of the smallest singular value of the factor, relative to the others.
+    pub(super) fn condition(&self) -> f64 {
+        self.condition
     }
 
     /// Factors with pivots above this part of their diagonal entries.
     fn factor_above(&mut self, a: &Matrix, smallest: f64) -> bool {
         let n = a.columns();
-        let Self { l, inverse_d, scaled, is_precise } = self;
-        *is_precise = true;
+        let Self { l, inverse_d, scaled, condition } = self;
+        *condition = 1.0;
         l.copy_from(a);
         let l = l.entries_mut();
         let mut is_definite = true;
@@ -67,7 +71,7 @@ impl Ldl {
             }
             // Written so that a pivot that is not a number fails too.
             is_definite &= pivot > smallest * diagonal;
-            *is_precise &= pivot > IMPRECISE * diagonal;
+            *condition = condition.min(pivot / diagonal);
             inverse_d[j] = 1.0 / pivot;
             for other in below.chunks_exact_mut(n) {
                 let (before, rest) = other.split_at_mut(j);
