@@ -14,6 +14,8 @@ pub(super) const SUSPICIOUS: f64 = 1e-4;
 /// Distances of positions beside a singular one, in rad or m: rounding errors grow with the square of their inverse,
 /// and errors of the interpolation with their eighth power.
 const DISTANCES: [f64; 4] = [5e-2, 1e-2, 1e-3, 1e-4];
+/// Rounding errors of closures, in m or rad, with what corrections make of them.
+const ROUNDING: f64 = 2e-15;
 /// The positions that the interpolation goes through.
 const NODES: usize = 8;
 /// The places that are tried on each side, in distances.
@@ -26,8 +28,9 @@ const BETTER: f64 = 1.5;
 const NEAR: f64 = 0.02;
 
 /// Replaces accelerations and multipliers near a singular position, where the Schur complement has the given condition:
-/// by the polynomial through those at positions on both sides, along the rates and projected onto the constraints. They
-/// stay as they are where they are more precise, where the constraints say no more beside the position, and at rest.
+/// by those at the position projected onto the constraints, or by the polynomial through those at projected positions on
+/// both sides, along the rates, whichever is more precise. They stay as they are where constraints say too little
+/// everywhere, and at rest.
 #[cold]
 pub(super) fn interpolate(
     mechanism: &dyn Mechanism,
@@ -40,16 +43,18 @@ pub(super) fn interpolate(
     if !(speed > 0.0 && speed.is_finite()) {
         return;
     }
-    let mut least = f64::INFINITY;
-    for distance in DISTANCES {
-        let mut motion = Motion { mechanism, solver, t, q, qd, duration: distance / speed };
-        let Some(found) = motion.interpolated(condition) else { continue };
-        if !(found.error < least) {
-            break;
-        }
-        least = found.error;
-        qdd.copy_from_slice(&found.values[..q.len()]);
-        multipliers.copy_from_slice(&found.values[q.len()..]);
+    let mut motion = Motion { mechanism, solver, t, q, qd, duration: 0.0 };
+    // Coordinates and rates that meet the constraints have the smallest errors.
+    let projected = motion.node(0);
+    let projected =
+        projected.map(|node| Values { error: ROUNDING * speed * speed / node.condition, values: node.values });
+    let interpolated = DISTANCES.into_iter().filter_map(|distance| {
+        motion.duration = distance / speed;
+        motion.interpolated(condition)
+    });
+    if let Some(best) = projected.into_iter().chain(interpolated).min_by(|a, b| a.error.total_cmp(&b.error)) {
+        qdd.copy_from_slice(&best.values[..q.len()]);
+        multipliers.copy_from_slice(&best.values[q.len()..]);
     }
 }
 
@@ -63,7 +68,7 @@ struct Motion<'a> {
     duration: f64,
 }
 
-/// A position beside the singular one.
+/// A position of the motion.
 struct Node {
     /// Its place.
     place: f64,
@@ -73,16 +78,16 @@ struct Node {
     values: Vec<f64>,
 }
 
-/// Accelerations and multipliers between nodes.
-struct Interpolated {
+/// Accelerations and multipliers.
+struct Values {
     values: Vec<f64>,
-    /// The largest difference of an acceleration to the interpolation without the last node.
+    /// The estimated error of the accelerations.
     error: f64,
 }
 
 impl Motion<'_> {
     /// The accelerations and multipliers between positions on both sides; `None` if the constraints say no more there.
-    fn interpolated(&mut self, condition: f64) -> Option<Interpolated> {
+    fn interpolated(&mut self, condition: f64) -> Option<Values> {
         let mut ends = [self.node(-AWAY), self.node(AWAY)];
         let away = ends.iter().flatten().fold(0.0, |away: f64, node| away.max(node.condition));
         if !(away >= BETTER * condition) {
@@ -120,14 +125,14 @@ impl Motion<'_> {
         (solver.stats.suspicious_constraints == 0).then_some(Node { place: place.into(), condition, values })
     }
 
-    /// The polynomial through nodes, at place zero.
-    fn between(&self, nodes: &[Node]) -> Interpolated {
+    /// The polynomial through nodes, at place zero. Its error is the difference to that without the last node.
+    fn between(&self, nodes: &[Node]) -> Values {
         let value =
             |nodes: &[Node], i: usize| -> f64 { nodes.iter().map(|node| weight(nodes, node) * node.values[i]).sum() };
         let values: Vec<f64> = (0..nodes[0].values.len()).map(|i| value(nodes, i)).collect();
         let difference = |i: usize| (values[i] - value(&nodes[..NODES - 1], i)).abs();
         let error = (0..self.q.len()).map(difference).fold(0.0, f64::max);
-        Interpolated { values, error }
+        Values { values, error }
     }
 }
 
