@@ -64,7 +64,10 @@ fn designs_in_lanes_are_runs() {
     let request = SweepRequest { settings, end: Some(SweepEnd::Time(0.5)), ..SweepRequest::default() };
     let found = sweep(model(), &designs, &request, LaneCount::Most);
     for (mu, result) in set.iter().zip(found) {
-        assert!(result.status.is_ok() && !result.is_alone, "{:?}", result.status);
+        assert!(result.status.is_ok(), "{:?}", result.status);
+        // The scene has too many operations for lanes of four.
+        #[cfg(target_arch = "x86_64")]
+        assert!(!result.is_alone || !is_x86_feature_detected!("avx512f"), "mu = {mu}");
         let mechanism = model().mechanism(&|name| (name == "mu").then_some(*mu));
         near(&format!("mu = {mu}"), &[result.q, result.qd].concat(), &end(&*mechanism, "dop853", 1e-12), 1e-7);
     }
