@@ -12,11 +12,6 @@ use super::stats::SolverStats;
 /// Products of larger masses overflow.
 const LARGEST_MASS: f64 = 1e150;
 
-/// Where the Schur complement has a smaller condition, solutions are refined.
-pub(super) const IMPRECISE: f64 = 1e-4;
-/// How often a solution is refined.
-const REFINEMENTS: usize = 2;
-
 /// Why the accelerations are not determined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Undetermined {
@@ -81,9 +76,6 @@ impl SaddlePoint {
     ) -> Result<bool, Undetermined> {
         if !self.is_redundant() && self.factor() {
             self.solve_factored(qdd, multipliers);
-            if self.schur_factors.condition() < IMPRECISE {
-                self.refine(qdd, multipliers);
-            }
             self.check_terms()?;
             return Ok(true);
         }
@@ -109,30 +101,6 @@ impl SaddlePoint {
         excess(dynamics, qdd, multipliers);
         schur_factors.solve(multipliers);
         subtract_combination(qdd, pull, multipliers);
-    }
-
-    /// Refines a solution by what is left of the equations: the Schur complement has the square of the condition number
-    /// that the equations have.
-    #[cold]
-    fn refine(&self, qdd: &mut [f64], multipliers: &mut [f64]) {
-        let Self { dynamics, mass, minv_ct: pull, schur_factors, .. } = self;
-        let (mut change, mut forces) = (vec![0.0; qdd.len()], vec![0.0; multipliers.len()]);
-        for _ in 0..REFINEMENTS {
-            for (i, (left, row)) in change.iter_mut().zip(dynamics.mass_matrix.iter()).enumerate() {
-                let of_joints =
-                    dynamics.constraint_jacobian.iter().zip(&*multipliers).map(|(row, force)| row[i] * force);
-                *left = dynamics.generalized_forces[i] - dot(row, qdd) - of_joints.sum::<f64>();
-            }
-            mass.solve(&mut change);
-            excess(dynamics, qdd, &mut forces);
-            for (force, row) in forces.iter_mut().zip(dynamics.constraint_jacobian.iter()) {
-                *force += dot(row, &change);
-            }
-            schur_factors.solve(&mut forces);
-            subtract_combination(&mut change, pull, &forces);
-            qdd.iter_mut().zip(&change).for_each(|(value, change)| *value += change);
-            multipliers.iter_mut().zip(&forces).for_each(|(value, change)| *value += change);
-        }
     }
 
     /// Whether all terms of the equations are finite.
@@ -338,11 +306,11 @@ impl Solver {
         self.saddle.dynamics.evaluate(mechanism, t, q, qd);
         self.has_mass = self.saddle.solve(qdd, multipliers, &mut self.stats)?;
         let is_suspicious = self.stats.suspicious_constraints != before;
-        let condition = if is_suspicious { 0.0 } else { self.saddle.schur_factors.condition() };
+        let condition = if is_suspicious { 0.0 } else { self.saddle.schur_factors.condition(&self.saddle.schur) };
         if condition < singular_position::SUSPICIOUS {
             let rank = self.saddle.rank;
             let solver = self.beside.get_or_insert_with(|| Box::new(Self::of_rank(mechanism, rank)));
-            singular_position::interpolate(mechanism, (solver, condition), t, (q, qd), (qdd, multipliers));
+            singular_position::interpolate(mechanism, solver, t, (q, qd), (qdd, multipliers));
         }
         Ok(())
     }

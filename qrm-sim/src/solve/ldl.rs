@@ -1,6 +1,6 @@
 //! Symmetric systems: a fast factorisation that reports a vanishing pivot, and a robust one that continues past it.
 
-use super::matrix::{Matrix, dot};
+use super::matrix::{Matrix, dot, largest};
 
 /// Pivots of products below this part of their diagonal entry, and entries below this part of the largest one, are
 /// suspicious.
@@ -13,13 +13,12 @@ pub struct Ldl {
     inverse_d: Vec<f64>,
     /// The row under way, times the pivots.
     scaled: Vec<f64>,
-    condition: f64,
 }
 
 impl Ldl {
     /// Room for the factors of a matrix of this size.
     pub fn with_size(size: usize) -> Self {
-        Self { l: Matrix::zero(size, size), inverse_d: vec![0.0; size], scaled: vec![0.0; size], condition: 1.0 }
+        Self { l: Matrix::zero(size, size), inverse_d: vec![0.0; size], scaled: vec![0.0; size] }
     }
 
     /// The factors of `a`; `None` if a pivot is a rounding error of its diagonal entry.
@@ -40,22 +39,20 @@ impl Ldl {
         for i in 0..a.columns() {
             (least, most) = (least.min(a[i][i]), most.max(a[i][i]));
         }
-        let is_definite = least > SUSPICIOUS * most && self.factor_above(a, SUSPICIOUS);
-        self.condition = self.condition.min(least / most);
-        is_definite
+        least > SUSPICIOUS * most && self.factor_above(a, SUSPICIOUS)
     }
 
-    /// The smallest pivot relative to its diagonal entry; of products, also the ratio of the smallest diagonal entry to
-    /// the largest: about the square of the smallest singular value of the factor, relative to the others.
-    pub(super) fn condition(&self) -> f64 {
-        self.condition
+    /// The smallest pivot of a matrix of products relative to its largest diagonal entry: about the square of the
+    /// smallest singular value of `C_q`, relative to the others.
+    pub(super) fn condition(&self, a: &Matrix) -> f64 {
+        // Among products, the largest one is in the diagonal.
+        1.0 / (largest(&self.inverse_d).1 * largest(a.entries()).1)
     }
 
     /// Factors with pivots above this part of their diagonal entries.
     fn factor_above(&mut self, a: &Matrix, smallest: f64) -> bool {
         let n = a.columns();
-        let Self { l, inverse_d, scaled, condition } = self;
-        *condition = 1.0;
+        let Self { l, inverse_d, scaled } = self;
         l.copy_from(a);
         let l = l.entries_mut();
         let mut is_definite = true;
@@ -71,7 +68,6 @@ impl Ldl {
             }
             // Written so that a pivot that is not a number fails too.
             is_definite &= pivot > smallest * diagonal;
-            *condition = condition.min(pivot / diagonal);
             inverse_d[j] = 1.0 / pivot;
             for other in below.chunks_exact_mut(n) {
                 let (before, rest) = other.split_at_mut(j);

@@ -2,7 +2,7 @@
 
 use qrm_core::{MAX_CORRECTIONS, Mechanism, StateMut};
 
-use super::accelerations::{IMPRECISE, SaddlePoint, Solver, minv_ct, schur_complement, subtract_combination};
+use super::accelerations::{SaddlePoint, Solver, minv_ct, schur_complement, subtract_combination};
 use super::matrix::largest;
 use super::stats::SolverStats;
 use crate::state::State;
@@ -125,11 +125,8 @@ impl Solver {
                     self.factor_mass(mechanism, q);
                     is_regular = self.factor_constraints(self.has_metric);
                 }
-                let is_imprecise = is_regular && self.saddle.schur_factors.condition() < IMPRECISE;
-                for _ in 0..1 + u32::from(is_imprecise) {
-                    self.constraints.velocity_residual_into(qd, &mut self.weights);
-                    self.correct(is_regular, qd);
-                }
+                self.constraints.velocity_residual_into(qd, &mut self.weights);
+                self.correct(is_regular, qd);
                 return Ok(iterations + u32::from(is_closed));
             }
             before = residual;

@@ -11,50 +11,48 @@ use super::stats::SolverStats;
 /// positions are magnified by one over the condition.
 pub(super) const SUSPICIOUS: f64 = 1e-4;
 
-/// Distances of positions beside a singular one, in rad or m: rounding errors grow with the square of their inverse,
-/// and errors of the interpolation with their eighth power.
-const DISTANCES: [f64; 4] = [5e-2, 1e-2, 1e-3, 1e-4];
+/// Distances of positions from each other, in rad or m, or zero for the position itself: rounding errors grow with the
+/// square of their inverse, and errors of the interpolation with their eighth power.
+const DISTANCES: [f64; 5] = [0.0, 5e-2, 1e-2, 1e-3, 1e-4];
 /// Rounding errors of closures, in m or rad, with what corrections make of them.
 const ROUNDING: f64 = 2e-15;
-/// The positions that the interpolation goes through.
-const NODES: usize = 8;
-/// The places that are tried on each side, in distances.
-const PLACES: i32 = 6;
-/// The place on each side of which the larger condition tells what it is away from the singular position.
-const AWAY: i32 = 4;
-/// Away from the singular position the condition is at least so many times that of the position itself.
-const BETTER: f64 = 1.5;
-/// Places with a smaller part of the condition away are too near the singular position.
-const NEAR: f64 = 0.02;
+/// The weights of positions at one to four distances on each side, in the polynomial of degree 7 through all of them.
+const WEIGHTS: [f64; 4] = [4.0 / 5.0, -2.0 / 5.0, 4.0 / 35.0, -1.0 / 70.0];
+/// Those in the polynomial of degree 5 through the inner ones, whose difference is the estimated error.
+const INNER_WEIGHTS: [f64; 4] = [3.0 / 4.0, -3.0 / 10.0, 1.0 / 20.0, 0.0];
 
-/// Replaces accelerations and multipliers near a singular position, where the Schur complement has the given condition:
-/// by those at the position projected onto the constraints, or by the polynomial through those at projected positions on
+/// Replaces accelerations and multipliers near a singular position: by those at the position projected onto the constraints, or by the polynomial through those at projected positions on
 /// both sides, along the rates, whichever is more precise. They stay as they are where constraints say too little
 /// everywhere, and at rest.
 #[cold]
 pub(super) fn interpolate(
     mechanism: &dyn Mechanism,
-    (solver, condition): (&mut Solver, f64),
+    solver: &mut Solver,
     t: f64,
     (q, qd): (&[f64], &[f64]),
     (qdd, multipliers): (&mut [f64], &mut [f64]),
 ) {
     let speed = largest(qd).1;
-    if !(speed > 0.0 && speed.is_finite()) {
+    if !(speed > 0.0) {
         return;
     }
-    let mut motion = Motion { mechanism, solver, t, q, qd, duration: 0.0 };
-    // Coordinates and rates that meet the constraints have the smallest errors.
-    let projected = motion.node(0);
-    let projected =
-        projected.map(|node| Values { error: ROUNDING * speed * speed / node.condition, values: node.values });
-    let interpolated = DISTANCES.into_iter().filter_map(|distance| {
+    let count = q.len() + multipliers.len();
+    let mut motion = Motion { mechanism, solver, count, t, q, qd, duration: 0.0 };
+    let mut least = f64::INFINITY;
+    for distance in DISTANCES {
         motion.duration = distance / speed;
-        motion.interpolated(condition)
-    });
-    if let Some(best) = projected.into_iter().chain(interpolated).min_by(|a, b| a.error.total_cmp(&b.error)) {
-        qdd.copy_from_slice(&best.values[..q.len()]);
-        multipliers.copy_from_slice(&best.values[q.len()..]);
+        // Coordinates and rates that meet the constraints have the smallest errors.
+        let found = if distance == 0.0 {
+            motion.at(0.0).map(|(condition, values)| (ROUNDING * speed * speed / condition, values))
+        } else {
+            motion.interpolated()
+        };
+        let Some((error, values)) = found else { continue };
+        if error < least {
+            least = error;
+            qdd.copy_from_slice(&values[..q.len()]);
+            multipliers.copy_from_slice(&values[q.len()..]);
+        }
     }
 }
 
@@ -62,53 +60,37 @@ pub(super) fn interpolate(
 struct Motion<'a> {
     mechanism: &'a dyn Mechanism,
     solver: &'a mut Solver,
+    /// The number of accelerations and multipliers.
+    count: usize,
     t: f64,
     q: &'a [f64],
     qd: &'a [f64],
     duration: f64,
 }
 
-/// A position of the motion.
-struct Node {
-    /// Its place.
-    place: f64,
-    /// The condition of its Schur complement.
-    condition: f64,
-    /// Its accelerations and multipliers.
-    values: Vec<f64>,
-}
-
-/// Accelerations and multipliers.
-struct Values {
-    values: Vec<f64>,
-    /// The estimated error of the accelerations.
-    error: f64,
-}
-
 impl Motion<'_> {
-    /// The accelerations and multipliers between positions on both sides; `None` if the constraints say no more there.
-    fn interpolated(&mut self, condition: f64) -> Option<Values> {
-        let mut ends = [self.node(-AWAY), self.node(AWAY)];
-        let away = ends.iter().flatten().fold(0.0, |away: f64, node| away.max(node.condition));
-        if !(away >= BETTER * condition) {
-            return None;
-        }
-        let mut nodes = Vec::with_capacity(NODES);
-        for place in 1..=PLACES {
-            for (end, sign) in ends.iter_mut().zip([-1, 1]) {
-                if nodes.len() < NODES {
-                    let node = if place == AWAY { end.take() } else { self.node(sign * place) };
-                    nodes.extend(node.filter(|node| node.condition >= NEAR * away));
+    /// The accelerations and multipliers between positions on both sides, behind their estimated error; `None` if the
+    /// constraints say too little there.
+    fn interpolated(&mut self) -> Option<(f64, Vec<f64>)> {
+        let (mut values, mut difference) = (vec![0.0; self.count], vec![0.0; self.count]);
+        for (k, (weight, inner)) in WEIGHTS.iter().zip(INNER_WEIGHTS).enumerate() {
+            let place = (k + 1) as f64;
+            for place in [-place, place] {
+                let (_, at) = self.at(place)?;
+                for ((value, difference), at) in values.iter_mut().zip(&mut difference).zip(at) {
+                    *value += weight * at;
+                    *difference += (weight - inner) * at;
                 }
             }
         }
-        (nodes.len() == NODES).then(|| self.between(&nodes))
+        Some((largest(&difference[..self.q.len()]).1, values))
     }
 
-    /// The accelerations and multipliers at a place.
-    fn node(&mut self, place: i32) -> Option<Node> {
-        let Self { mechanism, solver, q, qd, duration, .. } = self;
-        let duration = f64::from(place) * *duration;
+    /// The accelerations and multipliers at a place, behind the condition of the Schur complement there; `None` if the
+    /// constraints say too little.
+    fn at(&mut self, place: f64) -> Option<(f64, Vec<f64>)> {
+        let Self { mechanism, solver, q, qd, .. } = self;
+        let duration = place * self.duration;
         solver.stats = SolverStats::default();
         // Constraints that depend on time are met at the time when the motion is there.
         let t = if mechanism.is_driven() { self.t + duration } else { self.t };
@@ -117,27 +99,11 @@ impl Motion<'_> {
         solver.factor_mass(*mechanism, &position);
         let projection = (Projection::Mass, ProjectionTolerance::default());
         solver.project(*mechanism, projection, t, &mut position, &mut rates).ok()?;
-        let (mut values, mut multipliers) = (vec![0.0; q.len()], vec![0.0; solver.weights.len()]);
         solver.saddle.dynamics.evaluate(*mechanism, t, &position, &rates);
-        solver.saddle.solve(&mut values, &mut multipliers, &mut solver.stats).ok()?;
-        values.append(&mut multipliers);
-        let condition = solver.saddle.schur_factors.condition();
-        (solver.stats.suspicious_constraints == 0).then_some(Node { place: place.into(), condition, values })
+        let mut values = vec![0.0; self.count];
+        let (qdd, multipliers) = values.split_at_mut(q.len());
+        solver.saddle.solve(qdd, multipliers, &mut solver.stats).ok()?;
+        (solver.stats.suspicious_constraints == 0)
+            .then_some((solver.saddle.schur_factors.condition(&solver.saddle.schur), values))
     }
-
-    /// The polynomial through nodes, at place zero. Its error is the difference to that without the last node.
-    fn between(&self, nodes: &[Node]) -> Values {
-        let value =
-            |nodes: &[Node], i: usize| -> f64 { nodes.iter().map(|node| weight(nodes, node) * node.values[i]).sum() };
-        let values: Vec<f64> = (0..nodes[0].values.len()).map(|i| value(nodes, i)).collect();
-        let difference = |i: usize| (values[i] - value(&nodes[..NODES - 1], i)).abs();
-        let error = (0..self.q.len()).map(difference).fold(0.0, f64::max);
-        Values { values, error }
-    }
-}
-
-/// The weight of a node in the polynomial through all of them, at place zero.
-fn weight(nodes: &[Node], node: &Node) -> f64 {
-    let others = nodes.iter().map(|other| other.place).filter(|place| *place != node.place);
-    others.map(|place| place / (place - node.place)).product()
 }
