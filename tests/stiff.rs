@@ -3,8 +3,6 @@
 
 mod common;
 
-use std::fs;
-
 use common::{Table, run};
 
 const COORDINATES: [&str; 3] = ["phi2", "phi4", "phi5"];
@@ -59,31 +57,11 @@ fn long_steps_that_are_wrong_say_so() {
 
 #[test]
 fn a_constraint_that_vanishes_is_named() {
-    // The rocker turns fully, the faster the nearer the crank is to the length of the frame; where it points along x, the
-    // root form of the slot says nothing.
-    for (crank, status) in [("O2A=0.301", 0), ("O2A=0.3005", 1)] {
-        let run = run(&["quick-return-loaded", "--set", crank, "--set", "BC=2", "--set", "BG5=1", "--end-time", "1"]);
-        assert_eq!(run.status(), status, "{}", run.stderr());
-        assert!(run.stderr().contains("came near a singular position"), "{}", run.stderr());
-        assert!(run.stderr().contains("constraint `slot` has no gradient there"), "{}", run.stderr());
-    }
-}
-
-#[test]
-fn a_constraint_that_vanishes_is_passed() {
-    let scene = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/quick-return.toml")).expect("a scene");
-    let (root, other) = ("A.x - sqrt(A.x^2 + A.y^2)*cos(phi4)", "A.x*sin(phi4) - A.y*cos(phi4)");
-    let folder = tempfile::tempdir().expect("a temporary folder");
-    let file = folder.path().join("other.toml");
-    fs::write(&file, scene.replace(root, other)).expect("written");
-    let end = |scene: &str| {
-        let more = ["--set", "O2A=0.301", "--set", "BC=2", "--set", "BG5=1", "--end-time", "1", "--method", "dop853"];
-        let run = run(&[&[scene][..], &more[..]].concat());
-        assert_eq!(run.status(), 0, "{}", run.stderr());
-        run.summary()["end_state"]["phi5"].as_f64().expect("a number")
-    };
-    let (passed, wanted) = (end("quick-return"), end(&file.to_string_lossy()));
-    assert!((passed - wanted).abs() < 2e-6, "{passed} and {wanted}");
+    // The rocker turns fully; where it points along x, the root form of the slot says nothing.
+    let run = run(&["quick-return-loaded", "--set", "O2A=0.301", "--set", "BC=2", "--set", "BG5=1", "--end-time", "1"]);
+    assert_eq!(run.status(), 1);
+    assert!(run.stderr().contains("came near a singular position"), "{}", run.stderr());
+    assert!(run.stderr().contains("constraint `slot` has no gradient there"), "{}", run.stderr());
 }
 
 #[test]
@@ -132,20 +110,5 @@ fn steps_that_end_at_a_singular_position_go_on() {
         // Whole numbers of steps land there, 71 of them within the error of the motion until then.
         assert!(steps == 714.5 || nearest < 1e-7, "{nearest:e}");
         assert!(summary["warnings"].to_string().contains("came near a singular position"), "{summary}");
-    }
-}
-
-#[test]
-fn adaptive_methods_pass_singular_positions_at_every_tolerance() {
-    // As above.
-    let end = std::f64::consts::FRAC_PI_2 - 31.750_597_186_986_1;
-    for method in ["auto", "dop853", "dopri5", "gauss"] {
-        for (tolerance, allowed) in [(1e-8, 1e-6), (1e-9, 1e-7), (1e-10, 1e-8), (1e-11, 2e-9), (1e-12, 2e-10)] {
-            let tolerance = format!("{tolerance:e}");
-            let run = run(&["n-four-bar-2", "--method", method, "--tolerance", &tolerance, "--no-figures"]);
-            assert_eq!(run.status(), 0, "{method} {tolerance}: {}", run.stderr());
-            let off = (run.summary()["end_state"]["a0"].as_f64().expect("a number") - end).abs();
-            assert!(off < allowed, "{method} {tolerance}: off by {off:e}");
-        }
     }
 }

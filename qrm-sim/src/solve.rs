@@ -8,7 +8,6 @@ mod lu;
 mod matrix;
 mod projection;
 mod rank;
-mod singular_position;
 mod smallest_singular_value;
 mod stats;
 

@@ -1,6 +1,6 @@
 //! Symmetric systems: a fast factorisation that reports a vanishing pivot, and a robust one that continues past it.
 
-use super::matrix::{Matrix, dot, largest};
+use super::matrix::{Matrix, dot};
 
 /// Pivots of products below this part of their diagonal entry, and entries below this part of the largest one, are
 /// suspicious.
@@ -40,13 +40,6 @@ impl Ldl {
             (least, most) = (least.min(a[i][i]), most.max(a[i][i]));
         }
         least > SUSPICIOUS * most && self.factor_above(a, SUSPICIOUS)
-    }
-
-    /// The smallest pivot of a matrix of products relative to its largest diagonal entry: about the square of the
-    /// smallest singular value of `C_q`, relative to the others.
-    pub(super) fn condition(&self, a: &Matrix) -> f64 {
-        // Among products, the largest one is in the diagonal.
-        1.0 / (largest(&self.inverse_d).1 * largest(a.entries()).1)
     }
 
     /// Factors with pivots above this part of their diagonal entries.
