@@ -70,11 +70,8 @@ fn text(name: &str, value: &Bound<PyAny>) -> PyResult<String> {
     if let Ok(text) = value.extract::<String>() {
         return Ok(text);
     }
-    let number: PyResult<f64> = if value.is_instance_of::<PyBool>() {
-        Err(PyTypeError::new_err("a boolean"))
-    } else {
-        value.extract()
-    };
+    let number: PyResult<f64> =
+        if value.is_instance_of::<PyBool>() { Err(PyTypeError::new_err("a boolean")) } else { value.extract() };
     let number = number.map_err(|error| {
         if error.is_instance_of::<PyOverflowError>(value.py()) {
             return PyValueError::new_err(format!("`{name}` is too large: it must be below 1.8e308"));
