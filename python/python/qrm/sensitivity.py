@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from .options import split
+
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
@@ -106,7 +108,7 @@ class Objectives:
         self.by, self.quantities = list(by), [of] if isinstance(of, str) else list(of)
         self._mechanism, self._options = mechanism, dict(options)
         self._last: tuple[bytes, Sensitivity] | None = None
-        values = mechanism.values(**self._options)
+        values = mechanism.values(set=split(self._options)["set"])
         if len({*self.by} & {*values}) < len(self.by):
             # The error that the mechanism has for an unknown name, or one that is given twice.
             mechanism.sensitivity(by=self.by, check=False, **self._options)
