@@ -132,7 +132,7 @@ int main(void)
 fn names_that_mean_something_in_c_are_changed() {
     let folder = code(NAMES, "c");
     fs::write(folder.path().join("main.c"), NAMES_MAIN).expect("written");
-    let is_compiled = |compiler: &str, arguments: &[&str]| {
+    let compiles = |compiler: &str, arguments: &[&str]| {
         let warnings = ["-Wall", "-Wextra", "-Werror"];
         let mut command = Command::new(compiler);
         let Ok(output) = command.args(warnings).args(arguments).current_dir(folder.path()).output() else {
@@ -142,11 +142,11 @@ fn names_that_mean_something_in_c_are_changed() {
         assert!(output.status.success(), "{compiler}: {}", String::from_utf8_lossy(&output.stderr));
         true
     };
-    // What C++ reserves is in the header too.
-    is_compiled("g++", &["-std=c++20", "-fsyntax-only", "-x", "c++", "main.c"]);
+    // The header is for C++ too.
+    compiles("g++", &["-std=c++20", "-fsyntax-only", "-x", "c++", "main.c"]);
     let wanted = run(&[NAMES, "--set", "replace=0.6"]).trajectory();
     for compiler in ["gcc", "clang"] {
-        if is_compiled(compiler, &["-std=c99", "-O1", "-o", "motion", "main.c", "names.c", "-lm"]) {
+        if compiles(compiler, &["-std=c99", "-O1", "-o", "motion", "main.c", "names.c", "-lm"]) {
             let output = Command::new(folder.path().join("motion")).output().expect("it starts");
             assert!(output.status.success());
             let rows = rows_of(&String::from_utf8_lossy(&output.stdout));

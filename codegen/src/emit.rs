@@ -106,6 +106,11 @@ pub(crate) fn field_name(parameter: &str) -> String {
 const RESERVED: [&str; 11] =
     ["p", "k", "q", "qd", "qdd", "m", "multipliers", "rows", "angles", "position", "residuals"];
 
+/// Names that no value of a function may have: those above, and that of time.
+fn reserved() -> HashSet<String> {
+    RESERVED.into_iter().chain(["t"]).map(str::to_owned).collect()
+}
+
 struct Writer<'a> {
     scene: &'a Scene,
     layout: &'a Layout,
@@ -188,8 +193,7 @@ impl<'a> Writer<'a> {
 
     fn function(&self, plan: &Plan<Signed>, operations: &mut Vec<(&'static str, Operations)>) -> TokenStream {
         let roots: Vec<Signed> = plan.values().copied().collect();
-        let mut taken: HashSet<String> = RESERVED.map(str::to_owned).into();
-        taken.insert("t".to_owned());
+        let mut taken = reserved();
         taken.extend(self.inputs.values().map(ToString::to_string));
         let mut body = Body::new(self.graph, &self.outside, &self.hints, &self.named_values, taken, &roots);
         let fields: Vec<TokenStream> = plan.parts.iter().map(|(_, shape)| result(&mut body, shape)).collect();

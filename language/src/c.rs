@@ -104,7 +104,7 @@ impl<'p> Writer<'p> {
     }
 }
 
-/// What the names of the header's sizes end with.
+/// Endings of the names of the header's sizes.
 const SIZES: [&str; 3] = ["COORDINATES", "CONSTRAINTS", "OUTPUTS"];
 
 /// Whether a name is a macro of the header.

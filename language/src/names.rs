@@ -11,8 +11,8 @@ pub(super) struct Names {
 }
 
 impl Names {
-    /// Renames those that the language reserves, so that all differ: underscores are added, which makes no name a
-    /// reserved one.
+    /// Renames those that the language reserves, so that all differ, by underscores at their ends: no reserved name ends
+    /// with one.
     pub(super) fn new<'n>(
         names: impl IntoIterator<Item = &'n str>,
         is_reserved: impl Fn(&str) -> bool,

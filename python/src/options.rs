@@ -70,13 +70,12 @@ fn text(name: &str, value: &Bound<PyAny>) -> PyResult<String> {
     if let Ok(text) = value.extract::<String>() {
         return Ok(text);
     }
-    let number: PyResult<f64> =
-        if value.is_instance_of::<PyBool>() { Err(PyTypeError::new_err("a boolean")) } else { value.extract() };
-    let number = number.map_err(|error| {
-        if error.is_instance_of::<PyOverflowError>(value.py()) {
-            return PyValueError::new_err(format!("`{name}` is too large: it must be below 1.8e308"));
+    match value.extract::<f64>() {
+        // A boolean would count as 0 or 1.
+        Ok(number) if !value.is_instance_of::<PyBool>() => Ok(format!("{number:?}")),
+        Err(error) if error.is_instance_of::<PyOverflowError>(value.py()) => {
+            Err(PyValueError::new_err(format!("`{name}` is too large: it must be below 1.8e308")))
         }
-        PyTypeError::new_err(format!("`{name}` must be a number or a text, not {}", value.get_type()))
-    })?;
-    Ok(format!("{number:?}"))
+        _ => Err(PyTypeError::new_err(format!("`{name}` must be a number or a text, not {}", value.get_type()))),
+    }
 }

@@ -104,6 +104,11 @@ impl Error {
         Self { kind: Kind::Usage, details: vec![Detail::Message(Message::new(text))] }
     }
 
+    /// An option, such as `--set O2A`, that is given twice.
+    pub(crate) fn given_twice(option: &str) -> Self {
+        Self::usage(format!("`{option}` is given twice")).help("keep one of the two")
+    }
+
     /// A run that failed.
     pub(crate) fn run(text: impl Into<String>) -> Self {
         Message::new(text).into()

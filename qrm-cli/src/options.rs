@@ -130,7 +130,7 @@ pub(crate) fn assignments(option: &str, texts: &[String]) -> Result<BTreeMap<Str
     for text in texts {
         let (name, value) = assignment(option, text)?;
         if values.insert(name.to_owned(), value).is_some() {
-            return Err(Error::usage(format!("`{option} {name}` is given twice")).help("keep one of the two"));
+            return Err(Error::given_twice(&format!("{option} {name}")));
         }
     }
     Ok(values)

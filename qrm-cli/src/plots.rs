@@ -50,7 +50,7 @@ impl<'s> Plots<'s> {
             if let Some(other) = plots.iter().find(|other| other.file.eq_ignore_ascii_case(&plot.file)) {
                 let (same, file) = (other.file == plot.file, &plot.file);
                 return Err(if same {
-                    Error::usage(format!("`--plot {text}` is given twice")).help("keep one of the two")
+                    Error::given_twice(&format!("--plot {text}"))
                 } else {
                     Error::usage(format!("`{file}.svg` and `{}.svg` may be the same file", other.file))
                         .help("make one of the two plots in another run")

@@ -26,8 +26,8 @@ pub enum TimeScale {
 /// The time scales of the loads, drives and points of a scene with these values of its parameters.
 ///
 /// A time scale is found where a function is applied to `a + b*t + c*t^2`, to the size of `a + b*t`, or to
-/// `a + b*sin(c*t + d)`, with any factors of constants; points and driven coordinates that are such functions of time count as what they are.
-/// Arguments that depend on time otherwise, or on the motion as well, have none.
+/// `a + b*sin(c*t + d)`, with any factors of constants; points and driven coordinates that are such functions of time
+/// count as what they are. Arguments that depend on time otherwise, or on the motion as well, have none.
 pub fn time_scales(scene: &Scene, parameters: &[f64]) -> Vec<TimeScale> {
     let courses = TimeFunctions::new(scene, parameters);
     let loads = scene.loads.iter().flat_map(|load| load.kind.formulae());
@@ -47,7 +47,7 @@ pub fn time_scales(scene: &Scene, parameters: &[f64]) -> Vec<TimeScale> {
 fn of_formula(value: &Value, courses: &[Option<TimeFunction>]) -> Vec<TimeScale> {
     let mut scales: Vec<Vec<TimeScale>> = Vec::new();
     for (node, course) in value.nodes().iter().zip(courses) {
-        // What is multiplied by zero does not matter, and neither a line nor a parabola has a scale.
+        // Lines and parabolas have no scale, and neither has a product with zero.
         let of_node = if matches!(course, Some(TimeFunction::Line { .. } | TimeFunction::Parabola { .. })) {
             Vec::new()
         } else {
@@ -68,6 +68,7 @@ fn of_formula(value: &Value, courses: &[Option<TimeFunction>]) -> Vec<TimeScale>
 fn own_scales(node: &Node<Quantity>, courses: &[Option<TimeFunction>]) -> Vec<TimeScale> {
     let moves = |id: &NodeId| courses[*id].filter(|course| course.fixed().is_none());
     let smooth = |id: &NodeId| moves(id).into_iter().flat_map(of_smooth).collect();
+    let proportional = |id: &NodeId| moves(id).into_iter().flat_map(of_proportional).collect();
     match node {
         Node::Call(Function::Min | Function::Max, arguments) => {
             // Where the two are the same, the other one becomes the smaller or larger one.
@@ -81,9 +82,7 @@ fn own_scales(node: &Node<Quantity>, courses: &[Option<TimeFunction>]) -> Vec<Ti
             Some(course) => of_smooth(course),
             None => Vec::new(),
         },
-        Node::Call(Function::Log | Function::Sqrt, arguments) => {
-            moves(&arguments[0]).map_or_else(Vec::new, of_proportional)
-        }
+        Node::Call(Function::Log | Function::Sqrt, arguments) => proportional(&arguments[0]),
         Node::Call(_, arguments) => arguments.iter().filter_map(moves).flat_map(of_smooth).collect(),
         Node::Spline(spline, argument) => match moves(argument) {
             Some(TimeFunction::Line { rate, .. }) => vec![TimeScale::Period(rate.abs() / spline.shortest())],
@@ -91,10 +90,8 @@ fn own_scales(node: &Node<Quantity>, courses: &[Option<TimeFunction>]) -> Vec<Ti
             None => Vec::new(),
         },
         // A square of a sine is smooth in its period, and other powers nearly so.
-        Node::Power(a, _) if !matches!(moves(a), Some(TimeFunction::Turning { .. })) => {
-            moves(a).map_or_else(Vec::new, of_proportional)
-        }
-        Node::Divide(_, a) => moves(a).map_or_else(Vec::new, of_proportional),
+        Node::Power(a, _) if !matches!(moves(a), Some(TimeFunction::Turning { .. })) => proportional(a),
+        Node::Divide(_, a) => proportional(a),
         Node::Multiply(a, b) if moves(a).is_some() && moves(a) == moves(b) => smooth(b),
         _ => Vec::new(),
     }

@@ -55,8 +55,7 @@ impl<'a> Emitter<'a> {
                 outside.insert(id, quote!(#name));
             }
         }
-        let mut taken: HashSet<String> = super::RESERVED.map(str::to_owned).into();
-        taken.insert("t".to_owned());
+        let mut taken = super::reserved();
         let results = |id: Id| matches!(graph.op(id), Op::Input(Symbol::Acceleration(_) | Symbol::Multiplier(_)));
         taken.extend(outside.iter().filter(|(id, _)| !results(**id)).map(|(_, tokens)| tokens.to_string()));
         let inputs: HashMap<Id, &Local> = kernel.locals.iter().map(|local| (local.input.id, local)).collect();

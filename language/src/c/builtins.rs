@@ -68,7 +68,7 @@ pub(super) fn is_keyword(name: &str) -> bool {
         || name.strip_suffix('l').is_some_and(is_constant)
 }
 
-/// Whether a header of the library of C is called so.
+/// Whether a header of the C library has this name.
 pub(super) fn is_header(name: &str) -> bool {
     HEADERS.contains(&name)
 }
@@ -203,7 +203,7 @@ const KEYWORDS: [&str; 127] = [
     "DECIMAL_DIG",
 ];
 
-/// What names of macros of `math.h` and `float.h` begin with.
+/// Beginnings of the names of macros of `math.h` and `float.h`.
 const MACROS: [&str; 5] = ["FP_", "MATH_", "DBL_", "FLT_", "LDBL_"];
 
 const HEADERS: [&str; 29] = [

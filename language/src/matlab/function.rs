@@ -14,8 +14,8 @@ impl Writer<'_> {
     pub(super) fn function(&self, function: &Function) -> Result<String, Untranslated> {
         let names = function.local_names(is_reserved)?;
         names.iter().try_for_each(check_length)?;
-        let mut text = self.head(function, &names) + &self.help(function, &names);
         let replace = function.arguments.first().map_or("", |argument| names.get(&argument.name));
+        let mut text = self.head(function, &names) + &self.help(function, replace);
         if is_parameters(function) {
             text += &self.replacement(replace);
         }
@@ -52,16 +52,16 @@ impl Writer<'_> {
         format!("function {results} = {}_{}({})\n", self.program.name, self.name(function), arguments.join(", "))
     }
 
-    /// What `help` shows.
-    fn help(&self, function: &Function, names: &Names) -> String {
+    /// What `help` shows; `replace` is the first argument.
+    fn help(&self, function: &Function, replace: &str) -> String {
         let name = &self.program.name;
         let mut lines: Vec<String> = match is_parameters(function) {
             true => vec![
                 "The parameters of the scene.".to_owned(),
                 String::new(),
                 format!(
-                    "Fields of the struct `{}`, which can be left out, stand for the scene's values. What the scene",
-                    names.get(&function.arguments[0].name)
+                    "Fields of the struct `{replace}`, which can be left out, stand for the scene's values. What the \
+                     scene"
                 ),
                 "computes from other values follows them.".to_owned(),
                 String::new(),
@@ -99,7 +99,8 @@ impl Writer<'_> {
     /// The end of the function of parameters: names that are none are errors.
     fn check(&self, replace: &str, parameters: &str) -> String {
         format!(
-            "    unknown = setdiff(fieldnames({replace}), fieldnames({parameters}));\n    if ~isempty(unknown)\n        \
+            "    unknown = setdiff(fieldnames({replace}), fieldnames({parameters}));\n    \
+             if ~isempty(unknown)\n        \
              error('{}_parameters: there is no parameter `%s` that can be changed', unknown{{1}});\n    end\n",
             self.program.name
         )

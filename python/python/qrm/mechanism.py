@@ -38,22 +38,22 @@ class Mechanism:
     """
 
     def __init__(self, scene: str | PathLike[str]):
-        path = fsdecode(scene)
+        self._path = fsdecode(scene)
         try:
-            native = _native.load(path)
+            self._scene = _native.load(self._path)
         except UnicodeEncodeError:
-            raise OptionError(f"the path {path!r} is not UTF-8", ["rename the file"]) from None
-        self._init(path, native)
-
-    def _init(self, path: str, native: _native.Scene) -> None:
-        self._path, self._scene = path, native
+            raise OptionError(f"the path {self._path!r} is not UTF-8", ["rename the file"]) from None
 
     def __repr__(self) -> str:
         return f"<Mechanism {self.name}: {self.doc}>"
 
-    def __reduce__(self) -> tuple[Any, ...]:
+    def __getstate__(self) -> tuple[str, str]:
         # The file may have another text by the time that this is read.
-        return _from_source, (type(self), self._path, self.source)
+        return self._path, self.source
+
+    def __setstate__(self, state: tuple[str, str]) -> None:
+        self._path, source = state
+        self._scene = _native.load_source(self._path, source)
 
     @property
     def name(self) -> str:
@@ -318,17 +318,9 @@ class Mechanism:
         return Page(self.name, text, height)
 
 
-def _from_source(kind: type[Mechanism], path: str, source: str) -> Mechanism:
-    mechanism = kind.__new__(kind)
-    mechanism._init(path, _native.load_source(path, source))
-    return mechanism
-
-
 def _numbers(name: str, vector: ArrayLike) -> list[float]:
     array = np.asarray(vector)
     if np.iscomplexobj(array):
         raise TypeError(f"`{name}` must be real numbers")
     numbers: list[float] = array.astype(np.float64).ravel().tolist()
-    if not np.isfinite(numbers).all():
-        raise ValueError(f"`{name}` must be finite, but is {numbers}")
     return numbers

@@ -50,6 +50,9 @@ impl LoadedScene {
                 let text = format!("`{name}` has {} entries instead of {count}", vector.len());
                 return Err(Error::usage(text).help(format!("give one for each of {}", names.join(", "))));
             }
+            if !vector.iter().all(|entry| entry.is_finite()) {
+                return Err(Error::usage(format!("`{name}` must be finite, but is {vector:?}")));
+            }
         }
         let mechanism = &*setup.mechanism();
         let Dynamics { mass_matrix, generalized_forces, constraint_jacobian, constraint_bias } =

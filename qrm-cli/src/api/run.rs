@@ -70,11 +70,8 @@ impl Table {
     }
 
     fn push(&mut self, row: &[f64]) -> io::Result<()> {
-        if self.values.capacity() - self.values.len() < row.len() {
-            // As many again: rows are copied a few times at most.
-            let more = self.values.len().max(ROWS * row.len());
-            self.values.try_reserve_exact(more).map_err(|_| io::Error::from(io::ErrorKind::OutOfMemory))?;
-        }
+        let rows = if self.values.is_empty() { ROWS } else { 1 };
+        self.values.try_reserve(rows * row.len())?;
         self.values.extend_from_slice(row);
         Ok(())
     }

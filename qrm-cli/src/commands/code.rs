@@ -40,8 +40,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
         let wanted = items.iter().filter(|item| item.name == name || item.aliases.contains(&name.as_str()));
         let found: Vec<&Item> = wanted.collect();
         if found.is_empty() {
-            let is_written = language.files(description)?.iter().any(|file| file.text.contains(&format!("_{name}(")));
-            return Err(match is_written {
+            return Err(match language.has_function(description, name)? {
                 true => not_by_itself(&scene.scene, name, *language),
                 false => unknown(&items, &scene.scene, name),
             });

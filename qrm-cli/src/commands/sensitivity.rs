@@ -143,7 +143,7 @@ impl Found {
 fn parameters(setup: &Setup, asked: &[String]) -> Result<Vec<&'static str>, Error> {
     asked.iter().try_for_each(|name| check_parameter(setup.description, name))?;
     if let Some((_, twice)) = asked.iter().enumerate().find(|(i, name)| asked[..*i].contains(name)) {
-        return Err(Error::usage(format!("`--by {twice}` is given twice")).help("keep one of the two"));
+        return Err(Error::given_twice(&format!("--by {twice}")));
     }
     let is_asked = |name: &&str| asked.is_empty() || asked.iter().any(|asked| asked == name);
     let by: Vec<&str> = setup.description.parameters.iter().map(|parameter| parameter.name).filter(is_asked).collect();

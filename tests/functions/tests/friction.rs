@@ -1,6 +1,8 @@
 //! Friction by the forces in joints, and a spline, in compiled steps of every kind.
 #![cfg(feature = "generate")]
 
+mod processor;
+
 use qrm_core::{Mechanism, Model, Replace};
 use qrm_functions::MODELS;
 use qrm_sim::batch::{LaneCount, SweepEnd, SweepRequest, sweep};
@@ -65,9 +67,7 @@ fn designs_in_lanes_are_runs() {
     let found = sweep(model(), &designs, &request, LaneCount::Most);
     for (mu, result) in set.iter().zip(found) {
         assert!(result.status.is_ok(), "{:?}", result.status);
-        // The scene has too many operations for lanes of four.
-        #[cfg(target_arch = "x86_64")]
-        assert!(!result.is_alone || !is_x86_feature_detected!("avx512f"), "mu = {mu}");
+        assert!(!result.is_alone || !processor::has_lanes_of_eight(), "mu = {mu}");
         let mechanism = model().mechanism(&|name| (name == "mu").then_some(*mu));
         near(&format!("mu = {mu}"), &[result.q, result.qd].concat(), &end(&*mechanism, "dop853", 1e-12), 1e-7);
     }

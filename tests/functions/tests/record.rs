@@ -7,6 +7,8 @@
 //! `QRM_REFRESH=1 cargo test --release --package qrm-functions --test record` writes it anew: read the difference
 //! before keeping it.
 
+mod processor;
+
 use std::fmt::{Debug, Write};
 use std::io;
 use std::path::PathBuf;
@@ -25,6 +27,8 @@ use qrm_sim::solve::Projection;
 use qrm_sim::start::Start;
 use qrm_sim::state::State;
 
+use processor::has_lanes_of_eight;
+
 const REFRESH: &str = "QRM_REFRESH=1 cargo test --release --package qrm-functions --test record";
 
 /// Numbers are equal up to this part of the larger one: another order of additions, or another processor.
@@ -36,14 +40,6 @@ const ROUNDING: f64 = 1e-11;
 const STEPS: f64 = 400.0;
 const TOLERANCE: f64 = 1e-7;
 
-/// Whether the processor has lanes of eight numbers.
-fn has_lanes_of_eight() -> bool {
-    #[cfg(target_arch = "x86_64")]
-    return is_x86_feature_detected!("avx512f");
-    #[cfg(not(target_arch = "x86_64"))]
-    return false;
-}
-
 #[test]
 fn results_are_those_on_record() {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("record");
@@ -53,7 +49,6 @@ fn results_are_those_on_record() {
     let models = models.chain(qrm_functions::MODELS);
     for model in models {
         let name = model.description.name;
-        // Its operations are too many for lanes of four, and its steps by gauss for other processors.
         if name == "rubbing" && !has_lanes_of_eight() {
             continue;
         }

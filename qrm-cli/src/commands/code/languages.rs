@@ -2,6 +2,7 @@
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use qrm_core::Description;
+use qrm_language::ir::Program;
 use qrm_language::{File, LANGUAGES, Language, Untranslated};
 
 use super::items::Item;
@@ -40,8 +41,21 @@ impl OutputLanguage {
             let name = description.name.to_lowercase().replace('-', "_");
             return Ok(vec![File { name: format!("{name}.rs"), text: description.code.to_owned() }]);
         };
-        let program = qrm_language::parse(description.name, description.code);
-        program.and_then(|program| (language.write)(&program)).map_err(|e| self.untranslated(description, &e))
+        let program = self.program(description)?;
+        (language.write)(&program).map_err(|e| self.untranslated(description, &e))
+    }
+
+    /// Whether translated code has a function of this name, behind that of the scene.
+    pub(super) fn has_function(self, description: &Description, name: &str) -> Result<bool, Error> {
+        if self.is_rust() {
+            return Ok(false);
+        }
+        let call = format!("{}_{name}(", self.program(description)?.name);
+        Ok(self.files(description)?.iter().any(|file| file.text.contains(&call)))
+    }
+
+    fn program(self, description: &Description) -> Result<Program, Error> {
+        qrm_language::parse(description.name, description.code).map_err(|e| self.untranslated(description, &e))
     }
 
     /// Some items of a scene's code; `None` if one of them is no function.
@@ -51,7 +65,7 @@ impl OutputLanguage {
             return Ok(Some(texts.join("\n\n")));
         };
         let untranslated = |e| self.untranslated(description, &e);
-        let program = qrm_language::parse(description.name, description.code).map_err(untranslated)?;
+        let program = self.program(description)?;
         let functions: Option<Vec<_>> = items.iter().map(|item| program.function(item.name)).collect();
         let Some(functions) = functions else { return Ok(None) };
         let texts = functions.into_iter().map(|function| (language.write_function)(&program, function));

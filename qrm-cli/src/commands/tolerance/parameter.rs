@@ -48,7 +48,7 @@ pub(super) fn check(parameters: &[TolerancedParameter], setup: &Setup) -> Result
     for (i, TolerancedParameter { name, .. }) in parameters.iter().enumerate() {
         check_parameter(setup.description, name)?;
         if parameters[..i].iter().any(|other| other.name == *name) {
-            return Err(Error::usage(format!("`--vary {name}` is given twice")).help("keep one of the two"));
+            return Err(Error::given_twice(&format!("--vary {name}")));
         }
         if setup.set.contains_key(name) {
             return Err(Error::usage(format!("`{name}` is both set and varied"))
