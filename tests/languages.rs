@@ -132,27 +132,69 @@ int main(void)
 fn names_that_mean_something_in_c_are_changed() {
     let folder = code(NAMES, "c");
     fs::write(folder.path().join("main.c"), NAMES_MAIN).expect("written");
-    let compiles = |compiler: &str, arguments: &[&str]| {
-        let warnings = ["-Wall", "-Wextra", "-Werror"];
-        let mut command = Command::new(compiler);
-        let Ok(output) = command.args(warnings).args(arguments).current_dir(folder.path()).output() else {
-            eprintln!("skipped: there is no `{compiler}`");
-            return false;
-        };
-        assert!(output.status.success(), "{compiler}: {}", String::from_utf8_lossy(&output.stderr));
-        true
-    };
     // The header is for C++ too.
-    compiles("g++", &["-std=c++20", "-fsyntax-only", "-x", "c++", "main.c"]);
+    compiles("g++", &["-std=c++20", "-fsyntax-only", "-x", "c++", "main.c"], folder.path());
     let wanted = run(&[NAMES, "--set", "replace=0.6"]).trajectory();
     for compiler in ["gcc", "clang"] {
-        if compiles(compiler, &["-std=c99", "-O1", "-o", "motion", "main.c", "names.c", "-lm"]) {
-            let output = Command::new(folder.path().join("motion")).output().expect("it starts");
-            assert!(output.status.success());
-            let rows = rows_of(&String::from_utf8_lossy(&output.stdout));
-            compare(&rows, &wanted, &[&["t"], &NAMES_COORDINATES[..]].concat());
+        if let Some(text) = output_of(compiler, "names", folder.path()) {
+            compare(&rows_of(&text), &wanted, &[&["t"], &NAMES_COORDINATES[..]].concat());
         }
     }
+}
+
+/// Prints whether a mechanism with constraints that repeat others starts, whether its step is good, and what is known.
+const LIFT_MAIN: &str = r#"
+#include "scissor_lift.h"
+#include <math.h>
+#include <stdio.h>
+
+int main(void)
+{
+    struct scissor_lift_parameters parameters;
+    struct scissor_lift mechanism;
+    struct scissor_lift_step step;
+    scissor_lift_default_parameters(&parameters);
+    scissor_lift_new(&parameters, &mechanism);
+    printf("%d", scissor_lift_initial_state(&mechanism, &step.end));
+    scissor_lift_rk4_step(&mechanism, 0.0, 1e-3, &step.end, &step);
+    printf(" %d %d", scissor_lift_is_good(&step, 1.0), scissor_lift_project(&mechanism, 1e-3, 1.0, &step.end));
+    printf(" %d %d", isfinite(step.end.qdd[0]) != 0, isnan(step.end.multipliers[0]) != 0);
+    return 0;
+}
+"#;
+
+#[test]
+fn constraints_that_repeat_others_are_told_in_c() {
+    let folder = code(concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/linkages/scissor-lift.toml"), "c");
+    fs::write(folder.path().join("main.c"), LIFT_MAIN).expect("written");
+    for compiler in ["gcc", "clang"] {
+        if let Some(text) = output_of(compiler, "scissor_lift", folder.path()) {
+            assert_eq!(text, "0 0 0 1 1");
+        }
+    }
+}
+
+/// Compiles files of C in a folder; false without the compiler.
+fn compiles(compiler: &str, arguments: &[&str], folder: &Path) -> bool {
+    let warnings = ["-Wall", "-Wextra", "-Werror"];
+    let Ok(output) = Command::new(compiler).args(warnings).args(arguments).current_dir(folder).output() else {
+        eprintln!("skipped: there is no `{compiler}`");
+        return false;
+    };
+    assert!(output.status.success(), "{compiler}: {}", String::from_utf8_lossy(&output.stderr));
+    true
+}
+
+/// What `main.c` in a folder prints, with the code of a scene; `None` without the compiler.
+fn output_of(compiler: &str, scene: &str, folder: &Path) -> Option<String> {
+    let source = format!("{scene}.c");
+    let arguments = ["-std=c99", "-O1", "-pedantic", "-o", "motion", "main.c", &source, "-lm"];
+    if !compiles(compiler, &arguments, folder) {
+        return None;
+    }
+    let output = Command::new(folder.join("motion")).output().expect("it starts");
+    assert!(output.status.success());
+    Some(String::from_utf8_lossy(&output.stdout).into_owned())
 }
 
 /// A folder with the code of a scene.

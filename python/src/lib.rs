@@ -9,7 +9,11 @@ mod options;
 mod scene;
 mod sweep;
 
+use mimalloc::MiMalloc;
 use pyo3::pymodule;
+
+#[global_allocator]
+static ALLOCATOR: MiMalloc = MiMalloc;
 
 // The functions of FMI below the command ask for the scenes by this symbol.
 qrm_fmu::export!(qrm_model::MODELS);

@@ -1,9 +1,13 @@
 //! The options of a run from a dictionary.
 
-use pyo3::exceptions::{PyOverflowError, PyTypeError, PyValueError};
+use std::ops::RangeInclusive;
+
+use pyo3::exceptions::{PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict};
-use qrm_cli::api::RunOptions;
+use qrm_cli::api::{Error, RunOptions};
+
+use crate::error::exception;
 
 /// The options in a dictionary, whose keys are the fields of [`RunOptions`]; `None` is as good as no entry.
 pub(crate) fn options(dict: &Bound<PyDict>) -> PyResult<RunOptions> {
@@ -23,7 +27,7 @@ pub(crate) fn options(dict: &Bound<PyDict>) -> PyResult<RunOptions> {
                 continue;
             }
             "closure_iterations" => {
-                options.closure_iterations = Some(whole(&key, &value, 0)?);
+                options.closure_iterations = Some(whole(&key, &value, 0..=u32::MAX.into())?);
                 continue;
             }
             "step" => &mut options.step,
@@ -53,12 +57,12 @@ fn assignments(option: &str, values: &Bound<PyAny>) -> PyResult<Vec<(String, Str
     values.iter().map(assignment).collect()
 }
 
-/// A whole number that is not below `least`.
-pub(crate) fn whole(name: &str, value: &Bound<PyAny>, least: u32) -> PyResult<u32> {
-    let most = u32::MAX;
-    let outside = || PyValueError::new_err(format!("`{name}` must be from {least} to {most}, but is {value}"));
-    match value.extract() {
-        Ok(number) if number >= least => Ok(number),
+/// A whole number in a range.
+pub(crate) fn whole(name: &str, value: &Bound<PyAny>, range: RangeInclusive<i64>) -> PyResult<u32> {
+    let (least, most) = (range.start(), range.end());
+    let outside = || wrong(value, &format!("`{name}` must be from {least} to {most}, but is {value}"));
+    match value.extract::<u32>() {
+        Ok(number) if range.contains(&number.into()) => Ok(number),
         Ok(_) => Err(outside()),
         Err(error) if error.is_instance_of::<PyOverflowError>(value.py()) => Err(outside()),
         Err(_) => Err(PyTypeError::new_err(format!("`{name}` must be a whole number, not {}", value.get_type()))),
@@ -72,10 +76,18 @@ fn text(name: &str, value: &Bound<PyAny>) -> PyResult<String> {
     }
     match value.extract::<f64>() {
         // A boolean would count as 0 or 1.
-        Ok(number) if !value.is_instance_of::<PyBool>() => Ok(format!("{number:?}")),
+        Ok(number) if !value.is_instance_of::<PyBool>() => match number.is_finite() {
+            true => Ok(format!("{number:?}")),
+            false => Err(wrong(value, &format!("`{name}` must be finite, but is {value}"))),
+        },
         Err(error) if error.is_instance_of::<PyOverflowError>(value.py()) => {
-            Err(PyValueError::new_err(format!("`{name}` is too large: it must be below 1.8e308")))
+            Err(wrong(value, &format!("`{name}` is too large: it must be below 1.8e308")))
         }
         _ => Err(PyTypeError::new_err(format!("`{name}` must be a number or a text, not {}", value.get_type()))),
     }
+}
+
+/// The exception for a value that cannot be.
+fn wrong(value: &Bound<PyAny>, message: &str) -> PyErr {
+    exception(value.py(), &Error::usage(message))
 }

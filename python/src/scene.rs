@@ -117,7 +117,7 @@ impl Scene {
         estimate_error: bool,
     ) -> PyResult<(Bound<'py, PyArray2<f64>>, String, Vec<String>, Option<Bound<'py, PyAny>>)> {
         let asked = options(asked)?;
-        let every = whole("every", every, 1)?;
+        let every = whole("every", every, 1..=u32::MAX.into())?;
         let run = detached(py, || self.loaded.run(&asked, every.into(), estimate_error))?;
         let run = run.map_err(|error| exception(py, &error))?;
         let width = run.columns.len();

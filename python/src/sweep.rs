@@ -3,7 +3,7 @@
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyString};
-use qrm_cli::api::{SweepOptions, Values};
+use qrm_cli::api::{SweepOptions, THREADS, Values};
 
 use crate::error::exception;
 use crate::interrupt::detached;
@@ -34,7 +34,7 @@ impl Scene {
             is_paired,
             no_extremes: !extremes,
             no_error_estimate: !estimate_error,
-            threads: threads.map(|threads| whole("threads", &threads, 1)).transpose()?,
+            threads: threads.map(|threads| whole("threads", &threads, THREADS)).transpose()?,
         };
         let sweep = detached(py, || self.loaded.sweep(&asked))?.map_err(|error| exception(py, &error))?;
         let columns = sweep

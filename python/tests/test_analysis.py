@@ -57,6 +57,10 @@ def test_the_equations_take_finite_numbers_and_parameters_alone(quick_return):
         quick_return.equations(q + 1j, qd)
     with pytest.raises(ValueError, match="`qd` must be finite"):
         quick_return.equations(q, [0, np.nan, 0])
+    with pytest.raises(qrm.OptionError, match="`t` must be finite"):
+        quick_return.equations(q, qd, t=np.nan)
+    with pytest.raises(ValueError, match=r"`q` has shape \(1, 3\) instead of \(n,\)"):
+        quick_return.equations([q], qd)
     with pytest.raises(qrm.OptionError, match="no parameter `step`"):
         quick_return.equations(q, qd, step=3.0)
     same = quick_return.equations(q, qd, set={"O2A": np.float32(0.25)})
@@ -103,6 +107,8 @@ def test_plots_have_units(quick_return):
     lines = axes.get_lines()
     result = quick_return.run(end_time=0.2)
     assert np.array_equal(lines[0].get_ydata(), result["N3"]) and len(axes.collections) == 2
+    both = result.plot("x6", "N3", x="phi2").figure.axes
+    assert [axes.get_ylabel() for axes in both] == ["x6 (m)", "N3 (N)"] and len(both[0].get_legend().texts) == 2
     over_angle = result.plot("x6", x="phi2")
     assert (over_angle.get_xlabel(), over_angle.get_ylabel()) == ("phi2 (rad)", "x6 (m)")
     assert result.plot().get_ylabel() == "x6 (m)"

@@ -82,7 +82,7 @@ def test_a_missing_file_is_reported(tmp_path):
         ({"tolerance": 1e-9}, "`tolerance` needs a method", '`method="dop853"`'),
         ({"step": -1}, "`step` must be above zero, but is -1", None),
         ({"end_time": 1, "until": "phi2 > 1"}, "`end_time` and `until` are both given", "keep one"),
-        ({"O2A": float("nan")}, "contains the name `NaN`", None),
+        ({"O2A": float("nan")}, "`O2A` must be finite, but is nan", None),
         ({"start": {"phi4": 1}}, "`phi4` is not given at the start", "phi2"),
     ],
 )
@@ -140,14 +140,14 @@ def test_a_value_of_another_type_is_a_type_error(quick_return, options, message)
         ({"O2A": 10**400}, "`O2A` is too large"),
     ],
 )
-def test_a_value_that_cannot_be_is_a_value_error(quick_return, options, message):
-    with pytest.raises(ValueError, match=message):
+def test_a_value_that_cannot_be_is_an_option_error(quick_return, options, message):
+    with pytest.raises(qrm.OptionError, match=message):
         quick_return.run(**options)
 
 
 @pytest.mark.parametrize("threads", [0, -1, 5000, 10**6, 2**63])
-def test_a_number_of_threads_that_cannot_be_is_a_value_error(quick_return, threads):
-    with pytest.raises(ValueError, match=r"threads`? must be from 1 to"):
+def test_a_number_of_threads_that_cannot_be_is_an_option_error(quick_return, threads):
+    with pytest.raises(qrm.OptionError, match="`threads` must be from 1 to 4096, but is"):
         quick_return.sweep(O2A=[0.2, 0.25], threads=threads)
 
 

@@ -12,6 +12,7 @@ mod scene;
 mod sensitivity;
 mod sweep;
 
+pub use crate::commands::sweep::THREADS;
 pub use crate::error::{Error, Finding};
 pub use accuracy::{Accuracy, AccuracyOptions};
 pub use equations::EquationsOfMotion;

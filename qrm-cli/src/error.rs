@@ -99,8 +99,8 @@ enum Detail {
 }
 
 impl Error {
-    /// A wrong command line or scene.
-    pub(crate) fn usage(text: impl Into<String>) -> Self {
+    /// A wrong option or scene.
+    pub fn usage(text: impl Into<String>) -> Self {
         Self { kind: Kind::Usage, details: vec![Detail::Message(Message::new(text))] }
     }
 

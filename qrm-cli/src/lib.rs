@@ -9,6 +9,7 @@ mod condition;
 mod error;
 mod format;
 mod live;
+mod memory;
 mod messages;
 mod methods;
 mod options;

@@ -57,7 +57,7 @@ pub(super) fn is_reserved(name: &str) -> bool {
     is_keyword(name) || FUNCTIONS.contains(&name)
 }
 
-/// Whether a name is a keyword of C99 or C++, or a macro of `math.h` or `float.h`.
+/// Whether a name is a keyword of C99 or C++, or a macro of the C library.
 pub(super) fn is_keyword(name: &str) -> bool {
     let is_constant = |name: &str| CONSTANTS.contains(&name);
     // No macro ends with an underscore.
@@ -73,7 +73,7 @@ pub(super) fn is_header(name: &str) -> bool {
     HEADERS.contains(&name)
 }
 
-const KEYWORDS: [&str; 127] = [
+const KEYWORDS: [&str; 148] = [
     "auto",
     "break",
     "case",
@@ -201,10 +201,32 @@ const KEYWORDS: [&str; 127] = [
     "X_TLOSS",
     "NULL",
     "DECIMAL_DIG",
+    "I",
+    "complex",
+    "imaginary",
+    "errno",
+    "stdin",
+    "stdout",
+    "stderr",
+    "EOF",
+    "BUFSIZ",
+    "FILENAME_MAX",
+    "FOPEN_MAX",
+    "L_tmpnam",
+    "TMP_MAX",
+    "RAND_MAX",
+    "MB_CUR_MAX",
+    "CLOCKS_PER_SEC",
+    "EDOM",
+    "ERANGE",
+    "EILSEQ",
+    "CHAR_BIT",
+    "WEOF",
 ];
 
-/// Beginnings of the names of macros of `math.h` and `float.h`.
-const MACROS: [&str; 5] = ["FP_", "MATH_", "DBL_", "FLT_", "LDBL_"];
+/// Beginnings of the names of macros of the C library.
+const MACROS: [&str; 13] =
+    ["FP_", "MATH_", "DBL_", "FLT_", "LDBL_", "INT_", "UINT_", "LONG_", "ULONG_", "EXIT_", "SEEK_", "LC_", "SIG_"];
 
 const HEADERS: [&str; 29] = [
     "assert",
@@ -285,7 +307,7 @@ mod tests {
 
     #[test]
     fn macros_of_compilers_are_no_names() {
-        assert!(["M_PI", "M_PIl", "FP_NAN", "DBL_MIN", "nullptr", "NULL"].into_iter().all(is_keyword));
+        assert!(["M_PI", "M_PIl", "FP_NAN", "DBL_MIN", "nullptr", "NULL", "I", "errno"].into_iter().all(is_keyword));
         assert!(!["M_1", "M_rod", "l", "PI", "FP_NAN_"].into_iter().any(is_keyword));
     }
 }

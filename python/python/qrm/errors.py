@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from .options import NAMES
+from .options import in_python
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -35,9 +34,9 @@ class Error(Exception):
     """The ways to mend it."""
 
     def __init__(self, message: str, hints: Sequence[str] = ()):
-        message = _in_python(message).removeprefix("error: ")
+        message = in_python(message).removeprefix("error: ")
         super().__init__(message)
-        self.hints = [_in_python(hint) for hint in hints]
+        self.hints = [in_python(hint) for hint in hints]
 
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), self.args, self.__dict__
@@ -87,36 +86,4 @@ class RunWarning(UserWarning):
     """Something about a run that its user should know."""
 
     def __init__(self, message: str):
-        super().__init__(_in_python(message))
-
-
-_OF_COMMANDS = (
-    "set",
-    "vary",
-    "of",
-    "by",
-    "at",
-    "budget",
-    "reference",
-    "every",
-    "threads",
-    "no-extremes",
-    "no-error-estimate",
-)
-_NAMES = "|".join(sorted({*_OF_COMMANDS, *(name.replace("_", "-") for name in NAMES)}))
-_QUOTED = re.compile(rf"`--({_NAMES}) ([^`]+)`")
-_OPTION = re.compile(rf"(?<![\w-])--({_NAMES})(?![\w-])")
-
-
-def _in_python(text: str) -> str:
-    """The text with the options of the command as arguments of Python."""
-
-    def quoted(match: re.Match[str]) -> str:
-        name, value = match[1].replace("-", "_"), match[2]
-        if name in ("set", "start"):
-            return f"`{value}`"
-        if not re.fullmatch(r"[\w.+-]+", value):
-            return f"`{name}`: `{value}`"
-        return f"`{name}={value}`" if value[0].isdigit() else f'`{name}="{value}"`'
-
-    return _OPTION.sub(lambda match: match[1].replace("-", "_"), _QUOTED.sub(quoted, text))
+        super().__init__(in_python(message))

@@ -194,7 +194,8 @@ class Mechanism:
         extremes : whether the columns `NAME_min` and `NAME_max` of the outputs are computed.
         estimate_error : whether the error of each design is estimated.
         threads : how many cores to use; all by default.
-        **values : values of parameters, and the options of `run` but `start`; the method is `"dop853"` by default.
+        **values : values of parameters, and `step`, `end_time`, `until`, `max_step` and the options of the method as in
+            `run`; the method is `"dop853"` by default.
 
         Raises
         ------
@@ -226,7 +227,7 @@ class Mechanism:
         of : the outputs, and `"end"` for the end of the motion; everything by default.
         hessian_vector : entries of a vector by parameters, for the products of the Hessians with it.
         check : whether errors are estimated by steps half as long, and derivatives compared with difference quotients.
-        **options : parameters, and the options of `run` but `start`.
+        **options : parameters, and `step`, `end_time`, `until`, `max_step` and the options of the method as in `run`.
 
         Raises
         ------
@@ -293,7 +294,7 @@ class Mechanism:
         at : times in s at which runs are compared; eight up to the end by default.
         of : the column whose error counts, such as an output; the coordinates by default.
         reference : `"energy"`, `"scene"` or `"run"`; the best that is available by default.
-        budget : the time that measurements may take, in s; or a text such as `"30s"`.
+        budget : no further measurement begins after this time in s; or a text such as `"30s"`. References take theirs.
         **options : parameters, `step`, `end_time` and `until`.
         """
         found = self._scene.accuracy(
@@ -322,5 +323,7 @@ def _numbers(name: str, vector: ArrayLike) -> list[float]:
     array = np.asarray(vector)
     if np.iscomplexobj(array):
         raise TypeError(f"`{name}` must be real numbers")
+    if array.ndim > 1:
+        raise ValueError(f"`{name}` has shape {array.shape} instead of (n,)")
     numbers: list[float] = array.astype(np.float64).ravel().tolist()
     return numbers

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Any, SupportsFloat, Union
 
@@ -46,3 +47,35 @@ def split(arguments: Mapping[str, Any], set: Mapping[str, Any] | None = None, **
         else:
             parameters[name] = value
     return {**only_parameters(parameters, set), **options}
+
+
+_OF_COMMANDS = (
+    "set",
+    "vary",
+    "of",
+    "by",
+    "at",
+    "budget",
+    "reference",
+    "every",
+    "threads",
+    "no-extremes",
+    "no-error-estimate",
+)
+_NAMES = "|".join(sorted({*_OF_COMMANDS, *(name.replace("_", "-") for name in NAMES)}))
+_QUOTED = re.compile(rf"`--({_NAMES}) ([^`]+)`")
+_OPTION = re.compile(rf"(?<![\w-])--({_NAMES})(?![\w-])")
+
+
+def in_python(text: str) -> str:
+    """The text with the options of the command as arguments of Python."""
+
+    def quoted(match: re.Match[str]) -> str:
+        name, value = match[1].replace("-", "_"), match[2]
+        if name in ("set", "start"):
+            return f"`{value}`"
+        if not re.fullmatch(r"[\w.+-]+", value):
+            return f"`{name}`: `{value}`"
+        return f"`{name}={value}`" if value[0].isdigit() else f'`{name}="{value}"`'
+
+    return _OPTION.sub(lambda match: match[1].replace("-", "_"), _QUOTED.sub(quoted, text))

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.lines import Line2D
 
     from .result import Result
 
@@ -13,8 +14,8 @@ if TYPE_CHECKING:
 def plot(result: Result, *names: str, x: str = "t", axes: Axes | None = None) -> Axes:
     """Plots columns over another one, with units, and a band of the estimated error.
 
-    Columns are plotted into `axes`, or a new figure. They should share a unit; the axis names it. Without a name, the
-    first output is plotted, or else the first coordinate.
+    Columns are plotted into `axes`, or a new figure. Those of other units have axes of their own on the right. Without
+    a name, the first output is plotted, or else the first coordinate.
     """
     if axes is None:
         try:
@@ -23,17 +24,22 @@ def plot(result: Result, *names: str, x: str = "t", axes: Axes | None = None) ->
             raise ImportError("plots need matplotlib: pip install matplotlib") from error
         axes = pyplot.subplots(layout="constrained")[1]
     names = names or (_first(result),)
+    by_unit: dict[str, list[str]] = {}
     for name in names:
-        (line,) = axes.plot(result[x], result[name], label=name)
-        if x == "t" and name in result.errors:
-            low, high = result[name] - result.errors[name], result[name] + result.errors[name]
-            axes.fill_between(result.t, low, high, color=line.get_color(), alpha=0.25, linewidth=0)
-    units = {result.units[name] for name in names}
-    label = names[0] if len(names) == 1 else ", ".join(names)
+        by_unit.setdefault(result.units[name], []).append(name)
+    lines: list[Line2D] = []
+    for place, (unit, group) in enumerate(by_unit.items()):
+        own = axes if place == 0 else axes.twinx()
+        own.spines["right"].set_position(("outward", 60.0 * max(place - 1, 0)))
+        own.set_ylabel(_labelled(", ".join(group), unit))
+        for name in group:
+            lines += own.plot(result[x], result[name], label=name, color=f"C{len(lines)}")
+            if x == "t" and name in result.errors:
+                low, high = result[name] - result.errors[name], result[name] + result.errors[name]
+                own.fill_between(result.t, low, high, color=lines[-1].get_color(), alpha=0.25, linewidth=0)
     axes.set_xlabel(_labelled(x, result.units[x]))
-    axes.set_ylabel(_labelled(label, units.pop() if len(units) == 1 else ""))
     if len(names) > 1:
-        axes.legend()
+        axes.legend(handles=lines)
     elif result.docs[names[0]]:
         axes.set_title(result.docs[names[0]])
     return axes

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from .options import in_python
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
@@ -55,7 +57,7 @@ class Result(Mapping[str, "NDArray[np.float64]"]):
         summary = self.summary
         error = summary["estimated_error"]
         error = "" if error is None else f", error about {error:.1e}"
-        what = f"{summary['scene']}: {summary['message']}; {len(self.array)} rows by {summary['method']}"
+        what = f"{summary['scene']}: {in_python(summary['message'])}; {len(self.array)} rows by {summary['method']}"
         return f"<Result of {what}{error}>"
 
     @cached_property

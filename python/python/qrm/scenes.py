@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from . import _native
 from .mechanism import Mechanism
+from .options import in_python
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -18,7 +19,7 @@ def scenes() -> list[str]:
 
 def methods() -> dict[str, str]:
     """Lists the integration methods with what they are."""
-    return dict(_native.methods())
+    return {name: in_python(doc) for name, doc in _native.methods()}
 
 
 def load(scene: str | PathLike[str]) -> Mechanism:

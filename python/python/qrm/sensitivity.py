@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from .errors import OptionError
 from .options import split
 
 if TYPE_CHECKING:
@@ -89,6 +90,9 @@ class Sensitivity:
         return self.quantities[self.row(name)].unit
 
 
+_KINDS = ("end", "minimum", "time_of_minimum", "maximum", "time_of_maximum", "integral")
+
+
 class Objectives:
     """Quantities of a motion as functions of some parameters, with their Jacobian, for `scipy.optimize`.
 
@@ -108,6 +112,7 @@ class Objectives:
         self.by, self.quantities = list(by), [of] if isinstance(of, str) else list(of)
         self._mechanism, self._options = mechanism, dict(options)
         self._last: tuple[bytes, Sensitivity] | None = None
+        self._asked = sorted({self._chosen_by(name) for name in self.quantities})
         values = mechanism.values(set=split(self._options)["set"])
         if len({*self.by} & {*values}) < len(self.by):
             # The error that the mechanism has for an unknown name, or one that is given twice.
@@ -122,8 +127,7 @@ class Objectives:
         key = x.tobytes()
         if self._last is None or self._last[0] != key:
             values = dict(zip(self.by, x.tolist()))
-            of = sorted({self._chosen_by(name) for name in self.quantities})
-            found = self._mechanism.sensitivity(by=self.by, of=of, check=False, **{**self._options, **values})
+            found = self._mechanism.sensitivity(by=self.by, of=self._asked, check=False, **{**self._options, **values})
             self._last = key, found
         return self._last[1]
 
@@ -136,13 +140,20 @@ class Objectives:
     def jac(self, x: ArrayLike) -> NDArray[np.float64]:
         """The derivatives at `x`."""
         found = self.at(x)
-        order = [found.by.index(name) for name in self.by]
-        rows = np.array([found.gradient(name)[order] for name in self.quantities])
+        rows = np.array([found.gradient(name) for name in self.quantities])
         return rows[0] if self._is_scalar else rows
 
     def _chosen_by(self, quantity: str) -> str:
         """The name by which a quantity is asked for: its output, or `end` for coordinates and rates at the end."""
         kind, _, of = quantity.partition(" ")
-        if not of:
-            raise ValueError(f"`{quantity}` is no quantity: write its kind and its column, as `maximum N3` or `end x6`")
-        return "end" if kind == "end" and all(of != output.name for output in self._mechanism.outputs) else of
+        if kind not in _KINDS or not of:
+            hint = f"write its kind and its column, as `maximum N3` or `end x6`; kinds: {', '.join(_KINDS)}"
+            raise OptionError(f"`{quantity}` is no quantity", [hint])
+        outputs = [output.name for output in self._mechanism.outputs]
+        if of in outputs:
+            return of
+        rates = [f"{coordinate.name}_dot" for coordinate in self._mechanism.coordinates]
+        known = [*outputs, *(["t", *(c.name for c in self._mechanism.coordinates), *rates] if kind == "end" else [])]
+        if of not in known:
+            raise OptionError(f"there is no quantity `{quantity}`", [f"{kind} can be of: {', '.join(known)}"])
+        return "end"

@@ -43,6 +43,9 @@ impl LoadedScene {
     /// determined.
     pub fn equations(&self, options: &RunOptions, t: f64, q: &[f64], qd: &[f64]) -> Result<EquationsOfMotion, Error> {
         let setup = self.setup(options)?;
+        if !t.is_finite() {
+            return Err(Error::usage(format!("`t` must be finite, but is {t}")));
+        }
         let count = setup.description.coordinates.len();
         for (name, vector) in [("q", q), ("qd", qd)] {
             if vector.len() != count {

@@ -9,6 +9,7 @@ use qrm_sim::run::{Observer, Row};
 use super::options::RunOptions;
 use super::scene::LoadedScene;
 use crate::error::Error;
+use crate::memory::has_room;
 use crate::progress::interrupted;
 use crate::run_report::RunReport;
 
@@ -53,7 +54,7 @@ impl LoadedScene {
     }
 }
 
-/// The number of rows for which there is room at once.
+/// The number of rows for which there is room at first.
 const ROWS: usize = 2048;
 
 /// An observer that keeps rows.
@@ -70,9 +71,15 @@ impl Table {
     }
 
     fn push(&mut self, row: &[f64]) -> io::Result<()> {
-        let rows = if self.values.is_empty() { ROWS } else { 1 };
-        self.values.try_reserve(rows * row.len())?;
-        self.values.extend_from_slice(row);
+        let values = &mut self.values;
+        if values.capacity() - values.len() < row.len() {
+            let more = values.len().max(ROWS * row.len());
+            if !has_room(size_of::<f64>() * more) {
+                return Err(io::ErrorKind::OutOfMemory.into());
+            }
+            values.try_reserve(more)?;
+        }
+        values.extend_from_slice(row);
         Ok(())
     }
 }

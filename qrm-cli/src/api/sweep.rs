@@ -4,8 +4,9 @@ use qrm_sim::columns::Column;
 
 use super::options::RunOptions;
 use super::scene::LoadedScene;
-use crate::commands::sweep::{Axes, Cell, Designs, Field, Row, THREADS, by_lanes, self_check, threads};
+use crate::commands::sweep::{Axes, Cell, Designs, Field, Row, by_lanes, self_check, threads};
 use crate::error::Error;
+use crate::memory::has_room;
 use crate::setup::Setup;
 
 /// The designs of a sweep.
@@ -63,13 +64,7 @@ impl LoadedScene {
             estimate_error: !options.no_error_estimate,
             ..Designs::new(setup, axes)?
         };
-        let threads = match options.threads {
-            Some(asked) if !THREADS.contains(&asked.into()) => {
-                let (least, most) = (THREADS.start(), THREADS.end());
-                return Err(Error::usage(format!("`--threads` must be from {least} to {most}, but is {asked}")));
-            }
-            asked => threads(asked),
-        };
+        let threads = threads(options.threads);
         let columns = designs.columns();
         check_memory(designs.count(), columns.len())?;
         let mut values: Vec<Values> = columns.iter().map(|column| Values::of(column.kind, designs.count())).collect();
@@ -97,10 +92,11 @@ impl LoadedScene {
 fn check_memory(rows: usize, columns: usize) -> Result<(), Error> {
     // A value takes 8 bytes here and 8 in what users make of it; texts take no more than a few of them.
     let bytes = rows.saturating_mul(columns + 4).saturating_mul(16);
-    Vec::<u8>::new().try_reserve_exact(bytes).map_err(|_| {
-        Error::usage(format!("{rows} designs with {columns} columns need {:.0} GB of memory", bytes as f64 / 1e9))
-            .help("vary fewer values, or let `qrm sweep` write a file")
-    })
+    if has_room(bytes) {
+        return Ok(());
+    }
+    let text = format!("{rows} designs with {columns} columns need {:.0} GB of memory", bytes as f64 / 1e9);
+    Err(Error::usage(text).help("vary fewer values, or let `qrm sweep` write a file"))
 }
 
 impl Values {

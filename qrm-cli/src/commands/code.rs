@@ -9,9 +9,11 @@ use anstyle::{AnsiColor, Style};
 use clap::Args;
 use qrm_core::Model;
 use qrm_scene::names::suggestion;
+use qrm_sim::run::assembled;
+use qrm_sim::solve::constraint_rank;
 use ra_ap_rustc_lexer::{FrontmatterAllowed, LiteralKind, TokenKind, tokenize};
 
-use crate::error::Error;
+use crate::error::{Error, Message};
 use crate::options::SceneName;
 use crate::output::{print, save_all, written};
 use items::{Item, items};
@@ -34,7 +36,8 @@ pub(crate) struct Options {
 /// Prints the generated code of a scene, or a part of it, or writes it into files.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
     let Options { scene, function, language, out } = options;
-    let description = scene.find(models)?.model.description;
+    let model = scene.find(models)?.model;
+    let description = model.description;
     if let Some(name) = function {
         let items = items(description.code);
         let wanted = items.iter().filter(|item| item.name == name || item.aliases.contains(&name.as_str()));
@@ -56,11 +59,24 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
                 files.into_iter().map(|file| (folder.join(file.name), file.text)).collect();
             save_all(&files)?;
             let paths: Vec<String> = files.iter().map(|(path, _)| path.display().to_string()).collect();
-            print(&written(&paths));
+            let warning = if language.is_c() { repeated(&model) } else { None };
+            let warning = warning.map_or_else(String::new, |warning| format!("\n\n{}", warning.warning()));
+            print(&(written(&paths) + &warning));
         }
         None => show(*language, &language.listing(&files)),
     }
     Ok(())
+}
+
+/// A warning if some constraints repeat others.
+fn repeated(model: &Model) -> Option<Message> {
+    let mechanism = model.mechanism(&|_| None);
+    let (q, _) = assembled(&*mechanism).ok()?;
+    let (rank, count) = (constraint_rank(&*mechanism, 0.0, &q), model.description.constraints.len());
+    let text = format!("C_q has rank {rank} with {count} constraints: their multipliers are NAN, and no step is good");
+    let help = "take the constraints out that follow from the others, or translate to MATLAB, which has the multipliers \
+                of least norm";
+    (rank < count).then(|| Message::new(text).help(help))
 }
 
 fn not_by_itself(scene: &str, name: &str, language: OutputLanguage) -> Error {

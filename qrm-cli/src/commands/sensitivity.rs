@@ -139,14 +139,17 @@ impl Found {
     }
 }
 
-/// The parameters that are asked for, or all.
+/// The parameters that are asked for, in the order in which they are, or all.
 fn parameters(setup: &Setup, asked: &[String]) -> Result<Vec<&'static str>, Error> {
     asked.iter().try_for_each(|name| check_parameter(setup.description, name))?;
     if let Some((_, twice)) = asked.iter().enumerate().find(|(i, name)| asked[..*i].contains(name)) {
         return Err(Error::given_twice(&format!("--by {twice}")));
     }
-    let is_asked = |name: &&str| asked.is_empty() || asked.iter().any(|asked| asked == name);
-    let by: Vec<&str> = setup.description.parameters.iter().map(|parameter| parameter.name).filter(is_asked).collect();
+    let all = setup.description.parameters.iter().map(|parameter| parameter.name);
+    if !asked.is_empty() {
+        return Ok(asked.iter().filter_map(|name| all.clone().find(|known| known == name)).collect());
+    }
+    let by: Vec<&str> = all.collect();
     if by.is_empty() {
         return Err(Error::usage(format!("scene `{}` has no parameter", setup.description.name))
             .help("give a number a name under [parameters]"));

@@ -77,10 +77,11 @@ impl Engine {
     pub(crate) fn start(path: &Path) -> Result<Self, Error> {
         static COUNTER: AtomicU64 = AtomicU64::new(0);
         let Some(program) = program() else {
-            return Err(Error::usage(format!(
-                "{} has not been derived yet, and the symbolic engine `qrm-engine` does not lie beside this program",
-                path.display()
-            ))
+            let missing = match EMBEDDED.get() {
+                Some(chosen) => format!("there is no symbolic engine {}", chosen.display()),
+                None => "the symbolic engine `qrm-engine` does not lie beside this program".to_owned(),
+            };
+            return Err(Error::usage(format!("{} has not been derived yet, and {missing}", path.display()))
             .help(format!(
                 "build it by `cargo build --release` in a clone of qrm, or install both by `cargo install --path .` \
                  there; or bring the derived scene into {}",

@@ -37,7 +37,40 @@ static void solve_saddle_point(double mass[N][N], double jacobian[SCENE_PLACES(M
     }
 }
 
-// Accelerations, then multipliers, by the equations of motion as a whole.
+// Whether no row is a combination of those before it, up to rounding errors of positions: Gram and Schmidt.
+static int are_independent(double jacobian[SCENE_PLACES(M)][N])
+{
+    double directions[SCENE_PLACES(M)][N];
+    for (int k = 0; k < M; k++) {
+        double before = 0.0, left = 0.0;
+        for (int i = 0; i < N; i++) {
+            directions[k][i] = jacobian[k][i];
+            before += jacobian[k][i] * jacobian[k][i];
+        }
+        for (int l = 0; l < k; l++) {
+            double along = 0.0;
+            for (int i = 0; i < N; i++) {
+                along += directions[k][i] * directions[l][i];
+            }
+            for (int i = 0; i < N; i++) {
+                directions[k][i] -= along * directions[l][i];
+            }
+        }
+        for (int i = 0; i < N; i++) {
+            left += directions[k][i] * directions[k][i];
+        }
+        if (!(left > 1e-16 * before)) {
+            return 0;
+        }
+        for (int i = 0; i < N; i++) {
+            directions[k][i] /= sqrt(left);
+        }
+    }
+    return 1;
+}
+
+// Accelerations, then multipliers, by the equations of motion as a whole. The multipliers are not numbers where
+// constraints repeat others: they are not determined there.
 static void plain_accelerations(const struct scene *m, double t, const double *q, const double *qd, double x[N + M])
 {
     double mass[N][N], forces[N], jacobian[SCENE_PLACES(M)][N], bias[SCENE_PLACES(M)];
@@ -45,7 +78,11 @@ static void plain_accelerations(const struct scene *m, double t, const double *q
     for (int i = 0; i < N + M; i++) {
         x[i] = i < N ? forces[i] : -bias[i - N];
     }
+    const int is_determined = are_independent(jacobian);
     solve_saddle_point(mass, jacobian, x);
+    for (int i = N; i < N + M && !is_determined; i++) {
+        x[i] = NAN;
+    }
 }
 
 // A correction, in the first places of `x`.

@@ -24,7 +24,7 @@ struct scene_step {
 };
 
 // Finds the state at time 0 from which the scene starts: what it gives stays, the other coordinates and rates close the
-// loops. The result is 0 if they cannot be closed from the scene's guesses.
+// loops. The result is 0 if they cannot be closed from the scene's guesses, or constraints repeat others.
 int scene_initial_state(const struct scene *m, struct scene_state *state);
 
 // Completes a state at time `t`, whose coordinates and rates fulfil the constraints, by all that follows from them.
@@ -48,5 +48,6 @@ void scene_rk4_step(const struct scene *m, double t, double h, const struct scen
 double scene_dop853_step(const struct scene *m, double t, double h, double tolerance, const struct scene_state *from,
                          struct scene_step *step);
 
-// Whether a step can be relied on: all numbers are finite, and no residual is larger than `tolerance`.
+// Whether a step can be relied on: all numbers are finite, and no residual is larger than `tolerance`. Where constraints
+// repeat others, multipliers are not determined, and NAN.
 int scene_is_good(const struct scene_step *step, double tolerance);

@@ -27,6 +27,10 @@ impl OutputLanguage {
         self.0.is_none()
     }
 
+    pub(super) fn is_c(self) -> bool {
+        self.name() == "c"
+    }
+
     pub(super) fn name(self) -> &'static str {
         self.0.map_or(RUST, |language| language.name)
     }

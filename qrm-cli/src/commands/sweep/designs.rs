@@ -55,7 +55,7 @@ pub(crate) fn by_lanes(how: &MethodOptions) -> MethodOptions {
 }
 
 /// How many cores can be asked for.
-pub(crate) const THREADS: RangeInclusive<i64> = 1..=4096;
+pub const THREADS: RangeInclusive<i64> = 1..=4096;
 
 /// The number of cores that is asked for, or that of the machine.
 pub(crate) fn threads(asked: Option<u32>) -> usize {
