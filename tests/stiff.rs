@@ -112,3 +112,18 @@ fn steps_that_end_at_a_singular_position_go_on() {
         assert!(summary["warnings"].to_string().contains("came near a singular position"), "{summary}");
     }
 }
+
+#[test]
+fn adaptive_methods_pass_singular_positions_at_every_tolerance() {
+    // As above.
+    let end = std::f64::consts::FRAC_PI_2 - 31.750_597_186_986_1;
+    for method in ["auto", "dop853", "dopri5", "gauss"] {
+        for (tolerance, allowed) in [(1e-8, 1e-6), (1e-9, 1e-7), (1e-10, 1e-8), (1e-11, 2e-9), (1e-12, 2e-10)] {
+            let tolerance = format!("{tolerance:e}");
+            let run = run(&["n-four-bar-2", "--method", method, "--tolerance", &tolerance, "--no-figures"]);
+            assert_eq!(run.status(), 0, "{method} {tolerance}: {}", run.stderr());
+            let off = (run.summary()["end_state"]["a0"].as_f64().expect("a number") - end).abs();
+            assert!(off < allowed, "{method} {tolerance}: off by {off:e}");
+        }
+    }
+}

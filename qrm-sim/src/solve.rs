@@ -8,6 +8,7 @@ mod lu;
 mod matrix;
 mod projection;
 mod rank;
+mod singular_position;
 mod smallest_singular_value;
 mod stats;
 

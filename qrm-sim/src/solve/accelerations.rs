@@ -4,17 +4,13 @@ use qrm_core::Mechanism;
 
 use super::buffers::{Dynamics, LoopConstraints};
 use super::ldl::{Ldl, PivotedLdl};
-use super::matrix::{Matrix, dot, largest};
-use super::projection::{Projection, ProjectionTolerance};
+use super::matrix::{Matrix, dot};
 use super::rank::constraint_rank;
+use super::singular_position;
 use super::stats::SolverStats;
 
 /// Products of larger masses overflow.
 const LARGEST_MASS: f64 = 1e150;
-
-/// Distances of positions beside a singular one, in rad or m, of which the first that is regular serves: rounding
-/// errors are magnified by one over this, and the interpolation between them is wrong by its fourth power.
-const ASIDE: [f64; 2] = [1e-4, 1e-3];
 
 /// Why the accelerations are not determined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -312,9 +308,7 @@ impl Solver {
         if self.stats.suspicious_constraints != before {
             let rank = self.saddle.rank;
             let solver = self.beside.get_or_insert_with(|| Box::new(Self::of_rank(mechanism, rank)));
-            let _ = ASIDE
-                .into_iter()
-                .find_map(|aside| across_singularity(mechanism, (solver, aside), t, (q, qd), (qdd, multipliers)));
+            singular_position::interpolate(mechanism, solver, t, (q, qd), (qdd, multipliers));
         }
         Ok(())
     }
@@ -336,47 +330,6 @@ impl Solver {
         self.has_metric = self.has_mass;
         std::mem::swap(&mut self.metric, &mut self.saddle.mass);
     }
-}
-
-/// Replaces accelerations and multipliers by the cubic through two positions on each side; `None`, and nothing is
-/// replaced, if the constraints say too little there too, or the mechanism is at rest.
-#[cold]
-fn across_singularity(
-    mechanism: &dyn Mechanism,
-    (solver, aside): (&mut Solver, f64),
-    t: f64,
-    (q, qd): (&[f64], &[f64]),
-    (qdd, multipliers): (&mut [f64], &mut [f64]),
-) -> Option<()> {
-    let speed = largest(qd).1;
-    if !(speed > 0.0 && speed.is_finite()) {
-        return None;
-    }
-    let mut beside = |distance: f64| {
-        solver.stats = SolverStats::default();
-        // Constraints that depend on time are met at the time when the motion is there.
-        let t = if mechanism.is_driven() { t + distance / speed } else { t };
-        let mut position: Vec<f64> = q.iter().zip(qd).map(|(q, v)| q + distance / speed * v).collect();
-        let mut rates = qd.to_vec();
-        solver.factor_mass(mechanism, &position);
-        let projection = (Projection::Mass, ProjectionTolerance::default());
-        solver.project(mechanism, projection, t, &mut position, &mut rates).ok()?;
-        let (mut qdd, mut multipliers) = (vec![0.0; q.len()], vec![0.0; multipliers.len()]);
-        solver.saddle.dynamics.evaluate(mechanism, t, &position, &rates);
-        solver.saddle.solve(&mut qdd, &mut multipliers, &mut solver.stats).ok()?;
-        (solver.stats.suspicious_constraints == 0).then_some((qdd, multipliers))
-    };
-    let (far_before, before) = (beside(-2.0 * aside)?, beside(-aside)?);
-    let (after, far_after) = (beside(aside)?, beside(2.0 * aside)?);
-    // The cubic through all four, in the middle.
-    let middle = |outer: f64, inner: f64| (4.0 * inner - outer) / 6.0;
-    for (i, value) in qdd.iter_mut().enumerate() {
-        *value = middle(far_before.0[i] + far_after.0[i], before.0[i] + after.0[i]);
-    }
-    for (k, value) in multipliers.iter_mut().enumerate() {
-        *value = middle(far_before.1[k] + far_after.1[k], before.1[k] + after.1[k]);
-    }
-    Some(())
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use super::matrix::{Matrix, dot};
 
 /// Pivots of products below this part of their diagonal entry, and entries below this part of the largest one, are
 /// suspicious.
-const SUSPICIOUS: f64 = 1e-9;
+const SUSPICIOUS: f64 = 1e-7;
 
 /// The factors of a positive definite matrix, `A = L D L'`.
 #[derive(Clone, Debug)]
@@ -33,7 +33,7 @@ impl Ldl {
     }
 
     /// Factors a matrix of products, `C_q Mbar^-1 C_q'`; false as soon as a pivot or a diagonal entry becomes
-    /// suspicious: the square of a singular value that is a hundred-thousandth of what others are.
+    /// suspicious: the square of a singular value that is three ten-thousandths of what others are.
     pub fn factor_products(&mut self, a: &Matrix) -> bool {
         let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
         for i in 0..a.columns() {
