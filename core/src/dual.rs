@@ -59,6 +59,10 @@ impl<D: Kind> Scalar for Dual<D> {
     }
     #[inline(always)]
     fn powf(self, exponent: f64) -> Self {
+        if self.0.re() == 0.0 && exponent > 2.0 {
+            // The crate divides by zero here. Of this, value and derivatives up to the second are zero.
+            return Self(self.0 * self.0 * 0.0);
+        }
         Self(self.0.powf(exponent))
     }
     #[inline(always)]
@@ -131,5 +135,29 @@ impl<D: Kind> Scalar for Dual<D> {
     }
     fn sin_cos_apart(self) -> (Self, Self) {
         self.sin_cos()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use num_dual::HyperDual64;
+
+    use super::Dual;
+    use crate::scalar::Scalar;
+
+    #[test]
+    fn powers_above_two_have_two_derivatives_at_zero() {
+        for (x, powers) in [(0.0, [2.5, 3.5, 4.0]), (4.0, [2.5, 3.5, 4.0])] {
+            for power in powers {
+                let Dual(found) = Dual(HyperDual64::new(x, 1.0, 1.0, 0.0)).powf(power);
+                let slope = power * x.powf(power - 1.0);
+                let curve = power * (power - 1.0) * x.powf(power - 2.0);
+                for (found, wanted) in
+                    [(found.re, x.powf(power)), (found.eps1, slope), (found.eps2, slope), (found.eps1eps2, curve)]
+                {
+                    assert!((found - wanted).abs() <= 1e-14 * wanted, "{found} is not {wanted}");
+                }
+            }
+        }
     }
 }

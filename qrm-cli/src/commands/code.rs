@@ -59,7 +59,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
                 files.into_iter().map(|file| (folder.join(file.name), file.text)).collect();
             save_all(&files)?;
             let paths: Vec<String> = files.iter().map(|(path, _)| path.display().to_string()).collect();
-            let warning = if language.is_c() { repeated(&model) } else { None };
+            let warning = if language.is_c() { repeated(model) } else { None };
             let warning = warning.map_or_else(String::new, |warning| format!("\n\n{}", warning.warning()));
             print(&(written(&paths) + &warning));
         }

@@ -64,6 +64,21 @@ impl SaddlePoint {
         if self.is_redundant() { PivotedLdl::regular(&self.schur, self.rank) } else { PivotedLdl::new(&self.schur) }
     }
 
+    /// How near the constraints that were factored are to dependent ones: about the square of an angle, in rad, between
+    /// their gradients, or of the part of the largest gradient that the smallest one is. Infinite where constraints
+    /// repeat others.
+    fn nearness(&self) -> f64 {
+        if self.is_redundant() {
+            return f64::INFINITY;
+        }
+        let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
+        for gradient in self.dynamics.constraint_jacobian.iter() {
+            let size = dot(gradient, gradient);
+            (least, most) = (least.min(size), most.max(size));
+        }
+        self.schur_factors.smallest_pivot(&self.schur).min(least / most)
+    }
+
     /// Solves the equations; true if the factors of `Mbar` are known afterwards.
     ///
     /// # Errors
@@ -305,10 +320,12 @@ impl Solver {
         let before = self.stats.suspicious_constraints;
         self.saddle.dynamics.evaluate(mechanism, t, q, qd);
         self.has_mass = self.saddle.solve(qdd, multipliers, &mut self.stats)?;
-        if self.stats.suspicious_constraints != before {
+        let is_suspicious = self.stats.suspicious_constraints != before;
+        let nearness = self.saddle.nearness();
+        if is_suspicious || nearness < singular_position::NEAR {
             let rank = self.saddle.rank;
             let solver = self.beside.get_or_insert_with(|| Box::new(Self::of_rank(mechanism, rank)));
-            singular_position::interpolate(mechanism, solver, t, (q, qd), (qdd, multipliers));
+            singular_position::interpolate(mechanism, (solver, nearness), t, (q, qd), (qdd, multipliers));
         }
         Ok(())
     }
