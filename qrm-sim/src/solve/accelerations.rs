@@ -9,6 +9,8 @@ use super::rank::constraint_rank;
 use super::singular_position;
 use super::stats::SolverStats;
 
+/// Derivatives are lost where a pivot of the Schur complement is smaller.
+const SINGULAR: f64 = 1e-9;
 /// Products of larger masses overflow.
 const LARGEST_MASS: f64 = 1e150;
 
@@ -62,21 +64,6 @@ impl SaddlePoint {
     /// is left of them would be magnified.
     pub(super) fn robust_factors(&self) -> PivotedLdl {
         if self.is_redundant() { PivotedLdl::regular(&self.schur, self.rank) } else { PivotedLdl::new(&self.schur) }
-    }
-
-    /// How near the constraints that were factored are to dependent ones: about the square of an angle, in rad, between
-    /// their gradients, or of the part of the largest gradient that the smallest one is. Infinite where constraints
-    /// repeat others.
-    fn nearness(&self) -> f64 {
-        if self.is_redundant() {
-            return f64::INFINITY;
-        }
-        let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
-        for gradient in self.dynamics.constraint_jacobian.iter() {
-            let size = dot(gradient, gradient);
-            (least, most) = (least.min(size), most.max(size));
-        }
-        self.schur_factors.smallest_pivot(&self.schur).min(least / most)
     }
 
     /// Solves the equations; true if the factors of `Mbar` are known afterwards.
@@ -180,6 +167,8 @@ impl SaddlePoint {
             schur_factors.factor_products(schur)
         };
         stats.suspicious_constraints += u64::from(!is_regular);
+        let is_singular = !is_regular && !schur_factors.factor_products_above(schur, SINGULAR);
+        stats.singular_constraints += u64::from(is_singular);
         stats.count_rank(&factors, *rank);
         excess(dynamics, qdd, multipliers);
         factors.solve(multipliers);
@@ -320,12 +309,10 @@ impl Solver {
         let before = self.stats.suspicious_constraints;
         self.saddle.dynamics.evaluate(mechanism, t, q, qd);
         self.has_mass = self.saddle.solve(qdd, multipliers, &mut self.stats)?;
-        let is_suspicious = self.stats.suspicious_constraints != before;
-        let nearness = self.saddle.nearness();
-        if is_suspicious || nearness < singular_position::NEAR {
+        if self.stats.suspicious_constraints != before {
             let rank = self.saddle.rank;
             let solver = self.beside.get_or_insert_with(|| Box::new(Self::of_rank(mechanism, rank)));
-            singular_position::interpolate(mechanism, (solver, nearness), t, (q, qd), (qdd, multipliers));
+            singular_position::interpolate(mechanism, solver, t, (q, qd), (qdd, multipliers));
         }
         Ok(())
     }

@@ -4,7 +4,7 @@ use super::matrix::{Matrix, dot};
 
 /// Pivots of products below this part of their diagonal entry, and entries below this part of the largest one, are
 /// suspicious.
-const SUSPICIOUS: f64 = 1e-9;
+const SUSPICIOUS: f64 = 1e-7;
 
 /// The factors of a positive definite matrix, `A = L D L'`.
 #[derive(Clone, Debug)]
@@ -33,19 +33,18 @@ impl Ldl {
     }
 
     /// Factors a matrix of products, `C_q Mbar^-1 C_q'`; false as soon as a pivot or a diagonal entry becomes
-    /// suspicious: the square of a singular value that is a hundred-thousandth of what others are.
+    /// suspicious: the square of a singular value that is three ten-thousandths of what others are.
     pub fn factor_products(&mut self, a: &Matrix) -> bool {
+        self.factor_products_above(a, SUSPICIOUS)
+    }
+
+    /// The same with another bound.
+    pub(super) fn factor_products_above(&mut self, a: &Matrix, smallest: f64) -> bool {
         let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
         for i in 0..a.columns() {
             (least, most) = (least.min(a[i][i]), most.max(a[i][i]));
         }
-        self.factor_above(a, SUSPICIOUS) && least > SUSPICIOUS * most
-    }
-
-    /// The smallest pivot of a matrix that was factored, relative to its diagonal entry.
-    pub(super) fn smallest_pivot(&self, a: &Matrix) -> f64 {
-        let pivots = self.inverse_d.iter().enumerate().map(|(j, inverse)| 1.0 / (inverse * a[j][j]));
-        pivots.fold(f64::INFINITY, f64::min)
+        least > smallest * most && self.factor_above(a, smallest)
     }
 
     /// Factors with pivots above this part of their diagonal entries.

@@ -7,10 +7,6 @@ use super::matrix::largest;
 use super::projection::{Projection, ProjectionTolerance};
 use super::stats::SolverStats;
 
-/// Accelerations are interpolated where constraints are nearer to dependent ones.
-pub(super) const NEAR: f64 = 1e-7;
-/// Where constraints are nearer than this, accelerations may be those of fewer constraints.
-const TRUNCATED: f64 = 1e-11;
 /// Distances of positions from each other, in rad or m: rounding errors grow with the square of their inverse, and
 /// errors of the interpolation with their eighth power.
 const DISTANCES: [f64; 2] = [1e-2, 1e-4];
@@ -26,7 +22,7 @@ const INNER_WEIGHTS: [f64; 4] = [3.0 / 4.0, -3.0 / 10.0, 1.0 / 20.0, 0.0];
 #[cold]
 pub(super) fn interpolate(
     mechanism: &dyn Mechanism,
-    (solver, nearness): (&mut Solver, f64),
+    solver: &mut Solver,
     t: f64,
     (q, qd): (&[f64], &[f64]),
     (qdd, multipliers): (&mut [f64], &mut [f64]),
@@ -37,8 +33,7 @@ pub(super) fn interpolate(
     }
     let count = q.len() + multipliers.len();
     let mut motion = Motion { mechanism, solver, count, t, q, qd, duration: 0.0 };
-    // Rounding errors of the accelerations as they are.
-    let mut least = if nearness > TRUNCATED { f64::EPSILON / nearness * largest(qdd).1 } else { f64::INFINITY };
+    let mut least = f64::INFINITY;
     for distance in DISTANCES {
         motion.duration = distance / speed;
         let Some((error, values)) = motion.interpolated() else { continue };

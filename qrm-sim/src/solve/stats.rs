@@ -9,6 +9,8 @@ pub struct SolverStats {
     pub singular_mass: u64,
     /// Solves with constraints that nearly depend on each other, or one of which nearly vanishes.
     pub suspicious_constraints: u64,
+    /// Those of them that have no derivatives.
+    pub singular_constraints: u64,
     /// Solves in which constraints do depend on each other.
     pub dependent_constraints: u64,
     /// The constraint that last depended on the others.

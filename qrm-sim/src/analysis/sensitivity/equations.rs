@@ -158,7 +158,7 @@ impl<'m, T: Inner> DualEquations<'m, T> {
         let made = made.map_err(|error| SensitivityError::Step { t, error })?;
         // With dependent constraints the equations do not determine the derivatives.
         let stats = &self.saddle.stats;
-        if stats.suspicious_constraints != 0 || stats.dependent_constraints != 0 {
+        if stats.singular_constraints != 0 || stats.dependent_constraints != 0 {
             return Err(SensitivityError::Singular { t });
         }
         let numbers = || [&made.q, &made.qd, &made.qdd, &made.multipliers].into_iter().flatten();
