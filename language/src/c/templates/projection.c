@@ -9,14 +9,13 @@ static const double ROUNDING = QRM_CORRECTION_ROUNDING;
 // The largest absolute value; not a number if one of them is none.
 static INLINE double largest(const double *x, int count)
 {
-    double largest = 0.0;
+    double largest = 0.0, sum = 0.0;
     for (int i = 0; i < count; i++) {
         const double size = fabs(x[i]);
-        if (size > largest || isnan(size)) {
-            largest = size;
-        }
+        largest = size > largest ? size : largest;
+        sum += size;
     }
-    return largest;
+    return isnan(sum) ? sum : largest;
 }
 
 // Whether all numbers of a state are finite.
