@@ -185,7 +185,7 @@ fn compiles(compiler: &str, arguments: &[&str], folder: &Path) -> bool {
     true
 }
 
-/// What `main.c` in a folder prints, with the code of a scene; `None` without the compiler.
+/// The output of `main.c` in a folder, compiled with the code of a scene; `None` without the compiler.
 fn output_of(compiler: &str, scene: &str, folder: &Path) -> Option<String> {
     let source = format!("{scene}.c");
     let arguments = ["-std=c99", "-O1", "-pedantic", "-o", "motion", "main.c", &source, "-lm"];

@@ -113,7 +113,7 @@ fn unknown_parts_are_errors() {
     let error = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(2));
     assert!(error.contains("has no part `com_jacobien`") && error.contains("did you mean `com_jacobian`?"), "{error}");
-    // The end of a name is none.
+    // The end of a function's name is not a function.
     for language in ["rust", "c", "matlab"] {
         let output = qrm(&["code", "quick-return", "jacobian", "--language", language]).output().expect("it starts");
         let error = String::from_utf8_lossy(&output.stderr).into_owned();

@@ -93,18 +93,26 @@ fn auto_stays_with_implicit_steps_as_long_as_a_damper_holds_the_motion() {
     assert!(implicit > 20 && steps < implicit + 55, "{implicit} of {steps} steps");
 }
 
+/// The time at which all rods of `n-four-bar-2` are in line, in s: the cranks stay parallel, so the motion is that of a
+/// pendulum (Gonzalez and others 2006).
+const PASSAGE: f64 = 0.714_355_529_292_960_5;
+/// The angle `a0` of `n-four-bar-2` after 10 s, in rad.
+const END: f64 = std::f64::consts::FRAC_PI_2 - 31.750_597_186_986_1;
+
+/// The error of the angle `a0` of `n-four-bar-2` after 10 s.
+fn error_after_passages(summary: &serde_json::Value) -> f64 {
+    (summary["end_state"]["a0"].as_f64().expect("a number") - END).abs()
+}
+
 #[test]
 fn steps_that_end_at_a_singular_position_go_on() {
-    // All rods in line, exactly (Gonzalez and others 2006; the cranks stay parallel, so the motion is that of a
-    // pendulum).
-    let (passage, end) = (0.714_355_529_292_960_5, std::f64::consts::FRAC_PI_2 - 31.750_597_186_986_1);
     for (steps, allowed) in [(71.0, 2e-6), (100.0, 1e-6), (500.0, 1e-8), (714.5, 1e-8), (1000.0, 1e-9), (7143.0, 1e-9)]
     {
-        let step = format!("{:?}", passage / steps);
+        let step = format!("{:?}", PASSAGE / steps);
         let run = run(&["n-four-bar-2", "--step", &step, "--end-time", "10", "--no-figures"]);
         assert_eq!(run.status(), 0, "{steps}: {}", run.stderr());
         let summary = run.summary();
-        let off = (summary["end_state"]["a0"].as_f64().expect("a number") - end).abs();
+        let off = error_after_passages(&summary);
         assert!(off < allowed, "{steps} steps to the passage: off by {off:e}");
         let nearest = summary["smallest_singular_value"]["value"].as_f64().expect("a number");
         // Whole numbers of steps land there, 71 of them within the error of the motion until then.
@@ -115,14 +123,12 @@ fn steps_that_end_at_a_singular_position_go_on() {
 
 #[test]
 fn adaptive_methods_pass_singular_positions_at_every_tolerance() {
-    // As above.
-    let end = std::f64::consts::FRAC_PI_2 - 31.750_597_186_986_1;
     for method in ["auto", "dop853", "dopri5", "gauss"] {
         for (tolerance, allowed) in [(1e-8, 1e-6), (1e-9, 1e-7), (1e-10, 1e-8), (1e-11, 2e-9), (1e-12, 2e-10)] {
             let tolerance = format!("{tolerance:e}");
             let run = run(&["n-four-bar-2", "--method", method, "--tolerance", &tolerance, "--no-figures"]);
             assert_eq!(run.status(), 0, "{method} {tolerance}: {}", run.stderr());
-            let off = (run.summary()["end_state"]["a0"].as_f64().expect("a number") - end).abs();
+            let off = error_after_passages(&run.summary());
             assert!(off < allowed, "{method} {tolerance}: off by {off:e}");
         }
     }

@@ -147,8 +147,8 @@ mod tests {
 
     #[test]
     fn powers_above_two_have_two_derivatives_at_zero() {
-        for (x, powers) in [(0.0, [2.5, 3.5, 4.0]), (4.0, [2.5, 3.5, 4.0])] {
-            for power in powers {
+        for x in [0.0_f64, 4.0] {
+            for power in [2.5, 3.5, 4.0] {
                 let Dual(found) = Dual(HyperDual64::new(x, 1.0, 1.0, 0.0)).powf(power);
                 let slope = power * x.powf(power - 1.0);
                 let curve = power * (power - 1.0) * x.powf(power - 2.0);

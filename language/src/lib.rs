@@ -36,6 +36,8 @@ pub struct Language {
     pub doc: &'static str,
     /// What begins a comment.
     pub comment: &'static str,
+    /// Whether steps take constraints that repeat others.
+    pub takes_repeated_constraints: bool,
     /// Writes a module.
     pub write: fn(&Program) -> Result<Vec<File>, Untranslated>,
     /// Writes a function of a module.
@@ -49,6 +51,7 @@ pub const LANGUAGES: [Language; 2] = [
         title: "C",
         doc: "C99, a header and a source file that need libm alone",
         comment: "//",
+        takes_repeated_constraints: false,
         write: c,
         write_function: c::write_function,
     },
@@ -57,6 +60,7 @@ pub const LANGUAGES: [Language; 2] = [
         title: "MATLAB",
         doc: "MATLAB and Octave, a file for each function",
         comment: "%",
+        takes_repeated_constraints: true,
         write: matlab,
         write_function: matlab::write_function,
     },

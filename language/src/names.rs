@@ -11,8 +11,8 @@ pub(super) struct Names {
 }
 
 impl Names {
-    /// Renames those that the language reserves, so that all differ, by underscores at their ends: no reserved name ends
-    /// with one.
+    /// The names, of which those that the language reserves get underscores at their ends, so that all differ: no
+    /// reserved name ends with one.
     pub(super) fn new<'n>(
         names: impl IntoIterator<Item = &'n str>,
         is_reserved: impl Fn(&str) -> bool,

@@ -113,3 +113,4 @@ def test_plots_have_units(quick_return):
     assert (over_angle.get_xlabel(), over_angle.get_ylabel()) == ("phi2 (rad)", "x6 (m)")
     assert result.plot().get_ylabel() == "x6 (m)"
     assert result.plot("N3", axes=axes) is axes
+    assert len({line.get_color() for line in axes.get_lines()}) == 3

@@ -52,7 +52,7 @@ impl Writer<'_> {
         format!("function {results} = {}_{}({})\n", self.program.name, self.name(function), arguments.join(", "))
     }
 
-    /// What `help` shows; `replace` is the first argument.
+    /// The text that `help` shows; `replace` is the name of the first argument.
     fn help(&self, function: &Function, replace: &str) -> String {
         let name = &self.program.name;
         let mut lines: Vec<String> = match is_parameters(function) {

@@ -27,10 +27,11 @@ def plot(result: Result, *names: str, x: str = "t", axes: Axes | None = None) ->
     by_unit: dict[str, list[str]] = {}
     for name in names:
         by_unit.setdefault(result.units[name], []).append(name)
-    lines: list[Line2D] = []
+    lines: list[Line2D] = list(axes.get_lines())
     for place, (unit, group) in enumerate(by_unit.items()):
         own = axes if place == 0 else axes.twinx()
-        own.spines["right"].set_position(("outward", 60.0 * max(place - 1, 0)))
+        if place > 1:
+            own.spines["right"].set_position(("outward", 60.0 * (place - 1)))
         own.set_ylabel(_labelled(", ".join(group), unit))
         for name in group:
             lines += own.plot(result[x], result[name], label=name, color=f"C{len(lines)}")
@@ -39,7 +40,7 @@ def plot(result: Result, *names: str, x: str = "t", axes: Axes | None = None) ->
                 own.fill_between(result.t, low, high, color=lines[-1].get_color(), alpha=0.25, linewidth=0)
     axes.set_xlabel(_labelled(x, result.units[x]))
     if len(names) > 1:
-        axes.legend(handles=lines)
+        axes.legend(handles=[line for line in lines if not str(line.get_label()).startswith("_")])
     elif result.docs[names[0]]:
         axes.set_title(result.docs[names[0]])
     return axes

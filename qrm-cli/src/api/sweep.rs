@@ -4,7 +4,7 @@ use qrm_sim::columns::Column;
 
 use super::options::RunOptions;
 use super::scene::LoadedScene;
-use crate::commands::sweep::{Axes, Cell, Designs, Field, Row, by_lanes, self_check, threads};
+use crate::commands::sweep::{Axes, Cell, Designs, Field, Row, THREADS, by_lanes, self_check, threads};
 use crate::error::Error;
 use crate::memory::has_room;
 use crate::setup::Setup;
@@ -64,7 +64,13 @@ impl LoadedScene {
             estimate_error: !options.no_error_estimate,
             ..Designs::new(setup, axes)?
         };
-        let threads = threads(options.threads);
+        let threads = match options.threads {
+            Some(asked) if !THREADS.contains(&asked.into()) => {
+                let (least, most) = (THREADS.start(), THREADS.end());
+                return Err(Error::usage(format!("`--threads` must be from {least} to {most}, but is {asked}")));
+            }
+            asked => threads(asked),
+        };
         let columns = designs.columns();
         check_memory(designs.count(), columns.len())?;
         let mut values: Vec<Values> = columns.iter().map(|column| Values::of(column.kind, designs.count())).collect();

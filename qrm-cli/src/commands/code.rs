@@ -59,9 +59,13 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
                 files.into_iter().map(|file| (folder.join(file.name), file.text)).collect();
             save_all(&files)?;
             let paths: Vec<String> = files.iter().map(|(path, _)| path.display().to_string()).collect();
-            let warning = if language.is_c() { repeated(model) } else { None };
-            let warning = warning.map_or_else(String::new, |warning| format!("\n\n{}", warning.warning()));
-            print(&(written(&paths) + &warning));
+            let mut text = written(&paths);
+            if !language.takes_repeated_constraints()
+                && let Some(warning) = repeated(model)
+            {
+                text += &format!("\n\n{}", warning.warning());
+            }
+            print(&text);
         }
         None => show(*language, &language.listing(&files)),
     }
@@ -73,10 +77,15 @@ fn repeated(model: &Model) -> Option<Message> {
     let mechanism = model.mechanism(&|_| None);
     let (q, _) = assembled(&*mechanism).ok()?;
     let (rank, count) = (constraint_rank(&*mechanism, 0.0, &q), model.description.constraints.len());
-    let text = format!("C_q has rank {rank} with {count} constraints: their multipliers are NAN, and no step is good");
-    let help = "take the constraints out that follow from the others, or translate to MATLAB, which has the multipliers \
-                of least norm";
-    (rank < count).then(|| Message::new(text).help(help))
+    (rank < count).then(|| {
+        Message::new(format!(
+            "C_q has rank {rank} with {count} constraints: their multipliers are NAN, and no step is good"
+        ))
+        .help(
+            "take the constraints out that follow from the others, or translate to MATLAB, which has the multipliers \
+             of least norm",
+        )
+    })
 }
 
 fn not_by_itself(scene: &str, name: &str, language: OutputLanguage) -> Error {

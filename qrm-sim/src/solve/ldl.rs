@@ -38,7 +38,8 @@ impl Ldl {
         self.factor_products_above(a, SUSPICIOUS)
     }
 
-    /// The same with another bound.
+    /// Factors a matrix of products; false as soon as a pivot is below this part of its diagonal entry, or a diagonal
+    /// entry below this part of the largest one.
     pub(super) fn factor_products_above(&mut self, a: &Matrix, smallest: f64) -> bool {
         let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
         for i in 0..a.columns() {

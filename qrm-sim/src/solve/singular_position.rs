@@ -14,7 +14,8 @@ const DISTANCES: [f64; 2] = [1e-2, 1e-4];
 const PRECISE: f64 = 1e-8;
 /// The weights of positions at one to four distances on each side, in the polynomial of degree 7 through all of them.
 const WEIGHTS: [f64; 4] = [4.0 / 5.0, -2.0 / 5.0, 4.0 / 35.0, -1.0 / 70.0];
-/// Those in the polynomial of degree 5 through the inner ones, whose difference is the estimated error.
+/// The weights of the same positions in the polynomial of degree 5 through the inner six: the difference between the
+/// two polynomials is the estimated error.
 const INNER_WEIGHTS: [f64; 4] = [3.0 / 4.0, -3.0 / 10.0, 1.0 / 20.0, 0.0];
 
 /// Replaces accelerations and multipliers at a singular position by those of the polynomial through projected positions

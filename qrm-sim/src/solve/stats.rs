@@ -9,7 +9,7 @@ pub struct SolverStats {
     pub singular_mass: u64,
     /// Solves with constraints that nearly depend on each other, or one of which nearly vanishes.
     pub suspicious_constraints: u64,
-    /// Those of them that have no derivatives.
+    /// Solves with constraints so nearly dependent that derivatives are lost.
     pub singular_constraints: u64,
     /// Solves in which constraints do depend on each other.
     pub dependent_constraints: u64,

@@ -78,10 +78,11 @@ static void plain_accelerations(const struct scene *m, double t, const double *q
     for (int i = 0; i < N + M; i++) {
         x[i] = i < N ? forces[i] : -bias[i - N];
     }
-    const int is_determined = are_independent(jacobian);
     solve_saddle_point(mass, jacobian, x);
-    for (int i = N; i < N + M && !is_determined; i++) {
-        x[i] = NAN;
+    if (!are_independent(jacobian)) {
+        for (int i = N; i < N + M; i++) {
+            x[i] = NAN;
+        }
     }
 }
 

@@ -48,6 +48,6 @@ void scene_rk4_step(const struct scene *m, double t, double h, const struct scen
 double scene_dop853_step(const struct scene *m, double t, double h, double tolerance, const struct scene_state *from,
                          struct scene_step *step);
 
-// Whether a step can be relied on: all numbers are finite, and no residual is larger than `tolerance`. Where constraints
-// repeat others, multipliers are not determined, and NAN.
+// Whether a step can be relied on: all numbers are finite, and no residual is larger than `tolerance`. Where
+// constraints repeat others, multipliers are not determined, and NAN.
 int scene_is_good(const struct scene_step *step, double tolerance);

@@ -27,8 +27,9 @@ impl OutputLanguage {
         self.0.is_none()
     }
 
-    pub(super) fn is_c(self) -> bool {
-        self.name() == "c"
+    /// Whether steps take constraints that repeat others; in Rust a solver does.
+    pub(super) fn takes_repeated_constraints(self) -> bool {
+        self.0.is_none_or(|language| language.takes_repeated_constraints)
     }
 
     pub(super) fn name(self) -> &'static str {

@@ -26,9 +26,9 @@ const EXTREMES: f64 = 1e-4;
 
 /// Designs that agree with runs of their own.
 pub(crate) struct Agreement {
-    /// The number of designs that were to be compared.
-    chosen: usize,
-    /// The number of those that could be.
+    /// The number of designs that were run by themselves.
+    tried: usize,
+    /// The number of those that could be compared.
     designs: usize,
     /// The largest difference of a coordinate.
     largest: f64,
@@ -58,12 +58,11 @@ pub(crate) struct Difference {
 /// steps, nothing is compared: designs with those run by themselves already.
 pub(crate) fn compare(designs: &Designs, (begin, end): (usize, usize)) -> Result<Agreement, Difference> {
     let settings = designs.setup.settings;
-    let mut agreement = Agreement { chosen: 0, designs: 0, largest: 0.0, missed: None };
+    let mut agreement = Agreement { tried: 0, designs: 0, largest: 0.0, missed: None };
     if !designs.estimate_error || !settings.method.is_adaptive() {
         return Ok(agreement);
     }
     let count = DESIGNS.min(end - begin);
-    agreement.chosen = count;
     let numbers: Vec<usize> = (0..count).map(|k| begin + (2 * k + 1) * (end - begin) / (2 * count)).collect();
     let finer = MethodSettings { tolerance: (FINER * settings.tolerance).clamp(FINEST, COARSEST), ..settings };
     let of_sweep = designs.results(&numbers, settings, designs.lanes, None);
@@ -74,6 +73,7 @@ pub(crate) fn compare(designs: &Designs, (begin, end): (usize, usize)) -> Result
         if interrupted() {
             break;
         }
+        agreement.tried += 1;
         if let Ok(exact) = alone.result
             && let Some(difference) = difference(design, &own, &exact)?
         {
@@ -146,13 +146,13 @@ impl Agreement {
 
 impl fmt::Display for Agreement {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let Self { chosen, designs, largest, .. } = self;
+        let Self { tried, designs, largest, .. } = self;
+        if *tried == 0 {
+            return Ok(());
+        }
         if *designs == 0 {
-            let chosen = counted(*chosen as u64, "design");
-            return match self.chosen {
-                0 => Ok(()),
-                _ => write!(f, "\nself-check: left out, as none of {chosen} can be relied on in a run of its own"),
-            };
+            let tried = counted(*tried as u64, "design");
+            return write!(f, "\nself-check: left out, as none of {tried} can be relied on in a run of its own");
         }
         let designs = counted(*designs as u64, "design");
         write!(f, "\nself-check: {designs} within {largest:.1e} of runs of their own at a finer tolerance")?;

@@ -1,4 +1,4 @@
-//! What results depend on the processor.
+//! The property of the processor on which results depend.
 
 /// Whether the processor has lanes of eight numbers.
 ///
