@@ -3,7 +3,8 @@
 use std::fs::{self, File};
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
+
+use tempfile::{Builder, NamedTempFile, TempPath};
 
 /// The bytes of a file of limited size.
 ///
@@ -78,11 +79,9 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> io::Result<()> {
 /// As for [`write_whole`], or the function failed.
 pub fn write_whole_with<T>(path: &Path, write: impl FnOnce(&mut File) -> io::Result<T>) -> io::Result<T> {
     path.parent().map_or(Ok(()), fs::create_dir_all)?;
-    let (part, mut file) = Part::create(path)?;
-    let written = write(&mut file)?;
-    // Some systems rename closed files only.
-    drop(file);
-    fs::rename(&part.0, path)?;
+    let mut part = part(path)?;
+    let written = write(part.as_file_mut())?;
+    part.into_temp_path().persist(path)?;
     Ok(written)
 }
 
@@ -94,49 +93,34 @@ pub fn write_whole_with<T>(path: &Path, write: impl FnOnce(&mut File) -> io::Res
 pub fn write_all_whole(files: &[(PathBuf, impl AsRef<[u8]>)]) -> Result<(), (&Path, io::Error)> {
     let mut parts = Vec::new();
     for (path, bytes) in files {
-        let written = || -> io::Result<Part> {
+        let written = || -> io::Result<TempPath> {
             if path.is_dir() {
                 return Err(io::ErrorKind::IsADirectory.into());
             }
             path.parent().map_or(Ok(()), fs::create_dir_all)?;
-            let (part, mut file) = Part::create(path)?;
-            file.write_all(bytes.as_ref())?;
-            Ok(part)
+            let mut part = part(path)?;
+            part.write_all(bytes.as_ref())?;
+            Ok(part.into_temp_path())
         };
         parts.push(written().map_err(|e| (path.as_path(), e))?);
     }
-    for (part, (path, _)) in parts.iter().zip(files) {
-        fs::rename(&part.0, path).map_err(|e| (path.as_path(), e))?;
+    for (part, (path, _)) in parts.into_iter().zip(files) {
+        part.persist(path).map_err(|e| (path.as_path(), e.error))?;
     }
     Ok(())
 }
 
-/// A file under way, removed when it is dropped; after it was renamed there is nothing to remove.
-struct Part(PathBuf);
-
-impl Part {
-    /// Makes a file beside `path` that no other writer has, in this process or another.
-    fn create(path: &Path) -> io::Result<(Self, File)> {
-        static COUNTER: AtomicU64 = AtomicU64::new(0);
-        loop {
-            let number = COUNTER.fetch_add(1, Ordering::Relaxed);
-            let mut name = path.file_name().unwrap_or_default().to_owned();
-            name.push(format!(".{}-{number}.part", std::process::id()));
-            let part = path.with_file_name(name);
-            match File::create_new(&part) {
-                Ok(file) => return Ok((Self(part), file)),
-                // Left by a process that had the same number and was killed.
-                Err(e) if e.kind() == io::ErrorKind::AlreadyExists => {}
-                Err(e) => return Err(e),
-            }
-        }
-    }
-}
-
-impl Drop for Part {
-    fn drop(&mut self) {
-        let _ = fs::remove_file(&self.0);
-    }
+/// A file beside `path` that no other writer has, in this process or another; removed when it is dropped.
+fn part(path: &Path) -> io::Result<NamedTempFile> {
+    let mut prefix = path.file_name().unwrap_or_default().to_owned();
+    prefix.push(".");
+    let mut builder = Builder::new();
+    builder.prefix(&prefix).suffix(".part");
+    // Others may read it as they may read any new file.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let folder = path.parent().filter(|folder| *folder != Path::new(""));
+    builder.tempfile_in(folder.unwrap_or(Path::new(".")))
 }
 
 #[cfg(test)]
