@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Table, run};
+use common::{Run, Table, run, with_slot};
 
 const COORDINATES: [&str; 3] = ["phi2", "phi4", "phi5"];
 
@@ -57,11 +57,52 @@ fn long_steps_that_are_wrong_say_so() {
 
 #[test]
 fn a_constraint_that_vanishes_is_named() {
-    // The rocker turns fully; where it points along x, the root form of the slot says nothing.
-    let run = run(&["quick-return-loaded", "--set", "O2A=0.301", "--set", "BC=2", "--set", "BG5=1", "--end-time", "1"]);
+    // The rocker turns fully; where it points along x, this form of the slot says nothing.
+    let (_folder, scene) = with_slot("quick-return-loaded", "A.x/sqrt(A.x^2 + A.y^2) - cos(phi4)");
+    let run = run(&[&[scene.as_str()], &FULL_TURN[..], &["--end-time", "1"]].concat());
     assert_eq!(run.status(), 1);
     assert!(run.stderr().contains("came near a singular position"), "{}", run.stderr());
     assert!(run.stderr().contains("constraint `slot` has no gradient there"), "{}", run.stderr());
+}
+
+/// A crank that is longer than the ground link, so that the rocker turns fully.
+const FULL_TURN: [&str; 6] = ["--set", "O2A=0.301", "--set", "BC=2", "--set", "BG5=1"];
+
+#[test]
+fn a_constraint_with_a_regular_form_is_rewritten() {
+    let note = "constraint `slot` is singular where A.y = 0, and is taken as `A.x*sin(phi4) - A.y*cos(phi4)` instead";
+    let last = |run: &Run| {
+        let state = run.summary()["end_state"].clone();
+        ["phi2", "phi4", "phi5"].map(|name| state[name].as_f64().expect("a number"))
+    };
+    let by = |scene: &str, method: &[&str]| {
+        let run = run(&[&[scene], &FULL_TURN[..], &["--end-time", "1", "--no-figures"], method].concat());
+        assert_eq!(run.status(), 0, "{method:?}: {}", run.stderr());
+        run
+    };
+    let exact = by("quick-return-loaded", &["--method", "dop853", "--tolerance", "1e-13"]);
+    let warnings = exact.summary()["warnings"].to_string();
+    assert!(warnings.contains(note), "{warnings}");
+    for tolerance in ["1e-6", "1e-9"] {
+        let run = by("quick-return-loaded", &["--method", "auto", "--tolerance", tolerance]);
+        let error = last(&run).iter().zip(last(&exact)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        let estimate = run.summary()["estimated_error"].as_f64().expect("a number");
+        assert!(error < 3.0 * estimate && error < 1e-3, "{tolerance}: {error:e} with {estimate:e} estimated");
+    }
+    // The angle between rocker and crank by its tangent, which is regular as long as the crank is the longer one.
+    let tangent = "(A.y*cos(phi2) - A.x*sin(phi2))/(A.x*cos(phi2) + A.y*sin(phi2))";
+    let (_folder, other) = with_slot("quick-return-loaded", &format!("phi4 - phi2 - atan({tangent})"));
+    let other = last(&by(&other, &["--method", "dop853", "--tolerance", "1e-13"]));
+    assert!(last(&exact).iter().zip(other).all(|(a, b)| (a - b).abs() < 1e-9), "{other:?}");
+}
+
+#[test]
+fn mirrored_positions_have_no_regular_form() {
+    // The root form holds for the mirrored rocker too.
+    let (_folder, scene) = with_slot("quick-return", "A.x - sqrt(A.x^2 + A.y^2)*cos(-phi4)");
+    let run = run(&[&scene, "--set", "O2A=0.301", "--set", "BC=2", "--end-time", "0.1", "--no-figures"]);
+    assert_eq!(run.status(), 0, "{}", run.stderr());
+    assert_eq!(run.summary()["warnings"], serde_json::json!([]));
 }
 
 #[test]

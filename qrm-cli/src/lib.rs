@@ -21,6 +21,7 @@ mod plots;
 mod progress;
 mod recorder;
 mod reference;
+mod regular_forms;
 mod resolution;
 mod run_report;
 mod scenes;

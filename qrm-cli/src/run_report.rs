@@ -191,8 +191,12 @@ impl RunReport {
             parameters: Named(parameters.zip(setup.model.parameter_values(&setup.replace())).collect()),
             figures: Vec::new(),
             has_jumps: setup.has_jumps(),
-            warnings: [judgement::warnings(outcome, description, &distrust), judgement::open_joints(setup, recording)]
-                .concat(),
+            warnings: [
+                setup.notes.clone(),
+                judgement::warnings(outcome, description, &distrust),
+                judgement::open_joints(setup, recording),
+            ]
+            .concat(),
             distrust,
         }
     }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use qrm_core::{Description, Mechanism, Model};
+use qrm_core::{Description, Interval, Mechanism, Model};
 use qrm_scene::diagnostic::{Diagnostic, Report};
 use qrm_scene::evaluate::{constant, parameter_values};
 use qrm_scene::function::Function;
@@ -17,9 +17,10 @@ use qrm_sim::solve::{ProjectionTolerance, constraint_rank};
 use qrm_sim::start::Start;
 
 use crate::condition::Condition;
-use crate::error::Error;
+use crate::error::{Error, Message};
 use crate::messages;
 use crate::options::{MethodOptions, SceneOptions, StartOptions, assignments, optional_positive, parameters};
+use crate::regular_forms::{Rewritten, rewritten};
 use crate::resolution;
 use crate::scenes::FoundScene;
 
@@ -49,11 +50,19 @@ pub(crate) struct Setup {
     pub(crate) end_time: Option<f64>,
     /// Stop condition of the command line.
     pub(crate) condition: Option<Condition>,
+    /// The constraints that were rewritten.
+    pub(crate) notes: Vec<Message>,
 }
 
+/// Coordinates at the start that differ by less, in rad or m, are those of one position.
+const SAME_POSITION: f64 = 1e-6;
+
 impl Setup {
+    /// The setup of a scene of the command line, which says what was rewritten.
     pub(crate) fn new(models: &'static [Model], options: &SceneOptions, how: &MethodOptions) -> Result<Self, Error> {
-        Self::of(options.name.find(models)?, options, how)
+        let setup = Self::of(options.name.find(models)?, options, how)?;
+        setup.print_notes();
+        Ok(setup)
     }
 
     /// The setup of a scene that is already found, and read with its own values if it has a scene; the name in `options`
@@ -95,7 +104,7 @@ impl Setup {
         };
         let until = options.until.as_deref();
         let condition = until.map(|until| Condition::new(&scene, until)).transpose()?;
-        Ok(Self {
+        let setup = Self {
             settings,
             scales,
             until: until.unwrap_or(description.until).to_owned(),
@@ -109,7 +118,31 @@ impl Setup {
             max_step,
             end_time,
             condition,
-        })
+            notes: Vec::new(),
+        };
+        setup.with_regular_forms(&|_| None)
+    }
+
+    /// The same with regular forms in place of the constraints that may be singular where parameters have these ranges.
+    pub(crate) fn with_regular_forms(mut self, ranges: &dyn Fn(&str) -> Option<Interval>) -> Result<Self, Error> {
+        let found = rewritten(&self, ranges)?;
+        let Some(Rewritten { model, scene, notes }) = found else { return Ok(self) };
+        // The form as given also holds for mirrored positions, and those have no other.
+        let start = |model: &Model| assembled(&*model.mechanism(&self.replace())).map(|(q, _)| q);
+        let is_same = match (start(self.model), start(model)) {
+            (Ok(given), Ok(regular)) => given.iter().zip(&regular).all(|(a, b)| (a - b).abs() < SAME_POSITION),
+            _ => false,
+        };
+        if is_same {
+            (self.model, self.description, self.scene) = (model, model.description, scene);
+            self.notes.extend(notes);
+        }
+        Ok(self)
+    }
+
+    /// Says what was rewritten.
+    pub(crate) fn print_notes(&self) {
+        self.notes.iter().for_each(|note| eprintln!("{}", note.warning()));
     }
 
     /// The same, from another start.

@@ -8,6 +8,7 @@
 
 pub mod chart;
 pub mod diagnostic;
+pub mod direction;
 pub mod document;
 pub mod evaluate;
 pub mod expression;

@@ -52,6 +52,18 @@ pub fn run(arguments: &[&str]) -> Run {
     Run { output: command.output().expect("the command starts"), folder }
 }
 
+/// A scene of the program with another formula for the slot of its rocker, in a file.
+pub fn with_slot(scene: &str, residual: &str) -> (tempfile::TempDir, String) {
+    let source = std::fs::read_to_string(format!("scenes/{scene}.toml")).expect("a scene");
+    let given = "A.x - sqrt(A.x^2 + A.y^2)*cos(phi4)";
+    assert!(source.contains(given));
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join(format!("{scene}.toml"));
+    std::fs::write(&path, source.replace(given, residual)).expect("written");
+    let path = path.display().to_string();
+    (folder, path)
+}
+
 impl Run {
     pub fn status(&self) -> i32 {
         self.output.status.code().expect("the command ended by itself")

@@ -85,10 +85,12 @@ impl LoadedScene {
                 Ok(())
             },
         )?;
-        let warnings = match self_check::compare(&designs, (0, designs.count())) {
-            Ok(agreement) => agreement.warning().iter().map(ToString::to_string).collect(),
-            Err(difference) => vec![difference.error().to_string()],
+        let notes = designs.setup.notes.iter().map(ToString::to_string);
+        let checked: Option<String> = match self_check::compare(&designs, (0, designs.count())) {
+            Ok(agreement) => agreement.warning().map(|warning| warning.to_string()),
+            Err(difference) => Some(difference.error().to_string()),
         };
+        let warnings = notes.chain(checked).collect();
         let column = |Column { name, unit, doc, .. }: Column<Field>| Column { name, unit, doc, kind: () };
         Ok(Sweep { columns: columns.into_iter().map(column).zip(values).collect(), warnings })
     }

@@ -50,7 +50,8 @@ pub(crate) struct Options {
 
 /// Runs a scene and writes its files.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
-    let setup = Setup::new(models, &options.scene, &options.method)?.starting_from(&options.start)?;
+    let setup =
+        Setup::of(options.scene.name.find(models)?, &options.scene, &options.method)?.starting_from(&options.start)?;
     let plots = Plots::new(&setup, &options.plots)?;
     let out = options.out.of(&setup.path);
     for file in ["trajectory.csv", "trajectory.parquet", "trajectory.units.json", "summary.json"] {

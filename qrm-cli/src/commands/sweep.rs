@@ -132,7 +132,7 @@ struct Plan<'s> {
 
 impl<'s> Plan<'s> {
     fn new(models: &'static [Model], options: &'s Options) -> Result<Self, Error> {
-        let setup = Setup::new(models, &options.scene, &by_lanes(&options.how))?;
+        let setup = Setup::of(options.scene.name.find(models)?, &options.scene, &by_lanes(&options.how))?;
         let axes = Axes::new(setup.description, &options.vary)?;
         let range = match &options.shard {
             Some(shard) => axes::shard(shard, axes.count())?,
@@ -145,6 +145,7 @@ impl<'s> Plan<'s> {
                 .help("let `--out` end in `.csv`; `qrm merge OUT.parquet PART...` writes Parquet"));
         }
         let designs = Designs::new(setup, axes)?;
+        designs.setup.print_notes();
         let designs = Designs {
             has_extremes: !options.no_extremes,
             estimate_error: !options.no_error_estimate,

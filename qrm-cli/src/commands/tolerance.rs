@@ -131,7 +131,7 @@ pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Err
     let mut scene = options.scene.clone();
     scene.set.extend(parameters.iter().filter_map(TolerancedParameter::assignment));
     parameter::check(&parameters, &setup)?;
-    let nominal = Setup::new(models, &scene, &how)?;
+    let nominal = Setup::of(scene.name.find(models)?, &scene, &how)?;
     parameter::complete(&mut parameters, &nominal);
     let folder = options.out.of(&setup.path);
     let [json, picture, csv] = ["tolerance.json", "tolerance.svg", "samples.csv"].map(|name| folder.join(name));

@@ -38,8 +38,7 @@ fn near_singular(outcome: &Outcome, description: &Description, below: f64) -> Op
         "the mechanism came near a singular position: the smallest singular value of C_q fell to {fraction:.0e} of its \
          largest at t = {t}; constraint `{name}` {what}"
     ));
-    let help = "write the constraint in a form that does not vanish there, if there is one (a root times a cosine \
-                vanishes where `A.x*sin(phi) - A.y*cos(phi)` does not)";
+    let help = "write the constraint in a form that does not vanish there, if there is one";
     Some(if nearest.is_alone { message.help(help) } else { message })
 }
 

@@ -29,7 +29,7 @@ pub(crate) fn choose(program: PathBuf) {
 }
 
 /// The engine that was chosen, or the one beside this program, if it was built with one.
-pub(super) fn program() -> Option<PathBuf> {
+pub(crate) fn program() -> Option<PathBuf> {
     if let Some(chosen) = EMBEDDED.get().filter(|program| program.is_file()) {
         return Some(chosen.clone());
     }

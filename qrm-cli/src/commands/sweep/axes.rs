@@ -1,6 +1,6 @@
 //! The parameters that a sweep varies.
 
-use qrm_core::Description;
+use qrm_core::{Description, Interval};
 
 use crate::error::Error;
 use crate::options::{check_parameter, number};
@@ -92,6 +92,12 @@ impl Axes {
             .collect();
         values.reverse();
         values
+    }
+
+    /// The range of a parameter, if it is varied.
+    pub(super) fn range(&self, name: &str) -> Option<Interval> {
+        let values = &self.axes.iter().find(|axis| axis.name == name)?.values;
+        values.iter().map(|value| Interval::point(*value)).reduce(Interval::hull)
     }
 
     /// The value of a parameter, if it is varied.

@@ -76,6 +76,7 @@ impl Designs {
             return Err(Error::usage(format!("`{name}` is both set and varied"))
                 .help(format!("omit `--set {name}` or `--vary {name}`")));
         }
+        let setup = setup.with_regular_forms(&|name| axes.range(name))?;
         Ok(Self { setup, axes, has_extremes: true, estimate_error: true, lanes: LaneCount::Most })
     }
 

@@ -12,7 +12,7 @@ macro_rules! golden {
         $(
             #[allow(dead_code, missing_docs, non_snake_case, unreachable_pub)]
             mod $name {
-                include!(concat!(env!("CARGO_MANIFEST_DIR"), "/../qrm-model/golden/", stringify!($name), ".rs"));
+                include!(concat!(env!("CARGO_MANIFEST_DIR"), "/qrm-model/golden/", stringify!($name), ".rs"));
             }
         )*
     };
@@ -165,7 +165,7 @@ fn agree<const N: usize, const M: usize>(what: &str, state: &KernelState<f64, N,
 
 /// The states of a motion in C: coordinates, rates, accelerations, multipliers.
 fn rows(compiler: &str, name: &str, motion: &str) -> Vec<Vec<f64>> {
-    let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../qrm-model/golden/{name}.rs"));
+    let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("qrm-model/golden/{name}.rs"));
     let program = qrm_language::parse(name, &fs::read_to_string(golden).expect("a module"))
         .expect("an intermediate representation");
     let files = qrm_language::c(&program).expect("a translation");

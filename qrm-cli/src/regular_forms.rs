@@ -1,0 +1,113 @@
+//! Constraints that are singular at some positions of a mechanism, rewritten in a form that is not.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use qrm_core::{Interval, Model};
+use qrm_scene::direction::{Direction, directions};
+use qrm_scene::expression::{Node, NodeId};
+use qrm_scene::function::Function;
+use qrm_scene::resolve;
+use qrm_scene::scene::{Quantity, Scene, Value};
+
+use crate::error::{Error, Message};
+use crate::scenes::{engine, model_of_source};
+use crate::setup::Setup;
+
+/// The range of a parameter that varies; `None` if it has one value.
+type Ranges<'r> = &'r dyn Fn(&str) -> Option<Interval>;
+
+/// A scene whose constraints are rewritten.
+pub(crate) struct Rewritten {
+    pub(crate) model: &'static Model,
+    pub(crate) scene: Arc<Scene>,
+    /// What was rewritten.
+    pub(crate) notes: Vec<Message>,
+}
+
+/// The scene with regular forms in place of the constraints that may be singular with these values of its parameters;
+/// `None` if none may be, or if there is no engine to derive it.
+///
+/// # Errors
+/// The engine fails or is interrupted.
+pub(crate) fn rewritten(setup: &Setup, ranges: Ranges) -> Result<Option<Rewritten>, Error> {
+    let (path, source, scene) = (&setup.path, setup.description.source, &*setup.scene);
+    let directions = directions(scene, source);
+    if directions.is_empty() {
+        return Ok(None);
+    }
+    let parameters = parameter_ranges(scene, &setup.parameters(), ranges);
+    let may_be_singular = |direction: &Direction| {
+        let residual = &scene.constraints[direction.constraint].residual;
+        range(scene, residual, direction.component, &parameters).contains(0.0)
+    };
+    let mut singular: Vec<Direction> = directions.into_iter().filter(may_be_singular).collect();
+    if singular.is_empty() {
+        return Ok(None);
+    }
+    // From the end, so that the places of the others hold.
+    singular.sort_by_key(|direction| std::cmp::Reverse(direction.span.start));
+    let (mut text, mut notes) = (source.to_owned(), Vec::new());
+    for direction in &singular {
+        let constraint = &scene.constraints[direction.constraint];
+        let component = &source[constraint.residual.span(direction.component)];
+        text.replace_range(direction.span.clone(), &direction.regular_form);
+        let form = &direction.regular_form;
+        let name = &constraint.name;
+        notes.insert(
+            0,
+            Message::new(format!(
+                "constraint `{name}` is singular where {component} = 0, and is taken as `{form}` instead"
+            ))
+            .help(format!("`lambda_{name}` is the multiplier of that form; forces in joints are the same")),
+        );
+    }
+    let model = match model_of_source(&[], Path::new(path), text) {
+        Ok(model) => model,
+        Err(_) if engine::program().is_none() => return Ok(None),
+        Err(e) => return Err(e),
+    };
+    let scene = resolve::read_with(path, model.description.source, &setup.replace())?.0;
+    Ok(Some(Rewritten { model, scene: Arc::new(scene), notes }))
+}
+
+/// The ranges of all parameters, of which some vary.
+fn parameter_ranges(scene: &Scene, values: &[f64], ranges: Ranges) -> Vec<Interval> {
+    let mut known: Vec<Interval> = values.iter().map(|value| Interval::point(*value)).collect();
+    for (place, parameter) in scene.parameters.iter().enumerate() {
+        let formula = &parameter.formula;
+        if let Some(range) = ranges(&parameter.name) {
+            known[place] = range;
+        } else if scene.parameters_of([formula]).iter().any(|other| known[*other].width() > 0.0) {
+            known[place] = range_of(scene, formula, &known);
+        }
+    }
+    known
+}
+
+/// The range of a formula over all positions and times.
+fn range_of(scene: &Scene, value: &Value, parameters: &[Interval]) -> Interval {
+    range(scene, value, value.nodes().len() - 1, parameters)
+}
+
+/// The range of an operation of a formula over all positions and times.
+fn range(scene: &Scene, value: &Value, id: NodeId, parameters: &[Interval]) -> Interval {
+    let of = |id: &NodeId| range(scene, value, *id, parameters);
+    match &value.nodes()[id] {
+        Node::Number(number) => Interval::rounded(number.value),
+        Node::Name(Quantity::Parameter(place)) => parameters[*place],
+        Node::Name(Quantity::Point(place, axis)) => range_of(scene, &scene.points[*place].position[*axis], parameters),
+        Node::Name(Quantity::Pi) => Interval::pi(),
+        Node::Negate(a) => -of(a),
+        Node::Add(a, b) => of(a) + of(b),
+        Node::Subtract(a, b) => of(a) - of(b),
+        Node::Multiply(a, b) if a == b => of(a).square(),
+        Node::Multiply(a, b) => of(a) * of(b),
+        Node::Divide(a, b) => of(a) / of(b),
+        Node::Power(a, b) if matches!(&value.nodes()[*b], Node::Number(two) if two.value == 2.0) => of(a).square(),
+        Node::Call(Function::Sin, a) => of(&a[0]).sin_cos().0,
+        Node::Call(Function::Cos, a) => of(&a[0]).sin_cos().1,
+        Node::Call(Function::Sqrt, a) => of(&a[0]).sqrt(),
+        _ => Interval::ENTIRE,
+    }
+}
