@@ -366,6 +366,20 @@ error: the run cannot start: the method needs the Jacobians of forces and constr
 }
 
 #[test]
+fn a_condition_of_a_moment_ends_a_run() {
+    // It is true for 3e-10 s around a corner of its value.
+    for arguments in [&["--step", "0.01"][..], &["--method", "dop853", "--tolerance", "1e-10", "--step", "0.01"]] {
+        let end = |condition: &str| {
+            let run = run(&[&["--until", condition, "--no-figures"], arguments].concat());
+            assert_eq!(run.status(), 0, "{}", run.stderr());
+            run.summary()["end_time"].as_f64().expect("a number")
+        };
+        let [moment, passed] = ["abs(phi2 - 3) <= 1e-9", "phi2 >= 3 - 1e-9"].map(end);
+        near("end", moment, passed, 1e-11);
+    }
+}
+
+#[test]
 fn a_condition_that_is_true_between_rows_only_is_met_there() {
     // The ram goes 6e-8 m beyond this, for 80 us.
     for arguments in [

@@ -264,6 +264,18 @@ fn the_kernel_takes_few_operations_and_says_so() {
     }
 }
 
+#[test]
+fn one_form_of_a_constraint_serves_all_designs() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let set = ["BC=2", "BG5=1"].map(|set| ["--set", set]).concat();
+    let vary = ["sweep", "quick-return-loaded", "--vary", "O2A=0.28,0.32", "--end-time", "1"];
+    let output = qrm(&[&vary[..], &set].concat()).current_dir(folder.path()).output().expect("the command starts");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && said.contains("is taken as `A.x*sin(phi4) - A.y*cos(phi4)` instead"), "{said}");
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(said.contains("2 done, 0 failed"), "{said}");
+}
+
 /// An oscillator with an output that has a narrow peak between the steps of a lane.
 const NARROW: &str = r#"
 name = "narrow"

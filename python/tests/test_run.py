@@ -76,6 +76,13 @@ def test_mechanisms_and_results_can_be_copied_and_pickled(quick_return):
     assert same.array.tobytes() == result.array.tobytes() and same.summary == result.summary
 
 
+def test_a_constraint_that_is_singular_is_rewritten() -> None:
+    mechanism = qrm.load("quick-return-loaded")
+    with pytest.warns(qrm.RunWarning, match=r"is taken as `A\.x\*sin\(phi4\) - A\.y\*cos\(phi4\)` instead"):
+        run = mechanism.run(O2A=0.301, BC=2, BG5=1, end_time=1, method="auto")
+    assert run.summary["energy_drift"] < 1e-4
+
+
 def test_warnings_are_warned_of():
     with pytest.warns(qrm.RunWarning, match="singular position"):
         result = qrm.load("n-four-bar-2").run(end_time=4)

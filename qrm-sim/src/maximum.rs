@@ -1,27 +1,19 @@
 //! The search of a largest value.
 
-/// The place between two at which a value is largest, its value there, and what came with it; the first place that is
-/// tried whose value is enough.
+/// The place between two at which a value is largest, and its value there, by golden sections.
 ///
 /// # Errors
 /// A value could not be computed.
-pub(crate) fn largest_between<T, E>(
+pub(crate) fn largest_between<E>(
     [mut a, mut b]: [f64; 2],
     resolution: f64,
-    is_enough: impl Fn(f64) -> bool,
-    mut at: impl FnMut(f64) -> Result<(f64, T), E>,
-) -> Result<(f64, f64, T), E> {
+    mut at: impl FnMut(f64) -> Result<f64, E>,
+) -> Result<(f64, f64), E> {
     let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
     let (mut c, mut d) = (b - golden * (b - a), a + golden * (b - a));
     let (mut at_c, mut at_d) = (at(c)?, at(d)?);
     while (b - a).abs() > resolution {
-        if is_enough(at_c.0) {
-            return Ok((c, at_c.0, at_c.1));
-        }
-        if is_enough(at_d.0) {
-            return Ok((d, at_d.0, at_d.1));
-        }
-        if at_c.0 > at_d.0 {
+        if at_c > at_d {
             (b, d, at_d) = (d, c, at_c);
             c = b - golden * (b - a);
             at_c = at(c)?;
@@ -31,7 +23,7 @@ pub(crate) fn largest_between<T, E>(
             at_d = at(d)?;
         }
     }
-    Ok(if at_c.0 > at_d.0 { (c, at_c.0, at_c.1) } else { (d, at_d.0, at_d.1) })
+    Ok(if at_c > at_d { (c, at_c) } else { (d, at_d) })
 }
 
 /// A peak is located as well as this part of the way between the ends: its value is known to the square of that.
@@ -49,12 +41,13 @@ const LINES: [f64; 2] = [2e-5, 2e-9];
 
 /// The place between two at which a value is largest, and the value there, from a place near it and its value on. `None`
 /// if a value could not be computed.
+#[inline(never)] // One copy: pages are to be small.
 pub(crate) fn peak_between(
     ends: [f64; 2],
     first: (f64, f64),
-    mut at: impl FnMut(f64) -> Option<f64>,
+    at: &mut dyn FnMut(f64) -> Option<f64>,
 ) -> Option<(f64, f64)> {
-    match vertex_near(first, ends, &mut at)? {
+    match vertex_near(first, ends, at)? {
         Some(vertex) => Some(vertex),
         None => peak_from(first, ends, at),
     }
@@ -65,7 +58,7 @@ pub(crate) fn peak_between(
 fn vertex_near(
     (t, middle): (f64, f64),
     [a, b]: [f64; 2],
-    at: &mut impl FnMut(f64) -> Option<f64>,
+    at: &mut dyn FnMut(f64) -> Option<f64>,
 ) -> Option<Option<(f64, f64)>> {
     let h = PARABOLA * (b - a);
     if t - h < a || t + h > b {
@@ -89,7 +82,7 @@ fn vertex_near(
 fn peak_from(
     mut best: (f64, f64),
     [mut a, mut b]: [f64; 2],
-    mut at: impl FnMut(f64) -> Option<f64>,
+    at: &mut dyn FnMut(f64) -> Option<f64>,
 ) -> Option<(f64, f64)> {
     let ends = [a, b];
     let golden = 0.5 * (3.0 - 5.0_f64.sqrt());
@@ -133,7 +126,7 @@ fn peak_from(
 
 /// The place and the value of a peak that is a corner, from a place near it on: where the lines through two values on
 /// each side meet. `None` if a value could not be computed.
-fn corner_near(mut best: (f64, f64), [a, b]: [f64; 2], mut at: impl FnMut(f64) -> Option<f64>) -> Option<(f64, f64)> {
+fn corner_near(mut best: (f64, f64), [a, b]: [f64; 2], at: &mut dyn FnMut(f64) -> Option<f64>) -> Option<(f64, f64)> {
     for length in LINES {
         let h = length * (b - a);
         let t = best.0;
@@ -163,7 +156,7 @@ mod tests {
     /// The peak, its value, and how many values it took.
     fn peak(ends: [f64; 2], near: f64, value: impl Fn(f64) -> f64) -> (f64, f64, usize) {
         let mut count = 0;
-        let found = peak_between(ends, (near, value(near)), |t| {
+        let found = peak_between(ends, (near, value(near)), &mut |t| {
             count += 1;
             Some(value(t))
         });
@@ -191,6 +184,6 @@ mod tests {
         assert!((t - 0.7).abs() < 1e-13 && 0.7_f64.exp() - value < 1e-13 && count < 60, "{t} {value} {count}");
         let (t, ..) = peak([0.0, 1.0], 0.5, |t| t);
         assert!(t > 1.0 - 1e-4, "{t}");
-        assert!(peak_between([0.0, 1.0], (0.5, 0.5), |t| (t < 0.6).then_some(t)).is_none());
+        assert!(peak_between([0.0, 1.0], (0.5, 0.5), &mut |t| (t < 0.6).then_some(t)).is_none());
     }
 }

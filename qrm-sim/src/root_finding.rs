@@ -1,9 +1,9 @@
 //! The location of an event inside a step.
 
-use crate::maximum::largest_between;
+use crate::maximum::peak_between;
 use crate::state::State;
 
-/// The part of a step over which slopes are taken, and to which a largest value is located.
+/// The part of a step over which slopes are taken.
 const SHIFT: f64 = 1e-4;
 
 /// The state inside a step at which a value rises through zero, by steps of other lengths from its beginning.
@@ -60,7 +60,8 @@ pub(crate) fn slope(at: &State, h: f64, value: &mut dyn FnMut(&State) -> Option<
 }
 
 /// The state inside a step at which a value that is negative at both ends is largest, if it rises from the beginning and
-/// falls to the end; in the resolution of a golden section search until it is positive.
+/// falls to the end; also where it turns at a corner.
+#[inline(never)] // One copy: pages are to be small.
 pub(crate) fn touched<E>(
     from: &State,
     to: &State,
@@ -71,13 +72,10 @@ pub(crate) fn touched<E>(
     if !(slope(from, SHIFT * h, value)? > 0.0 && slope(to, -SHIFT * h, value)? < 0.0) {
         return None;
     }
-    let at = |t: f64| {
-        let state = step(t).map_err(|_| ())?;
-        Ok::<_, ()>((value(&state).ok_or(())?, state))
-    };
-    let resolution = (SHIFT * h).max(4.0 * f64::EPSILON * to.t.abs());
-    let found = largest_between([from.t, to.t], resolution, |value| value >= 0.0, at);
-    found.ok().map(|(_, _, state)| state)
+    let first = from.t + 0.5 * h;
+    let mut at = |t: f64| value(&step(t).ok()?);
+    let (peak, _) = peak_between([from.t, to.t], (first, at(first)?), &mut at)?;
+    step(peak).ok()
 }
 
 /// The zero by the inverse quadratic through three points, as a part of the way from the first to the second one;

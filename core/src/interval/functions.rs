@@ -6,6 +6,8 @@ use super::Interval;
 
 /// Terms of the series of the exponential function.
 const TERMS: u32 = 18;
+/// More doublings are beyond the range of doubles.
+const MOST_DOUBLINGS: i32 = 1000;
 
 /// All of these functions grow, so that their values at the ends are enough.
 ///
@@ -64,8 +66,8 @@ impl Interval {
 
 fn exp(x: f64) -> Interval {
     let doublings = (x / LN_2).round();
-    if doublings.abs() > 1000.0 {
-        return Interval::ENTIRE;
+    if doublings.abs() > f64::from(MOST_DOUBLINGS) {
+        return if x < 0.0 { Interval::new(0.0, 2.0_f64.powi(-MOST_DOUBLINGS)) } else { Interval::ENTIRE };
     }
     // The logarithm of two is within a unit in the last place of its double.
     let rest = Interval::point(x) - Interval::point(doublings) * Interval::outward(LN_2, LN_2);
@@ -146,5 +148,6 @@ mod tests {
             assert_eq!(unknown, Interval::ENTIRE);
         }
         assert!(Interval::new(0.0, 1.0).exp().contains(std::f64::consts::E));
+        assert_eq!(Interval::point(-1e6).exp(), Interval::new(0.0, 2.0_f64.powi(-MOST_DOUBLINGS)));
     }
 }

@@ -310,9 +310,9 @@ impl<'m> Round<'m> {
         to: &Position,
         value: impl Fn(&Position) -> f64,
     ) -> Result<Vertex, LimitPosition> {
-        let at = |angle: f64| self.at(from, angle).map(|position| (value(&position), ()));
+        let at = |angle: f64| self.at(from, angle).map(|position| value(&position));
         let ends = [from.q[self.driven], to.q[self.driven]];
-        let (angle, value, ()) = largest_between(ends, RESOLUTION * self.span, |_| false, at)?;
+        let (angle, value) = largest_between(ends, RESOLUTION * self.span, at)?;
         Ok(Vertex { angle, value })
     }
 

@@ -150,9 +150,9 @@ impl StepError {
             Self::StepTooShort { h } => {
                 let text = format!(
                     "steps had to become as short as {h:.1e} s, and time stands still: the tolerance is beyond double precision, \
-                     or the mechanism is singular here, or moves without inertia"
+                     or the mechanism is singular here, or without inertia"
                 );
-                (text, "use a larger --tolerance, or give what moves fast here more mass or inertia".to_owned())
+                (text, "use a larger --tolerance".to_owned())
             }
             Self::TooManySteps { attempts, h } => {
                 let text = format!(

@@ -74,7 +74,7 @@ impl ExtremeSearch {
                 continue;
             }
             let peak = at.and_then(|at| {
-                if vertex.agrees(sign * at) { Some((t, at)) } else { peak_between(bracket, (t, at), value) }
+                if vertex.agrees(sign * at) { Some((t, at)) } else { peak_between(bracket, (t, at), &mut value) }
             });
             extremes.note(&vertex, peak.map_or(estimate, |(t, value)| (sign * value, t)));
         }
