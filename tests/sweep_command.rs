@@ -265,6 +265,32 @@ fn the_kernel_takes_few_operations_and_says_so() {
 }
 
 #[test]
+fn a_form_that_does_not_serve_all_designs_is_not_taken() {
+    let source = fs::read_to_string("scenes/quick-return-loaded.toml").expect("a scene");
+    let source = source.replace("phi4 = 1.0", "phi4 = 'guess'");
+    let source = source.replace("[parameters]", "[parameters]\nguess = { value = 1.0, unit = \"rad\" }");
+    let folder = tempfile::tempdir().expect("a folder");
+    let scene = folder.path().join("guess.toml");
+    fs::write(&scene, source).expect("written");
+    let last = |guesses: &str| {
+        let out = folder.path().join("sweep.csv");
+        let set = ["O2A=0.301", "BC=2", "BG5=1"].map(|set| ["--set", set]).concat();
+        let output = qrm(&[&["sweep", "--end-time", "0.5", "--vary", guesses][..], &set].concat())
+            .args([&scene, Path::new("--out"), &out])
+            .output()
+            .expect("the command starts");
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{said}");
+        let table = Table::read(&out);
+        (table.number(table.last(), "phi2"), said.contains("is taken as"))
+    };
+    // From the last guess the rocker is mirrored, and its motion is another one.
+    let (regular, is_rewritten) = last("guess=1.0,1.1");
+    let (mirrored, mirrored_is_rewritten) = last("guess=1.0,4.1");
+    assert!(is_rewritten && !mirrored_is_rewritten && (regular - mirrored).abs() > 0.01, "{regular} {mirrored}");
+}
+
+#[test]
 fn one_form_of_a_constraint_serves_all_designs() {
     let folder = tempfile::tempdir().expect("a folder");
     let set = ["BC=2", "BG5=1"].map(|set| ["--set", set]).concat();

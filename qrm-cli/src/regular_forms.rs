@@ -14,6 +14,16 @@ use crate::error::{Error, Message};
 use crate::scenes::{engine, model_of_source};
 use crate::setup::Setup;
 
+/// The designs that one form of a constraint is to serve.
+pub(crate) struct DesignSpace<'d> {
+    /// How many there are.
+    pub(crate) count: usize,
+    /// The value that a design gives a parameter; `None` if it is not varied.
+    pub(crate) value: &'d dyn Fn(usize, &str) -> Option<f64>,
+    /// The range of these values.
+    pub(crate) range: Ranges<'d>,
+}
+
 /// The range of a parameter that varies; `None` if it has one value.
 type Ranges<'r> = &'r dyn Fn(&str) -> Option<Interval>;
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use qrm_core::{Description, Interval, Mechanism, Model};
+use qrm_core::{Description, Mechanism, Model};
 use qrm_scene::diagnostic::{Diagnostic, Report};
 use qrm_scene::evaluate::{constant, parameter_values};
 use qrm_scene::function::Function;
@@ -20,7 +20,7 @@ use crate::condition::Condition;
 use crate::error::{Error, Message};
 use crate::messages;
 use crate::options::{MethodOptions, SceneOptions, StartOptions, assignments, optional_positive, parameters};
-use crate::regular_forms::{Rewritten, rewritten};
+use crate::regular_forms::{DesignSpace, Rewritten, rewritten};
 use crate::resolution;
 use crate::scenes::FoundScene;
 
@@ -68,6 +68,12 @@ impl Setup {
     /// The setup of a scene that is already found, and read with its own values if it has a scene; the name in `options`
     /// is not used.
     pub(crate) fn of(found: FoundScene, options: &SceneOptions, how: &MethodOptions) -> Result<Self, Error> {
+        let one = DesignSpace { count: 1, value: &|_, _| None, range: &|_| None };
+        Self::as_written(found, options, how)?.with_regular_forms(&one)
+    }
+
+    /// The same with all constraints in the form of the scene.
+    pub(crate) fn as_written(found: FoundScene, options: &SceneOptions, how: &MethodOptions) -> Result<Self, Error> {
         let FoundScene { model, path, scene } = found;
         let description = model.description;
         let set = parameters(description, &options.set)?;
@@ -104,7 +110,7 @@ impl Setup {
         };
         let until = options.until.as_deref();
         let condition = until.map(|until| Condition::new(&scene, until)).transpose()?;
-        let setup = Self {
+        Ok(Self {
             settings,
             scales,
             until: until.unwrap_or(description.until).to_owned(),
@@ -119,20 +125,23 @@ impl Setup {
             end_time,
             condition,
             notes: Vec::new(),
-        };
-        setup.with_regular_forms(&|_| None)
+        })
     }
 
-    /// The same with regular forms in place of the constraints that may be singular where parameters have these ranges.
-    pub(crate) fn with_regular_forms(mut self, ranges: &dyn Fn(&str) -> Option<Interval>) -> Result<Self, Error> {
-        let found = rewritten(&self, ranges)?;
-        let Some(Rewritten { model, scene, notes }) = found else { return Ok(self) };
+    /// The same with regular forms in place of the constraints that may be singular in some design.
+    pub(crate) fn with_regular_forms(mut self, designs: &DesignSpace) -> Result<Self, Error> {
+        let Some(Rewritten { model, scene, notes }) = rewritten(&self, designs.range)? else { return Ok(self) };
         // The form as given also holds for mirrored positions, and those have no other.
-        let start = |model: &Model| assembled(&*model.mechanism(&self.replace())).map(|(q, _)| q);
-        let is_same = match (start(self.model), start(model)) {
-            (Ok(given), Ok(regular)) => given.iter().zip(&regular).all(|(a, b)| (a - b).abs() < SAME_POSITION),
-            _ => false,
-        };
+        let is_same = (0..designs.count).all(|design| {
+            let replace = |name: &str| (designs.value)(design, name).or_else(|| self.set.get(name).copied());
+            let [given, regular] = [self.model, model].map(|model| assembled(&*model.mechanism(&replace)));
+            match (given, regular) {
+                (Ok((given, _)), Ok((regular, _))) => {
+                    given.iter().zip(&regular).all(|(a, b)| (a - b).abs() < SAME_POSITION)
+                }
+                (given, regular) => given.is_err() && regular.is_err(),
+            }
+        });
         if is_same {
             (self.model, self.description, self.scene) = (model, model.description, scene);
             self.notes.extend(notes);

@@ -3,7 +3,7 @@
 use crate::diagnostic::Span;
 use crate::expression::{Expression, Node, NodeId};
 use crate::function::Function;
-use crate::scene::Scene;
+use crate::scene::{OutputKind, Scene};
 
 /// A constraint by which a vector has the direction of an angle, as `x - sqrt(x^2 + y^2)*cos(phi)`.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,11 +18,20 @@ pub struct Direction {
     pub span: Span,
 }
 
-/// The constraints on both sides that have the form `x - r*cos(phi)`, `y - r*sin(phi)` or `y - x*tan(phi)`, in either
-/// order, where `r` is `sqrt(x^2 + y^2)` or `hypot(x, y)`. `source` is the text of the scene.
+/// The constraints of the form `x - r*cos(phi)`, `y - r*sin(phi)` or `y - x*tan(phi)`, in either order, where `r` is
+/// `sqrt(x^2 + y^2)` or `hypot(x, y)`. Left out are those on one side, and those whose multiplier an output uses: another
+/// form has another multiplier. `source` is the text of the scene.
 pub fn directions(scene: &Scene, source: &str) -> Vec<Direction> {
-    let two_sided = scene.constraints.iter().enumerate().filter(|(_, constraint)| constraint.one_sided.is_none());
-    let read = two_sided.filter_map(|(place, constraint)| {
+    let is_used = |place: usize| {
+        scene.outputs.iter().any(|output| match &output.kind {
+            OutputKind::FreeBody { multipliers, .. } => multipliers.iter().any(|(constraint, _)| *constraint == place),
+            _ => false,
+        })
+    };
+    let read = scene.constraints.iter().enumerate().filter_map(|(place, constraint)| {
+        if constraint.one_sided.is_some() || is_used(place) {
+            return None;
+        }
         let residual = &constraint.residual;
         let Vector { function, given, other, angle } = vector(residual)?;
         let text = |id: NodeId| {
@@ -123,10 +132,14 @@ mod tests {
     use crate::resolve;
 
     fn form(residual: &str) -> Option<[String; 2]> {
+        form_with(residual, "")
+    }
+
+    fn form_with(residual: &str, outputs: &str) -> Option<[String; 2]> {
         let source = format!(
             "name = \"s\"\ncoordinates = [{{ name = \"p\" }}, {{ name = \"a\" }}]\n[bodies]\nb = {{ angle = 'p', \
              inertia = '1' }}\n[points]\nA = ['cos(p)', '1 + sin(p)']\n[constraints]\nc = {{ residual = '{residual}' \
-             }}\n[initial]\ngiven = {{ p = 0, p_dot = 1 }}\nsolve = {{ a = 0.8 }}\n[run]\nstep = 1e-3\nend_time = 1\n"
+             }}\n[initial]\ngiven = {{ p = 0, p_dot = 1 }}\nsolve = {{ a = 0.8 }}\n[run]\nstep = 1e-3\nend_time = 1\n{outputs}"
         );
         let (scene, _) = resolve::read("s.toml", &source).unwrap_or_else(|e| panic!("{e}"));
         let found = directions(&scene, &source).pop()?;
@@ -160,5 +173,7 @@ mod tests {
         ] {
             assert_eq!(form(residual), None, "{residual}");
         }
+        let uses_the_multiplier = "[outputs]\nF = { free_body = [], multipliers = { c = 1 }, unit = \"N\" }\n";
+        assert_eq!(form_with("A.x - sqrt(A.x^2 + A.y^2)*cos(a)", uses_the_multiplier), None);
     }
 }

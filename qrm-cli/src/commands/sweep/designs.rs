@@ -18,6 +18,7 @@ use super::rows::{self, Field, Row};
 use crate::error::Error;
 use crate::options::MethodOptions;
 use crate::progress::interrupted;
+use crate::regular_forms::DesignSpace;
 use crate::resolution;
 use crate::setup::Setup;
 
@@ -76,7 +77,11 @@ impl Designs {
             return Err(Error::usage(format!("`{name}` is both set and varied"))
                 .help(format!("omit `--set {name}` or `--vary {name}`")));
         }
-        let setup = setup.with_regular_forms(&|name| axes.range(name))?;
+        let setup = setup.with_regular_forms(&DesignSpace {
+            count: axes.count(),
+            value: &|design, name| axes.value(&axes.values(design), name),
+            range: &|name| axes.range(name),
+        })?;
         Ok(Self { setup, axes, has_extremes: true, estimate_error: true, lanes: LaneCount::Most })
     }
 
