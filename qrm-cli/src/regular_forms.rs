@@ -8,7 +8,7 @@ use qrm_scene::direction::{Direction, directions};
 use qrm_scene::expression::{Node, NodeId};
 use qrm_scene::function::Function;
 use qrm_scene::resolve;
-use qrm_scene::scene::{Quantity, Scene, Value};
+use qrm_scene::scene::{Constraint, Quantity, Scene, Value};
 
 use crate::error::{Error, Message};
 use crate::scenes::{engine, model_of_source};
@@ -31,7 +31,7 @@ type Ranges<'r> = &'r dyn Fn(&str) -> Option<Interval>;
 pub(crate) struct Rewritten {
     pub(crate) model: &'static Model,
     pub(crate) scene: Arc<Scene>,
-    /// What was rewritten.
+    /// The messages about the constraints that were rewritten.
     pub(crate) notes: Vec<Message>,
 }
 
@@ -55,22 +55,20 @@ pub(crate) fn rewritten(setup: &Setup, ranges: Ranges) -> Result<Option<Rewritte
     if singular.is_empty() {
         return Ok(None);
     }
+    singular.sort_by_key(|direction| direction.span.start);
+    let note = |Direction { constraint, component, regular_form, .. }: &Direction| {
+        let Constraint { name, residual, .. } = &scene.constraints[*constraint];
+        let component = &source[residual.span(*component)];
+        let text =
+            format!("constraint `{name}` is singular where {component} = 0, and is taken as `{regular_form}` instead");
+        Message::new(text)
+            .help(format!("`lambda_{name}` is the multiplier of that form; forces in joints are the same"))
+    };
+    let notes = singular.iter().map(note).collect();
+    let mut text = source.to_owned();
     // From the end, so that the places of the others hold.
-    singular.sort_by_key(|direction| std::cmp::Reverse(direction.span.start));
-    let (mut text, mut notes) = (source.to_owned(), Vec::new());
-    for direction in &singular {
-        let constraint = &scene.constraints[direction.constraint];
-        let component = &source[constraint.residual.span(direction.component)];
+    for direction in singular.iter().rev() {
         text.replace_range(direction.span.clone(), &direction.regular_form);
-        let form = &direction.regular_form;
-        let name = &constraint.name;
-        notes.insert(
-            0,
-            Message::new(format!(
-                "constraint `{name}` is singular where {component} = 0, and is taken as `{form}` instead"
-            ))
-            .help(format!("`lambda_{name}` is the multiplier of that form; forces in joints are the same")),
-        );
     }
     let model = match model_of_source(&[], Path::new(path), text) {
         Ok(model) => model,
@@ -114,7 +112,7 @@ fn range(scene: &Scene, value: &Value, id: NodeId, parameters: &[Interval]) -> I
         Node::Multiply(a, b) if a == b => of(a).square(),
         Node::Multiply(a, b) => of(a) * of(b),
         Node::Divide(a, b) => of(a) / of(b),
-        Node::Power(a, b) if matches!(&value.nodes()[*b], Node::Number(two) if two.value == 2.0) => of(a).square(),
+        Node::Power(a, _) if value.squared(id).is_some() => of(a).square(),
         Node::Call(Function::Sin, a) => of(&a[0]).sin_cos().0,
         Node::Call(Function::Cos, a) => of(&a[0]).sin_cos().1,
         Node::Call(Function::Sqrt, a) => of(&a[0]).sqrt(),

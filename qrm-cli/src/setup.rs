@@ -1,6 +1,7 @@
 //! A scene as the command line wants it run.
 
 use std::collections::BTreeMap;
+use std::io::Write;
 use std::sync::Arc;
 
 use qrm_core::{Description, Mechanism, Model};
@@ -72,7 +73,7 @@ impl Setup {
         Self::as_written(found, options, how)?.with_regular_forms(&one)
     }
 
-    /// The same with all constraints in the form of the scene.
+    /// The setup of a scene with all constraints in the form in which they are written.
     pub(crate) fn as_written(found: FoundScene, options: &SceneOptions, how: &MethodOptions) -> Result<Self, Error> {
         let FoundScene { model, path, scene } = found;
         let description = model.description;
@@ -128,12 +129,12 @@ impl Setup {
         })
     }
 
-    /// The same with regular forms in place of the constraints that may be singular in some design.
+    /// The setup with regular forms in place of the constraints that may be singular in some design.
     pub(crate) fn with_regular_forms(mut self, designs: &DesignSpace) -> Result<Self, Error> {
         let Some(Rewritten { model, scene, notes }) = rewritten(&self, designs.range)? else { return Ok(self) };
         // The form as given also holds for mirrored positions, and those have no other.
         let is_same = (0..designs.count).all(|design| {
-            let replace = |name: &str| (designs.value)(design, name).or_else(|| self.set.get(name).copied());
+            let replace = |name: &str| (designs.value)(design, name).or_else(|| self.replace()(name));
             let [given, regular] = [self.model, model].map(|model| assembled(&*model.mechanism(&replace)));
             match (given, regular) {
                 (Ok((given, _)), Ok((regular, _))) => {
@@ -149,9 +150,12 @@ impl Setup {
         Ok(self)
     }
 
-    /// Says what was rewritten.
+    /// Prints the notes about constraints that were rewritten.
     pub(crate) fn print_notes(&self) {
-        self.notes.iter().for_each(|note| eprintln!("{}", note.warning()));
+        for note in &self.notes {
+            // Nobody may be listening.
+            let _ = writeln!(std::io::stderr(), "{}", note.warning());
+        }
     }
 
     /// The same, from another start.

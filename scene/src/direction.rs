@@ -12,15 +12,15 @@ pub struct Direction {
     pub constraint: usize,
     /// The component whose zeros make the constraint singular, as an operation of its residual.
     pub component: NodeId,
-    /// The same constraint in the form `x*sin(phi) - y*cos(phi)`, which is nowhere singular.
+    /// The text of the constraint in the form `x*sin(phi) - y*cos(phi)`, which is nowhere singular.
     pub regular_form: String,
     /// Where the residual stands.
     pub span: Span,
 }
 
 /// The constraints of the form `x - r*cos(phi)`, `y - r*sin(phi)` or `y - x*tan(phi)`, in either order, where `r` is
-/// `sqrt(x^2 + y^2)` or `hypot(x, y)`. Left out are those on one side, and those whose multiplier an output uses: another
-/// form has another multiplier. `source` is the text of the scene.
+/// `sqrt(x^2 + y^2)` or `hypot(x, y)`. Left out are those on one side, and those whose multiplier an output uses:
+/// another form has another multiplier. `source` is the text of the scene.
 pub fn directions(scene: &Scene, source: &str) -> Vec<Direction> {
     let is_used = |place: usize| {
         scene.outputs.iter().any(|output| match &output.kind {
@@ -86,8 +86,7 @@ fn components<N: PartialEq>(expression: &Expression<N>, length: NodeId) -> Optio
     let nodes = expression.nodes();
     let square = |id: NodeId| match &nodes[id] {
         Node::Multiply(a, b) if is_same(expression, *a, *b) => Some(*a),
-        Node::Power(a, b) if matches!(&nodes[*b], Node::Number(two) if two.value == 2.0) => Some(*a),
-        _ => None,
+        _ => expression.squared(id),
     };
     match &nodes[length] {
         Node::Call(Function::Hypot, arguments) => Some([arguments[0], arguments[1]]),
@@ -139,7 +138,8 @@ mod tests {
         let source = format!(
             "name = \"s\"\ncoordinates = [{{ name = \"p\" }}, {{ name = \"a\" }}]\n[bodies]\nb = {{ angle = 'p', \
              inertia = '1' }}\n[points]\nA = ['cos(p)', '1 + sin(p)']\n[constraints]\nc = {{ residual = '{residual}' \
-             }}\n[initial]\ngiven = {{ p = 0, p_dot = 1 }}\nsolve = {{ a = 0.8 }}\n[run]\nstep = 1e-3\nend_time = 1\n{outputs}"
+             }}\n[initial]\ngiven = {{ p = 0, p_dot = 1 }}\nsolve = {{ a = 0.8 }}\n[run]\nstep = 1e-3\nend_time = \
+             1\n{outputs}"
         );
         let (scene, _) = resolve::read("s.toml", &source).unwrap_or_else(|e| panic!("{e}"));
         let found = directions(&scene, &source).pop()?;

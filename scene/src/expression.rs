@@ -217,6 +217,18 @@ impl<N> Expression<N> {
     }
 }
 
+impl<N> Expression<N> {
+    /// The base of a power with exponent 2.
+    pub fn squared(&self, id: NodeId) -> Option<NodeId> {
+        match self.nodes[id] {
+            Node::Power(base, exponent) => {
+                matches!(&self.nodes[exponent], Node::Number(two) if two.value == 2.0).then_some(base)
+            }
+            _ => None,
+        }
+    }
+}
+
 impl<N: Clone> Expression<N> {
     /// The same formula with splines written out in functions that step from piece to piece.
     #[must_use]
