@@ -165,17 +165,23 @@ impl Lowering {
         values[values.len() - 1]
     }
 
-    /// The larger or smaller of two values by the size of their difference, or a function of one.
+    /// The larger or smaller of two values by the sign of their difference, or a function of one.
     fn piecewise(&mut self, function: Function, arguments: &[Id]) -> Signed {
         let plain = |id: Id| Signed { negative: false, id };
         let [a, b] = arguments[..] else { return plain(self.graph.add(Op::Call(function, arguments[0]))) };
         let difference = self.total(vec![plain(a), plain(b).negated()]);
         let difference = self.positive(difference);
-        let size = plain(self.graph.add(Op::Call(Function::Abs, difference)));
-        let size = if function == Function::Min { size.negated() } else { size };
-        let sum = self.total(vec![plain(a), plain(b), size]);
+        let sign = plain(self.graph.add(Op::Call(Function::Sign, difference)));
+        let sign = if function == Function::Min { sign.negated() } else { sign };
         let half = self.graph.number(0.5);
-        self.product(half, sum)
+        // The other value is multiplied by zero, and not subtracted from a sum in which it may be the larger part.
+        let part = |lower: &mut Self, value: Id, sign: Signed| {
+            let half_sign = lower.product(half, sign);
+            let chosen = lower.total(vec![half, half_sign]);
+            lower.product(plain(value), chosen)
+        };
+        let parts = vec![part(self, a, sign), part(self, b, sign.negated())];
+        self.total(parts)
     }
 
     fn product(&mut self, a: Signed, b: Signed) -> Signed {

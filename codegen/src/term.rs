@@ -62,8 +62,8 @@ pub enum Symbol {
     NamedBias(usize),
     /// How far a constraint is from closed, for a correction.
     Residual(usize),
-    /// The sign of something: a constant to the engine, since it changes in jumps alone.
-    Sign(usize),
+    /// A function that changes in jumps alone: a constant to the engine.
+    Switch(usize),
     /// A value that has a statement of its own, in the order of the statements.
     Local(usize),
 }

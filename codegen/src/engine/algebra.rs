@@ -9,7 +9,7 @@ use symbolica::symbol;
 
 use super::Place;
 use super::differentiate::{Entry, swells};
-use super::functions::exact;
+use super::functions::{Switch, exact};
 use super::splines::{ORDERS, spline_name, splines_of};
 use super::translate::term;
 use crate::term::{Symbol, Term};
@@ -33,8 +33,8 @@ pub(super) struct Algebra<'s> {
     pub(super) names_formulae: bool,
     /// The quantities that have names, each after those that it needs.
     pub(super) names: RefCell<Vec<Entry>>,
-    /// What the signs are taken of.
-    pub(super) signs: RefCell<Vec<Atom>>,
+    /// The switches, and what they are taken of.
+    pub(super) switches: RefCell<Vec<(Switch, Atom)>>,
     /// The splines of the scene, each once.
     pub(super) splines: Vec<Arc<Spline>>,
 }
@@ -71,7 +71,7 @@ impl<'s> Algebra<'s> {
             names_roots,
             names_formulae,
             names: RefCell::default(),
-            signs: RefCell::default(),
+            switches: RefCell::default(),
             splines: splines_of(scene),
         };
         algebra.name_angles();
@@ -156,8 +156,8 @@ impl<'s> Algebra<'s> {
     /// displacement.
     pub(super) fn slope_of_potential(&self, potential: &Atom, length: &Atom) -> Atom {
         let slope = self.derivative(potential, Symbol::Displacement);
-        // A sign may be taken of others, which come before it.
-        let known = self.signs.borrow().clone();
+        // A switch may be taken of others, which come before it.
+        let known = self.switches.borrow().clone();
         let mut moved: Vec<(Atom, Atom)> = vec![(self.displacement(), length.clone())];
         let at_length = |atom: &Atom, moved: &[(Atom, Atom)]| {
             moved
@@ -165,10 +165,10 @@ impl<'s> Algebra<'s> {
                 .rev()
                 .fold(atom.clone(), |atom, (from, to)| atom.replace(from.to_pattern()).with(to.to_pattern()))
         };
-        for (k, argument) in known.iter().enumerate() {
+        for (k, (switch, argument)) in known.iter().enumerate() {
             let there = at_length(argument, &moved);
             if there != *argument {
-                moved.push((self.symbol(Symbol::Sign(k)), self.sign(&self.simplify(&there))));
+                moved.push((self.symbol(Symbol::Switch(k)), self.switch(*switch, &self.simplify(&there))));
             }
         }
         at_length(&slope, &moved)
@@ -248,13 +248,13 @@ impl<'s> Algebra<'s> {
     /// An atom as plain data, as it is.
     pub(super) fn term(&self, atom: &Atom) -> Term {
         let plain = term(atom.as_view(), &self.places, &self.splines);
-        if self.signs.borrow().is_empty() {
+        if self.switches.borrow().is_empty() {
             return plain;
         }
         plain.replacing(&|symbol| {
-            let Symbol::Sign(k) = symbol else { return None };
-            let argument = self.signs.borrow()[k].clone();
-            Some(Term::Call(Function::Sign, Box::new(self.term(&argument))))
+            let Symbol::Switch(k) = symbol else { return None };
+            let (switch, argument) = self.switches.borrow()[k].clone();
+            Some(switch.of_sign(Term::Call(Function::Sign, Box::new(self.term(&argument)))))
         })
     }
 }
@@ -300,10 +300,10 @@ fn symbols_of(scene: &Scene, names_roots: bool) -> Vec<Symbol> {
     wanted.extend((0..names).flat_map(|k| (0..n).map(move |i| Symbol::NamedSlope(k, i))));
     wanted.extend((0..names).map(Symbol::NamedRate));
     wanted.extend((0..names).map(Symbol::NamedBias));
-    let has_sign = |node: &&Node<Quantity>| matches!(node, Node::Call(f, _) if f.is_piecewise());
-    let signs = all_values(scene).into_iter().flat_map(|value| value.nodes()).filter(has_sign).count();
+    let is_piecewise = |node: &&Node<Quantity>| matches!(node, Node::Call(f, _) if f.is_piecewise());
+    let piecewise = all_values(scene).into_iter().flat_map(|value| value.nodes()).filter(is_piecewise).count();
     // In a potential each may stand for several: of the length, and of what the length is, in more than one form.
-    wanted.extend((0..6 * signs).map(Symbol::Sign));
+    wanted.extend((0..12 * piecewise).map(Symbol::Switch));
     wanted.extend(scene.normal_forces().into_iter().map(Symbol::NormalForce));
     wanted
 }

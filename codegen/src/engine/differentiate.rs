@@ -103,7 +103,7 @@ impl Algebra<'_> {
         while let Some(symbol) = pending.pop() {
             match symbol {
                 Symbol::Parameter(_) | Symbol::Pi | Symbol::Time => {}
-                Symbol::Sign(k) => pending.extend(self.occurring(&self.sign_argument(k))),
+                Symbol::Switch(k) => pending.extend(self.occurring(&self.switch_argument(k))),
                 Symbol::Coordinate(i) => {
                     found.insert(i);
                 }

@@ -11,6 +11,30 @@ use crate::term::{Symbol, Term};
 use qrm_scene::expression::Number;
 use qrm_scene::function::Function;
 
+/// A function that changes in jumps alone, where its argument is zero.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Switch {
+    /// -1 or 1.
+    Sign,
+    /// 1 where the argument is positive, 0 where it is negative.
+    Above,
+    /// 0 where the argument is positive, 1 where it is negative.
+    Below,
+}
+
+impl Switch {
+    /// Its value where its argument has this sign.
+    pub(super) fn of_sign(self, sign: Term) -> Term {
+        let half = BigRational::new(1.into(), 2.into());
+        let part = match self {
+            Self::Sign => return sign,
+            Self::Above => half.clone(),
+            Self::Below => -half.clone(),
+        };
+        Term::Sum(vec![Term::Number(half), Term::Product(vec![Term::Number(part), sign])])
+    }
+}
+
 impl Algebra<'_> {
     pub(super) fn call(&self, f: Function, arguments: &[Atom]) -> Atom {
         let x = &arguments[0];
@@ -24,8 +48,8 @@ impl Algebra<'_> {
             Function::Hypot => self.root(&self.simplify(&(x * x + &arguments[1] * &arguments[1]))),
             Function::Sign => self.sign(x),
             Function::Abs => x * self.sign(x),
-            Function::Max => (x + &arguments[1] + self.distance(x, &arguments[1])) / Atom::num(2),
-            Function::Min => (x + &arguments[1] - self.distance(x, &arguments[1])) / Atom::num(2),
+            Function::Max => self.chosen(x, &arguments[1], [Switch::Above, Switch::Below]),
+            Function::Min => self.chosen(x, &arguments[1], [Switch::Below, Switch::Above]),
             // The resolver has rejected every function without a derivative.
             _ => function!(symbol!(f.name()), x),
         }
@@ -51,20 +75,26 @@ impl Algebra<'_> {
         self.call(Function::Tanh, &[self.simplify(x)])
     }
 
-    /// The absolute value of a difference.
-    fn distance(&self, a: &Atom, b: &Atom) -> Atom {
+    /// One of two values, by switches of their difference: the other one is multiplied by zero, and not subtracted from
+    /// a sum in which it may be the larger part.
+    fn chosen(&self, a: &Atom, b: &Atom, [first, second]: [Switch; 2]) -> Atom {
         let difference = self.simplify(&(a - b));
-        &difference * self.sign(&difference)
+        a * self.switch(first, &difference) + b * self.switch(second, &difference)
     }
 
-    /// A sign, under its name: it has no derivative but where it jumps.
+    /// A sign, under its name.
     pub(super) fn sign(&self, x: &Atom) -> Atom {
-        let mut known = self.signs.borrow_mut();
-        let place = known.iter().position(|other| other == x).unwrap_or_else(|| {
-            known.push(x.clone());
+        self.switch(Switch::Sign, x)
+    }
+
+    /// A switch, under its name: it has no derivative but where it jumps.
+    pub(super) fn switch(&self, switch: Switch, x: &Atom) -> Atom {
+        let mut known = self.switches.borrow_mut();
+        let place = known.iter().position(|(own, other)| *own == switch && other == x).unwrap_or_else(|| {
+            known.push((switch, x.clone()));
             known.len() - 1
         });
-        self.symbol(Symbol::Sign(place))
+        self.symbol(Symbol::Switch(place))
     }
 
     /// A root, under its name if roots have names and what stands under it varies.
@@ -75,9 +105,9 @@ impl Algebra<'_> {
         self.power(radicand, &(Atom::num(1) / Atom::num(2)))
     }
 
-    /// What a sign is taken of.
-    pub(super) fn sign_argument(&self, k: usize) -> Atom {
-        self.signs.borrow()[k].clone()
+    /// What a switch is taken of.
+    pub(super) fn switch_argument(&self, k: usize) -> Atom {
+        self.switches.borrow()[k].1.clone()
     }
 }
 

@@ -49,7 +49,7 @@ impl Algebra<'_> {
         match view {
             AtomView::Num(_) => 0,
             AtomView::Var(variable) => match self.scene_symbol(variable.get_symbol()) {
-                Some(Symbol::Sign(k)) => 10 + self.cost(self.sign_argument(k).as_view()),
+                Some(Symbol::Switch(k)) => 10 + self.cost(self.switch_argument(k).as_view()),
                 None => 10,
                 Some(_) => 0,
             },
