@@ -24,6 +24,8 @@ pub(crate) fn full(value: f64) -> String {
 
 /// A number in seven decimals, or in six digits behind the first where these would not show it.
 pub(crate) fn decimals(value: f64) -> String {
+    // Adding zero makes -0 the same as 0.
+    let value = value + 0.0;
     if value == 0.0 || (1e-4..1e6).contains(&value.abs()) { format!("{value:.7}") } else { format!("{value:.6e}") }
 }
 
@@ -61,7 +63,6 @@ pub(crate) fn with_error(value: f64, error: f64) -> String {
 /// A number in eight digits or so, however small it is.
 pub(crate) fn number(value: f64) -> String {
     if value == 0.0 || (1e-3..1e7).contains(&value.abs()) {
-        // Adding zero makes -0 the same as 0.
         format!("{:.7}", value + 0.0)
     } else {
         format!("{value:.7e}")

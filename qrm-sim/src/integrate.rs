@@ -26,7 +26,7 @@ pub use adaptive::{Adaptive, Counts};
 pub(crate) use adaptive::{COMPANION_STEP_RATIO, InnerRows};
 pub use auto::AUTO;
 pub use classical::RK4;
-pub(crate) use corners::{Corners, LEFT, MOST_PARTS};
+pub(crate) use corners::{Corner, Corners, LEFT, MOST_PARTS};
 pub(crate) use dense_output::quintic;
 pub use dop853::DOP853;
 pub use dopri5::DOPRI5;

@@ -19,7 +19,7 @@ pub struct Direction {
 }
 
 /// The constraints of the form `x - r*cos(phi)`, `y - r*sin(phi)` or `y - x*tan(phi)`, in either order, where `r` is
-/// `sqrt(x^2 + y^2)` or `hypot(x, y)`. Left out are those on one side, and those whose multiplier an output uses:
+/// `sqrt(x^2 + y^2)`, `(x^2 + y^2)^0.5` or `hypot(x, y)`. Left out are those on one side, and those whose multiplier an output uses:
 /// another form has another multiplier. `source` is the text of the scene.
 pub fn directions(scene: &Scene, source: &str) -> Vec<Direction> {
     let is_used = |place: usize| {
@@ -62,8 +62,16 @@ struct Vector {
 
 fn vector<N: PartialEq>(residual: &Expression<N>) -> Option<Vector> {
     let nodes = residual.nodes();
-    let Some(Node::Subtract(a, b)) = nodes.last() else { return None };
-    for (given, product) in [(*a, *b), (*b, *a)] {
+    let (a, b) = match *nodes.last()? {
+        Node::Subtract(a, b) => (a, b),
+        Node::Add(a, b) => match (&nodes[a], &nodes[b]) {
+            (Node::Negate(a), _) => (*a, b),
+            (_, Node::Negate(b)) => (a, *b),
+            _ => return None,
+        },
+        _ => return None,
+    };
+    for (given, product) in [(a, b), (b, a)] {
         let Node::Multiply(a, b) = nodes[product] else { continue };
         for (length, call) in [(a, b), (b, a)] {
             let Node::Call(function @ (Function::Sin | Function::Cos | Function::Tan), angle) = &nodes[call] else {
@@ -86,16 +94,15 @@ fn components<N: PartialEq>(expression: &Expression<N>, length: NodeId) -> Optio
     let nodes = expression.nodes();
     let square = |id: NodeId| match &nodes[id] {
         Node::Multiply(a, b) if is_same(expression, *a, *b) => Some(*a),
-        _ => expression.squared(id),
+        _ => expression.base(id, 2.0),
     };
-    match &nodes[length] {
-        Node::Call(Function::Hypot, arguments) => Some([arguments[0], arguments[1]]),
-        Node::Call(Function::Sqrt, argument) => match nodes[argument[0]] {
-            Node::Add(a, b) => Some([square(a)?, square(b)?]),
-            _ => None,
-        },
-        _ => None,
-    }
+    let radicand = match &nodes[length] {
+        Node::Call(Function::Hypot, arguments) => return Some([arguments[0], arguments[1]]),
+        Node::Call(Function::Sqrt, arguments) => arguments[0],
+        _ => expression.base(length, 0.5)?,
+    };
+    let Node::Add(a, b) = nodes[radicand] else { return None };
+    Some([square(a)?, square(b)?])
 }
 
 /// Whether a text begins with the parenthesis that its end closes.
@@ -152,6 +159,8 @@ mod tests {
         let cases = [
             ("A.x - sqrt(A.x^2 + A.y^2)*cos(a)", "A.x*sin(a) - A.y*cos(a)", "A.y"),
             ("cos(a)*sqrt(A.y*A.y + A.x*A.x) - A.x", "A.x*sin(a) - A.y*cos(a)", "A.y"),
+            ("-A.x + (A.x^2 + A.y^2)^0.5*cos(a)", "A.x*sin(a) - A.y*cos(a)", "A.y"),
+            ("hypot(A.x, A.y)*cos(a) + -A.x", "A.x*sin(a) - A.y*cos(a)", "A.y"),
             ("A.y - hypot(A.x, A.y)*sin(a + 1)", "A.y*cos(a + 1) - A.x*sin(a + 1)", "A.x"),
             ("(A.y) + (p) - (A.x - 1)*tan(a)", "((A.y) + (p))*cos(a) - (A.x - 1)*sin(a)", "(A.x - 1)"),
             ("(A.y + p) - (A.x - 1)*tan(a)", "(A.y + p)*cos(a) - (A.x - 1)*sin(a)", "(A.x - 1)"),
@@ -166,7 +175,9 @@ mod tests {
     fn other_constraints_stay() {
         for residual in [
             "A.x - sqrt(A.x^2 + A.y^2)*cos(a) + 1",
+            "A.x + sqrt(A.x^2 + A.y^2)*cos(a)",
             "A.x - sqrt(A.x^2 - A.y^2)*cos(a)",
+            "A.x - (A.x^2 + A.y^2)^0.25*cos(a)",
             "A.x - sqrt(A.x^2 + A.y^3)*cos(a)",
             "p - sqrt(A.x^2 + A.y^2)*cos(a)",
             "A.x*sin(a) - A.y*cos(a)",

@@ -218,11 +218,11 @@ impl<N> Expression<N> {
 }
 
 impl<N> Expression<N> {
-    /// The base of a power with exponent 2.
-    pub fn squared(&self, id: NodeId) -> Option<NodeId> {
+    /// The base of a power with a number as its exponent.
+    pub fn base(&self, id: NodeId, exponent: f64) -> Option<NodeId> {
         match self.nodes[id] {
-            Node::Power(base, exponent) => {
-                matches!(&self.nodes[exponent], Node::Number(two) if two.value == 2.0).then_some(base)
+            Node::Power(base, own) => {
+                matches!(&self.nodes[own], Node::Number(number) if number.value == exponent).then_some(base)
             }
             _ => None,
         }

@@ -10,7 +10,7 @@ use super::extremes::FoundExtreme;
 use super::quantities::Quantities;
 use super::stop_condition::StopCondition;
 use crate::columns::number;
-use crate::integrate::{BlockEnd, COMPANION_STEP_RATIO, Integrator, MethodSettings, StepError};
+use crate::integrate::{BlockEnd, COMPANION_STEP_RATIO, Corner, Integrator, MethodSettings, StepError};
 use crate::state::{State, state_in};
 
 /// So many steps of a run take as long as so many of its companion. Steps that are no multiples of each other see
@@ -249,9 +249,12 @@ impl Companion {
     fn compare(&mut self, mechanism: &dyn Mechanism, extreme: &FoundExtreme, other: Option<&State>) {
         let Some(place) = self.differences.quantities.place_of_column(extreme.column) else { return };
         let Some(difference) = self.differences.each.get_mut(place) else { return };
-        let other = other.map(|other| number(mechanism, other, extreme.column));
+        let error = other.map(|other| {
+            let difference = (extreme.value - number(mechanism, other, extreme.column)).abs();
+            difference.max(change_within_resolution(mechanism, other, extreme.column))
+        });
         // Where the other motion is not known, its largest difference counts.
-        let found = other.map_or(difference.largest, |other| (extreme.value - other).abs());
+        let found = error.unwrap_or(difference.largest);
         difference.at_extremes[extreme.end] = found;
     }
 
@@ -317,6 +320,22 @@ impl Companion {
 /// The largest value of any of some quantities.
 fn size(of: &[Difference]) -> f64 {
     of.iter().flat_map(|difference| difference.range).fold(0.0, |size, value| size.max(value.abs()))
+}
+
+/// The change of a column on the way from the end of a step to the corner that it ends at, as far as time makes it. It
+/// is the smaller one of those backwards and forwards, so that no jump is one.
+fn change_within_resolution(mechanism: &dyn Mechanism, at: &State, column: usize) -> f64 {
+    let here = number(mechanism, at, column);
+    let reach = Corner(at.t).behind() - at.t;
+    let mut beside = at.clone();
+    let mut change = |shift: f64| {
+        beside.t = at.t + shift;
+        let State { t, q, qd, qdd, multipliers, .. } = &mut beside;
+        let is_known = mechanism.accelerations(*t, q, qd, qdd, multipliers);
+        if is_known { (number(mechanism, &beside, column) - here).abs() } else { 0.0 }
+    };
+    let [backwards, forwards] = [-reach, reach].map(|reach| change(0.5 * reach).max(change(reach)));
+    backwards.min(forwards)
 }
 
 /// An integrator with coarser steps behind corners than that of a run.
