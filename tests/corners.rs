@@ -79,6 +79,36 @@ fn pulses_shorter_than_a_step_are_seen() {
     triangle.ends_at([1.0 - 0.50037, 1.0], 1e-9, 1e-9);
 }
 
+/// What `max` and `min` leave out may be larger than what they choose by more than the digits of a double.
+#[test]
+fn values_that_are_not_chosen_cost_no_digits() {
+    let limited = Block { force: "-min(100*x, 1e17)", start: [0.0, 1.0], end_time: 1.0 };
+    limited.ends_at([0.1 * 10.0_f64.sin(), 10.0_f64.cos()], 1e-5, 1e-9);
+    let start = [0.0; 2];
+    let triangle = Block { force: "1e12*max(0, 1e-6 - abs(t - 0.50037))", start, end_time: 1.0 };
+    triangle.ends_at([1.0 - 0.50037, 1.0], 1e-9, 1e-9);
+    let parabola = Block { force: "0.75e18*max(0, 1e-12 - (t - 0.50037)^2)", start, end_time: 1.0 };
+    parabola.ends_at([1.0 - 0.50037, 1.0], 1e-9, 1e-9);
+    let stop = Block { force: "-1e10*max(0, x - 0.50037)", start: [0.0, 1.0], end_time: 1.0 };
+    let run = stop.run(&["--method", "dop853", "--tolerance", "1e-10"]);
+    assert_eq!(run.status(), 0, "{}", run.stderr());
+    let table = run.trajectory();
+    // Half a period in contact.
+    let exact = 0.50037 - (1.0 - 0.50037 - 1e-5 * std::f64::consts::PI);
+    near("x", table.number(table.last(), "x"), exact, 1e-9);
+    near("x_dot", table.number(table.last(), "x_dot"), -1.0, 1e-9);
+}
+
+/// An extreme at a corner is known as well as the time of the corner.
+#[test]
+fn peaks_of_short_pulses_have_the_error_of_their_time() {
+    let triangle = Block { force: "1e6*max(0, 1 - abs(t - 0.50037)*1e6)", start: [0.0; 2], end_time: 1.0 };
+    let run = triangle.run(&["--method", "dop853", "--tolerance", "1e-10"]);
+    let [found, error] =
+        ["max", "max_error"].map(|key| run.summary()["extremes"]["x_ddot"][key].as_f64().expect("a number"));
+    assert!((1e6 - found).abs() <= 3.0 * error && error < 1e-2, "{found:?} with an error of {error:e}");
+}
+
 #[test]
 fn two_jumps_in_one_step_are_met() {
     // The force does work along a micrometre.

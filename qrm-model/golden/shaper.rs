@@ -6,29 +6,29 @@
 // Operations:
 //     com_positions        4 additions, 9 multiplications, 3 sine-cosine pairs
 //     com_jacobian         6 additions, 9 multiplications, 3 sine-cosine pairs
-//     com_bias             10 additions, 18 multiplications, 3 sine-cosine pairs
+//     com_bias             10 additions, 19 multiplications, 3 sine-cosine pairs
 //     constraints          4 additions, 5 multiplications, 1 root, 3 sine-cosine pairs
 //     constraint_jacobian  3 additions, 7 multiplications, 1 division, 1 root, 3 sine-cosine pairs
 //     constraint_bias      8 additions, 23 multiplications, 1 division, 1 root, 3 sine-cosine pairs
 //     mass_matrix          3 additions, 8 multiplications, 2 sine-cosine pairs
-//     generalized_forces   58 additions, 60 multiplications, 1 division, 1 root, 3 sine-cosine pairs, 10 other functions
-//     energy               21 additions, 32 multiplications, 1 root, 3 sine-cosine pairs, 1 other function
+//     generalized_forces   56 additions, 60 multiplications, 1 division, 1 root, 3 sine-cosine pairs, 10 other functions
+//     energy               20 additions, 33 multiplications, 1 root, 3 sine-cosine pairs, 1 other function
 //     power                29 additions, 27 multiplications, 2 sine-cosine pairs, 9 other functions
-//     outputs              43 additions, 47 multiplications, 2 divisions, 2 roots, 3 sine-cosine pairs, 10 other functions
-//     dynamics             71 additions, 88 multiplications, 2 divisions, 2 roots, 3 sine-cosine pairs, 10 other functions
+//     outputs              41 additions, 47 multiplications, 2 divisions, 2 roots, 3 sine-cosine pairs, 10 other functions
+//     dynamics             69 additions, 89 multiplications, 2 divisions, 2 roots, 3 sine-cosine pairs, 10 other functions
 //     loop_constraints     6 additions, 11 multiplications, 1 division, 1 root, 3 sine-cosine pairs
-//     linearization        136 additions, 215 multiplications, 3 divisions, 2 roots, 3 sine-cosine pairs, 11 other functions
-//     position             38 additions, 59 multiplications, 5 divisions, 2 roots, 5 other functions
+//     linearization        134 additions, 215 multiplications, 3 divisions, 2 roots, 3 sine-cosine pairs, 11 other functions
+//     position             36 additions, 59 multiplications, 5 divisions, 2 roots, 5 other functions
 //     residuals            no operations
 //     velocity_residual    3 additions, 4 multiplications
 //     correction           6 additions, 8 multiplications
 //     accelerations        47 additions, 61 multiplications, 5 other functions
-//     outputs_at           16 additions, 27 multiplications, 5 other functions
+//     outputs_at           16 additions, 28 multiplications, 5 other functions
 //
 // Accelerations and multipliers, from sines and cosines on:
-//       481 operations  with full matrices, as the method is written down
-//       288 operations  by the function `dynamics` and one full system
-//       205 operations  by the kernel: 76 additions, 112 multiplications, 5 divisions, 2 roots, 10 other functions
+//       482 operations  with full matrices, as the method is written down
+//       287 operations  by the function `dynamics` and one full system
+//       203 operations  by the kernel: 74 additions, 112 multiplications, 5 divisions, 2 roots, 10 other functions
 //
 // Left out:
 //     y of body `ram`: is constant
@@ -270,42 +270,42 @@ pub struct Constants<R = f64> {
     pub o4b_m6_g_mu: R,
     /// `1/(v0)`
     pub k1: R,
-    /// `0.25*ks`
-    pub k2: R,
-    /// `0.25*O4B*ks`
-    pub k3: R,
+    /// `0.5^2*ks`
+    pub half_sq_ks: R,
+    /// `0.5^2*O4B*ks`
+    pub half_sq_o4b_ks: R,
     /// `0.5*O4B`
     pub half_o4b: R,
     /// `50000*O4B`
-    pub k4: R,
+    pub k2: R,
     /// `50000*BC`
-    pub k5: R,
+    pub k3: R,
     /// `O4B*m5`
     pub o4b_m5: R,
     /// `g*(O4B*m5 + O4G4*m4)`
     pub g_times_o4b_m5_plus_o4g4_m4: R,
     /// `0.52 + O4B^2`
-    pub k6: R,
+    pub k4: R,
     /// `1.2*O4B`
-    pub k7: R,
+    pub k5: R,
     /// `0.8*O4B`
-    pub k8: R,
+    pub k6: R,
     /// `0.4*O4B`
-    pub k9: R,
+    pub k7: R,
     /// `0.6*O4B`
-    pub k10: R,
+    pub k8: R,
     /// `BC*m6*g*mu`
     pub bc_m6_g_mu: R,
-    /// `0.25*BC*ks`
-    pub k11: R,
     /// `0.5*BC`
     pub half_bc: R,
+    /// `0.5^2*BC*ks`
+    pub half_sq_bc_ks: R,
     /// `BG5*m5*g`
     pub bg5_m5_g: R,
     /// `0.5*O4B^2*m6`
     pub half_o4b_sq_m6: R,
     /// `0.5*(J4 + O4B^2*m5 + O4G4^2*m4)`
-    pub k12: R,
+    pub k9: R,
     /// `0.5*(J5 + BG5^2*m5)`
     pub half_times_j5_plus_bg5_sq_m5: R,
     /// `0.5*BC^2*m6`
@@ -315,57 +315,57 @@ pub struct Constants<R = f64> {
     /// `0.5*k`
     pub half_k: R,
     /// `0.25*k3`
-    pub k13: R,
+    pub k10: R,
     /// `O4G4*m4*g`
     pub o4g4_m4_g: R,
     /// `m5*g`
     pub m5_g: R,
-    /// `0.125*ks`
-    pub k14: R,
+    /// `0.5^3*ks`
+    pub half_pow3_ks: R,
     /// `m6*g*mu`
     pub m6_g_mu: R,
     /// `O4B^2*m6*g*mu*1/(v0)`
-    pub k15: R,
+    pub k11: R,
     /// `O4B^2*1/(v0)`
-    pub k16: R,
+    pub k12: R,
     /// `25000*O4B`
-    pub k17: R,
+    pub k13: R,
     /// `25000*BC`
-    pub k18: R,
+    pub k14: R,
     /// `2*O4B^2*m6`
     pub twice_o4b_sq_m6: R,
-    /// `0.5*50000*O4B`
-    pub k19: R,
     /// `O4B^2*(m5 + m6)`
     pub o4b_sq_times_m5_plus_m6: R,
-    /// `0.25*O4B^2*ks`
-    pub k20: R,
+    /// `0.5^2*O4B^2*ks`
+    pub half_sq_o4b_sq_ks: R,
+    /// `0.5*50000*O4B`
+    pub k15: R,
     /// `1.8*O4B`
-    pub k21: R,
+    pub k16: R,
     /// `0.5*k3`
     pub half_k3: R,
     /// `0.5*s0`
     pub half_s0: R,
     /// `O4B*BC*m6*g*mu*1/(v0)`
-    pub k22: R,
+    pub k17: R,
     /// `O4B*BC*1/(v0)`
-    pub k23: R,
-    /// `0.25*O4B*BC*ks`
-    pub k24: R,
+    pub k18: R,
+    /// `0.5^2*O4B*BC*ks`
+    pub half_sq_o4b_bc_ks: R,
     /// `0.5*50000*O4B*BC`
-    pub k25: R,
+    pub k19: R,
     /// `BC^2*m6*g*mu*1/(v0)`
-    pub k26: R,
+    pub k20: R,
     /// `BC^2*1/(v0)`
-    pub k27: R,
+    pub k21: R,
     /// `2*BC^2*m6`
     pub twice_bc_sq_m6: R,
-    /// `0.5*50000*BC`
-    pub k28: R,
     /// `BG5^2*m5 + BC^2*m6`
     pub bg5_sq_m5_plus_bc_sq_m6: R,
-    /// `0.25*BC^2*ks`
-    pub k29: R,
+    /// `0.5^2*BC^2*ks`
+    pub half_sq_bc_sq_ks: R,
+    /// `0.5*50000*BC`
+    pub k22: R,
     /// `2*O4B`
     pub twice_o4b: R,
     /// `2*O4B*(BC*m6 + BG5*m5)`
@@ -373,9 +373,9 @@ pub struct Constants<R = f64> {
     /// `2*O4B*BG5*m5`
     pub twice_o4b_bg5_m5: R,
     /// `3*O2A^2*O4O2^2`
-    pub k30: R,
+    pub k23: R,
     /// `3*O2A^3*O4O2^3`
-    pub k31: R,
+    pub k24: R,
     /// `2*O2A^2*O4O2^2`
     pub twice_o2a_sq_o4o2_sq: R,
     /// `2*O2A`
@@ -384,6 +384,8 @@ pub struct Constants<R = f64> {
     pub twice_bc: R,
     /// `m6*g*mu`
     pub m6_g_mu_2: R,
+    /// `0.5^2*ks`
+    pub half_sq_ks_2: R,
     /// `O2A*m3*g`
     pub o2a_m3_g_2: R,
     /// `O4B*m5*g`
@@ -413,15 +415,16 @@ impl<R: Scalar> Constants<R> {
         let g_mu = p.g * p.mu;
         let o4b_m6 = p.O4B * p.m6;
         let inv_v0 = p.v0.recip();
-        let v1 = p.ks * R::from_f64(0.25);
-        let v2 = p.O4B * R::from_f64(50000.0);
+        let half_ks = p.ks * R::from_f64(0.5);
+        let half_sq_ks = R::from_f64(0.5) * half_ks;
+        let v1 = p.O4B * R::from_f64(50000.0);
         let o4b_m5 = p.O4B * p.m5;
-        let bc_v1 = p.BC * v1;
         let half_bc = p.BC * R::from_f64(0.5);
+        let half_sq_bc_ks = half_bc * half_ks;
         let inv_v0_g_mu = inv_v0 * g_mu;
         let bc_inv_v0 = p.BC * inv_v0;
         let twice_o4b = p.O4B * R::from_f64(2.0);
-        let v3 = R::from_f64(3.0) * o2a_sq_o4o2_sq;
+        let v2 = R::from_f64(3.0) * o2a_sq_o4o2_sq;
         Self {
             o2a_sq_plus_o4o2_sq: o2a_sq + o4o2_sq,
             o2a_o4o2,
@@ -443,63 +446,64 @@ impl<R: Scalar> Constants<R> {
             o4b_m6,
             o4b_m6_g_mu: g_mu * o4b_m6,
             k1: inv_v0,
-            k2: v1,
-            k3: p.O4B * v1,
+            half_sq_ks,
+            half_sq_o4b_ks: p.O4B * half_sq_ks,
             half_o4b: p.O4B * R::from_f64(0.5),
-            k4: v2,
-            k5: p.BC * R::from_f64(50000.0),
+            k2: v1,
+            k3: p.BC * R::from_f64(50000.0),
             o4b_m5,
             g_times_o4b_m5_plus_o4g4_m4: p.g * (o4b_m5 + o4g4_m4),
-            k6: R::from_f64(0.52) + o4b_sq,
-            k7: p.O4B * R::from_f64(1.2),
-            k8: p.O4B * R::from_f64(0.8),
-            k9: p.O4B * R::from_f64(0.4),
-            k10: p.O4B * R::from_f64(0.6),
+            k4: R::from_f64(0.52) + o4b_sq,
+            k5: p.O4B * R::from_f64(1.2),
+            k6: p.O4B * R::from_f64(0.8),
+            k7: p.O4B * R::from_f64(0.4),
+            k8: p.O4B * R::from_f64(0.6),
             bc_m6_g_mu: bc_m6 * g_mu,
-            k11: bc_v1,
             half_bc,
+            half_sq_bc_ks,
             bg5_m5_g: p.g * bg5_m5,
             half_o4b_sq_m6: R::from_f64(0.5) * o4b_sq_m6,
-            k12: j4_plus_o4b_sq_m5_plus_o4g4_sq_m4 * R::from_f64(0.5),
+            k9: j4_plus_o4b_sq_m5_plus_o4g4_sq_m4 * R::from_f64(0.5),
             half_times_j5_plus_bg5_sq_m5: j5_plus_bg5_sq_m5 * R::from_f64(0.5),
             half_bc_sq_m6: bc_m6 * half_bc,
             half_times_j2_plus_o2a_sq_m3: j2_plus_o2a_sq_m3 * R::from_f64(0.5),
             half_k: R::from_f64(0.5) * p.k,
-            k13: R::from_f64(0.25) * p.k3,
+            k10: p.k3 * R::from_f64(0.25),
             o4g4_m4_g: p.g * o4g4_m4,
             m5_g: p.m5 * p.g,
-            k14: p.ks * R::from_f64(0.125),
+            half_pow3_ks: R::from_f64(0.5) * half_sq_ks,
             m6_g_mu: p.m6 * g_mu,
-            k15: o4b_sq_m6 * inv_v0_g_mu,
-            k16: inv_v0 * o4b_sq,
-            k17: p.O4B * R::from_f64(25000.0),
-            k18: p.BC * R::from_f64(25000.0),
+            k11: o4b_sq_m6 * inv_v0_g_mu,
+            k12: inv_v0 * o4b_sq,
+            k13: p.O4B * R::from_f64(25000.0),
+            k14: p.BC * R::from_f64(25000.0),
             twice_o4b_sq_m6: R::from_f64(2.0) * o4b_sq_m6,
-            k19: R::from_f64(0.5) * v2,
             o4b_sq_times_m5_plus_m6: (p.m5 + p.m6) * o4b_sq,
-            k20: o4b_sq * v1,
-            k21: p.O4B * R::from_f64(1.8),
+            half_sq_o4b_sq_ks: o4b_sq * half_sq_ks,
+            k15: R::from_f64(0.5) * v1,
+            k16: p.O4B * R::from_f64(1.8),
             half_k3: R::from_f64(0.5) * p.k3,
             half_s0: R::from_f64(0.5) * p.s0,
-            k22: p.O4B * bc_m6 * inv_v0_g_mu,
-            k23: p.O4B * bc_inv_v0,
-            k24: p.O4B * bc_v1,
-            k25: half_bc * v2,
-            k26: bc_sq_m6 * inv_v0_g_mu,
-            k27: p.BC * bc_inv_v0,
+            k17: p.O4B * bc_m6 * inv_v0_g_mu,
+            k18: p.O4B * bc_inv_v0,
+            half_sq_o4b_bc_ks: p.O4B * half_sq_bc_ks,
+            k19: half_bc * v1,
+            k20: bc_sq_m6 * inv_v0_g_mu,
+            k21: p.BC * bc_inv_v0,
             twice_bc_sq_m6: R::from_f64(2.0) * bc_sq_m6,
-            k28: R::from_f64(50000.0) * half_bc,
             bg5_sq_m5_plus_bc_sq_m6: bg5_sq_m5 + bc_sq_m6,
-            k29: p.BC * bc_v1,
+            half_sq_bc_sq_ks: p.ks * half_bc * half_bc,
+            k22: R::from_f64(50000.0) * half_bc,
             twice_o4b,
             twice_o4b_times_bc_m6_plus_bg5_m5: bc_m6_plus_bg5_m5 * twice_o4b,
             twice_o4b_bg5_m5: bg5_m5 * twice_o4b,
-            k30: v3,
-            k31: o2a_o4o2 * v3,
+            k23: v2,
+            k24: o2a_o4o2 * v2,
             twice_o2a_sq_o4o2_sq: R::from_f64(2.0) * o2a_sq_o4o2_sq,
             twice_o2a: p.O2A * R::from_f64(2.0),
             twice_bc: p.BC * R::from_f64(2.0),
             m6_g_mu_2: p.m6 * p.g * p.mu,
+            half_sq_ks_2: p.ks * R::from_f64(0.5) * R::from_f64(0.5),
             o2a_m3_g_2: p.O2A * p.m3 * p.g,
             o4b_m5_g: p.O4B * p.m5 * p.g,
         }
@@ -618,7 +622,7 @@ pub fn com_jacobian<R: Scalar>(m: &Shaper<R>, q: &[R; 3]) -> [[R; 3]; 10] {
 ///
 /// Arguments: `q = [phi2, phi4, phi5]`, `qd = [phi2_dot, phi4_dot, phi5_dot]`.
 ///
-/// Operations: 10 additions, 18 multiplications, 3 sine-cosine pairs.
+/// Operations: 10 additions, 19 multiplications, 3 sine-cosine pairs.
 #[doc(alias = "T_dq·qd")]
 #[doc(alias = "convective acceleration")]
 #[inline]
@@ -630,10 +634,10 @@ pub fn com_bias<R: Scalar>(m: &Shaper<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 10] {
     let (sin_phi4, cos_phi4) = phi4.sin_cos();
     let (sin_phi5, cos_phi5) = phi5.sin_cos();
     let a_x = p.O2A * cos_phi2;
+    let b_y = p.O4B * sin_phi4;
     let phi2_dot_sq = phi2_dot * phi2_dot;
     let phi4_dot_sq = phi4_dot * phi4_dot;
     let cos_phi4_phi4_dot_sq = cos_phi4 * phi4_dot_sq;
-    let sin_phi4_phi4_dot_sq = sin_phi4 * phi4_dot_sq;
     let o4b_cos_phi4_phi4_dot_sq = p.O4B * cos_phi4_phi4_dot_sq;
     let phi5_dot_sq = phi5_dot * phi5_dot;
     let cos_phi5_phi5_dot_sq = cos_phi5 * phi5_dot_sq;
@@ -642,10 +646,10 @@ pub fn com_bias<R: Scalar>(m: &Shaper<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 10] {
         -(phi2_dot_sq * a_x),
         -(phi2_dot_sq * (p.O2A * sin_phi2)),
         -(p.O4G4 * cos_phi4_phi4_dot_sq),
-        -(p.O4G4 * sin_phi4_phi4_dot_sq),
+        -(phi4_dot_sq * (p.O4G4 * sin_phi4)),
         R::zero(),
         -(o4b_cos_phi4_phi4_dot_sq + p.BG5 * cos_phi5_phi5_dot_sq),
-        -(p.O4B * sin_phi4_phi4_dot_sq + p.BG5 * (sin_phi5 * phi5_dot_sq)),
+        -(phi4_dot_sq * b_y + phi5_dot_sq * (p.BG5 * sin_phi5)),
         R::zero(),
         -(o4b_cos_phi4_phi4_dot_sq + p.BC * cos_phi5_phi5_dot_sq),
     ]
@@ -742,6 +746,7 @@ pub fn constraint_bias<R: Scalar>(m: &Shaper<R>, q: &[R; 3], qd: &[R; 3]) -> [R;
     let (sin_phi2, cos_phi2) = phi2.sin_cos();
     let (sin_phi4, cos_phi4) = phi4.sin_cos();
     let sin_phi5 = phi5.sin();
+    let b_y = p.O4B * sin_phi4;
     let phi4_dot_sq = phi4_dot * phi4_dot;
     let root = (k.o2a_sq_plus_o4o2_sq + k.twice_o2a_o4o2 * sin_phi2).sqrt();
     let inv_root = root.recip();
@@ -756,7 +761,7 @@ pub fn constraint_bias<R: Scalar>(m: &Shaper<R>, q: &[R; 3], qd: &[R; 3]) -> [R;
                     - k.twice_o2a_o4o2 * inv_root * (sin_phi4 * phi4_dot))
                 - phi2_dot * (cos_phi4_inv_root * (k.o2a_o4o2 * sin_phi2)))
             - root * (cos_phi4 * phi4_dot_sq)),
-        -(p.O4B * (sin_phi4 * phi4_dot_sq) + p.BC * (sin_phi5 * (phi5_dot * phi5_dot))),
+        -(phi4_dot_sq * b_y + phi5_dot * phi5_dot * (p.BC * sin_phi5)),
     ]
 }
 
@@ -804,7 +809,7 @@ pub fn mass_matrix<R: Scalar>(m: &Shaper<R>, q: &[R; 3]) -> [[R; 3]; 3] {
 ///
 /// Arguments: `t` in s, `q = [phi2, phi4, phi5]`, `qd = [phi2_dot, phi4_dot, phi5_dot]`.
 ///
-/// Operations: 58 additions, 60 multiplications, 1 division, 1 root, 3 sine-cosine pairs, 10 other functions.
+/// Operations: 56 additions, 60 multiplications, 1 division, 1 root, 3 sine-cosine pairs, 10 other functions.
 #[doc(alias = "fbar")]
 #[inline]
 pub fn generalized_forces<R: Scalar>(
@@ -821,28 +826,28 @@ pub fn generalized_forces<R: Scalar>(
     let (sin_phi4, cos_phi4) = phi4.sin_cos();
     let (sin_phi5, cos_phi5) = phi5.sin_cos();
     let b_x = p.O4B * cos_phi4;
+    let b_y = p.O4B * sin_phi4;
     let c_x = b_x + p.BC * cos_phi5;
     let phi4_dot_sq = phi4_dot * phi4_dot;
     let o4b_cos_phi4_phi4_dot_sq = p.O4B * (cos_phi4 * phi4_dot_sq);
     let phi5_dot_sq = phi5_dot * phi5_dot;
     let cos_phi5_phi5_dot_sq = cos_phi5 * phi5_dot_sq;
     let v1 = o4b_cos_phi4_phi4_dot_sq + p.BG5 * cos_phi5_phi5_dot_sq;
-    let v2 = p.O4B * (sin_phi4 * phi4_dot_sq) + p.BG5 * (sin_phi5 * phi5_dot_sq);
+    let v2 = phi4_dot_sq * b_y + phi5_dot_sq * (p.BG5 * sin_phi5);
     let v3 = o4b_cos_phi4_phi4_dot_sq + p.BC * cos_phi5_phi5_dot_sq;
     let v4 = (-(k.k1 * (p.O4B * (sin_phi4 * phi4_dot) + p.BC * (sin_phi5 * phi5_dot))))
         .tanh();
-    let v5 = p.xs - c_x;
-    let v6 = -v5;
-    let v7 = (-v6).sign();
-    let v8 = (R::from_f64(1.0) + v7) * (v6 * v7 - v5);
-    let v9 = k.k4 * cos_phi4 + k.k5 * cos_phi5;
-    let v10 = (R::from_f64(1.0) - v4)
-        * ((R::from_f64(0.8) + c_x).sign() * (R::from_f64(40000.0) + v9)
-            - (R::from_f64(0.78) + c_x).sign() * (R::from_f64(39000.0) + v9)
-            - (R::from_f64(0.2) + c_x).sign() * (R::from_f64(10000.0) + v9)
-            + (R::from_f64(0.18) + c_x).sign() * (R::from_f64(9000.0) + v9));
-    let root = (k.k6 - k.k7 * cos_phi4 - k.k8 * sin_phi4).sqrt();
-    let v11 = p.s0 - root;
+    let v5 = c_x - p.xs;
+    let v6 = R::from_f64(1.0) + (-v5).sign();
+    let v5_v6_sq = v5 * (v6 * v6);
+    let v7 = k.k2 * cos_phi4 + k.k3 * cos_phi5;
+    let v8 = (R::from_f64(1.0) - v4)
+        * ((R::from_f64(0.8) + c_x).sign() * (R::from_f64(40000.0) + v7)
+            - (R::from_f64(0.78) + c_x).sign() * (R::from_f64(39000.0) + v7)
+            - (R::from_f64(0.2) + c_x).sign() * (R::from_f64(10000.0) + v7)
+            + (R::from_f64(0.18) + c_x).sign() * (R::from_f64(9000.0) + v7));
+    let root = (k.k4 - k.k5 * cos_phi4 - k.k6 * sin_phi4).sqrt();
+    let v9 = p.s0 - root;
     [
         R::from_f64(450.0)
             + (phi2_dot - R::from_f64(4.0)).sign()
@@ -856,14 +861,14 @@ pub fn generalized_forces<R: Scalar>(
             - phi2_dot * (p.c2 + R::from_f64(12.5) * phi2_dot.sign())
             - k.o2a_m3_g * cos_phi2,
         -(sin_phi4
-            * (-(k.o4b_m6_g_mu * v4 + k.k3 * v8
-                - (k.half_o4b * v10 + (k.o4b_m5 * v1 + k.o4b_m6 * v3))))
+            * (-(k.o4b_m6_g_mu * v4 + k.half_sq_o4b_ks * v5_v6_sq
+                - (k.half_o4b * v8 + (k.o4b_m5 * v1 + k.o4b_m6 * v3))))
             + cos_phi4 * (k.g_times_o4b_m5_plus_o4g4_m4 - k.o4b_m5 * v2)
-            + v11 * (p.k + p.k3 * (v11 * v11))
-                * ((k.k9 * cos_phi4 - k.k10 * sin_phi4) / root)),
+            + v9 * (p.k + p.k3 * (v9 * v9))
+                * ((k.k7 * cos_phi4 - k.k8 * sin_phi4) / root)),
         -(sin_phi5
-            * (-(k.bc_m6_g_mu * v4 + k.k11 * v8
-                - (k.half_bc * v10 + (k.bg5_m5 * v1 + k.bc_m6 * v3))))
+            * (-(k.bc_m6_g_mu * v4 + k.half_sq_bc_ks * v5_v6_sq
+                - (k.half_bc * v8 + (k.bg5_m5 * v1 + k.bc_m6 * v3))))
             + cos_phi5 * (k.bg5_m5_g - k.bg5_m5 * v2)),
     ]
 }
@@ -873,12 +878,12 @@ pub fn generalized_forces<R: Scalar>(
 /// ```text
 /// r2         sqrt(0.52 - 0.8*O4B*sin(phi4) - 1.2*O4B*cos(phi4) + O4B^2)
 /// kinetic    O4B*BC*m6*phi4_dot*phi5_dot*sin(phi4)*sin(phi5) + O4B*BG5*m5*phi4_dot*phi5_dot*sin(phi4)*sin(phi5) + O4B*BG5*m5*phi4_dot*phi5_dot*cos(phi4)*cos(phi5) + 0.5*J2*phi2_dot^2 + 0.5*J4*phi4_dot^2 + 0.5*J5*phi5_dot^2 + 0.5*O2A^2*m3*phi2_dot^2 + 0.5*O4B^2*m5*phi4_dot^2 + 0.5*O4B^2*m6*phi4_dot^2*sin(phi4)^2 + 0.5*BC^2*m6*phi5_dot^2*sin(phi5)^2 + 0.5*O4G4^2*m4*phi4_dot^2 + 0.5*BG5^2*m5*phi5_dot^2
-/// potential  O4G4*m4*g*sin(phi4) + m3*g*(O2A*sin(phi2) + O4O2) + m5*g*(O4B*sin(phi4) + BG5*sin(phi5)) + 0.5*k*(r2 - s0)^2 + 0.25*k3*(r2 - s0)^4 + 0.125*ks*(xs - O4B*cos(phi4) - BC*cos(phi5) + (xs - O4B*cos(phi4) - BC*cos(phi5))*sign(xs - O4B*cos(phi4) - BC*cos(phi5)))^2
+/// potential  O4G4*m4*g*sin(phi4) + m3*g*(O2A*sin(phi2) + O4O2) + m5*g*(O4B*sin(phi4) + BG5*sin(phi5)) + 0.5*k*(r2 - s0)^2 + 0.25*k3*(r2 - s0)^4 + 0.5*ks*(0.5 + 0.5*sign(xs - O4B*cos(phi4) - BC*cos(phi5)))^2*(xs - O4B*cos(phi4) - BC*cos(phi5))^2
 /// ```
 ///
 /// Arguments: `q = [phi2, phi4, phi5]`, `qd = [phi2_dot, phi4_dot, phi5_dot]`.
 ///
-/// Operations: 21 additions, 32 multiplications, 1 root, 3 sine-cosine pairs, 1 other function.
+/// Operations: 20 additions, 33 multiplications, 1 root, 3 sine-cosine pairs, 1 other function.
 #[doc(alias = "T + V")]
 #[inline(always)]
 pub fn energy<R: Scalar>(m: &Shaper<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
@@ -893,22 +898,21 @@ pub fn energy<R: Scalar>(m: &Shaper<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
     let b_x = p.O4B * cos_phi4;
     let b_y = p.O4B * sin_phi4;
     let c_x = b_x + p.BC * cos_phi5;
-    let v1 = p.xs - c_x;
-    let v2 = -v1;
-    let v3 = v2 * (-v2).sign() - v1;
-    let v4 = p.s0 - (k.k6 - k.k7 * cos_phi4 - k.k8 * sin_phi4).sqrt();
-    let v4_sq = v4 * v4;
+    let v1 = c_x - p.xs;
+    let v2 = R::from_f64(1.0) + (-v1).sign();
+    let v3 = p.s0 - (k.k4 - k.k5 * cos_phi4 - k.k6 * sin_phi4).sqrt();
+    let v3_sq = v3 * v3;
     [
         phi4_dot
             * (sin_phi4
                 * (k.half_o4b_sq_m6 * (sin_phi4 * phi4_dot)
                     + k.o4b_times_bc_m6_plus_bg5_m5 * (sin_phi5 * phi5_dot))
-                + k.o4b_bg5_m5 * cos_phi4 * (cos_phi5 * phi5_dot) + k.k12 * phi4_dot)
+                + k.o4b_bg5_m5 * cos_phi4 * (cos_phi5 * phi5_dot) + k.k9 * phi4_dot)
             + (k.half_times_j5_plus_bg5_sq_m5 + k.half_bc_sq_m6 * (sin_phi5 * sin_phi5))
                 * (phi5_dot * phi5_dot)
             + k.half_times_j2_plus_o2a_sq_m3 * (phi2_dot * phi2_dot),
-        (k.half_k + k.k13 * v4_sq) * v4_sq + k.m3_g * a_y + k.o4g4_m4_g * sin_phi4
-            + k.m5_g * (b_y + p.BG5 * sin_phi5) + k.k14 * v3 * v3,
+        (k.half_k + k.k10 * v3_sq) * v3_sq + k.m3_g * a_y + k.o4g4_m4_g * sin_phi4
+            + k.m5_g * (b_y + p.BG5 * sin_phi5) + k.half_pow3_ks * v1 * (v1 * (v2 * v2)),
     ]
 }
 
@@ -931,7 +935,7 @@ pub fn power<R: Scalar>(m: &Shaper<R>, _t: R, q: &[R; 3], qd: &[R; 3]) -> R {
     let c_x = b_x + p.BC * cos_phi5;
     let v1 = p.O4B * (sin_phi4 * phi4_dot) + p.BC * (sin_phi5 * phi5_dot);
     let v2 = (-(k.k1 * v1)).tanh();
-    let v3 = k.k4 * cos_phi4 + k.k5 * cos_phi5;
+    let v3 = k.k2 * cos_phi4 + k.k3 * cos_phi5;
     phi2_dot
         * (R::from_f64(450.0)
             + (phi2_dot - R::from_f64(4.0)).sign()
@@ -962,7 +966,7 @@ pub fn power<R: Scalar>(m: &Shaper<R>, _t: R, q: &[R; 3], qd: &[R; 3]) -> R {
 ///
 /// Arguments: `t` in s, `q = [phi2, phi4, phi5]`, `qd = [phi2_dot, phi4_dot, phi5_dot]`, `qdd = [phi2_ddot, phi4_ddot, phi5_ddot]`, `multipliers = [slot, guide]`.
 ///
-/// Operations: 43 additions, 47 multiplications, 2 divisions, 2 roots, 3 sine-cosine pairs, 10 other functions.
+/// Operations: 41 additions, 47 multiplications, 2 divisions, 2 roots, 3 sine-cosine pairs, 10 other functions.
 #[inline(always)]
 pub fn outputs<R: Scalar>(
     m: &Shaper<R>,
@@ -986,12 +990,11 @@ pub fn outputs<R: Scalar>(
     let c_x = b_x + p.BC * cos_phi5;
     let v1 = p.O4B * (sin_phi4 * phi4_dot) + p.BC * (sin_phi5 * phi5_dot);
     let v2 = (-(k.k1 * v1)).tanh();
-    let v3 = p.xs - c_x;
-    let v4 = -v3;
-    let v5 = (-v4).sign();
-    let v6 = k.k4 * cos_phi4 + k.k5 * cos_phi5;
-    let root = (k.k6 - k.k7 * cos_phi4 - k.k8 * sin_phi4).sqrt();
-    let v7 = p.s0 - root;
+    let v3 = c_x - p.xs;
+    let v4 = R::from_f64(1.0) + (-v3).sign();
+    let v5 = k.k2 * cos_phi4 + k.k3 * cos_phi5;
+    let root = (k.k4 - k.k5 * cos_phi4 - k.k6 * sin_phi4).sqrt();
+    let v6 = p.s0 - root;
     [
         c_x,
         -v1,
@@ -1009,16 +1012,16 @@ pub fn outputs<R: Scalar>(
         -(v1
             * (R::from_f64(0.5)
                 * ((R::from_f64(1.0) - v2)
-                    * ((R::from_f64(0.8) + c_x).sign() * (R::from_f64(40000.0) + v6)
-                        - (R::from_f64(0.78) + c_x).sign() * (R::from_f64(39000.0) + v6)
-                        - (R::from_f64(0.2) + c_x).sign() * (R::from_f64(10000.0) + v6)
+                    * ((R::from_f64(0.8) + c_x).sign() * (R::from_f64(40000.0) + v5)
+                        - (R::from_f64(0.78) + c_x).sign() * (R::from_f64(39000.0) + v5)
+                        - (R::from_f64(0.2) + c_x).sign() * (R::from_f64(10000.0) + v5)
                         + (R::from_f64(0.18) + c_x).sign()
-                            * (R::from_f64(9000.0) + v6))))),
+                            * (R::from_f64(9000.0) + v5))))),
         v1 * (k.m6_g_mu * v2),
         -(phi4_dot
-            * (v7 * (p.k + p.k3 * (v7 * v7))
-                * ((k.k9 * cos_phi4 - k.k10 * sin_phi4) / root))),
-        k.k2 * v1 * ((R::from_f64(1.0) + v5) * (v4 * v5 - v3)),
+            * (v6 * (p.k + p.k3 * (v6 * v6))
+                * ((k.k7 * cos_phi4 - k.k8 * sin_phi4) / root))),
+        k.half_sq_ks * v1 * (v3 * (v4 * v4)),
         lambda_slot
             * (sin_phi4
                 - (sin_phi4 * a_x - a_y * cos_phi4)
@@ -1031,7 +1034,7 @@ pub fn outputs<R: Scalar>(
 ///
 /// Arguments: `t` in s, `q = [phi2, phi4, phi5]`, `qd = [phi2_dot, phi4_dot, phi5_dot]`.
 ///
-/// Operations: 71 additions, 88 multiplications, 2 divisions, 2 roots, 3 sine-cosine pairs, 10 other functions.
+/// Operations: 69 additions, 89 multiplications, 2 divisions, 2 roots, 3 sine-cosine pairs, 10 other functions.
 #[doc(alias = "fused")]
 #[inline(always)]
 pub fn dynamics<R: Scalar>(
@@ -1048,6 +1051,7 @@ pub fn dynamics<R: Scalar>(
     let (sin_phi4, cos_phi4) = phi4.sin_cos();
     let (sin_phi5, cos_phi5) = phi5.sin_cos();
     let b_x = p.O4B * cos_phi4;
+    let b_y = p.O4B * sin_phi4;
     let bc_cos_phi5 = p.BC * cos_phi5;
     let c_x = b_x + bc_cos_phi5;
     let phi4_dot_sq = phi4_dot * phi4_dot;
@@ -1056,9 +1060,8 @@ pub fn dynamics<R: Scalar>(
     let phi5_dot_sq = phi5_dot * phi5_dot;
     let cos_phi5_phi5_dot_sq = cos_phi5 * phi5_dot_sq;
     let v1 = o4b_cos_phi4_phi4_dot_sq + p.BG5 * cos_phi5_phi5_dot_sq;
-    let o4b_sin_phi4_phi4_dot_sq = p.O4B * (sin_phi4 * phi4_dot_sq);
-    let sin_phi5_phi5_dot_sq = sin_phi5 * phi5_dot_sq;
-    let v2 = o4b_sin_phi4_phi4_dot_sq + p.BG5 * sin_phi5_phi5_dot_sq;
+    let phi4_dot_sq_b_y = phi4_dot_sq * b_y;
+    let v2 = phi4_dot_sq_b_y + phi5_dot_sq * (p.BG5 * sin_phi5);
     let v3 = o4b_cos_phi4_phi4_dot_sq + p.BC * cos_phi5_phi5_dot_sq;
     let root = (k.o2a_sq_plus_o4o2_sq + k.twice_o2a_o4o2 * sin_phi2).sqrt();
     let inv_root = root.recip();
@@ -1069,18 +1072,17 @@ pub fn dynamics<R: Scalar>(
         + k.o4b_times_bc_m6_plus_bg5_m5 * sin_phi4 * sin_phi5;
     let v5 = (-(k.k1 * (p.O4B * sin_phi4_phi4_dot + p.BC * (sin_phi5 * phi5_dot))))
         .tanh();
-    let v6 = p.xs - c_x;
-    let v7 = -v6;
-    let v8 = (-v7).sign();
-    let v9 = (R::from_f64(1.0) + v8) * (v7 * v8 - v6);
-    let v10 = k.k4 * cos_phi4 + k.k5 * cos_phi5;
-    let v11 = (R::from_f64(1.0) - v5)
-        * ((R::from_f64(0.8) + c_x).sign() * (R::from_f64(40000.0) + v10)
-            - (R::from_f64(0.78) + c_x).sign() * (R::from_f64(39000.0) + v10)
-            - (R::from_f64(0.2) + c_x).sign() * (R::from_f64(10000.0) + v10)
-            + (R::from_f64(0.18) + c_x).sign() * (R::from_f64(9000.0) + v10));
-    let root_2 = (k.k6 - k.k7 * cos_phi4 - k.k8 * sin_phi4).sqrt();
-    let v12 = p.s0 - root_2;
+    let v6 = c_x - p.xs;
+    let v7 = R::from_f64(1.0) + (-v6).sign();
+    let v6_v7_sq = v6 * (v7 * v7);
+    let v8 = k.k2 * cos_phi4 + k.k3 * cos_phi5;
+    let v9 = (R::from_f64(1.0) - v5)
+        * ((R::from_f64(0.8) + c_x).sign() * (R::from_f64(40000.0) + v8)
+            - (R::from_f64(0.78) + c_x).sign() * (R::from_f64(39000.0) + v8)
+            - (R::from_f64(0.2) + c_x).sign() * (R::from_f64(10000.0) + v8)
+            + (R::from_f64(0.18) + c_x).sign() * (R::from_f64(9000.0) + v8));
+    let root_2 = (k.k4 - k.k5 * cos_phi4 - k.k6 * sin_phi4).sqrt();
+    let v10 = p.s0 - root_2;
     Dynamics {
         mass_matrix: [
             [k.j2_plus_o2a_sq_m3, R::zero(), R::zero()],
@@ -1104,14 +1106,14 @@ pub fn dynamics<R: Scalar>(
                 - phi2_dot * (p.c2 + R::from_f64(12.5) * phi2_dot.sign())
                 - k.o2a_m3_g * cos_phi2,
             -(sin_phi4
-                * (-(k.o4b_m6_g_mu * v5 + k.k3 * v9
-                    - (k.half_o4b * v11 + (k.o4b_m5 * v1 + k.o4b_m6 * v3))))
+                * (-(k.o4b_m6_g_mu * v5 + k.half_sq_o4b_ks * v6_v7_sq
+                    - (k.half_o4b * v9 + (k.o4b_m5 * v1 + k.o4b_m6 * v3))))
                 + cos_phi4 * (k.g_times_o4b_m5_plus_o4g4_m4 - k.o4b_m5 * v2)
-                + v12 * (p.k + p.k3 * (v12 * v12))
-                    * ((k.k9 * cos_phi4 - k.k10 * sin_phi4) / root_2)),
+                + v10 * (p.k + p.k3 * (v10 * v10))
+                    * ((k.k7 * cos_phi4 - k.k8 * sin_phi4) / root_2)),
             -(sin_phi5
-                * (-(k.bc_m6_g_mu * v5 + k.k11 * v9
-                    - (k.half_bc * v11 + (k.bg5_m5 * v1 + k.bc_m6 * v3))))
+                * (-(k.bc_m6_g_mu * v5 + k.half_sq_bc_ks * v6_v7_sq
+                    - (k.half_bc * v9 + (k.bg5_m5 * v1 + k.bc_m6 * v3))))
                 + cos_phi5 * (k.bg5_m5_g - k.bg5_m5 * v2)),
         ],
         constraint_jacobian: [
@@ -1132,7 +1134,7 @@ pub fn dynamics<R: Scalar>(
                         - k.twice_o2a_o4o2 * inv_root * sin_phi4_phi4_dot)
                     - phi2_dot * (cos_phi4_inv_root * (k.o2a_o4o2 * sin_phi2)))
                 - root * cos_phi4_phi4_dot_sq),
-            -(o4b_sin_phi4_phi4_dot_sq + p.BC * sin_phi5_phi5_dot_sq),
+            -(phi4_dot_sq_b_y + phi5_dot_sq * (p.BC * sin_phi5)),
         ],
     }
 }
@@ -1176,7 +1178,7 @@ pub fn loop_constraints<R: Scalar>(
 ///
 /// Arguments: `t` in s, `q = [phi2, phi4, phi5]`, `qd = [phi2_dot, phi4_dot, phi5_dot]`, `qdd = [phi2_ddot, phi4_ddot, phi5_ddot]`, `multipliers = [slot, guide]`.
 ///
-/// Operations: 136 additions, 215 multiplications, 3 divisions, 2 roots, 3 sine-cosine pairs, 11 other functions.
+/// Operations: 134 additions, 215 multiplications, 3 divisions, 2 roots, 3 sine-cosine pairs, 11 other functions.
 #[doc(alias = "tangent stiffness")]
 #[doc(alias = "tangent damping")]
 #[inline]
@@ -1198,17 +1200,16 @@ pub fn linearization<R: Scalar>(
     let (sin_phi4, cos_phi4) = phi4.sin_cos();
     let (sin_phi5, cos_phi5) = phi5.sin_cos();
     let b_x = p.O4B * cos_phi4;
+    let b_y = p.O4B * sin_phi4;
     let c_x = b_x + p.BC * cos_phi5;
     let phi2_dot_sq = phi2_dot * phi2_dot;
     let phi4_dot_sq = phi4_dot * phi4_dot;
     let cos_phi4_phi4_dot_sq = cos_phi4 * phi4_dot_sq;
-    let sin_phi4_phi4_dot_sq = sin_phi4 * phi4_dot_sq;
     let o4b_cos_phi4_phi4_dot_sq = p.O4B * cos_phi4_phi4_dot_sq;
     let phi5_dot_sq = phi5_dot * phi5_dot;
     let cos_phi5_phi5_dot_sq = cos_phi5 * phi5_dot_sq;
     let v1 = o4b_cos_phi4_phi4_dot_sq + p.BG5 * cos_phi5_phi5_dot_sq;
-    let sin_phi5_phi5_dot_sq = sin_phi5 * phi5_dot_sq;
-    let v2 = p.O4B * sin_phi4_phi4_dot_sq + p.BG5 * sin_phi5_phi5_dot_sq;
+    let v2 = phi4_dot_sq * b_y + phi5_dot_sq * (p.BG5 * sin_phi5);
     let v3 = o4b_cos_phi4_phi4_dot_sq + p.BC * cos_phi5_phi5_dot_sq;
     let root = (k.o2a_sq_plus_o4o2_sq + k.twice_o2a_o4o2 * sin_phi2).sqrt();
     let inv_root = root.recip();
@@ -1222,110 +1223,109 @@ pub fn linearization<R: Scalar>(
     let sin_phi5_phi5_dot = sin_phi5 * phi5_dot;
     let v5 = -(k.k1 * (p.O4B * sin_phi4_phi4_dot + p.BC * sin_phi5_phi5_dot));
     let v6 = v5.tanh();
-    let v7 = p.xs - c_x;
-    let v8 = -v7;
-    let v9 = (-v8).sign();
-    let v10 = R::from_f64(1.0) + v9;
-    let v11 = v10 * (v8 * v9 - v7);
-    let v12 = R::from_f64(1.0) - v6;
-    let v13 = (R::from_f64(0.8) + c_x).sign();
-    let v14 = k.k4 * cos_phi4 + k.k5 * cos_phi5;
-    let v15 = (R::from_f64(0.78) + c_x).sign();
-    let v16 = (R::from_f64(0.2) + c_x).sign();
-    let v17 = (R::from_f64(0.18) + c_x).sign();
-    let v18 = v12
-        * (v13 * (R::from_f64(40000.0) + v14) - v15 * (R::from_f64(39000.0) + v14)
-            - v16 * (R::from_f64(10000.0) + v14) + v17 * (R::from_f64(9000.0) + v14));
-    let k7_cos_phi4 = k.k7 * cos_phi4;
-    let root_2 = (k.k6 - k7_cos_phi4 - k.k8 * sin_phi4).sqrt();
-    let v19 = p.s0 - root_2;
-    let v19_sq = v19 * v19;
-    let k3_v19_sq = p.k3 * v19_sq;
-    let v20 = k.k9 * cos_phi4 - k.k10 * sin_phi4;
+    let v7 = c_x - p.xs;
+    let v8 = R::from_f64(1.0) + (-v7).sign();
+    let v8_sq = v8 * v8;
+    let v7_v8_sq = v7 * v8_sq;
+    let v9 = R::from_f64(1.0) - v6;
+    let v10 = (R::from_f64(0.8) + c_x).sign();
+    let v11 = k.k2 * cos_phi4 + k.k3 * cos_phi5;
+    let v12 = (R::from_f64(0.78) + c_x).sign();
+    let v13 = (R::from_f64(0.2) + c_x).sign();
+    let v14 = (R::from_f64(0.18) + c_x).sign();
+    let v15 = v9
+        * (v10 * (R::from_f64(40000.0) + v11) - v12 * (R::from_f64(39000.0) + v11)
+            - v13 * (R::from_f64(10000.0) + v11) + v14 * (R::from_f64(9000.0) + v11));
+    let k5_cos_phi4 = k.k5 * cos_phi4;
+    let root_2 = (k.k4 - k5_cos_phi4 - k.k6 * sin_phi4).sqrt();
+    let v16 = p.s0 - root_2;
+    let v16_sq = v16 * v16;
+    let k3_v16_sq = p.k3 * v16_sq;
+    let v17 = k.k7 * cos_phi4 - k.k8 * sin_phi4;
     let inv_root_2 = root_2.recip();
     let cos_phi5_phi5_dot = cos_phi5 * phi5_dot;
-    let v21 = cos_phi2 * (p.O2A - cos_phi4_inv_root * o2a_sq_o4o2_sq_v4)
+    let v18 = cos_phi2 * (p.O2A - cos_phi4_inv_root * o2a_sq_o4o2_sq_v4)
         - cos_phi4_inv_root * o2a_o4o2_sin_phi2;
-    let v22 = sin_phi4 * cos_phi2_inv_root;
-    let o2a_o4o2_lambda_slot_v22 = k.o2a_o4o2 * lambda_slot * v22;
-    let v23 = k.k17 * cos_phi4 + k.k18 * cos_phi5;
-    let v24 = v13 * (R::from_f64(20000.0) + v23) - v15 * (R::from_f64(19500.0) + v23)
-        - v16 * (R::from_f64(5000.0) + v23) + v17 * (R::from_f64(4500.0) + v23);
-    let v25 = v5.cosh().recip();
-    let v25_sq = v25 * v25;
-    let v26 = (k.k15 + k.k16 * v24) * v25_sq;
-    let v27 = v12 * (v13 - v15 - v16 + v17);
-    let sin_phi4_v27 = sin_phi4 * v27;
-    let v10_sq = v10 * v10;
-    let sin_phi4_v10_sq = sin_phi4 * v10_sq;
+    let v19 = sin_phi4 * cos_phi2_inv_root;
+    let o2a_o4o2_lambda_slot_v19 = k.o2a_o4o2 * lambda_slot * v19;
+    let v20 = k.k13 * cos_phi4 + k.k14 * cos_phi5;
+    let v21 = v10 * (R::from_f64(20000.0) + v20) - v12 * (R::from_f64(19500.0) + v20)
+        - v13 * (R::from_f64(5000.0) + v20) + v14 * (R::from_f64(4500.0) + v20);
+    let v22 = v5.cosh().recip();
+    let v22_sq = v22 * v22;
+    let v23 = (k.k11 + k.k12 * v21) * v22_sq;
+    let v24 = v9 * (v10 - v12 - v13 + v14);
+    let sin_phi4_v24 = sin_phi4 * v24;
     let cos_phi4_sin_phi5 = cos_phi4 * sin_phi5;
     let sin_phi4_cos_phi5 = sin_phi4 * cos_phi5;
-    let v28 = k.o4b_times_bc_m6_plus_bg5_m5 * cos_phi4_sin_phi5
+    let v25 = k.o4b_times_bc_m6_plus_bg5_m5 * cos_phi4_sin_phi5
         - k.o4b_bg5_m5 * sin_phi4_cos_phi5;
-    let v29 = (k.k22 + k.k23 * v24) * v25_sq;
-    let sin_phi5_v10_sq = sin_phi5 * v10_sq;
-    let sin_phi5_v27 = sin_phi5 * v27;
-    let v30 = sin_phi5 * o4b_bg5_m5_cos_phi4
+    let v26 = (k.k17 + k.k18 * v21) * v22_sq;
+    let half_sq_o4b_bc_ks_v8_sq = k.half_sq_o4b_bc_ks * v8_sq;
+    let sin_phi5_v24 = sin_phi5 * v24;
+    let v27 = sin_phi5 * o4b_bg5_m5_cos_phi4
         - k.o4b_times_bc_m6_plus_bg5_m5 * sin_phi4_cos_phi5;
-    let v31 = (k.k26 + k.k27 * v24) * v25_sq;
-    let sin_phi5_v29 = sin_phi5 * v29;
+    let v28 = (k.k20 + k.k21 * v21) * v22_sq;
+    let sin_phi5_v26 = sin_phi5 * v26;
     let twice_o2a_sq_o4o2_sq_v4 = k.twice_o2a_sq_o4o2_sq * v4;
     let twice_o2a_o4o2_phi2_dot = k.twice_o2a_o4o2 * phi2_dot;
-    let v32 = sin_phi2 * twice_o2a_o4o2_phi2_dot;
+    let v29 = sin_phi2 * twice_o2a_o4o2_phi2_dot;
     Linearization {
         stiffness: [
             [
-                -(k.o2a_m3_g * sin_phi2 + lambda_slot * v21),
-                o2a_o4o2_lambda_slot_v22,
+                -(k.o2a_m3_g * sin_phi2 + lambda_slot * v18),
+                o2a_o4o2_lambda_slot_v19,
                 R::zero(),
             ],
             [
-                o2a_o4o2_lambda_slot_v22,
+                o2a_o4o2_lambda_slot_v19,
                 cos_phi4
-                    * (sin_phi4 * (phi4_dot * v26 + k.twice_o4b_sq_m6 * phi4_ddot)
+                    * (sin_phi4 * (phi4_dot * v23 + k.twice_o4b_sq_m6 * phi4_ddot)
                         - k.o4b_sq_m5 * cos_phi4_phi4_dot_sq + root * lambda_slot
-                        - (k.o4b_m6_g_mu * v6 + k.k3 * v11
-                            - (k.half_o4b * v18 + (k.o4b_m5 * v1 + k.o4b_m6 * v3))))
+                        - (k.o4b_m6_g_mu * v6 + k.half_sq_o4b_ks * v7_v8_sq
+                            - (k.half_o4b * v15 + (k.o4b_m5 * v1 + k.o4b_m6 * v3))))
                     - sin_phi4
-                        * (p.O4B * (lambda_guide + k.k19 * sin_phi4_v27)
-                            + k.o4b_sq_times_m5_plus_m6 * sin_phi4_phi4_dot_sq
-                            - k.k20 * sin_phi4_v10_sq
+                        * (sin_phi4
+                            * (k.o4b_sq_times_m5_plus_m6 * phi4_dot_sq
+                                - k.half_sq_o4b_sq_ks * v8_sq)
+                            + p.O4B * (lambda_guide + k.k15 * sin_phi4_v24)
                             + (k.g_times_o4b_m5_plus_o4g4_m4 - k.o4b_m5 * v2))
                     + inv_root_2
-                        * (v20
+                        * (v17
                             * (inv_root_2
-                                * ((k7_cos_phi4 - k.k21 * sin_phi4) * k3_v19_sq + p.k * v20)
+                                * ((k5_cos_phi4 - k.k16 * sin_phi4) * k3_v16_sq + p.k * v17)
                                 + inv_root_2 * inv_root_2
-                                    * (k.half_k3 * v19 * v19_sq
+                                    * (k.half_k3 * v16 * v16_sq
                                         + p.k * (k.half_s0 - R::from_f64(0.5) * root_2))
-                                    * (k.k8 * cos_phi4 - k.k7 * sin_phi4))
-                            - (k.k10 * cos_phi4 + k.k9 * sin_phi4)
-                                * (v19 * (p.k + k3_v19_sq))) + phi5_ddot * v28,
+                                    * (k.k6 * cos_phi4 - k.k5 * sin_phi4))
+                            - (k.k8 * cos_phi4 + k.k7 * sin_phi4)
+                                * (v16 * (p.k + k3_v16_sq))) + phi5_ddot * v25,
                 -(sin_phi4
                     * (phi5_dot
                         * (k.o4b_times_bc_m6_plus_bg5_m5 * sin_phi5_phi5_dot
-                            - cos_phi5 * v29) - k.k24 * sin_phi5_v10_sq
-                        + k.k25 * sin_phi5_v27)
-                    + cos_phi5_phi5_dot_sq * o4b_bg5_m5_cos_phi4 + phi5_ddot * v30),
+                            - cos_phi5 * v26) - sin_phi5 * half_sq_o4b_bc_ks_v8_sq
+                        + k.k19 * sin_phi5_v24)
+                    + cos_phi5_phi5_dot_sq * o4b_bg5_m5_cos_phi4 + phi5_ddot * v27),
             ],
             [
                 R::zero(),
                 sin_phi5
                     * (phi4_dot
-                        * (cos_phi4 * v29
+                        * (cos_phi4 * v26
                             - k.o4b_times_bc_m6_plus_bg5_m5 * sin_phi4_phi4_dot)
-                        + k.k24 * sin_phi4_v10_sq - k.k25 * sin_phi4_v27)
-                    - k.o4b_bg5_m5 * cos_phi5 * cos_phi4_phi4_dot_sq + v28 * phi4_ddot,
+                        + sin_phi4 * half_sq_o4b_bc_ks_v8_sq - k.k19 * sin_phi4_v24)
+                    - k.o4b_bg5_m5 * cos_phi5 * cos_phi4_phi4_dot_sq + v25 * phi4_ddot,
                 cos_phi5
-                    * (sin_phi5 * (phi5_dot * v31 + k.twice_bc_sq_m6 * phi5_ddot)
+                    * (sin_phi5 * (phi5_dot * v28 + k.twice_bc_sq_m6 * phi5_ddot)
                         - k.bg5_sq_m5 * cos_phi5_phi5_dot_sq
-                        - (k.bc_m6_g_mu * v6 + k.k11 * v11
-                            - (k.half_bc * v18 + (k.bg5_m5 * v1 + k.bc_m6 * v3))))
+                        - (k.bc_m6_g_mu * v6 + k.half_sq_bc_ks * v7_v8_sq
+                            - (k.half_bc * v15 + (k.bg5_m5 * v1 + k.bc_m6 * v3))))
                     - sin_phi5
-                        * (p.BC * (lambda_guide + k.k28 * sin_phi5_v27)
-                            + k.bg5_sq_m5_plus_bc_sq_m6 * sin_phi5_phi5_dot_sq
-                            - k.k29 * sin_phi5_v10_sq + (k.bg5_m5_g - k.bg5_m5 * v2))
-                    - phi4_ddot * v30,
+                        * (sin_phi5
+                            * (k.bg5_sq_m5_plus_bc_sq_m6 * phi5_dot_sq
+                                - k.half_sq_bc_sq_ks * v8_sq)
+                            + p.BC * (lambda_guide + k.k22 * sin_phi5_v24)
+                            + (k.bg5_m5_g - k.bg5_m5 * v2)) - phi4_ddot * v27,
             ],
         ],
         damping: [
@@ -1340,17 +1340,17 @@ pub fn linearization<R: Scalar>(
             ],
             [
                 R::zero(),
-                sin_phi4 * (sin_phi4 * v26 + k.twice_o4b_sq_m6 * cos_phi4 * phi4_dot),
+                sin_phi4 * (sin_phi4 * v23 + k.twice_o4b_sq_m6 * cos_phi4 * phi4_dot),
                 sin_phi4
-                    * (sin_phi5_v29
+                    * (sin_phi5_v26
                         + k.twice_o4b_times_bc_m6_plus_bg5_m5 * cos_phi5_phi5_dot)
                     - k.twice_o4b_bg5_m5 * phi5_dot * cos_phi4_sin_phi5,
             ],
             [
                 R::zero(),
-                sin_phi4 * (sin_phi5_v29 - k.twice_o4b_bg5_m5 * cos_phi5 * phi4_dot)
+                sin_phi4 * (sin_phi5_v26 - k.twice_o4b_bg5_m5 * cos_phi5 * phi4_dot)
                     + k.twice_o4b_times_bc_m6_plus_bg5_m5 * phi4_dot * cos_phi4_sin_phi5,
-                sin_phi5 * (sin_phi5 * v31 + k.twice_bc_sq_m6 * cos_phi5_phi5_dot),
+                sin_phi5 * (sin_phi5 * v28 + k.twice_bc_sq_m6 * cos_phi5_phi5_dot),
             ],
         ],
         constraint_stiffness: [
@@ -1361,13 +1361,13 @@ pub fn linearization<R: Scalar>(
                             * (cos_phi4
                                 * ((k.o2a_o4o2
                                     - inv_root * inv_root
-                                        * (k.k31 * cos_phi2_inv_root * cos_phi2_inv_root
-                                            + k.k30 * sin_phi2)) * phi2_dot_sq
+                                        * (k.k24 * cos_phi2_inv_root * cos_phi2_inv_root
+                                            + k.k23 * sin_phi2)) * phi2_dot_sq
                                     + k.o2a_o4o2 * phi4_dot_sq)
                                 - sin_phi4
                                     * (phi2_dot * phi4_dot * twice_o2a_sq_o4o2_sq_v4
-                                        - k.o2a_o4o2 * phi4_ddot)) - sin_phi4_phi4_dot * v32)
-                    - v21 * phi2_ddot,
+                                        - k.o2a_o4o2 * phi4_ddot)) - sin_phi4_phi4_dot * v29)
+                    - v18 * phi2_ddot,
                 -(sin_phi4
                     * (inv_root
                         * (cos_phi2
@@ -1391,8 +1391,8 @@ pub fn linearization<R: Scalar>(
                         - phi2_dot
                             * (k.twice_o2a
                                 - cos_phi4_inv_root * twice_o2a_sq_o4o2_sq_v4))
-                    + cos_phi4_inv_root * v32,
-                twice_o2a_o4o2_phi2_dot * v22
+                    + cos_phi4_inv_root * v29,
+                twice_o2a_o4o2_phi2_dot * v19
                     + R::from_f64(2.0) * phi4_dot * (cos_phi4 * root),
                 R::zero(),
             ],
@@ -1418,12 +1418,12 @@ pub struct Position<R> {
     pub guide_phi4: R,
     pub guide_phi5: R,
     pub guide_residual: R,
+    pub half_sq_ks_2_v5_v6_sq: R,
     pub inv_guide: R,
     pub inv_inertia_phi2: R,
     pub inv_r1: R,
     pub inv_r2: R,
     pub inv_slot: R,
-    pub k2_v8_v9: R,
     pub mass_phi4_phi4: R,
     pub mass_phi4_phi5: R,
     pub mass_phi5_phi5: R,
@@ -1433,27 +1433,27 @@ pub struct Position<R> {
     pub phi5_per_phi2: R,
     pub r1: R,
     pub r1_phi2: R,
-    pub r2_phi4_v15_v16: R,
+    pub r2_phi4_v12_v13: R,
     pub slot_phi2: R,
     pub slot_phi4: R,
     pub slot_residual: R,
     pub v1: R,
+    pub v10: R,
     pub v11: R,
     pub v12: R,
     pub v13: R,
     pub v14: R,
-    pub v15: R,
-    pub v16: R,
-    pub v17: R,
     pub v2: R,
     pub v4: R,
+    pub v5: R,
+    pub v6: R,
     pub v8: R,
     pub v9: R,
 }
 
 /// What follows from the position alone: the loops, their Jacobian, the mass matrix, and how the dependent coordinates follow the others.
 ///
-/// Operations: 38 additions, 59 multiplications, 5 divisions, 2 roots, 5 other functions.
+/// Operations: 36 additions, 59 multiplications, 5 divisions, 2 roots, 5 other functions.
 #[inline(always)]
 pub fn position<R: Scalar>(
     m: &Shaper<R>,
@@ -1470,10 +1470,10 @@ pub fn position<R: Scalar>(
     let r1 = r1_sq.sqrt();
     let inv_r1 = r1_sq.recip() * r1;
     let r1_phi2 = k.o2a_o4o2 * cos_phi2 * inv_r1;
-    let r2_sq = k.k8.neg_mul_add(sin_phi4, k.k7.neg_mul_add(cos_phi4, k.k6));
+    let r2_sq = k.k6.neg_mul_add(sin_phi4, k.k5.neg_mul_add(cos_phi4, k.k4));
     let r2 = r2_sq.sqrt();
     let inv_r2 = r2_sq.recip() * r2;
-    let v1 = k.k10.neg_mul_add(sin_phi4, k.k9 * cos_phi4);
+    let v1 = k.k8.neg_mul_add(sin_phi4, k.k7 * cos_phi4);
     let r2_phi4 = v1 * inv_r2;
 
     // The residuals of the constraints: C.
@@ -1517,34 +1517,30 @@ pub fn position<R: Scalar>(
         );
     let inv_inertia_phi2 = inertia_phi2.recip();
     let c_x = guide_phi4 + guide_phi5;
-    let v5 = p.xs - c_x;
-    let v6 = -v5;
-    let v7 = (-v6).sign();
-    let v8 = R::from_f64(1.0) + v7;
-    let v9 = v6.mul_add(v7, -v5);
-    let v10 = k.k5.mul_add(cos_phi5, k.k4 * cos_phi4);
-    let v11 = (R::from_f64(9000.0) + v10)
+    let v5 = c_x - p.xs;
+    let v6 = R::from_f64(1.0) + (-v5).sign();
+    let v7 = k.k3.mul_add(cos_phi5, k.k2 * cos_phi4);
+    let v8 = (R::from_f64(9000.0) + v7)
         .mul_add(
             (R::from_f64(0.18) + c_x).sign(),
-            (R::from_f64(10000.0) + v10)
+            (R::from_f64(10000.0) + v7)
                 .neg_mul_add(
                     (R::from_f64(0.2) + c_x).sign(),
-                    (R::from_f64(39000.0) + v10)
+                    (R::from_f64(39000.0) + v7)
                         .neg_mul_add(
                             (R::from_f64(0.78) + c_x).sign(),
-                            (R::from_f64(40000.0) + v10)
-                                * (R::from_f64(0.8) + c_x).sign(),
+                            (R::from_f64(40000.0) + v7) * (R::from_f64(0.8) + c_x).sign(),
                         ),
                 ),
         );
-    let k2_v8_v9 = k.k2 * v8 * v9;
-    let v12 = k.o2a_m3_g_2 * cos_phi2;
-    let v13 = k.o4g4_m4_g * cos_phi4;
-    let v14 = k.o4b_bg5_m5 * sin_phi4;
-    let v15 = p.s0 - r2;
-    let v16 = (p.k3 * v15).mul_add(v15, p.k);
-    let r2_phi4_v15_v16 = v15 * r2_phi4 * v16;
-    let v17 = (cos_phi4 * cos_phi4.neg_mul_add(p.O4O2 + v3, p.O2A * cos_phi2 * sin_phi4))
+    let half_sq_ks_2_v5_v6_sq = k.half_sq_ks_2 * v5 * v6 * v6;
+    let v9 = k.o2a_m3_g_2 * cos_phi2;
+    let v10 = k.o4g4_m4_g * cos_phi4;
+    let v11 = k.o4b_bg5_m5 * sin_phi4;
+    let v12 = p.s0 - r2;
+    let v13 = (p.k3 * v12).mul_add(v12, p.k);
+    let r2_phi4_v12_v13 = v12 * r2_phi4 * v13;
+    let v14 = (cos_phi4 * cos_phi4.neg_mul_add(p.O4O2 + v3, p.O2A * cos_phi2 * sin_phi4))
         .neg_mul_add(inv_r1, sin_phi4);
     Position {
         a_x,
@@ -1554,12 +1550,12 @@ pub fn position<R: Scalar>(
         guide_phi4,
         guide_phi5,
         guide_residual,
+        half_sq_ks_2_v5_v6_sq,
         inv_guide,
         inv_inertia_phi2,
         inv_r1,
         inv_r2,
         inv_slot,
-        k2_v8_v9,
         mass_phi4_phi4,
         mass_phi4_phi5,
         mass_phi5_phi5,
@@ -1569,20 +1565,20 @@ pub fn position<R: Scalar>(
         phi5_per_phi2,
         r1,
         r1_phi2,
-        r2_phi4_v15_v16,
+        r2_phi4_v12_v13,
         slot_phi2,
         slot_phi4,
         slot_residual,
         v1,
+        v10,
         v11,
         v12,
         v13,
         v14,
-        v15,
-        v16,
-        v17,
         v2,
         v4,
+        v5,
+        v6,
         v8,
         v9,
     }
@@ -1669,11 +1665,11 @@ pub fn accelerations<R: Scalar>(
         b_y,
         guide_phi4,
         guide_phi5,
+        half_sq_ks_2_v5_v6_sq,
         inv_guide,
         inv_inertia_phi2,
         inv_r1,
         inv_slot,
-        k2_v8_v9,
         mass_phi4_phi4,
         mass_phi4_phi5,
         mass_phi5_phi5,
@@ -1683,13 +1679,13 @@ pub fn accelerations<R: Scalar>(
         phi5_per_phi2,
         r1,
         r1_phi2,
-        r2_phi4_v15_v16,
+        r2_phi4_v12_v13,
+        v10,
         v11,
-        v12,
-        v13,
-        v14,
         v2,
         v4,
+        v8,
+        v9,
         ..
     } = *position;
 
@@ -1713,7 +1709,7 @@ pub fn accelerations<R: Scalar>(
     let v1_2 = (-(k.k1 * phi5_dot.mul_add(v2, phi4_dot * b_y))).tanh();
     let load_ram_x = (R::from_f64(0.5) * (R::from_f64(1.0) - v1_2))
         .neg_mul_add(
-            v11,
+            v8,
             k
                 .m6_g_mu_2
                 .mul_add(
@@ -1722,11 +1718,11 @@ pub fn accelerations<R: Scalar>(
                         .m6
                         .neg_mul_add(
                             phi5_dot_sq.mul_add(guide_phi5, phi4_dot_sq * guide_phi4),
-                            k2_v8_v9,
+                            half_sq_ks_2_v5_v6_sq,
                         ),
                 ),
         );
-    let force_phi2 = v12
+    let force_phi2 = v9
         - phi2_dot
             .neg_mul_add(
                 R::from_f64(12.5).mul_add(phi2_dot.sign(), p.c2),
@@ -1750,19 +1746,19 @@ pub fn accelerations<R: Scalar>(
     let force_phi4 = b_y
         .neg_mul_add(
             load_ram_x,
-            v13
+            v10
                 + cos_phi4
                     .mul_add(
                         (k.o4b_bg5_m5 * sin_phi5).neg_mul_add(phi5_dot_sq, k.o4b_m5_g),
-                        cos_phi5 * phi5_dot_sq * v14,
-                    ) + r2_phi4_v15_v16,
+                        cos_phi5 * phi5_dot_sq * v11,
+                    ) + r2_phi4_v12_v13,
         );
     let force_phi5 = v2
         .neg_mul_add(
             load_ram_x,
             cos_phi5
                 .mul_add(
-                    phi4_dot_sq.neg_mul_add(v14, k.bg5_m5_g),
+                    phi4_dot_sq.neg_mul_add(v11, k.bg5_m5_g),
                     sin_phi5 * phi4_dot_sq * v4,
                 ),
         );
@@ -1803,7 +1799,7 @@ pub fn accelerations<R: Scalar>(
 
 /// What the scene asks for, at a position that is known.
 ///
-/// Operations: 16 additions, 27 multiplications, 5 other functions.
+/// Operations: 16 additions, 28 multiplications, 5 other functions.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
 pub fn outputs_at<R: Scalar>(
@@ -1821,7 +1817,7 @@ pub fn outputs_at<R: Scalar>(
     let [phi2_dot, phi4_dot, phi5_dot] = *qd;
     let [lambda_slot, _] = *multipliers;
     let [_, sin_phi4, sin_phi5] = angles.sin;
-    let Position { c_x, inv_r2, v1, v11, v15, v16, v17, v8, v9, .. } = *position;
+    let Position { c_x, inv_r2, v1, v12, v13, v14, v5, v6, v8, .. } = *position;
     let v1_2 = (p.BC * sin_phi5).mul_add(phi5_dot, p.O4B * sin_phi4 * phi4_dot);
     let v2_2 = (-(k.k1 * v1_2)).tanh();
     [
@@ -1848,11 +1844,11 @@ pub fn outputs_at<R: Scalar>(
                                 ),
                         ),
                 ),
-        -(R::from_f64(0.5) * v1_2 * (R::from_f64(1.0) - v2_2) * v11),
+        -(R::from_f64(0.5) * v1_2 * (R::from_f64(1.0) - v2_2) * v8),
         k.m6_g_mu_2 * v1_2 * v2_2,
-        -(phi4_dot * v1 * inv_r2 * v15 * v16),
-        k.k2 * v1_2 * v8 * v9,
-        lambda_slot * v17,
+        -(phi4_dot * v1 * inv_r2 * v12 * v13),
+        k.half_sq_ks_2 * v1_2 * v5 * v6 * v6,
+        lambda_slot * v14,
     ]
 }
 
@@ -1868,7 +1864,7 @@ pub fn growth_factor<R: Scalar>(position: &Position<R>) -> R {
 
 impl<R: Scalar> Kernel<R, 3, 2> for Shaper<R> {
     type Position = Position<R>;
-    const OPERATIONS: usize = 205;
+    const OPERATIONS: usize = 203;
 
     #[inline(always)]
     fn has_angle(&self) -> [bool; 3] {
@@ -2423,8 +2419,8 @@ pub static TAPE: qrm_core::Tape = {
                 Number(400.0), Number(2000.0), Number(-0.92), Number(100000.0), Number(7.5),
             ],
             results: &[
-                182, 183, 184, 185, 186, 185, 187, 188, 189, 190, 191, 192, 193, 188, 194, 195, 196, 191, 197, 198,
-                186, 199, 200, 201,
+                184, 185, 186, 187, 188, 187, 189, 190, 191, 192, 193, 194, 195, 190, 196, 197, 198, 193, 199, 200,
+                188, 201, 202, 203,
             ],
         },
         constants: &[
@@ -2434,282 +2430,281 @@ pub static TAPE: qrm_core::Tape = {
             Mul(1, 59), Mul(0, 63), Mul(64, 65), Add(66, 52), Mul(14, 72), Mul(58, 64), Mul(14, 57), Mul(14, 52),
             Mul(9, 14), Mul(10, 64), Add(9, 10), Mul(79, 50), Mul(1, 58), Add(60, 62), Mul(10, 14), Mul(83, 16),
             Mul(0, 7), Mul(85, 14), Mul(66, 14), Number(0.2), Number(0.6), Number(0.4), Number(0.5), Number(6.0),
-            Number(4.0), Number(2.0), Number(1.0), Recip(15), Number(0.25), Number(50000.0), Number(3.0), Number(0.52),
-            Number(1.2), Number(0.8), Number(0.125), Number(25000.0), Number(1.8), Number(40000.0), Number(0.78),
-            Number(39000.0), Number(10000.0), Number(0.18), Number(9000.0), Number(0.0), Number(450.0),
-            Number(83.33333333333333), Number(20.833333333333332), Number(7.0), Number(816.6666666666666),
-            Number(116.66666666666667), Number(9.0), Number(1350.0), Number(150.0), Number(12.5), Number(20000.0),
-            Number(19500.0), Number(5000.0), Number(4500.0), Pi, Number(2.6), Number(0.0005), Number(20.0),
-            Mul(22, 97), Mul(1, 98), Mul(2, 131), Mul(2, 91), Mul(96, 64), Mul(2, 96), Mul(1, 94), Mul(99, 47),
-            Mul(94, 46), Mul(1, 131), Mul(1, 91), Mul(2, 98), Add(100, 50), Mul(1, 101), Mul(1, 102), Mul(1, 90),
-            Mul(1, 89), Mul(91, 56), Mul(55, 91), Mul(61, 91), Mul(58, 134), Mul(49, 91), Mul(91, 18), Mul(97, 19),
-            Mul(22, 103), Mul(56, 135), Mul(96, 50), Mul(1, 104), Mul(2, 104), Mul(94, 56), Mul(91, 132), Mul(50, 131),
-            Mul(1, 105), Mul(91, 19), Mul(91, 20), Mul(81, 135), Mul(1, 136), Mul(1, 133), Mul(134, 132), Mul(62, 135),
-            Mul(2, 136), Mul(94, 62), Mul(98, 134), Mul(2, 133), Mul(59, 137), Mul(57, 137), Mul(46, 138), Mul(94, 47),
-            Mul(0, 94), Mul(2, 94), Mul(92, 127),
+            Number(4.0), Number(2.0), Number(1.0), Recip(15), Number(50000.0), Number(3.0), Number(0.52), Number(1.2),
+            Number(0.8), Number(0.25), Number(25000.0), Number(1.8), Number(40000.0), Number(0.78), Number(39000.0),
+            Number(10000.0), Number(0.18), Number(9000.0), Number(0.0), Number(450.0), Number(83.33333333333333),
+            Number(20.833333333333332), Number(7.0), Number(816.6666666666666), Number(116.66666666666667),
+            Number(9.0), Number(1350.0), Number(150.0), Number(12.5), Number(20000.0), Number(19500.0), Number(5000.0),
+            Number(4500.0), Pi, Number(2.6), Number(0.0005), Number(20.0), Mul(22, 91), Mul(91, 130), Mul(1, 97),
+            Mul(2, 91), Mul(133, 130), Mul(96, 64), Mul(2, 96), Mul(1, 94), Mul(98, 47), Mul(94, 46), Mul(1, 131),
+            Mul(1, 91), Mul(2, 97), Add(99, 50), Mul(1, 100), Mul(1, 101), Mul(1, 90), Mul(1, 89), Mul(91, 56),
+            Mul(55, 91), Mul(61, 91), Mul(58, 133), Mul(49, 91), Mul(91, 18), Mul(19, 102), Mul(91, 131), Mul(56, 135),
+            Mul(96, 50), Mul(1, 103), Mul(2, 103), Mul(94, 56), Mul(50, 131), Mul(91, 132), Mul(1, 104), Mul(91, 19),
+            Mul(91, 20), Mul(81, 135), Mul(1, 136), Mul(1, 134), Mul(133, 132), Mul(62, 135), Mul(2, 136), Mul(94, 62),
+            Mul(22, 133), Mul(173, 133), Mul(97, 133), Mul(59, 137), Mul(57, 137), Mul(46, 138), Mul(94, 47),
+            Mul(0, 94), Mul(2, 94), Mul(130, 91), Mul(92, 126),
         ],
         dynamics: TapeFunction {
             operations: &[
-                Mul(29, 29), Mul(30, 30), Mul(115, 28), Mul(118, 28), Mul(121, 28), Sub(28, 93), Sub(114, 184),
-                Sub(28, 116), Sub(117, 185), Sub(28, 119), Sub(120, 186), SinCos(25), SinCos(26), SinCos(27),
-                Sign(187), Sign(189), Sign(191), Sign(28), Mul(1, 196), Mul(2, 198), Add(203, 204), Mul(196, 182),
-                Mul(1, 206), Mul(198, 183), Mul(5, 208), Add(207, 209), Mul(195, 182), Mul(1, 211), Mul(197, 183),
-                Mul(5, 213), Add(212, 214), Mul(2, 208), Add(207, 216), Mul(139, 193), Add(67, 218), Mul(195, 29),
-                Mul(68, 196), Mul(198, 221), Mul(69, 195), Mul(223, 197), Add(222, 224), Mul(1, 220), Mul(197, 30),
-                Mul(2, 227), Add(226, 228), Mul(96, 229), Mul(132, 196), Mul(142, 198), Add(231, 232), Add(102, 205),
-                Add(106, 233), Add(107, 205), Add(108, 233), Add(88, 205), Add(109, 233), Add(110, 205), Add(111, 233),
-                Mul(144, 196), Mul(145, 195), Mul(56, 195), Mul(244, 195), Add(55, 245), Mul(197, 197), Mul(62, 247),
-                Add(61, 248), Mul(199, 188), Add(113, 250), Mul(200, 190), Mul(201, 192), Mul(122, 202), Add(17, 254),
-                Mul(28, 255), Mul(70, 194), Mul(66, 210), Mul(65, 217), Add(258, 259), Mul(66, 215), Mul(146, 196),
-                Mul(147, 195), Mul(57, 210), Mul(58, 217), Add(264, 265), Mul(57, 215), Mul(0, 193), Mul(46, 196),
-                Mul(46, 193), Mul(2, 213), Add(212, 271), Neg(230), Sub(21, 205), Neg(274), Neg(275), Sub(143, 242),
-                Sub(277, 243), Sub(252, 253), Sub(73, 261), Sub(262, 263), Sub(75, 267), Neg(272), Sqrt(219),
-                Recip(284), Tanh(273), Sign(276), Sign(234), Sign(236), Sign(238), Sign(240), Sqrt(278), Div(281, 292),
-                Mul(194, 285), Mul(196, 285), Add(95, 287), Mul(275, 287), Mul(288, 235), Mul(289, 237), Mul(290, 239),
-                Mul(291, 241), Add(251, 279), Mul(71, 286), Mul(196, 280), Mul(74, 286), Mul(198, 282), Mul(269, 294),
-                Add(268, 307), Mul(195, 284), Mul(285, 294), Mul(47, 310), Mul(295, 311), Mul(139, 285), Mul(313, 220),
-                Mul(295, 270), Mul(28, 315), Mul(284, 206), Sub(297, 274), Sub(95, 286), Sub(298, 299), Sub(320, 300),
-                Sub(20, 292), Sub(302, 256), Sub(323, 257), Neg(308), Sub(0, 312), Mul(296, 318), Add(321, 301),
-                Mul(319, 328), Mul(140, 327), Add(303, 330), Mul(141, 329), Add(332, 260), Mul(322, 322), Mul(19, 334),
-                Add(18, 335), Mul(322, 336), Mul(337, 293), Mul(133, 327), Add(305, 339), Mul(134, 329), Add(341, 266),
-                Mul(28, 326), Sub(331, 333), Neg(344), Sub(340, 342), Neg(346), Sub(343, 314), Mul(195, 345),
-                Add(349, 304), Add(350, 338), Mul(197, 347), Add(352, 306), Mul(194, 348), Neg(351), Neg(353),
-                Sub(354, 316), Mul(28, 357), Sub(358, 317), Neg(359),
+                Mul(29, 29), Mul(30, 30), Mul(114, 28), Mul(117, 28), Mul(120, 28), Sub(28, 93), Sub(113, 186),
+                Sub(28, 115), Sub(116, 187), Sub(28, 118), Sub(119, 188), SinCos(25), SinCos(26), SinCos(27),
+                Sign(189), Sign(191), Sign(193), Sign(28), Mul(1, 198), Mul(1, 197), Mul(2, 200), Add(205, 207),
+                Mul(198, 184), Mul(1, 209), Mul(200, 185), Mul(5, 211), Add(210, 212), Mul(184, 206), Mul(5, 199),
+                Mul(185, 215), Add(214, 216), Mul(2, 211), Add(210, 218), Mul(139, 195), Add(67, 220), Mul(197, 29),
+                Mul(68, 198), Mul(200, 223), Mul(69, 197), Mul(225, 199), Add(224, 226), Mul(1, 222), Mul(199, 30),
+                Mul(2, 229), Add(228, 230), Mul(96, 231), Mul(132, 198), Mul(142, 200), Add(233, 234), Add(101, 208),
+                Add(105, 235), Add(106, 208), Add(107, 235), Add(88, 208), Add(108, 235), Add(109, 208), Add(110, 235),
+                Mul(144, 198), Mul(145, 197), Mul(56, 197), Mul(246, 197), Add(55, 247), Mul(199, 199), Mul(62, 249),
+                Add(61, 250), Mul(201, 190), Add(112, 252), Mul(202, 192), Mul(203, 194), Mul(121, 204), Add(17, 256),
+                Mul(28, 257), Mul(70, 196), Mul(66, 213), Mul(65, 219), Add(260, 261), Mul(66, 217), Mul(146, 198),
+                Mul(147, 197), Mul(57, 213), Mul(58, 219), Add(266, 267), Mul(57, 217), Mul(0, 195), Mul(46, 198),
+                Mul(46, 195), Mul(2, 199), Mul(185, 273), Add(214, 274), Neg(232), Sub(208, 21), Neg(277),
+                Sub(143, 244), Sub(279, 245), Sub(254, 255), Sub(73, 263), Sub(264, 265), Sub(75, 269), Neg(275),
+                Sqrt(221), Recip(286), Tanh(276), Sign(278), Sign(236), Sign(238), Sign(240), Sign(242), Sqrt(280),
+                Div(283, 294), Mul(196, 287), Mul(198, 287), Add(95, 289), Mul(298, 298), Mul(277, 299), Mul(290, 237),
+                Mul(291, 239), Mul(292, 241), Mul(293, 243), Add(253, 281), Mul(71, 288), Mul(140, 300), Add(306, 307),
+                Mul(198, 282), Mul(74, 288), Mul(134, 300), Add(310, 311), Mul(200, 284), Mul(271, 296), Add(270, 314),
+                Mul(197, 286), Mul(287, 296), Mul(47, 317), Mul(297, 318), Mul(139, 287), Mul(320, 222), Mul(297, 272),
+                Mul(28, 322), Mul(286, 209), Sub(95, 288), Sub(301, 302), Sub(326, 303), Sub(20, 294), Sub(305, 258),
+                Sub(329, 259), Neg(315), Sub(0, 319), Add(327, 304), Mul(325, 333), Mul(141, 334), Add(335, 262),
+                Mul(328, 328), Mul(19, 337), Add(18, 338), Mul(328, 339), Mul(340, 295), Mul(133, 334), Add(342, 268),
+                Mul(28, 332), Sub(308, 336), Neg(345), Sub(312, 343), Neg(347), Sub(344, 321), Mul(197, 346),
+                Add(350, 309), Add(351, 341), Mul(199, 348), Add(353, 313), Mul(196, 349), Neg(352), Neg(354),
+                Sub(355, 323), Mul(28, 358), Sub(359, 324), Neg(360),
             ],
             results: &[
-                49, 112, 112, 112, 246, 225, 112, 225, 249, 324, 355, 356, 325, 309, 112, 112, 203, 204, 360, 283,
+                49, 111, 111, 111, 248, 227, 111, 227, 251, 330, 356, 357, 331, 316, 111, 111, 205, 207, 361, 285,
             ],
         },
         loop_constraints: TapeFunction {
             operations: &[
-                SinCos(25), SinCos(26), SinCos(27), Mul(1, 185), Mul(2, 187), Mul(139, 182), Add(67, 190), Mul(0, 182),
-                Mul(46, 185), Mul(0, 183), Mul(1, 184), Mul(2, 186), Add(195, 196), Sub(197, 6), Sqrt(191),
-                Div(183, 199), Mul(184, 199), Mul(185, 199), Mul(193, 200), Add(192, 203), Sub(194, 202), Neg(204),
+                SinCos(25), SinCos(26), SinCos(27), Mul(1, 187), Mul(1, 186), Mul(2, 189), Mul(139, 184), Add(67, 193),
+                Mul(0, 184), Mul(46, 187), Mul(2, 188), Mul(0, 185), Add(191, 197), Sub(199, 6), Sqrt(194),
+                Div(185, 201), Mul(186, 201), Mul(187, 201), Mul(196, 202), Add(195, 205), Sub(198, 204), Neg(206),
             ],
-            results: &[205, 198, 206, 201, 112, 112, 188, 189, 112, 112],
+            results: &[207, 200, 208, 203, 111, 111, 190, 192, 111, 111],
         },
         mass_matrix: TapeFunction {
             operations: &[
-                SinCos(26), SinCos(27), Mul(68, 183), Mul(185, 186), Mul(69, 182), Mul(188, 184), Add(187, 189),
-                Mul(56, 182), Mul(191, 182), Add(55, 192), Mul(184, 184), Mul(62, 194), Add(61, 195),
+                SinCos(26), SinCos(27), Mul(68, 185), Mul(187, 188), Mul(69, 184), Mul(190, 186), Add(189, 191),
+                Mul(56, 184), Mul(193, 184), Add(55, 194), Mul(186, 186), Mul(62, 196), Add(61, 197),
             ],
-            results: &[49, 112, 112, 112, 193, 190, 112, 190, 196],
+            results: &[49, 111, 111, 111, 195, 192, 111, 192, 198],
         },
         energy: TapeFunction {
             operations: &[
-                Mul(30, 30), Mul(149, 29), Mul(28, 28), Mul(152, 184), SinCos(26), SinCos(27), Sin(25), Mul(1, 187),
-                Mul(2, 189), Add(191, 192), Mul(186, 29), Mul(68, 187), Mul(188, 30), Mul(144, 187), Mul(145, 186),
-                Mul(188, 188), Mul(1, 186), Mul(0, 190), Add(3, 201), Mul(148, 194), Mul(69, 196), Add(203, 204),
-                Mul(186, 205), Mul(189, 30), Mul(195, 207), Add(206, 208), Add(209, 183), Mul(29, 210), Mul(151, 199),
-                Add(150, 212), Mul(213, 182), Add(211, 214), Add(215, 185), Mul(63, 202), Mul(76, 186), Mul(5, 188),
-                Add(200, 219), Mul(77, 220), Sub(21, 193), Neg(222), Neg(223), Sub(143, 197), Sub(225, 198), Sign(224),
-                Sqrt(226), Mul(223, 227), Sub(229, 222), Sub(20, 228), Mul(231, 231), Mul(154, 232), Add(153, 233),
-                Mul(234, 232), Add(235, 217), Add(236, 218), Add(237, 221), Mul(155, 230), Mul(239, 230),
-                Add(238, 240),
+                Mul(30, 30), Mul(149, 29), Mul(28, 28), Mul(152, 186), SinCos(26), SinCos(27), Sin(25), Mul(1, 189),
+                Mul(1, 188), Mul(2, 191), Add(193, 195), Mul(5, 190), Mul(188, 29), Mul(68, 189), Mul(190, 30),
+                Mul(144, 189), Mul(145, 188), Mul(190, 190), Mul(0, 192), Add(3, 204), Mul(148, 198), Mul(69, 200),
+                Add(206, 207), Mul(188, 208), Mul(191, 30), Mul(199, 210), Add(209, 211), Add(212, 185), Mul(29, 213),
+                Mul(151, 203), Add(150, 215), Mul(216, 184), Add(214, 217), Add(218, 187), Mul(63, 205), Mul(76, 188),
+                Add(194, 197), Mul(77, 222), Sub(196, 21), Neg(224), Sub(143, 201), Sub(226, 202), Sign(225),
+                Sqrt(227), Add(95, 228), Mul(230, 230), Mul(224, 231), Mul(155, 224), Mul(233, 232), Sub(20, 229),
+                Mul(235, 235), Mul(154, 236), Add(153, 237), Mul(238, 236), Add(239, 220), Add(240, 221),
+                Add(241, 223), Add(242, 234),
             ],
-            results: &[216, 241],
+            results: &[219, 243],
         },
         power: TapeFunction {
             operations: &[
-                Mul(115, 28), Mul(118, 28), Mul(121, 28), Mul(17, 28), Sub(28, 93), Sub(114, 182), Sub(28, 116),
-                Sub(117, 183), Sub(28, 119), Sub(120, 184), SinCos(26), SinCos(27), Sign(186), Sign(188), Sign(190),
-                Sign(28), Mul(1, 193), Mul(2, 195), Add(200, 201), Mul(192, 29), Mul(1, 203), Mul(194, 30),
-                Mul(2, 205), Add(204, 206), Mul(96, 207), Mul(132, 193), Mul(142, 195), Add(209, 210), Add(102, 202),
-                Add(106, 211), Add(107, 202), Add(108, 211), Add(88, 202), Add(109, 211), Add(110, 202), Add(111, 211),
-                Mul(196, 187), Add(113, 220), Mul(197, 189), Mul(198, 191), Mul(122, 199), Mul(28, 224), Sign(212),
-                Sign(214), Sign(216), Sign(218), Mul(226, 213), Mul(227, 215), Mul(228, 217), Mul(229, 219), Neg(208),
-                Sub(230, 231), Sub(235, 232), Sub(222, 223), Add(236, 233), Add(221, 237), Sub(239, 225),
-                Sub(240, 185), Mul(28, 241), Tanh(234), Mul(78, 243), Sub(95, 243), Mul(245, 238), Mul(91, 246),
-                Sub(244, 247), Mul(207, 248), Add(242, 249),
+                Mul(114, 28), Mul(117, 28), Mul(120, 28), Mul(17, 28), Sub(28, 93), Sub(113, 184), Sub(28, 115),
+                Sub(116, 185), Sub(28, 118), Sub(119, 186), SinCos(26), SinCos(27), Sign(188), Sign(190), Sign(192),
+                Sign(28), Mul(1, 195), Mul(2, 197), Add(202, 203), Mul(194, 29), Mul(1, 205), Mul(196, 30),
+                Mul(2, 207), Add(206, 208), Mul(96, 209), Mul(132, 195), Mul(142, 197), Add(211, 212), Add(101, 204),
+                Add(105, 213), Add(106, 204), Add(107, 213), Add(88, 204), Add(108, 213), Add(109, 204), Add(110, 213),
+                Mul(198, 189), Add(112, 222), Mul(199, 191), Mul(200, 193), Mul(121, 201), Mul(28, 226), Sign(214),
+                Sign(216), Sign(218), Sign(220), Mul(228, 215), Mul(229, 217), Mul(230, 219), Mul(231, 221), Neg(210),
+                Sub(232, 233), Sub(237, 234), Sub(224, 225), Add(238, 235), Add(223, 239), Sub(241, 227),
+                Sub(242, 187), Mul(28, 243), Tanh(236), Mul(78, 245), Sub(95, 245), Mul(247, 240), Mul(91, 248),
+                Sub(246, 249), Mul(209, 250), Add(244, 251),
             ],
-            results: &[250],
+            results: &[252],
         },
         outputs: TapeFunction {
             operations: &[
-                Mul(115, 28), Mul(118, 28), Mul(121, 28), Sub(28, 93), Sub(114, 182), Sub(28, 116), Sub(117, 183),
-                Sub(28, 119), Sub(120, 184), SinCos(25), SinCos(26), SinCos(27), Sign(185), Sign(187), Sign(189),
-                Sign(28), Mul(1, 194), Mul(2, 196), Add(201, 202), Mul(139, 191), Add(67, 204), Mul(193, 29),
-                Mul(1, 206), Mul(195, 30), Mul(2, 208), Add(207, 209), Mul(96, 210), Mul(132, 194), Mul(142, 196),
-                Add(212, 213), Add(102, 203), Add(106, 214), Add(107, 203), Add(108, 214), Add(88, 203), Add(109, 214),
-                Add(110, 203), Add(111, 214), Mul(144, 194), Mul(145, 193), Mul(197, 186), Add(113, 225),
-                Mul(198, 188), Mul(199, 190), Mul(122, 200), Mul(146, 194), Mul(147, 193), Mul(0, 191), Mul(0, 192),
-                Mul(28, 229), Add(3, 232), Mul(131, 210), Mul(193, 233), Mul(235, 194), Neg(211), Sub(21, 203),
-                Neg(240), Neg(241), Sub(143, 223), Sub(243, 224), Sub(227, 228), Sub(230, 231), Neg(210),
-                Sub(237, 238), Sqrt(205), Tanh(239), Sign(242), Sign(215), Sign(217), Sign(219), Sign(221), Sqrt(244),
-                Div(246, 256), Div(194, 249), Add(95, 251), Mul(241, 251), Mul(252, 216), Mul(253, 218), Mul(254, 220),
-                Mul(255, 222), Add(226, 245), Mul(78, 250), Mul(210, 266), Mul(248, 258), Sub(260, 240), Sub(95, 250),
-                Sub(261, 262), Sub(271, 263), Sub(20, 256), Sub(265, 234), Sub(193, 268), Mul(259, 269), Add(272, 264),
-                Mul(270, 277), Mul(273, 273), Mul(19, 279), Add(18, 280), Mul(273, 281), Mul(282, 257), Mul(91, 278),
-                Mul(28, 274), Mul(210, 284), Mul(29, 283), Mul(236, 276), Mul(34, 275), Neg(286), Neg(287),
+                Mul(114, 28), Mul(117, 28), Mul(120, 28), Sub(28, 93), Sub(113, 184), Sub(28, 115), Sub(116, 185),
+                Sub(28, 118), Sub(119, 186), SinCos(25), SinCos(26), SinCos(27), Sign(187), Sign(189), Sign(191),
+                Sign(28), Mul(1, 196), Mul(2, 198), Add(203, 204), Mul(139, 193), Add(67, 206), Mul(195, 29),
+                Mul(1, 208), Mul(197, 30), Mul(2, 210), Add(209, 211), Mul(96, 212), Mul(132, 196), Mul(142, 198),
+                Add(214, 215), Add(101, 205), Add(105, 216), Add(106, 205), Add(107, 216), Add(88, 205), Add(108, 216),
+                Add(109, 205), Add(110, 216), Mul(144, 196), Mul(145, 195), Mul(199, 188), Add(112, 227),
+                Mul(200, 190), Mul(201, 192), Mul(121, 202), Mul(146, 196), Mul(147, 195), Mul(0, 193), Mul(0, 194),
+                Mul(28, 231), Add(3, 234), Mul(131, 212), Mul(195, 235), Mul(237, 196), Neg(213), Sub(205, 21),
+                Neg(242), Sub(143, 225), Sub(244, 226), Sub(229, 230), Sub(232, 233), Neg(212), Sub(239, 240),
+                Sqrt(207), Tanh(241), Sign(243), Sign(217), Sign(219), Sign(221), Sign(223), Sqrt(245), Div(247, 257),
+                Div(196, 250), Add(95, 252), Mul(260, 260), Mul(242, 261), Mul(253, 218), Mul(254, 220), Mul(255, 222),
+                Mul(256, 224), Add(228, 246), Mul(78, 251), Mul(212, 268), Mul(238, 262), Mul(249, 259), Sub(95, 251),
+                Sub(263, 264), Sub(273, 265), Sub(20, 257), Sub(267, 236), Sub(195, 271), Add(274, 266), Mul(272, 278),
+                Mul(275, 275), Mul(19, 280), Add(18, 281), Mul(275, 282), Mul(283, 258), Mul(91, 279), Mul(28, 276),
+                Mul(212, 285), Mul(29, 284), Mul(34, 277), Neg(287), Neg(288),
             ],
-            results: &[203, 247, 285, 290, 267, 291, 288, 289],
+            results: &[205, 248, 286, 290, 269, 291, 270, 289],
         },
         linearization: Some(TapeFunction {
             operations: &[
-                Mul(29, 29), Mul(30, 30), Mul(28, 28), Mul(46, 34), Mul(139, 28), Mul(160, 32), Mul(172, 33),
-                Mul(176, 30), Mul(175, 29), Mul(46, 182), Mul(28, 29), Mul(46, 32), Mul(46, 31), Mul(94, 29),
-                SinCos(25), SinCos(26), SinCos(27), Sign(28), Mul(1, 199), Mul(2, 201), Add(203, 204), Mul(199, 182),
-                Mul(1, 206), Mul(201, 183), Mul(5, 208), Add(207, 209), Mul(198, 182), Mul(1, 211), Mul(200, 183),
-                Mul(5, 213), Add(212, 214), Mul(2, 208), Add(207, 216), Mul(139, 196), Add(67, 218), Mul(198, 29),
-                Mul(68, 199), Mul(1, 220), Mul(200, 30), Mul(2, 223), Add(222, 224), Mul(96, 225), Mul(132, 199),
-                Mul(142, 201), Add(227, 228), Add(102, 205), Add(106, 229), Add(107, 205), Add(108, 229), Add(88, 205),
-                Add(109, 229), Add(110, 205), Add(111, 229), Mul(144, 199), Mul(145, 198), Mul(122, 202), Add(17, 240),
-                Mul(66, 210), Mul(65, 217), Add(242, 243), Mul(66, 215), Mul(146, 199), Mul(147, 198), Mul(57, 210),
-                Mul(58, 217), Add(248, 249), Mul(57, 215), Mul(0, 196), Mul(46, 196), Mul(69, 223), Mul(201, 30),
-                Mul(158, 199), Mul(159, 201), Add(256, 257), Add(123, 258), Add(124, 258), Add(125, 258),
-                Add(126, 258), Mul(199, 200), Mul(198, 201), Mul(69, 263), Mul(68, 264), Mul(200, 221), Mul(69, 264),
-                Mul(196, 186), Mul(70, 196), Mul(51, 206), Mul(80, 211), Mul(163, 198), Mul(145, 199), Mul(144, 198),
-                Mul(147, 199), Mul(146, 198), Add(276, 277), Mul(208, 221), Mul(69, 220), Mul(68, 201), Mul(281, 206),
-                Mul(60, 208), Mul(82, 213), Mul(160, 199), Mul(285, 29), Mul(175, 255), Mul(189, 263), Mul(176, 201),
-                Mul(289, 29), Mul(190, 263), Mul(172, 255), Mul(184, 252), Mul(138, 196), Mul(220, 269), Mul(184, 253),
-                Mul(198, 32), Add(206, 297), Mul(1, 298), Mul(200, 33), Add(208, 300), Mul(2, 301), Mul(137, 220),
-                Mul(180, 223), Neg(226), Sub(21, 205), Neg(306), Neg(307), Sub(143, 238), Sub(309, 239), Sub(28, 93),
-                Sub(28, 116), Sub(28, 119), Sub(73, 245), Sub(246, 247), Sub(75, 251), Sub(265, 266), Sub(267, 268),
-                Sub(238, 273), Sub(274, 275), Neg(299), Neg(302), Neg(303), Neg(304), Sqrt(219), Recip(325), Tanh(305),
-                Sign(308), Sign(230), Sign(232), Sign(234), Sign(236), Sqrt(310), Sign(311), Sign(312), Sign(313),
-                Recip(333), Cosh(305), Recip(338), Mul(197, 326), Mul(199, 326), Add(95, 328), Mul(307, 328),
-                Mul(329, 231), Mul(330, 233), Mul(331, 235), Mul(332, 237), Mul(71, 327), Mul(74, 327), Mul(326, 340),
-                Mul(47, 350), Mul(341, 351), Mul(139, 326), Mul(353, 220), Mul(341, 253), Mul(199, 325), Mul(198, 340),
-                Mul(185, 357), Mul(329, 259), Mul(330, 260), Mul(331, 261), Mul(332, 262), Mul(339, 339),
-                Mul(342, 342), Mul(198, 364), Mul(200, 364), Mul(178, 350), Mul(325, 34), Mul(162, 365), Mul(18, 315),
-                Mul(337, 337), Mul(91, 333), Mul(33, 317), Mul(168, 366), Mul(33, 318), Mul(168, 365), Mul(317, 32),
-                Mul(174, 366), Mul(32, 318), Mul(115, 334), Mul(118, 335), Add(380, 381), Mul(121, 336), Mul(326, 326),
-                Mul(177, 340), Mul(385, 340), Add(386, 294), Mul(384, 387), Mul(192, 367), Mul(184, 351),
-                Mul(325, 182), Mul(29, 340), Mul(392, 186), Mul(325, 32), Add(393, 394), Mul(199, 395), Mul(341, 367),
-                Mul(341, 269), Mul(186, 357), Mul(195, 356), Add(399, 400), Sub(343, 306), Sub(95, 327), Sub(344, 345),
-                Sub(404, 346), Sub(20, 333), Sub(0, 352), Sub(359, 360), Sub(408, 361), Sub(329, 330), Sub(410, 331),
-                Sub(165, 372), Sub(382, 383), Sub(46, 388), Sub(389, 193), Sub(390, 194), Sub(179, 397), Mul(342, 402),
-                Add(405, 347), Mul(403, 419), Mul(140, 418), Add(348, 421), Mul(141, 420), Add(423, 244),
-                Mul(406, 406), Mul(19, 425), Add(18, 426), Mul(406, 427), Mul(133, 418), Add(349, 429), Mul(134, 420),
-                Add(431, 250), Mul(197, 407), Add(409, 362), Mul(157, 434), Add(156, 435), Mul(436, 363),
-                Add(411, 332), Mul(403, 438), Mul(198, 439), Mul(167, 434), Add(166, 441), Mul(442, 363),
-                Mul(200, 439), Mul(171, 434), Add(170, 445), Mul(446, 363), Mul(200, 443), Mul(29, 437), Add(449, 187),
-                Mul(198, 450), Mul(161, 440), Add(35, 452), Mul(1, 453), Add(454, 272), Mul(319, 426), Add(456, 370),
-                Mul(337, 457), Mul(164, 406), Mul(459, 425), Mul(18, 412), Add(460, 461), Mul(371, 462), Mul(463, 320),
-                Add(458, 464), Mul(315, 465), Mul(278, 428), Mul(201, 443), Mul(169, 444), Mul(199, 443),
-                Mul(169, 440), Mul(30, 447), Add(472, 188), Mul(200, 473), Mul(173, 444), Add(35, 475), Mul(2, 476),
-                Add(477, 284), Add(413, 241), Mul(198, 437), Add(480, 286), Mul(198, 481), Add(448, 287),
-                Mul(198, 483), Mul(200, 447), Add(485, 292), Mul(200, 486), Mul(414, 184), Add(488, 191),
-                Mul(199, 489), Mul(198, 415), Mul(197, 416), Add(492, 296), Mul(326, 493), Add(494, 391),
-                Mul(198, 495), Mul(28, 417), Sub(422, 424), Sub(430, 432), Sub(433, 355), Sub(451, 271), Sub(455, 369),
-                Sub(466, 467), Sub(254, 468), Sub(470, 280), Sub(474, 283), Sub(506, 499), Sub(478, 378),
-                Sub(484, 288), Sub(448, 290), Sub(490, 491), Sub(496, 396), Neg(512), Sub(354, 497), Mul(34, 500),
-                Add(270, 515), Add(501, 368), Add(502, 314), Mul(198, 518), Mul(337, 503), Mul(30, 504), Mul(29, 505),
-                Add(522, 376), Mul(201, 507), Add(508, 316), Mul(200, 525), Mul(198, 510), Add(527, 291),
-                Mul(197, 511), Mul(500, 31), Mul(197, 514), Add(531, 398), Neg(516), Sub(517, 498), Sub(521, 374),
-                Sub(523, 471), Sub(524, 526), Sub(537, 379), Sub(529, 295), Mul(199, 534), Add(535, 469),
-                Mul(198, 541), Add(542, 279), Add(543, 375), Mul(200, 536), Mul(326, 539), Add(293, 546),
-                Sub(540, 519), Neg(544), Sub(545, 282), Sub(547, 530), Add(548, 520), Add(552, 373), Add(550, 377),
+                Mul(29, 29), Mul(30, 30), Mul(28, 28), Mul(46, 34), Mul(139, 28), Mul(160, 32), Mul(80, 184),
+                Mul(172, 33), Mul(82, 185), Mul(177, 30), Mul(176, 29), Mul(46, 184), Mul(28, 29), Mul(46, 32),
+                Mul(46, 31), Mul(94, 29), SinCos(25), SinCos(26), SinCos(27), Sign(28), Mul(1, 203), Mul(1, 202),
+                Mul(2, 205), Add(207, 209), Mul(203, 184), Mul(1, 211), Mul(205, 185), Mul(5, 213), Add(212, 214),
+                Mul(184, 208), Mul(5, 204), Mul(185, 217), Add(216, 218), Mul(2, 213), Add(212, 220), Mul(139, 200),
+                Add(67, 222), Mul(202, 29), Mul(68, 203), Mul(1, 224), Mul(204, 30), Mul(2, 227), Add(226, 228),
+                Mul(96, 229), Mul(132, 203), Mul(142, 205), Add(231, 232), Add(101, 210), Add(105, 233), Add(106, 210),
+                Add(107, 233), Add(88, 210), Add(108, 233), Add(109, 210), Add(110, 233), Mul(144, 203), Mul(145, 202),
+                Mul(121, 206), Add(17, 244), Mul(66, 215), Mul(65, 221), Add(246, 247), Mul(66, 219), Mul(146, 203),
+                Mul(147, 202), Mul(57, 215), Mul(58, 221), Add(252, 253), Mul(57, 219), Mul(0, 200), Mul(46, 200),
+                Mul(69, 227), Mul(205, 30), Mul(158, 203), Mul(159, 205), Add(260, 261), Add(122, 262), Add(123, 262),
+                Add(124, 262), Add(125, 262), Mul(203, 204), Mul(202, 205), Mul(69, 267), Mul(68, 268), Mul(204, 225),
+                Mul(69, 268), Mul(200, 188), Mul(70, 200), Mul(51, 211), Mul(163, 202), Mul(145, 203), Mul(144, 202),
+                Mul(147, 203), Mul(146, 202), Add(279, 280), Mul(213, 225), Mul(69, 224), Mul(68, 205), Mul(284, 211),
+                Mul(60, 213), Mul(160, 203), Mul(287, 29), Mul(176, 259), Mul(193, 267), Mul(177, 205), Mul(291, 29),
+                Mul(194, 267), Mul(172, 259), Mul(186, 256), Mul(138, 200), Mul(224, 273), Mul(186, 257), Mul(202, 32),
+                Add(211, 299), Mul(1, 300), Mul(204, 33), Add(213, 302), Mul(2, 303), Mul(137, 224), Mul(181, 227),
+                Neg(230), Sub(210, 21), Neg(308), Sub(143, 242), Sub(310, 243), Sub(28, 93), Sub(28, 115),
+                Sub(28, 118), Sub(73, 249), Sub(250, 251), Sub(75, 255), Sub(269, 270), Sub(271, 272), Sub(242, 276),
+                Sub(277, 278), Neg(301), Neg(304), Neg(305), Neg(306), Sqrt(223), Recip(326), Tanh(307), Sign(309),
+                Sign(234), Sign(236), Sign(238), Sign(240), Sqrt(311), Sign(312), Sign(313), Sign(314), Recip(334),
+                Cosh(307), Recip(339), Mul(201, 327), Mul(203, 327), Add(95, 329), Mul(343, 343), Mul(308, 344),
+                Mul(330, 235), Mul(331, 237), Mul(332, 239), Mul(333, 241), Mul(71, 328), Mul(140, 345), Add(350, 351),
+                Mul(74, 328), Mul(134, 345), Add(353, 354), Mul(327, 341), Mul(47, 356), Mul(342, 357), Mul(139, 327),
+                Mul(359, 224), Mul(342, 257), Mul(203, 326), Mul(202, 341), Mul(187, 363), Mul(330, 263),
+                Mul(331, 264), Mul(332, 265), Mul(333, 266), Mul(340, 340), Mul(168, 344), Mul(179, 356), Mul(326, 34),
+                Mul(161, 344), Mul(18, 316), Mul(338, 338), Mul(91, 334), Mul(33, 318), Mul(204, 370), Mul(33, 319),
+                Mul(202, 370), Mul(318, 32), Mul(174, 344), Mul(32, 319), Mul(114, 335), Mul(117, 336), Add(384, 385),
+                Mul(120, 337), Mul(327, 327), Mul(178, 341), Mul(389, 341), Add(390, 296), Mul(388, 391),
+                Mul(196, 371), Mul(186, 357), Mul(326, 184), Mul(29, 341), Mul(396, 188), Mul(326, 32), Add(397, 398),
+                Mul(203, 399), Mul(342, 371), Mul(342, 273), Mul(188, 363), Mul(199, 362), Add(403, 404), Sub(95, 328),
+                Sub(346, 347), Sub(407, 348), Sub(20, 334), Sub(0, 358), Sub(365, 366), Sub(411, 367), Sub(330, 331),
+                Sub(413, 332), Sub(190, 373), Sub(165, 376), Sub(192, 382), Sub(386, 387), Sub(46, 392), Sub(393, 197),
+                Sub(394, 198), Sub(180, 401), Add(408, 349), Mul(406, 423), Mul(141, 424), Add(425, 248),
+                Mul(409, 409), Mul(19, 427), Add(18, 428), Mul(409, 429), Mul(133, 424), Add(431, 254), Mul(201, 410),
+                Add(412, 368), Mul(157, 434), Add(156, 435), Mul(436, 369), Add(414, 333), Mul(406, 438),
+                Mul(202, 439), Mul(167, 434), Add(166, 441), Mul(442, 369), Mul(204, 439), Mul(171, 434),
+                Add(170, 445), Mul(446, 369), Mul(204, 443), Mul(29, 437), Add(449, 189), Mul(202, 450), Mul(202, 415),
+                Mul(162, 440), Add(35, 453), Mul(1, 454), Add(452, 455), Add(456, 315), Mul(202, 457), Mul(320, 428),
+                Add(459, 374), Mul(338, 460), Mul(164, 409), Mul(462, 427), Mul(18, 416), Add(463, 464), Mul(375, 465),
+                Mul(466, 321), Add(461, 467), Mul(316, 468), Mul(281, 430), Mul(205, 443), Mul(169, 444),
+                Mul(203, 443), Mul(169, 440), Mul(30, 447), Add(475, 191), Mul(204, 476), Mul(204, 417), Mul(175, 444),
+                Add(35, 479), Mul(2, 480), Add(478, 481), Add(482, 317), Mul(204, 483), Add(418, 245), Mul(202, 437),
+                Add(486, 288), Mul(202, 487), Add(448, 289), Mul(202, 489), Mul(204, 447), Add(491, 294),
+                Mul(204, 492), Mul(419, 186), Add(494, 195), Mul(203, 495), Mul(202, 420), Mul(201, 421),
+                Add(498, 298), Mul(327, 499), Add(500, 395), Mul(202, 501), Mul(28, 422), Sub(352, 426), Sub(355, 432),
+                Sub(433, 361), Sub(451, 275), Sub(469, 470), Sub(258, 471), Sub(473, 283), Sub(477, 286),
+                Sub(511, 505), Sub(490, 290), Sub(448, 292), Sub(496, 497), Sub(502, 400), Neg(516), Sub(360, 503),
+                Mul(34, 506), Add(274, 519), Add(507, 372), Mul(338, 508), Mul(30, 509), Mul(29, 510), Add(524, 380),
+                Mul(205, 512), Mul(202, 514), Add(527, 293), Mul(201, 515), Mul(506, 31), Mul(201, 518), Add(531, 402),
+                Neg(520), Sub(521, 504), Sub(523, 378), Sub(525, 474), Sub(526, 484), Sub(537, 383), Sub(529, 297),
+                Mul(203, 534), Add(535, 472), Mul(202, 541), Add(542, 282), Add(543, 379), Mul(204, 536),
+                Mul(327, 539), Add(295, 546), Sub(540, 458), Neg(544), Sub(545, 285), Sub(547, 530), Add(548, 522),
+                Add(552, 377), Add(550, 381),
             ],
             results: &[
-                533, 358, 112, 358, 553, 549, 112, 554, 538, 479, 112, 112, 112, 482, 509, 112, 528, 487, 551, 513,
-                112, 112, 321, 322, 532, 401, 112, 112, 323, 324, 112, 112, 112, 112, 112,
+                533, 364, 111, 364, 553, 549, 111, 554, 538, 485, 111, 111, 111, 488, 513, 111, 528, 493, 551, 517,
+                111, 111, 322, 323, 532, 405, 111, 111, 324, 325, 111, 111, 111, 111, 111,
             ],
         }),
         event: Some(TapeFunction {
-            operations: &[Sub(25, 181)],
-            results: &[182],
+            operations: &[Sub(25, 183)],
+            results: &[184],
         }),
         switching_functions: TapeFunction {
             operations: &[
-                Sub(28, 93), Sub(28, 116), Sub(28, 119), SinCos(26), SinCos(27), Mul(1, 186), Mul(2, 188),
-                Add(189, 190), Add(102, 191), Add(107, 191), Add(88, 191), Add(110, 191), Sub(21, 191), Neg(196),
-                Neg(197),
+                Sub(28, 93), Sub(28, 115), Sub(28, 118), SinCos(26), SinCos(27), Mul(1, 188), Mul(2, 190),
+                Add(191, 192), Add(101, 193), Add(106, 193), Add(88, 193), Add(109, 193), Sub(193, 21), Neg(198),
             ],
-            results: &[28, 198, 192, 193, 194, 195, 182, 183, 184],
+            results: &[28, 199, 194, 195, 196, 197, 184, 185, 186],
         },
         linear_in_time: 0,
         tanh_arguments: TapeFunction {
             operations: &[
-                SinCos(26), SinCos(27), Mul(182, 29), Mul(1, 186), Mul(184, 30), Mul(2, 188), Add(187, 189),
-                Mul(96, 190), Neg(191),
+                SinCos(26), SinCos(27), Mul(184, 29), Mul(1, 188), Mul(186, 30), Mul(2, 190), Add(189, 191),
+                Mul(96, 192), Neg(193),
             ],
-            results: &[192],
+            results: &[194],
         },
         start: TapeFunction {
             operations: &[],
-            results: &[112, 95, 128, 23, 112, 112],
+            results: &[111, 95, 127, 23, 111, 111],
         },
         given: &[true, false, false, true, false, false],
         schedule: TapeFunction {
             operations: &[],
-            results: &[129, 130],
+            results: &[128, 129],
         },
         kernel: TapeKernel {
-            operations: 205,
+            operations: 203,
             has_angle: &[true, true, true],
             position: TapeFunction {
                 operations: &[
                     MulAdd(139, 36, 67), Mul(46, 39), Mul(146, 40), Mul(0, 39), Mul(1, 37), Mul(2, 38), Mul(0, 36),
-                    Mul(1, 40), Mul(2, 41), Mul(56, 37), MulAdd(191, 37, 55), Mul(68, 40), Mul(69, 37), Mul(41, 193),
-                    MulAdd(194, 38, 195), Mul(62, 38), MulAdd(197, 38, 61), Add(189, 190), Mul(132, 40),
-                    MulAdd(142, 41, 200), Add(111, 201), Add(110, 199), Add(109, 201), Add(88, 199), Add(108, 201),
-                    Add(107, 199), Add(106, 201), Add(102, 199), Mul(86, 39), Mul(76, 40), Mul(68, 37), Add(3, 188),
-                    Mul(185, 37), Sqrt(182), Recip(182), Recip(37), Recip(190), Sign(203), Sign(205), Sign(207),
-                    Sign(209), NegMulAdd(144, 40, 143), NegMulAdd(145, 37, 223), NegMulAdd(147, 37, 184),
-                    NegMulAdd(40, 215, 185), Sub(186, 6), Sub(21, 199), Neg(228), Neg(229), NegMulAdd(40, 213, 214),
-                    Mul(216, 215), Mul(183, 232), Add(227, 187), MulAdd(40, 233, 188), Mul(37, 215), Mul(217, 232),
-                    Mul(237, 235), Mul(189, 218), Mul(239, 238), Mul(189, 237), Mul(192, 238), Mul(196, 238),
-                    Mul(208, 222), Mul(40, 231), Sqrt(224), Recip(224), Sign(230), Abs(238), Abs(240), Max(249, 250),
-                    Abs(241), Max(251, 252), NegMulAdd(196, 240, 242), NegMulAdd(198, 240, 243),
-                    NegMulAdd(206, 221, 244), NegMulAdd(204, 220, 256), Sub(20, 246), NegMulAdd(245, 232, 37),
-                    Mul(247, 246), Mul(225, 260), MulAdd(238, 254, 49), Add(95, 248), MulAdd(229, 248, 229),
-                    MulAdd(202, 219, 257), Mul(131, 263), Mul(266, 264), Mul(19, 258), MulAdd(268, 258, 18),
-                    Mul(258, 261), Mul(270, 269), NegMulAdd(240, 255, 262), Recip(272),
+                    Mul(1, 40), Mul(2, 41), Mul(56, 37), MulAdd(193, 37, 55), Mul(68, 40), Mul(69, 37), Mul(41, 195),
+                    MulAdd(196, 38, 197), Mul(62, 38), MulAdd(199, 38, 61), Add(191, 192), Mul(132, 40),
+                    MulAdd(142, 41, 202), Add(110, 203), Add(109, 201), Add(108, 203), Add(88, 201), Add(107, 203),
+                    Add(106, 201), Add(105, 203), Add(101, 201), Mul(86, 39), Mul(76, 40), Mul(68, 37), Add(3, 190),
+                    Mul(187, 37), Sqrt(184), Recip(184), Recip(37), Recip(192), Sign(205), Sign(207), Sign(209),
+                    Sign(211), NegMulAdd(144, 40, 143), NegMulAdd(145, 37, 225), NegMulAdd(147, 37, 186),
+                    NegMulAdd(40, 217, 187), Sub(188, 6), Sub(201, 21), Neg(230), NegMulAdd(40, 215, 216),
+                    Mul(218, 217), Mul(185, 233), Add(229, 189), MulAdd(40, 234, 190), Mul(37, 217), Mul(219, 233),
+                    Mul(238, 236), Mul(191, 220), Mul(240, 239), Mul(191, 238), Mul(194, 239), Mul(198, 239),
+                    Mul(210, 224), Mul(182, 230), Mul(40, 232), Sqrt(226), Recip(226), Sign(231), Abs(239), Abs(241),
+                    Max(251, 252), Abs(242), Max(253, 254), NegMulAdd(198, 241, 243), NegMulAdd(200, 241, 244),
+                    NegMulAdd(208, 223, 245), NegMulAdd(206, 222, 258), Sub(20, 248), NegMulAdd(247, 233, 37),
+                    Mul(249, 248), Mul(227, 262), MulAdd(239, 256, 49), Add(95, 250), MulAdd(204, 221, 259),
+                    Mul(246, 265), Mul(267, 265), Mul(19, 260), MulAdd(269, 260, 18), Mul(260, 263), Mul(271, 270),
+                    NegMulAdd(241, 257, 264), Recip(273),
                 ],
-                results: &[253, 226, 234],
+                results: &[255, 228, 235],
             },
             velocity_residual: TapeFunction {
-                operations: &[Mul(28, 235), Mul(29, 189), MulAdd(30, 190, 275), NegMulAdd(29, 236, 274), Neg(277)],
-                results: &[278, 276],
+                operations: &[Mul(28, 236), Mul(29, 191), MulAdd(30, 192, 276), NegMulAdd(29, 237, 275), Neg(278)],
+                results: &[279, 277],
             },
             correction: TapeFunction {
                 operations: &[
-                    Mul(42, 237), Mul(279, 254), NegMulAdd(189, 279, 43), Mul(218, 281), MulAdd(282, 255, 280),
-                    Mul(283, 273), MulAdd(240, 284, 282), NegMulAdd(238, 284, 279), Neg(286), Neg(285),
+                    Mul(42, 238), Mul(280, 256), NegMulAdd(191, 280, 43), Mul(220, 282), MulAdd(283, 257, 281),
+                    Mul(284, 274), MulAdd(241, 285, 283), NegMulAdd(239, 285, 280), Neg(287), Neg(286),
                 ],
-                results: &[284, 287, 288],
+                results: &[285, 288, 289],
             },
             accelerations: TapeFunction {
                 operations: &[
-                    Mul(29, 29), Mul(30, 30), Mul(28, 28), Mul(28, 233), Mul(46, 36), Mul(293, 291),
-                    MulAdd(292, 292, 294), Mul(232, 295), MulAdd(289, 215, 296), Mul(94, 37), Mul(298, 29),
-                    Mul(185, 291), Mul(289, 186), MulAdd(187, 290, 301), Mul(29, 186), MulAdd(30, 187, 303),
-                    Mul(96, 304), Mul(289, 189), MulAdd(290, 190, 306), Mul(68, 38), Mul(41, 290), Mul(309, 212),
-                    Mul(38, 289), Mul(311, 193), Sub(28, 93), Sub(28, 116), Sub(28, 119), NegMulAdd(299, 292, 300),
-                    NegMulAdd(40, 297, 316), Neg(305), NegMulAdd(10, 307, 267), NegMulAdd(121, 28, 120),
-                    NegMulAdd(118, 28, 117), NegMulAdd(115, 28, 114), NegMulAdd(308, 290, 87), NegMulAdd(289, 212, 75),
-                    Sign(313), Sign(314), Sign(315), Sign(28), Tanh(318), MulAdd(84, 329, 319), MulAdd(122, 328, 17),
-                    MulAdd(322, 325, 113), MulAdd(321, 326, 332), MulAdd(40, 323, 310), Add(211, 334), Add(335, 271),
-                    MulAdd(41, 324, 312), Mul(237, 317), Sub(95, 329), NegMulAdd(320, 327, 333),
-                    NegMulAdd(28, 331, 340), Sub(210, 341), NegMulAdd(189, 338, 302), Mul(91, 339), Mul(218, 343),
-                    NegMulAdd(344, 265, 330), NegMulAdd(186, 346, 336), NegMulAdd(187, 346, 337),
-                    NegMulAdd(240, 348, 342), MulAdd(254, 338, 349), MulAdd(238, 347, 350), MulAdd(255, 345, 351),
-                    Mul(273, 352), MulAdd(240, 353, 345), NegMulAdd(238, 353, 338), Neg(353),
+                    Mul(29, 29), Mul(30, 30), Mul(28, 28), Mul(28, 234), Mul(46, 36), Mul(294, 292),
+                    MulAdd(293, 293, 295), Mul(233, 296), MulAdd(290, 217, 297), Mul(94, 37), Mul(299, 29),
+                    Mul(187, 292), Mul(290, 188), MulAdd(189, 291, 302), Mul(29, 188), MulAdd(30, 189, 304),
+                    Mul(96, 305), Mul(290, 191), MulAdd(291, 192, 307), Mul(68, 38), Mul(41, 291), Mul(310, 214),
+                    Mul(38, 290), Mul(312, 195), Sub(28, 93), Sub(28, 115), Sub(28, 118), NegMulAdd(300, 293, 301),
+                    NegMulAdd(40, 298, 317), Neg(306), NegMulAdd(10, 308, 268), NegMulAdd(120, 28, 119),
+                    NegMulAdd(117, 28, 116), NegMulAdd(114, 28, 113), NegMulAdd(309, 291, 87), NegMulAdd(290, 214, 75),
+                    Sign(314), Sign(315), Sign(316), Sign(28), Tanh(319), MulAdd(84, 330, 320), MulAdd(121, 329, 17),
+                    MulAdd(323, 326, 112), MulAdd(322, 327, 333), MulAdd(40, 324, 311), Add(213, 335), Add(336, 272),
+                    MulAdd(41, 325, 313), Mul(238, 318), Sub(95, 330), NegMulAdd(321, 328, 334),
+                    NegMulAdd(28, 332, 341), Sub(212, 342), NegMulAdd(191, 339, 303), Mul(91, 340), Mul(220, 344),
+                    NegMulAdd(345, 266, 331), NegMulAdd(188, 347, 337), NegMulAdd(189, 347, 338),
+                    NegMulAdd(241, 349, 343), MulAdd(256, 339, 350), MulAdd(239, 348, 351), MulAdd(257, 346, 352),
+                    Mul(274, 353), MulAdd(241, 354, 346), NegMulAdd(239, 354, 339), Neg(354),
                 ],
-                results: &[356, 355, 354],
+                results: &[357, 356, 355],
             },
             multipliers: TapeFunction {
                 operations: &[
-                    MulAdd(196, 355, 348), MulAdd(198, 354, 357), Mul(218, 358), MulAdd(192, 355, 347),
-                    MulAdd(196, 354, 360), NegMulAdd(189, 359, 361), Neg(359), Mul(237, 362), Neg(364),
+                    MulAdd(198, 356, 349), MulAdd(200, 355, 358), Mul(220, 359), MulAdd(194, 356, 348),
+                    MulAdd(198, 355, 361), NegMulAdd(191, 360, 362), Neg(360), Mul(238, 363), Neg(365),
                 ],
-                results: &[365, 363],
+                results: &[366, 364],
             },
             outputs: TapeFunction {
                 operations: &[
-                    Mul(186, 29), MulAdd(187, 30, 366), Mul(96, 367), Mul(122, 28), Mul(91, 367), Mul(84, 367),
-                    Mul(29, 225), Mul(372, 260), Mul(373, 258), Mul(374, 269), Mul(131, 367), Mul(376, 263),
-                    Mul(377, 264), Mul(34, 259), Sub(28, 93), Sub(28, 116), Sub(28, 119), NegMulAdd(121, 28, 120),
-                    NegMulAdd(118, 28, 117), NegMulAdd(115, 28, 114), Neg(368), Neg(367), Neg(375), Sign(380),
-                    Sign(381), Sign(382), Sign(28), Tanh(386), MulAdd(385, 389, 113), MulAdd(384, 390, 394),
-                    Mul(371, 393), NegMulAdd(383, 391, 395), NegMulAdd(369, 392, 397), Sub(95, 393), Mul(28, 398),
-                    Mul(370, 399), Mul(401, 265), Neg(402),
+                    Mul(188, 29), MulAdd(189, 30, 367), Mul(96, 368), Mul(121, 28), Mul(91, 368), Mul(84, 368),
+                    Mul(29, 227), Mul(373, 262), Mul(374, 260), Mul(375, 270), Mul(182, 368), Mul(377, 230),
+                    Mul(378, 265), Mul(379, 265), Mul(34, 261), Sub(28, 93), Sub(28, 115), Sub(28, 118),
+                    NegMulAdd(120, 28, 119), NegMulAdd(117, 28, 116), NegMulAdd(114, 28, 113), Neg(369), Neg(368),
+                    Neg(376), Sign(382), Sign(383), Sign(384), Sign(28), Tanh(388), MulAdd(387, 391, 112),
+                    MulAdd(386, 392, 396), Mul(372, 395), NegMulAdd(385, 393, 397), NegMulAdd(370, 394, 399),
+                    Sub(95, 395), Mul(28, 400), Mul(371, 401), Mul(403, 266), Neg(404),
                 ],
-                results: &[199, 387, 400, 403, 396, 388, 378, 379],
+                results: &[201, 389, 402, 405, 398, 390, 380, 381],
             },
         },
     }
 };
 
-// Hash of this file and its derivation: e679a23352c8df34
+// Hash of this file and its derivation: 48cef278dcdcdff5
