@@ -48,12 +48,14 @@ pub(crate) fn with_error(value: f64, error: f64) -> String {
         (digit, last) = (1.0, last + 1);
     }
     let leading = leading.max(last);
+    // No sign of which no digit is known.
+    let value = if value.abs() < 0.5 * unit(last) { 0.0 } else { value };
     let behind = usize::try_from(leading - last).unwrap_or(0);
     if (-4..6).contains(&leading) {
         if last <= 0 {
-            return format!("{:.1$}({digit})", value + 0.0, usize::try_from(-last).unwrap_or(0));
+            return format!("{value:.0$}({digit})", usize::try_from(-last).unwrap_or(0));
         }
-        let rounded = (value / unit(last)).round() * unit(last) + 0.0;
+        let rounded = (value / unit(last)).round() * unit(last);
         return format!("{rounded:.0}({:.0})", digit * unit(last));
     }
     let mantissa = value / unit(leading);
@@ -128,7 +130,8 @@ mod tests {
             (6.022e23, 1e20, "6.022(1)e23"),
             (0.0, 1e-3, "0.000(1)"),
             (1e-9, 3e-7, "0(3)e-7"),
-            (-0.001, 0.2, "-0.0(2)"),
+            (-0.001, 0.2, "0.0(2)"),
+            (-1e-17, 7e-14, "0(7)e-14"),
             (1.0, 1e-30, "1.000000000000000(1)"),
             (1.0, 0.0, "1.0000000"),
             (2.5, f64::NAN, "2.5000000"),

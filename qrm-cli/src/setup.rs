@@ -245,7 +245,7 @@ impl Setup {
 
     /// Whether a load has a `sign` in it.
     pub(crate) fn has_jumps(&self) -> bool {
-        self.scene.loads_call(|function| function == Function::Sign)
+        self.scene.loads_call(Function::Sign)
     }
 
     /// Whether the command line changes a parameter.

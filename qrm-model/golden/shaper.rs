@@ -11,24 +11,24 @@
 //     constraint_jacobian  3 additions, 7 multiplications, 1 division, 1 root, 3 sine-cosine pairs
 //     constraint_bias      8 additions, 23 multiplications, 1 division, 1 root, 3 sine-cosine pairs
 //     mass_matrix          3 additions, 8 multiplications, 2 sine-cosine pairs
-//     generalized_forces   56 additions, 60 multiplications, 1 division, 1 root, 3 sine-cosine pairs, 10 other functions
+//     generalized_forces   57 additions, 60 multiplications, 1 division, 1 root, 3 sine-cosine pairs, 10 other functions
 //     energy               20 additions, 33 multiplications, 1 root, 3 sine-cosine pairs, 1 other function
-//     power                29 additions, 27 multiplications, 2 sine-cosine pairs, 9 other functions
-//     outputs              41 additions, 47 multiplications, 2 divisions, 2 roots, 3 sine-cosine pairs, 10 other functions
-//     dynamics             69 additions, 89 multiplications, 2 divisions, 2 roots, 3 sine-cosine pairs, 10 other functions
+//     power                30 additions, 26 multiplications, 2 sine-cosine pairs, 9 other functions
+//     outputs              42 additions, 46 multiplications, 2 divisions, 2 roots, 3 sine-cosine pairs, 10 other functions
+//     dynamics             70 additions, 89 multiplications, 2 divisions, 2 roots, 3 sine-cosine pairs, 10 other functions
 //     loop_constraints     6 additions, 11 multiplications, 1 division, 1 root, 3 sine-cosine pairs
-//     linearization        134 additions, 215 multiplications, 3 divisions, 2 roots, 3 sine-cosine pairs, 11 other functions
-//     position             36 additions, 59 multiplications, 5 divisions, 2 roots, 5 other functions
+//     linearization        123 additions, 203 multiplications, 3 divisions, 2 roots, 3 sine-cosine pairs, 11 other functions
+//     position             34 additions, 58 multiplications, 5 divisions, 2 roots, 5 other functions
 //     residuals            no operations
 //     velocity_residual    3 additions, 4 multiplications
 //     correction           6 additions, 8 multiplications
-//     accelerations        47 additions, 61 multiplications, 5 other functions
-//     outputs_at           16 additions, 28 multiplications, 5 other functions
+//     accelerations        50 additions, 62 multiplications, 5 other functions
+//     outputs_at           19 additions, 28 multiplications, 5 other functions
 //
 // Accelerations and multipliers, from sines and cosines on:
 //       482 operations  with full matrices, as the method is written down
-//       287 operations  by the function `dynamics` and one full system
-//       203 operations  by the kernel: 74 additions, 112 multiplications, 5 divisions, 2 roots, 10 other functions
+//       288 operations  by the function `dynamics` and one full system
+//       204 operations  by the kernel: 75 additions, 112 multiplications, 5 divisions, 2 roots, 10 other functions
 //
 // Left out:
 //     y of body `ram`: is constant
@@ -270,34 +270,32 @@ pub struct Constants<R = f64> {
     pub o4b_m6_g_mu: R,
     /// `1/(v0)`
     pub k1: R,
+    /// `0.5^2`
+    pub half_sq: R,
     /// `0.5^2*ks`
     pub half_sq_ks: R,
     /// `0.5^2*O4B*ks`
     pub half_sq_o4b_ks: R,
-    /// `0.5*O4B`
-    pub half_o4b: R,
-    /// `50000*O4B`
-    pub k2: R,
-    /// `50000*BC`
-    pub k3: R,
+    /// `0.5^2*O4B`
+    pub half_sq_o4b: R,
     /// `O4B*m5`
     pub o4b_m5: R,
     /// `g*(O4B*m5 + O4G4*m4)`
     pub g_times_o4b_m5_plus_o4g4_m4: R,
     /// `0.52 + O4B^2`
-    pub k4: R,
+    pub k2: R,
     /// `1.2*O4B`
-    pub k5: R,
+    pub k3: R,
     /// `0.8*O4B`
-    pub k6: R,
+    pub k4: R,
     /// `0.4*O4B`
-    pub k7: R,
+    pub k5: R,
     /// `0.6*O4B`
-    pub k8: R,
+    pub k6: R,
     /// `BC*m6*g*mu`
     pub bc_m6_g_mu: R,
-    /// `0.5*BC`
-    pub half_bc: R,
+    /// `0.5^2*BC`
+    pub half_sq_bc: R,
     /// `0.5^2*BC*ks`
     pub half_sq_bc_ks: R,
     /// `BG5*m5*g`
@@ -305,7 +303,7 @@ pub struct Constants<R = f64> {
     /// `0.5*O4B^2*m6`
     pub half_o4b_sq_m6: R,
     /// `0.5*(J4 + O4B^2*m5 + O4G4^2*m4)`
-    pub k9: R,
+    pub k7: R,
     /// `0.5*(J5 + BG5^2*m5)`
     pub half_times_j5_plus_bg5_sq_m5: R,
     /// `0.5*BC^2*m6`
@@ -315,7 +313,7 @@ pub struct Constants<R = f64> {
     /// `0.5*k`
     pub half_k: R,
     /// `0.25*k3`
-    pub k10: R,
+    pub k8: R,
     /// `O4G4*m4*g`
     pub o4g4_m4_g: R,
     /// `m5*g`
@@ -325,47 +323,43 @@ pub struct Constants<R = f64> {
     /// `m6*g*mu`
     pub m6_g_mu: R,
     /// `O4B^2*m6*g*mu*1/(v0)`
-    pub k11: R,
-    /// `O4B^2*1/(v0)`
-    pub k12: R,
-    /// `25000*O4B`
-    pub k13: R,
-    /// `25000*BC`
-    pub k14: R,
+    pub k9: R,
+    /// `0.5^2*O4B^2`
+    pub half_sq_o4b_sq: R,
+    /// `0.5^2*O4B^2*1/(v0)`
+    pub k10: R,
     /// `2*O4B^2*m6`
     pub twice_o4b_sq_m6: R,
     /// `O4B^2*(m5 + m6)`
     pub o4b_sq_times_m5_plus_m6: R,
     /// `0.5^2*O4B^2*ks`
     pub half_sq_o4b_sq_ks: R,
-    /// `0.5*50000*O4B`
-    pub k15: R,
     /// `1.8*O4B`
-    pub k16: R,
+    pub k11: R,
     /// `0.5*k3`
     pub half_k3: R,
     /// `0.5*s0`
     pub half_s0: R,
-    /// `O4B*BC*m6*g*mu*1/(v0)`
-    pub k17: R,
-    /// `O4B*BC*1/(v0)`
-    pub k18: R,
+    /// `0.5^2*O4B*BC`
+    pub half_sq_o4b_bc: R,
     /// `0.5^2*O4B*BC*ks`
     pub half_sq_o4b_bc_ks: R,
-    /// `0.5*50000*O4B*BC`
-    pub k19: R,
+    /// `O4B*BC*m6*g*mu*1/(v0)`
+    pub k12: R,
+    /// `0.5^2*O4B*BC*1/(v0)`
+    pub k13: R,
     /// `BC^2*m6*g*mu*1/(v0)`
-    pub k20: R,
-    /// `BC^2*1/(v0)`
-    pub k21: R,
+    pub k14: R,
+    /// `0.5^2*BC^2`
+    pub half_sq_bc_sq: R,
+    /// `0.5^2*BC^2*1/(v0)`
+    pub k15: R,
     /// `2*BC^2*m6`
     pub twice_bc_sq_m6: R,
     /// `BG5^2*m5 + BC^2*m6`
     pub bg5_sq_m5_plus_bc_sq_m6: R,
     /// `0.5^2*BC^2*ks`
     pub half_sq_bc_sq_ks: R,
-    /// `0.5*50000*BC`
-    pub k22: R,
     /// `2*O4B`
     pub twice_o4b: R,
     /// `2*O4B*(BC*m6 + BG5*m5)`
@@ -373,9 +367,9 @@ pub struct Constants<R = f64> {
     /// `2*O4B*BG5*m5`
     pub twice_o4b_bg5_m5: R,
     /// `3*O2A^2*O4O2^2`
-    pub k23: R,
+    pub k16: R,
     /// `3*O2A^3*O4O2^3`
-    pub k24: R,
+    pub k17: R,
     /// `2*O2A^2*O4O2^2`
     pub twice_o2a_sq_o4o2_sq: R,
     /// `2*O2A`
@@ -384,8 +378,6 @@ pub struct Constants<R = f64> {
     pub twice_bc: R,
     /// `m6*g*mu`
     pub m6_g_mu_2: R,
-    /// `0.5^2*ks`
-    pub half_sq_ks_2: R,
     /// `O2A*m3*g`
     pub o2a_m3_g_2: R,
     /// `O4B*m5*g`
@@ -415,16 +407,17 @@ impl<R: Scalar> Constants<R> {
         let g_mu = p.g * p.mu;
         let o4b_m6 = p.O4B * p.m6;
         let inv_v0 = p.v0.recip();
-        let half_ks = p.ks * R::from_f64(0.5);
-        let half_sq_ks = R::from_f64(0.5) * half_ks;
-        let v1 = p.O4B * R::from_f64(50000.0);
+        let half_sq = R::from_f64(0.5) * R::from_f64(0.5);
+        let half_sq_ks = p.ks * half_sq;
         let o4b_m5 = p.O4B * p.m5;
-        let half_bc = p.BC * R::from_f64(0.5);
-        let half_sq_bc_ks = half_bc * half_ks;
+        let bc_m6_g_mu = bc_m6 * g_mu;
+        let half_sq_bc = p.BC * half_sq;
         let inv_v0_g_mu = inv_v0 * g_mu;
-        let bc_inv_v0 = p.BC * inv_v0;
+        let half_sq_o4b_sq = half_sq * o4b_sq;
+        let half_sq_o4b_bc = p.O4B * half_sq_bc;
+        let half_sq_bc_sq = p.BC * half_sq_bc;
         let twice_o4b = p.O4B * R::from_f64(2.0);
-        let v2 = R::from_f64(3.0) * o2a_sq_o4o2_sq;
+        let v1 = R::from_f64(3.0) * o2a_sq_o4o2_sq;
         Self {
             o2a_sq_plus_o4o2_sq: o2a_sq + o4o2_sq,
             o2a_o4o2,
@@ -446,64 +439,60 @@ impl<R: Scalar> Constants<R> {
             o4b_m6,
             o4b_m6_g_mu: g_mu * o4b_m6,
             k1: inv_v0,
+            half_sq,
             half_sq_ks,
             half_sq_o4b_ks: p.O4B * half_sq_ks,
-            half_o4b: p.O4B * R::from_f64(0.5),
-            k2: v1,
-            k3: p.BC * R::from_f64(50000.0),
+            half_sq_o4b: p.O4B * half_sq,
             o4b_m5,
             g_times_o4b_m5_plus_o4g4_m4: p.g * (o4b_m5 + o4g4_m4),
-            k4: R::from_f64(0.52) + o4b_sq,
-            k5: p.O4B * R::from_f64(1.2),
-            k6: p.O4B * R::from_f64(0.8),
-            k7: p.O4B * R::from_f64(0.4),
-            k8: p.O4B * R::from_f64(0.6),
-            bc_m6_g_mu: bc_m6 * g_mu,
-            half_bc,
-            half_sq_bc_ks,
+            k2: R::from_f64(0.52) + o4b_sq,
+            k3: p.O4B * R::from_f64(1.2),
+            k4: p.O4B * R::from_f64(0.8),
+            k5: p.O4B * R::from_f64(0.4),
+            k6: p.O4B * R::from_f64(0.6),
+            bc_m6_g_mu,
+            half_sq_bc,
+            half_sq_bc_ks: p.ks * half_sq_bc,
             bg5_m5_g: p.g * bg5_m5,
             half_o4b_sq_m6: R::from_f64(0.5) * o4b_sq_m6,
-            k9: j4_plus_o4b_sq_m5_plus_o4g4_sq_m4 * R::from_f64(0.5),
+            k7: j4_plus_o4b_sq_m5_plus_o4g4_sq_m4 * R::from_f64(0.5),
             half_times_j5_plus_bg5_sq_m5: j5_plus_bg5_sq_m5 * R::from_f64(0.5),
-            half_bc_sq_m6: bc_m6 * half_bc,
+            half_bc_sq_m6: R::from_f64(0.5) * bc_sq_m6,
             half_times_j2_plus_o2a_sq_m3: j2_plus_o2a_sq_m3 * R::from_f64(0.5),
             half_k: R::from_f64(0.5) * p.k,
-            k10: p.k3 * R::from_f64(0.25),
+            k8: p.k3 * R::from_f64(0.25),
             o4g4_m4_g: p.g * o4g4_m4,
             m5_g: p.m5 * p.g,
             half_pow3_ks: R::from_f64(0.5) * half_sq_ks,
             m6_g_mu: p.m6 * g_mu,
-            k11: o4b_sq_m6 * inv_v0_g_mu,
-            k12: inv_v0 * o4b_sq,
-            k13: p.O4B * R::from_f64(25000.0),
-            k14: p.BC * R::from_f64(25000.0),
+            k9: o4b_sq_m6 * inv_v0_g_mu,
+            half_sq_o4b_sq,
+            k10: inv_v0 * half_sq_o4b_sq,
             twice_o4b_sq_m6: R::from_f64(2.0) * o4b_sq_m6,
             o4b_sq_times_m5_plus_m6: (p.m5 + p.m6) * o4b_sq,
             half_sq_o4b_sq_ks: o4b_sq * half_sq_ks,
-            k15: R::from_f64(0.5) * v1,
-            k16: p.O4B * R::from_f64(1.8),
+            k11: p.O4B * R::from_f64(1.8),
             half_k3: R::from_f64(0.5) * p.k3,
             half_s0: R::from_f64(0.5) * p.s0,
-            k17: p.O4B * bc_m6 * inv_v0_g_mu,
-            k18: p.O4B * bc_inv_v0,
-            half_sq_o4b_bc_ks: p.O4B * half_sq_bc_ks,
-            k19: half_bc * v1,
-            k20: bc_sq_m6 * inv_v0_g_mu,
-            k21: p.BC * bc_inv_v0,
+            half_sq_o4b_bc,
+            half_sq_o4b_bc_ks: p.ks * half_sq_o4b_bc,
+            k12: p.O4B * inv_v0 * bc_m6_g_mu,
+            k13: inv_v0 * half_sq_o4b_bc,
+            k14: bc_sq_m6 * inv_v0_g_mu,
+            half_sq_bc_sq,
+            k15: inv_v0 * half_sq_bc_sq,
             twice_bc_sq_m6: R::from_f64(2.0) * bc_sq_m6,
             bg5_sq_m5_plus_bc_sq_m6: bg5_sq_m5 + bc_sq_m6,
-            half_sq_bc_sq_ks: p.ks * half_bc * half_bc,
-            k22: R::from_f64(50000.0) * half_bc,
+            half_sq_bc_sq_ks: p.ks * half_sq_bc_sq,
             twice_o4b,
             twice_o4b_times_bc_m6_plus_bg5_m5: bc_m6_plus_bg5_m5 * twice_o4b,
             twice_o4b_bg5_m5: bg5_m5 * twice_o4b,
-            k23: v2,
-            k24: o2a_o4o2 * v2,
+            k16: v1,
+            k17: o2a_o4o2 * v1,
             twice_o2a_sq_o4o2_sq: R::from_f64(2.0) * o2a_sq_o4o2_sq,
             twice_o2a: p.O2A * R::from_f64(2.0),
             twice_bc: p.BC * R::from_f64(2.0),
             m6_g_mu_2: p.m6 * p.g * p.mu,
-            half_sq_ks_2: p.ks * R::from_f64(0.5) * R::from_f64(0.5),
             o2a_m3_g_2: p.O2A * p.m3 * p.g,
             o4b_m5_g: p.O4B * p.m5 * p.g,
         }
@@ -789,7 +778,7 @@ pub fn mass_matrix<R: Scalar>(m: &Shaper<R>, q: &[R; 3]) -> [[R; 3]; 3] {
     let (sin_phi4, cos_phi4) = phi4.sin_cos();
     let (sin_phi5, cos_phi5) = phi5.sin_cos();
     let v1 = cos_phi5 * (k.o4b_bg5_m5 * cos_phi4)
-        + k.o4b_times_bc_m6_plus_bg5_m5 * sin_phi4 * sin_phi5;
+        + sin_phi4 * (k.o4b_times_bc_m6_plus_bg5_m5 * sin_phi5);
     [
         [k.j2_plus_o2a_sq_m3, R::zero(), R::zero()],
         [
@@ -809,7 +798,7 @@ pub fn mass_matrix<R: Scalar>(m: &Shaper<R>, q: &[R; 3]) -> [[R; 3]; 3] {
 ///
 /// Arguments: `t` in s, `q = [phi2, phi4, phi5]`, `qd = [phi2_dot, phi4_dot, phi5_dot]`.
 ///
-/// Operations: 56 additions, 60 multiplications, 1 division, 1 root, 3 sine-cosine pairs, 10 other functions.
+/// Operations: 57 additions, 60 multiplications, 1 division, 1 root, 3 sine-cosine pairs, 10 other functions.
 #[doc(alias = "fbar")]
 #[inline]
 pub fn generalized_forces<R: Scalar>(
@@ -835,40 +824,44 @@ pub fn generalized_forces<R: Scalar>(
     let v1 = o4b_cos_phi4_phi4_dot_sq + p.BG5 * cos_phi5_phi5_dot_sq;
     let v2 = phi4_dot_sq * b_y + phi5_dot_sq * (p.BG5 * sin_phi5);
     let v3 = o4b_cos_phi4_phi4_dot_sq + p.BC * cos_phi5_phi5_dot_sq;
-    let v4 = (-(k.k1 * (p.O4B * (sin_phi4 * phi4_dot) + p.BC * (sin_phi5 * phi5_dot))))
+    let v4 = phi2_dot.sign();
+    let v5 = phi2_dot - R::from_f64(4.0);
+    let v6 = v5.sign();
+    let v7 = phi2_dot - R::from_f64(7.0);
+    let v8 = v7.sign();
+    let v9 = (-(k.k1 * (p.O4B * (sin_phi4 * phi4_dot) + p.BC * (sin_phi5 * phi5_dot))))
         .tanh();
-    let v5 = c_x - p.xs;
-    let v6 = R::from_f64(1.0) + (-v5).sign();
-    let v5_v6_sq = v5 * (v6 * v6);
-    let v7 = k.k2 * cos_phi4 + k.k3 * cos_phi5;
-    let v8 = (R::from_f64(1.0) - v4)
-        * ((R::from_f64(0.8) + c_x).sign() * (R::from_f64(40000.0) + v7)
-            - (R::from_f64(0.78) + c_x).sign() * (R::from_f64(39000.0) + v7)
-            - (R::from_f64(0.2) + c_x).sign() * (R::from_f64(10000.0) + v7)
-            + (R::from_f64(0.18) + c_x).sign() * (R::from_f64(9000.0) + v7));
-    let root = (k.k4 - k.k5 * cos_phi4 - k.k6 * sin_phi4).sqrt();
-    let v9 = p.s0 - root;
+    let v10 = c_x - p.xs;
+    let v11 = R::from_f64(1.0) + (-v10).sign();
+    let v10_v11_sq = v10 * (v11 * v11);
+    let v12 = c_x + R::from_f64(0.8);
+    let v13 = (c_x + R::from_f64(0.78)).sign();
+    let v14 = c_x + R::from_f64(0.2);
+    let v15 = v14.sign();
+    let v16 = (R::from_f64(1.0) - v9)
+        * (v12 * (R::from_f64(99999.99999999991) * (v12.sign() - v13))
+            + R::from_f64(2000.0) * (v13 - v15)
+            + (v15 - (c_x + R::from_f64(0.18)).sign())
+                * (R::from_f64(2000.0) - R::from_f64(99999.99999999991) * v14));
+    let root = (k.k2 - k.k3 * cos_phi4 - k.k4 * sin_phi4).sqrt();
+    let v17 = p.s0 - root;
     [
-        R::from_f64(450.0)
-            + (phi2_dot - R::from_f64(4.0)).sign()
-                * (R::from_f64(83.33333333333333)
-                    - R::from_f64(20.833333333333332) * phi2_dot)
-            + ((phi2_dot - R::from_f64(7.0)).sign()
-                * (R::from_f64(816.6666666666666)
-                    - R::from_f64(116.66666666666667) * phi2_dot)
-                - (phi2_dot - R::from_f64(9.0)).sign()
-                    * (R::from_f64(1350.0) - R::from_f64(150.0) * phi2_dot))
-            - phi2_dot * (p.c2 + R::from_f64(12.5) * phi2_dot.sign())
+        R::from_f64(0.5)
+            * (R::from_f64(900.0) * (R::from_f64(1.0) - v4)
+                + (v4 - v6) * (R::from_f64(900.0) - R::from_f64(25.0) * phi2_dot)
+                + (v6 - v8) * (R::from_f64(800.0) - R::from_f64(66.66666666666667) * v5)
+                + (v8 - (phi2_dot - R::from_f64(9.0)).sign())
+                    * (R::from_f64(600.0) - R::from_f64(300.0) * v7)) - p.c2 * phi2_dot
             - k.o2a_m3_g * cos_phi2,
         -(sin_phi4
-            * (-(k.o4b_m6_g_mu * v4 + k.half_sq_o4b_ks * v5_v6_sq
-                - (k.half_o4b * v8 + (k.o4b_m5 * v1 + k.o4b_m6 * v3))))
+            * (-(k.o4b_m6_g_mu * v9 + k.half_sq_o4b_ks * v10_v11_sq
+                - (k.half_sq_o4b * v16 + (k.o4b_m5 * v1 + k.o4b_m6 * v3))))
             + cos_phi4 * (k.g_times_o4b_m5_plus_o4g4_m4 - k.o4b_m5 * v2)
-            + v9 * (p.k + p.k3 * (v9 * v9))
-                * ((k.k7 * cos_phi4 - k.k8 * sin_phi4) / root)),
+            + v17 * (p.k + p.k3 * (v17 * v17))
+                * ((k.k5 * cos_phi4 - k.k6 * sin_phi4) / root)),
         -(sin_phi5
-            * (-(k.bc_m6_g_mu * v4 + k.half_sq_bc_ks * v5_v6_sq
-                - (k.half_bc * v8 + (k.bg5_m5 * v1 + k.bc_m6 * v3))))
+            * (-(k.bc_m6_g_mu * v9 + k.half_sq_bc_ks * v10_v11_sq
+                - (k.half_sq_bc * v16 + (k.bg5_m5 * v1 + k.bc_m6 * v3))))
             + cos_phi5 * (k.bg5_m5_g - k.bg5_m5 * v2)),
     ]
 }
@@ -900,29 +893,31 @@ pub fn energy<R: Scalar>(m: &Shaper<R>, q: &[R; 3], qd: &[R; 3]) -> [R; 2] {
     let c_x = b_x + p.BC * cos_phi5;
     let v1 = c_x - p.xs;
     let v2 = R::from_f64(1.0) + (-v1).sign();
-    let v3 = p.s0 - (k.k4 - k.k5 * cos_phi4 - k.k6 * sin_phi4).sqrt();
+    let v3 = p.s0 - (k.k2 - k.k3 * cos_phi4 - k.k4 * sin_phi4).sqrt();
     let v3_sq = v3 * v3;
     [
         phi4_dot
             * (sin_phi4
                 * (k.half_o4b_sq_m6 * (sin_phi4 * phi4_dot)
                     + k.o4b_times_bc_m6_plus_bg5_m5 * (sin_phi5 * phi5_dot))
-                + k.o4b_bg5_m5 * cos_phi4 * (cos_phi5 * phi5_dot) + k.k9 * phi4_dot)
+                + k.o4b_bg5_m5 * cos_phi4 * (cos_phi5 * phi5_dot) + k.k7 * phi4_dot)
             + (k.half_times_j5_plus_bg5_sq_m5 + k.half_bc_sq_m6 * (sin_phi5 * sin_phi5))
                 * (phi5_dot * phi5_dot)
             + k.half_times_j2_plus_o2a_sq_m3 * (phi2_dot * phi2_dot),
-        (k.half_k + k.k10 * v3_sq) * v3_sq + k.m3_g * a_y + k.o4g4_m4_g * sin_phi4
+        (k.half_k + k.k8 * v3_sq) * v3_sq + k.m3_g * a_y + k.o4g4_m4_g * sin_phi4
             + k.m5_g * (b_y + p.BG5 * sin_phi5) + k.half_pow3_ks * v1 * (v1 * (v2 * v2)),
     ]
 }
 
 /// Power of the loads that have no potential, in W.
 ///
-/// Its formulae stand in the derivation of the scene.
+/// ```text
+/// m6*g*mu*(O4B*phi4_dot*sin(phi4) + BC*phi5_dot*sin(phi5))*tanh((-O4B*phi4_dot*sin(phi4) - BC*phi5_dot*sin(phi5))/v0) - c2*phi2_dot^2 + phi2_dot*motor(phi2_dot) + (0.5 - 0.5*tanh((-O4B*phi4_dot*sin(phi4) - BC*phi5_dot*sin(phi5))/v0))*(-O4B*phi4_dot*sin(phi4) - BC*phi5_dot*sin(phi5))*chip(O4B*cos(phi4) + BC*cos(phi5))
+/// ```
 ///
 /// Arguments: `t` in s, `q = [phi2, phi4, phi5]`, `qd = [phi2_dot, phi4_dot, phi5_dot]`.
 ///
-/// Operations: 29 additions, 27 multiplications, 2 sine-cosine pairs, 9 other functions.
+/// Operations: 30 additions, 26 multiplications, 2 sine-cosine pairs, 9 other functions.
 #[inline(always)]
 pub fn power<R: Scalar>(m: &Shaper<R>, _t: R, q: &[R; 3], qd: &[R; 3]) -> R {
     let p = &m.parameters;
@@ -933,40 +928,53 @@ pub fn power<R: Scalar>(m: &Shaper<R>, _t: R, q: &[R; 3], qd: &[R; 3]) -> R {
     let (sin_phi5, cos_phi5) = phi5.sin_cos();
     let b_x = p.O4B * cos_phi4;
     let c_x = b_x + p.BC * cos_phi5;
-    let v1 = p.O4B * (sin_phi4 * phi4_dot) + p.BC * (sin_phi5 * phi5_dot);
-    let v2 = (-(k.k1 * v1)).tanh();
-    let v3 = k.k2 * cos_phi4 + k.k3 * cos_phi5;
+    let v1 = phi2_dot.sign();
+    let v2 = phi2_dot - R::from_f64(4.0);
+    let v3 = v2.sign();
+    let v4 = phi2_dot - R::from_f64(7.0);
+    let v5 = v4.sign();
+    let v6 = p.O4B * (sin_phi4 * phi4_dot) + p.BC * (sin_phi5 * phi5_dot);
+    let v7 = (-(k.k1 * v6)).tanh();
+    let v8 = c_x + R::from_f64(0.8);
+    let v9 = (c_x + R::from_f64(0.78)).sign();
+    let v10 = c_x + R::from_f64(0.2);
+    let v11 = v10.sign();
     phi2_dot
-        * (R::from_f64(450.0)
-            + (phi2_dot - R::from_f64(4.0)).sign()
-                * (R::from_f64(83.33333333333333)
-                    - R::from_f64(20.833333333333332) * phi2_dot)
-            + ((phi2_dot - R::from_f64(7.0)).sign()
-                * (R::from_f64(816.6666666666666)
-                    - R::from_f64(116.66666666666667) * phi2_dot)
-                - (phi2_dot - R::from_f64(9.0)).sign()
-                    * (R::from_f64(1350.0) - R::from_f64(150.0) * phi2_dot))
-            - phi2_dot * (R::from_f64(12.5) * phi2_dot.sign()) - p.c2 * phi2_dot)
-        + v1
-            * (k.m6_g_mu * v2
-                - R::from_f64(0.5)
-                    * ((R::from_f64(1.0) - v2)
-                        * ((R::from_f64(0.8) + c_x).sign() * (R::from_f64(40000.0) + v3)
-                            - (R::from_f64(0.78) + c_x).sign()
-                                * (R::from_f64(39000.0) + v3)
-                            - (R::from_f64(0.2) + c_x).sign()
-                                * (R::from_f64(10000.0) + v3)
-                            + (R::from_f64(0.18) + c_x).sign()
-                                * (R::from_f64(9000.0) + v3))))
+        * (R::from_f64(0.5)
+            * (R::from_f64(900.0) * (R::from_f64(1.0) - v1)
+                + (v1 - v3) * (R::from_f64(900.0) - R::from_f64(25.0) * phi2_dot)
+                + (v3 - v5) * (R::from_f64(800.0) - R::from_f64(66.66666666666667) * v2)
+                + (v5 - (phi2_dot - R::from_f64(9.0)).sign())
+                    * (R::from_f64(600.0) - R::from_f64(300.0) * v4)) - p.c2 * phi2_dot)
+        + v6
+            * (k.m6_g_mu * v7
+                - k.half_sq
+                    * ((R::from_f64(1.0) - v7)
+                        * (v8 * (R::from_f64(99999.99999999991) * (v8.sign() - v9))
+                            + R::from_f64(2000.0) * (v9 - v11)
+                            + (v11 - (c_x + R::from_f64(0.18)).sign())
+                                * (R::from_f64(2000.0)
+                                    - R::from_f64(99999.99999999991) * v10))))
 }
 
 /// What the scene asks for: `x6` (m), `x6_dot` (m/s), `P_motor` (W), `P_cutting` (W), `P_friction` (W), `P_balance` (W), `P_buffer` (W), `N3` (N).
 ///
-/// Its formulae stand in the derivation of the scene.
+/// ```text
+/// r1          sqrt(2*O2A*O4O2*sin(phi2) + O2A^2 + O4O2^2)
+/// r2          sqrt(0.52 - 0.8*O4B*sin(phi4) - 1.2*O4B*cos(phi4) + O4B^2)
+/// x6          O4B*cos(phi4) + BC*cos(phi5)
+/// x6_dot      -O4B*phi4_dot*sin(phi4) - BC*phi5_dot*sin(phi5)
+/// P_motor     phi2_dot*motor(phi2_dot)
+/// P_cutting   (0.5 - 0.5*tanh((-O4B*phi4_dot*sin(phi4) - BC*phi5_dot*sin(phi5))/v0))*(-O4B*phi4_dot*sin(phi4) - BC*phi5_dot*sin(phi5))*chip(O4B*cos(phi4) + BC*cos(phi5))
+/// P_friction  m6*g*mu*(O4B*phi4_dot*sin(phi4) + BC*phi5_dot*sin(phi5))*tanh((-O4B*phi4_dot*sin(phi4) - BC*phi5_dot*sin(phi5))/v0)
+/// P_balance   (-k*(r2 - s0) - k3*(r2 - s0)^3)*(0.6*O4B*sin(phi4) - 0.4*O4B*cos(phi4))*phi4_dot/r2
+/// P_buffer    ks*(0.5 + 0.5*sign(xs - O4B*cos(phi4) - BC*cos(phi5)))^2*(-O4B*phi4_dot*sin(phi4) - BC*phi5_dot*sin(phi5))*(xs - O4B*cos(phi4) - BC*cos(phi5))
+/// N3          (sin(phi4) - (O2A*sin(phi4)*cos(phi2) + (-O2A*sin(phi2) - O4O2)*cos(phi4))*cos(phi4)/r1)*lambda_slot
+/// ```
 ///
 /// Arguments: `t` in s, `q = [phi2, phi4, phi5]`, `qd = [phi2_dot, phi4_dot, phi5_dot]`, `qdd = [phi2_ddot, phi4_ddot, phi5_ddot]`, `multipliers = [slot, guide]`.
 ///
-/// Operations: 41 additions, 47 multiplications, 2 divisions, 2 roots, 3 sine-cosine pairs, 10 other functions.
+/// Operations: 42 additions, 46 multiplications, 2 divisions, 2 roots, 3 sine-cosine pairs, 10 other functions.
 #[inline(always)]
 pub fn outputs<R: Scalar>(
     m: &Shaper<R>,
@@ -988,40 +996,45 @@ pub fn outputs<R: Scalar>(
     let a_y = p.O4O2 + p.O2A * sin_phi2;
     let b_x = p.O4B * cos_phi4;
     let c_x = b_x + p.BC * cos_phi5;
-    let v1 = p.O4B * (sin_phi4 * phi4_dot) + p.BC * (sin_phi5 * phi5_dot);
-    let v2 = (-(k.k1 * v1)).tanh();
-    let v3 = c_x - p.xs;
-    let v4 = R::from_f64(1.0) + (-v3).sign();
-    let v5 = k.k2 * cos_phi4 + k.k3 * cos_phi5;
-    let root = (k.k4 - k.k5 * cos_phi4 - k.k6 * sin_phi4).sqrt();
-    let v6 = p.s0 - root;
+    let v1 = phi2_dot.sign();
+    let v2 = phi2_dot - R::from_f64(4.0);
+    let v3 = v2.sign();
+    let v4 = phi2_dot - R::from_f64(7.0);
+    let v5 = v4.sign();
+    let v6 = p.O4B * (sin_phi4 * phi4_dot) + p.BC * (sin_phi5 * phi5_dot);
+    let v7 = (-(k.k1 * v6)).tanh();
+    let v8 = c_x - p.xs;
+    let v9 = R::from_f64(1.0) + (-v8).sign();
+    let v10 = c_x + R::from_f64(0.8);
+    let v11 = (c_x + R::from_f64(0.78)).sign();
+    let v12 = c_x + R::from_f64(0.2);
+    let v13 = v12.sign();
+    let root = (k.k2 - k.k3 * cos_phi4 - k.k4 * sin_phi4).sqrt();
+    let v14 = p.s0 - root;
     [
         c_x,
-        -v1,
+        -v6,
         phi2_dot
-            * (R::from_f64(450.0)
-                + (phi2_dot - R::from_f64(4.0)).sign()
-                    * (R::from_f64(83.33333333333333)
-                        - R::from_f64(20.833333333333332) * phi2_dot)
-                + ((phi2_dot - R::from_f64(7.0)).sign()
-                    * (R::from_f64(816.6666666666666)
-                        - R::from_f64(116.66666666666667) * phi2_dot)
-                    - (phi2_dot - R::from_f64(9.0)).sign()
-                        * (R::from_f64(1350.0) - R::from_f64(150.0) * phi2_dot))
-                - phi2_dot * (R::from_f64(12.5) * phi2_dot.sign())),
-        -(v1
             * (R::from_f64(0.5)
-                * ((R::from_f64(1.0) - v2)
-                    * ((R::from_f64(0.8) + c_x).sign() * (R::from_f64(40000.0) + v5)
-                        - (R::from_f64(0.78) + c_x).sign() * (R::from_f64(39000.0) + v5)
-                        - (R::from_f64(0.2) + c_x).sign() * (R::from_f64(10000.0) + v5)
-                        + (R::from_f64(0.18) + c_x).sign()
-                            * (R::from_f64(9000.0) + v5))))),
-        v1 * (k.m6_g_mu * v2),
+                * (R::from_f64(900.0) * (R::from_f64(1.0) - v1)
+                    + (v1 - v3) * (R::from_f64(900.0) - R::from_f64(25.0) * phi2_dot)
+                    + (v3 - v5)
+                        * (R::from_f64(800.0) - R::from_f64(66.66666666666667) * v2)
+                    + (v5 - (phi2_dot - R::from_f64(9.0)).sign())
+                        * (R::from_f64(600.0) - R::from_f64(300.0) * v4))),
+        -(v6
+            * (k.half_sq
+                * ((R::from_f64(1.0) - v7)
+                    * (v10 * (R::from_f64(99999.99999999991) * (v10.sign() - v11))
+                        + R::from_f64(2000.0) * (v11 - v13)
+                        + (v13 - (c_x + R::from_f64(0.18)).sign())
+                            * (R::from_f64(2000.0)
+                                - R::from_f64(99999.99999999991) * v12))))),
+        v6 * (k.m6_g_mu * v7),
         -(phi4_dot
-            * (v6 * (p.k + p.k3 * (v6 * v6))
-                * ((k.k7 * cos_phi4 - k.k8 * sin_phi4) / root))),
-        k.half_sq_ks * v1 * (v3 * (v4 * v4)),
+            * (v14 * (p.k + p.k3 * (v14 * v14))
+                * ((k.k5 * cos_phi4 - k.k6 * sin_phi4) / root))),
+        k.half_sq_ks * v6 * (v8 * (v9 * v9)),
         lambda_slot
             * (sin_phi4
                 - (sin_phi4 * a_x - a_y * cos_phi4)
@@ -1034,7 +1047,7 @@ pub fn outputs<R: Scalar>(
 ///
 /// Arguments: `t` in s, `q = [phi2, phi4, phi5]`, `qd = [phi2_dot, phi4_dot, phi5_dot]`.
 ///
-/// Operations: 69 additions, 89 multiplications, 2 divisions, 2 roots, 3 sine-cosine pairs, 10 other functions.
+/// Operations: 70 additions, 89 multiplications, 2 divisions, 2 roots, 3 sine-cosine pairs, 10 other functions.
 #[doc(alias = "fused")]
 #[inline(always)]
 pub fn dynamics<R: Scalar>(
@@ -1069,20 +1082,28 @@ pub fn dynamics<R: Scalar>(
     let cos_phi4_inv_root = cos_phi4 * inv_root;
     let sin_phi4_phi4_dot = sin_phi4 * phi4_dot;
     let v4 = cos_phi5 * (k.o4b_bg5_m5 * cos_phi4)
-        + k.o4b_times_bc_m6_plus_bg5_m5 * sin_phi4 * sin_phi5;
-    let v5 = (-(k.k1 * (p.O4B * sin_phi4_phi4_dot + p.BC * (sin_phi5 * phi5_dot))))
+        + sin_phi4 * (k.o4b_times_bc_m6_plus_bg5_m5 * sin_phi5);
+    let v5 = phi2_dot.sign();
+    let v6 = phi2_dot - R::from_f64(4.0);
+    let v7 = v6.sign();
+    let v8 = phi2_dot - R::from_f64(7.0);
+    let v9 = v8.sign();
+    let v10 = (-(k.k1 * (p.O4B * sin_phi4_phi4_dot + p.BC * (sin_phi5 * phi5_dot))))
         .tanh();
-    let v6 = c_x - p.xs;
-    let v7 = R::from_f64(1.0) + (-v6).sign();
-    let v6_v7_sq = v6 * (v7 * v7);
-    let v8 = k.k2 * cos_phi4 + k.k3 * cos_phi5;
-    let v9 = (R::from_f64(1.0) - v5)
-        * ((R::from_f64(0.8) + c_x).sign() * (R::from_f64(40000.0) + v8)
-            - (R::from_f64(0.78) + c_x).sign() * (R::from_f64(39000.0) + v8)
-            - (R::from_f64(0.2) + c_x).sign() * (R::from_f64(10000.0) + v8)
-            + (R::from_f64(0.18) + c_x).sign() * (R::from_f64(9000.0) + v8));
-    let root_2 = (k.k4 - k.k5 * cos_phi4 - k.k6 * sin_phi4).sqrt();
-    let v10 = p.s0 - root_2;
+    let v11 = c_x - p.xs;
+    let v12 = R::from_f64(1.0) + (-v11).sign();
+    let v11_v12_sq = v11 * (v12 * v12);
+    let v13 = c_x + R::from_f64(0.8);
+    let v14 = (c_x + R::from_f64(0.78)).sign();
+    let v15 = c_x + R::from_f64(0.2);
+    let v16 = v15.sign();
+    let v17 = (R::from_f64(1.0) - v10)
+        * (v13 * (R::from_f64(99999.99999999991) * (v13.sign() - v14))
+            + R::from_f64(2000.0) * (v14 - v16)
+            + (v16 - (c_x + R::from_f64(0.18)).sign())
+                * (R::from_f64(2000.0) - R::from_f64(99999.99999999991) * v15));
+    let root_2 = (k.k2 - k.k3 * cos_phi4 - k.k4 * sin_phi4).sqrt();
+    let v18 = p.s0 - root_2;
     Dynamics {
         mass_matrix: [
             [k.j2_plus_o2a_sq_m3, R::zero(), R::zero()],
@@ -1094,26 +1115,23 @@ pub fn dynamics<R: Scalar>(
             [R::zero(), v4, k.j5_plus_bg5_sq_m5 + k.bc_sq_m6 * (sin_phi5 * sin_phi5)],
         ],
         generalized_forces: [
-            R::from_f64(450.0)
-                + (phi2_dot - R::from_f64(4.0)).sign()
-                    * (R::from_f64(83.33333333333333)
-                        - R::from_f64(20.833333333333332) * phi2_dot)
-                + ((phi2_dot - R::from_f64(7.0)).sign()
-                    * (R::from_f64(816.6666666666666)
-                        - R::from_f64(116.66666666666667) * phi2_dot)
-                    - (phi2_dot - R::from_f64(9.0)).sign()
-                        * (R::from_f64(1350.0) - R::from_f64(150.0) * phi2_dot))
-                - phi2_dot * (p.c2 + R::from_f64(12.5) * phi2_dot.sign())
-                - k.o2a_m3_g * cos_phi2,
+            R::from_f64(0.5)
+                * (R::from_f64(900.0) * (R::from_f64(1.0) - v5)
+                    + (v5 - v7) * (R::from_f64(900.0) - R::from_f64(25.0) * phi2_dot)
+                    + (v7 - v9)
+                        * (R::from_f64(800.0) - R::from_f64(66.66666666666667) * v6)
+                    + (v9 - (phi2_dot - R::from_f64(9.0)).sign())
+                        * (R::from_f64(600.0) - R::from_f64(300.0) * v8))
+                - p.c2 * phi2_dot - k.o2a_m3_g * cos_phi2,
             -(sin_phi4
-                * (-(k.o4b_m6_g_mu * v5 + k.half_sq_o4b_ks * v6_v7_sq
-                    - (k.half_o4b * v9 + (k.o4b_m5 * v1 + k.o4b_m6 * v3))))
+                * (-(k.o4b_m6_g_mu * v10 + k.half_sq_o4b_ks * v11_v12_sq
+                    - (k.half_sq_o4b * v17 + (k.o4b_m5 * v1 + k.o4b_m6 * v3))))
                 + cos_phi4 * (k.g_times_o4b_m5_plus_o4g4_m4 - k.o4b_m5 * v2)
-                + v10 * (p.k + p.k3 * (v10 * v10))
-                    * ((k.k7 * cos_phi4 - k.k8 * sin_phi4) / root_2)),
+                + v18 * (p.k + p.k3 * (v18 * v18))
+                    * ((k.k5 * cos_phi4 - k.k6 * sin_phi4) / root_2)),
             -(sin_phi5
-                * (-(k.bc_m6_g_mu * v5 + k.half_sq_bc_ks * v6_v7_sq
-                    - (k.half_bc * v9 + (k.bg5_m5 * v1 + k.bc_m6 * v3))))
+                * (-(k.bc_m6_g_mu * v10 + k.half_sq_bc_ks * v11_v12_sq
+                    - (k.half_sq_bc * v17 + (k.bg5_m5 * v1 + k.bc_m6 * v3))))
                 + cos_phi5 * (k.bg5_m5_g - k.bg5_m5 * v2)),
         ],
         constraint_jacobian: [
@@ -1178,7 +1196,7 @@ pub fn loop_constraints<R: Scalar>(
 ///
 /// Arguments: `t` in s, `q = [phi2, phi4, phi5]`, `qd = [phi2_dot, phi4_dot, phi5_dot]`, `qdd = [phi2_ddot, phi4_ddot, phi5_ddot]`, `multipliers = [slot, guide]`.
 ///
-/// Operations: 134 additions, 215 multiplications, 3 divisions, 2 roots, 3 sine-cosine pairs, 11 other functions.
+/// Operations: 123 additions, 203 multiplications, 3 divisions, 2 roots, 3 sine-cosine pairs, 11 other functions.
 #[doc(alias = "tangent stiffness")]
 #[doc(alias = "tangent damping")]
 #[inline]
@@ -1220,137 +1238,133 @@ pub fn linearization<R: Scalar>(
     let sin_phi4_phi4_dot = sin_phi4 * phi4_dot;
     let o2a_o4o2_sin_phi2 = k.o2a_o4o2 * sin_phi2;
     let o4b_bg5_m5_cos_phi4 = k.o4b_bg5_m5 * cos_phi4;
+    let v5 = (phi2_dot - R::from_f64(4.0)).sign();
+    let v6 = (phi2_dot - R::from_f64(7.0)).sign();
     let sin_phi5_phi5_dot = sin_phi5 * phi5_dot;
-    let v5 = -(k.k1 * (p.O4B * sin_phi4_phi4_dot + p.BC * sin_phi5_phi5_dot));
-    let v6 = v5.tanh();
-    let v7 = c_x - p.xs;
-    let v8 = R::from_f64(1.0) + (-v7).sign();
-    let v8_sq = v8 * v8;
-    let v7_v8_sq = v7 * v8_sq;
-    let v9 = R::from_f64(1.0) - v6;
-    let v10 = (R::from_f64(0.8) + c_x).sign();
-    let v11 = k.k2 * cos_phi4 + k.k3 * cos_phi5;
-    let v12 = (R::from_f64(0.78) + c_x).sign();
-    let v13 = (R::from_f64(0.2) + c_x).sign();
-    let v14 = (R::from_f64(0.18) + c_x).sign();
-    let v15 = v9
-        * (v10 * (R::from_f64(40000.0) + v11) - v12 * (R::from_f64(39000.0) + v11)
-            - v13 * (R::from_f64(10000.0) + v11) + v14 * (R::from_f64(9000.0) + v11));
-    let k5_cos_phi4 = k.k5 * cos_phi4;
-    let root_2 = (k.k4 - k5_cos_phi4 - k.k6 * sin_phi4).sqrt();
-    let v16 = p.s0 - root_2;
-    let v16_sq = v16 * v16;
-    let k3_v16_sq = p.k3 * v16_sq;
-    let v17 = k.k7 * cos_phi4 - k.k8 * sin_phi4;
+    let v7 = -(k.k1 * (p.O4B * sin_phi4_phi4_dot + p.BC * sin_phi5_phi5_dot));
+    let v8 = v7.tanh();
+    let v9 = c_x - p.xs;
+    let v10 = R::from_f64(1.0) + (-v9).sign();
+    let v10_sq = v10 * v10;
+    let v9_v10_sq = v9 * v10_sq;
+    let v11 = R::from_f64(1.0) - v8;
+    let v12 = c_x + R::from_f64(0.8);
+    let v13 = (c_x + R::from_f64(0.78)).sign();
+    let v14 = R::from_f64(99999.99999999991) * (v12.sign() - v13);
+    let v15 = c_x + R::from_f64(0.2);
+    let v16 = v15.sign();
+    let v17 = v16 - (c_x + R::from_f64(0.18)).sign();
+    let v18 = v12 * v14 + R::from_f64(2000.0) * (v13 - v16)
+        + v17 * (R::from_f64(2000.0) - R::from_f64(99999.99999999991) * v15);
+    let v11_v18 = v11 * v18;
+    let k3_cos_phi4 = k.k3 * cos_phi4;
+    let root_2 = (k.k2 - k3_cos_phi4 - k.k4 * sin_phi4).sqrt();
+    let v19 = p.s0 - root_2;
+    let v19_sq = v19 * v19;
+    let k3_v19_sq = p.k3 * v19_sq;
+    let v20 = k.k5 * cos_phi4 - k.k6 * sin_phi4;
     let inv_root_2 = root_2.recip();
     let cos_phi5_phi5_dot = cos_phi5 * phi5_dot;
-    let v18 = cos_phi2 * (p.O2A - cos_phi4_inv_root * o2a_sq_o4o2_sq_v4)
+    let v21 = cos_phi2 * (p.O2A - cos_phi4_inv_root * o2a_sq_o4o2_sq_v4)
         - cos_phi4_inv_root * o2a_o4o2_sin_phi2;
-    let v19 = sin_phi4 * cos_phi2_inv_root;
-    let o2a_o4o2_lambda_slot_v19 = k.o2a_o4o2 * lambda_slot * v19;
-    let v20 = k.k13 * cos_phi4 + k.k14 * cos_phi5;
-    let v21 = v10 * (R::from_f64(20000.0) + v20) - v12 * (R::from_f64(19500.0) + v20)
-        - v13 * (R::from_f64(5000.0) + v20) + v14 * (R::from_f64(4500.0) + v20);
-    let v22 = v5.cosh().recip();
-    let v22_sq = v22 * v22;
-    let v23 = (k.k11 + k.k12 * v21) * v22_sq;
-    let v24 = v9 * (v10 - v12 - v13 + v14);
-    let sin_phi4_v24 = sin_phi4 * v24;
-    let cos_phi4_sin_phi5 = cos_phi4 * sin_phi5;
+    let v22 = sin_phi4 * cos_phi2_inv_root;
+    let o2a_o4o2_lambda_slot_v22 = k.o2a_o4o2 * lambda_slot * v22;
+    let v23 = v7.cosh().recip();
+    let v23_sq = v23 * v23;
+    let v24 = (k.k9 + k.k10 * v18) * v23_sq;
+    let v25 = v11 * (v14 - R::from_f64(99999.99999999991) * v17);
     let sin_phi4_cos_phi5 = sin_phi4 * cos_phi5;
-    let v25 = k.o4b_times_bc_m6_plus_bg5_m5 * cos_phi4_sin_phi5
+    let v26 = cos_phi4 * (k.o4b_times_bc_m6_plus_bg5_m5 * sin_phi5)
         - k.o4b_bg5_m5 * sin_phi4_cos_phi5;
-    let v26 = (k.k17 + k.k18 * v21) * v22_sq;
-    let half_sq_o4b_bc_ks_v8_sq = k.half_sq_o4b_bc_ks * v8_sq;
-    let sin_phi5_v24 = sin_phi5 * v24;
-    let v27 = sin_phi5 * o4b_bg5_m5_cos_phi4
+    let v27 = k.half_sq_o4b_bc_ks * v10_sq - k.half_sq_o4b_bc * v25;
+    let v28 = (k.k12 + k.k13 * v18) * v23_sq;
+    let v29 = sin_phi5 * o4b_bg5_m5_cos_phi4
         - k.o4b_times_bc_m6_plus_bg5_m5 * sin_phi4_cos_phi5;
-    let v28 = (k.k20 + k.k21 * v21) * v22_sq;
-    let sin_phi5_v26 = sin_phi5 * v26;
+    let cos_phi4_phi4_dot = cos_phi4 * phi4_dot;
+    let v30 = (k.k14 + k.k15 * v18) * v23_sq;
+    let sin_phi5_v28 = sin_phi5 * v28;
     let twice_o2a_sq_o4o2_sq_v4 = k.twice_o2a_sq_o4o2_sq * v4;
     let twice_o2a_o4o2_phi2_dot = k.twice_o2a_o4o2 * phi2_dot;
-    let v29 = sin_phi2 * twice_o2a_o4o2_phi2_dot;
+    let v31 = sin_phi2 * twice_o2a_o4o2_phi2_dot;
     Linearization {
         stiffness: [
             [
-                -(k.o2a_m3_g * sin_phi2 + lambda_slot * v18),
-                o2a_o4o2_lambda_slot_v19,
+                -(k.o2a_m3_g * sin_phi2 + lambda_slot * v21),
+                o2a_o4o2_lambda_slot_v22,
                 R::zero(),
             ],
             [
-                o2a_o4o2_lambda_slot_v19,
+                o2a_o4o2_lambda_slot_v22,
                 cos_phi4
-                    * (sin_phi4 * (phi4_dot * v23 + k.twice_o4b_sq_m6 * phi4_ddot)
+                    * (sin_phi4 * (phi4_dot * v24 + k.twice_o4b_sq_m6 * phi4_ddot)
                         - k.o4b_sq_m5 * cos_phi4_phi4_dot_sq + root * lambda_slot
-                        - (k.o4b_m6_g_mu * v6 + k.half_sq_o4b_ks * v7_v8_sq
-                            - (k.half_o4b * v15 + (k.o4b_m5 * v1 + k.o4b_m6 * v3))))
+                        - (k.o4b_m6_g_mu * v8 + k.half_sq_o4b_ks * v9_v10_sq
+                            - (k.half_sq_o4b * v11_v18
+                                + (k.o4b_m5 * v1 + k.o4b_m6 * v3))))
                     - sin_phi4
                         * (sin_phi4
                             * (k.o4b_sq_times_m5_plus_m6 * phi4_dot_sq
-                                - k.half_sq_o4b_sq_ks * v8_sq)
-                            + p.O4B * (lambda_guide + k.k15 * sin_phi4_v24)
+                                - k.half_sq_o4b_sq_ks * v10_sq + k.half_sq_o4b_sq * v25)
+                            + p.O4B * lambda_guide
                             + (k.g_times_o4b_m5_plus_o4g4_m4 - k.o4b_m5 * v2))
                     + inv_root_2
-                        * (v17
+                        * (v20
                             * (inv_root_2
-                                * ((k5_cos_phi4 - k.k16 * sin_phi4) * k3_v16_sq + p.k * v17)
+                                * ((k3_cos_phi4 - k.k11 * sin_phi4) * k3_v19_sq + p.k * v20)
                                 + inv_root_2 * inv_root_2
-                                    * (k.half_k3 * v16 * v16_sq
+                                    * (k.half_k3 * v19 * v19_sq
                                         + p.k * (k.half_s0 - R::from_f64(0.5) * root_2))
-                                    * (k.k6 * cos_phi4 - k.k5 * sin_phi4))
-                            - (k.k8 * cos_phi4 + k.k7 * sin_phi4)
-                                * (v16 * (p.k + k3_v16_sq))) + phi5_ddot * v25,
+                                    * (k.k4 * cos_phi4 - k.k3 * sin_phi4))
+                            - (k.k6 * cos_phi4 + k.k5 * sin_phi4)
+                                * (v19 * (p.k + k3_v19_sq))) + phi5_ddot * v26,
                 -(sin_phi4
-                    * (phi5_dot
-                        * (k.o4b_times_bc_m6_plus_bg5_m5 * sin_phi5_phi5_dot
-                            - cos_phi5 * v26) - sin_phi5 * half_sq_o4b_bc_ks_v8_sq
-                        + k.k19 * sin_phi5_v24)
-                    + cos_phi5_phi5_dot_sq * o4b_bg5_m5_cos_phi4 + phi5_ddot * v27),
+                    * (sin_phi5 * (k.o4b_times_bc_m6_plus_bg5_m5 * phi5_dot_sq - v27)
+                        - cos_phi5_phi5_dot * v28)
+                    + cos_phi5_phi5_dot_sq * o4b_bg5_m5_cos_phi4 + phi5_ddot * v29),
             ],
             [
                 R::zero(),
                 sin_phi5
-                    * (phi4_dot
-                        * (cos_phi4 * v26
-                            - k.o4b_times_bc_m6_plus_bg5_m5 * sin_phi4_phi4_dot)
-                        + sin_phi4 * half_sq_o4b_bc_ks_v8_sq - k.k19 * sin_phi4_v24)
-                    - k.o4b_bg5_m5 * cos_phi5 * cos_phi4_phi4_dot_sq + v25 * phi4_ddot,
+                    * (sin_phi4 * (v27 - k.o4b_times_bc_m6_plus_bg5_m5 * phi4_dot_sq)
+                        + cos_phi4_phi4_dot * v28)
+                    - k.o4b_bg5_m5 * cos_phi5 * cos_phi4_phi4_dot_sq + v26 * phi4_ddot,
                 cos_phi5
-                    * (sin_phi5 * (phi5_dot * v28 + k.twice_bc_sq_m6 * phi5_ddot)
+                    * (sin_phi5 * (phi5_dot * v30 + k.twice_bc_sq_m6 * phi5_ddot)
                         - k.bg5_sq_m5 * cos_phi5_phi5_dot_sq
-                        - (k.bc_m6_g_mu * v6 + k.half_sq_bc_ks * v7_v8_sq
-                            - (k.half_bc * v15 + (k.bg5_m5 * v1 + k.bc_m6 * v3))))
+                        - (k.bc_m6_g_mu * v8 + k.half_sq_bc_ks * v9_v10_sq
+                            - (k.half_sq_bc * v11_v18 + (k.bg5_m5 * v1 + k.bc_m6 * v3))))
                     - sin_phi5
                         * (sin_phi5
                             * (k.bg5_sq_m5_plus_bc_sq_m6 * phi5_dot_sq
-                                - k.half_sq_bc_sq_ks * v8_sq)
-                            + p.BC * (lambda_guide + k.k22 * sin_phi5_v24)
-                            + (k.bg5_m5_g - k.bg5_m5 * v2)) - phi4_ddot * v27,
+                                - k.half_sq_bc_sq_ks * v10_sq + k.half_sq_bc_sq * v25)
+                            + p.BC * lambda_guide + (k.bg5_m5_g - k.bg5_m5 * v2))
+                    - phi4_ddot * v29,
             ],
         ],
         damping: [
             [
-                R::from_f64(20.833333333333332) * (phi2_dot - R::from_f64(4.0)).sign()
-                    + R::from_f64(116.66666666666667)
-                        * (phi2_dot - R::from_f64(7.0)).sign()
-                    - R::from_f64(150.0) * (phi2_dot - R::from_f64(9.0)).sign()
-                    + (p.c2 + R::from_f64(12.5) * phi2_dot.sign()),
+                p.c2
+                    + R::from_f64(0.5)
+                        * (R::from_f64(25.0) * (phi2_dot.sign() - v5)
+                            + R::from_f64(66.66666666666667) * (v5 - v6)
+                            + R::from_f64(300.0)
+                                * (v6 - (phi2_dot - R::from_f64(9.0)).sign())),
                 R::zero(),
                 R::zero(),
             ],
             [
                 R::zero(),
-                sin_phi4 * (sin_phi4 * v23 + k.twice_o4b_sq_m6 * cos_phi4 * phi4_dot),
+                sin_phi4 * (sin_phi4 * v24 + k.twice_o4b_sq_m6 * cos_phi4_phi4_dot),
                 sin_phi4
-                    * (sin_phi5_v26
+                    * (sin_phi5_v28
                         + k.twice_o4b_times_bc_m6_plus_bg5_m5 * cos_phi5_phi5_dot)
-                    - k.twice_o4b_bg5_m5 * phi5_dot * cos_phi4_sin_phi5,
+                    - k.twice_o4b_bg5_m5 * cos_phi4 * sin_phi5_phi5_dot,
             ],
             [
                 R::zero(),
-                sin_phi4 * (sin_phi5_v26 - k.twice_o4b_bg5_m5 * cos_phi5 * phi4_dot)
-                    + k.twice_o4b_times_bc_m6_plus_bg5_m5 * phi4_dot * cos_phi4_sin_phi5,
-                sin_phi5 * (sin_phi5 * v28 + k.twice_bc_sq_m6 * cos_phi5_phi5_dot),
+                sin_phi4 * (sin_phi5_v28 - k.twice_o4b_bg5_m5 * cos_phi5 * phi4_dot)
+                    + k.twice_o4b_times_bc_m6_plus_bg5_m5 * sin_phi5 * cos_phi4_phi4_dot,
+                sin_phi5 * (sin_phi5 * v30 + k.twice_bc_sq_m6 * cos_phi5_phi5_dot),
             ],
         ],
         constraint_stiffness: [
@@ -1361,13 +1375,13 @@ pub fn linearization<R: Scalar>(
                             * (cos_phi4
                                 * ((k.o2a_o4o2
                                     - inv_root * inv_root
-                                        * (k.k24 * cos_phi2_inv_root * cos_phi2_inv_root
-                                            + k.k23 * sin_phi2)) * phi2_dot_sq
+                                        * (k.k17 * cos_phi2_inv_root * cos_phi2_inv_root
+                                            + k.k16 * sin_phi2)) * phi2_dot_sq
                                     + k.o2a_o4o2 * phi4_dot_sq)
                                 - sin_phi4
                                     * (phi2_dot * phi4_dot * twice_o2a_sq_o4o2_sq_v4
-                                        - k.o2a_o4o2 * phi4_ddot)) - sin_phi4_phi4_dot * v29)
-                    - v18 * phi2_ddot,
+                                        - k.o2a_o4o2 * phi4_ddot)) - sin_phi4_phi4_dot * v31)
+                    - v21 * phi2_ddot,
                 -(sin_phi4
                     * (inv_root
                         * (cos_phi2
@@ -1391,9 +1405,9 @@ pub fn linearization<R: Scalar>(
                         - phi2_dot
                             * (k.twice_o2a
                                 - cos_phi4_inv_root * twice_o2a_sq_o4o2_sq_v4))
-                    + cos_phi4_inv_root * v29,
-                twice_o2a_o4o2_phi2_dot * v19
-                    + R::from_f64(2.0) * phi4_dot * (cos_phi4 * root),
+                    + cos_phi4_inv_root * v31,
+                twice_o2a_o4o2_phi2_dot * v22
+                    + R::from_f64(2.0) * root * cos_phi4_phi4_dot,
                 R::zero(),
             ],
             [
@@ -1418,7 +1432,7 @@ pub struct Position<R> {
     pub guide_phi4: R,
     pub guide_phi5: R,
     pub guide_residual: R,
-    pub half_sq_ks_2_v5_v6_sq: R,
+    pub half_sq_ks_v5_v6_sq: R,
     pub inv_guide: R,
     pub inv_inertia_phi2: R,
     pub inv_r1: R,
@@ -1433,27 +1447,27 @@ pub struct Position<R> {
     pub phi5_per_phi2: R,
     pub r1: R,
     pub r1_phi2: R,
-    pub r2_phi4_v12_v13: R,
+    pub r2_phi4_v15_v16: R,
     pub slot_phi2: R,
     pub slot_phi4: R,
     pub slot_residual: R,
     pub v1: R,
-    pub v10: R,
     pub v11: R,
     pub v12: R,
     pub v13: R,
     pub v14: R,
+    pub v15: R,
+    pub v16: R,
+    pub v17: R,
     pub v2: R,
     pub v4: R,
     pub v5: R,
     pub v6: R,
-    pub v8: R,
-    pub v9: R,
 }
 
 /// What follows from the position alone: the loops, their Jacobian, the mass matrix, and how the dependent coordinates follow the others.
 ///
-/// Operations: 36 additions, 59 multiplications, 5 divisions, 2 roots, 5 other functions.
+/// Operations: 34 additions, 58 multiplications, 5 divisions, 2 roots, 5 other functions.
 #[inline(always)]
 pub fn position<R: Scalar>(
     m: &Shaper<R>,
@@ -1470,10 +1484,10 @@ pub fn position<R: Scalar>(
     let r1 = r1_sq.sqrt();
     let inv_r1 = r1_sq.recip() * r1;
     let r1_phi2 = k.o2a_o4o2 * cos_phi2 * inv_r1;
-    let r2_sq = k.k6.neg_mul_add(sin_phi4, k.k5.neg_mul_add(cos_phi4, k.k4));
+    let r2_sq = k.k4.neg_mul_add(sin_phi4, k.k3.neg_mul_add(cos_phi4, k.k2));
     let r2 = r2_sq.sqrt();
     let inv_r2 = r2_sq.recip() * r2;
-    let v1 = k.k8.neg_mul_add(sin_phi4, k.k7 * cos_phi4);
+    let v1 = k.k6.neg_mul_add(sin_phi4, k.k5 * cos_phi4);
     let r2_phi4 = v1 * inv_r2;
 
     // The residuals of the constraints: C.
@@ -1519,28 +1533,25 @@ pub fn position<R: Scalar>(
     let c_x = guide_phi4 + guide_phi5;
     let v5 = c_x - p.xs;
     let v6 = R::from_f64(1.0) + (-v5).sign();
-    let v7 = k.k3.mul_add(cos_phi5, k.k2 * cos_phi4);
-    let v8 = (R::from_f64(9000.0) + v7)
+    let v7 = R::from_f64(0.8) + c_x;
+    let v8 = (R::from_f64(0.78) + c_x).sign();
+    let v9 = R::from_f64(0.2) + c_x;
+    let v10 = v9.sign();
+    let v11 = R::from_f64(99999.99999999991)
+        .neg_mul_add(v9, R::from_f64(2000.0))
         .mul_add(
-            (R::from_f64(0.18) + c_x).sign(),
-            (R::from_f64(10000.0) + v7)
-                .neg_mul_add(
-                    (R::from_f64(0.2) + c_x).sign(),
-                    (R::from_f64(39000.0) + v7)
-                        .neg_mul_add(
-                            (R::from_f64(0.78) + c_x).sign(),
-                            (R::from_f64(40000.0) + v7) * (R::from_f64(0.8) + c_x).sign(),
-                        ),
-                ),
+            v10 - (R::from_f64(0.18) + c_x).sign(),
+            (R::from_f64(99999.99999999991) * v7)
+                .mul_add(v7.sign() - v8, R::from_f64(2000.0) * (v8 - v10)),
         );
-    let half_sq_ks_2_v5_v6_sq = k.half_sq_ks_2 * v5 * v6 * v6;
-    let v9 = k.o2a_m3_g_2 * cos_phi2;
-    let v10 = k.o4g4_m4_g * cos_phi4;
-    let v11 = k.o4b_bg5_m5 * sin_phi4;
-    let v12 = p.s0 - r2;
-    let v13 = (p.k3 * v12).mul_add(v12, p.k);
-    let r2_phi4_v12_v13 = v12 * r2_phi4 * v13;
-    let v14 = (cos_phi4 * cos_phi4.neg_mul_add(p.O4O2 + v3, p.O2A * cos_phi2 * sin_phi4))
+    let half_sq_ks_v5_v6_sq = k.half_sq_ks * v5 * v6 * v6;
+    let v12 = k.o2a_m3_g_2 * cos_phi2;
+    let v13 = k.o4g4_m4_g * cos_phi4;
+    let v14 = k.o4b_bg5_m5 * sin_phi4;
+    let v15 = p.s0 - r2;
+    let v16 = (p.k3 * v15).mul_add(v15, p.k);
+    let r2_phi4_v15_v16 = v15 * r2_phi4 * v16;
+    let v17 = (cos_phi4 * cos_phi4.neg_mul_add(p.O4O2 + v3, p.O2A * cos_phi2 * sin_phi4))
         .neg_mul_add(inv_r1, sin_phi4);
     Position {
         a_x,
@@ -1550,7 +1561,7 @@ pub fn position<R: Scalar>(
         guide_phi4,
         guide_phi5,
         guide_residual,
-        half_sq_ks_2_v5_v6_sq,
+        half_sq_ks_v5_v6_sq,
         inv_guide,
         inv_inertia_phi2,
         inv_r1,
@@ -1565,22 +1576,22 @@ pub fn position<R: Scalar>(
         phi5_per_phi2,
         r1,
         r1_phi2,
-        r2_phi4_v12_v13,
+        r2_phi4_v15_v16,
         slot_phi2,
         slot_phi4,
         slot_residual,
         v1,
-        v10,
         v11,
         v12,
         v13,
         v14,
+        v15,
+        v16,
+        v17,
         v2,
         v4,
         v5,
         v6,
-        v8,
-        v9,
     }
 }
 
@@ -1645,7 +1656,7 @@ pub fn correction<R: Scalar>(
 
 /// `qdd`, and the multipliers.
 ///
-/// Operations: 47 additions, 61 multiplications, 5 other functions.
+/// Operations: 50 additions, 62 multiplications, 5 other functions.
 #[inline(always)]
 pub fn accelerations<R: Scalar>(
     m: &Shaper<R>,
@@ -1665,7 +1676,7 @@ pub fn accelerations<R: Scalar>(
         b_y,
         guide_phi4,
         guide_phi5,
-        half_sq_ks_2_v5_v6_sq,
+        half_sq_ks_v5_v6_sq,
         inv_guide,
         inv_inertia_phi2,
         inv_r1,
@@ -1679,13 +1690,13 @@ pub fn accelerations<R: Scalar>(
         phi5_per_phi2,
         r1,
         r1_phi2,
-        r2_phi4_v12_v13,
-        v10,
+        r2_phi4_v15_v16,
         v11,
+        v12,
+        v13,
+        v14,
         v2,
         v4,
-        v8,
-        v9,
         ..
     } = *position;
 
@@ -1707,9 +1718,9 @@ pub fn accelerations<R: Scalar>(
 
     // The reduced forces fbar.
     let v1_2 = (-(k.k1 * phi5_dot.mul_add(v2, phi4_dot * b_y))).tanh();
-    let load_ram_x = (R::from_f64(0.5) * (R::from_f64(1.0) - v1_2))
+    let load_ram_x = (k.half_sq * (R::from_f64(1.0) - v1_2))
         .neg_mul_add(
-            v8,
+            v11,
             k
                 .m6_g_mu_2
                 .mul_add(
@@ -1718,47 +1729,54 @@ pub fn accelerations<R: Scalar>(
                         .m6
                         .neg_mul_add(
                             phi5_dot_sq.mul_add(guide_phi5, phi4_dot_sq * guide_phi4),
-                            half_sq_ks_2_v5_v6_sq,
+                            half_sq_ks_v5_v6_sq,
                         ),
                 ),
         );
-    let force_phi2 = v9
-        - phi2_dot
+    let v2_2 = phi2_dot.sign();
+    let v3 = phi2_dot - R::from_f64(4.0);
+    let v4_2 = v3.sign();
+    let v5_2 = phi2_dot - R::from_f64(7.0);
+    let v6_2 = v5_2.sign();
+    let force_phi2 = v12
+        - p
+            .c2
             .neg_mul_add(
-                R::from_f64(12.5).mul_add(phi2_dot.sign(), p.c2),
-                R::from_f64(150.0)
-                    .neg_mul_add(phi2_dot, R::from_f64(1350.0))
-                    .neg_mul_add(
-                        (phi2_dot - R::from_f64(9.0)).sign(),
-                        R::from_f64(116.66666666666667)
-                            .neg_mul_add(phi2_dot, R::from_f64(816.6666666666666))
-                            .mul_add(
-                                (phi2_dot - R::from_f64(7.0)).sign(),
-                                R::from_f64(20.833333333333332)
-                                    .neg_mul_add(phi2_dot, R::from_f64(83.33333333333333))
-                                    .mul_add(
-                                        (phi2_dot - R::from_f64(4.0)).sign(),
-                                        R::from_f64(450.0),
-                                    ),
-                            ),
-                    ),
+                phi2_dot,
+                R::from_f64(0.5)
+                    * R::from_f64(300.0)
+                        .neg_mul_add(v5_2, R::from_f64(600.0))
+                        .mul_add(
+                            v6_2 - (phi2_dot - R::from_f64(9.0)).sign(),
+                            R::from_f64(66.66666666666667)
+                                .neg_mul_add(v3, R::from_f64(800.0))
+                                .mul_add(
+                                    v4_2 - v6_2,
+                                    R::from_f64(25.0)
+                                        .neg_mul_add(phi2_dot, R::from_f64(900.0))
+                                        .mul_add(
+                                            v2_2 - v4_2,
+                                            R::from_f64(900.0) * (R::from_f64(1.0) - v2_2),
+                                        ),
+                                ),
+                        ),
             );
     let force_phi4 = b_y
         .neg_mul_add(
             load_ram_x,
-            v10
+            v13
                 + cos_phi4
                     .mul_add(
                         (k.o4b_bg5_m5 * sin_phi5).neg_mul_add(phi5_dot_sq, k.o4b_m5_g),
-                        cos_phi5 * phi5_dot_sq * v11,
-                    ) + r2_phi4_v12_v13,
+                        cos_phi5 * phi5_dot_sq * v14,
+                    ) + r2_phi4_v15_v16,
         );
     let force_phi5 = v2
         .neg_mul_add(
             load_ram_x,
             cos_phi5
                 .mul_add(
-                    phi4_dot_sq.neg_mul_add(v11, k.bg5_m5_g),
+                    phi4_dot_sq.neg_mul_add(v14, k.bg5_m5_g),
                     sin_phi5 * phi4_dot_sq * v4,
                 ),
         );
@@ -1772,10 +1790,10 @@ pub fn accelerations<R: Scalar>(
             phi4_per_phi2
                 .mul_add(
                     force_phi4,
-                    momentum_phi4_phi2
-                        .mul_add(
-                            phi4_closing,
-                            phi5_per_phi2.neg_mul_add(force_phi5, force_phi2),
+                    phi5_per_phi2
+                        .neg_mul_add(
+                            force_phi5,
+                            momentum_phi4_phi2.mul_add(phi4_closing, force_phi2),
                         ),
                 ),
         );
@@ -1799,7 +1817,7 @@ pub fn accelerations<R: Scalar>(
 
 /// What the scene asks for, at a position that is known.
 ///
-/// Operations: 16 additions, 28 multiplications, 5 other functions.
+/// Operations: 19 additions, 28 multiplications, 5 other functions.
 #[inline(always)]
 #[allow(clippy::too_many_arguments)]
 pub fn outputs_at<R: Scalar>(
@@ -1817,38 +1835,39 @@ pub fn outputs_at<R: Scalar>(
     let [phi2_dot, phi4_dot, phi5_dot] = *qd;
     let [lambda_slot, _] = *multipliers;
     let [_, sin_phi4, sin_phi5] = angles.sin;
-    let Position { c_x, inv_r2, v1, v12, v13, v14, v5, v6, v8, .. } = *position;
-    let v1_2 = (p.BC * sin_phi5).mul_add(phi5_dot, p.O4B * sin_phi4 * phi4_dot);
-    let v2_2 = (-(k.k1 * v1_2)).tanh();
+    let Position { c_x, inv_r2, v1, v11, v15, v16, v17, v5, v6, .. } = *position;
+    let v1_2 = phi2_dot.sign();
+    let v2_2 = phi2_dot - R::from_f64(4.0);
+    let v3 = v2_2.sign();
+    let v4_2 = phi2_dot - R::from_f64(7.0);
+    let v5_2 = v4_2.sign();
+    let v6_2 = (p.BC * sin_phi5).mul_add(phi5_dot, p.O4B * sin_phi4 * phi4_dot);
+    let v7 = (-(k.k1 * v6_2)).tanh();
     [
         c_x,
-        -v1_2,
-        phi2_dot
-            * (R::from_f64(12.5) * phi2_dot)
-                .neg_mul_add(
-                    phi2_dot.sign(),
-                    R::from_f64(150.0)
-                        .neg_mul_add(phi2_dot, R::from_f64(1350.0))
-                        .neg_mul_add(
-                            (phi2_dot - R::from_f64(9.0)).sign(),
-                            R::from_f64(116.66666666666667)
-                                .neg_mul_add(phi2_dot, R::from_f64(816.6666666666666))
+        -v6_2,
+        R::from_f64(0.5) * phi2_dot
+            * R::from_f64(300.0)
+                .neg_mul_add(v4_2, R::from_f64(600.0))
+                .mul_add(
+                    v5_2 - (phi2_dot - R::from_f64(9.0)).sign(),
+                    R::from_f64(66.66666666666667)
+                        .neg_mul_add(v2_2, R::from_f64(800.0))
+                        .mul_add(
+                            v3 - v5_2,
+                            R::from_f64(25.0)
+                                .neg_mul_add(phi2_dot, R::from_f64(900.0))
                                 .mul_add(
-                                    (phi2_dot - R::from_f64(7.0)).sign(),
-                                    R::from_f64(20.833333333333332)
-                                        .neg_mul_add(phi2_dot, R::from_f64(83.33333333333333))
-                                        .mul_add(
-                                            (phi2_dot - R::from_f64(4.0)).sign(),
-                                            R::from_f64(450.0),
-                                        ),
+                                    v1_2 - v3,
+                                    R::from_f64(900.0) * (R::from_f64(1.0) - v1_2),
                                 ),
                         ),
                 ),
-        -(R::from_f64(0.5) * v1_2 * (R::from_f64(1.0) - v2_2) * v8),
-        k.m6_g_mu_2 * v1_2 * v2_2,
-        -(phi4_dot * v1 * inv_r2 * v12 * v13),
-        k.half_sq_ks_2 * v1_2 * v5 * v6 * v6,
-        lambda_slot * v14,
+        -(k.half_sq * v6_2 * (R::from_f64(1.0) - v7) * v11),
+        k.m6_g_mu_2 * v6_2 * v7,
+        -(phi4_dot * v1 * inv_r2 * v15 * v16),
+        k.half_sq_ks * v6_2 * v5 * v6 * v6,
+        lambda_slot * v17,
     ]
 }
 
@@ -1864,7 +1883,7 @@ pub fn growth_factor<R: Scalar>(position: &Position<R>) -> R {
 
 impl<R: Scalar> Kernel<R, 3, 2> for Shaper<R> {
     type Position = Position<R>;
-    const OPERATIONS: usize = 203;
+    const OPERATIONS: usize = 204;
 
     #[inline(always)]
     fn has_angle(&self) -> [bool; 3] {
@@ -2419,292 +2438,286 @@ pub static TAPE: qrm_core::Tape = {
                 Number(400.0), Number(2000.0), Number(-0.92), Number(100000.0), Number(7.5),
             ],
             results: &[
-                184, 185, 186, 187, 188, 187, 189, 190, 191, 192, 193, 194, 195, 190, 196, 197, 198, 193, 199, 200,
-                188, 201, 202, 203,
+                167, 168, 169, 170, 171, 170, 172, 173, 174, 175, 176, 177, 178, 173, 179, 180, 181, 176, 182, 183,
+                171, 184, 185, 186,
             ],
         },
         constants: &[
             Mul(0, 0), Mul(3, 3), Mul(0, 3), Mul(44, 45), Mul(7, 44), Add(11, 48), Mul(1, 1), Mul(9, 50), Mul(4, 8),
             Add(12, 51), Mul(4, 52), Add(53, 54), Mul(10, 50), Mul(5, 9), Mul(2, 10), Add(58, 57), Mul(5, 57),
-            Add(13, 60), Mul(2, 58), Mul(7, 14), Mul(14, 16), Mul(1, 10), Mul(1, 9), Add(44, 45), Mul(1, 57),
-            Mul(1, 59), Mul(0, 63), Mul(64, 65), Add(66, 52), Mul(14, 72), Mul(58, 64), Mul(14, 57), Mul(14, 52),
-            Mul(9, 14), Mul(10, 64), Add(9, 10), Mul(79, 50), Mul(1, 58), Add(60, 62), Mul(10, 14), Mul(83, 16),
-            Mul(0, 7), Mul(85, 14), Mul(66, 14), Number(0.2), Number(0.6), Number(0.4), Number(0.5), Number(6.0),
-            Number(4.0), Number(2.0), Number(1.0), Recip(15), Number(50000.0), Number(3.0), Number(0.52), Number(1.2),
-            Number(0.8), Number(0.25), Number(25000.0), Number(1.8), Number(40000.0), Number(0.78), Number(39000.0),
-            Number(10000.0), Number(0.18), Number(9000.0), Number(0.0), Number(450.0), Number(83.33333333333333),
-            Number(20.833333333333332), Number(7.0), Number(816.6666666666666), Number(116.66666666666667),
-            Number(9.0), Number(1350.0), Number(150.0), Number(12.5), Number(20000.0), Number(19500.0), Number(5000.0),
-            Number(4500.0), Pi, Number(2.6), Number(0.0005), Number(20.0), Mul(22, 91), Mul(91, 130), Mul(1, 97),
-            Mul(2, 91), Mul(133, 130), Mul(96, 64), Mul(2, 96), Mul(1, 94), Mul(98, 47), Mul(94, 46), Mul(1, 131),
-            Mul(1, 91), Mul(2, 97), Add(99, 50), Mul(1, 100), Mul(1, 101), Mul(1, 90), Mul(1, 89), Mul(91, 56),
-            Mul(55, 91), Mul(61, 91), Mul(58, 133), Mul(49, 91), Mul(91, 18), Mul(19, 102), Mul(91, 131), Mul(56, 135),
-            Mul(96, 50), Mul(1, 103), Mul(2, 103), Mul(94, 56), Mul(50, 131), Mul(91, 132), Mul(1, 104), Mul(91, 19),
-            Mul(91, 20), Mul(81, 135), Mul(1, 136), Mul(1, 134), Mul(133, 132), Mul(62, 135), Mul(2, 136), Mul(94, 62),
-            Mul(22, 133), Mul(173, 133), Mul(97, 133), Mul(59, 137), Mul(57, 137), Mul(46, 138), Mul(94, 47),
-            Mul(0, 94), Mul(2, 94), Mul(130, 91), Mul(92, 126),
+            Add(13, 60), Mul(2, 58), Mul(7, 14), Mul(14, 16), Mul(1, 10), Mul(1, 9), Mul(58, 64), Add(44, 45),
+            Mul(1, 57), Mul(1, 59), Mul(0, 63), Mul(64, 65), Add(66, 52), Mul(14, 73), Mul(14, 57), Mul(14, 52),
+            Mul(9, 14), Mul(10, 64), Add(9, 10), Mul(79, 50), Add(60, 62), Mul(10, 14), Mul(82, 16), Mul(0, 7),
+            Mul(84, 14), Mul(66, 14), Number(0.2), Number(0.6), Number(0.4), Number(0.5), Number(6.0), Number(4.0),
+            Number(2.0), Number(1.0), Number(2000.0), Recip(15), Number(3.0), Number(0.52), Number(1.2), Number(0.8),
+            Number(0.25), Number(1.8), Number(7.0), Number(0.78), Number(99999.99999999991), Number(0.18), Number(0.0),
+            Number(900.0), Number(25.0), Number(800.0), Number(66.66666666666667), Number(9.0), Number(600.0),
+            Number(300.0), Pi, Number(2.6), Number(0.0005), Number(20.0), Mul(90, 90), Mul(22, 119), Mul(2, 119),
+            Mul(96, 64), Mul(119, 50), Mul(1, 121), Mul(2, 121), Mul(1, 93), Mul(97, 47), Mul(93, 46), Mul(1, 120),
+            Mul(1, 119), Add(98, 50), Mul(1, 99), Mul(1, 100), Mul(1, 89), Mul(1, 88), Mul(22, 121), Mul(90, 56),
+            Mul(55, 90), Mul(61, 90), Mul(90, 62), Mul(49, 90), Mul(90, 18), Mul(19, 101), Mul(90, 120), Mul(56, 122),
+            Mul(96, 123), Mul(93, 56), Mul(50, 120), Mul(1, 102), Mul(90, 19), Mul(90, 20), Mul(22, 124), Mul(1, 96),
+            Mul(153, 67), Mul(96, 124), Mul(62, 122), Mul(96, 125), Mul(93, 62), Mul(22, 125), Mul(59, 126),
+            Mul(57, 126), Mul(46, 127), Mul(93, 47), Mul(0, 93), Mul(2, 93), Mul(91, 115),
         ],
         dynamics: TapeFunction {
             operations: &[
-                Mul(29, 29), Mul(30, 30), Mul(114, 28), Mul(117, 28), Mul(120, 28), Sub(28, 93), Sub(113, 186),
-                Sub(28, 115), Sub(116, 187), Sub(28, 118), Sub(119, 188), SinCos(25), SinCos(26), SinCos(27),
-                Sign(189), Sign(191), Sign(193), Sign(28), Mul(1, 198), Mul(1, 197), Mul(2, 200), Add(205, 207),
-                Mul(198, 184), Mul(1, 209), Mul(200, 185), Mul(5, 211), Add(210, 212), Mul(184, 206), Mul(5, 199),
-                Mul(185, 215), Add(214, 216), Mul(2, 211), Add(210, 218), Mul(139, 195), Add(67, 220), Mul(197, 29),
-                Mul(68, 198), Mul(200, 223), Mul(69, 197), Mul(225, 199), Add(224, 226), Mul(1, 222), Mul(199, 30),
-                Mul(2, 229), Add(228, 230), Mul(96, 231), Mul(132, 198), Mul(142, 200), Add(233, 234), Add(101, 208),
-                Add(105, 235), Add(106, 208), Add(107, 235), Add(88, 208), Add(108, 235), Add(109, 208), Add(110, 235),
-                Mul(144, 198), Mul(145, 197), Mul(56, 197), Mul(246, 197), Add(55, 247), Mul(199, 199), Mul(62, 249),
-                Add(61, 250), Mul(201, 190), Add(112, 252), Mul(202, 192), Mul(203, 194), Mul(121, 204), Add(17, 256),
-                Mul(28, 257), Mul(70, 196), Mul(66, 213), Mul(65, 219), Add(260, 261), Mul(66, 217), Mul(146, 198),
-                Mul(147, 197), Mul(57, 213), Mul(58, 219), Add(266, 267), Mul(57, 217), Mul(0, 195), Mul(46, 198),
-                Mul(46, 195), Mul(2, 199), Mul(185, 273), Add(214, 274), Neg(232), Sub(208, 21), Neg(277),
-                Sub(143, 244), Sub(279, 245), Sub(254, 255), Sub(73, 263), Sub(264, 265), Sub(75, 269), Neg(275),
-                Sqrt(221), Recip(286), Tanh(276), Sign(278), Sign(236), Sign(238), Sign(240), Sign(242), Sqrt(280),
-                Div(283, 294), Mul(196, 287), Mul(198, 287), Add(95, 289), Mul(298, 298), Mul(277, 299), Mul(290, 237),
-                Mul(291, 239), Mul(292, 241), Mul(293, 243), Add(253, 281), Mul(71, 288), Mul(140, 300), Add(306, 307),
-                Mul(198, 282), Mul(74, 288), Mul(134, 300), Add(310, 311), Mul(200, 284), Mul(271, 296), Add(270, 314),
-                Mul(197, 286), Mul(287, 296), Mul(47, 317), Mul(297, 318), Mul(139, 287), Mul(320, 222), Mul(297, 272),
-                Mul(28, 322), Mul(286, 209), Sub(95, 288), Sub(301, 302), Sub(326, 303), Sub(20, 294), Sub(305, 258),
-                Sub(329, 259), Neg(315), Sub(0, 319), Add(327, 304), Mul(325, 333), Mul(141, 334), Add(335, 262),
-                Mul(328, 328), Mul(19, 337), Add(18, 338), Mul(328, 339), Mul(340, 295), Mul(133, 334), Add(342, 268),
-                Mul(28, 332), Sub(308, 336), Neg(345), Sub(312, 343), Neg(347), Sub(344, 321), Mul(197, 346),
-                Add(350, 309), Add(351, 341), Mul(199, 348), Add(353, 313), Mul(196, 349), Neg(352), Neg(354),
-                Sub(355, 323), Mul(28, 358), Sub(359, 324), Neg(360),
+                Mul(29, 29), Mul(30, 30), Mul(109, 28), Mul(17, 28), Sub(28, 92), Sub(28, 103), Sub(108, 169),
+                Sub(28, 112), SinCos(25), SinCos(26), SinCos(27), Sign(28), Sign(171), Sign(172), Sign(174),
+                Mul(1, 178), Mul(1, 177), Mul(2, 180), Add(185, 187), Mul(178, 167), Mul(1, 189), Mul(180, 168),
+                Mul(5, 191), Add(190, 192), Mul(167, 186), Mul(5, 179), Mul(168, 195), Add(194, 196), Mul(2, 191),
+                Add(190, 198), Mul(128, 175), Add(68, 200), Mul(177, 29), Mul(69, 178), Mul(180, 203), Mul(70, 179),
+                Mul(177, 205), Add(204, 206), Mul(1, 202), Mul(179, 30), Mul(2, 209), Add(208, 210), Mul(96, 211),
+                Add(188, 100), Add(188, 104), Add(188, 87), Add(188, 106), Mul(105, 215), Mul(132, 178), Mul(133, 177),
+                Mul(56, 177), Mul(220, 177), Add(55, 221), Mul(179, 179), Mul(62, 223), Add(61, 224), Mul(111, 171),
+                Mul(114, 172), Mul(71, 176), Mul(66, 193), Mul(65, 199), Add(229, 230), Mul(66, 197), Mul(134, 178),
+                Mul(135, 177), Mul(57, 193), Mul(58, 199), Add(235, 236), Mul(57, 197), Mul(0, 175), Mul(46, 178),
+                Mul(46, 175), Mul(2, 179), Mul(168, 242), Add(194, 243), Neg(212), Sub(188, 21), Neg(246),
+                Sub(95, 217), Sub(131, 218), Sub(249, 219), Sub(94, 181), Sub(181, 182), Sub(182, 183), Sub(110, 226),
+                Sub(183, 184), Sub(113, 227), Sub(74, 232), Sub(233, 234), Sub(75, 238), Neg(244), Sqrt(201),
+                Recip(261), Tanh(245), Sign(247), Sign(214), Sign(215), Sign(213), Sign(216), Sqrt(250), Div(258, 269),
+                Mul(176, 262), Mul(178, 262), Add(94, 264), Mul(273, 273), Mul(246, 274), Mul(108, 251), Mul(252, 173),
+                Add(276, 277), Mul(253, 254), Add(278, 279), Mul(255, 256), Add(280, 281), Mul(90, 282), Mul(72, 263),
+                Mul(129, 275), Add(284, 285), Mul(178, 257), Mul(67, 263), Mul(136, 275), Add(288, 289), Mul(180, 259),
+                Mul(240, 271), Add(239, 292), Mul(177, 261), Mul(262, 271), Mul(47, 295), Mul(272, 296), Mul(128, 262),
+                Mul(298, 202), Mul(272, 241), Mul(28, 300), Mul(261, 189), Sub(94, 263), Sub(267, 265), Sub(265, 266),
+                Sub(266, 268), Sub(20, 269), Sub(283, 170), Sub(308, 228), Neg(293), Sub(0, 297), Mul(105, 304),
+                Mul(213, 312), Mul(95, 305), Add(313, 314), Mul(306, 248), Add(315, 316), Mul(303, 317), Mul(130, 318),
+                Add(319, 231), Mul(307, 307), Mul(19, 321), Add(18, 322), Mul(307, 323), Mul(324, 270), Mul(121, 318),
+                Add(326, 237), Mul(28, 311), Sub(286, 320), Neg(329), Sub(290, 327), Neg(331), Sub(328, 299),
+                Mul(177, 330), Add(334, 287), Add(335, 325), Mul(179, 332), Add(337, 291), Mul(176, 333), Neg(336),
+                Neg(338), Sub(339, 301), Mul(28, 342), Sub(343, 302), Neg(344),
             ],
             results: &[
-                49, 111, 111, 111, 248, 227, 111, 227, 251, 330, 356, 357, 331, 316, 111, 111, 205, 207, 361, 285,
+                49, 107, 107, 107, 222, 207, 107, 207, 225, 309, 340, 341, 310, 294, 107, 107, 185, 187, 345, 260,
             ],
         },
         loop_constraints: TapeFunction {
             operations: &[
-                SinCos(25), SinCos(26), SinCos(27), Mul(1, 187), Mul(1, 186), Mul(2, 189), Mul(139, 184), Add(67, 193),
-                Mul(0, 184), Mul(46, 187), Mul(2, 188), Mul(0, 185), Add(191, 197), Sub(199, 6), Sqrt(194),
-                Div(185, 201), Mul(186, 201), Mul(187, 201), Mul(196, 202), Add(195, 205), Sub(198, 204), Neg(206),
+                SinCos(25), SinCos(26), SinCos(27), Mul(1, 170), Mul(1, 169), Mul(2, 172), Mul(128, 167), Add(68, 176),
+                Mul(0, 167), Mul(46, 170), Mul(2, 171), Mul(0, 168), Add(174, 180), Sub(182, 6), Sqrt(177),
+                Div(168, 184), Mul(169, 184), Mul(170, 184), Mul(179, 185), Add(178, 188), Sub(181, 187), Neg(189),
             ],
-            results: &[207, 200, 208, 203, 111, 111, 190, 192, 111, 111],
+            results: &[190, 183, 191, 186, 107, 107, 173, 175, 107, 107],
         },
         mass_matrix: TapeFunction {
             operations: &[
-                SinCos(26), SinCos(27), Mul(68, 185), Mul(187, 188), Mul(69, 184), Mul(190, 186), Add(189, 191),
-                Mul(56, 184), Mul(193, 184), Add(55, 194), Mul(186, 186), Mul(62, 196), Add(61, 197),
+                SinCos(26), SinCos(27), Mul(69, 168), Mul(170, 171), Mul(70, 169), Mul(167, 173), Add(172, 174),
+                Mul(56, 167), Mul(176, 167), Add(55, 177), Mul(169, 169), Mul(62, 179), Add(61, 180),
             ],
-            results: &[49, 111, 111, 111, 195, 192, 111, 192, 198],
+            results: &[49, 107, 107, 107, 178, 175, 107, 175, 181],
         },
         energy: TapeFunction {
             operations: &[
-                Mul(30, 30), Mul(149, 29), Mul(28, 28), Mul(152, 186), SinCos(26), SinCos(27), Sin(25), Mul(1, 189),
-                Mul(1, 188), Mul(2, 191), Add(193, 195), Mul(5, 190), Mul(188, 29), Mul(68, 189), Mul(190, 30),
-                Mul(144, 189), Mul(145, 188), Mul(190, 190), Mul(0, 192), Add(3, 204), Mul(148, 198), Mul(69, 200),
-                Add(206, 207), Mul(188, 208), Mul(191, 30), Mul(199, 210), Add(209, 211), Add(212, 185), Mul(29, 213),
-                Mul(151, 203), Add(150, 215), Mul(216, 184), Add(214, 217), Add(218, 187), Mul(63, 205), Mul(76, 188),
-                Add(194, 197), Mul(77, 222), Sub(196, 21), Neg(224), Sub(143, 201), Sub(226, 202), Sign(225),
-                Sqrt(227), Add(95, 228), Mul(230, 230), Mul(224, 231), Mul(155, 224), Mul(233, 232), Sub(20, 229),
-                Mul(235, 235), Mul(154, 236), Add(153, 237), Mul(238, 236), Add(239, 220), Add(240, 221),
-                Add(241, 223), Add(242, 234),
+                Mul(30, 30), Mul(138, 29), Mul(28, 28), Mul(141, 169), SinCos(26), SinCos(27), Sin(25), Mul(1, 172),
+                Mul(1, 171), Mul(2, 174), Add(176, 178), Mul(5, 173), Mul(171, 29), Mul(69, 172), Mul(173, 30),
+                Mul(132, 172), Mul(133, 171), Mul(173, 173), Mul(0, 175), Add(3, 187), Mul(137, 181), Mul(70, 183),
+                Add(189, 190), Mul(171, 191), Mul(174, 30), Mul(182, 193), Add(192, 194), Add(195, 168), Mul(29, 196),
+                Mul(140, 186), Add(139, 198), Mul(199, 167), Add(197, 200), Add(201, 170), Mul(63, 188), Mul(76, 171),
+                Add(177, 180), Mul(77, 205), Sub(179, 21), Neg(207), Sub(131, 184), Sub(209, 185), Sign(208),
+                Sqrt(210), Add(94, 211), Mul(213, 213), Mul(207, 214), Mul(144, 207), Mul(216, 215), Sub(20, 212),
+                Mul(218, 218), Mul(143, 219), Add(142, 220), Mul(221, 219), Add(222, 203), Add(223, 204),
+                Add(224, 206), Add(225, 217),
             ],
-            results: &[219, 243],
+            results: &[202, 226],
         },
         power: TapeFunction {
             operations: &[
-                Mul(114, 28), Mul(117, 28), Mul(120, 28), Mul(17, 28), Sub(28, 93), Sub(113, 184), Sub(28, 115),
-                Sub(116, 185), Sub(28, 118), Sub(119, 186), SinCos(26), SinCos(27), Sign(188), Sign(190), Sign(192),
-                Sign(28), Mul(1, 195), Mul(2, 197), Add(202, 203), Mul(194, 29), Mul(1, 205), Mul(196, 30),
-                Mul(2, 207), Add(206, 208), Mul(96, 209), Mul(132, 195), Mul(142, 197), Add(211, 212), Add(101, 204),
-                Add(105, 213), Add(106, 204), Add(107, 213), Add(88, 204), Add(108, 213), Add(109, 204), Add(110, 213),
-                Mul(198, 189), Add(112, 222), Mul(199, 191), Mul(200, 193), Mul(121, 201), Mul(28, 226), Sign(214),
-                Sign(216), Sign(218), Sign(220), Mul(228, 215), Mul(229, 217), Mul(230, 219), Mul(231, 221), Neg(210),
-                Sub(232, 233), Sub(237, 234), Sub(224, 225), Add(238, 235), Add(223, 239), Sub(241, 227),
-                Sub(242, 187), Mul(28, 243), Tanh(236), Mul(78, 245), Sub(95, 245), Mul(247, 240), Mul(91, 248),
-                Sub(246, 249), Mul(209, 250), Add(244, 251),
+                Mul(109, 28), Mul(17, 28), Sub(28, 92), Sub(28, 103), Sub(108, 167), Sub(28, 112), SinCos(26),
+                SinCos(27), Sign(28), Sign(169), Sign(170), Sign(172), Mul(1, 174), Mul(2, 176), Add(181, 182),
+                Mul(173, 29), Mul(1, 184), Mul(175, 30), Mul(2, 186), Add(185, 187), Mul(96, 188), Add(183, 100),
+                Add(183, 104), Add(183, 87), Add(183, 106), Mul(105, 192), Mul(111, 169), Mul(114, 170), Neg(189),
+                Sub(95, 194), Sub(94, 177), Sub(177, 178), Sub(178, 179), Sub(110, 195), Sub(179, 180), Sub(113, 196),
+                Tanh(197), Sign(191), Sign(192), Sign(190), Sign(193), Mul(108, 199), Mul(200, 171), Add(210, 211),
+                Mul(201, 202), Add(212, 213), Mul(203, 204), Add(214, 215), Mul(90, 216), Mul(78, 205), Sub(94, 205),
+                Sub(208, 206), Sub(206, 207), Sub(207, 209), Sub(217, 168), Mul(105, 220), Mul(190, 224), Mul(95, 221),
+                Add(225, 226), Mul(222, 198), Add(227, 228), Mul(219, 229), Mul(28, 223), Mul(119, 230), Sub(218, 232),
+                Mul(188, 233), Add(231, 234),
             ],
-            results: &[252],
+            results: &[235],
         },
         outputs: TapeFunction {
             operations: &[
-                Mul(114, 28), Mul(117, 28), Mul(120, 28), Sub(28, 93), Sub(113, 184), Sub(28, 115), Sub(116, 185),
-                Sub(28, 118), Sub(119, 186), SinCos(25), SinCos(26), SinCos(27), Sign(187), Sign(189), Sign(191),
-                Sign(28), Mul(1, 196), Mul(2, 198), Add(203, 204), Mul(139, 193), Add(67, 206), Mul(195, 29),
-                Mul(1, 208), Mul(197, 30), Mul(2, 210), Add(209, 211), Mul(96, 212), Mul(132, 196), Mul(142, 198),
-                Add(214, 215), Add(101, 205), Add(105, 216), Add(106, 205), Add(107, 216), Add(88, 205), Add(108, 216),
-                Add(109, 205), Add(110, 216), Mul(144, 196), Mul(145, 195), Mul(199, 188), Add(112, 227),
-                Mul(200, 190), Mul(201, 192), Mul(121, 202), Mul(146, 196), Mul(147, 195), Mul(0, 193), Mul(0, 194),
-                Mul(28, 231), Add(3, 234), Mul(131, 212), Mul(195, 235), Mul(237, 196), Neg(213), Sub(205, 21),
-                Neg(242), Sub(143, 225), Sub(244, 226), Sub(229, 230), Sub(232, 233), Neg(212), Sub(239, 240),
-                Sqrt(207), Tanh(241), Sign(243), Sign(217), Sign(219), Sign(221), Sign(223), Sqrt(245), Div(247, 257),
-                Div(196, 250), Add(95, 252), Mul(260, 260), Mul(242, 261), Mul(253, 218), Mul(254, 220), Mul(255, 222),
-                Mul(256, 224), Add(228, 246), Mul(78, 251), Mul(212, 268), Mul(238, 262), Mul(249, 259), Sub(95, 251),
-                Sub(263, 264), Sub(273, 265), Sub(20, 257), Sub(267, 236), Sub(195, 271), Add(274, 266), Mul(272, 278),
-                Mul(275, 275), Mul(19, 280), Add(18, 281), Mul(275, 282), Mul(283, 258), Mul(91, 279), Mul(28, 276),
-                Mul(212, 285), Mul(29, 284), Mul(34, 277), Neg(287), Neg(288),
+                Mul(109, 28), Sub(28, 92), Sub(28, 103), Sub(108, 167), Sub(28, 112), SinCos(25), SinCos(26),
+                SinCos(27), Sign(28), Sign(168), Sign(169), Sign(171), Mul(1, 175), Mul(2, 177), Add(182, 183),
+                Mul(128, 172), Add(68, 185), Mul(174, 29), Mul(1, 187), Mul(176, 30), Mul(2, 189), Add(188, 190),
+                Mul(96, 191), Add(184, 100), Add(184, 104), Add(184, 87), Add(184, 106), Mul(105, 195), Mul(132, 175),
+                Mul(133, 174), Mul(111, 168), Mul(114, 169), Mul(134, 175), Mul(135, 174), Mul(0, 172), Mul(0, 173),
+                Add(3, 204), Mul(120, 191), Mul(174, 205), Mul(206, 175), Neg(192), Sub(184, 21), Neg(211),
+                Sub(95, 197), Sub(131, 198), Sub(214, 199), Sub(94, 178), Sub(178, 179), Sub(179, 180), Sub(110, 200),
+                Sub(180, 181), Sub(113, 201), Sub(202, 203), Neg(191), Sub(208, 209), Sqrt(186), Tanh(210), Sign(212),
+                Sign(194), Sign(195), Sign(193), Sign(196), Sqrt(215), Div(222, 232), Div(175, 225), Add(94, 227),
+                Mul(235, 235), Mul(211, 236), Mul(108, 216), Mul(217, 170), Add(238, 239), Mul(218, 219),
+                Add(240, 241), Mul(220, 221), Add(242, 243), Mul(90, 244), Mul(78, 226), Mul(28, 245), Mul(191, 246),
+                Mul(207, 237), Mul(224, 234), Sub(94, 226), Sub(230, 228), Sub(228, 229), Sub(229, 231), Sub(20, 232),
+                Sub(174, 250), Mul(105, 252), Mul(193, 257), Mul(95, 253), Add(258, 259), Mul(254, 213), Add(260, 261),
+                Mul(251, 262), Mul(255, 255), Mul(19, 264), Add(18, 265), Mul(255, 266), Mul(267, 233), Mul(119, 263),
+                Mul(191, 269), Mul(29, 268), Mul(34, 256), Neg(270), Neg(271),
             ],
-            results: &[205, 248, 286, 290, 269, 291, 270, 289],
+            results: &[184, 223, 247, 273, 248, 274, 249, 272],
         },
         linearization: Some(TapeFunction {
             operations: &[
-                Mul(29, 29), Mul(30, 30), Mul(28, 28), Mul(46, 34), Mul(139, 28), Mul(160, 32), Mul(80, 184),
-                Mul(172, 33), Mul(82, 185), Mul(177, 30), Mul(176, 29), Mul(46, 184), Mul(28, 29), Mul(46, 32),
-                Mul(46, 31), Mul(94, 29), SinCos(25), SinCos(26), SinCos(27), Sign(28), Mul(1, 203), Mul(1, 202),
-                Mul(2, 205), Add(207, 209), Mul(203, 184), Mul(1, 211), Mul(205, 185), Mul(5, 213), Add(212, 214),
-                Mul(184, 208), Mul(5, 204), Mul(185, 217), Add(216, 218), Mul(2, 213), Add(212, 220), Mul(139, 200),
-                Add(67, 222), Mul(202, 29), Mul(68, 203), Mul(1, 224), Mul(204, 30), Mul(2, 227), Add(226, 228),
-                Mul(96, 229), Mul(132, 203), Mul(142, 205), Add(231, 232), Add(101, 210), Add(105, 233), Add(106, 210),
-                Add(107, 233), Add(88, 210), Add(108, 233), Add(109, 210), Add(110, 233), Mul(144, 203), Mul(145, 202),
-                Mul(121, 206), Add(17, 244), Mul(66, 215), Mul(65, 221), Add(246, 247), Mul(66, 219), Mul(146, 203),
-                Mul(147, 202), Mul(57, 215), Mul(58, 221), Add(252, 253), Mul(57, 219), Mul(0, 200), Mul(46, 200),
-                Mul(69, 227), Mul(205, 30), Mul(158, 203), Mul(159, 205), Add(260, 261), Add(122, 262), Add(123, 262),
-                Add(124, 262), Add(125, 262), Mul(203, 204), Mul(202, 205), Mul(69, 267), Mul(68, 268), Mul(204, 225),
-                Mul(69, 268), Mul(200, 188), Mul(70, 200), Mul(51, 211), Mul(163, 202), Mul(145, 203), Mul(144, 202),
-                Mul(147, 203), Mul(146, 202), Add(279, 280), Mul(213, 225), Mul(69, 224), Mul(68, 205), Mul(284, 211),
-                Mul(60, 213), Mul(160, 203), Mul(287, 29), Mul(176, 259), Mul(193, 267), Mul(177, 205), Mul(291, 29),
-                Mul(194, 267), Mul(172, 259), Mul(186, 256), Mul(138, 200), Mul(224, 273), Mul(186, 257), Mul(202, 32),
-                Add(211, 299), Mul(1, 300), Mul(204, 33), Add(213, 302), Mul(2, 303), Mul(137, 224), Mul(181, 227),
-                Neg(230), Sub(210, 21), Neg(308), Sub(143, 242), Sub(310, 243), Sub(28, 93), Sub(28, 115),
-                Sub(28, 118), Sub(73, 249), Sub(250, 251), Sub(75, 255), Sub(269, 270), Sub(271, 272), Sub(242, 276),
-                Sub(277, 278), Neg(301), Neg(304), Neg(305), Neg(306), Sqrt(223), Recip(326), Tanh(307), Sign(309),
-                Sign(234), Sign(236), Sign(238), Sign(240), Sqrt(311), Sign(312), Sign(313), Sign(314), Recip(334),
-                Cosh(307), Recip(339), Mul(201, 327), Mul(203, 327), Add(95, 329), Mul(343, 343), Mul(308, 344),
-                Mul(330, 235), Mul(331, 237), Mul(332, 239), Mul(333, 241), Mul(71, 328), Mul(140, 345), Add(350, 351),
-                Mul(74, 328), Mul(134, 345), Add(353, 354), Mul(327, 341), Mul(47, 356), Mul(342, 357), Mul(139, 327),
-                Mul(359, 224), Mul(342, 257), Mul(203, 326), Mul(202, 341), Mul(187, 363), Mul(330, 263),
-                Mul(331, 264), Mul(332, 265), Mul(333, 266), Mul(340, 340), Mul(168, 344), Mul(179, 356), Mul(326, 34),
-                Mul(161, 344), Mul(18, 316), Mul(338, 338), Mul(91, 334), Mul(33, 318), Mul(204, 370), Mul(33, 319),
-                Mul(202, 370), Mul(318, 32), Mul(174, 344), Mul(32, 319), Mul(114, 335), Mul(117, 336), Add(384, 385),
-                Mul(120, 337), Mul(327, 327), Mul(178, 341), Mul(389, 341), Add(390, 296), Mul(388, 391),
-                Mul(196, 371), Mul(186, 357), Mul(326, 184), Mul(29, 341), Mul(396, 188), Mul(326, 32), Add(397, 398),
-                Mul(203, 399), Mul(342, 371), Mul(342, 273), Mul(188, 363), Mul(199, 362), Add(403, 404), Sub(95, 328),
-                Sub(346, 347), Sub(407, 348), Sub(20, 334), Sub(0, 358), Sub(365, 366), Sub(411, 367), Sub(330, 331),
-                Sub(413, 332), Sub(190, 373), Sub(165, 376), Sub(192, 382), Sub(386, 387), Sub(46, 392), Sub(393, 197),
-                Sub(394, 198), Sub(180, 401), Add(408, 349), Mul(406, 423), Mul(141, 424), Add(425, 248),
-                Mul(409, 409), Mul(19, 427), Add(18, 428), Mul(409, 429), Mul(133, 424), Add(431, 254), Mul(201, 410),
-                Add(412, 368), Mul(157, 434), Add(156, 435), Mul(436, 369), Add(414, 333), Mul(406, 438),
-                Mul(202, 439), Mul(167, 434), Add(166, 441), Mul(442, 369), Mul(204, 439), Mul(171, 434),
-                Add(170, 445), Mul(446, 369), Mul(204, 443), Mul(29, 437), Add(449, 189), Mul(202, 450), Mul(202, 415),
-                Mul(162, 440), Add(35, 453), Mul(1, 454), Add(452, 455), Add(456, 315), Mul(202, 457), Mul(320, 428),
-                Add(459, 374), Mul(338, 460), Mul(164, 409), Mul(462, 427), Mul(18, 416), Add(463, 464), Mul(375, 465),
-                Mul(466, 321), Add(461, 467), Mul(316, 468), Mul(281, 430), Mul(205, 443), Mul(169, 444),
-                Mul(203, 443), Mul(169, 440), Mul(30, 447), Add(475, 191), Mul(204, 476), Mul(204, 417), Mul(175, 444),
-                Add(35, 479), Mul(2, 480), Add(478, 481), Add(482, 317), Mul(204, 483), Add(418, 245), Mul(202, 437),
-                Add(486, 288), Mul(202, 487), Add(448, 289), Mul(202, 489), Mul(204, 447), Add(491, 294),
-                Mul(204, 492), Mul(419, 186), Add(494, 195), Mul(203, 495), Mul(202, 420), Mul(201, 421),
-                Add(498, 298), Mul(327, 499), Add(500, 395), Mul(202, 501), Mul(28, 422), Sub(352, 426), Sub(355, 432),
-                Sub(433, 361), Sub(451, 275), Sub(469, 470), Sub(258, 471), Sub(473, 283), Sub(477, 286),
-                Sub(511, 505), Sub(490, 290), Sub(448, 292), Sub(496, 497), Sub(502, 400), Neg(516), Sub(360, 503),
-                Mul(34, 506), Add(274, 519), Add(507, 372), Mul(338, 508), Mul(30, 509), Mul(29, 510), Add(524, 380),
-                Mul(205, 512), Mul(202, 514), Add(527, 293), Mul(201, 515), Mul(506, 31), Mul(201, 518), Add(531, 402),
-                Neg(520), Sub(521, 504), Sub(523, 378), Sub(525, 474), Sub(526, 484), Sub(537, 383), Sub(529, 297),
-                Mul(203, 534), Add(535, 472), Mul(202, 541), Add(542, 282), Add(543, 379), Mul(204, 536),
-                Mul(327, 539), Add(295, 546), Sub(540, 458), Neg(544), Sub(545, 285), Sub(547, 530), Add(548, 522),
-                Add(552, 377), Add(550, 381),
+                Mul(29, 29), Mul(30, 30), Mul(28, 28), Mul(46, 34), Mul(128, 28), Mul(147, 32), Mul(80, 167),
+                Mul(1, 35), Mul(70, 168), Mul(70, 167), Mul(158, 33), Mul(81, 168), Mul(2, 35), Mul(46, 167),
+                Mul(28, 29), Mul(46, 32), Mul(46, 31), SinCos(25), SinCos(26), SinCos(27), Sign(28), Mul(1, 187),
+                Mul(1, 186), Mul(2, 189), Add(191, 193), Mul(187, 167), Mul(1, 195), Mul(189, 168), Mul(5, 197),
+                Add(196, 198), Mul(167, 192), Mul(5, 188), Mul(168, 201), Add(200, 202), Mul(2, 197), Add(196, 204),
+                Mul(128, 184), Add(68, 206), Mul(186, 29), Mul(69, 187), Mul(70, 188), Mul(1, 208), Mul(188, 30),
+                Mul(2, 212), Add(211, 213), Mul(96, 214), Add(194, 100), Add(194, 104), Add(194, 87), Add(194, 106),
+                Mul(105, 218), Mul(132, 187), Mul(133, 186), Mul(66, 199), Mul(65, 205), Add(223, 224), Mul(66, 203),
+                Mul(134, 187), Mul(135, 186), Mul(57, 199), Mul(58, 205), Add(229, 230), Mul(57, 203), Mul(0, 184),
+                Mul(46, 184), Mul(189, 30), Mul(186, 189), Mul(187, 210), Mul(69, 236), Mul(188, 209), Mul(70, 236),
+                Mul(187, 29), Mul(184, 171), Mul(71, 184), Mul(51, 195), Mul(149, 186), Mul(133, 187), Mul(132, 186),
+                Mul(135, 187), Mul(134, 186), Add(248, 249), Mul(197, 209), Mul(69, 189), Mul(252, 195), Mul(60, 197),
+                Mul(147, 241), Mul(160, 235), Mul(161, 187), Mul(257, 212), Mul(161, 189), Mul(259, 29), Mul(160, 188),
+                Mul(261, 241), Mul(158, 235), Mul(169, 233), Mul(127, 184), Mul(208, 242), Mul(169, 234), Mul(186, 32),
+                Add(195, 268), Mul(1, 269), Mul(188, 33), Add(197, 271), Mul(2, 272), Mul(126, 208), Mul(165, 212),
+                Sub(28, 92), Sub(28, 103), Neg(215), Sub(194, 21), Neg(279), Sub(95, 220), Sub(131, 221),
+                Sub(282, 222), Sub(28, 112), Sub(74, 226), Sub(227, 228), Sub(75, 232), Sub(237, 238), Sub(239, 240),
+                Sub(221, 245), Sub(246, 247), Neg(270), Neg(273), Neg(274), Neg(275), Sqrt(207), Recip(296), Sign(276),
+                Sign(277), Tanh(278), Sign(280), Sign(217), Sign(218), Sign(216), Sign(219), Sqrt(283), Sign(284),
+                Recip(306), Cosh(278), Recip(309), Mul(185, 297), Mul(187, 297), Add(94, 301), Mul(313, 313),
+                Mul(279, 314), Mul(72, 300), Mul(129, 315), Add(316, 317), Mul(67, 300), Mul(136, 315), Add(319, 320),
+                Mul(297, 311), Mul(47, 322), Mul(312, 323), Mul(128, 297), Mul(325, 208), Mul(312, 234), Mul(186, 311),
+                Mul(170, 328), Mul(310, 310), Mul(152, 314), Mul(163, 322), Mul(296, 34), Mul(148, 314), Mul(18, 286),
+                Mul(308, 308), Mul(90, 306), Mul(33, 288), Mul(33, 289), Mul(288, 32), Mul(159, 314), Mul(32, 289),
+                Mul(297, 297), Mul(162, 311), Mul(344, 311), Add(345, 265), Mul(343, 346), Mul(181, 332),
+                Mul(169, 323), Mul(296, 167), Mul(29, 311), Mul(351, 171), Mul(296, 32), Add(352, 353), Mul(187, 354),
+                Mul(312, 332), Mul(312, 242), Mul(171, 328), Mul(93, 296), Mul(359, 241), Add(358, 360), Sub(94, 300),
+                Sub(304, 302), Sub(302, 303), Sub(303, 305), Sub(20, 306), Sub(190, 298), Sub(298, 299), Sub(299, 307),
+                Sub(0, 324), Sub(173, 334), Sub(151, 337), Sub(178, 341), Sub(46, 347), Sub(348, 182), Sub(349, 183),
+                Sub(164, 356), Mul(105, 363), Mul(216, 378), Mul(95, 364), Add(379, 380), Mul(365, 281), Add(381, 382),
+                Mul(362, 383), Mul(130, 384), Add(385, 225), Mul(366, 366), Mul(19, 387), Add(18, 388), Mul(366, 389),
+                Mul(121, 384), Add(391, 231), Mul(185, 370), Mul(146, 383), Add(145, 394), Mul(395, 330),
+                Mul(105, 365), Mul(155, 383), Add(154, 398), Mul(399, 330), Mul(157, 383), Add(156, 401),
+                Mul(402, 330), Mul(188, 400), Mul(29, 396), Add(405, 172), Mul(186, 406), Mul(290, 388), Add(408, 335),
+                Mul(308, 409), Mul(150, 366), Mul(411, 387), Mul(18, 372), Add(412, 413), Mul(336, 414), Mul(415, 291),
+                Add(410, 416), Mul(286, 417), Mul(250, 390), Mul(235, 400), Mul(241, 400), Mul(30, 403), Add(422, 177),
+                Mul(188, 423), Mul(109, 367), Mul(111, 368), Add(425, 426), Mul(114, 369), Add(427, 428), Mul(90, 429),
+                Add(17, 430), Mul(186, 396), Add(432, 255), Mul(186, 433), Add(404, 256), Mul(186, 435), Mul(188, 403),
+                Add(437, 263), Mul(188, 438), Mul(374, 169), Add(440, 180), Mul(187, 441), Mul(186, 375),
+                Mul(185, 376), Add(444, 267), Mul(297, 445), Add(446, 350), Mul(186, 447), Mul(28, 377), Sub(318, 386),
+                Sub(321, 392), Sub(393, 327), Sub(378, 397), Sub(407, 244), Sub(418, 419), Sub(424, 254),
+                Sub(456, 451), Sub(436, 258), Sub(404, 260), Sub(442, 443), Sub(448, 355), Neg(461), Sub(326, 449),
+                Mul(362, 453), Mul(124, 464), Mul(34, 452), Add(243, 466), Add(454, 333), Mul(123, 464), Add(371, 469),
+                Mul(186, 470), Add(471, 174), Add(472, 285), Mul(186, 473), Mul(308, 455), Mul(189, 457),
+                Mul(125, 464), Add(373, 477), Mul(188, 478), Add(479, 179), Add(480, 287), Mul(188, 481),
+                Mul(186, 459), Add(483, 262), Mul(185, 460), Mul(452, 31), Mul(185, 463), Add(487, 357), Sub(331, 465),
+                Neg(467), Sub(468, 450), Sub(175, 489), Sub(489, 176), Sub(476, 482), Sub(494, 342), Sub(485, 266),
+                Mul(187, 491), Mul(188, 492), Mul(186, 493), Add(499, 421), Mul(188, 500), Mul(297, 496),
+                Add(264, 502), Sub(497, 474), Sub(498, 420), Sub(501, 253), Sub(503, 486), Add(504, 475),
+                Add(508, 338), Mul(186, 505), Add(510, 251), Add(511, 339), Add(506, 340), Neg(512),
             ],
             results: &[
-                533, 364, 111, 364, 553, 549, 111, 554, 538, 485, 111, 111, 111, 488, 513, 111, 528, 493, 551, 517,
-                111, 111, 322, 323, 532, 405, 111, 111, 324, 325, 111, 111, 111, 111, 111,
+                490, 329, 107, 329, 509, 514, 107, 513, 495, 431, 107, 107, 107, 434, 458, 107, 484, 439, 507, 462,
+                107, 107, 292, 293, 488, 361, 107, 107, 294, 295, 107, 107, 107, 107, 107,
             ],
         }),
         event: Some(TapeFunction {
-            operations: &[Sub(25, 183)],
-            results: &[184],
+            operations: &[Sub(25, 166)],
+            results: &[167],
         }),
         switching_functions: TapeFunction {
             operations: &[
-                Sub(28, 93), Sub(28, 115), Sub(28, 118), SinCos(26), SinCos(27), Mul(1, 188), Mul(2, 190),
-                Add(191, 192), Add(101, 193), Add(106, 193), Add(88, 193), Add(109, 193), Sub(193, 21), Neg(198),
+                Sub(28, 92), Sub(28, 103), Sub(28, 112), SinCos(26), SinCos(27), Mul(1, 171), Mul(2, 173),
+                Add(174, 175), Add(176, 100), Add(176, 104), Add(176, 87), Add(176, 106), Sub(176, 21), Neg(181),
             ],
-            results: &[28, 199, 194, 195, 196, 197, 184, 185, 186],
+            results: &[28, 167, 168, 182, 177, 178, 179, 180, 169],
         },
         linear_in_time: 0,
         tanh_arguments: TapeFunction {
             operations: &[
-                SinCos(26), SinCos(27), Mul(184, 29), Mul(1, 188), Mul(186, 30), Mul(2, 190), Add(189, 191),
-                Mul(96, 192), Neg(193),
+                SinCos(26), SinCos(27), Mul(167, 29), Mul(1, 171), Mul(169, 30), Mul(2, 173), Add(172, 174),
+                Mul(96, 175), Neg(176),
             ],
-            results: &[194],
+            results: &[177],
         },
         start: TapeFunction {
             operations: &[],
-            results: &[111, 95, 127, 23, 111, 111],
+            results: &[107, 94, 116, 23, 107, 107],
         },
         given: &[true, false, false, true, false, false],
         schedule: TapeFunction {
             operations: &[],
-            results: &[128, 129],
+            results: &[117, 118],
         },
         kernel: TapeKernel {
-            operations: 203,
+            operations: 204,
             has_angle: &[true, true, true],
             position: TapeFunction {
                 operations: &[
-                    MulAdd(139, 36, 67), Mul(46, 39), Mul(146, 40), Mul(0, 39), Mul(1, 37), Mul(2, 38), Mul(0, 36),
-                    Mul(1, 40), Mul(2, 41), Mul(56, 37), MulAdd(193, 37, 55), Mul(68, 40), Mul(69, 37), Mul(41, 195),
-                    MulAdd(196, 38, 197), Mul(62, 38), MulAdd(199, 38, 61), Add(191, 192), Mul(132, 40),
-                    MulAdd(142, 41, 202), Add(110, 203), Add(109, 201), Add(108, 203), Add(88, 201), Add(107, 203),
-                    Add(106, 201), Add(105, 203), Add(101, 201), Mul(86, 39), Mul(76, 40), Mul(68, 37), Add(3, 190),
-                    Mul(187, 37), Sqrt(184), Recip(184), Recip(37), Recip(192), Sign(205), Sign(207), Sign(209),
-                    Sign(211), NegMulAdd(144, 40, 143), NegMulAdd(145, 37, 225), NegMulAdd(147, 37, 186),
-                    NegMulAdd(40, 217, 187), Sub(188, 6), Sub(201, 21), Neg(230), NegMulAdd(40, 215, 216),
-                    Mul(218, 217), Mul(185, 233), Add(229, 189), MulAdd(40, 234, 190), Mul(37, 217), Mul(219, 233),
-                    Mul(238, 236), Mul(191, 220), Mul(240, 239), Mul(191, 238), Mul(194, 239), Mul(198, 239),
-                    Mul(210, 224), Mul(182, 230), Mul(40, 232), Sqrt(226), Recip(226), Sign(231), Abs(239), Abs(241),
-                    Max(251, 252), Abs(242), Max(253, 254), NegMulAdd(198, 241, 243), NegMulAdd(200, 241, 244),
-                    NegMulAdd(208, 223, 245), NegMulAdd(206, 222, 258), Sub(20, 248), NegMulAdd(247, 233, 37),
-                    Mul(249, 248), Mul(227, 262), MulAdd(239, 256, 49), Add(95, 250), MulAdd(204, 221, 259),
-                    Mul(246, 265), Mul(267, 265), Mul(19, 260), MulAdd(269, 260, 18), Mul(260, 263), Mul(271, 270),
-                    NegMulAdd(241, 257, 264), Recip(273),
+                    MulAdd(128, 36, 68), Mul(46, 39), Mul(134, 40), Mul(0, 39), Mul(1, 37), Mul(2, 38), Mul(0, 36),
+                    Mul(1, 40), Mul(2, 41), Mul(56, 37), MulAdd(176, 37, 55), Mul(69, 40), Mul(70, 37), Mul(41, 178),
+                    MulAdd(179, 38, 180), Mul(62, 38), MulAdd(182, 38, 61), Add(174, 175), Add(100, 184),
+                    Add(104, 184), Add(87, 184), Add(106, 184), Mul(105, 185), Mul(85, 39), Mul(76, 40), Mul(69, 37),
+                    Add(3, 173), Mul(170, 37), Sqrt(167), Recip(167), Recip(37), Recip(175), Sign(186), Sign(187),
+                    Sign(188), Sign(185), NegMulAdd(132, 40, 131), NegMulAdd(133, 37, 203), NegMulAdd(135, 37, 169),
+                    NegMulAdd(40, 195, 170), Sub(171, 6), Sub(184, 21), Neg(208), NegMulAdd(105, 187, 95),
+                    Sub(200, 201), Sub(202, 199), Sub(199, 200), NegMulAdd(40, 193, 194), Mul(196, 195), Mul(168, 215),
+                    Add(207, 172), MulAdd(40, 216, 173), Mul(37, 195), Mul(197, 215), Mul(220, 218), Mul(174, 198),
+                    Mul(222, 221), Mul(174, 220), Mul(177, 221), Mul(181, 221), Mul(95, 213), MulAdd(189, 212, 227),
+                    MulAdd(210, 211, 228), Mul(120, 208), Mul(40, 214), Sqrt(204), Recip(204), Sign(209), Abs(221),
+                    Abs(223), Max(235, 236), Abs(224), Max(237, 238), NegMulAdd(181, 223, 225),
+                    NegMulAdd(183, 223, 226), Sub(20, 232), NegMulAdd(231, 215, 37), Mul(233, 232), Mul(205, 244),
+                    MulAdd(221, 240, 49), Add(94, 234), Mul(230, 247), Mul(248, 247), Mul(19, 242),
+                    MulAdd(250, 242, 18), Mul(242, 245), Mul(252, 251), NegMulAdd(223, 241, 246), Recip(254),
                 ],
-                results: &[255, 228, 235],
+                results: &[239, 206, 217],
             },
             velocity_residual: TapeFunction {
-                operations: &[Mul(28, 236), Mul(29, 191), MulAdd(30, 192, 276), NegMulAdd(29, 237, 275), Neg(278)],
-                results: &[279, 277],
+                operations: &[Mul(28, 218), Mul(29, 174), MulAdd(30, 175, 257), NegMulAdd(29, 219, 256), Neg(259)],
+                results: &[260, 258],
             },
             correction: TapeFunction {
                 operations: &[
-                    Mul(42, 238), Mul(280, 256), NegMulAdd(191, 280, 43), Mul(220, 282), MulAdd(283, 257, 281),
-                    Mul(284, 274), MulAdd(241, 285, 283), NegMulAdd(239, 285, 280), Neg(287), Neg(286),
+                    Mul(42, 220), Mul(261, 240), NegMulAdd(174, 261, 43), Mul(198, 263), MulAdd(264, 241, 262),
+                    Mul(265, 255), MulAdd(223, 266, 264), NegMulAdd(221, 266, 261), Neg(268), Neg(267),
                 ],
-                results: &[285, 288, 289],
+                results: &[266, 269, 270],
             },
             accelerations: TapeFunction {
                 operations: &[
-                    Mul(29, 29), Mul(30, 30), Mul(28, 28), Mul(28, 234), Mul(46, 36), Mul(294, 292),
-                    MulAdd(293, 293, 295), Mul(233, 296), MulAdd(290, 217, 297), Mul(94, 37), Mul(299, 29),
-                    Mul(187, 292), Mul(290, 188), MulAdd(189, 291, 302), Mul(29, 188), MulAdd(30, 189, 304),
-                    Mul(96, 305), Mul(290, 191), MulAdd(291, 192, 307), Mul(68, 38), Mul(41, 291), Mul(310, 214),
-                    Mul(38, 290), Mul(312, 195), Sub(28, 93), Sub(28, 115), Sub(28, 118), NegMulAdd(300, 293, 301),
-                    NegMulAdd(40, 298, 317), Neg(306), NegMulAdd(10, 308, 268), NegMulAdd(120, 28, 119),
-                    NegMulAdd(117, 28, 116), NegMulAdd(114, 28, 113), NegMulAdd(309, 291, 87), NegMulAdd(290, 214, 75),
-                    Sign(314), Sign(315), Sign(316), Sign(28), Tanh(319), MulAdd(84, 330, 320), MulAdd(121, 329, 17),
-                    MulAdd(323, 326, 112), MulAdd(322, 327, 333), MulAdd(40, 324, 311), Add(213, 335), Add(336, 272),
-                    MulAdd(41, 325, 313), Mul(238, 318), Sub(95, 330), NegMulAdd(321, 328, 334),
-                    NegMulAdd(28, 332, 341), Sub(212, 342), NegMulAdd(191, 339, 303), Mul(91, 340), Mul(220, 344),
-                    NegMulAdd(345, 266, 331), NegMulAdd(188, 347, 337), NegMulAdd(189, 347, 338),
-                    NegMulAdd(241, 349, 343), MulAdd(256, 339, 350), MulAdd(239, 348, 351), MulAdd(257, 346, 352),
-                    Mul(274, 353), MulAdd(241, 354, 346), NegMulAdd(239, 354, 339), Neg(354),
+                    Mul(29, 29), Mul(30, 30), Mul(28, 28), Mul(28, 216), Mul(46, 36), Mul(275, 273),
+                    MulAdd(274, 274, 276), Mul(215, 277), MulAdd(271, 195, 278), Mul(93, 37), Mul(280, 29),
+                    Mul(170, 273), Mul(271, 171), MulAdd(172, 272, 283), Mul(29, 171), MulAdd(30, 172, 285),
+                    Mul(96, 286), Mul(271, 174), MulAdd(272, 175, 288), Mul(69, 38), Mul(41, 272), Mul(291, 192),
+                    Mul(38, 271), Mul(293, 178), Sub(28, 92), Sub(28, 103), Sub(28, 112), NegMulAdd(281, 274, 282),
+                    NegMulAdd(40, 279, 298), Neg(287), NegMulAdd(10, 289, 249), NegMulAdd(114, 296, 113),
+                    NegMulAdd(111, 295, 110), NegMulAdd(109, 28, 108), NegMulAdd(290, 272, 86),
+                    NegMulAdd(271, 192, 75), Sign(28), Sign(295), Sign(296), Sign(297), Tanh(300), Sub(94, 307),
+                    Sub(307, 308), Sub(308, 309), Sub(309, 310), Sub(94, 311), Mul(108, 312), Mul(119, 316),
+                    MulAdd(83, 311, 301), MulAdd(304, 313, 317), MulAdd(303, 314, 320), MulAdd(302, 315, 321),
+                    Mul(90, 322), MulAdd(40, 305, 292), Add(191, 324), Add(325, 253), MulAdd(41, 306, 294),
+                    Mul(220, 299), NegMulAdd(318, 229, 319), NegMulAdd(17, 28, 323), Sub(190, 330),
+                    NegMulAdd(171, 329, 326), NegMulAdd(172, 329, 327), NegMulAdd(174, 328, 284), Mul(198, 334),
+                    MulAdd(240, 328, 331), NegMulAdd(223, 333, 336), MulAdd(221, 332, 337), MulAdd(241, 335, 338),
+                    Mul(255, 339), MulAdd(223, 340, 335), NegMulAdd(221, 340, 328), Neg(340),
                 ],
-                results: &[357, 356, 355],
+                results: &[343, 342, 341],
             },
             multipliers: TapeFunction {
                 operations: &[
-                    MulAdd(198, 356, 349), MulAdd(200, 355, 358), Mul(220, 359), MulAdd(194, 356, 348),
-                    MulAdd(198, 355, 361), NegMulAdd(191, 360, 362), Neg(360), Mul(238, 363), Neg(365),
+                    MulAdd(181, 342, 333), MulAdd(183, 341, 344), Mul(198, 345), MulAdd(177, 342, 332),
+                    MulAdd(181, 341, 347), NegMulAdd(174, 346, 348), Neg(346), Mul(220, 349), Neg(351),
                 ],
-                results: &[366, 364],
+                results: &[352, 350],
             },
             outputs: TapeFunction {
                 operations: &[
-                    Mul(188, 29), MulAdd(189, 30, 367), Mul(96, 368), Mul(121, 28), Mul(91, 368), Mul(84, 368),
-                    Mul(29, 227), Mul(373, 262), Mul(374, 260), Mul(375, 270), Mul(182, 368), Mul(377, 230),
-                    Mul(378, 265), Mul(379, 265), Mul(34, 261), Sub(28, 93), Sub(28, 115), Sub(28, 118),
-                    NegMulAdd(120, 28, 119), NegMulAdd(117, 28, 116), NegMulAdd(114, 28, 113), Neg(369), Neg(368),
-                    Neg(376), Sign(382), Sign(383), Sign(384), Sign(28), Tanh(388), MulAdd(387, 391, 112),
-                    MulAdd(386, 392, 396), Mul(372, 395), NegMulAdd(385, 393, 397), NegMulAdd(370, 394, 399),
-                    Sub(95, 395), Mul(28, 400), Mul(371, 401), Mul(403, 266), Neg(404),
+                    Mul(171, 29), MulAdd(172, 30, 353), Mul(96, 354), Mul(90, 28), Mul(119, 354), Mul(83, 354),
+                    Mul(29, 205), Mul(359, 244), Mul(360, 242), Mul(361, 251), Mul(120, 354), Mul(363, 208),
+                    Mul(364, 247), Mul(365, 247), Mul(34, 243), Sub(28, 92), Sub(28, 103), Sub(28, 112),
+                    NegMulAdd(114, 369, 113), NegMulAdd(111, 368, 110), NegMulAdd(109, 28, 108), Neg(355), Neg(354),
+                    Neg(362), Sign(28), Sign(368), Sign(369), Sign(370), Tanh(374), Sub(94, 377), Sub(377, 378),
+                    Sub(378, 379), Sub(379, 380), Sub(94, 381), Mul(108, 382), MulAdd(373, 383, 387),
+                    MulAdd(372, 384, 388), MulAdd(371, 385, 389), Mul(356, 390), Mul(357, 386), Mul(392, 229),
+                    Mul(358, 381), Neg(393),
                 ],
-                results: &[201, 389, 402, 405, 398, 390, 380, 381],
+                results: &[184, 375, 391, 395, 394, 376, 366, 367],
             },
         },
     }
 };
 
-// Hash of this file and its derivation: 48cef278dcdcdff5
+// Hash of this file and its derivation: f2a17897e75bc530

@@ -75,6 +75,15 @@ impl<N> Node<N> {
             Self::Call(_, arguments) => arguments.clone(),
         }
     }
+
+    /// Whether it has a derivative but at corners and jumps.
+    pub fn is_piecewise(&self) -> bool {
+        match self {
+            Self::Call(function, _) => function.is_piecewise(),
+            Self::Spline(spline, _) => !spline.corners().is_empty(),
+            _ => false,
+        }
+    }
 }
 
 impl<N: Clone> Node<N> {

@@ -6,7 +6,6 @@
 //! doubles and on dual numbers. [`time_scales`] tells how
 //! fast loads change with time. [`files`] writes files whole, for whoever works with scenes.
 
-pub mod chart;
 pub mod diagnostic;
 pub mod direction;
 pub mod document;

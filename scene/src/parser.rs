@@ -1,11 +1,13 @@
 //! Tokens to [`Expression`]: the usual precedences, `^` binding tighter than a sign before it and to the right.
 
-use crate::chart::Chart;
+use std::sync::Arc;
+
 use crate::diagnostic::{Diagnostic, Span};
 use crate::expression::{Expression, Node, NodeId, Number};
 use crate::function::Function;
 use crate::lexer::{Comparison, Token, tokenize};
 use crate::names::suggestion;
+use crate::spline::Spline;
 
 /// How deep parentheses, signs and powers may nest.
 const DEPTH_LIMIT: usize = 200;
@@ -34,7 +36,7 @@ type Parsed<T> = Result<T, Box<Diagnostic>>;
 ///
 /// # Errors
 /// The first mistake in the formula, with its place.
-pub fn parse_formula(text: &str, offset: usize, charts: &[Chart]) -> Result<Formula, Diagnostic> {
+pub fn parse_formula(text: &str, offset: usize, charts: &[Arc<Spline>]) -> Result<Formula, Diagnostic> {
     let mut parser = Parser::new(text, offset, charts)?;
     parser.sum().and_then(|_| parser.expect_end()).map_err(|error| *error)?;
     parser.finish()
@@ -44,7 +46,7 @@ pub fn parse_formula(text: &str, offset: usize, charts: &[Chart]) -> Result<Form
 ///
 /// # Errors
 /// The first mistake in the condition, with its place.
-pub fn parse_condition(text: &str, offset: usize, charts: &[Chart]) -> Result<Condition<String>, Diagnostic> {
+pub fn parse_condition(text: &str, offset: usize, charts: &[Arc<Spline>]) -> Result<Condition<String>, Diagnostic> {
     let mut parser = Parser::new(text, offset, charts)?;
     let (left, comparison, right) = parser.condition().map_err(|error| *error)?;
     parser.formula.push(Node::Subtract(left, right), offset..offset + text.len());
@@ -52,7 +54,7 @@ pub fn parse_condition(text: &str, offset: usize, charts: &[Chart]) -> Result<Co
 }
 
 struct Parser<'c> {
-    charts: &'c [Chart],
+    charts: &'c [Arc<Spline>],
     tokens: Vec<(Token, Span)>,
     at: usize,
     end: usize,
@@ -61,7 +63,7 @@ struct Parser<'c> {
 }
 
 impl<'c> Parser<'c> {
-    fn new(text: &str, offset: usize, charts: &'c [Chart]) -> Result<Self, Diagnostic> {
+    fn new(text: &str, offset: usize, charts: &'c [Arc<Spline>]) -> Result<Self, Diagnostic> {
         if text.trim().is_empty() {
             return Err(Diagnostic::error("empty formula", offset..offset + text.len(), "nothing here")
                 .help("write a formula, or `0`"));
@@ -249,7 +251,7 @@ impl<'c> Parser<'c> {
         let chart = self.charts.iter().find(|chart| chart.name == name);
         if let (Some(chart), None) = (chart, Function::named(name)) {
             let [argument] = arguments[..] else { return Err(wrong_arity(name, 1, arguments.len(), span)) };
-            return Ok(chart.append(&mut self.formula, argument, &span));
+            return Ok(self.formula.push(Node::Spline(Arc::clone(chart), argument), span));
         }
         let function = Function::named(name).ok_or_else(|| unknown_function(name, self.charts, name_span.clone()))?;
         if arguments.len() != function.arity() {
@@ -281,7 +283,7 @@ impl<'c> Parser<'c> {
     }
 }
 
-fn unknown_function(name: &str, charts: &[Chart], span: Span) -> Box<Diagnostic> {
+fn unknown_function(name: &str, charts: &[Arc<Spline>], span: Span) -> Box<Diagnostic> {
     let own = charts.iter().map(|chart| chart.name.as_str());
     let known: Vec<&str> = Function::ALL.iter().map(|f| f.name()).chain(own).collect();
     let help = suggestion(name, known.iter().copied(), || format!("known functions: {}", known.join(", ")));

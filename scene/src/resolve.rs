@@ -341,7 +341,7 @@ impl Resolver<'_> {
             })
         });
         if !matches!(context, Context::Constant | Context::Profile | Context::Picture | Context::Condition) {
-            check::differentiable(&value, context == Context::Geometry, self.source, &mut self.findings);
+            check::differentiable(&value, context == Context::Geometry, &mut self.findings);
         }
         value
     }

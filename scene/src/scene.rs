@@ -248,14 +248,17 @@ impl Scene {
 
     /// Whether a load has a corner or jumps somewhere.
     pub fn has_corners(&self) -> bool {
-        self.loads_call(Function::is_piecewise)
+        self.loads_contain(|node| node.is_piecewise())
     }
 
-    /// Whether a load calls a function of this kind.
-    pub fn loads_call(&self, is_wanted: impl Fn(Function) -> bool) -> bool {
-        let calls = |node: &Node<Quantity>| matches!(node, Node::Call(function, _) if is_wanted(*function));
+    /// Whether a load calls a function.
+    pub fn loads_call(&self, wanted: Function) -> bool {
+        self.loads_contain(|node| matches!(node, Node::Call(function, _) if *function == wanted))
+    }
+
+    fn loads_contain(&self, is_wanted: impl Fn(&Node<Quantity>) -> bool) -> bool {
         let formulae = self.loads.iter().flat_map(|load| load.kind.formulae());
-        formulae.flat_map(|formula| formula.nodes()).any(calls)
+        formulae.flat_map(|formula| formula.nodes()).any(is_wanted)
     }
 
     /// The outputs that are normal forces of friction, in their order.

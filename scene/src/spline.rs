@@ -1,4 +1,4 @@
-//! Cubic splines through points.
+//! Functions given by points: cubic splines, or lines.
 
 mod slopes;
 mod written;
@@ -8,20 +8,18 @@ use std::hash::{Hash, Hasher};
 use crate::function::Differentiable;
 use slopes::{natural_slopes, periodic_slopes};
 
-/// A cubic spline: its pieces are polynomials of degree three in the distance from their bases, and it has two continuous
-/// derivatives. All its numbers are doubles.
+/// A spline: its pieces are polynomials in the distance from their bases, cubic with two continuous derivatives, or linear
+/// with corners. All its numbers are doubles.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Spline {
     /// Its name in formulae.
     pub name: String,
+    /// The degree of its pieces, 1 or 3.
+    degree: usize,
     /// Its period; `None` where it goes on as a straight line beyond its ends.
     period: Option<f64>,
-    /// Where it begins.
-    first: f64,
-    /// Where the second piece and each one after it begin.
-    steps: Vec<f64>,
-    /// The bases of the pieces.
+    /// The bases of the pieces. The first one is where the spline begins, and the others are where their pieces begin.
     bases: Vec<f64>,
     /// The coefficients of each piece, that of the constant first.
     pieces: Vec<[f64; 4]>,
@@ -35,9 +33,8 @@ impl Spline {
         let count = x.len() - 1;
         let spline = Self {
             name: name.to_owned(),
+            degree: 3,
             period: Some(x[count] - x[0]),
-            first: x[0],
-            steps: x[1..count].to_vec(),
             bases: x[..count].to_vec(),
             pieces: (0..count).map(|i| piece(x, y, &slopes, i)).collect(),
         };
@@ -51,14 +48,23 @@ impl Spline {
         let last = x.len() - 1;
         let inner = natural_pieces(x, y);
         let line = |i: usize| [y[i], slopes[i], 0.0, 0.0];
-        let spline = Self {
-            name: name.to_owned(),
-            period: None,
-            first: x[0],
-            steps: x.to_vec(),
-            bases: std::iter::once(x[0]).chain(x.iter().copied()).collect(),
-            pieces: [vec![line(0)], inner, vec![line(last)]].concat(),
-        };
+        Self::open(name, 3, x, [vec![line(0)], inner, vec![line(last)]].concat())
+    }
+
+    /// Straight lines between two points or more, constant beyond the first and the last. `None` if abscissae do not
+    /// rise, or a slope is not finite.
+    pub fn linear(name: &str, x: &[f64], y: &[f64]) -> Option<Self> {
+        let slope = |i: usize| (y[i + 1] - y[i]) / (x[i + 1] - x[i]);
+        let last = x.len() - 1;
+        let inner = (0..last).map(|i| [y[i], slope(i), 0.0, 0.0]);
+        let [before, behind] = [y[0], y[last]].map(|end| std::iter::once([end, 0.0, 0.0, 0.0]));
+        Self::open(name, 1, x, before.chain(inner).chain(behind).collect())
+    }
+
+    /// A spline with a piece before its first point and one behind its last.
+    fn open(name: &str, degree: usize, x: &[f64], pieces: Vec<[f64; 4]>) -> Option<Self> {
+        let bases = std::iter::once(x[0]).chain(x.iter().copied()).collect();
+        let spline = Self { name: name.to_owned(), degree, period: None, bases, pieces };
         spline.is_sound(x).then_some(spline)
     }
 
@@ -69,27 +75,42 @@ impl Spline {
     /// The value of its derivative of an order; the value itself where that is zero.
     pub fn value<D: Differentiable>(&self, order: usize, x: D) -> D {
         let x = self.period.map_or(x, |period| {
-            let turns = ((x.re() - self.first) / period).floor();
+            let turns = ((x.re() - self.first()) / period).floor();
             x - D::from(period) * D::from(turns)
         });
-        let piece = self.steps.partition_point(|step| *step <= x.re());
+        let piece = self.steps().partition_point(|step| *step <= x.re());
         let distance = x - D::from(self.bases[piece]);
         let coefficients = derived(self.pieces[piece], order);
         coefficients.iter().rev().fold(D::from(0.0), |sum, c| sum * distance + D::from(*c))
     }
 
+    /// Where it has corners.
+    pub fn corners(&self) -> &[f64] {
+        if self.degree == 1 { self.steps() } else { &[] }
+    }
+
+    /// Where it begins.
+    fn first(&self) -> f64 {
+        self.bases[0]
+    }
+
+    /// Where the second piece and each one after it begin.
+    fn steps(&self) -> &[f64] {
+        &self.bases[1..]
+    }
+
     /// The shortest distance between points.
     pub fn shortest(&self) -> f64 {
-        let end = self.period.map(|period| self.first + period);
-        let points: Vec<f64> = std::iter::once(self.first).chain(self.steps.iter().copied()).chain(end).collect();
+        let end = self.period.map(|period| self.first() + period);
+        let points: Vec<f64> = self.bases.iter().copied().chain(end).collect();
         let lengths = points.windows(2).map(|pair| pair[1] - pair[0]).filter(|length| *length > 0.0);
         lengths.fold(f64::INFINITY, f64::min)
     }
 
     /// All that tells it from another one.
     fn bits(&self) -> impl Iterator<Item = u64> {
-        let ends = [self.period.unwrap_or(0.0), self.first].into_iter();
-        ends.chain(self.steps.iter().copied()).chain(self.pieces.iter().flatten().copied()).map(f64::to_bits)
+        let kind = [self.degree as f64, self.period.unwrap_or(0.0)].into_iter();
+        kind.chain(self.bases.iter().copied()).chain(self.pieces.iter().flatten().copied()).map(f64::to_bits)
     }
 }
 
@@ -216,16 +237,41 @@ mod tests {
     }
 
     #[test]
+    fn lines_pass_through_their_points_and_stay_at_their_ends() {
+        let lines = Spline::linear("cut", &[0.0, 2.0, 3.0, 7.0], &[1.0, 5.0, 5.0, -3.0]).expect("lines");
+        for (x, y) in
+            [(-9.0, 1.0), (0.0, 1.0), (0.5, 2.0), (2.0, 5.0), (2.5, 5.0), (5.0, 1.0), (7.0, -3.0), (99.0, -3.0)]
+        {
+            near(at(&lines, x)[0], y, 1e-15);
+        }
+        assert!(lines.corners().len() == 4 && at(&lines, 6.0)[1..] == [-2.0, 0.0]);
+        assert!(Spline::linear("steep", &[0.0, 1e-300], &[0.0, 1e300]).is_none());
+    }
+
+    /// A point far from the next ones costs them no digits.
+    #[test]
+    fn lines_before_a_point_leave_no_rounding_errors_behind_it() {
+        let lines = Spline::linear("pulse", &[0.3, 0.5, 0.5 + 1e-9, 0.7], &[0.0, 1e9, 0.0, 0.0]).expect("lines");
+        let mut formula = Expression::<()>::new();
+        let argument = formula.push(Node::Name(()), 0..0);
+        lines.append(0, &mut formula, argument, &(0..0));
+        assert!([-1.0, 0.2, 0.6, 0.8].iter().all(|x| evaluate(&formula, |()| *x) == 0.0));
+    }
+
+    #[test]
     fn the_steps_are_the_spline() {
         let x = [0.0, 20.0, 75.0, 180.0, 360.0];
         let periodic = Spline::periodic("lift", &x, &[0.0, 2.0, 5.0, 1.0, 0.0]).expect("a spline");
         let natural = Spline::natural("lift", &x, &[0.0, 2.0, 5.0, 1.0, -3.0]).expect("a spline");
-        for spline in [periodic, natural] {
+        let linear = Spline::linear("lift", &x, &[1.0, 2.0, 2.0, 0.0, -3.0]).expect("lines");
+        for spline in [periodic, natural, linear] {
             for order in 0..=4 {
                 let mut formula = Expression::<()>::new();
                 let argument = formula.push(Node::Name(()), 0..0);
                 spline.append(order, &mut formula, argument, &(0..0));
-                for x in (-90..90).map(|i| f64::from(i) * 10.0).chain(x) {
+                // At a corner the slope is either one.
+                let is_defined = |x: &f64| order == 0 || !spline.corners().contains(x);
+                for x in (-90..90).map(|i| f64::from(i) * 10.0).chain(x).filter(is_defined) {
                     let expected = spline.value(order, x);
                     near(evaluate(&formula, |()| x), expected, 1e-12 * (1.0 + expected.abs()));
                 }

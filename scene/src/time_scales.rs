@@ -84,6 +84,10 @@ fn own_scales(node: &Node<Quantity>, courses: &[Option<TimeFunction>]) -> Vec<Ti
         },
         Node::Call(Function::Log | Function::Sqrt, arguments) => proportional(&arguments[0]),
         Node::Call(_, arguments) => arguments.iter().filter_map(moves).flat_map(of_smooth).collect(),
+        Node::Spline(spline, argument) if node.is_piecewise() => {
+            let from = |corner: &f64| moves(argument).map(|course| course.scaled(1.0, -corner));
+            spline.corners().iter().filter_map(from).flat_map(of_corner).collect()
+        }
         Node::Spline(spline, argument) => match moves(argument) {
             Some(TimeFunction::Line { rate, .. }) => vec![TimeScale::Period(rate.abs() / spline.shortest())],
             Some(course) => of_smooth(course),

@@ -11,7 +11,7 @@ use crate::rounding::rounded;
 
 /// A whole document that plays the motion: it needs nothing but a browser.
 pub fn page(motion: &Motion) -> String {
-    document(&motion.title, &motion.doc, &recorded(motion, "page", "h1"))
+    document(&motion.title, &recorded(motion, "page", "h1"))
 }
 
 /// The same animation as a piece of a larger document; several of them may stand in one.
@@ -48,7 +48,7 @@ pub fn simulator_page<E>(page: &SimulatorPage, pack: impl Fn(&[u8]) -> Result<St
         panel: include_str!("animation/panel.html"),
         script: compact(include_str!("animation/loader.js")),
     };
-    Ok(document(page.title, page.doc, &piece.html()))
+    Ok(document(page.title, &piece.html()))
 }
 
 /// What a simulated page holds.
@@ -79,8 +79,8 @@ pub struct SimulatorPage<'a> {
     pub scene: Option<&'a str>,
 }
 
-fn document(title: &str, doc: &str, fragment: &str) -> String {
-    format!(include_str!("animation/page.html"), title = escaped(title), doc = escaped(doc), fragment = fragment)
+fn document(title: &str, fragment: &str) -> String {
+    format!(include_str!("animation/page.html"), title = escaped(title), fragment = fragment)
 }
 
 fn recorded(motion: &Motion, mode: &str, heading: &str) -> String {

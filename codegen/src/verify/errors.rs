@@ -11,7 +11,6 @@ use super::{SMALLEST, size};
 use crate::interpret::GeneratedModule;
 use crate::term::Equations;
 use qrm_scene::expression::Node;
-use qrm_scene::function::Function;
 use qrm_scene::resolve::all_values;
 use qrm_scene::scene::{Quantity, Scene, Value};
 
@@ -38,7 +37,7 @@ pub(super) fn has_rounded_constants(scene: &Scene) -> bool {
         matches!(node, Node::Number(number) if digits(number.value) > LONG) || matches!(node, Node::Spline(..))
     };
     let has_long = |value: &&Value| value.nodes().iter().any(is_long);
-    scene.loads_call(|function| function == Function::Abs) || all_values(scene).iter().any(has_long)
+    all_values(scene).iter().any(has_long)
 }
 
 /// The errors of numbers at a state, computed when they are asked for.

@@ -6,14 +6,13 @@ use num_rational::BigRational;
 
 use super::Identifier;
 use super::table::{self, Reader};
-use crate::chart::Chart;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::expression::to_f64;
 use crate::function::Function;
 use crate::spline::Spline;
 
-/// A function given by points.
-pub(super) fn chart(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option<Chart> {
+/// A function given by points: lines between them, or a spline.
+pub(super) fn chart(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option<Arc<Spline>> {
     let what = format!("table `{}`", identifier.name);
     let meaning = match identifier.name.as_str() {
         name if Function::named(name).is_some() => Some("a function"),
@@ -39,9 +38,8 @@ pub(super) fn chart(r: &mut Reader, identifier: Identifier, value: table::Value)
     let spline = table.optional("spline").map(|v| (v.span(), r.text(v)));
     table.finish(r);
     // Stands for one that could not be read, so that its uses are not wrong too.
-    let flat = [0, 1].map(|x| [BigRational::from_integer(x.into()), BigRational::from_integer(0.into())]);
-    let placeholder = Chart { name: identifier.name.clone(), points: flat.to_vec(), spline: None };
-    let Some((x, y)) = x.zip(y) else { return Some(placeholder) };
+    let placeholder = || Spline::linear(&identifier.name, &[0.0, 1.0], &[0.0, 0.0]).map(Arc::new);
+    let Some((x, y)) = x.zip(y) else { return placeholder() };
     let wrong = match x.windows(2).position(|pair| pair[0] >= pair[1]) {
         _ if x.len() != y.len() => {
             Some((format!("{} abscissae and {} ordinates", x.len(), y.len()), "give one `y` for each `x`"))
@@ -57,24 +55,29 @@ pub(super) fn chart(r: &mut Reader, identifier: Identifier, value: table::Value)
     };
     if let Some((label, help)) = wrong {
         r.findings.push(Diagnostic::error(format!("{what} is no function"), value.span(), label).help(help));
-        return Some(placeholder);
+        return placeholder();
     }
-    let spline = spline.and_then(|(span, kind)| spline_through(r, &identifier, (span, &kind?.name), [&x, &y]));
-    let points = x.into_iter().zip(y).map(|(x, y)| [x, y]).collect();
-    Some(Chart { name: identifier.name, points, spline })
+    let doubles = [&x, &y].map(|axis| axis.iter().map(to_f64).collect::<Vec<f64>>());
+    spline_through(r, &identifier, spline, &doubles).or_else(placeholder)
 }
 
-/// The spline of a table, of a kind that it names.
+/// The spline of a table: lines, or of the kind that it names.
 fn spline_through(
     r: &mut Reader,
     identifier: &Identifier,
-    (span, kind): (Span, &str),
-    [x, y]: [&[BigRational]; 2],
+    kind: Option<(Span, Option<Identifier>)>,
+    [x, y]: &[Vec<f64>; 2],
 ) -> Option<Arc<Spline>> {
     let name = &identifier.name;
-    let [x, y] = [x, y].map(|axis| axis.iter().map(to_f64).collect::<Vec<f64>>());
-    let natural = Spline::natural(name, &x, &y);
+    let natural = Spline::natural(name, x, y);
+    let (span, kind) = match &kind {
+        None => (&identifier.span, ""),
+        Some((span, kind)) => (span, kind.as_ref()?.name.as_str()),
+    };
+    let linear = Spline::linear(name, x, y);
     let (wrong, label, help) = match kind {
+        "" if linear.is_some() => return linear.map(Arc::new),
+        "" => ("points that no lines join", "too close together, or too large", "doubles have 16 digits"),
         _ if natural.is_none() => {
             ("points that no spline passes through", "too close together, or too large", "doubles have 16 digits")
         }
@@ -83,10 +86,10 @@ fn spline_through(
         "periodic" if y.first() != y.last() => {
             ("a last point that is not the first one", "does not come back", "repeat the first `y` after a period")
         }
-        "periodic" => return Spline::periodic(name, &x, &y).or(natural).map(Arc::new),
+        "periodic" => return Spline::periodic(name, x, y).or(natural).map(Arc::new),
         _ => ("an unknown kind of spline", "not known", "write `spline = \"periodic\"` or `spline = \"natural\"`"),
     };
-    r.findings.push(Diagnostic::error(format!("table `{name}` has {wrong}"), span, label).help(help));
+    r.findings.push(Diagnostic::error(format!("table `{name}` has {wrong}"), span.clone(), label).help(help));
     // Its uses are not wrong too.
-    natural.or_else(|| Spline::natural(name, &[0.0, 1.0], &[0.0, 0.0])).map(Arc::new)
+    natural.map(Arc::new)
 }

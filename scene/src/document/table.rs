@@ -1,6 +1,7 @@
 //! Typed access to TOML values that reports wrong types, missing keys and unknown keys with their places.
 
 use std::cell::RefCell;
+use std::sync::Arc;
 
 use num_rational::BigRational;
 use toml::Spanned;
@@ -8,11 +9,11 @@ use toml::de::{DeString, DeTable, DeValue};
 
 use super::places::Places;
 use super::{Identifier, Target, characters, form};
-use crate::chart::Chart;
 use crate::diagnostic::{Diagnostic, Span};
 use crate::expression::Node;
 use crate::names::{closest, suggestion};
 use crate::parser::{Condition, Formula, parse_condition, parse_formula};
+use crate::spline::Spline;
 
 type Key<'s> = Spanned<DeString<'s>>;
 
@@ -222,7 +223,7 @@ pub(super) struct Reader<'s> {
     source: &'s str,
     pub(super) findings: Vec<Diagnostic>,
     /// What formulae may call beside the functions that there always are.
-    pub(super) charts: Vec<Chart>,
+    pub(super) charts: Vec<Arc<Spline>>,
     /// Whether something that may declare names could not be read.
     pub(super) lost: bool,
     /// How many of the findings are about the inside of a formula.
@@ -324,7 +325,7 @@ impl<'s> Reader<'s> {
     fn parse<T>(
         &mut self,
         value: Value,
-        parse: fn(&str, usize, &[Chart]) -> Result<T, Diagnostic>,
+        parse: fn(&str, usize, &[Arc<Spline>]) -> Result<T, Diagnostic>,
         formula: fn(&mut T) -> &mut Formula,
     ) -> Option<T> {
         let raw = &self.source[value.span()];

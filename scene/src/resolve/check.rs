@@ -7,7 +7,6 @@ use crate::diagnostic::Diagnostic;
 use crate::document::{BodySyntax, Document, Identifier};
 use crate::evaluate::{evaluate, known_values};
 use crate::expression::Node;
-use crate::function::Function;
 use crate::scene::{Friction, Known, Load, LoadKind, Quantity, Scene, Start, Value};
 
 /// Checks the parts of a scene whose parameters have their numbers. What depends on unknown names is left unchecked.
@@ -41,24 +40,21 @@ pub(super) fn whole(document: &Document, scene: &Scene, findings: &mut Vec<Diagn
 }
 
 /// Reports what the generator cannot differentiate; corners are allowed where the first derivative alone is needed.
-pub(super) fn differentiable(value: &Value, is_smooth: bool, source: &str, findings: &mut Vec<Diagnostic>) {
+pub(super) fn differentiable(value: &Value, is_smooth: bool, findings: &mut Vec<Diagnostic>) {
     for (id, node) in value.nodes().iter().enumerate() {
+        let mut report = |name: &str, before: &str| {
+            let loads = if node.is_piecewise() { "loads, " } else { "" };
+            let help =
+                format!("{before}`{name}` may stand in {loads}values of parameters, first guesses and stop conditions");
+            let title = format!("`{name}` cannot be differentiated");
+            findings.push(Diagnostic::error(title, value.span(id), "not smooth here").help(help));
+        };
         match node {
-            Node::Call(function, _) if !function.is_differentiable() && (is_smooth || !function.is_piecewise()) => {
-                // A table is made of other functions.
-                let text = source.get(value.span(id)).unwrap_or_default();
-                let name = text.split('(').next().unwrap_or(function.name()).trim();
-                let loads = if function.is_piecewise() { "loads, " } else { "" };
-                let places =
-                    format!("`{name}` may stand in {loads}values of parameters, first guesses and stop conditions");
-                let help = match Function::named(name) {
-                    Some(_) => places,
-                    None => format!("lay a spline through the points, `spline = \"natural\"`; without it, {places}"),
-                };
-                let error =
-                    Diagnostic::error(format!("`{name}` cannot be differentiated"), value.span(id), "not smooth here")
-                        .help(help);
-                findings.push(error);
+            Node::Call(function, _) if !function.is_differentiable() && (is_smooth || !node.is_piecewise()) => {
+                report(function.name(), "");
+            }
+            Node::Spline(spline, _) if is_smooth && node.is_piecewise() => {
+                report(&spline.name, "lay a spline through the points, `spline = \"natural\"`; without it, ");
             }
             Node::Power(_, exponent) if !is_number(value, *exponent) => findings.push(
                 Diagnostic::error("the exponent is not a number", value.span(*exponent), "not made of numbers alone")

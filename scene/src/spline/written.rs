@@ -9,12 +9,16 @@ impl Spline {
     /// Appends the derivative of an order at an argument, without branches.
     ///
     /// With windows `W_i`, one inside the piece `i` and zero elsewhere, base and coefficients are sums `sum c_i W_i` of which
-    /// one term is not zero. Windows are differences of steps from `floor`.
+    /// one term is not zero. Windows of cubic splines are differences of steps from `floor`; those of lines are of signs,
+    /// at whose jumps steps of a motion end.
     pub fn append<N>(&self, order: usize, formula: &mut Expression<N>, argument: NodeId, span: &Span) -> NodeId {
         let mut writer = Writer { formula, span };
+        if self.degree == 1 {
+            return self.append_lines(order, &mut writer, argument);
+        }
         let (x, inside, reach) = match self.period {
             Some(period) => {
-                let (first, length) = (writer.number(self.first), writer.number(period));
+                let (first, length) = (writer.number(self.first()), writer.number(period));
                 let from_first = writer.push(Node::Subtract(argument, first));
                 let turns = writer.push(Node::Divide(from_first, length));
                 let turns = writer.call(Function::Floor, vec![turns]);
@@ -23,15 +27,15 @@ impl Spline {
                 (x, x, period)
             }
             None => {
-                let last = self.steps[self.steps.len() - 1];
-                let length = last - self.first;
-                let ends = [self.first - length, last + length].map(|end| writer.number(end));
+                let last = self.bases[self.bases.len() - 1];
+                let length = last - self.first();
+                let ends = [self.first() - length, last + length].map(|end| writer.number(end));
                 let inside = writer.call(Function::Max, vec![argument, ends[0]]);
                 let inside = writer.call(Function::Min, vec![inside, ends[1]]);
                 (argument, inside, 4.0 * length)
             }
         };
-        let windows = writer.windows(inside, &self.steps, reach);
+        let windows = writer.windows(inside, self.steps(), reach);
         let base = writer.chosen(&self.bases, &windows);
         let distance = writer.push(Node::Subtract(x, base));
         let pieces: Vec<[f64; 4]> = self.pieces.iter().map(|piece| derived(*piece, order)).collect();
@@ -46,6 +50,31 @@ impl Spline {
             sum = writer.push(Node::Add(product, own));
         }
         sum
+    }
+
+    /// Appends lines: the sum of each line and its window.
+    fn append_lines<N>(&self, order: usize, writer: &mut Writer<N>, x: NodeId) -> NodeId {
+        let windows = writer.windows_of_signs(x, self.steps());
+        let mut sum = None;
+        for ((piece, base), window) in self.pieces.iter().zip(&self.bases).zip(windows) {
+            let [value, slope, ..] = derived(*piece, order);
+            let mut line = (value != 0.0).then(|| writer.number(value));
+            if slope != 0.0 {
+                let (slope, base) = (writer.number(slope), writer.number(*base));
+                let distance = writer.push(Node::Subtract(x, base));
+                let rise = writer.push(Node::Multiply(slope, distance));
+                line = Some(line.map_or(rise, |value| writer.push(Node::Add(rise, value))));
+            }
+            if let Some(line) = line {
+                let term = writer.push(Node::Multiply(line, window));
+                sum = Some(sum.map_or(term, |sum| writer.push(Node::Add(sum, term))));
+            }
+        }
+        let half = writer.number(0.5);
+        match sum {
+            Some(sum) => writer.push(Node::Multiply(half, sum)),
+            None => writer.number(0.0),
+        }
     }
 }
 
@@ -85,6 +114,23 @@ impl<N> Writer<'_, N> {
         let mut windows = vec![self.push(Node::Negate(levels[0]))];
         windows.extend(levels.windows(2).map(|pair| self.push(Node::Subtract(pair[0], pair[1]))));
         windows.push(self.push(Node::Add(one, levels[levels.len() - 1])));
+        windows
+    }
+
+    /// For each piece what is two inside it and one at its ends, else zero.
+    fn windows_of_signs(&mut self, x: NodeId, steps: &[f64]) -> Vec<NodeId> {
+        let signs: Vec<NodeId> = steps
+            .iter()
+            .map(|step| {
+                let from = self.number(*step);
+                let distance = self.push(Node::Subtract(x, from));
+                self.call(Function::Sign, vec![distance])
+            })
+            .collect();
+        let one = self.number(1.0);
+        let mut windows = vec![self.push(Node::Subtract(one, signs[0]))];
+        windows.extend(signs.windows(2).map(|pair| self.push(Node::Subtract(pair[0], pair[1]))));
+        windows.push(self.push(Node::Add(one, signs[signs.len() - 1])));
         windows
     }
 
