@@ -24,6 +24,8 @@ impl Block {
 coordinates = [{{ name = "x", unit = "m" }}]
 [parameters]
 m = 1
+[tables]
+pulse = {{ x = [0.3, 0.50037, 0.500371, 0.500372, 0.7], y = [0, 0, 1e6, 0, 0] }}
 [points]
 P = ['x', '0']
 [bodies]
@@ -87,16 +89,20 @@ fn values_that_are_not_chosen_cost_no_digits() {
     let start = [0.0; 2];
     let triangle = Block { force: "1e12*max(0, 1e-6 - abs(t - 0.50037))", start, end_time: 1.0 };
     triangle.ends_at([1.0 - 0.50037, 1.0], 1e-9, 1e-9);
+    let table = Block { force: "pulse(t)", start, end_time: 1.0 };
+    table.ends_at([1.0 - 0.500371, 1.0], 1e-9, 1e-9);
     let parabola = Block { force: "0.75e18*max(0, 1e-12 - (t - 0.50037)^2)", start, end_time: 1.0 };
-    parabola.ends_at([1.0 - 0.50037, 1.0], 1e-9, 1e-9);
     let stop = Block { force: "-1e10*max(0, x - 0.50037)", start: [0.0, 1.0], end_time: 1.0 };
-    let run = stop.run(&["--method", "dop853", "--tolerance", "1e-10"]);
-    assert_eq!(run.status(), 0, "{}", run.stderr());
-    let table = run.trajectory();
     // Half a period in contact.
-    let exact = 0.50037 - (1.0 - 0.50037 - 1e-5 * std::f64::consts::PI);
-    near("x", table.number(table.last(), "x"), exact, 1e-9);
-    near("x_dot", table.number(table.last(), "x_dot"), -1.0, 1e-9);
+    let thrown_back = 0.50037 - (1.0 - 0.50037 - 1e-5 * std::f64::consts::PI);
+    for (block, exact) in [(parabola, [1.0 - 0.50037, 1.0]), (stop, [thrown_back, -1.0])] {
+        let run = block.run(&["--method", "dop853", "--tolerance", "1e-10"]);
+        assert_eq!(run.status(), 0, "{}", run.stderr());
+        let table = run.trajectory();
+        for (column, exact) in ["x", "x_dot"].into_iter().zip(exact) {
+            near(&format!("{column} under {}", block.force), table.number(table.last(), column), exact, 1e-9);
+        }
+    }
 }
 
 /// An extreme at a corner is known as well as the time of the corner.
