@@ -174,7 +174,7 @@ impl Lowering {
         let sign = plain(self.graph.add(Op::Call(Function::Sign, difference)));
         let sign = if function == Function::Min { sign.negated() } else { sign };
         let half = self.graph.number(0.5);
-        // The other value is multiplied by zero, and not subtracted from a sum in which it may be the larger part.
+        // The other value is multiplied by zero; in a sum of both it would cancel, and leave its rounding errors.
         let part = |lower: &mut Self, value: Id, sign: Signed| {
             let half_sign = lower.product(half, sign);
             let chosen = lower.total(vec![half, half_sign]);

@@ -14,18 +14,18 @@ use crate::error::{Error, Message};
 use crate::scenes::{engine, model_of_source};
 use crate::setup::Setup;
 
-/// The designs that one form of a constraint is to serve.
+/// The designs that share one form of each constraint.
 pub(crate) struct DesignSpace<'d> {
     /// How many there are.
     pub(crate) count: usize,
     /// The value that a design gives a parameter; `None` if it is not varied.
     pub(crate) value: &'d dyn Fn(usize, &str) -> Option<f64>,
     /// The range of these values.
-    pub(crate) range: Ranges<'d>,
+    pub(crate) range: ParameterRange<'d>,
 }
 
 /// The range of a parameter that varies; `None` if it has one value.
-type Ranges<'r> = &'r dyn Fn(&str) -> Option<Interval>;
+type ParameterRange<'r> = &'r dyn Fn(&str) -> Option<Interval>;
 
 /// A scene whose constraints are rewritten.
 pub(crate) struct Rewritten {
@@ -40,25 +40,25 @@ pub(crate) struct Rewritten {
 ///
 /// # Errors
 /// The engine fails or is interrupted.
-pub(crate) fn rewritten(setup: &Setup, ranges: Ranges) -> Result<Option<Rewritten>, Error> {
+pub(crate) fn rewritten(setup: &Setup, range: ParameterRange) -> Result<Option<Rewritten>, Error> {
     let (path, source, scene) = (&setup.path, setup.description.source, &*setup.scene);
     let directions = directions(scene, source);
     if directions.is_empty() {
         return Ok(None);
     }
-    let parameters = parameter_ranges(scene, &setup.parameters(), ranges);
+    let parameters = parameter_ranges(scene, &setup.parameters(), range);
     let may_be_singular = |direction: &Direction| {
         let residual = &scene.constraints[direction.constraint].residual;
-        range(scene, residual, direction.component, &parameters).contains(0.0)
+        enclosure_of_node(scene, residual, direction.singular_component, &parameters).contains(0.0)
     };
     let mut singular: Vec<Direction> = directions.into_iter().filter(may_be_singular).collect();
     if singular.is_empty() {
         return Ok(None);
     }
     singular.sort_by_key(|direction| direction.span.start);
-    let note = |Direction { constraint, component, regular_form, .. }: &Direction| {
+    let note = |Direction { constraint, singular_component, regular_form, .. }: &Direction| {
         let Constraint { name, residual, .. } = &scene.constraints[*constraint];
-        let component = &source[residual.span(*component)];
+        let component = &source[residual.span(*singular_component)];
         let text =
             format!("constraint `{name}` is singular where {component} = 0, and is taken as `{regular_form}` instead");
         Message::new(text)
@@ -80,31 +80,31 @@ pub(crate) fn rewritten(setup: &Setup, ranges: Ranges) -> Result<Option<Rewritte
 }
 
 /// The ranges of all parameters, of which some vary.
-fn parameter_ranges(scene: &Scene, values: &[f64], ranges: Ranges) -> Vec<Interval> {
+fn parameter_ranges(scene: &Scene, values: &[f64], range: ParameterRange) -> Vec<Interval> {
     let mut known: Vec<Interval> = values.iter().map(|value| Interval::point(*value)).collect();
     for (place, parameter) in scene.parameters.iter().enumerate() {
         let formula = &parameter.formula;
-        if let Some(range) = ranges(&parameter.name) {
+        if let Some(range) = range(&parameter.name) {
             known[place] = range;
         } else if scene.parameters_of([formula]).iter().any(|other| known[*other].width() > 0.0) {
-            known[place] = range_of(scene, formula, &known);
+            known[place] = enclosure(scene, formula, &known);
         }
     }
     known
 }
 
 /// The range of a formula over all positions and times.
-fn range_of(scene: &Scene, value: &Value, parameters: &[Interval]) -> Interval {
-    range(scene, value, value.nodes().len() - 1, parameters)
+fn enclosure(scene: &Scene, value: &Value, parameters: &[Interval]) -> Interval {
+    enclosure_of_node(scene, value, value.nodes().len() - 1, parameters)
 }
 
 /// The range of an operation of a formula over all positions and times.
-fn range(scene: &Scene, value: &Value, id: NodeId, parameters: &[Interval]) -> Interval {
-    let of = |id: &NodeId| range(scene, value, *id, parameters);
+fn enclosure_of_node(scene: &Scene, value: &Value, id: NodeId, parameters: &[Interval]) -> Interval {
+    let of = |id: &NodeId| enclosure_of_node(scene, value, *id, parameters);
     match &value.nodes()[id] {
         Node::Number(number) => Interval::rounded(number.value),
         Node::Name(Quantity::Parameter(place)) => parameters[*place],
-        Node::Name(Quantity::Point(place, axis)) => range_of(scene, &scene.points[*place].position[*axis], parameters),
+        Node::Name(Quantity::Point(place, axis)) => enclosure(scene, &scene.points[*place].position[*axis], parameters),
         Node::Name(Quantity::Pi) => Interval::pi(),
         Node::Negate(a) => -of(a),
         Node::Add(a, b) => of(a) + of(b),

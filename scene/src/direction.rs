@@ -11,16 +11,17 @@ pub struct Direction {
     /// The place of the constraint.
     pub constraint: usize,
     /// The component whose zeros make the constraint singular, as an operation of its residual.
-    pub component: NodeId,
-    /// The text of the constraint in the form `x*sin(phi) - y*cos(phi)`, which is nowhere singular.
+    pub singular_component: NodeId,
+    /// The text of the constraint in the form `x*sin(phi) - y*cos(phi)`, which is regular wherever the vector is not zero.
+    /// It also holds for the opposite direction.
     pub regular_form: String,
     /// Where the residual stands.
     pub span: Span,
 }
 
 /// The constraints of the form `x - r*cos(phi)`, `y - r*sin(phi)` or `y - x*tan(phi)`, in either order, where `r` is
-/// `sqrt(x^2 + y^2)`, `(x^2 + y^2)^0.5` or `hypot(x, y)`. Left out are those on one side, and those whose multiplier an output uses:
-/// another form has another multiplier. `source` is the text of the scene.
+/// `sqrt(x^2 + y^2)`, `(x^2 + y^2)^0.5` or `hypot(x, y)`. One-sided constraints are left out, and so are those whose
+/// multiplier an output uses: another form has another multiplier. `source` is the text of the scene.
 pub fn directions(scene: &Scene, source: &str) -> Vec<Direction> {
     let is_used = |place: usize| {
         scene.outputs.iter().any(|output| match &output.kind {
@@ -39,12 +40,12 @@ pub fn directions(scene: &Scene, source: &str) -> Vec<Direction> {
             let is_sum = matches!(residual.nodes()[id], Node::Add(..) | Node::Subtract(..) | Node::Negate(_));
             Some(if is_sum && !is_enclosed(text) { format!("({text})") } else { text.to_owned() })
         };
-        let (given, cross, angle) = (text(given)?, text(other)?, source.get(residual.span(angle))?);
+        let (x, y, angle) = (text(given)?, text(other)?, source.get(residual.span(angle))?);
         let [first, second] = if function == Function::Cos { ["sin", "cos"] } else { ["cos", "sin"] };
         Some(Direction {
             constraint: place,
-            component: other,
-            regular_form: format!("{given}*{first}({angle}) - {cross}*{second}({angle})"),
+            singular_component: other,
+            regular_form: format!("{x}*{first}({angle}) - {y}*{second}({angle})"),
             span: residual.whole_span(),
         })
     });
@@ -150,7 +151,7 @@ mod tests {
         );
         let (scene, _) = resolve::read("s.toml", &source).unwrap_or_else(|e| panic!("{e}"));
         let found = directions(&scene, &source).pop()?;
-        let span = scene.constraints[found.constraint].residual.span(found.component);
+        let span = scene.constraints[found.constraint].residual.span(found.singular_component);
         Some([found.regular_form, source[span].to_owned()])
     }
 

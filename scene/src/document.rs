@@ -1,13 +1,13 @@
 //! Scene text to a syntax tree with places. The only module that knows TOML.
 
 mod characters;
-mod charts;
 mod drawing;
 mod form;
 mod joints;
 mod known;
 mod links;
 mod loads;
+mod lookup_tables;
 mod outputs;
 mod places;
 mod sections;

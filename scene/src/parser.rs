@@ -32,29 +32,29 @@ pub struct Condition<N> {
 /// Boxed, so that the recursion below needs little stack: one level of nesting passes through five functions.
 type Parsed<T> = Result<T, Box<Diagnostic>>;
 
-/// Reads a formula that begins at byte `offset` of its file and may call these charts.
+/// Reads a formula that begins at byte `offset` of its file and may call these lookup tables.
 ///
 /// # Errors
 /// The first mistake in the formula, with its place.
-pub fn parse_formula(text: &str, offset: usize, charts: &[Arc<Spline>]) -> Result<Formula, Diagnostic> {
-    let mut parser = Parser::new(text, offset, charts)?;
+pub fn parse_formula(text: &str, offset: usize, tables: &[Arc<Spline>]) -> Result<Formula, Diagnostic> {
+    let mut parser = Parser::new(text, offset, tables)?;
     parser.sum().and_then(|_| parser.expect_end()).map_err(|error| *error)?;
     parser.finish()
 }
 
-/// Reads a condition that begins at byte `offset` of its file and may call these charts.
+/// Reads a condition that begins at byte `offset` of its file and may call these lookup tables.
 ///
 /// # Errors
 /// The first mistake in the condition, with its place.
-pub fn parse_condition(text: &str, offset: usize, charts: &[Arc<Spline>]) -> Result<Condition<String>, Diagnostic> {
-    let mut parser = Parser::new(text, offset, charts)?;
+pub fn parse_condition(text: &str, offset: usize, tables: &[Arc<Spline>]) -> Result<Condition<String>, Diagnostic> {
+    let mut parser = Parser::new(text, offset, tables)?;
     let (left, comparison, right) = parser.condition().map_err(|error| *error)?;
     parser.formula.push(Node::Subtract(left, right), offset..offset + text.len());
     Ok(Condition { difference: parser.finish()?, comparison })
 }
 
 struct Parser<'c> {
-    charts: &'c [Arc<Spline>],
+    tables: &'c [Arc<Spline>],
     tokens: Vec<(Token, Span)>,
     at: usize,
     end: usize,
@@ -63,14 +63,14 @@ struct Parser<'c> {
 }
 
 impl<'c> Parser<'c> {
-    fn new(text: &str, offset: usize, charts: &'c [Arc<Spline>]) -> Result<Self, Diagnostic> {
+    fn new(text: &str, offset: usize, tables: &'c [Arc<Spline>]) -> Result<Self, Diagnostic> {
         if text.trim().is_empty() {
             return Err(Diagnostic::error("empty formula", offset..offset + text.len(), "nothing here")
                 .help("write a formula, or `0`"));
         }
         let tokens = tokenize(text, offset)?;
         let end = offset + text.trim_end().len();
-        Ok(Self { charts, tokens, at: 0, end, depth: 0, formula: Formula::new() })
+        Ok(Self { tables, tokens, at: 0, end, depth: 0, formula: Formula::new() })
     }
 
     fn finish(self) -> Result<Formula, Diagnostic> {
@@ -230,7 +230,7 @@ impl<'c> Parser<'c> {
     }
 
     fn name(&mut self, name: String, span: Span) -> Parsed<NodeId> {
-        if Function::named(&name).is_some() || self.charts.iter().any(|chart| chart.name == name) {
+        if Function::named(&name).is_some() || self.tables.iter().any(|table| table.name == name) {
             let error = Diagnostic::error(format!("`{name}` is a function"), span, "its argument is missing");
             return Err(Box::new(error.help(format!("write `{name}(...)`"))));
         }
@@ -248,12 +248,12 @@ impl<'c> Parser<'c> {
         }
         let closed = self.close(&opened)?;
         let span = name_span.start..closed.end;
-        let chart = self.charts.iter().find(|chart| chart.name == name);
-        if let (Some(chart), None) = (chart, Function::named(name)) {
+        let table = self.tables.iter().find(|table| table.name == name);
+        if let (Some(table), None) = (table, Function::named(name)) {
             let [argument] = arguments[..] else { return Err(wrong_arity(name, 1, arguments.len(), span)) };
-            return Ok(self.formula.push(Node::Spline(Arc::clone(chart), argument), span));
+            return Ok(self.formula.push(Node::Spline(Arc::clone(table), argument), span));
         }
-        let function = Function::named(name).ok_or_else(|| unknown_function(name, self.charts, name_span.clone()))?;
+        let function = Function::named(name).ok_or_else(|| unknown_function(name, self.tables, name_span.clone()))?;
         if arguments.len() != function.arity() {
             return Err(wrong_arity(name, function.arity(), arguments.len(), span));
         }
@@ -283,8 +283,8 @@ impl<'c> Parser<'c> {
     }
 }
 
-fn unknown_function(name: &str, charts: &[Arc<Spline>], span: Span) -> Box<Diagnostic> {
-    let own = charts.iter().map(|chart| chart.name.as_str());
+fn unknown_function(name: &str, tables: &[Arc<Spline>], span: Span) -> Box<Diagnostic> {
+    let own = tables.iter().map(|table| table.name.as_str());
     let known: Vec<&str> = Function::ALL.iter().map(|f| f.name()).chain(own).collect();
     let help = suggestion(name, known.iter().copied(), || format!("known functions: {}", known.join(", ")));
     Box::new(Diagnostic::error(format!("unknown function `{name}`"), span, "not known").help(help))

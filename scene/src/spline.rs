@@ -8,8 +8,8 @@ use std::hash::{Hash, Hasher};
 use crate::function::Differentiable;
 use slopes::{natural_slopes, periodic_slopes};
 
-/// A spline: its pieces are polynomials in the distance from their bases, cubic with two continuous derivatives, or linear
-/// with corners. All its numbers are doubles.
+/// A piecewise polynomial of one variable: cubic with two continuous derivatives, or linear with corners. All its numbers
+/// are doubles.
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Spline {
@@ -17,9 +17,10 @@ pub struct Spline {
     pub name: String,
     /// The degree of its pieces, 1 or 3.
     degree: usize,
-    /// Its period; `None` where it goes on as a straight line beyond its ends.
+    /// Its period. Without one, a cubic spline goes on as a straight line beyond its ends, and lines stay constant.
     period: Option<f64>,
-    /// The bases of the pieces. The first one is where the spline begins, and the others are where their pieces begin.
+    /// Where the spline begins, and where its second piece and each one after it begin. Pieces are polynomials in the
+    /// distance from there. Without a period the first two are equal: the first piece lies before them.
     bases: Vec<f64>,
     /// The coefficients of each piece, that of the constant first.
     pieces: Vec<[f64; 4]>,
@@ -78,7 +79,7 @@ impl Spline {
             let turns = ((x.re() - self.first()) / period).floor();
             x - D::from(period) * D::from(turns)
         });
-        let piece = self.steps().partition_point(|step| *step <= x.re());
+        let piece = self.breakpoints().partition_point(|breakpoint| *breakpoint <= x.re());
         let distance = x - D::from(self.bases[piece]);
         let coefficients = derived(self.pieces[piece], order);
         coefficients.iter().rev().fold(D::from(0.0), |sum, c| sum * distance + D::from(*c))
@@ -86,7 +87,7 @@ impl Spline {
 
     /// Where it has corners.
     pub fn corners(&self) -> &[f64] {
-        if self.degree == 1 { self.steps() } else { &[] }
+        if self.degree == 1 { self.breakpoints() } else { &[] }
     }
 
     /// Where it begins.
@@ -95,12 +96,12 @@ impl Spline {
     }
 
     /// Where the second piece and each one after it begin.
-    fn steps(&self) -> &[f64] {
+    fn breakpoints(&self) -> &[f64] {
         &self.bases[1..]
     }
 
     /// The shortest distance between points.
-    pub fn shortest(&self) -> f64 {
+    pub fn shortest_interval(&self) -> f64 {
         let end = self.period.map(|period| self.first() + period);
         let points: Vec<f64> = self.bases.iter().copied().chain(end).collect();
         let lengths = points.windows(2).map(|pair| pair[1] - pair[0]).filter(|length| *length > 0.0);
@@ -286,7 +287,7 @@ mod tests {
         let y = [0.0, 1.0, 0.5, -1.0, 0.0];
         for spline in [Spline::natural("close", &x, &y), Spline::periodic("close", &x, &y)] {
             let spline = spline.expect("a spline");
-            near(spline.shortest(), 1e-4, 1e-18);
+            near(spline.shortest_interval(), 1e-4, 1e-18);
             for (x, y) in x.iter().zip(y) {
                 near(at(&spline, *x)[0], y, 1e-12);
             }
@@ -296,7 +297,7 @@ mod tests {
     #[test]
     fn the_last_interval_of_a_period_counts() {
         let spline = Spline::periodic("late", &[0.0, 1.0, 2.0, 3.0, 3.5], &[0.0, 1.0, 1.0, 2.0, 0.0]);
-        near(spline.expect("a spline").shortest(), 0.5, 0.0);
+        near(spline.expect("a spline").shortest_interval(), 0.5, 0.0);
     }
 
     #[test]

@@ -89,7 +89,7 @@ fn own_scales(node: &Node<Quantity>, courses: &[Option<TimeFunction>]) -> Vec<Ti
             spline.corners().iter().filter_map(from).flat_map(of_corner).collect()
         }
         Node::Spline(spline, argument) => match moves(argument) {
-            Some(TimeFunction::Line { rate, .. }) => vec![TimeScale::Period(rate.abs() / spline.shortest())],
+            Some(TimeFunction::Line { rate, .. }) => vec![TimeScale::Period(rate.abs() / spline.shortest_interval())],
             Some(course) => of_smooth(course),
             None => Vec::new(),
         },

@@ -11,14 +11,14 @@ use crate::term::{Symbol, Term};
 use qrm_scene::expression::Number;
 use qrm_scene::function::Function;
 
-/// A function that changes in jumps alone, where its argument is zero.
+/// A function of the sign of its argument, constant on either side of zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Switch {
-    /// -1 or 1.
+    /// 1 where the argument is positive, -1 where it is negative, 0 at zero.
     Sign,
-    /// 1 where the argument is positive, 0 where it is negative.
+    /// 1 where the argument is positive, 0 where it is negative, 1/2 at zero.
     Above,
-    /// 0 where the argument is positive, 1 where it is negative.
+    /// 0 where the argument is positive, 1 where it is negative, 1/2 at zero.
     Below,
 }
 
@@ -48,8 +48,8 @@ impl Algebra<'_> {
             Function::Hypot => self.root(&self.simplify(&(x * x + &arguments[1] * &arguments[1]))),
             Function::Sign => self.sign(x),
             Function::Abs => x * self.sign(x),
-            Function::Max => self.chosen(x, &arguments[1], [Switch::Above, Switch::Below]),
-            Function::Min => self.chosen(x, &arguments[1], [Switch::Below, Switch::Above]),
+            Function::Max => self.selected(x, &arguments[1], [Switch::Above, Switch::Below]),
+            Function::Min => self.selected(x, &arguments[1], [Switch::Below, Switch::Above]),
             // The resolver has rejected every function without a derivative.
             _ => function!(symbol!(f.name()), x),
         }
@@ -75,9 +75,9 @@ impl Algebra<'_> {
         self.call(Function::Tanh, &[self.simplify(x)])
     }
 
-    /// One of two values, by switches of their difference: the other one is multiplied by zero, and not subtracted from
-    /// a sum in which it may be the larger part.
-    fn chosen(&self, a: &Atom, b: &Atom, [first, second]: [Switch; 2]) -> Atom {
+    /// The larger or smaller of two values: their sum, each times a switch of their difference. The value that is not
+    /// wanted is multiplied by zero; in `(a + b + |a - b|)/2` it cancels, and leaves its rounding errors.
+    fn selected(&self, a: &Atom, b: &Atom, [first, second]: [Switch; 2]) -> Atom {
         let difference = self.simplify(&(a - b));
         a * self.switch(first, &difference) + b * self.switch(second, &difference)
     }
@@ -87,7 +87,7 @@ impl Algebra<'_> {
         self.switch(Switch::Sign, x)
     }
 
-    /// A switch, under its name: it has no derivative but where it jumps.
+    /// A switch, under its name. Its derivative is zero wherever it has one.
     pub(super) fn switch(&self, switch: Switch, x: &Atom) -> Atom {
         let mut known = self.switches.borrow_mut();
         let place = known.iter().position(|(own, other)| *own == switch && other == x).unwrap_or_else(|| {

@@ -34,7 +34,11 @@ pub(crate) struct Options {
 
 /// Prints what can be known of a mechanism beyond one run of it.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
-    let setup = Setup::new(models, &options.scene, &options.method)?;
+    let setup = Setup::of(options.scene.name.find(models)?, &options.scene, &options.method)?;
+    // The whole check has topics for them.
+    if !options.at_rest.is_empty() || options.branches {
+        setup.print_notes();
+    }
     if !options.at_rest.is_empty() {
         let mechanism = released(&setup, &setup.scene.drives())?;
         for position in equilibrium::positions(&*mechanism, &options.at_rest)? {

@@ -187,7 +187,7 @@ impl Corners {
     }
 
     /// Whether a switching function is zero at a state, and not along its tangent.
-    fn is_at(&mut self, state: &State) -> bool {
+    pub(crate) fn is_at(&mut self, state: &State) -> bool {
         let state = state.as_ref();
         self.begin_at(&state);
         if !self.values[1][self.others.clone()].contains(&0.0) {

@@ -251,7 +251,7 @@ impl Companion {
         let Some(difference) = self.differences.each.get_mut(place) else { return };
         let error = other.map(|other| {
             let difference = (extreme.value - number(mechanism, other, extreme.column)).abs();
-            difference.max(change_within_resolution(mechanism, other, extreme.column))
+            difference.max(change_within_time_resolution(mechanism, other, extreme.column))
         });
         // Where the other motion is not known, its largest difference counts.
         let found = error.unwrap_or(difference.largest);
@@ -322,9 +322,9 @@ fn size(of: &[Difference]) -> f64 {
     of.iter().flat_map(|difference| difference.range).fold(0.0, |size, value| size.max(value.abs()))
 }
 
-/// The change of a column on the way from the end of a step to the corner that it ends at, as far as time makes it. It
-/// is the smaller one of those backwards and forwards, so that no jump is one.
-fn change_within_resolution(mechanism: &dyn Mechanism, at: &State, column: usize) -> f64 {
+/// The change of a column within the resolution of the times of corners, with coordinates and rates held fixed. It is the
+/// smaller one of those backwards and forwards, so that a jump does not count. Steps end within half of it of some corners.
+fn change_within_time_resolution(mechanism: &dyn Mechanism, at: &State, column: usize) -> f64 {
     let here = number(mechanism, at, column);
     let reach = Corner(at.t).behind() - at.t;
     let mut beside = at.clone();

@@ -12,6 +12,9 @@ use super::stats::SolverStats;
 const DISTANCES: [f64; 2] = [1e-2, 1e-4];
 /// Accelerations are precise enough with an estimated error of this part of the largest one.
 const PRECISE: f64 = 1e-8;
+/// Multipliers are interpolated where their estimated error is below this part of the largest one: beside a pole no
+/// polynomial follows them.
+const SMOOTH: f64 = 1e-3;
 /// The weights of positions at one to four distances on each side, in the polynomial of degree 7 through all of them.
 const WEIGHTS: [f64; 4] = [4.0 / 5.0, -2.0 / 5.0, 4.0 / 35.0, -1.0 / 70.0];
 /// The weights of the same positions in the polynomial of degree 5 through the inner six: the difference between the
@@ -19,7 +22,8 @@ const WEIGHTS: [f64; 4] = [4.0 / 5.0, -2.0 / 5.0, 4.0 / 35.0, -1.0 / 70.0];
 const INNER_WEIGHTS: [f64; 4] = [3.0 / 4.0, -3.0 / 10.0, 1.0 / 20.0, 0.0];
 
 /// Replaces accelerations and multipliers at a singular position by those of the polynomial through projected positions
-/// on both sides, along the rates. They stay as they are where constraints say too little everywhere, and at rest.
+/// on both sides, along the rates. They stay as they are where constraints say too little everywhere, and at rest;
+/// multipliers also beside a pole.
 #[cold]
 pub(super) fn interpolate(
     mechanism: &dyn Mechanism,
@@ -37,11 +41,14 @@ pub(super) fn interpolate(
     let mut least = f64::INFINITY;
     for distance in DISTANCES {
         motion.duration = distance / speed;
-        let Some((error, values)) = motion.interpolated() else { continue };
+        let Some(([error, of_multipliers], values)) = motion.interpolated() else { continue };
         if error < least {
             least = error;
-            qdd.copy_from_slice(&values[..q.len()]);
-            multipliers.copy_from_slice(&values[q.len()..]);
+            let (accelerations, forces) = values.split_at(q.len());
+            qdd.copy_from_slice(accelerations);
+            if of_multipliers <= SMOOTH * largest(forces).1 {
+                multipliers.copy_from_slice(forces);
+            }
         }
         if error <= PRECISE * largest(qdd).1 {
             break;
@@ -62,9 +69,9 @@ struct Motion<'a> {
 }
 
 impl Motion<'_> {
-    /// The accelerations and multipliers between positions on both sides, behind their estimated error; `None` if the
-    /// constraints say too little there.
-    fn interpolated(&mut self) -> Option<(f64, Vec<f64>)> {
+    /// The accelerations and multipliers between positions on both sides, behind the estimated errors of either; `None` if
+    /// the constraints say too little there.
+    fn interpolated(&mut self) -> Option<([f64; 2], Vec<f64>)> {
         let (mut values, mut difference) = (vec![0.0; self.count], vec![0.0; self.count]);
         for (k, (weight, inner)) in WEIGHTS.iter().zip(INNER_WEIGHTS).enumerate() {
             let place = (k + 1) as f64;
@@ -76,7 +83,8 @@ impl Motion<'_> {
                 }
             }
         }
-        Some((largest(&difference[..self.q.len()]).1, values))
+        let (of_accelerations, of_multipliers) = difference.split_at(self.q.len());
+        Some(([of_accelerations, of_multipliers].map(|difference| largest(difference).1), values))
     }
 
     /// The accelerations and multipliers at a place, in distances; `None` if the constraints say too little.

@@ -1,11 +1,11 @@
 //! The sections of a scene file, key by key.
 
-use super::charts::chart;
 use super::drawing::drawn;
 use super::joints::joint;
 use super::known::{extreme, reference, values};
 use super::links::link;
 use super::loads::load;
+use super::lookup_tables::lookup_table;
 use super::outputs::output;
 use super::table::{self, Reader, Table};
 use super::{BodySyntax, ConstraintSyntax, CoordinateSyntax, Document, Identifier, ParameterSyntax, Position, Side};
@@ -42,8 +42,8 @@ impl Document {
         }
         // Every formula may call them.
         for (identifier, value) in root.entries(r, "tables") {
-            let chart = chart(r, identifier.clone(), value);
-            r.charts.extend(chart);
+            let function = lookup_table(r, identifier.clone(), value);
+            r.lookup_tables.extend(function);
             self.tables.push(identifier);
         }
         for (identifier, value) in root.entries(r, "parameters") {

@@ -17,6 +17,9 @@ use crate::spline::Spline;
 
 type Key<'s> = Spanned<DeString<'s>>;
 
+/// Reads a text that begins at a byte of the file and may call lookup tables.
+type Parse<T> = fn(&str, usize, &[Arc<Spline>]) -> Result<T, Diagnostic>;
+
 /// What messages call the table that is the whole file.
 const SCENE: &str = "the scene";
 
@@ -223,7 +226,7 @@ pub(super) struct Reader<'s> {
     source: &'s str,
     pub(super) findings: Vec<Diagnostic>,
     /// What formulae may call beside the functions that there always are.
-    pub(super) charts: Vec<Arc<Spline>>,
+    pub(super) lookup_tables: Vec<Arc<Spline>>,
     /// Whether something that may declare names could not be read.
     pub(super) lost: bool,
     /// How many of the findings are about the inside of a formula.
@@ -232,7 +235,7 @@ pub(super) struct Reader<'s> {
 
 impl<'s> Reader<'s> {
     pub(super) fn new(source: &'s str) -> Self {
-        Self { source, findings: Vec::new(), charts: Vec::new(), lost: false, unreadable: 0 }
+        Self { source, findings: Vec::new(), lookup_tables: Vec::new(), lost: false, unreadable: 0 }
     }
 
     pub(super) fn wrong_type(&mut self, value: Value, expected: &str) {
@@ -322,12 +325,7 @@ impl<'s> Reader<'s> {
         [placeholder(), placeholder()]
     }
 
-    fn parse<T>(
-        &mut self,
-        value: Value,
-        parse: fn(&str, usize, &[Arc<Spline>]) -> Result<T, Diagnostic>,
-        formula: fn(&mut T) -> &mut Formula,
-    ) -> Option<T> {
+    fn parse<T>(&mut self, value: Value, parse: Parse<T>, formula: fn(&mut T) -> &mut Formula) -> Option<T> {
         let raw = &self.source[value.span()];
         let (text, places) = match value.0.get_ref() {
             DeValue::String(text) => (text.to_string(), self.places(value, text)),
@@ -342,7 +340,7 @@ impl<'s> Reader<'s> {
                 return None;
             }
         };
-        let result = parse(&text, 0, &self.charts).map(|mut parsed| {
+        let result = parse(&text, 0, &self.lookup_tables).map(|mut parsed| {
             formula(&mut parsed).move_spans(|span| places.span(span));
             parsed
         });

@@ -15,7 +15,7 @@ pub(super) fn parts(document: &Document, scene: &Scene, findings: &mut Vec<Diagn
     for (syntax, place) in document.bodies.iter().zip(0..) {
         body(syntax, scene, place, findings);
     }
-    bodies_at_all_times(scene, findings);
+    prescribed_bodies(scene, findings);
     loads(scene, findings);
     run(scene, findings);
     references(document, scene, findings);
@@ -190,8 +190,9 @@ fn loads(scene: &Scene, findings: &mut Vec<Diagnostic>) {
     }
 }
 
-/// What holds a body on its way does work that nothing tells of unless a constraint drives it.
-fn bodies_at_all_times(scene: &Scene, findings: &mut Vec<Diagnostic>) {
+/// Reports bodies whose position or angle depends on time directly: the work of what drives them would be missing from
+/// the energy balance.
+fn prescribed_bodies(scene: &Scene, findings: &mut Vec<Diagnostic>) {
     for body in &scene.bodies {
         let places = body.com.iter().flatten().chain(&body.angle);
         if let Some(place) = places.into_iter().find(|place| scene.depends_on_time(place)) {

@@ -1,4 +1,4 @@
-//! Splines in functions that step from piece to piece.
+//! Splines as expressions of `floor` and `sign`, without branches.
 
 use super::{Spline, derived};
 use crate::diagnostic::Span;
@@ -8,9 +8,9 @@ use crate::function::Function;
 impl Spline {
     /// Appends the derivative of an order at an argument, without branches.
     ///
-    /// With windows `W_i`, one inside the piece `i` and zero elsewhere, base and coefficients are sums `sum c_i W_i` of which
-    /// one term is not zero. Windows of cubic splines are differences of steps from `floor`; those of lines are of signs,
-    /// at whose jumps steps of a motion end.
+    /// With windows `W_i`, one inside the piece `i` and zero elsewhere, base and coefficients of a cubic spline are sums
+    /// `sum c_i W_i`. Windows are differences of whole parts. Lines `l_i` are a sum `1/2 sum l_i W_i` with windows of two,
+    /// differences of signs: steps of a motion end where signs jump.
     pub fn append<N>(&self, order: usize, formula: &mut Expression<N>, argument: NodeId, span: &Span) -> NodeId {
         let mut writer = Writer { formula, span };
         if self.degree == 1 {
@@ -35,7 +35,7 @@ impl Spline {
                 (argument, inside, 4.0 * length)
             }
         };
-        let windows = writer.windows(inside, self.steps(), reach);
+        let windows = writer.windows(inside, self.breakpoints(), reach);
         let base = writer.chosen(&self.bases, &windows);
         let distance = writer.push(Node::Subtract(x, base));
         let pieces: Vec<[f64; 4]> = self.pieces.iter().map(|piece| derived(*piece, order)).collect();
@@ -52,9 +52,9 @@ impl Spline {
         sum
     }
 
-    /// Appends lines: the sum of each line and its window.
+    /// Appends lines: half the sum of each line times its window.
     fn append_lines<N>(&self, order: usize, writer: &mut Writer<N>, x: NodeId) -> NodeId {
-        let windows = writer.windows_of_signs(x, self.steps());
+        let windows = writer.windows_of_signs(x, self.breakpoints());
         let mut sum = None;
         for ((piece, base), window) in self.pieces.iter().zip(&self.bases).zip(windows) {
             let [value, slope, ..] = derived(*piece, order);
@@ -134,7 +134,7 @@ impl<N> Writer<'_, N> {
         windows
     }
 
-    /// The value of the piece whose window is open.
+    /// The value of the piece whose window is not zero.
     fn chosen(&mut self, values: &[f64], windows: &[NodeId]) -> NodeId {
         let mut sum = None;
         for (value, window) in values.iter().zip(windows).filter(|(value, _)| **value != 0.0) {

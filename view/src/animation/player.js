@@ -132,8 +132,18 @@ function show(next) {
   if (!isPlaying) part("slider").setAttribute("aria-valuetext", timeText(time));
 }
 
-const PLAY = "M6 3.5v13L16.5 10z";
-const PAUSE = "M5 4h3.6v12H5zM11.4 4H15v12h-3.6z";
+const ICONS = {
+  back: "M14.5 4.5v11L7 10zM5 4.5h1.6v11H5z",
+  play: "M6 3.5v13L16.5 10z",
+  pause: "M5 4h3.6v12H5zM11.4 4H15v12h-3.6z",
+  forth: "M5.5 4.5v11L13 10zM13.4 4.5H15v11h-1.6z",
+};
+
+function setIcon(button, name) {
+  part(button).innerHTML = `<svg viewBox="0 0 20 20" aria-hidden="true"><path d="${ICONS[name]}"/></svg>`;
+}
+
+for (const name of ["back", "play", "forth"]) setIcon(name, name);
 let before = 0;
 
 function play(yes) {
@@ -141,7 +151,7 @@ function play(yes) {
   isPlaying = yes;
   root.dataset.playing = yes;
   part("play").setAttribute("aria-label", yes ? "Pause" : "Play");
-  part("play").querySelector("path").setAttribute("d", yes ? PAUSE : PLAY);
+  setIcon("play", yes ? "pause" : "play");
   before = performance.now();
   if (yes) requestAnimationFrame(tick);
   else show(time);

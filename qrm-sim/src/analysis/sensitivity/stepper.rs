@@ -6,7 +6,7 @@ use super::crossing::crossing;
 use super::equations::{DualEquations, DualState};
 use super::number::{Inner, Number};
 use super::{SensitivityError, collocation, explicit, rosenbrock};
-use crate::integrate::{Corners, Formula, LEFT, MOST_PARTS, MethodSettings, StepError};
+use crate::integrate::{Corner, Corners, Formula, LEFT, MOST_PARTS, MethodSettings, StepError};
 
 /// A corner is crossed where it is as near as this part of the step.
 const NEAR: f64 = 1e-6;
@@ -81,6 +81,9 @@ impl<'m, T: Inner> DualStepper<'m, T> {
                 };
                 continue;
             }
+            if corners.is_at(&now.real()) {
+                now = self.left(corners, now, BESIDE * whole)?;
+            }
             let known = corners.next_time(begin).filter(|corner| corner.before() < end);
             let part_end = match known {
                 Some(corner) if corner.behind() > end => beside(corner.before()),
@@ -149,6 +152,25 @@ impl<'m, T: Inner> DualStepper<'m, T> {
             Ok((at, self.switching[place]))
         })?;
         self.moved(&at, behind - before)
+    }
+
+    /// A state at a corner moved so far that it is behind it; the same state if that is further than `longest`.
+    fn left(
+        &mut self,
+        corners: &mut Corners,
+        from: DualState<T>,
+        longest: f64,
+    ) -> Result<DualState<T>, SensitivityError> {
+        let t = from.t.to_f64();
+        let mut far = Corner(t).behind() - t;
+        while far <= longest {
+            let moved = self.moved(&from, far)?;
+            if !corners.is_at(&moved.real()) {
+                return Ok(moved);
+            }
+            far *= 4.0;
+        }
+        Ok(from)
     }
 
     /// A state moved along its rates and accelerations by a time so short that nothing else changes.

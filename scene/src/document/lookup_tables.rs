@@ -11,8 +11,8 @@ use crate::expression::to_f64;
 use crate::function::Function;
 use crate::spline::Spline;
 
-/// A function given by points: lines between them, or a spline.
-pub(super) fn chart(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option<Arc<Spline>> {
+/// Reads a function given by points: lines between them, or a spline.
+pub(super) fn lookup_table(r: &mut Reader, identifier: Identifier, value: table::Value) -> Option<Arc<Spline>> {
     let what = format!("table `{}`", identifier.name);
     let meaning = match identifier.name.as_str() {
         name if Function::named(name).is_some() => Some("a function"),
@@ -37,7 +37,7 @@ pub(super) fn chart(r: &mut Reader, identifier: Identifier, value: table::Value)
     let (x, y) = (axis("x"), axis("y"));
     let spline = table.optional("spline").map(|v| (v.span(), r.text(v)));
     table.finish(r);
-    // Stands for one that could not be read, so that its uses are not wrong too.
+    // Formulae that use a table that could not be read are not reported as well.
     let placeholder = || Spline::linear(&identifier.name, &[0.0, 1.0], &[0.0, 0.0]).map(Arc::new);
     let Some((x, y)) = x.zip(y) else { return placeholder() };
     let wrong = match x.windows(2).position(|pair| pair[0] >= pair[1]) {
@@ -90,6 +90,6 @@ fn spline_through(
         _ => ("an unknown kind of spline", "not known", "write `spline = \"periodic\"` or `spline = \"natural\"`"),
     };
     r.findings.push(Diagnostic::error(format!("table `{name}` has {wrong}"), span.clone(), label).help(help));
-    // Its uses are not wrong too.
+    // Formulae that use it are not reported as well.
     natural.map(Arc::new)
 }
