@@ -5,6 +5,7 @@ mod written;
 
 use std::hash::{Hash, Hasher};
 
+use crate::expression::Number;
 use crate::function::Differentiable;
 use slopes::{natural_slopes, periodic_slopes};
 
@@ -80,9 +81,9 @@ impl Spline {
             x - D::from(period) * D::from(turns)
         });
         let piece = self.breakpoints().partition_point(|breakpoint| *breakpoint <= x.re());
-        let distance = x - D::from(self.bases[piece]);
+        let distance = x - decimal::<D>(self.bases[piece]);
         let coefficients = derived(self.pieces[piece], order);
-        coefficients.iter().rev().fold(D::from(0.0), |sum, c| sum * distance + D::from(*c))
+        coefficients.iter().rev().fold(D::from(0.0), |sum, c| sum * distance + decimal::<D>(*c))
     }
 
     /// Where it has corners.
@@ -147,6 +148,13 @@ impl Ord for Spline {
     fn cmp(&self, other: &Self) -> std::cmp::Ordering {
         self.name.cmp(&other.name).then_with(|| self.bits().cmp(other.bits()))
     }
+}
+
+/// The shortest decimal that reads as a double, in as many digits as there are: what the text of a module says.
+fn decimal<D: Differentiable>(value: f64) -> D {
+    let has_more_digits = ((D::from(1.0) + 1e-20) - 1.0).re() != 0.0;
+    let number = if has_more_digits { Number::parse(&format!("{:?}", value.abs())) } else { None };
+    D::from(value) + number.map_or(0.0, |number| number.rest * value.signum())
 }
 
 /// The coefficients of a derivative.

@@ -42,6 +42,8 @@ pub(crate) struct Corners {
     values: [Vec<f64>; 2],
     /// The changes of the values in the last step.
     changes: Vec<f64>,
+    /// Which functions may have a zero in the last step.
+    candidates: Vec<bool>,
     /// Whether stages of the last step may lie behind a corner that its end does not reach.
     is_seen_by_stages: bool,
     /// Changes that are rounding errors.
@@ -113,6 +115,7 @@ impl Corners {
             t: f64::NAN,
             values,
             changes,
+            candidates: vec![false; count],
             is_seen_by_stages: false,
             noise: vec![0.0; count],
             found: None,
@@ -244,13 +247,13 @@ impl Corners {
             let [a, b] = [self.values[0][i], self.values[1][i]];
             let change = (b - a).abs();
             let is_near = a * b > 0.0 && a.abs().min(b.abs()) <= NEAR * change.max(self.changes[i]);
-            if a * b < 0.0 || is_near || (a == 0.0 && b != 0.0) {
-                if !knows_noise {
-                    self.note_noise(from, 0);
-                    knows_noise = true;
-                }
-                may |= change > self.noise[i];
+            let is_candidate = a * b < 0.0 || is_near || (a == 0.0 && b != 0.0);
+            if is_candidate && !knows_noise {
+                self.note_noise(from, 0);
+                knows_noise = true;
             }
+            self.candidates[i] = is_candidate && change > self.noise[i];
+            may |= self.candidates[i];
             approaches |= a * b > 0.0 && b.abs() < a.abs() && b.abs() <= change;
             self.changes[i] = change;
         }
@@ -304,13 +307,10 @@ impl Corners {
         step: &mut dyn FnMut(f64) -> Result<State, StepError>,
     ) -> Result<Option<State>, StepError> {
         let mut first: Option<State> = None;
-        let Self { evaluator, values, noise, found: of_first, .. } = self;
+        let Self { evaluator, values, candidates, found: of_first, .. } = self;
         let mut all = vec![0.0; values[0].len()];
-        for i in self.others.clone() {
+        for i in self.others.clone().filter(|i| candidates[*i]) {
             let [a, b] = [values[0][i], values[1][i]];
-            if (b - a).abs() <= noise[i] {
-                continue;
-            }
             // The function with a sign by which it rises through zero.
             let mut rising = |at: &State| {
                 evaluator.switching_functions(at.t, &at.q, &at.qd, &mut all);

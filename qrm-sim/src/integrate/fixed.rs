@@ -20,6 +20,10 @@ const STEPS_BEHIND_CORNERS: u32 = 3;
 const BESIDE: f64 = 1e-6;
 const CONTINUOUS: f64 = 1e-5;
 
+/// Where the velocities in the middle of a step differ from those that its ends tell by a larger part of their change,
+/// its last stages have seen the motion behind a corner.
+const SMOOTH: f64 = 1e-6;
+
 /// The classical Runge-Kutta method with what it keeps between steps.
 #[derive(Clone, Debug)]
 pub(super) struct Fixed {
@@ -93,19 +97,31 @@ impl Fixed {
     ) -> Result<(), StepError> {
         let begin = now.t;
         let whole = t - begin;
+        let (mut last, mut limit) = (begin, t);
         for _ in 0..MOST_PARTS {
             if let Some(corner) = corners.at(now.t).filter(|corner| corner.behind() < t) {
                 by.solver.cross(by.mechanism, by.projection(), corner.behind(), now)?;
             }
             corners.leave(by.mechanism, (by.projection(), by.solver), CROSSED * whole, now)?;
             let mut count = 1;
-            if now.t > begin {
+            if now.t > last {
                 inner(now);
+                (last, limit) = (now.t, t);
+            }
+            if now.t > begin {
                 count = self.steps_behind_corners;
             }
-            let end = corners.next_time(now.t).map_or(t, |corner| corner.before().min(t));
+            let end = corners.next_time(now.t).map_or(limit, |corner| corner.before().min(limit));
             self.steps(by, (now, count), end, to)?;
             if let Some(behind) = self.corner_inside(by, corners, (now, count), to)? {
+                let middle = 0.5 * (now.t + behind.t);
+                self.steps(by, (now, count), middle, to)?;
+                if has_seen_corner([now, to, &behind]) && middle - now.t > Corner::resolution(now.t) {
+                    limit = middle;
+                    corners.forget();
+                    corners.forget_found();
+                    continue;
+                }
                 self.go_to_corner(by, corners, behind, whole, (now, count))?;
                 corners.forget();
                 corners.forget_found();
@@ -238,4 +254,15 @@ impl Fixed {
         }
         is_made
     }
+}
+
+/// Whether the last stages of a step have seen the motion behind the corner at its end, so that it may lie earlier: the
+/// step is no smooth motion through its beginning, middle and end.
+fn has_seen_corner([begin, middle, end]: [&State; 3]) -> bool {
+    let h = end.t - begin.t;
+    (0..begin.qd.len()).any(|i| {
+        let by_ends = 0.5 * (begin.qd[i] + end.qd[i]) + h / 8.0 * (begin.qdd[i] - end.qdd[i]);
+        let change = (end.qd[i] - begin.qd[i]).abs().max(h * begin.qdd[i].abs().max(end.qdd[i].abs()));
+        (middle.qd[i] - by_ends).abs() > SMOOTH * change.max(f64::EPSILON / SMOOTH * begin.qd[i].abs())
+    })
 }

@@ -322,20 +322,31 @@ fn size(of: &[Difference]) -> f64 {
     of.iter().flat_map(|difference| difference.range).fold(0.0, |size, value| size.max(value.abs()))
 }
 
-/// The change of a column within the resolution of the times of corners, with coordinates and rates held fixed. It is the
-/// smaller one of those backwards and forwards, so that a jump does not count. Steps end within half of it of some corners.
+/// The change of a column along the motion within the resolution of the times of corners: where it has a corner itself,
+/// steps that end beside that miss its value. Slopes and jumps do not count.
 fn change_within_time_resolution(mechanism: &dyn Mechanism, at: &State, column: usize) -> f64 {
     let here = number(mechanism, at, column);
     let reach = Corner(at.t).behind() - at.t;
     let mut beside = at.clone();
-    let mut change = |shift: f64| {
-        beside.t = at.t + shift;
+    let mut change = |h: f64| {
+        beside.t = at.t + h;
+        for i in 0..at.q.len() {
+            beside.q[i] = at.q[i] + h * at.qd[i];
+            beside.qd[i] = at.qd[i] + h * at.qdd[i];
+        }
         let State { t, q, qd, qdd, multipliers, .. } = &mut beside;
         let is_known = mechanism.accelerations(*t, q, qd, qdd, multipliers);
-        if is_known { (number(mechanism, &beside, column) - here).abs() } else { 0.0 }
+        if is_known { number(mechanism, &beside, column) - here } else { 0.0 }
     };
-    let [backwards, forwards] = [-reach, reach].map(|reach| change(0.5 * reach).max(change(reach)));
-    backwards.min(forwards)
+    // The corner may lie in the middle of the way.
+    let [mut backwards, mut forwards, mut bend] = [0.0_f64; 3];
+    for h in [0.5 * reach, reach] {
+        let [back, forth] = [change(-h), change(h)];
+        backwards = backwards.max(back.abs());
+        forwards = forwards.max(forth.abs());
+        bend = bend.max((back + forth).abs());
+    }
+    bend.min(backwards).min(forwards)
 }
 
 /// An integrator with coarser steps behind corners than that of a run.

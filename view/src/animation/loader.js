@@ -5,19 +5,19 @@ const root = document.currentScript.closest(".qrm-animation");
 root.packed = JSON.parse(root.querySelector("script[type='application/json']").textContent);
 
 /** The digits of base 85: printable signs but those that HTML or JSON would escape. */
-const DIGITS = Array.from({ length: 94 }, (_, place) => String.fromCharCode(33 + place)).filter((sign) => !"\"&'<>\\`".includes(sign));
-const VALUES = new Map(DIGITS.map((sign, value) => [sign.charCodeAt(0), value]));
+const DIGITS = [...Array(94)].map((_, place) => String.fromCharCode(33 + place)).filter((sign) => !"\"&'<>\\`".includes(sign));
+const VALUES = new Map(DIGITS.map((sign, value) => [sign, value]));
 
-/** The bytes of a text of digits, five of them for four bytes. */
+/** The bytes of a text of digits, five of them for four bytes; a part of a byte at the end does not count. */
 function decoded(text) {
   const view = new DataView(new ArrayBuffer(4 * Math.ceil(text.length / 5)));
-  const values = Uint8Array.from(text, (sign) => VALUES.get(sign.charCodeAt(0)));
+  const values = Uint8Array.from(text, (sign) => VALUES.get(sign));
   for (let place = 0; place < text.length; place += 5) {
     let word = 0;
     for (let digit = place; digit < place + 5; digit++) word = 85 * word + (values[digit] ?? 84);
     view.setUint32((place / 5) * 4, word);
   }
-  return new Uint8Array(view.buffer, 0, Math.floor((text.length * 4) / 5));
+  return new Uint8Array(view.buffer, 0, (text.length * 4) / 5);
 }
 
 /** What gzip made of bytes, in base 85. */
@@ -34,6 +34,6 @@ root.unpacked = async (text) => {
   root.append(script);
 })().catch((problem) => {
   root.querySelector("style").textContent = "";
-  const shown = root.querySelector(".qrm-problem");
-  [shown.textContent, shown.hidden] = [`the page cannot be started here: ${problem.message}`, false];
+  const textContent = `the page cannot be started here: ${problem.message}`;
+  Object.assign(root.querySelector(".qrm-problem"), { textContent, hidden: false });
 });
