@@ -5,7 +5,7 @@ const root = document.currentScript.closest(".qrm-animation");
 root.packed = JSON.parse(root.querySelector("script[type='application/json']").textContent);
 
 /** The digits of base 85: printable signs but those that HTML or JSON would escape. */
-const DIGITS = [...Array(94)].map((_, place) => String.fromCharCode(33 + place)).filter((sign) => !"\"&'<>\\`".includes(sign));
+const DIGITS = [...Array(94)].map((_, i) => String.fromCharCode(33 + i)).filter((sign) => !"\"&'<>\\`".includes(sign));
 const VALUES = new Map(DIGITS.map((sign, value) => [sign, value]));
 
 /** The bytes of a text of digits, five of them for four bytes; a part of a byte at the end does not count. */
@@ -30,10 +30,10 @@ root.unpacked = async (text) => {
   const text = async (packed) => new TextDecoder().decode(await root.unpacked(packed));
   root.querySelector("style").textContent = await text(root.packed.style);
   const script = document.createElement("script");
-  script.textContent = await text(root.packed.script);
+  script.append(await text(root.packed.script));
   root.append(script);
-})().catch((problem) => {
+})().catch((error) => {
   root.querySelector("style").textContent = "";
-  const textContent = `the page cannot be started here: ${problem.message}`;
-  Object.assign(root.querySelector(".qrm-problem"), { textContent, hidden: false });
+  const shown = root.querySelector(".qrm-problem");
+  [shown.textContent, shown.hidden] = [`this page cannot start: ${error.message}`, false];
 });
