@@ -26,6 +26,7 @@ coordinates = [{{ name = "x", unit = "m" }}]
 m = 1
 [tables]
 pulse = {{ x = [0.3, 0.50037, 0.500371, 0.500372, 0.7], y = [0, 0, 1e6, 0, 0] }}
+brake = {{ x = [0, 1, 1.0001, 3], y = [0, 2, 4, 6] }}
 [points]
 P = ['x', '0']
 [bodies]
@@ -103,6 +104,23 @@ fn values_that_are_not_chosen_cost_no_digits() {
             near(&format!("{column} under {}", block.force), table.number(table.last(), column), exact, 1e-9);
         }
     }
+}
+
+/// The last stages of a step see the steep piece of the table while its end is before that.
+#[test]
+fn steep_corners_are_met_where_they_are() {
+    let block = Block { force: "5 - brake(x_dot)", start: [0.0, 0.0], end_time: 1.5 };
+    // Velocities relax towards the line of each piece: times of its ends, then the place at the end.
+    let relaxed = |[x, v]: [f64; 2], [a, slope]: [f64; 2], t: f64| {
+        let (decay, rest) = ((-slope * t).exp(), v + a / slope);
+        [x + rest * t - a / slope * (1.0 - decay) / slope, rest - a / slope * decay]
+    };
+    let [steep, last] = [2.0 / (1.0001 - 1.0), 2.0 / (3.0 - 1.0001)];
+    let times = [0.6_f64.ln() / -2.0, 3.0_f64.ln() / steep];
+    let at_first = relaxed([0.0; 2], [5.0, 2.0], times[0]);
+    let at_second = relaxed(at_first, [3.0, steep], times[1]);
+    let exact = relaxed(at_second, [1.0, last], 1.5 - times[0] - times[1]);
+    block.ends_at(exact, 1e-8, 1e-9);
 }
 
 /// An extreme at a corner is known as well as the time of the corner.

@@ -38,6 +38,16 @@ pub(super) struct Fixed {
     now: State,
 }
 
+/// What was found at the end of a part of a step.
+enum FoundCorner {
+    /// A corner, to go on from.
+    Corner,
+    /// A jump, which no stage may lie behind.
+    Jump,
+    /// A corner that may lie earlier, since stages have seen the motion behind it: the part is to end in its middle.
+    Unclear(f64),
+}
+
 /// What makes the steps.
 pub(super) struct StepBy<'a> {
     pub(super) mechanism: &'a dyn Mechanism,
@@ -114,15 +124,11 @@ impl Fixed {
             let end = corners.next_time(now.t).map_or(limit, |corner| corner.before().min(limit));
             self.steps(by, (now, count), end, to)?;
             if let Some(behind) = self.corner_inside(by, corners, (now, count), to)? {
-                let middle = 0.5 * (now.t + behind.t);
-                self.steps(by, (now, count), middle, to)?;
-                if has_seen_corner([now, to, &behind]) && middle - now.t > Corner::resolution(now.t) {
-                    limit = middle;
-                    corners.forget();
-                    corners.forget_found();
-                    continue;
+                match self.found_corner(by, (now, count), &behind)? {
+                    FoundCorner::Corner => *now = behind,
+                    FoundCorner::Jump => self.go_to_jump(by, corners, behind.t, whole, (now, count))?,
+                    FoundCorner::Unclear(middle) => limit = middle,
                 }
-                self.go_to_corner(by, corners, behind, whole, (now, count))?;
                 corners.forget();
                 corners.forget_found();
             } else if corners.is_seen_by_stages() {
@@ -161,26 +167,26 @@ impl Fixed {
         })
     }
 
-    /// Moves to a corner, or towards a jump.
-    fn go_to_corner(
+    /// What was found at the end of a part of a step.
+    fn found_corner(
         &mut self,
         by: &mut StepBy,
-        corners: &mut Corners,
-        behind: State,
-        whole: f64,
-        (now, count): (&mut State, u32),
-    ) -> Result<(), StepError> {
-        let beside = BESIDE * (behind.t - now.t);
-        if beside > Corner::resolution(now.t) {
-            let mut before = now.clone();
-            self.steps(by, (now, count), behind.t - beside, &mut before)?;
-            let size = largest(&behind.qdd).1.max(largest(&before.qdd).1);
-            if behind.qdd.iter().zip(&before.qdd).all(|(b, a)| (b - a).abs() <= CONTINUOUS * size) {
-                *now = behind;
-                return Ok(());
-            }
+        (now, count): (&State, u32),
+        behind: &State,
+    ) -> Result<FoundCorner, StepError> {
+        let way = behind.t - now.t;
+        if !(BESIDE * way > Corner::resolution(now.t)) {
+            return Ok(FoundCorner::Jump);
         }
-        self.go_to_jump(by, corners, behind.t, whole, (now, count))
+        let mut at = now.clone();
+        self.steps(by, (now, count), behind.t - BESIDE * way, &mut at)?;
+        let size = largest(&behind.qdd).1.max(largest(&at.qdd).1);
+        if !behind.qdd.iter().zip(&at.qdd).all(|(b, a)| (b - a).abs() <= CONTINUOUS * size) {
+            return Ok(FoundCorner::Jump);
+        }
+        let middle = now.t + 0.5 * way;
+        self.steps(by, (now, count), middle, &mut at)?;
+        Ok(if has_seen_corner([now, &at, behind]) { FoundCorner::Unclear(middle) } else { FoundCorner::Corner })
     }
 
     /// Moves towards a jump, so far that no stage lies behind it; and across it where it is near.
