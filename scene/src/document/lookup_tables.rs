@@ -38,7 +38,7 @@ pub(super) fn lookup_table(r: &mut Reader, identifier: Identifier, value: table:
     let spline = table.optional("spline").map(|v| (v.span(), r.text(v)));
     table.finish(r);
     // Formulae that use a table that could not be read are not reported as well.
-    let placeholder = || Spline::linear(&identifier.name, &[0.0, 1.0], &[0.0, 0.0]).map(Arc::new);
+    let placeholder = || Spline::natural(&identifier.name, &[0.0, 1.0], &[0.0, 0.0]).map(Arc::new);
     let Some((x, y)) = x.zip(y) else { return placeholder() };
     let wrong = match x.windows(2).position(|pair| pair[0] >= pair[1]) {
         _ if x.len() != y.len() => {
