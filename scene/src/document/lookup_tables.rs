@@ -71,22 +71,24 @@ fn spline_through(
     let name = &identifier.name;
     let natural = Spline::natural(name, x, y);
     let (span, kind) = match &kind {
-        None => (&identifier.span, ""),
-        Some((span, kind)) => (span, kind.as_ref()?.name.as_str()),
+        None => (&identifier.span, None),
+        Some((span, kind)) => (span, Some(kind.as_ref()?.name.as_str())),
     };
     let linear = Spline::linear(name, x, y);
     let (wrong, label, help) = match kind {
-        "" if linear.is_some() => return linear.map(Arc::new),
-        "" => ("points that no lines join", "too close together, or too large", "doubles have 16 digits"),
+        None if linear.is_some() => return linear.map(Arc::new),
+        None => ("points that no lines join", "too close together, or too large", "doubles have 16 digits"),
         _ if natural.is_none() => {
             ("points that no spline passes through", "too close together, or too large", "doubles have 16 digits")
         }
-        "natural" => return natural.map(Arc::new),
-        "periodic" if x.len() < 4 => ("too few points", "needs four or more", "the last point repeats the first one"),
-        "periodic" if y.first() != y.last() => {
+        Some("natural") => return natural.map(Arc::new),
+        Some("periodic") if x.len() < 4 => {
+            ("too few points", "needs four or more", "the last point repeats the first one")
+        }
+        Some("periodic") if y.first() != y.last() => {
             ("a last point that is not the first one", "does not come back", "repeat the first `y` after a period")
         }
-        "periodic" => return Spline::periodic(name, x, y).or(natural).map(Arc::new),
+        Some("periodic") => return Spline::periodic(name, x, y).or(natural).map(Arc::new),
         _ => ("an unknown kind of spline", "not known", "write `spline = \"periodic\"` or `spline = \"natural\"`"),
     };
     r.findings.push(Diagnostic::error(format!("table `{name}` has {wrong}"), span.clone(), label).help(help));
