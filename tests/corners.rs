@@ -82,7 +82,7 @@ fn pulses_shorter_than_a_step_are_seen() {
     triangle.ends_at([1.0 - 0.50037, 1.0], 1e-9, 1e-9);
 }
 
-/// What `max` and `min` leave out may be larger than what they choose by more than the digits of a double.
+/// The value that `max` or `min` leaves out may be so large that the other one is less than its last digit.
 #[test]
 fn values_that_are_not_chosen_cost_no_digits() {
     let limited = Block { force: "-min(100*x, 1e17)", start: [0.0, 1.0], end_time: 1.0 };

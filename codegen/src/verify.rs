@@ -144,7 +144,7 @@ fn largest(expected: &Expected<Wide>, scales: &[Vec<f64>]) -> f64 {
     of_equations.flat_map(|(_, scales)| scales).fold(0.0, |most: f64, &scale| most.max(scale))
 }
 
-/// The largest number in a formula. Terms of a table with steep lines cancel wherever it is zero.
+/// The largest number in a formula. Terms with it may cancel.
 fn largest_constant(scene: &Scene) -> f64 {
     let of_node = |node: &Node<Quantity>| if let Node::Number(number) = node { number.value.abs() } else { 0.0 };
     all_values(scene).iter().flat_map(|value| value.nodes().iter().map(of_node)).fold(0.0, f64::max)

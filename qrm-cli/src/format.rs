@@ -65,6 +65,7 @@ pub(crate) fn with_error(value: f64, error: f64) -> String {
 /// A number in eight digits or so, however small it is.
 pub(crate) fn number(value: f64) -> String {
     if value == 0.0 || (1e-3..1e7).contains(&value.abs()) {
+        // Adding zero makes -0 the same as 0.
         format!("{:.7}", value + 0.0)
     } else {
         format!("{value:.7e}")

@@ -190,7 +190,7 @@ impl RunReport {
             extremes: extremes(outcome, recording),
             parameters: Named(parameters.zip(setup.model.parameter_values(&setup.replace())).collect()),
             figures: Vec::new(),
-            has_jumps: setup.has_jumps(),
+            has_jumps: setup.scene.has_jumps(),
             warnings: [
                 setup.notes.clone(),
                 judgement::warnings(outcome, description, &distrust),

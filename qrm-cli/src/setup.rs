@@ -7,7 +7,6 @@ use std::sync::Arc;
 use qrm_core::{Description, Mechanism, Model};
 use qrm_scene::diagnostic::{Diagnostic, Report};
 use qrm_scene::evaluate::{constant, parameter_values};
-use qrm_scene::function::Function;
 use qrm_scene::names::suggestion;
 use qrm_scene::resolve;
 use qrm_scene::scene::Scene;
@@ -241,11 +240,6 @@ impl Setup {
              independent ones"
         ))
         .help("take the constraints out that follow from the others; `qrm run` and `qrm check` do with them"))
-    }
-
-    /// Whether a load has a `sign` in it.
-    pub(crate) fn has_jumps(&self) -> bool {
-        self.scene.loads_call(Function::Sign)
     }
 
     /// Whether the command line changes a parameter.

@@ -51,11 +51,7 @@ pub(crate) fn locate<E>(
 /// The change of a value along the motion from a state, by its difference over a time.
 pub(crate) fn slope(at: &State, h: f64, value: &mut dyn FnMut(&State) -> Option<f64>) -> Option<f64> {
     let mut moved = at.clone();
-    moved.t += h;
-    for i in 0..at.q.len() {
-        moved.q[i] += h * at.qd[i];
-        moved.qd[i] += h * at.qdd[i];
-    }
+    moved.move_along(h);
     Some((value(&moved)? - value(at)?) / h)
 }
 

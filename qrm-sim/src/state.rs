@@ -95,6 +95,15 @@ impl State {
         }
     }
 
+    /// Moves the state along its rates and accelerations, which stay, by a short time.
+    pub(crate) fn move_along(&mut self, h: f64) {
+        self.t += h;
+        for i in 0..self.q.len() {
+            self.q[i] += h * self.qd[i];
+            self.qd[i] += h * self.qdd[i];
+        }
+    }
+
     /// The state as a mechanism takes it.
     pub(crate) fn as_ref(&self) -> StateRef<'_> {
         let Self { t, q, qd, qdd, multipliers, .. } = self;

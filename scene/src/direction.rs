@@ -12,8 +12,8 @@ pub struct Direction {
     pub constraint: usize,
     /// The component whose zeros make the constraint singular, as an operation of its residual.
     pub singular_component: NodeId,
-    /// The text of the constraint in the form `x*sin(phi) - y*cos(phi)`, which is regular wherever the vector is not zero.
-    /// It also holds for the opposite direction.
+    /// The text of the constraint in the form `x*sin(phi) - y*cos(phi)`, which is regular wherever the vector is not
+    /// zero. It also holds for the opposite direction.
     pub regular_form: String,
     /// Where the residual stands.
     pub span: Span,

@@ -224,9 +224,7 @@ impl<N> Expression<N> {
         });
         Expression { nodes: nodes.collect(), spans: self.spans.clone() }
     }
-}
 
-impl<N> Expression<N> {
     /// The base of a power with a number as its exponent.
     pub fn base(&self, id: NodeId, exponent: f64) -> Option<NodeId> {
         match self.nodes[id] {

@@ -251,9 +251,9 @@ impl Scene {
         self.loads_contain(|node| node.is_piecewise())
     }
 
-    /// Whether a load calls a function.
-    pub fn loads_call(&self, wanted: Function) -> bool {
-        self.loads_contain(|node| matches!(node, Node::Call(function, _) if *function == wanted))
+    /// Whether a load has a `sign` in it.
+    pub fn has_jumps(&self) -> bool {
+        self.loads_contain(|node| matches!(node, Node::Call(Function::Sign, _)))
     }
 
     fn loads_contain(&self, is_wanted: impl Fn(&Node<Quantity>) -> bool) -> bool {

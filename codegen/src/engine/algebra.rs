@@ -33,7 +33,7 @@ pub(super) struct Algebra<'s> {
     pub(super) names_formulae: bool,
     /// The quantities that have names, each after those that it needs.
     pub(super) names: RefCell<Vec<Entry>>,
-    /// The switches, and what they are taken of.
+    /// The switches and their arguments.
     pub(super) switches: RefCell<Vec<(Switch, Atom)>>,
     /// The splines of the scene, each once.
     pub(super) splines: Vec<Arc<Spline>>,

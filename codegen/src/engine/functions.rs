@@ -105,7 +105,7 @@ impl Algebra<'_> {
         self.power(radicand, &(Atom::num(1) / Atom::num(2)))
     }
 
-    /// What a switch is taken of.
+    /// The argument of a switch.
     pub(super) fn switch_argument(&self, k: usize) -> Atom {
         self.switches.borrow()[k].1.clone()
     }

@@ -8,9 +8,9 @@ use qrm_core::{DoubleDouble, MAX_GROWTH, Scalar};
 use super::errors::{CONSTANTS, Errors};
 use super::expected::Expected;
 use super::sample::Sample;
+use super::size;
 use super::system::System;
 use super::wide::Wide;
-use super::{largest_constant, size};
 use crate::interpret::{GeneratedModule, Value};
 use crate::term::Equations;
 use qrm_scene::scene::Scene;
@@ -105,9 +105,7 @@ pub(super) fn agrees(
         let terms = System::new(&sizes("mass_matrix")?, &sizes("dynamics.constraint_jacobian")?, n);
         let (force_sizes, bias_sizes) =
             (sample.on::<Wide>().force_sizes(scene, equations), sizes("dynamics.constraint_bias")?);
-        let largest_constant = Wide::from(largest_constant(scene));
-        let term_sizes: Vec<Wide> = force_sizes.iter().map(|size| *size + largest_constant).collect();
-        let (of_terms, _) = system.solve(&term_sizes, &bias_sizes)?;
+        let (of_terms, _) = system.solve(&force_sizes, &bias_sizes)?;
         let rounding = ROUNDING * growth * of_terms.into_iter().map(size).fold(0.0, f64::max);
         // Numbers in the text of a module have 16 digits.
         let of_constants = |x: &[Wide], right: [&[Wide]; 2]| -> Option<Vec<f64>> {

@@ -42,7 +42,7 @@ pub(crate) struct Corners {
     values: [Vec<f64>; 2],
     /// The changes of the values in the last step.
     changes: Vec<f64>,
-    /// Which functions may have a zero in the last step.
+    /// For each function whether it may have a zero in the last step.
     candidates: Vec<bool>,
     /// Whether stages of the last step may lie behind a corner that its end does not reach.
     is_seen_by_stages: bool,

@@ -38,7 +38,7 @@ pub(super) struct Fixed {
     now: State,
 }
 
-/// What was found at the end of a part of a step.
+/// The kind of a corner that a part of a step ends at.
 enum FoundCorner {
     /// A corner, to go on from.
     Corner,
@@ -167,7 +167,7 @@ impl Fixed {
         })
     }
 
-    /// What was found at the end of a part of a step.
+    /// The kind of the corner that a part of a step ends at, where `behind` is the state just behind it.
     fn found_corner(
         &mut self,
         by: &mut StepBy,

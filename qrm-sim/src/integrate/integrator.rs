@@ -397,12 +397,8 @@ impl Solver {
         t: f64,
         state: &mut State,
     ) -> Result<(), StepError> {
-        let h = t - state.t;
+        state.move_along(t - state.t);
         state.t = t;
-        for i in 0..state.q.len() {
-            state.q[i] += h * state.qd[i];
-            state.qd[i] += h * state.qdd[i];
-        }
         self.projected(mechanism, projection, state)
     }
 

@@ -329,11 +329,8 @@ fn change_within_time_resolution(mechanism: &dyn Mechanism, at: &State, column: 
     let reach = Corner(at.t).behind() - at.t;
     let mut beside = at.clone();
     let mut change = |h: f64| {
-        beside.t = at.t + h;
-        for i in 0..at.q.len() {
-            beside.q[i] = at.q[i] + h * at.qd[i];
-            beside.qd[i] = at.qd[i] + h * at.qdd[i];
-        }
+        beside.clone_from(at);
+        beside.move_along(h);
         let State { t, q, qd, qdd, multipliers, .. } = &mut beside;
         let is_known = mechanism.accelerations(*t, q, qd, qdd, multipliers);
         if is_known { number(mechanism, &beside, column) - here } else { 0.0 }

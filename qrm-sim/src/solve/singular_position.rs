@@ -69,8 +69,8 @@ struct Motion<'a> {
 }
 
 impl Motion<'_> {
-    /// The accelerations and multipliers between positions on both sides, behind the estimated errors of either; `None` if
-    /// the constraints say too little there.
+    /// The accelerations and multipliers between positions on both sides, behind the estimated errors of either; `None`
+    /// if the constraints say too little there.
     fn interpolated(&mut self) -> Option<([f64; 2], Vec<f64>)> {
         let (mut values, mut difference) = (vec![0.0; self.count], vec![0.0; self.count]);
         for (k, (weight, inner)) in WEIGHTS.iter().zip(INNER_WEIGHTS).enumerate() {

@@ -8,9 +8,9 @@ use crate::function::Function;
 impl Spline {
     /// Appends the derivative of an order at an argument, without branches.
     ///
-    /// With windows `W_i`, one inside the piece `i` and zero elsewhere, base and coefficients of a cubic spline are sums
-    /// `sum c_i W_i`. Windows are differences of whole parts. Lines `l_i` are a sum `1/2 sum l_i W_i` with windows of two,
-    /// differences of signs: steps of a motion end where signs jump.
+    /// With windows `W_i`, one inside the piece `i` and zero elsewhere, base and coefficients of a cubic spline are
+    /// sums `sum c_i W_i`. Windows are differences of whole parts. Lines `l_i` are a sum `1/2 sum l_i W_i` with windows
+    /// of two, differences of signs: steps of a motion end where signs jump.
     pub fn append<N>(&self, order: usize, formula: &mut Expression<N>, argument: NodeId, span: &Span) -> NodeId {
         let mut writer = Writer { formula, span };
         if self.degree == 1 {
@@ -111,10 +111,8 @@ impl<N> Writer<'_, N> {
             })
             .collect();
         let one = self.number(1.0);
-        let mut windows = vec![self.push(Node::Negate(levels[0]))];
-        windows.extend(levels.windows(2).map(|pair| self.push(Node::Subtract(pair[0], pair[1]))));
-        windows.push(self.push(Node::Add(one, levels[levels.len() - 1])));
-        windows
+        let first = self.push(Node::Negate(levels[0]));
+        self.windows_between(one, first, &levels)
     }
 
     /// For each piece what is two inside it and one at its ends, else zero.
@@ -128,9 +126,16 @@ impl<N> Writer<'_, N> {
             })
             .collect();
         let one = self.number(1.0);
-        let mut windows = vec![self.push(Node::Subtract(one, signs[0]))];
-        windows.extend(signs.windows(2).map(|pair| self.push(Node::Subtract(pair[0], pair[1]))));
-        windows.push(self.push(Node::Add(one, signs[signs.len() - 1])));
+        let first = self.push(Node::Subtract(one, signs[0]));
+        self.windows_between(one, first, &signs)
+    }
+
+    /// The first window, the differences of levels that are minus one before their steps, and the window of the last
+    /// piece.
+    fn windows_between(&mut self, one: NodeId, first: NodeId, levels: &[NodeId]) -> Vec<NodeId> {
+        let mut windows = vec![first];
+        windows.extend(levels.windows(2).map(|pair| self.push(Node::Subtract(pair[0], pair[1]))));
+        windows.push(self.push(Node::Add(one, levels[levels.len() - 1])));
         windows
     }
 
