@@ -223,6 +223,9 @@ impl Integrator {
     /// The motion does not get there.
     pub fn between(&mut self, mechanism: &dyn Mechanism, from: &State, t: f64) -> Result<State, StepError> {
         let mut to = from.clone();
+        if t == from.t {
+            return Ok(to);
+        }
         match &self.steps {
             Steps::Fixed(_) => {
                 // States on the way are none of the block.

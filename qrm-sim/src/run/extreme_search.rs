@@ -51,6 +51,7 @@ impl ExtremeSearch {
         }
         // The steps of the run know nothing of these.
         let mut integrator = run.clone();
+        let mut from = State::zero(self.layout.n, self.layout.m);
         for vertex in vertices {
             if !extremes.may_be_extreme(&vertex) {
                 continue;
@@ -63,7 +64,7 @@ impl ExtremeSearch {
                 let known = [rows, run.inner_rows(), &self.tail, &self.first].into_iter();
                 let last =
                     known.filter_map(|states| self.last_until(states, t)).max_by(|a, b| a[0].total_cmp(&b[0]))?;
-                let from = State::from_row(self.layout, last);
+                from.read(last);
                 let at = integrator.between(mechanism, &from, t).ok()?;
                 Some(sign * number(mechanism, &at, column)).filter(|value| value.is_finite())
             };
