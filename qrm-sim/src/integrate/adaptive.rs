@@ -1,186 +1,18 @@
 //! Steps whose length is chosen by a tolerance, each followed by a projection, with rows at any time.
 
-use std::collections::VecDeque;
-
 use qrm_core::Mechanism;
 
 use super::corners::{Corner, Corners};
 use super::dense_output::DenseOutput;
-use super::method::{MethodSettings, StepError};
-use super::step_bounds::StepBounds;
+use super::first_step::first_step;
+use super::method::StepError;
+use super::run_steps::RunSteps;
+use super::step_balance::StepBalance;
+use super::step_control::StepControl;
+use super::step_formula::{Accepted, StepFormula, Task, Work};
 use super::transitions::Transitions;
-use crate::quadrature::GAUSS_3;
-use crate::solve::{Projection, ProjectionTolerance, Solver};
+use crate::solve::Solver;
 use crate::state::State;
-
-/// The formula of a step.
-pub(super) trait StepFormula: std::fmt::Debug + Send {
-    /// Order of the step.
-    fn order(&self) -> i32;
-
-    /// The exponent of the error before the last one in the PI control of the step length.
-    fn beta(&self) -> f64;
-
-    /// Makes a step of length `h` from a state, projects its end, and returns its error: 1 is just accepted, and the
-    /// end is of no use beyond.
-    ///
-    /// # Errors
-    /// The step could not be made.
-    fn attempt(
-        &mut self,
-        mechanism: &dyn Mechanism,
-        from: &State,
-        h: f64,
-        task: &Task,
-        work: &mut Work,
-        to: &mut State,
-    ) -> Result<f64, StepError>;
-
-    /// Takes note of an accepted step.
-    fn accepted(&mut self, mechanism: &dyn Mechanism, from: &State, to: &State) -> Accepted;
-
-    /// Computes the higher coefficients of the dense output of the last step, where a polynomial of degree 5 does not
-    /// suffice.
-    ///
-    /// # Errors
-    /// They could not be computed.
-    fn complete_dense_output(
-        &mut self,
-        _mechanism: &dyn Mechanism,
-        _step: &mut DenseOutput,
-        _task: &Task,
-        _work: &mut Work,
-    ) -> Result<(), StepError> {
-        Ok(())
-    }
-
-    /// Makes the projected state at the time of `to` inside the last step.
-    ///
-    /// # Errors
-    /// It could not be computed.
-    fn state_inside(
-        &mut self,
-        mechanism: &dyn Mechanism,
-        step: &mut DenseOutput,
-        task: &Task,
-        work: &mut Work,
-        to: &mut State,
-    ) -> Result<(), StepError> {
-        self.complete_dense_output(mechanism, step, task, work)?;
-        step.at(to.t, &mut to.q, &mut to.qd);
-        *work.evaluations += 1;
-        work.solver.projected(mechanism, task.projection, to)
-    }
-
-    /// The work of the loads without potential in the last step; there is `room` for a state.
-    ///
-    /// # Errors
-    /// A state inside it could not be computed.
-    fn load_work(
-        &mut self,
-        mechanism: &dyn Mechanism,
-        step: &mut DenseOutput,
-        task: &Task,
-        work: &mut Work,
-        room: &mut State,
-    ) -> Result<f64, StepError> {
-        self.complete_dense_output(mechanism, step, task, work)?;
-        let mut power = |t: f64| -> Result<f64, StepError> {
-            let State { q, qd, qdd, multipliers, .. } = &mut *room;
-            step.at(t, q, qd);
-            // They matter where constraints do work, and to friction that depends on forces in joints.
-            qdd.fill(0.0);
-            multipliers.fill(0.0);
-            if mechanism.is_driven() || !mechanism.description().friction.is_empty() {
-                let stats = work.solver.stats;
-                work.solver.accelerations(mechanism, t, (q, qd), (qdd, multipliers))?;
-                work.solver.stats = stats;
-            }
-            Ok(mechanism.power(t, q, qd, qdd, multipliers))
-        };
-        let (from, length) = (step.from.t, step.to.t - step.from.t);
-        let mut panels = 1_u32;
-        loop {
-            let half = 0.5 * length / f64::from(panels);
-            let (mut sum, mut size, mut coarse) = (0.0, 0.0, 0.0);
-            for panel in 0..panels {
-                let middle = from + half * f64::from(2 * panel + 1);
-                let mut powers = [0.0; 3];
-                for (found, (place, weight)) in powers.iter_mut().zip(GAUSS_3) {
-                    *found = power(middle + half * place)?;
-                    sum += half * weight * *found;
-                    size += (half * weight * *found).abs();
-                }
-                coarse += half * (powers[0] + powers[2]);
-            }
-            // The mean of the outer places differs from that of all where the power bends.
-            if (sum - coarse).abs() <= BEND * size || panels == MOST_PANELS {
-                return Ok(sum);
-            }
-            panels *= 4;
-        }
-    }
-
-    /// A copy.
-    fn boxed_clone(&self) -> Box<dyn StepFormula>;
-}
-
-impl Clone for Box<dyn StepFormula> {
-    fn clone(&self) -> Self {
-        self.boxed_clone()
-    }
-}
-
-/// The settings of every step.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Task {
-    /// Largest error of a step, in the unit of each coordinate and rate.
-    pub(super) tolerance: f64,
-    /// Steps that reach this time end there exactly.
-    pub(super) end_time: f64,
-    /// Steps that end after this time have their dense output computed at once.
-    pub(super) dense_from: f64,
-    /// The projection after each step.
-    pub(super) projection: (Projection, ProjectionTolerance),
-    /// Bounds of the steps.
-    pub(super) bounds: StepBounds,
-}
-
-impl Task {
-    /// Steps up to a time.
-    pub(super) fn new(settings: &MethodSettings, end_time: f64) -> Self {
-        Self {
-            tolerance: settings.tolerance,
-            end_time,
-            dense_from: end_time,
-            projection: (settings.projection, settings.projection_tolerance),
-            bounds: settings.step_bounds,
-        }
-    }
-
-    /// The end of a step that begins at `t`.
-    pub(super) fn end_of_step(&self, t: f64, h: f64) -> f64 {
-        if t + h >= self.end_time { self.end_time } else { t + h }
-    }
-}
-
-/// Solver and counter of a step.
-pub(super) struct Work<'a> {
-    /// Evaluations of the accelerations.
-    pub(super) evaluations: &'a mut u64,
-    pub(super) solver: &'a mut Solver,
-}
-
-/// The kind of an accepted step.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Accepted {
-    /// Whether it was made by an implicit method.
-    pub(super) is_implicit: bool,
-    /// Whether stability bound its length.
-    pub(super) is_stability_bound: bool,
-    /// Whether it was made by `auto` in place of the chosen method.
-    pub(super) is_fallback: bool,
-}
 
 /// Keeps a state between rows.
 pub(super) type KeepState<'a> = dyn FnMut(&State) + 'a;
@@ -211,27 +43,18 @@ pub struct Adaptive {
     dense_output: DenseOutput,
     /// The end of the step under way.
     next: State,
-    /// Length of the next step.
-    h: f64,
-    last_error: f64,
-    /// Whether the last attempt was rejected.
-    was_rejected: bool,
+    control: StepControl,
     counts: Counts,
     /// Rows that were asked for.
     rows: u64,
     /// The time of the last of them.
     asked: f64,
-    /// Energy at the start, and work of the loads without potential since.
-    energy: f64,
-    work: f64,
-    imbalance: f64,
-    /// Whether such a load had power in any step.
-    has_power: bool,
+    balance: StepBalance,
     /// Begin and end of the accepted steps since they were last forgotten, and their kinds.
     steps: Vec<[f64; 2]>,
     kinds: Vec<Accepted>,
-    /// Steps of another run that those of this one stay below, the first of them under way.
-    run_steps: VecDeque<[f64; 2]>,
+    /// Steps that those of this run stay below.
+    run_steps: RunSteps,
 }
 
 /// The numbers of steps and evaluations of a run.
@@ -251,15 +74,6 @@ pub struct Counts {
     pub fallback: u64,
 }
 
-/// The work inside a step is integrated over more panels where its power bends by more than this part of it, up to so
-/// many.
-const BEND: f64 = 0.1;
-const MOST_PANELS: u32 = 64;
-/// Most guesses of the first step, each shorter than the last one by this factor.
-const FIRST_GUESSES: usize = 6;
-const SHORTER_GUESS: f64 = 0.01;
-/// The step is aimed at this part of the tolerance.
-const SAFETY: f64 = 0.8;
 /// More steps than this, and than so many for each row, mean that the motion cannot be followed.
 const MAX_STEPS: u64 = 1_000_000;
 const MAX_STEPS_PER_ROW: u64 = 1000;
@@ -268,9 +82,6 @@ const FEW: u64 = 100;
 /// Progress is checked after so many steps; less than this part of the way to the next row is no progress.
 const CHECKED: u64 = 5000;
 const MIN_PROGRESS: f64 = 1e-3;
-/// The factors by which a step may shrink and grow at once.
-const SHRINK: f64 = 0.2;
-const GROW: f64 = 6.0;
 /// States between rows are this part of a step apart, if rows are not nearer.
 const SAMPLES: f64 = 8.0;
 /// They are no nearer than this part of the step that the scene states: near singular positions steps are tiny.
@@ -280,9 +91,6 @@ const SHORTEST_TO_CORNER: f64 = 1e-6;
 /// Steps as short as this against the time may be rejected for a jump that lies as near as that behind their beginning.
 const SHORT: f64 = 1e-8;
 const NEAR_CORNER: f64 = 1e-12;
-/// The part of a step of another run that steps beside it are at most: errors of order 4 fall to an eleventh.
-pub(crate) const COMPANION_STEP_RATIO: f64 = 0.55;
-
 impl Adaptive {
     /// Begins at a state; the first step is guessed from the derivatives there.
     ///
@@ -295,7 +103,10 @@ impl Adaptive {
         first: &State,
         solver: &mut Solver,
     ) -> Result<Self, StepError> {
-        let mut adaptive = Self {
+        let mut counts = Counts::default();
+        let mut work = Work { evaluations: &mut counts.evaluations, solver };
+        let h = first_step(mechanism, (&task, formula.order()), first, &mut work)?;
+        Ok(Self {
             formula,
             task,
             corners: Corners::of(mechanism),
@@ -304,22 +115,15 @@ impl Adaptive {
             transitions: Transitions::of(mechanism),
             dense_output: DenseOutput::new(first.clone(), first.clone()),
             next: first.clone(),
-            h: 0.0,
-            last_error: 1e-4,
-            was_rejected: false,
-            counts: Counts::default(),
+            control: StepControl::new(h),
+            counts,
             rows: 0,
             asked: first.t,
-            energy: mechanism.energy(&first.q, &first.qd).iter().sum(),
-            work: 0.0,
-            imbalance: 0.0,
-            has_power: false,
+            balance: StepBalance::new(mechanism, first),
             steps: Vec::new(),
             kinds: Vec::new(),
-            run_steps: VecDeque::new(),
-        };
-        adaptive.h = adaptive.first_step(mechanism, first, solver)?;
-        Ok(adaptive)
+            run_steps: RunSteps::default(),
+        })
     }
 
     /// A copy that can go back to a state in the last step, or before it.
@@ -364,31 +168,15 @@ impl Adaptive {
         self.run_steps.extend(steps);
     }
 
-    /// The longest step from a time on.
-    fn longest(&mut self, t: f64) -> f64 {
-        while self.run_steps.len() > 1 && self.run_steps[0][1] <= t {
-            self.run_steps.pop_front();
-        }
-        // A step that begins in a long step of the run may end in shorter ones behind it.
-        let mut longest = self.task.bounds.longest;
-        for [begin, end] in &self.run_steps {
-            if *begin >= t + longest {
-                break;
-            }
-            longest = longest.min((begin - t).max(COMPANION_STEP_RATIO * (end - begin)));
-        }
-        longest
-    }
-
     /// The largest difference between the change of the energy and the work of the loads without potential, at the end
     /// of any step.
     pub(super) fn imbalance(&self) -> f64 {
-        self.imbalance
+        self.balance.imbalance
     }
 
     /// Whether no load without potential did work so far.
     pub(super) fn is_conservative(&self) -> bool {
-        !self.has_power
+        !self.balance.has_power
     }
 
     /// Moves to the projected state at a time not before the last one that was asked for; `inner` is given states on
@@ -408,7 +196,7 @@ impl Adaptive {
         let (mut checked, mut then) = (self.attempts(), self.dense_output.to.t);
         let begin = std::mem::replace(&mut self.asked, t);
         let is_sampled = matches!(inner, Some((InnerRows::Samples, _)));
-        self.task.dense_from = if is_sampled || self.has_power { f64::NEG_INFINITY } else { t };
+        self.task.dense_from = if is_sampled || self.balance.has_power { f64::NEG_INFINITY } else { t };
         loop {
             if let Some((which, inner)) = &mut inner {
                 if *which == InnerRows::Samples {
@@ -424,12 +212,12 @@ impl Adaptive {
             }
             let (attempts, now) = (self.attempts(), self.dense_output.to.t);
             if attempts > self.most_attempts {
-                return Err(StepError::TooManySteps { attempts, h: self.h });
+                return Err(StepError::TooManySteps { attempts, h: self.control.h });
             }
             if attempts > checked + CHECKED {
                 let is_stuck = now - then < MIN_PROGRESS * (t - then);
                 if is_stuck || attempts > MAX_STEPS + MAX_STEPS_PER_ROW * self.rows {
-                    return Err(StepError::TooManySteps { attempts, h: self.h.min(self.task.bounds.longest) });
+                    return Err(StepError::TooManySteps { attempts, h: self.control.h.min(self.task.bounds.longest) });
                 }
                 (checked, then) = (attempts, now);
             }
@@ -496,18 +284,16 @@ impl Adaptive {
         let end = corner.map_or(f64::INFINITY, Corner::before);
         let end_time = self.task.end_time.min(self.task.bounds.next_end(t)).min(end);
         let mut task = Task { end_time, ..self.task };
-        let longest = self.longest(t);
-        let asked = self.h.min(longest);
+        let longest = self.run_steps.longest(t, self.task.bounds.longest);
+        let asked = self.control.h.min(longest);
         loop {
             let left = task.end_time - t;
-            self.h = self.h.min(longest);
+            self.control.h = self.control.h.min(longest);
             // Two even steps to the end are better than a long and a very short one.
-            let h = if self.h >= left {
-                left
-            } else if self.h > 0.5 * left {
-                0.5 * left
-            } else {
-                self.h
+            let h = match self.control.h {
+                h if h >= left => left,
+                h if h > 0.5 * left => 0.5 * left,
+                h => h,
             };
             if !(h > 4.0 * f64::EPSILON * t.abs()) {
                 return Err(StepError::StepTooShort { h });
@@ -517,12 +303,8 @@ impl Adaptive {
             let error = match self.formula.attempt(mechanism, from, h, &task, &mut work, &mut self.next) {
                 Ok(error) if error <= 1.0 => error,
                 Ok(error) => {
-                    let factor = if error.is_finite() {
-                        SAFETY * error.powf(-1.0 / f64::from(self.formula.order()))
-                    } else {
-                        SHRINK
-                    };
-                    self.reject(h * factor.clamp(SHRINK, 0.9));
+                    self.counts.rejected += 1;
+                    self.control.reject_error(h, error, self.formula.order());
                     if crosses && self.meets_jump_at_once(h) {
                         return self.step_from_corner(mechanism, solver, false);
                     }
@@ -531,13 +313,15 @@ impl Adaptive {
                 // A formula may leave its domain, or a projection its branch, where the step is too long.
                 Err(reason) if h < 1e-10 * (1.0 + t.abs()) => return Err(reason),
                 Err(_) => {
-                    self.reject(h * SHRINK);
+                    self.counts.rejected += 1;
+                    self.control.reject(h);
                     continue;
                 }
             };
             let change = self.transition();
             if change > 1.0 {
-                self.reject(h * (SAFETY / change).max(SHRINK));
+                self.counts.rejected += 1;
+                self.control.reject_change(h, change);
                 continue;
             }
             let shortest = (SHORTEST_TO_CORNER * h).max(Corner::resolution(t));
@@ -554,9 +338,11 @@ impl Adaptive {
             self.corner = corner.filter(|corner| self.dense_output.to.t == corner.before());
             if self.corner.is_some() {
                 // The step was short for the sake of the corner, and that says little of the next one.
-                self.h = self.h.max(asked);
+                self.control.h = self.control.h.max(asked);
             }
-            self.balance(mechanism, solver);
+            // The end of the next step is not known yet: its room serves.
+            let Self { formula, task, dense_output, next, balance, .. } = self;
+            balance.add(mechanism, &mut **formula, (task, solver), dense_output, next);
             return Ok(());
         }
     }
@@ -582,13 +368,7 @@ impl Adaptive {
 
     /// Takes over an accepted step of length `h` from `t` on, and chooses the length of the next one.
     fn accept(&mut self, mechanism: &dyn Mechanism, t: f64, h: f64, error: f64) {
-        let (order, beta) = (f64::from(self.formula.order()), self.formula.beta());
-        let error = error.max(1e-10);
-        let factor = SAFETY * error.powf(0.75 * beta - 1.0 / order) * self.last_error.powf(beta);
-        let most = if self.was_rejected { 1.0 } else { GROW };
-        self.h = h * factor.clamp(SHRINK, most);
-        self.last_error = error.max(1e-4);
-        self.was_rejected = false;
+        self.control.accept(h, error, self.formula.order(), self.formula.beta());
         let accepted = self.formula.accepted(mechanism, &self.dense_output.to, &self.next);
         self.counts.accepted += 1;
         self.steps.push([t, self.next.t]);
@@ -606,11 +386,10 @@ impl Adaptive {
         let corner = self.corner.take().or_else(|| corners.at(now.t));
         if let Some(corner) = corner.filter(|corner| corner.behind() < self.task.end_time) {
             corners.forget();
-            let power = mechanism.power(now.t, &now.q, &now.qd, &now.qdd, &now.multipliers);
-            self.work += power * (corner.behind() - now.t);
+            self.balance.cross(mechanism, now, corner);
             solver.cross(mechanism, self.task.projection, corner.behind(), now)?;
         }
-        corners.leave(mechanism, (self.task.projection, solver), SHORTEST_TO_CORNER * self.h, now)
+        corners.leave(mechanism, (self.task.projection, solver), SHORTEST_TO_CORNER * self.control.h, now)
     }
 
     /// The first corner inside the step that was just made, further than `shortest` behind its beginning.
@@ -643,78 +422,4 @@ impl Adaptive {
         }
         Ok(met)
     }
-
-    /// Compares the energy at the end of the last step with the work of its loads, whose power is integrated inside the
-    /// step.
-    fn balance(&mut self, mechanism: &dyn Mechanism, solver: &mut Solver) {
-        let step = &mut self.dense_output;
-        let power = |at: &State| mechanism.power(at.t, &at.q, &at.qd, &at.qdd, &at.multipliers);
-        if power(&step.from) != 0.0 || power(&step.to) != 0.0 {
-            // This is for whoever observes the motion, and the end of the next step is not known yet: its room serves.
-            let mut work = Work { evaluations: &mut 0, solver };
-            let found = self.formula.load_work(mechanism, step, &self.task, &mut work, &mut self.next);
-            // Where the power inside is not known, that at the ends is.
-            let by_ends = 0.5 * (step.to.t - step.from.t) * (power(&step.from) + power(&step.to));
-            self.work += found.ok().filter(|work| work.is_finite()).unwrap_or(by_ends);
-            self.has_power = true;
-        }
-        let energy: f64 = mechanism.energy(&step.to.q, &step.to.qd).iter().sum();
-        self.imbalance = self.imbalance.max((energy - self.energy - self.work).abs());
-    }
-
-    fn reject(&mut self, h: f64) {
-        self.h = h;
-        self.was_rejected = true;
-        self.counts.rejected += 1;
-    }
-
-    /// A first step from the sizes of state, rates and their change (Hairer, Norsett, Wanner I, II.4).
-    fn first_step(&mut self, mechanism: &dyn Mechanism, first: &State, solver: &mut Solver) -> Result<f64, StepError> {
-        let n = first.q.len();
-        let at_first = (&first.q[..], &first.qd[..]);
-        let scales: Vec<[f64; 2]> =
-            (0..n).map(|i| error_scales(mechanism, self.task.tolerance, i, first, at_first)).collect();
-        let norm = |of_q: &[f64], of_qd: &[f64]| {
-            let squares =
-                scales.iter().zip(of_q.iter().zip(of_qd)).map(|([q, qd], (x, v))| (x / q).powi(2) + (v / qd).powi(2));
-            (squares.sum::<f64>() / (2.0 * n as f64)).sqrt()
-        };
-        let (size, speed) = (norm(&first.q, &first.qd), norm(&first.qd, &first.qdd));
-        let guess = if size < 1e-5 || speed < 1e-5 { 1e-6 } else { 0.01 * size / speed };
-        let mut guess = guess.min(self.task.end_time - first.t);
-        let mut later = first.clone();
-        for left in (0..FIRST_GUESSES).rev() {
-            let along = |x: &[f64], v: &[f64]| -> Vec<f64> { x.iter().zip(v).map(|(x, v)| x + guess * v).collect() };
-            (later.t, later.q, later.qd) = (first.t + guess, along(&first.q, &first.qd), along(&first.qd, &first.qdd));
-            self.counts.evaluations += 1;
-            match solver.projected(mechanism, (Projection::None, ProjectionTolerance::default()), &mut later) {
-                Ok(_) => break,
-                Err(reason) if left == 0 => return Err(reason),
-                // Forces may have no solution there.
-                Err(_) => guess *= SHORTER_GUESS,
-            }
-        }
-        let change = |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| (a - b) / guess).collect() };
-        let bend = norm(&change(&later.qd, &first.qd), &change(&later.qdd, &first.qdd));
-        let largest = speed.max(bend);
-        let second = if largest <= 1e-15 {
-            (guess * 1e-3).max(1e-6)
-        } else {
-            (0.01 / largest).powf(1.0 / f64::from(self.formula.order()))
-        };
-        Ok((100.0 * guess).min(second).min(self.task.end_time))
-    }
-}
-
-/// The largest error of a coordinate and of its rate that a step may make. An angle is no less accurate for many
-/// revolutions.
-pub(super) fn error_scales(
-    mechanism: &dyn Mechanism,
-    tolerance: f64,
-    i: usize,
-    from: &State,
-    (q, qd): (&[f64], &[f64]),
-) -> [f64; 2] {
-    let size = if mechanism.description().is_angle(i) { 0.0 } else { from.q[i].abs().max(q[i].abs()) };
-    [tolerance * (1.0 + size), tolerance * (1.0 + from.qd[i].abs().max(qd[i].abs()))]
 }

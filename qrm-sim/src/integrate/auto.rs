@@ -2,12 +2,12 @@
 
 use qrm_core::Mechanism;
 
-use super::adaptive::{Accepted, StepFormula, Task, Work};
 use super::dense_output::DenseOutput;
 use super::dop853::{self, Dop853};
 use super::implicit::Implicit;
 use super::method::Method;
 use super::method::StepError;
+use super::step_formula::{Accepted, StepFormula, Task, Work};
 use crate::analysis::Response;
 use crate::solve::dot;
 use crate::state::State;

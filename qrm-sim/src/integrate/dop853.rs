@@ -3,10 +3,10 @@
 use qrm_core::dop853::{DENSE, ERROR_3, ERROR_5, NODES, ROWS};
 use qrm_core::{Mechanism, StateMut, StepEstimate, StepMut, StepRequest};
 
-use super::adaptive::{Accepted, StepFormula, Task, Work};
 use super::dense_output::DenseOutput;
 use super::explicit::Explicit;
 use super::method::{Method, StepError};
+use super::step_formula::{Accepted, StepFormula, Task, Work};
 use super::tableau::Tableau;
 use crate::state::State;
 

@@ -5,9 +5,9 @@ use std::ops::Range;
 use qrm_core::Mechanism;
 use qrm_core::dop853::Row;
 
-use super::adaptive::{Accepted, StepFormula, Task, Work, error_scales};
 use super::dense_output::{DenseOutput, Stages};
 use super::method::StepError;
+use super::step_formula::{Accepted, StepFormula, Task, Work};
 use super::tableau::Tableau;
 use crate::solve::{Projection, ProjectionTolerance, Solver};
 use crate::state::State;
@@ -103,13 +103,13 @@ impl Explicit {
     }
 
     /// The estimated error of a step against the tolerance.
-    fn error(&mut self, mechanism: &dyn Mechanism, tolerance: f64, from: &State, to: (&[f64], &[f64]), h: f64) -> f64 {
+    fn error(&mut self, mechanism: &dyn Mechanism, task: &Task, from: &State, to: (&[f64], &[f64]), h: f64) -> f64 {
         let Self { tableau, stages, rate, acceleration, .. } = self;
         let mut sums = [0.0; 2];
         for (sum, row) in sums.iter_mut().zip(tableau.errors) {
             stages.sum(row, rate, acceleration);
             for i in 0..rate.len() {
-                let [of_q, of_qd] = error_scales(mechanism, tolerance, i, from, to);
+                let [of_q, of_qd] = task.error_scales(mechanism, i, from, to);
                 *sum += (rate[i] / of_q).powi(2) + (acceleration[i] / of_qd).powi(2);
             }
         }
@@ -162,7 +162,7 @@ impl StepFormula for Explicit {
         // Some estimates need the end of the step; the others save the work on it.
         let end = self.tableau.stages;
         let needs_end = self.tableau.errors.iter().any(|row| row.iter().any(|(stage, _)| *stage == end));
-        let early = (!needs_end).then(|| self.error(mechanism, task.tolerance, from, (&to.q, &to.qd), h));
+        let early = (!needs_end).then(|| self.error(mechanism, task, from, (&to.q, &to.qd), h));
         if let Some(error) = early.filter(|error| !(*error <= 1.0)) {
             return Ok(error);
         }
@@ -170,7 +170,7 @@ impl StepFormula for Explicit {
         *work.evaluations += 1;
         self.stages.rates[end].copy_from_slice(&to.qd);
         self.stages.accelerations[end].copy_from_slice(&to.qdd);
-        Ok(early.unwrap_or_else(|| self.error(mechanism, task.tolerance, from, (&to.q, &to.qd), h)))
+        Ok(early.unwrap_or_else(|| self.error(mechanism, task, from, (&to.q, &to.qd), h)))
     }
 
     fn complete_dense_output(

@@ -1,7 +1,7 @@
 //! The formulae of steps, for whoever makes steps of a run again on other numbers.
 
-use super::adaptive::Accepted;
 use super::method::Method;
+use super::step_formula::Accepted;
 use super::tableau::Tableau;
 use super::{GAUSS, RK4};
 

@@ -2,11 +2,12 @@
 
 use qrm_core::{Convergence, GAUSS_NODES, GaussEnd, GaussRequest, GaussSteps, Mechanism, Width};
 
-use super::adaptive::{Accepted, Adaptive, StepFormula, Task, Work};
+use super::adaptive::Adaptive;
 use super::auto::Auto;
 use super::dense_output::DenseOutput;
 use super::dop853;
 use super::method::{Method, StepError};
+use super::step_formula::{Accepted, StepFormula, Task, Work};
 use crate::state::State;
 
 /// The Gauss method of order 16.

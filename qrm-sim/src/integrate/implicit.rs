@@ -2,9 +2,9 @@
 
 use qrm_core::Mechanism;
 
-use super::adaptive::{Accepted, StepFormula, Task, Work, error_scales};
 use super::method::StepError;
 use super::rodas::{ARGUMENTS, BY_TIME, GAMMA, INCREMENTS, NODES};
+use super::step_formula::{Accepted, StepFormula, Task, Work};
 use crate::solve::{Dynamics, Linearization, Lu, Matrix, PivotedLdl, dot, row_products};
 use crate::state::State;
 
@@ -74,7 +74,7 @@ impl StepFormula for Implicit {
         }
         let mut sum = 0.0;
         for i in 0..n {
-            let [of_q, of_qd] = error_scales(mechanism, task.tolerance, i, from, (&q, &qd));
+            let [of_q, of_qd] = task.error_scales(mechanism, i, from, (&q, &qd));
             sum += (u[i] / of_q).powi(2) + (w[i] / of_qd).powi(2);
         }
         let error = (sum / (2.0 * n as f64)).sqrt();

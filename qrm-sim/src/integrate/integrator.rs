@@ -2,11 +2,12 @@
 
 use qrm_core::{Mechanism, RowLayout, RowRequest, RowStop};
 
-use super::adaptive::{Adaptive, Counts, InnerRows, Task};
+use super::adaptive::{Adaptive, Counts, InnerRows};
 use super::corners::{Corner, Corners};
 use super::fixed::{Fixed, StepBy};
 use super::formula::Formula;
 use super::method::{MethodSettings, StepError};
+use super::step_formula::Task;
 use crate::solve::{Projection, ProjectionTolerance, Solver, SolverStats};
 use crate::state::{State, state_in};
 

@@ -2,7 +2,6 @@
 
 use qrm_core::Mechanism;
 
-use super::adaptive::StepFormula;
 use super::auto::AUTO;
 use super::classical::RK4;
 use super::dop853::DOP853;
@@ -10,6 +9,7 @@ use super::dopri5::DOPRI5;
 use super::gauss::GAUSS;
 use super::rodas::RODAS;
 use super::step_bounds::StepBounds;
+use super::step_formula::StepFormula;
 use super::tableau::Tableau;
 use crate::solve::{NotConverged, Projection, ProjectionTolerance, Undetermined};
 

@@ -1,0 +1,62 @@
+//! The balance of energy over steps whose length is chosen by a tolerance.
+
+use qrm_core::Mechanism;
+
+use super::corners::Corner;
+use super::dense_output::DenseOutput;
+use super::step_formula::{StepFormula, Task, Work};
+use crate::solve::Solver;
+use crate::state::State;
+
+/// The energy at the ends of steps against the work of the loads without potential.
+#[derive(Clone, Debug)]
+pub(super) struct StepBalance {
+    /// Energy at the start, and work since.
+    energy: f64,
+    work: f64,
+    /// The largest difference between the change of the energy and the work, at the end of any step.
+    pub(super) imbalance: f64,
+    /// Whether such a load had power in any step.
+    pub(super) has_power: bool,
+}
+
+impl StepBalance {
+    /// Begins at a state.
+    pub(super) fn new(mechanism: &dyn Mechanism, first: &State) -> Self {
+        let energy = mechanism.energy(&first.q, &first.qd).iter().sum();
+        Self { energy, work: 0.0, imbalance: 0.0, has_power: false }
+    }
+
+    /// Takes up the work on the way across a corner.
+    pub(super) fn cross(&mut self, mechanism: &dyn Mechanism, from: &State, corner: Corner) {
+        self.work += power(mechanism, from) * (corner.behind() - from.t);
+    }
+
+    /// Takes up a step, whose power is integrated inside it by its formula; there is `room` for a state.
+    pub(super) fn add(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        formula: &mut dyn StepFormula,
+        (task, solver): (&Task, &mut Solver),
+        step: &mut DenseOutput,
+        room: &mut State,
+    ) {
+        let [at_begin, at_end] = [&step.from, &step.to].map(|at| power(mechanism, at));
+        if at_begin != 0.0 || at_end != 0.0 {
+            // This is for whoever observes the motion, and not counted as a part of the method.
+            let mut work = Work { evaluations: &mut 0, solver };
+            let found = formula.load_work(mechanism, step, task, &mut work, room);
+            // Where the power inside is not known, that at the ends is.
+            let by_ends = 0.5 * (step.to.t - step.from.t) * (at_begin + at_end);
+            self.work += found.ok().filter(|work| work.is_finite()).unwrap_or(by_ends);
+            self.has_power = true;
+        }
+        let energy: f64 = mechanism.energy(&step.to.q, &step.to.qd).iter().sum();
+        self.imbalance = self.imbalance.max((energy - self.energy - self.work).abs());
+    }
+}
+
+/// The power of the loads without potential.
+fn power(mechanism: &dyn Mechanism, at: &State) -> f64 {
+    mechanism.power(at.t, &at.q, &at.qd, &at.qdd, &at.multipliers)
+}

@@ -1,0 +1,54 @@
+//! The lengths of steps, chosen by their errors.
+
+/// The step is aimed at this part of the tolerance.
+const SAFETY: f64 = 0.8;
+/// The factors by which a step may shrink and grow at once.
+const SHRINK: f64 = 0.2;
+const GROW: f64 = 6.0;
+
+/// The PI control of step lengths (Hairer, Wanner II, IV.2).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct StepControl {
+    /// Length of the next step.
+    pub(super) h: f64,
+    last_error: f64,
+    /// Whether the last attempt was rejected.
+    was_rejected: bool,
+}
+
+impl StepControl {
+    /// Begins with a step of length `h`.
+    pub(super) fn new(h: f64) -> Self {
+        Self { h, last_error: 1e-4, was_rejected: false }
+    }
+
+    /// Shortens a step of length `h` that could not be made.
+    pub(super) fn reject(&mut self, h: f64) {
+        self.shorten(h * SHRINK);
+    }
+
+    /// Shortens a step of length `h` and that order, whose error is above 1.
+    pub(super) fn reject_error(&mut self, h: f64, error: f64, order: i32) {
+        let factor = if error.is_finite() { SAFETY * error.powf(-1.0 / f64::from(order)) } else { SHRINK };
+        self.shorten(h * factor.clamp(SHRINK, 0.9));
+    }
+
+    /// Shortens a step of length `h` that passes through so many times as much of a transition as it may.
+    pub(super) fn reject_change(&mut self, h: f64, change: f64) {
+        self.shorten(h * (SAFETY / change).max(SHRINK));
+    }
+
+    fn shorten(&mut self, h: f64) {
+        self.h = h;
+        self.was_rejected = true;
+    }
+
+    /// Chooses the length of the step after an accepted one of length `h`, by the errors of both and those before;
+    /// `beta` is the exponent of the latter.
+    pub(super) fn accept(&mut self, h: f64, error: f64, order: i32, beta: f64) {
+        let error = error.max(1e-10);
+        let factor = SAFETY * error.powf(0.75 * beta - 1.0 / f64::from(order)) * self.last_error.powf(beta);
+        let most = if self.was_rejected { 1.0 } else { GROW };
+        *self = Self { h: h * factor.clamp(SHRINK, most), last_error: error.max(1e-4), was_rejected: false };
+    }
+}

@@ -1,0 +1,197 @@
+//! The formula of a step whose length is chosen by a tolerance.
+
+use qrm_core::Mechanism;
+
+use super::dense_output::DenseOutput;
+use super::method::{MethodSettings, StepError};
+use super::step_bounds::StepBounds;
+use crate::quadrature::GAUSS_3;
+use crate::solve::{Projection, ProjectionTolerance, Solver};
+use crate::state::State;
+
+/// The work inside a step is integrated over more panels where its power bends by more than this part of it, up to so
+/// many.
+const BEND: f64 = 0.1;
+const MOST_PANELS: u32 = 64;
+
+/// The formula of a step.
+pub(super) trait StepFormula: std::fmt::Debug + Send {
+    /// Order of the step.
+    fn order(&self) -> i32;
+
+    /// The exponent of the error before the last one in the PI control of the step length.
+    fn beta(&self) -> f64;
+
+    /// Makes a step of length `h` from a state, projects its end, and returns its error: 1 is just accepted, and the
+    /// end is of no use beyond.
+    ///
+    /// # Errors
+    /// The step could not be made.
+    fn attempt(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        from: &State,
+        h: f64,
+        task: &Task,
+        work: &mut Work,
+        to: &mut State,
+    ) -> Result<f64, StepError>;
+
+    /// Takes note of an accepted step.
+    fn accepted(&mut self, mechanism: &dyn Mechanism, from: &State, to: &State) -> Accepted;
+
+    /// Computes the higher coefficients of the dense output of the last step, where a polynomial of degree 5 does not
+    /// suffice.
+    ///
+    /// # Errors
+    /// They could not be computed.
+    fn complete_dense_output(
+        &mut self,
+        _mechanism: &dyn Mechanism,
+        _step: &mut DenseOutput,
+        _task: &Task,
+        _work: &mut Work,
+    ) -> Result<(), StepError> {
+        Ok(())
+    }
+
+    /// Makes the projected state at the time of `to` inside the last step.
+    ///
+    /// # Errors
+    /// It could not be computed.
+    fn state_inside(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        step: &mut DenseOutput,
+        task: &Task,
+        work: &mut Work,
+        to: &mut State,
+    ) -> Result<(), StepError> {
+        self.complete_dense_output(mechanism, step, task, work)?;
+        step.at(to.t, &mut to.q, &mut to.qd);
+        *work.evaluations += 1;
+        work.solver.projected(mechanism, task.projection, to)
+    }
+
+    /// The work of the loads without potential in the last step; there is `room` for a state.
+    ///
+    /// # Errors
+    /// A state inside it could not be computed.
+    fn load_work(
+        &mut self,
+        mechanism: &dyn Mechanism,
+        step: &mut DenseOutput,
+        task: &Task,
+        work: &mut Work,
+        room: &mut State,
+    ) -> Result<f64, StepError> {
+        self.complete_dense_output(mechanism, step, task, work)?;
+        let mut power = |t: f64| -> Result<f64, StepError> {
+            let State { q, qd, qdd, multipliers, .. } = &mut *room;
+            step.at(t, q, qd);
+            // They matter where constraints do work, and to friction that depends on forces in joints.
+            qdd.fill(0.0);
+            multipliers.fill(0.0);
+            if mechanism.is_driven() || !mechanism.description().friction.is_empty() {
+                let stats = work.solver.stats;
+                work.solver.accelerations(mechanism, t, (q, qd), (qdd, multipliers))?;
+                work.solver.stats = stats;
+            }
+            Ok(mechanism.power(t, q, qd, qdd, multipliers))
+        };
+        let (from, length) = (step.from.t, step.to.t - step.from.t);
+        let mut panels = 1_u32;
+        loop {
+            let half = 0.5 * length / f64::from(panels);
+            let (mut sum, mut size, mut coarse) = (0.0, 0.0, 0.0);
+            for panel in 0..panels {
+                let middle = from + half * f64::from(2 * panel + 1);
+                let mut powers = [0.0; 3];
+                for (found, (place, weight)) in powers.iter_mut().zip(GAUSS_3) {
+                    *found = power(middle + half * place)?;
+                    sum += half * weight * *found;
+                    size += (half * weight * *found).abs();
+                }
+                coarse += half * (powers[0] + powers[2]);
+            }
+            // The mean of the outer places differs from that of all where the power bends.
+            if (sum - coarse).abs() <= BEND * size || panels == MOST_PANELS {
+                return Ok(sum);
+            }
+            panels *= 4;
+        }
+    }
+
+    /// A copy.
+    fn boxed_clone(&self) -> Box<dyn StepFormula>;
+}
+
+impl Clone for Box<dyn StepFormula> {
+    fn clone(&self) -> Self {
+        self.boxed_clone()
+    }
+}
+
+/// The settings of every step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Task {
+    /// Largest error of a step, in the unit of each coordinate and rate.
+    pub(super) tolerance: f64,
+    /// Steps that reach this time end there exactly.
+    pub(super) end_time: f64,
+    /// Steps that end after this time have their dense output computed at once.
+    pub(super) dense_from: f64,
+    /// The projection after each step.
+    pub(super) projection: (Projection, ProjectionTolerance),
+    /// Bounds of the steps.
+    pub(super) bounds: StepBounds,
+}
+
+impl Task {
+    /// Steps up to a time.
+    pub(super) fn new(settings: &MethodSettings, end_time: f64) -> Self {
+        Self {
+            tolerance: settings.tolerance,
+            end_time,
+            dense_from: end_time,
+            projection: (settings.projection, settings.projection_tolerance),
+            bounds: settings.step_bounds,
+        }
+    }
+
+    /// The end of a step that begins at `t`.
+    pub(super) fn end_of_step(&self, t: f64, h: f64) -> f64 {
+        if t + h >= self.end_time { self.end_time } else { t + h }
+    }
+
+    /// The largest error of a coordinate and of its rate that a step may make. An angle is no less accurate for many
+    /// revolutions.
+    pub(super) fn error_scales(
+        &self,
+        mechanism: &dyn Mechanism,
+        i: usize,
+        from: &State,
+        (q, qd): (&[f64], &[f64]),
+    ) -> [f64; 2] {
+        let size = if mechanism.description().is_angle(i) { 0.0 } else { from.q[i].abs().max(q[i].abs()) };
+        [self.tolerance * (1.0 + size), self.tolerance * (1.0 + from.qd[i].abs().max(qd[i].abs()))]
+    }
+}
+
+/// Solver and counter of a step.
+pub(super) struct Work<'a> {
+    /// Evaluations of the accelerations.
+    pub(super) evaluations: &'a mut u64,
+    pub(super) solver: &'a mut Solver,
+}
+
+/// The kind of an accepted step.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Accepted {
+    /// Whether it was made by an implicit method.
+    pub(super) is_implicit: bool,
+    /// Whether stability bound its length.
+    pub(super) is_stability_bound: bool,
+    /// Whether it was made by `auto` in place of the chosen method.
+    pub(super) is_fallback: bool,
+}
