@@ -11,7 +11,7 @@ use crate::scalar::Scalar;
 
 /// Steps with an error above this multiple of the tolerance are made again: a lower limit costs more than it gains.
 pub(super) const REJECTED: f64 = 4.0;
-/// The error that steps aim at, as a part of the tolerance.
+/// Steps have this part of the length at which their error would be the tolerance.
 const SAFETY: f64 = 0.8;
 /// The smallest and the largest ratio of a step's length to that of the step before.
 const CHANGES: [f64; 2] = [0.3, 3.0];

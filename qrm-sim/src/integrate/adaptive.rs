@@ -2,14 +2,14 @@
 
 use qrm_core::Mechanism;
 
+use super::companion_limit::CompanionLimit;
 use super::corners::{Corner, Corners};
 use super::dense_output::DenseOutput;
 use super::first_step::first_step;
 use super::method::StepError;
-use super::run_steps::RunSteps;
 use super::step_balance::StepBalance;
 use super::step_control::StepControl;
-use super::step_formula::{Accepted, StepFormula, Task, Work};
+use super::step_formula::{Accepted, Evaluator, StepFormula, Task};
 use super::transitions::Transitions;
 use crate::solve::Solver;
 use crate::state::State;
@@ -28,7 +28,7 @@ pub(crate) enum InnerRows {
 
 /// A motion under way with steps of its own choice.
 #[derive(Clone, Debug)]
-pub struct Adaptive {
+pub(super) struct Adaptive {
     formula: Box<dyn StepFormula>,
     task: Task,
     /// The corners of the equations of motion; `None` if there are none.
@@ -53,8 +53,8 @@ pub struct Adaptive {
     /// Begin and end of the accepted steps since they were last forgotten, and their kinds.
     steps: Vec<[f64; 2]>,
     kinds: Vec<Accepted>,
-    /// Steps that those of this run stay below.
-    run_steps: RunSteps,
+    /// The limit of the steps, if this is a companion.
+    companion_limit: CompanionLimit,
 }
 
 /// The numbers of steps and evaluations of a run.
@@ -74,23 +74,29 @@ pub struct Counts {
     pub fallback: u64,
 }
 
-/// More steps than this, and than so many for each row, mean that the motion cannot be followed.
+/// More steps than this, and `MAX_STEPS_PER_ROW`, mean that the motion cannot be followed.
 const MAX_STEPS: u64 = 1_000_000;
+/// So many more for each row.
 const MAX_STEPS_PER_ROW: u64 = 1000;
 /// A state between rows may take as many steps as the run did, and so many more.
 const FEW: u64 = 100;
-/// Progress is checked after so many steps; less than this part of the way to the next row is no progress.
+/// Progress is checked after so many steps.
 const CHECKED: u64 = 5000;
+/// Less than this part of the way to the next row is no progress.
 const MIN_PROGRESS: f64 = 1e-3;
-/// States between rows are this part of a step apart, if rows are not nearer.
+/// A step has so many states between rows.
 const SAMPLES: f64 = 8.0;
-/// They are no nearer than this part of the step that the scene states: near singular positions steps are tiny.
+/// The step that the scene states has so many of them at most: near singular positions steps are tiny.
 const SAMPLES_PER_SCENE_STEP: f64 = 64.0;
+/// Steps as short as this against the time are not shortened where they fail.
+const SHORTEST: f64 = 1e-10;
 /// Corners nearer to the ends of a step than this part of it do not end it; one just behind the beginning is crossed.
 const SHORTEST_TO_CORNER: f64 = 1e-6;
-/// Steps as short as this against the time may be rejected for a jump that lies as near as that behind their beginning.
+/// Steps as short as this against the time may be rejected for a jump just behind their beginning.
 const SHORT: f64 = 1e-8;
+/// Such a jump is as near as this against the time.
 const NEAR_CORNER: f64 = 1e-12;
+
 impl Adaptive {
     /// Begins at a state; the first step is guessed from the derivatives there.
     ///
@@ -104,8 +110,8 @@ impl Adaptive {
         solver: &mut Solver,
     ) -> Result<Self, StepError> {
         let mut counts = Counts::default();
-        let mut work = Work { evaluations: &mut counts.evaluations, solver };
-        let h = first_step(mechanism, (&task, formula.order()), first, &mut work)?;
+        let mut evaluator = Evaluator { evaluations: &mut counts.evaluations, solver };
+        let h = first_step(mechanism, (&task, formula.order()), first, &mut evaluator)?;
         Ok(Self {
             formula,
             task,
@@ -122,7 +128,7 @@ impl Adaptive {
             balance: StepBalance::new(mechanism, first),
             steps: Vec::new(),
             kinds: Vec::new(),
-            run_steps: RunSteps::default(),
+            companion_limit: CompanionLimit::default(),
         })
     }
 
@@ -163,9 +169,9 @@ impl Adaptive {
         self.kinds.clear();
     }
 
-    /// Keeps steps from now on below those of another run at the same time, of which more are known.
+    /// Keeps steps below those of another run at the same time, the next of which are these.
     pub(super) fn limit_steps_by(&mut self, steps: &[[f64; 2]]) {
-        self.run_steps.extend(steps);
+        self.companion_limit.extend(steps);
     }
 
     /// The largest difference between the change of the energy and the work of the loads without potential, at the end
@@ -174,7 +180,7 @@ impl Adaptive {
         self.balance.imbalance
     }
 
-    /// Whether no load without potential did work so far.
+    /// Whether no load without potential had power at the ends of steps so far.
     pub(super) fn is_conservative(&self) -> bool {
         !self.balance.has_power
     }
@@ -221,15 +227,15 @@ impl Adaptive {
                 }
                 (checked, then) = (attempts, now);
             }
-            self.step(mechanism, solver)?;
+            self.step(mechanism, solver, true)?;
         }
         if self.dense_output.to.t == t {
             to.clone_from(&self.dense_output.to);
             return Ok(());
         }
-        let mut work = Work { evaluations: &mut self.counts.evaluations, solver };
+        let mut evaluator = Evaluator { evaluations: &mut self.counts.evaluations, solver };
         to.t = t;
-        self.formula.state_inside(mechanism, &mut self.dense_output, &self.task, &mut work, to)
+        self.formula.state_inside(mechanism, &mut self.dense_output, &self.task, &mut evaluator, to)
     }
 
     /// States inside the last step, between two times.
@@ -241,19 +247,19 @@ impl Adaptive {
         mechanism: &dyn Mechanism,
         [begin, end]: [f64; 2],
         solver: &mut Solver,
-        inner: &mut dyn FnMut(&State),
+        inner: &mut KeepState,
     ) -> Result<(), StepError> {
         let [from, to] = [self.dense_output.from.t, self.dense_output.to.t];
         let [first, last] = [from.max(begin), to.min(end)];
         let spacing = ((to - from) / SAMPLES).max(mechanism.schedule().step / SAMPLES_PER_SCENE_STEP);
         if last - first > spacing {
             // These are for whoever observes the motion, and not counted as those of the method.
-            let mut work = Work { evaluations: &mut 0, solver };
+            let mut evaluator = Evaluator { evaluations: &mut 0, solver };
             let parts = ((last - first) / spacing).ceil();
             let mut state = self.dense_output.to.clone();
             for i in 1..parts as u32 {
                 state.t = first + (last - first) * f64::from(i) / parts;
-                self.formula.state_inside(mechanism, &mut self.dense_output, &self.task, &mut work, &mut state)?;
+                self.formula.state_inside(mechanism, &mut self.dense_output, &self.task, &mut evaluator, &mut state)?;
                 inner(&state);
             }
         }
@@ -265,17 +271,13 @@ impl Adaptive {
         self.counts.accepted + self.counts.rejected
     }
 
-    /// Makes one accepted step, which ends where the equations of motion have a corner.
-    fn step(&mut self, mechanism: &dyn Mechanism, solver: &mut Solver) -> Result<(), StepError> {
-        self.step_from_corner(mechanism, solver, true)
-    }
-
-    /// Makes one accepted step; `crosses` a corner just behind its beginning first.
-    fn step_from_corner(
+    /// Makes one accepted step, which ends where the equations of motion have a corner; `meets_corner_at_once` if there
+    /// may be one just behind its beginning, to be crossed first.
+    fn step(
         &mut self,
         mechanism: &dyn Mechanism,
         solver: &mut Solver,
-        crosses: bool,
+        meets_corner_at_once: bool,
     ) -> Result<(), StepError> {
         self.cross_corner(mechanism, solver)?;
         let t = self.dense_output.to.t;
@@ -284,11 +286,11 @@ impl Adaptive {
         let end = corner.map_or(f64::INFINITY, Corner::before);
         let end_time = self.task.end_time.min(self.task.bounds.next_end(t)).min(end);
         let mut task = Task { end_time, ..self.task };
-        let longest = self.run_steps.longest(t, self.task.bounds.longest);
-        let asked = self.control.h.min(longest);
+        let longest = self.companion_limit.longest(t, self.task.bounds.longest);
+        self.control.h = self.control.h.min(longest);
+        let wanted = self.control.h;
         loop {
             let left = task.end_time - t;
-            self.control.h = self.control.h.min(longest);
             // Two even steps to the end are better than a long and a very short one.
             let h = match self.control.h {
                 h if h >= left => left,
@@ -298,20 +300,20 @@ impl Adaptive {
             if !(h > 4.0 * f64::EPSILON * t.abs()) {
                 return Err(StepError::StepTooShort { h });
             }
-            let mut work = Work { evaluations: &mut self.counts.evaluations, solver };
+            let mut evaluator = Evaluator { evaluations: &mut self.counts.evaluations, solver };
             let from = &self.dense_output.to;
-            let error = match self.formula.attempt(mechanism, from, h, &task, &mut work, &mut self.next) {
+            let error = match self.formula.attempt(mechanism, from, h, &task, &mut evaluator, &mut self.next) {
                 Ok(error) if error <= 1.0 => error,
                 Ok(error) => {
                     self.counts.rejected += 1;
                     self.control.reject_error(h, error, self.formula.order());
-                    if crosses && self.meets_jump_at_once(h) {
-                        return self.step_from_corner(mechanism, solver, false);
+                    if meets_corner_at_once && self.meets_jump_at_once(h) {
+                        return self.step(mechanism, solver, false);
                     }
                     continue;
                 }
                 // A formula may leave its domain, or a projection its branch, where the step is too long.
-                Err(reason) if h < 1e-10 * (1.0 + t.abs()) => return Err(reason),
+                Err(reason) if h < SHORTEST * (1.0 + t.abs()) => return Err(reason),
                 Err(_) => {
                     self.counts.rejected += 1;
                     self.control.reject(h);
@@ -325,10 +327,12 @@ impl Adaptive {
                 continue;
             }
             let shortest = (SHORTEST_TO_CORNER * h).max(Corner::resolution(t));
-            if let Some(met) = self.corner_inside(mechanism, &task, solver, if crosses { 0.0 } else { shortest })? {
+            if let Some(met) =
+                self.corner_inside(mechanism, &task, solver, if meets_corner_at_once { 0.0 } else { shortest })?
+            {
                 if met.0 - t <= shortest {
                     self.corner = Some(met);
-                    return self.step_from_corner(mechanism, solver, false);
+                    return self.step(mechanism, solver, false);
                 }
                 task.end_time = met.before();
                 corner = Some(met);
@@ -338,7 +342,7 @@ impl Adaptive {
             self.corner = corner.filter(|corner| self.dense_output.to.t == corner.before());
             if self.corner.is_some() {
                 // The step was short for the sake of the corner, and that says little of the next one.
-                self.control.h = self.control.h.max(asked);
+                self.control.h = self.control.h.max(wanted);
             }
             // The end of the next step is not known yet: its room serves.
             let Self { formula, task, dense_output, next, balance, .. } = self;
@@ -410,10 +414,10 @@ impl Adaptive {
         let mut formula = formula.clone();
         formula.accepted(mechanism, from, next);
         let mut inside = DenseOutput::new(from.clone(), next.clone());
-        let mut work = Work { evaluations: &mut 0, solver };
+        let mut evaluator = Evaluator { evaluations: &mut 0, solver };
         let met = corners.first_inside([from, next], shortest, &mut |t| {
             let mut at = State { t, ..inside.to.clone() };
-            formula.state_inside(mechanism, &mut inside, task, &mut work, &mut at)?;
+            formula.state_inside(mechanism, &mut inside, task, &mut evaluator, &mut at)?;
             Ok(at)
         })?;
         let met = met.filter(|met| next.t - met.t > SHORTEST_TO_CORNER * h).map(|met| Corner(met.t));

@@ -7,7 +7,7 @@ use super::dop853::{self, Dop853};
 use super::implicit::Implicit;
 use super::method::Method;
 use super::method::StepError;
-use super::step_formula::{Accepted, StepFormula, Task, Work};
+use super::step_formula::{Accepted, Evaluator, StepFormula, Task};
 use crate::analysis::Response;
 use crate::solve::dot;
 use crate::state::State;
@@ -94,13 +94,13 @@ impl StepFormula for Auto {
         from: &State,
         h: f64,
         task: &Task,
-        work: &mut Work,
+        evaluator: &mut Evaluator,
         to: &mut State,
     ) -> Result<f64, StepError> {
         if self.is_implicit {
-            Implicit.attempt(mechanism, from, h, task, work, to)
+            Implicit.attempt(mechanism, from, h, task, evaluator, to)
         } else {
-            self.explicit.attempt(mechanism, from, h, task, work, to)
+            self.explicit.attempt(mechanism, from, h, task, evaluator, to)
         }
     }
 
@@ -133,12 +133,12 @@ impl StepFormula for Auto {
         mechanism: &dyn Mechanism,
         dense_output: &mut DenseOutput,
         task: &Task,
-        work: &mut Work,
+        evaluator: &mut Evaluator,
     ) -> Result<(), StepError> {
         if self.was_implicit {
             Ok(())
         } else {
-            self.explicit.complete_dense_output(mechanism, dense_output, task, work)
+            self.explicit.complete_dense_output(mechanism, dense_output, task, evaluator)
         }
     }
 

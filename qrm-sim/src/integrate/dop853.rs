@@ -6,7 +6,7 @@ use qrm_core::{Mechanism, StateMut, StepEstimate, StepMut, StepRequest};
 use super::dense_output::DenseOutput;
 use super::explicit::Explicit;
 use super::method::{Method, StepError};
-use super::step_formula::{Accepted, StepFormula, Task, Work};
+use super::step_formula::{Accepted, Evaluator, StepFormula, Task};
 use super::tableau::Tableau;
 use crate::state::State;
 
@@ -67,19 +67,19 @@ impl Dop853 {
         mechanism: &dyn Mechanism,
         (from, h): (&State, f64),
         task: &Task,
-        work: &mut Work,
+        evaluator: &mut Evaluator,
         to: &mut State,
     ) -> Option<StepEstimate> {
-        if !work.solver.projects_by_kernel(task.projection) {
+        if !evaluator.solver.projects_by_kernel(task.projection) {
             return None;
         }
         let request = StepRequest { h, tolerance: task.tolerance, residual: task.projection.1.residual };
         let dense = if self.is_dense { &mut self.dense[..] } else { &mut [] };
         let end = StateMut { q: &mut to.q, qd: &mut to.qd, qdd: &mut to.qdd, multipliers: &mut to.multipliers };
-        let step = StepMut { end, corrections: &mut work.solver.corrections, dense };
+        let step = StepMut { end, corrections: &mut evaluator.solver.corrections, dense };
         let estimate = mechanism.dop853_step(&request, &from.as_ref(), step)?;
         self.is_dense &= estimate.error <= 1.0;
-        *work.evaluations += 12;
+        *evaluator.evaluations += 12;
         Some(estimate)
     }
 }
@@ -99,18 +99,18 @@ impl StepFormula for Dop853 {
         from: &State,
         h: f64,
         task: &Task,
-        work: &mut Work,
+        evaluator: &mut Evaluator,
         to: &mut State,
     ) -> Result<f64, StepError> {
         self.is_dense = from.t + h > task.dense_from;
-        self.by_kernel = self.attempt_by_kernel(mechanism, (from, h), task, work, to);
+        self.by_kernel = self.attempt_by_kernel(mechanism, (from, h), task, evaluator, to);
         let Some(estimate) = self.by_kernel else {
-            return self.plain.attempt(mechanism, from, h, task, work, to);
+            return self.plain.attempt(mechanism, from, h, task, evaluator, to);
         };
         to.t = task.end_of_step(from.t, h);
         to.corrections = estimate.corrections;
         if estimate.error <= 1.0 {
-            work.solver.stats.take_residual(estimate.residual);
+            evaluator.solver.stats.take_residual(estimate.residual);
         }
         Ok(estimate.error)
     }
@@ -120,7 +120,7 @@ impl StepFormula for Dop853 {
         mechanism: &dyn Mechanism,
         dense_output: &mut DenseOutput,
         task: &Task,
-        work: &mut Work,
+        evaluator: &mut Evaluator,
     ) -> Result<(), StepError> {
         if self.by_kernel.is_some() && dense_output.lacks(&TABLEAU) {
             if !self.is_dense {
@@ -128,18 +128,18 @@ impl StepFormula for Dop853 {
                 let h = dense_output.to.t - dense_output.from.t;
                 let mut to = dense_output.to.clone();
                 self.is_dense = true;
-                self.by_kernel = self.attempt_by_kernel(mechanism, (&dense_output.from, h), task, work, &mut to);
+                self.by_kernel = self.attempt_by_kernel(mechanism, (&dense_output.from, h), task, evaluator, &mut to);
                 if self.by_kernel.is_none() {
-                    self.plain.attempt(mechanism, &dense_output.from, h, task, work, &mut to)?;
+                    self.plain.attempt(mechanism, &dense_output.from, h, task, evaluator, &mut to)?;
                 }
             }
             if self.is_dense && self.by_kernel.is_some() {
-                *work.evaluations += 3;
+                *evaluator.evaluations += 3;
                 dense_output.complete(&self.dense);
             }
         }
         // What the kernel has not completed the plain functions do.
-        self.plain.complete_dense_output(mechanism, dense_output, task, work)
+        self.plain.complete_dense_output(mechanism, dense_output, task, evaluator)
     }
 
     fn accepted(&mut self, _: &dyn Mechanism, _: &State, _: &State) -> Accepted {

@@ -7,7 +7,7 @@ use qrm_core::dop853::Row;
 
 use super::dense_output::{DenseOutput, Stages};
 use super::method::StepError;
-use super::step_formula::{Accepted, StepFormula, Task, Work};
+use super::step_formula::{Accepted, Evaluator, StepFormula, Task};
 use super::tableau::Tableau;
 use crate::solve::{Projection, ProjectionTolerance, Solver};
 use crate::state::State;
@@ -89,15 +89,15 @@ impl Explicit {
         from: &State,
         h: f64,
         stages: Range<usize>,
-        work: &mut Work,
+        evaluator: &mut Evaluator,
     ) -> Result<(), StepError> {
         for stage in stages {
             self.argument(from, h, self.tableau.rows[stage]);
             let t = from.t + self.tableau.nodes[stage] * h;
             let qdd = &mut self.stages.accelerations[stage];
-            work.solver.accelerations(mechanism, t, (&self.q, &self.qd), (qdd, &mut self.multipliers))?;
+            evaluator.solver.accelerations(mechanism, t, (&self.q, &self.qd), (qdd, &mut self.multipliers))?;
             self.stages.rates[stage].copy_from_slice(&self.qd);
-            *work.evaluations += 1;
+            *evaluator.evaluations += 1;
         }
         Ok(())
     }
@@ -152,11 +152,11 @@ impl StepFormula for Explicit {
         from: &State,
         h: f64,
         task: &Task,
-        work: &mut Work,
+        evaluator: &mut Evaluator,
         to: &mut State,
     ) -> Result<f64, StepError> {
         self.begin(from);
-        self.evaluate(mechanism, from, h, 1..self.tableau.stages, work)?;
+        self.evaluate(mechanism, from, h, 1..self.tableau.stages, evaluator)?;
         self.argument(from, h, self.tableau.weights);
         self.finish(to, task.end_of_step(from.t, h));
         // Some estimates need the end of the step; the others save the work on it.
@@ -166,8 +166,8 @@ impl StepFormula for Explicit {
         if let Some(error) = early.filter(|error| !(*error <= 1.0)) {
             return Ok(error);
         }
-        work.solver.projected(mechanism, task.projection, to)?;
-        *work.evaluations += 1;
+        evaluator.solver.projected(mechanism, task.projection, to)?;
+        *evaluator.evaluations += 1;
         self.stages.rates[end].copy_from_slice(&to.qd);
         self.stages.accelerations[end].copy_from_slice(&to.qdd);
         Ok(early.unwrap_or_else(|| self.error(mechanism, task, from, (&to.q, &to.qd), h)))
@@ -178,13 +178,13 @@ impl StepFormula for Explicit {
         mechanism: &dyn Mechanism,
         dense_output: &mut DenseOutput,
         _task: &Task,
-        work: &mut Work,
+        evaluator: &mut Evaluator,
     ) -> Result<(), StepError> {
         if !dense_output.lacks(self.tableau) {
             return Ok(());
         }
         let h = dense_output.to.t - dense_output.from.t;
-        self.evaluate(mechanism, &dense_output.from, h, self.tableau.stages + 1..self.tableau.rows.len(), work)?;
+        self.evaluate(mechanism, &dense_output.from, h, self.tableau.stages + 1..self.tableau.rows.len(), evaluator)?;
         dense_output.complete_by(self.tableau, &self.stages);
         Ok(())
     }

@@ -3,15 +3,15 @@
 use qrm_core::Mechanism;
 
 use super::method::StepError;
-use super::step_formula::{Task, Work};
-use crate::solve::{Projection, ProjectionTolerance};
+use super::step_formula::{Evaluator, Task};
 use crate::state::State;
 
-/// Most guesses of the first step, each shorter than the last one by this factor.
+/// Most guesses of the first step.
 const FIRST_GUESSES: usize = 6;
+/// The ratio of a guess to the one before.
 const SHORTER_GUESS: f64 = 0.01;
 
-/// The length of a first step, from the sizes of state, rates and their change (Hairer, Norsett, Wanner I, II.4).
+/// The length of the first step, from the sizes of state, rates and their change (Hairer, Norsett, Wanner I, II.4).
 ///
 /// # Errors
 /// The accelerations near the start are not determined.
@@ -19,7 +19,7 @@ pub(super) fn first_step(
     mechanism: &dyn Mechanism,
     (task, order): (&Task, i32),
     first: &State,
-    work: &mut Work,
+    evaluator: &mut Evaluator,
 ) -> Result<f64, StepError> {
     let n = first.q.len();
     let at_first = (&first.q[..], &first.qd[..]);
@@ -36,9 +36,9 @@ pub(super) fn first_step(
     for left in (0..FIRST_GUESSES).rev() {
         let along = |x: &[f64], v: &[f64]| -> Vec<f64> { x.iter().zip(v).map(|(x, v)| x + guess * v).collect() };
         (later.t, later.q, later.qd) = (first.t + guess, along(&first.q, &first.qd), along(&first.qd, &first.qdd));
-        *work.evaluations += 1;
-        match work.solver.projected(mechanism, (Projection::None, ProjectionTolerance::default()), &mut later) {
-            Ok(_) => break,
+        *evaluator.evaluations += 1;
+        match evaluator.solver.complete(mechanism, &mut later) {
+            Ok(()) => break,
             Err(reason) if left == 0 => return Err(reason),
             // Forces may have no solution there.
             Err(_) => guess *= SHORTER_GUESS,
@@ -49,5 +49,5 @@ pub(super) fn first_step(
     let largest = speed.max(bend);
     let second =
         if largest <= 1e-15 { (guess * 1e-3).max(1e-6) } else { (0.01 / largest).powf(1.0 / f64::from(order)) };
-    Ok((100.0 * guess).min(second).min(task.end_time))
+    Ok((100.0 * guess).min(second).min(task.end_time - first.t))
 }

@@ -5,7 +5,7 @@ use super::step_formula::Accepted;
 use super::tableau::Tableau;
 use super::{GAUSS, RK4};
 
-/// The formula of a step.
+/// A formula, by what is needed to make its steps again.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Formula {
     /// An explicit Runge-Kutta method.

@@ -7,7 +7,7 @@ use super::auto::Auto;
 use super::dense_output::DenseOutput;
 use super::dop853;
 use super::method::{Method, StepError};
-use super::step_formula::{Accepted, StepFormula, Task, Work};
+use super::step_formula::{Accepted, Evaluator, StepFormula, Task};
 use crate::state::State;
 
 /// The Gauss method of order 16.
@@ -79,18 +79,18 @@ impl StepFormula for Gauss {
         from: &State,
         h: f64,
         task: &Task,
-        work: &mut Work,
+        evaluator: &mut Evaluator,
         to: &mut State,
     ) -> Result<f64, StepError> {
         self.attempted = None;
         if let Some(steps) = &mut self.steps
-            && !work.solver.is_redundant()
+            && !evaluator.solver.is_redundant()
         {
             let request = GaussRequest { h, tolerance: task.tolerance, is_inside: false };
             let [begin, end] = &mut self.extrapolated;
             let end = GaussEnd { q: &mut to.q, qd: &mut to.qd, extrapolated: [begin, end] };
             if let Some(estimate) = steps.step(&request, &from.as_ref(), end) {
-                *work.evaluations += u64::from(estimate.iterations) * GAUSS_NODES as u64;
+                *evaluator.evaluations += u64::from(estimate.iterations) * GAUSS_NODES as u64;
                 self.attempted = Some(estimate.work);
                 if estimate.convergence == Convergence::Diverged {
                     self.failures += FAILURE;
@@ -102,8 +102,8 @@ impl StepFormula for Gauss {
                 if estimate.error <= 1.0 {
                     self.failures = self.failures.saturating_sub(1);
                     to.t = task.end_of_step(from.t, h);
-                    *work.evaluations += 1;
-                    work.solver.projected(mechanism, task.projection, to)?;
+                    *evaluator.evaluations += 1;
+                    evaluator.solver.projected(mechanism, task.projection, to)?;
                     let [begin, end] = &self.extrapolated;
                     let unseen = unseen(from, begin).max(unseen(to, end)) * h / (ENDS * task.tolerance.sqrt());
                     if unseen > 1.0 {
@@ -113,7 +113,7 @@ impl StepFormula for Gauss {
                 return Ok(estimate.error);
             }
         }
-        self.fallback.attempt(mechanism, from, h, task, work, to)
+        self.fallback.attempt(mechanism, from, h, task, evaluator, to)
     }
 
     fn state_inside(
@@ -121,11 +121,11 @@ impl StepFormula for Gauss {
         mechanism: &dyn Mechanism,
         step: &mut DenseOutput,
         task: &Task,
-        work: &mut Work,
+        evaluator: &mut Evaluator,
         to: &mut State,
     ) -> Result<(), StepError> {
         let (Some(_), Some(steps)) = (self.work, &mut self.steps) else {
-            return self.fallback.state_inside(mechanism, step, task, work, to);
+            return self.fallback.state_inside(mechanism, step, task, evaluator, to);
         };
         // The polynomials of the step are less accurate inside than its end: a shorter step it is.
         let from = &step.from;
@@ -133,16 +133,16 @@ impl StepFormula for Gauss {
         let [begin, end] = &mut self.extrapolated;
         let end = GaussEnd { q: &mut to.q, qd: &mut to.qd, extrapolated: [begin, end] };
         if let Some(estimate) = steps.step(&request, &from.as_ref(), end) {
-            *work.evaluations += u64::from(estimate.iterations) * GAUSS_NODES as u64 + 1;
+            *evaluator.evaluations += u64::from(estimate.iterations) * GAUSS_NODES as u64 + 1;
             if estimate.convergence == Convergence::Converged {
-                return work.solver.projected(mechanism, task.projection, to);
+                return evaluator.solver.projected(mechanism, task.projection, to);
             }
         }
         // Some node lies where the kernel does not suit: those of `auto` lie elsewhere.
         let task = Task { end_time: to.t, ..*task };
-        let mut other = Adaptive::new(mechanism, Box::new(self.fallback.clone()), task, from, work.solver)?;
-        other.advance_to(mechanism, task.end_time, work.solver, to, None)?;
-        *work.evaluations += other.counts().evaluations;
+        let mut other = Adaptive::new(mechanism, Box::new(self.fallback.clone()), task, from, evaluator.solver)?;
+        other.advance_to(mechanism, task.end_time, evaluator.solver, to, None)?;
+        *evaluator.evaluations += other.counts().evaluations;
         Ok(())
     }
 
@@ -151,10 +151,10 @@ impl StepFormula for Gauss {
         mechanism: &dyn Mechanism,
         step: &mut DenseOutput,
         task: &Task,
-        work: &mut Work,
+        evaluator: &mut Evaluator,
         room: &mut State,
     ) -> Result<f64, StepError> {
-        self.work.map_or_else(|| self.fallback.load_work(mechanism, step, task, work, room), Ok)
+        self.work.map_or_else(|| self.fallback.load_work(mechanism, step, task, evaluator, room), Ok)
     }
 
     fn accepted(&mut self, mechanism: &dyn Mechanism, from: &State, to: &State) -> Accepted {

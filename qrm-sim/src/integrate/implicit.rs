@@ -4,7 +4,7 @@ use qrm_core::Mechanism;
 
 use super::method::StepError;
 use super::rodas::{ARGUMENTS, BY_TIME, GAMMA, INCREMENTS, NODES};
-use super::step_formula::{Accepted, StepFormula, Task, Work};
+use super::step_formula::{Accepted, Evaluator, StepFormula, Task};
 use crate::solve::{Dynamics, Linearization, Lu, Matrix, PivotedLdl, dot, row_products};
 use crate::state::State;
 
@@ -28,7 +28,7 @@ impl StepFormula for Implicit {
         from: &State,
         h: f64,
         task: &Task,
-        work: &mut Work,
+        evaluator: &mut Evaluator,
         to: &mut State,
     ) -> Result<f64, StepError> {
         let (n, m) = (from.q.len(), from.multipliers.len());
@@ -38,7 +38,7 @@ impl StepFormula for Implicit {
         }
         let dynamics = Dynamics::of(mechanism, from.t, &from.q, &from.qd);
         let system =
-            System::new(&dynamics, &linearization, h * GAMMA, work.solver.rank()).ok_or(StepError::NotFinite)?;
+            System::new(&dynamics, &linearization, h * GAMMA, evaluator.solver.rank()).ok_or(StepError::NotFinite)?;
         let mut increments: Vec<(Vec<f64>, Vec<f64>)> = Vec::with_capacity(6);
         let (mut q, mut qd) = (from.q.clone(), from.qd.clone());
         let (mut qdd, mut multipliers) = (from.qdd.clone(), from.multipliers.clone());
@@ -57,8 +57,8 @@ impl StepFormula for Implicit {
             }
             if stage > 0 {
                 let t = from.t + NODES[stage] * h;
-                *work.evaluations += 1;
-                work.solver.accelerations(mechanism, t, (&q, &qd), (&mut qdd, &mut multipliers))?;
+                *evaluator.evaluations += 1;
+                evaluator.solver.accelerations(mechanism, t, (&q, &qd), (&mut qdd, &mut multipliers))?;
             }
             for i in 0..n {
                 along[i] += qd[i];
@@ -83,8 +83,8 @@ impl StepFormula for Implicit {
         }
         to.t = task.end_of_step(from.t, h);
         (to.q, to.qd) = (q, qd);
-        *work.evaluations += 1;
-        work.solver.projected(mechanism, task.projection, to)?;
+        *evaluator.evaluations += 1;
+        evaluator.solver.projected(mechanism, task.projection, to)?;
         Ok(error)
     }
 

@@ -4,7 +4,7 @@ use qrm_core::Mechanism;
 
 use super::corners::Corner;
 use super::dense_output::DenseOutput;
-use super::step_formula::{StepFormula, Task, Work};
+use super::step_formula::{Evaluator, StepFormula, Task};
 use crate::solve::Solver;
 use crate::state::State;
 
@@ -44,8 +44,8 @@ impl StepBalance {
         let [at_begin, at_end] = [&step.from, &step.to].map(|at| power(mechanism, at));
         if at_begin != 0.0 || at_end != 0.0 {
             // This is for whoever observes the motion, and not counted as a part of the method.
-            let mut work = Work { evaluations: &mut 0, solver };
-            let found = formula.load_work(mechanism, step, task, &mut work, room);
+            let mut evaluator = Evaluator { evaluations: &mut 0, solver };
+            let found = formula.load_work(mechanism, step, task, &mut evaluator, room);
             // Where the power inside is not known, that at the ends is.
             let by_ends = 0.5 * (step.to.t - step.from.t) * (at_begin + at_end);
             self.work += found.ok().filter(|work| work.is_finite()).unwrap_or(by_ends);

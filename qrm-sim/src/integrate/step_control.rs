@@ -1,9 +1,10 @@
 //! The lengths of steps, chosen by their errors.
 
-/// The step is aimed at this part of the tolerance.
+/// Steps have this part of the length at which they would just be accepted.
 const SAFETY: f64 = 0.8;
-/// The factors by which a step may shrink and grow at once.
+/// The smallest ratio of a step to the one before.
 const SHRINK: f64 = 0.2;
+/// The largest ratio of a step to the one before, if that was accepted at once.
 const GROW: f64 = 6.0;
 
 /// The PI control of step lengths (Hairer, Wanner II, IV.2).
@@ -27,13 +28,13 @@ impl StepControl {
         self.shorten(h * SHRINK);
     }
 
-    /// Shortens a step of length `h` and that order, whose error is above 1.
+    /// Shortens a step of length `h` by a method of some order, whose error is above 1.
     pub(super) fn reject_error(&mut self, h: f64, error: f64, order: i32) {
         let factor = if error.is_finite() { SAFETY * error.powf(-1.0 / f64::from(order)) } else { SHRINK };
         self.shorten(h * factor.clamp(SHRINK, 0.9));
     }
 
-    /// Shortens a step of length `h` that passes through so many times as much of a transition as it may.
+    /// Shortens a step of length `h` in which a force changes `change` times as much as it may.
     pub(super) fn reject_change(&mut self, h: f64, change: f64) {
         self.shorten(h * (SAFETY / change).max(SHRINK));
     }
@@ -43,8 +44,8 @@ impl StepControl {
         self.was_rejected = true;
     }
 
-    /// Chooses the length of the step after an accepted one of length `h`, by the errors of both and those before;
-    /// `beta` is the exponent of the latter.
+    /// Chooses the length of the step after an accepted one of length `h`, by its error and, with the exponent `beta`,
+    /// that of the accepted step before.
     pub(super) fn accept(&mut self, h: f64, error: f64, order: i32, beta: f64) {
         let error = error.max(1e-10);
         let factor = SAFETY * error.powf(0.75 * beta - 1.0 / f64::from(order)) * self.last_error.powf(beta);

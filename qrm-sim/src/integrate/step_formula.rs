@@ -9,14 +9,14 @@ use crate::quadrature::GAUSS_3;
 use crate::solve::{Projection, ProjectionTolerance, Solver};
 use crate::state::State;
 
-/// The work inside a step is integrated over more panels where its power bends by more than this part of it, up to so
-/// many.
+/// The work inside a step is integrated over more panels where its power bends by more than this part of it.
 const BEND: f64 = 0.1;
+/// Most panels.
 const MOST_PANELS: u32 = 64;
 
 /// The formula of a step.
 pub(super) trait StepFormula: std::fmt::Debug + Send {
-    /// Order of the step.
+    /// The order of the errors by which steps are controlled.
     fn order(&self) -> i32;
 
     /// The exponent of the error before the last one in the PI control of the step length.
@@ -33,7 +33,7 @@ pub(super) trait StepFormula: std::fmt::Debug + Send {
         from: &State,
         h: f64,
         task: &Task,
-        work: &mut Work,
+        evaluator: &mut Evaluator,
         to: &mut State,
     ) -> Result<f64, StepError>;
 
@@ -50,7 +50,7 @@ pub(super) trait StepFormula: std::fmt::Debug + Send {
         _mechanism: &dyn Mechanism,
         _step: &mut DenseOutput,
         _task: &Task,
-        _work: &mut Work,
+        _evaluator: &mut Evaluator,
     ) -> Result<(), StepError> {
         Ok(())
     }
@@ -64,13 +64,13 @@ pub(super) trait StepFormula: std::fmt::Debug + Send {
         mechanism: &dyn Mechanism,
         step: &mut DenseOutput,
         task: &Task,
-        work: &mut Work,
+        evaluator: &mut Evaluator,
         to: &mut State,
     ) -> Result<(), StepError> {
-        self.complete_dense_output(mechanism, step, task, work)?;
+        self.complete_dense_output(mechanism, step, task, evaluator)?;
         step.at(to.t, &mut to.q, &mut to.qd);
-        *work.evaluations += 1;
-        work.solver.projected(mechanism, task.projection, to)
+        *evaluator.evaluations += 1;
+        evaluator.solver.projected(mechanism, task.projection, to)
     }
 
     /// The work of the loads without potential in the last step; there is `room` for a state.
@@ -82,10 +82,10 @@ pub(super) trait StepFormula: std::fmt::Debug + Send {
         mechanism: &dyn Mechanism,
         step: &mut DenseOutput,
         task: &Task,
-        work: &mut Work,
+        evaluator: &mut Evaluator,
         room: &mut State,
     ) -> Result<f64, StepError> {
-        self.complete_dense_output(mechanism, step, task, work)?;
+        self.complete_dense_output(mechanism, step, task, evaluator)?;
         let mut power = |t: f64| -> Result<f64, StepError> {
             let State { q, qd, qdd, multipliers, .. } = &mut *room;
             step.at(t, q, qd);
@@ -93,9 +93,9 @@ pub(super) trait StepFormula: std::fmt::Debug + Send {
             qdd.fill(0.0);
             multipliers.fill(0.0);
             if mechanism.is_driven() || !mechanism.description().friction.is_empty() {
-                let stats = work.solver.stats;
-                work.solver.accelerations(mechanism, t, (q, qd), (qdd, multipliers))?;
-                work.solver.stats = stats;
+                let stats = evaluator.solver.stats;
+                evaluator.solver.accelerations(mechanism, t, (q, qd), (qdd, multipliers))?;
+                evaluator.solver.stats = stats;
             }
             Ok(mechanism.power(t, q, qd, qdd, multipliers))
         };
@@ -132,7 +132,7 @@ impl Clone for Box<dyn StepFormula> {
     }
 }
 
-/// The settings of every step.
+/// What is asked of a step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Task {
     /// Largest error of a step, in the unit of each coordinate and rate.
@@ -178,9 +178,9 @@ impl Task {
     }
 }
 
-/// Solver and counter of a step.
-pub(super) struct Work<'a> {
-    /// Evaluations of the accelerations.
+/// What evaluates accelerations and counts that.
+pub(super) struct Evaluator<'a> {
+    /// The number of evaluations.
     pub(super) evaluations: &'a mut u64,
     pub(super) solver: &'a mut Solver,
 }
@@ -188,7 +188,7 @@ pub(super) struct Work<'a> {
 /// The kind of an accepted step.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Accepted {
-    /// Whether it was made by an implicit method.
+    /// Whether it was made by the linearly implicit method.
     pub(super) is_implicit: bool,
     /// Whether stability bound its length.
     pub(super) is_stability_bound: bool,

@@ -1,22 +1,24 @@
-//! The steps of another run that those of this one stay below.
+//! The limit of a companion's steps: those of its run.
 
 use std::collections::VecDeque;
 
-/// The part of a step of another run that steps beside it are at most: errors of order 4 fall to an eleventh.
+/// The largest part of a step of the run that a step of its companion has. A tighter tolerance alone may leave both with
+/// the same steps, whose difference is no estimate; with this part errors of order 4 fall to an eleventh.
 pub(crate) const COMPANION_STEP_RATIO: f64 = 0.55;
 
-/// Steps of another run: the first of them is under way, and more follow.
+/// Begin and end of the steps of a run that its companion has not passed, and of the one before.
 #[derive(Clone, Debug, Default)]
-pub(super) struct RunSteps(VecDeque<[f64; 2]>);
+pub(super) struct CompanionLimit(VecDeque<[f64; 2]>);
 
-impl RunSteps {
-    /// Takes up begin and end of more steps.
+impl CompanionLimit {
+    /// Takes up begin and end of the next steps of the run.
     pub(super) fn extend(&mut self, steps: &[[f64; 2]]) {
         self.0.extend(steps);
     }
 
-    /// The longest step from a time on, of those that are no longer than `longest`.
+    /// The longest step of the companion from a time on, `longest` at most.
     pub(super) fn longest(&mut self, t: f64, mut longest: f64) -> f64 {
+        // The last step stays: more may follow.
         while self.0.len() > 1 && self.0[0][1] <= t {
             self.0.pop_front();
         }
