@@ -1,6 +1,6 @@
 //! The state of a motion at one time.
 
-use qrm_core::{RowLayout, StateRef};
+use qrm_core::{Mechanism, RowLayout, StateRef};
 
 /// A state on the constraints, with the accelerations and multipliers that belong to it.
 #[derive(Debug, Default, PartialEq)]
@@ -102,6 +102,16 @@ impl State {
             self.q[i] += h * self.qd[i];
             self.qd[i] += h * self.qdd[i];
         }
+    }
+
+    /// The kinetic energy and the potential of the conservative loads, in J.
+    pub(crate) fn energy(&self, mechanism: &dyn Mechanism) -> f64 {
+        mechanism.energy(&self.q, &self.qd).iter().sum()
+    }
+
+    /// The power of the loads without potential, in W.
+    pub(crate) fn power(&self, mechanism: &dyn Mechanism) -> f64 {
+        mechanism.power(self.t, &self.q, &self.qd, &self.qdd, &self.multipliers)
     }
 
     /// The state as a mechanism takes it.

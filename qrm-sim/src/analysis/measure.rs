@@ -109,7 +109,7 @@ pub fn measure(
         }
     }
     seconds.sort_by(f64::total_cmp);
-    let energy = mechanism.energy(&first.q, &first.qd).iter().sum();
+    let energy = first.energy(mechanism);
     let states = states.iter().map(|state| described(mechanism, state)).collect();
     Ok(Measurement { seconds, states, energy, counts })
 }
@@ -186,7 +186,7 @@ fn described(mechanism: &dyn Mechanism, at: &State) -> StateAt {
         multipliers: at.multipliers.clone(),
         outputs,
         residual: largest(&LoopConstraints::of(mechanism, at.t, &at.q).residuals).1,
-        energy: mechanism.energy(&at.q, &at.qd).iter().sum(),
-        power: mechanism.power(at.t, &at.q, &at.qd, &at.qdd, &at.multipliers),
+        energy: at.energy(mechanism),
+        power: at.power(mechanism),
     }
 }

@@ -316,8 +316,7 @@ impl<'a> LaneSweep<'a> {
     /// Whether the energy at the end is that at the start, if no load without potential works at either.
     fn is_balanced(&self, design: usize, first: &State, at: &State) -> bool {
         let mechanism = &*self.designs[design];
-        let power = |at: &State| mechanism.power(at.t, &at.q, &at.qd, &at.qdd, &at.multipliers);
-        if power(first) != 0.0 || power(at) != 0.0 {
+        if first.power(mechanism) != 0.0 || at.power(mechanism) != 0.0 {
             return true;
         }
         let [before, after] = [first, at].map(|at| mechanism.energy(&at.q, &at.qd));

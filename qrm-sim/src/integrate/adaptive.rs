@@ -8,7 +8,7 @@ use super::dense_output::DenseOutput;
 use super::first_step::first_step;
 use super::method::StepError;
 use super::step_balance::StepBalance;
-use super::step_control::StepControl;
+use super::step_control::{StepControl, shorter_for_change, shorter_for_error, shorter_for_failure};
 use super::step_formula::{Accepted, Evaluator, StepFormula, Task};
 use super::transitions::Transitions;
 use crate::solve::Solver;
@@ -74,9 +74,9 @@ pub struct Counts {
     pub fallback: u64,
 }
 
-/// More steps than this, and `MAX_STEPS_PER_ROW`, mean that the motion cannot be followed.
+/// A motion cannot be followed where it takes more steps than this, and `MAX_STEPS_PER_ROW` for each row.
 const MAX_STEPS: u64 = 1_000_000;
-/// So many more for each row.
+/// The number of steps that each row adds to `MAX_STEPS`.
 const MAX_STEPS_PER_ROW: u64 = 1000;
 /// A state between rows may take as many steps as the run did, and so many more.
 const FEW: u64 = 100;
@@ -84,9 +84,10 @@ const FEW: u64 = 100;
 const CHECKED: u64 = 5000;
 /// Less than this part of the way to the next row is no progress.
 const MIN_PROGRESS: f64 = 1e-3;
-/// A step has so many states between rows.
+/// The number of states between rows in a step.
 const SAMPLES: f64 = 8.0;
-/// The step that the scene states has so many of them at most: near singular positions steps are tiny.
+/// The largest number of states between rows in a step as long as that of the scene: near singular positions steps are
+/// tiny.
 const SAMPLES_PER_SCENE_STEP: f64 = 64.0;
 /// Steps as short as this against the time are not shortened where they fail.
 const SHORTEST: f64 = 1e-10;
@@ -94,7 +95,7 @@ const SHORTEST: f64 = 1e-10;
 const SHORTEST_TO_CORNER: f64 = 1e-6;
 /// Steps as short as this against the time may be rejected for a jump just behind their beginning.
 const SHORT: f64 = 1e-8;
-/// Such a jump is as near as this against the time.
+/// A jump is just behind the beginning of a step where it is as near as this against the time.
 const NEAR_CORNER: f64 = 1e-12;
 
 impl Adaptive {
@@ -305,8 +306,7 @@ impl Adaptive {
             let error = match self.formula.attempt(mechanism, from, h, &task, &mut evaluator, &mut self.next) {
                 Ok(error) if error <= 1.0 => error,
                 Ok(error) => {
-                    self.counts.rejected += 1;
-                    self.control.reject_error(h, error, self.formula.order());
+                    self.reject(shorter_for_error(h, error, self.formula.order()));
                     if meets_corner_at_once && self.meets_jump_at_once(h) {
                         return self.step(mechanism, solver, false);
                     }
@@ -315,21 +315,18 @@ impl Adaptive {
                 // A formula may leave its domain, or a projection its branch, where the step is too long.
                 Err(reason) if h < SHORTEST * (1.0 + t.abs()) => return Err(reason),
                 Err(_) => {
-                    self.counts.rejected += 1;
-                    self.control.reject(h);
+                    self.reject(shorter_for_failure(h));
                     continue;
                 }
             };
             let change = self.transition();
             if change > 1.0 {
-                self.counts.rejected += 1;
-                self.control.reject_change(h, change);
+                self.reject(shorter_for_change(h, change));
                 continue;
             }
             let shortest = (SHORTEST_TO_CORNER * h).max(Corner::resolution(t));
-            if let Some(met) =
-                self.corner_inside(mechanism, &task, solver, if meets_corner_at_once { 0.0 } else { shortest })?
-            {
+            let behind = if meets_corner_at_once { 0.0 } else { shortest };
+            if let Some(met) = self.corner_inside(mechanism, &task, solver, behind)? {
                 if met.0 - t <= shortest {
                     self.corner = Some(met);
                     return self.step(mechanism, solver, false);
@@ -349,6 +346,12 @@ impl Adaptive {
             balance.add(mechanism, &mut **formula, (task, solver), dense_output, next);
             return Ok(());
         }
+    }
+
+    /// Makes the step that was tried again with length `h`.
+    fn reject(&mut self, h: f64) {
+        self.counts.rejected += 1;
+        self.control.reject(h);
     }
 
     /// Whether a rejected step of length `h` met a jump just behind its beginning, to be crossed there.

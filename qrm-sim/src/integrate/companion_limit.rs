@@ -2,8 +2,8 @@
 
 use std::collections::VecDeque;
 
-/// The largest part of a step of the run that a step of its companion has. A tighter tolerance alone may leave both with
-/// the same steps, whose difference is no estimate; with this part errors of order 4 fall to an eleventh.
+/// The largest ratio of a companion's step to that of the run beside it. A tighter tolerance alone may leave both with
+/// the same steps, whose difference is no estimate; with this ratio errors of order 4 fall to an eleventh.
 pub(crate) const COMPANION_STEP_RATIO: f64 = 0.55;
 
 /// Begin and end of the steps of a run that its companion has not passed, and of the one before.

@@ -11,25 +11,25 @@ use crate::state::State;
 /// The energy at the ends of steps against the work of the loads without potential.
 #[derive(Clone, Debug)]
 pub(super) struct StepBalance {
-    /// Energy at the start, and work since.
+    /// Energy at the start.
     energy: f64,
+    /// Work of the loads without potential since the start.
     work: f64,
     /// The largest difference between the change of the energy and the work, at the end of any step.
     pub(super) imbalance: f64,
-    /// Whether such a load had power in any step.
+    /// Whether a load without potential had power in any step.
     pub(super) has_power: bool,
 }
 
 impl StepBalance {
     /// Begins at a state.
     pub(super) fn new(mechanism: &dyn Mechanism, first: &State) -> Self {
-        let energy = mechanism.energy(&first.q, &first.qd).iter().sum();
-        Self { energy, work: 0.0, imbalance: 0.0, has_power: false }
+        Self { energy: first.energy(mechanism), work: 0.0, imbalance: 0.0, has_power: false }
     }
 
     /// Takes up the work on the way across a corner.
     pub(super) fn cross(&mut self, mechanism: &dyn Mechanism, from: &State, corner: Corner) {
-        self.work += power(mechanism, from) * (corner.behind() - from.t);
+        self.work += from.power(mechanism) * (corner.behind() - from.t);
     }
 
     /// Takes up a step, whose power is integrated inside it by its formula; there is `room` for a state.
@@ -41,7 +41,7 @@ impl StepBalance {
         step: &mut DenseOutput,
         room: &mut State,
     ) {
-        let [at_begin, at_end] = [&step.from, &step.to].map(|at| power(mechanism, at));
+        let [at_begin, at_end] = [&step.from, &step.to].map(|at| at.power(mechanism));
         if at_begin != 0.0 || at_end != 0.0 {
             // This is for whoever observes the motion, and not counted as a part of the method.
             let mut evaluator = Evaluator { evaluations: &mut 0, solver };
@@ -51,12 +51,6 @@ impl StepBalance {
             self.work += found.ok().filter(|work| work.is_finite()).unwrap_or(by_ends);
             self.has_power = true;
         }
-        let energy: f64 = mechanism.energy(&step.to.q, &step.to.qd).iter().sum();
-        self.imbalance = self.imbalance.max((energy - self.energy - self.work).abs());
+        self.imbalance = self.imbalance.max((step.to.energy(mechanism) - self.energy - self.work).abs());
     }
-}
-
-/// The power of the loads without potential.
-fn power(mechanism: &dyn Mechanism, at: &State) -> f64 {
-    mechanism.power(at.t, &at.q, &at.qd, &at.qdd, &at.multipliers)
 }

@@ -23,23 +23,8 @@ impl StepControl {
         Self { h, last_error: 1e-4, was_rejected: false }
     }
 
-    /// Shortens a step of length `h` that could not be made.
+    /// Makes the rejected step again with length `h`.
     pub(super) fn reject(&mut self, h: f64) {
-        self.shorten(h * SHRINK);
-    }
-
-    /// Shortens a step of length `h` by a method of some order, whose error is above 1.
-    pub(super) fn reject_error(&mut self, h: f64, error: f64, order: i32) {
-        let factor = if error.is_finite() { SAFETY * error.powf(-1.0 / f64::from(order)) } else { SHRINK };
-        self.shorten(h * factor.clamp(SHRINK, 0.9));
-    }
-
-    /// Shortens a step of length `h` in which a force changes `change` times as much as it may.
-    pub(super) fn reject_change(&mut self, h: f64, change: f64) {
-        self.shorten(h * (SAFETY / change).max(SHRINK));
-    }
-
-    fn shorten(&mut self, h: f64) {
         self.h = h;
         self.was_rejected = true;
     }
@@ -52,4 +37,20 @@ impl StepControl {
         let most = if self.was_rejected { 1.0 } else { GROW };
         *self = Self { h: h * factor.clamp(SHRINK, most), last_error: error.max(1e-4), was_rejected: false };
     }
+}
+
+/// The length in place of `h` where a step could not be made.
+pub(super) fn shorter_for_failure(h: f64) -> f64 {
+    h * SHRINK
+}
+
+/// The length in place of `h` where the error of a step of this order is above 1.
+pub(super) fn shorter_for_error(h: f64, error: f64, order: i32) -> f64 {
+    let factor = if error.is_finite() { SAFETY * error.powf(-1.0 / f64::from(order)) } else { SHRINK };
+    h * factor.clamp(SHRINK, 0.9)
+}
+
+/// The length in place of `h` where a force changes in a step `change` times as much as it may.
+pub(super) fn shorter_for_change(h: f64, change: f64) -> f64 {
+    h * (SAFETY / change).max(SHRINK)
 }

@@ -11,7 +11,7 @@ use crate::state::State;
 
 /// The work inside a step is integrated over more panels where its power bends by more than this part of it.
 const BEND: f64 = 0.1;
-/// Most panels.
+/// The largest number of panels in a step.
 const MOST_PANELS: u32 = 64;
 
 /// The formula of a step.
@@ -132,7 +132,7 @@ impl Clone for Box<dyn StepFormula> {
     }
 }
 
-/// What is asked of a step.
+/// The tolerance, the end time, the projection and the bounds of a step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Task {
     /// Largest error of a step, in the unit of each coordinate and rate.
@@ -178,7 +178,7 @@ impl Task {
     }
 }
 
-/// What evaluates accelerations and counts that.
+/// The solver of a step, with a counter of its evaluations.
 pub(super) struct Evaluator<'a> {
     /// The number of evaluations.
     pub(super) evaluations: &'a mut u64,

@@ -62,7 +62,7 @@ impl RunMonitor {
             residual_position: (0, 0.0),
             residual_velocity: (0, 0.0),
             ranges: first.q.iter().map(|q| [*q; 2]).collect(),
-            first_energy: mechanism.energy(&first.q, &first.qd).iter().sum(),
+            first_energy: first.energy(mechanism),
             largest_kinetic_energy: 0.0,
             largest_energy: 0.0,
             energy_drift: 0.0,
@@ -80,7 +80,7 @@ impl RunMonitor {
 
     /// Compares energy and work anew from a state on, with another mechanism.
     pub(crate) fn change(&mut self, mechanism: &dyn Mechanism, first: &State) {
-        self.first_energy = mechanism.energy(&first.q, &first.qd).iter().sum();
+        self.first_energy = first.energy(mechanism);
         (self.energy_drift, self.is_conservative, self.balance) = (0.0, true, Balance::default());
     }
 
