@@ -1,10 +1,8 @@
 //! What is said of errors, against exact values.
 
-mod common;
-
 use std::io;
 
-use common::{Table, mechanism, near, qrm};
+use crate::common::{Table, mechanism, near, qrm};
 use qrm_core::Mechanism;
 use qrm_sim::analysis::{EnergyIntegral, PANELS};
 use qrm_sim::integrate::{MethodSettings, RK4, method_named};

@@ -2,8 +2,7 @@
 
 #![allow(unsafe_code, reason = "an allocator that counts is the only way to count allocations")]
 
-mod common;
-
+use crate::common;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 

@@ -1,11 +1,9 @@
 //! What the command computes, without its files: `qrm_cli::api`, which the Python package is made of.
 
-mod common;
-
 use std::cell::Cell;
 use std::fs;
 
-use common::{qrm, run};
+use crate::common::{qrm, run};
 use qrm_cli::api::{LoadedScene, RunOptions, SensitivityOptions, SweepOptions, Values, interruptible};
 use qrm_model::MODELS;
 use qrm_sim::columns::state;

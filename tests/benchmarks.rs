@@ -1,8 +1,7 @@
 //! Problems that others published, against their values and against some of higher precision.
 
-mod common;
-
-use common::{Table, run};
+use crate::common;
+use crate::common::{Table, run};
 
 /// Decimal digits to which every one of some values is right.
 fn digits(end: &serde_json::Value, known: &[(&str, f64)]) -> f64 {

@@ -1,12 +1,10 @@
 //! The book: its pages are there, its commands work, and every key of a scene has the report that it gives when it is
 //! wrong.
 
-mod common;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use common::{qrm, split};
+use crate::common::{qrm, split};
 
 /// The pages of the book, with their names.
 fn pages() -> Vec<(String, String)> {

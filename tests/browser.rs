@@ -1,12 +1,10 @@
 //! The pages that the command writes, opened in a browser.
 
-mod common;
-
 use std::f64::consts::TAU;
 use std::path::Path;
 use std::process::Command;
 
-use common::{Table, near, qrm};
+use crate::common::{Table, near, qrm};
 
 /// Opens a page in Chromium, which must have nothing to complain of, and returns the document as it is then.
 fn opened(folder: &Path, address: &str) -> String {

@@ -1,12 +1,9 @@
 //! Cams, belts, and splines through tables.
 
-#![cfg(feature = "generate")]
-
-mod common;
-
+use crate::common;
 use std::f64::consts::{PI, TAU};
 
-use common::{Run, near};
+use crate::common::{Run, near};
 
 /// Runs a scene of this text by tight steps.
 fn run(text: &str, more: &[&str]) -> Run {

@@ -1,11 +1,9 @@
 //! `qrm certify`: intervals against exact values, and against motions in numbers of 32 digits.
 
-mod common;
-
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, TAU};
 use std::time::{Duration, Instant};
 
-use common::{Table, model, qrm};
+use crate::common::{Table, model, qrm};
 use qrm_core::{Interval, Model};
 use qrm_sim::analysis::{
     Enclosure, EnclosureEnd, NoSeries, NotEnclosed, Reason, ReferenceState, enclose, reference_states,

@@ -1,10 +1,8 @@
 //! What `qrm check` says, against exact values and closed forms.
 
-mod common;
-
 use std::f64::consts::TAU;
 
-use common::{Table, near, qrm};
+use crate::common::{Table, near, qrm};
 
 /// What a successful `qrm check ARGUMENTS` prints.
 fn check(arguments: &[&str]) -> String {

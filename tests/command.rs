@@ -1,13 +1,12 @@
 //! What a user can do wrong on the command line, and what is said about it; interrupted and impossible runs.
 
-mod common;
-
+use crate::common;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Output, Stdio};
 use std::time::{Duration, Instant};
 
-use common::{near, qrm, run};
+use crate::common::{near, qrm, run};
 use snapbox::{Assert, IntoData, Redactions, str};
 
 fn text(bytes: &[u8]) -> String {

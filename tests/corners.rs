@@ -1,11 +1,10 @@
 //! Corners and jumps of the equations of motion against closed forms: blocks under forces that switch.
 
-mod common;
-
+use crate::common;
 use std::fmt::Write as _;
 use std::fs;
 
-use common::{Run, near, qrm, run};
+use crate::common::{Run, near, qrm, run};
 use qrm_sim::integrate::METHODS;
 
 /// A block of 1 kg that moves along a line by itself.

@@ -1,11 +1,9 @@
 //! Command lines that a fuzzer found, each of which takes another way through the command: exit statuses that fit, no
 //! panic, and nothing in a file that is no number.
 
-mod common;
-
 use std::path::Path;
 
-use common::qrm;
+use crate::common::qrm;
 
 #[test]
 fn every_command_line_ends_well() {

@@ -1,8 +1,7 @@
 //! The crank driven at constant speed: its torque against the power of all bodies along closed-form kinematics.
 
-mod common;
-
-use common::run;
+use crate::common;
+use crate::common::run;
 use num_dual::{Dual2_64, DualNum};
 
 /// Positions of the bodies that move, each with what it carries, and the position of the ram, at a time.

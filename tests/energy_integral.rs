@@ -1,10 +1,8 @@
 //! The reference that needs no integration of the equations of motion, against exact values.
 
-mod common;
-
 use std::f64::consts::TAU;
 
-use common::{Table, mechanism, near};
+use crate::common::{Table, mechanism, near};
 use qrm_sim::analysis::{EnergyIntegral, NoEnergyIntegral, PANELS};
 
 #[test]

@@ -1,15 +1,12 @@
 //! Estimated errors of all columns, against references in double-double numbers.
 
-#![cfg(feature = "generate")]
-
-mod common;
-
+use crate::common;
 use std::collections::BTreeMap;
 use std::fs;
 use std::io;
 use std::path::PathBuf;
 
-use common::derived;
+use crate::common::derived;
 use qrm_core::{Mechanism, Model};
 use qrm_sim::analysis::{ReferenceState, StateAt, reference_states};
 use qrm_sim::columns::{Kind, columns, numbers};

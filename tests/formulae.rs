@@ -1,8 +1,6 @@
 //! The formulae that people read, in the documentation of generated functions, against the functions themselves.
 
-mod common;
-
-use common::model;
+use crate::common::model;
 use qrm_model::quick_return::{self, QuickReturn};
 use qrm_scene::evaluate::evaluate;
 use qrm_scene::parser::parse_formula;

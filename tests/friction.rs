@@ -1,10 +1,7 @@
 //! Friction that follows from the forces in joints.
 
-#![cfg(feature = "generate")]
-
-mod common;
-
-use common::{near, qrm};
+use crate::common;
+use crate::common::{near, qrm};
 
 fn path(name: &str) -> String {
     format!("{}/tests/linkage/{name}.toml", env!("CARGO_MANIFEST_DIR"))

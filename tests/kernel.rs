@@ -1,9 +1,7 @@
 //! Whole runs by kernels against whole runs by the plain functions they stand for.
 
-#[path = "common/plain.rs"]
-mod plain;
 
-use plain::Plain;
+use crate::common::plain::Plain;
 use qrm_core::{Mechanism, Replace, StateMut};
 use qrm_sim::integrate::{DOP853, MethodSettings};
 use qrm_sim::run::{End, Request, Status, assemble, simulate};

@@ -1,13 +1,12 @@
 //! Motions in C and MATLAB, compiled and run by Octave: they show what `qrm run` writes.
 
-mod common;
-
+use crate::common;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use common::{Table, qrm, run};
+use crate::common::{Table, qrm, run};
 
 /// The largest difference, relative to the largest number of a column or to 1.
 const TOLERANCE: f64 = 1e-10;

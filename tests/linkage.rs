@@ -1,13 +1,10 @@
 //! Scenes in links and joints: their motion, and the ordinary scenes that they become.
 
-#![cfg(feature = "generate")]
-
-mod common;
-
+use crate::common;
 use std::f64::consts::PI;
 use std::fs;
 
-use common::{near, qrm};
+use crate::common::{near, qrm};
 use nalgebra::Vector2;
 use serde_json::Value;
 

@@ -1,16 +1,11 @@
 //! `qrm live`: what it serves, and to whom.
 
-#![cfg(feature = "generate")]
-
-#[path = "common/live.rs"]
-#[allow(dead_code, reason = "the tests in a browser use the rest")]
-mod live;
 
 use std::fs;
 use std::io::{ErrorKind, Read, Write};
 use std::time::Instant;
 
-use live::Live;
+use crate::common::live::Live;
 
 #[test]
 fn a_saved_scene_is_shown_anew() {

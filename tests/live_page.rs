@@ -1,18 +1,10 @@
 //! Pages of `qrm live` in a browser.
 
-#![cfg(feature = "generate")]
-
-#[path = "common/chromium.rs"]
-#[allow(dead_code, reason = "other tests use the rest")]
-mod chromium;
-#[path = "common/live.rs"]
-#[allow(dead_code, reason = "tests without a browser use the rest")]
-mod live;
 
 use std::time::{Duration, Instant};
 
-use chromium::Chromium;
-use live::Live;
+use crate::common::chromium::Chromium;
+use crate::common::live::Live;
 
 /// Whether the page shows a motion.
 const READY: &str = "document.querySelector('[data-ready]') !== null";

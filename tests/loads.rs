@@ -1,8 +1,6 @@
 //! The shaper at work: what its loads do to the energy, and when.
 
-mod common;
-
-use common::run;
+use crate::common::run;
 
 #[test]
 fn the_work_of_all_loads_is_the_change_of_the_energy() {

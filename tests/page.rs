@@ -1,11 +1,8 @@
 //! Pages of `qrm page` in a browser, against the command.
 
-#[path = "common/chromium.rs"]
-mod chromium;
-mod common;
-
-use chromium::Chromium;
-use common::{near, qrm};
+use crate::common;
+use crate::common::chromium::Chromium;
+use crate::common::{near, qrm};
 use serde_json::Value;
 
 /// `qrm page SCENE` in a browser, once its first motion is there.

@@ -1,8 +1,6 @@
 //! The default run against exact values.
 
-mod common;
-
-use common::{Table, mechanism, near, run};
+use crate::common::{Table, mechanism, near, run};
 use qrm_sim::run::assemble;
 use qrm_sim::start::Start;
 

@@ -1,8 +1,6 @@
 //! What there is to read and to watch: code, derivation, animation, report.
 
-mod common;
-
-use common::qrm;
+use crate::common::qrm;
 use tempfile::TempDir;
 
 /// Runs `qrm ARGUMENTS --out` into a fresh folder, which must succeed.

@@ -1,8 +1,7 @@
 //! What the README shows is what is there.
 
-mod common;
-
-use common::{qrm, split};
+use crate::common;
+use crate::common::{qrm, split};
 
 const README: &str = include_str!("../README.md");
 

@@ -1,15 +1,12 @@
 //! The scenes of the recipes, against other equations of the same mechanisms.
 
-#![cfg(feature = "generate")]
-
-mod common;
-
+use crate::common;
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
 use std::fs;
 use std::path::Path;
 
-use common::{Run, Table, near, run};
+use crate::common::{Run, Table, near, run};
 
 /// The path of a recipe.
 fn path(scene: &str) -> String {

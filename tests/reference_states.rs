@@ -1,13 +1,9 @@
 //! References in double-double numbers against quadrature, values of 128 bits and closed forms, to more digits than a
 //! double has.
 
-#![cfg(feature = "generate")]
-
-mod common;
-
 use std::path::Path;
 
-use common::{Table, derived, model, near};
+use crate::common::{Table, derived, model, near};
 use qrm_core::{DoubleDouble, Model, Scalar, TapeEvaluator};
 use qrm_sim::analysis::{ReferenceState, StateAt, reference_states};
 

@@ -1,9 +1,5 @@
 //! Scene files that the program was not built with: derived by the engine once, kept, interpreted.
 
-#![cfg(feature = "generate")]
-
-mod common;
-
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

@@ -1,11 +1,9 @@
 //! `qrm sensitivity` against published values, closed forms and itself.
 
-mod common;
-
 use std::collections::HashMap;
 use std::path::Path;
 
-use common::{model, qrm};
+use crate::common::{model, qrm};
 use qrm_sim::analysis::{SensitivityEnd, SensitivityError, SensitivityRequest};
 
 /// The value and the derivatives of each quantity, by their names in the table.

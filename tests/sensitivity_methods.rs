@@ -1,9 +1,8 @@
 //! Derivatives by every method against differences of motions in double-double numbers, across jumps, and by second
 //! order.
 
-mod common;
-
-use common::model;
+use crate::common;
+use crate::common::model;
 use num_dual::HyperDual64;
 use qrm_sim::analysis::{Derivatives, Sensitivity, SensitivityEnd, SensitivityRequest, reference_states, sensitivity};
 use qrm_sim::integrate::{DOP853, METHODS, MethodSettings, RK4, RODAS};
@@ -181,7 +180,6 @@ fn products_of_hessians_are_derivatives_of_derivatives() {
 }
 
 /// A mass whose force changes its sign at a place and at a time.
-#[cfg(feature = "generate")]
 const JUMPS: &str = r#"
 name = "jumps"
 coordinates = [{ name = "x", unit = "m" }]
@@ -208,7 +206,6 @@ stiff = true
 "#;
 
 /// Place and speed of that mass at the end.
-#[cfg(feature = "generate")]
 fn after_jumps([m, f, x0, t0, v0, d]: [f64; 6]) -> Vec<f64> {
     let moved = |[x, v]: [f64; 2], a: f64, t: f64| [x + v * t + a / 2.0 * t * t, v + a * t];
     let first = (f - d) / m;
@@ -218,7 +215,6 @@ fn after_jumps([m, f, x0, t0, v0, d]: [f64; 6]) -> Vec<f64> {
 }
 
 #[test]
-#[cfg(feature = "generate")]
 fn derivatives_jump_where_forces_do() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = |name: &str| folder.path().join(name).to_str().expect("a path").to_owned();

@@ -1,10 +1,9 @@
 //! `qrm stability`: what the linearized equations predict against what runs do, and extreme cases by every method.
 
-mod common;
-
+use crate::common;
 use std::process::Output;
 
-use common::{Table, qrm};
+use crate::common::{Table, qrm};
 use tempfile::TempDir;
 
 /// `qrm stability ARGUMENTS --out` into a fresh folder.

@@ -1,10 +1,9 @@
 //! Motions from another start than the scene's, and starts that are dragged.
 
-mod common;
-
+use crate::common;
 use std::f64::consts::PI;
 
-use common::{model, near, qrm};
+use crate::common::{model, near, qrm};
 use qrm_pictures::position_error;
 use qrm_scene::evaluate::parameter_values;
 use qrm_scene::resolve;

@@ -1,9 +1,7 @@
 //! Stiff and extreme variants by methods that choose their steps, against states from the energy integral and from runs
 //! with 50 digits.
 
-mod common;
-
-use common::{Run, Table, run, with_slot};
+use crate::common::{Run, Table, run, with_slot};
 
 const COORDINATES: [&str; 3] = ["phi2", "phi4", "phi5"];
 

@@ -3,9 +3,7 @@
 //! `QRM_RUNS=100000 QRM_SEED=1 cargo test --release --test sweep -- --nocapture` makes so many random designs, others with
 //! another seed, and prints what they are like.
 
-mod common;
-
-use common::{mechanism, model};
+use crate::common::{mechanism, model};
 use fastrand::Rng;
 use qrm_core::{Model, Replace};
 use qrm_sim::batch::{DesignResult, LaneCount, SweepEnd, SweepRequest};

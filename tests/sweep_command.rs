@@ -1,12 +1,10 @@
 //! `qrm sweep`, `qrm merge` and `qrm explain` as a user calls them.
 
-mod common;
-
 use std::fs;
 use std::path::Path;
 use std::process::Output;
 
-use common::{Table, qrm};
+use crate::common::{Table, qrm};
 
 const VARY: [&str; 4] = ["--vary", "O2A=0.12:0.28:40", "--vary", "BC=0.3,0.6,0.9"];
 

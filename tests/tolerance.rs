@@ -1,8 +1,6 @@
 //! `qrm tolerance`: derivatives, worst cases and samples agree with each other and with runs.
 
-mod common;
-
-use common::{Table, near, qrm, run};
+use crate::common::{Table, near, qrm, run};
 use serde_json::Value;
 use tempfile::TempDir;
 

@@ -1,10 +1,6 @@
 //! `qrm tolerance` where quantities have no derivative, or turn within the tolerances.
 
-#![cfg(feature = "generate")]
-
-mod common;
-
-use common::{near, qrm, run};
+use crate::common::{near, qrm, run};
 use serde_json::Value;
 
 /// An oscillator with outputs that are known in closed form.

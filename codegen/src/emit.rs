@@ -25,9 +25,9 @@ use body::Body;
 pub use body::Operations;
 use layout::{Argument, Layout, Plan, Shape};
 use plain::ident;
+use qrm_scene::names::struct_name;
 use qrm_scene::scene::Scene;
-#[cfg(feature = "engine")]
-pub(crate) use scene_items::until;
+pub use scene_items::until;
 
 /// Writes the module of a scene. The result has no header yet, and has been parsed once: it is Rust.
 ///
@@ -84,17 +84,6 @@ pub struct Module {
     pub operations: Vec<(&'static str, Operations)>,
     /// What accelerations and multipliers cost by the kernel.
     pub solution: Operations,
-}
-
-/// The name of a scene's struct: `quick-return` becomes `QuickReturn`.
-pub fn struct_name(scene: &str) -> String {
-    let words = scene.split(['-', '_']).filter(|w| !w.is_empty());
-    words.map(|word| word[..1].to_uppercase() + &word[1..]).collect()
-}
-
-/// The name of a scene's module: `quick-return` becomes `quick_return`.
-pub fn module_name(scene: &str) -> String {
-    scene.to_lowercase().replace('-', "_")
 }
 
 /// The field of a parameter.

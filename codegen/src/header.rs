@@ -55,44 +55,6 @@ pub fn hash(source: &str) -> String {
     format!("{:016x}", digest(version.chain([0]).chain(source.bytes())))
 }
 
-/// A generated file with its last line, by which a file that was cut off or changed is known.
-pub fn with_checksum(text: String, derivation: &str) -> String {
-    let line = checksum_line(&text, derivation);
-    text + line.as_str()
-}
-
-/// The text before the checksum of a generated file.
-const CHECKSUM: &str = "\n// Hash of this file and its derivation: ";
-
-fn checksum_line(text: &str, derivation: &str) -> String {
-    let bytes = text.bytes().chain([0]).chain(derivation.bytes());
-    format!("{CHECKSUM}{:016x}\n", digest(bytes))
-}
-
-/// Whether a generated file and its derivation were made from this scene text by this version, and are whole.
-pub fn is_current(generated: &str, derivation: &str, source: &str) -> bool {
-    let line = format!("// {}", hash_line(&hash(source)));
-    let is_whole = |(text, _): (&str, &str)| generated[text.len()..] == checksum_line(text, derivation);
-    generated.lines().take(6).any(|l| l == line) && generated.rsplit_once(CHECKSUM).is_some_and(is_whole)
-}
-
 fn hash_line(hash: &str) -> String {
     format!("Hash of scene and generator: {hash}")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_file_that_was_cut_off_or_changed_is_not_current() {
-        let (source, derivation) = ("name = 'bar'", "# Derivation\n");
-        let text = format!("// Generated\n// {}\n\nfn step() {{}}\n", hash_line(&hash(source)));
-        let whole = with_checksum(text, derivation);
-        assert!(is_current(&whole, derivation, source));
-        assert!((0..whole.len()).all(|cut| !is_current(&whole[..cut], derivation, source)));
-        assert!((0..derivation.len()).all(|cut| !is_current(&whole, &derivation[..cut], source)));
-        assert!(!is_current(&whole.replace("step", "stop"), derivation, source));
-        assert!(!is_current(&whole, derivation, "name = 'rod'"));
-    }
 }

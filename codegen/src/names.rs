@@ -1,6 +1,6 @@
 //! Names of scenes that the generated code has no room for.
 
-use crate::emit::{module_name, struct_name};
+use qrm_scene::names::{module_name, struct_name};
 
 /// Words that a module cannot have as its name: the list of modules, crates and types that the crate around it names.
 const RESERVED_MODULES: [&str; 29] = [

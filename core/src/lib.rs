@@ -97,22 +97,33 @@ pub use tape::{Operation, OperationKind, Tape, TapeEvaluator, TapeFunction, Tape
 #[cfg(not(feature = "simd"))]
 pub type LaneStepsTable = ();
 
-/// Lists generated mechanisms, `MODULE::MECHANISM, COORDINATES, CONSTRAINTS;` each, as a program's `MODELS`; nothing
-/// without `simd`.
+/// Lists mechanisms as a program's `MODELS`: `MODULE::MECHANISM, COORDINATES, CONSTRAINTS;` for a compiled one,
+/// `interpreted MODULE;` for one whose tape is interpreted. Nothing without `simd`.
 #[cfg(feature = "simd")]
 #[macro_export]
 macro_rules! models {
-    ($($mechanism:ty, $n:literal, $m:literal;)*) => {
+    (@list [$($model:expr,)*]) => {
         /// Every mechanism, in the order of the scene files.
-        pub static MODELS: &[$crate::Model] = &[$($crate::Model::of::<$mechanism, $n, $m>()),*];
+        pub static MODELS: &[$crate::Model] = &[$($model),*];
+    };
+    (@list [$($model:expr,)*] interpreted $module:ident; $($rest:tt)*) => {
+        $crate::models! {
+            @list [$($model,)* $crate::Model::interpreted(&$module::DESCRIPTION, &$module::TAPE),] $($rest)*
+        }
+    };
+    (@list [$($model:expr,)*] $mechanism:ty, $n:literal, $m:literal; $($rest:tt)*) => {
+        $crate::models! { @list [$($model,)* $crate::Model::of::<$mechanism, $n, $m>(),] $($rest)* }
+    };
+    ($($list:tt)*) => {
+        $crate::models! { @list [] $($list)* }
     };
 }
 
-/// Lists generated mechanisms; nothing without `simd`.
+/// Lists mechanisms; nothing without `simd`.
 #[cfg(not(feature = "simd"))]
 #[macro_export]
 macro_rules! models {
-    ($($mechanism:ty, $n:literal, $m:literal;)*) => {};
+    ($($list:tt)*) => {};
 }
 
 /// Defines `LANE_STEPS`, which [`Generated::LANE_STEPS`] is, in the module of a mechanism:

@@ -1,4 +1,3 @@
 fn main() {
-    #[cfg(feature = "generate")]
-    qrm_codegen::build::build(&["wiper.toml"]);
+    qrm_build::build(&["wiper.toml"]);
 }

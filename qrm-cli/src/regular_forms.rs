@@ -11,6 +11,7 @@ use qrm_scene::resolve;
 use qrm_scene::scene::{Constraint, Quantity, Scene, Value};
 
 use crate::error::{Error, Message};
+use crate::scenes::cache::Entry;
 use crate::scenes::{engine, model_of_source};
 use crate::setup::Setup;
 
@@ -70,11 +71,10 @@ pub(crate) fn rewritten(setup: &Setup, range: ParameterRange) -> Result<Option<R
     for direction in singular.iter().rev() {
         text.replace_range(direction.span.clone(), &direction.regular_form);
     }
-    let model = match model_of_source(&[], Path::new(path), text) {
-        Ok(model) => model,
-        Err(_) if engine::program().is_none() => return Ok(None),
-        Err(e) => return Err(e),
-    };
+    if engine::program().is_none() && Entry::of(&text).read(&text).is_none() {
+        return Ok(None);
+    }
+    let model = model_of_source(&[], Path::new(path), text)?;
     let scene = resolve::read_with(path, model.description.source, &setup.replace())?.0;
     Ok(Some(Rewritten { model, scene: Arc::new(scene), notes }))
 }

@@ -27,3 +27,14 @@ pub fn suggestion<'a>(
 pub fn is_identifier(name: &str) -> bool {
     name.starts_with(|c: char| c.is_ascii_alphabetic()) && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
 }
+
+/// The name of a scene's struct: `quick-return` becomes `QuickReturn`.
+pub fn struct_name(scene: &str) -> String {
+    let words = scene.split(['-', '_']).filter(|w| !w.is_empty());
+    words.map(|word| word[..1].to_uppercase() + &word[1..]).collect()
+}
+
+/// The name of a scene's module: `quick-return` becomes `quick_return`.
+pub fn module_name(scene: &str) -> String {
+    scene.to_lowercase().replace('-', "_")
+}

@@ -1,6 +1,10 @@
 //! Runs the command as a user does, and reads what it wrote.
 #![allow(dead_code, unreachable_pub, reason = "each test file uses its part")]
 
+pub mod chromium;
+pub mod live;
+pub mod plain;
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -26,13 +30,18 @@ pub fn model(name: &str) -> &'static Model {
     qrm_model::MODELS.iter().find(|model| model.description.name == name).expect("a generated scene")
 }
 
+/// The symbolic engine: that of `QRM_ENGINE`, or the one that was built in this clone.
+fn engine() -> PathBuf {
+    let built = || Path::new(env!("CARGO_MANIFEST_DIR")).join("target/engine/release/qrm-engine");
+    std::env::var_os("QRM_ENGINE").map_or_else(built, PathBuf::from)
+}
+
 /// The mechanism of a scene file that is not compiled.
-#[cfg(feature = "generate")]
 pub fn derived(scene: &Path) -> Model {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = folder.path().join("scene");
-    let mut engine = Command::new(env!("CARGO_BIN_EXE_qrm-engine"));
-    engine.arg(scene).arg(&file).stdin(std::fs::File::open(scene).expect("a scene"));
+    let mut engine = Command::new(engine());
+    engine.arg("derive").arg(scene).arg(&file).stdin(std::fs::File::open(scene).expect("a scene"));
     let output = engine.output().expect("the engine starts");
     assert!(output.status.success(), "{}: {}", scene.display(), String::from_utf8_lossy(&output.stderr));
     let bytes = std::fs::read(file).expect("a derived scene");

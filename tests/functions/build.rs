@@ -1,8 +1,7 @@
 //! What a crate of its own needs to have its scenes generated.
 
 fn main() {
-    #[cfg(feature = "generate")]
-    qrm_codegen::build::build(&[
+    qrm_build::build(&[
         "functions.toml",
         "driven.toml",
         "bead.toml",

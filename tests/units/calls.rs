@@ -4,7 +4,7 @@ use std::ptr::{null, null_mut};
 
 use qrm_fmu::InstantiationToken;
 
-use crate::interface::*;
+use super::interface::*;
 
 /// A call that needs no other argument than the instance.
 type Call = (&'static str, fn(&Unit) -> i32);

@@ -3,7 +3,7 @@
 use qrm_sim::integrate::{GAUSS, METHODS, MethodSettings};
 use qrm_sim::run::{Doubt, End, Request, Simulation, simulate};
 
-use crate::interface::{ERROR, OK, Unit, model, token};
+use super::interface::{ERROR, OK, Unit, model, token};
 
 const SCENE: &str = "quick-return-loaded";
 const STEP: f64 = 1e-3;

@@ -1,6 +1,6 @@
 //! Units of which the tool integrates.
 
-use crate::interface::{
+use super::interface::{
     DISCARD, ERROR, OK, Unit, fmi3CompletedIntegratorStep, fmi3EnterContinuousTimeMode, fmi3EnterEventMode,
     fmi3ExitInitializationMode, fmi3GetContinuousStateDerivatives, fmi3Terminate, token,
 };

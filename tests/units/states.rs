@@ -3,7 +3,7 @@
 use std::ffi::c_void;
 use std::ptr::{null, null_mut};
 
-use crate::interface::{
+use super::interface::{
     ERROR, OK, Unit, fmi3DeserializeFMUState, fmi3FreeFMUState, fmi3GetFMUState, fmi3SerializedFMUStateSize,
     fmi3SetFMUState, token,
 };

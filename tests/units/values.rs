@@ -3,7 +3,7 @@
 use qrm_sim::integrate::MethodSettings;
 use qrm_sim::run::Simulation;
 
-use crate::interface::{
+use super::interface::{
     ERROR, OK, Stepped, Unit, fmi3CompletedIntegratorStep, fmi3ExitInitializationMode, model, token,
 };
 

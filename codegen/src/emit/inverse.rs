@@ -6,7 +6,8 @@ use quote::{format_ident, quote};
 use super::body::Operations;
 use super::kernel::Emitter;
 use super::layout::Argument;
-use super::{Writer, struct_name};
+use super::Writer;
+use qrm_scene::names::struct_name;
 use crate::graph::Signed;
 use crate::kernel::Kernel;
 

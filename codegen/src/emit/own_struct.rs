@@ -3,7 +3,7 @@
 use proc_macro2::TokenStream;
 use quote::{format_ident, quote};
 
-use super::struct_name;
+use qrm_scene::names::struct_name;
 use crate::words::Words;
 use qrm_scene::scene::{Body, Constraint, Coordinate, Load, Point, Scene};
 

@@ -5,8 +5,8 @@ use quote::{format_ident, quote};
 
 use super::own_struct::own_struct;
 use super::plain::{Plain, ident};
-use super::{module_name, struct_name};
 use qrm_scene::lexer::Comparison;
+use qrm_scene::names::{module_name, struct_name};
 use qrm_scene::scene::{Coordinate, Parameter, Quantity, Scene, Start, Value};
 
 /// The parts of a module beside its functions.
@@ -263,7 +263,7 @@ fn description(scene: &Scene, source: &str) -> TokenStream {
 }
 
 /// The stop condition as written; empty if there is none.
-pub(crate) fn until<'s>(scene: &Scene, source: &'s str) -> &'s str {
+pub fn until<'s>(scene: &Scene, source: &'s str) -> &'s str {
     scene.run.until.as_ref().map_or("", |c| source.get(c.difference.whole_span()).unwrap_or_default())
 }
 

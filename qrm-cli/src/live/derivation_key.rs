@@ -1,7 +1,7 @@
 //! Whether two texts of a scene have the same functions.
 
+use qrm_scene::layout::{is_parameter_value, without_layout};
 use qrm_scene::scene::Scene;
-use toml_edit::{DocumentMut, Item, Table, Value};
 
 /// What the functions of a scene depend on: its text without comments and without the values of parameters, and
 /// which of them are zero.
@@ -18,64 +18,8 @@ impl DerivationKey {
     /// The key of a scene without mistakes.
     pub(super) fn of(source: &str, scene: &Scene) -> Self {
         let left_out = scene.parameters.iter().map(|parameter| parameter.left_out).collect();
-        Self { text: canonical(source).unwrap_or_else(|| source.to_owned()), left_out }
-    }
-}
-
-/// The canonical text of a scene: values of parameters are zero, comments and layout are removed.
-fn canonical(source: &str) -> Option<String> {
-    let mut document: DocumentMut = source.parse().ok()?;
-    if let Some(parameters) = document.get_mut("parameters").and_then(Item::as_table_like_mut) {
-        for (_, parameter) in parameters.iter_mut() {
-            let value = match parameter.as_table_like_mut() {
-                Some(table) => table.get_mut("value"),
-                None => Some(parameter),
-            };
-            if let Some(value) = value {
-                *value = toml_edit::value(0);
-            }
-        }
-    }
-    strip(document.as_item_mut());
-    document.set_trailing("");
-    Some(document.to_string())
-}
-
-/// Removes comments and spaces from an item and all within it.
-fn strip(item: &mut Item) {
-    match item {
-        Item::None => {}
-        Item::Value(value) => strip_value(value),
-        Item::Table(table) => strip_table(table),
-        Item::ArrayOfTables(tables) => tables.iter_mut().for_each(strip_table),
-    }
-}
-
-fn strip_table(table: &mut Table) {
-    table.decor_mut().clear();
-    for (mut key, item) in table.iter_mut() {
-        key.leaf_decor_mut().clear();
-        key.dotted_decor_mut().clear();
-        strip(item);
-    }
-}
-
-fn strip_value(value: &mut Value) {
-    value.decor_mut().clear();
-    match value {
-        Value::Array(array) => {
-            array.set_trailing("");
-            array.set_trailing_comma(false);
-            array.iter_mut().for_each(strip_value);
-        }
-        Value::InlineTable(table) => {
-            for (mut key, value) in table.iter_mut() {
-                key.leaf_decor_mut().clear();
-                key.dotted_decor_mut().clear();
-                strip_value(value);
-            }
-        }
-        _ => {}
+        let text = without_layout(source, |keys, _| is_parameter_value(keys));
+        Self { text: text.unwrap_or_else(|| source.to_owned()), left_out }
     }
 }
 

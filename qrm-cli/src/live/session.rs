@@ -16,7 +16,7 @@ use super::watch::Watch;
 use crate::packing::packed;
 use crate::progress::interrupted;
 use crate::scenes::cache::Entry;
-use crate::scenes::engine::{Derivation, Engine, POLL_INTERVAL};
+use crate::scenes::engine::{Derivation, Engine, POLL_INTERVAL, build_if_missing};
 use crate::scenes::model_of_text;
 
 /// A mistake that lasts for a shorter time is not shown: editors write a file in pieces.
@@ -132,7 +132,17 @@ impl Session {
             return self.show(derived, scene);
         }
         let waiting = self.engine.take().and_then(Engine::usable);
-        match waiting.map_or_else(|| Engine::start(&self.path), Ok) {
+        let started = match waiting {
+            Some(engine) => Ok(engine),
+            None => {
+                let built = build_if_missing(|text| {
+                    self.note = Some(text.to_owned());
+                    self.show_status(None);
+                });
+                built.and_then(|()| Engine::start(&self.path))
+            }
+        };
+        match started {
             Ok(engine) => {
                 self.pending = Some(PendingDerivation {
                     derivation: engine.derive(text),

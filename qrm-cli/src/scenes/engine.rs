@@ -9,6 +9,7 @@ use std::sync::{Arc, OnceLock};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant, SystemTime};
 
+use qrm_build::engine::{BUILDING, Sources};
 use qrm_core::{DERIVING, DerivedScene, WAITING};
 
 use super::cache::{self, Entry};
@@ -17,6 +18,8 @@ use crate::progress::{Spinner, interrupted, watch_interrupts};
 
 /// Time between two looks at the engine.
 pub(crate) const POLL_INTERVAL: Duration = Duration::from_millis(1);
+/// Time between two looks at the build of the engine.
+const BUILD_POLL_INTERVAL: Duration = Duration::from_millis(50);
 /// A derivation that takes longer shows that it goes on.
 const NOTICE_DELAY: Duration = Duration::from_secs(2);
 
@@ -28,21 +31,53 @@ pub(crate) fn choose(program: PathBuf) {
     let _ = EMBEDDED.set(program);
 }
 
-/// The engine that was chosen, or the one beside this program, if it was built with one.
+/// The engine: the one that was chosen, or that `QRM_ENGINE` names; or else the one beside this program, the one that was
+/// built in the clone that this program lies in, or one on the `PATH`.
 pub(crate) fn program() -> Option<PathBuf> {
-    if let Some(chosen) = EMBEDDED.get().filter(|program| program.is_file()) {
-        return Some(chosen.clone());
+    let named = std::env::var_os("QRM_ENGINE").filter(|path| !path.is_empty()).map(PathBuf::from);
+    if let Some(named) = EMBEDDED.get().cloned().filter(|program| program.is_file()).or(named) {
+        return Some(named);
     }
     let own = std::env::current_exe().ok()?;
-    let beside = |folder: &Path| folder.join(format!("qrm-engine{}", std::env::consts::EXE_SUFFIX));
-    // Programs that cargo builds for examples and tests lie one folder deeper.
-    let folders = own.ancestors().skip(1).take(2).map(beside);
-    folders.into_iter().find(|program| program.is_file())
+    let beside = own.parent()?.join(qrm_build::engine::file_name());
+    let built = sources().map(|sources| sources.program());
+    [Some(beside), built].into_iter().flatten().find(|program| program.is_file()).or_else(qrm_build::engine::on_path)
+}
+
+/// The sources of the engine in the clone that this program lies in.
+fn sources() -> Option<Sources> {
+    Sources::around(&std::env::current_exe().ok()?)
+}
+
+/// Builds the engine where it is missing and its sources are there; a program that embeds the command chooses its own.
+pub(crate) fn build_if_missing(said: impl FnOnce(&str)) -> Result<(), Error> {
+    let Some(sources) = sources().filter(|_| program().is_none() && EMBEDDED.get().is_none()) else { return Ok(()) };
+    watch_interrupts();
+    said(BUILDING);
+    let mut child = sources.start().map_err(Error::run)?;
+    let stderr = child.stderr.take();
+    let stderr = thread::spawn(move || stderr.and_then(|mut pipe| std::io::read_to_string(&mut pipe).ok()));
+    let spinner = Spinner::new();
+    let status = loop {
+        if let Some(status) = child.try_wait().map_err(|e| Error::run(format!("cargo: {e}")))? {
+            break status;
+        }
+        if interrupted() {
+            let _ = child.kill();
+            let _ = child.wait();
+            return Err(Error::run("the build of the symbolic engine was interrupted; the next one goes on from there"));
+        }
+        spinner.show("building the symbolic engine".to_owned());
+        thread::sleep(BUILD_POLL_INTERVAL);
+    };
+    let output = stderr.join().ok().flatten().unwrap_or_default();
+    if status.success() { Ok(()) } else { Err(Error::run(sources.failure(&output))) }
 }
 
 /// Derives a scene and keeps it in the cache.
 pub(super) fn derive(path: &Path, source: &str) -> Result<DerivedScene, Error> {
     watch_interrupts();
+    build_if_missing(|text| drop(writeln!(std::io::stderr(), "note: {text}")))?;
     let mut derivation = Engine::start(path)?.derive(source);
     let (begun, mut spinner) = (Instant::now(), None);
     loop {
@@ -63,6 +98,19 @@ pub(super) fn derive(path: &Path, source: &str) -> Result<DerivedScene, Error> {
     }
 }
 
+/// The error where a scene of this path has to be derived and there is no engine.
+fn missing(path: &Path) -> Error {
+    let missing = match EMBEDDED.get() {
+        Some(chosen) => format!("there is no symbolic engine {}", chosen.display()),
+        None => "the symbolic engine `qrm-engine` is neither beside this program nor on the PATH".to_owned(),
+    };
+    Error::usage(format!("{} has not been derived yet, and {missing}", path.display())).help(format!(
+        "install it from a clone of qrm by `cargo install --path engine`, or set QRM_ENGINE to its path; or bring the \
+         derived scene into {}",
+        cache::folder().display()
+    ))
+}
+
 /// An engine that waits for a scene. Dropped, it ends.
 pub(crate) struct Engine {
     child: Child,
@@ -76,24 +124,16 @@ impl Engine {
     /// Starts the engine for a scene of this path.
     pub(crate) fn start(path: &Path) -> Result<Self, Error> {
         static COUNTER: AtomicU64 = AtomicU64::new(0);
-        let Some(program) = program() else {
-            let missing = match EMBEDDED.get() {
-                Some(chosen) => format!("there is no symbolic engine {}", chosen.display()),
-                None => "the symbolic engine `qrm-engine` does not lie beside this program".to_owned(),
-            };
-            return Err(Error::usage(format!("{} has not been derived yet, and {missing}", path.display()))
-            .help(format!(
-                "build it by `cargo build --release` in a clone of qrm, or install both by `cargo install --path .` \
-                 there; or bring the derived scene into {}",
-                cache::folder().display()
-            )));
-        };
+        let program = program().ok_or_else(|| missing(path))?;
+        qrm_build::engine::check(&program).map_err(Error::usage)?;
         let number = COUNTER.fetch_add(1, Ordering::Relaxed);
         let file = cache::folder().join(format!("{}-{number}.under-way", std::process::id()));
         remove(&file);
         let child = Command::new(&program)
+            .arg("derive")
             .arg(path)
             .arg(&file)
+            .env("SYMBOLICA_HIDE_BANNER", "1")
             .stdin(Stdio::piped())
             .stdout(Stdio::null())
             .stderr(Stdio::piped())

@@ -1,4 +1,3 @@
 //! Scenes that use every function, every kind of load and output, and time wherever it may stand.
-#![cfg(feature = "generate")]
 
 include!(concat!(env!("OUT_DIR"), "/scenes.rs"));

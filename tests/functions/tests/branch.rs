@@ -1,6 +1,4 @@
 //! Designs are assembled on the branch of their scene, where its first guesses would lead to a mirrored position.
-#![cfg(feature = "generate")]
-
 use qrm_core::{Mechanism, Model, Replace};
 use qrm_sim::batch::{LaneCount, SweepEnd, SweepRequest, sweep};
 use qrm_sim::run::{Status, assemble, assembled};

@@ -1,6 +1,4 @@
 //! Closures that depend on time: against a closed form, by every method, and in the balance of energy.
-#![cfg(feature = "generate")]
-
 #[path = "../../common/plain.rs"]
 mod plain;
 

@@ -1,8 +1,4 @@
 //! Friction by the forces in joints, and a spline, in compiled steps of every kind.
-#![cfg(feature = "generate")]
-
-mod processor;
-
 use qrm_core::{Mechanism, Model, Replace};
 use qrm_functions::MODELS;
 use qrm_sim::batch::{LaneCount, SweepEnd, SweepRequest, sweep};
@@ -67,7 +63,7 @@ fn designs_in_lanes_are_runs() {
     let found = sweep(model(), &designs, &request, LaneCount::Most);
     for (mu, result) in set.iter().zip(found) {
         assert!(result.status.is_ok(), "{:?}", result.status);
-        assert!(!result.is_alone || !processor::has_lanes_of_eight(), "mu = {mu}");
+        assert!(!result.is_alone || !crate::processor::has_lanes_of_eight(), "mu = {mu}");
         let mechanism = model().mechanism(&|name| (name == "mu").then_some(*mu));
         near(&format!("mu = {mu}"), &[result.q, result.qd].concat(), &end(&*mechanism, "dop853", 1e-12), 1e-7);
     }

@@ -1,7 +1,5 @@
 //! The build script has verified every generated function; here the compiled ones are compared with differences of
 //! what they are derivatives of, and with closed forms.
-#![cfg(feature = "generate")]
-
 use qrm_core::{Equations, Generated};
 use qrm_functions::functions::{Functions, constraint_jacobian, constraints, outputs};
 

@@ -1,6 +1,4 @@
 //! Loads against closed forms.
-#![cfg(feature = "generate")]
-
 use qrm_functions::MODELS;
 use qrm_sim::integrate::{MethodSettings, method_named};
 use qrm_sim::run::{Request, simulate};

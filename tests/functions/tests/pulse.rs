@@ -1,6 +1,4 @@
 //! A load shorter than any step, known by its formula, is not stepped over.
-#![cfg(feature = "generate")]
-
 use qrm_core::Mechanism;
 use qrm_scene::evaluate::parameter_values;
 use qrm_scene::resolve::read;

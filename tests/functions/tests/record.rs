@@ -7,8 +7,6 @@
 //! `QRM_REFRESH=1 cargo test --release --package qrm-functions --test record` writes it anew: read the difference
 //! before keeping it.
 
-mod processor;
-
 use std::fmt::{Debug, Write};
 use std::io;
 use std::path::PathBuf;
@@ -27,7 +25,7 @@ use qrm_sim::solve::Projection;
 use qrm_sim::start::Start;
 use qrm_sim::state::State;
 
-use processor::has_lanes_of_eight;
+use crate::processor::has_lanes_of_eight;
 
 const REFRESH: &str = "QRM_REFRESH=1 cargo test --release --package qrm-functions --test record";
 
@@ -45,7 +43,6 @@ fn results_are_those_on_record() {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("record");
     let mut changed = String::new();
     let models = qrm_model::MODELS.iter();
-    #[cfg(feature = "generate")]
     let models = models.chain(qrm_functions::MODELS);
     for model in models {
         let name = model.description.name;

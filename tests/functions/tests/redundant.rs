@@ -1,6 +1,4 @@
 //! Constraints that repeat others: the motion is that of the mechanism without them, forces are those of least norm.
-#![cfg(feature = "generate")]
-
 use std::io;
 
 use qrm_core::Model;

@@ -1,6 +1,4 @@
 //! The residuals of a motion under way, and the units of its columns.
-#![cfg(feature = "generate")]
-
 use qrm_core::Model;
 use qrm_sim::columns::columns;
 use qrm_sim::integrate::MethodSettings;

@@ -1,6 +1,4 @@
 //! Outputs that are undefined in one row only are noticed in lanes as in a run alone.
-#![cfg(feature = "generate")]
-
 use qrm_core::{Model, Replace};
 use qrm_sim::batch::{LaneCount, SweepRequest, sweep};
 use qrm_sim::run::{Status, Undefined};

@@ -1,0 +1,5 @@
+//! The numbers of the kernel.
+
+mod double_double;
+mod sine;
+mod tape;

@@ -1,0 +1,54 @@
+//! How long the phases of the generator take for one scene, and how much code it becomes.
+//!
+//! `cargo run --release --manifest-path engine/Cargo.toml --example phases SCENE.toml`
+
+use std::error::Error;
+use std::time::{Duration, Instant};
+
+use qrm_codegen::{derivation, emit, header, tape, verify};
+use qrm_scene::{resolve, source};
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let path = std::env::args().nth(1).ok_or("give the path of a scene")?;
+    let text = source::read_text(path.as_ref()).map_err(|report| report.to_string())?;
+    let (scene, reading) = timed(|| resolve::read(&path, &text));
+    let (scene, _) = scene.map_err(|report| report.to_string())?;
+    let (equations, deriving) = timed(|| qrm_engine::derive(&[&scene], &|_| ()));
+    let equations = equations?.remove(0);
+    let (module, emitting) = timed(|| emit::module(&scene, &equations, &text));
+    let (verified, verifying) = timed(|| verify::verify(&scene, &equations, &module.file, &module.tape));
+    verified?;
+    let ((code, derivation), writing) = timed(|| {
+        let header = header::header(&path, &scene, &equations, &module, "");
+        let code = format!("{header}{}", prettyplease::unparse(&module.file));
+        (code, derivation::markdown(&scene, &equations, &text))
+    });
+    println!("scene         {}", scene.name);
+    println!("coordinates   {}", scene.coordinates.len());
+    println!("constraints   {}", scene.constraints.len());
+    let phases =
+        [("read", reading), ("derive", deriving), ("emit", emitting), ("verify", verifying), ("write", writing)];
+    for (what, time) in phases {
+        println!("{what:13} {:.3} s", time.as_secs_f64());
+    }
+    println!("code          {} lines, {} kB", code.lines().count(), code.len() / 1000);
+    println!("derivation    {} lines, {} kB", derivation.lines().count(), derivation.len() / 1000);
+    let (tape, text) = (module.tape.tape(), tape::text(&module.tape.tape()));
+    let operations = tape.constants.len() + tape.functions().map(|f| f.operations.len()).sum::<usize>();
+    println!("tape          {operations} operations, {} kB, {} places", text.len() / 1000, tape.places());
+    for (function, operations) in &module.operations {
+        println!("{function:13} {} operations", operations.sum());
+    }
+    println!("kernel        {} operations", module.solution.sum());
+    if let Some(path) = std::env::args().nth(2) {
+        std::fs::write(&path, code)?;
+        std::fs::write(format!("{path}.md"), derivation)?;
+    }
+    Ok(())
+}
+
+fn timed<T>(work: impl FnOnce() -> T) -> (T, Duration) {
+    let begun = Instant::now();
+    let result = work();
+    (result, begun.elapsed())
+}

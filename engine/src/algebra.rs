@@ -1,0 +1,309 @@
+//! The symbols of a scene in the engine, and its formulae in terms of them.
+
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use symbolica::atom::{Atom, AtomCore, AtomView, Symbol as EngineSymbol};
+use symbolica::symbol;
+
+use super::Place;
+use super::differentiate::{Entry, swells};
+use super::functions::{Switch, exact};
+use super::splines::{ORDERS, spline_name, splines_of};
+use super::translate::term;
+use qrm_codegen::term::{Symbol, Term};
+use qrm_scene::expression::Node;
+use qrm_scene::function::Function;
+use qrm_scene::resolve::all_values;
+use qrm_scene::scene::{Quantity, Scene, Value};
+use qrm_scene::spline::Spline;
+
+/// The symbols of one scene, and its formulae in terms of them.
+pub(super) struct Algebra<'s> {
+    pub(super) scene: &'s Scene,
+    number: usize,
+    place: &'s Place,
+    symbols: HashMap<Symbol, EngineSymbol>,
+    places: HashMap<EngineSymbol, Symbol>,
+    points: Vec<[Atom; 2]>,
+    /// Whether roots of what varies have names.
+    pub(super) names_roots: bool,
+    /// Whether formulae that would swell have names.
+    pub(super) names_formulae: bool,
+    /// The quantities that have names, each after those that it needs.
+    pub(super) names: RefCell<Vec<Entry>>,
+    /// The switches and their arguments.
+    pub(super) switches: RefCell<Vec<(Switch, Atom)>>,
+    /// The splines of the scene, each once.
+    pub(super) splines: Vec<Arc<Spline>>,
+}
+
+impl<'s> Algebra<'s> {
+    /// Defines the symbols of a scene, in an order that depends on nothing but the scene, because the order of terms
+    /// follows it. Quantities have names where formulae would swell.
+    pub(super) fn new(number: usize, scene: &'s Scene, place: &'s Place) -> Self {
+        // Linearized equations are differentiated further than names reach.
+        let is_named = swells(scene) && !scene.run.stiff;
+        Self::with(number, scene, place, is_named)
+    }
+
+    /// The algebra of a scene in which roots of varying expressions have names.
+    pub(super) fn naming_roots(number: usize, scene: &'s Scene, place: &'s Place) -> Self {
+        Self::with(number, scene, place, true)
+    }
+
+    fn with(number: usize, scene: &'s Scene, place: &'s Place, names_roots: bool) -> Self {
+        let names_formulae = names_roots && swells(scene);
+        let symbols: HashMap<_, _> = symbols_of(scene, names_roots)
+            .into_iter()
+            .enumerate()
+            .map(|(i, s)| (s, symbol!(format!("s{i}"))))
+            .collect();
+        let places = symbols.iter().map(|(s, engine)| (*engine, *s)).collect();
+        let mut algebra = Self {
+            scene,
+            number,
+            place,
+            symbols,
+            places,
+            points: Vec::new(),
+            names_roots,
+            names_formulae,
+            names: RefCell::default(),
+            switches: RefCell::default(),
+            splines: splines_of(scene),
+        };
+        algebra.name_angles();
+        for point in &scene.points {
+            let position = [0, 1].map(|axis| {
+                algebra.short(algebra.atom(&point.position[axis]), &format!("{}_{}", point.name, ["x", "y"][axis]))
+            });
+            algebra.points.push(position);
+        }
+        algebra
+    }
+
+    /// Gives names to long angles of bodies, before they are found under sines and cosines and called arguments.
+    fn name_angles(&self) {
+        for body in &self.scene.bodies {
+            let is_plain = |angle: &&Value| !angle.names().any(|quantity| matches!(quantity, Quantity::Point(..)));
+            if let Some(angle) = body.angle.as_ref().filter(is_plain) {
+                drop(self.short(self.atom(angle), &format!("{}_angle", body.name)));
+            }
+        }
+    }
+
+    pub(super) fn engine_symbol(&self, symbol: Symbol) -> EngineSymbol {
+        self.symbols.get(&symbol).copied().unwrap_or(EngineSymbol::PI)
+    }
+
+    /// The symbol of the scene that stands behind one of the engine's.
+    pub(super) fn scene_symbol(&self, symbol: EngineSymbol) -> Option<Symbol> {
+        self.places.get(&symbol).copied()
+    }
+
+    /// Whether roots have names, or there are none.
+    pub(super) fn suits_kernel(&self) -> bool {
+        self.names_roots || names_at_most(self.scene, false) == 0
+    }
+
+    /// A symbol as an atom; parameters that are left out are zero.
+    pub(super) fn symbol(&self, symbol: Symbol) -> Atom {
+        match symbol {
+            Symbol::Parameter(i) if self.scene.parameters[i].left_out => Atom::num(0),
+            _ => Atom::var(self.engine_symbol(symbol)),
+        }
+    }
+
+    /// A point's position in terms of coordinates.
+    pub(super) fn point(&self, point: usize) -> &[Atom; 2] {
+        &self.points[point]
+    }
+
+    /// A formula in terms of coordinates.
+    pub(super) fn atom(&self, value: &Value) -> Atom {
+        self.atom_where(value, |point, axis| self.points[point][axis].clone(), |i| self.symbol(Symbol::Coordinate(i)))
+    }
+
+    /// The size of a virtual displacement.
+    pub(super) fn displacement(&self) -> Atom {
+        self.symbol(Symbol::Displacement)
+    }
+
+    /// The derivative by the size of a virtual displacement, where there is none.
+    pub(super) fn derivative_by_displacement(&self, atom: &Atom) -> Atom {
+        let derivative = self.derivative(atom, Symbol::Displacement);
+        let at_rest = self.at_rest(derivative.as_view());
+        self.simplify_inside(at_rest.as_view())
+    }
+
+    /// An expression where there is no virtual displacement. The engine itself would take roots of fractions wrong that
+    /// appear there.
+    fn at_rest(&self, view: AtomView) -> Atom {
+        match view {
+            AtomView::Add(sum) => sum.iter().fold(Atom::num(0), |sum, term| sum + self.at_rest(term)),
+            AtomView::Mul(product) => product.iter().fold(Atom::num(1), |product, f| product * self.at_rest(f)),
+            AtomView::Pow(power) => {
+                let (base, exponent) = power.get_base_exp();
+                self.power(&self.at_rest(base), &exponent.to_owned())
+            }
+            _ => view.to_owned().replace(self.displacement().to_pattern()).with(Atom::num(0).to_pattern()),
+        }
+    }
+
+    /// The derivative of a potential by the length it depends on, at `length`; in the potential that is the
+    /// displacement.
+    pub(super) fn slope_of_potential(&self, potential: &Atom, length: &Atom) -> Atom {
+        let slope = self.derivative(potential, Symbol::Displacement);
+        // A switch may be taken of others, which come before it.
+        let known = self.switches.borrow().clone();
+        let mut moved: Vec<(Atom, Atom)> = vec![(self.displacement(), length.clone())];
+        let at_length = |atom: &Atom, moved: &[(Atom, Atom)]| {
+            moved
+                .iter()
+                .rev()
+                .fold(atom.clone(), |atom, (from, to)| atom.replace(from.to_pattern()).with(to.to_pattern()))
+        };
+        for (k, (switch, argument)) in known.iter().enumerate() {
+            let there = at_length(argument, &moved);
+            if there != *argument {
+                moved.push((self.symbol(Symbol::Switch(k)), self.switch(*switch, &self.simplify(&there))));
+            }
+        }
+        at_length(&slope, &moved)
+    }
+
+    /// A formula in which points and coordinates stand for what is said.
+    pub(super) fn atom_where(
+        &self,
+        value: &Value,
+        point: impl Fn(usize, usize) -> Atom,
+        coordinate: impl Fn(usize) -> Atom,
+    ) -> Atom {
+        self.atom_with(value, point, coordinate, &[self.displacement(), Atom::num(0)])
+    }
+
+    /// The law of a load in terms of the length that it acts along and its rate.
+    pub(super) fn law(&self, value: &Value, stretch: &[Atom; 2]) -> Atom {
+        let coordinate = |i| self.symbol(Symbol::Coordinate(i));
+        self.atom_with(value, |point, axis| self.points[point][axis].clone(), coordinate, stretch)
+    }
+
+    fn atom_with(
+        &self,
+        value: &Value,
+        point: impl Fn(usize, usize) -> Atom,
+        coordinate: impl Fn(usize) -> Atom,
+        stretch: &[Atom; 2],
+    ) -> Atom {
+        if let Ok(mut place) = self.place.lock() {
+            *place = (self.number, value.whole_span());
+        }
+        let mut atoms: Vec<Atom> = Vec::with_capacity(value.nodes().len());
+        for node in value.nodes() {
+            let atom = match node {
+                Node::Number(number) => exact(number),
+                Node::Name(quantity) => match *quantity {
+                    Quantity::Parameter(i) => self.symbol(Symbol::Parameter(i)),
+                    Quantity::Coordinate(i) => coordinate(i),
+                    Quantity::Rate(i) => self.symbol(Symbol::Rate(i)),
+                    Quantity::Point(p, axis) => point(p, axis),
+                    Quantity::PointRate(p, axis) => self.rate(&self.points[p][axis]),
+                    Quantity::Stretch => stretch[0].clone(),
+                    Quantity::StretchRate => stretch[1].clone(),
+                    Quantity::Time => self.symbol(Symbol::Time),
+                    Quantity::Pi => self.symbol(Symbol::Pi),
+                    Quantity::Unknown => unreachable!("a scene with unknown names is not differentiated"),
+                },
+                Node::Negate(a) => -&atoms[*a],
+                Node::Add(a, b) => &atoms[*a] + &atoms[*b],
+                Node::Subtract(a, b) => &atoms[*a] - &atoms[*b],
+                Node::Multiply(a, b) => &atoms[*a] * &atoms[*b],
+                Node::Divide(a, b) => &atoms[*a] / &atoms[*b],
+                Node::Power(a, b) => self.power(&atoms[*a], &atoms[*b]),
+                Node::Call(function, arguments) => {
+                    let argument = |&i: &usize| {
+                        let argument = self.simplify(&atoms[i]);
+                        if is_root(function) { argument } else { self.short(argument, "argument") }
+                    };
+                    let arguments: Vec<Atom> = arguments.iter().map(argument).collect();
+                    self.call(*function, &arguments)
+                }
+                Node::Spline(spline, a) => {
+                    let argument = self.short(self.simplify(&atoms[*a]), "argument");
+                    self.spline(spline, argument)
+                }
+            };
+            atoms.push(atom);
+        }
+        atoms.pop().unwrap_or_else(|| Atom::num(0))
+    }
+
+    /// The simplified atom as plain data.
+    pub(super) fn simple_term(&self, atom: &Atom) -> Term {
+        self.term(&self.simplify(atom))
+    }
+
+    /// An atom as plain data, as it is.
+    pub(super) fn term(&self, atom: &Atom) -> Term {
+        let plain = term(atom.as_view(), &self.places, &self.splines);
+        if self.switches.borrow().is_empty() {
+            return plain;
+        }
+        plain.replacing(&|symbol| {
+            let Symbol::Switch(k) = symbol else { return None };
+            let (switch, argument) = self.switches.borrow()[k].clone();
+            Some(switch.of_sign(Term::Call(Function::Sign, Box::new(self.term(&argument)))))
+        })
+    }
+}
+
+fn is_root(function: &Function) -> bool {
+    matches!(function, Function::Sqrt | Function::Hypot)
+}
+
+/// An upper bound of the quantities with a name: roots, and with `formulae` arguments, points and positions of bodies.
+fn names_at_most(scene: &Scene, formulae: bool) -> usize {
+    let nodes = || all_values(scene).into_iter().flat_map(|value| value.nodes());
+    let is_named = |node: &&Node<Quantity>| matches!(node, Node::Call(function, _) if formulae || is_root(function));
+    nodes().filter(is_named).count() + if formulae { 2 * scene.points.len() + 3 * scene.bodies.len() } else { 0 }
+}
+
+/// Defines as many symbols as any of the scenes has, before all else, because the order of terms follows that of
+/// definitions: what is written of a scene does not depend on those before it.
+pub(super) fn define_symbols(scenes: &[&Scene]) {
+    for name in ["x_", "asin", "acos", "atan", "sinh", "cosh", "tanh"] {
+        symbol!(name);
+    }
+    let splines = scenes.iter().map(|scene| splines_of(scene).len()).max().unwrap_or(0);
+    for (k, order) in (0..splines).flat_map(|k| (0..=ORDERS).map(move |order| (k, order))) {
+        symbol!(spline_name(k, order));
+    }
+    let most = scenes.iter().map(|scene| symbols_of(scene, true).len()).max();
+    (0..most.unwrap_or(0)).for_each(|i| {
+        symbol!(format!("s{i}"));
+    });
+}
+
+/// The symbols of a scene, in their order.
+fn symbols_of(scene: &Scene, names_roots: bool) -> Vec<Symbol> {
+    let (n, m) = (scene.coordinates.len(), scene.constraints.len());
+    let mut wanted: Vec<Symbol> = (0..scene.parameters.len()).map(Symbol::Parameter).collect();
+    wanted.extend([Symbol::Pi, Symbol::Time, Symbol::Displacement]);
+    wanted.extend((0..n).map(Symbol::Coordinate));
+    wanted.extend((0..n).map(Symbol::Rate));
+    wanted.extend((0..n).map(Symbol::Acceleration));
+    wanted.extend((0..m).map(Symbol::Multiplier));
+    let names = if names_roots { names_at_most(scene, swells(scene)) } else { 0 };
+    wanted.extend((0..names).map(Symbol::Named));
+    wanted.extend((0..names).flat_map(|k| (0..n).map(move |i| Symbol::NamedSlope(k, i))));
+    wanted.extend((0..names).map(Symbol::NamedRate));
+    wanted.extend((0..names).map(Symbol::NamedBias));
+    let is_piecewise = |node: &&Node<Quantity>| matches!(node, Node::Call(f, _) if f.is_piecewise());
+    let piecewise = all_values(scene).into_iter().flat_map(|value| value.nodes()).filter(is_piecewise).count();
+    // In a potential each may stand for several: of the length, and of what the length is, in more than one form.
+    wanted.extend((0..12 * piecewise).map(Symbol::Switch));
+    wanted.extend(scene.normal_forces().into_iter().map(Symbol::NormalForce));
+    wanted
+}

@@ -1,0 +1,198 @@
+//! A scene's equations of motion by the TMT method.
+
+use num_rational::BigRational;
+use symbolica::atom::Atom;
+
+use super::algebra::Algebra;
+use super::loads::{Effort, Loads};
+use super::normal_forces::{Sizes, normal_forces};
+use super::rows::Rows;
+use super::virtual_work::{self, Shift};
+use super::{Place, kernel, linearization};
+use qrm_codegen::term::{Equations, Symbol, Term};
+use qrm_scene::scene::{OutputKind, Scene};
+
+/// Derives everything that the generated functions compute. `number` tells the scenes of a process apart.
+pub(super) fn equations(number: usize, scene: &Scene, place: &Place) -> Equations {
+    let system = System::new(Algebra::new(number, scene, place));
+    let (algebra, rows, c) = (&system.algebra, &system.rows, &system.constraints);
+    let terms = |atoms: &[Atom]| -> Vec<Term> { atoms.iter().map(|atom| algebra.term(atom)).collect() };
+    let matrix = |rows: &[Vec<Atom>]| rows.iter().map(|row| terms(row)).collect();
+    let mut equations = Equations {
+        com_positions: rows.x.iter().map(|x| algebra.term(&algebra.definition(x))).collect(),
+        com_jacobian: rows
+            .x
+            .iter()
+            .zip(&rows.gradients)
+            .map(|(x, row)| algebra.slopes(x).map_or_else(|| terms(row), |row| terms(&row)))
+            .collect(),
+        com_bias: terms(&rows.bias),
+        constraints: terms(c),
+        constraint_jacobian: matrix(&system.constraint_jacobian),
+        constraint_rate: system.constraint_rates.iter().map(|rate| algebra.simple_term(rate)).collect(),
+        constraint_bias: terms(&system.constraint_bias),
+        mass_matrix: matrix(&system.mass),
+        ..Equations::default()
+    };
+    // They are shown to people alone, and would not be read where formulae swell.
+    if !algebra.names_formulae {
+        let gradient =
+            |entry: &Atom| algebra.gradient(entry).iter().map(|second| algebra.simple_term(second)).collect();
+        let hessian = |row: &Vec<Atom>| row.iter().map(gradient).collect();
+        equations.constraint_hessians = system.constraint_jacobian.iter().map(hessian).collect();
+    }
+    let loads = &system.loads;
+    let efforts: Vec<Effort> = rows.inertial().chain(loads.efforts.iter().cloned()).collect();
+    let force = |i: usize| {
+        let moving = efforts.iter().filter(|effort| !effort.along[i].is_zero());
+        algebra.simplify(&moving.fold(Atom::num(0), |sum, effort| sum + &effort.size * &effort.along[i]))
+    };
+    let forces: Vec<Atom> = (0..scene.coordinates.len()).map(force).collect();
+    equations.generalized_forces = terms(&forces);
+    if scene.run.stiff {
+        equations.linearization =
+            Some(linearization::derive(algebra, &system.mass, &forces, c, &system.constraint_jacobian));
+    }
+    let kinetic = system.kinetic_energy();
+    equations.energy = [&kinetic, &loads.potential].into_iter().map(|atom| algebra.simple_term(atom)).collect();
+    // A closure that moves by itself does work: -lambda' C_q qd = lambda' C_t.
+    let driving = algebra.contract(&system.constraint_rates, Symbol::Multiplier);
+    let power = algebra.simple_term(&(&loads.power + driving));
+    let outputs: Vec<Atom> =
+        scene.outputs.iter().map(|own| algebra.simplify(&output(scene, &system, &own.kind))).collect();
+    let terms_of_outputs = terms(&outputs);
+    let sizes = Sizes::new(scene, &terms_of_outputs);
+    equations.power = vec![sizes.insert(&power)];
+    for (own, term) in scene.outputs.iter().zip(&terms_of_outputs) {
+        // The sum of the squares would be multiplied out.
+        let term = match own.kind {
+            OutputKind::Norm { components, .. } => norm(components.map(|i| &equations.outputs[i])),
+            _ => sizes.insert(term),
+        };
+        equations.outputs.push(term);
+    }
+    equations.normal_forces = normal_forces(&system, &outputs);
+    equations.points = (0..scene.points.len())
+        .map(|i| [0, 1].map(|axis| algebra.simple_term(&algebra.definition(&algebra.point(i)[axis]))))
+        .collect();
+    (equations.rows, equations.left_out) = (rows.rows.clone(), rows.left_out.clone());
+    equations.names = algebra.named();
+    equations.kernel = kernel::equations(number, place, &system, &equations);
+    equations
+}
+
+/// The parts of the equations of motion.
+pub(super) struct System<'s> {
+    pub(super) algebra: Algebra<'s>,
+    pub(super) rows: Rows,
+    pub(super) loads: Loads,
+    /// T' M T
+    pub(super) mass: Vec<Vec<Atom>>,
+    /// C
+    pub(super) constraints: Vec<Atom>,
+    /// C_q
+    pub(super) constraint_jacobian: Vec<Vec<Atom>>,
+    /// The bias of the constraints, `-C_q qdd`.
+    pub(super) constraint_bias: Vec<Atom>,
+    /// C_t
+    pub(super) constraint_rates: Vec<Atom>,
+}
+
+impl<'s> System<'s> {
+    pub(super) fn new(algebra: Algebra<'s>) -> Self {
+        let scene = algebra.scene;
+        let rows = Rows::new(scene, &algebra);
+        let simple = |atom: &Atom| algebra.simplify(atom);
+        let constraints: Vec<Atom> = scene.constraints.iter().map(|c| simple(&algebra.atom(&c.residual))).collect();
+        let gradient = |row: &Atom| algebra.gradient(row).iter().map(simple).collect();
+        Self {
+            constraint_jacobian: constraints.iter().map(gradient).collect(),
+            constraint_rates: constraints.iter().map(|row| algebra.time_derivative(row)).collect(),
+            constraint_bias: constraints.iter().map(|row| simple(&algebra.bias(row))).collect(),
+            mass: rows.mass_matrix(scene, &algebra),
+            loads: Loads::new(scene, &algebra, &rows),
+            constraints,
+            rows,
+            algebra,
+        }
+    }
+
+    /// Half of each inertia times the square of a rate where rates have names, else half of `qd' Mbar qd`.
+    fn kinetic_energy(&self) -> Atom {
+        let (algebra, rows) = (&self.algebra, &self.rows);
+        let sum = |terms: &mut dyn Iterator<Item = Atom>| terms.fold(Atom::num(0), |sum, term| sum + term);
+        let twice = if algebra.names_formulae {
+            let rates = rows.x.iter().map(|x| algebra.rate(x));
+            sum(&mut rates.zip(&rows.inertia).map(|(rate, m)| m * &rate * &rate))
+        } else {
+            let momenta: Vec<Atom> = self.mass.iter().map(|row| algebra.contract(row, Symbol::Rate)).collect();
+            algebra.contract(&momenta, Symbol::Rate)
+        };
+        twice / Atom::num(2)
+    }
+}
+
+/// An output; zero for a norm, which is not made of one expression.
+fn output(scene: &Scene, system: &System, kind: &OutputKind) -> Atom {
+    let algebra = &system.algebra;
+    match kind {
+        OutputKind::LoadPower(load) => system.loads.power_of(algebra, *load),
+        OutputKind::DrivePower(k) => &system.constraint_rates[*k] * algebra.symbol(Symbol::Multiplier(*k)),
+        OutputKind::Value(value) => algebra.atom(value),
+        OutputKind::Rate(value) => algebra.rate(&algebra.simplify(&algebra.atom(value))),
+        OutputKind::SecondRate(value) => {
+            let atom = algebra.simplify(&algebra.atom(value));
+            algebra.contract(&algebra.gradient(&atom), Symbol::Acceleration) + algebra.bias(&atom)
+        }
+        OutputKind::ReactionForce { constraint, point, along } => {
+            let along = [algebra.atom(&along[0]), algebra.atom(&along[1])];
+            let shifted = |p: usize, axis: usize| {
+                let position = algebra.point(p)[axis].clone();
+                if p == *point { position + algebra.displacement() * &along[axis] } else { position }
+            };
+            reaction(
+                algebra,
+                *constraint,
+                &algebra.atom_where(&scene.constraints[*constraint].residual, shifted, |i| {
+                    algebra.symbol(Symbol::Coordinate(i))
+                }),
+            )
+        }
+        OutputKind::FreeBody { displacements, multipliers, loads } => {
+            let multipliers =
+                multipliers.iter().map(|(k, factor)| algebra.atom(factor) * algebra.symbol(Symbol::Multiplier(*k)));
+            let loads = loads.iter().map(|(load, factor)| algebra.atom(factor) * system.loads.force_of(*load));
+            multipliers.chain(loads).fold(virtual_work::free_body(system, displacements), |sum, term| sum + term)
+        }
+        OutputKind::ShakingForce(along) => virtual_work::on_ground(system, &Shift::along(system, along)),
+        OutputKind::ShakingMoment(point) => virtual_work::on_ground(system, &Shift::about(system, *point)),
+        OutputKind::Norm { .. } => Atom::num(0),
+        OutputKind::ReactionMoment { constraint, coordinate } => {
+            let turned = |i: usize| {
+                let angle = algebra.symbol(Symbol::Coordinate(i));
+                if i == *coordinate { angle + algebra.displacement() } else { angle }
+            };
+            reaction(
+                algebra,
+                *constraint,
+                &algebra.atom_where(
+                    &scene.constraints[*constraint].residual,
+                    |p, axis| algebra.point(p)[axis].clone(),
+                    turned,
+                ),
+            )
+        }
+    }
+}
+
+/// The root of the sum of the squares.
+pub(super) fn norm(parts: [&Term; 2]) -> Term {
+    let [one, two] = [1, 2].map(|n: i32| BigRational::from_integer(n.into()));
+    let squares = parts.map(|part| Term::Power(Box::new(part.clone()), two.clone()));
+    Term::Power(Box::new(Term::Sum(squares.to_vec())), one / two)
+}
+
+/// The force of a constraint along a virtual displacement of what it acts on: -lambda dC/ds.
+fn reaction(algebra: &Algebra, constraint: usize, displaced: &Atom) -> Atom {
+    -algebra.derivative_by_displacement(displaced) * algebra.symbol(Symbol::Multiplier(constraint))
+}

@@ -1,0 +1,272 @@
+//! Derivatives by the chain rule over quantities with a name, each differentiated once.
+
+use std::collections::HashSet;
+
+use symbolica::atom::{Atom, AtomCore, AtomView, Symbol as EngineSymbol};
+
+use super::algebra::Algebra;
+use qrm_codegen::term::{Formula, Named, NamedKind, Root, Symbol};
+use qrm_scene::expression::Node;
+use qrm_scene::function::Function;
+use qrm_scene::resolve::all_values;
+use qrm_scene::scene::{Quantity, Scene, Value};
+
+/// The largest number of coordinates in a function's argument that is differentiated as it stands. In longer ones each
+/// coordinate brings a derivative of its own, and each pair of coordinates a second derivative.
+const COORDINATES: usize = 3;
+
+/// A quantity under a name.
+pub(super) struct Entry {
+    name: String,
+    is_root: bool,
+    /// The formula, or what stands under the root.
+    inside: Atom,
+    /// The derivatives of that.
+    gradient: Vec<Atom>,
+    /// The derivatives of the quantity: symbols where they are not numbers.
+    slopes: Vec<Atom>,
+}
+
+/// Whether the argument of a function other than a root depends on more than [`COORDINATES`] coordinates.
+pub(super) fn swells(scene: &Scene) -> bool {
+    all_values(scene).into_iter().any(has_long_argument)
+}
+
+fn has_long_argument(value: &Value) -> bool {
+    let mut coordinates: Vec<HashSet<usize>> = Vec::new();
+    for node in value.nodes() {
+        let union = |places: &[usize]| places.iter().flat_map(|&place| coordinates[place].iter().copied()).collect();
+        let own: HashSet<usize> = match node {
+            Node::Number(_) => HashSet::new(),
+            Node::Name(Quantity::Coordinate(i)) => HashSet::from([*i]),
+            Node::Name(_) => HashSet::new(),
+            Node::Negate(a) | Node::Spline(_, a) => union(&[*a]),
+            Node::Add(a, b) | Node::Subtract(a, b) | Node::Multiply(a, b) | Node::Divide(a, b) | Node::Power(a, b) => {
+                union(&[*a, *b])
+            }
+            Node::Call(_, arguments) => union(arguments),
+        };
+        let is_root = matches!(node, Node::Call(Function::Sqrt | Function::Hypot, _));
+        if matches!(node, Node::Call(..) | Node::Spline(..)) && !is_root && own.len() > COORDINATES {
+            return true;
+        }
+        coordinates.push(own);
+    }
+    false
+}
+
+impl Algebra<'_> {
+    /// The symbol of a quantity, which gets a name unless it has one; those of roots are given in the end.
+    pub(super) fn name(&self, inside: &Atom, is_root: bool, name: &str) -> Atom {
+        let known = self.names.borrow().iter().position(|e| e.is_root == is_root && e.inside == *inside);
+        let place = known.unwrap_or_else(|| {
+            let gradient = self.gradient(inside);
+            let gradient = if is_root { gradient } else { gradient.iter().map(|entry| self.simplify(entry)).collect() };
+            let place = self.names.borrow().len();
+            let slope = |(i, entry): (usize, &Atom)| match entry.as_view() {
+                AtomView::Num(number) if !is_root || number.is_zero() => entry.clone(),
+                // A derivative that vanishes once it is simplified has no symbol.
+                _ if is_root && self.simplify(entry).is_zero() => Atom::num(0),
+                _ => self.symbol(Symbol::NamedSlope(place, i)),
+            };
+            let slopes = gradient.iter().enumerate().map(slope).collect();
+            let name = if is_root { String::new() } else { self.unique(name) };
+            let entry = Entry { name, is_root, inside: inside.clone(), gradient, slopes };
+            self.names.borrow_mut().push(entry);
+            place
+        });
+        self.symbol(Symbol::Named(place))
+    }
+
+    /// A name that nothing else in the scene has.
+    fn unique(&self, wish: &str) -> String {
+        let names = self.names.borrow();
+        let is_taken = |name: &String| self.scene.names().any(|n| n == name) || names.iter().any(|e| e.name == *name);
+        let numbered = (2..).map(|number| format!("{wish}_{number}"));
+        std::iter::once(wish.to_owned()).chain(numbered).find(|name| !is_taken(name)).unwrap_or_default()
+    }
+
+    /// The symbol of a quantity that depends on many coordinates if such quantities have names, else the quantity.
+    pub(super) fn short(&self, atom: Atom, name: &str) -> Atom {
+        let is_symbol = matches!(atom.as_view(), AtomView::Num(_) | AtomView::Var(_));
+        if is_symbol || !self.names_formulae || self.coordinates(&atom).is_none_or(|count| count <= COORDINATES) {
+            return atom;
+        }
+        self.name(&self.simplify(&atom), false, name)
+    }
+
+    /// The number of coordinates that an expression depends on, through names too.
+    ///
+    /// `None` if it depends on rates or on a displacement.
+    pub(super) fn coordinates(&self, atom: &Atom) -> Option<usize> {
+        let (mut found, mut pending) = (HashSet::new(), self.occurring(atom));
+        while let Some(symbol) = pending.pop() {
+            match symbol {
+                Symbol::Parameter(_) | Symbol::Pi | Symbol::Time => {}
+                Symbol::Switch(k) => pending.extend(self.occurring(&self.switch_argument(k))),
+                Symbol::Coordinate(i) => {
+                    found.insert(i);
+                }
+                Symbol::Named(k) => {
+                    let slopes = &self.names.borrow()[k].slopes;
+                    found.extend(slopes.iter().enumerate().filter(|(_, slope)| !slope.is_zero()).map(|(i, _)| i));
+                }
+                _ => return None,
+            }
+        }
+        Some(found.len())
+    }
+
+    /// The symbols in an expression.
+    fn occurring(&self, atom: &Atom) -> Vec<Symbol> {
+        let mut found = HashSet::new();
+        collect(atom.as_view(), &mut found);
+        found.into_iter().filter_map(|symbol| self.scene_symbol(symbol)).collect()
+    }
+
+    /// The derivative of an expression by a symbol in it, names held.
+    pub(super) fn derivative(&self, atom: &Atom, by: Symbol) -> Atom {
+        let by = self.engine_symbol(by);
+        // Most formulae of a large mechanism do without most of its coordinates.
+        if atom.contains_symbol(by) { self.derivative_by(atom, by) } else { Atom::num(0) }
+    }
+
+    /// The derivative by every coordinate.
+    pub(super) fn gradient(&self, atom: &Atom) -> Vec<Atom> {
+        let occurring = self.occurring(atom);
+        let direct = |i: usize| match occurring.contains(&Symbol::Coordinate(i)) {
+            true => self.derivative_by(atom, self.engine_symbol(Symbol::Coordinate(i))),
+            false => Atom::num(0),
+        };
+        let by_names = self.by_names(atom, &occurring);
+        let names = self.names.borrow();
+        let through = |i: usize| {
+            let moving = by_names.iter().filter(|(k, _)| !names[*k].slopes[i].is_zero());
+            moving.fold(direct(i), |sum, (k, slope)| sum + slope * &names[*k].slopes[i])
+        };
+        (0..self.scene.coordinates.len()).map(through).collect()
+    }
+
+    /// The derivatives by the names that occur.
+    fn by_names(&self, atom: &Atom, occurring: &[Symbol]) -> Vec<(usize, Atom)> {
+        let known = 0..self.names.borrow().len();
+        let by = |k: usize| (k, self.derivative_by(atom, self.engine_symbol(Symbol::Named(k))));
+        known.filter(|&k| occurring.contains(&Symbol::Named(k))).map(by).collect()
+    }
+
+    /// The time derivative of a function of coordinates and time: f_q qd + f_t.
+    pub(super) fn rate(&self, atom: &Atom) -> Atom {
+        let occurring = self.occurring(atom);
+        let direct = |i| match occurring.contains(&Symbol::Coordinate(i)) {
+            true => self.derivative(atom, Symbol::Coordinate(i)),
+            false => Atom::num(0),
+        };
+        let direct: Vec<Atom> = (0..self.scene.coordinates.len()).map(direct).collect();
+        let direct = self.contract(&direct, Symbol::Rate) + self.derivative(atom, Symbol::Time);
+        let through = |sum, (k, slope)| sum + slope * self.symbol(Symbol::NamedRate(k));
+        self.by_names(atom, &occurring).into_iter().fold(direct, through)
+    }
+
+    /// The derivative by time with the coordinates held: f_t.
+    pub(super) fn time_derivative(&self, atom: &Atom) -> Atom {
+        let through = |sum: Atom, (k, slope): (usize, Atom)| {
+            let names = self.names.borrow();
+            let time_derivative = self.time_derivative(&names[k].inside);
+            let over = if names[k].is_root { Atom::num(2) * self.symbol(Symbol::Named(k)) } else { Atom::num(1) };
+            sum + slope * time_derivative / over
+        };
+        self.by_names(atom, &self.occurring(atom)).into_iter().fold(self.derivative(atom, Symbol::Time), through)
+    }
+
+    /// The second time derivative of such a function without f_q qdd: (f_q qd + f_t)_q qd + (f_q qd + f_t)_t.
+    pub(super) fn bias(&self, atom: &Atom) -> Atom {
+        let through = |sum, (k, slope)| sum + slope * self.symbol(Symbol::NamedBias(k));
+        let direct = self.rate(&self.simplify(&self.rate(atom)));
+        self.by_names(atom, &self.occurring(atom)).into_iter().fold(direct, through)
+    }
+
+    /// The sum of components times symbols.
+    pub(super) fn contract(&self, components: &[Atom], symbol: fn(usize) -> Symbol) -> Atom {
+        let products = components.iter().enumerate().filter(|(_, c)| !c.is_zero());
+        let products = products.map(|(i, c)| c * &self.symbol(symbol(i)));
+        products.fold(Atom::num(0), |sum, product| sum + product)
+    }
+
+    /// The formula of a name, or the expression itself.
+    pub(super) fn definition(&self, atom: &Atom) -> Atom {
+        match self.place(atom) {
+            Some(k) => self.names.borrow()[k].inside.clone(),
+            None => atom.clone(),
+        }
+    }
+
+    /// The derivatives of a row by the coordinates, written out if it has a name.
+    pub(super) fn slopes(&self, atom: &Atom) -> Option<Vec<Atom>> {
+        self.place(atom).map(|k| self.names.borrow()[k].gradient.clone())
+    }
+
+    /// The index of the named formula that an expression is.
+    fn place(&self, atom: &Atom) -> Option<usize> {
+        let AtomView::Var(variable) = atom.as_view() else { return None };
+        match self.scene_symbol(variable.get_symbol()) {
+            Some(Symbol::Named(k)) if !self.names.borrow()[k].is_root => Some(k),
+            _ => None,
+        }
+    }
+
+    /// The named quantities as plain data, each after those that it needs.
+    pub(super) fn named(&self) -> Vec<Named> {
+        let names = self.names.borrow();
+        let roots = names.iter().filter(|entry| entry.is_root).count();
+        let letter = root_letter(self.scene);
+        let mut seen = 0;
+        let mut list = Vec::new();
+        let half = |atom: &Atom| self.simple_term(&(atom / Atom::num(2)));
+        for entry in names.iter() {
+            let inside = &entry.inside;
+            list.push(if entry.is_root {
+                seen += 1;
+                let name = if roots == 1 { letter.to_owned() } else { format!("{letter}{seen}") };
+                let kind = NamedKind::Root(Root {
+                    radicand: self.simple_term(inside),
+                    slopes: entry.gradient.iter().map(half).collect(),
+                    half_time_derivative: half(&self.time_derivative(inside)),
+                    half_bias: half(&self.bias(inside)),
+                });
+                Named { name, kind }
+            } else {
+                let kind = NamedKind::Formula(Formula {
+                    value: self.term(inside),
+                    slopes: entry.gradient.iter().map(|slope| self.term(slope)).collect(),
+                    rate: self.simple_term(&self.rate(inside)),
+                    bias: self.simple_term(&self.bias(inside)),
+                });
+                Named { name: entry.name.clone(), kind }
+            });
+        }
+        list
+    }
+}
+
+/// A letter for roots that no name in the scene begins with.
+fn root_letter(scene: &Scene) -> &'static str {
+    let is_free = |letter: &&str| !scene.names().any(|name| name.starts_with(letter));
+    ["r", "s", "u", "w", "h", "z", "k"].into_iter().find(is_free).unwrap_or("root")
+}
+
+fn collect(view: AtomView, found: &mut HashSet<EngineSymbol>) {
+    match view {
+        AtomView::Num(_) => {}
+        AtomView::Var(variable) => {
+            found.insert(variable.get_symbol());
+        }
+        AtomView::Add(sum) => sum.iter().for_each(|term| collect(term, found)),
+        AtomView::Mul(product) => product.iter().for_each(|factor| collect(factor, found)),
+        AtomView::Fun(call) => call.iter().for_each(|argument| collect(argument, found)),
+        AtomView::Pow(power) => {
+            let (base, exponent) = power.get_base_exp();
+            collect(base, found);
+            collect(exponent, found);
+        }
+    }
+}

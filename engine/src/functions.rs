@@ -1,0 +1,125 @@
+//! Functions and powers of expressions, with names for roots and signs.
+
+use num_bigint::BigInt;
+use num_rational::BigRational;
+use num_traits::ToPrimitive;
+use symbolica::atom::{Atom, AtomCore};
+use symbolica::{function, parse, symbol};
+
+use super::algebra::Algebra;
+use qrm_codegen::term::{Symbol, Term};
+use qrm_scene::expression::Number;
+use qrm_scene::function::Function;
+
+/// A function of the sign of its argument, constant on either side of zero.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Switch {
+    /// 1 where the argument is positive, -1 where it is negative, 0 at zero.
+    Sign,
+    /// 1 where the argument is positive, 0 where it is negative, 1/2 at zero.
+    Above,
+    /// 0 where the argument is positive, 1 where it is negative, 1/2 at zero.
+    Below,
+}
+
+impl Switch {
+    /// Its value where its argument has this sign.
+    pub(super) fn of_sign(self, sign: Term) -> Term {
+        let half = BigRational::new(1.into(), 2.into());
+        let part = match self {
+            Self::Sign => return sign,
+            Self::Above => half.clone(),
+            Self::Below => -half.clone(),
+        };
+        Term::Sum(vec![Term::Number(half), Term::Product(vec![Term::Number(part), sign])])
+    }
+}
+
+impl Algebra<'_> {
+    pub(super) fn call(&self, f: Function, arguments: &[Atom]) -> Atom {
+        let x = &arguments[0];
+        match f {
+            Function::Sqrt => self.root(x),
+            Function::Sin => x.sin(),
+            Function::Cos => x.cos(),
+            Function::Tan => x.sin() / x.cos(),
+            Function::Exp => x.exp(),
+            Function::Log => x.log(),
+            Function::Hypot => self.root(&self.simplify(&(x * x + &arguments[1] * &arguments[1]))),
+            Function::Sign => self.sign(x),
+            Function::Abs => x * self.sign(x),
+            Function::Max => self.selected(x, &arguments[1], [Switch::Above, Switch::Below]),
+            Function::Min => self.selected(x, &arguments[1], [Switch::Below, Switch::Above]),
+            // The resolver has rejected every function without a derivative.
+            _ => function!(symbol!(f.name()), x),
+        }
+    }
+
+    /// A power with a fixed exponent; of a fraction, that of its parts, which the engine keeps apart only then.
+    pub(super) fn power(&self, base: &Atom, exponent: &Atom) -> Atom {
+        if matches!(self.term(exponent), Term::Number(exponent) if exponent.is_integer()) {
+            return base.pow(exponent);
+        }
+        let base = self.simplify(base);
+        match self.term(&base) {
+            Term::Number(number) if !number.is_integer() => {
+                let part = |part: &BigInt| rational(&BigRational::from(part.clone())).pow(exponent);
+                part(number.numer()) / part(number.denom())
+            }
+            _ => base.pow(exponent),
+        }
+    }
+
+    /// The hyperbolic tangent.
+    pub(super) fn tanh(&self, x: &Atom) -> Atom {
+        self.call(Function::Tanh, &[self.simplify(x)])
+    }
+
+    /// The larger or smaller of two values: their sum, each times a switch of their difference. The value that is not
+    /// wanted is multiplied by zero; in `(a + b + |a - b|)/2` it cancels, and leaves its rounding errors.
+    fn selected(&self, a: &Atom, b: &Atom, [first, second]: [Switch; 2]) -> Atom {
+        let difference = self.simplify(&(a - b));
+        a * self.switch(first, &difference) + b * self.switch(second, &difference)
+    }
+
+    /// A sign, under its name.
+    pub(super) fn sign(&self, x: &Atom) -> Atom {
+        self.switch(Switch::Sign, x)
+    }
+
+    /// A switch, under its name. Its derivative is zero wherever it has one.
+    pub(super) fn switch(&self, switch: Switch, x: &Atom) -> Atom {
+        let mut known = self.switches.borrow_mut();
+        let place = known.iter().position(|(own, other)| *own == switch && other == x).unwrap_or_else(|| {
+            known.push((switch, x.clone()));
+            known.len() - 1
+        });
+        self.symbol(Symbol::Switch(place))
+    }
+
+    /// A root, under its name if roots have names and what stands under it varies.
+    fn root(&self, radicand: &Atom) -> Atom {
+        if self.names_roots && self.coordinates(radicand).is_some_and(|count| count > 0) {
+            return self.name(radicand, true, "");
+        }
+        self.power(radicand, &(Atom::num(1) / Atom::num(2)))
+    }
+
+    /// The argument of a switch.
+    pub(super) fn switch_argument(&self, k: usize) -> Atom {
+        self.switches.borrow()[k].1.clone()
+    }
+}
+
+/// A number of the scene, without rounding.
+pub(super) fn exact(number: &Number) -> Atom {
+    rational(&number.exact)
+}
+
+fn rational(value: &BigRational) -> Atom {
+    let whole = |part: &BigInt| match part.to_i64() {
+        Some(small) => Atom::num(small),
+        None => parse!(part.to_string()),
+    };
+    whole(value.numer()) / whole(value.denom())
+}

@@ -1,0 +1,165 @@
+//! From scene files to module files.
+
+use std::path::{Path, PathBuf};
+use std::{fs, io};
+
+use qrm_codegen::emit::{self, Module};
+use crate::Waiting;
+use qrm_codegen::term::Equations;
+use qrm_codegen::verify::{self, Unverified};
+use qrm_codegen::{derivation, header, names, tape};
+use qrm_build::with_checksum;
+use qrm_core::OwnedTape;
+use qrm_scene::diagnostic::{Diagnostic, Report};
+use qrm_scene::files;
+use qrm_scene::names::module_name;
+use qrm_scene::resolve;
+use qrm_scene::scene::Scene;
+use qrm_scene::source::read_text;
+
+/// Why no code was generated.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// A file could not be written.
+    #[error("{path}: {source}")]
+    File {
+        /// The file.
+        path: String,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// Scenes have mistakes.
+    #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n\n"))]
+    Scenes(Vec<Report>),
+    /// The engine could not be started.
+    #[error(transparent)]
+    Engine(crate::Error),
+    /// A generated function was not found right.
+    #[error(transparent)]
+    Unverified(Unverified),
+}
+
+/// Writes `directory/NAME.rs` for each scene file, with its derivation, `NAME.md`. At most one call per process.
+///
+/// # Errors
+/// Anything that keeps one of the files from being written; no file is ever half-written.
+pub fn generate(scenes: &[PathBuf], directory: &Path) -> Result<(), Error> {
+    let read = read_all(scenes)?;
+    let all: Vec<&Read> = read.iter().collect();
+    fs::create_dir_all(directory).map_err(|source| Error::File { path: directory.display().to_string(), source })?;
+    for (read, equations) in all.iter().zip(&equations(&all, &|_| ())?) {
+        let Read { scene, source, .. } = read;
+        let (module, _) = code(read, equations, emit::module(scene, equations, source))?;
+        let file = directory.join(format!("{}.rs", module_name(&scene.name)));
+        let markdown = derivation::markdown(scene, equations, source);
+        // First: the module includes it, and is the mark of both.
+        write_whole(&file.with_extension("md"), &markdown)?;
+        write_whole(&file, &with_checksum(module, &markdown))?;
+    }
+    Ok(())
+}
+
+/// A scene that was read.
+pub(crate) struct Read {
+    path: String,
+    source: String,
+    pub(crate) scene: Scene,
+}
+
+impl Read {
+    /// The scene of this text; also an error if its name cannot be that of a module.
+    pub(crate) fn new(path: &str, source: &str) -> Result<Self, Error> {
+        let wrong = |report| Error::Scenes(vec![report]);
+        let (scene, _) = resolve::read(path, source).map_err(wrong)?;
+        let read = Self { path: path.to_owned(), source: source.to_owned(), scene };
+        refused_name(&read).map_or(Ok(read), |report| Err(wrong(report)))
+    }
+}
+
+/// The equations of motion of scenes, by the engine.
+pub(crate) fn equations(scenes: &[&Read], announce: &dyn Fn(Waiting)) -> Result<Vec<Equations>, Error> {
+    let all: Vec<&Scene> = scenes.iter().map(|read| &read.scene).collect();
+    crate::derive(&all, announce).map_err(|e| engine_error(e, scenes))
+}
+
+/// Reads all scenes; mistakes of all of them are reported together.
+fn read_all(paths: &[PathBuf]) -> Result<Vec<Read>, Error> {
+    let (mut read, mut wrong) = (Vec::new(), Vec::new());
+    for path in paths {
+        match read_text(path).map_err(|report| Error::Scenes(vec![report])).and_then(|source| Read::new(&path.display().to_string(), &source)) {
+            Ok(scene) => read.push(scene),
+            Err(Error::Scenes(reports)) => wrong.extend(reports),
+            Err(other) => return Err(other),
+        }
+    }
+    if wrong.is_empty() { Ok(read) } else { Err(Error::Scenes(wrong)) }
+}
+
+/// A name that cannot be that of a module.
+fn refused_name(new: &Read) -> Option<Report> {
+    let finding = Diagnostic::error(names::refusal(&new.scene.name)?, new.scene.name_span.clone(), "");
+    Some(Report::new(&new.path, &new.source, vec![finding.help("give the scene another name")]))
+}
+
+/// Where the engine gave up, in the shape of other mistakes.
+fn engine_error(error: crate::Error, scenes: &[&Read]) -> Error {
+    let title = error.to_string();
+    let (scene, finding) = match error {
+        crate::Error::Formula { scene, span, reason } => {
+            let help = "look for a division by something that is always zero, and for numbers beyond 1e308";
+            (scene, Diagnostic::error("a formula cannot be differentiated", span, reason).help(help))
+        }
+        crate::Error::Circular { scene, span, output } => {
+            let help = "name a force across the direction in which it slides, or give the joint `friction`";
+            let label = format!("`{output}` contains this friction");
+            (scene, Diagnostic::error(title, span, label).help(help))
+        }
+        error @ crate::Error::NotStarted(_) => return Error::Engine(error),
+    };
+    let Read { path, source, .. } = scenes[scene];
+    Error::Scenes(vec![Report::new(path, source, vec![finding])])
+}
+
+/// The text of a scene's module, without its last line, and its tape, once they are found right.
+pub(crate) fn code(
+    Read { path, source, scene }: &Read,
+    equations: &Equations,
+    module: Module,
+) -> Result<(String, OwnedTape), Error> {
+    verify::verify(scene, equations, &module.file, &module.tape).map_err(Error::Unverified)?;
+    // The printer drops comments of this kind, so the header is joined afterwards.
+    let header = header::header(path, scene, equations, &module, &header::hash(source));
+    let text = format!("{header}\n{}{}", spaced(&prettyplease::unparse(&module.file)), tape::text(&module.tape.tape()));
+    Ok((text, module.tape))
+}
+
+/// Sets a blank line between items and between methods, and makes comments of the documentation of statements.
+fn spaced(text: &str) -> String {
+    let mut spaced = String::new();
+    let mut lines = text.lines().peekable();
+    // The scene stands at the end, in a literal whose lines must stay as they are.
+    let mut in_literal = false;
+    while let Some(line) = lines.next() {
+        let is_before_statement = lines.peek().is_some_and(|next| next.trim_start().starts_with("let "));
+        match line.split_once("/// ") {
+            Some((indent, comment)) if is_before_statement && !in_literal => {
+                spaced += &format!("\n{indent}// {comment}");
+            }
+            _ => spaced += line,
+        }
+        spaced.push('\n');
+        in_literal |= line.starts_with("pub const SOURCE");
+        let ends_item = ["}", "};", "    }"].contains(&line) || line.starts_with("    const ");
+        let next_is_item = lines.peek().is_some_and(|next| !next.is_empty() && !next.trim_start().starts_with('}'));
+        if !in_literal && ends_item && next_is_item {
+            spaced.push('\n');
+        }
+    }
+    spaced
+}
+
+/// Writes a generated file.
+fn write_whole(path: &Path, text: &str) -> Result<(), Error> {
+    let failed = |source| Error::File { path: path.display().to_string(), source };
+    files::write_whole(path, text.as_bytes()).map_err(failed)
+}

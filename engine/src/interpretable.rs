@@ -1,0 +1,60 @@
+//! From the text of a scene to data that is interpreted: nothing is compiled.
+
+use qrm_core::{DerivedScene, OwnedDescription, OwnedParameter, OwnedQuantity};
+use qrm_scene::scene::Scene;
+
+use crate::Waiting;
+use crate::generate::{self, Error, Read};
+use qrm_build::with_checksum;
+use qrm_codegen::{derivation, emit};
+
+/// Derives the equations of motion of a scene. At most one call per process.
+///
+/// `announce` is told when this begins and ends to wait for another process. `show` gets the scene once it is derived,
+/// without its texts, before its functions are compared with its formulae.
+///
+/// # Errors
+/// The scene has a mistake, the engine gave up, or a function was not found right.
+pub fn derive(
+    path: &str,
+    source: &str,
+    announce: &dyn Fn(Waiting),
+    show: impl FnOnce(&DerivedScene),
+) -> Result<DerivedScene, Error> {
+    let read = Read::new(path, source)?;
+    let equations = generate::equations(&[&read], announce)?.remove(0);
+    let module = emit::module(&read.scene, &equations, source);
+    let texts = [String::new(), String::new()];
+    show(&DerivedScene { description: description(&read.scene, source, texts), tape: module.tape.clone() });
+    let (code, tape) = generate::code(&read, &equations, module)?;
+    let derivation = derivation::markdown(&read.scene, &equations, source);
+    let code = with_checksum(code, &derivation);
+    Ok(DerivedScene { description: description(&read.scene, source, [code, derivation]), tape })
+}
+
+/// What a generated module says of its scene.
+fn description(scene: &Scene, source: &str, [code, derivation]: [String; 2]) -> OwnedDescription {
+    let quantity = |name: &str, unit: &str, doc: &str| {
+        let [name, unit, doc] = [name, unit, doc].map(str::to_owned);
+        OwnedQuantity { name, unit, doc }
+    };
+    let parameter = |p: &qrm_scene::scene::Parameter| {
+        let [name, unit, doc, formula] = [&p.name, &p.unit, &p.doc, &p.text].map(|text| text.to_string());
+        OwnedParameter { name, unit, doc, formula }
+    };
+    OwnedDescription {
+        name: scene.name.clone(),
+        doc: scene.doc.clone(),
+        source: source.to_owned(),
+        code,
+        derivation,
+        coordinates: scene.coordinates.iter().map(|c| quantity(&c.name, &c.unit, &c.doc)).collect(),
+        constraints: scene.constraints.iter().map(|c| quantity(&c.name, &c.unit, &c.doc)).collect(),
+        outputs: scene.outputs.iter().map(|o| quantity(&o.name, &o.unit, &o.doc)).collect(),
+        parameters: scene.parameters.iter().filter(|p| !p.left_out).map(parameter).collect(),
+        left_out: scene.left_out().map(|p| p.name.clone()).collect(),
+        has_corners: scene.has_corners(),
+        friction: scene.friction_by_forces().map(str::to_owned).collect(),
+        until: qrm_codegen::emit::until(scene, source).to_owned(),
+    }
+}

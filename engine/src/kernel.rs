@@ -1,0 +1,65 @@
+//! The equations of motion in the form that a kernel evaluates: roots have names, and forces on bodies are kept apart.
+
+use symbolica::atom::Atom;
+
+use super::Place;
+use super::algebra::Algebra;
+use super::derive::System;
+use super::loads::Effort;
+use qrm_codegen::term::{Equations, KernelEquations, Push};
+
+/// The equations of a kernel that computes the outputs of the plain functions too.
+///
+/// They are derived once more where roots have no names in the plain functions.
+pub(super) fn equations(number: usize, place: &Place, plain: &System, known: &Equations) -> KernelEquations {
+    if plain.algebra.suits_kernel() {
+        return of(plain, known);
+    }
+    let system = System::new(Algebra::naming_roots(number, plain.algebra.scene, place));
+    of(&system, known)
+}
+
+fn of(system: &System, known: &Equations) -> KernelEquations {
+    let algebra = &system.algebra;
+    let each = |atoms: &[Atom]| atoms.iter().map(|atom| algebra.simple_term(atom)).collect::<Vec<_>>();
+    let matrix = |rows: &[Vec<Atom>]| rows.iter().map(|row| each(row)).collect();
+    let pushes = pushes(system);
+    // Last, when all quantities with a name are known.
+    let names = algebra.named();
+    KernelEquations {
+        constraints: each(&system.constraints),
+        constraint_jacobian: matrix(&system.constraint_jacobian),
+        constraint_rate: each(&system.constraint_rates),
+        constraint_bias: each(&system.constraint_bias),
+        mass_matrix: matrix(&system.mass),
+        pushes,
+        outputs: known.outputs.iter().map(|output| output.naming_roots(&names)).collect(),
+        normal_forces: known.normal_forces.iter().map(|own| own.map(|term| term.naming_roots(&names))).collect(),
+        names,
+    }
+}
+
+/// What acts on the bodies: efforts along the same displacement are added up, and those of a body stay together.
+fn pushes(system: &System) -> Vec<Push> {
+    let (algebra, scene) = (&system.algebra, system.algebra.scene);
+    let mut efforts: Vec<Effort> = system.rows.inertial().collect();
+    for load in system.loads.efforts.iter().filter(|effort| effort.normal.is_none()).cloned() {
+        match efforts.iter_mut().find(|effort| effort.along == load.along) {
+            Some(effort) => effort.size = &effort.size + &load.size,
+            None => efforts.push(load),
+        }
+    }
+    efforts.retain(|effort| !effort.size.is_zero() && effort.along.iter().any(|entry| !entry.is_zero()));
+    let each = |atoms: &[Atom]| atoms.iter().map(|atom| algebra.simple_term(atom)).collect::<Vec<_>>();
+    let push = |efforts: &[Effort]| {
+        let name = match efforts[0].group.checked_sub(scene.bodies.len()) {
+            Some(load) => scene.loads[load].name.clone(),
+            None => scene.bodies[efforts[0].group].name.clone(),
+        };
+        let along = |i: usize| efforts.iter().fold(Atom::num(0), |sum, effort| sum + &effort.size * &effort.along[i]);
+        let total = (0..scene.coordinates.len()).map(|i| algebra.simple_term(&along(i))).collect();
+        let effort = |effort: &Effort| (effort.name.clone(), algebra.simple_term(&effort.size), each(&effort.along));
+        Push { name, efforts: efforts.iter().map(effort).collect(), total }
+    };
+    efforts.chunk_by(|a, b| a.group == b.group).map(push).collect()
+}

@@ -1,0 +1,154 @@
+//! What loads do: forces and torques along displacements, potential and power.
+
+use std::ops::Range;
+
+use symbolica::atom::Atom;
+
+use super::algebra::Algebra;
+use super::rows::Rows;
+use qrm_codegen::term::Symbol;
+use qrm_scene::scene::{Friction, LoadKind, Quantity, Scene, Value};
+
+/// A force or torque along a displacement.
+#[derive(Clone)]
+pub(super) struct Effort {
+    /// Body, or beyond them load, that it belongs to.
+    pub(super) group: usize,
+    pub(super) name: String,
+    pub(super) size: Atom,
+    /// The output whose size it is proportional to: of friction alone.
+    pub(super) normal: Option<usize>,
+    /// The displacement's derivative by each coordinate.
+    pub(super) along: Vec<Atom>,
+}
+
+/// What the applied loads do.
+pub(super) struct Loads {
+    pub(super) efforts: Vec<Effort>,
+    pub(super) potential: Atom,
+    /// Of those that have no potential.
+    pub(super) power: Atom,
+    /// Which efforts are those of each.
+    own: Vec<Range<usize>>,
+}
+
+impl Loads {
+    pub(super) fn new(scene: &Scene, algebra: &Algebra, rows: &Rows) -> Self {
+        let mut loads = Self { efforts: Vec::new(), potential: Atom::num(0), power: Atom::num(0), own: Vec::new() };
+        for (i, load) in scene.loads.iter().enumerate() {
+            let known = loads.efforts.len();
+            let mut adding =
+                Adding { loads: &mut loads, scene, algebra, group: scene.bodies.len() + i, name: &load.name };
+            match &load.kind {
+                LoadKind::Force { force, at, .. } => {
+                    for ((force, at), axis) in force.iter().zip(at).zip(["_x", "_y"]) {
+                        adding.effort(axis, force, at);
+                    }
+                }
+                LoadKind::Torque { torque, angle, .. } => adding.effort("", torque, angle),
+                LoadKind::Gravity(field) => {
+                    for (k, row) in rows.rows.iter().enumerate().filter(|(_, row)| row.axis < 2) {
+                        let weight = &rows.inertia[k] * &algebra.atom(&field[row.axis]);
+                        let name = rows.names[k].clone();
+                        let along = rows.gradients[k].clone();
+                        let potential = &weight * &rows.x[k];
+                        adding.loads.efforts.push(Effort { group: row.body, name, size: weight, normal: None, along });
+                        adding.loads.potential = &adding.loads.potential - &potential;
+                    }
+                }
+                LoadKind::Spring { along, stiffness, rest, damping, potential, force, friction } => {
+                    let is_moved = scene.depends_on_time(along);
+                    let along = algebra.simplify(&algebra.atom(along));
+                    let constant =
+                        |value: &Option<Value>| value.as_ref().map_or_else(|| Atom::num(0), |v| algebra.atom(v));
+                    let (stiffness, extension) = (constant(stiffness), &along - &constant(rest));
+                    let stretch = [along.clone(), algebra.rate(&along)];
+                    let law =
+                        |law: &Option<Value>| law.as_ref().map_or_else(|| Atom::num(0), |v| algebra.law(v, &stretch));
+                    let (normal, friction) = friction.as_ref().map_or_else(
+                        || (None, Atom::num(0)),
+                        |Friction { size, slip, normal, .. }| {
+                            let size = algebra.law(size, &stretch);
+                            let size = normal.map_or(size.clone(), |k| size * algebra.symbol(Symbol::NormalForce(k)));
+                            (*normal, -size * algebra.tanh(&(&stretch[1] / algebra.atom(slip))))
+                        },
+                    );
+                    let others = -constant(damping) * &stretch[1] + law(force);
+                    let slope = algebra.slope_of_potential(&constant(potential), &along);
+                    let own = -&stiffness * &extension - slope;
+                    let loss = &others + &friction;
+                    let effort = &own + &loss;
+                    if let Some(normal) = normal {
+                        adding.add("", &(own + others), &along);
+                        adding.add("_friction", &friction, &along);
+                        adding.loads.efforts.last_mut().into_iter().for_each(|effort| effort.normal = Some(normal));
+                    } else {
+                        adding.add("", &effort, &along);
+                    }
+                    let velocity = adding.velocity(&along);
+                    if is_moved {
+                        loads.power = &loads.power + &(&effort * &velocity);
+                    } else {
+                        let spring = &stiffness * &extension * &extension / Atom::num(2);
+                        loads.potential = &loads.potential + &spring + law(potential);
+                        loads.power = &loads.power + &(&loss * &velocity);
+                    }
+                }
+            }
+            loads.own.push(known..loads.efforts.len());
+        }
+        loads
+    }
+
+    /// The forces and torques of one load.
+    pub(super) fn of(&self, load: usize) -> &[Effort] {
+        &self.efforts[self.own[load].clone()]
+    }
+
+    /// The force of a load along its length.
+    pub(super) fn force_of(&self, load: usize) -> Atom {
+        self.of(load).iter().fold(Atom::num(0), |sum, effort| sum + &effort.size)
+    }
+
+    /// The power of one load.
+    pub(super) fn power_of(&self, algebra: &Algebra, load: usize) -> Atom {
+        let power = |sum: Atom, effort: &Effort| sum + &effort.size * algebra.contract(&effort.along, Symbol::Rate);
+        self.of(load).iter().fold(Atom::num(0), power)
+    }
+}
+
+/// A load that is being added.
+struct Adding<'a> {
+    loads: &'a mut Loads,
+    scene: &'a Scene,
+    algebra: &'a Algebra<'a>,
+    group: usize,
+    name: &'a str,
+}
+
+impl Adding<'_> {
+    /// A force or torque along a displacement: conservative if it is constant, and time does not move what it acts on.
+    fn effort(&mut self, axis: &str, effort: &Value, displacement: &Value) {
+        let is_constant = effort.names().all(|name| matches!(name, Quantity::Parameter(_) | Quantity::Pi))
+            && !self.scene.depends_on_time(displacement);
+        let (effort, displacement) = (self.algebra.atom(effort), self.algebra.atom(displacement));
+        self.add(axis, &effort, &displacement);
+        if is_constant {
+            self.loads.potential = &self.loads.potential - &(&effort * &displacement);
+        } else {
+            self.loads.power = &self.loads.power + &(&effort * &self.velocity(&displacement));
+        }
+    }
+
+    /// The rate of a displacement that the coordinates bring: what time moves by itself works on what moves it.
+    fn velocity(&self, displacement: &Atom) -> Atom {
+        self.algebra.contract(&self.algebra.gradient(displacement), Symbol::Rate)
+    }
+
+    fn add(&mut self, axis: &str, effort: &Atom, displacement: &Atom) {
+        let displacement = self.algebra.simplify(displacement);
+        let along = self.algebra.gradient(&displacement).iter().map(|entry| self.algebra.simplify(entry)).collect();
+        let name = format!("{}{axis}", self.name);
+        self.loads.efforts.push(Effort { group: self.group, name, size: effort.clone(), normal: None, along });
+    }
+}

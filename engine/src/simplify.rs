@@ -1,0 +1,96 @@
+//! Equal forms of an expression, and the cheapest of them.
+
+use symbolica::atom::{Atom, AtomCore, AtomView, Symbol as EngineSymbol};
+use symbolica::{function, symbol};
+
+use super::algebra::Algebra;
+use qrm_codegen::term::Symbol;
+
+impl Algebra<'_> {
+    /// The cheapest of several equal forms: as it is, multiplied out, and with sin^2 + cos^2 = 1 used either way.
+    pub(super) fn simplify(&self, atom: &Atom) -> Atom {
+        if matches!(atom.as_view(), AtomView::Num(_) | AtomView::Var(_)) {
+            return atom.clone();
+        }
+        let atom = &atom.expand_num();
+        let expanded = atom.expand();
+        let cost = |form: &Atom| self.cost(form.as_view());
+        if !has_square(expanded.as_view()) {
+            return if cost(&expanded) <= cost(atom) { expanded } else { atom.clone() };
+        }
+        let forms = [
+            without_squares_of(EngineSymbol::COS, EngineSymbol::SIN, &expanded),
+            without_squares_of(EngineSymbol::SIN, EngineSymbol::COS, &expanded),
+            expanded,
+            atom.clone(),
+        ];
+        forms.into_iter().min_by_key(cost).unwrap_or_else(|| atom.clone())
+    }
+
+    /// Simplifies what stands under roots and in denominators, so that equal ones are seen to be equal.
+    pub(super) fn simplify_inside(&self, view: AtomView) -> Atom {
+        match view {
+            AtomView::Add(sum) => sum.iter().fold(Atom::num(0), |sum, term| sum + self.simplify_inside(term)),
+            AtomView::Mul(product) => product.iter().fold(Atom::num(1), |product, f| product * self.simplify_inside(f)),
+            AtomView::Pow(power) => {
+                let (base, exponent) = power.get_base_exp();
+                self.power(&self.simplify(&self.simplify_inside(base)), &exponent.to_owned())
+            }
+            _ => view.to_owned(),
+        }
+    }
+
+    /// How many operations it takes to evaluate an expression as it stands, sines and cosines counted for ten.
+    fn cost(&self, view: AtomView) -> usize {
+        let all = |items: &mut dyn Iterator<Item = AtomView<'_>>| {
+            let (count, cost) = items.fold((0, 0), |(count, cost), item| (count + 1, cost + self.cost(item)));
+            cost + count - 1
+        };
+        match view {
+            AtomView::Num(_) => 0,
+            AtomView::Var(variable) => match self.scene_symbol(variable.get_symbol()) {
+                Some(Symbol::Switch(k)) => 10 + self.cost(self.switch_argument(k).as_view()),
+                None => 10,
+                Some(_) => 0,
+            },
+            AtomView::Add(sum) => all(&mut sum.iter()),
+            AtomView::Mul(product) => all(&mut product.iter()),
+            AtomView::Pow(power) => {
+                let (base, exponent) = power.get_base_exp();
+                match (base, exponent) {
+                    (AtomView::Var(base), exponent) if base.get_symbol() == EngineSymbol::E => 10 + self.cost(exponent),
+                    (base, exponent) => self.cost(base) + if exponent.to_owned().is_integer() { 1 } else { 5 },
+                }
+            }
+            AtomView::Fun(call) => 10 + call.iter().map(|argument| self.cost(argument)).sum::<usize>(),
+        }
+    }
+}
+
+/// Whether the square of a sine or cosine occurs, or another power.
+fn has_square(view: AtomView) -> bool {
+    match view {
+        AtomView::Num(_) | AtomView::Var(_) => false,
+        AtomView::Add(sum) => sum.iter().any(has_square),
+        AtomView::Mul(product) => product.iter().any(has_square),
+        AtomView::Fun(call) => call.iter().any(has_square),
+        AtomView::Pow(power) => match power.get_base_exp() {
+            (AtomView::Fun(call), _) if [EngineSymbol::SIN, EngineSymbol::COS].contains(&call.get_symbol()) => true,
+            (AtomView::Var(base), exponent) if base.get_symbol() == EngineSymbol::E => has_square(exponent),
+            (base, _) => has_square(base),
+        },
+    }
+}
+
+/// Replaces even powers: f(x)^2 = 1 - g(x)^2 where f and g are sine and cosine.
+fn without_squares_of(f: EngineSymbol, g: EngineSymbol, expanded: &Atom) -> Atom {
+    let x = Atom::var(symbol!("x_"));
+    let (f, g) = (function!(f, &x), function!(g, &x));
+    let mut atom = expanded.clone();
+    for exponent in (2..=8).rev() {
+        let square = Atom::num(1) - g.pow(Atom::num(2));
+        let replacement = f.pow(Atom::num(exponent - 2)) * square;
+        atom = atom.replace(f.pow(Atom::num(exponent)).to_pattern()).with(replacement.to_pattern());
+    }
+    atom.expand()
+}

@@ -1,0 +1,7 @@
+//! Equations of motion by the symbolic engine.
+
+mod formula;
+mod golden;
+mod names;
+mod structure;
+mod verify;

@@ -1,0 +1,196 @@
+//! The program `qrm-engine`: where it is, and how it is built.
+
+use std::env;
+use std::ffi::OsString;
+use std::fs;
+use std::io::{BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::Instant;
+
+/// The version of the engine that belongs to this crate.
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");
+/// What is said when the engine is built.
+pub const BUILDING: &str = "building the symbolic engine; this takes minutes, once";
+
+/// Where the engine comes from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// A program of the right version.
+    Program(PathBuf),
+    /// The sources in a clone of the project, from which cargo builds it.
+    Sources(Sources),
+}
+
+/// The sources of the engine in a clone.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Sources {
+    /// The top folder of the clone.
+    clone: PathBuf,
+}
+
+impl Sources {
+    /// The sources in the clone around a file or folder.
+    pub fn around(path: &Path) -> Option<Self> {
+        let is_clone = |folder: &&Path| {
+            ["engine/Cargo.toml", "qrm-build/Cargo.toml"].iter().all(|manifest| folder.join(manifest).is_file())
+        };
+        path.ancestors().find(is_clone).map(|clone| Self { clone: clone.to_owned() })
+    }
+
+    /// The folder for what cargo makes of them.
+    fn target(&self) -> PathBuf {
+        env::var_os("CARGO_TARGET_DIR").map_or_else(|| self.clone.join("target"), PathBuf::from).join("engine")
+    }
+
+    /// The program that cargo builds.
+    pub fn program(&self) -> PathBuf {
+        self.target().join("release").join(file_name())
+    }
+
+    /// Starts a build.
+    ///
+    /// # Errors
+    /// There is no cargo.
+    pub fn start(&self) -> Result<Child, String> {
+        let cargo = env::var_os("CARGO").unwrap_or_else(|| OsString::from("cargo"));
+        let mut command = Command::new(&cargo);
+        command.args(["build", "--release", "--locked", "--bin", "qrm-engine", "--color", "never", "--manifest-path"]);
+        command.arg(self.clone.join("engine/Cargo.toml")).arg("--target-dir").arg(self.target());
+        // What an outer cargo, or clippy, says to its own compilers.
+        for variable in ["CARGO_ENCODED_RUSTFLAGS", "CARGO_BUILD_TARGET", "RUSTC_WORKSPACE_WRAPPER", "CARGO_MAKEFLAGS"] {
+            command.env_remove(variable);
+        }
+        command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
+        command.spawn().map_err(|e| format!("{} cannot be started: {e}", Path::new(&cargo).display()))
+    }
+
+    /// The error of a build that failed, by what cargo said.
+    pub fn failure(&self, said: &str) -> String {
+        let is_noise = |line: &&str| ["Compiling ", "Downloaded ", "Downloading "].iter().any(|noise| line.contains(noise));
+        let lines: Vec<&str> = said.lines().filter(|line| !line.trim().is_empty() && !is_noise(line)).collect();
+        let last = lines[lines.len().saturating_sub(12)..].join("\n  ");
+        format!(
+            "the symbolic engine could not be built:\n  {last}\n  \
+             = help: run `cargo build --release --manifest-path {}` to see all of it, or set QRM_ENGINE to a program \
+             `qrm-engine` {VERSION}",
+            self.clone.join("engine/Cargo.toml").display()
+        )
+    }
+}
+
+/// The name of the program.
+pub fn file_name() -> String {
+    format!("qrm-engine{}", env::consts::EXE_SUFFIX)
+}
+
+/// The engine that `QRM_ENGINE` names; an error if it is of another version.
+pub fn chosen() -> Result<Option<PathBuf>, String> {
+    let Some(chosen) = env::var_os("QRM_ENGINE").filter(|path| !path.is_empty()).map(PathBuf::from) else {
+        return Ok(None);
+    };
+    check(&chosen).map(|()| Some(chosen))
+}
+
+/// The engine of the right version in a folder of `PATH`.
+pub fn on_path() -> Option<PathBuf> {
+    let folders = env::var_os("PATH")?;
+    let programs = env::split_paths(&folders).map(|folder| folder.join(file_name()));
+    programs.into_iter().find(|program| program.is_file() && check(program).is_ok())
+}
+
+/// Whether a program is the engine of this version.
+///
+/// # Errors
+/// It cannot be started, or is another program or version.
+pub fn check(program: &Path) -> Result<(), String> {
+    let name = program.display();
+    let help = format!("  = help: QRM_ENGINE, if it is set, is the path of `qrm-engine` {VERSION}");
+    let output = Command::new(program).arg("--version").stdin(Stdio::null()).output();
+    let output = output.map_err(|e| format!("the symbolic engine {name} cannot be started: {e}\n{help}"))?;
+    let said = String::from_utf8_lossy(&output.stdout);
+    if output.status.success() && said.trim() == format!("qrm-engine {VERSION}") {
+        return Ok(());
+    }
+    let said = said.trim().strip_prefix("qrm-engine ").map_or("of an unknown version".to_owned(), |v| format!("version {v}"));
+    Err(format!("the symbolic engine {name} is {said}, and this is {VERSION}\n{help}"))
+}
+
+/// The engine for a build script: the one that `QRM_ENGINE` names, that of the clone around this crate or the user's, or
+/// one on the `PATH`.
+fn origin() -> Result<Origin, String> {
+    if let Some(program) = chosen()? {
+        return Ok(Origin::Program(program));
+    }
+    let users = env::var_os("CARGO_MANIFEST_DIR").map(PathBuf::from).unwrap_or_default();
+    let sources = [Path::new(env!("CARGO_MANIFEST_DIR")), &users].into_iter().find_map(Sources::around);
+    if let Some(sources) = sources {
+        return Ok(Origin::Sources(sources));
+    }
+    on_path().map(Origin::Program).ok_or_else(|| {
+        format!(
+            "formulae have changed, and there is no symbolic engine `qrm-engine` {VERSION} on the PATH\n  \
+             = help: install it from a clone of qrm (`cargo install --path engine`), or set QRM_ENGINE to its path"
+        )
+    })
+}
+
+/// Has the engine write the modules of scene files into a folder; builds it where it is not there or not current.
+/// Returns what the user should know of that.
+pub(crate) fn generate(scenes: &[&Path], out: &Path) -> Result<Vec<String>, String> {
+    println!("cargo::rerun-if-env-changed=QRM_ENGINE");
+    let (program, note) = match origin()? {
+        Origin::Program(program) => {
+            println!("cargo::rerun-if-changed={}", program.display());
+            (program, None)
+        }
+        Origin::Sources(sources) => {
+            for folder in ["engine", "codegen/src", "scene/src", "core/src"] {
+                println!("cargo::rerun-if-changed={}", sources.clone.join(folder).display());
+            }
+            let note = build(&sources)?;
+            (sources.program(), note)
+        }
+    };
+    let mut command = Command::new(&program);
+    let output = command.arg("generate").arg(out).args(scenes).stdin(Stdio::null()).output();
+    let output = output.map_err(|e| format!("{} cannot be started: {e}", program.display()))?;
+    match output.status.success() {
+        true => Ok(note.into_iter().collect()),
+        false => Err(String::from_utf8_lossy(&output.stderr).trim().to_owned()),
+    }
+}
+
+/// Builds the engine; a note if that took long.
+fn build(sources: &Sources) -> Result<Option<String>, String> {
+    let begun = Instant::now();
+    let is_new = !sources.program().is_file();
+    if is_new {
+        announce(BUILDING);
+    }
+    let mut child = sources.start()?;
+    let mut said = String::new();
+    for line in child.stderr.take().into_iter().flat_map(|pipe| BufReader::new(pipe).lines()).map_while(Result::ok) {
+        said += &format!("{line}\n");
+    }
+    let status = child.wait().map_err(|e| format!("cargo: {e}"))?;
+    if !status.success() {
+        return Err(sources.failure(&said));
+    }
+    let note = format!(
+        "the symbolic engine was built in {} s; it lies in {}",
+        begun.elapsed().as_secs(),
+        sources.program().display()
+    );
+    Ok(is_new.then_some(note))
+}
+
+/// Says something at once: cargo shows what a build script prints when the script has ended.
+fn announce(message: &str) {
+    #[cfg(unix)]
+    if let Ok(mut terminal) = fs::File::options().write(true).open("/dev/tty") {
+        let _ = writeln!(terminal, "{message}");
+    }
+    #[cfg(not(unix))]
+    let _ = (message, fs::metadata("."));
+}

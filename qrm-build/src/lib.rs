@@ -1,0 +1,80 @@
+//! Generated modules of mechanisms for build scripts, and the symbolic engine that writes them.
+//!
+//! A build script needs two lines:
+//!
+//! ```ignore
+//! fn main() {
+//!     qrm_build::build(&["scene.toml"]);
+//! }
+//! ```
+//!
+//! and the crate includes the result by `include!(concat!(env!("OUT_DIR"), "/scenes.rs"));`.
+//!
+//! The modules are copies from a folder of the crate, in which generated code is committed. Where numbers of a scene have
+//! changed, they are changed in the copy (module `values`). Where formulae have changed, or there is no copy, the program
+//! `qrm-engine` writes the module ([`engine`]).
+
+mod copy;
+pub mod engine;
+mod index;
+mod modules;
+mod tape_text;
+mod values;
+
+use std::env;
+use std::path::{Path, PathBuf};
+
+pub use copy::with_checksum;
+pub use modules::{Request, modules};
+
+/// Writes the modules of scene files, named from the folder of the crate, into `OUT_DIR`, from where the crate includes
+/// `scenes.rs`; tells cargo when to do so again, and what looks like a mistake in a scene.
+///
+/// Copies in the folder `generated` of the crate spare the symbolic engine. If a scene is wrong, the build fails with
+/// its report.
+pub fn build(scenes: &[&str]) {
+    let paths: Vec<PathBuf> = scenes.iter().map(PathBuf::from).collect();
+    report(out_folder().and_then(|out| {
+        let request = Request { scenes: &paths, copies: Path::new("generated"), out: &out, is_compiled: &|_| true };
+        modules(&request)
+    }));
+}
+
+/// The folder of a build script's results.
+///
+/// # Errors
+/// The program is not run by cargo.
+pub fn out_folder() -> Result<PathBuf, String> {
+    env::var_os("OUT_DIR").map(PathBuf::from).ok_or_else(|| "OUT_DIR is not set: this is for build scripts".to_owned())
+}
+
+/// Shows the result of a build script: warnings, or the error with which the build fails.
+pub fn report(result: Result<Vec<String>, String>) {
+    print!("{}", logged(&result));
+}
+
+/// Messages for cargo, line by line. A script that fails itself would have them shown below the command and all that was
+/// printed before.
+fn logged(result: &Result<Vec<String>, String>) -> String {
+    let lines = |kind: &str, text: &str| -> String {
+        text.lines().map(|line| format!("cargo::{kind}={}\n", line.strip_prefix("error: ").unwrap_or(line))).collect()
+    };
+    match result {
+        Ok(warnings) => warnings.iter().map(|warning| lines("warning", warning)).collect(),
+        Err(message) => lines("error", message),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_line_of_a_report_is_an_error_for_cargo() {
+        let report =
+            "error: unknown name `psy`\n  --> a.toml:1:2\n   |\n   = help: did you mean `psi`?\n\nerror: no `x`";
+        let expected = "cargo::error=unknown name `psy`\ncargo::error=  --> a.toml:1:2\ncargo::error=   |\n\
+                        cargo::error=   = help: did you mean `psi`?\ncargo::error=\ncargo::error=no `x`\n";
+        assert_eq!(logged(&Err(report.to_owned())), expected);
+    }
+}

@@ -1,0 +1,149 @@
+//! From scene files to the modules that a crate includes.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use qrm_scene::diagnostic::{Diagnostic, Report};
+use qrm_scene::files::write_whole;
+use qrm_scene::names::module_name;
+use qrm_scene::resolve;
+use qrm_scene::scene::Scene;
+use qrm_scene::source::read_text;
+
+use crate::copy::{Copy, paths};
+use crate::index::{self, Entry};
+use crate::{engine, values};
+
+/// What is asked for.
+pub struct Request<'a> {
+    /// The scene files.
+    pub scenes: &'a [PathBuf],
+    /// The folder of committed copies.
+    pub copies: &'a Path,
+    /// Where the modules are written, with `scenes.rs`, which includes them.
+    pub out: &'a Path,
+    /// Whether a scene with a committed copy is compiled, by its name. Others are interpreted; those without are compiled.
+    pub is_compiled: &'a dyn Fn(&str) -> bool,
+}
+
+/// A scene that was read.
+struct Read<'a> {
+    path: &'a Path,
+    source: String,
+    scene: Scene,
+}
+
+/// Writes `out/NAME.rs` and `out/NAME.md` for each scene, and `out/scenes.rs`, which includes all modules; tells cargo
+/// when to do so again. Returns warnings.
+///
+/// With `QRM_GENERATE` in the environment no copy is used: the symbolic engine writes every module.
+///
+/// # Errors
+/// A scene is wrong, a copy was edited by hand, the engine cannot be had, or a file cannot be written.
+pub fn modules(request: &Request) -> Result<Vec<String>, String> {
+    let Request { scenes, copies, out, is_compiled } = *request;
+    println!("cargo::rerun-if-env-changed=QRM_GENERATE");
+    [copies].into_iter().chain(scenes.iter().map(PathBuf::as_path)).for_each(watch);
+    let (read, mut warnings) = read_all(scenes)?;
+    let generates = std::env::var_os("QRM_GENERATE").is_some_and(|value| !value.is_empty());
+    let mut entries = Vec::new();
+    let mut missing = Vec::new();
+    for read in &read {
+        let name = module_name(&read.scene.name);
+        let copy = if generates { None } else { current(copies, &name, read)? };
+        let is_compiled = copy.is_none() || is_compiled(&read.scene.name);
+        let copy = copy.unwrap_or_else(|| {
+            missing.push(read.path);
+            Copy { code: String::new(), derivation: String::new() }
+        });
+        entries.push(Entry { name, copy, is_compiled: generates && is_compiled || is_compiled });
+    }
+    fs::create_dir_all(out).map_err(|e| format!("{}: {e}", out.display()))?;
+    if !missing.is_empty() {
+        warnings.extend(engine::generate(&missing, out)?);
+        for entry in entries.iter_mut().filter(|entry| entry.copy.code.is_empty()) {
+            let generated = Copy::read(out, &entry.name)?;
+            entry.copy = generated.ok_or_else(|| format!("the symbolic engine has not written {}.rs", entry.name))?;
+        }
+    }
+    write(&entries, out)?;
+    Ok(warnings)
+}
+
+/// Has cargo run the script again when a file or folder changes.
+fn watch(path: &Path) {
+    let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    println!("cargo::rerun-if-changed={}", path.display());
+}
+
+/// Reads all scenes; mistakes of all of them are reported together.
+fn read_all(paths: &[PathBuf]) -> Result<(Vec<Read<'_>>, Vec<String>), String> {
+    let (mut read, mut wrong, mut warnings) = (Vec::<Read>::new(), Vec::new(), Vec::new());
+    for path in paths {
+        let name = path.display().to_string();
+        let result = read_text(path).and_then(|source| {
+            let (scene, report) = resolve::read(&name, &source)?;
+            Ok((Read { path, source, scene }, report))
+        });
+        match result {
+            Ok((scene, report)) => {
+                wrong.extend(same_module(&scene, &read).map(|report| report.to_string()));
+                warnings.extend(Some(report.to_string()).filter(|_| !report.diagnostics.is_empty()));
+                read.push(scene);
+            }
+            Err(report) => wrong.push(report.to_string()),
+        }
+    }
+    if wrong.is_empty() { Ok((read, warnings)) } else { Err(wrong.join("\n\n")) }
+}
+
+/// Every scene becomes a module, so no two may have names that make the same one.
+fn same_module(new: &Read, read: &[Read]) -> Option<Report> {
+    let module = module_name(&new.scene.name);
+    let other = read.iter().find(|r| module_name(&r.scene.name) == module)?;
+    let title = format!("scenes `{}` and `{}` would both become module `{module}`", other.scene.name, new.scene.name);
+    let label = format!("the other one is in {}", other.path.display());
+    let finding = Diagnostic::error(title, new.scene.name_span.clone(), label).help("give the scene another name");
+    Some(Report::new(new.path.display().to_string(), &new.source, vec![finding]))
+}
+
+/// The copy of a scene's module with the numbers of the scene; `None` if it has other formulae.
+fn current(copies: &Path, module: &str, read: &Read) -> Result<Option<Copy>, String> {
+    let Some(copy) = Copy::read(copies, module)? else { return Ok(None) };
+    let Some(source) = copy.source() else { return Ok(None) };
+    if source == read.source {
+        return Ok(Some(copy));
+    }
+    // A copy of a version whose scenes are no scenes any more.
+    let Ok((scene, _)) = resolve::read(module, source) else { return Ok(None) };
+    Ok(values::with_values(&copy, &scene, &read.scene, &read.source))
+}
+
+/// Writes the modules and their list, and removes those of scenes that are gone. A new time on an unchanged file would
+/// have everything compiled again.
+fn write(entries: &[Entry], out: &Path) -> Result<(), String> {
+    let foreign = || "a generated module has another form than this version writes".to_owned();
+    let mut files = vec![(out.join("scenes.rs"), index::text(entries).ok_or_else(foreign)?)];
+    for entry in entries {
+        let [code, derivation] = paths(out, &entry.name);
+        files.push((code, entry.copy.code.clone()));
+        files.push((derivation, entry.copy.derivation.clone()));
+        if !entry.is_compiled {
+            files.push((out.join(entry.file()), entry.data().ok_or_else(foreign)?));
+        }
+    }
+    for (path, text) in &files {
+        if fs::read_to_string(path).ok().as_ref() != Some(text) {
+            write_whole(path, text.as_bytes()).map_err(|e| format!("{}: {e}", path.display()))?;
+        }
+    }
+    let failed = |e| format!("{}: {e}", out.display());
+    for old in fs::read_dir(out).map_err(failed)? {
+        let path = old.map_err(failed)?.path();
+        let is_module = path.extension().is_some_and(|extension| extension == "rs" || extension == "md");
+        if is_module && !files.iter().any(|(file, _)| *file == path) {
+            fs::remove_file(&path).map_err(failed)?;
+        }
+    }
+    Ok(())
+}

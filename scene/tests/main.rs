@@ -1,0 +1,4 @@
+//! Scenes, right and wrong.
+
+mod corpus;
+mod errors;

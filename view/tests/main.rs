@@ -1,0 +1,5 @@
+//! Pictures.
+
+mod animation;
+mod figure;
+mod gif;
