@@ -85,7 +85,7 @@ fn coupled_four_bars_keep_parallel() {
 
 /// 81 coordinates, 80 constraints.
 #[test]
-#[ignore = "it needs a build of its own, which takes the place of the others'"]
+#[ignore = "full tier: large"]
 fn forty_coupled_four_bars_keep_parallel() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let mut build = std::process::Command::new(env!("CARGO"));

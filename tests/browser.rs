@@ -40,7 +40,7 @@ fn direction(document: &str, bar: &str) -> f64 {
 }
 
 #[test]
-#[ignore = "needs Chromium"]
+#[ignore = "full tier: browser"]
 fn the_animation_shows_the_exact_position() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let written = qrm(&["animate", "--no-gif", "--out"]).arg(folder.path()).output().expect("the command starts");
@@ -59,7 +59,7 @@ fn the_animation_shows_the_exact_position() {
 }
 
 #[test]
-#[ignore = "needs Chromium"]
+#[ignore = "full tier: browser"]
 fn the_report_opens_without_complaint() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let written = qrm(&["report", "--out"]).arg(folder.path()).output().expect("the command starts");

@@ -50,6 +50,7 @@ a = {{ second_rate = 'F.y', unit = "m/s^2" }}
 
 /// A flat face on an eccentric moves by the cosine, whatever its offset.
 #[test]
+#[ignore = "full tier: engine"]
 fn a_flat_face_on_an_eccentric() {
     let run = run(&tappet("face = '90deg', profile = '0.04 + 0.01*cos(theta)'"), &[]);
     let table = run.trajectory();
@@ -69,6 +70,7 @@ fn a_flat_face_on_an_eccentric() {
 
 /// A point beside the axis on a disc about its middle stays where it is, and is pushed towards the axis' other side.
 #[test]
+#[ignore = "full tier: engine"]
 fn a_point_on_a_disc() {
     let run = run(&tappet("profile = '0.05', near = [0.01, 0.049]"), &[]);
     let table = run.trajectory();
@@ -86,6 +88,7 @@ fn a_point_on_a_disc() {
 
 /// The spline through a cosine at every degree is the cosine up to the fourth power of a degree.
 #[test]
+#[ignore = "full tier: engine"]
 fn a_table_with_a_periodic_spline_lifts() {
     let (mut x, mut y) = (Vec::new(), Vec::new());
     for degree in (0..=360).step_by(5) {
@@ -112,6 +115,7 @@ fn a_table_with_a_periodic_spline_lifts() {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn a_follower_that_lifts_off_is_told() {
     // Downward the face would have to accelerate faster than it falls: 2 m/s^2 and the spring are not enough.
     let lobe = "face = '90deg', profile = '0.04 + 0.01*cos(theta)'";
@@ -121,6 +125,7 @@ fn a_follower_that_lifts_off_is_told() {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn a_crossed_belt_turns_the_other_way() {
     let text = r#"
 name = "belt"
@@ -150,6 +155,7 @@ M = { moment = "strap" }
 
 /// A natural spline of a line is the line, also beyond its ends, and a stop condition may contain it.
 #[test]
+#[ignore = "full tier: engine"]
 fn a_natural_spline_goes_on_as_a_line() {
     let text = r#"
 name = "line"

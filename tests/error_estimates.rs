@@ -182,6 +182,7 @@ fn within<'r>(ratios: impl Iterator<Item = &'r (f64, String)> + Clone) -> f64 {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn estimates_hold_for_every_column() {
     let mut ratios = Ratios::default();
     for model in qrm_model::MODELS.iter().chain(&others()) {
@@ -226,6 +227,7 @@ impl Observer for ExtremesOf {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn estimates_hold_for_extremes() {
     let dop853 = METHODS.iter().find(|method| method.name == "dop853").expect("a method");
     let mut ratios = Ratios::default();
@@ -286,6 +288,7 @@ stiff = true
 "#;
 
 #[test]
+#[ignore = "full tier: engine"]
 fn extremes_between_rows_know_how_wrong_they_are() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = folder.path().join("two.toml");

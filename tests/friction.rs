@@ -31,6 +31,7 @@ fn integral(values: &[f64], step: f64) -> f64 {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn its_work_is_the_loss_of_energy() {
     let run =
         common::run(&[&[crank().as_str(), "--no-figures", "--end-time", "1", "--step", "1e-4"], &TIGHT[..]].concat());
@@ -45,6 +46,7 @@ fn its_work_is_the_loss_of_energy() {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn a_block_is_slowed_down_by_its_weight() {
     let dir = tempfile::tempdir().expect("a folder");
     let scene = dir.path().join("block.toml");
@@ -79,6 +81,7 @@ end_time = 0.5
 
 /// One end of a rod pushes it into the line on which it slides: the critical coefficient is 4/3.
 #[test]
+#[ignore = "full tier: engine"]
 fn where_there_is_no_solution_it_is_refused() {
     for (mu, is_possible) in [("1.333", true), ("1.334", false), ("3", false)] {
         let run = common::run(&[&path("painleve"), "--no-figures", "--set", &format!("mu={mu}"), "--end-time", "1e-4"]);
@@ -92,6 +95,7 @@ fn where_there_is_no_solution_it_is_refused() {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn what_it_cannot_be_combined_with_is_refused() {
     let (status, _, errors) = said(&["inverse", &crank()]);
     assert_ne!(status, Some(0));
@@ -108,6 +112,7 @@ fn what_it_cannot_be_combined_with_is_refused() {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn the_scene_that_it_becomes_moves_the_same() {
     let dir = tempfile::tempdir().expect("a folder");
     let (status, whole, errors) = said(&["derive", "--scene", &path("friction")]);
@@ -123,6 +128,7 @@ fn the_scene_that_it_becomes_moves_the_same() {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn derivatives_go_through_it() {
     let scene = crank();
     let dir = tempfile::tempdir().expect("a folder");

@@ -75,6 +75,7 @@ fn a_table_is_followed_through_its_rows() {
 
 /// A mass on a spring and a damper: force = m a + c v + k x, along a coordinate that is a length.
 #[test]
+#[ignore = "full tier: engine"]
 fn a_length_is_moved_by_a_force() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let scene = folder.path().join("block.toml");
@@ -98,6 +99,7 @@ fn a_length_is_moved_by_a_force() {
 }
 
 #[test]
+#[ignore = "full tier: slow"]
 fn impossible_motions_are_refused() {
     let refused = |arguments: &[&str], status: i32, text: &str| {
         let folder = tempfile::tempdir().expect("a temporary folder");

@@ -63,6 +63,7 @@ fn plus(a: [Vector2<f64>; 3], b: [Vector2<f64>; 3]) -> [Vector2<f64>; 3] {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn the_quick_return_moves_as_the_one_in_formulae() {
     let (own, formulae) = (end(&path("quick-return")), end("quick-return"));
     for name in ["phi2", "phi4", "phi5", "phi2_dot", "phi4_dot", "phi5_dot"] {
@@ -71,6 +72,7 @@ fn the_quick_return_moves_as_the_one_in_formulae() {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn a_link_slides_along_a_line() {
     let end = end(&path("incline"));
     // Down a slope of 30 degrees: s = s0 + v t + g sin(30) t^2/2.
@@ -78,6 +80,7 @@ fn a_link_slides_along_a_line() {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn a_pin_moves_a_slotted_link() {
     let run = common::run(&[&path("yoke"), "--no-figures"]);
     assert_eq!(run.status(), 0, "{}", run.stderr());
@@ -88,6 +91,7 @@ fn a_pin_moves_a_slotted_link() {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn welded_links_are_one_pendulum() {
     let end = end(&path("weld"));
     // The energy of one rigid body about its pivot.
@@ -102,6 +106,7 @@ fn welded_links_are_one_pendulum() {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn a_rod_without_mass_keeps_a_distance() {
     let end = end(&path("rod"));
     let (angle, rate) = (end("phi_crank"), end("phi_crank_dot"));
@@ -115,6 +120,7 @@ fn a_rod_without_mass_keeps_a_distance() {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn a_planet_turns_with_its_carrier() {
     let end = end(&path("planet"));
     // The planet turns three times as fast as the arm about a sun of twice its radius.
@@ -124,6 +130,7 @@ fn a_planet_turns_with_its_carrier() {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn a_disc_rolls_down_a_slope() {
     let run = common::run(&[&path("roll"), "--no-figures"]);
     assert_eq!(run.status(), 0, "{}", run.stderr());
@@ -141,6 +148,7 @@ fn a_disc_rolls_down_a_slope() {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn the_foot_of_a_leg_is_where_circles_meet() {
     let rows = Rows::of("jansen");
     // The point at these distances from two others, on the left of the way from the first to the second.
@@ -166,6 +174,7 @@ fn the_foot_of_a_leg_is_where_circles_meet() {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn a_link_without_joints_flies() {
     let end = end(&path("free"));
     near("angle", end("phi_bar"), 2.3, 1e-12);
@@ -177,6 +186,7 @@ fn a_link_without_joints_flies() {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn the_scene_that_it_becomes_moves_the_same() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let linkages = format!("{}/scenes/linkages", env!("CARGO_MANIFEST_DIR"));
@@ -199,6 +209,7 @@ fn the_scene_that_it_becomes_moves_the_same() {
 
 /// The forces in the joints of the quick-return by hand, from the ram to the crank, at the state of a row.
 #[test]
+#[ignore = "full tier: engine"]
 fn forces_in_joints_are_those_of_free_bodies() {
     let (all, mut rows) = (Rows::of("joint-forces"), 0);
     for value in all.every(37) {
@@ -255,6 +266,7 @@ fn forces_in_joints_are_those_of_free_bodies() {
 
 /// The moments in joints, and what acts on the ground, by hand.
 #[test]
+#[ignore = "full tier: engine"]
 fn teeth_push_gears_against_their_pins() {
     // The sun with 24 teeth is 42 mm from the planet with 18: its pin bears its weight and the force of the teeth.
     let folder = tempfile::tempdir().expect("a folder");
@@ -274,6 +286,7 @@ fn teeth_push_gears_against_their_pins() {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn moments_in_joints_are_those_of_free_bodies() {
     let (all, mut rows) = (Rows::of("moments"), 0);
     for value in all.every(50) {
@@ -329,6 +342,7 @@ fn moments_in_joints_are_those_of_free_bodies() {
 
 /// A reaction of a guide bears the weight that it holds, as the force in the joint does.
 #[test]
+#[ignore = "full tier: engine"]
 fn the_reaction_of_a_guide_bears_the_weight() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let largest = |output: &str, name: &str| {
@@ -353,6 +367,7 @@ fn check(arguments: &[&str]) -> String {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn mobility_is_known_by_count_and_by_rank() {
     let text = check(&[&path("four-bar")]);
     assert!(text.contains("1 degree of freedom: 3 coordinates, 2 constraints of rank 2"), "{text}");
@@ -367,6 +382,7 @@ fn mobility_is_known_by_count_and_by_rank() {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn branches_are_found_by_pairs_of_links() {
     // The other branch of a four-bar is the image in the line from the far end of the crank to that of the ground.
     let text = check(&[&path("four-bar"), "--branches"]);

@@ -8,6 +8,7 @@ use std::time::Instant;
 use crate::common::live::Live;
 
 #[test]
+#[ignore = "full tier: engine"]
 fn a_saved_scene_is_shown_anew() {
     let mut live = Live::of_scene("quick-return");
     let first = live.next_scene();
@@ -28,6 +29,7 @@ fn a_saved_scene_is_shown_anew() {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn mistakes_are_shown_with_their_places() {
     let mut live = Live::of_scene("quick-return");
     live.next_scene();
@@ -57,6 +59,7 @@ fn mistakes_are_shown_with_their_places() {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn a_text_that_is_whole_soon_is_no_mistake() {
     let mut live = Live::of_scene("quick-return");
     live.next_scene();
@@ -97,11 +100,12 @@ fn chain(bodies: usize) -> String {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn the_next_save_cancels_a_long_derivation() {
     let mut live = Live::of_scene("quick-return");
     live.next_scene();
     let text = live.text();
-    live.save(chain(12));
+    live.save(chain(20));
     let next = live.next();
     assert_eq!(next["note"], "the scene is being derived; saving it again begins anew");
     let begun = Instant::now();
@@ -114,6 +118,7 @@ fn the_next_save_cancels_a_long_derivation() {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn a_killed_command_takes_its_engine_along() {
     let mut live = Live::of_text(&chain(12));
     assert!(live.next()["note"].is_string());
@@ -127,6 +132,7 @@ fn a_killed_command_takes_its_engine_along() {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn values_are_written_to_the_file() {
     let mut live = Live::of_scene("quick-return");
     live.next_scene();
@@ -151,6 +157,7 @@ fn values_are_written_to_the_file() {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 #[cfg(target_os = "linux")]
 fn an_idle_session_rests() {
     let mut live = Live::of_scene("pendulum");
@@ -241,6 +248,7 @@ fn the_address_of_the_command_line_works_once() {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn two_sessions_follow_one_file() {
     let mut live = Live::of_scene("quick-return");
     let mut other = live.second();

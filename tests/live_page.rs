@@ -80,7 +80,7 @@ impl Desk {
 }
 
 #[test]
-#[ignore = "needs Chromium"]
+#[ignore = "full tier: browser"]
 fn a_saved_scene_moves_anew_where_it_was() {
     let mut desk = Desk::new("quick-return");
     let first = desk.run();
@@ -116,7 +116,7 @@ fn a_saved_scene_moves_anew_where_it_was() {
 }
 
 #[test]
-#[ignore = "needs Chromium"]
+#[ignore = "full tier: browser"]
 fn a_scene_that_is_wrong_at_first_is_shown_once_it_is_right() {
     let mut desk = Desk::of(Live::of_text(BLOCK));
     desk.browser.wait_for("document.querySelector('.qrm-mistake')?.hidden === false");
@@ -137,7 +137,7 @@ fn a_scene_that_is_wrong_at_first_is_shown_once_it_is_right() {
 }
 
 #[test]
-#[ignore = "needs Chromium"]
+#[ignore = "full tier: browser"]
 fn changed_values_are_written_to_the_file() {
     let mut desk = Desk::new("quick-return");
     let first = desk.run();
@@ -153,7 +153,7 @@ fn changed_values_are_written_to_the_file() {
 }
 
 #[test]
-#[ignore = "needs Chromium"]
+#[ignore = "full tier: browser"]
 fn a_value_that_changes_after_writing_stays() {
     let mut desk = Desk::new("quick-return");
     let first = desk.run();
@@ -173,7 +173,7 @@ fn a_value_that_changes_after_writing_stays() {
 }
 
 #[test]
-#[ignore = "needs Chromium"]
+#[ignore = "full tier: browser"]
 fn a_save_ends_a_drag() {
     let mut desk = Desk::new("quick-return");
     let first = desk.run();
@@ -201,7 +201,7 @@ fn a_save_ends_a_drag() {
 }
 
 #[test]
-#[ignore = "needs Chromium"]
+#[ignore = "full tier: browser"]
 fn a_saved_value_has_the_branch_of_its_own_file() {
     let mut desk = Desk::new("four-bar");
     let first = desk.run();
@@ -222,7 +222,7 @@ fn a_saved_value_has_the_branch_of_its_own_file() {
 }
 
 #[test]
-#[ignore = "needs Chromium"]
+#[ignore = "full tier: browser"]
 fn no_save_is_lost_and_memory_stays() {
     // For longer than the test, with a save a second.
     let long: Option<f64> = std::env::var("QRM_SOAK").ok().and_then(|text| text.parse().ok());

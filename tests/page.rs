@@ -47,7 +47,7 @@ fn same(browser: &mut Chromium, arguments: &[&str]) {
 }
 
 #[test]
-#[ignore = "needs Chromium"]
+#[ignore = "full tier: browser"]
 fn a_page_computes_what_the_command_computes() {
     let mut browser = Chromium::new(1400, 900);
     let _folder = opened("andrews", "", &mut browser);
@@ -71,7 +71,7 @@ fn a_page_computes_what_the_command_computes() {
 /// Between the frames of a long motion nothing is interpolated: numbers are those of the command, and a rod keeps its
 /// length.
 #[test]
-#[ignore = "needs Chromium"]
+#[ignore = "full tier: browser"]
 fn what_is_shown_at_a_time_is_what_the_command_computes() {
     let mut browser = Chromium::new(1400, 900);
     let _folder = opened("pendulum", "#t=37", &mut browser);
@@ -115,7 +115,7 @@ fn body(browser: &mut Chromium, name: &str) -> [f64; 2] {
 }
 
 #[test]
-#[ignore = "needs Chromium"]
+#[ignore = "full tier: browser"]
 fn a_motion_starts_where_a_body_was_let_go() {
     let mut browser = Chromium::new(1400, 900);
     let _folder = opened("quick-return", "#t=0", &mut browser);
@@ -150,7 +150,7 @@ fn a_motion_starts_where_a_body_was_let_go() {
 }
 
 #[test]
-#[ignore = "needs Chromium"]
+#[ignore = "full tier: browser"]
 fn values_that_follow_are_shown() {
     let mut browser = Chromium::new(1400, 900);
     let _folder = opened("double-pendulum", "#a0=1", &mut browser);
@@ -174,7 +174,7 @@ fn values_that_follow_are_shown() {
 }
 
 #[test]
-#[ignore = "needs Chromium"]
+#[ignore = "full tier: browser"]
 fn pictures_are_saved_as_svg() {
     let mut browser = Chromium::new(1400, 900);
     let _folder = opened("quick-return", "#t=0.4", &mut browser);
@@ -194,7 +194,7 @@ fn pictures_are_saved_as_svg() {
 }
 
 #[test]
-#[ignore = "needs Chromium"]
+#[ignore = "full tier: browser"]
 fn the_last_motion_stays_where_there_is_none() {
     let mut browser = Chromium::new(1400, 900);
     let _folder = opened("quick-return", "", &mut browser);
@@ -219,7 +219,7 @@ fn the_last_motion_stays_where_there_is_none() {
 }
 
 #[test]
-#[ignore = "needs Chromium"]
+#[ignore = "full tier: browser"]
 fn pages_look_the_same_on_every_screen() {
     let folder = std::env::var_os("QRM_SCREENSHOTS").map(std::path::PathBuf::from);
     for (width, height) in [(1400, 900), (390, 844)] {

@@ -157,6 +157,7 @@ fn both_scenes_give_the_same_motion() {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn stiff_and_extreme_variants() {
     // At a step of 1e-4 s each variant is as near to the exact state as plain RK4 with Euclidean projection gets, or
     // the run says that it broke off, where that method gives nothing.

@@ -27,6 +27,7 @@ fn expected(table: &Table, scene: &str, quantity: &str) -> f64 {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn recipes_move_as_other_equations_say() {
     let table = Table::reference("recipes.csv");
     for (scene, method, quantities, allowed) in [
@@ -42,6 +43,7 @@ fn recipes_move_as_other_equations_say() {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn every_recipe_is_shown_and_compared() {
     let top = Path::new(env!("CARGO_MANIFEST_DIR"));
     let page = fs::read_to_string(top.join("docs/recipes.md")).expect("the page");
@@ -65,6 +67,7 @@ fn every_recipe_is_shown_and_compared() {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn a_rod_at_rest_vibrates_at_its_natural_frequency() {
     let run = run(&[
         &path("flexible-crank"),
@@ -91,6 +94,7 @@ fn a_rod_at_rest_vibrates_at_its_natural_frequency() {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn the_governor_keeps_its_angular_momentum() {
     let run = run(&[&path("governor"), "--method", "auto", "--tolerance", "1e-13", "--no-figures"]);
     assert_eq!(run.status(), 0, "{}", run.stderr());
@@ -100,6 +104,7 @@ fn the_governor_keeps_its_angular_momentum() {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn bricard_s_linkage_swings_as_deep_as_its_closed_form_says() {
     let run = run(&[&path("bricard"), "--no-figures"]);
     assert_eq!(run.status(), 0, "{}", run.stderr());

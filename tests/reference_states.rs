@@ -178,6 +178,7 @@ fn andrews_squeezer_agrees_with_values_of_128_bits() {
 
 /// `x'' = -sign(x)` between 0.375 and -0.375: parabolas that meet at zero.
 #[test]
+#[ignore = "full tier: engine"]
 fn a_motion_across_jumps_has_27_digits() {
     let scene = r#"name = "parabolas"
 coordinates = [{ name = "x", unit = "m" }]
@@ -211,6 +212,7 @@ end_time = 10
 
 /// Three rods of which two repeat the first: forces of least norm are as their distances.
 #[test]
+#[ignore = "full tier: engine"]
 fn constraints_that_repeat_others_have_forces_of_least_norm() {
     for state in states(&derived(Path::new("tests/functions/redundant.toml")), &[0.1, 0.7]) {
         let ReferenceState { digits, rounded: StateAt { q, qdd, multipliers, .. } } = state;

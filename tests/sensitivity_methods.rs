@@ -127,6 +127,7 @@ fn worst(found: &Sensitivity, exact: &[Vec<f64>]) -> [f64; 2] {
 }
 
 #[test]
+#[ignore = "full tier: slow"]
 fn every_method_is_right_to_eight_digits() {
     for case in [SMOOTH, EVENT, STIFF, LESS_STIFF] {
         let exact = case.differences();
@@ -215,6 +216,7 @@ fn after_jumps([m, f, x0, t0, v0, d]: [f64; 6]) -> Vec<f64> {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn derivatives_jump_where_forces_do() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = |name: &str| folder.path().join(name).to_str().expect("a path").to_owned();

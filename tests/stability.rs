@@ -33,6 +33,7 @@ fn column(folder: &TempDir, name: &str) -> Vec<f64> {
 }
 
 #[test]
+#[ignore = "full tier: slow"]
 fn predicted_steps_are_those_at_which_runs_blow_up() {
     for parameter in ["k", "cd"] {
         for exponent in 5..=9 {
@@ -68,6 +69,7 @@ fn derivatives_by_differences_give_what_generated_ones_give() {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn no_extreme_case_is_wrong_in_silence() {
     let (folder, said) = stability(&["quick-return-loaded"]);
     let cases = Table::read(&folder.path().join("extremes.csv"));
@@ -82,6 +84,7 @@ fn no_extreme_case_is_wrong_in_silence() {
 }
 
 #[test]
+#[ignore = "full tier: slow"]
 fn a_stiff_damper_is_called_stiff() {
     let arguments = ["quick-return-loaded", "--set", "cd=1e9", "--end-time", "0.5", "--no-extremes"];
     let (_, said) = stability(&arguments);
@@ -89,6 +92,7 @@ fn a_stiff_damper_is_called_stiff() {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn singular_positions_are_named() {
     let (_folder, scene) = common::with_slot("quick-return-loaded", "A.x/sqrt(A.x^2 + A.y^2) - cos(phi4)");
     let set = ["O2A=0.31", "BC=2", "BG5=1"].map(|set| ["--set", set]).concat();

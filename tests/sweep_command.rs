@@ -138,6 +138,7 @@ fn parts_that_are_not_those_of_one_sweep_are_refused() {
 }
 
 #[test]
+#[ignore = "full tier: slow"]
 fn parts_that_are_cut_off_at_any_byte_are_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = |name: &str| folder.path().join(name);
@@ -263,6 +264,7 @@ fn the_kernel_takes_few_operations_and_says_so() {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn a_form_that_does_not_serve_all_designs_is_not_taken() {
     let source = fs::read_to_string("scenes/quick-return-loaded.toml").expect("a scene");
     let source = source.replace("phi4 = 1.0", "phi4 = 'guess'");
@@ -289,6 +291,7 @@ fn a_form_that_does_not_serve_all_designs_is_not_taken() {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn one_form_of_a_constraint_serves_all_designs() {
     let folder = tempfile::tempdir().expect("a folder");
     let set = ["BC=2", "BG5=1"].map(|set| ["--set", set]).concat();
@@ -324,6 +327,7 @@ end_time = 2
 "#;
 
 #[test]
+#[ignore = "full tier: engine"]
 fn an_extreme_that_lanes_miss_is_named() {
     let folder = tempfile::tempdir().expect("a folder");
     let scene = folder.path().join("narrow.toml");

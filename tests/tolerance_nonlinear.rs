@@ -93,6 +93,7 @@ fn number(value: &Value) -> f64 {
 const BOTH: [&str; 6] = ["--vary", "p=0.5+-0.2", "--vary", "r=+-0.1", "--distribution", "uniform"];
 
 #[test]
+#[ignore = "full tier: engine"]
 fn worst_cases_are_ranges_of_motions() {
     let (summary, text) = tolerance(&BOTH);
     for (name, least, most, is_monotonic) in [
@@ -126,6 +127,7 @@ fn worst_cases_are_ranges_of_motions() {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn corners_by_signs_serve_many_parameters() {
     let names: Vec<String> = (0..11).map(|i| format!("p{i}")).collect();
     let parameters: String = names.iter().map(|name| format!("{name} = {{ value = 1 }}\n")).collect();
@@ -142,6 +144,7 @@ fn corners_by_signs_serve_many_parameters() {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn derivatives_that_do_not_exist_are_not_shown() {
     let (summary, text) = tolerance(&["--vary", "k=+-0.4", "--vary", "p=0.5+-0.2"]);
     // The smallest |x| is zero whatever k is, and steps that miss it have derivatives that mean nothing.
@@ -165,6 +168,7 @@ fn derivatives_that_do_not_exist_are_not_shown() {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn derivatives_without_digits_are_not_shown() {
     let (summary, _) = tolerance_of(CRANK, &["--vary", "L=1+-0.0005", "--samples", "100"]);
     // Differences of runs by tight steps.
@@ -180,6 +184,7 @@ fn derivatives_without_digits_are_not_shown() {
 }
 
 #[test]
+#[ignore = "full tier: engine"]
 fn nominal_values_are_those_of_a_run_in_known_digits() {
     let (summary, text) = tolerance(&["--vary", "k=+-0.4", "--samples", "1000"]);
     // The pulse at t = 1 is narrow against a step.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::io;
 
-use qrm_core::{DerivedScene, Description, Mechanism, Model, OwnedDescription};
+use qrm_core::{Description, Mechanism, Model};
 use qrm_pictures::{Frame, Recording, Sources, motion, position_error};
 use qrm_scene::evaluate::{self, constant, parameter_values};
 use qrm_scene::scene::{Quantity, Scene};
@@ -15,9 +15,10 @@ use qrm_sim::run::{Observer, Outcome, Reason, Request, Row, SimError, Status, si
 use qrm_sim::start::Start;
 use qrm_sim::state::State;
 use qrm_view::motion::Motion;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use crate::named_values::NamedValues;
+use crate::packed::Packed;
 
 /// Most frames of a motion: a screen shows no more of them.
 const MAX_FRAMES: usize = 400;
@@ -56,29 +57,6 @@ struct LastRun {
     row: Option<State>,
     /// The coordinates at the end of the last drag; none before the first one.
     dragged: Option<Vec<f64>>,
-}
-
-/// A scene as a page holds it.
-#[derive(Serialize, Deserialize)]
-struct Packed {
-    derived: DerivedScene,
-    scene: Scene,
-}
-
-/// The bytes of a scene for a page.
-///
-/// # Panics
-/// Never: memory is all that it needs.
-pub fn packed(derived: DerivedScene, scene: Scene) -> Vec<u8> {
-    // The page shows no texts of that length.
-    let description = OwnedDescription {
-        source: String::new(),
-        code: String::new(),
-        derivation: String::new(),
-        ..derived.description
-    };
-    let packed = Packed { derived: DerivedScene { description, ..derived }, scene };
-    postcard::to_stdvec(&packed).unwrap_or_else(|e| unreachable!("memory takes all bytes: {e}"))
 }
 
 /// A scene, for the page.

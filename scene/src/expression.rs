@@ -15,7 +15,7 @@ use crate::spline::Spline;
 
 /// A formula whose leaves are numbers and names `N`.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(serde::Serialize, serde::Deserialize)]
 pub struct Expression<N> {
     nodes: Vec<Node<N>>,
     spans: Vec<Span>,
@@ -26,7 +26,7 @@ pub type NodeId = usize;
 
 /// One operation of an [`Expression`]; operands are places before it.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(serde::Serialize, serde::Deserialize)]
 pub enum Node<N> {
     /// A number as written.
     Number(Number),
@@ -52,10 +52,10 @@ pub enum Node<N> {
 
 /// A number of a scene: exact for differentiation, nearest double for evaluation.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(serde::Serialize, serde::Deserialize)]
 pub struct Number {
     /// Exactly what the decimal says. Data hold the doubles alone.
-    #[cfg_attr(feature = "serde", serde(skip, default = "num_traits::Zero::zero"))]
+    #[serde(skip, default = "num_traits::Zero::zero")]
     pub exact: BigRational,
     /// The double nearest to it.
     pub value: f64,

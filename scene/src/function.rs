@@ -9,7 +9,7 @@ impl<D: DualNum<Primitive = f64> + Copy> Differentiable for D {}
 
 /// A function that formulae may call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(serde::Serialize, serde::Deserialize)]
 pub enum Function {
     /// Square root.
     Sqrt,

@@ -21,7 +21,7 @@ pub enum Token {
 
 /// How a condition compares its two sides.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(serde::Serialize, serde::Deserialize)]
 pub enum Comparison {
     /// `<=`
     LessOrEqual,

@@ -21,7 +21,7 @@ pub type Formula = Expression<String>;
 
 /// A condition `left >= right` and its kind; it becomes true when `left - right` rises through zero, or falls.
 #[derive(Clone, Debug, PartialEq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(serde::Serialize, serde::Deserialize)]
 pub struct Condition<N> {
     /// Left-hand side minus right-hand side.
     pub difference: Expression<N>,

@@ -24,7 +24,7 @@ pub type Value = Expression<Quantity>;
 
 /// What a name in a formula stands for; numbers are places in the lists of [`Scene`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(serde::Serialize, serde::Deserialize)]
 pub enum Quantity {
     /// A parameter.
     Parameter(usize),
@@ -50,7 +50,7 @@ pub enum Quantity {
 
 /// A mechanism.
 #[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(serde::Serialize, serde::Deserialize)]
 pub struct Scene {
     /// Its name.
     pub name: String,
@@ -81,13 +81,13 @@ pub struct Scene {
     /// How a run begins and ends.
     pub run: Run,
     /// Loops of four links; only where there are links.
-    #[cfg_attr(feature = "serde", serde(skip))]
+    #[serde(skip)]
     pub four_bars: Vec<FourBar>,
 }
 
 /// A generalized coordinate.
 #[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(serde::Serialize, serde::Deserialize)]
 pub struct Coordinate {
     /// Its name.
     pub name: String,
@@ -105,7 +105,7 @@ pub struct Coordinate {
 
 /// How the start fixes a coordinate or a rate.
 #[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(serde::Serialize, serde::Deserialize)]
 pub enum Start {
     /// The user fixes it.
     Given(Value),
@@ -117,7 +117,7 @@ pub enum Start {
 
 /// A constant that users may change.
 #[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(serde::Serialize, serde::Deserialize)]
 pub struct Parameter {
     /// Its name.
     pub name: String,
@@ -139,7 +139,7 @@ pub struct Parameter {
 
 /// A named point.
 #[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(serde::Serialize, serde::Deserialize)]
 pub struct Point {
     /// Its name.
     pub name: String,
@@ -149,7 +149,7 @@ pub struct Point {
 
 /// A rigid body; a missing part does not matter to the motion.
 #[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(serde::Serialize, serde::Deserialize)]
 pub struct Body {
     /// Its name.
     pub name: String,
@@ -174,7 +174,7 @@ impl Body {
 
 /// A loop closure: a formula that must stay zero.
 #[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(serde::Serialize, serde::Deserialize)]
 pub struct Constraint {
     /// Its name.
     pub name: String,
@@ -194,7 +194,7 @@ pub struct Constraint {
 
 /// An applied load.
 #[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(serde::Serialize, serde::Deserialize)]
 pub struct Load {
     /// Its name.
     pub name: String,
@@ -204,7 +204,7 @@ pub struct Load {
 
 /// A quantity that is computed for every row of a trajectory.
 #[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(serde::Serialize, serde::Deserialize)]
 pub struct Output {
     /// Its name.
     pub name: String,
@@ -218,7 +218,7 @@ pub struct Output {
 
 /// How a run begins and ends.
 #[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(serde::Serialize, serde::Deserialize)]
 pub struct Run {
     /// Step of the integration.
     pub step: Value,

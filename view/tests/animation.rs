@@ -450,7 +450,7 @@ fn turned(angle: f64) -> f64 {
 }
 
 #[test]
-#[ignore = "needs Chromium"]
+#[ignore = "full tier: browser"]
 fn it_plays_and_obeys() {
     let motion = quick_return();
     let steps = format!(
@@ -499,7 +499,7 @@ fn it_plays_and_obeys() {
 }
 
 #[test]
-#[ignore = "needs Chromium"]
+#[ignore = "full tier: browser"]
 fn the_address_sets_the_moment() {
     let keep = "() => { keep('moment', root.dataset.time); keep('playing', root.dataset.playing ?? 'never'); }";
     let visit = visit("address", &page(&quick_return()), "#t=0.25", keep);
@@ -509,7 +509,7 @@ fn the_address_sets_the_moment() {
 }
 
 #[test]
-#[ignore = "needs Chromium"]
+#[ignore = "full tier: browser"]
 fn odd_motions_are_drawn_without_complaint() {
     let steps = "() => {
   find('slider').value = find('slider').max;
@@ -529,7 +529,7 @@ fn odd_motions_are_drawn_without_complaint() {
 }
 
 #[test]
-#[ignore = "needs Chromium"]
+#[ignore = "full tier: browser"]
 fn fragments_stand_side_by_side() {
     let (one, other) = (fragment(&quick_return()), fragment(&swinging_plate()));
     let html = format!("<!DOCTYPE html><html><head><title>Both</title></head><body>{one}{other}</body></html>");

@@ -41,7 +41,8 @@ pub(crate) struct Options {
 /// Packs a scene as a unit of FMI 3.0.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
     let setup = Setup::new(models, &options.scene, &options.method)?;
-    if setup.model.is_interpreted() {
+    // The library of a unit holds the scenes of the program.
+    if !models.iter().any(|model| std::ptr::eq(model.description, setup.model.description)) {
         return Err(Error::usage("units of FMI hold compiled code, and a scene file is interpreted")
             .help("put the file into `scenes` of a clone of qrm, build, and export the scene by its name"));
     }

@@ -41,7 +41,7 @@ pub(crate) struct Options {
     no_figures: bool,
     #[command(flatten)]
     plots: PlotOptions,
-    /// Write trajectory.parquet too
+    /// Write trajectory.parquet too (programs with the feature `parquet`)
     #[arg(long)]
     parquet: bool,
     #[command(flatten)]
@@ -50,6 +50,9 @@ pub(crate) struct Options {
 
 /// Runs a scene and writes its files.
 pub(crate) fn run(models: &'static [Model], options: &Options) -> Result<(), Error> {
+    if options.parquet {
+        parquet::require()?;
+    }
     let setup =
         Setup::of(options.scene.name.find(models)?, &options.scene, &options.method)?.starting_from(&options.start)?;
     let plots = Plots::new(&setup, &options.plots)?;

@@ -78,7 +78,7 @@ pub enum DrawnSyntax {
 
 /// What acts between two places.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(serde::Serialize, serde::Deserialize)]
 pub enum ForceElementKind {
     /// A spring.
     Spring,

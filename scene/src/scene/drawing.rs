@@ -5,7 +5,7 @@ use crate::document::ForceElementKind;
 
 /// A part of a picture.
 #[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(serde::Serialize, serde::Deserialize)]
 pub struct Drawn {
     /// Its name.
     pub name: String,
@@ -15,7 +15,7 @@ pub struct Drawn {
 
 /// The kinds of parts of a picture.
 #[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(serde::Serialize, serde::Deserialize)]
 pub enum DrawnKind {
     /// A rigid bar through places.
     Link(Vec<[Value; 2]>),

@@ -4,7 +4,7 @@ use super::{Known, Value};
 
 /// A variant with other parameters, on which methods are tried.
 #[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(serde::Serialize, serde::Deserialize)]
 pub struct Extreme {
     /// Its name.
     pub name: String,

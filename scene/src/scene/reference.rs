@@ -4,7 +4,7 @@ use super::Value;
 
 /// Values at one time that are known from elsewhere.
 #[derive(Clone, Debug)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(serde::Serialize, serde::Deserialize)]
 pub struct Reference {
     /// Its name.
     pub name: String,
@@ -20,7 +20,7 @@ pub struct Reference {
 
 /// What is known from elsewhere.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[derive(serde::Serialize, serde::Deserialize)]
 pub enum Known {
     /// A coordinate.
     Coordinate(usize),

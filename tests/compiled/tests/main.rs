@@ -1,4 +1,5 @@
-//! Compiled scenes, all of them: `QRM_SCENES=all cargo test --release -p qrm-compiled`.
+//! Compiled scenes, all of them: `QRM_SCENES=all cargo test --release -p qrm-compiled`. Nothing in other builds.
+#![cfg(all_scenes)]
 
 mod evaluators;
 mod interpreted;

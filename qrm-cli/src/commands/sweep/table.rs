@@ -28,7 +28,7 @@ impl Format {
         }
         match path.extension().and_then(|e| e.to_str()) {
             Some(ending) if ending.eq_ignore_ascii_case("csv") => Ok(Self::Csv),
-            Some(ending) if ending.eq_ignore_ascii_case("parquet") => Ok(Self::Parquet),
+            Some(ending) if ending.eq_ignore_ascii_case("parquet") => parquet::require().map(|()| Self::Parquet),
             _ => Err(Error::usage(format!("`{name}` ends in neither `.csv` nor `.parquet`"))
                 .help("the ending says how the table is written")),
         }
