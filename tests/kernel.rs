@@ -1,6 +1,5 @@
 //! Whole runs by kernels against whole runs by the plain functions they stand for.
 
-
 use crate::common::plain::Plain;
 use qrm_core::{Mechanism, Replace, StateMut};
 use qrm_sim::integrate::{DOP853, MethodSettings};

@@ -1,6 +1,5 @@
 //! `qrm live`: what it serves, and to whom.
 
-
 use std::fs;
 use std::io::{ErrorKind, Read, Write};
 use std::time::Instant;

@@ -1,6 +1,5 @@
 //! Pages of `qrm live` in a browser.
 
-
 use std::time::{Duration, Instant};
 
 use crate::common::chromium::Chromium;

@@ -37,7 +37,10 @@ impl Workplace {
     /// The command where there is no engine.
     fn without_engine(&self, arguments: &[&str]) -> Output {
         let mut command = Command::new(program());
-        command.current_dir(self.0.path()).env("QRM_CACHE", self.path("cache")).env("QRM_ENGINE", "/nowhere/qrm-engine");
+        command
+            .current_dir(self.0.path())
+            .env("QRM_CACHE", self.path("cache"))
+            .env("QRM_ENGINE", "/nowhere/qrm-engine");
         command.args(arguments).output().expect("the command starts")
     }
 

@@ -3,12 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-use qrm_codegen::emit::{self, Module};
 use crate::Waiting;
+use qrm_build::with_checksum;
+use qrm_codegen::emit::{self, Module};
 use qrm_codegen::term::Equations;
 use qrm_codegen::verify::{self, Unverified};
 use qrm_codegen::{derivation, header, names, tape};
-use qrm_build::with_checksum;
 use qrm_core::OwnedTape;
 use qrm_scene::diagnostic::{Diagnostic, Report};
 use qrm_scene::files;
@@ -86,7 +86,10 @@ pub(crate) fn equations(scenes: &[&Read], announce: &dyn Fn(Waiting)) -> Result<
 fn read_all(paths: &[PathBuf]) -> Result<Vec<Read>, Error> {
     let (mut read, mut wrong) = (Vec::new(), Vec::new());
     for path in paths {
-        match read_text(path).map_err(|report| Error::Scenes(vec![report])).and_then(|source| Read::new(&path.display().to_string(), &source)) {
+        match read_text(path)
+            .map_err(|report| Error::Scenes(vec![report]))
+            .and_then(|source| Read::new(&path.display().to_string(), &source))
+        {
             Ok(scene) => read.push(scene),
             Err(Error::Scenes(reports)) => wrong.extend(reports),
             Err(other) => return Err(other),

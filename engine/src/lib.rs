@@ -25,8 +25,8 @@ use std::io;
 use std::path::PathBuf;
 use std::sync::Mutex;
 
-use qrm_codegen::term::Equations;
 use normal_forces::Circular;
+use qrm_codegen::term::Equations;
 use qrm_scene::diagnostic::Span;
 use qrm_scene::scene::Scene;
 

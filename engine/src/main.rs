@@ -15,9 +15,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::thread;
 
+use qrm_core::{DERIVING, DerivedScene, WAITING};
 use qrm_engine::Waiting;
 use qrm_engine::generate::generate;
-use qrm_core::{DERIVING, DerivedScene, WAITING};
 use qrm_scene::files::write_whole;
 
 const USAGE: &str = "error: usage: qrm-engine generate FOLDER SCENE...\n\

@@ -26,7 +26,11 @@ fn check(folder: &str, scenes: &str, copies: &str) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(folder);
     let copies = folder.join(copies);
     let files = names(&folder.join(scenes), "toml").into_iter().filter(|name| name != "Cargo.toml");
-    let out = std::env::temp_dir().join(format!("qrm-golden-{}-{}", std::process::id(), scenes.len() + copies.as_os_str().len()));
+    let out = std::env::temp_dir().join(format!(
+        "qrm-golden-{}-{}",
+        std::process::id(),
+        scenes.len() + copies.as_os_str().len()
+    ));
     let mut engine = Command::new(env!("CARGO_BIN_EXE_qrm-engine"));
     engine.current_dir(&folder).arg("generate").arg(&out).args(files.map(|name| format!("{scenes}{name}")));
     let output = engine.output().expect("the engine starts");
@@ -39,10 +43,17 @@ fn check(folder: &str, scenes: &str, copies: &str) {
             fs::copy(out.join(&new), copies.join(&new)).expect("a new copy can be made");
         }
     }
-    assert_eq!(modules(&copies), modules(&out), "other modules are generated now; refresh the copy with\n    {REFRESH}\n");
+    assert_eq!(
+        modules(&copies),
+        modules(&out),
+        "other modules are generated now; refresh the copy with\n    {REFRESH}\n"
+    );
     for name in modules(&copies) {
         let same = fs::read(copies.join(&name)).expect("a copy") == fs::read(out.join(&name)).expect("a module");
-        assert!(same, "{name} is not what is generated now; look at the difference and refresh the copy with\n    {REFRESH}\n");
+        assert!(
+            same,
+            "{name} is not what is generated now; look at the difference and refresh the copy with\n    {REFRESH}\n"
+        );
     }
     fs::remove_dir_all(&out).expect("the folder can be removed");
 }
@@ -51,7 +62,8 @@ fn check(folder: &str, scenes: &str, copies: &str) {
 fn names(folder: &Path, extension: &str) -> Vec<String> {
     let entries = fs::read_dir(folder).into_iter().flatten().map(|entry| entry.expect("an entry").path());
     let files = entries.filter(|path| path.extension().is_some_and(|e| e == extension));
-    let mut names: Vec<String> = files.filter_map(|path| Some(path.file_name()?.to_string_lossy().into_owned())).collect();
+    let mut names: Vec<String> =
+        files.filter_map(|path| Some(path.file_name()?.to_string_lossy().into_owned())).collect();
     names.sort();
     names
 }

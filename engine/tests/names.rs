@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 use std::fs;
 
 use proc_macro2::{TokenStream, TokenTree};
-use qrm_scene::names::struct_name;
 use qrm_codegen::names::{RESERVED_STRUCTS, refusal};
+use qrm_scene::names::struct_name;
 
 #[test]
 fn names_that_would_not_compile_are_refused() {

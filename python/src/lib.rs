@@ -3,6 +3,7 @@
 //! The classes that users see are written in Python, in `python/qrm`; this module has the functions below them.
 
 mod analysis;
+mod command;
 mod error;
 mod interrupt;
 mod options;
@@ -20,6 +21,8 @@ qrm_fmu::export!(qrm_model::MODELS);
 
 #[pymodule]
 mod _native {
+    #[pymodule_export]
+    use super::command::command;
     #[pymodule_export]
     use super::scene::{Scene, choose_engine, load, load_source, methods, scenes};
 }

@@ -58,7 +58,8 @@ impl Sources {
         command.args(["build", "--release", "--locked", "--bin", "qrm-engine", "--color", "never", "--manifest-path"]);
         command.arg(self.clone.join("engine/Cargo.toml")).arg("--target-dir").arg(self.target());
         // What an outer cargo, or clippy, says to its own compilers.
-        for variable in ["CARGO_ENCODED_RUSTFLAGS", "CARGO_BUILD_TARGET", "RUSTC_WORKSPACE_WRAPPER", "CARGO_MAKEFLAGS"] {
+        for variable in ["CARGO_ENCODED_RUSTFLAGS", "CARGO_BUILD_TARGET", "RUSTC_WORKSPACE_WRAPPER", "CARGO_MAKEFLAGS"]
+        {
             command.env_remove(variable);
         }
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
@@ -67,7 +68,8 @@ impl Sources {
 
     /// The error of a build that failed, by what cargo said.
     pub fn failure(&self, said: &str) -> String {
-        let is_noise = |line: &&str| ["Compiling ", "Downloaded ", "Downloading "].iter().any(|noise| line.contains(noise));
+        let is_noise =
+            |line: &&str| ["Compiling ", "Downloaded ", "Downloading "].iter().any(|noise| line.contains(noise));
         let lines: Vec<&str> = said.lines().filter(|line| !line.trim().is_empty() && !is_noise(line)).collect();
         let last = lines[lines.len().saturating_sub(12)..].join("\n  ");
         format!(
@@ -112,7 +114,8 @@ pub fn check(program: &Path) -> Result<(), String> {
     if output.status.success() && said.trim() == format!("qrm-engine {VERSION}") {
         return Ok(());
     }
-    let said = said.trim().strip_prefix("qrm-engine ").map_or("of an unknown version".to_owned(), |v| format!("version {v}"));
+    let said =
+        said.trim().strip_prefix("qrm-engine ").map_or("of an unknown version".to_owned(), |v| format!("version {v}"));
     Err(format!("the symbolic engine {name} is {said}, and this is {VERSION}\n{help}"))
 }
 

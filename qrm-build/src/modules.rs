@@ -50,13 +50,13 @@ pub fn modules(request: &Request) -> Result<Vec<String>, String> {
     let mut missing = Vec::new();
     for read in &read {
         let name = module_name(&read.scene.name);
-        let copy = if generates { None } else { current(copies, &name, read)? };
+        let copy = current(copies, &name, read)?;
         let is_compiled = copy.is_none() || is_compiled(&read.scene.name);
-        let copy = copy.unwrap_or_else(|| {
+        let copy = copy.filter(|_| !generates).unwrap_or_else(|| {
             missing.push(read.path);
             Copy { code: String::new(), derivation: String::new() }
         });
-        entries.push(Entry { name, copy, is_compiled: generates && is_compiled || is_compiled });
+        entries.push(Entry { name, copy, is_compiled });
     }
     fs::create_dir_all(out).map_err(|e| format!("{}: {e}", out.display()))?;
     if !missing.is_empty() {

@@ -30,7 +30,8 @@ impl TapeText {
     /// The tape of a module.
     pub(crate) fn new(code: &str) -> Option<Self> {
         let start = code.find(HEAD)?;
-        let field = |name: &str| code[start..].find(&format!("\n        {name}: ")).map(|at| start + at + name.len() + 11);
+        let field =
+            |name: &str| code[start..].find(&format!("\n        {name}: ")).map(|at| start + at + name.len() + 11);
         let size = |name: &str| -> Option<usize> { code[field(name)?..].split_once(',')?.0.parse().ok() };
         let (n, m) = (size("coordinates")?, size("constraints")?);
         let mut functions = Vec::new();
@@ -70,7 +71,9 @@ impl TapeText {
         let Function { operations, results, .. } = self.function("parameters")?;
         let own = *results.get(parameter)?;
         let number = format!("Number({:?})", change.from);
-        if operations.iter().any(|operation| places(operation) != 1) || *operations.get(own.checked_sub(base)?)? != number {
+        if operations.iter().any(|operation| places(operation) != 1)
+            || *operations.get(own.checked_sub(base)?)? != number
+        {
             return None;
         }
         let place = results[..parameter].iter().map(|result| result + 1).max().unwrap_or(base);

@@ -142,8 +142,7 @@ pub enum Position {
 }
 
 /// The side of zero on which a joint would let its residual go.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[derive(serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Side {
     /// `<= 0`: the joint keeps the residual from rising, and its multiplier is not negative.
     Below,

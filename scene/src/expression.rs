@@ -14,8 +14,7 @@ use crate::function::Function;
 use crate::spline::Spline;
 
 /// A formula whose leaves are numbers and names `N`.
-#[derive(Clone, Debug, PartialEq)]
-#[derive(serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Expression<N> {
     nodes: Vec<Node<N>>,
     spans: Vec<Span>,
@@ -25,8 +24,7 @@ pub struct Expression<N> {
 pub type NodeId = usize;
 
 /// One operation of an [`Expression`]; operands are places before it.
-#[derive(Clone, Debug, PartialEq)]
-#[derive(serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum Node<N> {
     /// A number as written.
     Number(Number),
@@ -51,8 +49,7 @@ pub enum Node<N> {
 }
 
 /// A number of a scene: exact for differentiation, nearest double for evaluation.
-#[derive(Clone, Debug, PartialEq)]
-#[derive(serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Number {
     /// Exactly what the decimal says. Data hold the doubles alone.
     #[serde(skip, default = "num_traits::Zero::zero")]

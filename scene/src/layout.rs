@@ -63,7 +63,9 @@ mod tests {
     fn comments_and_layout_do_not_matter_and_values_do_unless_they_are_free() {
         let text = |source: &str| without_layout(source, |keys, _| is_parameter_value(keys)).expect("TOML");
         let own = "[parameters]\nc = { value = 4, unit = 'N' } # spring\nm = 2\n[points]\nA = ['c', '0']\n";
-        for (from, to) in [("4", "5.25"), ("4", "'2*m'"), ("m = 2", "m = '3*c'"), (" # spring", ""), ("A = [", "A   = [ ")] {
+        for (from, to) in
+            [("4", "5.25"), ("4", "'2*m'"), ("m = 2", "m = '3*c'"), (" # spring", ""), ("A = [", "A   = [ ")]
+        {
             assert_eq!(text(own), text(&own.replace(from, to)), "{to}");
         }
         for (from, to) in [("'N'", "'kN'"), ("'0'", "'1'"), ("A =", "B ="), ("c = {", "k = {")] {

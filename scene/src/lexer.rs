@@ -20,8 +20,7 @@ pub enum Token {
 }
 
 /// How a condition compares its two sides.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[derive(serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Comparison {
     /// `<=`
     LessOrEqual,

@@ -20,8 +20,7 @@ pub(crate) const OPERATION_LIMIT: usize = 4000;
 pub type Formula = Expression<String>;
 
 /// A condition `left >= right` and its kind; it becomes true when `left - right` rises through zero, or falls.
-#[derive(Clone, Debug, PartialEq)]
-#[derive(serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Condition<N> {
     /// Left-hand side minus right-hand side.
     pub difference: Expression<N>,

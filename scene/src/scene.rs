@@ -23,8 +23,7 @@ pub use reference::{Known, Reference};
 pub type Value = Expression<Quantity>;
 
 /// What a name in a formula stands for; numbers are places in the lists of [`Scene`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-#[derive(serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub enum Quantity {
     /// A parameter.
     Parameter(usize),
@@ -49,8 +48,7 @@ pub enum Quantity {
 }
 
 /// A mechanism.
-#[derive(Clone, Debug)]
-#[derive(serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Scene {
     /// Its name.
     pub name: String,
@@ -86,8 +84,7 @@ pub struct Scene {
 }
 
 /// A generalized coordinate.
-#[derive(Clone, Debug)]
-#[derive(serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Coordinate {
     /// Its name.
     pub name: String,
@@ -104,8 +101,7 @@ pub struct Coordinate {
 }
 
 /// How the start fixes a coordinate or a rate.
-#[derive(Clone, Debug)]
-#[derive(serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub enum Start {
     /// The user fixes it.
     Given(Value),
@@ -116,8 +112,7 @@ pub enum Start {
 }
 
 /// A constant that users may change.
-#[derive(Clone, Debug)]
-#[derive(serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Parameter {
     /// Its name.
     pub name: String,
@@ -138,8 +133,7 @@ pub struct Parameter {
 }
 
 /// A named point.
-#[derive(Clone, Debug)]
-#[derive(serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Point {
     /// Its name.
     pub name: String,
@@ -148,8 +142,7 @@ pub struct Point {
 }
 
 /// A rigid body; a missing part does not matter to the motion.
-#[derive(Clone, Debug)]
-#[derive(serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Body {
     /// Its name.
     pub name: String,
@@ -173,8 +166,7 @@ impl Body {
 }
 
 /// A loop closure: a formula that must stay zero.
-#[derive(Clone, Debug)]
-#[derive(serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Constraint {
     /// Its name.
     pub name: String,
@@ -193,8 +185,7 @@ pub struct Constraint {
 }
 
 /// An applied load.
-#[derive(Clone, Debug)]
-#[derive(serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Load {
     /// Its name.
     pub name: String,
@@ -203,8 +194,7 @@ pub struct Load {
 }
 
 /// A quantity that is computed for every row of a trajectory.
-#[derive(Clone, Debug)]
-#[derive(serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Output {
     /// Its name.
     pub name: String,
@@ -217,8 +207,7 @@ pub struct Output {
 }
 
 /// How a run begins and ends.
-#[derive(Clone, Debug)]
-#[derive(serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Run {
     /// Step of the integration.
     pub step: Value,

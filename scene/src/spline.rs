@@ -11,8 +11,7 @@ use slopes::{natural_slopes, periodic_slopes};
 
 /// A piecewise polynomial of one variable: cubic with two continuous derivatives, or linear with corners. All its
 /// numbers are doubles.
-#[derive(Clone, Debug)]
-#[derive(serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Spline {
     /// Its name in formulae.
     pub name: String,

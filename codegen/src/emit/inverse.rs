@@ -3,13 +3,13 @@
 use proc_macro2::{Literal, TokenStream};
 use quote::{format_ident, quote};
 
+use super::Writer;
 use super::body::Operations;
 use super::kernel::Emitter;
 use super::layout::Argument;
-use super::Writer;
-use qrm_scene::names::struct_name;
 use crate::graph::Signed;
 use crate::kernel::Kernel;
+use qrm_scene::names::struct_name;
 
 /// Writes the function that gives the forces and torques along the coordinates that move freely, and the multipliers.
 pub(super) fn inverse_dynamics(writer: &Writer, kernel: &Kernel) -> (TokenStream, Operations) {

@@ -5,16 +5,16 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use proc_macro2::{Ident, Literal, TokenStream};
 use quote::{format_ident, quote};
 
+use super::Writer;
 use super::body::{Body, Operations};
 use super::layout::{Argument, power_arguments};
 use super::plain::ident;
 use super::scene_items::{event, linearization, schedule, start, time_argument};
-use super::Writer;
-use qrm_scene::names::struct_name;
 use crate::graph::{Graph, Id, Op, Signed};
 use crate::kernel::{Block, Kernel, Local};
 use crate::term::Symbol;
 use qrm_scene::function::Function;
+use qrm_scene::names::struct_name;
 
 /// The functions of a kernel and what they cost.
 pub(super) struct KernelItems {

@@ -3,8 +3,8 @@
 use proc_macro2::TokenStream;
 use quote::{format_ident, quote};
 
-use qrm_scene::names::struct_name;
 use crate::words::Words;
+use qrm_scene::names::struct_name;
 use qrm_scene::scene::{Body, Constraint, Coordinate, Load, Point, Scene};
 
 pub(super) fn own_struct(scene: &Scene, has_constants: bool, source: &str) -> TokenStream {

@@ -144,6 +144,7 @@ impl<'s> Plan<'s> {
             return Err(Error::usage("a part of a sweep is written as CSV")
                 .help("let `--out` end in `.csv`; `qrm merge OUT.parquet PART...` writes Parquet"));
         }
+        format.require()?;
         let designs = Designs::new(setup, axes)?;
         designs.setup.print_notes();
         let designs = Designs {

@@ -65,7 +65,9 @@ pub(crate) fn build_if_missing(said: impl FnOnce(&str)) -> Result<(), Error> {
         if interrupted() {
             let _ = child.kill();
             let _ = child.wait();
-            return Err(Error::run("the build of the symbolic engine was interrupted; the next one goes on from there"));
+            return Err(Error::run(
+                "the build of the symbolic engine was interrupted; the next one goes on from there",
+            ));
         }
         spinner.show("building the symbolic engine".to_owned());
         thread::sleep(BUILD_POLL_INTERVAL);

@@ -77,8 +77,7 @@ pub enum DrawnSyntax {
 }
 
 /// What acts between two places.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[derive(serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum ForceElementKind {
     /// A spring.
     Spring,

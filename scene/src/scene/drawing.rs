@@ -4,8 +4,7 @@ use super::Value;
 use crate::document::ForceElementKind;
 
 /// A part of a picture.
-#[derive(Clone, Debug)]
-#[derive(serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Drawn {
     /// Its name.
     pub name: String,
@@ -14,8 +13,7 @@ pub struct Drawn {
 }
 
 /// The kinds of parts of a picture.
-#[derive(Clone, Debug)]
-#[derive(serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub enum DrawnKind {
     /// A rigid bar through places.
     Link(Vec<[Value; 2]>),

@@ -3,8 +3,7 @@
 use super::{Known, Value};
 
 /// A variant with other parameters, on which methods are tried.
-#[derive(Clone, Debug)]
-#[derive(serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Extreme {
     /// Its name.
     pub name: String,

@@ -5,8 +5,7 @@ use crate::expression::Node;
 use crate::function::Function;
 
 /// The kinds of applied loads.
-#[derive(Clone, Debug)]
-#[derive(serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 #[expect(clippy::large_enum_variant, reason = "a scene has few loads")]
 pub enum LoadKind {
     /// A force at a place.
@@ -49,8 +48,7 @@ pub enum LoadKind {
 }
 
 /// A regularized dry friction: `-size*tanh(s_dot/slip)`, or `-size*|normal|*tanh(s_dot/slip)`.
-#[derive(Clone, Debug)]
-#[derive(serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Friction {
     /// Its size, or the coefficient of friction where there is a normal force.
     pub size: Value,

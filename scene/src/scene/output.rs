@@ -3,8 +3,7 @@
 use super::Value;
 
 /// The kinds of outputs.
-#[derive(Clone, Debug)]
-#[derive(serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub enum OutputKind {
     /// A formula of coordinates.
     Value(Value),
@@ -58,8 +57,7 @@ pub enum OutputKind {
 }
 
 /// A virtual displacement of bodies and points: by a vector, and by an angle about a point.
-#[derive(Clone, Debug)]
-#[derive(serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Displacement {
     /// The bodies.
     pub bodies: Vec<usize>,
@@ -72,8 +70,7 @@ pub struct Displacement {
 }
 
 /// The angle of a virtual displacement.
-#[derive(Clone, Debug)]
-#[derive(serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Turn {
     /// The size of the angle.
     pub size: Value,

@@ -3,8 +3,7 @@
 use super::Value;
 
 /// Values at one time that are known from elsewhere.
-#[derive(Clone, Debug)]
-#[derive(serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Reference {
     /// Its name.
     pub name: String,
@@ -19,8 +18,7 @@ pub struct Reference {
 }
 
 /// What is known from elsewhere.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[derive(serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Known {
     /// A coordinate.
     Coordinate(usize),

@@ -72,6 +72,7 @@ fn digest_of(path: &Path) -> io::Result<String> {
 /// Joins the parts of a sweep to one table, and returns how many rows it has and where its units are.
 pub(crate) fn join(parts: &[PathBuf], out: &Path) -> Result<(usize, PathBuf), Error> {
     let format = Format::of(out)?;
+    format.require()?;
     if let Some(part) = parts.iter().find(|part| is_same_file(part, out)) {
         return Err(Error::usage(format!("{} is both a part and the table to write", part.display()))
             .help("name the table first, then the parts"));

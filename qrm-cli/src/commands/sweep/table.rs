@@ -28,10 +28,15 @@ impl Format {
         }
         match path.extension().and_then(|e| e.to_str()) {
             Some(ending) if ending.eq_ignore_ascii_case("csv") => Ok(Self::Csv),
-            Some(ending) if ending.eq_ignore_ascii_case("parquet") => parquet::require().map(|()| Self::Parquet),
+            Some(ending) if ending.eq_ignore_ascii_case("parquet") => Ok(Self::Parquet),
             _ => Err(Error::usage(format!("`{name}` ends in neither `.csv` nor `.parquet`"))
                 .help("the ending says how the table is written")),
         }
+    }
+
+    /// An error if this program cannot write it.
+    pub(super) fn require(self) -> Result<(), Error> {
+        if self == Self::Parquet { parquet::require() } else { Ok(()) }
     }
 
     /// Writes rows with their header as a table, and returns how many there are.

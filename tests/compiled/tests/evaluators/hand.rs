@@ -10,8 +10,8 @@ use qrm_model::quick_return::{self, QuickReturn};
 use qrm_model::quick_return_loaded::{self, QuickReturnLoaded};
 
 use super::list::{State, evaluators};
-use crate::model;
 use super::twin::{ByDualNumbers, ByHand, HandWritten, PlainFunctions, Twin};
+use crate::model;
 
 const STATES: usize = 1000;
 const TOLERANCE: f64 = 1e-12;
