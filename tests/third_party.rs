@@ -1,6 +1,6 @@
 //! The crates of others in the command, in units and in wheels: their lists are current, and so is the README.
 //!
-//! `QRM_REFRESH=1 cargo test --release --test third_party` writes the files anew.
+//! `QRM_REFRESH=1 cargo test --release --test integration third_party` writes the files anew.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
@@ -194,7 +194,7 @@ fn listed(product: &Product) -> usize {
         std::fs::write(product.path(), made(product)).expect("the file can be written");
     }
     let text = std::fs::read_to_string(product.path()).expect("the file");
-    let help = "QRM_REFRESH=1 cargo test --release --test third_party";
+    let help = "QRM_REFRESH=1 cargo test --release --test integration third_party";
     assert!(text.contains(&product.tie()), "Cargo.lock has changed: {help} lists its crates anew");
     let (list, texts) = text.split_at(text.find("\n==== ").expect("texts after the list"));
     let entries: Vec<(&str, &str)> = list

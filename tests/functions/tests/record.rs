@@ -4,7 +4,7 @@
 //! The record in `record/` says nothing about right or wrong; other tests do. It shows what a change of the code
 //! changes that no accuracy test sees: numbers of steps, estimates, extremes between rows, statistics.
 //!
-//! `QRM_REFRESH=1 cargo test --release --package qrm-functions --test record` writes it anew: read the difference
+//! `QRM_REFRESH=1 cargo test --release --package qrm-functions --test integration record` writes it anew: read the difference
 //! before keeping it.
 
 use std::fmt::{Debug, Write};
@@ -27,7 +27,7 @@ use qrm_sim::state::State;
 
 use crate::processor::has_lanes_of_eight;
 
-const REFRESH: &str = "QRM_REFRESH=1 cargo test --release --package qrm-functions --test record";
+const REFRESH: &str = "QRM_REFRESH=1 cargo test --release --package qrm-functions --test integration record";
 
 /// Numbers are equal up to this part of the larger one: another order of additions, or another processor.
 const RELATIVE: f64 = 1e-6;
