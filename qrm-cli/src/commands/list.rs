@@ -11,8 +11,24 @@ pub(crate) struct Options {}
 
 /// Prints every scene with what can be set and what it gives.
 pub(crate) fn run(models: &'static [Model], _options: &Options) -> Result<(), Error> {
-    print(&models.iter().map(entry).collect::<Vec<_>>().join("\n\n"));
+    let entries = models.iter().map(entry).chain(compiled(models));
+    print(&entries.collect::<Vec<_>>().join("\n\n"));
     Ok(())
+}
+
+/// Which scenes are compiled, unless all are.
+fn compiled(models: &[Model]) -> Option<String> {
+    let names = |is_interpreted: bool| {
+        let chosen = models.iter().filter(|model| model.is_interpreted() == is_interpreted);
+        chosen.map(|model| model.description.name).collect::<Vec<_>>().join(", ")
+    };
+    models.iter().any(Model::is_interpreted).then(|| {
+        format!(
+            "compiled: {}; interpreted, with the same numbers: {} (QRM_SCENES=all before the build command compiles all)",
+            names(false),
+            names(true)
+        )
+    })
 }
 
 fn entry(model: &Model) -> String {
