@@ -57,7 +57,12 @@ fn the_commands_shown_do_what_they_should() {
     let commands = shown.chain(in_table.iter().map(String::as_str));
     let mut count = 0;
     for command in commands {
-        let arguments: Vec<String> = split(command);
+        // The folder of the command is another one.
+        let path = |word: String| match word.starts_with("scenes/") {
+            true => format!("{}/{word}", env!("CARGO_MANIFEST_DIR")),
+            false => word,
+        };
+        let arguments: Vec<String> = split(command).into_iter().map(path).collect();
         let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
         let output = qrm(&arguments).current_dir(folder.path()).output().expect("the command starts");
         assert!(output.status.success(), "{command}: {}", String::from_utf8_lossy(&output.stderr));
