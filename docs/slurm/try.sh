@@ -69,9 +69,6 @@ cd "$work"
 timeout 120 sbatch --wait --output="$work/task-%a.log" "$here/sweep.sbatch" || { cat "$work"/*.log; exit 1; }
 cat "$work"/task-*.log
 "$QRM" merge merged.csv part-{1..4}.csv
-"$QRM" merge merged.csv part-{1..4}.csv
-for ending in csv parquet; do
-    "$QRM" sweep quick-return --vary O2A=0.15:0.25:200 --vary J2=50,100,200 --out "single.$ending" >/dev/null
-    cmp "merged.$ending" "single.$ending"
-done
+"$QRM" sweep quick-return --vary O2A=0.15:0.25:200 --vary J2=50,100,200 --out single.csv >/dev/null
+cmp merged.csv single.csv
 echo "the merged parts are the single run, byte for byte"

@@ -27,7 +27,7 @@ impl Copy {
         if !is_whole(&copy.code, &copy.derivation) {
             return Err(format!(
                 "{} is not what the generator wrote: it, or {}, was edited or cut off\n  \
-                 = help: put both back (`git checkout -- {}`), or delete them: the symbolic engine writes them again",
+                 = help: put both back (`git checkout -- {}`), or delete them: the symbolic engine derives the scene then",
                 code.display(),
                 derivation.display(),
                 folder.display(),

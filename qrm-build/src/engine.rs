@@ -2,8 +2,7 @@
 
 use std::env;
 use std::ffi::OsString;
-use std::fs;
-use std::io::{BufRead, BufReader, Write};
+use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::Instant;
@@ -188,12 +187,14 @@ fn build(sources: &Sources) -> Result<Option<String>, String> {
     Ok(is_new.then_some(note))
 }
 
-/// Says something at once: cargo shows what a build script prints when the script has ended.
+/// Says something on the terminal at once: cargo shows what a build script prints when the script has ended.
+#[cfg(unix)]
 fn announce(message: &str) {
-    #[cfg(unix)]
-    if let Ok(mut terminal) = fs::File::options().write(true).open("/dev/tty") {
-        let _ = writeln!(terminal, "{message}");
+    if let Ok(mut terminal) = std::fs::File::options().write(true).open("/dev/tty") {
+        let _ = std::io::Write::write_fmt(&mut terminal, format_args!("{message}\n"));
     }
-    #[cfg(not(unix))]
-    let _ = (message, fs::metadata("."));
 }
+
+/// Other systems have no such terminal.
+#[cfg(not(unix))]
+fn announce(_message: &str) {}
