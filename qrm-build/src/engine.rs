@@ -93,11 +93,10 @@ pub fn chosen() -> Result<Option<PathBuf>, String> {
     check(&chosen).map(|()| Some(chosen))
 }
 
-/// The engine of the right version in a folder of `PATH`.
+/// The engine in a folder of `PATH`, of whatever version.
 pub fn on_path() -> Option<PathBuf> {
     let folders = env::var_os("PATH")?;
-    let programs = env::split_paths(&folders).map(|folder| folder.join(file_name()));
-    programs.into_iter().find(|program| program.is_file() && check(program).is_ok())
+    env::split_paths(&folders).map(|folder| folder.join(file_name())).find(|program| program.is_file())
 }
 
 /// Whether a program is the engine of this version.
@@ -106,7 +105,9 @@ pub fn on_path() -> Option<PathBuf> {
 /// It cannot be started, or is another program or version.
 pub fn check(program: &Path) -> Result<(), String> {
     let name = program.display();
-    let help = format!("  = help: QRM_ENGINE, if it is set, is the path of `qrm-engine` {VERSION}");
+    let help = format!(
+        "  = help: QRM_ENGINE, if it is set, is the path of `qrm-engine` {VERSION}; `cargo install --path engine` in a clone installs it"
+    );
     let output = Command::new(program).arg("--version").stdin(Stdio::null()).output();
     let output = output.map_err(|e| format!("the symbolic engine {name} cannot be started: {e}\n{help}"))?;
     let said = String::from_utf8_lossy(&output.stdout);
@@ -129,12 +130,13 @@ fn origin() -> Result<Origin, String> {
     if let Some(sources) = sources {
         return Ok(Origin::Sources(sources));
     }
-    on_path().map(Origin::Program).ok_or_else(|| {
+    let program = on_path().ok_or_else(|| {
         format!(
             "formulae have changed, and there is no symbolic engine `qrm-engine` {VERSION} on the PATH\n  \
              = help: install it from a clone of qrm (`cargo install --path engine`), or set QRM_ENGINE to its path"
         )
-    })
+    })?;
+    check(&program).map(|()| Origin::Program(program))
 }
 
 /// Has the engine write the modules of scene files into a folder; builds it where it is not there or not current.

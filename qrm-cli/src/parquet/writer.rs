@@ -94,6 +94,7 @@ fn column<'r>(
 mod tests {
     use parquet::file::reader::{FileReader, SerializedFileReader};
     use parquet::record::Field;
+    use qrm_scene::files::write_whole_with;
 
     use super::*;
 

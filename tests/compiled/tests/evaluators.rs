@@ -17,7 +17,7 @@ mod twin;
 
 use bounded::Bounded;
 use list::{OUTPUTS_AT, State, Values, by_tape, evaluators, solved};
-use qrm_core::{DoubleDouble, Equations, Generated, Mechanism, Model, Scalar, StartMut, Tape, TapeEvaluator};
+use qrm_core::{DoubleDouble, Equations, Generated, Mechanism, Scalar, StartMut, Tape, TapeEvaluator};
 use qrm_sim::run::assembled;
 
 use crate::model;

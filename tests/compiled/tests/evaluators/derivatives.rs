@@ -171,5 +171,5 @@ fn differentiated<X: Generated<N, M>, const N: usize, const M: usize>() {
 
 #[test]
 fn dual_numbers_give_derivatives() {
-    crate::for_all_scenes!(differentiated);
+    super::for_all_scenes!(differentiated);
 }
