@@ -1,4 +1,4 @@
-"""A sweep as a picture: cargo run --release -- sweep quick-return --vary O2A=0.1:0.25:200 --out sweep.parquet && python3 examples/sweep.py"""
+"""A sweep as a picture: cargo run --release --features parquet -- sweep quick-return --vary O2A=0.1:0.25:200 --out sweep.parquet && python3 examples/sweep.py"""
 import json
 import matplotlib.pyplot as plt
 import polars as pl

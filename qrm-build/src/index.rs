@@ -40,12 +40,12 @@ pub(crate) fn text(entries: &[Entry]) -> Option<String> {
     for entry in entries {
         let (name, file) = (&entry.name, entry.file());
         let (sizes, mechanism) = entry.copy.mechanism()?;
-        let (link, gate, item) = match entry.is_compiled {
-            true => (format!("{name}::{mechanism}"), "", format!("{name}::{mechanism}, {sizes}")),
-            false => (format!("{name}::DESCRIPTION"), "#[cfg(feature = \"std\")]\n", format!("interpreted {name}")),
+        let (link, item) = match entry.is_compiled {
+            true => (format!("{name}::{mechanism}"), format!("{name}::{mechanism}, {sizes}")),
+            false => (format!("{name}::DESCRIPTION"), format!("interpreted {name}")),
         };
         text += &format!(
-            "\n/// The scene of [`{link}`].\n{gate}#[allow(non_snake_case)]\npub mod {name} {{\n    \
+            "\n/// The scene of [`{link}`].\n#[allow(non_snake_case)]\npub mod {name} {{\n    \
              include!(\"{file}\");\n}}\n"
         );
         list += &format!("    {item};\n");
