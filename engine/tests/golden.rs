@@ -4,7 +4,8 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-const REFRESH: &str = "QRM_REFRESH=1 cargo test --release --manifest-path engine/Cargo.toml --target-dir target/engine golden";
+const REFRESH: &str =
+    "QRM_REFRESH=1 cargo test --release --manifest-path engine/Cargo.toml --target-dir target/engine golden";
 
 #[test]
 fn modules_of_built_in_scenes_are_current() {
