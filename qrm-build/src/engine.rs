@@ -9,12 +9,11 @@ use std::time::Instant;
 
 /// The version of the engine that belongs to this crate.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
-/// What is said when the engine is built.
+/// The note that the engine is being built.
 pub const BUILDING: &str = "building the symbolic engine; this takes minutes, once";
 
 /// Where the engine comes from.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Origin {
+enum Origin {
     /// A program of the right version.
     Program(PathBuf),
     /// The sources in a clone of the project, from which cargo builds it.
@@ -85,12 +84,9 @@ pub fn file_name() -> String {
     format!("qrm-engine{}", env::consts::EXE_SUFFIX)
 }
 
-/// The engine that `QRM_ENGINE` names; an error if it is of another version.
-pub fn chosen() -> Result<Option<PathBuf>, String> {
-    let Some(chosen) = env::var_os("QRM_ENGINE").filter(|path| !path.is_empty()).map(PathBuf::from) else {
-        return Ok(None);
-    };
-    check(&chosen).map(|()| Some(chosen))
+/// The program that `QRM_ENGINE` names, of whatever version.
+pub fn named() -> Option<PathBuf> {
+    env::var_os("QRM_ENGINE").filter(|path| !path.is_empty()).map(PathBuf::from)
 }
 
 /// The engine in a folder of `PATH`, of whatever version.
@@ -122,8 +118,8 @@ pub fn check(program: &Path) -> Result<(), String> {
 /// The engine for a build script: the one that `QRM_ENGINE` names, that of the clone around this crate or the user's, or
 /// one on the `PATH`.
 fn origin() -> Result<Origin, String> {
-    if let Some(program) = chosen()? {
-        return Ok(Origin::Program(program));
+    if let Some(program) = named() {
+        return check(&program).map(|()| Origin::Program(program));
     }
     let users = env::var_os("CARGO_MANIFEST_DIR").map(PathBuf::from).unwrap_or_default();
     let sources = [Path::new(env!("CARGO_MANIFEST_DIR")), &users].into_iter().find_map(Sources::around);

@@ -34,9 +34,9 @@ pub(crate) fn choose(program: PathBuf) {
 /// The engine: the one that was chosen, or that `QRM_ENGINE` names; or else the one beside this program, the one that was
 /// built in the clone that this program lies in, or one on the `PATH`.
 pub(crate) fn program() -> Option<PathBuf> {
-    let named = std::env::var_os("QRM_ENGINE").filter(|path| !path.is_empty()).map(PathBuf::from);
-    if let Some(named) = EMBEDDED.get().cloned().filter(|program| program.is_file()).or(named) {
-        return Some(named);
+    let chosen = EMBEDDED.get().cloned().filter(|program| program.is_file());
+    if let Some(program) = chosen.or_else(qrm_build::engine::named) {
+        return Some(program);
     }
     let own = std::env::current_exe().ok()?;
     let beside = own.parent()?.join(qrm_build::engine::file_name());
