@@ -5,8 +5,8 @@
 
 use std::path::{Path, PathBuf};
 
-/// The scenes whose functions are compiled. Others are interpreted, which gives the same numbers to the last bit, unless
-/// `QRM_SCENES` asks for them: each takes 2 to 12 s of processor time to compile.
+/// The scenes whose functions are compiled. Others are interpreted, which gives the same numbers to the last bit,
+/// unless `QRM_SCENES` asks for them: each takes 2 to 12 s of processor time to compile.
 const COMPILED: [&str; 1] = ["quick-return"];
 
 fn main() {
@@ -43,7 +43,8 @@ fn scenes() -> Result<(Vec<PathBuf>, bool), String> {
     if let Some(unknown) = asked.iter().find(|asked| !scenes.iter().any(|path| name(path) == **asked)) {
         let known: Vec<String> = scenes.iter().map(name).collect();
         return Err(format!(
-            "error: QRM_SCENES asks for `{unknown}`, but there is no scenes/{unknown}.toml\n  = help: scenes: {}; or `all`",
+            "error: QRM_SCENES asks for `{unknown}`, but there is no scenes/{unknown}.toml\n  \
+             = help: scenes: {}; or `all`",
             known.join(", ")
         ));
     }

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use compiler::compilers;
+use compiler::COMPILERS;
 use driver::driver;
 use qrm_language::syntax;
 use states::{State, expected};
@@ -50,6 +50,7 @@ fn c_gives_the_same_numbers() {
 }
 
 #[test]
+#[ignore = "full tier: languages"]
 fn names_that_mean_something_in_c_are_changed() {
     let text = fs::read_to_string(golden().join("pendulum.rs")).expect("a module");
     let renamed = [("half_m", "INLINE"), ("rod_x", "double"), ("inv_rod", "fabs"), ("rod_residual", "residuals")];
@@ -60,9 +61,6 @@ fn names_that_mean_something_in_c_are_changed() {
 #[test]
 #[ignore = "full tier: languages"]
 fn matlab_gives_the_same_numbers() {
-    if !octave::has_octave() {
-        return;
-    }
     let paths = Mutex::new(paths());
     let next = || paths.lock().expect("no other thread has failed").pop();
     std::thread::scope(|scope| {
@@ -78,23 +76,22 @@ fn matlab_gives_the_same_numbers() {
 }
 
 #[test]
+#[ignore = "full tier: languages"]
 fn names_that_mean_something_in_matlab_are_changed() {
     let text = fs::read_to_string(golden().join("pendulum.rs")).expect("a module");
     let renamed = [("half_m", "end"), ("rod_x", "until"), ("inv_rod", "sin"), ("rod_residual", "residuals")];
     let text = renamed.into_iter().fold(text, |text, (from, to)| text.replace(from, to));
-    if octave::has_octave() {
-        compare_matlab("pendulum", &syntax(&text).expect("Rust"), 10);
-    }
+    compare_matlab("pendulum", &syntax(&text).expect("Rust"), 10);
 }
 
-/// Compares a module with its translation into C, by each compiler that is there.
+/// Compares a module with its translation into C, by each compiler.
 fn compare(name: &str, module: &syn::File, states: usize) {
     let program = qrm_language::lower(name, module).expect("an intermediate representation");
     let files = qrm_language::c(&program).expect("a translation");
     assert_eq!(qrm_language::c(&program).as_ref(), Ok(&files), "{name}: the same module, other code");
     let states = State::random(&program, states);
     let wanted = expected(&program, module, &states);
-    for compiler in &compilers() {
+    for compiler in &COMPILERS {
         let given = compiler.run(name, &files, &driver(&program), &states);
         agree(&format!("{name} by {}", compiler.name), &wanted, &given);
     }
@@ -130,6 +127,7 @@ fn folder() -> PathBuf {
 }
 
 #[test]
+#[ignore = "full tier: languages"]
 fn all_functions_of_numbers_are_translated() {
     let text = fs::read_to_string(golden().join("pendulum.rs")).expect("a module");
     let residual = "-(k.k1 * (k.half_l_sq - R::from_f64(0.5) * (x * x + y * y)))";
@@ -139,9 +137,7 @@ fn all_functions_of_numbers_are_translated() {
     assert!(text.contains(residual), "{residual}");
     let module = syntax(&text.replace(residual, sum)).expect("Rust");
     compare("pendulum", &module, 100);
-    if octave::has_octave() {
-        compare_matlab("pendulum", &module, 100);
-    }
+    compare_matlab("pendulum", &module, 100);
 }
 
 #[test]

@@ -13,9 +13,8 @@ use qrm_core::OwnedTape;
 use qrm_scene::diagnostic::{Diagnostic, Report};
 use qrm_scene::files;
 use qrm_scene::names::module_name;
-use qrm_scene::resolve;
 use qrm_scene::scene::Scene;
-use qrm_scene::source::read_text;
+use qrm_scene::scene_file::SceneFile;
 
 /// Why no code was generated.
 #[derive(Debug, thiserror::Error)]
@@ -44,12 +43,12 @@ pub enum Error {
 /// # Errors
 /// Anything that keeps one of the files from being written; no file is ever half-written.
 pub fn generate(scenes: &[PathBuf], directory: &Path) -> Result<(), Error> {
-    let read = read_all(scenes)?;
-    let all: Vec<&Read> = read.iter().collect();
+    let files = SceneFile::read_all(scenes, |file, _| refused_name(file)).map_err(Error::Scenes)?;
+    let all: Vec<&SceneFile> = files.iter().collect();
     fs::create_dir_all(directory).map_err(|source| Error::File { path: directory.display().to_string(), source })?;
-    for (read, equations) in all.iter().zip(&equations(&all, &|_| ())?) {
-        let Read { scene, source, .. } = read;
-        let (module, _) = code(read, equations, emit::module(scene, equations, source))?;
+    for (scene_file, equations) in all.iter().zip(&equations(&all, &|_| ())?) {
+        let SceneFile { scene, source, .. } = scene_file;
+        let (module, _) = code(scene_file, equations, emit::module(scene, equations, source))?;
         let file = directory.join(format!("{}.rs", module_name(&scene.name)));
         let markdown = derivation::markdown(scene, equations, source);
         // First: the module includes it, and is the mark of both.
@@ -59,53 +58,27 @@ pub fn generate(scenes: &[PathBuf], directory: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// A scene that was read.
-pub(crate) struct Read {
-    path: String,
-    source: String,
-    pub(crate) scene: Scene,
-}
-
-impl Read {
-    /// The scene of this text; also an error if its name cannot be that of a module.
-    pub(crate) fn new(path: &str, source: &str) -> Result<Self, Error> {
-        let wrong = |report| Error::Scenes(vec![report]);
-        let (scene, _) = resolve::read(path, source).map_err(wrong)?;
-        let read = Self { path: path.to_owned(), source: source.to_owned(), scene };
-        refused_name(&read).map_or(Ok(read), |report| Err(wrong(report)))
-    }
+/// The scene of a text; also an error if its name cannot be that of a module.
+pub(crate) fn read(path: &Path, source: String) -> Result<SceneFile, Error> {
+    let wrong = |report| Error::Scenes(vec![report]);
+    let file = SceneFile::new(path, source).map_err(wrong)?;
+    refused_name(&file).map_or(Ok(file), |report| Err(wrong(report)))
 }
 
 /// The equations of motion of scenes, by the engine.
-pub(crate) fn equations(scenes: &[&Read], announce: &dyn Fn(Waiting)) -> Result<Vec<Equations>, Error> {
-    let all: Vec<&Scene> = scenes.iter().map(|read| &read.scene).collect();
+pub(crate) fn equations(scenes: &[&SceneFile], announce: &dyn Fn(Waiting)) -> Result<Vec<Equations>, Error> {
+    let all: Vec<&Scene> = scenes.iter().map(|file| &file.scene).collect();
     crate::derive(&all, announce).map_err(|e| engine_error(e, scenes))
 }
 
-/// Reads all scenes; mistakes of all of them are reported together.
-fn read_all(paths: &[PathBuf]) -> Result<Vec<Read>, Error> {
-    let (mut read, mut wrong) = (Vec::new(), Vec::new());
-    for path in paths {
-        match read_text(path)
-            .map_err(|report| Error::Scenes(vec![report]))
-            .and_then(|source| Read::new(&path.display().to_string(), &source))
-        {
-            Ok(scene) => read.push(scene),
-            Err(Error::Scenes(reports)) => wrong.extend(reports),
-            Err(other) => return Err(other),
-        }
-    }
-    if wrong.is_empty() { Ok(read) } else { Err(Error::Scenes(wrong)) }
-}
-
 /// A name that cannot be that of a module.
-fn refused_name(new: &Read) -> Option<Report> {
-    let finding = Diagnostic::error(names::refusal(&new.scene.name)?, new.scene.name_span.clone(), "");
-    Some(Report::new(&new.path, &new.source, vec![finding.help("give the scene another name")]))
+fn refused_name(file: &SceneFile) -> Option<Report> {
+    let finding = Diagnostic::error(names::refusal(&file.scene.name)?, file.scene.name_span.clone(), "");
+    Some(file.report(vec![finding.help("give the scene another name")]))
 }
 
 /// Where the engine gave up, in the shape of other mistakes.
-fn engine_error(error: crate::Error, scenes: &[&Read]) -> Error {
+fn engine_error(error: crate::Error, scenes: &[&SceneFile]) -> Error {
     let title = error.to_string();
     let (scene, finding) = match error {
         crate::Error::Formula { scene, span, reason } => {
@@ -119,19 +92,18 @@ fn engine_error(error: crate::Error, scenes: &[&Read]) -> Error {
         }
         error @ crate::Error::NotStarted(_) => return Error::Engine(error),
     };
-    let Read { path, source, .. } = scenes[scene];
-    Error::Scenes(vec![Report::new(path, source, vec![finding])])
+    Error::Scenes(vec![scenes[scene].report(vec![finding])])
 }
 
 /// The text of a scene's module, without its last line, and its tape, once they are found right.
 pub(crate) fn code(
-    Read { path, source, scene }: &Read,
+    SceneFile { path, source, scene, .. }: &SceneFile,
     equations: &Equations,
     module: Module,
 ) -> Result<(String, OwnedTape), Error> {
     verify::verify(scene, equations, &module.file, &module.tape).map_err(Error::Unverified)?;
     // The printer drops comments of this kind, so the header is joined afterwards.
-    let header = header::header(path, scene, equations, &module, &header::hash(source));
+    let header = header::header(&path.display().to_string(), scene, equations, &module, &header::hash(source));
     let text = format!("{header}\n{}{}", spaced(&prettyplease::unparse(&module.file)), tape::text(&module.tape.tape()));
     Ok((text, module.tape))
 }

@@ -1,10 +1,13 @@
 //! From the text of a scene to data that is interpreted: nothing is compiled.
 
+use std::path::Path;
+
 use qrm_core::{DerivedScene, OwnedDescription, OwnedParameter, OwnedQuantity};
 use qrm_scene::scene::Scene;
+use qrm_scene::scene_file::SceneFile;
 
 use crate::Waiting;
-use crate::generate::{self, Error, Read};
+use crate::generate::{self, Error};
 use qrm_build::with_checksum;
 use qrm_codegen::{derivation, emit};
 
@@ -16,20 +19,21 @@ use qrm_codegen::{derivation, emit};
 /// # Errors
 /// The scene has a mistake, the engine gave up, or a function was not found right.
 pub fn derive(
-    path: &str,
-    source: &str,
+    path: &Path,
+    source: String,
     announce: &dyn Fn(Waiting),
     show: impl FnOnce(&DerivedScene),
 ) -> Result<DerivedScene, Error> {
-    let read = Read::new(path, source)?;
-    let equations = generate::equations(&[&read], announce)?.remove(0);
-    let module = emit::module(&read.scene, &equations, source);
+    let file = generate::read(path, source)?;
+    let equations = generate::equations(&[&file], announce)?.remove(0);
+    let SceneFile { scene, source, .. } = &file;
+    let module = emit::module(scene, &equations, source);
     let texts = [String::new(), String::new()];
-    show(&DerivedScene { description: description(&read.scene, source, texts), tape: module.tape.clone() });
-    let (code, tape) = generate::code(&read, &equations, module)?;
-    let derivation = derivation::markdown(&read.scene, &equations, source);
+    show(&DerivedScene { description: description(scene, source, texts), tape: module.tape.clone() });
+    let (code, tape) = generate::code(&file, &equations, module)?;
+    let derivation = derivation::markdown(scene, &equations, source);
     let code = with_checksum(code, &derivation);
-    Ok(DerivedScene { description: description(&read.scene, source, [code, derivation]), tape })
+    Ok(DerivedScene { description: description(scene, source, [code, derivation]), tape })
 }
 
 /// What a generated module says of its scene.

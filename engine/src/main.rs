@@ -63,7 +63,8 @@ fn derive(scene: &str, file: &Path) -> Result<(), String> {
         let line = if waiting == Waiting::Begins { WAITING } else { DERIVING };
         let _ = writeln!(std::io::stderr(), "{line}");
     };
-    let derived = qrm_engine::interpretable::derive(scene, &source, &announce, show).map_err(|e| e.to_string())?;
+    let derived =
+        qrm_engine::interpretable::derive(Path::new(scene), source, &announce, show).map_err(|e| e.to_string())?;
     is_shown.and_then(|()| write_whole(file, &derived.to_bytes())).map_err(failed)
 }
 

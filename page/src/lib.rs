@@ -4,6 +4,7 @@
 //! [`MODULE`], and pack scenes for it.
 
 #[cfg(target_family = "wasm")]
+#[expect(unreachable_pub, reason = "the page calls them by their names")]
 mod exports;
 #[cfg(target_family = "wasm")]
 mod named_values;

@@ -2,15 +2,17 @@
 
 use std::env;
 use std::ffi::OsString;
-use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::time::Instant;
+use std::time::{Duration, Instant};
+use std::{io, thread};
 
 /// The version of the engine that belongs to this crate.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 /// The note that the engine is being built.
 pub const BUILDING: &str = "building the symbolic engine; this takes minutes, once";
+/// Time between two looks at its build.
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
 /// Where the engine comes from.
 enum Origin {
@@ -46,11 +48,34 @@ impl Sources {
         self.target().join("release").join(file_name())
     }
 
-    /// Starts a build.
+    /// Builds the program, as long as `goes_on` says so.
     ///
     /// # Errors
-    /// There is no cargo.
-    pub fn start(&self) -> Result<Child, String> {
+    /// There is no cargo, the build failed, or it was interrupted.
+    pub fn build(&self, mut goes_on: impl FnMut() -> bool) -> Result<(), String> {
+        let mut cargo = self.start()?;
+        let stderr = cargo.stderr.take();
+        // Read while it runs: a program whose pipe is full would wait.
+        let said = thread::spawn(move || stderr.and_then(|pipe| io::read_to_string(pipe).ok()).unwrap_or_default());
+        let status = loop {
+            if let Some(status) = cargo.try_wait().map_err(|e| format!("cargo: {e}"))? {
+                break status;
+            }
+            if !goes_on() {
+                let _ = cargo.kill();
+                let _ = cargo.wait();
+                return Err(
+                    "the build of the symbolic engine was interrupted; the next one goes on from there".to_owned()
+                );
+            }
+            thread::sleep(POLL_INTERVAL);
+        };
+        let said = said.join().unwrap_or_default();
+        if status.success() { Ok(()) } else { Err(self.failure(&said)) }
+    }
+
+    /// Starts cargo.
+    fn start(&self) -> Result<Child, String> {
         let cargo = env::var_os("CARGO").unwrap_or_else(|| OsString::from("cargo"));
         let mut command = Command::new(&cargo);
         command.args(["build", "--release", "--locked", "--bin", "qrm-engine", "--color", "never", "--manifest-path"]);
@@ -65,7 +90,7 @@ impl Sources {
     }
 
     /// The error of a build that failed, by what cargo said.
-    pub fn failure(&self, said: &str) -> String {
+    fn failure(&self, said: &str) -> String {
         let is_noise =
             |line: &&str| ["Compiling ", "Downloaded ", "Downloading "].iter().any(|noise| line.contains(noise));
         let lines: Vec<&str> = said.lines().filter(|line| !line.trim().is_empty() && !is_noise(line)).collect();
@@ -102,7 +127,8 @@ pub fn on_path() -> Option<PathBuf> {
 pub fn check(program: &Path) -> Result<(), String> {
     let name = program.display();
     let help = format!(
-        "  = help: QRM_ENGINE, if it is set, is the path of `qrm-engine` {VERSION}; `cargo install --path engine` in a clone installs it"
+        "  = help: QRM_ENGINE, if it is set, is the path of `qrm-engine` {VERSION}; `cargo install --path engine` in a \
+         clone installs it"
     );
     let output = Command::new(program).arg("--version").stdin(Stdio::null()).output();
     let output = output.map_err(|e| format!("the symbolic engine {name} cannot be started: {e}\n{help}"))?;
@@ -168,15 +194,7 @@ fn build(sources: &Sources) -> Result<Option<String>, String> {
     if is_new {
         announce(BUILDING);
     }
-    let mut child = sources.start()?;
-    let mut said = String::new();
-    for line in child.stderr.take().into_iter().flat_map(|pipe| BufReader::new(pipe).lines()).map_while(Result::ok) {
-        said += &format!("{line}\n");
-    }
-    let status = child.wait().map_err(|e| format!("cargo: {e}"))?;
-    if !status.success() {
-        return Err(sources.failure(&said));
-    }
+    sources.build(|| true)?;
     let note = format!(
         "the symbolic engine was built in {} s; it lies in {}",
         begun.elapsed().as_secs(),

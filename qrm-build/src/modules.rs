@@ -7,8 +7,7 @@ use qrm_scene::diagnostic::{Diagnostic, Report};
 use qrm_scene::files::write_whole;
 use qrm_scene::names::module_name;
 use qrm_scene::resolve;
-use qrm_scene::scene::Scene;
-use qrm_scene::source::read_text;
+use qrm_scene::scene_file::SceneFile;
 
 use crate::copy::{Copy, paths};
 use crate::index::{self, Entry};
@@ -26,13 +25,6 @@ pub struct Request<'a> {
     pub is_compiled: &'a dyn Fn(&str) -> bool,
 }
 
-/// A scene that was read.
-struct Read<'a> {
-    path: &'a Path,
-    source: String,
-    scene: Scene,
-}
-
 /// Writes `out/NAME.rs` and `out/NAME.md` for each scene, and `out/scenes.rs`, which includes all modules; tells cargo
 /// when to do so again. Returns warnings.
 ///
@@ -44,16 +36,17 @@ pub fn modules(request: &Request) -> Result<Vec<String>, String> {
     let Request { scenes, copies, out, is_compiled } = *request;
     println!("cargo::rerun-if-env-changed=QRM_GENERATE");
     [copies].into_iter().chain(scenes.iter().map(PathBuf::as_path)).for_each(watch);
-    let (read, mut warnings) = read_all(scenes)?;
+    let files = SceneFile::read_all(scenes, same_module).map_err(|wrong| texts(wrong.iter()).join("\n\n"))?;
+    let mut warnings = texts(files.iter().map(|file| &file.warnings).filter(|report| !report.diagnostics.is_empty()));
     let generates = std::env::var_os("QRM_GENERATE").is_some_and(|value| !value.is_empty());
     let mut entries = Vec::new();
     let mut missing = Vec::new();
-    for read in &read {
-        let name = module_name(&read.scene.name);
-        let copy = current(copies, &name, read)?;
-        let is_compiled = copy.is_none() || is_compiled(&read.scene.name);
+    for file in &files {
+        let name = module_name(&file.scene.name);
+        let copy = current(copies, &name, file)?;
+        let is_compiled = copy.is_none() || is_compiled(&file.scene.name);
         let copy = copy.filter(|_| !generates).unwrap_or_else(|| {
-            missing.push(read.path);
+            missing.push(&*file.path);
             Copy { code: String::new(), derivation: String::new() }
         });
         entries.push(Entry { name, copy, is_compiled });
@@ -76,47 +69,31 @@ fn watch(path: &Path) {
     println!("cargo::rerun-if-changed={}", path.display());
 }
 
-/// Reads all scenes; mistakes of all of them are reported together.
-fn read_all(paths: &[PathBuf]) -> Result<(Vec<Read<'_>>, Vec<String>), String> {
-    let (mut read, mut wrong, mut warnings) = (Vec::<Read>::new(), Vec::new(), Vec::new());
-    for path in paths {
-        let name = path.display().to_string();
-        let result = read_text(path).and_then(|source| {
-            let (scene, report) = resolve::read(&name, &source)?;
-            Ok((Read { path, source, scene }, report))
-        });
-        match result {
-            Ok((scene, report)) => {
-                wrong.extend(same_module(&scene, &read).map(|report| report.to_string()));
-                warnings.extend(Some(report.to_string()).filter(|_| !report.diagnostics.is_empty()));
-                read.push(scene);
-            }
-            Err(report) => wrong.push(report.to_string()),
-        }
-    }
-    if wrong.is_empty() { Ok((read, warnings)) } else { Err(wrong.join("\n\n")) }
+/// Reports as text.
+fn texts<'a>(reports: impl Iterator<Item = &'a Report>) -> Vec<String> {
+    reports.map(ToString::to_string).collect()
 }
 
 /// Every scene becomes a module, so no two may have names that make the same one.
-fn same_module(new: &Read, read: &[Read]) -> Option<Report> {
+fn same_module(new: &SceneFile, files: &[SceneFile]) -> Option<Report> {
     let module = module_name(&new.scene.name);
-    let other = read.iter().find(|r| module_name(&r.scene.name) == module)?;
+    let other = files.iter().find(|file| module_name(&file.scene.name) == module)?;
     let title = format!("scenes `{}` and `{}` would both become module `{module}`", other.scene.name, new.scene.name);
     let label = format!("the other one is in {}", other.path.display());
     let finding = Diagnostic::error(title, new.scene.name_span.clone(), label).help("give the scene another name");
-    Some(Report::new(new.path.display().to_string(), &new.source, vec![finding]))
+    Some(new.report(vec![finding]))
 }
 
 /// The copy of a scene's module with the numbers of the scene; `None` if it has other formulae.
-fn current(copies: &Path, module: &str, read: &Read) -> Result<Option<Copy>, String> {
+fn current(copies: &Path, module: &str, file: &SceneFile) -> Result<Option<Copy>, String> {
     let Some(copy) = Copy::read(copies, module)? else { return Ok(None) };
     let Some(source) = copy.source() else { return Ok(None) };
-    if source == read.source {
+    if source == file.source {
         return Ok(Some(copy));
     }
     // A copy of a version whose scenes are no scenes any more.
     let Ok((scene, _)) = resolve::read(module, source) else { return Ok(None) };
-    Ok(values::with_values(&copy, &scene, &read.scene, &read.source))
+    Ok(values::with_values(&copy, &scene, &file.scene, &file.source))
 }
 
 /// Writes the modules and their list, and removes those of scenes that are gone. A new time on an unchanged file would

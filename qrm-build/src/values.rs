@@ -40,7 +40,7 @@ pub(crate) fn with_values(copy: &Copy, old: &Scene, new: &Scene, source: &str) -
 /// The text of a scene without the numbers that can be replaced, and without what is no part of its module.
 fn formulae(source: &str) -> Option<String> {
     without_layout(source, |keys, is_number| match keys {
-        ["drawing" | "extremes" | "references", ..] => true,
+        ["drawing" | "extreme" | "reference", ..] => true,
         ["parameters" | "initial" | "run", ..] => is_number,
         _ => false,
     })

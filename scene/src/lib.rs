@@ -21,6 +21,7 @@ pub mod parser;
 pub mod printer;
 pub mod resolve;
 pub mod scene;
+pub mod scene_file;
 pub mod source;
 pub mod spline;
 pub mod time_scales;

@@ -15,17 +15,7 @@ pub(super) struct Compiler {
     pub(super) name: &'static str,
 }
 
-/// The compilers of this machine.
-pub(super) fn compilers() -> Vec<Compiler> {
-    let is_there =
-        |name: &&str| Command::new(name).arg("--version").output().is_ok_and(|output| output.status.success());
-    let (found, others): (Vec<_>, Vec<_>) = ["gcc", "clang"].into_iter().partition(is_there);
-    for name in others {
-        assert!(std::env::var_os("CI").is_none(), "there is no `{name}`");
-        eprintln!("skipped: there is no `{name}`");
-    }
-    found.into_iter().map(|name| Compiler { name }).collect()
-}
+pub(super) const COMPILERS: [Compiler; 2] = [Compiler { name: "gcc" }, Compiler { name: "clang" }];
 
 impl Compiler {
     /// The numbers that a program with this code and this main file prints.
@@ -37,8 +27,7 @@ impl Compiler {
         fs::write(&sources[1], main).expect("a source");
         let program = file("program");
         let mut command = Command::new(self.name);
-        let output =
-            command.args(FLAGS).args(&sources).arg("-o").arg(&program).arg("-lm").output().expect("a compiler");
+        let output = command.args(FLAGS).args(&sources).arg("-o").arg(&program).arg("-lm").output().expect(self.name);
         assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
         let numbers = numbers(&program, states);
         fs::remove_dir_all(&folder).expect("the folder can be removed");

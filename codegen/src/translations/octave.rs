@@ -8,16 +8,6 @@ use qrm_language::ir::{Function, Program, Shape, StructKind, Variable};
 
 use super::states::{State, fields};
 
-/// Whether this machine has Octave.
-pub(super) fn has_octave() -> bool {
-    let is_there = Command::new("octave-cli").arg("--version").output().is_ok_and(|output| output.status.success());
-    if !is_there {
-        assert!(std::env::var_os("CI").is_none(), "there is no `octave-cli`");
-        eprintln!("skipped: there is no `octave-cli`");
-    }
-    is_there
-}
-
 /// The numbers that all functions of a program give in these files, in the order of the states.
 pub(super) fn run(program: &Program, files: &[File], states: &[State]) -> Vec<f64> {
     let folder = super::folder();
@@ -26,7 +16,7 @@ pub(super) fn run(program: &Program, files: &[File], states: &[State]) -> Vec<f6
     fs::write(folder.join("states.txt"), states.iter().map(row).collect::<String>()).expect("a file");
     fs::write(folder.join("driver.m"), driver(program)).expect("a file");
     let mut command = Command::new("octave-cli");
-    let output = command.args(["--quiet", "--norc", "driver.m"]).current_dir(&folder).output().expect("Octave");
+    let output = command.args(["--quiet", "--norc", "driver.m"]).current_dir(&folder).output().expect("octave-cli");
     assert!(output.status.success(), "{}: {}", program.name, String::from_utf8_lossy(&output.stderr));
     let text = fs::read_to_string(folder.join("results.txt")).expect("results");
     fs::remove_dir_all(&folder).expect("the folder can be removed");

@@ -18,8 +18,6 @@ use crate::progress::{Spinner, interrupted, watch_interrupts};
 
 /// Time between two looks at the engine.
 pub(crate) const POLL_INTERVAL: Duration = Duration::from_millis(1);
-/// Time between two looks at the build of the engine.
-const BUILD_POLL_INTERVAL: Duration = Duration::from_millis(50);
 /// A derivation that takes longer shows that it goes on.
 const NOTICE_DELAY: Duration = Duration::from_secs(2);
 
@@ -54,26 +52,12 @@ pub(crate) fn build_if_missing(said: impl FnOnce(&str)) -> Result<(), Error> {
     let Some(sources) = sources().filter(|_| program().is_none() && EMBEDDED.get().is_none()) else { return Ok(()) };
     watch_interrupts();
     said(BUILDING);
-    let mut child = sources.start().map_err(Error::run)?;
-    let stderr = child.stderr.take();
-    let stderr = thread::spawn(move || stderr.and_then(|mut pipe| std::io::read_to_string(&mut pipe).ok()));
     let spinner = Spinner::new();
-    let status = loop {
-        if let Some(status) = child.try_wait().map_err(|e| Error::run(format!("cargo: {e}")))? {
-            break status;
-        }
-        if interrupted() {
-            let _ = child.kill();
-            let _ = child.wait();
-            return Err(Error::run(
-                "the build of the symbolic engine was interrupted; the next one goes on from there",
-            ));
-        }
+    let goes_on = || {
         spinner.show("building the symbolic engine".to_owned());
-        thread::sleep(BUILD_POLL_INTERVAL);
+        !interrupted()
     };
-    let output = stderr.join().ok().flatten().unwrap_or_default();
-    if status.success() { Ok(()) } else { Err(Error::run(sources.failure(&output))) }
+    sources.build(goes_on).map_err(Error::run)
 }
 
 /// Derives a scene and keeps it in the cache.

@@ -1,0 +1,57 @@
+//! Scene files.
+
+use std::path::{Path, PathBuf};
+
+use crate::diagnostic::{Diagnostic, Report};
+use crate::resolve;
+use crate::scene::Scene;
+use crate::source::read_text;
+
+/// A scene with its text and its place.
+pub struct SceneFile {
+    /// Where it lies.
+    pub path: PathBuf,
+    /// Its text.
+    pub source: String,
+    /// What it says.
+    pub scene: Scene,
+    /// What is said about it.
+    pub warnings: Report,
+}
+
+impl SceneFile {
+    /// The scene of a text.
+    ///
+    /// # Errors
+    /// A report of everything that is wrong with it.
+    pub fn new(path: &Path, source: String) -> Result<Self, Report> {
+        let (scene, warnings) = resolve::read(&path.display().to_string(), &source)?;
+        Ok(Self { path: path.to_owned(), source, scene, warnings })
+    }
+
+    /// Reads files, and checks each of them, with those before it.
+    ///
+    /// # Errors
+    /// The reports of all files that are wrong or cannot be read.
+    pub fn read_all(
+        paths: &[PathBuf],
+        check: impl Fn(&Self, &[Self]) -> Option<Report>,
+    ) -> Result<Vec<Self>, Vec<Report>> {
+        let (mut files, mut wrong) = (Vec::new(), Vec::new());
+        for path in paths {
+            match read_text(path).and_then(|source| Self::new(path, source)) {
+                Ok(file) => {
+                    wrong.extend(check(&file, &files));
+                    files.push(file);
+                }
+                Err(report) => wrong.push(report),
+            }
+        }
+        if wrong.is_empty() { Ok(files) } else { Err(wrong) }
+    }
+
+    /// A report of mistakes in this file.
+    pub fn report(&self, findings: Vec<Diagnostic>) -> Report {
+        Report::new(&self.path.display().to_string(), &self.source, findings)
+    }
+}
