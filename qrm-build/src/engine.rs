@@ -86,13 +86,19 @@ impl Sources {
             command.env_remove(variable);
         }
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
-        command.spawn().map_err(|e| format!("{} cannot be started: {e}", Path::new(&cargo).display()))
+        command.spawn().map_err(|e| {
+            format!(
+                "the symbolic engine could not be built: {} cannot be started: {e}\n  \
+                 = help: install Rust, or set QRM_ENGINE to a program `qrm-engine` {VERSION}",
+                Path::new(&cargo).display()
+            )
+        })
     }
 
     /// The error of a build that failed, by what cargo said.
     fn failure(&self, said: &str) -> String {
-        let is_noise =
-            |line: &&str| ["Compiling ", "Downloaded ", "Downloading "].iter().any(|noise| line.contains(noise));
+        let noise = ["Compiling ", "Downloaded ", "Downloading ", "Updating ", "warning: spurious network error"];
+        let is_noise = |line: &&str| noise.iter().any(|noise| line.contains(noise));
         let lines: Vec<&str> = said.lines().filter(|line| !line.trim().is_empty() && !is_noise(line)).collect();
         let last = lines[lines.len().saturating_sub(12)..].join("\n  ");
         format!(
