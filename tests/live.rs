@@ -105,8 +105,8 @@ fn the_next_save_cancels_a_long_derivation() {
     live.next_scene();
     let text = live.text();
     live.save(chain(20));
-    let next = live.next();
-    assert_eq!(next["note"], "the scene is being derived; saving it again begins anew");
+    // The first scene was shown before its functions were compared with its formulae: that may be cancelled too.
+    while live.next()["note"] != "the scene is being derived; saving it again begins anew" {}
     let begun = Instant::now();
     live.save(format!("{text}# a text that was not derived yet\n"));
     let next = live.next();

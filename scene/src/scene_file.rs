@@ -52,6 +52,6 @@ impl SceneFile {
 
     /// A report of mistakes in this file.
     pub fn report(&self, findings: Vec<Diagnostic>) -> Report {
-        Report::new(&self.path.display().to_string(), &self.source, findings)
+        Report::new(self.path.display().to_string(), &self.source, findings)
     }
 }
