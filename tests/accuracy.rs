@@ -34,7 +34,7 @@ fn errors(mechanism: &dyn Mechanism, integral: &EnergyIntegral, settings: Method
 }
 
 #[test]
-#[ignore = "full tier: slow"]
+#[ignore = "full tier: compiled"]
 fn estimated_errors_are_right_within_a_factor_of_three() {
     let mechanism = mechanism("quick-return", &[]);
     let integral = EnergyIntegral::new(&*mechanism, 1.7, PANELS[0]).expect("a conservative mechanism that turns");
@@ -90,7 +90,7 @@ fn errors_of_rk4_follow_theory() {
 }
 
 #[test]
-#[ignore = "full tier: slow"]
+#[ignore = "full tier: compiled"]
 fn a_scene_without_energy_integral_is_measured_against_a_run() {
     let (table, said) = measured(&["quick-return-loaded", "--set", "cd=50", "--at", "0.3", "--at", "0.1"]);
     assert!(said.contains("against extrapolation in double-double numbers at a tolerance of 1e-22"), "{said}");
@@ -102,7 +102,7 @@ fn a_scene_without_energy_integral_is_measured_against_a_run() {
 }
 
 #[test]
-#[ignore = "full tier: slow"]
+#[ignore = "full tier: compiled"]
 fn methods_are_judged_by_the_column_that_is_asked_for() {
     let (table, said) = measured(&["--of", "N3", "--at", "0.5"]);
     let row = |method: &str, tolerance: f64| {
@@ -128,7 +128,7 @@ fn methods_are_judged_by_the_column_that_is_asked_for() {
 }
 
 #[test]
-#[ignore = "full tier: slow"]
+#[ignore = "full tier: compiled"]
 fn references_agree_with_each_other() {
     // Three ways to the exact values, none of which knows the others: errors of a coarse run must come out the same.
     let error = |reference: &str| {

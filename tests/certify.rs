@@ -111,7 +111,7 @@ fn contains_reference(model: &Model, times: &[f64], width: f64) {
 }
 
 #[test]
-#[ignore = "full tier: slow"]
+#[ignore = "full tier: compiled"]
 fn motions_in_numbers_of_32_digits_are_contained() {
     contains_reference(model("double-pendulum"), &[0.137, 0.5, 1.0], 1e-10);
     contains_reference(model("four-bar"), &[0.9, 2.3, 5.0], 1e-11);

@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::common::qrm;
 
 #[test]
-#[ignore = "full tier: slow"]
+#[ignore = "full tier: compiled"]
 fn every_command_line_ends_well() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus/command_line");
     let mut statuses = [0; 3];

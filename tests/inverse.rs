@@ -99,7 +99,7 @@ fn a_length_is_moved_by_a_force() {
 }
 
 #[test]
-#[ignore = "full tier: slow"]
+#[ignore = "full tier: compiled"]
 fn impossible_motions_are_refused() {
     let refused = |arguments: &[&str], status: i32, text: &str| {
         let folder = tempfile::tempdir().expect("a temporary folder");

@@ -171,7 +171,7 @@ fn look(seed: u64, numbers: impl Iterator<Item = u64>) -> Found {
 }
 
 #[test]
-#[ignore = "full tier: slow"]
+#[ignore = "full tier: compiled"]
 fn no_run_is_wrong_in_silence() {
     let (seed, runs) = (number("QRM_SEED", 1), number("QRM_RUNS", 100));
     let threads = std::thread::available_parallelism().map_or(1, usize::from) as u64;
@@ -200,7 +200,7 @@ fn no_run_is_wrong_in_silence() {
 }
 
 #[test]
-#[ignore = "full tier: slow"]
+#[ignore = "full tier: compiled"]
 fn designs_in_lanes_are_what_runs_make_of_them() {
     let (seed, sweeps) = (number("QRM_SEED", 1), number("QRM_RUNS", 100).div_ceil(20));
     let mut done = 0;

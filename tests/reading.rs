@@ -153,7 +153,7 @@ fn an_animation_is_one_page_and_a_picture() {
 }
 
 #[test]
-#[ignore = "full tier: slow"]
+#[ignore = "full tier: compiled"]
 fn a_report_holds_everything_on_one_page() {
     let folder = into_folder(&["report", "quick-return", "--set", "w0=9"]);
     let page = std::fs::read_to_string(folder.path().join("report.html")).expect("a page");

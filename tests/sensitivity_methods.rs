@@ -127,7 +127,7 @@ fn worst(found: &Sensitivity, exact: &[Vec<f64>]) -> [f64; 2] {
 }
 
 #[test]
-#[ignore = "full tier: slow"]
+#[ignore = "full tier: compiled"]
 fn every_method_is_right_to_eight_digits() {
     for case in [SMOOTH, EVENT, STIFF, LESS_STIFF] {
         let exact = case.differences();

@@ -33,7 +33,7 @@ fn column(folder: &TempDir, name: &str) -> Vec<f64> {
 }
 
 #[test]
-#[ignore = "full tier: slow"]
+#[ignore = "full tier: compiled"]
 fn predicted_steps_are_those_at_which_runs_blow_up() {
     for parameter in ["k", "cd"] {
         for exponent in 5..=9 {
@@ -84,7 +84,7 @@ fn no_extreme_case_is_wrong_in_silence() {
 }
 
 #[test]
-#[ignore = "full tier: slow"]
+#[ignore = "full tier: compiled"]
 fn a_stiff_damper_is_called_stiff() {
     let arguments = ["quick-return-loaded", "--set", "cd=1e9", "--end-time", "0.5", "--no-extremes"];
     let (_, said) = stability(&arguments);

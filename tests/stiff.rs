@@ -166,7 +166,7 @@ fn steps_that_end_at_a_singular_position_go_on() {
 }
 
 #[test]
-#[ignore = "full tier: slow"]
+#[ignore = "full tier: compiled"]
 fn adaptive_methods_pass_singular_positions_at_every_tolerance() {
     for method in ["auto", "dop853", "dopri5", "gauss"] {
         for (tolerance, allowed) in [(1e-8, 1e-6), (1e-9, 1e-7), (1e-10, 1e-8), (1e-11, 2e-9), (1e-12, 2e-10)] {

@@ -122,7 +122,7 @@ fn a_condition_that_is_true_within_a_step_only_is_met() {
 }
 
 #[test]
-#[ignore = "full tier: slow"]
+#[ignore = "full tier: compiled"]
 fn extremes_are_found_inside_steps() {
     let designs = quick_returns(20);
     let finished = sweep(model("quick-return"), &designs, &by_tolerance(1e-9), LaneCount::Most);
@@ -152,7 +152,7 @@ fn extremes_are_found_inside_steps() {
 }
 
 #[test]
-#[ignore = "full tier: slow"]
+#[ignore = "full tier: compiled"]
 fn a_design_does_not_depend_on_its_neighbours() {
     // Cranks without inertia, designs that cannot close or stall: some lanes are left, or hold numbers that are none.
     let design = |i: usize| {
@@ -221,7 +221,7 @@ fn designs_that_break_off_do_not_stop_the_others() {
 }
 
 #[test]
-#[ignore = "full tier: slow"]
+#[ignore = "full tier: compiled"]
 fn what_a_design_says_of_its_error_holds() {
     let number = |variable: &str, otherwise: u64| {
         std::env::var(variable).map_or(otherwise, |text| text.parse().expect("a number"))

@@ -139,7 +139,7 @@ fn parts_that_are_not_those_of_one_sweep_are_refused() {
 }
 
 #[test]
-#[ignore = "full tier: slow"]
+#[ignore = "full tier: compiled"]
 fn parts_that_are_cut_off_at_any_byte_are_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = |name: &str| folder.path().join(name);

@@ -91,7 +91,7 @@ fn nominal_values_are_those_of_a_run() {
 
 #[cfg(unix)]
 #[test]
-#[ignore = "full tier: slow"]
+#[ignore = "full tier: compiled"]
 fn an_interrupt_counts_samples() {
     let folder = tempfile::tempdir().expect("a folder");
     let arguments = ["tolerance", "quick-return", "--vary", "J2=+-1", "--samples", "2000000"];

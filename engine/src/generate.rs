@@ -24,7 +24,7 @@ pub enum Error {
     File {
         /// The file.
         path: String,
-        /// What the system said.
+        /// The error of the system.
         source: io::Error,
     },
     /// Scenes have mistakes.
@@ -77,7 +77,7 @@ fn refused_name(file: &SceneFile) -> Option<Report> {
     Some(file.report(vec![finding.help("give the scene another name")]))
 }
 
-/// Where the engine gave up, in the shape of other mistakes.
+/// The place where the engine gave up, as a diagnostic.
 fn engine_error(error: crate::Error, scenes: &[&SceneFile]) -> Error {
     let title = error.to_string();
     let (scene, finding) = match error {

@@ -36,7 +36,7 @@ pub fn derive(
     Ok(DerivedScene { description: description(scene, source, [code, derivation]), tape })
 }
 
-/// What a generated module says of its scene.
+/// The description of a scene in its generated module.
 fn description(scene: &Scene, source: &str, [code, derivation]: [String; 2]) -> OwnedDescription {
     let quantity = |name: &str, unit: &str, doc: &str| {
         let [name, unit, doc] = [name, unit, doc].map(str::to_owned);

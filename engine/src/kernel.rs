@@ -39,7 +39,7 @@ fn of(system: &System, known: &Equations) -> KernelEquations {
     }
 }
 
-/// What acts on the bodies: efforts along the same displacement are added up, and those of a body stay together.
+/// The efforts on the bodies: those along the same displacement are added up, and those of a body stay together.
 fn pushes(system: &System) -> Vec<Push> {
     let (algebra, scene) = (&system.algebra, system.algebra.scene);
     let mut efforts: Vec<Effort> = system.rows.inertial().collect();

@@ -41,7 +41,7 @@ pub enum Error {
     Circular {
         /// The number of the scene.
         scene: usize,
-        /// Where the load stands.
+        /// The place of the load.
         span: Span,
         /// The output that is the normal force.
         output: String,
@@ -49,11 +49,11 @@ pub enum Error {
     /// The engine gave up at a formula, or made something of it that has no meaning here.
     #[error("{reason}")]
     Formula {
-        /// Which of the scenes it is in.
+        /// The index of its scene.
         scene: usize,
-        /// Where it stands.
+        /// Its place.
         span: Span,
-        /// What happened.
+        /// The message.
         reason: String,
     },
 }
@@ -68,7 +68,7 @@ pub fn derive(scenes: &[&Scene], announce: &dyn Fn(Waiting)) -> Result<Vec<Equat
     let lock = lock(announce)?;
     let place = Mutex::new((0, 0..0));
     let quiet = std::panic::take_hook();
-    // What the engine says when it gives up becomes an error with a place.
+    // A panic of the engine becomes an error with a place.
     std::panic::set_hook(Box::new(|_| ()));
     let joined = std::thread::scope(|scope| {
         let place = &place;
@@ -96,7 +96,7 @@ pub fn derive(scenes: &[&Scene], announce: &dyn Fn(Waiting)) -> Result<Vec<Equat
     })
 }
 
-/// Which scene and which formula is being worked on.
+/// The scene and the formula that are being worked on.
 type Place = Mutex<(usize, Span)>;
 
 /// The begin or the end of a time in which another process has the engine.

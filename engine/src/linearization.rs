@@ -1,4 +1,4 @@
-//! How the equations of motion change with the state.
+//! The derivatives of the equations of motion by the state.
 
 use symbolica::atom::Atom;
 

@@ -1,4 +1,4 @@
-//! What loads do: forces and torques along displacements, potential and power.
+//! Loads: forces and torques along displacements, potential and power.
 
 use std::ops::Range;
 
@@ -22,13 +22,13 @@ pub(super) struct Effort {
     pub(super) along: Vec<Atom>,
 }
 
-/// What the applied loads do.
+/// The applied loads of a scene.
 pub(super) struct Loads {
     pub(super) efforts: Vec<Effort>,
     pub(super) potential: Atom,
     /// Of those that have no potential.
     pub(super) power: Atom,
-    /// Which efforts are those of each.
+    /// The efforts of each load.
     own: Vec<Range<usize>>,
 }
 

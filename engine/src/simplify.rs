@@ -40,7 +40,7 @@ impl Algebra<'_> {
         }
     }
 
-    /// How many operations it takes to evaluate an expression as it stands, sines and cosines counted for ten.
+    /// The number of operations that an expression takes as it stands; a sine or cosine counts for ten.
     fn cost(&self, view: AtomView) -> usize {
         let all = |items: &mut dyn Iterator<Item = AtomView<'_>>| {
             let (count, cost) = items.fold((0, 0), |(count, cost), item| (count + 1, cost + self.cost(item)));

@@ -37,7 +37,7 @@ impl Shift {
         }
     }
 
-    /// How far it moves a place.
+    /// The distance that it moves a point.
     fn of(&self, place: &[Atom; 2]) -> [Atom; 2] {
         let Some(about) = &self.about else { return self.along.clone() };
         let across = [&about[1] - &place[1], &place[0] - &about[0]];

@@ -14,7 +14,7 @@ pub const BUILDING: &str = "building the symbolic engine; this takes minutes, on
 /// Time between two looks at its build.
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
-/// Where the engine comes from.
+/// The source of the engine.
 enum Origin {
     /// A program of the right version.
     Program(PathBuf),
@@ -80,7 +80,7 @@ impl Sources {
         let mut command = Command::new(&cargo);
         command.args(["build", "--release", "--locked", "--bin", "qrm-engine", "--color", "never", "--manifest-path"]);
         command.arg(self.clone.join("engine/Cargo.toml")).arg("--target-dir").arg(self.target());
-        // What an outer cargo, or clippy, says to its own compilers.
+        // An outer cargo, or clippy, sets these for its own compilers.
         for variable in ["CARGO_ENCODED_RUSTFLAGS", "CARGO_BUILD_TARGET", "RUSTC_WORKSPACE_WRAPPER", "CARGO_MAKEFLAGS"]
         {
             command.env_remove(variable);
@@ -103,9 +103,10 @@ impl Sources {
         let last = lines[lines.len().saturating_sub(12)..].join("\n  ");
         format!(
             "the symbolic engine could not be built:\n  {last}\n  \
-             = help: run `cargo build --release --manifest-path {}` to see all of it, or set QRM_ENGINE to a program \
+             = help: run `cargo build --release --manifest-path {} --target-dir {}` to see all of it, or set QRM_ENGINE to a program \
              `qrm-engine` {VERSION}",
-            self.clone.join("engine/Cargo.toml").display()
+            self.clone.join("engine/Cargo.toml").display(),
+            self.target().display()
         )
     }
 }

@@ -1,13 +1,13 @@
 //! The file that includes the modules and lists their mechanisms.
 
-use crate::copy::Copy;
+use crate::golden_copy::GoldenCopy;
 
 /// A module of the list.
 pub(crate) struct Entry {
     /// Its name.
     pub(crate) name: String,
     /// The mechanism as it will be listed.
-    pub(crate) copy: Copy,
+    pub(crate) copy: GoldenCopy,
     /// Whether its functions are compiled, not interpreted.
     pub(crate) is_compiled: bool,
 }

@@ -1,6 +1,6 @@
 //! Generated modules of mechanisms for build scripts, and the symbolic engine that writes them.
 //!
-//! A build script needs two lines:
+//! A build script has three lines:
 //!
 //! ```ignore
 //! fn main() {
@@ -10,12 +10,12 @@
 //!
 //! and the crate includes the result by `include!(concat!(env!("OUT_DIR"), "/scenes.rs"));`.
 //!
-//! The modules are copies from a folder of the crate, in which generated code is committed. Where numbers of a scene have
-//! changed, they are changed in the copy (module `values`). Where formulae have changed, or there is no copy, the program
-//! `qrm-engine` writes the module ([`engine`]).
+//! The modules come from golden copies: generated code that is committed in a folder of the crate. Numbers of a scene that
+//! have changed are replaced in its golden copy (module `values`). Where formulae have changed, or there is no golden copy,
+//! the program `qrm-engine` writes the module ([`engine`]).
 
-mod copy;
 pub mod engine;
+mod golden_copy;
 mod index;
 mod modules;
 mod tape_text;
@@ -24,13 +24,13 @@ mod values;
 use std::env;
 use std::path::{Path, PathBuf};
 
-pub use copy::with_checksum;
+pub use golden_copy::with_checksum;
 pub use modules::{Request, modules};
 
 /// Writes the modules of scene files, named from the folder of the crate, into `OUT_DIR`, from where the crate includes
 /// `scenes.rs`; tells cargo when to do so again, and what looks like a mistake in a scene.
 ///
-/// Copies in the folder `generated` of the crate spare the symbolic engine. If a scene is wrong, the build fails with
+/// Golden copies in the folder `generated` of the crate spare the symbolic engine. If a scene is wrong, the build fails with
 /// its report.
 pub fn build(scenes: &[&str]) {
     let paths: Vec<PathBuf> = scenes.iter().map(PathBuf::from).collect();

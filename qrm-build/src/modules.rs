@@ -9,29 +9,30 @@ use qrm_scene::names::module_name;
 use qrm_scene::resolve;
 use qrm_scene::scene_file::SceneFile;
 
-use crate::copy::{Copy, paths};
+use crate::golden_copy::{GoldenCopy, paths};
 use crate::index::{self, Entry};
 use crate::{engine, values};
 
-/// What is asked for.
+/// The scenes of a build script and the folders of its modules.
 pub struct Request<'a> {
     /// The scene files.
     pub scenes: &'a [PathBuf],
-    /// The folder of committed copies.
+    /// The folder of the golden copies.
     pub copies: &'a Path,
-    /// Where the modules are written, with `scenes.rs`, which includes them.
+    /// The folder that receives the modules, with `scenes.rs`, which includes them.
     pub out: &'a Path,
-    /// Whether a scene with a committed copy is compiled, by its name. Others are interpreted; those without are compiled.
+    /// Tells by the name of a scene whether it is compiled, not interpreted. Scenes that differ from their golden copy in
+    /// more than numbers are compiled in any case.
     pub is_compiled: &'a dyn Fn(&str) -> bool,
 }
 
 /// Writes `out/NAME.rs` and `out/NAME.md` for each scene, and `out/scenes.rs`, which includes all modules; tells cargo
 /// when to do so again. Returns warnings.
 ///
-/// With `QRM_GENERATE` in the environment no copy is used: the symbolic engine writes every module.
+/// With `QRM_GENERATE` in the environment no golden copy is used: the symbolic engine writes every module.
 ///
 /// # Errors
-/// A scene is wrong, a copy was edited by hand, the engine cannot be had, or a file cannot be written.
+/// A scene is wrong, a golden copy was edited by hand, there is no engine, or a file cannot be written.
 pub fn modules(request: &Request) -> Result<Vec<String>, String> {
     let Request { scenes, copies, out, is_compiled } = *request;
     println!("cargo::rerun-if-env-changed=QRM_GENERATE");
@@ -47,7 +48,7 @@ pub fn modules(request: &Request) -> Result<Vec<String>, String> {
         let is_compiled = copy.is_none() || is_compiled(&file.scene.name);
         let copy = copy.filter(|_| !generates).unwrap_or_else(|| {
             missing.push(&*file.path);
-            Copy { code: String::new(), derivation: String::new() }
+            GoldenCopy { code: String::new(), derivation: String::new() }
         });
         entries.push(Entry { name, copy, is_compiled });
     }
@@ -55,7 +56,7 @@ pub fn modules(request: &Request) -> Result<Vec<String>, String> {
     if !missing.is_empty() {
         warnings.extend(engine::generate(&missing, out)?);
         for entry in entries.iter_mut().filter(|entry| entry.copy.code.is_empty()) {
-            let generated = Copy::read(out, &entry.name)?;
+            let generated = GoldenCopy::read(out, &entry.name)?;
             entry.copy = generated.ok_or_else(|| format!("the symbolic engine has not written {}.rs", entry.name))?;
         }
     }
@@ -84,9 +85,9 @@ fn same_module(new: &SceneFile, files: &[SceneFile]) -> Option<Report> {
     Some(new.report(vec![finding]))
 }
 
-/// The copy of a scene's module with the numbers of the scene; `None` if it has other formulae.
-fn current(copies: &Path, module: &str, file: &SceneFile) -> Result<Option<Copy>, String> {
-    let Some(copy) = Copy::read(copies, module)? else { return Ok(None) };
+/// The golden copy of a scene with the numbers of the scene; `None` if it has other formulae.
+fn current(copies: &Path, module: &str, file: &SceneFile) -> Result<Option<GoldenCopy>, String> {
+    let Some(copy) = GoldenCopy::read(copies, module)? else { return Ok(None) };
     let Some(source) = copy.source() else { return Ok(None) };
     if source == file.source {
         return Ok(Some(copy));

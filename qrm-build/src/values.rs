@@ -4,7 +4,7 @@ use qrm_scene::expression::Node;
 use qrm_scene::layout::without_layout;
 use qrm_scene::scene::{Scene, Start, Value};
 
-use crate::copy::Copy;
+use crate::golden_copy::GoldenCopy;
 use crate::tape_text::TapeText;
 
 /// A module with the numbers of a scene; `None` if more than numbers has changed since it was generated, or a number
@@ -12,7 +12,7 @@ use crate::tape_text::TapeText;
 ///
 /// Values also decide in which order the kernel eliminates coordinates. The order of the copy stays, so that results may
 /// differ from those of a new derivation in the last digit.
-pub(crate) fn with_values(copy: &Copy, old: &Scene, new: &Scene, source: &str) -> Option<Copy> {
+pub(crate) fn with_values(copy: &GoldenCopy, old: &Scene, new: &Scene, source: &str) -> Option<GoldenCopy> {
     if formulae(copy.source()?)? != formulae(source)? || left_out(old) != left_out(new) {
         return None;
     }
@@ -46,13 +46,13 @@ fn formulae(source: &str) -> Option<String> {
     })
 }
 
-/// Which parameters the generated code does without.
+/// For each parameter, whether the generated code does without it.
 fn left_out(scene: &Scene) -> Vec<bool> {
     scene.parameters.iter().map(|parameter| parameter.left_out).collect()
 }
 
-/// Where a module holds a number of its scene.
-enum Place<'a> {
+/// A number of a scene that its module holds.
+enum Setting<'a> {
     /// The value of a parameter, by its place and its name.
     Parameter(usize, &'a str),
     /// A coordinate or a rate at the start, by its place among both.
@@ -62,10 +62,10 @@ enum Place<'a> {
 }
 
 /// All numbers of a module that a scene can change, with their formulae.
-fn settings(scene: &Scene) -> Vec<(Place<'_>, Option<&Value>)> {
+fn settings(scene: &Scene) -> Vec<(Setting<'_>, Option<&Value>)> {
     let parameters = scene.parameters.iter().filter(|parameter| !parameter.left_out);
     let parameters =
-        parameters.enumerate().map(|(i, parameter)| (Place::Parameter(i, &parameter.name), Some(&parameter.formula)));
+        parameters.enumerate().map(|(i, parameter)| (Setting::Parameter(i, &parameter.name), Some(&parameter.formula)));
     let n = scene.coordinates.len();
     let positions = scene.coordinates.iter().map(|coordinate| &coordinate.position);
     let rates = scene.coordinates.iter().map(|coordinate| &coordinate.rate);
@@ -74,10 +74,11 @@ fn settings(scene: &Scene) -> Vec<(Place<'_>, Option<&Value>)> {
             Start::Given(value) | Start::Guess(value) => Some(value),
             Start::Free => None,
         };
-        (Place::Start(i, n), value)
+        (Setting::Start(i, n), value)
     });
     let schedule = [("step", &scene.run.step), ("end_time", &scene.run.end_time)];
-    let schedule = schedule.into_iter().enumerate().map(|(i, (field, value))| (Place::Schedule(field, i), Some(value)));
+    let schedule =
+        schedule.into_iter().enumerate().map(|(i, (field, value))| (Setting::Schedule(field, i), Some(value)));
     parameters.chain(starts).chain(schedule).collect()
 }
 
@@ -96,9 +97,9 @@ pub(crate) struct Change {
     pub(crate) to: f64,
 }
 
-impl Place<'_> {
+impl Setting<'_> {
     /// The module with the other number here.
-    fn changed(&self, mut copy: Copy, change: &Change) -> Option<Copy> {
+    fn changed(&self, mut copy: GoldenCopy, change: &Change) -> Option<GoldenCopy> {
         let mut tape = TapeText::new(&copy.code)?;
         match *self {
             Self::Parameter(index, name) => {

@@ -30,7 +30,7 @@ fn a_blow_is_no_potential() {
 }
 
 #[test]
-#[ignore = "full tier: slow"]
+#[ignore = "full tier: compiled"]
 fn a_blow_that_no_step_would_meet_is_seen() {
     for width in [1e-4, 2e-5] {
         let mechanism = mechanism(width);

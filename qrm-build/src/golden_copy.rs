@@ -1,4 +1,4 @@
-//! The committed copy of a generated module.
+//! A golden copy: a generated module that is committed.
 
 use std::fs;
 use std::io::ErrorKind;
@@ -8,14 +8,14 @@ use qrm_core::digest;
 
 /// A generated module and its derivation.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Copy {
+pub(crate) struct GoldenCopy {
     /// The module, in Rust.
     pub(crate) code: String,
     /// The derivation, in Markdown.
     pub(crate) derivation: String,
 }
 
-impl Copy {
+impl GoldenCopy {
     /// The copy of a module in a folder; `None` if there is none.
     ///
     /// # Errors
@@ -75,11 +75,11 @@ impl Copy {
     }
 }
 
-/// What stands before the text of the scene.
+/// The text before that of the scene.
 const SOURCE: &str = "\npub const SOURCE: &str = r";
-/// Where names and operations begin.
+/// The first line of names and operations.
 const DESCRIPTION: &str = "/// Names, units and meanings.\npub const DESCRIPTION";
-/// What stands before the checksum of a generated file.
+/// The text before the checksum of a generated file.
 const CHECKSUM: &str = "\n// Hash of this file and its derivation: ";
 
 /// The files of a module.
@@ -130,7 +130,7 @@ mod tests {
     #[test]
     fn the_scene_is_found_and_replaced() {
         let code = "//\npub const SOURCE: &str = r#\"name = \"a\"\n\"#;\n".to_owned();
-        let copy = Copy { code, derivation: String::new() };
+        let copy = GoldenCopy { code, derivation: String::new() };
         assert_eq!(copy.source(), Some("name = \"a\"\n"));
         let other = copy.clone().with_source("name = \"b\"\n").expect("a text");
         assert_eq!(other.source(), Some("name = \"b\"\n"));
